@@ -1,0 +1,187 @@
+"""The beam: five dimensionless numbers, their limits, and the way from and to SI units."""
+
+import math
+import tomllib
+from dataclasses import dataclass, replace
+from numbers import Real
+from pathlib import Path
+from typing import Self
+
+from beamviz.errors import InvalidInput
+
+LIMITS = {
+    "alpha": (0.0, 100.0),
+    "beta": (0.0, 1.0),
+    "gamma": (0.0, 200.0),
+    "delta": (-2.0, 20.0),
+    "mu": (10.0, 10000.0),
+}
+MAX_GAMMA_OVER_MU = 5.0
+
+NAMES = {
+    "alpha": "mass ratio",
+    "beta": "mass location",
+    "gamma": "speed",
+    "delta": "hub radius",
+    "mu": "slenderness",
+}
+
+
+@dataclass(frozen=True)
+class Units:
+    """The physical size of a dimensionless beam: its length L [m] and its time T* [s]."""
+
+    length: float
+    time: float
+
+    def angular_frequency(self, frequency):
+        """Frequency [rad/s] of a dimensionless one (units of 1/T*)."""
+        return frequency / self.time
+
+    def hertz(self, frequency):
+        """Frequency [Hz] of a dimensionless one (units of 1/T*)."""
+        return frequency / (2 * math.pi * self.time)
+
+    def rpm(self, gamma):
+        """Rotation speed [1/min] of a dimensionless one."""
+        return 60 * self.hertz(gamma)
+
+
+@dataclass(frozen=True)
+class Beam:
+    """A uniform beam on a rotating hub with a concentrated mass (paper, eq. 45).
+
+    alpha: mass ratio m / (rho A L), beta: mass location d / L, gamma: speed Omega T*,
+    delta: hub radius a / L (negative: the beam points inward), mu: slenderness
+    sqrt(A L^2 / I). T* = sqrt(rho A L^4 / (E I)). `units` is set for a beam given in SI.
+
+    Raises InvalidInput (a ValueError) that names the number, its value and its limits.
+    """
+
+    alpha: float = 0.0
+    beta: float = 1.0
+    gamma: float = 0.0
+    delta: float = 0.0
+    mu: float = 70.0
+    units: Units | None = None
+
+    def __post_init__(self) -> None:
+        for name, (low, high) in LIMITS.items():
+            object.__setattr__(self, name, checked(name, getattr(self, name), low, high))
+        if self.gamma > MAX_GAMMA_OVER_MU * self.mu:
+            raise InvalidInput(
+                f"gamma / mu = {self.gamma / self.mu:.6g}: must be at most {MAX_GAMMA_OVER_MU:g}"
+                f" (gamma = {self.gamma:.6g}, mu = {self.mu:.6g})"
+            )
+
+    def replace(self, **changes: float) -> Self:
+        """The same beam with some of its numbers changed."""
+        return replace(self, **changes)
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """The five numbers by name."""
+        return {name: getattr(self, name) for name in LIMITS}
+
+    @classmethod
+    def from_si(
+        cls,
+        *,
+        length: float,
+        density: float,
+        area: float,
+        second_moment: float,
+        youngs_modulus: float,
+        hub_radius: float = 0.0,
+        rotation_speed: float = 0.0,
+        mass: float = 0.0,
+        mass_position: float | None = None,
+    ) -> Self:
+        """A beam from SI values: length [m], density [kg/m^3], area [m^2], second moment [m^4],
+        Young's modulus [Pa], hub radius [m], rotation speed [rad/s], mass [kg] and its
+        position [m] from the root (the tip where none is given).
+        """
+        sizes = {
+            "length": length,
+            "density": density,
+            "area": area,
+            "second_moment": second_moment,
+            "youngs_modulus": youngs_modulus,
+        }
+        L, rho, A, I, E = (checked(name, value, 0.0, math.inf) for name, value in sizes.items())
+        for name, value in sizes.items():
+            if value == 0:
+                raise InvalidInput(f"{name} = 0: must be above 0")
+        time = L * L * math.sqrt(rho / E) * math.sqrt(A / I)
+        if not (math.isfinite(time) and time > 0):
+            raise InvalidInput(f"T* = {time:.6g} s: the SI values are too extreme to compute with")
+        if mass_position is None:
+            mass_position = L
+        return cls(
+            alpha=checked("mass", mass, 0.0, math.inf) / (rho * A * L),
+            beta=checked("mass_position", mass_position, 0.0, L) / L,
+            gamma=checked("rotation_speed", rotation_speed, 0.0, math.inf) * time,
+            delta=checked("hub_radius", hub_radius, -math.inf, math.inf) / L,
+            mu=L * math.sqrt(A / I),
+            units=Units(length=L, time=time),
+        )
+
+    @classmethod
+    def from_toml(cls, path: str | Path) -> Self:
+        """A beam from a TOML file holding the keywords of `from_si`."""
+        return cls.from_si(**read_si(Path(path)))
+
+
+SI_KEYS = {
+    "length": "m",
+    "density": "kg/m^3",
+    "area": "m^2",
+    "second_moment": "m^4",
+    "youngs_modulus": "Pa",
+    "hub_radius": "m",
+    "rotation_speed": "rad/s",
+    "mass": "kg",
+    "mass_position": "m",
+}
+SI_REQUIRED = ("length", "density", "area", "second_moment", "youngs_modulus")
+MAX_TOML_BYTES = 64_000
+
+
+def read_si(path: Path) -> dict[str, float]:
+    """The SI keywords in a TOML file; InvalidInput names the file and what is wrong in it."""
+    try:
+        with path.open("rb") as file:
+            text = file.read(MAX_TOML_BYTES + 1)
+        if len(text) > MAX_TOML_BYTES:
+            raise InvalidInput(f"{path}: larger than {MAX_TOML_BYTES} bytes, not a beam file")
+        data = tomllib.loads(text.decode())
+    except OSError as error:
+        raise InvalidInput(f"{path}: {error.strerror or error}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise InvalidInput(f"{path}: not a TOML file ({error})") from None
+    unknown = sorted(set(data) - set(SI_KEYS))
+    if unknown:
+        raise InvalidInput(f"{path}: unknown key {unknown[0]!r}; known: {', '.join(SI_KEYS)}")
+    missing = [key for key in SI_REQUIRED if key not in data]
+    if missing:
+        raise InvalidInput(f"{path}: missing key {missing[0]!r} [{SI_KEYS[missing[0]]}]")
+    return data
+
+
+def checked(name: str, value: object, low: float, high: float) -> float:
+    """`value` as a float within low .. high, or InvalidInput naming it."""
+    allowed = (
+        f"must lie in {low:g} .. {high:g}"
+        if math.isfinite(high)
+        else ("must be 0 or more" if low == 0 else "must be finite")
+    )
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise InvalidInput(f"{name} = {value!r}: must be a number; it {allowed}")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not (math.isfinite(number) and low <= number <= high):
+        shown = repr(number) if number != number or math.isinf(number) else f"{number:.10g}"
+        raise InvalidInput(f"{name} = {shown}: {allowed}")
+    return number + 0.0  # -0.0 becomes 0.0
