@@ -1,0 +1,96 @@
+"""Strain laws and curvature measures of a stretched, bent beam, as data.
+
+With r(x) the position of the neutral axis and f = |r'| its stretch, the energy per reference
+length is mu^2 e(f)^2 / 2 + k^2 / 2 with k = (r' x r'') / f^c. A law is the function e, a
+measure is the power c. Every function is vectorised and analytic: f may be complex.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Function = Callable[[NDArray], NDArray]
+
+
+@dataclass(frozen=True)
+class StrainLaw:
+    """An axial strain e(f) with its first and second derivative.
+
+    The force n grows with the stretch between `min_stretch` and `max_stretch` only: outside,
+    n' < 0 and a bar under dead load has no stable state.
+    """
+
+    name: str
+    strain: Function
+    first: Function
+    second: Function
+    min_stretch: float
+    max_stretch: float
+    source: str
+
+    def force(self, f: NDArray) -> NDArray:
+        """n = e e', the axial force divided by mu^2."""
+        return self.strain(f) * self.first(f)
+
+    def stiffness(self, f: NDArray) -> NDArray:
+        """n' = e'^2 + e e'', the slope of the force."""
+        return self.first(f) ** 2 + self.strain(f) * self.second(f)
+
+
+@dataclass(frozen=True)
+class Curvature:
+    """A measure of bending k = (r' x r'') / f^power."""
+
+    name: str
+    power: int
+    source: str
+
+
+_STRAIN_LAWS = (
+    StrainLaw(
+        name="green",
+        strain=lambda f: (f - 1) * (f + 1) / 2,
+        first=lambda f: f,
+        second=np.ones_like,
+        min_stretch=1 / math.sqrt(3),
+        max_stretch=math.inf,
+        source="Green-Lagrange strain (f^2 - 1) / 2 (paper, eq. 15)",
+    ),
+    StrainLaw(
+        name="biot",
+        strain=lambda f: f - 1,
+        first=np.ones_like,
+        second=np.zeros_like,
+        min_stretch=0.0,
+        max_stretch=math.inf,
+        source="Biot (engineering) strain f - 1, the axial strain of Gerstmayr & Irschik (2008)",
+    ),
+    StrainLaw(
+        name="hencky",
+        strain=np.log,
+        first=lambda f: 1 / f,
+        second=lambda f: -1 / f**2,
+        min_stretch=0.0,
+        max_stretch=math.e,
+        source="Hencky (logarithmic) strain ln f; its force ln f / f has its maximum at f = e",
+    ),
+)
+
+_CURVATURES = (
+    Curvature(
+        name="spatial",
+        power=3,
+        source="curvature of the deformed axis, per deformed length (paper, eq. 16)",
+    ),
+    Curvature(
+        name="material",
+        power=2,
+        source="rotation per reference length, d theta / dx (Gerstmayr & Irschik 2008)",
+    ),
+)
+
+STRAIN_LAWS = {law.name: law for law in _STRAIN_LAWS}
+CURVATURES = {measure.name: measure for measure in _CURVATURES}
