@@ -1,0 +1,7 @@
+"""`python -m beamviz`: the command line."""
+
+import sys
+
+from beamviz.cli import main
+
+sys.exit(main())
