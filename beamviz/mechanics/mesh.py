@@ -1,0 +1,121 @@
+"""Gauss-Legendre points on a few elements, and exact integration of what is known there.
+
+A quantity that is a polynomial on each element is known by its values at the Gauss points.
+Its integral from the clamp is one matrix J away: u = J f, theta = J kappa, w = J (f theta).
+Nothing has to be continuous across elements that is not so in the beam.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.polynomial import legendre
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The reference element [-1, 1] with p Gauss points."""
+
+    points: np.ndarray  # (p,)
+    weights: np.ndarray  # (p,)
+    to_legendre: np.ndarray  # (p, p) values at the points -> Legendre coefficients
+    last_two: np.ndarray  # (p, p) values -> the part of the two highest Legendre polynomials
+    integration: np.ndarray  # (p, p) values -> integral from -1 to each point
+
+
+@lru_cache(maxsize=64)
+def reference(order: int) -> Reference:
+    """The reference element with `order` Gauss points."""
+    points, weights = legendre.leggauss(order)
+    norms = np.arange(order) + 0.5
+    to_legendre = norms[:, None] * legendre.legvander(points, order - 1).T * weights
+    last_two = legendre.legvander(points, order - 1)[:, -2:] @ to_legendre[-2:]
+    integration = _antiderivatives(points, order) @ to_legendre
+    arrays = (points, weights, to_legendre, last_two, integration)
+    return Reference(*(_frozen(array) for array in arrays))
+
+
+def _antiderivatives(xi: np.ndarray, order: int) -> np.ndarray:
+    """Integrals of P_0 .. P_(order-1) from -1 to each xi: (n, order)."""
+    P = legendre.legvander(xi, order)
+    Q = np.empty((len(xi), order))
+    Q[:, 0] = xi + 1
+    Q[:, 1:] = (P[:, 2:] - P[:, :-2]) / (2 * np.arange(1, order) + 1)
+    return Q
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Elements between `breaks`, each with `order` Gauss points; n = elements * order.
+
+    J has shape (n, n): values at the points -> integral from the clamp to each point.
+    G = J' W J and g = J' W 1 are the inertia of a unit line density in terms of a gradient.
+    """
+
+    breaks: np.ndarray  # (elements + 1,)
+    order: int
+    points: np.ndarray  # (n,)
+    weights: np.ndarray  # (n,)
+    J: np.ndarray  # (n, n)
+    G: np.ndarray  # (n, n)
+    g: np.ndarray  # (n,)
+
+    @property
+    def elements(self) -> int:
+        return len(self.breaks) - 1
+
+    def tail(self, values: np.ndarray) -> np.ndarray:
+        """The part of values (n, k) in the two highest polynomials of each element: (n, k)."""
+        parts = reference(self.order).last_two @ values.reshape(self.elements, self.order, -1)
+        return parts.reshape(values.shape)
+
+    def from_clamp(self, x: np.ndarray) -> np.ndarray:
+        """Matrix (len(x), n): values at the points -> integral from the clamp to each x."""
+        element, xi, half = self._locate(x)
+        rows = np.where(self.points < self.breaks[element][:, None], self.weights, 0.0)
+        local = half[:, None] * (
+            _antiderivatives(xi, self.order) @ reference(self.order).to_legendre
+        )
+        columns = element[:, None] * self.order + np.arange(self.order)
+        np.put_along_axis(rows, columns, local, axis=1)
+        return rows
+
+    def at(self, x: np.ndarray) -> np.ndarray:
+        """Matrix (len(x), n): values at the points -> their interpolant at each x."""
+        element, xi, _ = self._locate(x)
+        rows = np.zeros((len(x), len(self.points)))
+        columns = element[:, None] * self.order + np.arange(self.order)
+        values = legendre.legvander(xi, self.order - 1) @ reference(self.order).to_legendre
+        np.put_along_axis(rows, columns, values, axis=1)
+        return rows
+
+    def _locate(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Element, local coordinate in [-1, 1] and half length for each x."""
+        element = np.clip(np.searchsorted(self.breaks, x, side="left") - 1, 0, self.elements - 1)
+        left, right = self.breaks[element], self.breaks[element + 1]
+        half = (right - left) / 2
+        return element, (x - left) / half - 1, half
+
+
+@lru_cache(maxsize=128)
+def mesh(breaks: tuple[float, ...], order: int) -> Mesh:
+    """The mesh with elements between `breaks` (0 .. 1, ascending), `order` points in each."""
+    element = reference(order)
+    ends = np.array(breaks)
+    half = np.diff(ends) / 2
+    m = len(half)
+    points = (ends[:-1, None] + half[:, None] * (element.points + 1)).ravel()
+    weights = np.outer(half, element.weights).ravel()
+    J = np.tril(np.ones((m, m)), -1).repeat(order, 0).repeat(order, 1) * weights
+    for e in range(m):
+        block = slice(e * order, (e + 1) * order)
+        J[block, block] = half[e] * element.integration
+    WJ = weights[:, None] * J
+    G, g = J.T @ WJ, WJ.sum(axis=0)
+    return Mesh(_frozen(ends), order, *(_frozen(a) for a in (points, weights, J, G, g)))
+
+
+def _frozen(array: np.ndarray) -> np.ndarray:
+    """The array, made read-only: meshes are shared."""
+    array.setflags(write=False)
+    return array

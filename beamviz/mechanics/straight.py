@@ -1,0 +1,30 @@
+"""A straight beam needs half of everything: the tangent splits into stretching and bending.
+
+At r = (u(x), 0) with f = u' the tangent of the paper (eq. 44) is exactly
+    stretching: int mu^2 n'(f) du'^2             - gamma^2 int rho du^2
+    bending:    int (f w'' - f' w')^2 / f^(2c) + mu^2 n(f) / f w'^2  [- gamma^2 int rho w^2],
+the last term in the chordwise plane only. Written with the angle theta = w'/f, which stays
+continuous where a concentrated mass makes f jump, bending becomes
+    int f^(4 - 2c) theta'^2 + N f theta^2,   N = mu^2 n(f),
+with c = 3 for the spatial curvature and c = 2 for the material one. These coefficients are
+what every method for straight beams shares.
+"""
+
+import numpy as np
+
+from beamviz.mechanics.strain import Curvature, StrainLaw
+
+
+def stretching_rigidity(f: np.ndarray, mu: float, law: StrainLaw) -> np.ndarray:
+    """mu^2 n'(f), the coefficient of du'^2."""
+    return mu**2 * law.stiffness(f)
+
+
+def bending_rigidity(f: np.ndarray, curvature: Curvature) -> np.ndarray:
+    """f^(4 - 2c), the coefficient of theta'^2."""
+    return f ** (4 - 2 * curvature.power)
+
+
+def tension_rigidity(f: np.ndarray, mu: float, law: StrainLaw) -> np.ndarray:
+    """N f, the coefficient of theta^2."""
+    return mu**2 * law.force(f) * f
