@@ -26,6 +26,14 @@ NAMES = {
     "mu": "slenderness",
 }
 
+FROM_SI = {
+    "alpha": "mass / (density area length)",
+    "beta": "mass_position / length",
+    "gamma": "rotation_speed T*",
+    "delta": "hub_radius / length",
+    "mu": "length sqrt(area / second_moment)",
+}
+
 
 @dataclass(frozen=True)
 class Units:
@@ -70,8 +78,8 @@ class Beam:
             object.__setattr__(self, name, checked(name, getattr(self, name), low, high))
         if self.gamma > MAX_GAMMA_OVER_MU * self.mu:
             raise InvalidInput(
-                f"gamma / mu = {self.gamma / self.mu:.6g}: must be at most {MAX_GAMMA_OVER_MU:g}"
-                f" (gamma = {self.gamma:.6g}, mu = {self.mu:.6g})"
+                f"gamma / mu = {shown(self.gamma / self.mu)}: must be at most"
+                f" {MAX_GAMMA_OVER_MU:g} (gamma = {shown(self.gamma)}, mu = {shown(self.mu)})"
             )
 
     def replace(self, **changes: float) -> Self:
@@ -113,18 +121,21 @@ class Beam:
             if value == 0:
                 raise InvalidInput(f"{name} = 0: must be above 0")
         time = L * L * math.sqrt(rho / E) * math.sqrt(A / I)
-        if not (math.isfinite(time) and time > 0):
-            raise InvalidInput(f"T* = {time:.6g} s: the SI values are too extreme to compute with")
+        for name, value in {"T* [s]": time, "density area length [kg]": rho * A * L}.items():
+            if not (math.isfinite(value) and value > 0):
+                raise InvalidInput(f"{name} = {value:g}: the SI values are too extreme")
         if mass_position is None:
             mass_position = L
-        return cls(
-            alpha=checked("mass", mass, 0.0, math.inf) / (rho * A * L),
-            beta=checked("mass_position", mass_position, 0.0, L) / L,
-            gamma=checked("rotation_speed", rotation_speed, 0.0, math.inf) * time,
-            delta=checked("hub_radius", hub_radius, -math.inf, math.inf) / L,
-            mu=L * math.sqrt(A / I),
-            units=Units(length=L, time=time),
-        )
+        numbers = {
+            "alpha": checked("mass", mass, 0.0, math.inf) / (rho * A * L),
+            "beta": checked("mass_position", mass_position, 0.0, L) / L,
+            "gamma": checked("rotation_speed", rotation_speed, 0.0, math.inf) * time,
+            "delta": checked("hub_radius", hub_radius, -math.inf, math.inf) / L,
+            "mu": L * math.sqrt(A / I),
+        }
+        for name, formula in FROM_SI.items():
+            checked(f"{formula} = {name}", numbers[name], *LIMITS[name])
+        return cls(**numbers, units=Units(length=L, time=time))
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
@@ -152,12 +163,13 @@ def read_si(path: Path) -> dict[str, float]:
     try:
         with path.open("rb") as file:
             text = file.read(MAX_TOML_BYTES + 1)
-        if len(text) > MAX_TOML_BYTES:
-            raise InvalidInput(f"{path}: larger than {MAX_TOML_BYTES} bytes, not a beam file")
-        data = tomllib.loads(text.decode())
     except OSError as error:
         raise InvalidInput(f"{path}: {error.strerror or error}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+    if len(text) > MAX_TOML_BYTES:
+        raise InvalidInput(f"{path}: larger than {MAX_TOML_BYTES} bytes, not a beam file")
+    try:
+        data = tomllib.loads(text.decode("utf-8-sig"))  # some editors begin with a mark
+    except (ValueError, RecursionError) as error:
         raise InvalidInput(f"{path}: not a TOML file ({error})") from None
     unknown = sorted(set(data) - set(SI_KEYS))
     if unknown:
@@ -170,18 +182,21 @@ def read_si(path: Path) -> dict[str, float]:
 
 def checked(name: str, value: object, low: float, high: float) -> float:
     """`value` as a float within low .. high, or InvalidInput naming it."""
-    allowed = (
-        f"must lie in {low:g} .. {high:g}"
-        if math.isfinite(high)
-        else ("must be 0 or more" if low == 0 else "must be finite")
-    )
+    if math.isfinite(high):
+        allowed = f"lie in {low:g} .. {high:g}"
+    else:
+        allowed = "be 0 or more" if low == 0 else "be finite"
     if isinstance(value, bool) or not isinstance(value, Real):
-        raise InvalidInput(f"{name} = {value!r}: must be a number; it {allowed}")
+        raise InvalidInput(f"{name} = {value!r}: must be a number and {allowed}")
     try:
         number = float(value)
     except OverflowError:
         number = math.inf
     if not (math.isfinite(number) and low <= number <= high):
-        shown = repr(number) if number != number or math.isinf(number) else f"{number:.10g}"
-        raise InvalidInput(f"{name} = {shown}: {allowed}")
+        raise InvalidInput(f"{name} = {shown(number)}: must {allowed}")
     return number + 0.0  # -0.0 becomes 0.0
+
+
+def shown(number: float) -> str:
+    """The shortest text of exactly this number, so that no value seems to be its own limit."""
+    return repr(number).removesuffix(".0")

@@ -1,0 +1,151 @@
+"""The command line: data on stdout, messages on stderr, and one exit code for each kind of end.
+
+Heavy imports live inside the commands, so that each starts with what it needs.
+"""
+
+import json
+import os
+import sys
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any, Literal, TextIO
+
+import typer
+
+from beamviz import __version__
+from beamviz.beam import Beam, checked
+from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
+from beamviz.options import numeric, takes_beam, whole
+
+EXIT_CODES = {InvalidInput: 2, NoEquilibrium: 3, NotConverged: 4}
+OTHER_FAILURE = 1
+INTERRUPTED = 130
+PIXELS = (16, 8192)
+MAX_MODE = 50
+
+app = typer.Typer(add_completion=False)
+
+
+def show_version(wanted: bool) -> None:
+    """Print the version and end."""
+    if wanted:
+        print(f"beamviz {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def beamviz(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=show_version, is_eager=True, help="Show the version."),
+    ] = False,
+) -> None:
+    """A rotating beam with a concentrated mass: equilibrium, modes, and a live 3D explorer."""
+
+
+@app.command()
+@takes_beam
+def modes(
+    beam: Beam,
+    options: dict[str, Any],
+    modes: Annotated[int, numeric("How many modes.")] = 5,
+    format: Annotated[Literal["table", "json", "csv"], typer.Option(help="Output.")] = "table",
+) -> None:
+    """Equilibrium and modes of a beam."""
+    from beamviz.mechanics.solve import solve
+    from beamviz.report import FORMATS
+
+    print(FORMATS[format](solve(beam, modes=modes, **options)))
+
+
+@app.command()
+@takes_beam
+def serve(
+    beam: Beam,
+    options: dict[str, Any],
+    host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
+    port: Annotated[int, numeric("Port to listen on.")] = 8080,
+    open: Annotated[bool, typer.Option(help="Open the page in the default browser.")] = False,
+) -> None:
+    """The explorer in a browser; Ctrl-C ends it."""
+    from beamviz.show.server import serve
+
+    serve(beam, options, host=host, port=whole("port", port, 1, 65535), open_browser=open)
+
+
+@app.command()
+@takes_beam
+def screenshot(
+    beam: Beam,
+    options: dict[str, Any],
+    path: Annotated[Path, typer.Argument(help="The picture to write.", metavar="OUT.png")],
+    width: Annotated[int, numeric("Width in pixels.")] = 1280,
+    height: Annotated[int, numeric("Height in pixels.")] = 720,
+    mode: Annotated[int, numeric("Mode to show, counted from 1.")] = 2,
+    phase: Annotated[float, numeric("Moment of the vibration in cycles, 0 .. 1.")] = 0.25,
+    transparent: Annotated[
+        bool, typer.Option("--transparent", help="Leave the background out.")
+    ] = False,
+) -> None:
+    """The 3D scene as a picture, without a screen."""
+    if path.suffix.lower() != ".png":
+        raise InvalidInput(f"OUT.png = {path}: must end in .png")
+    from beamviz.show.export import screenshot
+
+    screenshot(
+        path,
+        beam,
+        options,
+        width=whole("width", width, *PIXELS),
+        height=whole("height", height, *PIXELS),
+        mode=whole("mode", mode, 1, MAX_MODE),
+        phase=checked("phase", phase, 0, 1),
+        transparent=transparent,
+    )
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run a command line (by default this process's); the exit code (the README lists them)."""
+    given = sys.argv[1:] if arguments is None else arguments
+    try:
+        code = run(given or ["--help"])
+        print(end="", flush=True)
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except OSError as error:
+        silence(sys.stdout)
+        if not isinstance(error, BrokenPipeError):  # a reader that leaves early is no failure
+            print(f"beamviz: {error}", file=sys.stderr)
+        return OTHER_FAILURE
+    return code
+
+
+def silence(stream: TextIO) -> None:
+    """Send what is left in a stream's buffer nowhere, so that its last flush cannot fail."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def run(arguments: list[str]) -> int:
+    """Run a command; every failure becomes one line, and JSON where that was asked for."""
+    try:
+        return app(arguments, prog_name="beamviz", standalone_mode=False) or 0
+    except BeamvizError as error:
+        code = EXIT_CODES.get(type(error), OTHER_FAILURE)
+        limit = {"limit": error.limit} if isinstance(error, NoEquilibrium) else {}
+        return fail(code, error.kind, str(error), arguments, **limit)
+    except typer.TyperException as error:
+        return fail(error.exit_code, InvalidInput.kind, error.format_message(), arguments)
+    except OSError:
+        raise
+    except Exception as error:
+        message = f"unexpected {type(error).__name__}: {error}"
+        return fail(OTHER_FAILURE, "internal", message, arguments)
+
+
+def fail(code: int, kind: str, message: str, arguments: list[str], **details: float) -> int:
+    """Say what went wrong, in one line for people and as JSON for programs."""
+    line = " ".join(message.split())
+    print(f"beamviz: {line}", file=sys.stderr)
+    if "--format=json" in arguments or ("--format", "json") in pairwise(arguments):
+        print(json.dumps({"error": {"kind": kind, "message": line, **details}}))
+    return code

@@ -1,0 +1,122 @@
+"""The project's virtual environment: made once, reused, renewed when pyproject.toml changes.
+
+Standard library only. The two guards come first, so that an old Python says so in one line
+instead of failing on newer syntax; nothing above them may use any.
+"""
+
+import sys
+
+if sys.version_info < (3, 11):  # noqa: UP036
+    sys.exit(
+        "beamviz needs Python 3.11 or newer; this is Python %d.%d (%s)"  # noqa: UP031
+        % (sys.version_info[0], sys.version_info[1], sys.executable)
+    )
+
+import hashlib
+import os
+import shutil
+import subprocess
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+VENV = ROOT / ".venv"
+NO_VENV = """\
+this Python cannot make a virtual environment (its venv or ensurepip module is missing).
+On Debian or Ubuntu: apt-get install python3-venv. Elsewhere: use a Python from python.org."""
+
+
+def say(text: str) -> None:
+    """Progress, on stderr at once."""
+    print(f"beamviz: {text}", file=sys.stderr, flush=True)
+
+
+def python_of(venv: Path) -> Path:
+    """The interpreter inside a virtual environment."""
+    return venv / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+
+
+def ensure(extra: str = "", root: Path = ROOT, venv: Path = VENV) -> Path:
+    """The interpreter of an environment holding beamviz and one of its extras; made if needed."""
+    wanted = fingerprint(root)
+    if not any(is_current(venv, done, wanted) for done in {extra, "test"}):
+        create(venv)
+        install(venv, root, extra)
+        stamp(venv, extra).write_text(wanted)
+    return python_of(venv)
+
+
+def fingerprint(root: Path) -> str:
+    """What an installation depends on: the project file, where it lies, and the Python."""
+    text = f"{root}\n{sys.version_info[:2]}\n".encode() + (root / "pyproject.toml").read_bytes()
+    return hashlib.sha256(text).hexdigest()
+
+
+def stamp(venv: Path, extra: str) -> Path:
+    """The file that says, written last, that an installation came to its end."""
+    return venv / f"beamviz-{extra or 'plain'}.stamp"
+
+
+def is_current(venv: Path, extra: str, wanted: str) -> bool:
+    """Whether the environment holds this extra of exactly this project."""
+    file = stamp(venv, extra)
+    return python_of(venv).exists() and file.exists() and file.read_text() == wanted
+
+
+def create(venv: Path) -> None:
+    """Make the environment, unless one with a working pip is there."""
+    if has_pip(venv):
+        return
+    say(f"making a virtual environment in {venv}")
+    made = subprocess.run(
+        [sys.executable, "-m", "venv", "--clear", venv],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    if made.returncode != 0 or not has_pip(venv):
+        shutil.rmtree(venv, ignore_errors=True)
+        missing = "ensurepip" in made.stdout or "No module named venv" in made.stdout
+        sys.exit(f"beamviz: {NO_VENV if missing else made.stdout.strip()}")
+
+
+def has_pip(venv: Path) -> bool:
+    """Whether the environment is whole enough to install into."""
+    python = python_of(venv)
+    return python.exists() and run_quietly([python, "-m", "pip", "--version"])
+
+
+def run_quietly(command: Sequence[str | Path], timeout: float = 60) -> bool:
+    """Whether a command ends well, its output dropped."""
+    try:
+        done = subprocess.run(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            timeout=timeout,
+            check=False,
+        )
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+    return done.returncode == 0
+
+
+def install(venv: Path, root: Path, extra: str) -> None:
+    """Install the project, editable, with an extra; pip's own progress streams to stderr."""
+    say("installing beamviz and what it needs (once, about a minute)")
+    began = time.monotonic()
+    target = f"{root}[{extra}]" if extra else str(root)
+    pip = [python_of(venv), "-m", "pip", "install", "--disable-pip-version-check"]
+    done = subprocess.run(
+        [*pip, "--editable", target],
+        stdin=subprocess.DEVNULL,
+        stdout=sys.stderr,
+        check=False,
+    )
+    if done.returncode != 0:
+        sys.exit("beamviz: the installation failed (see above); run the same command to try again")
+    say(f"installed in {time.monotonic() - began:.0f} s")

@@ -1,0 +1,212 @@
+"""The five numbers: their limits, their messages, and the way from and to SI units."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from beamviz import Beam, BeamvizError, InvalidInput, Units
+from beamviz.beam import LIMITS
+
+STEEL = {
+    "length": 2.0,
+    "density": 7850.0,
+    "area": 4e-4,
+    "second_moment": 1.2e-8,
+    "youngs_modulus": 2.1e11,
+    "hub_radius": 0.3,
+    "rotation_speed": 25.0,
+    "mass": 0.5,
+    "mass_position": 1.5,
+}
+
+
+def numbers_of_beams() -> st.SearchStrategy[dict[str, float]]:
+    """Five numbers that make a beam."""
+    limits = {**LIMITS, "gamma": (0.0, 50.0)}  # gamma / mu <= 5 for every mu
+    return st.fixed_dictionaries({name: st.floats(*limits[name]) for name in limits})
+
+
+@given(numbers_of_beams())
+def test_numbers_within_the_limits_make_a_beam(numbers):
+    """Every number within its limits is accepted and kept as it is."""
+    assert Beam(**numbers).numbers == numbers
+
+
+@given(st.sampled_from(list(LIMITS)), st.floats())
+def test_a_number_outside_its_limits_is_named(name, value):
+    """The message names the number, the value given and the range allowed."""
+    low, high = LIMITS[name]
+    if low <= value <= high:
+        return
+    with pytest.raises(InvalidInput) as caught:
+        Beam(**{name: value})
+    shown = repr(value).removesuffix(".0")
+    assert str(caught.value) == f"{name} = {shown}: must lie in {low:g} .. {high:g}"
+
+
+@pytest.mark.parametrize("value", ["1", None, True, 1j, [1]])
+def test_what_is_not_a_number_is_named(value):
+    """A text, a truth or a list is not taken for a number."""
+    with pytest.raises(InvalidInput, match=r"^alpha = .*: must be a number and lie in 0 .. 100$"):
+        Beam(alpha=value)
+
+
+def test_an_integer_too_large_for_a_float_is_refused():
+    """The check does not overflow where the number does."""
+    with pytest.raises(InvalidInput, match="alpha = inf"):
+        Beam(alpha=10**400)
+
+
+def test_a_value_just_outside_does_not_read_like_its_limit():
+    """A value is shown with all its digits."""
+    with pytest.raises(InvalidInput, match=r"^alpha = 100\.00000000000001: "):
+        Beam(alpha=math.nextafter(100, 101))
+
+
+def test_the_beam_must_not_turn_too_fast_for_its_slenderness():
+    """gamma / mu has a limit of its own, and its message shows both."""
+    assert Beam(gamma=50, mu=10).gamma == 50
+    with pytest.raises(InvalidInput, match=r"gamma / mu = 5\.1: .* 5 \(gamma = 51, mu = 10\)"):
+        Beam(gamma=51, mu=10)
+
+
+def test_bad_input_is_a_value_error_and_an_error_of_the_package():
+    """Callers may catch either."""
+    with pytest.raises(ValueError, match="beta = 2") as caught:
+        Beam(beta=2)
+    assert isinstance(caught.value, BeamvizError)
+
+
+def test_replace_checks_like_the_constructor():
+    """A changed beam is a checked beam."""
+    assert Beam().replace(alpha=3) == Beam(alpha=3)
+    with pytest.raises(InvalidInput, match="delta = -3"):
+        Beam().replace(delta=-3)
+
+
+def test_negative_zero_is_zero():
+    """No output shows -0."""
+    assert math.copysign(1, Beam(delta=-0.0).delta) == 1
+
+
+def test_si_values_by_hand():
+    """The numbers of a steel bar, against their definitions written out."""
+    beam = Beam.from_si(**STEEL)
+    time = math.sqrt(7850 * 4e-4 * 2**4 / (2.1e11 * 1.2e-8))
+    assert beam.units is not None
+    assert beam.units.time == pytest.approx(time, rel=1e-14)
+    assert beam.numbers == pytest.approx(
+        {
+            "alpha": 0.5 / (7850 * 4e-4 * 2),
+            "beta": 0.75,
+            "gamma": 25 * time,
+            "delta": 0.15,
+            "mu": math.sqrt(4e-4 * 2**2 / 1.2e-8),
+        },
+        rel=1e-14,
+    )
+
+
+def test_si_defaults():
+    """No mass, no hub and no rotation unless given; a mass without a position is at the tip."""
+    needed = dict(list(STEEL.items())[:5])
+    assert Beam.from_si(**needed).numbers == pytest.approx(
+        {"alpha": 0, "beta": 1, "gamma": 0, "delta": 0, "mu": math.sqrt(4e-4 * 4 / 1.2e-8)}
+    )
+    assert Beam.from_si(**needed, mass=1.0).beta == 1
+
+
+@given(numbers_of_beams(), st.floats(1e-3, 1e3), st.floats(1e-6, 1e3), st.floats(1, 1e5))
+def test_si_and_back(numbers, length, time, density):
+    """A beam of any size with the same five numbers is the same beam, and knows its size."""
+    area = 1e-2 * length**2
+    inside = 1 - 1e-12  # rounding must not push a number at its limit over it
+    beam = Beam.from_si(
+        length=length,
+        density=density,
+        area=area,
+        second_moment=area * (length / numbers["mu"]) ** 2,
+        youngs_modulus=density * (length * numbers["mu"] / time) ** 2,
+        hub_radius=numbers["delta"] * length * inside,
+        rotation_speed=numbers["gamma"] / time * inside,
+        mass=numbers["alpha"] * density * area * length * inside,
+        mass_position=numbers["beta"] * length,
+    )
+    assert beam.numbers == pytest.approx(numbers, rel=1e-9, abs=1e-300)
+    assert beam.units is not None
+    assert beam.units.length == length
+    assert beam.units.time == pytest.approx(time, rel=1e-12)
+
+
+def test_units_of_frequency():
+    """One radian per T* of half a second is 2 rad/s, 1/pi Hz; gamma = pi is 60 rpm."""
+    units = Units(length=3.0, time=0.5)
+    assert units.angular_frequency(1.0) == pytest.approx(2)
+    assert units.hertz(1.0) == pytest.approx(1 / math.pi)
+    assert units.rpm(math.pi) == pytest.approx(60)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"length": 0}, r"^length = 0: must be above 0$"),
+        ({"density": -1}, r"^density = -1: must be 0 or more$"),
+        ({"area": math.nan}, r"^area = nan: must be 0 or more$"),
+        ({"youngs_modulus": "steel"}, r"^youngs_modulus = 'steel': must be a number"),
+        ({"mass_position": 2.5}, r"^mass_position = 2.5: must lie in 0 .. 2$"),
+        ({"hub_radius": math.inf}, r"^hub_radius = inf: must be finite$"),
+        ({"rotation_speed": 1e6}, r"^rotation_speed T\* = gamma = .*: must lie in 0 .. 200$"),
+        ({"mass": 1e6}, r"^mass / \(density area length\) = alpha = .*: must lie in 0 .. 100$"),
+        ({"second_moment": 1e-3}, r"^length sqrt\(area / second_moment\) = mu = 1.26"),
+        ({"density": 1e-300, "area": 1e-30}, r"^density area length \[kg\] = 0: .* too extreme$"),
+        ({"length": 1e300}, r"^T\* \[s\] = inf: the SI values are too extreme$"),
+    ],
+)
+def test_bad_si_values_are_named(change, message):
+    """The message names what was given in SI, not only the number that came of it."""
+    with pytest.raises(InvalidInput, match=message):
+        Beam.from_si(**{**STEEL, **change})
+
+
+def toml(values: dict[str, object]) -> str:
+    """Values as the lines of a TOML file."""
+    return "".join(f"{name} = {value}\n" for name, value in values.items())
+
+
+def test_toml_holds_the_keywords(tmp_path):
+    """A file with the keywords of from_si is the same beam, with or without a byte-order mark."""
+    for mark in (b"", b"\xef\xbb\xbf"):
+        file = tmp_path / "beam.toml"
+        file.write_bytes(mark + toml(STEEL).encode())
+        assert Beam.from_toml(file) == Beam.from_si(**STEEL)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (b"lenght = 2\n", "unknown key 'lenght'; known: length, density"),
+        (b"length = 2\n", r"missing key 'density' \[kg/m\^3\]"),
+        (b"length = \n", "not a TOML file"),
+        (b"\xff\xfe", "not a TOML file"),
+        (b"length = 1" + 5000 * b"0", "not a TOML file"),
+        (b"# " + 70_000 * b"-", "larger than 64000 bytes"),
+        (b"a = " + 5000 * b"[" + b"\n", "not a TOML file"),
+    ],
+    ids=["unknown", "missing", "syntax", "encoding", "long number", "long file", "deep"],
+)
+def test_bad_toml_is_named(tmp_path, text, message):
+    """A file that is no beam says which file and what is wrong in it."""
+    file = tmp_path / "beam.toml"
+    file.write_bytes(text)
+    with pytest.raises(InvalidInput, match=f"beam.toml: .*{message}"):
+        Beam.from_toml(file)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    """No traceback for a wrong path, and none for a directory."""
+    with pytest.raises(InvalidInput, match=r"none\.toml: No such file"):
+        Beam.from_toml(tmp_path / "none.toml")
+    with pytest.raises(InvalidInput, match=r"[Dd]irectory|Permission"):
+        Beam.from_toml(tmp_path)
