@@ -182,19 +182,30 @@ def read_si(path: Path) -> dict[str, float]:
 
 def checked(name: str, value: object, low: float, high: float) -> float:
     """`value` as a float within low .. high, or InvalidInput naming it."""
-    if math.isfinite(high):
-        allowed = f"lie in {low:g} .. {high:g}"
-    else:
-        allowed = "be 0 or more" if low == 0 else "be finite"
     if isinstance(value, bool) or not isinstance(value, Real):
-        raise InvalidInput(f"{name} = {value!r}: must be a number and {allowed}")
+        raise InvalidInput(f"{name} = {value!r}: must be a number and {allowed(low, high)}")
     try:
         number = float(value)
     except OverflowError:
         number = math.inf
     if not (math.isfinite(number) and low <= number <= high):
-        raise InvalidInput(f"{name} = {shown(number)}: must {allowed}")
+        raise InvalidInput(f"{name} = {shown(number)}: must {allowed(low, high)}")
     return number + 0.0  # -0.0 becomes 0.0
+
+
+def whole(name: str, value: object, low: int, high: int) -> int:
+    """`value` as an integer within low .. high, or InvalidInput naming it."""
+    number = checked(name, value, low, high)
+    if number != int(number):
+        raise InvalidInput(f"{name} = {shown(number)}: must be a whole number in {low} .. {high}")
+    return int(number)
+
+
+def allowed(low: float, high: float) -> str:
+    """The words for a range."""
+    if math.isfinite(high):
+        return f"lie in {low:g} .. {high:g}"
+    return "be 0 or more" if low == 0 else "be finite"
 
 
 def shown(number: float) -> str:

@@ -13,15 +13,14 @@ from typing import Annotated, Any, Literal, TextIO
 import typer
 
 from beamviz import __version__
-from beamviz.beam import Beam, checked
+from beamviz.beam import Beam, checked, whole
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
-from beamviz.options import numeric, takes_beam, whole
+from beamviz.options import numeric, takes_beam
 
 EXIT_CODES = {InvalidInput: 2, NoEquilibrium: 3, NotConverged: 4}
 OTHER_FAILURE = 1
 INTERRUPTED = 130
-PIXELS = (16, 8192)
-MAX_MODE = 50
+PORTS = (1, 65535)
 
 app = typer.Typer(add_completion=False)
 
@@ -70,7 +69,7 @@ def serve(
     """The explorer in a browser; Ctrl-C ends it."""
     from beamviz.show.server import serve
 
-    serve(beam, options, host=host, port=whole("port", port, 1, 65535), open_browser=open)
+    serve(beam, options, host=host, port=whole("port", port, *PORTS), open_browser=open)
 
 
 @app.command()
@@ -88,9 +87,8 @@ def screenshot(
     ] = False,
 ) -> None:
     """The 3D scene as a picture, without a screen."""
-    if path.suffix.lower() != ".png":
-        raise InvalidInput(f"OUT.png = {path}: must end in .png")
-    from beamviz.show.export import screenshot
+    from beamviz.mechanics.solve import MAX_MODES
+    from beamviz.show.export import PIXELS, screenshot
 
     screenshot(
         path,
@@ -98,7 +96,7 @@ def screenshot(
         options,
         width=whole("width", width, *PIXELS),
         height=whole("height", height, *PIXELS),
-        mode=whole("mode", mode, 1, MAX_MODE),
+        mode=whole("mode", mode, 1, MAX_MODES),
         phase=checked("phase", phase, 0, 1),
         transparent=transparent,
     )

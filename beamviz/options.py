@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from beamviz.beam import LIMITS, NAMES, Beam, checked
+from beamviz.beam import LIMITS, NAMES, Beam
 from beamviz.errors import InvalidInput
 
 DEFINITIONS = {
@@ -106,14 +106,6 @@ def beam_and_model(
             f"--{name} {value} and --si {si} exclude each other: the file gives all five numbers"
         )
     return Beam.from_toml(si), options
-
-
-def whole(name: str, value: object, low: int, high: int) -> int:
-    """`value` as an integer within low .. high, or InvalidInput naming it."""
-    number = checked(name, value, low, high)
-    if number != int(number):
-        raise InvalidInput(f"{name} = {number:g}: must be a whole number in {low} .. {high}")
-    return int(number)
 
 
 def takes_beam(command: Callable[..., None]) -> Callable[..., None]:
