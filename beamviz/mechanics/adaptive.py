@@ -1,14 +1,14 @@
 """The default method `auto`: as few unknowns as the tolerance asks for."""
 
-from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.mechanics import hp
-from beamviz.mechanics.layers import MAX_ORDER, discretisation
+from beamviz.mechanics.layers import MAX_ORDER, discretisation, segments
 from beamviz.mechanics.mesh import Mesh, mesh
 from beamviz.mechanics.strain import Curvature, StrainLaw
 
@@ -21,21 +21,18 @@ LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 LIMIT_ORDER = 12
 
 
-@dataclass(frozen=True)
-class StraightModes:
-    """Both families on the mesh that met the tolerance."""
+class StraightModes(NamedTuple):
+    """The lowest modes of both families on the mesh that met the tolerance."""
 
     mesh: Mesh
     f: np.ndarray  # (n,) stretch at the mesh points
     iterations: int
     bending: hp.Modes
     stretching: hp.Modes
-    picks: np.ndarray  # (modes,) ascending, into bending then stretching laid end to end
-
-    def merged(self, name: str) -> np.ndarray:
-        """An array of both families in the order of the merged modes: (modes,)."""
-        both = np.concatenate((getattr(self.bending, name), getattr(self.stretching, name)))
-        return both[self.picks]
+    picks: np.ndarray  # (modes,) into bending then stretching laid end to end
+    squares: np.ndarray  # (modes,) omega^2, ascending
+    truncation: np.ndarray  # (modes,) error of omega^2 from the order of the mesh
+    rounding: np.ndarray  # (modes,) error of omega^2 from rounding
 
 
 def solve_straight(
@@ -46,11 +43,14 @@ def solve_straight(
     Raises NoEquilibrium with the limit, NotConverged when refinement does not get there.
     """
     stretch = _typical_stretch(beam, law) if beam.gamma > SMALL_STRETCH * beam.mu else 1.0
-    breaks, order = discretisation(beam, modes, tolerance, stretch, curvature.power)
+    parts = segments(beam, stretch, law)
+    breaks, order = discretisation(parts, beam.mu, modes, curvature, tolerance)
     for _ in range(REFINEMENTS):
         points = mesh(breaks, order)
         found = _solve_on(points, beam, modes, law, curvature, chordwise)
-        excess = _excess(found, tolerance)
+        # Rounding counts as met: no mesh mends it, and the reported error says it.
+        allowed = 2 * tolerance * abs(found.squares) + found.rounding
+        excess = (found.truncation / allowed).max()
         if excess <= 1:
             return found
         breaks, order = _refined(breaks, order)
@@ -72,18 +72,17 @@ def _solve_on(
     """Equilibrium and modes on one mesh."""
     rho = hp.inertia(points, beam.alpha, beam.beta)
     f, iterations = equilibrium(points, rho, beam, law)
-    bending = hp.bending(points, rho, beam, f, curvature, chordwise, modes)
+    bending = hp.bending(points, rho, beam, f, curvature, modes)
     stretching = hp.stretching(points, rho, beam, f, law, modes)
-    squares = np.concatenate((bending.squares, stretching.squares))
-    picks = squares.argsort(kind="stable")[:modes]
-    return StraightModes(points, f, iterations, bending, stretching, picks)
-
-
-def _excess(found: StraightModes, tolerance: float) -> float:
-    """Largest error in units of the tolerance; rounding counts as met: no mesh mends it."""
-    truncation = found.merged("truncation")
-    allowed = 2 * tolerance * abs(found.merged("squares")) + found.merged("rounding")
-    return float((truncation / allowed).max())
+    both = np.array([(*bending.squares, *stretching.squares), (*bending.lost, *stretching.lost)])
+    softened = both[0] - beam.gamma**2
+    if not chordwise:
+        softened[:modes] = bending.squares
+    picks = softened.argsort(kind="stable")[:modes]
+    truncation, rounding = hp.errors(points, f, *both[:, picks])
+    return StraightModes(
+        points, f, iterations, bending, stretching, picks, softened[picks], truncation, rounding
+    )
 
 
 def _refined(breaks: tuple[float, ...], order: int) -> tuple[tuple[float, ...], int]:
@@ -109,7 +108,7 @@ def equilibrium(
 
     The full load first; where that leaves the stable branch, continuation in the load.
     """
-    f = np.ones_like(points.weights)
+    f = np.ones(len(points.weights))
     if not beam.gamma:
         return f, 0
     load = (beam.gamma / beam.mu) ** 2

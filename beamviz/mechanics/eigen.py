@@ -21,7 +21,8 @@ def lowest(K: np.ndarray, M: np.ndarray, count: int) -> tuple[np.ndarray, np.nda
     Returns lambda (count,) and V (n, count) with V' M V = 1.
     """
     for shift in SHIFTS:
-        nu, V, info = lapack.dsygvd(M, K + shift * M if shift else K)
+        # Transposed, symmetric matrices come as LAPACK wants them: no conversion.
+        nu, V, info = lapack.dsygvd(M.T, (K + shift * M if shift else K).T)
         if not info:
             nu = nu[: -count - 1 : -1]
             return 1 / nu - shift, V[:, : -count - 1 : -1] / np.sqrt(nu)

@@ -7,7 +7,7 @@ the jump of the stretch at a concentrated mass costs no accuracy. Convergence is
 in the order.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import lapack
@@ -19,13 +19,13 @@ from beamviz.mechanics.strain import Curvature, StrainLaw
 
 EPS = float(np.finfo(float).eps)
 NEWTON_ITERATIONS = 12
+NEWTON_STEP = 1e-7
 # Factors on the two estimates of error, set on random beams over all accepted scenes.
 TRUNCATION_FACTOR = 8.0
 ROUNDING_FACTOR = 30.0
 
 
-@dataclass(frozen=True)
-class Inertia:
+class Inertia(NamedTuple):
     """The line density rho = 1 + alpha Dirac(x - beta) in terms of a gradient on a mesh."""
 
     G: np.ndarray  # (n, n) mass matrix J' rho J
@@ -38,8 +38,8 @@ def inertia(mesh: Mesh, alpha: float, beta: float) -> Inertia:
     """The inertia of a beam whose mass sits on a break of the mesh."""
     if not (alpha and beta):
         return Inertia(mesh.G, mesh.g, None, 1.0)
-    to_mass = np.where(mesh.points < beta, mesh.weights, 0.0)
-    root = np.sqrt(alpha) * to_mass
+    to_mass = mesh.weights if beta == 1 else np.where(mesh.points < beta, mesh.weights, 0.0)
+    root = alpha**0.5 * to_mass
     return Inertia(mesh.G + root[:, None] * root, mesh.g + alpha * to_mass, root, 1.0 + alpha)
 
 
@@ -48,23 +48,30 @@ def newton(
 ) -> tuple[np.ndarray | None, int]:
     """The stretch f (n,) in equilibrium at load = (gamma / mu)^2, by Newton-Raphson from f.
 
-    The residual is n(f) w - load (G f + delta g), the paper's eq. 40 for a straight beam.
+    The residual is w n(f) - load (G f + delta g), the paper's eq. 40 for a straight beam.
     Returns None for f where an iterate leaves the stable branch, and the iterations done.
     """
-    diagonal = slice(None, None, len(f) + 1)
+    w, A, b = mesh.weights, load * rho.G, load * delta * rho.g
     for iteration in range(1, NEWTON_ITERATIONS + 1):
-        tangent = -load * rho.G
-        tangent.flat[diagonal] += mesh.weights * law.stiffness(f)
-        residual = mesh.weights * law.force(f) - load * (rho.G @ f + delta * rho.g)
-        _, step, info = lapack.dposv(tangent, residual)
+        n, slope = law.force_and_stiffness(f)
+        tangent = -A
+        _diagonal(tangent)[:] += w * slope
+        _, step, info = lapack.dposv(tangent.T, w * n - A @ f - b, overwrite_a=True)
         if info:
             return None, iteration
         f = f - step
-        if f.min() <= law.min_stretch or f.max() >= law.max_stretch:
+        if f.min() <= law.min_stretch:
             return None, iteration
-        if abs(step).max() < 1e-9 * f.max():  # quadratic: the next step is below rounding
-            return (f if _clamp_holds(rho, delta, law, load, f) else None), iteration
+        largest = f.max()
+        if abs(step).max() < NEWTON_STEP * largest:  # quadratic: the next one is below rounding
+            held = largest < law.max_stretch and _clamp_holds(rho, delta, law, load, f)
+            return (f if held else None), iteration
     return None, iteration
+
+
+def _diagonal(A: np.ndarray) -> np.ndarray:
+    """The diagonal of a contiguous matrix, as a view to write to."""
+    return A.reshape(-1)[:: len(A) + 1]
 
 
 def _clamp_holds(
@@ -72,20 +79,21 @@ def _clamp_holds(
 ) -> bool:
     """Whether the law bears the force at the clamp, the largest one and never a Gauss point."""
     force = load * (rho.g @ f + delta * rho.total)
-    return law.force(law.min_stretch) < force < law.force(law.max_stretch)
+    if law.min_stretch > 0 and force <= law.force(law.min_stretch):
+        return False
+    return law.max_stretch == np.inf or force < law.force(law.max_stretch)
 
 
-@dataclass(frozen=True)
-class Modes:
-    """The lowest modes of one family, unit modal mass, ascending.
+class Modes(NamedTuple):
+    """The lowest modes of one family, of unit modal mass, ascending, without the softening.
 
-    `errors` are those of omega^2: from the order of the mesh, and from rounding.
+    `lost` is the energy in the two highest polynomials of each element, which bounds what a
+    higher order would change of omega^2.
     """
 
     squares: np.ndarray  # (k,) omega^2
     unknowns: np.ndarray  # (n, k)
-    truncation: np.ndarray  # (k,)
-    rounding: np.ndarray  # (k,)
+    lost: np.ndarray  # (k,)
 
 
 def stretching(
@@ -93,17 +101,11 @@ def stretching(
 ) -> Modes:
     """The lowest stretching modes about the stretch f; their unknowns are s = du'."""
     K = np.diag(mesh.weights * straight.stretching_rigidity(f, beam.mu, law))
-    return _modes(mesh, K, rho.G, f, count, beam.gamma**2)
+    return _modes(mesh, K, rho.G, count)
 
 
 def bending(
-    mesh: Mesh,
-    rho: Inertia,
-    beam: Beam,
-    f: np.ndarray,
-    curvature: Curvature,
-    chordwise: bool,
-    count: int,
+    mesh: Mesh, rho: Inertia, beam: Beam, f: np.ndarray, curvature: Curvature, count: int
 ) -> Modes:
     """The lowest bending modes about the stretch f; their unknowns are kappa = theta'.
 
@@ -113,25 +115,27 @@ def bending(
     J, w = mesh.J, mesh.weights
     wN = beam.gamma**2 * (rho.G @ f + beam.delta * rho.g)
     K = (J.T * (wN * f)) @ J
-    K.flat[:: len(f) + 1] += w * straight.bending_rigidity(f, curvature)
+    _diagonal(K)[:] += w * straight.bending_rigidity(f, curvature)
     W = J @ (f[:, None] * J)
     M = (W.T * w) @ W
     if rho.to_mass is not None:
         row = (rho.to_mass * f) @ J
         M += row[:, None] * row
-    return _modes(mesh, K, M, f, count, beam.gamma**2 if chordwise else 0.0)
+    return _modes(mesh, K, M, count)
 
 
-def _modes(
-    mesh: Mesh, K: np.ndarray, M: np.ndarray, f: np.ndarray, count: int, softening: float
-) -> Modes:
-    """Modes of K - softening M. The softening is a multiple of M: it shifts every eigenvalue
-    and leaves the modes alone."""
+def _modes(mesh: Mesh, K: np.ndarray, M: np.ndarray, count: int) -> Modes:
     squares, v = eigen.lowest(K, M, count)
-    tail = mesh.tail(v)
-    lost = abs((tail * (K @ tail - M @ tail * squares)).sum(axis=0))
-    tail = mesh.tail(f)
+    tail = mesh.T @ v
+    return Modes(squares, v, (tail * (K @ tail)).sum(axis=0))
+
+
+def errors(
+    mesh: Mesh, f: np.ndarray, squares: np.ndarray, lost: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Estimated errors of omega^2 (without softening, ascending): from order, from rounding."""
+    tail = mesh.T @ f
     lost_stretch = (mesh.weights @ (tail * tail)) / (mesh.weights @ f) ** 2
     truncation = TRUNCATION_FACTOR * (lost + lost_stretch * abs(squares))
     rounding = ROUNDING_FACTOR * EPS * abs(squares) * (1 + abs(squares / squares[0]))
-    return Modes(squares - softening, v, truncation, rounding)
+    return truncation, rounding

@@ -48,8 +48,9 @@ def _antiderivatives(xi: np.ndarray, order: int) -> np.ndarray:
 class Mesh:
     """Elements between `breaks`, each with `order` Gauss points; n = elements * order.
 
-    J has shape (n, n): values at the points -> integral from the clamp to each point.
-    G = J' W J and g = J' W 1 are the inertia of a unit line density in terms of a gradient.
+    J integrates values at the points from the clamp to each point, T keeps the part of them in
+    the two highest polynomials of each element, G = J' W J and g = J' W 1 are the inertia of a
+    unit line density in terms of a gradient.
     """
 
     breaks: np.ndarray  # (elements + 1,)
@@ -57,17 +58,13 @@ class Mesh:
     points: np.ndarray  # (n,)
     weights: np.ndarray  # (n,)
     J: np.ndarray  # (n, n)
+    T: np.ndarray  # (n, n)
     G: np.ndarray  # (n, n)
     g: np.ndarray  # (n,)
 
     @property
     def elements(self) -> int:
         return len(self.breaks) - 1
-
-    def tail(self, values: np.ndarray) -> np.ndarray:
-        """The part of values (n, k) in the two highest polynomials of each element: (n, k)."""
-        parts = reference(self.order).last_two @ values.reshape(self.elements, self.order, -1)
-        return parts.reshape(values.shape)
 
     def from_clamp(self, x: np.ndarray) -> np.ndarray:
         """Matrix (len(x), n): values at the points -> integral from the clamp to each x."""
@@ -107,12 +104,14 @@ def mesh(breaks: tuple[float, ...], order: int) -> Mesh:
     points = (ends[:-1, None] + half[:, None] * (element.points + 1)).ravel()
     weights = np.outer(half, element.weights).ravel()
     J = np.tril(np.ones((m, m)), -1).repeat(order, 0).repeat(order, 1) * weights
+    T = np.zeros_like(J)
     for e in range(m):
         block = slice(e * order, (e + 1) * order)
         J[block, block] = half[e] * element.integration
+        T[block, block] = element.last_two
     WJ = weights[:, None] * J
     G, g = J.T @ WJ, WJ.sum(axis=0)
-    return Mesh(_frozen(ends), order, *(_frozen(a) for a in (points, weights, J, G, g)))
+    return Mesh(_frozen(ends), order, *(_frozen(a) for a in (points, weights, J, T, G, g)))
 
 
 def _frozen(array: np.ndarray) -> np.ndarray:

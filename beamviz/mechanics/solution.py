@@ -78,7 +78,7 @@ class Solution:
     equilibrium: Equilibrium
     stats: Stats
     squares: np.ndarray  # (modes,) omega^2, ascending; negative where unstable
-    errors: np.ndarray  # (modes,) estimated absolute errors of frequency or growth rate
+    square_errors: np.ndarray  # (modes,) estimated absolute errors of omega^2
     bending_fractions: np.ndarray  # (modes,) share of the kinetic energy across the beam
     displacement: Callable[[np.ndarray], np.ndarray]  # x -> (len(x), 2, modes)
 
@@ -91,6 +91,14 @@ class Solution:
     def growth_rates(self) -> np.ndarray:
         """Growth rates (modes,) in units of 1/T*; 0 where stable."""
         return np.sqrt(np.maximum(-self.squares, 0.0))
+
+    @cached_property
+    def errors(self) -> np.ndarray:
+        """Estimated absolute errors (modes,) of frequency or growth rate."""
+        size = abs(self.squares)
+        return self.square_errors / (
+            np.sqrt(size) + np.sqrt(np.maximum(size - self.square_errors, 0.0))
+        )
 
     @cached_property
     def families(self) -> tuple[str, ...]:

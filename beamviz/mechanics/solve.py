@@ -80,8 +80,7 @@ def _auto(beam, model, modes, tolerance, elements, start) -> Solution:
         model.plane == "chordwise",
         tolerance,
     )
-    squares = found.merged("squares")
-    mesh = found.mesh
+    squares, mesh = found.squares, found.mesh
     return Solution(
         beam=beam,
         model=model,
@@ -92,15 +91,10 @@ def _auto(beam, model, modes, tolerance, elements, start) -> Solution:
             2 * len(found.f), time.perf_counter() - start, "hp", mesh.elements, mesh.order
         ),
         squares=squares,
-        errors=frequency_errors(squares, found.merged("truncation") + found.merged("rounding")),
+        square_errors=found.truncation + found.rounding,
         bending_fractions=(found.picks < modes).astype(float),
         displacement=_displacement(found, modes),
     )
-
-
-def frequency_errors(squares: np.ndarray, errors: np.ndarray) -> np.ndarray:
-    """Errors of omega from those of omega^2; near omega = 0 the root, which is larger there."""
-    return errors / (np.sqrt(abs(squares)) + np.sqrt(np.maximum(abs(squares) - errors, 0.0)))
 
 
 def _axial(found: StraightModes) -> Callable:

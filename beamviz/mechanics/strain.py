@@ -39,6 +39,11 @@ class StrainLaw:
         """n' = e'^2 + e e'', the slope of the force."""
         return self.first(f) ** 2 + self.strain(f) * self.second(f)
 
+    def force_and_stiffness(self, f: NDArray) -> tuple[NDArray, NDArray]:
+        """n and n' together, as Newton needs them."""
+        e, first = self.strain(f), self.first(f)
+        return e * first, first * first + e * self.second(f)
+
 
 @dataclass(frozen=True)
 class Curvature:
