@@ -20,11 +20,11 @@ DEFINITIONS = {
 }
 
 
-def number(text: str) -> float | str:
+def number(text: str | float) -> float | str:
     """A number, or the text as it is: the check that knows the range names both."""
     for kind in (int, float):
         try:
-            return kind(text)
+            return kind(str(text))  # a default comes as a number, and int() would cut it off
         except ValueError:
             continue
     return text

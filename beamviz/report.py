@@ -171,6 +171,11 @@ def foot(solution: "Solution") -> str:
     """What the answer took."""
     stats = solution.stats
     return (
-        f"{stats.method}: {stats.elements} elements of order {stats.order},"
+        f"{stats.method}: {plural(stats.elements, 'element')} of order {stats.order},"
         f" {stats.dof} unknowns, {1000 * stats.seconds:.3g} ms"
     )
+
+
+def plural(count: int, noun: str) -> str:
+    """1 element, 2 elements."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

@@ -1,7 +1,7 @@
 """The project's virtual environment: made once, reused, renewed when pyproject.toml changes.
 
-Standard library only. The two guards come first, so that an old Python says so in one line
-instead of failing on newer syntax; nothing above them may use any.
+Standard library only. The guard comes before everything else, and the other scripts import
+this file first, so that an old Python says so in one line instead of failing further on.
 """
 
 import sys

@@ -1,0 +1,244 @@
+"""The scripts that make the environment, find a browser, and run the checks."""
+
+import ast
+import importlib.util
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+SCRIPTS = Path(__file__).resolve().parent.parent / "scripts"
+posix = pytest.mark.skipif(os.name != "posix", reason="writes a shell script")
+
+
+def loaded(name: str, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """A fresh copy of a script as a module, its neighbours importable."""
+    monkeypatch.syspath_prepend(str(SCRIPTS))
+    spec = importlib.util.spec_from_file_location(f"script_{name}", SCRIPTS / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture
+def environment(monkeypatch):
+    """scripts/_environment.py."""
+    return loaded("_environment", monkeypatch)
+
+
+@pytest.fixture
+def browser(monkeypatch):
+    """scripts/_browser.py, with nothing named and nothing found or fetched yet."""
+    monkeypatch.delenv("BEAMVIZ_BROWSER", raising=False)
+    module = loaded("_browser", monkeypatch)
+    monkeypatch.setattr(module, "working", lambda browser: browser)
+    monkeypatch.setattr(module, "found_browser", lambda: None)
+    monkeypatch.setattr(module, "from_debian", lambda: None)
+    monkeypatch.setattr(module, "from_playwright", lambda python: None)
+    return module
+
+
+@pytest.fixture
+def checks(monkeypatch):
+    """scripts/test.py, in this environment and without a browser."""
+    module = loaded("test", monkeypatch)
+    monkeypatch.setattr(module, "ensure", lambda extra: Path(sys.executable))
+    monkeypatch.setattr(module, "find_or_fetch", lambda python: None)
+    return module
+
+
+@pytest.fixture
+def project(tmp_path, environment, monkeypatch):
+    """A project folder and what was done to install it, with pip and venv replaced."""
+    (tmp_path / "pyproject.toml").write_text("one")
+    done: list[str] = []
+
+    def create(venv):
+        environment.python_of(venv).parent.mkdir(parents=True, exist_ok=True)
+        environment.python_of(venv).touch()
+
+    monkeypatch.setattr(environment, "create", create)
+    monkeypatch.setattr(environment, "install", lambda venv, root, extra: done.append(extra))
+    return tmp_path, done
+
+
+def executable(path: Path, code: str) -> Path:
+    """A shell script that can be run."""
+    path.write_text(f"#!/bin/sh\n{code}\n")
+    path.chmod(0o755)
+    return path
+
+
+@pytest.mark.parametrize("name", ["serve", "test"])
+def test_an_older_python_is_told_in_one_line(name):
+    """Python 3.10 ends with a sentence, before anything newer is used."""
+    pretend = f"""
+import runpy, sys
+sys.version_info = (3, 10, 4, "final", 0)
+runpy.run_path({str(SCRIPTS / f"{name}.py")!r}, run_name="__main__")
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", pretend],
+        env={**os.environ, "PYTHONPATH": str(SCRIPTS)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert done.stderr.startswith("beamviz needs Python 3.11 or newer; this is Python 3.10")
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("name", ["_environment", "_browser", "serve", "test"])
+def test_older_pythons_can_read_the_scripts(name):
+    """No syntax newer than Python 3.7 stands between an old Python and that sentence."""
+    ast.parse((SCRIPTS / f"{name}.py").read_text(), feature_version=(3, 7))
+
+
+@pytest.mark.parametrize("name", ["serve", "test"])
+def test_the_scripts_need_the_standard_library_only(name):
+    """They load before anything is installed, the package's search for a browser with them."""
+    load = f"import sys; sys.path.insert(0, {str(SCRIPTS)!r}); import runpy; "
+    run = f"runpy.run_path({str(SCRIPTS / f'{name}.py')!r}, run_name='loaded')"
+    subprocess.run([sys.executable, "-I", "-S", "-c", load + run], check=True)
+
+
+def test_an_installation_is_made_once_and_reused(environment, project):
+    """The second call installs nothing."""
+    root, done = project
+    python = environment.ensure(root=root, venv=root / "venv")
+    assert python == environment.python_of(root / "venv")
+    assert environment.ensure(root=root, venv=root / "venv") == python
+    assert done == [""]
+
+
+def test_a_changed_project_file_installs_again(environment, project):
+    """pyproject.toml decides what is installed."""
+    root, done = project
+    environment.ensure(root=root, venv=root / "venv")
+    (root / "pyproject.toml").write_text("two")
+    environment.ensure(root=root, venv=root / "venv")
+    assert done == ["", ""]
+
+
+def test_a_moved_project_installs_again(environment, project, tmp_path):
+    """An environment copied along with its project still points to the old place."""
+    root, done = project
+    environment.ensure(root=root, venv=root / "venv")
+    moved = root.rename(tmp_path.with_name(tmp_path.name + "-moved"))
+    environment.ensure(root=moved, venv=moved / "venv")
+    assert done == ["", ""]
+
+
+def test_the_test_environment_serves_too(environment, project):
+    """What the tests need includes what the explorer needs, and not the other way round."""
+    root, done = project
+    environment.ensure(root=root, venv=root / "venv")
+    environment.ensure("test", root=root, venv=root / "venv")
+    (environment.stamp(root / "venv", "")).unlink()
+    environment.ensure(root=root, venv=root / "venv")
+    assert done == ["", "test"]
+
+
+def test_an_interrupted_installation_is_done_again(environment, project, monkeypatch):
+    """The stamp comes last, so that half an installation is not taken for a whole one."""
+    root, done = project
+
+    def interrupted(venv, root, extra):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as during:
+        during.setattr(environment, "install", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            environment.ensure(root=root, venv=root / "venv")
+    environment.ensure(root=root, venv=root / "venv")
+    assert done == [""]
+
+
+@posix
+def test_a_python_without_ensurepip_is_told_the_remedy(environment, tmp_path, monkeypatch):
+    """Debian's Python without python3-venv leaves no half environment behind."""
+    says = "echo The virtual environment was not created because ensurepip is not available"
+    fake = executable(tmp_path / "python", f"mkdir -p {tmp_path}/venv/bin; {says}; exit 1")
+    monkeypatch.setattr(sys, "executable", str(fake))
+    with pytest.raises(SystemExit, match="apt-get install python3-venv"):
+        environment.create(tmp_path / "venv")
+    assert not (tmp_path / "venv").exists()
+
+
+@posix
+def test_a_failed_installation_ends_the_script(environment, tmp_path):
+    """pip's failure is not passed over."""
+    python = environment.python_of(tmp_path)
+    python.parent.mkdir()
+    executable(python, "exit 1")
+    with pytest.raises(SystemExit, match="installation failed"):
+        environment.install(tmp_path, tmp_path, "test")
+
+
+def test_a_browser_that_is_there_comes_first(browser, monkeypatch):
+    """Then Debian's, then Playwright's, then none."""
+    python = Path(sys.executable)
+    assert browser.find_or_fetch(python) is None
+    for name, answer in (
+        ("from_playwright", lambda python: "playwright"),
+        ("from_debian", lambda: "debian"),
+        ("found_browser", lambda: "found"),
+    ):
+        monkeypatch.setattr(browser, name, answer)
+        assert browser.find_or_fetch(python) in name
+
+
+def test_a_named_browser_is_not_replaced(browser, monkeypatch):
+    """BEAMVIZ_BROWSER is an order: none means none, and one that does not start is an error."""
+    monkeypatch.setattr(browser, "from_debian", lambda: "debian")
+    monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
+    assert browser.find_or_fetch(Path(sys.executable)) is None
+    monkeypatch.setenv("BEAMVIZ_BROWSER", "mosaic")
+    with pytest.raises(SystemExit, match="BEAMVIZ_BROWSER = mosaic: does not start"):
+        browser.find_or_fetch(Path(sys.executable))
+
+
+@posix
+def test_only_a_browser_that_starts_is_used(tmp_path, monkeypatch):
+    """A command that only tells how to install a browser is not one."""
+    module = loaded("_browser", monkeypatch)
+    good = str(executable(tmp_path / "good", "exit 0"))
+    assert module.working(good) == good
+    assert module.working(str(executable(tmp_path / "stub", "exit 1"))) is None
+    assert module.working(str(tmp_path / "missing")) is None
+    assert module.working(None) is None
+
+
+def test_debian_is_asked_as_root_only(monkeypatch):
+    """A normal user gets no failing apt-get."""
+    module = loaded("_browser", monkeypatch)
+    monkeypatch.setattr(module, "succeeded", lambda command: pytest.fail(f"ran {command}"))
+    monkeypatch.setattr(module.shutil, "which", lambda name: f"/usr/bin/{name}")
+    monkeypatch.setattr(os, "geteuid", lambda: 1000, raising=False)
+    assert module.from_debian() is None
+
+
+def test_the_exit_code_says_whether_every_check_passed(checks, monkeypatch, capfd):
+    """One failure is a failure, and the checks after it still run."""
+    good, bad = ["timeit", "-n1", "-r1", "pass"], ["timeit", "-n1", "-r1", "raise SystemExit(3)"]
+    monkeypatch.setattr(checks, "CHECKS", {"lint": good, "tests": good})
+    assert checks.main([]) == 0
+    monkeypatch.setattr(checks, "CHECKS", {"lint": bad, "tests": good})
+    assert checks.main([]) == 1
+    told = capfd.readouterr().err
+    assert "all checks passed" in told
+    assert "lint: FAILED" in told
+    assert told.rstrip().endswith("FAILED: lint")
+
+
+def test_arguments_are_passed_on_to_pytest(checks, monkeypatch, capfd):
+    """`scripts/test.py -k name` runs a part of the tests."""
+    monkeypatch.setattr(checks, "CHECKS", {"lint": ["timeit", "-n1"], "tests": ["timeit", "-n1"]})
+    assert checks.main(["raise SystemExit(3)"]) == 1
+    assert capfd.readouterr().err.rstrip().endswith("FAILED: tests")
