@@ -5,7 +5,7 @@ import tomllib
 from dataclasses import dataclass, replace
 from numbers import Real
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 from beamviz.errors import InvalidInput
 
@@ -82,7 +82,7 @@ class Beam:
                 f" {MAX_GAMMA_OVER_MU:g} (gamma = {shown(self.gamma)}, mu = {shown(self.mu)})"
             )
 
-    def replace(self, **changes: float) -> Self:
+    def replace(self, **changes: Any) -> Self:
         """The same beam with some of its numbers changed."""
         return replace(self, **changes)
 

@@ -88,7 +88,7 @@ def beam_and_model(
 ) -> tuple[Beam, dict[str, Any]]:
     """The beam, and the keywords of solve() that describe its model."""
     numbers = {"alpha": alpha, "beta": beta, "gamma": gamma, "delta": delta, "mu": mu}
-    given = {name: value for name, value in numbers.items() if value is not None}
+    given: dict[str, Any] = {name: value for name, value in numbers.items() if value is not None}
     options = {
         "method": method,
         "strain": strain,

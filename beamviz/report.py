@@ -4,7 +4,7 @@ import csv
 import io
 import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -139,7 +139,7 @@ def columns(solution: "Solution") -> list[list[str]]:
     return table
 
 
-def quantities(values: Sequence[float], errors: Sequence[float]) -> list[str]:
+def quantities(values: Iterable[float], errors: Iterable[float]) -> list[str]:
     """Numbers with the digits their errors leave, their decimal points below each other."""
     places = [decimals(error) for error in errors]
     return [

@@ -70,7 +70,7 @@ def create(venv: Path) -> None:
         return
     say(f"making a virtual environment in {venv}")
     made = subprocess.run(
-        [sys.executable, "-m", "venv", "--clear", venv],
+        [sys.executable, "-m", "venv", "--clear", str(venv)],
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
@@ -109,10 +109,10 @@ def install(venv: Path, root: Path, extra: str) -> None:
     """Install the project, editable, with an extra; pip's own progress streams to stderr."""
     say("installing beamviz and what it needs (once, about a minute)")
     began = time.monotonic()
-    target = f"{root}[{extra}]" if extra else str(root)
-    pip = [python_of(venv), "-m", "pip", "install", "--disable-pip-version-check"]
+    pip = [str(python_of(venv)), "-m", "pip", "install", "--disable-pip-version-check"]
     done = subprocess.run(
-        [*pip, "--editable", target],
+        [*pip, "--editable", f".[{extra}]" if extra else "."],
+        cwd=root,  # a path in front of [extra] must not hold brackets
         stdin=subprocess.DEVNULL,
         stdout=sys.stderr,
         check=False,

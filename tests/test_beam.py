@@ -1,6 +1,7 @@
 """The five numbers: their limits, their messages, and the way from and to SI units."""
 
 import math
+from collections.abc import Mapping
 
 import pytest
 from hypothesis import given
@@ -174,7 +175,7 @@ def test_bad_si_values_are_named(change, message):
         Beam.from_si(**{**STEEL, **change})
 
 
-def toml(values: dict[str, object]) -> str:
+def toml(values: Mapping[str, object]) -> str:
     """Values as the lines of a TOML file."""
     return "".join(f"{name} = {value}\n" for name, value in values.items())
 

@@ -1,0 +1,386 @@
+"""The command line: what it prints, where, and the exit code of every kind of end."""
+
+import csv
+import io
+import json
+import math
+import subprocess
+import sys
+import time
+import typing
+from pathlib import Path
+
+import pytest
+
+from beamviz import Beam, __version__, solve
+from beamviz.cli import main
+from beamviz.errors import NotConverged
+from beamviz.mechanics.solve import METHODS, PLANES
+from beamviz.mechanics.strain import CURVATURES, STRAIN_LAWS
+from beamviz.options import beam_and_model
+from beamviz.report import decimals
+
+ROOT = Path(__file__).resolve().parent.parent
+STEEL = """\
+length = 2.0
+density = 7850
+area = 4e-4
+second_moment = 1.2e-8
+youngs_modulus = 2.1e11
+rotation_speed = 25
+mass = 0.5
+"""
+PAPER = ("--alpha", "1", "--beta", "0.5", "--gamma", "10")  # physics: green, spatial, mu 70
+
+
+@pytest.fixture
+def run(capsys):
+    """Run a command line in this process; its exit code, stdout and stderr."""
+
+    def run(*arguments: str) -> tuple[int, str, str]:
+        code = main(list(arguments))
+        out, err = capsys.readouterr()
+        return code, out, err
+
+    return run
+
+
+@pytest.fixture
+def steel(tmp_path):
+    """A beam file in SI units."""
+    file = tmp_path / "steel.toml"
+    file.write_text(STEEL)
+    return str(file)
+
+
+def process(*arguments: str, **settings: typing.Any) -> subprocess.CompletedProcess[str]:
+    """Run a command line as a process of its own."""
+    command = [sys.executable, "-m", "beamviz", *arguments]
+    settings = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **settings}
+    return subprocess.run(command, cwd=ROOT, text=True, check=False, **settings)
+
+
+def strict(text: str) -> typing.Any:
+    """JSON read by a parser that refuses NaN and Infinity."""
+
+    def refuse(constant):
+        raise AssertionError(f"{constant} is not JSON")
+
+    return json.loads(text, parse_constant=refuse)
+
+
+def test_version(run):
+    """The one version of the package."""
+    assert run("--version") == (0, f"beamviz {__version__}\n", "")
+
+
+@pytest.mark.parametrize("command", [[], ["--help"]])
+def test_without_a_command_the_commands_are_listed(run, command):
+    """Help is on stdout, and no error."""
+    code, out, err = run(*command)
+    assert (code, err) == (0, "")
+    assert all(name in out for name in ("modes", "serve", "screenshot"))
+
+
+@pytest.mark.parametrize("command", ["modes", "serve", "screenshot"])
+def test_help_names_every_shared_option(run, command, monkeypatch):
+    """Each command with a beam takes the whole beam and the whole model."""
+    monkeypatch.setenv("COLUMNS", "120")
+    code, out, _ = run(command, "--help")
+    assert code == 0
+    shared = ("alpha", "beta", "gamma", "delta", "mu", "si", "method", "strain", "curvature")
+    for name in (*shared, "coriolis", "no-coriolis", "plane", "elements", "tolerance"):
+        assert f"--{name}" in out
+
+
+def test_modes_as_json(run):
+    """Every key that programs rely on, with the published frequencies."""
+    code, out, err = run("modes", *PAPER, "--format", "json")
+    data = strict(out)
+    assert (code, err) == (0, "")
+    assert data["beam"] == {"alpha": 1, "beta": 0.5, "gamma": 10, "delta": 0, "mu": 70}
+    assert data["model"] == {
+        "method": "auto",
+        "strain": "green",
+        "curvature": "spatial",
+        "coriolis": False,
+        "plane": "chordwise",
+    }
+    assert data["equilibrium"].keys() == {"status", "iterations", "tip", "max_stretch"}
+    assert data["equilibrium"]["status"] == "stable"
+    assert data["stats"].keys() >= {"dof", "seconds"}
+    found = [mode["frequency"] for mode in data["modes"]]
+    expected = [4.3905981, 22.0954901, 76.8632663, 78.3525694, 111.1520304]
+    assert found == pytest.approx(expected, rel=1e-6)
+    assert [mode["index"] for mode in data["modes"]] == [1, 2, 3, 4, 5]
+    assert [mode["label"] for mode in data["modes"]] == ["B1", "B2", "S1", "B3", "B4"]
+    assert data["modes"][2].keys() == {
+        *("index", "label", "family", "frequency", "error", "bending_fraction", "nodes")
+    }
+
+
+def test_modes_as_csv_say_the_same_as_json(run, steel):
+    """One line for each mode, to full precision, with the SI columns of a beam in SI."""
+    beam = ("--si", steel, "--modes", "3")
+    rows = list(csv.DictReader(io.StringIO(run("modes", *beam, "--format", "csv")[1])))
+    modes = strict(run("modes", *beam, "--format", "json")[1])["modes"]
+    assert len(rows) == len(modes) == 3
+    for row, mode in zip(rows, modes, strict=True):
+        assert row["label"] == mode["label"]
+        assert row["growth_rate"] == ""
+        for name in ("frequency", "error", "bending_fraction", "hertz", "rad_per_s"):
+            assert float(row[name]) == mode[name]
+        assert [float(x) for x in row["nodes"].split()] == mode["nodes"]
+
+
+def test_modes_as_a_table(run):
+    """A person finds the beam, the equilibrium and the frequencies."""
+    code, out, err = run("modes", *PAPER)
+    assert (code, err) == (0, "")
+    assert "alpha 1, beta 0.5, gamma 10, delta 0, mu 70" in out
+    assert "stable" in out
+    assert "S1" in out
+    assert "76.86326" in out
+    assert max(map(len, out.splitlines())) <= 100
+    assert out.isascii()
+
+
+@pytest.mark.parametrize(
+    ("error", "places"), [(3e-7, 7), (1e-7, 7), (0.2, 1), (5, 0), (1e-15, 9), (math.nan, 9), (0, 9)]
+)
+def test_a_frequency_shows_the_digits_its_error_leaves(error, places):
+    """The last digit shown is the first one in doubt."""
+    assert decimals(error) == places
+
+
+def test_si_frequencies(run, steel):
+    """A file in SI gives Hz and rad/s too: those of the bar's dimensionless frequency."""
+    beam = Beam.from_toml(steel)
+    assert beam.units is not None
+    code, out, _ = run("modes", "--si", steel, "--format", "json")
+    data = strict(out)
+    assert code == 0
+    assert data["beam"] == beam.numbers
+    assert data["units"] == {"length": 2, "time": beam.units.time}
+    for mode in data["modes"]:
+        assert mode["rad_per_s"] == pytest.approx(mode["frequency"] / beam.units.time, rel=1e-14)
+        assert mode["hertz"] == pytest.approx(mode["rad_per_s"] / (2 * math.pi), rel=1e-14)
+    table = run("modes", "--si", steel)[1]
+    assert "[Hz]" in table
+    assert "238.7324 rpm" in table  # 25 rad/s
+
+
+def test_an_unstable_mode_has_a_growth_rate_and_no_frequency(run):
+    """Past buckling the first mode grows; the table says so in words."""
+    buckled = ("modes", "--delta", "-1", "--gamma", "5")
+    code, out, _ = run(*buckled, "--format", "json")
+    first, second = strict(out)["modes"][:2]
+    assert code == 0
+    assert strict(out)["equilibrium"]["status"] == "unstable"
+    assert first["frequency"] is None
+    assert first["growth_rate"] == pytest.approx(4.70847, rel=1e-4)
+    assert "growth_rate" not in second
+    assert "unstable" in run(*buckled)[1]
+    row = run(*buckled, "--format", "csv")[1].splitlines()[1]
+    assert row.startswith("1,B1,bending,,4.708")
+
+
+def test_the_model_reaches_the_solver(run):
+    """Each option of the model changes what is solved."""
+    options = ["--strain", "hencky", "--curvature", "material", "--plane", "flapwise"]
+    _, out, _ = run("modes", *PAPER, *options, "--tolerance", "1e-3", "--format", "json")
+    solution = solve(
+        Beam(alpha=1, beta=0.5, gamma=10),
+        strain="hencky",
+        curvature="material",
+        plane="flapwise",
+        tolerance=1e-3,
+    )
+    data = strict(out)
+    assert data["stats"]["dof"] == solution.stats.dof
+    found = [mode["frequency"] for mode in data["modes"]]
+    assert found == solution.frequencies.tolist()
+
+
+def test_the_choices_on_the_command_line_are_the_solver_s():
+    """Help and completion list exactly what solve() knows."""
+    hints = typing.get_type_hints(beam_and_model)
+    for name, known in (
+        ("method", METHODS),
+        ("strain", STRAIN_LAWS),
+        ("curvature", CURVATURES),
+        ("plane", PLANES),
+    ):
+        assert typing.get_args(hints[name]) == tuple(known)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--alpha", "-1"], "alpha = -1: must lie in 0 .. 100"),
+        (["--mu", "nan"], "mu = nan: must lie in 10 .. 10000"),
+        (["--beta", "half"], "beta = 'half': must be a number and lie in 0 .. 1"),
+        (
+            ["--gamma", "60", "--mu", "10"],
+            "gamma / mu = 6: must be at most 5 (gamma = 60, mu = 10)",
+        ),
+        (["--modes", "0"], "modes = 0: must be a whole number in 1 .. 40"),
+        (["--modes", "2.5"], "modes = 2.5: must be a whole number in 1 .. 40"),
+        (["--modes", "many"], "modes = many: must be a whole number in 1 .. 40"),
+        (["--tolerance", "0"], "tolerance = 0: must lie in 1e-12 .. 0.1"),
+        (["--elements", "8"], "elements = 8: is for method ancf; auto chooses its own"),
+        (["--si", "none.toml"], "none.toml: No such file or directory"),
+        (
+            ["--si", "none.toml", "--gamma", "0"],
+            "--gamma 0 and --si none.toml exclude each other: the file gives all five numbers",
+        ),
+    ],
+)
+def test_wrong_input_is_one_exact_line(run, arguments, told):
+    """Exit code 2; the line names the number, the value given and the range; stdout stays empty."""
+    assert run("modes", *arguments) == (2, "", f"beamviz: {told}\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (["modes", "--alhpa", "1"], ["--alhpa", "--alpha"]),
+        (["modes", "--alpha"], ["--alpha"]),
+        (["modes", "--strain", "log"], ["--strain", "'log'", "green", "biot", "hencky"]),
+        (["modes", "--format", "xml"], ["--format", "'xml'", "table", "json", "csv"]),
+        (["modes", "1"], ["1"]),
+        (["mods"], ["mods"]),
+        (["screenshot"], ["OUT.png"]),
+        (["screenshot", "a.png", "--width", "9.5"], ["width = 9.5", "64 .. 4096"]),
+        (["screenshot", "a.png", "--height", "tall"], ["height = 'tall'", "64 .. 4096"]),
+        (["screenshot", "a.png", "--mode", "0"], ["mode = 0", "1 .. 40"]),
+        (["screenshot", "a.png", "--phase", "nan"], ["phase = nan", "0 .. 1"]),
+        (["screenshot", "a.jpg"], ["a.jpg", ".png"]),
+        (["serve", "--port", "70000"], ["port = 70000", "1 .. 65535"]),
+    ],
+)
+def test_a_wrong_command_line_is_named(run, arguments, named):
+    """Exit code 2 and one line that holds what was given and what is known."""
+    code, out, err = run(*arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith("beamviz: ")
+    assert err.count("\n") == 1
+    assert [text for text in named if text not in err] == []
+
+
+@pytest.mark.parametrize("json_option", [["--format", "json"], ["--format=json"]])
+@pytest.mark.parametrize("wrong", [["--alpha", "-1"], ["--alhpa", "1"]])
+def test_wrong_input_is_json_too(run, wrong, json_option):
+    """With --format json a program reads the error where it reads the answer."""
+    code, out, err = run("modes", *wrong, *json_option)
+    error = strict(out)["error"]
+    assert code == 2
+    assert error["kind"] == "invalid-input"
+    assert err == f"beamviz: {error['message']}\n"
+
+
+def test_no_equilibrium_gives_its_limit(run):
+    """Exit code 3 with the largest gamma that has an equilibrium (hencky, alpha 0: 45.420)."""
+    code, out, err = run("modes", "--strain", "hencky", "--gamma", "50", "--format", "json")
+    error = strict(out)["error"]
+    assert code == 3
+    assert error["kind"] == "no-equilibrium"
+    assert error["limit"] == pytest.approx(45.420, abs=5e-4)
+    assert "no equilibrium beyond gamma = 45.42" in err
+
+
+def failing(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
+    """Let solve() raise an error."""
+
+    def fail(*arguments, **options):
+        raise error
+
+    monkeypatch.setattr("beamviz.mechanics.solve.solve", fail)
+
+
+def test_a_numerical_failure_is_told_apart(run, monkeypatch):
+    """Exit code 4, and what was tried."""
+    failing(monkeypatch, NotConverged("64 elements of order 20 did not reach 1e-12"))
+    code, out, err = run("modes", "--format", "json")
+    assert (code, err) == (4, "beamviz: 64 elements of order 20 did not reach 1e-12\n")
+    assert strict(out)["error"]["kind"] == "not-converged"
+
+
+def test_an_unexpected_error_is_one_line(run, monkeypatch):
+    """A fault of the program has exit code 1 and no traceback."""
+    failing(monkeypatch, ZeroDivisionError("division\nby zero"))
+    code, out, err = run("modes", "--format", "json")
+    assert (code, err) == (1, "beamviz: unexpected ZeroDivisionError: division by zero\n")
+    assert strict(out)["error"]["kind"] == "internal"
+
+
+def test_ctrl_c_is_quiet(run, monkeypatch):
+    """The shell's own code for it, and nothing to read."""
+    failing(monkeypatch, KeyboardInterrupt())
+    assert run("modes") == (130, "", "")
+
+
+@pytest.mark.parametrize("command", [["modes"], ["modes", "--help"]])
+def test_a_reader_that_leaves_early_is_no_failure_to_talk_about(command):
+    """`beamviz modes | true` prints no traceback."""
+    program = subprocess.Popen(
+        [sys.executable, "-m", "beamviz", *command],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert program.stdout is not None
+    program.stdout.close()
+    assert program.stderr is not None
+    assert program.stderr.read() == ""
+    program.stderr.close()
+    assert program.wait() == 1
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_a_full_disk_is_one_line():
+    """Output that could not be written is an error, and says so."""
+    with open("/dev/full", "w") as full:
+        done = process("modes", stdout=full)
+    assert done.returncode == 1
+    assert done.stderr == "beamviz: [Errno 28] No space left on device\n"
+
+
+def test_as_a_module_the_exit_code_reaches_the_shell():
+    """`python -m beamviz` ends with the code of main()."""
+    assert process("--version").stdout == f"beamviz {__version__}\n"
+    assert process("modes", "--alpha", "-1").returncode == 2
+
+
+def test_modes_starts_light():
+    """Start-up loads of scipy its LAPACK only, and none of what draws or serves."""
+    script = """
+import sys
+from beamviz.cli import main
+main(["modes", "--format", "json"])
+print(*sys.modules, file=sys.stderr)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    loaded = set(done.stderr.split())
+    heavy = {"scipy.optimize", "scipy.sparse", "scipy.special", "scipy.integrate", "rich"}
+    assert "scipy.linalg" in loaded
+    assert loaded & {*heavy, "viser", "matplotlib", "trimesh"} == set()
+
+
+def seconds(command: list[str]) -> float:
+    """Wall time of a process."""
+    began = time.perf_counter()
+    subprocess.run(command, cwd=ROOT, stdout=subprocess.DEVNULL, check=True)
+    return time.perf_counter() - began
+
+
+def test_modes_starts_fast():
+    """A whole `beamviz modes` takes at most 1.5 times the imports it cannot do without."""
+    imports = [sys.executable, "-c", "import numpy, scipy.linalg, typer"]
+    modes = [sys.executable, "-m", "beamviz", "modes"]
+    pairs = [(seconds(modes), seconds(imports)) for _ in range(7)]  # interleaved: load hits both
+    ours, least = (min(times) for times in zip(*pairs, strict=True))
+    assert ours <= 1.5 * least, f"{ours:.3f} s against {least:.3f} s"
