@@ -42,6 +42,8 @@ def ensure(extra: str = "", root: Path = ROOT, venv: Path = VENV) -> Path:
     wanted = fingerprint(root)
     if not any(is_current(venv, done, wanted) for done in {extra, "test"}):
         create(venv)
+        for old in venv.glob("beamviz-*.stamp"):
+            old.unlink()
         install(venv, root, extra)
         stamp(venv, extra).write_text(wanted)
     return python_of(venv)
