@@ -1,53 +1,68 @@
 """The default method `auto`: as few unknowns as the tolerance asks for."""
 
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from beamviz.beam import Beam
-from beamviz.errors import NoEquilibrium, NotConverged
-from beamviz.mechanics import hp
+from beamviz.errors import NotConverged
+from beamviz.mechanics import eigen, hp, straight
 from beamviz.mechanics.layers import MAX_ORDER, discretisation, segments
 from beamviz.mechanics.mesh import Mesh, mesh
+from beamviz.mechanics.newton import Path, Root, continue_load
 from beamviz.mechanics.strain import Curvature, StrainLaw
 
 REFINEMENTS = 8
 ORDER_STEP = 3
 SMALL_STRETCH = 0.15  # gamma / mu below which a beam hardly stretches
 COARSE_ORDER = 6
-SMALLEST_STEP = 1e-11  # of the load, when looking for the limit of equilibrium
 LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 LIMIT_ORDER = 12
 
 
+@dataclass(frozen=True)
+class Physics:
+    """What is solved about a beam: its laws, its plane, and whether Coriolis forces act."""
+
+    law: StrainLaw
+    curvature: Curvature
+    chordwise: bool
+    coriolis: bool
+
+
 class StraightModes(NamedTuple):
-    """The lowest modes of both families on the mesh that met the tolerance."""
+    """The lowest modes of both families on the mesh that met the tolerance.
+
+    Without Coriolis `picks` (modes,) orders the columns of kappa, then s, laid end to end; with
+    it `picks` is None and column k of both is mode k, s along and i kappa across the beam.
+    """
 
     mesh: Mesh
     f: np.ndarray  # (n,) stretch at the mesh points
     iterations: int
-    bending: hp.Modes
-    stretching: hp.Modes
-    picks: np.ndarray  # (modes,) into bending then stretching laid end to end
+    kappa: np.ndarray  # (n, modes) slope of the rotation
+    s: np.ndarray  # (n, modes) gradient along the beam
+    picks: np.ndarray | None
+    bending_fractions: np.ndarray  # (modes,) share of the kinetic energy
     squares: np.ndarray  # (modes,) omega^2, ascending
     truncation: np.ndarray  # (modes,) error of omega^2 from the order of the mesh
     rounding: np.ndarray  # (modes,) error of omega^2 from rounding
 
 
-def solve_straight(
-    beam: Beam, modes: int, law: StrainLaw, curvature: Curvature, chordwise: bool, tolerance: float
-) -> StraightModes:
+def solve_straight(beam: Beam, modes: int, physics: Physics, tolerance: float) -> StraightModes:
     """Equilibrium and the lowest `modes` modes within the relative `tolerance`.
 
     Raises NoEquilibrium with the limit, NotConverged when refinement does not get there.
     """
+    law = physics.law
     stretch = _typical_stretch(beam, law) if beam.gamma > SMALL_STRETCH * beam.mu else 1.0
     parts = segments(beam, stretch, law)
-    breaks, order = discretisation(parts, beam.mu, modes, curvature, tolerance)
+    breaks, order = discretisation(parts, beam.mu, modes, physics.curvature, tolerance)
     for _ in range(REFINEMENTS):
         points = mesh(breaks, order)
-        found = _solve_on(points, beam, modes, law, curvature, chordwise)
+        found = solve_on(points, beam, modes, physics)
         # Rounding counts as met: no mesh mends it, and the reported error says it.
         allowed = 2 * tolerance * abs(found.squares) + found.rounding
         excess = (found.truncation / allowed).max()
@@ -61,27 +76,71 @@ def solve_straight(
     )
 
 
-def _solve_on(
-    points: Mesh,
-    beam: Beam,
-    modes: int,
-    law: StrainLaw,
-    curvature: Curvature,
-    chordwise: bool,
-) -> StraightModes:
+def solve_on(points: Mesh, beam: Beam, modes: int, physics: Physics) -> StraightModes:
     """Equilibrium and modes on one mesh."""
     rho = hp.inertia(points, beam.alpha, beam.beta)
-    f, iterations = equilibrium(points, rho, beam, law)
-    bending = hp.bending(points, rho, beam, f, curvature, modes)
-    stretching = hp.stretching(points, rho, beam, f, law, modes)
-    both = np.array([(*bending.squares, *stretching.squares), (*bending.lost, *stretching.lost)])
-    softened = both[0] - beam.gamma**2
+    f, iterations = equilibrium(points, rho, beam, physics.law)
+    bending = hp.bending(points, rho, beam, f, physics.curvature)
+    stretching = hp.stretching(points, rho, beam, f, physics.law)
+    if physics.coriolis and physics.chordwise and beam.gamma:
+        return _coupled(points, f, iterations, beam, bending, stretching, modes)
+    return _uncoupled(points, f, iterations, beam, bending, stretching, modes, physics.chordwise)
+
+
+def _uncoupled(
+    points: Mesh,
+    f: np.ndarray,
+    iterations: int,
+    beam: Beam,
+    bending: hp.Forms,
+    stretching: hp.Forms,
+    modes: int,
+    chordwise: bool,
+) -> StraightModes:
+    """Both families apart. The softening is a multiple of M: it shifts every omega^2 and leaves
+    the modes alone, so it is taken off at the end."""
+    kappa_squares, kappa = eigen.lowest(bending.K, bending.F.T @ bending.F, modes)
+    s_squares, s = eigen.lowest(stretching.K, stretching.F.T @ stretching.F, modes)
+    squares = np.concatenate((kappa_squares, s_squares))
+    softened = squares - beam.gamma**2
     if not chordwise:
-        softened[:modes] = bending.squares
-    picks = softened.argsort(kind="stable")[:modes]
-    truncation, rounding = hp.errors(points, f, *both[:, picks])
+        softened[:modes] = kappa_squares
+    picks = softened.argsort()[:modes]
+    lost = np.concatenate(
+        (hp.energy(bending.K, points.T @ kappa), hp.energy(stretching.K, points.T @ s))
+    )
+    truncation, rounding = hp.errors(points, f, squares[picks], lost[picks])
+    fractions = (picks < modes).astype(float)
     return StraightModes(
-        points, f, iterations, bending, stretching, picks, softened[picks], truncation, rounding
+        points, f, iterations, kappa, s, picks, fractions, softened[picks], truncation, rounding
+    )
+
+
+def _coupled(
+    points: Mesh,
+    f: np.ndarray,
+    iterations: int,
+    beam: Beam,
+    bending: hp.Forms,
+    stretching: hp.Forms,
+    modes: int,
+) -> StraightModes:
+    """Both families at once, coupled by Coriolis forces.
+
+    With T(omega) = K - omega^2 M + 2 gamma omega S, an error e of a shape z moves omega^2 by
+    e'T e 2 omega / |z' T' z|, and |z' T' z| = omega + z' K z / omega.
+    """
+    gamma = beam.gamma
+    Ka = stretching.K - gamma**2 * (stretching.F.T @ stretching.F)
+    Kb = bending.K - gamma**2 * (bending.F.T @ bending.F)
+    squares, s, kappa = eigen.gyroscopic(Ka, stretching.F, Kb, bending.F, gamma, modes)
+    lost = hp.energy(stretching.K, points.T @ s) + hp.energy(bending.K, points.T @ kappa)
+    stored = hp.energy(Ka, s) + hp.energy(Kb, kappa)
+    lost *= 2 * abs(squares) / (abs(squares) + abs(stored))
+    truncation, rounding = hp.errors(points, f, squares + gamma**2, lost)
+    fractions = ((bending.F @ kappa) ** 2).sum(axis=0)
+    return StraightModes(
+        points, f, iterations, kappa, s, None, fractions, squares, truncation, rounding
     )
 
 
@@ -95,10 +154,14 @@ def _refined(breaks: tuple[float, ...], order: int) -> tuple[tuple[float, ...], 
 
 def _typical_stretch(beam: Beam, law: StrainLaw) -> float:
     """The mean stretch, from a coarse equilibrium."""
-    interior = beam.alpha > 0 and 0 < beam.beta < 1
-    points = mesh((0.0, beam.beta, 1.0) if interior else (0.0, 1.0), COARSE_ORDER)
+    points = mesh(_ends(beam), COARSE_ORDER)
     f, _ = equilibrium(points, hp.inertia(points, beam.alpha, beam.beta), beam, law)
     return float(points.weights @ f)
+
+
+def _ends(beam: Beam) -> tuple[float, ...]:
+    """Clamp, mass and tip."""
+    return (0.0, beam.beta, 1.0) if beam.alpha > 0 and 0 < beam.beta < 1 else (0.0, 1.0)
 
 
 def equilibrium(
@@ -108,51 +171,34 @@ def equilibrium(
 
     The full load first; where that leaves the stable branch, continuation in the load.
     """
-    f = np.ones(len(points.weights))
     if not beam.gamma:
-        return f, 0
+        return np.ones(len(points.weights)), 0
     load = (beam.gamma / beam.mu) ** 2
-    full, iterations = hp.newton(points, rho, beam.delta, law, load, f)
+    full, iterations = hp.newton(points, rho, beam.delta, law, load, np.ones(len(points.weights)))
     if full is not None:
         return full, iterations
-    f, reached, more = _follow(points, rho, beam.delta, law, load, f)
-    if reached < load:
-        raise _no_equilibrium(beam, law)
-    return f, iterations + more
+    path = _follow(points, rho, beam.delta, law, load)
+    if path.limit is not None:
+        raise straight.no_equilibrium(beam, _limit(beam, law, load), law)
+    return path.state, path.iterations
 
 
-def _follow(
-    points: Mesh, rho: hp.Inertia, delta: float, law: StrainLaw, load: float, f: np.ndarray
-) -> tuple[np.ndarray, float, int]:
-    """Continuation from no load towards `load`: stretch, load reached, iterations.
+def _follow(points: Mesh, rho: hp.Inertia, delta: float, law: StrainLaw, load: float) -> Path:
+    """Continuation of the stable branch from no load towards `load` = (gamma / mu)^2."""
 
-    The step doubles after success and halves after failure, so a limit is bracketed by
-    bisection to SMALLEST_STEP.
-    """
-    reached, step, iterations = 0.0, load / 2, 0
-    while reached < load and step > SMALLEST_STEP * load:
-        target = min(reached + step, load)
-        found, more = hp.newton(points, rho, delta, law, target, f)
-        iterations += more
-        if found is None:
-            step /= 2
-        else:
-            f, reached, step = found, target, 2 * step
-    return f, reached, iterations
+    def solve_at(trial: float, guess: np.ndarray) -> Root | None:
+        f, iterations = hp.newton(points, rho, delta, law, trial, guess)
+        return None if f is None else Root(f, iterations)
+
+    def margin(reached: float, f: np.ndarray) -> float:
+        return hp.margin(points, rho, delta, law, reached, f)
+
+    return continue_load(solve_at, np.ones(len(points.weights)), load, margin)
 
 
-def _no_equilibrium(beam: Beam, law: StrainLaw) -> NoEquilibrium:
-    """The error that names the limit, computed on a mesh fine enough at the clamp."""
-    interior = beam.alpha > 0 and 0 < beam.beta < 1
-    breaks = sorted({*LIMIT_BREAKS, beam.beta} if interior else LIMIT_BREAKS)
-    points = mesh(tuple(breaks), LIMIT_ORDER)
+def _limit(beam: Beam, law: StrainLaw, load: float) -> float:
+    """The largest gamma with an equilibrium, on a mesh fine enough where a force law ends."""
+    points = mesh(tuple(sorted({*LIMIT_BREAKS, *_ends(beam)})), LIMIT_ORDER)
     rho = hp.inertia(points, beam.alpha, beam.beta)
-    load = (beam.gamma / beam.mu) ** 2
-    _, reached, _ = _follow(points, rho, beam.delta, law, load, np.ones_like(points.weights))
-    limit = beam.mu * reached**0.5
-    return NoEquilibrium(
-        f"gamma = {beam.gamma:.6g}: no equilibrium beyond gamma = {limit:.6g}"
-        f" ({law.name} strain, alpha = {beam.alpha:g}, beta = {beam.beta:g},"
-        f" delta = {beam.delta:g}, mu = {beam.mu:g})",
-        limit=limit,
-    )
+    path = _follow(points, rho, beam.delta, law, load)
+    return beam.mu * (load if path.limit is None else path.limit) ** 0.5

@@ -29,3 +29,63 @@ def lowest(K: np.ndarray, M: np.ndarray, count: int) -> tuple[np.ndarray, np.nda
         if info <= len(K):
             raise NotConverged(f"the eigenvalues did not converge (LAPACK dsygvd: {info})")
     raise NotConverged(f"no shift up to {SHIFTS[-1]:.3g} made the stiffness positive definite")
+
+
+def gyroscopic(
+    Ka: np.ndarray, Fa: np.ndarray, Kb: np.ndarray, Fb: np.ndarray, gamma: float, count: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The lowest modes of M q" + 2 gamma G q' + K q = 0, G coupling along (a) and across (b).
+
+    K = diag(Ka, Kb), M = diag(Fa' Fa, Fb' Fb), G = [[0, -Fa' Fb], [Fb' Fa, 0]]: K (n, n) are
+    stiffnesses with the softening in them, F (m, n) displacements at common points times the
+    root of their mass. With q = Re (a, i b) e^(i omega t) everything is real, and with the
+    velocities omega Fb b and omega Fa a as unknowns omega appears once and off the diagonal:
+
+        [-2 gamma Fa' Fb  Fa'] [   b      ]             [Ka  ] [   a      ]
+        [      Fb         0  ] [omega Fa a]  = 1/omega  [   1] [omega Fb b].
+
+    So the frequencies are the inverse singular values of that matrix between the Cholesky
+    factors of diag(Ka, 1) and diag(Kb, 1): real by construction. Only where Kb is not positive
+    definite (the straight state is unstable) is a general eigenproblem solved.
+
+    Returns omega^2 (count,) ascending, a (na, count) and b (nb, count) of unit modal mass.
+    """
+    na, nb, m = Ka.shape[0], Kb.shape[0], Fa.shape[0]
+    La = np.linalg.cholesky(Ka)
+    Ya = np.linalg.solve(La, Fa.T).T
+    Z = np.zeros((na + m, nb + m))
+    Z[:na, :nb], Z[:na, nb:], Z[na:, :nb] = -2 * gamma * Ya.T @ Fb, Ya.T, Fb
+    try:
+        Lb = np.linalg.cholesky(Kb)
+    except np.linalg.LinAlgError:
+        squares, y = _unstable(Z, Kb, count)
+    else:
+        Z[:, :nb] = np.linalg.solve(Lb, Z[:, :nb].T).T
+        inverse_squares, y, _, _, info = lapack.dsyevr(
+            Z.T @ Z, range="I", il=nb + m - count + 1, iu=nb + m
+        )
+        if info:
+            raise NotConverged(f"the eigenvalues did not converge (LAPACK dsyevr: {info})")
+        squares, y = 1 / inverse_squares[count - 1 :: -1], y[:, ::-1]
+        y[:nb] = np.linalg.solve(Lb.T, y[:nb])
+        Z[:, :nb] = Z[:, :nb] @ Lb.T
+    a = np.linalg.solve(La.T, (Z @ y)[:na]) * np.sqrt(abs(squares))
+    b = y[:nb]
+    mass = ((Fa @ a) ** 2).sum(axis=0) + ((Fb @ b) ** 2).sum(axis=0)
+    return squares, a / np.sqrt(mass), b / np.sqrt(mass)
+
+
+def _unstable(Z: np.ndarray, Kb: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """omega^2 ascending and y of Z' Z y = omega^-2 diag(Kb, 1) y, for an indefinite Kb.
+
+    A complex pair flutters: its growth rate is reported, as omega^2 = -(Im omega)^2.
+    """
+    nb = len(Kb)
+    A = Z.T @ Z
+    A[:nb] = np.linalg.solve(Kb, A[:nb])
+    values, y = np.linalg.eig(A)
+    omega = 1 / np.sqrt(values.astype(complex))
+    growth = abs(omega.imag)
+    squares = np.where(growth > 1e-7 * abs(omega), -(growth**2), omega.real**2)
+    order = np.argsort(squares)[:count]
+    return squares[order], y[:, order].real

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import lapack
 
 from beamviz.beam import Beam
-from beamviz.mechanics import eigen, straight
+from beamviz.mechanics import straight
 from beamviz.mechanics.mesh import Mesh
 from beamviz.mechanics.strain import Curvature, StrainLaw
 
@@ -64,7 +64,7 @@ def newton(
             return None, iteration
         largest = f.max()
         if abs(step).max() < NEWTON_STEP * largest:  # quadratic: the next one is below rounding
-            held = largest < law.max_stretch and _clamp_holds(rho, delta, law, load, f)
+            held = largest < law.max_stretch and _left_at_clamp(rho, delta, law, load, f) > 0
             return (f if held else None), iteration
     return None, iteration
 
@@ -74,66 +74,78 @@ def _diagonal(A: np.ndarray) -> np.ndarray:
     return A.reshape(-1)[:: len(A) + 1]
 
 
-def _clamp_holds(
+def _left_at_clamp(
     rho: Inertia, delta: float, law: StrainLaw, load: float, f: np.ndarray
-) -> bool:
-    """Whether the law bears the force at the clamp, the largest one and never a Gauss point."""
+) -> float:
+    """The share of its greatest force, in tension and compression, that the law has left at the
+    clamp: the force is largest there, and no Gauss point sees it."""
     force = load * (rho.g @ f + delta * rho.total)
-    if law.min_stretch > 0 and force <= law.force(law.min_stretch):
-        return False
-    return law.max_stretch == np.inf or force < law.force(law.max_stretch)
+    least = law.force(law.min_stretch) if law.min_stretch > 0 else -np.inf
+    most = law.force(law.max_stretch) if law.max_stretch < np.inf else np.inf
+    return 1 - max(force / most, force / least)
 
 
-class Modes(NamedTuple):
-    """The lowest modes of one family, of unit modal mass, ascending, without the softening.
+def margin(
+    mesh: Mesh, rho: Inertia, delta: float, law: StrainLaw, load: float, f: np.ndarray
+) -> float:
+    """How far an equilibrium is from its end: 1 at rest, falling to 0 there.
 
-    `lost` is the energy in the two highest polynomials of each element, which bounds what a
-    higher order would change of omega^2.
+    The least eigenvalue of the tangent relative to rest (a fold), or what the law has left at
+    the clamp, whichever is less.
+    """
+    scale = 1 / mesh.roots
+    tangent = np.diag(law.stiffness(f)) - load * scale * rho.G * scale.T
+    return min(np.linalg.eigvalsh(tangent)[0], _left_at_clamp(rho, delta, law, load, f))
+
+
+class Forms(NamedTuple):
+    """Stiffness (without softening) and displacements of one family on a mesh.
+
+    M = F' F: the rows of F are displacements at the mesh points, and at the concentrated mass,
+    times the root of the mass there.
     """
 
-    squares: np.ndarray  # (k,) omega^2
-    unknowns: np.ndarray  # (n, k)
-    lost: np.ndarray  # (k,)
+    K: np.ndarray  # (n, n)
+    F: np.ndarray  # (m, n)
 
 
-def stretching(
-    mesh: Mesh, rho: Inertia, beam: Beam, f: np.ndarray, law: StrainLaw, count: int
-) -> Modes:
-    """The lowest stretching modes about the stretch f; their unknowns are s = du'."""
+def stretching(mesh: Mesh, rho: Inertia, beam: Beam, f: np.ndarray, law: StrainLaw) -> Forms:
+    """Stretching about the stretch f, in terms of s = du'."""
     K = np.diag(mesh.weights * straight.stretching_rigidity(f, beam.mu, law))
-    return _modes(mesh, K, rho.G, count)
+    return Forms(K, _with_mass(mesh.roots * mesh.J, rho.to_mass))
 
 
-def bending(
-    mesh: Mesh, rho: Inertia, beam: Beam, f: np.ndarray, curvature: Curvature, count: int
-) -> Modes:
-    """The lowest bending modes about the stretch f; their unknowns are kappa = theta'.
+def bending(mesh: Mesh, rho: Inertia, beam: Beam, f: np.ndarray, curvature: Curvature) -> Forms:
+    """Bending about the stretch f, in terms of kappa = theta'.
 
     The tension N = gamma^2 int_x^1 rho (u + delta) is taken from equilibrium: mu^2 n(f)
     cancels where a slender beam hardly stretches.
     """
-    J, w = mesh.J, mesh.weights
+    J = mesh.J
     wN = beam.gamma**2 * (rho.G @ f + beam.delta * rho.g)
     K = (J.T * (wN * f)) @ J
-    _diagonal(K)[:] += w * straight.bending_rigidity(f, curvature)
-    W = J @ (f[:, None] * J)
-    M = (W.T * w) @ W
-    if rho.to_mass is not None:
-        row = (rho.to_mass * f) @ J
-        M += row[:, None] * row
-    return _modes(mesh, K, M, count)
+    _diagonal(K)[:] += mesh.weights * straight.bending_rigidity(f, curvature)
+    to_mass = None if rho.to_mass is None else (rho.to_mass * f) @ J
+    return Forms(K, _with_mass((mesh.roots * J) @ (f[:, None] * J), to_mass))
 
 
-def _modes(mesh: Mesh, K: np.ndarray, M: np.ndarray, count: int) -> Modes:
-    squares, v = eigen.lowest(K, M, count)
-    tail = mesh.T @ v
-    return Modes(squares, v, (tail * (K @ tail)).sum(axis=0))
+def _with_mass(F: np.ndarray, to_mass: np.ndarray | None) -> np.ndarray:
+    return F if to_mass is None else np.concatenate((F, to_mass[None]))
+
+
+def energy(K: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """v' K v of each column of v (n, k): (k,)."""
+    return (v * (K @ v)).sum(axis=0)
 
 
 def errors(
     mesh: Mesh, f: np.ndarray, squares: np.ndarray, lost: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Estimated errors of omega^2 (without softening, ascending): from order, from rounding."""
+    """Estimated errors of omega^2 (without softening, ascending): from order, from rounding.
+
+    `lost` (k,) is the energy in the two highest polynomials of each element, which bounds what
+    a higher order would change.
+    """
     tail = mesh.T @ f
     lost_stretch = (mesh.weights @ (tail * tail)) / (mesh.weights @ f) ** 2
     truncation = TRUNCATION_FACTOR * (lost + lost_stretch * abs(squares))

@@ -57,6 +57,7 @@ class Mesh:
     order: int
     points: np.ndarray  # (n,)
     weights: np.ndarray  # (n,)
+    roots: np.ndarray  # (n, 1) square roots of the weights
     J: np.ndarray  # (n, n)
     T: np.ndarray  # (n, n)
     G: np.ndarray  # (n, n)
@@ -111,7 +112,8 @@ def mesh(breaks: tuple[float, ...], order: int) -> Mesh:
         T[block, block] = element.last_two
     WJ = weights[:, None] * J
     G, g = J.T @ WJ, WJ.sum(axis=0)
-    return Mesh(_frozen(ends), order, *(_frozen(a) for a in (points, weights, J, T, G, g)))
+    arrays = (points, weights, np.sqrt(weights)[:, None], J, T, G, g)
+    return Mesh(_frozen(ends), order, *(_frozen(array) for array in arrays))
 
 
 def _frozen(array: np.ndarray) -> np.ndarray:

@@ -3,12 +3,13 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from beamviz.beam import Beam, checked
 from beamviz.errors import InvalidInput
-from beamviz.mechanics.adaptive import StraightModes, solve_straight
+from beamviz.mechanics.adaptive import Physics, StraightModes, solve_straight
 from beamviz.mechanics.solution import Equilibrium, Model, Solution, Stats
 from beamviz.mechanics.strain import CURVATURES, STRAIN_LAWS
 
@@ -24,7 +25,7 @@ class Method:
     name: str
     source: str
     choose: str
-    solve: Callable[[Beam, Model, int, float, int | None], Solution]
+    solve: Callable[[Beam, Model, int, float, int | None, float], Solution]
 
 
 def solve(
@@ -72,29 +73,34 @@ def _auto(beam, model, modes, tolerance, elements, start) -> Solution:
     """The straight scene on as few unknowns as the tolerance asks for."""
     if elements is not None:
         raise InvalidInput(f"elements = {elements}: is for method ancf; auto chooses its own")
-    found = solve_straight(
-        beam,
-        modes,
-        STRAIN_LAWS[model.strain],
-        CURVATURES[model.curvature],
-        model.plane == "chordwise",
-        tolerance,
-    )
-    squares, mesh = found.squares, found.mesh
+    found = solve_straight(beam, modes, physics(model), tolerance)
+    mesh = found.mesh
     return Solution(
         beam=beam,
         model=model,
-        equilibrium=Equilibrium(
-            "stable" if squares[0] >= 0 else "unstable", found.iterations, _axial(found)
-        ),
+        equilibrium=Equilibrium(_status(found.squares), found.iterations, _axial(found)),
         stats=Stats(
             2 * len(found.f), time.perf_counter() - start, "hp", mesh.elements, mesh.order
         ),
-        squares=squares,
+        squares=found.squares,
         square_errors=found.truncation + found.rounding,
-        bending_fractions=(found.picks < modes).astype(float),
-        displacement=_displacement(found, modes),
+        bending_fractions=found.bending_fractions,
+        displacement=_displacement(found),
     )
+
+
+def physics(model: Model) -> Physics:
+    """The laws a model names."""
+    return Physics(
+        STRAIN_LAWS[model.strain],
+        CURVATURES[model.curvature],
+        model.plane == "chordwise",
+        model.coriolis,
+    )
+
+
+def _status(squares: np.ndarray) -> Literal["stable", "unstable"]:
+    return "stable" if squares[0] >= 0 else "unstable"
 
 
 def _axial(found: StraightModes) -> Callable:
@@ -106,15 +112,17 @@ def _axial(found: StraightModes) -> Callable:
     return axial
 
 
-def _displacement(found: StraightModes, modes: int) -> Callable:
-    """(len(x), 2, modes): along the beam for stretching, across it for bending."""
+def _displacement(found: StraightModes) -> Callable:
+    """Fields (len(x), 2, modes): u = int s along the beam, w = int f theta across it."""
 
     def displacement(x: np.ndarray) -> np.ndarray:
-        mesh, f = found.mesh, found.f
-        rows = mesh.from_clamp(x)
+        rows, modes = found.mesh.from_clamp(x), len(found.squares)
+        u = rows @ found.s
+        w = rows @ (found.f[:, None] * (found.mesh.J @ found.kappa))
+        if found.picks is None:
+            return np.stack((u, 1j * w), axis=1)
         fields = np.zeros((len(x), 2, 2 * modes))
-        fields[:, 1, :modes] = rows @ (f[:, None] * (mesh.J @ found.bending.unknowns))
-        fields[:, 0, modes:] = rows @ found.stretching.unknowns
+        fields[:, 1, :modes], fields[:, 0, modes:] = w, u
         return fields[:, :, found.picks]
 
     return displacement

@@ -12,6 +12,8 @@ what every method for straight beams shares.
 
 import numpy as np
 
+from beamviz.beam import Beam
+from beamviz.errors import NoEquilibrium
 from beamviz.mechanics.strain import Curvature, StrainLaw
 
 
@@ -28,3 +30,13 @@ def bending_rigidity(f: np.ndarray, curvature: Curvature) -> np.ndarray:
 def tension_rigidity(f: np.ndarray, mu: float, law: StrainLaw) -> np.ndarray:
     """N f, the coefficient of theta^2."""
     return mu**2 * law.force(f) * f
+
+
+def no_equilibrium(beam: Beam, limit: float, law: StrainLaw) -> NoEquilibrium:
+    """The error of a beam whose gamma lies beyond the `limit` up to which a state exists."""
+    return NoEquilibrium(
+        f"gamma = {beam.gamma:.6g}: no equilibrium beyond gamma = {limit:.6g}"
+        f" ({law.name} strain, alpha = {beam.alpha:g}, beta = {beam.beta:g},"
+        f" delta = {beam.delta:g}, mu = {beam.mu:g})",
+        limit,
+    )
