@@ -69,10 +69,18 @@ def force(elements: Elements, material: Material, q_e: NDArray) -> NDArray:
     return integrated(elements, g[..., None])[..., 0]
 
 
-def tangent(elements: Elements, material: Material, q_e: NDArray) -> NDArray:
-    """Tangent of each element, K_e = d^2 U / dq_e^2 (paper, eqs. 43-44): (n, 8, 8)."""
+def tangent(
+    elements: Elements, material: Material, q_e: NDArray, strain: NDArray | None = None
+) -> NDArray:
+    """Tangent of each element, K_e = d^2 U / dq_e^2 (paper, eqs. 43-44): (n, 8, 8).
+
+    With `strain` (n, p) the prestress is that of a strain given at the Gauss points instead of
+    the strain q_e has: what a mixed Newton iteration needs.
+    """
     s = strain_state(elements, q_e)
-    H = axial_hessian(s, material) + bending_hessian(s, material.curvature.power)
+    f = stretch(s)
+    e = material.law.strain(f) if strain is None else strain
+    H = axial_hessian(s, f, e, material) + bending_hessian(s, f, material.curvature.power)
     return integrated(elements, H @ elements.B)
 
 
@@ -112,11 +120,12 @@ def cross_gradient(s: NDArray) -> NDArray:
     return np.stack((s[..., 3], -s[..., 2], -s[..., 1], s[..., 0]), axis=-1)
 
 
-def axial_hessian(s: NDArray, material: Material) -> NDArray:
-    """mu^2 times the second derivative of e^2 / 2 by s: n' along r' and n / f across it."""
-    f = stretch(s)
-    across = material.law.force(f) / f
-    along = material.law.stiffness(f)
+def axial_hessian(s: NDArray, f: NDArray, e: NDArray, material: Material) -> NDArray:
+    """mu^2 times the second derivative of e^2 / 2 by s (..., 4, 4): n' = e'^2 + e e'' along r'
+    and n / f = e e' / f across it (the first two terms of the paper's eq. 44)."""
+    law = material.law
+    along = law.first(f) ** 2 + e * law.second(f)
+    across = e * law.first(f) / f
     t = s[..., :2] / f[..., None]
     H = np.zeros((*s.shape, 4))
     H[..., :2, :2] = across[..., None, None] * np.eye(2)
@@ -124,22 +133,22 @@ def axial_hessian(s: NDArray, material: Material) -> NDArray:
     return material.mu**2 * H
 
 
-def bending_hessian(s: NDArray, power: int) -> NDArray:
-    """The second derivative of kappa^2 / 2 by s: dkappa dkappa' + kappa d^2 kappa (..., 4, 4).
+def bending_hessian(s: NDArray, f: NDArray, power: int) -> NDArray:
+    """The second derivative of kappa^2 / 2 by s (..., 4, 4): dkappa dkappa' + kappa d^2 kappa
+    (the other terms of the paper's eq. 44).
 
-    The last three terms of the paper's eq. 44. Printed there, -6 Gamma q q' S'' S' / f^5 stands
-    for -3 times the product and its transpose: the tangent is symmetric.
+    Printed there, -6 Gamma q q' S'' S' / f^5 stands for -3 times the product and its transpose:
+    a second derivative is symmetric.
     """
-    f = stretch(s)
     kappa, dkappa = bending(s, f, power)
     a = s[..., :2]
-    kappa, scale, f2 = kappa[..., None, None], (f**-power)[..., None, None], (f**2)[..., None, None]
+    kappa, scale, f2 = (field[..., None, None] for field in (kappa, f**-power, f**2))
     mixed = (power * scale / f2) * cross_gradient(s)[..., :, None] * a[..., None, :]  # (..., 4, 2)
-    H = np.zeros((*s.shape, 4))
-    H[..., :2, 2:] = scale * CROSS
-    H[..., 2:, :2] = scale * CROSS.T
-    H[..., :, :2] -= mixed
-    H[..., :2, :] -= mixed.swapaxes(-1, -2)
-    H[..., :2, :2] -= power * kappa / f2 * np.eye(2)
-    H[..., :2, :2] += power * (power + 2) * kappa / f2**2 * a[..., :, None] * a[..., None, :]
-    return dkappa[..., :, None] * dkappa[..., None, :] + kappa * H
+    d2kappa = np.zeros((*s.shape, 4))
+    d2kappa[..., :2, 2:] = scale * CROSS
+    d2kappa[..., 2:, :2] = scale * CROSS.T
+    d2kappa[..., :, :2] -= mixed
+    d2kappa[..., :2, :] -= mixed.swapaxes(-1, -2)
+    d2kappa[..., :2, :2] -= power * kappa / f2 * np.eye(2)
+    d2kappa[..., :2, :2] += power * (power + 2) * kappa / f2**2 * a[..., :, None] * a[..., None, :]
+    return dkappa[..., :, None] * dkappa[..., None, :] + kappa * d2kappa

@@ -53,6 +53,12 @@ def dense(A: NDArray) -> NDArray:
     return full
 
 
+def skew(parts: NDArray) -> NDArray:
+    """The sum of skew element matrices (elements, w, w): a full matrix (n, n)."""
+    lower = np.tril(dense(band(parts)))
+    return lower - lower.T
+
+
 def cholesky(A: NDArray) -> NDArray:
     """The factor L of a band A = L L', itself a lower band.
 
@@ -62,6 +68,15 @@ def cholesky(A: NDArray) -> NDArray:
     if info:
         raise np.linalg.LinAlgError("the matrix is not positive definite")
     return L
+
+
+def positive_definite(A: NDArray) -> bool:
+    """Whether a symmetric band is positive definite."""
+    try:
+        cholesky(A)
+    except np.linalg.LinAlgError:
+        return False
+    return True
 
 
 def solve(L: NDArray, b: NDArray) -> NDArray:

@@ -17,8 +17,9 @@ TOLERANCE = 1e-11  # of an increment, relative to the state: the error left is i
 ROUNDING = 1e-8  # below this an increment that no longer shrinks is rounding
 MAX_ITERATIONS = 30
 
-LIMIT_PRECISION = 1e-10  # of a load, relative
-LIMIT_MARGIN = 1e-3  # of the margin at the start: below it, a path that stops has met its limit
+LIMIT_PRECISION = 1e-10  # of a load, relative: two estimates of a limit that agree so far
+LIMIT_MARGIN = 1e-2  # the margin a path must have fallen to before its limit is believed
+EXTRAPOLATED = 4  # the points an estimate is made from
 APPROACH = 0.9  # the share of the estimated way to the limit taken in one step
 
 
@@ -33,7 +34,7 @@ class Root:
 @dataclass(frozen=True)
 class Path:
     """How far an equilibrium was followed: `limit` is None where the target was reached, else
-    the largest load with an equilibrium, relative error LIMIT_PRECISION."""
+    the largest load with an equilibrium, and `state` the last one followed below it."""
 
     state: NDArray
     limit: float | None
@@ -42,14 +43,16 @@ class Path:
     rejected: int
 
 
-def newton(increment: Callable[[NDArray], NDArray], start: NDArray) -> Root | None:
+def newton(
+    increment: Callable[[NDArray], NDArray], start: NDArray, max_iterations: int = MAX_ITERATIONS
+) -> Root | None:
     """Add increment(q) = -K(q)^-1 R(q) until it is TOLERANCE of the state or mere rounding.
 
     None where it does not converge. An increment raises np.linalg.LinAlgError to give up (a
     tangent that left the stable branch, say).
     """
     q, previous = start, math.inf
-    for iteration in range(1, MAX_ITERATIONS + 1):
+    for iteration in range(1, max_iterations + 1):
         try:
             dq = increment(q)
         except np.linalg.LinAlgError:
@@ -68,52 +71,61 @@ def continue_load(
     solve_at: Callable[[float, NDArray], Root | None],
     start: NDArray,
     target: float,
-    margin: Callable[[NDArray, float], float],
+    margin: Callable[[float, NDArray], float],
 ) -> Path:
     """Follow the equilibrium from `start` at load 0 to `target`, or to the limit below it.
 
     solve_at(load, guess) returns the root on the branch of the guess, None if there is none;
-    margin(state, load) > 0 measures how far the branch is from its end. The first step is the
-    whole load; a step that fails is halved, one that succeeds is doubled, and near a limit it
-    stays short of where the margin is heading. Raises NotConverged where the path stops with a
-    margin left.
+    margin(load, state) is 1 at rest and falls smoothly to zero where the branch ends. The first
+    step is the whole load; a step that fails is halved, one that succeeds is doubled, and once
+    one has failed they stay short of where the margin vanishes. Raises NotConverged where the
+    path stops though the margin has not vanished.
     """
-    followed = [(0.0, start)]
-    step, iterations, rejected = target, 0, 0
-    while followed[-1][0] < target:
-        load, state = followed[-1]
+    load, state, step, limit = 0.0, start, target, math.inf
+    iterations, steps, rejected = 0, 0, 0
+    points: list[tuple[float, float]] = []  # (margin, load), since the first step that failed
+    while load < target:
         trial = min(load + step, target)
         root = solve_at(trial, state)
-        if root is not None:
-            followed.append((trial, root.state))
-            iterations += root.iterations
-            step = 2 * step
-        elif trial - load <= LIMIT_PRECISION * trial:
-            break
-        else:
-            rejected += 1
-            step = (trial - load) / 2
-        if rejected:
-            ahead = APPROACH * way_to_limit(followed[-2:], margin)
-            step = max(min(step, ahead), LIMIT_PRECISION * trial)
-    load, state = followed[-1]
-    ended = load < target
-    if ended and margin(state, load) > LIMIT_MARGIN * margin(start, 0.0):
-        raise NotConverged(
-            f"the equilibrium was followed to {load / target:.6g} of the load (gamma^2) in"
-            f" {len(followed) - 1} steps and not beyond, though no limit is near; smaller or more"
-            " even elements may help"
-        )
-    return Path(state, load if ended else None, iterations, len(followed) - 1, rejected)
+        if root is None:
+            rejected, step = rejected + 1, (trial - load) / 2
+            if step > LIMIT_PRECISION * trial:
+                continue
+            if margin(load, state) < LIMIT_MARGIN:
+                return Path(state, load, iterations, steps, rejected)
+            raise NotConverged(stopped(load, target, steps))
+        load, state, step = trial, root.state, 2 * step
+        iterations, steps = iterations + root.iterations, steps + 1
+        if not rejected:
+            continue
+        points = [*points[1 - EXTRAPOLATED :], (margin(load, state), load)]
+        previous, limit = limit, vanishing_load(points)
+        if load < limit <= target:
+            if abs(limit - previous) <= LIMIT_PRECISION * limit and points[-1][0] < LIMIT_MARGIN:
+                return Path(state, limit, iterations, steps, rejected)
+            step = min(step, APPROACH * (limit - load))
+    return Path(state, None, iterations, steps, rejected)
 
 
-def way_to_limit(
-    followed: list[tuple[float, NDArray]], margin: Callable[[NDArray, float], float]
-) -> float:
-    """The load left until the margin vanishes, seen from the last of two states: at a fold the
-    margin squared is linear in the load. Infinite where it does not fall."""
-    if len(followed) < 2:
+def vanishing_load(points: list[tuple[float, float]]) -> float:
+    """Where the margin vanishes: the load as a polynomial in the margin through `points`
+    (margin, load), at zero (Neville's scheme).
+
+    The load is smooth in the margin whether the branch folds (margin ~ the root of the load
+    left) or the state runs away (margin ~ the load left). Infinite where margins do not fall.
+    """
+    margins = np.array([margin for margin, _ in points])
+    if len(points) < 2 or np.any(np.diff(margins) >= 0):
         return math.inf
-    (load_0, state_0), (load_1, state_1) = followed
-    m0, m1 = margin(state_0, load_0) ** 2, margin(state_1, load_1) ** 2
-    return (load_1 - load_0) * m1 / (m0 - m1) if m0 > m1 else math.inf
+    table = np.array([load for _, load in points])
+    for k in range(1, len(points)):
+        near, far = margins[k:], margins[:-k]
+        table = (far * table[1:] - near * table[:-1]) / (far - near)
+    return float(table[0])
+
+
+def stopped(load: float, target: float, steps: int) -> str:
+    return (
+        f"the equilibrium was followed to {load / target:.6g} of the load (gamma^2) in {steps}"
+        " steps and not beyond, though no limit was found; more elements may help"
+    )
