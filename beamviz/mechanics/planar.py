@@ -84,34 +84,22 @@ def model(
 def modes(model: Model, q: NDArray, count: int) -> tuple[NDArray, NDArray]:
     """omega^2 (count,) ascending and unit-mass shapes (4 (n + 1), count) about q (paper, eq. 48).
 
-    About a straight state the two families are solved apart: an even row of a bending shape is
-    exactly 0, an odd row of a stretching one too, also where their frequencies meet.
+    About a straight state the two families are solved apart: what a bending shape has along the
+    beam is exactly 0, and what a stretching one has across it, also where frequencies meet.
     """
-    K = model.tangent(q, model.beam.gamma**2)
-    if q[1::2].any():
-        free = np.delete(np.arange(len(q)), CLAMPED)
-        families = [free_modes(K, model.mass, free, free, len(q), count)]
-    else:
-        n = len(q) // 2
-        free_along, free_across = np.arange(1, n), np.arange(2, n)
-        families = [
-            free_modes(along(K), along(model.mass), free_along, 2 * free_along, len(q), count),
-            free_modes(across(K), across(model.mass), free_across, 2 * free_across + 1, len(q), count),
-        ]
-    values = np.concatenate([values for values, _ in families])
-    order = np.argsort(values)[:count]
-    return values[order], np.hstack([V for _, V in families])[:, order]
-
-
-def free_modes(
-    K: NDArray, M: NDArray, free: NDArray, places: NDArray, size: int, count: int
-) -> tuple[NDArray, NDArray]:
-    """The lowest modes of two bands over their `free` rows, put at `places` of `size` rows."""
-    block = np.ix_(free, free)
-    values, V = eigen.lowest(assembly.dense(K)[block], assembly.dense(M)[block], count)
-    shapes = np.zeros((size, V.shape[1]))
-    shapes[places] = V
-    return values, shapes
+    K = assembly.dense(model.tangent(q, model.beam.gamma**2))
+    M = assembly.dense(model.mass)
+    free = np.delete(np.arange(len(q)), CLAMPED)
+    families = [free] if q[1::2].any() else [free[free % 2 == 0], free[free % 2 == 1]]
+    squares, shapes = [], []
+    for family in families:
+        block = np.ix_(family, family)
+        values, V = eigen.lowest(K[block], M[block], count)
+        squares.append(values)
+        shapes.append(np.zeros((len(q), V.shape[1])))
+        shapes[-1][family] = V
+    order = np.argsort(np.concatenate(squares))[:count]
+    return np.concatenate(squares)[order], np.hstack(shapes)[:, order]
 
 
 def along(A: NDArray) -> NDArray:
