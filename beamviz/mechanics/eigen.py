@@ -84,6 +84,8 @@ def _unstable(Z: np.ndarray, Kb: np.ndarray, count: int) -> tuple[np.ndarray, np
     A = Z.T @ Z
     A[:nb] = np.linalg.solve(Kb, A[:nb])
     values, y = np.linalg.eig(A)
+    seen = abs(values) > 1e-9 * abs(values).max()  # the rest is rounding of 1 / infinity
+    values, y = values[seen], y[:, seen]
     omega = 1 / np.sqrt(values.astype(complex))
     growth = abs(omega.imag)
     squares = np.where(growth > 1e-7 * abs(omega), -(growth**2), omega.real**2)

@@ -3,19 +3,34 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
 
 from beamviz.beam import Beam, checked
 from beamviz.errors import InvalidInput
+from beamviz.mechanics import elements as cubic_elements
 from beamviz.mechanics.adaptive import Physics, StraightModes, solve_straight
 from beamviz.mechanics.solution import Equilibrium, Model, Solution, Stats
 from beamviz.mechanics.strain import CURVATURES, STRAIN_LAWS
 
 PLANES = ("chordwise", "flapwise")
-MAX_MODES = 40
+MAX_MODES = 20
 TOLERANCES = (1e-12, 0.1)
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is asked of a method."""
+
+    beam: Beam
+    model: Model
+    physics: Physics
+    modes: int
+    tolerance: float
+    elements: int | None
+    start: float  # clock at the call
 
 
 @dataclass(frozen=True)
@@ -25,7 +40,7 @@ class Method:
     name: str
     source: str
     choose: str
-    solve: Callable[[Beam, Model, int, float, int | None, float], Solution]
+    solve: Callable[[Task], Solution]
 
 
 def solve(
@@ -42,60 +57,82 @@ def solve(
     """Equilibrium and the lowest `modes` modes of a beam.
 
     tolerance: relative error of each frequency that `auto` refines to. elements: number of
-    elements of `ancf` (20, the paper's, when not given). Unstable states are returned, with
-    status "unstable". Raises InvalidInput, NoEquilibrium (with .limit) and NotConverged.
+    elements of `ancf` (20, the paper's, when not given). Coriolis forces act in the chordwise
+    plane only. Unstable states are returned, with status "unstable".
+    Raises InvalidInput, NoEquilibrium (with .limit) and NotConverged.
     """
     start = time.perf_counter()
-    row = METHODS.get(method)
-    if (
-        row is None
-        or strain not in STRAIN_LAWS
-        or curvature not in CURVATURES
-        or plane not in PLANES
-    ):
-        _refuse_unknown(method=method, strain=strain, curvature=curvature, plane=plane)
+    choices = {"method": method, "strain": strain, "curvature": curvature, "plane": plane}
+    for name, value in choices.items():
+        if value not in CHOICES[name]:
+            raise InvalidInput(f"{name} = {value!r}: must be one of {', '.join(CHOICES[name])}")
     if type(modes) is not int or not 1 <= modes <= MAX_MODES:
         raise InvalidInput(f"modes = {modes}: must be a whole number in 1 .. {MAX_MODES}")
     tolerance = checked("tolerance", tolerance, *TOLERANCES)
     model = Model(method, strain, curvature, bool(coriolis), plane)
-    return row.solve(beam, model, modes, tolerance, elements, start)
+    physics = Physics(
+        STRAIN_LAWS[strain], CURVATURES[curvature], plane == "chordwise", model.coriolis
+    )
+    return METHODS[method].solve(Task(beam, model, physics, modes, tolerance, elements, start))
 
 
-def _refuse_unknown(**chosen: str) -> None:
-    """InvalidInput for the first choice that is not on its list."""
-    known = {"method": METHODS, "strain": STRAIN_LAWS, "curvature": CURVATURES, "plane": PLANES}
-    for name, value in chosen.items():
-        if value not in known[name]:
-            raise InvalidInput(f"{name} = {value!r}: must be one of {', '.join(known[name])}")
-
-
-def _auto(beam, model, modes, tolerance, elements, start) -> Solution:
+def _auto(task: Task) -> Solution:
     """The straight scene on as few unknowns as the tolerance asks for."""
-    if elements is not None:
-        raise InvalidInput(f"elements = {elements}: is for method ancf; auto chooses its own")
-    found = solve_straight(beam, modes, physics(model), tolerance)
+    if task.elements is not None:
+        raise InvalidInput(f"elements = {task.elements}: is for method ancf; auto chooses its own")
+    found = solve_straight(task.beam, task.modes, task.physics, task.tolerance)
     mesh = found.mesh
     return Solution(
-        beam=beam,
-        model=model,
-        equilibrium=Equilibrium(_status(found.squares), found.iterations, _axial(found)),
-        stats=Stats(
-            2 * len(found.f), time.perf_counter() - start, "hp", mesh.elements, mesh.order
+        beam=task.beam,
+        model=task.model,
+        equilibrium=Equilibrium(
+            _status(found.squares), found.iterations, partial(_straight_axial, found)
         ),
+        stats=Stats(2 * len(found.f), _since(task), "hp", mesh.elements, mesh.order),
         squares=found.squares,
         square_errors=found.truncation + found.rounding,
         bending_fractions=found.bending_fractions,
-        displacement=_displacement(found),
+        displacement=partial(_straight_displacement, found),
     )
 
 
-def physics(model: Model) -> Physics:
-    """The laws a model names."""
-    return Physics(
-        STRAIN_LAWS[model.strain],
-        CURVATURES[model.curvature],
-        model.plane == "chordwise",
-        model.coriolis,
+def _straight_axial(found: StraightModes, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """u(x) and f(x) of the equilibrium."""
+    return found.mesh.from_clamp(x) @ found.f, found.mesh.at(x) @ found.f
+
+
+def _straight_displacement(found: StraightModes, x: np.ndarray) -> np.ndarray:
+    """Fields (len(x), 2, modes): u = int s along the beam, w = int f theta across it."""
+    rows, modes = found.mesh.from_clamp(x), len(found.squares)
+    u = rows @ found.s
+    w = rows @ (found.f[:, None] * (found.mesh.J @ found.kappa))
+    if found.picks is None:
+        return np.stack((u, 1j * w), axis=1)
+    fields = np.zeros((len(x), 2, 2 * modes))
+    fields[:, 1, :modes], fields[:, 0, modes:] = w, u
+    return fields[:, :, found.picks]
+
+
+def _ancf(assemble: Callable, task: Task) -> Solution:
+    """The paper's elements."""
+    found = cubic_elements.solve_elements(
+        task.beam, task.modes, task.physics, assemble, task.elements
+    )
+    count = len(found.assembled.nodes) - 1
+    dof = len(found.assembled.Ka) + len(found.assembled.Kb)
+    return Solution(
+        beam=task.beam,
+        model=task.model,
+        equilibrium=Equilibrium(
+            _status(found.squares),
+            found.assembled.iterations,
+            partial(cubic_elements.axial, found),
+        ),
+        stats=Stats(dof, _since(task), task.model.method, count, 3),
+        squares=found.squares,
+        square_errors=found.square_errors,
+        bending_fractions=found.bending_fractions,
+        displacement=partial(cubic_elements.displacement, found),
     )
 
 
@@ -103,29 +140,8 @@ def _status(squares: np.ndarray) -> Literal["stable", "unstable"]:
     return "stable" if squares[0] >= 0 else "unstable"
 
 
-def _axial(found: StraightModes) -> Callable:
-    """u(x) and f(x) of the equilibrium."""
-
-    def axial(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return found.mesh.from_clamp(x) @ found.f, found.mesh.at(x) @ found.f
-
-    return axial
-
-
-def _displacement(found: StraightModes) -> Callable:
-    """Fields (len(x), 2, modes): u = int s along the beam, w = int f theta across it."""
-
-    def displacement(x: np.ndarray) -> np.ndarray:
-        rows, modes = found.mesh.from_clamp(x), len(found.squares)
-        u = rows @ found.s
-        w = rows @ (found.f[:, None] * (found.mesh.J @ found.kappa))
-        if found.picks is None:
-            return np.stack((u, 1j * w), axis=1)
-        fields = np.zeros((len(x), 2, 2 * modes))
-        fields[:, 1, :modes], fields[:, 0, modes:] = w, u
-        return fields[:, :, found.picks]
-
-    return displacement
+def _since(task: Task) -> float:
+    return time.perf_counter() - task.start
 
 
 METHODS = {
@@ -133,9 +149,22 @@ METHODS = {
     for row in (
         Method(
             "auto",
-            "this program: p-version in gradient and curvature, split at the mass",
-            "always, unless you study another method: fastest to any accuracy",
+            "this program: high-order elements in gradient and curvature, split at the mass",
+            "always, unless another method is what you study: fastest to any accuracy",
             _auto,
+        ),
+        Method(
+            "ancf",
+            "the paper's cubic elements (2017), stretching and bending solved apart",
+            "to see the paper's own numbers; 20 elements are the paper's",
+            partial(_ancf, cubic_elements.split),
+        ),
+        Method(
+            "ancf-planar",
+            "the paper's cubic elements through the full planar tangent (eqs. 40-48)",
+            "to check ancf: the same answer with all unknowns at once",
+            partial(_ancf, cubic_elements.full),
         ),
     )
 }
+CHOICES = {"method": METHODS, "strain": STRAIN_LAWS, "curvature": CURVATURES, "plane": PLANES}

@@ -1,0 +1,158 @@
+"""The paper's method: uniform cubic elements, split for a straight beam or fully planar.
+
+Both ways assemble the same two stiffnesses about the straight state and share all the rest. The
+errors are differences from the default method, which converges to the same model.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from beamviz.beam import Beam
+from beamviz.errors import InvalidInput
+from beamviz.mechanics import assembly, cubic, eigen, planar
+from beamviz.mechanics.equilibrium import straight_equilibrium
+from beamviz.mechanics.adaptive import Physics, solve_straight
+from beamviz.mechanics.basis import interpolate, uniform
+
+PAPER_ELEMENTS = 20
+MAX_ELEMENTS = 1000
+REFERENCE_TOLERANCE = 1e-9
+
+
+class Assembled(NamedTuple):
+    """Equilibrium and what vibrates about it; N = elements + 1 nodes."""
+
+    nodes: NDArray  # (N,)
+    position: NDArray  # (2N,) r1, r1' of node after node
+    iterations: int
+    Ka: NDArray  # (2N - 1, 2N - 1) stiffness along the beam, softening included
+    Kb: NDArray  # (2N - 2, 2N - 2) stiffness across it
+    m: NDArray  # (2N, 2N) mass matrix of one component
+
+
+class ElementModes(NamedTuple):
+    """The lowest modes: omega^2, errors, shapes as value and slope at each node."""
+
+    assembled: Assembled
+    squares: NDArray  # (modes,)
+    square_errors: NDArray  # (modes,)
+    bending_fractions: NDArray  # (modes,)
+    along: NDArray  # (2N, modes)
+    across: NDArray  # (2N, modes), imaginary with Coriolis
+
+
+def split(beam: Beam, physics: Physics, elements: int) -> Assembled:
+    """Half the coordinates twice (cubic.py)."""
+    cubics = cubic.Cubics.between(uniform(elements), beam, physics.law)
+    q, iterations = cubic.equilibrium(cubics)
+    load = beam.gamma**2
+    Ka = assembly.dense(assembly.band(cubics.along(q, load)))
+    softening = load if physics.chordwise else 0.0
+    Kb = assembly.dense(assembly.band(cubics.across(q, softening, physics.curvature)))
+    m = assembly.dense(assembly.band(cubics.m))
+    return Assembled(cubics.nodes, q, iterations, Ka[1:, 1:], Kb[2:, 2:], m)
+
+
+def full(beam: Beam, physics: Physics, elements: int) -> Assembled:
+    """The full planar residual and tangent (planar.py)."""
+    plane = "chordwise" if physics.chordwise else "flapwise"
+    model = planar.model(beam, uniform(elements), physics.law, physics.curvature, plane)
+    state = straight_equilibrium(model)
+    K = model.tangent(state.q, beam.gamma**2)
+    Ka, Kb = assembly.dense(planar.along(K)), assembly.dense(planar.across(K))
+    m = assembly.dense(assembly.band(model.m))
+    nodes = model.elements.nodes
+    return Assembled(nodes, state.q[::2], state.iterations, Ka[1:, 1:], Kb[2:, 2:], m)
+
+
+def solve_elements(
+    beam: Beam, modes: int, physics: Physics, assemble, elements: int | None
+) -> ElementModes:
+    """Equilibrium and the lowest `modes` modes on uniform elements, by `split` or `full`.
+
+    Raises InvalidInput, NoEquilibrium with the limit, NotConverged.
+    """
+    elements = PAPER_ELEMENTS if elements is None else elements
+    if type(elements) is not int or not 1 <= elements <= MAX_ELEMENTS:
+        raise InvalidInput(
+            f"elements = {elements}: must be a whole number in 1 .. {MAX_ELEMENTS}"
+        )
+    if modes > 2 * elements:
+        raise InvalidInput(
+            f"modes = {modes}: at most {2 * elements} with elements = {elements}"
+        )
+    assembled = assemble(beam, physics, elements)
+    coupled = physics.coriolis and physics.chordwise and beam.gamma > 0
+    squares, along, across = (_coupled if coupled else _uncoupled)(assembled, beam, modes)
+    fractions = ((assembled.m @ across) * across).sum(axis=0)
+    errors = _errors(beam, physics, squares, fractions)
+    if coupled:
+        across = 1j * across
+    return ElementModes(assembled, squares, errors, fractions, along, across)
+
+
+def _uncoupled(assembled: Assembled, beam: Beam, modes: int) -> tuple[NDArray, NDArray, NDArray]:
+    """omega^2 and shapes (2N, modes) along and across, the families apart."""
+    m = assembled.m
+    bending, V = eigen.lowest(assembled.Kb, m[2:, 2:], modes)
+    stretching, U = eigen.lowest(assembled.Ka, m[1:, 1:], modes)
+    squares = np.concatenate((bending, stretching))
+    picks = squares.argsort()[:modes]
+    shapes = np.zeros((2, len(m), 2 * modes))
+    shapes[1, 2:, :modes], shapes[0, 1:, modes:] = V, U
+    return squares[picks], *shapes[:, :, picks]
+
+
+def _coupled(assembled: Assembled, beam: Beam, modes: int) -> tuple[NDArray, NDArray, NDArray]:
+    """As `_uncoupled`, with Coriolis forces."""
+    m = assembled.m
+    F = np.linalg.cholesky(m).T
+    squares, U, V = eigen.gyroscopic(
+        assembled.Ka, F[:, 1:], assembled.Kb, F[:, 2:], beam.gamma, modes
+    )
+    shapes = np.zeros((2, len(m), modes))
+    shapes[0, 1:], shapes[1, 2:] = U, V
+    return squares, *shapes
+
+
+def _errors(beam: Beam, physics: Physics, squares: NDArray, fractions: NDArray) -> NDArray:
+    """Differences of omega^2 from the default method's, with the error of those.
+
+    Modes are paired within their family: a coarse mesh may shift one past another.
+    """
+    modes = len(squares)
+    exact = solve_straight(beam, 2 * modes, physics, REFERENCE_TOLERANCE)
+    exact_errors = exact.truncation + exact.rounding
+    errors = np.empty(modes)
+    for bending in (True, False):
+        ours = np.flatnonzero((fractions >= 0.5) == bending)
+        theirs = np.flatnonzero((exact.bending_fractions >= 0.5) == bending)[: len(ours)]
+        if len(theirs) < len(ours):  # so far off that its partner is out of sight
+            theirs = np.append(theirs, [2 * modes - 1] * (len(ours) - len(theirs)))
+        errors[ours] = abs(squares[ours] - exact.squares[theirs]) + exact_errors[theirs]
+    return errors
+
+
+def displacement(found: ElementModes, x: NDArray) -> NDArray:
+    """Fields (len(x), 2, modes) along and across the beam."""
+    nodes = found.assembled.nodes
+    return np.stack(
+        [_planar(nodes, u, w, x) for u, w in zip(found.along.T, found.across.T, strict=True)], -1
+    )
+
+
+def axial(found: ElementModes, x: NDArray) -> tuple[NDArray, NDArray]:
+    """u(x) and f(x) of the equilibrium."""
+    nodes, r = found.assembled.nodes, found.assembled.position
+    q = np.zeros(2 * len(r))
+    q[::2] = r
+    return interpolate(nodes, q, x)[:, 0], interpolate(nodes, q, x, 1)[:, 0]
+
+
+def _planar(nodes: NDArray, u: NDArray, w: NDArray, x: NDArray) -> NDArray:
+    """(len(x), 2) of coordinates along and across, value and slope of node after node."""
+    q = np.zeros(2 * len(u), np.result_type(u, w))
+    q[::2], q[1::2] = u, w
+    return interpolate(nodes, q, x)
