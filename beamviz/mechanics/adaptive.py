@@ -1,6 +1,5 @@
 """The default method `auto`: as few unknowns as the tolerance asks for."""
 
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -22,8 +21,7 @@ LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 LIMIT_ORDER = 12
 
 
-@dataclass(frozen=True)
-class Physics:
+class Physics(NamedTuple):
     """What is solved about a beam: its laws, its plane, and whether Coriolis forces act."""
 
     law: StrainLaw
@@ -169,14 +167,16 @@ def equilibrium(
 ) -> tuple[np.ndarray, int]:
     """The stretch f (n,) at the mesh points and the Newton iterations it took.
 
-    The full load first; where that leaves the stable branch, continuation in the load.
+    A small load at once; a large one, or one near a limit, by continuation from rest.
     """
     if not beam.gamma:
         return np.ones(len(points.weights)), 0
     load = (beam.gamma / beam.mu) ** 2
-    full, iterations = hp.newton(points, rho, beam.delta, law, load, np.ones(len(points.weights)))
-    if full is not None:
-        return full, iterations
+    if load < SMALL_STRETCH**2:
+        guess = hp.first_guess(points, rho, beam.delta, law, load)
+        f, iterations = hp.newton(points, rho, beam.delta, law, load, guess)
+        if f is not None:
+            return f, iterations
     path = _follow(points, rho, beam.delta, law, load)
     if path.limit is not None:
         raise straight.no_equilibrium(beam, _limit(beam, law, load), law)

@@ -19,7 +19,7 @@ from beamviz.mechanics.strain import Curvature, StrainLaw
 
 EPS = float(np.finfo(float).eps)
 NEWTON_ITERATIONS = 12
-NEWTON_STEP = 1e-7
+NEWTON_STEP = 1e-7  # relative to the stretch at the clamp
 # Factors on the two estimates of error, set on random beams over all accepted scenes.
 TRUNCATION_FACTOR = 8.0
 ROUNDING_FACTOR = 30.0
@@ -29,6 +29,7 @@ class Inertia(NamedTuple):
     """The line density rho = 1 + alpha Dirac(x - beta) in terms of a gradient on a mesh."""
 
     G: np.ndarray  # (n, n) mass matrix J' rho J
+    G1: np.ndarray  # (n,) G applied to the stretch of a beam at rest
     g: np.ndarray  # (n,) static moment J' rho 1
     to_mass: np.ndarray | None  # (n,) sqrt(alpha) times the integral from clamp to mass
     total: float  # mass that pulls at the clamp
@@ -37,10 +38,11 @@ class Inertia(NamedTuple):
 def inertia(mesh: Mesh, alpha: float, beta: float) -> Inertia:
     """The inertia of a beam whose mass sits on a break of the mesh."""
     if not (alpha and beta):
-        return Inertia(mesh.G, mesh.g, None, 1.0)
+        return Inertia(mesh.G, mesh.G1, mesh.g, None, 1.0)
     to_mass = mesh.weights if beta == 1 else np.where(mesh.points < beta, mesh.weights, 0.0)
     root = alpha**0.5 * to_mass
-    return Inertia(mesh.G + root[:, None] * root, mesh.g + alpha * to_mass, root, 1.0 + alpha)
+    G, G1 = mesh.G + root[:, None] * root, mesh.G1 + (alpha * beta) * to_mass
+    return Inertia(G, G1, mesh.g + alpha * to_mass, root, 1.0 + alpha)
 
 
 def newton(
@@ -62,11 +64,20 @@ def newton(
         f = f - step
         if f.min() <= law.min_stretch:
             return None, iteration
-        largest = f.max()
-        if abs(step).max() < NEWTON_STEP * largest:  # quadratic: the next one is below rounding
-            held = largest < law.max_stretch and _left_at_clamp(rho, delta, law, load, f) > 0
+        if abs(step).max() < NEWTON_STEP * f[0]:  # quadratic: the next one is below rounding
+            held = f.max() < law.max_stretch and _left_at_clamp(rho, delta, law, load, f) > 0
             return (f if held else None), iteration
     return None, iteration
+
+
+def first_guess(mesh: Mesh, rho: Inertia, delta: float, law: StrainLaw, load: float) -> np.ndarray:
+    """The stretch (n,) to third order in the load: Newton starts two iterations ahead.
+
+    n = load (G f + delta g) / w with f = 1 + n inside, inverted as f = 1 + n - n''(1) n^2 / 2.
+    """
+    n = (load / mesh.weights) * (rho.G1 + delta * rho.g)
+    n = n + (load / mesh.weights) * (rho.G @ n)
+    return 1 + n - law.softening * n * n
 
 
 def _diagonal(A: np.ndarray) -> np.ndarray:
@@ -79,6 +90,8 @@ def _left_at_clamp(
 ) -> float:
     """The share of its greatest force, in tension and compression, that the law has left at the
     clamp: the force is largest there, and no Gauss point sees it."""
+    if law.min_stretch == 0 and law.max_stretch == np.inf:
+        return 1.0
     force = load * (rho.g @ f + delta * rho.total)
     least = law.force(law.min_stretch) if law.min_stretch > 0 else -np.inf
     most = law.force(law.max_stretch) if law.max_stretch < np.inf else np.inf

@@ -61,6 +61,7 @@ class Mesh:
     J: np.ndarray  # (n, n)
     T: np.ndarray  # (n, n)
     G: np.ndarray  # (n, n)
+    G1: np.ndarray  # (n,) row sums of G
     g: np.ndarray  # (n,)
 
     @property
@@ -112,7 +113,7 @@ def mesh(breaks: tuple[float, ...], order: int) -> Mesh:
         T[block, block] = element.last_two
     WJ = weights[:, None] * J
     G, g = J.T @ WJ, WJ.sum(axis=0)
-    arrays = (points, weights, np.sqrt(weights)[:, None], J, T, G, g)
+    arrays = (points, weights, np.sqrt(weights)[:, None], J, T, G, G.sum(axis=1), g)
     return Mesh(_frozen(ends), order, *(_frozen(array) for array in arrays))
 
 

@@ -7,7 +7,7 @@ above it needs them.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
@@ -19,8 +19,7 @@ PURE = 0.9  # share of the kinetic energy that makes a mode one of its family
 NODE_GRID = 401
 
 
-@dataclass(frozen=True)
-class Model:
+class Model(NamedTuple):
     """What was solved: the method asked for, the beam theory, the plane."""
 
     method: str
@@ -30,8 +29,7 @@ class Model:
     plane: str
 
 
-@dataclass(frozen=True)
-class Stats:
+class Stats(NamedTuple):
     """What it took: unknowns solved for (both families), wall time, method, resolution."""
 
     dof: int

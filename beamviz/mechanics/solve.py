@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -20,8 +20,7 @@ MAX_MODES = 20
 TOLERANCES = (1e-12, 0.1)
 
 
-@dataclass(frozen=True)
-class Task:
+class Task(NamedTuple):
     """What is asked of a method."""
 
     beam: Beam

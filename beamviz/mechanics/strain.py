@@ -8,6 +8,7 @@ measure is the power c. Every function is vectorised and analytic: f may be comp
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,12 @@ class StrainLaw:
     min_stretch: float
     max_stretch: float
     source: str
+
+    @cached_property
+    def softening(self) -> float:
+        """n''(1) / 2: a small force n stretches by n - softening n^2."""
+        step = 1e-20
+        return float(self.stiffness(np.array(1 + step * 1j)).imag) / step / 2
 
     def force(self, f: NDArray) -> NDArray:
         """n = e e', the axial force divided by mu^2."""
