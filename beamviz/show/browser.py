@@ -1,0 +1,73 @@
+"""Chrome, Chromium or Edge without a window, for pictures (and for tests of the page)."""
+
+import contextlib
+import os
+import shutil
+import signal
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+NAMES = (
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+    "google-chrome-stable",
+    "chrome",
+    "microsoft-edge",
+    "msedge",
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+    "/Applications/Chromium.app/Contents/MacOS/Chromium",
+    "/Applications/Microsoft Edge.app/Contents/MacOS/Microsoft Edge",
+)
+
+# The sandbox needs rights that containers lack; the only page opened is our own.
+FLAGS = (
+    "--headless",
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--hide-scrollbars",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-quic",
+    "--disable-dev-shm-usage",
+    "--remote-debugging-port=0",
+)
+
+
+def found_browser() -> str | None:
+    """The browser to use: the one named by BEAMVIZ_BROWSER (a name or a path), else a usual one."""
+    named = os.environ.get("BEAMVIZ_BROWSER")
+    return next(filter(None, map(shutil.which, [named] if named else NAMES)), None)
+
+
+@contextlib.contextmanager
+def opened(browser: str, url: str, width: int = 1280, height: int = 720) -> Iterator[Path]:
+    """`browser` showing `url` without a window; gives its profile folder, ends it on leaving."""
+    with tempfile.TemporaryDirectory(prefix="beamviz-", ignore_cleanup_errors=True) as profile:
+        process = subprocess.Popen(
+            [browser, *FLAGS, f"--window-size={width},{height}", f"--user-data-dir={profile}", url],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+        try:
+            yield Path(profile)
+        finally:
+            ended(process)
+
+
+def ended(process: subprocess.Popen) -> None:
+    """End a browser and the processes it started, by its own group."""
+    if os.name == "posix":
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+    else:
+        process.kill()
+    process.wait()

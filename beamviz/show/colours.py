@@ -1,0 +1,64 @@
+"""Colour-blind-safe colours: along the beam by displacement or strain, and the fixed ones."""
+
+import numpy as np
+
+from beamviz.show.motion import Shapes, axial_strain, largest_strain
+
+COLOURINGS = ("displacement", "axial strain")
+
+RGB = tuple[int, int, int]
+
+HUB: RGB = (150, 160, 176)
+MARKER: RGB = (213, 94, 0)  # vermilion, Okabe & Ito
+MASS: RGB = (84, 92, 110)
+NODE: RGB = (204, 60, 140)
+GHOST: RGB = (140, 148, 160)
+GRID: RGB = (150, 156, 166)
+GREYED: RGB = (165, 168, 174)
+
+# From still to far: blue, teal, yellow (the bright part of viridis).
+SEQUENTIAL = (
+    (62, 84, 150),
+    (44, 120, 142),
+    (34, 158, 134),
+    (94, 200, 98),
+    (186, 222, 40),
+    (253, 231, 37),
+)
+# From compressed over unstrained to stretched: blue, grey, vermilion.
+DIVERGING = ((16, 84, 168), (90, 150, 208), (204, 206, 208), (236, 148, 92), (204, 76, 2))
+
+
+def mapped(values: np.ndarray, anchors: tuple[RGB, ...]) -> np.ndarray:
+    """Colours (n, 3) in 0 .. 1 (sRGB) for values (n,) in 0 .. 1, by interpolation of `anchors`."""
+    at = np.linspace(0.0, 1.0, len(anchors))
+    return np.stack([np.interp(values, at, channel) for channel in np.transpose(anchors)], 1) / 255
+
+
+def instanced(colours: np.ndarray) -> np.ndarray:
+    """sRGB colours in 0 .. 1 as bytes of linear light, which is what instanced meshes take
+    (every other colour of a scene is sRGB)."""
+    light = np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
+    return np.rint(255 * light).astype(np.uint8)
+
+
+def gradient(anchors: tuple[RGB, ...]) -> str:
+    """The map as a CSS gradient from left to right."""
+    return f"linear-gradient(90deg, {', '.join(f'rgb{colour}' for colour in anchors)})"
+
+
+def along(shapes: Shapes, name: str, moved: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
+    """sRGB colours (n - 1, 3) in 0 .. 1 by `name`, one of COLOURINGS."""
+    largest = colour_range(shapes, name, amplitudes)
+    if name == "axial strain":
+        scaled = 0.5 + 0.5 * axial_strain(shapes, moved) / largest
+        return mapped(scaled, DIVERGING)
+    far = np.linalg.norm((moved[:-1] + moved[1:]) / 2, axis=1)
+    return mapped(far / largest, SEQUENTIAL)
+
+
+def colour_range(shapes: Shapes, name: str, amplitudes: np.ndarray) -> float:
+    """The value at the end of the colour map (never 0)."""
+    if name == "axial strain":
+        return max(largest_strain(shapes, amplitudes), 1e-9)
+    return max(float(np.minimum(amplitudes, shapes.limits).sum()), 1e-9)

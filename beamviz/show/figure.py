@@ -1,0 +1,120 @@
+"""The scene drawn by matplotlib, where no browser is found: the same view, back to front."""
+
+import math
+
+import numpy as np
+import trimesh
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+
+from beamviz.show import camera, colours, sizes, tube
+from beamviz.show.motion import Shapes, Still, displacement
+from beamviz.show.stage import EDGES, HUB_HEIGHT, annulus, placed
+
+DPI = 100
+SUN = np.array([-0.5, -1.0, 2.2]) / math.sqrt(0.25 + 1.0 + 4.84)
+SHADOW = (0.86, 0.865, 0.875)
+
+
+def drawn(still: Still, width: int, height: int, amplitude: float) -> np.ndarray:
+    """The scene (height, width, 4) on a transparent ground."""
+    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor="none")
+    canvas = FigureCanvasAgg(figure)
+    axes = figure.add_axes((0, 0, 1, 1))
+    tall = math.tan(camera.FIELD_OF_VIEW / 2)
+    axes.set(xlim=(-tall * width / height, tall * width / height), ylim=(-tall, tall))
+    axes.set_axis_off()
+    triangles, colour = bodies(still, amplitude)
+    paint(axes, View(still.shapes, width / height), triangles, colour)
+    if still.words:
+        figure.text(0.5, 0.8, still.words, ha="center", fontsize=14)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba()).copy()
+
+
+class View:
+    """Perspective projection from the viewpoint of all pictures."""
+
+    def __init__(self, shapes: Shapes, aspect: float):
+        self.shapes = shapes
+        self.position = camera.viewpoint(shapes.beam, shapes.plane, riding=True, aspect=aspect)
+        self.position = self.position + camera.target(shapes.beam, riding=True)
+        self.axes = camera.axes(self.position - camera.target(shapes.beam, riding=True))
+
+    def depth(self, points: np.ndarray) -> np.ndarray:
+        """Distance (...) in front of the camera of points (..., 3)."""
+        return (points - self.position) @ self.axes[:, 2]
+
+    def project(self, points: np.ndarray) -> np.ndarray:
+        """Points (..., 3) in the picture, (..., 2)."""
+        return ((points - self.position) @ self.axes[:, :2] * [1, -1]) / self.depth(points)[
+            ..., None
+        ]
+
+
+def paint(axes: Axes, view: View, triangles: np.ndarray, colour: np.ndarray) -> None:
+    """Ground, shadow and outline, then triangles (n, 3, 3) in colours (n, 3), far ones first."""
+    beam = view.shapes.beam
+    low = sizes.ground(beam)
+    thin = {"linewidths": 0.6, "colors": [np.array(colours.GRID) / 255]}
+    axes.add_collection(
+        LineCollection(list(view.project(grid(beam.delta + 0.5, low))), alpha=0.4, **thin)
+    )
+    fallen = triangles - (triangles[..., 2:] - low) / SUN[2] * SUN
+    axes.add_collection(
+        PolyCollection(list(view.project(fallen)), facecolors=[SHADOW], edgecolors=[SHADOW])
+    )
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    lit = np.clip(colour * (0.78 + 0.25 * normals @ SUN)[:, None], 0, 1)
+    order = np.argsort(-view.depth(triangles.mean(axis=1)))
+    order = order[((view.position - triangles[order, 0]) * normals[order]).sum(axis=1) > 0]
+    axes.add_collection(
+        PolyCollection(
+            list(view.project(triangles[order])),
+            facecolors=lit[order],
+            edgecolors=lit[order],
+            linewidths=0.4,
+        )
+    )
+    section = np.array([1.0, *sizes.section(beam)])
+    if view.shapes.plane == "flapwise":
+        section = section[[0, 2, 1]]
+    outline = EDGES * section + [beam.delta + 0.5, 0.0, 0.0]
+    axes.add_collection(LineCollection(list(view.project(outline)), alpha=0.7, **thin))
+
+
+def grid(middle: float, low: float) -> np.ndarray:
+    """Lines (n, 2, 3) of the ground around x = middle, at height `low`."""
+    at = np.linspace(-2.0, 2.0, 9)
+    along = [[(middle - 2, y, low), (middle + 2, y, low)] for y in at]
+    return np.array(along + [[(middle + x, -2.0, low), (middle + x, 2.0, low)] for x in at])
+
+
+def bodies(still: Still, amplitude: float) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles (n, 3, 3) of hub, beam and mass, and their colours (n, 3)."""
+    shapes, amplitudes = still.shapes, still.amplitudes(amplitude)
+    moved = displacement(shapes, still.phases, amplitudes)
+    points, normal = placed(shapes, shapes.centreline + moved)
+    vertices, triangles = tube.swept(points, normal, *sizes.section(shapes.beam))
+    along = colours.along(shapes, colours.COLOURINGS[0], moved, amplitudes)
+    if still.words:
+        along = np.tile(np.array(colours.GREYED) / 255, (tube.SEGMENTS, 1))
+    painted = np.concatenate([np.repeat(along, 8, axis=0), np.repeat(along[[0, -1]], 2, axis=0)])
+    parts = [(vertices[triangles], painted)]
+    radius = sizes.hub_radius(shapes.beam)
+    hub = (
+        annulus(radius)
+        if shapes.beam.delta < 0
+        else trimesh.creation.cylinder(radius, HUB_HEIGHT, sections=90)
+    )
+    parts.append(
+        (hub.vertices[hub.faces], np.tile(np.array(colours.HUB) / 255, (len(hub.faces), 1)))
+    )
+    if shapes.beam.alpha > 0:
+        ball = trimesh.creation.icosphere(subdivisions=3, radius=sizes.mass_radius(shapes.beam))
+        place = (ball.vertices + points[shapes.mass])[ball.faces]
+        parts.append((place, np.tile(np.array(colours.MASS) / 255, (len(place), 1))))
+    return np.concatenate([a for a, _ in parts]), np.concatenate([b for _, b in parts])

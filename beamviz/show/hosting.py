@@ -1,0 +1,77 @@
+"""A viser server that keeps to itself: one address or a clear error, no banner, no tunnel."""
+
+import contextlib
+import io
+import logging
+import socket
+from collections.abc import Iterator
+from unittest import mock
+
+import viser
+import websockets.asyncio.server
+
+from beamviz.errors import Unavailable
+
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+
+
+@contextlib.contextmanager
+def hosted(host: str = "127.0.0.1", port: int = 0) -> Iterator[viser.ViserServer]:
+    """A running server, stopped on leaving; port 0 takes a free one.
+
+    Raises Unavailable where the address cannot be had: viser itself would silently take the
+    next port, and wait for ever on a host that does not exist.
+    """
+    port = claimed(host, port)
+    logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # browsers hang up at will
+    with silence(), same_origin(host, port):
+        server = viser.ViserServer(host=host, port=port, verbose=False)
+    try:
+        if server.get_port() != port:
+            raise Unavailable(f"port {port} was taken a moment ago: choose another with --port")
+        server.request_share_url = lambda verbose=True: None  # any visitor could open a tunnel
+        yield server
+    finally:
+        with silence():
+            server.stop()
+
+
+def claimed(host: str, port: int) -> int:
+    """The port, found free by binding to it once; Unavailable says what is in the way."""
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(
+            host, port, type=socket.SOCK_STREAM
+        )[0]
+        with socket.socket(family, kind, protocol) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind(address)
+            return int(probe.getsockname()[1])
+    except (OSError, OverflowError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise Unavailable(
+            f"cannot serve on {host}:{port} ({reason}): choose another --port or --host"
+        ) from None
+
+
+@contextlib.contextmanager
+def silence() -> Iterator[None]:
+    """Keep viser's banners off stdout, which is for data."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        yield
+
+
+@contextlib.contextmanager
+def same_origin(host: str, port: int) -> Iterator[None]:
+    """On a loopback host, let only this server's own page open a session in a browser: viser
+    checks no Origin, so any page of the web could drive one. Programs send no Origin."""
+    if host not in LOOPBACK:
+        yield
+        return
+    origins = [None, *(f"http://{name}:{port}" for name in ("127.0.0.1", "localhost", "[::1]"))]
+    serve = websockets.asyncio.server.serve
+    with mock.patch.object(
+        websockets.asyncio.server,
+        "serve",
+        lambda *args, **options: serve(*args, origins=origins, **options),
+    ):
+        yield

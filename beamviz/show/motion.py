@@ -1,0 +1,189 @@
+"""What moves and when: mode shapes sampled along the beam, and one slowed clock for all of them."""
+
+import math
+from dataclasses import dataclass, field
+from typing import Self
+
+import numpy as np
+
+from beamviz.beam import Beam
+from beamviz.mechanics.solve import Solution
+from beamviz.show.tube import stations
+
+SAMPLES = np.linspace(0.0, 1.0, 401)
+MAX_STRAIN = 0.6  # drawn stretching stays below it, so that a large picture never folds
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """A solution as a picture needs it, in lengths of the beam, measured from the clamp.
+
+    x: (n,) stations; centreline: (n, 2) the equilibrium, along and across the beam;
+    strain: (n - 1,) its axial strain; modes: (m, n, 2) with largest displacement 1;
+    limits: (m,) largest amplitude to draw; nodes: for each mode its x, (j,), and where
+    they are, (j, 2).
+    """
+
+    beam: Beam
+    plane: str
+    labels: tuple[str, ...]
+    frequencies: np.ndarray
+    x: np.ndarray
+    centreline: np.ndarray
+    strain: np.ndarray
+    modes: np.ndarray
+    limits: np.ndarray
+    nodes: tuple[tuple[np.ndarray, np.ndarray], ...]
+
+    @classmethod
+    def sampled(cls, solution: Solution, previous: Self | None = None) -> Self:
+        """`solution` at stations that follow its curvature, with the signs of `previous`."""
+        x = stations(SAMPLES, bending(solution), solution.beam.beta)
+        modes = np.stack([normalised(solution.shape(k, x)) for k in range(len(solution.labels))])
+        stretching = np.abs(np.diff(modes[:, :, 0], axis=1) / np.diff(x)).max(axis=1)
+        equilibrium = solution.equilibrium
+        return cls(
+            beam=solution.beam,
+            plane=solution.model.plane,
+            labels=solution.labels,
+            frequencies=solution.frequencies,
+            x=x,
+            centreline=equilibrium.position(x),
+            strain=equilibrium.stretch((x[:-1] + x[1:]) / 2) - 1.0,
+            modes=modes if previous is None else aligned(modes, x, previous),
+            limits=MAX_STRAIN / np.maximum(stretching, 1e-12),
+            nodes=tuple((at, equilibrium.position(at)) for at in solution.nodes),
+        )
+
+    @classmethod
+    def at_rest(cls, beam: Beam, plane: str) -> Self:
+        """The undeformed beam without any mode, where there is no solution to show."""
+        x = stations(SAMPLES, np.zeros_like(SAMPLES), beam.beta)
+        return cls(
+            beam=beam,
+            plane=plane,
+            labels=(),
+            frequencies=np.zeros(0),
+            x=x,
+            centreline=np.stack([x, 0 * x], 1),
+            strain=np.zeros(len(x) - 1),
+            modes=np.zeros((0, len(x), 2)),
+            limits=np.zeros(0),
+            nodes=(),
+        )
+
+    @property
+    def mass(self) -> int:
+        """The station that carries the concentrated mass."""
+        return int(np.argmin(np.abs(self.x - self.beam.beta)))
+
+
+def bending(solution: Solution) -> np.ndarray:
+    """Summed curvature (n,) of all modes at SAMPLES, each with largest displacement 1."""
+    total = np.zeros_like(SAMPLES)
+    for k in range(len(solution.labels)):
+        across = normalised(solution.shape(k, SAMPLES))[:, 1]
+        total += np.abs(np.gradient(np.gradient(across, SAMPLES), SAMPLES))
+    return total
+
+
+def normalised(mode: np.ndarray) -> np.ndarray:
+    """A mode (n, 2) with largest displacement 1 and a tip that moves outwards or across first."""
+    tip = mode[-1, np.argmax(np.abs(mode[-1]))]
+    turn = np.conj(tip) / abs(tip) if tip != 0 else 1.0
+    return mode * turn / np.sqrt((np.abs(mode) ** 2).sum(axis=1)).max()
+
+
+def aligned(modes: np.ndarray, x: np.ndarray, previous: Shapes) -> np.ndarray:
+    """`modes` (m, n, 2) with each sign (phase, if complex) as in `previous`.
+
+    The sign of a mode is free; without this the picture would flip while a slider moves.
+    """
+    turned = modes.copy()
+    for new, old in zip(turned, previous.modes, strict=False):
+        common = np.stack([np.interp(x, previous.x, column) for column in old.T], 1)
+        overlap = np.vdot(common, new)
+        if abs(overlap) > 1e-6:
+            new *= np.conj(overlap) / abs(overlap)
+    return turned
+
+
+def displacement(shapes: Shapes, phases: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
+    """Displacement (n, 2) of the centreline at phases (m,) [rad] for amplitudes (m,)."""
+    sizes = np.minimum(amplitudes, shapes.limits)
+    return np.imag(np.tensordot(sizes * np.exp(1j * phases), shapes.modes, 1))
+
+
+def axial_strain(shapes: Shapes, moved: np.ndarray) -> np.ndarray:
+    """Axial strain (n - 1,): that of the equilibrium and, to first order, of `moved` (n, 2)."""
+    step = np.diff(shapes.centreline, axis=0)
+    tangent = step / np.linalg.norm(step, axis=1, keepdims=True)
+    return shapes.strain + (np.diff(moved, axis=0) * tangent).sum(axis=1) / np.diff(shapes.x)
+
+
+def largest_strain(shapes: Shapes, amplitudes: np.ndarray) -> float:
+    """A bound of |axial strain| over time, for amplitudes (m,)."""
+    still = np.zeros_like(shapes.centreline)
+    bound = np.abs(axial_strain(shapes, still))
+    for mode, amplitude in zip(shapes.modes, np.minimum(amplitudes, shapes.limits), strict=True):
+        for part in (mode.real, mode.imag):
+            bound = bound + amplitude * np.abs(axial_strain(shapes, part) - shapes.strain)
+    return float(bound.max())
+
+
+SLOWEST, FASTEST, TURN = 2.5, 0.6, 1.5  # [s] on screen, for one swing and for one turn
+
+
+def fitted_rate(frequencies: np.ndarray, gamma: float) -> float:
+    """The time [T*] to show in one second so that the slowest motion is seen and the fastest
+    can be followed, for the frequencies shown and the rotation gamma [1/T*]."""
+    seen = frequencies[np.isfinite(frequencies) & (frequencies > 0)]
+    longest = [2 * math.pi / gamma / TURN] if gamma > 0 else []
+    if len(seen):
+        longest += [2 * math.pi / seen.min() / SLOWEST, 2 * math.pi / seen.max() / FASTEST]
+    return min(longest, default=0.1)
+
+
+@dataclass
+class Clock:
+    """One slowed clock: rotation and every mode run on it, so their frequency ratios are true.
+
+    rate: time [T*] in one second on screen; angle [rad] of the hub; phases (m,) [rad].
+    """
+
+    rate: float = 0.1
+    angle: float = 0.0
+    phases: np.ndarray = field(default_factory=lambda: np.full(0, math.pi / 2))
+
+    def fit(self, frequencies: np.ndarray, gamma: float, *, keep: bool) -> None:
+        """Choose the rate; with `keep`, only where the present one shows too little or too much."""
+        best = fitted_rate(frequencies, gamma)
+        if not keep or not best / 4 < self.rate < best * 3:
+            self.rate = best
+
+    def advance(self, time: float, frequencies: np.ndarray, gamma: float) -> None:
+        """Move on by `time` [T*]; phases go on from where they are when frequencies change."""
+        if len(self.phases) != len(frequencies):
+            self.phases = np.full(len(frequencies), math.pi / 2)
+        self.phases = (self.phases + time * np.nan_to_num(frequencies)) % (2 * math.pi)
+        self.angle = (self.angle + time * gamma) % (2 * math.pi)
+
+
+@dataclass(frozen=True)
+class Still:
+    """One moment of one mode: mode number (from 0) at `phase` of its period; `words` say what
+    is wrong with it, if anything is."""
+
+    shapes: Shapes
+    mode: int
+    phase: float
+    words: str = ""
+
+    @property
+    def phases(self) -> np.ndarray:
+        """Phase (m,) [rad] of every mode."""
+        return np.full(len(self.shapes.modes), 2 * math.pi * self.phase)
+
+    def amplitudes(self, size: float) -> np.ndarray:
+        """Amplitude (m,) of every mode: `size` for the one shown."""
+        return np.where(np.arange(len(self.shapes.modes)) == self.mode, size, 0.0)

@@ -1,0 +1,226 @@
+"""The controls of one visitor: they hand on what is chosen and show what is told."""
+
+import threading
+from typing import Any, Protocol
+
+from viser import GuiApi, GuiInputHandle, GuiNumberHandle, GuiSliderHandle
+
+from beamviz.beam import LIMITS, NAMES
+from beamviz.show import readout
+from beamviz.show.controls import CHOICES, MAX_AMPLITUDE, MAX_SPEED, MODES, Look, Wanted
+from beamviz.show.solving import Answer
+
+# For each number: label, everyday range and step of its slider, what it means.
+NUMBERS = {
+    "alpha": ("mass α", 0.0, 5.0, 0.01, "Mass on the beam, over the mass of the beam itself"),
+    "beta": ("position β", 0.0, 1.0, 0.005, "Where that mass sits: 0 at the hub, 1 at the tip"),
+    "gamma": ("speed γ", 0.0, 50.0, 0.1, "Speed of rotation, in radians per T*"),
+    "delta": ("hub δ", -1.0, 3.0, 0.01, "Radius of the hub, over the length of the beam;"
+              " below 0 the beam points inward from the rim"),
+    "mu": ("slenderness μ", 10.0, 200.0, 1.0, "Slenderness: √12 times the length over the thickness;"
+           " a large one makes stretching stiff"),
+}  # fmt: skip
+MODEL = {
+    "method": "How the beam is cut up and solved",
+    "strain": "Which law ties the stretch to the force: green is the paper's",
+    "curvature": "How bending is measured where the beam is stretched: spatial is the paper's",
+    "plane": "chordwise: vibration in the plane of rotation; flapwise: out of it",
+}
+RIDING, BESIDE = "ride on the hub", "stand beside it"
+
+
+class Listener(Protocol):
+    """Who hears what the visitor chooses."""
+
+    def want(self, name: str, value: Any) -> None:
+        """A number or keyword of the solution."""
+
+    def see(self, name: str, value: Any) -> None:
+        """A choice of the picture."""
+
+    def share(self, mode: int, value: Any) -> None:
+        """How much of a mode (from 0) is in the picture."""
+
+    def only(self, mode: int) -> None:
+        """One mode (from 0) alone."""
+
+    def reset_view(self) -> None:
+        """The camera back to where it was."""
+
+    def darken(self, dark: bool) -> None:
+        """A dark or a light page."""
+
+
+class Panel:
+    """Two panels: results over the scene on the left, controls docked on the right."""
+
+    def __init__(self, gui: GuiApi, wanted: Wanted, look: Look, listener: Listener):
+        self.listener, self.units = listener, wanted.units
+        gui.set_panel_label("beamviz")
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(320)
+        self.add_results(gui)
+        with gui.add_folder("Beam"):
+            self.numbers = Numbers(gui, wanted.numbers, listener)
+        with gui.add_folder("Motion"):
+            self.add_motion(gui, look)
+        with gui.add_folder("Picture"):
+            self.add_picture(gui, look)
+        with gui.add_folder("Model", expand_by_default=False):
+            self.add_model(gui, wanted)
+
+    def add_results(self, gui: GuiApi) -> None:
+        """State, table of modes and legend, in a panel of their own."""
+        results = gui.add_panel()
+        with results.add_tab("Modes"):
+            self.state, self.table = gui.add_html(""), gui.add_html("")
+            pick = gui.add_button_group(
+                "show", [str(k + 1) for k in range(MODES)], hint="One mode alone"
+            )
+            pick.on_click(lambda event: self.pick(event.target.value))
+            self.legend = gui.add_html("")
+        results.float(x=15, y=15, width=370)
+
+    def add_motion(self, gui: GuiApi, look: Look) -> None:
+        """Clock, amplitude, mix of modes and frame of view."""
+        play = gui.add_checkbox("playing", look.playing)
+        self.follow(play, "playing")
+        speed = gui.add_slider(
+            "pace",
+            0.0,
+            MAX_SPEED,
+            0.05,
+            look.speed,
+            hint="Speed of the one clock of rotation and vibration",
+        )
+        self.follow(speed, "speed")
+        self.pace = gui.add_html("")
+        size = gui.add_slider(
+            "amplitude",
+            0.0,
+            MAX_AMPLITUDE,
+            0.01,
+            look.amplitude,
+            hint="Largest displacement drawn, over the length of the beam",
+        )
+        self.follow(size, "amplitude")
+        with gui.add_folder("Mix several modes", expand_by_default=False):
+            self.shares = [self.add_share(gui, k, look) for k in range(MODES)]
+        view = gui.add_button_group("view", (RIDING, BESIDE))
+        view.on_click(lambda event: self.listener.see("riding", event.target.value == RIDING))
+
+    def add_share(self, gui: GuiApi, mode: int, look: Look) -> GuiSliderHandle:
+        """How much of one mode is in the picture."""
+        share = look.shares[mode] if mode < len(look.shares) else 0.0
+        slider = gui.add_slider(f"mode {mode + 1}", 0.0, 1.0, 0.05, share)
+        slider.on_update(lambda event: self.listener.share(mode, event.target.value))
+        return slider
+
+    def add_picture(self, gui: GuiApi, look: Look) -> None:
+        """What is drawn, and how."""
+        self.follow(
+            gui.add_dropdown("colour", CHOICES["colouring"], initial_value=look.colouring),
+            "colouring",
+        )
+        self.follow(
+            gui.add_checkbox(
+                "ghosts",
+                look.ghosts,
+                hint="Outline: undeformed. Pale: stretched by the rotation, not vibrating",
+            ),
+            "ghosts",
+        )
+        self.follow(
+            gui.add_checkbox("nodes", look.nodes, hint="Places that stay still in a mode"), "nodes"
+        )
+        self.follow(
+            gui.add_checkbox("thicken", look.thicken, hint="Draw a thin beam thicker than it is"),
+            "thicken",
+        )
+        dark = gui.add_checkbox("dark page", False)
+        dark.on_update(lambda event: self.listener.darken(bool(event.target.value)))
+        gui.add_button("Reset view").on_click(lambda _: self.listener.reset_view())
+
+    def add_model(self, gui: GuiApi, wanted: Wanted) -> None:
+        """Method, strain law, curvature, plane and Coriolis."""
+        for name, hint in MODEL.items():
+            chosen = wanted.options.get(name, CHOICES[name][0])
+            dropdown = gui.add_dropdown(name, CHOICES[name], initial_value=chosen, hint=hint)
+            dropdown.on_update(
+                lambda event, name=name: self.listener.want(name, event.target.value)
+            )
+        coriolis = gui.add_checkbox(
+            "coriolis",
+            bool(wanted.options.get("coriolis")),
+            hint="The force on what moves along a turning beam; it couples bending and stretching",
+        )
+        coriolis.on_update(lambda event: self.listener.want("coriolis", event.target.value))
+
+    def follow(self, control: GuiInputHandle, name: str) -> None:
+        """Hand on every change of a choice of the picture."""
+        control.on_update(lambda event: self.listener.see(name, event.target.value))
+
+    def pick(self, number: Any) -> None:
+        """One mode alone, by its number."""
+        if number in [str(k + 1) for k in range(MODES)]:
+            self.listener.only(int(number) - 1)
+
+    def show_shares(self, look: Look) -> None:
+        """Put the sliders of the mix where `look` has them."""
+        for k, slider in enumerate(self.shares):
+            slider.value = look.shares[k] if k < len(look.shares) else 0.0
+
+    def show(self, answer: Answer, shown: list[int]) -> None:
+        """Tell what came of a wish."""
+        self.state.content = readout.state(answer)
+        self.table.content = readout.table(answer.solution, shown, self.units)
+
+    def show_picture(self, colouring: str, largest: float, rate: float) -> None:
+        """Tell the colours and the pace of the picture."""
+        self.legend.content = readout.legend(colouring, largest)
+        self.pace.content = readout.pace(rate, self.units)
+
+
+class Numbers:
+    """The five numbers, each with a slider for its everyday range and a field for all of it."""
+
+    def __init__(self, gui: GuiApi, numbers: dict[str, float], listener: Listener):
+        self.listener, self.lock = listener, threading.RLock()
+        self.sliders = {name: self.add_slider(gui, name, numbers[name]) for name in NUMBERS}
+        with gui.add_folder("Exact, over the full range", expand_by_default=False):
+            self.fields = {name: self.add_field(gui, name, numbers[name]) for name in NUMBERS}
+
+    def add_slider(self, gui: GuiApi, name: str, value: float) -> GuiSliderHandle[float]:
+        """The slider; it covers the full range where the value lies outside the everyday one."""
+        label, low, high, step, hint = NUMBERS[name]
+        if not low <= value <= high:
+            low, high = LIMITS[name]
+        slider = gui.add_slider(label, low, high, step, value, hint=hint)
+        slider.precision = 4
+        slider.on_update(lambda _: self.moved(name))
+        return slider
+
+    def add_field(self, gui: GuiApi, name: str, value: float) -> GuiNumberHandle[float]:
+        """The field."""
+        low, high = LIMITS[name]
+        label = f"{NAMES[name]} {NUMBERS[name][0][-1]}"
+        field = gui.add_number(label, value, min=low, max=high, step=NUMBERS[name][3])
+        field.precision = 8
+        field.on_update(lambda _: self.typed(name))
+        return field
+
+    def moved(self, name: str) -> None:
+        """A slider was moved. Callbacks run in no order, so the value is read under the lock."""
+        with self.lock:
+            value = self.sliders[name].value
+            self.listener.want(name, value)
+            self.fields[name].value = value
+
+    def typed(self, name: str) -> None:
+        """A field was changed; the slider widens for a value beyond its everyday range."""
+        with self.lock:
+            value, slider = self.fields[name].value, self.sliders[name]
+            self.listener.want(name, value)
+            if not slider.min <= value <= slider.max:
+                slider.min, slider.max = LIMITS[name]
+            slider.value = value

@@ -1,0 +1,110 @@
+"""What the panel tells: the state, the table of modes and the legend, as HTML."""
+
+import math
+from html import escape
+
+from beamviz.beam import Units
+from beamviz.mechanics.solve import Solution
+from beamviz.show import colours
+from beamviz.show.solving import Answer
+
+GOOD, BAD = "#2b8a3e", "#d9480f"
+FADED = "opacity:.65"
+TIME = "T* = √(ρ A L⁴ / E I), the time unit of the beam"
+
+
+def state(answer: Answer) -> str:
+    """One or two lines: all is well, or what is wrong in full."""
+    if answer.message or answer.solution is None:
+        title, text, colour = answer.words.split("\n")[0], answer.message, BAD
+        text = "" if text == answer.words else text
+        if answer.solution is not None:
+            text = answer.words.replace("\n", " ")
+            title = "Unstable"
+    else:
+        longer = 100 * (answer.solution.equilibrium.tip[0] - 1)
+        title, colour = "Stable equilibrium", GOOD
+        text = f"the rotation makes the beam {longer:.2g} % longer" if longer > 0.005 else ""
+    return (
+        f'<div role="status" style="border-left:4px solid {colour};padding:.1em .6em;margin:.2em .75em .5em;'
+        f'font-size:.85em;line-height:1.35"><b>{escape(title)}</b>'
+        + (f'<br><span style="{FADED}">{escape(text)}</span>' if text else "")
+        + "</div>"
+    )
+
+
+def table(solution: Solution | None, shown: list[int], units: Units | None) -> str:
+    """The modes: number, label, kind, frequency, error; the ones shown are marked."""
+    if solution is None:
+        return ""
+    heads = [
+        "",
+        "mode",
+        "kind",
+        f'<span title="{TIME}">ω [1/T*]</span>',
+        "error",
+        *(["Hz"] if units else []),
+    ]
+    rows = [row(solution, k, k in shown, units) for k in range(len(solution.labels))]
+    return (
+        '<table aria-label="modes" style="width:calc(100% - 1.5em);margin:0 .75em .4em;border-collapse:collapse;font-size:.8em;'
+        'font-variant-numeric:tabular-nums;line-height:1.7">'
+        f'<tr style="{FADED};text-align:right">'
+        + "".join(f'<th style="font-weight:500">{head}</th>' for head in heads)
+        + "</tr>"
+        + "".join(rows)
+        + "</table>"
+    )
+
+
+def row(solution: Solution, k: int, marked: bool, units: Units | None) -> str:
+    """One mode of the table."""
+    frequency, error = solution.frequencies[k], solution.errors[k]
+    cells = [str(k + 1), f"<b>{solution.labels[k]}</b>", solution.families[k]]
+    if math.isfinite(frequency):
+        cells += [significant(frequency, error), f"{error:.0e}"]
+        cells += [f"{units.hertz(frequency):.5g}"] if units else []
+    else:
+        cells += [f"grows e<sup>{solution.growth_rates[k]:.4g} t/T*</sup>", f"{error:.0e}"]
+        cells += ["\u2013"] if units else []
+    style = "background:rgba(204,60,140,.14);" if marked else ""
+    return (
+        f'<tr style="{style}text-align:right">'
+        + "".join(f"<td>{cell}</td>" for cell in cells)
+        + "</tr>"
+    )
+
+
+def significant(value: float, error: float) -> str:
+    """`value` with the decimals its error leaves, at most six."""
+    decimals = 6 if error <= 0 else min(max(-math.ceil(math.log10(2 * error)), 0), 6)
+    return f"{value:.{decimals}f}"
+
+
+def legend(name: str, largest: float) -> str:
+    """The colour map `name` with the values at its ends."""
+    if name == "axial strain":
+        ends = (f"\u2212{largest:.2g} shorter", "0", f"longer +{largest:.2g}")
+        anchors, title = colours.DIVERGING, "axial strain, as drawn"
+    else:
+        ends = ("0 at rest", "", f"{largest:.2g} L")
+        anchors, title = colours.SEQUENTIAL, "displacement, as drawn"
+    return (
+        '<div aria-label="legend" style="font-size:.8em;margin:.2em .75em .6em">'
+        f'<span style="{FADED}">{title}</span>'
+        f'<div style="height:.7em;border-radius:3px;background:{colours.gradient(anchors)}"></div>'
+        '<div style="display:flex;justify-content:space-between">'
+        + "".join(f"<span>{end}</span>" for end in ends)
+        + "</div></div>"
+    )
+
+
+def pace(rate: float, units: Units | None) -> str:
+    """How slow the clock is."""
+    text = f"one second here = {rate:.2g} T*"
+    if units:
+        slower = 1 / (rate * units.time)
+        text += f" = {1000 * rate * units.time:.3g} ms ({slower:.3g} times slower)"
+    return (
+        f'<div title="{TIME}" style="font-size:.8em;margin:-.3em .75em .5em;{FADED}">{text}</div>'
+    )

@@ -1,0 +1,98 @@
+"""The scene itself: hub, beam, mass, ghosts, nodes, ground and light, in any viser scene."""
+
+import numpy as np
+from viser import BatchedMeshHandle, SceneApi
+
+from beamviz.show import camera, colours, sizes, tube
+from beamviz.show.controls import Look
+from beamviz.show.motion import Shapes, displacement
+from beamviz.show.stage import (
+    HIDDEN,
+    Ghosts,
+    Ground,
+    Hub,
+    Nodes,
+    add_bodies,
+    ball,
+    box,
+    light,
+    placed,
+    sleeve,
+    turned,
+)
+
+
+class Scene:
+    """Draws one beam: `show` takes what changes with the beam, `move` what changes with time."""
+
+    def __init__(self, api: SceneApi):
+        light(api)
+        self.stage = api.add_frame("/stage", show_axes=False)
+        self.ground = Ground(api)
+        self.wheel = api.add_frame("/stage/wheel", show_axes=False)
+        self.hub = Hub(api)
+        self.beam = add_bodies(
+            api, "/stage/wheel/beam", tube.SEGMENTS, sleeve(), receive_shadow=False
+        )
+        self.tip = add_bodies(api, "/stage/wheel/tip", 1, box(), receive_shadow=False)
+        self.mass = add_bodies(
+            api, "/stage/wheel/mass", 1, ball(), flat_shading=False, receive_shadow=False
+        )
+        self.ghosts = Ghosts(api)
+        self.nodes = Nodes(api)
+        self.words = api.add_label(
+            "/stage/wheel/words", "", anchor="bottom-center", font_screen_scale=1.25, visible=False
+        )
+
+    def show(self, shapes: Shapes, look: Look, shown: list[int], *, words: str = "") -> None:
+        """Draw a beam and the nodes of its modes `shown`; `words` grey it and say why."""
+        self.shapes, self.look, self.greyed = shapes, look, bool(words)
+        beam = shapes.beam
+        self.section = sizes.section(beam, look.thicken)
+        self.stage.position = -camera.target(beam, look.riding)
+        self.ground.show(beam, riding=look.riding)
+        self.hub.show(beam)
+        self.ghosts.show(shapes, self.section, visible=look.ghosts)
+        self.nodes.show(shapes, self.section, shown if look.nodes and not words else [])
+        radius = sizes.mass_radius(beam, look.thicken) if beam.alpha > 0 else HIDDEN
+        self.mass.batched_scales = np.full((1, 3), radius)
+        self.mass.batched_colors = colours.instanced(
+            np.array([colours.GREYED if words else colours.MASS]) / 255
+        )
+        self.words.visible = bool(words)
+        self.words.text = words
+        self.words.position = (beam.delta + 0.5, 0.0, 0.12)
+
+    def move(self, phases: np.ndarray, amplitudes: np.ndarray, angle: float) -> None:
+        """Put the beam where it is at phases (m,) [rad] for amplitudes (m,), the hub turned by
+        angle [rad]; seen from the hub, it is the ground that turns."""
+        shapes = self.shapes
+        moved = displacement(shapes, phases, amplitudes)
+        points, normal = placed(shapes, shapes.centreline + moved)
+        body = tube.segments(points, normal, *self.section)
+        paint = colours.instanced(self.colour(moved, amplitudes))
+        put(self.beam, *body, paint)
+        put(self.tip, *(part[-1:] for part in (*body, paint)))  # the sleeves are open
+        self.mass.batched_positions = points[[shapes.mass]]
+        self.ground.grid.wxyz = turned(-angle if self.look.riding else 0.0)
+        self.wheel.wxyz = turned(0.0 if self.look.riding else angle)
+
+    def colour(self, moved: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
+        """Colour (n - 1, 3) of each piece of the beam, displaced by `moved` (n, 2)."""
+        if self.greyed:
+            return np.tile(np.array(colours.GREYED) / 255, (tube.SEGMENTS, 1))
+        return colours.along(self.shapes, self.look.colouring, moved, amplitudes)
+
+
+def put(
+    bodies: BatchedMeshHandle,
+    centres: np.ndarray,
+    wxyz: np.ndarray,
+    lengths: np.ndarray,
+    paint: np.ndarray,
+) -> None:
+    """Place copies of a body: where, how turned, how large, in which colours."""
+    bodies.batched_positions = centres
+    bodies.batched_wxyzs = wxyz
+    bodies.batched_scales = lengths
+    bodies.batched_colors = paint

@@ -1,0 +1,153 @@
+"""The explorer as a server: a session for each visitor, one animator for all of them."""
+
+import contextlib
+import logging
+import signal
+import threading
+import time
+import webbrowser
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+from viser import ClientHandle, ViserServer
+
+from beamviz.beam import Beam
+from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.mechanics.solve import solve
+from beamviz.show import camera
+from beamviz.show.controls import Wanted
+from beamviz.show.hosting import hosted
+from beamviz.show.session import Session, place, theme
+
+FRAMES = 25  # a second
+SOLVERS = 2  # threads, for all visitors together
+ENDINGS = (signal.SIGINT, signal.SIGTERM)
+
+log = logging.getLogger(__name__)
+
+
+def serve(
+    beam: Beam,
+    options: dict[str, Any],
+    host: str = "127.0.0.1",
+    port: int = 8080,
+    open_browser: bool = False,
+) -> None:
+    """Serve the explorer, starting from `beam`, until Ctrl-C or SIGTERM.
+
+    options: keywords of `solve`. Prints one line with the URL when ready. Raises InvalidInput
+    for options that make no sense and Unavailable where the address cannot be had.
+    """
+    with contextlib.suppress(NoEquilibrium, NotConverged):  # the page shows these in words
+        solve(beam, **options)
+    with stopping() as stopped, explorer(Wanted.of(beam, options), host, port) as url:
+        print(f"beamviz is at {url} (Ctrl-C ends it)", flush=True)
+        if open_browser:
+            webbrowser.open(url)
+        stopped.wait()
+
+
+@contextlib.contextmanager
+def explorer(wanted: Wanted, host: str = "127.0.0.1", port: int = 0) -> Iterator[str]:
+    """A running explorer, by its URL."""
+    with hosted(host, port) as server, ThreadPoolExecutor(SOLVERS, "solver") as pool:
+        theme(server, dark=False)
+        plane = wanted.options["plane"]
+        place(
+            server.initial_camera, camera.viewpoint(wanted.beam(), plane, riding=True, aspect=1.4)
+        )
+        animator = Animator(server, wanted, pool)
+        try:
+            shown = "localhost" if host in ("0.0.0.0", "::") else host
+            yield f"http://{shown}:{server.get_port()}"
+        finally:
+            animator.stop()
+
+
+@contextlib.contextmanager
+def stopping() -> Iterator[threading.Event]:
+    """An event that Ctrl-C and SIGTERM set, instead of ending the process where it stands."""
+    stopped = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield stopped
+        return
+    before = {number: signal.signal(number, lambda *_: stopped.set()) for number in ENDINGS}
+    try:
+        yield stopped
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+class Animator:
+    """The one thread that draws for all visitors; it sleeps while nothing moves."""
+
+    def __init__(self, server: ViserServer, wanted: Wanted, pool: ThreadPoolExecutor):
+        self.server, self.wanted, self.pool = server, wanted, pool
+        self.sessions: dict[int, Session] = {}
+        self.changed = threading.Condition()
+        self.woken = self.stopped = False
+        self.thread = threading.Thread(target=self.run, name="animator", daemon=True)
+        self.thread.start()
+        server.on_client_connect(self.join)
+        server.on_client_disconnect(lambda client: self.leave(client.client_id))
+
+    def join(self, client: ClientHandle) -> None:
+        """Open a session for a new visitor."""
+        session = Session(client, self.wanted, self.pool, self.wake)
+        with self.changed:
+            self.sessions[client.client_id] = session
+        if self.stopped or client.client_id not in self.server.get_clients():
+            self.leave(client.client_id)  # gone again while the session was built
+        self.wake()
+
+    def leave(self, visitor: int) -> None:
+        """Close the session of a visitor, by client id."""
+        with self.changed:
+            session = self.sessions.pop(visitor, None)
+        if session:
+            session.close()
+
+    def wake(self) -> None:
+        """Draw what is new, now."""
+        with self.changed:
+            self.woken = True
+            self.changed.notify()
+
+    def stop(self) -> None:
+        """End the thread and all sessions."""
+        self.stopped = True
+        self.wake()
+        self.thread.join()
+        for visitor in list(self.sessions):
+            self.leave(visitor)
+
+    def run(self) -> None:
+        """Draw FRAMES times a second for those whose picture moves, and whatever is new at once."""
+        due = time.monotonic()
+        while not self.stopped:
+            self.sleep(due)
+            now = time.monotonic()
+            frame = now >= due
+            for visitor, session in list(self.sessions.items()):
+                if session.fresh or (frame and session.moving):
+                    self.tick(visitor, session, now)
+            if frame:
+                due = max(due + 1 / FRAMES, time.monotonic() + 0.2 / FRAMES)
+
+    def sleep(self, due: float) -> None:
+        """Wait until `due`, or as long as nothing moves, or until woken."""
+        with self.changed:
+            if not self.woken:
+                moving = any(session.moving for session in self.sessions.values())
+                self.changed.wait(max(due - time.monotonic(), 0.0) if moving else None)
+            self.woken = False
+
+    def tick(self, visitor: int, session: Session, now: float) -> None:
+        """Draw for one visitor; a mistake there must not stop the others' pictures."""
+        try:
+            session.tick(now)
+        except Exception:
+            log.exception("visitor %s: drawing failed", visitor)
+            self.leave(visitor)

@@ -1,0 +1,175 @@
+"""One visitor: what is wanted, what came of it, and the picture of it as time goes on."""
+
+import math
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+from viser import CameraHandle, ClientHandle, InitialCameraConfig, ViserServer
+
+from beamviz.show import camera, colours
+from beamviz.show.controls import Look, Wanted
+from beamviz.show.motion import Clock, Shapes
+from beamviz.show.panels import Panel
+from beamviz.show.scene import Scene
+from beamviz.show.solving import Answer, Solver
+
+LIFT = 0.25  # of half the height of the picture
+BRAND = (32, 96, 150)
+LONGEST_STEP = 0.2  # [s] the clock never jumps further, even after a stall
+
+
+class Session:
+    """A visitor's scene and controls. Callbacks only store what is wanted; `tick`, called by
+    the one animator thread, does all the drawing."""
+
+    def __init__(
+        self,
+        client: ClientHandle,
+        wanted: Wanted,
+        pool: ThreadPoolExecutor,
+        wake: Callable[[], None],
+    ):
+        self.client, self.wake, self.lock = client, wake, threading.RLock()
+        self.look = self.drawn = Look()  # what is wanted to be seen, and what is seen
+        self.repace = self.refit = True  # choose pace and viewpoint anew
+        self.viewed: tuple = ()  # what the viewpoint was chosen for
+        self.clock, self.seen = Clock(), 0.0
+        self.answer: Answer | None = None
+        self.shapes = Shapes.at_rest(wanted.beam(), wanted.options["plane"])
+        self.solver = Solver(pool, wanted, wake)
+        self.scene = Scene(client.scene)
+        self.panel = Panel(client.gui, wanted, self.look, self)
+        client.camera.on_update(self.resized)
+
+    # What the panel hands on, from any thread.
+
+    def want(self, name: str, value: Any) -> None:
+        with self.lock:
+            wanted = self.solver.wanted.changed(name, value)
+            if wanted != self.solver.wanted:
+                self.solver.want(wanted)
+
+    def see(self, name: str, value: Any) -> None:
+        self.store(lambda look: look.changed(name, value))
+
+    def share(self, mode: int, value: Any) -> None:
+        self.store(lambda look: look.share(mode, value), repace=True)
+
+    def only(self, mode: int) -> None:
+        with self.lock:
+            self.store(lambda look: look.only(mode), repace=True)
+            self.panel.show_shares(self.look)
+
+    def reset_view(self) -> None:
+        self.refit = True
+        self.wake()
+
+    def darken(self, dark: bool) -> None:
+        theme(self.client, dark=dark)
+
+    def store(self, change: Callable[[Look], Look], *, repace: bool = False) -> None:
+        """Keep a changed look for the next tick."""
+        with self.lock:
+            self.look = change(self.look)
+            self.repace = self.repace or repace
+        self.wake()
+
+    # What the animator does.
+
+    @property
+    def moving(self) -> bool:
+        """Whether the picture changes with time."""
+        return self.look.playing and self.look.speed > 0 and not self.words
+
+    @property
+    def fresh(self) -> bool:
+        """Whether something waits to be drawn."""
+        return self.refit or self.look is not self.drawn or self.solver.answer is not self.answer
+
+    @property
+    def words(self) -> str:
+        """What is wrong with what is wanted, or ""."""
+        return self.answer.words if self.answer else ""
+
+    def tick(self, now: float) -> None:
+        """Bring the picture up to `now` [s]."""
+        elapsed, self.seen = min(now - self.seen, LONGEST_STEP), now
+        with self.client.atomic():
+            if self.fresh:
+                self.draw()
+            time = elapsed * self.pace if self.moving else 0.0
+            self.clock.advance(time, self.shapes.frequencies, self.shapes.beam.gamma)
+            self.scene.move(self.clock.phases, self.amplitudes, self.clock.angle)
+        self.client.flush()
+
+    def draw(self) -> None:
+        """Take up the latest answer and look, and tell the panel."""
+        with self.lock:
+            self.drawn, self.answer = self.look, self.solver.answer
+            repace, self.repace = self.repace, False
+        if self.answer and self.answer.shapes and not self.words:
+            self.shapes = self.answer.shapes
+        self.clock.fit(self.shapes.frequencies[self.shown], self.shapes.beam.gamma, keep=not repace)
+        self.scene.show(self.shapes, self.drawn, self.shown, words=self.words)
+        if self.answer:
+            self.panel.show(self.answer, self.shown)
+        largest = colours.colour_range(self.shapes, self.drawn.colouring, self.amplitudes)
+        self.panel.show_picture(self.drawn.colouring, largest, self.pace)
+        self.look_at()
+
+    def look_at(self) -> None:
+        """Move the camera, where the view was changed or is to be reset."""
+        beam, look = self.shapes.beam, self.drawn
+        aspect = self.client.camera.aspect
+        viewed = (look.riding, self.shapes.plane if look.riding else beam.delta, aspect)
+        if viewed == self.viewed and not self.refit:
+            return
+        self.viewed, self.refit = viewed, False
+        position = camera.viewpoint(beam, self.shapes.plane, look.riding, aspect)
+        place(self.client.camera, position)
+
+    def resized(self, view: CameraHandle) -> None:
+        """The camera moved; if the page changed its shape, choose the viewpoint anew."""
+        if self.viewed and view.aspect != self.viewed[-1]:
+            self.reset_view()
+
+    @property
+    def pace(self) -> float:
+        """Time [T*] that passes in one second."""
+        return self.clock.rate * self.drawn.speed
+
+    @property
+    def shown(self) -> list[int]:
+        """The modes (from 0) in the picture."""
+        return [k for k in range(len(self.shapes.modes)) if self.amplitudes[k] > 0]
+
+    @property
+    def amplitudes(self) -> np.ndarray:
+        """Amplitude (m,) of every mode."""
+        m = len(self.shapes.modes)
+        shares = (*self.drawn.shares, *[0.0] * m)[:m]
+        return self.drawn.amplitude * np.array(shares)
+
+    def close(self) -> None:
+        """Nothing more is solved."""
+        self.solver.close()
+
+
+def place(view: CameraHandle | InitialCameraConfig, position: np.ndarray) -> None:
+    """Put a camera at `position` as seen from what it looks at: a point a little above the beam,
+    since the results cover the upper part of the picture."""
+    lift = np.array(
+        [0.0, 0.0, LIFT * math.tan(camera.FIELD_OF_VIEW / 2) * np.linalg.norm(position)]
+    )
+    view.position, view.look_at = position + lift, lift
+    view.fov = camera.FIELD_OF_VIEW
+
+
+def theme(side: ClientHandle | ViserServer, *, dark: bool) -> None:
+    """A dark or a light page, without viser's own buttons."""
+    side.gui.configure_theme(
+        dark_mode=dark, show_logo=False, show_share_button=False, brand_color=BRAND
+    )

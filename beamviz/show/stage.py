@@ -1,0 +1,251 @@
+"""What stands around the beam: light, ground, hub, ghosts and marks of the nodes."""
+
+import math
+
+import numpy as np
+import trimesh
+from viser import BatchedMeshHandle, SceneApi
+
+from beamviz.beam import Beam
+from beamviz.show import colours, sizes, tube
+from beamviz.show.motion import Shapes
+
+HUB_HEIGHT = 0.14
+HOOP = 0.05
+MAX_NODES = 10
+HIDDEN = 1e-6  # size of what is not shown
+FADED = 2.2  # the ground is seen so far from the beam
+
+
+def placed(shapes: Shapes, centreline: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A line (n, 2) measured from the clamp as points (n, 3) of the hub, and its plane's normal."""
+    points, normal = tube.frame(centreline, shapes.plane)
+    return points + [shapes.beam.delta, 0.0, 0.0], normal
+
+
+def turned(angle: float) -> tuple[float, float, float, float]:
+    """A turn about the axis by angle [rad] as wxyz."""
+    return (math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2))
+
+
+def light(api: SceneApi) -> None:
+    """Soft light from above, behind the viewer's left shoulder; shadows fall on the ground."""
+    api.configure_environment_map(hdri=None)
+    api.configure_default_lights(enabled=False)
+    api.add_light_hemisphere("/light/sky", ground_color=(200, 200, 210), intensity=1.6)
+    api.add_light_directional(
+        "/light/key", position=(-0.5, -1.0, 2.2), intensity=1.8, cast_shadow=True
+    )
+    api.add_light_directional("/light/fill", position=(1.5, -2.0, 0.6), intensity=0.5)
+
+
+class Ground:
+    """A grid with cells of a tenth of the beam that fades away from it and takes the shadows."""
+
+    def __init__(self, api: SceneApi):
+        self.grid = api.add_grid(
+            "/stage/ground",
+            cell_size=0.1,
+            cell_thickness=0.7,
+            cell_color=colours.GRID,
+            section_size=0.5,
+            section_thickness=1.1,
+            section_color=colours.GRID,
+            fade_from="origin",
+            shadow_opacity=0.25,
+        )
+
+    def show(self, beam: Beam, *, riding: bool) -> None:
+        """Lay it under `beam`, as far as one sees."""
+        reach = 1.0 + abs(beam.delta) + FADED
+        self.grid.width = self.grid.height = 2 * reach
+        self.grid.fade_distance = FADED if riding else reach
+        self.grid.position = (0.0, 0.0, sizes.ground(beam))
+
+
+def add_bodies(
+    api: SceneApi,
+    name: str,
+    count: int,
+    body: trimesh.Trimesh,
+    *,
+    flat_shading: bool = True,
+    receive_shadow: bool = True,
+) -> BatchedMeshHandle:
+    """Copies of a body in one node, each with a place, a turn, a size and a colour of its own.
+
+    Such nodes are drawn one frame later than others, so all that move together are of this kind.
+    """
+    return api.add_batched_meshes_simple(
+        name,
+        body.vertices,
+        body.faces,
+        batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)),
+        batched_positions=np.zeros((count, 3)),
+        batched_scales=np.full((count, 3), HIDDEN),
+        batched_colors=np.zeros((count, 3), np.uint8),
+        flat_shading=flat_shading,
+        receive_shadow=receive_shadow,
+        side="double",
+        lod="off",
+    )
+
+
+def box() -> trimesh.Trimesh:
+    """A unit box."""
+    return trimesh.creation.box((1.0, 1.0, 1.0))
+
+
+def sleeve() -> trimesh.Trimesh:
+    """A unit box without its ends, so that in a row of them none peeps out at a bend."""
+    whole = box()
+    walls = np.abs(whole.face_normals[:, 0]) < 0.5
+    return trimesh.Trimesh(whole.vertices, whole.faces[walls], process=False)
+
+
+def ball() -> trimesh.Trimesh:
+    """A sphere of radius 1."""
+    return trimesh.creation.icosphere(subdivisions=4)
+
+
+class Hub:
+    """A drum (a hoop when the beam points inward) on a post, with a mark that shows it turn."""
+
+    def __init__(self, api: SceneApi):
+        self.post = api.add_cylinder(
+            "/stage/wheel/post", 0.018, 1.0, color=colours.HUB, receive_shadow=False
+        )
+        self.drum = api.add_cylinder(
+            "/stage/wheel/drum",
+            1.0,
+            HUB_HEIGHT,
+            color=colours.HUB,
+            radial_segments=160,
+            receive_shadow=False,
+        )
+        hoop = annulus(1.0)
+        self.hoop = api.add_mesh_simple(
+            "/stage/wheel/hoop",
+            hoop.vertices,
+            hoop.faces,
+            color=colours.HUB,
+            flat_shading=True,
+            receive_shadow=False,
+        )
+        self.mark = api.add_box("/stage/wheel/mark", color=colours.MARKER)
+
+    def show(self, beam: Beam) -> None:
+        """Draw the hub of `beam`: the clamp is on its rim, so its radius is |delta|."""
+        radius, inward = sizes.hub_radius(beam), beam.delta < 0
+        self.drum.visible, self.hoop.visible = not inward, inward
+        self.drum.radius = radius
+        if inward:
+            self.hoop.vertices = annulus(radius).vertices
+        self.post.visible = not inward
+        self.post.height = -sizes.ground(beam)
+        self.post.position = (0.0, 0.0, sizes.ground(beam) / 2)
+        if inward:
+            self.mark.dimensions = (HOOP, 0.03, 0.004)
+            self.mark.position = (-radius - HOOP / 2, 0.0, HUB_HEIGHT / 2)
+        else:
+            self.mark.dimensions = (0.6 * radius, min(0.4 * radius, 0.03), 0.004)
+            self.mark.position = (0.6 * radius, 0.0, HUB_HEIGHT / 2)
+
+
+def annulus(radius: float) -> trimesh.Trimesh:
+    """The hoop that an inward beam is clamped to from inside."""
+    return trimesh.creation.annulus(radius, radius + HOOP, HUB_HEIGHT, sections=160)
+
+
+class Ghosts:
+    """Where the beam would be: an outline undeformed, a pale body stretched by the rotation."""
+
+    def __init__(self, api: SceneApi):
+        self.outline = api.add_line_segments(
+            "/stage/wheel/undeformed",
+            np.zeros((12, 2, 3)),
+            colours.GHOST,
+            thickness=1.2,
+            thickness_units="screen",
+        )
+        vertices, faces = tube.swept(*straight(0.0), 0.05, 0.1)
+        self.stretched = api.add_mesh_simple(
+            "/stage/wheel/equilibrium",
+            vertices,
+            faces,
+            color=colours.GHOST,
+            opacity=0.1,
+            flat_shading=True,
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+
+    def show(self, shapes: Shapes, section: tuple[float, float], *, visible: bool) -> None:
+        """Draw both for one beam."""
+        self.outline.visible = self.stretched.visible = visible
+        points, normal = placed(shapes, shapes.centreline)
+        inside = (0.97 * section[0], 0.97 * section[1])  # not in the same faces as the beam
+        self.stretched.vertices = tube.swept(points, normal, *inside)[0]
+        across = np.abs(np.cross(normal, [1.0, 0.0, 0.0]))
+        size = np.array([1.0, 0.0, 0.0]) + section[0] * across + section[1] * np.abs(normal)
+        self.outline.points = EDGES * size + [shapes.beam.delta + 0.5, 0.0, 0.0]
+
+
+def straight(start: float) -> tuple[np.ndarray, np.ndarray]:
+    """SEGMENTS + 1 points of a straight beam from x = start, and the normal of its plane."""
+    x = start + np.linspace(0.0, 1.0, tube.SEGMENTS + 1)
+    return np.stack([x, 0 * x, 0 * x], 1), np.array([0.0, 0.0, 1.0])
+
+
+def unit_edges() -> np.ndarray:
+    """The twelve edges (12, 2, 3) of a unit box around the origin."""
+    corners = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+    return np.array(
+        [(a, b) for a in corners for b in corners if (b - a).sum() == 1 and (a != b).sum() == 1]
+    )
+
+
+EDGES = unit_edges()
+
+
+class Nodes:
+    """A collar and a label at each vibration node: a place of the beam that stays still."""
+
+    def __init__(self, api: SceneApi):
+        self.collars = add_bodies(api, "/stage/wheel/nodes", MAX_NODES, box())
+        self.collars.batched_colors = colours.instanced(
+            np.tile(np.array(colours.NODE) / 255, (MAX_NODES, 1))
+        )
+        self.labels = [
+            api.add_label(
+                f"/stage/wheel/node {k}",
+                "",
+                anchor="top-center",
+                font_size_mode="scene",
+                font_scene_height=0.022,
+                visible=False,
+            )
+            for k in range(MAX_NODES)
+        ]
+
+    def show(self, shapes: Shapes, section: tuple[float, float], shown: list[int]) -> None:
+        """Mark the nodes of the modes `shown` (0-based), at most MAX_NODES of them."""
+        marks = [
+            (shapes.labels[k], x, place)
+            for k in shown
+            for x, place in zip(*shapes.nodes[k], strict=True)
+        ][:MAX_NODES]
+        self.collars.visible = bool(marks)
+        centres, scales = np.zeros((MAX_NODES, 3)), np.full((MAX_NODES, 3), HIDDEN)
+        for k, (label, x, place) in enumerate(marks):
+            points, normal = placed(shapes, place[None])
+            across = np.abs(np.cross(normal, [1.0, 0.0, 0.0]))
+            centres[k] = points[0]
+            scales[k] = [0.007, 0.0, 0.0] + 1.3 * (
+                section[0] * across + section[1] * np.abs(normal)
+            )
+            self.labels[k].text = f"{label} node at {x:.3f}"
+            self.labels[k].position = points[0] - [0.0, 0.0, scales[k][2] / 2 + 0.02]
+        self.collars.batched_positions, self.collars.batched_scales = centres, scales
+        for k, label in enumerate(self.labels):
+            label.visible = k < len(marks)

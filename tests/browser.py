@@ -1,0 +1,139 @@
+"""A real page in a browser without a window, driven through the DevTools protocol."""
+
+import base64
+import contextlib
+import itertools
+import json
+import time
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from websockets.sync.client import ClientConnection, connect
+
+from beamviz.show.browser import found_browser, opened
+
+NO_BROWSER = "no Chrome, Chromium or Edge found (set BEAMVIZ_BROWSER to one)"
+
+
+class Page:
+    """One page; `problems` collects its console errors and uncaught exceptions."""
+
+    def __init__(self, socket: ClientConnection):
+        self.socket, self.numbers = socket, itertools.count(1)
+        self.problems: list[str] = []
+        for domain in ("Runtime", "Log", "Page"):
+            self.call(f"{domain}.enable")
+
+    def call(self, method: str, **params: Any) -> dict[str, Any]:
+        """The result of one DevTools command; events that arrive before it are noted."""
+        number = next(self.numbers)
+        self.socket.send(json.dumps({"id": number, "method": method, "params": params}))
+        while True:
+            message = json.loads(self.socket.recv(timeout=60))
+            if message.get("id") == number:
+                if "error" in message:
+                    raise RuntimeError(f"{method}: {message['error']['message']}")
+                return message["result"]
+            self.note(message)
+
+    def note(self, message: dict[str, Any]) -> None:
+        """Keep what the page complains about."""
+        kind, params = message.get("method"), message.get("params", {})
+        if kind == "Runtime.exceptionThrown":
+            self.problems.append(params["exceptionDetails"]["text"])
+        elif kind == "Runtime.consoleAPICalled" and params["type"] in ("error", "assert"):
+            self.problems.append(" ".join(str(a.get("value", a)) for a in params["args"]))
+        elif kind == "Log.entryAdded" and params["entry"]["level"] == "error":
+            self.problems.append(f"{params['entry']['text']} {params['entry'].get('url', '')}")
+
+    def evaluate(self, script: str) -> Any:
+        """The value of an expression in the page."""
+        result = self.call(
+            "Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True
+        )
+        if "exceptionDetails" in result:
+            raise RuntimeError(result["exceptionDetails"]["exception"]["description"])
+        return result["result"].get("value")
+
+    def wait(self, script: str, timeout: float = 40.0) -> Any:
+        """The value of an expression as soon as it is true in the page."""
+        end = time.monotonic() + timeout
+        while not (value := self.evaluate(script)):
+            if time.monotonic() > end:
+                raise TimeoutError(f"not true within {timeout:g} s: {script}")
+            time.sleep(0.1)
+        return value
+
+    def mouse(self, kind: str, x: float, y: float, buttons: int = 0) -> None:
+        """A mouse event at a point of the page."""
+        self.call(
+            "Input.dispatchMouseEvent",
+            type=kind,
+            x=x,
+            y=y,
+            button="left",
+            buttons=buttons,
+            clickCount=1,
+        )
+
+    def click(self, script: str) -> None:
+        """Click in the middle of an element, given as an expression."""
+        x, y = self.middle(script)
+        self.mouse("mousePressed", x, y, 1)
+        self.mouse("mouseReleased", x, y)
+
+    def drag(self, script: str, start: float, end: float, steps: int = 6) -> None:
+        """Drag along an element from one fraction of its width to another."""
+        left, top, width, height = self.box(script)
+        places = [left + width * (start + (end - start) * k / steps) for k in range(steps + 1)]
+        y = top + height / 2
+        self.mouse("mousePressed", places[0], y, 1)
+        for x in places[1:]:
+            self.mouse("mouseMoved", x, y, 1)
+            time.sleep(0.06)
+        self.mouse("mouseReleased", places[-1], y)
+
+    def box(self, script: str) -> list[float]:
+        """Left, top, width and height of an element, scrolled into view."""
+        return self.wait(
+            f"(() => {{ const e = {script}; if (!e) return null; e.scrollIntoView({{block: 'center'}});"
+            " const r = e.getBoundingClientRect(); return [r.left, r.top, r.width, r.height]; })()"
+        )
+
+    def middle(self, script: str) -> tuple[float, float]:
+        """The middle of an element."""
+        left, top, width, height = self.box(script)
+        return left + width / 2, top + height / 2
+
+    def picture(self, path: Path) -> None:
+        """Save what the page shows as a PNG."""
+        path.write_bytes(base64.b64decode(self.call("Page.captureScreenshot")["data"]))
+
+
+@contextlib.contextmanager
+def page(url: str, width: int = 1280, height: int = 720) -> Iterator[Page]:
+    """A page that has started to load `url`, watched from its first moment."""
+    browser = found_browser()
+    if browser is None:
+        raise RuntimeError(NO_BROWSER)
+    with (
+        opened(browser, "about:blank", width, height) as profile,
+        connect(debugger(profile), max_size=None) as socket,
+    ):
+        shown = Page(socket)
+        shown.call("Page.navigate", url=url)
+        yield shown
+
+
+def debugger(profile: Path) -> str:
+    """The DevTools address of the first page of a browser that has just been started."""
+    for _ in range(300):
+        with contextlib.suppress(OSError, StopIteration):
+            port = (profile / "DevToolsActivePort").read_text().splitlines()[0]
+            with urllib.request.urlopen(f"http://127.0.0.1:{port}/json") as reply:
+                targets = json.load(reply)
+            return next(t["webSocketDebuggerUrl"] for t in targets if t["type"] == "page")
+        time.sleep(0.1)
+    raise TimeoutError("the browser did not start within 30 s")
