@@ -15,7 +15,7 @@ from beamviz.mechanics.strain import Curvature, StrainLaw
 
 REFINEMENTS = 8
 ORDER_STEP = 3
-SMALL_STRETCH = 0.15  # gamma / mu below which a beam hardly stretches
+SMALL_FORCE = 0.1  # n at the clamp below which a beam hardly stretches
 COARSE_ORDER = 6
 LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 LIMIT_ORDER = 12
@@ -55,7 +55,7 @@ def solve_straight(beam: Beam, modes: int, physics: Physics, tolerance: float) -
     Raises NoEquilibrium with the limit, NotConverged when refinement does not get there.
     """
     law = physics.law
-    stretch = _typical_stretch(beam, law) if beam.gamma > SMALL_STRETCH * beam.mu else 1.0
+    stretch = 1.0 if _hardly_stretches(beam) else _mean_stretch(beam, law)
     parts = segments(beam, stretch, law)
     breaks, order = discretisation(parts, beam.mu, modes, physics.curvature, tolerance)
     for _ in range(REFINEMENTS):
@@ -150,7 +150,13 @@ def _refined(breaks: tuple[float, ...], order: int) -> tuple[tuple[float, ...], 
     return (*halves, breaks[-1]), MAX_ORDER - 2 * ORDER_STEP
 
 
-def _typical_stretch(beam: Beam, law: StrainLaw) -> float:
+def _hardly_stretches(beam: Beam) -> bool:
+    """Whether the force at the clamp is small, seen from the unstretched beam."""
+    moment = abs(0.5 + beam.delta) + beam.alpha * abs(beam.beta + beam.delta)
+    return (beam.gamma / beam.mu) ** 2 * moment < SMALL_FORCE
+
+
+def _mean_stretch(beam: Beam, law: StrainLaw) -> float:
     """The mean stretch, from a coarse equilibrium."""
     points = mesh(_ends(beam), COARSE_ORDER)
     f, _ = equilibrium(points, hp.inertia(points, beam.alpha, beam.beta), beam, law)
@@ -172,7 +178,7 @@ def equilibrium(
     if not beam.gamma:
         return np.ones(len(points.weights)), 0
     load = (beam.gamma / beam.mu) ** 2
-    if load < SMALL_STRETCH**2:
+    if _hardly_stretches(beam):
         guess = hp.first_guess(points, rho, beam.delta, law, load)
         f, iterations = hp.newton(points, rho, beam.delta, law, load, guess)
         if f is not None:

@@ -7,8 +7,8 @@ down to about 1/p^2 of it; only thinner ones get an element of their own.
 """
 
 import math
-from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 from scipy.optimize import brentq
 
@@ -18,13 +18,12 @@ from beamviz.mechanics.strain import Curvature, StrainLaw
 LAYER_REACH = 12.0  # widths: exp(-12) of a layer is left where its element ends
 TIP_REACH = 4.0
 GRADING = 6.0  # ratio of neighbouring elements where the stretch falls off
-THINNEST = 100.0  # an element up to this many times as long as its layer resolves it by order
 WAVES_PER_ELEMENT = 9.0
-MAX_ORDER = 24
+MIN_ORDER, MAX_ORDER = 4, 30
+CAPS = (14, 18, 22, 28)  # orders above which a layer gets an element of its own, tried in turn
 
 
-@dataclass(frozen=True)
-class Segment:
+class Segment(NamedTuple):
     """A part of the beam between clamp, mass and tip, with tension N and stretch f at its ends."""
 
     start: float
@@ -37,7 +36,7 @@ class Segment:
     def length(self) -> float:
         return self.end - self.start
 
-    def layers(self, curvature: Curvature) -> tuple[float, float]:
+    def widths(self, curvature: Curvature) -> tuple[float, float]:
         """Widths of the bending layers at its ends; infinite where there is no tension, and at
         the free tip, where nothing holds the rotation."""
         power = 2 * curvature.power - 3
@@ -60,21 +59,53 @@ def segments(beam: Beam, stretch: float, law: StrainLaw) -> list[Segment]:
 def discretisation(
     parts: list[Segment], mu: float, modes: int, curvature: Curvature, tolerance: float
 ) -> tuple[tuple[float, ...], int]:
-    """Breaks and order that should meet `tolerance` for the lowest `modes` modes."""
-    breaks = {0.0, 1.0}
-    for part in parts:
-        breaks |= {part.start, *_layer_breaks(part, curvature), *_falling_breaks(part, mu)}
-    breaks |= _tip_breaks(parts[-1])
-    waves = _half_waves(mu, modes)
-    ends = _spread(sorted(breaks), WAVES_PER_ELEMENT / waves)
-    longest = max(b - a for a, b in pairwise(ends))
+    """Breaks and order that should meet `tolerance` for the lowest `modes` modes, with as few
+    unknowns as any choice of what is resolved by thin elements and what by order."""
     digits = -math.log10(tolerance)
-    order = 1.86 * waves * longest + 1.4 + 0.85 * digits
-    for part in parts:
-        for width in part.layers(curvature):
-            if part.length <= THINNEST * width:
-                order = max(order, (5 + 1.5 * math.sqrt(part.length / width)) * (0.4 + digits / 10))
-    return tuple(ends), min(math.ceil(max(order, 4)), MAX_ORDER)
+    waves = _half_waves(mu, modes)
+    fixed = {0.0, *(part.end for part in parts), *(x for p in parts for x in _falling(p, mu))}
+    layers = [layer for part in parts for layer in _layers(part, curvature, digits)]
+    best = None
+    for cap in CAPS:
+        breaks = fixed | {layer.end for layer in layers if layer.order > cap}
+        ends = _spread(sorted(breaks), WAVES_PER_ELEMENT / waves)
+        longest = max(b - a for a, b in pairwise(ends))
+        needs = [layer.order for layer in layers if layer.order <= cap]
+        order = math.ceil(max(1.86 * waves * longest + 1.4 + 0.85 * digits, MIN_ORDER, *needs))
+        unknowns = order * (len(ends) - 1)
+        if best is None or unknowns < best[0]:
+            best = unknowns, tuple(ends), min(order, MAX_ORDER)
+        if len(needs) == len(layers):
+            break
+    return best[1:]
+
+
+class Layer(NamedTuple):
+    """Where an element for a layer would end, and the order that resolves it without one."""
+
+    end: float
+    order: float
+
+
+def _layers(part: Segment, curvature: Curvature, digits: float) -> list[Layer]:
+    """The layers of a segment that are short of it: at its ends, and where its tension runs out
+    at the free tip."""
+    share = 0.4 + digits / 10  # of the order that six digits need
+    left, right = part.widths(curvature)
+    found = [
+        Layer(x, share * (6 + 2 * math.sqrt(part.length / width)))
+        for width, x in (
+            (left, part.start + LAYER_REACH * left),
+            (right, part.end - LAYER_REACH * right),
+        )
+        if LAYER_REACH * width < part.length
+    ]
+    if part.end == 1 and part.slope > 0:
+        width = part.slope ** (-1 / 3)
+        if TIP_REACH * width < part.length:
+            order = share * (8 + 0.45 * part.length / width)
+            found.append(Layer(1 - TIP_REACH * width, order))
+    return found
 
 
 def _half_waves(mu: float, modes: int) -> int:
@@ -107,18 +138,7 @@ def _stretch(law: StrainLaw, n: float) -> float:
     return brentq(lambda f: law.force(f) - n, 1.0, high) if law.force(high) > n else high
 
 
-def _layer_breaks(part: Segment, curvature: Curvature) -> set[float]:
-    """Ends of the elements that hold the layers too thin for order."""
-    left, right = part.layers(curvature)
-    breaks = set()
-    if THINNEST * left < part.length:
-        breaks.add(part.start + LAYER_REACH * left)
-    if THINNEST * right < part.length:
-        breaks.add(part.end - LAYER_REACH * right)
-    return breaks
-
-
-def _falling_breaks(part: Segment, mu: float) -> set[float]:
+def _falling(part: Segment, mu: float) -> set[float]:
     """Breaks towards an end where a large stretch falls off: f ~ N^(1/3) has its singularity
     just beyond, as far as the force n needs to fall to -0.2, its least value."""
     breaks = set()
@@ -128,14 +148,6 @@ def _falling_breaks(part: Segment, mu: float) -> set[float]:
             breaks.add(part.end - distance)
             distance *= GRADING
     return breaks
-
-
-def _tip_breaks(last: Segment) -> set[float]:
-    """A break near the free tip, where the tension runs out and bending takes over."""
-    if last.slope <= 0:
-        return set()
-    reach = TIP_REACH * last.slope ** (-1 / 3)
-    return {1 - reach} if 8 * reach < last.length else set()
 
 
 def _spread(breaks: list[float], longest: float) -> list[float]:
