@@ -14,11 +14,11 @@ from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.mechanics import ancf, assembly
 from beamviz.mechanics.basis import coordinates
 from beamviz.mechanics.newton import Root, continue_load, newton
-from beamviz.mechanics.planar import CLAMPED, Model, across, along
+from beamviz.mechanics.planar import CLAMPED, Model, across, along, modes
 
 LAW_END = 0.1  # in stretch: a limit this close to the end of a force law is put down to it
-MAX_STEP = 0.3  # of a coordinate in one bent Newton step: positions in L, slopes in radians
-BENT_ITERATIONS = 100
+MAX_STEP = 0.2  # of a coordinate in one bent Newton step: positions in L, slopes in radians
+BENT_ITERATIONS = 200
 SHIFTS = (0.0, *(4.0**k for k in range(30)))
 
 
@@ -97,11 +97,12 @@ def no_equilibrium(model: Model, limit: float, q: NDArray) -> NoEquilibrium:
     return NoEquilibrium(f"no equilibrium beyond gamma = {gamma:.9g}: {reason}", gamma)
 
 
-def arc(model: Model, angle: float) -> NDArray:
-    """q of the unstretched beam bent to a circular arc whose tip has turned by `angle` [rad]."""
-    x = angle * model.elements.nodes
-    position = np.column_stack((np.sin(x), 1 - np.cos(x))) / angle
-    return np.hstack((position, np.column_stack((np.cos(x), np.sin(x))))).ravel()
+def leaning(model: Model, q: NDArray, angle: float) -> NDArray:
+    """A straight state q pushed along its lowest bending mode, its tip turned by `angle` [rad]:
+    a start for `bent_equilibrium` that picks the side."""
+    _, shapes = modes(model, q, len(q))
+    bending = shapes[:, np.any(shapes[1::2], axis=0)][:, 0]
+    return q + angle / bending[-1] * bending
 
 
 def bent_equilibrium(model: Model, start: NDArray) -> Equilibrium:
@@ -113,26 +114,28 @@ def bent_equilibrium(model: Model, start: NDArray) -> Equilibrium:
     turns the step downhill. Raises NotConverged.
     """
     load = model.beam.gamma**2
-    law, q_size = model.material.law, len(start)
+    law, size = model.material.law, len(start)
+    M = assembly.held(model.mass, CLAMPED)
 
     def increment(state: NDArray) -> NDArray:
-        q, strain = state[:q_size], state[q_size:].reshape(model.elements.weights.shape)
-        L = shifted_factor(model.tangent(q, load, strain), assembly.held(model.mass, CLAMPED))
+        q, e = state[:size], state[size:].reshape(model.elements.weights.shape)
+        L = shifted_factor(model.tangent(q, load, e), M)
         dq = -assembly.solve(L, model.residual(q, load))
-        dq *= min(1.0, MAX_STEP / np.abs(dq).max())
         s, ds = (ancf.strain_state(model.elements, coordinates(v)) for v in (q, dq))
         f = ancf.stretch(s)
         df = np.sum(s[..., :2] * ds[..., :2], axis=-1) / f
-        return np.concatenate((dq, (law.strain(f) + law.first(f) * df - strain).ravel()))
+        de = law.strain(f) + law.first(f) * df - e
+        return min(1.0, MAX_STEP / np.abs(dq).max()) * np.concatenate((dq, de.ravel()))
 
-    strain = law.strain(ancf.stretch(ancf.strain_state(model.elements, coordinates(start))))
-    root = newton(increment, np.concatenate((start, strain.ravel())), BENT_ITERATIONS)
-    if root is None or not admissible(model, load, root.state[:q_size]):
+    e = law.strain(ancf.stretch(ancf.strain_state(model.elements, coordinates(start))))
+    root = newton(increment, np.concatenate((start, e.ravel())), BENT_ITERATIONS)
+    if root is None or not admissible(model, load, root.state[:size]):
         raise NotConverged(
             f"no stable bent state was found at gamma = {model.beam.gamma:.6g} from this start:"
-            " one closer to it, or more elements, may help"
+            " one closer to it may help, as may elements neither longer than the bend nor shorter"
+            " than the beam is thick"
         )
-    return Equilibrium(root.state[:q_size], True, root.iterations, 1)
+    return Equilibrium(root.state[:size], True, root.iterations, 1)
 
 
 def admissible(model: Model, load: float, q: NDArray) -> bool:
