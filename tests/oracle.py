@@ -1,0 +1,178 @@
+"""An independent oracle: a straight rotating beam from its differential equations.
+
+Nothing here is shared with the package but `Beam`. The package makes an energy stationary over
+trial functions; the oracle takes the differential equations that follow from that energy, as a
+first-order system, and makes them hold at Chebyshev points.
+
+Strong form. Lengths in L, times in T*, forces in EI / L^2, x the reference coordinate in 0 .. 1.
+X is the distance from the axis of rotation, f = X' the stretch, N = mu^2 n(f) the axial force,
+n = e(f) e'(f): (f^2 - 1) f / 2 (green), f - 1 (biot), ln f / f (hencky). Varying
+
+    E = int mu^2 e(f)^2 / 2 + k^2 / 2 - gamma^2 rho r^2 / 2 dx,   rho = 1 + alpha Dirac(x - beta)
+
+about the straight state gives
+
+    equilibrium   X' = f(N)               N' = -gamma^2 rho X
+    stretching    v' = p / (mu^2 n'(f))   p' = -Lambda rho v
+    bending       w' = f theta            theta' = f^(2c) m
+                  m' = f (N theta - V)    V' = -Lambda rho w
+
+theta is the rotation, m the moment, V the shear force; k = theta' / f^c with c = 1 for the spatial
+curvature, c = 0 for the material one. Clamp: X = delta, v = w = theta = 0. Tip: N = p = m = V = 0.
+The mass makes N, p and V jump, and nothing else; at the tip they jump to the tip's zero. Lambda is
+omega^2 + gamma^2 for motions in the plane of rotation and omega^2 out of it. With Coriolis the
+motion is (v, i w) exp(i omega t) and
+
+    p' = -rho (Lambda v - 2 gamma omega w),   V' = -rho (Lambda w - 2 gamma omega v).
+
+Numerics. Collocation on elements that halve toward the clamp, the mass and the tip until they
+resolve the local lengths; eigenvalues by an Arnoldi process about zero frequency and inverse
+iteration about each. Everything is computed at two resolutions that share no points; the
+difference is returned, and too large a one raises `UnresolvedError`. A missed mode would show
+too: N >= 0, so mode k has k - 1 nodes (Gantmacher & Krein, Oscillation Matrices and Kernels),
+and they are counted.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from oracle_collocation import Coefficients
+from oracle_eigen import UnresolvedError, lowest, lowest_gyroscopic, sign_changes
+from oracle_equilibrium import STIFFNESS, Resolution, equilibrium, refined_mesh, shoot, stretch
+
+from beamviz.beam import Beam
+
+CURVATURE = {"spatial": 1, "material": 0}  # c
+
+FINE = (Resolution(18, 1.0, 1.5), Resolution(23, 0.8, 1.1))
+QUICK = (Resolution(12, 1.0, 1.5), Resolution(16, 0.8, 1.3))
+
+
+@dataclass(frozen=True)
+class Truth:
+    """Frequencies [1/T*] ascending (k,), by how much the two resolutions differ (k,), families."""
+
+    frequencies: np.ndarray
+    differences: np.ndarray
+    families: tuple[str, ...]
+
+
+def truth(
+    beam: Beam,
+    modes: int = 5,
+    strain: str = "green",
+    curvature: str = "spatial",
+    plane: str = "chordwise",
+    coriolis: bool = False,
+    resolutions: tuple[Resolution, Resolution] = FINE,
+    accuracy: float = 1e-9,
+) -> Truth:
+    """The lowest frequencies of a straight beam, delta >= 0.
+
+    Raises NoStateError without an equilibrium, UnresolvedError where the two resolutions differ
+    by more than `accuracy` (relative).
+    """
+    if coriolis and plane != "chordwise":
+        raise ValueError("Coriolis couples stretching with bending in the plane of rotation only")
+    spectra = [Spectrum(beam, strain, curvature, level) for level in resolutions]
+    if coriolis:
+        coarse, fine = (spectrum.coupled(modes) for spectrum in spectra)
+        families = ["mixed"] * modes
+    else:
+        coarse, fine = (
+            np.concatenate([spectrum.bending(modes, plane), spectrum.stretching(modes)])
+            for spectrum in spectra
+        )
+        families = ["bending"] * modes + ["stretching"] * modes
+    lowest = np.argsort(fine)[:modes]
+    fine, differences = fine[lowest], np.abs(fine - coarse)[lowest]
+    if not np.all(differences <= accuracy * fine):
+        raise UnresolvedError(
+            f"{beam.numbers}, {curvature}: differs by {np.max(differences / fine):.1e}"
+        )
+    return Truth(fine, differences, tuple(families[k] for k in lowest))
+
+
+class Spectrum:
+    """Equilibrium and modes of one beam at one resolution."""
+
+    def __init__(self, beam: Beam, strain: str, curvature: str, level: Resolution):
+        if beam.delta < 0:
+            raise ValueError(f"delta = {beam.delta:g}: the oracle is for beams in tension")
+        self.gamma, self.delta, self.c = beam.gamma, beam.delta, CURVATURE[curvature]
+        start = shoot(beam, strain)
+        self.mesh = refined_mesh(beam, strain, self.c, level, start)
+        state = equilibrium(self.mesh, beam, strain, start)
+        self.moving = self.mesh.moving(2, (0,))
+        self.X = state[self.moving.places]  # where there is inertia
+        self.N = self.mesh.at_points(state, 2)[..., 1]  # (elements, p)
+        self.f = stretch(strain, self.N / beam.mu**2)
+        self.stiffness = beam.mu**2 * STIFFNESS[strain](self.f)
+        # units of p, V and of m that keep all unknowns of one size
+        self.force = np.max(self.stiffness), np.max(self.N) + 1
+        self.moment = np.sqrt(self.force[1])
+
+    def bending(self, modes: int, plane: str = "chordwise") -> np.ndarray:
+        """The lowest bending frequencies."""
+        spin = self.gamma**2 if plane == "chordwise" else 0.0
+        squares, Y = self._family(self._bending(), 1 / self.force[1], modes, spin)
+        for k in np.flatnonzero(squares < spin / 100):
+            squares[k] = self._balance(Y[:, k])
+        return np.sqrt(squares)
+
+    def _balance(self, y: np.ndarray) -> float:
+        """omega^2 in the plane of rotation, from the moments about the axis of rotation.
+
+        The clamp's moment and shear turn the beam: m(0) + delta V(0) = omega^2 int rho X w. It
+        follows from the equations above, and keeps the digits that Lambda - gamma^2 loses.
+        """
+        w = y[self.mesh.moving(4, (0,)).places]
+        moment, shear = self.moment * y[3], self.force[1] * y[2]
+        return (moment + self.delta * shear) / np.sum(self.moving.inertia * self.X * w)
+
+    def stretching(self, modes: int) -> np.ndarray:
+        """The lowest stretching frequencies."""
+        squares, _ = self._family(self._stretching(), 1 / self.force[0], modes, self.gamma**2)
+        return np.sqrt(squares)
+
+    def _stretching(self) -> Coefficients:
+        """(v, p)' in (v, p), without Lambda."""
+        return {(0, 1): self.force[0] / self.stiffness}
+
+    def _bending(self) -> Coefficients:
+        """(w, theta, V, m)' in (w, theta, V, m), without Lambda; m and V in their units."""
+        f, N, unit = self.f, self.N, self.moment
+        return {
+            (0, 1): f,
+            (1, 3): f ** (2 * self.c) * unit,
+            (3, 1): f * N / unit,
+            (3, 2): -f * self.force[1] / unit,
+        }
+
+    def _family(
+        self, static: Coefficients, unit: float, modes: int, spin: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """omega^2 and unknowns of one family, Lambda = omega^2 + spin: A y = omega^2 B y."""
+        mesh, d = self.mesh, 2 if len(static) == 1 else 4
+        B = mesh.mass(d, d // 2, 0, -unit)
+        A = mesh.skeleton(d) - mesh.integral(d, static) - spin * B
+        squares, Y = lowest(A, B, mesh.moving(d, (0,)), modes)
+        for k in range(modes):
+            if (found := sign_changes(Y[::d, k])) != k:
+                raise UnresolvedError(f"mode {k + 1} has {found} nodes")
+        return squares, Y
+
+    def coupled(self, modes: int) -> np.ndarray:
+        """Frequencies with Coriolis: A y = omega C y + omega^2 B y in (v, w, theta, p, V, m)."""
+        mesh = self.mesh
+        units = 1 / self.force[0], 1 / self.force[1]
+        B = mesh.mass(6, 3, 0, -units[0]) + mesh.mass(6, 4, 1, -units[1])
+        C = 2 * self.gamma * (mesh.mass(6, 3, 1, units[0]) + mesh.mass(6, 4, 0, units[1]))
+        static = embedded(self._stretching(), (0, 3)) | embedded(self._bending(), (1, 2, 4, 5))
+        A = mesh.skeleton(6) - mesh.integral(6, static) - self.gamma**2 * B
+        return lowest_gyroscopic(A, B, C, mesh.moving(6, (0, 1)), modes)
+
+
+def embedded(coefficients: Coefficients, unknowns: tuple[int, ...]) -> Coefficients:
+    """The coefficients with their unknowns renumbered."""
+    return {(unknowns[a], unknowns[b]): c for (a, b), c in coefficients.items()}

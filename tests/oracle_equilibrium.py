@@ -1,0 +1,172 @@
+"""Equilibrium of the straight beam and a mesh that resolves it, for the oracle."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from oracle_collocation import Mesh, integration
+from oracle_eigen import UnresolvedError, factorised
+from scipy.integrate import OdeSolution, solve_ivp
+from scipy.special import lambertw
+
+from beamviz.beam import Beam
+
+FORCE = {  # n(f)
+    "green": lambda f: (f * f - 1) * f / 2,
+    "biot": lambda f: f - 1,
+    "hencky": lambda f: np.log(f) / f,
+}
+STIFFNESS = {  # n'(f)
+    "green": lambda f: (3 * f * f - 1) / 2,
+    "biot": lambda f: 1 + 0 * f,
+    "hencky": lambda f: (1 - np.log(f)) / (f * f),
+}
+Piece = tuple[float, float, OdeSolution]  # from, to, (X, N, ..)(x)
+
+
+class NoStateError(Exception):
+    """No equilibrium on the branch that starts at rest."""
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """p Chebyshev points in each element; an element is at most `ratio` times as long as its
+    distance to the nearest special point, or `layers` local lengths, whichever is more."""
+
+    points: int
+    ratio: float
+    layers: float
+
+
+def stretch(strain: str, n: np.ndarray) -> np.ndarray:
+    """f from n(f), on the branch that starts at rest; nan beyond its end (hencky: n = 1/e)."""
+    if strain == "biot":
+        return 1 + n
+    if strain == "hencky":
+        return np.where(n < np.exp(-1), np.exp(-lambertw(-n).real), np.nan)
+    z = 3 * np.sqrt(3) * n  # f^3 - f = 2 n by Viete's formulas
+    angle = np.arccos(np.clip(z, -1, 1)) / 3
+    f = 2 / np.sqrt(3) * np.where(z < 1, np.cos(angle), np.cosh(np.arccosh(np.maximum(z, 1)) / 3))
+    return f - (FORCE["green"](f) - n) / STIFFNESS["green"](f)
+
+
+def shoot(beam: Beam, strain: str) -> list[Piece]:
+    """A first equilibrium: from the tip inward, with the tip's place by Newton's method."""
+    interior = beam.alpha > 0 and 0 < beam.beta < 1
+    ends = [1.0, beam.beta, 0.0] if interior else [1.0, 0.0]
+
+    def slope(_, y):  # X, N and their derivatives with respect to the tip's place
+        f = stretch(strain, y[1] / beam.mu**2)
+        if np.isnan(f):
+            raise NoStateError(f"{beam.numbers}: no stretch bears a force of {y[1]:g}")
+        stiffness = beam.mu**2 * STIFFNESS[strain](f)
+        return [f, -(beam.gamma**2) * y[0], y[3] / stiffness, -(beam.gamma**2) * y[2]]
+
+    def march(tip: float) -> list[Piece]:
+        y, pieces = np.array([tip, 0.0, 1.0, 0.0]), []
+        for right, left in pairwise(ends):
+            if right == beam.beta:
+                y[[1, 3]] += beam.alpha * beam.gamma**2 * y[[0, 2]]
+            run = solve_ivp(
+                slope, (right, left), y, "DOP853", rtol=1e-9, atol=1e-12, dense_output=True
+            )
+            if not (run.success and np.all(run.y[1] >= 0) and np.all(run.y[2] > 0)):
+                raise NoStateError(f"{beam.numbers}: none with its tip at {tip:g}")
+            y = run.y[:, -1].copy()
+            pieces.append((left, right, run.sol))
+        return pieces[::-1]
+
+    return newton_tip(march, beam, strain)
+
+
+def newton_tip(march: Callable, beam: Beam, strain: str) -> list[Piece]:
+    """Newton's method from the side where it is monotonic.
+
+    The clamp's place is a convex function of the tip's for green (hardening), linear for biot,
+    concave for hencky (softening).
+    """
+    tip = 1 + beam.delta
+    if strain == "green":
+        tip = outside(march, beam, tip)
+    for _ in range(100):
+        pieces = march(tip)
+        clamp, _, derivative, _ = pieces[0][2](0.0)
+        step = (beam.delta - clamp) / derivative
+        if abs(step) < 1e-6 * tip:
+            return pieces
+        tip += step
+    raise UnresolvedError(f"{beam.numbers}: no equilibrium by shooting")
+
+
+def outside(march: Callable, beam: Beam, tip: float) -> float:
+    """A tip beyond the equilibrium of a hardening beam."""
+    while True:
+        try:
+            if march(tip)[0][2](0.0)[0] >= beam.delta:
+                return tip
+        except NoStateError:
+            pass
+        tip *= 1.5
+
+
+def refined_mesh(beam: Beam, strain: str, c: int, level: Resolution, pieces: list[Piece]) -> Mesh:
+    """Elements halved until they resolve the local lengths of a first equilibrium."""
+    special = np.array([0.0] + [right for _, right, _ in pieces])
+    found, mass_element = [], None
+    for left, right, solution in pieces:
+        todo = [(left, right - left)]
+        while todo:
+            x, h = todo.pop()
+            away = np.min(np.maximum(np.maximum(special - x - h, x - special), 0))
+            shortest = np.min(local_length(solution(x + h * np.linspace(0, 1, 9)), beam, strain, c))
+            if h <= min(0.15, max(level.ratio * away, level.layers * shortest)):
+                found.append((x, h))
+            else:
+                todo += [(x + h / 2, h / 2), (x, h / 2)]
+        if beam.alpha > 0 and right == beam.beta:
+            mass_element = len(found) - 1
+    lefts, lengths = np.array(found).T
+    p = level.points
+    return Mesh(lefts, lengths, p, beam.alpha, mass_element, integration(p))
+
+
+def local_length(state: np.ndarray, beam: Beam, strain: str, c: int) -> np.ndarray:
+    """The shorter of the bending layer 1 / sqrt(N f^(1 + 2c)) and the stretch's f / |f'|."""
+    X, N = np.maximum(state[:2], 0.0)
+    f = stretch(strain, N / beam.mu**2)
+    layer = 1 / np.sqrt(N * f ** (1 + 2 * c) + 1)
+    growth = f * beam.mu**2 * STIFFNESS[strain](f) / (beam.gamma**2 * X + 1e-30)
+    return np.minimum(layer, growth)
+
+
+def equilibrium(mesh: Mesh, beam: Beam, strain: str, pieces: list[Piece]) -> np.ndarray:
+    """All X and N (n,), by Newton's method on the collocated equations."""
+    x = np.append(np.column_stack([mesh.lefts, mesh.x]), 1.0)
+    y = first_values(x, pieces)
+    load = mesh.mass(2, 1, 0, -(beam.gamma**2))
+    linear = mesh.skeleton(2) - load
+    stretching = mesh.integral(2, {(0, 0): np.ones_like(mesh.x)})
+    clamp = np.zeros_like(y)
+    clamp[0] = beam.delta
+    for _ in range(10):
+        f = stretch(strain, mesh.at_points(y, 2)[..., 1] / beam.mu**2)
+        rate = np.zeros_like(y)
+        mesh.at_points(rate, 2)[..., 0] = f
+        residual = linear @ y - stretching @ rate - clamp
+        compliance = 1 / (beam.mu**2 * STIFFNESS[strain](f))
+        step = factorised(linear - mesh.integral(2, {(0, 1): compliance}))(residual)
+        y = y - step
+        if np.all(np.abs(step).reshape(-1, 2) <= 1e-12 * np.max(np.abs(y.reshape(-1, 2)), axis=0)):
+            return y
+    raise UnresolvedError(f"{beam.numbers}: the equilibrium does not settle")
+
+
+def first_values(x: np.ndarray, pieces: list[Piece]) -> np.ndarray:
+    """(X, N) at x, flat; x ascending, and nothing pulls at the tip."""
+    values = np.empty((len(x), 2))
+    for left, right, solution in pieces:
+        here = (x >= left) & (x <= right)
+        values[here] = solution(x[here])[:2].T
+    values[-1, 1] = 0.0
+    return values.ravel()
