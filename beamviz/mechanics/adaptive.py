@@ -1,6 +1,6 @@
 """The default method `auto`: as few unknowns as the tolerance asks for."""
 
-from itertools import pairwise
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -8,13 +8,12 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
 from beamviz.mechanics import eigen, hp, straight
-from beamviz.mechanics.layers import MAX_ORDER, discretisation, segments
+from beamviz.mechanics.layers import Positions, discretisation, segments, unstretched
 from beamviz.mechanics.mesh import Mesh, mesh
 from beamviz.mechanics.newton import Path, Root, continue_load
 from beamviz.mechanics.strain import Curvature, StrainLaw
 
 REFINEMENTS = 8
-ORDER_STEP = 3
 SMALL_FORCE = 0.1  # n at the clamp below which a beam hardly stretches
 COARSE_ORDER = 6
 LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
@@ -55,18 +54,18 @@ def solve_straight(beam: Beam, modes: int, physics: Physics, tolerance: float) -
     Raises NoEquilibrium with the limit, NotConverged when refinement does not get there.
     """
     law = physics.law
-    stretch = 1.0 if _hardly_stretches(beam) else _mean_stretch(beam, law)
-    parts = segments(beam, stretch, law)
-    breaks, order = discretisation(parts, beam.mu, modes, physics.curvature, tolerance)
-    for _ in range(REFINEMENTS):
-        points = mesh(breaks, order)
+    positions = unstretched(beam) if _hardly_stretches(beam) else _coarse_positions(beam, law)
+    parts = segments(beam, positions, law)
+    digits = -math.log10(tolerance)
+    for attempt in range(1, REFINEMENTS + 1):
+        points = mesh(*discretisation(parts, beam.mu, modes, physics.curvature, digits))
         found = solve_on(points, beam, modes, physics)
         # Rounding counts as met: no mesh mends it, and the reported error says it.
         allowed = 2 * tolerance * abs(found.squares) + found.rounding
         excess = (found.truncation / allowed).max()
         if excess <= 1:
             return found
-        breaks, order = _refined(breaks, order)
+        digits += 0.7 * attempt + math.log10(excess)
     raise NotConverged(
         f"errors are {excess:.1e} times the tolerance {tolerance:g} after {REFINEMENTS}"
         f" refinements up to {points.elements} elements of order {points.order};"
@@ -142,30 +141,20 @@ def _coupled(
     )
 
 
-def _refined(breaks: tuple[float, ...], order: int) -> tuple[tuple[float, ...], int]:
-    """The next finer mesh: a higher order, or halves of the elements once it is high."""
-    if order + ORDER_STEP <= MAX_ORDER:
-        return breaks, order + ORDER_STEP
-    halves = [x for a, b in pairwise(breaks) for x in (a, (a + b) / 2)]
-    return (*halves, breaks[-1]), MAX_ORDER - 2 * ORDER_STEP
-
-
 def _hardly_stretches(beam: Beam) -> bool:
     """Whether the force at the clamp is small, seen from the unstretched beam."""
     moment = abs(0.5 + beam.delta) + beam.alpha * abs(beam.beta + beam.delta)
     return (beam.gamma / beam.mu) ** 2 * moment < SMALL_FORCE
 
 
-def _mean_stretch(beam: Beam, law: StrainLaw) -> float:
-    """The mean stretch, from a coarse equilibrium."""
-    points = mesh(_ends(beam), COARSE_ORDER)
+def _coarse_positions(beam: Beam, law: StrainLaw) -> Positions:
+    """The positions of a beam that stretches, from a coarse equilibrium."""
+    ends = unstretched(beam).ends
+    points = mesh(ends, COARSE_ORDER)
     f, _ = equilibrium(points, hp.inertia(points, beam.alpha, beam.beta), beam, law)
-    return float(points.weights @ f)
-
-
-def _ends(beam: Beam) -> tuple[float, ...]:
-    """Clamp, mass and tip."""
-    return (0.0, beam.beta, 1.0) if beam.alpha > 0 and 0 < beam.beta < 1 else (0.0, 1.0)
+    weighted = (points.weights * (points.J @ f)).reshape(-1, COARSE_ORDER).sum(axis=1)
+    u = points.from_clamp(np.array(ends)) @ f
+    return Positions(ends, tuple(u.tolist()), tuple((weighted / np.diff(ends)).tolist()))
 
 
 def equilibrium(
@@ -204,7 +193,7 @@ def _follow(points: Mesh, rho: hp.Inertia, delta: float, law: StrainLaw, load: f
 
 def _limit(beam: Beam, law: StrainLaw, load: float) -> float:
     """The largest gamma with an equilibrium, on a mesh fine enough where a force law ends."""
-    points = mesh(tuple(sorted({*LIMIT_BREAKS, *_ends(beam)})), LIMIT_ORDER)
+    points = mesh(tuple(sorted({*LIMIT_BREAKS, *unstretched(beam).ends})), LIMIT_ORDER)
     rho = hp.inertia(points, beam.alpha, beam.beta)
     path = _follow(points, rho, beam.delta, law, load)
     return beam.mu * (load if path.limit is None else path.limit) ** 0.5

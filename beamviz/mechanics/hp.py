@@ -161,6 +161,6 @@ def errors(
     """
     tail = mesh.T @ f
     lost_stretch = (mesh.weights @ (tail * tail)) / (mesh.weights @ f) ** 2
-    truncation = TRUNCATION_FACTOR * (lost + lost_stretch * abs(squares))
+    truncation = TRUNCATION_FACTOR * (lost + 4 * lost_stretch * abs(squares))
     rounding = ROUNDING_FACTOR * EPS * abs(squares) * (1 + abs(squares / squares[0]))
     return truncation, rounding

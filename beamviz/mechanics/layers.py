@@ -15,10 +15,11 @@ from scipy.optimize import brentq
 from beamviz.beam import Beam
 from beamviz.mechanics.strain import Curvature, StrainLaw
 
-LAYER_REACH = 12.0  # widths: exp(-12) of a layer is left where its element ends
+LAYER_REACH = 2.0  # widths per digit: exp(-2 * 12) of a layer's energy is left after 12
 TIP_REACH = 4.0
 GRADING = 6.0  # ratio of neighbouring elements where the stretch falls off
 WAVES_PER_ELEMENT = 9.0
+NEGLIGIBLE_FORCE = 0.1  # n: the stretch is 1 for all that layers care
 MIN_ORDER, MAX_ORDER = 4, 30
 CAPS = (14, 18, 22, 28)  # orders above which a layer gets an element of its own, tried in turn
 
@@ -44,24 +45,39 @@ class Segment(NamedTuple):
         return widths[0], (widths[1] if self.end < 1 else math.inf)
 
 
-def segments(beam: Beam, stretch: float, law: StrainLaw) -> list[Segment]:
-    """The parts of a beam whose mean stretch is known (1 where it hardly stretches)."""
-    interior = beam.alpha > 0 and 0 < beam.beta < 1
-    ends = (0.0, beam.beta, 1.0) if interior else (0.0, 1.0)
-    parts = []
-    for a, b in pairwise(ends):
-        N = (_tension(beam, stretch, a, beam.beta > a), _tension(beam, stretch, b, beam.beta >= b))
-        f = (1.0, 1.0) if stretch == 1 else tuple(_stretch(law, n / beam.mu**2) for n in N)
-        parts.append(Segment(a, b, N, f, beam.gamma**2 * (stretch * b + beam.delta)))
+class Positions(NamedTuple):
+    """Where the beam is in equilibrium, roughly: x of clamp, mass and tip, u there, and the mean
+    u of each part between them."""
+
+    ends: tuple[float, ...]
+    u: tuple[float, ...]
+    means: tuple[float, ...]
+
+
+def unstretched(beam: Beam) -> Positions:
+    """The positions of a beam that hardly stretches: u = x."""
+    ends = (0.0, beam.beta, 1.0) if beam.alpha > 0 and 0 < beam.beta < 1 else (0.0, 1.0)
+    return Positions(ends, ends, tuple((a + b) / 2 for a, b in pairwise(ends)))
+
+
+def segments(beam: Beam, positions: Positions, law: StrainLaw) -> list[Segment]:
+    """The parts of a beam with the tension N = gamma^2 int_x^1 rho (u + delta) at their ends."""
+    parts: list[Segment] = []
+    load, N = beam.gamma**2, 0.0
+    for a, b, u, mean in _from_tip(positions):
+        if beam.alpha and b == beam.beta:
+            N += load * beam.alpha * (u + beam.delta)
+        N_end, N = N, N + load * (b - a) * (mean + beam.delta)
+        f = tuple(_stretch(law, force / beam.mu**2) for force in (N, N_end))
+        parts.insert(0, Segment(a, b, (N, N_end), f, load * (u + beam.delta)))
     return parts
 
 
 def discretisation(
-    parts: list[Segment], mu: float, modes: int, curvature: Curvature, tolerance: float
+    parts: list[Segment], mu: float, modes: int, curvature: Curvature, digits: float
 ) -> tuple[tuple[float, ...], int]:
-    """Breaks and order that should meet `tolerance` for the lowest `modes` modes, with as few
+    """Breaks and order that should give the lowest `modes` modes to so many digits, with as few
     unknowns as any choice of what is resolved by thin elements and what by order."""
-    digits = -math.log10(tolerance)
     waves = _half_waves(mu, modes)
     fixed = {0.0, *(part.end for part in parts), *(x for p in parts for x in _falling(p, mu))}
     layers = [layer for part in parts for layer in _layers(part, curvature, digits)]
@@ -91,14 +107,12 @@ def _layers(part: Segment, curvature: Curvature, digits: float) -> list[Layer]:
     """The layers of a segment that are short of it: at its ends, and where its tension runs out
     at the free tip."""
     share = 0.4 + digits / 10  # of the order that six digits need
+    reach = LAYER_REACH * digits
     left, right = part.widths(curvature)
     found = [
         Layer(x, share * (6 + 2 * math.sqrt(part.length / width)))
-        for width, x in (
-            (left, part.start + LAYER_REACH * left),
-            (right, part.end - LAYER_REACH * right),
-        )
-        if LAYER_REACH * width < part.length
+        for width, x in ((left, part.start + reach * left), (right, part.end - reach * right))
+        if reach * width < part.length
     ]
     if part.end == 1 and part.slope > 0:
         width = part.slope ** (-1 / 3)
@@ -119,17 +133,15 @@ def _half_waves(mu: float, modes: int) -> int:
     return max(bending, stretching)
 
 
-def _tension(beam: Beam, stretch: float, x: float, pulled: bool) -> float:
-    """N at x of a beam of uniform stretch; `pulled` where the mass lies further out."""
-    N = stretch * (1 - x * x) / 2 + beam.delta * (1 - x)
-    if pulled:
-        N += beam.alpha * (stretch * beam.beta + beam.delta)
-    return beam.gamma**2 * N
+def _from_tip(positions: Positions) -> list[tuple[float, float, float, float]]:
+    """Start, end, u at the end and mean u of each part, the outermost first."""
+    starts, ends = positions.ends[:-1], positions.ends[1:]
+    return list(zip(starts, ends, positions.u[1:], positions.means, strict=True))[::-1]
 
 
 def _stretch(law: StrainLaw, n: float) -> float:
     """The stretch at which the law carries the force n, within its range."""
-    if n <= 0:
+    if n < NEGLIGIBLE_FORCE:
         return 1.0
     high = 2.0
     while high < law.max_stretch and law.force(high) < n:
