@@ -63,8 +63,11 @@ def beam_and_model(
         ),
     ] = None,
     method: Annotated[
-        Literal["auto", "ancf"],
-        model("auto: as accurate as --tolerance asks; ancf: the paper's cubic elements."),
+        Literal["auto", "ancf", "ancf-planar"],
+        model(
+            "auto: as accurate as --tolerance asks; ancf: the paper's cubic elements;"
+            " ancf-planar: the same with all unknowns at once."
+        ),
     ] = "auto",
     strain: Annotated[
         Literal["green", "biot", "hencky"], model("Axial strain; the paper's is green.")

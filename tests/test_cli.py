@@ -4,6 +4,8 @@ import csv
 import io
 import json
 import math
+import os
+import signal
 import subprocess
 import sys
 import time
@@ -15,8 +17,7 @@ import pytest
 from beamviz import Beam, __version__, solve
 from beamviz.cli import main
 from beamviz.errors import NotConverged
-from beamviz.mechanics.solve import METHODS, PLANES
-from beamviz.mechanics.strain import CURVATURES, STRAIN_LAWS
+from beamviz.mechanics.solve import CHOICES, MAX_MODES
 from beamviz.options import beam_and_model
 from beamviz.report import decimals
 
@@ -30,6 +31,7 @@ youngs_modulus = 2.1e11
 rotation_speed = 25
 mass = 0.5
 """
+BUFFERED = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
 PAPER = ("--alpha", "1", "--beta", "0.5", "--gamma", "10")  # physics: green, spatial, mu 70
 
 
@@ -57,7 +59,7 @@ def process(*arguments: str, **settings: typing.Any) -> subprocess.CompletedProc
     """Run a command line as a process of its own."""
     command = [sys.executable, "-m", "beamviz", *arguments]
     settings = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **settings}
-    return subprocess.run(command, cwd=ROOT, text=True, check=False, **settings)
+    return subprocess.run(command, cwd=ROOT, env=BUFFERED, text=True, check=False, **settings)
 
 
 def strict(text: str) -> typing.Any:
@@ -205,12 +207,7 @@ def test_the_model_reaches_the_solver(run):
 def test_the_choices_on_the_command_line_are_the_solver_s():
     """Help and completion list exactly what solve() knows."""
     hints = typing.get_type_hints(beam_and_model)
-    for name, known in (
-        ("method", METHODS),
-        ("strain", STRAIN_LAWS),
-        ("curvature", CURVATURES),
-        ("plane", PLANES),
-    ):
+    for name, known in CHOICES.items():
         assert typing.get_args(hints[name]) == tuple(known)
 
 
@@ -224,9 +221,9 @@ def test_the_choices_on_the_command_line_are_the_solver_s():
             ["--gamma", "60", "--mu", "10"],
             "gamma / mu = 6: must be at most 5 (gamma = 60, mu = 10)",
         ),
-        (["--modes", "0"], "modes = 0: must be a whole number in 1 .. 40"),
-        (["--modes", "2.5"], "modes = 2.5: must be a whole number in 1 .. 40"),
-        (["--modes", "many"], "modes = many: must be a whole number in 1 .. 40"),
+        (["--modes", "0"], f"modes = 0: must be a whole number in 1 .. {MAX_MODES}"),
+        (["--modes", "2.5"], f"modes = 2.5: must be a whole number in 1 .. {MAX_MODES}"),
+        (["--modes", "many"], f"modes = many: must be a whole number in 1 .. {MAX_MODES}"),
         (["--tolerance", "0"], "tolerance = 0: must lie in 1e-12 .. 0.1"),
         (["--elements", "8"], "elements = 8: is for method ancf; auto chooses its own"),
         (["--si", "none.toml"], "none.toml: No such file or directory"),
@@ -253,7 +250,7 @@ def test_wrong_input_is_one_exact_line(run, arguments, told):
         (["screenshot"], ["OUT.png"]),
         (["screenshot", "a.png", "--width", "9.5"], ["width = 9.5", "64 .. 4096"]),
         (["screenshot", "a.png", "--height", "tall"], ["height = 'tall'", "64 .. 4096"]),
-        (["screenshot", "a.png", "--mode", "0"], ["mode = 0", "1 .. 40"]),
+        (["screenshot", "a.png", "--mode", "0"], ["mode = 0", f"1 .. {MAX_MODES}"]),
         (["screenshot", "a.png", "--phase", "nan"], ["phase = nan", "0 .. 1"]),
         (["screenshot", "a.jpg"], ["a.jpg", ".png"]),
         (["serve", "--port", "70000"], ["port = 70000", "1 .. 65535"]),
@@ -318,6 +315,8 @@ def test_ctrl_c_is_quiet(run, monkeypatch):
     """The shell's own code for it, and nothing to read."""
     failing(monkeypatch, KeyboardInterrupt())
     assert run("modes") == (130, "", "")
+    monkeypatch.setattr("beamviz.cli.app", lambda *_, **__: signal.raise_signal(signal.SIGINT))
+    assert run("modes") == (130, "", "")
 
 
 @pytest.mark.parametrize("command", [["modes"], ["modes", "--help"]])
@@ -326,6 +325,7 @@ def test_a_reader_that_leaves_early_is_no_failure_to_talk_about(command):
     program = subprocess.Popen(
         [sys.executable, "-m", "beamviz", *command],
         cwd=ROOT,
+        env=BUFFERED,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -87,6 +87,7 @@ runpy.run_path({str(SCRIPTS / f"{name}.py")!r}, run_name="__main__")
         env={**os.environ, "PYTHONPATH": str(SCRIPTS)},
         capture_output=True,
         text=True,
+        timeout=30,
         check=False,
     )
     assert done.returncode == 1
