@@ -10,7 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import connect
+from websockets.sync.connection import Connection
 
 from beamviz.show.browser import found_browser, opened
 
@@ -20,7 +21,7 @@ NO_BROWSER = "no Chrome, Chromium or Edge found (set BEAMVIZ_BROWSER to one)"
 class Page:
     """One page; `problems` collects its console errors and uncaught exceptions."""
 
-    def __init__(self, socket: ClientConnection):
+    def __init__(self, socket: Connection):
         self.socket, self.numbers = socket, itertools.count(1)
         self.problems: list[str] = []
         for domain in ("Runtime", "Log", "Page"):
@@ -98,7 +99,8 @@ class Page:
     def box(self, script: str) -> list[float]:
         """Left, top, width and height of an element, scrolled into view."""
         return self.wait(
-            f"(() => {{ const e = {script}; if (!e) return null; e.scrollIntoView({{block: 'center'}});"
+            f"(() => {{ const e = {script}; if (!e) return null;"
+            " e.scrollIntoView({block: 'center'});"
             " const r = e.getBoundingClientRect(); return [r.left, r.top, r.width, r.height]; })()"
         )
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from beamviz.beam import Beam
+from beamviz.show.motion import Shapes
 from beamviz.show.sizes import hub_radius, mass_radius
 
 FIELD_OF_VIEW = math.radians(24)  # vertical
@@ -15,45 +15,49 @@ HOOP = 0.1  # wall of the hoop that an inward beam is clamped to, and room
 RIM = 0.3  # of a large hub, this much is kept in the picture
 
 
-def span(beam: Beam) -> tuple[float, float]:
+def span(shapes: Shapes) -> tuple[float, float]:
     """From where to where a picture reaches along the beam [from the clamp]: with the mass and
     some of the hub."""
+    beam = shapes.beam
+    along = shapes.centreline[:, 0]
     radius = mass_radius(beam) if beam.alpha > 0 else 0.0
     rim = min(2 * hub_radius(beam), RIM) if beam.delta >= 0 else HOOP
-    return min(-rim, beam.beta - radius), max(1.0, beam.beta + radius)
+    mass = along[shapes.mass]
+    return min(-rim, mass - radius), max(along[-1], mass + radius)
 
 
-def target(beam: Beam, riding: bool) -> np.ndarray:
+def target(shapes: Shapes, riding: bool) -> np.ndarray:
     """The point (3,) of the hub's frame that is put in the middle of the picture: the middle of
     the beam when riding on the hub, the axis when standing beside it."""
-    return np.array([beam.delta + sum(span(beam)) / 2 if riding else 0.0, 0.0, 0.0])
+    return np.array([shapes.beam.delta + sum(span(shapes)) / 2 if riding else 0.0, 0.0, 0.0])
 
 
-def corners(beam: Beam, riding: bool) -> np.ndarray:
+def corners(shapes: Shapes, riding: bool) -> np.ndarray:
     """Points (n, 3), relative to `target`, that must be inside the picture."""
+    beam, (left, right) = shapes.beam, span(shapes)
     radius = mass_radius(beam) if beam.alpha > 0 else 0.0
     if riding:
-        half = (span(beam)[1] - span(beam)[0]) / 2
-        side, height = max(ROOM, radius), max(0.75 * ROOM, radius)
+        half, side, height = (right - left) / 2, max(ROOM, radius), max(0.75 * ROOM, radius)
         return np.array(
             [(x, y, z) for x in (-half, half) for y in (-side, side) for z in (-height, height)]
         )
-    reach = max(hub_radius(beam), abs(beam.delta + 1), abs(beam.delta + beam.beta) + radius) + HOOP
+    reach = max(hub_radius(beam), abs(beam.delta + right), abs(beam.delta + left)) + HOOP
     turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     return np.stack([reach * np.cos(turn), reach * np.sin(turn), 0 * turn], 1)
 
 
-def framing(points: np.ndarray, direction: tuple[float, float, float], aspect: float) -> np.ndarray:
+def framing(
+    points: np.ndarray, direction: tuple[float, float, float], wide: float, tall: float
+) -> np.ndarray:
     """Camera position (3,) along `direction` from the origin, looking at it with z up, as near
-    as it can be with all `points` (n, 3) inside a picture of width / height = `aspect`."""
+    as it can be with all `points` (n, 3) inside a picture whose half width and half height are
+    `wide` and `tall` at distance 1."""
     back = np.array(direction) / np.linalg.norm(direction)
     right = np.cross([0.0, 0.0, 1.0], back)
     right /= np.linalg.norm(right)
     up = np.cross(back, right)
-    tall = math.tan(FIELD_OF_VIEW / 2)
-    wide = tall * aspect
-    depth = points @ back
-    distance = depth + np.maximum(np.abs(points @ right) / wide, np.abs(points @ up) / tall)
+    distance = points @ back
+    distance += np.maximum(np.abs(points @ right) / wide, np.abs(points @ up) / tall)
     return 1.06 * distance.max() * back
 
 
@@ -66,8 +70,9 @@ def axes(position: np.ndarray) -> np.ndarray:
     return np.stack([right, np.cross(forward, right), forward], 1)
 
 
-def viewpoint(beam: Beam, plane: str, riding: bool, aspect: float) -> np.ndarray:
-    """Camera position (3,) for a beam that moves in `plane`; it looks at the origin, where the
-    scene puts `target`."""
-    direction = RIDING_FROM[plane] if riding else BESIDE_FROM
-    return framing(corners(beam, riding), direction, aspect)
+def viewpoint(shapes: Shapes, riding: bool, aspect: float, lift: float = 0.0) -> np.ndarray:
+    """Camera position (3,) for a picture with width / height = `aspect`. It looks at the origin,
+    where the scene puts `target`, and is free in its upper part: `lift` of half its height."""
+    direction = RIDING_FROM[shapes.plane] if riding else BESIDE_FROM
+    tall = math.tan(FIELD_OF_VIEW / 2)
+    return framing(corners(shapes, riding), direction, tall * aspect, tall * (1 - lift))

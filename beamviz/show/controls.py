@@ -66,12 +66,15 @@ class Look:
     def changed(self, name: str, value: Any) -> Self:
         """With one choice changed; what makes no sense changes nothing."""
         old = getattr(self, name)
+        new = old
         if isinstance(old, bool):
-            return replace(self, **{name: bool(value)})
-        if isinstance(old, str):
-            return replace(self, **{name: value}) if value in CHOICES[name] else self
-        top = {"speed": MAX_SPEED, "amplitude": MAX_AMPLITUDE}[name]
-        return replace(self, **{name: within(value, top, old)})
+            new = bool(value)
+        elif isinstance(old, float):
+            new = within(value, {"speed": MAX_SPEED, "amplitude": MAX_AMPLITUDE}[name], old)
+        elif value in CHOICES[name]:
+            new = value
+        changes: dict[str, Any] = {name: new}
+        return replace(self, **changes)
 
     def share(self, mode: int, value: Any) -> Self:
         """With the share of one mode (from 0) changed."""

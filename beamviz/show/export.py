@@ -7,6 +7,7 @@ import queue
 import sys
 import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -110,19 +111,17 @@ def rendered(
     client: ClientHandle, shapes: Shapes, width: int, height: int, deadline: float
 ) -> np.ndarray:
     """The client's picture (height, width, 4) from the usual viewpoint."""
-    position = camera.viewpoint(shapes.beam, shapes.plane, riding=True, aspect=width / height)
-    view = {
-        "position": position,
-        "wxyz": SO3.from_matrix(camera.axes(position)).wxyz,
-        "fov": camera.FIELD_OF_VIEW,
-    }
-    for size in ((64, 64), (64, 64), (2 * height, 2 * width)):  # labels lag behind
-        picture = client.get_render(
-            *size,
-            **view,
-            transport_format="png",
-            timeout=max(deadline - time.monotonic(), 0.1),
-        )
+    position = camera.viewpoint(shapes, riding=True, aspect=width / height)
+    render = partial(
+        client.get_render,
+        position=position,
+        wxyz=SO3.from_matrix(camera.axes(position)).wxyz,
+        fov=camera.FIELD_OF_VIEW,
+        transport_format="png",
+    )
+    for _ in range(2):  # labels and instanced bodies lag behind
+        render(64, 64, timeout=max(deadline - time.monotonic(), 0.1))
+    picture = render(2 * height, 2 * width, timeout=max(deadline - time.monotonic(), 0.1))
     return averaged(picture)
 
 

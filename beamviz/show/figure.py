@@ -39,9 +39,9 @@ class View:
 
     def __init__(self, shapes: Shapes, aspect: float):
         self.shapes = shapes
-        self.position = camera.viewpoint(shapes.beam, shapes.plane, riding=True, aspect=aspect)
-        self.position = self.position + camera.target(shapes.beam, riding=True)
-        self.axes = camera.axes(self.position - camera.target(shapes.beam, riding=True))
+        self.position = camera.viewpoint(shapes, riding=True, aspect=aspect)
+        self.position = self.position + camera.target(shapes, riding=True)
+        self.axes = camera.axes(self.position - camera.target(shapes, riding=True))
 
     def depth(self, points: np.ndarray) -> np.ndarray:
         """Distance (...) in front of the camera of points (..., 3)."""
@@ -58,10 +58,7 @@ def paint(axes: Axes, view: View, triangles: np.ndarray, colour: np.ndarray) -> 
     """Ground, shadow and outline, then triangles (n, 3, 3) in colours (n, 3), far ones first."""
     beam = view.shapes.beam
     low = sizes.ground(beam)
-    thin = {"linewidths": 0.6, "colors": [np.array(colours.GRID) / 255]}
-    axes.add_collection(
-        LineCollection(list(view.project(grid(beam.delta + 0.5, low))), alpha=0.4, **thin)
-    )
+    axes.add_collection(thin(view.project(grid(beam.delta + 0.5, low)), 0.4))
     fallen = triangles - (triangles[..., 2:] - low) / SUN[2] * SUN
     axes.add_collection(
         PolyCollection(list(view.project(fallen)), facecolors=[SHADOW], edgecolors=[SHADOW])
@@ -83,7 +80,14 @@ def paint(axes: Axes, view: View, triangles: np.ndarray, colour: np.ndarray) -> 
     if view.shapes.plane == "flapwise":
         section = section[[0, 2, 1]]
     outline = EDGES * section + [beam.delta + 0.5, 0.0, 0.0]
-    axes.add_collection(LineCollection(list(view.project(outline)), alpha=0.7, **thin))
+    axes.add_collection(thin(view.project(outline), 0.7))
+
+
+def thin(lines: np.ndarray, alpha: float) -> LineCollection:
+    """Thin grey lines (n, 2, 2)."""
+    return LineCollection(
+        list(lines), linewidths=0.6, colors=[np.array(colours.GRID) / 255], alpha=alpha
+    )
 
 
 def grid(middle: float, low: float) -> np.ndarray:

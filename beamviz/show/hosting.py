@@ -9,6 +9,7 @@ from unittest import mock
 
 import viser
 import websockets.asyncio.server
+from websockets.typing import Origin
 
 from beamviz.errors import Unavailable
 
@@ -29,8 +30,8 @@ def hosted(host: str = "127.0.0.1", port: int = 0) -> Iterator[viser.ViserServer
     try:
         if server.get_port() != port:
             raise Unavailable(f"port {port} was taken a moment ago: choose another with --port")
-        server.request_share_url = lambda verbose=True: None  # any visitor could open a tunnel
-        yield server
+        with mock.patch.object(server, "request_share_url", return_value=None):
+            yield server  # otherwise any visitor could open a public tunnel by a message
     finally:
         with silence():
             server.stop()
@@ -67,7 +68,8 @@ def same_origin(host: str, port: int) -> Iterator[None]:
     if host not in LOOPBACK:
         yield
         return
-    origins = [None, *(f"http://{name}:{port}" for name in ("127.0.0.1", "localhost", "[::1]"))]
+    names = ("127.0.0.1", "localhost", "[::1]")
+    origins = [None, *(Origin(f"http://{name}:{port}") for name in names)]
     serve = websockets.asyncio.server.serve
     with mock.patch.object(
         websockets.asyncio.server,

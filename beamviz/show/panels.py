@@ -1,9 +1,10 @@
 """The controls of one visitor: they hand on what is chosen and show what is told."""
 
 import threading
+from functools import partial
 from typing import Any, Protocol
 
-from viser import GuiApi, GuiInputHandle, GuiNumberHandle, GuiSliderHandle
+from viser import GuiApi, GuiEvent, GuiInputHandle, GuiNumberHandle, GuiSliderHandle
 
 from beamviz.beam import LIMITS, NAMES
 from beamviz.show import readout
@@ -17,7 +18,7 @@ NUMBERS = {
     "gamma": ("speed γ", 0.0, 50.0, 0.1, "Speed of rotation, in radians per T*"),
     "delta": ("hub δ", -1.0, 3.0, 0.01, "Radius of the hub, over the length of the beam;"
               " below 0 the beam points inward from the rim"),
-    "mu": ("slenderness μ", 10.0, 200.0, 1.0, "Slenderness: √12 times the length over the thickness;"
+    "mu": ("slenderness μ", 10.0, 200.0, 1.0, "√12 times the length over the thickness;"
            " a large one makes stretching stiff"),
 }  # fmt: skip
 MODEL = {
@@ -56,6 +57,7 @@ class Panel:
 
     def __init__(self, gui: GuiApi, wanted: Wanted, look: Look, listener: Listener):
         self.listener, self.units = listener, wanted.units
+        self.known = ""  # the last table
         gui.set_panel_label("beamviz")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(320)
@@ -146,15 +148,17 @@ class Panel:
         for name, hint in MODEL.items():
             chosen = wanted.options.get(name, CHOICES[name][0])
             dropdown = gui.add_dropdown(name, CHOICES[name], initial_value=chosen, hint=hint)
-            dropdown.on_update(
-                lambda event, name=name: self.listener.want(name, event.target.value)
-            )
+            dropdown.on_update(partial(self.choose, name))
         coriolis = gui.add_checkbox(
             "coriolis",
             bool(wanted.options.get("coriolis")),
             hint="The force on what moves along a turning beam; it couples bending and stretching",
         )
-        coriolis.on_update(lambda event: self.listener.want("coriolis", event.target.value))
+        coriolis.on_update(partial(self.choose, "coriolis"))
+
+    def choose(self, name: str, event: GuiEvent) -> None:
+        """Hand on a keyword of the solution."""
+        self.listener.want(name, event.target.value)
 
     def follow(self, control: GuiInputHandle, name: str) -> None:
         """Hand on every change of a choice of the picture."""
@@ -168,12 +172,14 @@ class Panel:
     def show_shares(self, look: Look) -> None:
         """Put the sliders of the mix where `look` has them."""
         for k, slider in enumerate(self.shares):
-            slider.value = look.shares[k] if k < len(look.shares) else 0.0
+            assign(slider, look.shares[k] if k < len(look.shares) else 0.0)
 
     def show(self, answer: Answer, shown: list[int]) -> None:
         """Tell what came of a wish."""
         self.state.content = readout.state(answer)
-        self.table.content = readout.table(answer.solution, shown, self.units)
+        if answer.solution:
+            self.known = readout.table(answer.solution, shown, self.units)
+        self.table.content = self.known if answer.solution else readout.faded(self.known)
 
     def show_picture(self, colouring: str, largest: float, rate: float) -> None:
         """Tell the colours and the pace of the picture."""
@@ -214,7 +220,7 @@ class Numbers:
         with self.lock:
             value = self.sliders[name].value
             self.listener.want(name, value)
-            self.fields[name].value = value
+            assign(self.fields[name], value)
 
     def typed(self, name: str) -> None:
         """A field was changed; the slider widens for a value beyond its everyday range."""
@@ -223,4 +229,9 @@ class Numbers:
             self.listener.want(name, value)
             if not slider.min <= value <= slider.max:
                 slider.min, slider.max = LIMITS[name]
-            slider.value = value
+            assign(slider, value)
+
+
+def assign(control: GuiInputHandle, value: float) -> None:
+    """Set a control, which also runs its callbacks."""
+    control.value = value  # type: ignore[misc]  # viser puts a method between getter and setter

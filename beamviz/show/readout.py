@@ -15,28 +15,36 @@ TIME = "T* = √(ρ A L⁴ / E I), the time unit of the beam"
 
 def state(answer: Answer) -> str:
     """One or two lines: all is well, or what is wrong in full."""
-    if answer.message or answer.solution is None:
-        title, text, colour = answer.words.split("\n")[0], answer.message, BAD
-        text = "" if text == answer.words else text
-        if answer.solution is not None:
-            text = answer.words.replace("\n", " ")
-            title = "Unstable"
+    if answer.solution and not answer.words:
+        title, text, colour = "Stable equilibrium", wellbeing(answer.solution), GOOD
     else:
-        longer = 100 * (answer.solution.equilibrium.tip[0] - 1)
-        title, colour = "Stable equilibrium", GOOD
-        text = f"the rotation makes the beam {longer:.2g} % longer" if longer > 0.005 else ""
+        title, _, rest = answer.words.partition("\n")
+        text, colour = rest if answer.message == answer.words else answer.message, BAD
     return (
-        f'<div role="status" style="border-left:4px solid {colour};padding:.1em .6em;margin:.2em .75em .5em;'
-        f'font-size:.85em;line-height:1.35"><b>{escape(title)}</b>'
+        f'<div role="status" style="border-left:4px solid {colour};padding:.1em .6em;'
+        f'margin:.2em .75em .5em;font-size:.85em;line-height:1.35"><b>{escape(title)}</b>'
         + (f'<br><span style="{FADED}">{escape(text)}</span>' if text else "")
         + "</div>"
     )
 
 
-def table(solution: Solution | None, shown: list[int], units: Units | None) -> str:
+def wellbeing(solution: Solution) -> str:
+    """What the rotation does to the beam."""
+    beam, change = solution.beam, 100 * (solution.equilibrium.tip[0] - 1)
+    if beam.gamma == 0:
+        return "at rest: no rotation"
+    turning = f"{beam.units.rpm(beam.gamma):.4g} rpm; " if beam.units else ""
+    longer = "longer" if change > 0 else "shorter"
+    return f"{turning}the rotation makes the beam {abs(change):.2g} % {longer}"
+
+
+def faded(content: str) -> str:
+    """Content that no longer holds."""
+    return f'<div style="opacity:.35">{content}</div>' if content else ""
+
+
+def table(solution: Solution, shown: list[int], units: Units | None) -> str:
     """The modes: number, label, kind, frequency, error; the ones shown are marked."""
-    if solution is None:
-        return ""
     heads = [
         "",
         "mode",
@@ -47,8 +55,9 @@ def table(solution: Solution | None, shown: list[int], units: Units | None) -> s
     ]
     rows = [row(solution, k, k in shown, units) for k in range(len(solution.labels))]
     return (
-        '<table aria-label="modes" style="width:calc(100% - 1.5em);margin:0 .75em .4em;border-collapse:collapse;font-size:.8em;'
-        'font-variant-numeric:tabular-nums;line-height:1.7">'
+        '<table aria-label="modes" style="width:calc(100% - 1.5em);margin:0 .75em .4em;'
+        "border-collapse:collapse;font-size:.8em;font-variant-numeric:tabular-nums;"
+        'line-height:1.7">'
         f'<tr style="{FADED};text-align:right">'
         + "".join(f'<th style="font-weight:500">{head}</th>' for head in heads)
         + "</tr>"
@@ -83,6 +92,7 @@ def significant(value: float, error: float) -> str:
 
 def legend(name: str, largest: float) -> str:
     """The colour map `name` with the values at its ends."""
+    anchors: tuple[colours.RGB, ...]
     if name == "axial strain":
         ends = (f"\u2212{largest:.2g} shorter", "0", f"longer +{largest:.2g}")
         anchors, title = colours.DIVERGING, "axial strain, as drawn"

@@ -1,25 +1,13 @@
 """The scene itself: hub, beam, mass, ghosts, nodes, ground and light, in any viser scene."""
 
 import numpy as np
-from viser import BatchedMeshHandle, SceneApi
+from viser import SceneApi
 
 from beamviz.show import camera, colours, sizes, tube
+from beamviz.show.bodies import HIDDEN, add_bodies, ball, box, put, sleeve
 from beamviz.show.controls import Look
 from beamviz.show.motion import Shapes, displacement
-from beamviz.show.stage import (
-    HIDDEN,
-    Ghosts,
-    Ground,
-    Hub,
-    Nodes,
-    add_bodies,
-    ball,
-    box,
-    light,
-    placed,
-    sleeve,
-    turned,
-)
+from beamviz.show.stage import Ghosts, Ground, Hub, Nodes, light, placed, turned
 
 
 class Scene:
@@ -34,7 +22,7 @@ class Scene:
         self.beam = add_bodies(
             api, "/stage/wheel/beam", tube.SEGMENTS, sleeve(), receive_shadow=False
         )
-        self.tip = add_bodies(api, "/stage/wheel/tip", 1, box(), receive_shadow=False)
+        self.ends = add_bodies(api, "/stage/wheel/ends", 2, box(), receive_shadow=False)
         self.mass = add_bodies(
             api, "/stage/wheel/mass", 1, ball(), flat_shading=False, receive_shadow=False
         )
@@ -49,11 +37,13 @@ class Scene:
         self.shapes, self.look, self.greyed = shapes, look, bool(words)
         beam = shapes.beam
         self.section = sizes.section(beam, look.thicken)
-        self.stage.position = -camera.target(beam, look.riding)
+        self.stage.position = -camera.target(shapes, look.riding)
         self.ground.show(beam, riding=look.riding)
         self.hub.show(beam)
         self.ghosts.show(shapes, self.section, visible=look.ghosts)
-        self.nodes.show(shapes, self.section, shown if look.nodes and not words else [])
+        self.nodes.show(
+            shapes, self.section, shown if look.nodes and len(shown) == 1 and not words else []
+        )
         radius = sizes.mass_radius(beam, look.thicken) if beam.alpha > 0 else HIDDEN
         self.mass.batched_scales = np.full((1, 3), radius)
         self.mass.batched_colors = colours.instanced(
@@ -72,7 +62,7 @@ class Scene:
         body = tube.segments(points, normal, *self.section)
         paint = colours.instanced(self.colour(moved, amplitudes))
         put(self.beam, *body, paint)
-        put(self.tip, *(part[-1:] for part in (*body, paint)))  # the sleeves are open
+        put(self.ends, *(part[[0, -1]] for part in (*body, paint)))  # the sleeves are open
         self.mass.batched_positions = points[[shapes.mass]]
         self.ground.grid.wxyz = turned(-angle if self.look.riding else 0.0)
         self.wheel.wxyz = turned(0.0 if self.look.riding else angle)
@@ -82,17 +72,3 @@ class Scene:
         if self.greyed:
             return np.tile(np.array(colours.GREYED) / 255, (tube.SEGMENTS, 1))
         return colours.along(self.shapes, self.look.colouring, moved, amplitudes)
-
-
-def put(
-    bodies: BatchedMeshHandle,
-    centres: np.ndarray,
-    wxyz: np.ndarray,
-    lengths: np.ndarray,
-    paint: np.ndarray,
-) -> None:
-    """Place copies of a body: where, how turned, how large, in which colours."""
-    bodies.batched_positions = centres
-    bodies.batched_wxyzs = wxyz
-    bodies.batched_scales = lengths
-    bodies.batched_colors = paint

@@ -18,7 +18,8 @@ from beamviz.mechanics.solve import solve
 from beamviz.show import camera
 from beamviz.show.controls import Wanted
 from beamviz.show.hosting import hosted
-from beamviz.show.session import Session, place, theme
+from beamviz.show.motion import Shapes
+from beamviz.show.session import LIFT, Session, place, theme
 
 FRAMES = 25  # a second
 SOLVERS = 2  # threads, for all visitors together
@@ -53,10 +54,8 @@ def explorer(wanted: Wanted, host: str = "127.0.0.1", port: int = 0) -> Iterator
     """A running explorer, by its URL."""
     with hosted(host, port) as server, ThreadPoolExecutor(SOLVERS, "solver") as pool:
         theme(server, dark=False)
-        plane = wanted.options["plane"]
-        place(
-            server.initial_camera, camera.viewpoint(wanted.beam(), plane, riding=True, aspect=1.4)
-        )
+        rest = Shapes.at_rest(wanted.beam(), wanted.options["plane"])
+        place(server.initial_camera, camera.viewpoint(rest, riding=True, aspect=1.4, lift=LIFT))
         animator = Animator(server, wanted, pool)
         try:
             shown = "localhost" if host in ("0.0.0.0", "::") else host

@@ -35,7 +35,8 @@ class Session:
         self.client, self.wake, self.lock = client, wake, threading.RLock()
         self.look = self.drawn = Look()  # what is wanted to be seen, and what is seen
         self.repace = self.refit = True  # choose pace and viewpoint anew
-        self.viewed: tuple = ()  # what the viewpoint was chosen for
+        self.viewed: tuple = ()  # what the viewpoint was chosen for, and how far away it is
+        self.distance = 0.0
         self.clock, self.seen = Clock(), 0.0
         self.answer: Answer | None = None
         self.shapes = Shapes.at_rest(wanted.beam(), wanted.options["plane"])
@@ -121,15 +122,15 @@ class Session:
         self.look_at()
 
     def look_at(self) -> None:
-        """Move the camera, where the view was changed or is to be reset."""
-        beam, look = self.shapes.beam, self.drawn
-        aspect = self.client.camera.aspect
-        viewed = (look.riding, self.shapes.plane if look.riding else beam.delta, aspect)
-        if viewed == self.viewed and not self.refit:
-            return
-        self.viewed, self.refit = viewed, False
-        position = camera.viewpoint(beam, self.shapes.plane, look.riding, aspect)
-        place(self.client.camera, position)
+        """Move the camera: when asked to, and when the view or the size of things has changed."""
+        look, aspect = self.drawn, self.client.camera.aspect
+        position = camera.viewpoint(self.shapes, look.riding, aspect, LIFT)
+        distance = float(np.linalg.norm(position))
+        viewed = (look.riding, self.shapes.plane, aspect)
+        near, far = 0.7 * self.distance, 1.15 * self.distance
+        if self.refit or viewed != self.viewed or not near < distance < far:
+            self.viewed, self.distance, self.refit = viewed, distance, False
+            place(self.client.camera, position)
 
     def resized(self, view: CameraHandle) -> None:
         """The camera moved; if the page changed its shape, choose the viewpoint anew."""

@@ -13,17 +13,17 @@ def section(beam: Beam, thicken: bool = False) -> tuple[float, float]:
     """Thickness in the plane of motion and breadth along its normal.
 
     The thickness is true: h = sqrt(12) / mu for a rectangle. The five numbers leave the
-    breadth free; it is kept where it can be seen and where the beam is no plate.
+    breadth free; it is kept where it can be seen.
     """
     thickness = math.sqrt(12) / beam.mu
     if thicken:
         thickness = max(thickness, VISIBLE_THICKNESS)
-    return thickness, min(max(1.5 * thickness, 0.05), max(thickness, 0.08))
+    return thickness, min(max(1.5 * thickness, 0.05), 0.1)
 
 
 def mass_radius(beam: Beam, thicken: bool = False) -> float:
     """Radius of the mass: its volume follows alpha, but it never hides inside the beam."""
-    return max(MASS_RADIUS * beam.alpha ** (1 / 3), 0.7 * math.hypot(*section(beam, thicken)))
+    return max(MASS_RADIUS * beam.alpha ** (1 / 3), 0.8 * section(beam, thicken)[1])
 
 
 def hub_radius(beam: Beam) -> float:

@@ -4,16 +4,16 @@ import math
 
 import numpy as np
 import trimesh
-from viser import BatchedMeshHandle, SceneApi
+from viser import SceneApi
 
 from beamviz.beam import Beam
 from beamviz.show import colours, sizes, tube
+from beamviz.show.bodies import HIDDEN, add_bodies, box
 from beamviz.show.motion import Shapes
 
 HUB_HEIGHT = 0.14
 HOOP = 0.05
 MAX_NODES = 10
-HIDDEN = 1e-6  # size of what is not shown
 FADED = 2.2  # the ground is seen so far from the beam
 
 
@@ -61,51 +61,6 @@ class Ground:
         self.grid.width = self.grid.height = 2 * reach
         self.grid.fade_distance = FADED if riding else reach
         self.grid.position = (0.0, 0.0, sizes.ground(beam))
-
-
-def add_bodies(
-    api: SceneApi,
-    name: str,
-    count: int,
-    body: trimesh.Trimesh,
-    *,
-    flat_shading: bool = True,
-    receive_shadow: bool = True,
-) -> BatchedMeshHandle:
-    """Copies of a body in one node, each with a place, a turn, a size and a colour of its own.
-
-    Such nodes are drawn one frame later than others, so all that move together are of this kind.
-    """
-    return api.add_batched_meshes_simple(
-        name,
-        body.vertices,
-        body.faces,
-        batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)),
-        batched_positions=np.zeros((count, 3)),
-        batched_scales=np.full((count, 3), HIDDEN),
-        batched_colors=np.zeros((count, 3), np.uint8),
-        flat_shading=flat_shading,
-        receive_shadow=receive_shadow,
-        side="double",
-        lod="off",
-    )
-
-
-def box() -> trimesh.Trimesh:
-    """A unit box."""
-    return trimesh.creation.box((1.0, 1.0, 1.0))
-
-
-def sleeve() -> trimesh.Trimesh:
-    """A unit box without its ends, so that in a row of them none peeps out at a bend."""
-    whole = box()
-    walls = np.abs(whole.face_normals[:, 0]) < 0.5
-    return trimesh.Trimesh(whole.vertices, whole.faces[walls], process=False)
-
-
-def ball() -> trimesh.Trimesh:
-    """A sphere of radius 1."""
-    return trimesh.creation.icosphere(subdivisions=4)
 
 
 class Hub:
@@ -236,7 +191,8 @@ class Nodes:
             for x, place in zip(*shapes.nodes[k], strict=True)
         ][:MAX_NODES]
         self.collars.visible = bool(marks)
-        centres, scales = np.zeros((MAX_NODES, 3)), np.full((MAX_NODES, 3), HIDDEN)
+        centres = np.zeros((MAX_NODES, 3), np.float32)
+        scales = np.full((MAX_NODES, 3), HIDDEN, np.float32)
         for k, (label, x, place) in enumerate(marks):
             points, normal = placed(shapes, place[None])
             across = np.abs(np.cross(normal, [1.0, 0.0, 0.0]))
@@ -247,5 +203,5 @@ class Nodes:
             self.labels[k].text = f"{label} node at {x:.3f}"
             self.labels[k].position = points[0] - [0.0, 0.0, scales[k][2] / 2 + 0.02]
         self.collars.batched_positions, self.collars.batched_scales = centres, scales
-        for k, label in enumerate(self.labels):
-            label.visible = k < len(marks)
+        for k, tag in enumerate(self.labels):
+            tag.visible = k < len(marks)

@@ -15,14 +15,14 @@ def unstable(solution: Solution) -> str:
         return ""
     growth = float(np.max(solution.growth_rates))
     grown = f"\na small push grows tenfold in {math.log(10) / growth:.2g} T*" if growth > 0 else ""
-    return f"Unstable: the straight beam buckles,{grown}"
+    return f"Unstable: the straight beam buckles{grown}"
 
 
 def refused(error: BeamvizError, beam: Beam | None) -> str:
     """Why there is no solution, for a label where the beam was (`beam`: the one asked for)."""
     if isinstance(error, NoEquilibrium) and beam is not None:
-        held = f"it holds up to \u03b3 = {error.limit:.4g}" if math.isfinite(error.limit) else ""
-        return f"No equilibrium: \u03b3 = {beam.gamma:g} tears the beam apart\n{held}"
+        held = f"\nit holds up to \u03b3 = {error.limit:.4g}" if math.isfinite(error.limit) else ""
+        return f"No equilibrium: the beam does not hold at \u03b3 = {beam.gamma:g}{held}"
     return {
         "invalid-input": "These numbers describe no beam",
         "not-converged": "The calculation did not converge",
