@@ -16,6 +16,7 @@ from beamviz import __version__
 from beamviz.beam import Beam, checked, whole
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
 from beamviz.options import numeric, takes_beam
+from beamviz.report import FORMATS, finite
 
 EXIT_CODES = {InvalidInput: 2, NoEquilibrium: 3, NotConverged: 4}
 OTHER_FAILURE = 1
@@ -52,7 +53,6 @@ def modes(
 ) -> None:
     """Equilibrium and modes of a beam."""
     from beamviz.mechanics.solve import solve
-    from beamviz.report import FORMATS
 
     print(FORMATS[format](solve(beam, modes=modes, **options)))
 
@@ -129,7 +129,7 @@ def run(arguments: list[str]) -> int:
         return app(arguments, prog_name="beamviz", standalone_mode=False) or 0
     except BeamvizError as error:
         code = EXIT_CODES.get(type(error), OTHER_FAILURE)
-        limit = {"limit": error.limit} if isinstance(error, NoEquilibrium) else {}
+        limit = {"limit": finite(error.limit)} if isinstance(error, NoEquilibrium) else {}
         return fail(code, error.kind, str(error), arguments, **limit)
     except typer.TyperException as error:
         return fail(error.exit_code, InvalidInput.kind, error.format_message(), arguments)
@@ -140,7 +140,7 @@ def run(arguments: list[str]) -> int:
         return fail(OTHER_FAILURE, "internal", message, arguments)
 
 
-def fail(code: int, kind: str, message: str, arguments: list[str], **details: float) -> int:
+def fail(code: int, kind: str, message: str, arguments: list[str], **details: float | None) -> int:
     """Say what went wrong, in one line for people and as JSON for programs."""
     line = " ".join(message.split())
     print(f"beamviz: {line}", file=sys.stderr)

@@ -16,7 +16,7 @@ import pytest
 
 from beamviz import Beam, __version__, solve
 from beamviz.cli import main
-from beamviz.errors import NotConverged
+from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.mechanics.solve import CHOICES, MAX_MODES
 from beamviz.options import beam_and_model
 from beamviz.report import decimals
@@ -293,6 +293,13 @@ def failing(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
         raise error
 
     monkeypatch.setattr("beamviz.mechanics.solve.solve", fail)
+
+
+def test_a_limit_that_is_not_a_number_is_null(run, monkeypatch):
+    """JSON has no NaN, in errors either."""
+    failing(monkeypatch, NoEquilibrium("no equilibrium at any gamma", limit=math.nan))
+    code, out, _ = run("modes", "--format", "json")
+    assert (code, strict(out)["error"]["limit"]) == (3, None)
 
 
 def test_a_numerical_failure_is_told_apart(run, monkeypatch):
