@@ -60,9 +60,7 @@ def solve_straight(beam: Beam, modes: int, physics: Physics, tolerance: float) -
     for attempt in range(1, REFINEMENTS + 1):
         points = mesh(*discretisation(parts, beam.mu, modes, physics.curvature, digits))
         found = solve_on(points, beam, modes, physics)
-        # Rounding counts as met: no mesh mends it, and the reported error says it.
-        allowed = 2 * tolerance * abs(found.squares) + found.rounding
-        excess = (found.truncation / allowed).max()
+        excess = _excess(found, tolerance)
         if excess <= 1:
             return found
         digits += 0.7 * attempt + math.log10(excess)
@@ -73,39 +71,49 @@ def solve_straight(beam: Beam, modes: int, physics: Physics, tolerance: float) -
     )
 
 
+def _excess(found: StraightModes, tolerance: float) -> float:
+    """The largest error in units of the one allowed. Rounding is allowed: no mesh mends it, and
+    the reported error says it."""
+    allowed = 2 * tolerance * abs(found.squares) + found.rounding
+    return float((found.truncation / allowed).max())
+
+
 def solve_on(points: Mesh, beam: Beam, modes: int, physics: Physics) -> StraightModes:
     """Equilibrium and modes on one mesh."""
-    rho = hp.inertia(points, beam.alpha, beam.beta)
+    rho = hp.inertia(points, beam)
     f, iterations = equilibrium(points, rho, beam, physics.law)
     bending = hp.bending(points, rho, beam, f, physics.curvature)
     stretching = hp.stretching(points, rho, beam, f, physics.law)
     if physics.coriolis and physics.chordwise and beam.gamma:
         return _coupled(points, f, iterations, beam, bending, stretching, modes)
-    return _uncoupled(points, f, iterations, beam, bending, stretching, modes, physics.chordwise)
+    apart = (_family(points, bending, modes), _family(points, stretching, modes))
+    return _merged(points, f, iterations, beam, apart, modes, physics.chordwise)
 
 
-def _uncoupled(
+def _family(points: Mesh, forms: hp.Forms, modes: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """omega^2 without softening, unknowns, and the energy lost to the order, of one family."""
+    squares, v = eigen.lowest(forms.K, forms.F.mT @ forms.F, modes)
+    return squares, v, hp.energy(forms.K, points.T @ v)
+
+
+def _merged(
     points: Mesh,
     f: np.ndarray,
     iterations: int,
     beam: Beam,
-    bending: hp.Forms,
-    stretching: hp.Forms,
+    apart: tuple,
     modes: int,
     chordwise: bool,
 ) -> StraightModes:
-    """Both families apart. The softening is a multiple of M: it shifts every omega^2 and leaves
-    the modes alone, so it is taken off at the end."""
-    kappa_squares, kappa = eigen.lowest(bending.K, bending.F.T @ bending.F, modes)
-    s_squares, s = eigen.lowest(stretching.K, stretching.F.T @ stretching.F, modes)
+    """Both families in one list. The softening is a multiple of M: it shifts every omega^2 and
+    leaves the modes alone, so it is taken off here."""
+    (kappa_squares, kappa, kappa_lost), (s_squares, s, s_lost) = apart
     squares = np.concatenate((kappa_squares, s_squares))
     softened = squares - beam.gamma**2
     if not chordwise:
         softened[:modes] = kappa_squares
     picks = softened.argsort()[:modes]
-    lost = np.concatenate(
-        (hp.energy(bending.K, points.T @ kappa), hp.energy(stretching.K, points.T @ s))
-    )
+    lost = np.concatenate((kappa_lost, s_lost))
     truncation, rounding = hp.errors(points, f, squares[picks], lost[picks])
     fractions = (picks < modes).astype(float)
     return StraightModes(
@@ -151,7 +159,7 @@ def _coarse_positions(beam: Beam, law: StrainLaw) -> Positions:
     """The positions of a beam that stretches, from a coarse equilibrium."""
     ends = unstretched(beam).ends
     points = mesh(ends, COARSE_ORDER)
-    f, _ = equilibrium(points, hp.inertia(points, beam.alpha, beam.beta), beam, law)
+    f, _ = equilibrium(points, hp.inertia(points, beam), beam, law)
     weighted = (points.weights * (points.J @ f)).reshape(-1, COARSE_ORDER).sum(axis=1)
     u = points.from_clamp(np.array(ends)) @ f
     return Positions(ends, tuple(u.tolist()), tuple((weighted / np.diff(ends)).tolist()))
@@ -194,6 +202,69 @@ def _follow(points: Mesh, rho: hp.Inertia, delta: float, law: StrainLaw, load: f
 def _limit(beam: Beam, law: StrainLaw, load: float) -> float:
     """The largest gamma with an equilibrium, on a mesh fine enough where a force law ends."""
     points = mesh(tuple(sorted({*LIMIT_BREAKS, *unstretched(beam).ends})), LIMIT_ORDER)
-    rho = hp.inertia(points, beam.alpha, beam.beta)
+    rho = hp.inertia(points, beam)
     path = _follow(points, rho, beam.delta, law, load)
     return beam.mu * (load if path.limit is None else path.limit) ** 0.5
+
+
+def solve_straight_many(
+    beams: list[Beam], modes: int, physics: Physics, tolerance: float
+) -> list[StraightModes | None]:
+    """Many neighbouring beams at once, assembled together on meshes of one shape.
+
+    The hardest beam sets the mesh. None where the common mesh does not meet the tolerance, or
+    where a beam needs more care (large stretch, Coriolis, a mass that moves): `solve_straight`
+    answers for those.
+    """
+    found: list[StraightModes | None] = [None] * len(beams)
+    places = [k for k, beam in enumerate(beams) if _hardly_stretches(beam)]
+    together = [beams[k] for k in places]
+    if not together or (physics.coriolis and physics.chordwise):
+        return found
+    if len({unstretched(beam).ends for beam in together}) > 1:
+        return found
+    hardest = max(
+        together, key=lambda beam: beam.gamma**2 * (1 + abs(beam.delta)) * (1 + beam.alpha)
+    )
+    parts = segments(hardest, unstretched(hardest), physics.law)
+    digits = -math.log10(tolerance)
+    points = mesh(*discretisation(parts, hardest.mu, modes, physics.curvature, digits))
+    for k, modes_of_one in zip(
+        places, _solve_many_on(points, together, modes, physics), strict=True
+    ):
+        if modes_of_one is not None and _excess(modes_of_one, tolerance) <= 1:
+            found[k] = modes_of_one
+    return found
+
+
+def _solve_many_on(
+    points: Mesh, beams: list[Beam], modes: int, physics: Physics
+) -> list[StraightModes | None]:
+    """Equilibrium and modes of many beams on one mesh; None where Newton did not converge."""
+    table = np.array([tuple(beam.numbers.values()) for beam in beams])
+    numbers = hp.Numbers(*table.T[:, :, None])
+    rho = hp.inertia(points, numbers)
+    load = (numbers.gamma / numbers.mu) ** 2
+    guess = hp.first_guess(points, rho, numbers.delta, physics.law, load)
+    f, converged, iterations = hp.newton_many(points, rho, numbers, physics.law, load, guess)
+    families = [
+        _family(points, forms, modes)
+        for forms in (
+            hp.bending(points, rho, numbers, f, physics.curvature),
+            hp.stretching(points, rho, numbers, f, physics.law),
+        )
+    ]
+    each = zip(
+        beams,
+        f,
+        converged,
+        zip(*families[0], strict=True),
+        zip(*families[1], strict=True),
+        strict=True,
+    )
+    return [
+        _merged(points, f, iterations, beam, (bending, stretching), modes, physics.chordwise)
+        if converged
+        else None
+        for beam, f, converged, bending, stretching in each
+    ]

@@ -93,7 +93,9 @@ def equilibrium(cubics: Cubics) -> tuple[NDArray, int]:
     """
 
     def solve_at(load: float, guess: NDArray) -> Root | None:
-        root = newton(lambda q: -assembly.solve(factor(cubics, q, load), cubics.residual(q, load)), guess)
+        root = newton(
+            lambda q: -assembly.solve(factor(cubics, q, load), cubics.residual(q, load)), guess
+        )
         return root if root is not None and margin(cubics, root.state, load) > 0 else None
 
     path = continue_load(

@@ -18,8 +18,11 @@ def lowest(K: np.ndarray, M: np.ndarray, count: int) -> tuple[np.ndarray, np.nda
 
     K (n, n) symmetric, M (n, n) symmetric positive semidefinite. A K that is not positive
     definite (a compressed beam) is shifted by a multiple of M until it is.
-    Returns lambda (count,) and V (n, count) with V' M V = 1.
+    Returns lambda (count,) and V (n, count) with V' M V = 1; for stacks of matrices, stacks.
     """
+    if K.ndim == 3:
+        pairs = [lowest(K_one, M_one, count) for K_one, M_one in zip(K, M, strict=True)]
+        return np.array([values for values, _ in pairs]), np.array([V for _, V in pairs])
     for shift in SHIFTS:
         # Transposed, symmetric matrices come as LAPACK wants them: no conversion.
         nu, V, info = lapack.dsygvd(M.T, (K + shift * M if shift else K).T)

@@ -76,13 +76,9 @@ def solve_elements(
     """
     elements = PAPER_ELEMENTS if elements is None else elements
     if type(elements) is not int or not 1 <= elements <= MAX_ELEMENTS:
-        raise InvalidInput(
-            f"elements = {elements}: must be a whole number in 1 .. {MAX_ELEMENTS}"
-        )
+        raise InvalidInput(f"elements = {elements}: must be a whole number in 1 .. {MAX_ELEMENTS}")
     if modes > 2 * elements:
-        raise InvalidInput(
-            f"modes = {modes}: at most {2 * elements} with elements = {elements}"
-        )
+        raise InvalidInput(f"modes = {modes}: at most {2 * elements} with elements = {elements}")
     assembled = assemble(beam, physics, elements)
     coupled = physics.coriolis and physics.chordwise and beam.gamma > 0
     squares, along, across = (_coupled if coupled else _uncoupled)(assembled, beam, modes)

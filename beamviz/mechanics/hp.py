@@ -25,24 +25,36 @@ TRUNCATION_FACTOR = 8.0
 ROUNDING_FACTOR = 30.0
 
 
+class Numbers(NamedTuple):
+    """The numbers of many beams at once, each (beams, 1); a Beam serves for one."""
+
+    alpha: np.ndarray
+    beta: np.ndarray
+    gamma: np.ndarray
+    delta: np.ndarray
+    mu: np.ndarray
+
+
 class Inertia(NamedTuple):
     """The line density rho = 1 + alpha Dirac(x - beta) in terms of a gradient on a mesh."""
 
-    G: np.ndarray  # (n, n) mass matrix J' rho J
-    G1: np.ndarray  # (n,) G applied to the stretch of a beam at rest
-    g: np.ndarray  # (n,) static moment J' rho 1
-    to_mass: np.ndarray | None  # (n,) sqrt(alpha) times the integral from clamp to mass
-    total: float  # mass that pulls at the clamp
+    G: np.ndarray  # (..., n, n) mass matrix J' rho J
+    G1: np.ndarray  # (..., n) G applied to the stretch of a beam at rest
+    g: np.ndarray  # (..., n) static moment J' rho 1
+    to_mass: np.ndarray | None  # (..., n) sqrt(alpha) times the integral from clamp to mass
+    total: float | np.ndarray  # mass that pulls at the clamp
 
 
-def inertia(mesh: Mesh, alpha: float, beta: float) -> Inertia:
+def inertia(mesh: Mesh, beam: Beam | Numbers) -> Inertia:
     """The inertia of a beam whose mass sits on a break of the mesh."""
-    if not (alpha and beta):
+    alpha, beta = beam.alpha, beam.beta
+    if isinstance(beam, Beam) and not (alpha and beta):
         return Inertia(mesh.G, mesh.G1, mesh.g, None, 1.0)
-    to_mass = mesh.weights if beta == 1 else np.where(mesh.points < beta, mesh.weights, 0.0)
+    to_mass = np.where(mesh.points < beta, mesh.weights, 0.0)
     root = alpha**0.5 * to_mass
-    G, G1 = mesh.G + root[:, None] * root, mesh.G1 + (alpha * beta) * to_mass
-    return Inertia(G, G1, mesh.g + alpha * to_mass, root, 1.0 + alpha)
+    G = mesh.G + root[..., :, None] * root[..., None, :]
+    G1, g = mesh.G1 + (alpha * beta) * to_mass, mesh.g + alpha * to_mass
+    return Inertia(G, G1, g, root, 1.0 + alpha)
 
 
 def newton(
@@ -70,24 +82,42 @@ def newton(
     return None, iteration
 
 
-def first_guess(mesh: Mesh, rho: Inertia, delta: float, law: StrainLaw, load: float) -> np.ndarray:
-    """The stretch (n,) to third order in the load: Newton starts two iterations ahead.
+def newton_many(
+    mesh: Mesh, rho: Inertia, beams: Numbers, law: StrainLaw, load: np.ndarray, f: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """As `newton`, for many beams (beams, n) that hardly stretch: far from any limit, where
+    nothing needs watching. Also says which of them converged."""
+    w, A, b = mesh.weights, load[..., None] * rho.G, load * beams.delta * rho.g
+    for iteration in range(1, NEWTON_ITERATIONS + 1):
+        n, slope = law.force_and_stiffness(f)
+        tangent = -A
+        _diagonal(tangent)[:] += w * slope
+        step = np.linalg.solve(tangent, (w * n - np.matvec(A, f) - b)[..., None])[..., 0]
+        f = f - step
+        converged = abs(step).max(axis=-1) < NEWTON_STEP
+        if converged.all():
+            break
+    return f, converged, iteration
+
+
+def first_guess(
+    mesh: Mesh, rho: Inertia, delta: float | np.ndarray, law: StrainLaw, load: float | np.ndarray
+) -> np.ndarray:
+    """The stretch (..., n) to third order in the load: Newton starts two iterations ahead.
 
     n = load (G f + delta g) / w with f = 1 + n inside, inverted as f = 1 + n - n''(1) n^2 / 2.
     """
     n = (load / mesh.weights) * (rho.G1 + delta * rho.g)
-    n = n + (load / mesh.weights) * (rho.G @ n)
+    n = n + (load / mesh.weights) * np.matvec(rho.G, n)
     return 1 + n - law.softening * n * n
 
 
 def _diagonal(A: np.ndarray) -> np.ndarray:
-    """The diagonal of a contiguous matrix, as a view to write to."""
-    return A.reshape(-1)[:: len(A) + 1]
+    """The diagonals of contiguous matrices (..., n, n), as a view (..., n) to write to."""
+    return A.reshape(*A.shape[:-2], -1)[..., :: A.shape[-1] + 1]
 
 
-def _left_at_clamp(
-    rho: Inertia, delta: float, law: StrainLaw, load: float, f: np.ndarray
-) -> float:
+def _left_at_clamp(rho: Inertia, delta: float, law: StrainLaw, load: float, f: np.ndarray) -> float:
     """The share of its greatest force, in tension and compression, that the law has left at the
     clamp: the force is largest there, and no Gauss point sees it."""
     if law.min_stretch == 0 and law.max_stretch == np.inf:
@@ -118,37 +148,45 @@ class Forms(NamedTuple):
     times the root of the mass there.
     """
 
-    K: np.ndarray  # (n, n)
-    F: np.ndarray  # (m, n)
+    K: np.ndarray  # (..., n, n)
+    F: np.ndarray  # (..., m, n)
 
 
-def stretching(mesh: Mesh, rho: Inertia, beam: Beam, f: np.ndarray, law: StrainLaw) -> Forms:
-    """Stretching about the stretch f, in terms of s = du'."""
-    K = np.diag(mesh.weights * straight.stretching_rigidity(f, beam.mu, law))
+def stretching(
+    mesh: Mesh, rho: Inertia, beam: Beam | Numbers, f: np.ndarray, law: StrainLaw
+) -> Forms:
+    """Stretching about the stretch f (..., n), in terms of s = du'."""
+    K = np.zeros(f.shape + f.shape[-1:])
+    _diagonal(K)[:] = mesh.weights * straight.stretching_rigidity(f, beam.mu, law)
     return Forms(K, _with_mass(mesh.roots * mesh.J, rho.to_mass))
 
 
-def bending(mesh: Mesh, rho: Inertia, beam: Beam, f: np.ndarray, curvature: Curvature) -> Forms:
-    """Bending about the stretch f, in terms of kappa = theta'.
+def bending(
+    mesh: Mesh, rho: Inertia, beam: Beam | Numbers, f: np.ndarray, curvature: Curvature
+) -> Forms:
+    """Bending about the stretch f (..., n), in terms of kappa = theta'.
 
     The tension N = gamma^2 int_x^1 rho (u + delta) is taken from equilibrium: mu^2 n(f)
     cancels where a slender beam hardly stretches.
     """
     J = mesh.J
-    wN = beam.gamma**2 * (rho.G @ f + beam.delta * rho.g)
-    K = (J.T * (wN * f)) @ J
+    wN = beam.gamma**2 * (np.matvec(rho.G, f) + beam.delta * rho.g)
+    K = (J.mT * (wN * f)[..., None, :]) @ J
     _diagonal(K)[:] += mesh.weights * straight.bending_rigidity(f, curvature)
-    to_mass = None if rho.to_mass is None else (rho.to_mass * f) @ J
-    return Forms(K, _with_mass((mesh.roots * J) @ (f[:, None] * J), to_mass))
+    to_mass = None if rho.to_mass is None else np.vecmat(rho.to_mass * f, J)
+    return Forms(K, _with_mass((mesh.roots * J) @ (f[..., None] * J), to_mass))
 
 
 def _with_mass(F: np.ndarray, to_mass: np.ndarray | None) -> np.ndarray:
-    return F if to_mass is None else np.concatenate((F, to_mass[None]))
+    if to_mass is None:
+        return F
+    rows = to_mass[..., None, :]
+    return np.concatenate((np.broadcast_to(F, rows.shape[:-2] + F.shape[-2:]), rows), axis=-2)
 
 
 def energy(K: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """v' K v of each column of v (n, k): (k,)."""
-    return (v * (K @ v)).sum(axis=0)
+    """v' K v of each column of v (..., n, k): (..., k)."""
+    return (v * (K @ v)).sum(axis=-2)
 
 
 def errors(

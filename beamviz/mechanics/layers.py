@@ -41,7 +41,9 @@ class Segment(NamedTuple):
         """Widths of the bending layers at its ends; infinite where there is no tension, and at
         the free tip, where nothing holds the rotation."""
         power = 2 * curvature.power - 3
-        widths = [1 / math.sqrt(N * f**power) if N > 0 else math.inf for N, f in zip(self.N, self.f)]
+        widths = [
+            1 / math.sqrt(N * f**power) if N > 0 else math.inf for N, f in zip(self.N, self.f)
+        ]
         return widths[0], (widths[1] if self.end < 1 else math.inf)
 
 

@@ -43,6 +43,7 @@ class Path:
     rejected: int
 
 
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # of what diverges: seen below
 def newton(
     increment: Callable[[NDArray], NDArray], start: NDArray, max_iterations: int = MAX_ITERATIONS
 ) -> Root | None:

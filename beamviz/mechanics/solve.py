@@ -1,7 +1,7 @@
 """solve(beam, ...): the one door to every method."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Literal, NamedTuple
@@ -9,9 +9,14 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from beamviz.beam import Beam, checked
-from beamviz.errors import InvalidInput
+from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
 from beamviz.mechanics import elements as cubic_elements
-from beamviz.mechanics.adaptive import Physics, StraightModes, solve_straight
+from beamviz.mechanics.adaptive import (
+    Physics,
+    StraightModes,
+    solve_straight,
+    solve_straight_many,
+)
 from beamviz.mechanics.solution import Equilibrium, Model, Solution, Stats
 from beamviz.mechanics.strain import CURVATURES, STRAIN_LAWS
 
@@ -61,6 +66,25 @@ def solve(
     Raises InvalidInput, NoEquilibrium (with .limit) and NotConverged.
     """
     start = time.perf_counter()
+    task = _task(
+        beam, start, modes, method, strain, curvature, coriolis, plane, tolerance, elements
+    )
+    return METHODS[method].solve(task)
+
+
+def _task(
+    beam: Beam,
+    start: float,
+    modes: int = 5,
+    method: str = "auto",
+    strain: str = "green",
+    curvature: str = "spatial",
+    coriolis: bool = False,
+    plane: str = "chordwise",
+    tolerance: float = 1e-6,
+    elements: int | None = None,
+) -> Task:
+    """The task that the options of `solve` name; InvalidInput where one is wrong."""
     choices = {"method": method, "strain": strain, "curvature": curvature, "plane": plane}
     for name, value in choices.items():
         if value not in CHOICES[name]:
@@ -72,14 +96,45 @@ def solve(
     physics = Physics(
         STRAIN_LAWS[strain], CURVATURES[curvature], plane == "chordwise", model.coriolis
     )
-    return METHODS[method].solve(Task(beam, model, physics, modes, tolerance, elements, start))
+    return Task(beam, model, physics, modes, tolerance, elements, start)
+
+
+def solve_many(beams: Sequence[Beam], **options) -> list[Solution | BeamvizError]:
+    """`solve` for many beams with the same options, together where the method can.
+
+    The place of a beam without an answer (no equilibrium, not converged) holds its error.
+    Raises InvalidInput for wrong options.
+    """
+    start = time.perf_counter()
+    tasks = [_task(beam, start, **options) for beam in beams[:1]]
+    tasks += [tasks[0]._replace(beam=beam) for beam in beams[1:]]
+    together: list[StraightModes | None] = [None] * len(beams)
+    if tasks and tasks[0].model.method == "auto" and tasks[0].elements is None:
+        task = tasks[0]
+        together = solve_straight_many(list(beams), task.modes, task.physics, task.tolerance)
+    return [
+        _attempt(task) if found is None else _straight_solution(task, found)
+        for task, found in zip(tasks, together, strict=True)
+    ]
+
+
+def _attempt(task: Task) -> Solution | BeamvizError:
+    try:
+        return METHODS[task.model.method].solve(task)
+    except (NoEquilibrium, NotConverged) as error:
+        return error
 
 
 def _auto(task: Task) -> Solution:
     """The straight scene on as few unknowns as the tolerance asks for."""
     if task.elements is not None:
         raise InvalidInput(f"elements = {task.elements}: is for method ancf; auto chooses its own")
-    found = solve_straight(task.beam, task.modes, task.physics, task.tolerance)
+    return _straight_solution(
+        task, solve_straight(task.beam, task.modes, task.physics, task.tolerance)
+    )
+
+
+def _straight_solution(task: Task, found: StraightModes) -> Solution:
     mesh = found.mesh
     return Solution(
         beam=task.beam,

@@ -8,12 +8,12 @@ measure is the power c. Every function is vectorised and analytic: f may be comp
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-Function = Callable[[NDArray], NDArray]
+Function = Callable[[Any], Any]  # of a number or an array, to the same
 
 
 @dataclass(frozen=True)
@@ -38,11 +38,11 @@ class StrainLaw:
         step = 1e-20
         return float(self.stiffness(np.array(1 + step * 1j)).imag) / step / 2
 
-    def force(self, f: NDArray) -> NDArray:
+    def force(self, f: Any) -> Any:
         """n = e e', the axial force divided by mu^2."""
         return self.strain(f) * self.first(f)
 
-    def stiffness(self, f: NDArray) -> NDArray:
+    def stiffness(self, f: Any) -> Any:
         """n' = e'^2 + e e'', the slope of the force."""
         return self.first(f) ** 2 + self.strain(f) * self.second(f)
 
