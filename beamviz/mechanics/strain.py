@@ -8,8 +8,8 @@ measure is the power c. Every function is vectorised and analytic: f may be comp
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -46,7 +46,7 @@ class StrainLaw:
         """n' = e'^2 + e e'', the slope of the force."""
         return self.first(f) ** 2 + self.strain(f) * self.second(f)
 
-    def force_and_stiffness(self, f: NDArray) -> tuple[NDArray, NDArray]:
+    def force_and_stiffness(self, f: Any) -> tuple[Any, Any]:
         """n and n' together, as Newton needs them."""
         e, first = self.strain(f), self.first(f)
         return e * first, first * first + e * self.second(f)
