@@ -4,6 +4,7 @@ Both ways assemble the same two stiffnesses about the straight state and share a
 errors are differences from the default method, which converges to the same model.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -12,9 +13,9 @@ from numpy.typing import NDArray
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
 from beamviz.mechanics import assembly, cubic, eigen, planar
-from beamviz.mechanics.equilibrium import straight_equilibrium
 from beamviz.mechanics.adaptive import Physics, solve_straight
 from beamviz.mechanics.basis import interpolate, uniform
+from beamviz.mechanics.equilibrium import straight_equilibrium
 
 PAPER_ELEMENTS = 20
 MAX_ELEMENTS = 1000
@@ -30,6 +31,9 @@ class Assembled(NamedTuple):
     Ka: NDArray  # (2N - 1, 2N - 1) stiffness along the beam, softening included
     Kb: NDArray  # (2N - 2, 2N - 2) stiffness across it
     m: NDArray  # (2N, 2N) mass matrix of one component
+
+
+Assemble = Callable[[Beam, Physics, int], Assembled]
 
 
 class ElementModes(NamedTuple):
@@ -68,7 +72,7 @@ def full(beam: Beam, physics: Physics, elements: int) -> Assembled:
 
 
 def solve_elements(
-    beam: Beam, modes: int, physics: Physics, assemble, elements: int | None
+    beam: Beam, modes: int, physics: Physics, assemble: Assemble, elements: int | None
 ) -> ElementModes:
     """Equilibrium and the lowest `modes` modes on uniform elements, by `split` or `full`.
 

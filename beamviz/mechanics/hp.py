@@ -88,15 +88,15 @@ def newton_many(
     """As `newton`, for many beams (beams, n) that hardly stretch: far from any limit, where
     nothing needs watching. Also says which of them converged."""
     w, A, b = mesh.weights, load[..., None] * rho.G, load * beams.delta * rho.g
-    for iteration in range(1, NEWTON_ITERATIONS + 1):
+    iteration, converged = 0, np.zeros(len(f), bool)
+    while iteration < NEWTON_ITERATIONS and not converged.all():
+        iteration += 1
         n, slope = law.force_and_stiffness(f)
         tangent = -A
         _diagonal(tangent)[:] += w * slope
         step = np.linalg.solve(tangent, (w * n - np.matvec(A, f) - b)[..., None])[..., 0]
         f = f - step
         converged = abs(step).max(axis=-1) < NEWTON_STEP
-        if converged.all():
-            break
     return f, converged, iteration
 
 

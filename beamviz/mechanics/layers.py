@@ -42,7 +42,7 @@ class Segment(NamedTuple):
         the free tip, where nothing holds the rotation."""
         power = 2 * curvature.power - 3
         widths = [
-            1 / math.sqrt(N * f**power) if N > 0 else math.inf for N, f in zip(self.N, self.f)
+            1 / math.sqrt(N * f**power) if N > 0 else math.inf for N, f in zip(self.N, self.f, strict=True)
         ]
         return widths[0], (widths[1] if self.end < 1 else math.inf)
 
@@ -70,8 +70,8 @@ def segments(beam: Beam, positions: Positions, law: StrainLaw) -> list[Segment]:
         if beam.alpha and b == beam.beta:
             N += load * beam.alpha * (u + beam.delta)
         N_end, N = N, N + load * (b - a) * (mean + beam.delta)
-        f = tuple(_stretch(law, force / beam.mu**2) for force in (N, N_end))
-        parts.insert(0, Segment(a, b, (N, N_end), f, load * (u + beam.delta)))
+        f, f_end = (_stretch(law, force / beam.mu**2) for force in (N, N_end))
+        parts.insert(0, Segment(a, b, (N, N_end), (f, f_end), load * (u + beam.delta)))
     return parts
 
 
@@ -83,19 +83,17 @@ def discretisation(
     waves = _half_waves(mu, modes)
     fixed = {0.0, *(part.end for part in parts), *(x for p in parts for x in _falling(p, mu))}
     layers = [layer for part in parts for layer in _layers(part, curvature, digits)]
-    best = None
+    candidates = []
     for cap in CAPS:
         breaks = fixed | {layer.end for layer in layers if layer.order > cap}
         ends = _spread(sorted(breaks), WAVES_PER_ELEMENT / waves)
         longest = max(b - a for a, b in pairwise(ends))
         needs = [layer.order for layer in layers if layer.order <= cap]
         order = math.ceil(max(1.86 * waves * longest + 1.4 + 0.85 * digits, MIN_ORDER, *needs))
-        unknowns = order * (len(ends) - 1)
-        if best is None or unknowns < best[0]:
-            best = unknowns, tuple(ends), min(order, MAX_ORDER)
+        candidates.append((tuple(ends), min(order, MAX_ORDER)))
         if len(needs) == len(layers):
             break
-    return best[1:]
+    return min(candidates, key=lambda candidate: (len(candidate[0]) - 1) * candidate[1])
 
 
 class Layer(NamedTuple):

@@ -1,10 +1,10 @@
 """solve(beam, ...): the one door to every method."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -99,7 +99,7 @@ def _task(
     return Task(beam, model, physics, modes, tolerance, elements, start)
 
 
-def solve_many(beams: Sequence[Beam], **options) -> list[Solution | BeamvizError]:
+def solve_many(beams: Sequence[Beam], **options: Any) -> list[Solution | BeamvizError]:
     """`solve` for many beams with the same options, together where the method can.
 
     The place of a beam without an answer (no equilibrium, not converged) holds its error.
@@ -221,4 +221,9 @@ METHODS = {
         ),
     )
 }
-CHOICES = {"method": METHODS, "strain": STRAIN_LAWS, "curvature": CURVATURES, "plane": PLANES}
+CHOICES: dict[str, Collection[str]] = {
+    "method": METHODS,
+    "strain": STRAIN_LAWS,
+    "curvature": CURVATURES,
+    "plane": PLANES,
+}

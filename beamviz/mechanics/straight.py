@@ -17,7 +17,7 @@ from beamviz.errors import NoEquilibrium
 from beamviz.mechanics.strain import Curvature, StrainLaw
 
 
-def stretching_rigidity(f: np.ndarray, mu: float, law: StrainLaw) -> np.ndarray:
+def stretching_rigidity(f: np.ndarray, mu: float | np.ndarray, law: StrainLaw) -> np.ndarray:
     """mu^2 n'(f), the coefficient of du'^2."""
     return mu**2 * law.stiffness(f)
 
@@ -27,7 +27,7 @@ def bending_rigidity(f: np.ndarray, curvature: Curvature) -> np.ndarray:
     return f ** (4 - 2 * curvature.power)
 
 
-def tension_rigidity(f: np.ndarray, mu: float, law: StrainLaw) -> np.ndarray:
+def tension_rigidity(f: np.ndarray, mu: float | np.ndarray, law: StrainLaw) -> np.ndarray:
     """N f, the coefficient of theta^2."""
     return mu**2 * law.force(f) * f
 
