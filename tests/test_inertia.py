@@ -89,6 +89,8 @@ def test_gyroscopic_matrix(alpha, beta):
     M = assembled(m, inertia.IDENTITY)
     q = np.random.default_rng(3).standard_normal(20)
     turned = (q.reshape(-1, 2) @ inertia.TURN.T).ravel()
+    along, across = field(NODES, 1, 0), np.roll(field(NODES, 1, 0), 1)
+    assert across @ G @ along == pytest.approx(1 + alpha)  # e3 x e1 = e2
     assert G @ q == pytest.approx(M @ turned, rel=1e-12, abs=1e-12)
 
 

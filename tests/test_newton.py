@@ -101,10 +101,6 @@ class Curve:
         )
 
 
-def fold(**options):
-    return Curve(lambda q: q * math.exp(-q), lambda q: (1 - q) * math.exp(-q), **options)
-
-
 def hardening():
     return Curve(lambda q: q + q**3, lambda q: 1 + 3 * q**2)
 
@@ -131,7 +127,7 @@ def test_no_load():
 
 def test_fold():
     """The load of q exp(-q) folds at 1/e: the limit is found to 1e-9 and never passed."""
-    curve = fold()
+    curve = Curve(lambda q: q * math.exp(-q), lambda q: (1 - q) * math.exp(-q))
     path = curve.follow(1.0)
     assert path.limit == pytest.approx(math.exp(-1), rel=1e-9)
     assert path.state[0] < 1
@@ -152,13 +148,13 @@ def test_folds_of_all_sizes(peak, bend, beyond):
 @pytest.mark.parametrize("short", [0.3, 1e-2, 1e-4, 1e-6, 1e-8])
 def test_just_below_a_fold(short, longest):
     """A load below the limit, however little, has an equilibrium and gets it, also after steps
-    that failed for being too long."""
-    curve = fold(reach=lambda load, q: load - q * math.exp(-q) <= longest)
-    target = (1 - short) * math.exp(-1)
-    path = curve.follow(target)
+    that failed for being too long and with the limit in full sight."""
+    curve = Curve(
+        lambda q: q * (2 - q), lambda q: 2 * (1 - q), reach=lambda load, q: load - q < longest
+    )
+    path = curve.follow(1 - short)
     assert path.limit is None
-    assert path.state[0] < 1
-    assert curve.load(path.state[0]) == pytest.approx(target, rel=1e-12)
+    assert path.state[0] == pytest.approx(1 - math.sqrt(short), rel=1e-9)
 
 
 def test_runaway():
