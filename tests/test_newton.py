@@ -150,7 +150,9 @@ def test_just_below_a_fold(short, longest):
     """A load below the limit, however little, has an equilibrium and gets it, also after steps
     that failed for being too long and with the limit in full sight."""
     curve = Curve(
-        lambda q: q * (2 - q), lambda q: 2 * (1 - q), reach=lambda load, q: load - q < longest
+        lambda q: q * (2 - q),
+        lambda q: 2 * (1 - q),
+        reach=lambda load, q: load - q * (2 - q) < longest,
     )
     path = curve.follow(1 - short)
     assert path.limit is None
