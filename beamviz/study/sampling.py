@@ -1,0 +1,54 @@
+"""Solutions of beams along one parameter as points to track: shapes at common places."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from beamviz.mechanics.solution import Solution
+from beamviz.study.tracking import Points
+
+PLACES = 16  # plus two for each mode
+
+
+def sampled(at: np.ndarray, solutions: Sequence[Solution]) -> Points:
+    """The modes of solutions, equal in number, as points.
+
+    Shapes are taken at Gauss points of the whole beam and at the mass, times the roots of the
+    weights and of the mass, so inner products are modal masses.
+    """
+    if not solutions:
+        return Points(at, *(np.empty((0, 0, 0)[:d]) for d in (2, 3, 3)))
+    squares = np.array([solution.squares for solution in solutions])
+    x, w = np.polynomial.legendre.leggauss(PLACES + 2 * squares.shape[1])
+    x, w = (x + 1) / 2, w / 2
+    fields = [solution.displacement(np.append(x, solution.beam.beta)) for solution in solutions]
+    masses = np.array([np.append(w, solution.beam.alpha) for solution in solutions])
+    turning = np.array([np.iscomplexobj(field) for field in fields])
+    # Of a straight beam u is real and w imaginary: their sum loses nothing.
+    fields = np.array([field.real + field.imag for field in fields])
+    vectors = np.moveaxis(fields * np.sqrt(masses)[:, :, None, None], 3, 1)
+    gamma = np.array([solution.beam.gamma for solution in solutions]) * turning
+    n, m = squares.shape
+    if not gamma.any():
+        shapes = vectors.reshape(n, m, -1)
+        return Points(at, squares, shapes, shapes)
+    return Points(at, squares, *_gyroscopic(vectors, squares, gamma))
+
+
+def _gyroscopic(
+    vectors: np.ndarray, squares: np.ndarray, gamma: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Shapes and duals in the product in which modes of M q" + 2 gamma G q' + K q = 0 are
+    orthogonal, (omega_i + omega_j) phi_i* M phi_j - 2 i gamma phi_i* G phi_j.
+
+    It follows from the equation of mode j times phi_i*, less that of mode i times phi_j*.
+    """
+    n, m = squares.shape
+    omega = np.sqrt(abs(squares))[:, :, None]
+    root = np.sqrt(gamma)[:, None, None]
+    flat, crossed = vectors.reshape(n, m, -1), vectors[..., ::-1].reshape(n, m, -1)
+    shapes = np.concatenate((omega * flat, flat, root * flat), axis=2)
+    duals = np.concatenate((flat, omega * flat, -2 * root * crossed), axis=2)
+    norms = (shapes * duals).sum(axis=2, keepdims=True)
+    size = np.sqrt(np.maximum(abs(norms), np.finfo(float).tiny))
+    return shapes / size, duals / size * np.sign(norms)

@@ -1,0 +1,134 @@
+"""Solutions along one number of a beam, and the parts where there is none."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from beamviz.beam import LIMITS, Beam, checked
+from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
+from beamviz.mechanics.solution import Solution
+from beamviz.mechanics.solve import MAX_MODES, solve_many
+from beamviz.study.sampling import sampled
+from beamviz.study.tracking import Points
+
+BESIDE = 2  # modes solved for beyond those asked for: what enters and leaves the window
+MAX_POINTS = 10_000
+PRECISION = 1e-9  # relative: how exactly a limit is located
+
+Answer = Solution | BeamvizError
+
+
+class Limit(NamedTuple):
+    """A part of a sweep that has no equilibrium, is unstable, or did not converge."""
+
+    kind: str  # "no-equilibrium", "unstable", "not-converged"
+    start: float
+    stop: float
+    message: str
+
+
+def checked_values(over: str, values: ArrayLike) -> np.ndarray:
+    """The values of a sweep as an array; InvalidInput where they do not make one."""
+    if over not in LIMITS:
+        raise InvalidInput(f"over = {over!r}: must be one of {', '.join(LIMITS)}")
+    try:
+        array = np.asarray(values, float)
+    except (TypeError, ValueError):
+        raise InvalidInput(f"values of {over}: must be numbers") from None
+    if array.ndim != 1 or not 2 <= len(array) <= MAX_POINTS:
+        count = len(array) if array.ndim == 1 else f"an array of {array.ndim} dimensions"
+        raise InvalidInput(f"values of {over}: must be 2 .. {MAX_POINTS} numbers, not {count}")
+    for value in array if not np.isfinite(array).all() else array[[0, -1]]:
+        checked(over, float(value), *LIMITS[over])
+    falls = np.flatnonzero(np.diff(array) <= 0)
+    if len(falls):
+        first, second = array[falls[0] : falls[0] + 2]
+        raise InvalidInput(f"values of {over}: must ascend, but {second:g} follows {first:g}")
+    return array
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A beam with one number set free; `answers` keeps what has been solved."""
+
+    beam: Beam
+    over: str
+    modes: int
+    options: dict[str, Any]
+    answers: dict[float, Answer] = field(default_factory=dict)
+
+    def at(self, value: float) -> Beam:
+        """The beam with this value of the free number."""
+        return self.beam.replace(**{self.over: float(value)})
+
+    def solve(self, values: np.ndarray) -> list[Answer]:
+        """The answer at each of ascending values: a solution, or the error that says why not."""
+        beams = [self.at(value) for value in values]
+        answers: list[Answer] = []
+        if self.over == "gamma":  # the fastest tells how many have an equilibrium at all
+            answers = self._solved(beams[-1:])
+            if isinstance(answers[0], NoEquilibrium):
+                beyond = int((values > answers[0].limit).sum())
+                answers *= beyond
+            beams = beams[: len(beams) - len(answers)]
+        answers = self._solved(beams) + answers
+        self.answers.update(zip(values.tolist(), answers, strict=True))
+        return answers
+
+    def _solved(self, beams: list[Beam]) -> list[Answer]:
+        """The answers for some beams, with a few modes more than asked for."""
+        most = MAX_MODES
+        if elements := self.options.get("elements"):
+            most = min(most, 2 * elements)
+        return solve_many(
+            beams, modes=max(self.modes, min(self.modes + BESIDE, most)), **self.options
+        )
+
+    def points(self, values: np.ndarray) -> Points:
+        """What exists at ascending values, as points to track."""
+        there = [isinstance(answer, Solution) for answer in self.solve(values)]
+        return self.solved_points(values[there])
+
+    def solved_points(self, values: np.ndarray) -> Points:
+        """Values that have solutions, as points to track."""
+        return sampled(values, [self.answers[value] for value in values.tolist()])
+
+    def limits(self, values: np.ndarray) -> Iterator[Limit]:
+        """The parts of solved values without equilibrium, convergence or stability."""
+        states = [state(self.answers[value]) for value in values.tolist()]
+        changes = [i for i in range(1, len(states)) if states[i] != states[i - 1]]
+        ends = [values[0], *(self._change(*values[i - 1 : i + 1]) for i in changes), values[-1]]
+        for k, i in enumerate([0, *changes]):
+            if states[i] != STABLE:
+                start, stop = float(ends[k]), float(ends[k + 1])
+                words = f"{WORDS[states[i]]} for {self.over} = {start:.6g} .. {stop:.6g}"
+                yield Limit(states[i], start, stop, words)
+
+    def _change(self, low: float, high: float) -> float:
+        """Where the state changes between two values, by bisection."""
+        before, answer = state(self.answers[low]), self.answers[high]
+        if self.over == "gamma" and isinstance(answer, NoEquilibrium):
+            return min(max(answer.limit, low), high)
+        while high - low > PRECISION * max(abs(low), abs(high)):
+            middle = (low + high) / 2
+            if state(self.solve(np.array([middle]))[0]) == before:
+                low = middle
+            else:
+                high = middle
+        return (low + high) / 2
+
+
+STABLE = "stable"
+WORDS = {
+    NoEquilibrium.kind: "no equilibrium",
+    NotConverged.kind: "not converged",
+    "unstable": "unstable",
+}
+
+
+def state(answer: Answer) -> str:
+    """What an answer is: "stable", "unstable", or the kind of its error."""
+    return answer.equilibrium.status if isinstance(answer, Solution) else answer.kind
