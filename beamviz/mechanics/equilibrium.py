@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.mechanics import ancf, assembly
 from beamviz.mechanics.basis import coordinates
+from beamviz.mechanics.inertia import lever_arm
 from beamviz.mechanics.newton import Root, continue_load, newton
 from beamviz.mechanics.planar import CLAMPED, Model, across, along, modes
 
+CARRIED = 0.5  # the share of the force at the end of a law that must really be in the beam
 LAW_END = 0.1  # in stretch: a limit this close to the end of a force law is put down to it
 MAX_STEP = 0.2  # of a coordinate in one bent Newton step: positions in L, slopes in radians
 BENT_ITERATIONS = 200
@@ -58,6 +60,8 @@ def straight_equilibrium(model: Model) -> Equilibrium:
     if path.limit is not None:
         raise no_equilibrium(model, path.limit, path.state)
     stable = assembly.positive_definite(across(model.tangent(path.state, load)))
+    if not stable and carried(model, load, path.state).min() >= 0:
+        raise overshoot(model, load, path.state)  # nothing pulled everywhere can buckle
     return Equilibrium(path.state, stable, path.iterations, path.steps)
 
 
@@ -84,17 +88,40 @@ def tip_stiffness(model: Model, load: float, q: NDArray) -> float:
     return 1 / (assembly.solve(L, unit)[-2] * model.beam.mu**2)
 
 
-def no_equilibrium(model: Model, limit: float, q: NDArray) -> NoEquilibrium:
+def carried(model: Model, load: float, q: NDArray) -> NDArray:
+    """Axial force / mu^2 at each node that balances the load outboard of it: (n + 1,).
+
+    It depends on positions only, so it stays right where the stretch of the elements does not.
+    """
+    arm = lever_arm(coordinates(q), model.beam.delta)
+    parts = load * (model.C @ arm[..., None])[..., 0]
+    outward = parts[:, 0] + parts[:, 4]
+    return np.append(np.cumsum(outward[::-1])[::-1], 0.0) / model.beam.mu**2
+
+
+def no_equilibrium(model: Model, limit: float, q: NDArray) -> NoEquilibrium | NotConverged:
     """The error that names the limit of a path (a load gamma^2) and what ends there."""
     law, gamma = model.material.law, math.sqrt(limit)
-    f = model.slopes(q)[:, 0]
-    if f.min() < law.min_stretch + LAW_END:
-        reason = f"the {law.name} force law ends there, at a stretch of {law.min_stretch:.4g}"
-    elif f.max() > law.max_stretch - LAW_END:
-        reason = f"the {law.name} force law ends there, at a stretch of {law.max_stretch:.4g}"
-    else:
-        reason = "the stiffness of the beam along itself falls to zero there"
+    f, n = model.slopes(q)[:, 0], carried(model, limit, q)
+    reason = "the stiffness of the beam along itself falls to zero there"
+    ends = ((law.min_stretch, f.min(), n.min()), (law.max_stretch, f.max(), n.max()))
+    for end, f_reached, n_carried in ends:
+        if abs(f_reached - end) < LAW_END:
+            if abs(n_carried) < CARRIED * abs(law.force(f_reached)):
+                return overshoot(model, limit, q)
+            reason = f"the {law.name} force law ends there, at a stretch of {end:.4g}"
     return NoEquilibrium(f"no equilibrium beyond gamma = {gamma:.9g}: {reason}", gamma)
+
+
+def overshoot(model: Model, load: float, q: NDArray) -> NotConverged:
+    """The error for a stretch that the elements have and the beam has not."""
+    f = model.slopes(q)[:, 0]
+    return NotConverged(
+        f"at gamma = {math.sqrt(load):.6g} the stretch of the elements ranges over"
+        f" {f.min():.3g} .. {f.max():.3g}, more than the force in the beam can do: neighbours share"
+        " one gradient at the mass, where the stretch jumps. This is a limit of the method, not of"
+        " the beam: method auto has none"
+    )
 
 
 def leaning(model: Model, q: NDArray, angle: float) -> NDArray:
