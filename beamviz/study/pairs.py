@@ -6,7 +6,8 @@ half the difference d of its diagonal and its coupling c,
     omega_b^2 - omega_a^2 = 2 sqrt(d^2 + |c|^2).
 """
 
-from typing import NamedTuple
+from collections.abc import Generator, Sequence
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.polynomial import polynomial
@@ -21,6 +22,8 @@ MAX_SOLVES = 8
 SETTLED = 1e-3  # of the width of a meeting: a smaller shift of its place is not solved again
 SAMPLES = 33
 
+Result = TypeVar("Result")
+
 
 class Place(NamedTuple):
     """Where two frequencies come closest."""
@@ -31,9 +34,33 @@ class Place(NamedTuple):
     width: float  # |c / d'|: at this distance the gap is sqrt(2) times the least
 
 
+Search = Generator[np.ndarray, Points, Result]  # asks for points at some values
+
+
+def together(searches: Sequence[Search[Result]], solve_at: SolveAt) -> list[Result]:
+    """The results of several searches; what they ask for is solved for all of them at once."""
+    results: dict[int, Result] = {}
+    wanted: dict[int, np.ndarray] = {}
+
+    def advance(k: int, found: Points | None) -> None:
+        try:
+            wanted[k] = searches[k].send(found)
+        except StopIteration as end:
+            results[k] = end.value
+
+    for k in range(len(searches)):
+        advance(k, None)
+    while wanted:
+        found = solve_at(np.unique(np.concatenate(list(wanted.values()))))
+        asked, wanted = wanted, {}
+        for k, values in asked.items():
+            advance(k, found.take(np.isin(found.at, values)))
+    return [results[k] for k in range(len(searches))]
+
+
 def least_gap(
-    points: Points, reference: np.ndarray, low: float, high: float, solve_at: SolveAt
-) -> Place | None:
+    points: Points, reference: np.ndarray, low: float, high: float
+) -> Search[Place | None]:
     """The least gap within low .. high of the two modes that have the shapes `reference` (2, d).
 
     points: some around it. None where the gap is least at an end.
@@ -45,7 +72,7 @@ def least_gap(
         width = local.width(place)
         if abs(place - previous) <= max(SETTLED * width, 1e-6 * (high - low)):
             break
-        more = solve_at(np.array([place]))
+        more = yield np.array([place])
         if not len(more.at):
             break
         entries = np.vstack((entries, _entries(reference, more)))

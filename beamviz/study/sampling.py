@@ -1,6 +1,7 @@
 """Solutions of beams along one parameter as points to track: shapes at common places."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -8,6 +9,13 @@ from beamviz.mechanics.solution import Solution
 from beamviz.study.tracking import Points
 
 PLACES = 16  # plus two for each mode
+
+
+@lru_cache(maxsize=8)
+def _gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss points in 0 .. 1 and their weights."""
+    x, w = np.polynomial.legendre.leggauss(count)
+    return (x + 1) / 2, w / 2
 
 
 def sampled(at: np.ndarray, solutions: Sequence[Solution]) -> Points:
@@ -19,8 +27,8 @@ def sampled(at: np.ndarray, solutions: Sequence[Solution]) -> Points:
     if not solutions:
         return Points(at, *(np.empty((0, 0, 0)[:d]) for d in (2, 3, 3)))
     squares = np.array([solution.squares for solution in solutions])
-    x, w = np.polynomial.legendre.leggauss(PLACES + 2 * squares.shape[1])
-    x, w = (x + 1) / 2, w / 2
+    x, w = _gauss(PLACES + 2 * squares.shape[1])
+
     fields = [solution.displacement(np.append(x, solution.beam.beta)) for solution in solutions]
     masses = np.array([np.append(w, solution.beam.alpha) for solution in solutions])
     turning = np.array([np.iscomplexobj(field) for field in fields])

@@ -89,8 +89,9 @@ class Sweep:
 
     def points(self, values: np.ndarray) -> Points:
         """What exists at ascending values, as points to track."""
-        there = [isinstance(answer, Solution) for answer in self.solve(values)]
-        return self.solved_points(values[there])
+        answers = self._solved([self.at(value) for value in values])
+        self.answers.update(zip(values.tolist(), answers, strict=True))
+        return self.solved_points(values[[isinstance(answer, Solution) for answer in answers]])
 
     def solved_points(self, values: np.ndarray) -> Points:
         """Values that have solutions, as points to track."""

@@ -1,0 +1,171 @@
+"""Where loci may meet, read off the points of a sweep.
+
+Loci of modes that do not couple cross: their difference changes its sign. Loci of modes that do
+couple keep their order: their difference has a least value, around which the shapes turn into
+each other.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from beamviz.study.tracking import Track
+
+TURN = math.radians(30)  # least angle two shapes turn into each other around a meeting
+HIDDEN = 0.3  # of the gap seen: a least gap predicted below this between points is looked for
+STILL = 0.2  # angle [rad] up to which shapes are taken not to turn in a step
+
+
+@dataclass(frozen=True)
+class Loci:
+    """Branches as columns: those among the lowest modes somewhere."""
+
+    at: np.ndarray  # (n,)
+    branches: np.ndarray  # (b,) their numbers in the track
+    places: np.ndarray  # (n, b) place of each among the modes, m where it is not there
+    frequencies: np.ndarray  # (n, b), nan where not there or unstable
+    turns: np.ndarray  # (n - 1, b, b) angle by which two shapes turn into each other [rad]
+    window: int  # how many modes are asked for
+
+
+class Candidate(NamedTuple):
+    """Two columns of the loci that may meet between two points."""
+
+    a: int
+    b: int
+    low: int
+    high: int
+    crosses: bool  # the difference changes its sign
+
+
+class Pairs(NamedTuple):
+    """All pairs of columns of the loci."""
+
+    a: np.ndarray  # (pairs,)
+    b: np.ndarray  # (pairs,)
+    difference: np.ndarray  # (n, pairs) of the frequencies
+    turns: np.ndarray  # (n - 1, pairs)
+    asked: np.ndarray  # (n, pairs) whether one of the two is in the window
+
+
+def loci_of(track: Track, window: int) -> Loci:
+    """The branches of a track that are among the lowest `window` modes somewhere."""
+    points = track.points
+    n, m = points.squares.shape
+    branches = np.unique(track.branch[:, :window])
+    there = track.branch[:, None, :] == branches[:, None]
+    places = np.where(there.any(axis=2), there.argmax(axis=2), m)
+    squares = np.column_stack((points.squares, np.full(n, np.nan)))
+    squares = np.take_along_axis(squares, places, axis=1)
+    frequencies = np.sqrt(np.where(squares >= 0, squares, np.nan))
+    return Loci(points.at, branches, places, frequencies, _turns(track.overlaps, places), window)
+
+
+def _turns(overlaps: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """The angles (n - 1, b, b) by which each two branches turn into each other in each step."""
+    padded = np.pad(overlaps, ((0, 0), (0, 1), (0, 1)))
+    step = np.arange(len(overlaps))[:, None, None]
+    O = padded[step, places[:-1, :, None], places[1:, None, :]]
+    own = np.diagonal(O, axis1=1, axis2=2)
+    kept = abs(own)
+    # Each solve chooses the signs of its shapes: turn them so that a branch keeps its own.
+    phase = np.where(kept == 0, 1, own.conj() / np.where(kept == 0, 1, kept)).cumprod(axis=0)
+    before = np.concatenate((np.ones_like(phase[:1]), phase[:-1]))
+    O = before.conj()[:, :, None] * O * phase[:, None, :]
+    exchanged = abs(O) + abs(O).swapaxes(1, 2)
+    side = np.sign((O - O.conj().swapaxes(1, 2)).real)
+    return side * np.arctan2(exchanged, kept[:, :, None] + kept[:, None, :])
+
+
+def _pairs(loci: Loci) -> Pairs:
+    """All pairs of branches."""
+    a, b = np.triu_indices(len(loci.branches), 1)
+    difference = loci.frequencies[:, b] - loci.frequencies[:, a]
+    asked = np.minimum(loci.places[:, a], loci.places[:, b]) < loci.window
+    return Pairs(a, b, difference, loci.turns[:, a, b], asked)
+
+
+def hidden(loci: Loci) -> np.ndarray:
+    """Where two loci may touch between points that do not show it: values to solve at.
+
+    There the parabola through three points of their difference nearly reaches zero, or passes it.
+    """
+    pairs = _pairs(loci)
+    D, turned, p = pairs.difference, abs(pairs.turns), loci.at[:, None]
+    slope = np.diff(D, axis=0) / np.diff(p, axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        curvature = (slope[1:] - slope[:-1]) / (p[2:] - p[:-2])
+        place = (p[:-2] + p[1:-1]) / 2 - slope[:-1] / (2 * curvature)
+        least = D[1:-1] + (place - p[1:-1]) * (slope[:-1] + curvature * (place - p[:-2]))
+    side = np.sign(D)
+    wanted = (side[:-2] == side[1:-1]) & (side[1:-1] == side[2:]) & pairs.asked[1:-1]
+    wanted &= (place > p[:-2]) & (place < p[2:])
+    wanted &= np.maximum(turned[:-1], turned[1:]) < STILL
+    seen = np.minimum(np.minimum(abs(D[:-2]), abs(D[1:-1])), abs(D[2:]))
+    wanted &= side[1:-1] * least < HIDDEN * seen
+    values = np.sort(place[wanted])
+    _, first = np.unique(np.searchsorted(loci.at, values), return_index=True)
+    return values[first]
+
+
+def candidates(loci: Loci) -> list[Candidate]:
+    """Every two points between which two loci may meet."""
+    pairs = _pairs(loci)
+    found = [(k, i, i + 1, True) for i, k in _sign_changes(pairs.difference)]
+    found += [
+        (k, low, high, False)
+        for k, low, high in _minima(pairs)
+        if _neighbours(loci, pairs.a[k], pairs.b[k], low)
+    ]
+    return [
+        Candidate(int(pairs.a[k]), int(pairs.b[k]), low, high, crosses)
+        for k, low, high, crosses in found
+        if pairs.asked[low : high + 1, k].any()
+    ]
+
+
+def _sign_changes(D: np.ndarray) -> list[tuple[int, int]]:
+    """Points (and pairs) after which a difference changes its sign."""
+    side = np.sign(D)
+    for i in np.flatnonzero((side[1:] == 0).any(axis=1)) + 1:
+        side[i] = np.where(side[i] == 0, side[i - 1], side[i])
+    return [(i, k) for i, k in np.argwhere(side[:-1] * side[1:] < 0).tolist()]
+
+
+def _minima(pairs: Pairs) -> list[tuple[int, int, int]]:
+    """Pairs with a least gap across which the shapes turn, and the points around it."""
+    gap = abs(pairs.difference)
+    middle = np.argwhere((gap[1:-1] <= gap[:-2]) & (gap[1:-1] < gap[2:]))
+    found = [(k, i, i + 2) for i, k in middle.tolist()]
+    # In a step at the end of the sweep a least gap hides; the turning shapes show it.
+    last = len(gap) - 1
+    for low, end, inner in ((0, 0, 1), (last - 1, last, last - 1)):
+        seen = gap[inner] * np.cos(2 * pairs.turns[low])
+        hides = (gap[end] < gap[inner]) & (seen < gap[end])
+        found += [(k, low, low + 1) for k in np.flatnonzero(hides).tolist()]
+    angles = np.concatenate((np.zeros_like(gap[:1]), np.cumsum(pairs.turns, axis=0)))
+    return [
+        (k, low, high)
+        for k, low, high in found
+        if abs(np.subtract(*angles[list(slopes(gap[:, k], low, high)), k])) >= TURN
+    ]
+
+
+def slopes(gap: np.ndarray, low: int, high: int) -> tuple[int, int]:
+    """The points up to which a gap grows on both sides of low .. high."""
+    start, stop = low, high
+    while start > 0 and gap[start - 1] >= gap[start]:
+        start -= 1
+    while stop < len(gap) - 1 and gap[stop + 1] >= gap[stop]:
+        stop += 1
+    return start, stop
+
+
+def _neighbours(loci: Loci, a: int, b: int, point: int) -> bool:
+    """Whether no third branch that couples with one of two lies between them."""
+    f = loci.frequencies[point]
+    between = (f > min(f[a], f[b])) & (f < max(f[a], f[b]))
+    couples = loci.turns[:, [a, b]].any(axis=(0, 1))
+    return not (between & couples).any()
