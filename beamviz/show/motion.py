@@ -39,7 +39,7 @@ class Shapes:
     def sampled(cls, solution: Solution, previous: Self | None = None) -> Self:
         """`solution` at stations that follow its curvature, with the signs of `previous`."""
         x = stations(SAMPLES, bending(solution), solution.beam.beta)
-        modes = np.stack([normalised(solution.shape(k, x)) for k in range(len(solution.labels))])
+        modes = normalised(solution, x)
         stretching = np.abs(np.diff(modes[:, :, 0], axis=1) / np.diff(x)).max(axis=1)
         equilibrium = solution.equilibrium
         return cls(
@@ -80,18 +80,18 @@ class Shapes:
 
 def bending(solution: Solution) -> np.ndarray:
     """Summed curvature (n,) of all modes at SAMPLES, each with largest displacement 1."""
-    total = np.zeros_like(SAMPLES)
-    for k in range(len(solution.labels)):
-        across = normalised(solution.shape(k, SAMPLES))[:, 1]
-        total += np.abs(np.gradient(np.gradient(across, SAMPLES), SAMPLES))
-    return total
+    step = SAMPLES[1] - SAMPLES[0]
+    across = normalised(solution, SAMPLES)[:, :, 1]
+    return np.abs(np.gradient(np.gradient(across, step, axis=1), step, axis=1)).sum(axis=0)
 
 
-def normalised(mode: np.ndarray) -> np.ndarray:
-    """A mode (n, 2) with largest displacement 1 and a tip that moves outwards or across first."""
-    tip = mode[-1, np.argmax(np.abs(mode[-1]))]
-    turn = np.conj(tip) / abs(tip) if tip != 0 else 1.0
-    return mode * turn / np.sqrt((np.abs(mode) ** 2).sum(axis=1)).max()
+def normalised(solution: Solution, x: np.ndarray) -> np.ndarray:
+    """The modes (m, n, 2) at x (n,), each with largest displacement 1 and a tip that moves
+    outwards or across first."""
+    modes = np.moveaxis(solution.displacement(x), 2, 0)
+    tips = np.take_along_axis(modes[:, -1], np.abs(modes[:, -1]).argmax(axis=1)[:, None], 1)
+    turns = np.where(tips == 0, 1.0, np.conj(tips) / np.maximum(np.abs(tips), 1e-300))
+    return modes * (turns / np.sqrt((np.abs(modes) ** 2).sum(2)).max(1, keepdims=True))[..., None]
 
 
 def aligned(modes: np.ndarray, x: np.ndarray, previous: Shapes) -> np.ndarray:

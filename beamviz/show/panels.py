@@ -209,7 +209,7 @@ class Numbers:
     def add_field(self, gui: GuiApi, name: str, value: float) -> GuiNumberHandle[float]:
         """The field."""
         low, high = LIMITS[name]
-        label = f"{NAMES[name]} {NUMBERS[name][0][-1]}"
+        label = f"{NUMBERS[name][0][-1]} {NAMES[name]}"
         field = gui.add_number(label, value, min=low, max=high, step=NUMBERS[name][3])
         field.precision = 8
         field.on_update(lambda _: self.typed(name))

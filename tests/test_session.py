@@ -1,0 +1,322 @@
+"""Visitors without a browser: private sessions, latest wish, bad input, and a clean end."""
+
+import contextlib
+import math
+import os
+import signal
+import socket
+import statistics
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+
+import pytest
+import websockets.exceptions
+
+from beamviz.beam import Beam, Units
+from beamviz.errors import InvalidInput, Unavailable
+from beamviz.mechanics.solve import solve
+from beamviz.show import server, solving
+from beamviz.show.controls import Wanted
+from beamviz.show.readout import significant
+from beamviz.show.server import explorer, serve
+from visitor import BEAM, Visitor, redrawn, visitor
+
+PAPER = Beam(alpha=1, beta=0.5, gamma=10)
+
+
+@pytest.fixture(scope="module")
+def url() -> Iterator[str]:
+    """A running explorer for all tests of this file; every visitor starts from PAPER."""
+    with explorer(Wanted.of(PAPER, {})) as address:
+        yield address
+
+
+def frequency(beam: Beam, mode: int = 0, **options) -> str:
+    """A frequency as the table prints it."""
+    solution = solve(beam, **options)
+    return significant(solution.frequencies[mode], solution.errors[mode])
+
+
+def calm(guest: Visitor) -> None:
+    """Pause, and take in what is still on its way."""
+    guest.choose("playing", False)
+    with contextlib.suppress(TimeoutError):
+        while True:
+            guest.receive(0.3)
+
+
+# Each visitor has a session of their own
+
+
+def test_a_visitor_gets_table_and_picture_at_once(url):
+    """The first answer holds all five modes of the starting beam."""
+    with visitor(url) as guest:
+        for mode in range(5):
+            assert frequency(PAPER, mode) in guest.text
+        assert "Stable equilibrium" in guest.text
+        assert BEAM in guest.nodes
+
+
+def test_one_visitor_does_not_move_the_beam_of_another(url):
+    """A slider of one changes nothing for the other."""
+    with visitor(url) as one, visitor(url) as other:
+        one.choose("speed γ", 20.0)
+        one.says(frequency(PAPER.replace(gamma=20)))
+        calm(other)
+        assert frequency(PAPER) in other.text
+        assert frequency(PAPER.replace(gamma=20)) not in other.text
+
+
+def test_sliders_and_exact_fields_agree(url):
+    """A field beyond the everyday range of its slider is solved, and widens the slider."""
+    with visitor(url) as guest:
+        guest.choose("γ speed", 120.0)
+        guest.says(frequency(PAPER.replace(gamma=120)))
+        guest.choose("mass α", 2.5)
+        guest.says(frequency(PAPER.replace(gamma=120, alpha=2.5)))
+
+
+def test_every_part_of_the_model_can_be_chosen(url):
+    """Plane, strain law and curvature change the answer to what solve gives."""
+    with visitor(url) as guest:
+        guest.choose("plane", "flapwise")
+        guest.says(frequency(PAPER, plane="flapwise"))
+        guest.choose("curvature", "material")
+        guest.says(frequency(PAPER, plane="flapwise", curvature="material"))
+        guest.choose("strain", "hencky")
+        guest.says(frequency(PAPER, plane="flapwise", curvature="material", strain="hencky"))
+
+
+def test_hertz_are_shown_for_a_beam_in_si_units():
+    """The table has a column in Hz, and the speed is told in revolutions per minute."""
+    units = Units(length=1.0, time=0.01)
+    beam = Beam(alpha=1, beta=0.5, gamma=10, units=units)
+    with explorer(Wanted.of(beam, {})) as address, visitor(address) as guest:
+        assert f"{units.hertz(solve(beam).frequencies[0]):.5g}" in guest.text
+        assert f"{units.rpm(10):.4g} rpm" in guest.text
+        assert "times slower" in guest.text
+
+
+# The latest wish wins
+
+
+def test_only_the_latest_of_many_edits_is_kept(url, monkeypatch):
+    """400 edits in one burst end at the last of them, and most are never solved."""
+    solved = []
+    real = solving.solve
+    monkeypatch.setattr(
+        solving, "solve", lambda beam, **options: solved.append(beam) or real(beam, **options)
+    )
+    with visitor(url) as guest:
+        for k in range(400):
+            guest.choose("speed γ", 30 - 0.05 * k)
+        guest.says(frequency(PAPER.replace(gamma=30 - 0.05 * 399)))
+        calm(guest)
+        assert frequency(PAPER.replace(gamma=30 - 0.05 * 399)) in guest.text
+    assert len(solved) < 300
+
+
+def test_an_edit_is_seen_soon(url):
+    """Half of the edits are drawn within 150 ms, on a busy machine."""
+    with visitor(url) as guest:
+        calm(guest)
+        times = []
+        for k in range(15):
+            start = time.perf_counter()
+            guest.choose("speed γ", 11.0 + 0.1 * k)
+            guest.wait(redrawn)
+            times.append(time.perf_counter() - start)
+        assert statistics.median(times) < 0.15
+
+
+# Bad input and bad physics
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (math.nan, "alpha = nan: must lie in 0 .. 100"),
+        (1e9, "alpha = 1000000000: must lie in 0 .. 100"),
+        (-1.0, "alpha = -1: must lie in 0 .. 100"),
+        (math.inf, "alpha = inf: must lie in 0 .. 100"),
+    ],
+)
+def test_a_bad_number_is_named_and_loses_nothing(url, value, words):
+    """The message names the number, its value and its range; the next good one is solved."""
+    with visitor(url) as guest:
+        guest.choose("mass α", value)
+        guest.says(words)
+        guest.choose("mass α", 2.0)
+        guest.says(frequency(PAPER.replace(alpha=2)))
+        guest.says("Stable equilibrium")
+
+
+def test_nonsense_from_a_browser_does_not_end_a_session(url):
+    """Unknown choices, wrong kinds, unknown controls: ignored, and the session goes on."""
+    with visitor(url) as guest:
+        guest.choose("strain", "rubber")
+        guest.choose("colour", "rainbow")
+        guest.choose("amplitude", math.nan)
+        guest.choose("pace", -math.inf)
+        guest.choose("show", "99")
+        guest.choose("view", "upside down")
+        guest.choose("mode 3", 1e30)
+        guest.send(type="GuiUpdateMessage", uuid="nobody", updates={"value": 1})
+        guest.choose("speed γ", 12.0)
+        guest.says(frequency(PAPER.replace(gamma=12)))
+
+
+def test_no_equilibrium_is_said_where_the_beam_was_and_greys_it(url):
+    """biot has none at mu = 10, gamma = 20: the limit is named, the last picture stays, grey."""
+    with visitor(url) as guest:
+        guest.choose("strain", "biot")
+        guest.choose("slenderness μ", 10.0)
+        guest.choose("speed γ", 20.0)
+        guest.says("no equilibrium beyond gamma = 10.7")
+        guest.wait(lambda _: guest.nodes["/stage/wheel/words"].get("visible"))
+        assert "No equilibrium" in guest.nodes["/stage/wheel/words"]["text"]
+        assert "opacity:.35" in guest.text
+        guest.choose("speed γ", 5.0)
+        guest.says("Stable equilibrium")
+
+
+def test_an_unstable_state_is_said_with_its_growth(url):
+    """delta = -1, gamma = 5 without a mass: the straight beam buckles; its modes stay listed."""
+    with visitor(url) as guest:
+        guest.choose("mass α", 0.0)
+        guest.choose("speed γ", 5.0)
+        guest.choose("hub δ", -1.0)
+        guest.says("Unstable: the straight beam buckles")
+        growth = solve(Beam(beta=0.5, gamma=5, delta=-1)).growth_rates.max()
+        assert f"{growth:.4g} t/T*" in guest.text
+
+
+def test_a_first_beam_without_equilibrium_is_shown_in_words():
+    """There is no last good picture then: the undeformed beam stands in, grey."""
+    beam = Beam(mu=10, gamma=20)
+    with (
+        explorer(Wanted.of(beam, {"strain": "biot"})) as address,
+        visitor(address, first="No equilibrium") as guest,
+    ):
+        guest.says("no equilibrium beyond gamma = 15.7")
+        guest.wait(lambda _: guest.nodes["/stage/wheel/words"].get("visible"))
+
+
+# Work, and the end of it
+
+
+def test_nothing_is_computed_while_nothing_moves(url):
+    """A paused visitor, and none at all, cost no time: under 2 % of one core."""
+    with visitor(url) as guest:
+        calm(guest)
+        assert load(0.6) < 0.02
+    assert load(0.6) < 0.02
+
+
+def load(seconds: float) -> float:
+    """The share of one core this process uses."""
+    start = time.process_time()
+    time.sleep(seconds)
+    return (time.process_time() - start) / seconds
+
+
+def test_a_visitor_who_leaves_is_forgotten(monkeypatch):
+    """Their session is closed, and the animator keeps none of it."""
+    made: list[server.Animator] = []
+    real = server.Animator.__init__
+    monkeypatch.setattr(
+        server.Animator, "__init__", lambda self, *a: (made.append(self), real(self, *a))[1]
+    )
+    with explorer(Wanted.of(PAPER, {})) as address:
+        with visitor(address):
+            assert len(made[0].sessions) == 1
+        end = time.monotonic() + 5
+        while made[0].sessions and time.monotonic() < end:
+            time.sleep(0.02)
+        assert not made[0].sessions
+
+
+def test_a_page_of_another_site_cannot_open_a_session(url):
+    """A browser names the page it acts for; only our own may connect."""
+    port = url.rsplit(":", 1)[1]
+    with (
+        pytest.raises(websockets.exceptions.InvalidStatus, match="403"),
+        visitor(url, origin="http://evil.example"),
+    ):
+        pass
+    with visitor(url, origin=f"http://localhost:{port}") as guest:
+        assert BEAM in guest.nodes
+
+
+def test_a_busy_port_is_said_in_one_line():
+    """Unavailable names the address and the remedy; no other port is taken silently."""
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        with pytest.raises(Unavailable, match=rf"127\.0\.0\.1:{port} .*--port") as caught:
+            serve(PAPER, {}, port=port)
+        assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("host", ["999.1.1.1", "192.0.2.1", "no such host"])
+def test_a_host_that_is_not_here_is_said_at_once(host):
+    """viser would wait for ever on it."""
+    start = time.monotonic()
+    with pytest.raises(Unavailable, match="--host"):
+        serve(PAPER, {}, host=host, port=0)
+    assert time.monotonic() - start < 15
+
+
+def test_options_that_make_no_sense_are_refused_before_serving():
+    """An unknown strain law raises what solve raises."""
+    with pytest.raises(InvalidInput, match="rubber"):
+        serve(PAPER, {"strain": "rubber"}, port=0)
+
+
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_ends_the_server_cleanly(ending):
+    """With a visitor watching: exit code 0, one line on stdout, nothing on stderr, port free."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", SERVE],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": os.getcwd()},
+    )
+    try:
+        assert process.stdout
+        line = process.stdout.readline()
+        address = next(word for word in line.split() if word.startswith("http://127.0.0.1:"))
+        with contextlib.suppress(websockets.exceptions.ConnectionClosed), visitor(address) as guest:
+            process.send_signal(ending)
+            while True:
+                guest.receive(10)
+        output, errors = process.communicate(timeout=20)
+    finally:
+        process.kill()
+    assert process.returncode == 0
+    assert (output, errors) == ("", "")
+    with socket.socket() as free:
+        free.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        free.bind(("127.0.0.1", int(address.rsplit(":", 1)[1])))
+
+
+SERVE = """
+from beamviz.beam import Beam
+from beamviz.show.server import serve
+serve(Beam(alpha=1, beta=0.5, gamma=10), {}, port=0)
+"""
+
+
+def test_no_thread_is_left_behind():
+    """After an explorer has ended, neither its animator nor its solvers run."""
+    before = set(threading.enumerate())
+    with explorer(Wanted.of(PAPER, {})) as address, visitor(address):
+        names = {thread.name.split("_")[0] for thread in set(threading.enumerate()) - before}
+        assert {"animator", "solver"} <= names
+    names = {thread.name.split("_")[0] for thread in set(threading.enumerate()) - before}
+    assert not {"animator", "solver"} & names

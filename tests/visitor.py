@@ -1,0 +1,114 @@
+"""A visitor without a browser: a client that speaks viser's protocol, for tests and timings."""
+
+import contextlib
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import msgspec.msgpack
+import viser
+import zstandard
+from websockets.sync.client import connect
+from websockets.sync.connection import Connection
+
+BEAM = "/stage/wheel/beam"
+TIMEOUT = 20.0
+
+
+class Visitor:
+    """Controls by label, texts by id, and the latest properties of every node of the scene."""
+
+    def __init__(self, socket: Connection):
+        self.socket = socket
+        self.controls: dict[str, str] = {}
+        self.texts: dict[str, str] = {}
+        self.nodes: dict[str, dict[str, Any]] = {}
+        self.received = 0
+        self.send(
+            type="ViewerCameraMessage",
+            wxyz=(1.0, 0.0, 0.0, 0.0),
+            position=(0.0, -3.0, 2.0),
+            fov=0.4,
+            near=0.01,
+            far=1000.0,
+            image_height=720,
+            image_width=1280,
+            look_at=(0.0, 0.0, 0.0),
+            up_direction=(0.0, 0.0, 1.0),
+        )
+
+    def send(self, **message: Any) -> None:
+        """Send one message."""
+        self.socket.send(msgspec.msgpack.encode(message))
+
+    def choose(self, label: str, value: Any) -> None:
+        """Set a control, as a browser would."""
+        self.send(type="GuiUpdateMessage", uuid=self.controls[label], updates={"value": value})
+
+    def wait(self, done: Callable[[list[dict[str, Any]]], Any], timeout: float = TIMEOUT) -> Any:
+        """Take in messages until `done` of the latest ones is true; its value."""
+        end = time.monotonic() + timeout
+        latest: list[dict[str, Any]] = []
+        while not (value := done(latest)):
+            latest = self.receive(end - time.monotonic())
+        return value
+
+    def receive(self, timeout: float) -> list[dict[str, Any]]:
+        """The next group of messages, taken in; TimeoutError where none comes."""
+        if timeout <= 0:
+            raise TimeoutError("the explorer did not answer in time")
+        data = self.socket.recv(timeout=timeout)
+        assert isinstance(data, bytes)
+        self.received += len(data)
+        size = int.from_bytes(data[8:16], "little")
+        group = msgspec.msgpack.decode(
+            zstandard.ZstdDecompressor().decompress(data[16 : 16 + size])
+        )
+        for message in group["messages"]:
+            self.take(message)
+        return group["messages"]
+
+    def take(self, message: dict[str, Any]) -> None:
+        """Keep what a message says."""
+        kind, props = message["type"], message.get("props", {})
+        if kind == "SceneNodeUpdateMessage":
+            self.nodes.setdefault(message["name"], {}).update(message["updates"])
+        elif kind == "SetSceneNodeVisibilityMessage":
+            self.nodes.setdefault(message["name"], {})["visible"] = message["visible"]
+        elif kind == "GuiUpdateMessage" and "content" in message["updates"]:
+            self.texts[message["uuid"]] = message["updates"]["content"]
+        elif kind == "GuiHtmlMessage":
+            self.texts[message["uuid"]] = props["content"]
+        elif kind.startswith("Gui") and "label" in props:
+            self.controls[props["label"]] = message["uuid"]
+        elif "name" in message and props:
+            self.nodes.setdefault(message["name"], {}).update(props)
+
+    @property
+    def text(self) -> str:
+        """All the panel says."""
+        return " ".join(self.texts.values())
+
+    def says(self, words: str, timeout: float = TIMEOUT) -> bool:
+        """Wait until the panel says `words`."""
+        return self.wait(lambda _: words in self.text, timeout)
+
+
+def redrawn(messages: list[dict[str, Any]]) -> bool:
+    """Whether a group of messages moves the beam."""
+    return any(message.get("name") == BEAM for message in messages)
+
+
+@contextlib.contextmanager
+def visitor(url: str, first: str = "B1", **options: Any) -> Iterator[Visitor]:
+    """A connected visitor whose first picture has come, with a panel that says `first`."""
+    with connect(
+        url.replace("http://", "ws://"),
+        subprotocols=[f"viser-v{viser.__version__}"],  # type: ignore[list-item]
+        compression=None,
+        max_size=None,
+        **options,
+    ) as socket:
+        guest = Visitor(socket)
+        guest.wait(lambda latest: redrawn(latest) and first in guest.text)
+        yield guest
