@@ -106,10 +106,12 @@ def no_equilibrium(model: Model, limit: float, q: NDArray) -> NoEquilibrium | No
     reason = "the stiffness of the beam along itself falls to zero there"
     ends = ((law.min_stretch, f.min(), n.min()), (law.max_stretch, f.max(), n.max()))
     for end, f_reached, n_carried in ends:
-        if abs(f_reached - end) < LAW_END:
-            if abs(n_carried) < CARRIED * abs(law.force(f_reached)):
-                return overshoot(model, limit, q)
+        if abs(f_reached - end) >= LAW_END:
+            continue
+        if abs(n_carried) >= CARRIED * abs(law.force(f_reached)):
             reason = f"the {law.name} force law ends there, at a stretch of {end:.4g}"
+        elif straight_margin(model, limit, q) < tip_stiffness(model, limit, q):
+            return overshoot(model, limit, q)
     return NoEquilibrium(f"no equilibrium beyond gamma = {gamma:.9g}: {reason}", gamma)
 
 
