@@ -178,7 +178,7 @@ def ritz_buckling_speed(delta):
     return 1 / math.sqrt(np.linalg.eigvals(np.linalg.solve(K, softening)).real.max())
 
 
-@pytest.mark.parametrize("delta", [-1.0, -0.8, -2.0])
+@pytest.mark.parametrize("delta", [-1.0, -0.3, -2.0])  # at -0.3 pulled everywhere, and yet
 def test_buckling_speed(delta):
     """The straight inward beam becomes unstable at the speed of the inextensible one."""
 

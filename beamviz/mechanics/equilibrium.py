@@ -60,8 +60,8 @@ def straight_equilibrium(model: Model) -> Equilibrium:
     if path.limit is not None:
         raise no_equilibrium(model, path.limit, path.state)
     stable = assembly.positive_definite(across(model.tangent(path.state, load)))
-    if not stable and carried(model, load, path.state).min() >= 0:
-        raise overshoot(model, load, path.state)  # nothing pulled everywhere can buckle
+    if not stable and model.beam.delta >= 0:
+        raise overshoot(model, load, path.state)  # no beam that points outward can buckle
     return Equilibrium(path.state, stable, path.iterations, path.steps)
 
 
