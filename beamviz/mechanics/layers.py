@@ -10,9 +10,8 @@ import math
 from itertools import pairwise
 from typing import NamedTuple
 
-from scipy.optimize import brentq
-
 from beamviz.beam import Beam
+from beamviz.mechanics.roots import bisect
 from beamviz.mechanics.strain import Curvature, StrainLaw
 
 LAYER_REACH = 2.0  # widths per digit: exp(-2 * 12) of a layer's energy is left after 12
@@ -20,6 +19,8 @@ TIP_REACH = 4.0
 GRADING = 6.0  # ratio of neighbouring elements where the stretch falls off
 WAVES_PER_ELEMENT = 9.0
 NEGLIGIBLE_FORCE = 0.1  # n: the stretch is 1 for all that layers care
+AT_END = 1e-13  # a mass this near the clamp or the tip sits on it, to rounding
+STRETCH_HALVINGS = 12  # the width of a layer need not be known better
 MIN_ORDER, MAX_ORDER = 4, 30
 CAPS = (14, 18, 22, 28)  # orders above which a layer gets an element of its own, tried in turn
 
@@ -58,7 +59,8 @@ class Positions(NamedTuple):
 
 def unstretched(beam: Beam) -> Positions:
     """The positions of a beam that hardly stretches: u = x."""
-    ends = (0.0, beam.beta, 1.0) if beam.alpha > 0 and 0 < beam.beta < 1 else (0.0, 1.0)
+    interior = beam.alpha > 0 and AT_END < beam.beta < 1 - AT_END
+    ends = (0.0, beam.beta, 1.0) if interior else (0.0, 1.0)
     return Positions(ends, ends, tuple((a + b) / 2 for a, b in pairwise(ends)))
 
 
@@ -67,7 +69,7 @@ def segments(beam: Beam, positions: Positions, law: StrainLaw) -> list[Segment]:
     parts: list[Segment] = []
     load, N = beam.gamma**2, 0.0
     for a, b, u, mean in _from_tip(positions):
-        if beam.alpha and b == beam.beta:
+        if beam.alpha and abs(b - beam.beta) <= AT_END:
             N += load * beam.alpha * (u + beam.delta)
         N_end, N = N, N + load * (b - a) * (mean + beam.delta)
         f, f_end = (_stretch(law, force / beam.mu**2) for force in (N, N_end))
@@ -147,7 +149,9 @@ def _stretch(law: StrainLaw, n: float) -> float:
     while high < law.max_stretch and law.force(high) < n:
         high *= 2
     high = min(high, law.max_stretch)
-    return brentq(lambda f: law.force(f) - n, 1.0, high) if law.force(high) > n else high
+    if law.force(high) <= n:
+        return high
+    return float(bisect(lambda f: law.force(f) - n, 1.0, high, STRETCH_HALVINGS))
 
 
 def _falling(part: Segment, mu: float) -> set[float]:

@@ -10,9 +10,8 @@ from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
-
 from beamviz.beam import Beam
+from beamviz.mechanics.roots import bisect
 
 BENDING, STRETCHING, MIXED = "bending", "stretching", "mixed"
 PURE = 0.9  # share of the kinetic energy that makes a mode one of its family
@@ -130,14 +129,13 @@ class Solution:
     def _nodes(self, k: int) -> np.ndarray:
         column = int(self.bending_fractions[k] >= 0.5)
 
-        def component(x):
-            values = self.shape(k, np.atleast_1d(x))[:, column]
-            return (values.imag if np.iscomplexobj(values) and column else values.real).squeeze()
+        def component(x: np.ndarray) -> np.ndarray:
+            values = self.shape(k, x)[:, column]
+            return values.imag if np.iscomplexobj(values) and column else values.real
 
         x = np.linspace(0, 1, NODE_GRID)[1:]
-        signs = np.sign(component(x))
-        found = [brentq(component, x[i], x[i + 1]) for i in np.nonzero(np.diff(signs))[0]]
-        return np.array(found)
+        before = np.flatnonzero(np.diff(np.sign(component(x))))
+        return bisect(component, x[before], x[before + 1])
 
 
 def _points(x: np.ndarray) -> np.ndarray:

@@ -1,0 +1,219 @@
+"""solve(): every method against the others, failures told apart, nothing lost on the way."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from beamviz.beam import LIMITS, MAX_GAMMA_OVER_MU, Beam
+from beamviz.errors import InvalidInput, NoEquilibrium
+from beamviz.mechanics.solve import METHODS, solve, solve_many
+
+STRAIGHT = Beam(alpha=1, beta=0.5, gamma=10)  # the beam of the README
+
+
+def beams(max_gamma: float = 60.0, min_delta: float = 0.0) -> st.SearchStrategy[Beam]:
+    """Beams within an everyday range."""
+    return st.builds(
+        Beam,
+        alpha=st.floats(0, 5),
+        beta=st.floats(0, 1),
+        gamma=st.floats(0, max_gamma),
+        delta=st.floats(min_delta, 3),
+        mu=st.floats(20, 500),
+    )
+
+
+CORNERS = [
+    Beam(alpha, beta, min(gamma, MAX_GAMMA_OVER_MU * mu), delta, mu)
+    for alpha, beta, gamma, delta, mu in itertools.product(
+        LIMITS["alpha"], (0.0, 1e-6, 0.5, 1 - 1e-6, 1.0), LIMITS["gamma"], (0.0, 20.0), LIMITS["mu"]
+    )
+]
+
+
+@pytest.mark.parametrize("plane", ["chordwise", "flapwise"])
+@pytest.mark.parametrize("coriolis", [False, True])
+def test_every_corner_of_the_accepted_domain_solves(plane, coriolis):
+    """With green strain and delta >= 0 every beam has a stable answer within the tolerance."""
+    for beam in CORNERS:
+        solution = solve(beam, plane=plane, coriolis=coriolis)
+        assert solution.equilibrium.status == "stable", beam
+        assert solution.equilibrium.stretch(np.linspace(0, 1, 9)).min() > 0.999, beam
+        assert np.all(np.diff(solution.frequencies) >= 0), beam
+        rounding = 1e-9 * solution.frequencies[-1]  # gamma^2 may cancel all but this
+        assert np.all(solution.errors <= 1e-6 * solution.frequencies + rounding), beam
+
+
+@settings(max_examples=40, deadline=None)
+@given(beam=beams(), coriolis=st.booleans(), flapwise=st.booleans())
+def test_both_ways_through_the_papers_elements_agree(beam, coriolis, flapwise):
+    """The split form and the full planar tangent are the same method, to rounding."""
+    options = {"coriolis": coriolis, "plane": "flapwise" if flapwise else "chordwise"}
+    split = solve(beam, method="ancf", elements=8, **options)
+    full = solve(beam, method="ancf-planar", elements=8, **options)
+    assert split.squares == pytest.approx(full.squares, rel=1e-8, abs=1e-8)
+    assert split.labels == full.labels
+
+
+@settings(max_examples=30, deadline=None)
+@given(beam=beams(max_gamma=20.0), beta=st.floats(0.2, 1), coriolis=st.booleans())
+def test_the_papers_elements_converge_to_the_default(beam, beta, coriolis):
+    """Finer elements come closer to the default method, and their error bars say how far."""
+    beam = beam.replace(beta=beta)
+    exact = solve(beam, coriolis=coriolis, tolerance=1e-9)
+    coarse = solve(beam, method="ancf", elements=8, coriolis=coriolis)
+    fine = solve(beam, method="ancf", elements=32, coriolis=coriolis)
+    far, near = (abs(s.frequencies - exact.frequencies) for s in (coarse, fine))
+    assert np.all(near <= fine.errors + exact.errors)
+    assert np.all(far <= coarse.errors + exact.errors)
+    assert near.max() <= 0.7 * far.max() + 1e-6
+
+
+@settings(max_examples=60, deadline=None)
+@given(beam=beams(), coriolis=st.booleans(), modes=st.integers(1, 12))
+def test_error_bars_hold_against_a_finer_solve(beam, coriolis, modes):
+    """What a tolerance of 1e-3 reports covers what a tolerance of 1e-9 finds."""
+    rough = solve(beam, modes=modes, coriolis=coriolis, tolerance=1e-3)
+    fine = solve(beam, modes=modes, coriolis=coriolis, tolerance=1e-9)
+    assert np.all(rough.errors <= 1e-3 * rough.frequencies)
+    assert np.all(abs(rough.frequencies - fine.frequencies) <= rough.errors + fine.errors)
+
+
+@settings(max_examples=30, deadline=None)
+@given(beam=beams())
+def test_the_planes_differ_by_gamma_squared(beam):
+    """omega_flap^2 - omega_chord^2 = gamma^2 of every bending mode (Coriolis off)."""
+    chord = solve(beam, modes=8)
+    flap = solve(beam, modes=8, plane="flapwise")
+    for label in set(chord.labels) & set(flap.labels) - {"S1", "S2", "S3", "S4", "S5"}:
+        i, k = chord.labels.index(label), flap.labels.index(label)
+        slack = chord.square_errors[i] + flap.square_errors[k]
+        assert flap.squares[k] - chord.squares[i] == pytest.approx(beam.gamma**2, abs=slack + 1e-9)
+
+
+@settings(max_examples=25, deadline=None)
+@given(beam=beams(max_gamma=10.0), k=st.integers(0, 4), coriolis=st.booleans())
+def test_shapes_have_unit_modal_mass(beam, k, coriolis):
+    """int rho |phi|^2 = 1, the concentrated mass included, by a quadrature of its own."""
+    solution = solve(beam, coriolis=coriolis, tolerance=1e-9)
+    points, weights = np.polynomial.legendre.leggauss(60)
+    parts = [0.0, beam.beta, 1.0] if 0 < beam.beta < 1 else [0.0, 1.0]
+    mass = beam.alpha * (abs(solution.shape(k, beam.beta)) ** 2).sum()
+    for a, b in itertools.pairwise(parts):
+        x = a + (b - a) * (points + 1) / 2
+        mass += (b - a) / 2 * weights @ (abs(solution.shape(k, x)) ** 2).sum(axis=1)
+    assert mass == pytest.approx(1, abs=1e-6)
+
+
+def test_many_at_once_are_the_same_as_one_by_one():
+    """solve_many() differs from solve() only within the error bars, and holds errors in place."""
+    sweep = [Beam(alpha=1, beta=0.5, gamma=gamma, mu=30) for gamma in np.linspace(0, 60, 40)]
+    for options in ({}, {"strain": "biot"}, {"coriolis": True}, {"method": "ancf"}):
+        for beam, found in zip(sweep, solve_many(sweep, **options), strict=True):
+            if isinstance(found, NoEquilibrium):
+                with pytest.raises(NoEquilibrium) as caught:
+                    solve(beam, **options)
+                assert caught.value.limit == found.limit
+                continue
+            alone = solve(beam, **options)
+            assert found.labels == alone.labels
+            assert np.all(
+                abs(found.frequencies - alone.frequencies) <= found.errors + alone.errors
+            )
+    assert solve_many([]) == []
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    ("strain", "delta", "limit", "digits"),
+    [
+        # physics.md 3.7: a fold of the whole beam; the root reaches f = e; resonance of a
+        # linear bar, whatever delta.
+        ("hencky", 0.0, 45.420, 3),
+        ("hencky", 1.0, 31.4887, 4),
+        ("biot", 0.0, 70 * math.pi / 2, 6),
+        ("biot", 3.0, 70 * math.pi / 2, 6),
+    ],
+)
+def test_the_end_of_equilibrium_is_found_and_named(method, strain, delta, limit, digits):
+    """Beyond the limit the error carries it; below it there is an answer."""
+    with pytest.raises(NoEquilibrium) as caught:
+        solve(Beam(gamma=limit * 1.02, delta=delta), strain=strain, method=method)
+    near = 0.5 * 10**-digits if method == "auto" else 1e-3 * limit  # 20 elements see f less well
+    assert caught.value.limit == pytest.approx(limit, abs=near)
+    assert f"no equilibrium beyond gamma = {caught.value.limit:.6g}"[:34] in str(caught.value)
+    below = solve(Beam(gamma=0.97 * limit, delta=delta), strain=strain, method=method)
+    assert below.equilibrium.status == "stable"
+    assert below.equilibrium.stretch(np.linspace(0, 1, 101)).min() > 0
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_an_inward_beam_buckles(method):
+    """Compressed from delta = -1 the straight state is unstable beyond gamma = 2.9939 (Ritz with
+    ten powers of x, rigid axis; 2.9960 at mu = 70), and says so with a growth rate."""
+    stable = solve(Beam(gamma=2.99, delta=-1), method=method)
+    unstable = solve(Beam(gamma=3.00, delta=-1), method=method)
+    assert stable.equilibrium.status == "stable"
+    assert unstable.equilibrium.status == "unstable"
+    assert np.isnan(unstable.frequencies[0])
+    assert unstable.growth_rates[0] > 0
+    assert not unstable.growth_rates[1:].any()
+    assert unstable.labels[0] == "B1"
+
+
+def test_coriolis_does_not_move_the_point_of_buckling():
+    """At omega = 0 nothing moves and no Coriolis force acts."""
+    for gamma, status in ((2.99, "stable"), (3.00, "unstable")):
+        solution = solve(Beam(gamma=gamma, delta=-1), coriolis=True)
+        assert solution.equilibrium.status == status
+
+
+def test_coriolis_vanishes_with_the_speed():
+    """The coupled answer tends to the uncoupled one as gamma^2."""
+    apart = solve(Beam(alpha=1, beta=0.7, gamma=1e-4), tolerance=1e-10)
+    coupled = solve(Beam(alpha=1, beta=0.7, gamma=1e-4), tolerance=1e-10, coriolis=True)
+    assert coupled.frequencies == pytest.approx(apart.frequencies, rel=1e-8)
+    assert coupled.labels == apart.labels
+
+
+def test_nodes_are_where_the_paper_puts_them():
+    """Vibration nodes 0.78344 of mode 2; 0.50355 and 0.86768 of mode 3 (paper, figs. 16-19)."""
+    solution = solve(Beam())
+    assert solution.nodes[0].size == 0
+    assert solution.nodes[1] == pytest.approx([0.78344], abs=5e-6)
+    assert solution.nodes[2] == pytest.approx([0.50355, 0.86768], abs=5e-6)
+
+
+def test_a_mode_seen_out_of_range_is_an_index_error():
+    """Modes count from 0; the message says which there are."""
+    with pytest.raises(IndexError, match=r"modes 0 \.\. 4"):
+        solve(Beam()).shape(5, 0.5)
+    with pytest.raises(ValueError, match=r"0 \.\. 1"):
+        solve(Beam()).shape(0, 1.5)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"method": "magic"}, "method = 'magic': must be one of auto, ancf, ancf-planar"),
+        ({"strain": "cauchy"}, "strain = 'cauchy': must be one of green, biot, hencky"),
+        ({"curvature": "flat"}, "curvature = 'flat': must be one of spatial, material"),
+        ({"plane": "diagonal"}, "plane = 'diagonal': must be one of chordwise, flapwise"),
+        ({"modes": 0}, "modes = 0: must be a whole number in 1 .. 20"),
+        ({"modes": 2.5}, "modes = 2.5: must be a whole number in 1 .. 20"),
+        ({"tolerance": 1.0}, "tolerance = 1: must lie in 1e-12 .. 0.1"),
+        ({"tolerance": math.nan}, "tolerance = nan: must lie in 1e-12 .. 0.1"),
+        ({"elements": 20}, "elements = 20: is for method ancf"),
+        ({"method": "ancf", "elements": 0}, "elements = 0: must be a whole number in 1 .. 1000"),
+        ({"method": "ancf", "elements": 2}, "modes = 5: at most 4 with elements = 2"),
+    ],
+)
+def test_wrong_options_are_named(options, message):
+    """The error names the option, the value and what is allowed."""
+    with pytest.raises(InvalidInput) as caught:
+        solve(STRAIGHT, **options)
+    assert message in str(caught.value)
