@@ -3,6 +3,8 @@
 Lengths in L, frequencies in 1/T*; slenderness 70 where nothing else is said.
 """
 
+from math import pi
+
 from beamviz.beam import Beam
 
 # gamma, omega 1..3: flapwise, delta 0, alpha 0, rigid in tension. Wright, Smith, Thresher & Wang,
@@ -54,6 +56,17 @@ LINEAR_AXIAL_CORIOLIS = [
 # omega 1..5, alpha = beta = 1 at rest. Math. Probl. Eng. 2017/1568019, table 1.
 TIP_MASS_AT_REST = [1.557298, 16.25009, 50.89584, 105.1983, 179.2320]
 
+# Frequencies [Hz] of a steel tube with a mass at its tip: VPCS, test SDLL15, as recomputed.
+TUBE = {
+    "length": 10.0,
+    "density": 7800.0,
+    "area": pi / 4 * (0.35**2 - 0.32**2),
+    "second_moment": pi / 64 * (0.35**4 - 0.32**4),
+    "youngs_modulus": 2.1e11,
+    "mass": 1000.0,
+}
+TUBE_HERTZ = [1.6554, 16.0711, 50.0235, 76.4706, 103.1995]
+
 # alpha, beta, gamma, delta, bending 1..4, stretching 1: green, spatial, chordwise.
 INDEPENDENT = [
     (0, 1, 0, 0, (3.5160153, 22.0344916, 61.6972144, 120.9019161), 109.9557429),
@@ -66,6 +79,14 @@ INDEPENDENT = [
 INDEPENDENT_CORIOLIS = [
     (1, 0.5, 10, 0, (4.2560380, 21.9918226, 78.2173207, 79.5184410, 111.0672016)),
     (1, 0.3, 50, 1, (46.205059, 117.208910, 186.820598)),
+]
+
+# strain, delta, largest gamma with an equilibrium (alpha 0), a unit of its last digit.
+LIMITS = [
+    ("biot", 0.0, 70 * pi / 2, 1e-6),
+    ("biot", 5.0, 70 * pi / 2, 1e-6),
+    ("hencky", 0.0, 45.420, 1e-3),
+    ("hencky", 1.0, 31.4887, 1e-4),
 ]
 
 # parameter, beam, bending mode that meets the first stretching one, curvature, place, last digit.

@@ -5,6 +5,8 @@ The solver makes an energy stationary, the oracle collocates the differential eq
 self-difference, and nothing else.
 """
 
+from typing import Any
+
 import numpy as np
 import pytest
 from oracle import QUICK, Truth, truth
@@ -28,7 +30,7 @@ def random_beam(rng: np.random.Generator) -> Beam:
     return Beam(alpha, beta, gamma, delta, mu)
 
 
-def random_model(rng: np.random.Generator) -> dict[str, str]:
+def random_model(rng: np.random.Generator) -> dict[str, Any]:
     return {
         "curvature": str(rng.choice(["spatial", "material"])),
         "plane": str(rng.choice(["chordwise", "flapwise"])),

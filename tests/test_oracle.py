@@ -10,6 +10,7 @@ from oracle_equilibrium import NoStateError, Resolution, shoot, stretch
 from published import (
     INDEPENDENT,
     INDEPENDENT_CORIOLIS,
+    LIMITS,
     LINEAR_AXIAL_CORIOLIS,
     MEETINGS,
     TIP_MASS_AT_REST,
@@ -154,20 +155,13 @@ def test_meetings_of_the_loci(row):
     assert gaps[0] * gaps[1] < 0
 
 
-@pytest.mark.parametrize(
-    ("strain", "delta", "limit", "digit"),
-    [
-        ("biot", 0.0, 70 * np.pi / 2, 1e-3),
-        ("biot", 5.0, 70 * np.pi / 2, 1e-3),
-        ("hencky", 0.0, 45.420, 1e-3),
-        ("hencky", 1.0, 31.4887, 1e-4),
-    ],
-)
+@pytest.mark.parametrize(("strain", "delta", "limit", "digit"), LIMITS)
 def test_no_equilibrium_beyond_the_limit(strain, delta, limit, digit):
     """Biot ends where its linear bar is in resonance, hencky at a fold or at f = e."""
-    shoot(Beam(gamma=limit - digit, delta=delta), strain)
+    margin = max(digit, 1e-4)  # nearer, the tip is too far away for the march
+    shoot(Beam(gamma=limit - margin, delta=delta), strain)
     with pytest.raises(NoStateError):
-        shoot(Beam(gamma=limit + digit, delta=delta), strain)
+        shoot(Beam(gamma=limit + margin, delta=delta), strain)
 
 
 def test_moment_balance_agrees_with_the_eigenvalue():
