@@ -74,7 +74,7 @@ def test_limits(name, low, high):
 
 
 def test_curvature_powers():
-    """A circle of radius R stretched by f bends by 1/R per deformed and f/R per reference length."""
+    """A circle of radius R, stretched by f: 1 / R per deformed, f / R per reference length."""
     f, R = 1.7, 2.5
     cross = f**3 / R  # r = R (sin, 1 - cos)(f x / R): r' x r'' = f^3 / R
     assert cross / f ** CURVATURES["spatial"].power == pytest.approx(1 / R)
