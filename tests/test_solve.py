@@ -49,7 +49,7 @@ def test_every_corner_of_the_accepted_domain_solves(plane, coriolis):
 
 
 @settings(max_examples=40, deadline=None)
-@given(beam=beams(), coriolis=st.booleans(), flapwise=st.booleans())
+@given(beam=beams(max_gamma=10.0), coriolis=st.booleans(), flapwise=st.booleans())
 def test_both_ways_through_the_papers_elements_agree(beam, coriolis, flapwise):
     """The split form and the full planar tangent are the same method, to rounding."""
     options = {"coriolis": coriolis, "plane": "flapwise" if flapwise else "chordwise"}
@@ -121,9 +121,7 @@ def test_many_at_once_are_the_same_as_one_by_one():
                 continue
             alone = solve(beam, **options)
             assert found.labels == alone.labels
-            assert np.all(
-                abs(found.frequencies - alone.frequencies) <= found.errors + alone.errors
-            )
+            assert np.all(abs(found.frequencies - alone.frequencies) <= found.errors + alone.errors)
     assert solve_many([]) == []
 
 

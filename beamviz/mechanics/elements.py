@@ -15,7 +15,7 @@ from beamviz.errors import InvalidInput
 from beamviz.mechanics import assembly, cubic, eigen, planar
 from beamviz.mechanics.adaptive import Physics, solve_straight
 from beamviz.mechanics.basis import interpolate, uniform
-from beamviz.mechanics.equilibrium import straight_equilibrium
+from beamviz.mechanics.equilibrium import Equilibrium, straight_equilibrium
 
 PAPER_ELEMENTS = 20
 MAX_ELEMENTS = 1000
@@ -48,27 +48,38 @@ class ElementModes(NamedTuple):
 
 
 def split(beam: Beam, physics: Physics, elements: int) -> Assembled:
-    """Half the coordinates twice (cubic.py)."""
-    cubics = cubic.Cubics.between(uniform(elements), beam, physics.law)
-    q, iterations = cubic.equilibrium(cubics)
+    """Half the coordinates twice (cubic.py), about the equilibrium of the full residual."""
+    model, state = _planar_equilibrium(beam, physics, elements)
+    q = state.q[::2]
+    cubics = cubic.Cubics.between(model.elements.nodes, beam, physics.law)
     load = beam.gamma**2
-    Ka = assembly.dense(assembly.band(cubics.along(q, load)))
     softening = load if physics.chordwise else 0.0
+    Ka = assembly.dense(assembly.band(cubics.along(q, load)))
     Kb = assembly.dense(assembly.band(cubics.across(q, softening, physics.curvature)))
-    m = assembly.dense(assembly.band(cubics.m))
-    return Assembled(cubics.nodes, q, iterations, Ka[1:, 1:], Kb[2:, 2:], m)
+    return _assembled(model, state, Ka, Kb)
 
 
 def full(beam: Beam, physics: Physics, elements: int) -> Assembled:
-    """The full planar residual and tangent (planar.py)."""
-    plane = "chordwise" if physics.chordwise else "flapwise"
-    model = planar.model(beam, uniform(elements), physics.law, physics.curvature, plane)
-    state = straight_equilibrium(model)
+    """The full planar tangent (planar.py)."""
+    model, state = _planar_equilibrium(beam, physics, elements)
     K = model.tangent(state.q, beam.gamma**2)
     Ka, Kb = assembly.dense(planar.along(K)), assembly.dense(planar.across(K))
+    return _assembled(model, state, Ka, Kb)
+
+
+def _planar_equilibrium(
+    beam: Beam, physics: Physics, elements: int
+) -> tuple[planar.Model, Equilibrium]:
+    plane = "chordwise" if physics.chordwise else "flapwise"
+    model = planar.model(beam, uniform(elements), physics.law, physics.curvature, plane)
+    return model, straight_equilibrium(model)
+
+
+def _assembled(model: planar.Model, state: Equilibrium, Ka: NDArray, Kb: NDArray) -> Assembled:
+    """The matrices over the free coordinates: the clamp holds r1, r2 and r2' at x = 0."""
     m = assembly.dense(assembly.band(model.m))
-    nodes = model.elements.nodes
-    return Assembled(nodes, state.q[::2], state.iterations, Ka[1:, 1:], Kb[2:, 2:], m)
+    q, nodes = state.q[::2], model.elements.nodes
+    return Assembled(nodes, q, state.iterations, Ka[1:, 1:], Kb[2:, 2:], m)
 
 
 def solve_elements(

@@ -43,7 +43,8 @@ class Segment(NamedTuple):
         the free tip, where nothing holds the rotation."""
         power = 2 * curvature.power - 3
         widths = [
-            1 / math.sqrt(N * f**power) if N > 0 else math.inf for N, f in zip(self.N, self.f, strict=True)
+            1 / math.sqrt(N * f**power) if N > 0 else math.inf
+            for N, f in zip(self.N, self.f, strict=True)
         ]
         return widths[0], (widths[1] if self.end < 1 else math.inf)
 

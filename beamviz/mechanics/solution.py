@@ -10,6 +10,7 @@ from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
+
 from beamviz.beam import Beam
 from beamviz.mechanics.roots import bisect
 
