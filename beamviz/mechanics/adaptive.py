@@ -1,7 +1,7 @@
 """The default method `auto`: as few unknowns as the tolerance asks for."""
 
 import math
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -14,19 +14,25 @@ from beamviz.mechanics.newton import Path, Root, continue_load
 from beamviz.mechanics.strain import Curvature, StrainLaw
 
 REFINEMENTS = 8
-SMALL_FORCE = 0.1  # n at the clamp below which a beam hardly stretches
+SMALL_FORCE = 0.3  # n at the clamp below which a beam hardly stretches
 COARSE_ORDER = 6
 LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 LIMIT_ORDER = 12
 
 
+Tension = Literal["equilibrium", "reference", "none"]
+
+
 class Physics(NamedTuple):
-    """What is solved about a beam: its laws, its plane, and whether Coriolis forces act."""
+    """What is solved about a beam: its laws, its plane, whether Coriolis forces act, and the
+    tension that stiffens it: that of the stretched equilibrium, that of the rigid reference
+    length (first-order coupling), or none (no coupling)."""
 
     law: StrainLaw
     curvature: Curvature
     chordwise: bool
     coriolis: bool
+    tension: Tension = "equilibrium"
 
 
 class StraightModes(NamedTuple):
@@ -54,7 +60,9 @@ def solve_straight(beam: Beam, modes: int, physics: Physics, tolerance: float) -
     Raises NoEquilibrium with the limit, NotConverged when refinement does not get there.
     """
     law = physics.law
-    positions = unstretched(beam) if _hardly_stretches(beam) else _coarse_positions(beam, law)
+    rigid = physics.tension != "equilibrium"
+    hardly = rigid or _hardly_stretches(beam)
+    positions = unstretched(beam) if hardly else _coarse_positions(beam, law)
     parts = segments(beam, positions, law)
     digits = -math.log10(tolerance)
     for attempt in range(1, REFINEMENTS + 1):
@@ -81,8 +89,12 @@ def _excess(found: StraightModes, tolerance: float) -> float:
 def solve_on(points: Mesh, beam: Beam, modes: int, physics: Physics) -> StraightModes:
     """Equilibrium and modes on one mesh."""
     rho = hp.inertia(points, beam)
-    f, iterations = equilibrium(points, rho, beam, physics.law)
-    bending = hp.bending(points, rho, beam, f, physics.curvature)
+    if physics.tension == "equilibrium":
+        f, iterations = equilibrium(points, rho, beam, physics.law)
+    else:
+        f, iterations = np.ones(len(points.weights)), 0
+    stiffening = physics.tension != "none"
+    bending = hp.bending(points, rho, beam, f, physics.curvature, stiffening)
     stretching = hp.stretching(points, rho, beam, f, physics.law)
     if physics.coriolis and physics.chordwise and beam.gamma:
         return _coupled(points, f, iterations, beam, bending, stretching, modes)
@@ -219,7 +231,8 @@ def solve_straight_many(
     found: list[StraightModes | None] = [None] * len(beams)
     places = [k for k, beam in enumerate(beams) if _hardly_stretches(beam)]
     together = [beams[k] for k in places]
-    if not together or (physics.coriolis and physics.chordwise):
+    coupled = physics.coriolis and physics.chordwise
+    if not together or coupled or physics.tension != "equilibrium":
         return found
     if len({unstretched(beam).ends for beam in together}) > 1:
         return found

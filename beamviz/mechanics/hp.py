@@ -162,7 +162,12 @@ def stretching(
 
 
 def bending(
-    mesh: Mesh, rho: Inertia, beam: Beam | Numbers, f: np.ndarray, curvature: Curvature
+    mesh: Mesh,
+    rho: Inertia,
+    beam: Beam | Numbers,
+    f: np.ndarray,
+    curvature: Curvature,
+    stiffening: bool = True,
 ) -> Forms:
     """Bending about the stretch f (..., n), in terms of kappa = theta'.
 
@@ -170,7 +175,8 @@ def bending(
     cancels where a slender beam hardly stretches.
     """
     J = mesh.J
-    wN = beam.gamma**2 * (np.matvec(rho.G, f) + beam.delta * rho.g)
+    load = beam.gamma**2 if stiffening else 0.0
+    wN = load * (np.matvec(rho.G, f) + beam.delta * rho.g)
     K = (J.mT * (wN * f)[..., None, :]) @ J
     _diagonal(K)[:] += mesh.weights * straight.bending_rigidity(f, curvature)
     to_mass = None if rho.to_mass is None else np.vecmat(rho.to_mass * f, J)

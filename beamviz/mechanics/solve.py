@@ -14,6 +14,7 @@ from beamviz.mechanics import elements as cubic_elements
 from beamviz.mechanics.adaptive import (
     Physics,
     StraightModes,
+    Tension,
     solve_straight,
     solve_straight_many,
 )
@@ -118,6 +119,11 @@ def solve_many(beams: Sequence[Beam], **options: Any) -> list[Solution | Beamviz
     ]
 
 
+def _rigid(tension: Tension, task: Task) -> Solution:
+    """As `auto`, about the beam at its reference length."""
+    return _auto(task._replace(physics=task.physics._replace(tension=tension)))
+
+
 def _attempt(task: Task) -> Solution | BeamvizError:
     try:
         return METHODS[task.model.method].solve(task)
@@ -128,7 +134,9 @@ def _attempt(task: Task) -> Solution | BeamvizError:
 def _auto(task: Task) -> Solution:
     """The straight scene on as few unknowns as the tolerance asks for."""
     if task.elements is not None:
-        raise InvalidInput(f"elements = {task.elements}: is for method ancf; auto chooses its own")
+        raise InvalidInput(
+            f"elements = {task.elements}: is for method ancf; {task.model.method} chooses its own"
+        )
     return _straight_solution(
         task, solve_straight(task.beam, task.modes, task.physics, task.tolerance)
     )
@@ -218,6 +226,18 @@ METHODS = {
             "the paper's cubic elements through the full planar tangent (eqs. 40-48)",
             "to check ancf: the same answer with all unknowns at once",
             partial(_ancf, cubic_elements.full),
+        ),
+        Method(
+            "foac",
+            "first-order coupling: tension of the rigid reference length (Hong et al.; Yoo & Shin)",
+            "to see the classical model of slender rotating beams, right while f is near 1",
+            partial(_rigid, "reference"),
+        ),
+        Method(
+            "zoac",
+            "no coupling: the linear model without stiffening, the paradox of Kane et al. (1987)",
+            "to see it fail: it falsely loses stability at gamma = 3.516",
+            partial(_rigid, "none"),
         ),
     )
 }
