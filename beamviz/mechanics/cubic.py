@@ -56,6 +56,12 @@ class Cubics:
         tension = self.weights * straight.tension_rigidity(f, self.beam.mu, self.law)
         return form(slope, bending) + form(angle, tension) - load * self.m
 
+    def prestressed(self, u: NDArray, load: float) -> NDArray:
+        """Elements for bending of the unstretched beam under the tension mu^2 u' of a linear
+        bar: (n, 4, 4)."""
+        tension = self.weights * self.beam.mu**2 * self.stretch(u)
+        return form(self.ddS, self.weights) + form(self.dS, tension) - load * self.m
+
 
 def form(B: NDArray, density: NDArray) -> NDArray:
     """int B' density B of each element; B (n, p, 4), density with its weights (n, p)."""

@@ -1,7 +1,8 @@
-"""The paper's method: uniform cubic elements, split for a straight beam or fully planar.
+"""Uniform cubic elements: the paper's method, split for a straight beam or fully planar, and
+the linear prestressed one.
 
-Both ways assemble the same two stiffnesses about the straight state and share all the rest. The
-errors are differences from the default method, which converges to the same model.
+All assemble two stiffnesses about the straight state and share the rest. The errors are
+differences from the default method, which converges to the same model.
 """
 
 from collections.abc import Callable
@@ -65,6 +66,25 @@ def full(beam: Beam, physics: Physics, elements: int) -> Assembled:
     K = model.tangent(state.q, beam.gamma**2)
     Ka, Kb = assembly.dense(planar.along(K)), assembly.dense(planar.across(K))
     return _assembled(model, state, Ka, Kb)
+
+
+def linear(beam: Beam, physics: Physics, elements: int) -> Assembled:
+    """Linear statics under the load of the reference length, then vibration with its prestress.
+
+    The bending elements are the same; the tension is mu^2 u' of the linear bar.
+    """
+    nodes = uniform(elements)
+    cubics = cubic.Cubics.between(nodes, beam, physics.law)
+    load = beam.gamma**2
+    softening = load if physics.chordwise else 0.0
+    rest = np.column_stack((nodes, np.ones_like(nodes))).ravel()
+    m = assembly.dense(assembly.band(cubics.m))
+    K = assembly.dense(assembly.band(cubics.along(rest, 0.0)))
+    arm = rest + beam.delta * np.tile([1.0, 0.0], len(nodes))
+    u = np.zeros_like(rest)
+    u[1:] = np.linalg.solve(K[1:, 1:], load * (m @ arm)[1:])
+    Kb = assembly.dense(assembly.band(cubics.prestressed(u, softening)))
+    return Assembled(nodes, rest + u, 1, (K - load * m)[1:, 1:], Kb[2:, 2:], m)
 
 
 def _planar_equilibrium(

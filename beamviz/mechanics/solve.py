@@ -135,7 +135,7 @@ def _auto(task: Task) -> Solution:
     """The straight scene on as few unknowns as the tolerance asks for."""
     if task.elements is not None:
         raise InvalidInput(
-            f"elements = {task.elements}: is for method ancf; {task.model.method} chooses its own"
+            f"elements = {task.elements}: is for finite elements; {task.model.method} chooses its own"
         )
     return _straight_solution(
         task, solve_straight(task.beam, task.modes, task.physics, task.tolerance)
@@ -175,11 +175,12 @@ def _straight_displacement(found: StraightModes, x: np.ndarray) -> np.ndarray:
     return fields[:, :, found.picks]
 
 
-def _ancf(assemble: Callable, task: Task) -> Solution:
-    """The paper's elements."""
-    found = cubic_elements.solve_elements(
-        task.beam, task.modes, task.physics, assemble, task.elements
-    )
+def _cubic(
+    assemble: cubic_elements.Assemble, task: Task, tension: Tension = "equilibrium"
+) -> Solution:
+    """Uniform cubic elements."""
+    physics = task.physics._replace(tension=tension)
+    found = cubic_elements.solve_elements(task.beam, task.modes, physics, assemble, task.elements)
     count = len(found.assembled.nodes) - 1
     dof = len(found.assembled.Ka) + len(found.assembled.Kb)
     return Solution(
@@ -219,13 +220,19 @@ METHODS = {
             "ancf",
             "the paper's cubic elements (2017), stretching and bending solved apart",
             "to see the paper's own numbers; 20 elements are the paper's",
-            partial(_ancf, cubic_elements.split),
+            partial(_cubic, cubic_elements.split),
         ),
         Method(
             "ancf-planar",
             "the paper's cubic elements through the full planar tangent (eqs. 40-48)",
             "to check ancf: the same answer with all unknowns at once",
-            partial(_ancf, cubic_elements.full),
+            partial(_cubic, cubic_elements.full),
+        ),
+        Method(
+            "linear",
+            "linear finite elements with prestress and spin softening, as general codes do it",
+            "to see what a linear prestressed analysis says; its limit is foac's",
+            partial(_cubic, cubic_elements.linear, tension="reference"),
         ),
         Method(
             "foac",
