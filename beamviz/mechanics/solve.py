@@ -135,7 +135,8 @@ def _auto(task: Task) -> Solution:
     """The straight scene on as few unknowns as the tolerance asks for."""
     if task.elements is not None:
         raise InvalidInput(
-            f"elements = {task.elements}: is for finite elements; {task.model.method} chooses its own"
+            f"elements = {task.elements}: is for finite elements;"
+            f" {task.model.method} chooses its own"
         )
     return _straight_solution(
         task, solve_straight(task.beam, task.modes, task.physics, task.tolerance)
