@@ -2,11 +2,12 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from beamviz.beam import Beam, Units
@@ -38,7 +39,7 @@ beams = st.builds(
 )
 
 
-def sampled(beam: Beam = PAPER, **options) -> Shapes:
+def sampled(beam: Beam = PAPER, **options: Any) -> Shapes:
     """The shapes of a beam."""
     return Shapes.sampled(solve(beam, **options))
 
@@ -91,7 +92,7 @@ def test_pieces_follow_the_line_and_meet_outside_a_bend(plane):
     assert np.allclose(np.delete(lengths, [0, breadth], axis=1), 0.1)
 
 
-def rotated(wxyz: np.ndarray, vector) -> np.ndarray:
+def rotated(wxyz: np.ndarray, vector: Any) -> np.ndarray:
     """A vector turned by a unit quaternion."""
     w, v = wxyz[0], wxyz[1:]
     return vector + 2 * np.cross(v, np.cross(v, vector) + w * np.asarray(vector))
@@ -251,6 +252,15 @@ def test_a_large_picture_of_stretching_never_folds():
         assert (np.diff(along) > 0).all()
 
 
+@settings(max_examples=30)
+@given(beams)
+def test_marked_nodes_are_those_of_the_solver(beam):
+    """To the digits that a label shows."""
+    solution = solve(beam)
+    for (x, _), exact in zip(Shapes.sampled(solution).nodes, solution.nodes, strict=True):
+        assert x == pytest.approx(exact, abs=2e-5)
+
+
 @given(beams)
 def test_the_mass_sits_on_the_beam_where_beta_says(beam):
     """The station of the mass is beta itself."""
@@ -261,7 +271,7 @@ def test_the_mass_sits_on_the_beam_where_beta_says(beam):
 # Colours
 
 
-def luminance(anchors) -> np.ndarray:
+def luminance(anchors: Any) -> np.ndarray:
     """Perceived lightness along a map."""
     return colours.mapped(np.linspace(0, 1, 50), anchors) @ [0.2126, 0.7152, 0.0722]
 
@@ -325,12 +335,12 @@ def test_the_scene_draws_a_beam_and_greys_it():
         assert np.allclose(scene.mass.batched_positions, points[[shapes.mass]], atol=1e-6)
         assert len(np.unique(scene.beam.batched_colors, axis=0)) > 20
         assert scene.nodes.labels[0].text == f"B2 node at {shapes.nodes[1][0][0]:.3f}"
-        assert not scene.words.visible
+        assert scene.words.visible is False
         scene.show(shapes, Look(), [1], words="No equilibrium")
         scene.move(np.full(5, np.pi / 2), 0.15 * np.eye(5)[1], angle=0.3)
         assert len(np.unique(scene.beam.batched_colors, axis=0)) == 1
-        assert scene.words.visible
-        assert not scene.nodes.labels[0].visible
+        assert bool(scene.words.visible) is not False
+        assert scene.nodes.labels[0].visible is False
 
 
 def test_the_frame_of_view_turns_the_hub_or_the_ground():
@@ -368,11 +378,11 @@ def test_there_is_no_mass_without_a_mass_and_a_hoop_for_an_inward_beam():
     with hosted() as server:
         scene = Scene(server.scene)
         scene.show(sampled(Beam()), Look(), [0])
+        assert scene.mass.batched_scales is not None
         assert np.allclose(scene.mass.batched_scales, HIDDEN)
-        assert scene.hub.drum.visible
-        assert not scene.hub.hoop.visible
+        assert (scene.hub.drum.visible, scene.hub.hoop.visible) == (True, False)
         scene.show(Shapes.at_rest(Beam(delta=-0.5), "chordwise"), Look(), [])
-        assert not scene.hub.drum.visible
+        assert (scene.hub.drum.visible, scene.hub.hoop.visible) == (False, True)
         inner = np.linalg.norm(scene.hub.hoop.vertices[:, :2], axis=1).min()
         assert inner == pytest.approx(0.5, rel=1e-3)
 

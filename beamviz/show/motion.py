@@ -11,6 +11,7 @@ from beamviz.mechanics.solve import Solution
 from beamviz.show.tube import stations
 
 SAMPLES = np.linspace(0.0, 1.0, 401)
+FINER = 21
 MAX_STRAIN = 0.6  # drawn stretching stays below it, so that a large picture never folds
 
 
@@ -38,8 +39,10 @@ class Shapes:
     @classmethod
     def sampled(cls, solution: Solution, previous: Self | None = None) -> Self:
         """`solution` at stations that follow its curvature, with the signs of `previous`."""
-        x = stations(SAMPLES, bending(solution), solution.beam.beta)
-        modes = normalised(solution, x)
+        raw = shapes_at(solution, SAMPLES)
+        scale = normalisation(raw)
+        x = stations(SAMPLES, bending(scale * raw), solution.beam.beta)
+        modes = scale * shapes_at(solution, x)
         stretching = np.abs(np.diff(modes[:, :, 0], axis=1) / np.diff(x)).max(axis=1)
         equilibrium = solution.equilibrium
         return cls(
@@ -52,7 +55,9 @@ class Shapes:
             strain=equilibrium.stretch((x[:-1] + x[1:]) / 2) - 1.0,
             modes=modes if previous is None else aligned(modes, x, previous),
             limits=MAX_STRAIN / np.maximum(stretching, 1e-12),
-            nodes=tuple((at, equilibrium.position(at)) for at in solution.nodes),
+            nodes=tuple(
+                (at, equilibrium.position(at)) for at in still(solution, scale * raw, scale)
+            ),
         )
 
     @classmethod
@@ -78,20 +83,40 @@ class Shapes:
         return int(np.argmin(np.abs(self.x - self.beam.beta)))
 
 
-def bending(solution: Solution) -> np.ndarray:
-    """Summed curvature (n,) of all modes at SAMPLES, each with largest displacement 1."""
+def bending(modes: np.ndarray) -> np.ndarray:
+    """Summed curvature (n,) of modes (m, n, 2) at SAMPLES."""
     step = SAMPLES[1] - SAMPLES[0]
-    across = normalised(solution, SAMPLES)[:, :, 1]
-    return np.abs(np.gradient(np.gradient(across, step, axis=1), step, axis=1)).sum(axis=0)
+    slope = np.gradient(modes[:, :, 1], step, axis=1)
+    return np.abs(np.gradient(slope, step, axis=1)).sum(axis=0)
 
 
-def normalised(solution: Solution, x: np.ndarray) -> np.ndarray:
-    """The modes (m, n, 2) at x (n,), each with largest displacement 1 and a tip that moves
-    outwards or across first."""
-    modes = np.moveaxis(solution.displacement(x), 2, 0)
+def shapes_at(solution: Solution, x: np.ndarray) -> np.ndarray:
+    """All modes (m, n, 2) at x (n,)."""
+    return np.moveaxis(solution.displacement(x), 2, 0)
+
+
+def normalisation(modes: np.ndarray) -> np.ndarray:
+    """Factors (m, 1, 1) that give modes (m, n, 2) the largest displacement 1 and a tip that
+    moves outwards or across first."""
     tips = np.take_along_axis(modes[:, -1], np.abs(modes[:, -1]).argmax(axis=1)[:, None], 1)
     turns = np.where(tips == 0, 1.0, np.conj(tips) / np.maximum(np.abs(tips), 1e-300))
-    return modes * (turns / np.sqrt((np.abs(modes) ** 2).sum(2)).max(1, keepdims=True))[..., None]
+    return (turns / np.sqrt((np.abs(modes) ** 2).sum(2)).max(1, keepdims=True))[..., None]
+
+
+def still(solution: Solution, modes: np.ndarray, scale: np.ndarray) -> list[np.ndarray]:
+    """Nodes of each of the modes (m, n, 2) given at SAMPLES: where its larger component changes
+    sign, looked for once more between samples, which leaves 1e-5. (`Solution.nodes` has all
+    digits, at the price of many solves.)"""
+    column = np.linalg.norm(modes, axis=1).argmax(axis=1)  # (m,)
+    values = np.take_along_axis(modes, column[:, None, None], 2)[..., 0].real
+    which, k = np.nonzero(values[:, 1:-1] * values[:, 2:] < 0)
+    x = SAMPLES[1 + k, None] + np.linspace(0.0, SAMPLES[1], FINER)  # (nodes, FINER)
+    near = (scale * shapes_at(solution, x.ravel().clip(0, 1))).reshape(len(modes), *x.shape, 2)
+    near = near[which, np.arange(len(which)), :, column[which]].real
+    found = np.array(
+        [np.interp(0.0, np.sign(v[-1]) * v, at) for v, at in zip(near, x, strict=True)]
+    )
+    return [found[which == mode] for mode in range(len(modes))]
 
 
 def aligned(modes: np.ndarray, x: np.ndarray, previous: Shapes) -> np.ndarray:

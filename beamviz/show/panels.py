@@ -2,25 +2,15 @@
 
 import threading
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
-from viser import GuiApi, GuiEvent, GuiInputHandle, GuiNumberHandle, GuiSliderHandle
+from viser import GuiApi, GuiInputHandle, GuiSliderHandle
 
-from beamviz.beam import LIMITS, NAMES
 from beamviz.show import readout
 from beamviz.show.controls import CHOICES, MAX_AMPLITUDE, MAX_SPEED, MODES, Look, Wanted
+from beamviz.show.sliders import Listener, Numbers, assign, heard
 from beamviz.show.solving import Answer
 
-# For each number: label, everyday range and step of its slider, what it means.
-NUMBERS = {
-    "alpha": ("mass α", 0.0, 5.0, 0.01, "Mass on the beam, over the mass of the beam itself"),
-    "beta": ("position β", 0.0, 1.0, 0.005, "Where that mass sits: 0 at the hub, 1 at the tip"),
-    "gamma": ("speed γ", 0.0, 50.0, 0.1, "Speed of rotation, in radians per T*"),
-    "delta": ("hub δ", -1.0, 3.0, 0.01, "Radius of the hub, over the length of the beam;"
-              " below 0 the beam points inward from the rim"),
-    "mu": ("slenderness μ", 10.0, 200.0, 1.0, "√12 times the length over the thickness;"
-           " a large one makes stretching stiff"),
-}  # fmt: skip
 MODEL = {
     "method": "How the beam is cut up and solved",
     "strain": "Which law ties the stretch to the force: green is the paper's",
@@ -30,40 +20,19 @@ MODEL = {
 RIDING, BESIDE = "ride on the hub", "stand beside it"
 
 
-class Listener(Protocol):
-    """Who hears what the visitor chooses."""
-
-    def want(self, name: str, value: Any) -> None:
-        """A number or keyword of the solution."""
-
-    def see(self, name: str, value: Any) -> None:
-        """A choice of the picture."""
-
-    def share(self, mode: int, value: Any) -> None:
-        """How much of a mode (from 0) is in the picture."""
-
-    def only(self, mode: int) -> None:
-        """One mode (from 0) alone."""
-
-    def reset_view(self) -> None:
-        """The camera back to where it was."""
-
-    def darken(self, dark: bool) -> None:
-        """A dark or a light page."""
-
-
 class Panel:
     """Two panels: results over the scene on the left, controls docked on the right."""
 
     def __init__(self, gui: GuiApi, wanted: Wanted, look: Look, listener: Listener):
         self.listener, self.units = listener, wanted.units
+        self.lock = threading.RLock()
         self.known = ""  # the last table
         gui.set_panel_label("beamviz")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(320)
         self.add_results(gui)
         with gui.add_folder("Beam"):
-            self.numbers = Numbers(gui, wanted.numbers, listener)
+            Numbers(gui, wanted.numbers, listener, self.lock)
         with gui.add_folder("Motion"):
             self.add_motion(gui, look)
         with gui.add_folder("Picture"):
@@ -115,7 +84,7 @@ class Panel:
         """How much of one mode is in the picture."""
         share = look.shares[mode] if mode < len(look.shares) else 0.0
         slider = gui.add_slider(f"mode {mode + 1}", 0.0, 1.0, 0.05, share)
-        slider.on_update(lambda event: self.listener.share(mode, event.target.value))
+        heard(slider, self.lock, partial(self.listener.share, mode))
         return slider
 
     def add_picture(self, gui: GuiApi, look: Look) -> None:
@@ -140,7 +109,7 @@ class Panel:
             "thicken",
         )
         dark = gui.add_checkbox("dark page", False)
-        dark.on_update(lambda event: self.listener.darken(bool(event.target.value)))
+        heard(dark, self.lock, self.listener.darken)
         gui.add_button("Reset view").on_click(lambda _: self.listener.reset_view())
 
     def add_model(self, gui: GuiApi, wanted: Wanted) -> None:
@@ -148,21 +117,17 @@ class Panel:
         for name, hint in MODEL.items():
             chosen = wanted.options.get(name, CHOICES[name][0])
             dropdown = gui.add_dropdown(name, CHOICES[name], initial_value=chosen, hint=hint)
-            dropdown.on_update(partial(self.choose, name))
+            heard(dropdown, self.lock, partial(self.listener.want, name))
         coriolis = gui.add_checkbox(
             "coriolis",
             bool(wanted.options.get("coriolis")),
             hint="The force on what moves along a turning beam; it couples bending and stretching",
         )
-        coriolis.on_update(partial(self.choose, "coriolis"))
-
-    def choose(self, name: str, event: GuiEvent) -> None:
-        """Hand on a keyword of the solution."""
-        self.listener.want(name, event.target.value)
+        heard(coriolis, self.lock, partial(self.listener.want, "coriolis"))
 
     def follow(self, control: GuiInputHandle, name: str) -> None:
         """Hand on every change of a choice of the picture."""
-        control.on_update(lambda event: self.listener.see(name, event.target.value))
+        heard(control, self.lock, partial(self.listener.see, name))
 
     def pick(self, number: Any) -> None:
         """One mode alone, by its number."""
@@ -185,53 +150,3 @@ class Panel:
         """Tell the colours and the pace of the picture."""
         self.legend.content = readout.legend(colouring, largest)
         self.pace.content = readout.pace(rate, self.units)
-
-
-class Numbers:
-    """The five numbers, each with a slider for its everyday range and a field for all of it."""
-
-    def __init__(self, gui: GuiApi, numbers: dict[str, float], listener: Listener):
-        self.listener, self.lock = listener, threading.RLock()
-        self.sliders = {name: self.add_slider(gui, name, numbers[name]) for name in NUMBERS}
-        with gui.add_folder("Exact, over the full range", expand_by_default=False):
-            self.fields = {name: self.add_field(gui, name, numbers[name]) for name in NUMBERS}
-
-    def add_slider(self, gui: GuiApi, name: str, value: float) -> GuiSliderHandle[float]:
-        """The slider; it covers the full range where the value lies outside the everyday one."""
-        label, low, high, step, hint = NUMBERS[name]
-        if not low <= value <= high:
-            low, high = LIMITS[name]
-        slider = gui.add_slider(label, low, high, step, value, hint=hint)
-        slider.precision = 4
-        slider.on_update(lambda _: self.moved(name))
-        return slider
-
-    def add_field(self, gui: GuiApi, name: str, value: float) -> GuiNumberHandle[float]:
-        """The field."""
-        low, high = LIMITS[name]
-        label = f"{NUMBERS[name][0][-1]} {NAMES[name]}"
-        field = gui.add_number(label, value, min=low, max=high, step=NUMBERS[name][3])
-        field.precision = 8
-        field.on_update(lambda _: self.typed(name))
-        return field
-
-    def moved(self, name: str) -> None:
-        """A slider was moved. Callbacks run in no order, so the value is read under the lock."""
-        with self.lock:
-            value = self.sliders[name].value
-            self.listener.want(name, value)
-            assign(self.fields[name], value)
-
-    def typed(self, name: str) -> None:
-        """A field was changed; the slider widens for a value beyond its everyday range."""
-        with self.lock:
-            value, slider = self.fields[name].value, self.sliders[name]
-            self.listener.want(name, value)
-            if not slider.min <= value <= slider.max:
-                slider.min, slider.max = LIMITS[name]
-            assign(slider, value)
-
-
-def assign(control: GuiInputHandle, value: float) -> None:
-    """Set a control, which also runs its callbacks."""
-    control.value = value  # type: ignore[misc]  # viser puts a method between getter and setter
