@@ -158,7 +158,7 @@ def stretching(
     """Stretching about the stretch f (..., n), in terms of s = du'."""
     K = np.zeros(f.shape + f.shape[-1:])
     _diagonal(K)[:] = mesh.weights * straight.stretching_rigidity(f, beam.mu, law)
-    return Forms(K, _with_mass(mesh.roots * mesh.J, rho.to_mass))
+    return Forms(K, _with_mass(mesh.rooted, rho.to_mass))
 
 
 def bending(
@@ -180,14 +180,17 @@ def bending(
     K = (J.mT * (wN * f)[..., None, :]) @ J
     _diagonal(K)[:] += mesh.weights * straight.bending_rigidity(f, curvature)
     to_mass = None if rho.to_mass is None else np.vecmat(rho.to_mass * f, J)
-    return Forms(K, _with_mass((mesh.roots * J) @ (f[..., None] * J), to_mass))
+    return Forms(K, _with_mass(mesh.rooted @ (f[..., None] * J), to_mass))
 
 
 def _with_mass(F: np.ndarray, to_mass: np.ndarray | None) -> np.ndarray:
+    """F with the row of the concentrated mass below it."""
     if to_mass is None:
         return F
     rows = to_mass[..., None, :]
-    return np.concatenate((np.broadcast_to(F, rows.shape[:-2] + F.shape[-2:]), rows), axis=-2)
+    if rows.ndim > F.ndim:
+        F = np.broadcast_to(F, rows.shape[:-2] + F.shape)
+    return np.concatenate((F, rows), axis=-2)
 
 
 def energy(K: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -205,6 +208,7 @@ def errors(
     """
     tail = mesh.T @ f
     lost_stretch = (mesh.weights @ (tail * tail)) / (mesh.weights @ f) ** 2
-    truncation = TRUNCATION_FACTOR * (lost + 4 * lost_stretch * abs(squares))
-    rounding = ROUNDING_FACTOR * EPS * abs(squares) * (1 + abs(squares / squares[0]))
+    size = abs(squares)
+    truncation = TRUNCATION_FACTOR * (lost + 4 * lost_stretch * size)
+    rounding = (ROUNDING_FACTOR * EPS / size[0]) * size * (size + size[0])
     return truncation, rounding

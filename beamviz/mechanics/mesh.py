@@ -59,6 +59,7 @@ class Mesh:
     weights: np.ndarray  # (n,)
     roots: np.ndarray  # (n, 1) square roots of the weights
     J: np.ndarray  # (n, n)
+    rooted: np.ndarray  # (n, n) roots * J: rooted' rooted = G
     T: np.ndarray  # (n, n)
     G: np.ndarray  # (n, n)
     G1: np.ndarray  # (n,) row sums of G
@@ -113,7 +114,8 @@ def mesh(breaks: tuple[float, ...], order: int) -> Mesh:
         T[block, block] = element.last_two
     WJ = weights[:, None] * J
     G, g = J.T @ WJ, WJ.sum(axis=0)
-    arrays = (points, weights, np.sqrt(weights)[:, None], J, T, G, G.sum(axis=1), g)
+    roots = np.sqrt(weights)[:, None]
+    arrays = (points, weights, roots, J, roots * J, T, G, G.sum(axis=1), g)
     return Mesh(_frozen(ends), order, *(_frozen(array) for array in arrays))
 
 
