@@ -1,0 +1,116 @@
+"""How fast a solve is, as ratios measured in one run: python scripts/benchmark.py
+
+1. A default solve (equilibrium, 5 modes, error estimates, relative 1e-6) against the bare LAPACK
+   time of the eigenproblems it solves: in a loop of their own, where caches are warm, and as
+   they run inside the solve.
+2. The paper's elements: equilibrium and assembly per element, which should not grow with their
+   number.
+3. A sweep of 201 points with 6 modes against 201 separate solves.
+
+Times are the least of many repeats, in one thread.
+"""
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+from scipy.linalg import lapack
+
+from beamviz.beam import Beam
+from beamviz.mechanics import eigen, elements
+from beamviz.mechanics.adaptive import Physics
+from beamviz.mechanics.solve import solve, solve_many
+from beamviz.mechanics.strain import CURVATURES, STRAIN_LAWS
+
+REPEATS = 400
+PAPER = Physics(STRAIN_LAWS["green"], CURVATURES["spatial"], chordwise=True, coriolis=False)
+
+SCENES = {
+    "at rest": Beam(),
+    "gamma 10": Beam(gamma=10),
+    "gamma 10, mass at the tip": Beam(alpha=1, gamma=10),
+    "gamma 10, mass at 0.5": Beam(alpha=1, beta=0.5, gamma=10),
+    "gamma 50, delta 1": Beam(gamma=50, delta=1),
+    "gamma 50, delta 1, mass at 0.3": Beam(alpha=1, beta=0.3, gamma=50, delta=1),
+}
+
+
+class Recorder:
+    """Stands in for LAPACK: times every eigenproblem and keeps its matrices."""
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+        self.problems: list[tuple[np.ndarray, np.ndarray]] = []
+
+    def dsygvd(self, M: np.ndarray, K: np.ndarray) -> tuple:
+        start = time.perf_counter()
+        answer = lapack.dsygvd(M, K)
+        self.seconds += time.perf_counter() - start
+        self.problems.append((M, K))
+        return answer
+
+
+def least(work: Callable[[], object], repeats: int = REPEATS) -> float:
+    """The least time [s] of many calls."""
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def inside(beam: Beam) -> tuple[float, list[tuple[np.ndarray, np.ndarray]]]:
+    """Share of LAPACK in the fastest of many solves, and the eigenproblems of one solve."""
+    shares = []
+    eigen.lapack, recorder = Recorder(), eigen.lapack
+    try:
+        for _ in range(REPEATS):
+            eigen.lapack = recorded = Recorder()
+            start = time.perf_counter()
+            solve(beam)
+            total = time.perf_counter() - start
+            shares.append((total, recorded.seconds / total))
+    finally:
+        eigen.lapack = recorder
+    return min(shares)[1], recorded.problems
+
+
+def default_solves() -> None:
+    print(f"{'default solve':32}{'us':>8}{'unknowns':>10}{'/ LAPACK alone':>16}{'inside':>8}")
+    for name, beam in SCENES.items():
+        share, problems = inside(beam)
+        alone = sum(least(lambda p=pair: lapack.dsygvd(*p)) for pair in problems)
+        seconds = least(lambda beam=beam: solve(beam))
+        unknowns = solve(beam).stats.dof
+        print(f"{name:32}{1e6 * seconds:8.0f}{unknowns:10}{seconds / alone:16.1f}{1 / share:8.1f}")
+
+
+def paper_elements() -> None:
+    beam = Beam(alpha=1, beta=0.5, gamma=10)
+    print(f"\n{'ancf, equilibrium and assembly':32}{'ms':>8}{'us / element':>14}{'/ 20':>8}")
+    first = None
+    for n in (20, 40, 80, 160, 320):
+        seconds = least(lambda n=n: elements._planar_equilibrium(beam, PAPER, n), 20)
+        per_element = 1e6 * seconds / n
+        first = first or per_element
+        print(f"{n:4} elements{1e3 * seconds:28.2f}{per_element:14.1f}{per_element / first:8.2f}")
+
+
+def sweeps() -> None:
+    print(f"\n{'201 points, 6 modes':32}{'ms':>8}{'one by one':>14}{'ratio':>8}")
+    for name, alpha, beta in (("no mass", 0, 1), ("mass at the tip", 1, 1), ("at 0.5", 1, 0.5)):
+        beams = [Beam(alpha, beta, gamma) for gamma in np.linspace(0, 15, 201)]
+        together = least(lambda beams=beams: solve_many(beams, modes=6), 10)
+        apart = least(lambda beams=beams: [solve(beam, modes=6) for beam in beams], 3)
+        print(f"{name:32}{1e3 * together:8.1f}{1e3 * apart:14.1f}{apart / together:8.1f}")
+
+
+if __name__ == "__main__":
+    default_solves()
+    paper_elements()
+    sweeps()
