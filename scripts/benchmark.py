@@ -16,6 +16,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import time
 from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 import numpy as np
 from scipy.linalg import lapack
@@ -67,25 +69,23 @@ def least(work: Callable[[], object], repeats: int = REPEATS) -> float:
 def inside(beam: Beam) -> tuple[float, list[tuple[np.ndarray, np.ndarray]]]:
     """Share of LAPACK in the fastest of many solves, and the eigenproblems of one solve."""
     shares = []
-    eigen.lapack, recorder = Recorder(), eigen.lapack
-    try:
-        for _ in range(REPEATS):
-            eigen.lapack = recorded = Recorder()
-            start = time.perf_counter()
-            solve(beam)
-            total = time.perf_counter() - start
-            shares.append((total, recorded.seconds / total))
-    finally:
-        eigen.lapack = recorder
-    return min(shares)[1], recorded.problems
+    module: Any = eigen
+    for _ in range(REPEATS):
+        module.lapack = recorder = Recorder()
+        start = time.perf_counter()
+        solve(beam)
+        total = time.perf_counter() - start
+        shares.append((total, recorder.seconds / total))
+    module.lapack = lapack
+    return min(shares)[1], recorder.problems
 
 
 def default_solves() -> None:
     print(f"{'default solve':32}{'us':>8}{'unknowns':>10}{'/ LAPACK alone':>16}{'inside':>8}")
     for name, beam in SCENES.items():
         share, problems = inside(beam)
-        alone = sum(least(lambda p=pair: lapack.dsygvd(*p)) for pair in problems)
-        seconds = least(lambda beam=beam: solve(beam))
+        alone = sum(least(partial(lapack.dsygvd, *pair)) for pair in problems)
+        seconds = least(partial(solve, beam))
         unknowns = solve(beam).stats.dof
         print(f"{name:32}{1e6 * seconds:8.0f}{unknowns:10}{seconds / alone:16.1f}{1 / share:8.1f}")
 
@@ -93,20 +93,25 @@ def default_solves() -> None:
 def paper_elements() -> None:
     beam = Beam(alpha=1, beta=0.5, gamma=10)
     print(f"\n{'ancf, equilibrium and assembly':32}{'ms':>8}{'us / element':>14}{'/ 20':>8}")
-    first = None
+    first = 0.0
     for n in (20, 40, 80, 160, 320):
-        seconds = least(lambda n=n: elements._planar_equilibrium(beam, PAPER, n), 20)
+        seconds = least(partial(elements.planar_equilibrium, beam, PAPER, n), 20)
         per_element = 1e6 * seconds / n
         first = first or per_element
         print(f"{n:4} elements{1e3 * seconds:28.2f}{per_element:14.1f}{per_element / first:8.2f}")
+
+
+def one_by_one(beams: list[Beam]) -> None:
+    for beam in beams:
+        solve(beam, modes=6)
 
 
 def sweeps() -> None:
     print(f"\n{'201 points, 6 modes':32}{'ms':>8}{'one by one':>14}{'ratio':>8}")
     for name, alpha, beta in (("no mass", 0, 1), ("mass at the tip", 1, 1), ("at 0.5", 1, 0.5)):
         beams = [Beam(alpha, beta, gamma) for gamma in np.linspace(0, 15, 201)]
-        together = least(lambda beams=beams: solve_many(beams, modes=6), 10)
-        apart = least(lambda beams=beams: [solve(beam, modes=6) for beam in beams], 3)
+        together = least(partial(solve_many, beams, modes=6), 10)
+        apart = least(partial(one_by_one, beams), 3)
         print(f"{name:32}{1e3 * together:8.1f}{1e3 * apart:14.1f}{apart / together:8.1f}")
 
 

@@ -50,7 +50,7 @@ class ElementModes(NamedTuple):
 
 def split(beam: Beam, physics: Physics, elements: int) -> Assembled:
     """Half the coordinates twice (cubic.py), about the equilibrium of the full residual."""
-    model, state = _planar_equilibrium(beam, physics, elements)
+    model, state = planar_equilibrium(beam, physics, elements)
     q = state.q[::2]
     cubics = cubic.Cubics.between(model.elements.nodes, beam, physics.law)
     load = beam.gamma**2
@@ -62,7 +62,7 @@ def split(beam: Beam, physics: Physics, elements: int) -> Assembled:
 
 def full(beam: Beam, physics: Physics, elements: int) -> Assembled:
     """The full planar tangent (planar.py)."""
-    model, state = _planar_equilibrium(beam, physics, elements)
+    model, state = planar_equilibrium(beam, physics, elements)
     K = model.tangent(state.q, beam.gamma**2)
     Ka, Kb = assembly.dense(planar.along(K)), assembly.dense(planar.across(K))
     return _assembled(model, state, Ka, Kb)
@@ -87,9 +87,10 @@ def linear(beam: Beam, physics: Physics, elements: int) -> Assembled:
     return Assembled(nodes, rest + u, 1, (K - load * m)[1:, 1:], Kb[2:, 2:], m)
 
 
-def _planar_equilibrium(
+def planar_equilibrium(
     beam: Beam, physics: Physics, elements: int
 ) -> tuple[planar.Model, Equilibrium]:
+    """The beam on its elements and the straight state of the full residual."""
     plane = "chordwise" if physics.chordwise else "flapwise"
     model = planar.model(beam, uniform(elements), physics.law, physics.curvature, plane)
     return model, straight_equilibrium(model)
