@@ -12,11 +12,6 @@ from scipy.special import lambertw
 
 from beamviz.beam import Beam
 
-FORCE = {  # n(f)
-    "green": lambda f: (f * f - 1) * f / 2,
-    "biot": lambda f: f - 1,
-    "hencky": lambda f: np.log(f) / f,
-}
 STIFFNESS = {  # n'(f)
     "green": lambda f: (3 * f * f - 1) / 2,
     "biot": lambda f: 1 + 0 * f,
@@ -48,7 +43,7 @@ def stretch(strain: str, n: np.ndarray) -> np.ndarray:
     z = 3 * np.sqrt(3) * n  # f^3 - f = 2 n by Viete's formulas
     angle = np.arccos(np.clip(z, -1, 1)) / 3
     f = 2 / np.sqrt(3) * np.where(z < 1, np.cos(angle), np.cosh(np.arccosh(np.maximum(z, 1)) / 3))
-    return f - (FORCE["green"](f) - n) / STIFFNESS["green"](f)
+    return f - ((f * f - 1) * f / 2 - n) / STIFFNESS["green"](f)  # one step of Newton's
 
 
 def shoot(beam: Beam, strain: str) -> list[Piece]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from oracle import CURVATURE, FINE, Spectrum, truth
 from oracle_eigen import UnresolvedError
-from oracle_equilibrium import NoStateError, Resolution, shoot, stretch
+from oracle_equilibrium import STIFFNESS, NoStateError, Resolution, shoot, stretch
 from published import (
     INDEPENDENT,
     INDEPENDENT_CORIOLIS,
@@ -95,6 +95,22 @@ def test_stretching_at_rest():
     for alpha, published in ((0, 109.9557), (1, 60.2234)):
         spectrum = Spectrum(Beam(alpha=alpha), "green", "spatial", FINE[0])
         assert spectrum.stretching(1)[0] == pytest.approx(published, abs=5e-5)
+
+
+@pytest.mark.parametrize(
+    ("strain", "energy"),
+    [
+        ("green", lambda f: (f * f - 1) ** 2 / 8),
+        ("biot", lambda f: (f - 1) ** 2 / 2),
+        ("hencky", lambda f: np.log(f) ** 2 / 2),
+    ],
+)
+def test_force_and_stiffness_are_derivatives_of_the_energy(strain, energy):
+    """n and n' are the first and second derivative of e^2 / 2; central differences keep 1e-5."""
+    f, h = np.linspace(1.01, 2.6, 12), 1e-3
+    low, middle, high = energy(f - h), energy(f), energy(f + h)
+    assert stretch(strain, (high - low) / (2 * h)) == pytest.approx(f, rel=1e-5)
+    assert STIFFNESS[strain](f) == pytest.approx((high - 2 * middle + low) / h**2, rel=1e-5)
 
 
 def test_equilibrium_of_a_linear_bar_in_closed_form():
