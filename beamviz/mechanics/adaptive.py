@@ -98,8 +98,9 @@ def solve_on(points: Mesh, beam: Beam, modes: int, physics: Physics) -> Straight
     stretching = hp.stretching(points, rho, beam, f, physics.law)
     if physics.coriolis and physics.chordwise and beam.gamma:
         return _coupled(points, f, iterations, beam, bending, stretching, modes)
-    apart = (_family(points, bending, modes), _family(points, stretching, modes))
-    return _merged(points, f, iterations, beam, apart, modes, physics.chordwise)
+    families = [_family(points, forms, modes) for forms in (bending, stretching)]
+    merged = _merged(points, f, beam.gamma**2, families, modes, physics.chordwise)
+    return StraightModes(points, f, iterations, families[0][1], families[1][1], *merged)
 
 
 def _family(points: Mesh, forms: hp.Forms, modes: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -111,26 +112,26 @@ def _family(points: Mesh, forms: hp.Forms, modes: int) -> tuple[np.ndarray, np.n
 def _merged(
     points: Mesh,
     f: np.ndarray,
-    iterations: int,
-    beam: Beam,
-    apart: tuple,
+    softening: float | np.ndarray,
+    families: list[tuple[np.ndarray, np.ndarray, np.ndarray]],
     modes: int,
     chordwise: bool,
-) -> StraightModes:
-    """Both families in one list. The softening is a multiple of M: it shifts every omega^2 and
-    leaves the modes alone, so it is taken off here."""
-    (kappa_squares, kappa, kappa_lost), (s_squares, s, s_lost) = apart
-    squares = np.concatenate((kappa_squares, s_squares))
-    softened = squares - beam.gamma**2
+) -> tuple[np.ndarray, ...]:
+    """Both families in one list: picks, bending fractions, omega^2 and its two errors.
+
+    The softening is a multiple of M: it shifts every omega^2 and leaves the modes alone, so it
+    is taken off here.
+    """
+    (kappa_squares, _, kappa_lost), (s_squares, _, s_lost) = families
+    squares = np.concatenate((kappa_squares, s_squares), axis=-1)
+    lost = np.concatenate((kappa_lost, s_lost), axis=-1)
+    softened = squares - softening
     if not chordwise:
-        softened[:modes] = kappa_squares
-    picks = softened.argsort()[:modes]
-    lost = np.concatenate((kappa_lost, s_lost))
-    truncation, rounding = hp.errors(points, f, squares[picks], lost[picks])
-    fractions = (picks < modes).astype(float)
-    return StraightModes(
-        points, f, iterations, kappa, s, picks, fractions, softened[picks], truncation, rounding
-    )
+        softened[..., :modes] = kappa_squares
+    picks = softened.argsort(axis=-1)[..., :modes]
+    places = picks if picks.ndim == 1 else (np.arange(len(picks))[:, None], picks)
+    truncation, rounding = hp.errors(points, f, squares[places], lost[places])
+    return picks, (picks < modes).astype(float), softened[places], truncation, rounding
 
 
 def _coupled(
@@ -267,17 +268,10 @@ def _solve_many_on(
             hp.stretching(points, rho, numbers, f, physics.law),
         )
     ]
-    each = zip(
-        beams,
-        f,
-        converged,
-        zip(*families[0], strict=True),
-        zip(*families[1], strict=True),
-        strict=True,
-    )
+    softening = numbers.gamma**2
+    merged = _merged(points, f, softening, families, modes, physics.chordwise)
+    fields = (f, families[0][1], families[1][1], *merged, converged)
     return [
-        _merged(points, f, iterations, beam, (bending, stretching), modes, physics.chordwise)
-        if converged
-        else None
-        for beam, f, converged, bending, stretching in each
+        StraightModes(points, f, iterations, kappa, s, *rest) if ok else None
+        for f, kappa, s, *rest, ok in zip(*fields, strict=True)
     ]

@@ -203,12 +203,13 @@ def errors(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Estimated errors of omega^2 (without softening, ascending): from order, from rounding.
 
-    `lost` (k,) is the energy in the two highest polynomials of each element, which bounds what
+    `lost` (..., k) is the energy in the two highest polynomials of each element, which bounds what
     a higher order would change.
     """
-    tail = mesh.T @ f
-    lost_stretch = (mesh.weights @ (tail * tail)) / (mesh.weights @ f) ** 2
+    tail = np.matvec(mesh.T, f)
+    lost_stretch = ((tail * tail) @ mesh.weights) / (f @ mesh.weights) ** 2
     size = abs(squares)
-    truncation = TRUNCATION_FACTOR * (lost + 4 * lost_stretch * size)
-    rounding = (ROUNDING_FACTOR * EPS / size[0]) * size * (size + size[0])
+    truncation = TRUNCATION_FACTOR * (lost + 4 * lost_stretch[..., None] * size)
+    first = size[..., :1]
+    rounding = (ROUNDING_FACTOR * EPS / first) * size * (size + first)
     return truncation, rounding

@@ -44,7 +44,7 @@ def _antiderivatives(xi: np.ndarray, order: int) -> np.ndarray:
     return Q
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mesh:
     """Elements between `breaks`, each with `order` Gauss points; n = elements * order.
 
@@ -71,14 +71,7 @@ class Mesh:
 
     def from_clamp(self, x: np.ndarray) -> np.ndarray:
         """Matrix (len(x), n): values at the points -> integral from the clamp to each x."""
-        element, xi, half = self._locate(x)
-        rows = np.where(self.points < self.breaks[element][:, None], self.weights, 0.0)
-        local = half[:, None] * (
-            _antiderivatives(xi, self.order) @ reference(self.order).to_legendre
-        )
-        columns = element[:, None] * self.order + np.arange(self.order)
-        np.put_along_axis(rows, columns, local, axis=1)
-        return rows
+        return _from_clamp(self, x.tobytes())
 
     def at(self, x: np.ndarray) -> np.ndarray:
         """Matrix (len(x), n): values at the points -> their interpolant at each x."""
@@ -95,6 +88,17 @@ class Mesh:
         left, right = self.breaks[element], self.breaks[element + 1]
         half = (right - left) / 2
         return element, (x - left) / half - 1, half
+
+
+@lru_cache(maxsize=64)
+def _from_clamp(mesh: Mesh, x: bytes) -> np.ndarray:
+    """Mesh.from_clamp; the points of a sweep share mesh and x."""
+    element, xi, half = mesh._locate(np.frombuffer(x))
+    rows = np.where(mesh.points < mesh.breaks[element][:, None], mesh.weights, 0.0)
+    local = half[:, None] * (_antiderivatives(xi, mesh.order) @ reference(mesh.order).to_legendre)
+    columns = element[:, None] * mesh.order + np.arange(mesh.order)
+    np.put_along_axis(rows, columns, local, axis=1)
+    return _frozen(rows)
 
 
 @lru_cache(maxsize=128)
