@@ -122,7 +122,7 @@ def page(url: str, width: int = 1280, height: int = 720) -> Iterator[Page]:
         raise RuntimeError(NO_BROWSER)
     with (
         opened(browser, "about:blank", width, height) as profile,
-        connect(debugger(profile), max_size=None) as socket,
+        connect(debugger(profile), max_size=None, close_timeout=1) as socket,
     ):
         shown = Page(socket)
         shown.call("Page.navigate", url=url)

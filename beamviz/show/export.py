@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from matplotlib.image import imsave
+from PIL import Image  # which comes with matplotlib
 from viser import ClientHandle
 from viser.transforms import SO3
 
@@ -66,7 +66,7 @@ def screenshot(
                 file=sys.stderr,
             )
             picture = drawn(still, width, height, Look.amplitude)
-        imsave(file, picture if transparent else opaque(picture), format="png")
+        Image.fromarray(picture if transparent else opaque(picture)).save(file, "PNG")
 
 
 @contextlib.contextmanager

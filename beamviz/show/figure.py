@@ -14,6 +14,8 @@ from beamviz.show.motion import Shapes, Still, displacement
 from beamviz.show.stage import EDGES, HUB_HEIGHT, annulus, placed
 
 DPI = 100
+NEAR = 0.3  # nothing nearer to the camera is drawn
+VISIBLE = 3.0  # nor what is so far from the clamp
 SUN = np.array([-0.5, -1.0, 2.2]) / math.sqrt(0.25 + 1.0 + 4.84)
 SHADOW = (0.86, 0.865, 0.875)
 
@@ -26,8 +28,7 @@ def drawn(still: Still, width: int, height: int, amplitude: float) -> np.ndarray
     tall = math.tan(camera.FIELD_OF_VIEW / 2)
     axes.set(xlim=(-tall * width / height, tall * width / height), ylim=(-tall, tall))
     axes.set_axis_off()
-    triangles, colour = bodies(still, amplitude)
-    paint(axes, View(still.shapes, width / height), triangles, colour)
+    paint(axes, View(still.shapes, width / height), *bodies(still, amplitude))
     if still.words:
         figure.text(0.5, 0.8, still.words, ha="center", fontsize=14)
     canvas.draw()
@@ -57,9 +58,12 @@ class View:
 def paint(axes: Axes, view: View, triangles: np.ndarray, colour: np.ndarray) -> None:
     """Ground, shadow and outline, then triangles (n, 3, 3) in colours (n, 3), far ones first."""
     beam = view.shapes.beam
+    ahead = (view.depth(triangles) > NEAR).all(axis=1)
+    triangles, colour = triangles[ahead], colour[ahead]
     low = sizes.ground(beam)
-    axes.add_collection(thin(view.project(grid(beam.delta + 0.5, low)), 0.4))
+    axes.add_collection(thin(view.project(grid(beam.delta + 0.5, low)), 0.4, zorder=0))
     fallen = triangles - (triangles[..., 2:] - low) / SUN[2] * SUN
+    fallen = fallen[(view.depth(fallen) > NEAR).all(axis=1)]
     axes.add_collection(
         PolyCollection(list(view.project(fallen)), facecolors=[SHADOW], edgecolors=[SHADOW])
     )
@@ -80,13 +84,17 @@ def paint(axes: Axes, view: View, triangles: np.ndarray, colour: np.ndarray) -> 
     if view.shapes.plane == "flapwise":
         section = section[[0, 2, 1]]
     outline = EDGES * section + [beam.delta + 0.5, 0.0, 0.0]
-    axes.add_collection(thin(view.project(outline), 0.7))
+    axes.add_collection(thin(view.project(outline), 0.7, zorder=2))
 
 
-def thin(lines: np.ndarray, alpha: float) -> LineCollection:
+def thin(lines: np.ndarray, alpha: float, zorder: float) -> LineCollection:
     """Thin grey lines (n, 2, 2)."""
     return LineCollection(
-        list(lines), linewidths=0.6, colors=[np.array(colours.GRID) / 255], alpha=alpha
+        list(lines),
+        linewidths=0.6,
+        colors=[np.array(colours.GRID) / 255],
+        alpha=alpha,
+        zorder=zorder,
     )
 
 
@@ -109,16 +117,22 @@ def bodies(still: Still, amplitude: float) -> tuple[np.ndarray, np.ndarray]:
     painted = np.concatenate([np.repeat(along, 8, axis=0), np.repeat(along[[0, -1]], 2, axis=0)])
     parts = [(vertices[triangles], painted)]
     radius = sizes.hub_radius(shapes.beam)
-    hub = (
-        annulus(radius)
-        if shapes.beam.delta < 0
-        else trimesh.creation.cylinder(radius, HUB_HEIGHT, sections=90)
-    )
-    parts.append(
-        (hub.vertices[hub.faces], np.tile(np.array(colours.HUB) / 255, (len(hub.faces), 1)))
-    )
+    hoop = annulus(radius)
+    hub = hoop.vertices[hoop.faces] if shapes.beam.delta < 0 else drum(radius)
+    parts.append((hub, np.tile(np.array(colours.HUB) / 255, (len(hub), 1))))
     if shapes.beam.alpha > 0:
         ball = trimesh.creation.icosphere(subdivisions=3, radius=sizes.mass_radius(shapes.beam))
-        place = (ball.vertices + points[shapes.mass])[ball.faces]
-        parts.append((place, np.tile(np.array(colours.MASS) / 255, (len(place), 1))))
+        mass = (ball.vertices + points[shapes.mass])[ball.faces]
+        parts.append((mass, np.tile(np.array(colours.MASS) / 255, (len(mass), 1))))
     return np.concatenate([a for a, _ in parts]), np.concatenate([b for _, b in parts])
+
+
+def drum(radius: float) -> np.ndarray:
+    """Triangles (n, 3, 3) of the part of a drum around the clamp that a picture can hold: small
+    ones, since one that reaches behind the camera cannot be projected."""
+    r = np.append(np.linspace(max(radius - VISIBLE, 0.0), radius, 15), radius)
+    z = np.append(np.full(15, HUB_HEIGHT / 2), -HUB_HEIGHT / 2)
+    turn = min(math.pi, VISIBLE / radius) * np.linspace(-1, 1, 121)[:, None]
+    grid = np.stack([r * np.cos(turn), r * np.sin(turn), np.broadcast_to(z, (121, 16))], -1)
+    a, b, c, d = grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]
+    return np.concatenate([np.stack(part, 2).reshape(-1, 3, 3) for part in ((a, b, c), (a, c, d))])
