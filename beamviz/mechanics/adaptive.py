@@ -74,7 +74,7 @@ def solve_straight(beam: Beam, modes: int, physics: Physics, tolerance: float) -
         digits += 0.7 * attempt + math.log10(excess)
     raise NotConverged(
         f"errors are {excess:.1e} times the tolerance {tolerance:g} after {REFINEMENTS}"
-        f" refinements up to {points.elements} elements of order {points.order};"
+        f" refinements up to {points.elements} elements of order {max(points.orders)};"
         " ask for a larger tolerance or fewer modes"
     )
 
@@ -171,7 +171,7 @@ def _hardly_stretches(beam: Beam) -> bool:
 def _coarse_positions(beam: Beam, law: StrainLaw) -> Positions:
     """The positions of a beam that stretches, from a coarse equilibrium."""
     ends = unstretched(beam).ends
-    points = mesh(ends, COARSE_ORDER)
+    points = mesh(ends, (COARSE_ORDER,) * (len(ends) - 1))
     f, _ = equilibrium(points, hp.inertia(points, beam), beam, law)
     weighted = (points.weights * (points.J @ f)).reshape(-1, COARSE_ORDER).sum(axis=1)
     u = points.from_clamp(np.array(ends)) @ f
@@ -214,7 +214,8 @@ def _follow(points: Mesh, rho: hp.Inertia, delta: float, law: StrainLaw, load: f
 
 def _limit(beam: Beam, law: StrainLaw, load: float) -> float:
     """The largest gamma with an equilibrium, on a mesh fine enough where a force law ends."""
-    points = mesh(tuple(sorted({*LIMIT_BREAKS, *unstretched(beam).ends})), LIMIT_ORDER)
+    breaks = sorted({*LIMIT_BREAKS, *unstretched(beam).ends})
+    points = mesh(tuple(breaks), (LIMIT_ORDER,) * (len(breaks) - 1))
     rho = hp.inertia(points, beam)
     path = _follow(points, rho, beam.delta, law, load)
     return beam.mu * (load if path.limit is None else path.limit) ** 0.5

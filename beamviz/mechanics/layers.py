@@ -21,6 +21,7 @@ WAVES_PER_ELEMENT = 9.0
 NEGLIGIBLE_FORCE = 0.1  # n: the stretch is 1 for all that layers care
 AT_END = 1e-13  # a mass this near the clamp or the tip sits on it, to rounding
 STRETCH_HALVINGS = 12  # the width of a layer need not be known better
+GRADED_ORDER = 11  # least order beside thin elements, for six digits
 MIN_ORDER, MAX_ORDER = 4, 30
 CAPS = (14, 18, 22, 28)  # orders above which a layer gets an element of its own, tried in turn
 
@@ -80,48 +81,63 @@ def segments(beam: Beam, positions: Positions, law: StrainLaw) -> list[Segment]:
 
 def discretisation(
     parts: list[Segment], mu: float, modes: int, curvature: Curvature, digits: float
-) -> tuple[tuple[float, ...], int]:
-    """Breaks and order that should give the lowest `modes` modes to so many digits, with as few
+) -> tuple[tuple[float, ...], tuple[int, ...]]:
+    """Breaks and orders that should give the lowest `modes` modes to so many digits, with as few
     unknowns as any choice of what is resolved by thin elements and what by order."""
     waves = _half_waves(mu, modes)
     fixed = {0.0, *(part.end for part in parts), *(x for p in parts for x in _falling(p, mu))}
     layers = [layer for part in parts for layer in _layers(part, curvature, digits)]
     candidates = []
     for cap in CAPS:
-        breaks = fixed | {layer.end for layer in layers if layer.order > cap}
-        ends = _spread(sorted(breaks), WAVES_PER_ELEMENT / waves)
-        longest = max(b - a for a, b in pairwise(ends))
-        needs = [layer.order for layer in layers if layer.order <= cap]
-        order = math.ceil(max(1.86 * waves * longest + 1.4 + 0.85 * digits, MIN_ORDER, *needs))
-        candidates.append((tuple(ends), min(order, MAX_ORDER)))
-        if len(needs) == len(layers):
+        breaks = sorted(fixed | {layer.end for layer in layers if layer.order > cap})
+        ends = _spread(breaks, WAVES_PER_ELEMENT / waves)
+        orders = [1.86 * waves * (b - a) + 1.4 + 0.85 * digits for a, b in pairwise(ends)]
+        if len(ends) > len(parts) + 1:
+            orders = [max(order, _share(digits) * GRADED_ORDER) for order in orders]
+        for layer in layers:
+            element = layer.element(ends)
+            need = layer.order if layer.order <= cap else layer.own_order
+            orders[element] = max(orders[element], need)
+        whole = tuple(min(max(math.ceil(order), MIN_ORDER), MAX_ORDER) for order in orders)
+        candidates.append((tuple(ends), whole))
+        if all(layer.order <= cap for layer in layers):
             break
-    return min(candidates, key=lambda candidate: (len(candidate[0]) - 1) * candidate[1])
+    return min(candidates, key=lambda candidate: sum(candidate[1]))
 
 
 class Layer(NamedTuple):
-    """Where an element for a layer would end, and the order that resolves it without one."""
+    """A layer at x, on the side of its `end`: where an element of its own would end, the order
+    that needs, and the order that resolves the layer without one."""
 
+    x: float
     end: float
+    own_order: float
     order: float
+
+    def element(self, ends: list[float]) -> int:
+        """The element of the mesh that the layer lies in."""
+        return ends.index(self.x) - (self.end < self.x)
+
+
+def _share(digits: float) -> float:
+    """The share that so many digits need of the order that six need."""
+    return 0.4 + digits / 10
 
 
 def _layers(part: Segment, curvature: Curvature, digits: float) -> list[Layer]:
     """The layers of a segment that are short of it: at its ends, and where its tension runs out
     at the free tip."""
-    share = 0.4 + digits / 10  # of the order that six digits need
-    reach = LAYER_REACH * digits
-    left, right = part.widths(curvature)
-    found = [
-        Layer(x, share * (6 + 2 * math.sqrt(part.length / width)))
-        for width, x in ((left, part.start + reach * left), (right, part.end - reach * right))
-        if reach * width < part.length
-    ]
+    share, reach = _share(digits), LAYER_REACH * digits
+    found = []
+    for x, width, side in zip((part.start, part.end), part.widths(curvature), (1, -1), strict=True):
+        if reach * width < part.length:
+            orders = (share * (6 + 2 * math.sqrt(h / width)) for h in (reach * width, part.length))
+            found.append(Layer(x, x + side * reach * width, *orders))
     if part.end == 1 and part.slope > 0:
         width = part.slope ** (-1 / 3)
         if TIP_REACH * width < part.length:
-            order = share * (8 + 0.45 * part.length / width)
-            found.append(Layer(1 - TIP_REACH * width, order))
+            orders = (share * (8 + 0.45 * h / width) for h in (TIP_REACH * width, part.length))
+            found.append(Layer(1.0, 1 - TIP_REACH * width, *orders))
     return found
 
 

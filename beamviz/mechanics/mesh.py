@@ -7,6 +7,7 @@ Nothing has to be continuous across elements that is not so in the beam.
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import accumulate, pairwise
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -46,7 +47,7 @@ def _antiderivatives(xi: np.ndarray, order: int) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Elements between `breaks`, each with `order` Gauss points; n = elements * order.
+    """Elements between `breaks`, each with as many Gauss points as its order; n in all.
 
     J integrates values at the points from the clamp to each point, T keeps the part of them in
     the two highest polynomials of each element, G = J' W J and g = J' W 1 are the inertia of a
@@ -54,7 +55,7 @@ class Mesh:
     """
 
     breaks: np.ndarray  # (elements + 1,)
-    order: int
+    orders: tuple[int, ...]  # (elements,)
     points: np.ndarray  # (n,)
     weights: np.ndarray  # (n,)
     roots: np.ndarray  # (n, 1) square roots of the weights
@@ -67,7 +68,7 @@ class Mesh:
 
     @property
     def elements(self) -> int:
-        return len(self.breaks) - 1
+        return len(self.orders)
 
     def from_clamp(self, x: np.ndarray) -> np.ndarray:
         """Matrix (len(x), n): values at the points -> integral from the clamp to each x."""
@@ -77,9 +78,11 @@ class Mesh:
         """Matrix (len(x), n): values at the points -> their interpolant at each x."""
         element, xi, _ = self._locate(x)
         rows = np.zeros((len(x), len(self.points)))
-        columns = element[:, None] * self.order + np.arange(self.order)
-        values = legendre.legvander(xi, self.order - 1) @ reference(self.order).to_legendre
-        np.put_along_axis(rows, columns, values, axis=1)
+        for e, block in enumerate(_blocks(self.orders)):
+            here, order = element == e, self.orders[e]
+            rows[here, block] = (
+                legendre.legvander(xi[here], order - 1) @ reference(order).to_legendre
+            )
         return rows
 
     def _locate(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -95,32 +98,38 @@ def _from_clamp(mesh: Mesh, x: bytes) -> np.ndarray:
     """Mesh.from_clamp; the points of a sweep share mesh and x."""
     element, xi, half = mesh._locate(np.frombuffer(x))
     rows = np.where(mesh.points < mesh.breaks[element][:, None], mesh.weights, 0.0)
-    local = half[:, None] * (_antiderivatives(xi, mesh.order) @ reference(mesh.order).to_legendre)
-    columns = element[:, None] * mesh.order + np.arange(mesh.order)
-    np.put_along_axis(rows, columns, local, axis=1)
+    for e, block in enumerate(_blocks(mesh.orders)):
+        here, order = element == e, mesh.orders[e]
+        local = _antiderivatives(xi[here], order) @ reference(order).to_legendre
+        rows[here, block] = half[here, None] * local
     return _frozen(rows)
 
 
 @lru_cache(maxsize=128)
-def mesh(breaks: tuple[float, ...], order: int) -> Mesh:
-    """The mesh with elements between `breaks` (0 .. 1, ascending), `order` points in each."""
-    element = reference(order)
-    ends = np.array(breaks)
-    half = np.diff(ends) / 2
-    m = len(half)
-    points = (ends[:-1, None] + half[:, None] * (element.points + 1)).ravel()
-    weights = np.outer(half, element.weights).ravel()
-    J = np.tril(np.ones((m, m)), -1).repeat(order, 0).repeat(order, 1) * weights
-    T = np.zeros_like(J)
-    for e in range(m):
-        block = slice(e * order, (e + 1) * order)
-        J[block, block] = half[e] * element.integration
-        T[block, block] = element.last_two
+def mesh(breaks: tuple[float, ...], orders: tuple[int, ...]) -> Mesh:
+    """The mesh with elements between `breaks` (0 .. 1, ascending) of these orders."""
+    elements = [reference(order) for order in orders]
+    halves = [(b - a) / 2 for a, b in pairwise(breaks)]
+    points = np.concatenate(
+        [a + h * (e.points + 1) for a, h, e in zip(breaks, halves, elements, strict=False)]
+    )
+    weights = np.concatenate([h * e.weights for h, e in zip(halves, elements, strict=True)])
+    J, T = np.zeros((len(points), len(points))), np.zeros((len(points), len(points)))
+    for h, e, block in zip(halves, elements, _blocks(orders), strict=True):
+        J[block, : block.start] = weights[: block.start]
+        J[block, block] = h * e.integration
+        T[block, block] = e.last_two
     WJ = weights[:, None] * J
     G, g = J.T @ WJ, WJ.sum(axis=0)
     roots = np.sqrt(weights)[:, None]
     arrays = (points, weights, roots, J, roots * J, T, G, G.sum(axis=1), g)
-    return Mesh(_frozen(ends), order, *(_frozen(array) for array in arrays))
+    return Mesh(_frozen(np.array(breaks)), orders, *(_frozen(array) for array in arrays))
+
+
+def _blocks(orders: tuple[int, ...]) -> list[slice]:
+    """The points of each element."""
+    ends = [0, *accumulate(orders)]
+    return [slice(a, b) for a, b in pairwise(ends)]
 
 
 def _frozen(array: np.ndarray) -> np.ndarray:

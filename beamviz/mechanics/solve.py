@@ -151,7 +151,7 @@ def _straight_solution(task: Task, found: StraightModes) -> Solution:
         equilibrium=Equilibrium(
             _status(found.squares), found.iterations, partial(_straight_axial, found)
         ),
-        stats=Stats(2 * len(found.f), _since(task), "hp", mesh.elements, mesh.order),
+        stats=Stats(2 * len(found.f), _since(task), "hp", mesh.elements, max(mesh.orders)),
         squares=found.squares,
         square_errors=found.truncation + found.rounding,
         bending_fractions=found.bending_fractions,
