@@ -10,7 +10,6 @@ in the order.
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import lapack
 
 from beamviz.beam import Beam
 from beamviz.mechanics import straight
@@ -18,8 +17,6 @@ from beamviz.mechanics.mesh import Mesh
 from beamviz.mechanics.strain import Curvature, StrainLaw
 
 EPS = float(np.finfo(float).eps)
-NEWTON_ITERATIONS = 12
-NEWTON_STEP = 1e-7  # relative to the stretch at the clamp
 # Factors on the two estimates of error, set on random beams over all accepted scenes.
 TRUNCATION_FACTOR = 8.0
 ROUNDING_FACTOR = 30.0
@@ -57,88 +54,9 @@ def inertia(mesh: Mesh, beam: Beam | Numbers) -> Inertia:
     return Inertia(G, G1, g, root, 1.0 + alpha)
 
 
-def newton(
-    mesh: Mesh, rho: Inertia, delta: float, law: StrainLaw, load: float, f: np.ndarray
-) -> tuple[np.ndarray | None, int]:
-    """The stretch f (n,) in equilibrium at load = (gamma / mu)^2, by Newton-Raphson from f.
-
-    The residual is w n(f) - load (G f + delta g), the paper's eq. 40 for a straight beam.
-    Returns None for f where an iterate leaves the stable branch, and the iterations done.
-    """
-    w, A, b = mesh.weights, load * rho.G, load * delta * rho.g
-    for iteration in range(1, NEWTON_ITERATIONS + 1):
-        n, slope = law.force_and_stiffness(f)
-        tangent = -A
-        _diagonal(tangent)[:] += w * slope
-        _, step, info = lapack.dposv(tangent.T, w * n - A @ f - b, overwrite_a=True)
-        if info:
-            return None, iteration
-        f = f - step
-        if f.min() <= law.min_stretch:
-            return None, iteration
-        if abs(step).max() < NEWTON_STEP * f[0]:  # quadratic: the next one is below rounding
-            held = f.max() < law.max_stretch and _left_at_clamp(rho, delta, law, load, f) > 0
-            return (f if held else None), iteration
-    return None, iteration
-
-
-def newton_many(
-    mesh: Mesh, rho: Inertia, beams: Numbers, law: StrainLaw, load: np.ndarray, f: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, int]:
-    """As `newton`, for many beams (beams, n) that hardly stretch: far from any limit, where
-    nothing needs watching. Also says which of them converged."""
-    w, A, b = mesh.weights, load[..., None] * rho.G, load * beams.delta * rho.g
-    iteration, converged = 0, np.zeros(len(f), bool)
-    while iteration < NEWTON_ITERATIONS and not converged.all():
-        iteration += 1
-        n, slope = law.force_and_stiffness(f)
-        tangent = -A
-        _diagonal(tangent)[:] += w * slope
-        step = np.linalg.solve(tangent, (w * n - np.matvec(A, f) - b)[..., None])[..., 0]
-        f = f - step
-        converged = abs(step).max(axis=-1) < NEWTON_STEP
-    return f, converged, iteration
-
-
-def first_guess(
-    mesh: Mesh, rho: Inertia, delta: float | np.ndarray, law: StrainLaw, load: float | np.ndarray
-) -> np.ndarray:
-    """The stretch (..., n) to third order in the load: Newton starts two iterations ahead.
-
-    n = load (G f + delta g) / w with f = 1 + n inside, inverted as f = 1 + n - n''(1) n^2 / 2.
-    """
-    n = (load / mesh.weights) * (rho.G1 + delta * rho.g)
-    n = n + (load / mesh.weights) * np.matvec(rho.G, n)
-    return 1 + n - law.softening * n * n
-
-
-def _diagonal(A: np.ndarray) -> np.ndarray:
+def diagonal(A: np.ndarray) -> np.ndarray:
     """The diagonals of contiguous matrices (..., n, n), as a view (..., n) to write to."""
     return A.reshape(*A.shape[:-2], -1)[..., :: A.shape[-1] + 1]
-
-
-def _left_at_clamp(rho: Inertia, delta: float, law: StrainLaw, load: float, f: np.ndarray) -> float:
-    """The share of its greatest force, in tension and compression, that the law has left at the
-    clamp: the force is largest there, and no Gauss point sees it."""
-    if law.min_stretch == 0 and law.max_stretch == np.inf:
-        return 1.0
-    force = load * (rho.g @ f + delta * rho.total)
-    least = law.force(law.min_stretch) if law.min_stretch > 0 else -np.inf
-    most = law.force(law.max_stretch) if law.max_stretch < np.inf else np.inf
-    return 1 - max(force / most, force / least)
-
-
-def margin(
-    mesh: Mesh, rho: Inertia, delta: float, law: StrainLaw, load: float, f: np.ndarray
-) -> float:
-    """How far an equilibrium is from its end: 1 at rest, falling to 0 there.
-
-    The least eigenvalue of the tangent relative to rest (a fold), or what the law has left at
-    the clamp, whichever is less.
-    """
-    scale = 1 / mesh.roots
-    tangent = np.diag(law.stiffness(f)) - load * scale * rho.G * scale.T
-    return min(np.linalg.eigvalsh(tangent)[0], _left_at_clamp(rho, delta, law, load, f))
 
 
 class Forms(NamedTuple):
@@ -157,7 +75,7 @@ def stretching(
 ) -> Forms:
     """Stretching about the stretch f (..., n), in terms of s = du'."""
     K = np.zeros(f.shape + f.shape[-1:])
-    _diagonal(K)[:] = mesh.weights * straight.stretching_rigidity(f, beam.mu, law)
+    diagonal(K)[:] = mesh.weights * straight.stretching_rigidity(f, beam.mu, law)
     return Forms(K, _with_mass(mesh.rooted, rho.to_mass))
 
 
@@ -178,7 +96,7 @@ def bending(
     load = beam.gamma**2 if stiffening else 0.0
     wN = load * (np.matvec(rho.G, f) + beam.delta * rho.g)
     K = (J.mT * (wN * f)[..., None, :]) @ J
-    _diagonal(K)[:] += mesh.weights * straight.bending_rigidity(f, curvature)
+    diagonal(K)[:] += mesh.weights * straight.bending_rigidity(f, curvature)
     to_mass = None if rho.to_mass is None else np.vecmat(rho.to_mass * f, J)
     return Forms(K, _with_mass(mesh.rooted @ (f[..., None] * J), to_mass))
 

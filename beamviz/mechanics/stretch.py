@@ -1,0 +1,156 @@
+"""The stretched equilibrium of a straight beam on a mesh (paper, eq. 40, one component).
+
+The unknown is the stretch f at the mesh points. A beam that hardly stretches is solved at once
+from a guess of third order in the load; any other is followed from rest, on its stable branch,
+to its load or to the limit below it.
+"""
+
+import numpy as np
+from scipy.linalg import lapack
+
+from beamviz.beam import Beam
+from beamviz.errors import NotConverged
+from beamviz.mechanics import straight
+from beamviz.mechanics.hp import Inertia, Numbers, diagonal, inertia
+from beamviz.mechanics.layers import unstretched
+from beamviz.mechanics.mesh import Mesh, mesh
+from beamviz.mechanics.newton import Path, Root, continue_load
+from beamviz.mechanics.strain import StrainLaw
+
+SMALL_FORCE = 0.3  # n at the clamp below which a beam hardly stretches
+NEWTON_ITERATIONS = 12
+NEWTON_STEP = 1e-7  # relative to the stretch at the clamp
+LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
+LIMIT_ORDER = 12
+
+
+def hardly_stretches(beam: Beam) -> bool:
+    """Whether the force at the clamp is small, seen from the unstretched beam."""
+    moment = abs(0.5 + beam.delta) + beam.alpha * abs(beam.beta + beam.delta)
+    return (beam.gamma / beam.mu) ** 2 * moment < SMALL_FORCE
+
+
+def equilibrium(points: Mesh, rho: Inertia, beam: Beam, law: StrainLaw) -> tuple[np.ndarray, int]:
+    """The stretch f (n,) at the mesh points and the Newton iterations it took.
+
+    A small load at once; a large one, or one near a limit, by continuation from rest.
+    """
+    if not beam.gamma:
+        return np.ones(len(points.weights)), 0
+    load = (beam.gamma / beam.mu) ** 2
+    if hardly_stretches(beam):
+        guess = first_guess(points, rho, beam.delta, law, load)
+        f, iterations = newton(points, rho, beam.delta, law, load, guess)
+        if f is not None:
+            return f, iterations
+    path = _follow(points, rho, beam.delta, law, load)
+    if path.limit is None:
+        return path.state, path.iterations
+    limit = _limit(beam, law, load)
+    if limit < beam.gamma:
+        raise straight.no_equilibrium(beam, limit, law)
+    raise NotConverged(
+        f"gamma = {beam.gamma:.9g}: so close to the limit of equilibrium, gamma = {limit:.9g},"
+        f" that the mesh of {points.elements} elements does not reach it"
+    )
+
+
+def _follow(points: Mesh, rho: Inertia, delta: float, law: StrainLaw, load: float) -> Path:
+    """Continuation of the stable branch from no load towards `load` = (gamma / mu)^2."""
+
+    def solve_at(trial: float, guess: np.ndarray) -> Root | None:
+        f, iterations = newton(points, rho, delta, law, trial, guess)
+        return None if f is None else Root(f, iterations)
+
+    def left(reached: float, f: np.ndarray) -> float:
+        return margin(points, rho, delta, law, reached, f)
+
+    return continue_load(solve_at, np.ones(len(points.weights)), load, left)
+
+
+def _limit(beam: Beam, law: StrainLaw, load: float) -> float:
+    """The largest gamma with an equilibrium, on a mesh fine enough where a force law ends."""
+    breaks = sorted({*LIMIT_BREAKS, *unstretched(beam).ends})
+    points = mesh(tuple(breaks), (LIMIT_ORDER,) * (len(breaks) - 1))
+    rho = inertia(points, beam)
+    path = _follow(points, rho, beam.delta, law, load)
+    return beam.mu * (load if path.limit is None else path.limit) ** 0.5
+
+
+def newton(
+    mesh: Mesh, rho: Inertia, delta: float, law: StrainLaw, load: float, f: np.ndarray
+) -> tuple[np.ndarray | None, int]:
+    """The stretch f (n,) in equilibrium at load = (gamma / mu)^2, by Newton-Raphson from f.
+
+    The residual is w n(f) - load (G f + delta g), the paper's eq. 40 for a straight beam.
+    Returns None for f where an iterate leaves the stable branch, and the iterations done.
+    """
+    w, A, b = mesh.weights, load * rho.G, load * delta * rho.g
+    for iteration in range(1, NEWTON_ITERATIONS + 1):
+        n, slope = law.force_and_stiffness(f)
+        tangent = -A
+        diagonal(tangent)[:] += w * slope
+        _, step, info = lapack.dposv(tangent.T, w * n - A @ f - b, overwrite_a=True)
+        if info:
+            return None, iteration
+        f = f - step
+        if f.min() <= law.min_stretch:
+            return None, iteration
+        if abs(step).max() < NEWTON_STEP * f[0]:  # quadratic: the next one is below rounding
+            held = f.max() < law.max_stretch and _left_at_clamp(rho, delta, law, load, f) > 0
+            return (f if held else None), iteration
+    return None, iteration
+
+
+def newton_many(
+    mesh: Mesh, rho: Inertia, beams: Numbers, law: StrainLaw, load: np.ndarray, f: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """As `newton`, for many beams (beams, n) that hardly stretch: far from any limit, where
+    nothing needs watching. Also says which of them converged."""
+    w, A, b = mesh.weights, load[..., None] * rho.G, load * beams.delta * rho.g
+    iteration, converged = 0, np.zeros(len(f), bool)
+    while iteration < NEWTON_ITERATIONS and not converged.all():
+        iteration += 1
+        n, slope = law.force_and_stiffness(f)
+        tangent = -A
+        diagonal(tangent)[:] += w * slope
+        step = np.linalg.solve(tangent, (w * n - np.matvec(A, f) - b)[..., None])[..., 0]
+        f = f - step
+        converged = abs(step).max(axis=-1) < NEWTON_STEP
+    return f, converged, iteration
+
+
+def first_guess(
+    mesh: Mesh, rho: Inertia, delta: float | np.ndarray, law: StrainLaw, load: float | np.ndarray
+) -> np.ndarray:
+    """The stretch (..., n) to third order in the load: Newton starts two iterations ahead.
+
+    n = load (G f + delta g) / w with f = 1 + n inside, inverted as f = 1 + n - n''(1) n^2 / 2.
+    """
+    n = (load / mesh.weights) * (rho.G1 + delta * rho.g)
+    n = n + (load / mesh.weights) * np.matvec(rho.G, n)
+    return 1 + n - law.softening * n * n
+
+
+def _left_at_clamp(rho: Inertia, delta: float, law: StrainLaw, load: float, f: np.ndarray) -> float:
+    """The share of its greatest force, in tension and compression, that the law has left at the
+    clamp: the force is largest there, and no Gauss point sees it."""
+    if law.min_stretch == 0 and law.max_stretch == np.inf:
+        return 1.0
+    force = load * (rho.g @ f + delta * rho.total)
+    least = law.force(law.min_stretch) if law.min_stretch > 0 else -np.inf
+    most = law.force(law.max_stretch) if law.max_stretch < np.inf else np.inf
+    return 1 - max(force / most, force / least)
+
+
+def margin(
+    mesh: Mesh, rho: Inertia, delta: float, law: StrainLaw, load: float, f: np.ndarray
+) -> float:
+    """How far an equilibrium is from its end: 1 at rest, falling to 0 there.
+
+    The least eigenvalue of the tangent relative to rest (a fold), or what the law has left at
+    the clamp, whichever is less.
+    """
+    scale = 1 / mesh.roots
+    tangent = np.diag(law.stiffness(f)) - load * scale * rho.G * scale.T
+    return min(np.linalg.eigvalsh(tangent)[0], _left_at_clamp(rho, delta, law, load, f))
