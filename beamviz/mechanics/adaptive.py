@@ -14,7 +14,7 @@ from beamviz.mechanics.strain import Curvature, StrainLaw
 from beamviz.mechanics.stretch import equilibrium, first_guess, hardly_stretches, newton_many
 
 REFINEMENTS = 8
-MAX_UNKNOWNS = 200  # of one family; beyond, the scene is too near an end of equilibrium
+MAX_UNKNOWNS = 300  # of one family; beyond, the scene is too near an end of equilibrium
 COARSE_ORDER = 6
 
 

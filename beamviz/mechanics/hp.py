@@ -18,7 +18,7 @@ from beamviz.mechanics.strain import Curvature, StrainLaw
 
 EPS = float(np.finfo(float).eps)
 # Factors on the two estimates of error, set on random beams over all accepted scenes.
-TRUNCATION_FACTOR = 8.0
+TRUNCATION_FACTOR = 12.0
 ROUNDING_FACTOR = 30.0
 
 

@@ -21,7 +21,7 @@ WAVES_PER_ELEMENT = 9.0
 NEGLIGIBLE_FORCE = 0.1  # n: the stretch is 1 for all that layers care
 AT_END = 1e-13  # a mass this near the clamp or the tip sits on it, to rounding
 STRETCH_HALVINGS = 12  # the width of a layer need not be known better
-GRADED_ORDER = 11  # least order beside thin elements, for six digits
+GRADED_ORDER = 12  # least order beside thin elements, for six digits
 MIN_ORDER, MAX_ORDER = 4, 30
 CAPS = (14, 18, 22, 28)  # orders above which a layer gets an element of its own, tried in turn
 
