@@ -183,17 +183,15 @@ def solve_straight_many(
     answers for those.
     """
     found: list[StraightModes | None] = [None] * len(beams)
-    places = [k for k, beam in enumerate(beams) if hardly_stretches(beam)]
-    together = [beams[k] for k in places]
+    candidates = [k for k, beam in enumerate(beams) if hardly_stretches(beam)]
     coupled = physics.coriolis and physics.chordwise
-    if not together or coupled or physics.tension != "equilibrium":
+    if not candidates or coupled or physics.tension != "equilibrium":
         return found
-    if len({unstretched(beam).ends for beam in together}) > 1:
-        return found
-    hardest = max(
-        together, key=lambda beam: beam.gamma**2 * (1 + abs(beam.delta)) * (1 + beam.alpha)
-    )
-    parts = segments(hardest, unstretched(hardest), physics.law)
+    hardest = max((beams[k] for k in candidates), key=_hardness)
+    positions = unstretched(hardest)
+    places = [k for k in candidates if unstretched(beams[k]).ends == positions.ends]
+    together = [beams[k] for k in places]
+    parts = segments(hardest, positions, physics.law)
     digits = -math.log10(tolerance)
     points = mesh(*discretisation(parts, hardest.mu, modes, physics.curvature, digits))
     for k, modes_of_one in zip(
@@ -202,6 +200,11 @@ def solve_straight_many(
         if modes_of_one is not None and _excess(modes_of_one, tolerance) <= 1:
             found[k] = modes_of_one
     return found
+
+
+def _hardness(beam: Beam) -> float:
+    """Roughly the greatest tension: the thinner the layers, the finer the mesh."""
+    return beam.gamma**2 * (1 + abs(beam.delta)) * (1 + beam.alpha)
 
 
 def _solve_many_on(
