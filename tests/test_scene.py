@@ -227,6 +227,25 @@ def test_signs_follow_a_flipped_picture():
     assert np.allclose(Shapes.sampled(solve(PAPER), flipped).modes, flipped.modes)
 
 
+def test_with_coriolis_a_point_goes_round():
+    """Complex shapes: a quarter of a period apart the tip is displaced across, then along."""
+    shapes = sampled(Beam(alpha=1, beta=0.5, gamma=10), coriolis=True)
+    across, along = alone(shapes, 0, 0.25)[-1], alone(shapes, 0, 0.0)[-1]
+    assert abs(across[1]) == pytest.approx(0.15, rel=0.01)
+    assert abs(across[0]) < 1e-9
+    assert abs(along[1]) < 1e-9
+    assert abs(along[0]) > 1e-4
+
+
+def test_signs_survive_switching_coriolis_on_and_off():
+    """Real shapes take the sign of complex ones, and the other way round."""
+    real = sampled()
+    turning = Shapes.sampled(solve(PAPER, coriolis=True), real)
+    back = Shapes.sampled(solve(PAPER), turning)
+    assert np.allclose(back.modes[:2], real.modes[:2])
+    assert not np.iscomplexobj(back.modes)
+
+
 def test_strain_is_that_of_the_equilibrium_plus_that_of_the_motion():
     """At rest f - 1; bending adds none to first order; stretching adds u'."""
     solution = solve(PAPER)
@@ -252,11 +271,12 @@ def test_a_large_picture_of_stretching_never_folds():
         assert (np.diff(along) > 0).all()
 
 
+@pytest.mark.parametrize("coriolis", [False, True])
 @settings(max_examples=30)
-@given(beams)
-def test_marked_nodes_are_those_of_the_solver(beam):
+@given(beam=beams)
+def test_marked_nodes_are_those_of_the_solver(coriolis, beam):
     """To the digits that a label shows."""
-    solution = solve(beam)
+    solution = solve(beam, coriolis=coriolis)
     for (x, _), exact in zip(Shapes.sampled(solution).nodes, solution.nodes, strict=True):
         assert x == pytest.approx(exact, abs=2e-5)
 
@@ -411,6 +431,7 @@ def test_trouble_is_told_apart():
     buckled = solve(Beam(gamma=5, delta=-1))
     assert buckled.equilibrium.status == "unstable"
     assert "Unstable" in words.unstable(buckled)
+    assert "bending" in words.unstable(buckled)
     assert f"{math.log(10) / buckled.growth_rates.max():.2g} T*" in words.unstable(buckled)
 
 

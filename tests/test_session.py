@@ -193,7 +193,7 @@ def test_an_unstable_state_is_said_with_its_growth(url):
         guest.choose("mass α", 0.0)
         guest.choose("speed γ", 5.0)
         guest.choose("hub δ", -1.0)
-        guest.says("Unstable: the straight beam buckles")
+        guest.says("Unstable: the straight beam runs away in bending")
         growth = solve(Beam(beta=0.5, gamma=5, delta=-1)).growth_rates.max()
         guest.says(f"{growth:.4g} t/T*")
 

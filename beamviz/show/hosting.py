@@ -4,6 +4,7 @@ import contextlib
 import io
 import logging
 import socket
+import warnings
 from collections.abc import Iterator
 from unittest import mock
 
@@ -25,6 +26,7 @@ def hosted(host: str = "127.0.0.1", port: int = 0) -> Iterator[viser.ViserServer
     """
     port = claimed(host, port)
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # browsers hang up at will
+    warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # in mid-picture, too
     with silence(), same_origin(host, port):
         server = viser.ViserServer(host=host, port=port, verbose=False)
     try:

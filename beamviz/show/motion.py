@@ -127,7 +127,7 @@ def aligned(modes: np.ndarray, x: np.ndarray, previous: Shapes) -> np.ndarray:
     turned = modes.copy()
     for new, old in zip(turned, previous.modes, strict=False):
         common = np.stack([np.interp(x, previous.x, column) for column in old.T], 1)
-        overlap = np.vdot(common, new)
+        overlap = np.vdot(common, new) if np.iscomplexobj(new) else np.vdot(common, new).real
         if abs(overlap) > 1e-6:
             new *= np.conj(overlap) / abs(overlap)
     return turned

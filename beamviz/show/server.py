@@ -21,7 +21,8 @@ from beamviz.show.hosting import hosted
 from beamviz.show.motion import Shapes
 from beamviz.show.session import LIFT, Session, place, theme
 
-FRAMES = 25  # a second
+FRAMES = 25  # a second, for one visitor
+ALL_FRAMES = 300  # a second, for all visitors together: half of a core
 SOLVERS = 2  # threads, for all visitors together
 ENDINGS = (signal.SIGINT, signal.SIGTERM)
 
@@ -59,7 +60,7 @@ def explorer(wanted: Wanted, host: str = "127.0.0.1", port: int = 0) -> Iterator
         animator = Animator(server, wanted, pool)
         try:
             shown = "localhost" if host in ("0.0.0.0", "::") else host
-            yield f"http://{shown}:{server.get_port()}"
+            yield f"http://{f'[{shown}]' if ':' in shown else shown}:{server.get_port()}"
         finally:
             animator.stop()
 
@@ -123,7 +124,7 @@ class Animator:
             self.leave(visitor)
 
     def run(self) -> None:
-        """Draw FRAMES times a second for those whose picture moves, and whatever is new at once."""
+        """Draw steadily for those whose picture moves, and at once what is new."""
         due = time.monotonic()
         while not self.stopped:
             self.sleep(due)
@@ -133,7 +134,8 @@ class Animator:
                 if session.fresh or (frame and session.moving):
                     self.tick(visitor, session, now)
             if frame:
-                due = max(due + 1 / FRAMES, time.monotonic() + 0.2 / FRAMES)
+                step = 1 / min(FRAMES, ALL_FRAMES / max(len(self.sessions), 1))
+                due = max(due + step, time.monotonic() + step / 5)
 
     def sleep(self, due: float) -> None:
         """Wait until `due`, or as long as nothing moves, or until woken."""

@@ -45,30 +45,36 @@ class Session:
         self.panel = Panel(client.gui, wanted, self.look, self)
         client.camera.on_update(self.resized)
 
-    # What the panel hands on, from any thread.
+    # What the panel hands on, from any thread (sliders.Listener says what).
 
     def want(self, name: str, value: Any) -> None:
+        """Another number or keyword is wanted."""
         with self.lock:
             wanted = self.solver.wanted.changed(name, value)
             if wanted != self.solver.wanted:
                 self.solver.want(wanted)
 
     def see(self, name: str, value: Any) -> None:
+        """Another choice of the picture."""
         self.store(lambda look: look.changed(name, value))
 
     def share(self, mode: int, value: Any) -> None:
+        """Another share of one mode; the pace is chosen anew."""
         self.store(lambda look: look.share(mode, value), repace=True)
 
     def only(self, mode: int) -> None:
+        """One mode alone; the pace is chosen anew."""
         with self.lock:
             self.store(lambda look: look.only(mode), repace=True)
             self.panel.show_shares(self.look)
 
     def reset_view(self) -> None:
+        """The camera back to where the beam fills the picture."""
         self.refit = True
         self.wake()
 
     def darken(self, dark: bool) -> None:
+        """A dark or a light page."""
         theme(self.client, dark=dark)
 
     def store(self, change: Callable[[Look], Look], *, repace: bool = False) -> None:
@@ -98,13 +104,15 @@ class Session:
     def tick(self, now: float) -> None:
         """Bring the picture up to `now` [s]."""
         elapsed, self.seen = min(now - self.seen, LONGEST_STEP), now
+        fresh = self.fresh
         with self.client.atomic():
-            if self.fresh:
+            if fresh:
                 self.draw()
             time = elapsed * self.pace if self.moving else 0.0
             self.clock.advance(time, self.shapes.frequencies, self.shapes.beam.gamma)
             self.scene.move(self.clock.phases, self.amplitudes, self.clock.angle)
-        self.client.flush()
+        if fresh:
+            self.client.flush()
 
     def draw(self) -> None:
         """Take up the latest answer and look, and tell the panel."""

@@ -13,9 +13,11 @@ def unstable(solution: Solution) -> str:
     """Why an equilibrium does not last, or "" where it is stable."""
     if solution.equilibrium.status == "stable":
         return ""
-    growth = float(np.max(solution.growth_rates))
+    worst = int(np.argmax(solution.growth_rates))
+    what = "stretching" if solution.labels[worst].startswith("S") else "bending"
+    growth = float(solution.growth_rates[worst])
     grown = f"\na small push grows tenfold in {math.log(10) / growth:.2g} T*" if growth > 0 else ""
-    return f"Unstable: the straight beam buckles{grown}"
+    return f"Unstable: the straight beam runs away in {what}{grown}"
 
 
 def refused(error: BeamvizError, beam: Beam | None) -> str:
