@@ -107,7 +107,7 @@ def solve_on(points: Mesh, beam: Beam, modes: int, physics: Physics) -> Straight
 def _family(points: Mesh, forms: hp.Forms, modes: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """omega^2 without softening, unknowns, and the energy lost to the order, of one family."""
     squares, v = eigen.lowest(forms.K, forms.F.mT @ forms.F, modes)
-    return squares, v, hp.energy(forms.K, points.T @ v)
+    return squares, v, hp.lost_to_order(squares, hp.energy(forms.K, points.T @ v))
 
 
 def _merged(
@@ -156,8 +156,10 @@ def _coupled(
     lost = hp.energy(stretching.K, points.T @ s) + hp.energy(bending.K, points.T @ kappa)
     stored = hp.energy(Ka, s) + hp.energy(Kb, kappa)
     lost *= 2 * abs(squares) / (abs(squares) + abs(stored))
-    truncation, rounding = hp.errors(points, f, squares + gamma**2, lost)
     fractions = ((bending.F @ kappa) ** 2).sum(axis=0)
+    for family in (fractions >= 0.5, fractions < 0.5):
+        lost[family] = hp.lost_to_order(squares[family] + gamma**2, lost[family])
+    truncation, rounding = hp.errors(points, f, squares + gamma**2, lost)
     return StraightModes(
         points, f, iterations, kappa, s, None, fractions, squares, truncation, rounding
     )

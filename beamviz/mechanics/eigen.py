@@ -64,12 +64,12 @@ def gyroscopic(
         squares, y = _unstable(Z, Kb, count)
     else:
         Z[:, :nb] = np.linalg.solve(Lb, Z[:, :nb].T).T
-        inverse_squares, y, _, _, info = lapack.dsyevr(
-            Z.T @ Z, range="I", il=nb + m - count + 1, iu=nb + m
-        )
+        _, y, _, _, info = lapack.dsyevr(Z.T @ Z, range="I", il=nb + m - count + 1, iu=nb + m)
         if info:
             raise NotConverged(f"the eigenvalues did not converge (LAPACK dsyevr: {info})")
-        squares, y = 1 / inverse_squares[count - 1 :: -1], y[:, ::-1]
+        y = y[:, ::-1]
+        # Z' Z squares the largest singular value and its rounding; |Z y| has not.
+        squares = 1 / ((Z @ y) ** 2).sum(axis=0)
         y[:nb] = np.linalg.solve(Lb.T, y[:nb])
         Z[:, :nb] = Z[:, :nb] @ Lb.T
     a = np.linalg.solve(La.T, (Z @ y)[:na]) * np.sqrt(abs(squares))

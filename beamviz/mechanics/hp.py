@@ -116,17 +116,23 @@ def energy(K: np.ndarray, v: np.ndarray) -> np.ndarray:
     return (v * (K @ v)).sum(axis=-2)
 
 
+def lost_to_order(squares: np.ndarray, lost: np.ndarray) -> np.ndarray:
+    """The energy (..., k) that one family's modes have in the two highest polynomials of each
+    element, which bounds what a higher order would change. By chance it may all but vanish: no
+    mode is taken to lose a smaller share than the ones below it."""
+    return np.maximum.accumulate(lost / abs(squares), axis=-1) * abs(squares)
+
+
 def errors(
     mesh: Mesh, f: np.ndarray, squares: np.ndarray, lost: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Estimated errors of omega^2 (without softening, ascending): from order, from rounding.
 
-    `lost` (..., k) is the energy in the two highest polynomials of each element, which bounds what
-    a higher order would change.
+    `lost` (..., k) is the energy that the modes have in the tails of the mesh (`lost_to_order`).
     """
+    size = abs(squares)
     tail = np.matvec(mesh.T, f)
     lost_stretch = ((tail * tail) @ mesh.weights) / (f @ mesh.weights) ** 2
-    size = abs(squares)
     truncation = TRUNCATION_FACTOR * (lost + 4 * lost_stretch[..., None] * size)
     first = size[..., :1]
     rounding = (ROUNDING_FACTOR * EPS / first) * size * (size + first)
