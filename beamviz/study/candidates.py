@@ -11,22 +11,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beamviz.study.tracking import Track
+from beamviz.study.tracking import CLEAR, SHORTEST, Track, followed
 
-TURN = math.radians(30)  # least angle two shapes turn into each other around a meeting
-HIDDEN = 0.3  # of the gap seen: a least gap predicted below this between points is looked for
-STILL = 0.2  # angle [rad] up to which shapes are taken not to turn in a step
+TURN = math.radians(30)  # least angle by which two shapes turn into each other around a veering,
+# between the places where the gap is widest before and after; 90 degrees for a complete one
+EXCHANGE = math.radians(45)  # in one step: the two shapes are more each other than themselves
+SURE = 4.0  # times the curvature seen: the most a difference is trusted to bend between points
 
 
 @dataclass(frozen=True)
 class Loci:
-    """Branches as columns: those among the lowest modes somewhere."""
+    """Branches as columns: those among the lowest modes somewhere, or next to them."""
 
     at: np.ndarray  # (n,)
     branches: np.ndarray  # (b,) their numbers in the track
     places: np.ndarray  # (n, b) place of each among the modes, m where it is not there
     frequencies: np.ndarray  # (n, b), nan where not there or unstable
     turns: np.ndarray  # (n - 1, b, b) angle by which two shapes turn into each other [rad]
+    held: np.ndarray  # (n - 1, b, b) least share of two shapes found again in the two
     window: int  # how many modes are asked for
 
 
@@ -51,23 +53,32 @@ class Pairs(NamedTuple):
 
 
 def loci_of(track: Track, window: int) -> Loci:
-    """The branches of a track that are among the lowest `window` modes somewhere."""
+    """The branches of a track that are among the lowest `window` modes somewhere, or next to."""
     points = track.points
     n, m = points.squares.shape
-    branches = np.unique(track.branch[:, :window])
+    branches = np.unique(track.branch[:, : followed(window, m)])
     there = track.branch[:, None, :] == branches[:, None]
     places = np.where(there.any(axis=2), there.argmax(axis=2), m)
     squares = np.column_stack((points.squares, np.full(n, np.nan)))
     squares = np.take_along_axis(squares, places, axis=1)
     frequencies = np.sqrt(np.where(squares >= 0, squares, np.nan))
-    return Loci(points.at, branches, places, frequencies, _turns(track.overlaps, places), window)
-
-
-def _turns(overlaps: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """The angles (n - 1, b, b) by which each two branches turn into each other in each step."""
-    padded = np.pad(overlaps, ((0, 0), (0, 1), (0, 1)))
-    step = np.arange(len(overlaps))[:, None, None]
+    padded = np.pad(track.overlaps, ((0, 0), (0, 1), (0, 1)))
+    step = np.arange(n - 1)[:, None, None]
     O = padded[step, places[:-1, :, None], places[1:, None, :]]
+    return Loci(points.at, branches, places, frequencies, _turns(O), _held(O), window)
+
+
+def _held(O: np.ndarray) -> np.ndarray:
+    """The least share (n - 1, b, b) of two shapes that is found again in the two."""
+    mac = abs(O) ** 2
+    own = np.diagonal(mac, axis1=1, axis2=2)[:, :, None]
+    forward, back = own + mac, own + mac.swapaxes(1, 2)
+    both = np.minimum(forward, back)
+    return np.minimum(both, both.swapaxes(1, 2))
+
+
+def _turns(O: np.ndarray) -> np.ndarray:
+    """The angles (n - 1, b, b) by which each two branches turn into each other in each step."""
     own = np.diagonal(O, axis1=1, axis2=2)
     kept = abs(own)
     # Each solve chooses the signs of its shapes: turn them so that a branch keeps its own.
@@ -88,26 +99,39 @@ def _pairs(loci: Loci) -> Pairs:
 
 
 def hidden(loci: Loci) -> np.ndarray:
-    """Where two loci may touch between points that do not show it: values to solve at.
+    """Middles of the steps in which two loci may touch though their ends do not show it.
 
-    There the parabola through three points of their difference nearly reaches zero, or passes it.
+    Between two points a smooth difference strays from its chord by curvature / 8 times the
+    square of the step; the curvature is taken from the points around.
     """
-    pairs = _pairs(loci)
-    D, turned, p = pairs.difference, abs(pairs.turns), loci.at[:, None]
-    slope = np.diff(D, axis=0) / np.diff(p, axis=0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        curvature = (slope[1:] - slope[:-1]) / (p[2:] - p[:-2])
-        place = (p[:-2] + p[1:-1]) / 2 - slope[:-1] / (2 * curvature)
-        least = D[1:-1] + (place - p[1:-1]) * (slope[:-1] + curvature * (place - p[:-2]))
-    side = np.sign(D)
-    wanted = (side[:-2] == side[1:-1]) & (side[1:-1] == side[2:]) & pairs.asked[1:-1]
-    wanted &= (place > p[:-2]) & (place < p[2:])
-    wanted &= np.maximum(turned[:-1], turned[1:]) < STILL
-    seen = np.minimum(np.minimum(abs(D[:-2]), abs(D[1:-1])), abs(D[2:]))
-    wanted &= side[1:-1] * least < HIDDEN * seen
-    values = np.sort(place[wanted])
-    _, first = np.unique(np.searchsorted(loci.at, values), return_index=True)
-    return values[first]
+    pairs, step = _pairs(loci), np.diff(loci.at)[:, None]
+    if len(step) < 2:
+        return np.empty(0)
+    # Where shapes are exchanged the difference goes on smoothly with the other sign.
+    side = np.where(abs(pairs.turns) > EXCHANGE, -1, 1).cumprod(axis=0)
+    D = pairs.difference * np.concatenate((np.ones_like(side[:1]), side))
+    slope = np.diff(D, axis=0) / step
+    half_curvature = abs(np.diff(slope, axis=0)) / (step[1:] + step[:-1])
+    half_curvature = np.pad(half_curvature, ((1, 1), (0, 0)), mode="edge")
+    strays = SURE * np.fmax(half_curvature[:-1], half_curvature[1:]) * step**2 / 4
+    seen = np.minimum(abs(D[:-1]), abs(D[1:]))
+    same = D[:-1] * D[1:] > 0
+    may = same & pairs.asked[:-1] & (seen < strays)
+    steps = np.flatnonzero(may.any(axis=1) & (step[:, 0] > SHORTEST * np.ptp(loci.at)))
+    return (loci.at[steps] + loci.at[steps + 1]) / 2
+
+
+def unclear(loci: Loci) -> np.ndarray:
+    """Middles of the steps of candidates in which one of the two turns into a third mode."""
+    steps = {
+        step
+        for a, b, low, high, _ in candidates(loci)
+        for step in range(low, high)
+        if loci.held[step, a, b] < CLEAR
+    }
+    at = loci.at
+    wide = [i for i in sorted(steps) if at[i + 1] - at[i] > SHORTEST * np.ptp(at)]
+    return (at[wide] + at[[i + 1 for i in wide]]) / 2 if wide else np.empty(0)
 
 
 def candidates(loci: Loci) -> list[Candidate]:
@@ -137,23 +161,27 @@ def _sign_changes(D: np.ndarray) -> list[tuple[int, int]]:
 def _minima(pairs: Pairs) -> list[tuple[int, int, int]]:
     """Pairs with a least gap across which the shapes turn, and the points around it."""
     gap = abs(pairs.difference)
-    middle = np.argwhere((gap[1:-1] <= gap[:-2]) & (gap[1:-1] < gap[2:]))
-    found = [(k, i, i + 2) for i, k in middle.tolist()]
+    exchanges = np.argwhere(abs(pairs.turns) > EXCHANGE)
+    found = [(k, i, i + 1) for i, k in exchanges.tolist()]
+    middle = (gap[1:-1] <= gap[:-2]) & (gap[1:-1] < gap[2:])
+    middle &= np.maximum(abs(pairs.turns[:-1]), abs(pairs.turns[1:])) <= EXCHANGE
+    found += [(k, i, i + 2) for i, k in np.argwhere(middle).tolist()]
     # In a step at the end of the sweep a least gap hides; the turning shapes show it.
     last = len(gap) - 1
     for low, end, inner in ((0, 0, 1), (last - 1, last, last - 1)):
         seen = gap[inner] * np.cos(2 * pairs.turns[low])
-        hides = (gap[end] < gap[inner]) & (seen < gap[end])
+        hides = (gap[end] < gap[inner]) & (seen < gap[end]) & (abs(pairs.turns[low]) <= EXCHANGE)
         found += [(k, low, low + 1) for k in np.flatnonzero(hides).tolist()]
     angles = np.concatenate((np.zeros_like(gap[:1]), np.cumsum(pairs.turns, axis=0)))
     return [
         (k, low, high)
         for k, low, high in found
-        if abs(np.subtract(*angles[list(slopes(gap[:, k], low, high)), k])) >= TURN
+        if abs(pairs.turns[low, k]) > EXCHANGE
+        or abs(np.subtract(*angles[list(_slopes(gap[:, k], low, high)), k])) >= TURN
     ]
 
 
-def slopes(gap: np.ndarray, low: int, high: int) -> tuple[int, int]:
+def _slopes(gap: np.ndarray, low: int, high: int) -> tuple[int, int]:
     """The points up to which a gap grows on both sides of low .. high."""
     start, stop = low, high
     while start > 0 and gap[start - 1] >= gap[start]:

@@ -6,14 +6,13 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from beamviz.study.candidates import Candidate, Loci, candidates, hidden, loci_of, slopes
+from beamviz.study.candidates import Candidate, Loci, candidates, hidden, loci_of, unclear
 from beamviz.study.pairs import Place, Search, least_gap, together
 from beamviz.study.tracking import Points, SolveAt, Track, follow
 
-# A veering is a least gap around which the shapes turn into each other by candidates.TURN or
-# more (a clean one by 60 degrees from twice the gap to twice the gap), that grows to TIMES its
-# least value before it turns back, and whose veering index reaches INDEX.
-TIMES = 2.0
+# A veering is a least gap below CLOSE of the frequency, around which the shapes turn into each
+# other by candidates.TURN or more, and whose veering index reaches INDEX.
+CLOSE = 0.1
 INDEX = 0.5
 
 STEP = 0.1  # of the width of a veering: half the distance its rates are taken over
@@ -53,7 +52,8 @@ def chart(points: Points, window: int, solve_at: SolveAt) -> tuple[Track, list[M
             break
         track = _exchanged(track, loci, *odd[0])
         loci = loci_of(track, window)
-    meetings = [meeting for _, meeting in found if meeting]
+    asked = set(track.branch[:, :window].ravel().tolist())
+    meetings = [meeting for _, meeting in found if meeting and {meeting.a, meeting.b} <= asked]
     return track, sorted(meetings, key=lambda meeting: meeting.at)
 
 
@@ -63,6 +63,8 @@ def _seen(points: Points, window: int, solve_at: SolveAt) -> tuple[Track, Loci]:
         track = follow(points, window, solve_at)
         loci = loci_of(track, window)
         more = hidden(loci)
+        if not len(more):
+            more = unclear(loci)
         if not len(more):
             break
         points = track.points.merged(solve_at(more))
@@ -88,25 +90,17 @@ def _search(
     shapes = points.shapes[low, loci.places[low, [a, b]]]
     around = points.take(slice(max(low - 2, 0), high + 3))
     place = yield from least_gap(around, shapes, points.at[low], points.at[high])
-    if place is None:
+    if place is None or place.rank >= loci.window:
         return None, None
     numbers = int(loci.branches[a]), int(loci.branches[b])
     if place.gap == 0:
         return place, Meeting("crossing", *numbers, place.at, place.frequency, 0.0, 0.0, 0.0)
-    if not _opens(place, abs(loci.frequencies[:, a] - loci.frequencies[:, b]), low, high):
+    if place.gap > CLOSE * place.frequency:
         return place, None
     coupling, index = yield from _veering(place, shapes, points.at[0], points.at[-1])
     if index < INDEX:
         return place, None
     return place, Meeting("veering", *numbers, *place[:3], coupling, index)
-
-
-def _opens(place: Place, gap: np.ndarray, low: int, high: int) -> bool:
-    """Whether a gap grows to TIMES its least value, on both sides unless the sweep ends there."""
-    start, stop = slopes(gap, low, high)
-    opens = gap[[start, stop]] >= TIMES * place.gap
-    ends = [start == 0 or np.isnan(gap[start - 1]), stop + 1 == len(gap) or np.isnan(gap[stop + 1])]
-    return bool(opens.any() and (opens | ends).all())
 
 
 def _veering(
@@ -124,6 +118,8 @@ def _veering(
     squares, slope = beside.squares.mean(axis=0), np.diff(beside.squares, axis=0)[0] / (2 * h)
     i, j = np.sort((abs(shapes.conj() @ beside.duals[0].T) ** 2).sum(axis=0).argsort()[-2:])
     s = rates[i, j] * (squares[j] - squares[i])
-    mdf = rates[i, j] ** 2 / (rates**2).sum(axis=1)
+    if not s:
+        return 0.0, 0.0
+    mdf = rates[i, j] ** 2 / (rates[[i, j]] ** 2).sum(axis=1)
     csq = s**2 / (s**2 + ((slope[i] - slope[j]) / 2) ** 2)
-    return float(s), float(mdf[i] * csq * mdf[j])
+    return float(s), float(mdf.prod() * csq)

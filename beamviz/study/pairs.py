@@ -6,6 +6,7 @@ half the difference d of its diagonal and its coupling c,
     omega_b^2 - omega_a^2 = 2 sqrt(d^2 + |c|^2).
 """
 
+import math
 from collections.abc import Generator, Sequence
 from typing import NamedTuple, TypeVar
 
@@ -17,10 +18,15 @@ from beamviz.study.tracking import Points, SolveAt
 
 TOUCHING = 1e-8  # of omega^2: a smaller gap is rounding
 NEAREST = 6  # points the entries are interpolated from
-CAPTURED = 0.5  # least share of the two shapes in a point that is used
+CAPTURED = 0.7  # least share of the two shapes in a point that is used
 MAX_SOLVES = 8
-SETTLED = 1e-3  # of the width of a meeting: a smaller shift of its place is not solved again
+SETTLED = 1e-4  # of the width of a meeting: a smaller shift of its place is not solved again
+FINEST = 1e-6  # of the stretch it was seen in: nor is a smaller shift than this
+ROUGH = 1e-3  # of the stretch: a shift that no longer shrinks below this is rounding
+SPACING = 1e-3  # of the stretch: least distance of the points interpolated from
+SAME = 1e-3  # of a gap: a smaller change by the last solve is the last one
 SAMPLES = 33
+FLOOR = 1e-12  # omega^2, where an interpolation falls below 0
 
 Result = TypeVar("Result")
 
@@ -32,6 +38,7 @@ class Place(NamedTuple):
     frequency: float  # mean of the two
     gap: float  # 0 where the loci touch
     width: float  # |c / d'|: at this distance the gap is sqrt(2) times the least
+    rank: int  # place of the lower one among all modes
 
 
 Search = Generator[np.ndarray, Points, Result]  # asks for points at some values
@@ -65,22 +72,43 @@ def least_gap(
 
     points: some around it. None where the gap is least at an end.
     """
-    entries, place = _entries(reference, points), (low + high) / 2
+    entries, room = _entries(reference, points), high - low
+    place, shift = Place((low + high) / 2, 0.0, math.inf, 0.0, 0), math.inf
     for _ in range(MAX_SOLVES):
-        local = _interpolated(entries, place)
-        previous, place = place, local.closest(low, high)
-        width = local.width(place)
-        if abs(place - previous) <= max(SETTLED * width, 1e-6 * (high - low)):
+        if len(entries) < 2:
+            return None
+        previous, place = place, _closest(entries, place.at, low, high)
+        last, shift = shift, abs(place.at - previous.at)
+        fine = max(SETTLED * min(place.width, room), FINEST * room)
+        settled = abs(place.gap - previous.gap) <= SAME * place.gap
+        if settled and (shift <= fine or last / 2 < shift < ROUGH * room):
             break
-        more = yield np.array([place])
+        value = place.at
+        if value in entries[:, 0]:  # at an end, or nothing new to be had there
+            value = _widest(entries[:, 0].real, low, high)
+        more = yield np.array([value])
         if not len(more.at):
             break
         entries = np.vstack((entries, _entries(reference, more)))
-    if place in (low, high):
-        return None
-    frequency, gap = local.frequencies(place)
-    touching = local.touching or gap <= TOUCHING * frequency
-    return Place(place, float(frequency), 0.0 if touching else float(gap), width)
+    return None if place.at in (low, high) else place
+
+
+def _closest(entries: np.ndarray, near: float, low: float, high: float) -> Place:
+    """Where the two come closest by what is known so far."""
+    local = _interpolated(entries, near, SPACING * (high - low))
+    at = local.closest(low, high)
+    frequency, gap = local.frequencies(at)
+    if local.touching or gap <= TOUCHING * frequency:
+        gap = 0.0
+    rank = entries[abs(entries[:, 0] - at).argmin(), -1].real
+    return Place(at, float(frequency), float(gap), local.width(at), int(rank))
+
+
+def _widest(p: np.ndarray, low: float, high: float) -> float:
+    """The middle of the widest interval between points within low .. high."""
+    p = np.unique(np.concatenate(([low, high], p[(p > low) & (p < high)])))
+    k = int(np.diff(p).argmax())
+    return float(p[k] + p[k + 1]) / 2
 
 
 class Local(NamedTuple):
@@ -99,8 +127,8 @@ class Local(NamedTuple):
         """Mean and difference of the two frequencies at p."""
         mean, d, c = self.entries(p)
         r = np.hypot(abs(d), 0.0 if self.touching else abs(c))
-        low, high = (np.sqrt(np.maximum(mean.real + side * r, 0.0)) for side in (-1, 1))
-        return (low + high) / 2, 2 * r / np.maximum(low + high, np.finfo(float).tiny)
+        low, high = (np.sqrt(np.maximum(mean.real + side * r, FLOOR)) for side in (-1, 1))
+        return (low + high) / 2, 2 * r / (low + high)
 
     def closest(self, low: float, high: float) -> float:
         """Where the two frequencies come closest: at the root of d if nothing couples them."""
@@ -123,11 +151,17 @@ class Local(NamedTuple):
         return float(abs(self.entries(p)[2]) / max(abs(rate), np.finfo(float).tiny))
 
 
-def _interpolated(entries: np.ndarray, place: float) -> Local:
-    """The polynomials through the points nearest to a place."""
+def _interpolated(entries: np.ndarray, place: float, spacing: float) -> Local:
+    """The polynomials through the points nearest to a place, of those closer together the one.
+
+    Points in a cluster would make polynomials of what the solver rounds.
+    """
     p = entries[:, 0].real
-    nearest = np.argsort(abs(p - place))[:NEAREST]
-    p, values = p[nearest], entries[nearest, 1:]
+    nearest: list[int] = []
+    for k in np.argsort(abs(p - place)).tolist():
+        if len(nearest) < NEAREST and all(abs(p[k] - p[j]) >= spacing for j in nearest):
+            nearest.append(k)
+    p, values = p[nearest], entries[nearest, 1:4]
     scale = np.ptp(p)
     coefficients = np.linalg.solve(polynomial.polyvander((p - place) / scale, len(p) - 1), values)
     touching = bool((abs(values[:, 2]) <= TOUCHING * abs(values[:, 0])).all())
@@ -135,7 +169,7 @@ def _interpolated(entries: np.ndarray, place: float) -> Local:
 
 
 def _entries(reference: np.ndarray, points: Points) -> np.ndarray:
-    """Parameter, mean, d and c (n, 4) of the two modes of each point nearest to two shapes.
+    """Parameter, mean, d, c and the lower place (n, 5) of the two modes nearest to two shapes.
 
     Points in which the shapes are not found again are left out.
     """
@@ -146,5 +180,5 @@ def _entries(reference: np.ndarray, points: Points) -> np.ndarray:
     squares = np.take_along_axis(points.squares, picks, axis=1)
     H = (Q * squares[:, None, :]) @ Q.conj().swapaxes(1, 2)
     mean, d = (H[:, 0, 0] + H[:, 1, 1]) / 2, (H[:, 0, 0] - H[:, 1, 1]) / 2
-    entries = np.column_stack((points.at, mean, d, H[:, 0, 1]))
+    entries = np.column_stack((points.at, mean, d, H[:, 0, 1], picks.min(axis=1)))
     return entries[size[:, 1] ** 2 > CAPTURED]

@@ -16,7 +16,7 @@ from typing import Self
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-CLEAR = 0.75  # MAC below which a step is in doubt, and halved
+CLEAR = 0.9  # MAC below which a step is in doubt, and halved
 LOST = 0.25  # MAC below which a mode has left the modes that were solved for
 UNCOUPLED = 1e-18  # MAC of two modes that share nothing but rounding
 SHORTEST = 1e-7  # of the whole range: a step in doubt is not halved further
@@ -91,6 +91,11 @@ def follow(points: Points, window: int, solve_at: SolveAt) -> Track:
     return Track(points, _threaded(order, found), confidence, overlaps)
 
 
+def followed(window: int, m: int) -> int:
+    """How many of m modes are followed: those in the window and what may enter it."""
+    return max(window, m - 1)
+
+
 def inner_products(points: Points) -> np.ndarray:
     """Inner products (n - 1, m, m) of the modes before (rows) and after each step (columns)."""
     return points.shapes[:-1].conj() @ points.duals[1:].swapaxes(1, 2)
@@ -124,8 +129,10 @@ def _found(mac: np.ndarray, order: np.ndarray) -> np.ndarray:
 
 
 def _confidence(found: np.ndarray, order: np.ndarray, window: int) -> np.ndarray:
-    """The least share found (n - 1,) of the modes in the window before or after each step."""
-    seen = (np.arange(order.shape[1]) < window) | (order < window)
+    """The least share found (n - 1,) of the modes in the window, or next to it, at a step."""
+    m = order.shape[1]
+    count = followed(window, m)
+    seen = (np.arange(m) < count) | (order < count)
     return np.where(seen, found, 1.0).min(axis=1, initial=1.0)
 
 
