@@ -102,6 +102,24 @@ def screenshot(
     )
 
 
+@app.command()
+def reproduce(
+    out: Annotated[Path, typer.Option(help="Folder to write to.", metavar="DIR")],
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="table1 .. table4, fig4 .. fig19, numbers (what the text prints), or all.",
+            metavar="[NAME ...]",
+            show_default="all",
+        ),
+    ] = None,
+) -> None:
+    """The paper's tables and figures, beside the numbers its text prints."""
+    from beamviz.study.reproduce import ALL, reproduce
+
+    print(reproduce(names or [ALL], out))
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run a command line (by default this process's); the exit code (the README lists them)."""
     given = sys.argv[1:] if arguments is None else arguments

@@ -56,9 +56,14 @@ class Number(NamedTuple):
         return near[0].replace("material_20", "20 elements") if near else "neither"
 
 
+def decimals(printed: str) -> int:
+    """How many decimals a number is printed with."""
+    return len(printed.partition(".")[2])
+
+
 def unit(printed: str) -> float:
     """A unit of the last printed digit."""
-    return 10.0 ** -len(printed.partition(".")[2])
+    return 10.0 ** -decimals(printed)
 
 
 def numbers() -> list[Number]:

@@ -82,8 +82,8 @@ class LociFigure(NamedTuple):
     @property
     def caption(self) -> str:
         """What the figure shows."""
-        fixed = described(self.beam, tuple(name for name in NAMES if name != self.over))
-        return f"First {COUNTS[self.modes]} frequencies over the {NAMES[self.over]} ({fixed})"
+        first = f"First {COUNTS[self.modes]} frequencies over the {NAMES[self.over]}"
+        return f"{first} ({parameters(self)})"
 
 
 class ShapeFigure(NamedTuple):
@@ -101,10 +101,8 @@ class ShapeFigure(NamedTuple):
     def caption(self) -> str:
         """What the figure shows."""
         one = f"{ORDINALS[self.modes[0]]} mode shape"
-        fixed = described(
-            self.beam.replace(alpha=self.alphas[0]), tuple(NAMES)[len(self.alphas) > 1 :]
-        )
-        return f"{one if len(self.modes) == 1 else 'First five mode shapes'} ({fixed})"
+        shapes = one if len(self.modes) == 1 else f"First {COUNTS[len(self.modes)]} mode shapes"
+        return f"{shapes} ({parameters(self)})"
 
 
 Figure = LociFigure | ShapeFigure
@@ -114,6 +112,14 @@ ORDINALS = {1: "First", 2: "Second", 3: "Third"}
 
 
 SYMBOLS = {"alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "mu": "μ"}
+
+
+def parameters(figure: Figure) -> str:
+    """The numbers held fixed in a figure: α = 1, β = 0.5, δ = 0, μ = 70."""
+    if isinstance(figure, LociFigure):
+        return described(figure.beam, tuple(name for name in NAMES if name != figure.over))
+    beam = figure.beam.replace(alpha=figure.alphas[0])
+    return described(beam, tuple(NAMES)[len(figure.alphas) > 1 :])
 
 
 def described(beam: Beam, names: tuple[str, ...]) -> str:
