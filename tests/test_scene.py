@@ -60,6 +60,7 @@ def test_the_swept_body_of_a_straight_beam_is_its_box(length, thickness, plane):
     points, normal = tube.frame(np.stack([x, 0 * x], 1), plane)
     body = trimesh.Trimesh(*tube.swept(points, normal, thickness, 0.1), process=False)
     assert body.is_watertight
+    assert body.is_winding_consistent
     assert body.volume == pytest.approx(length * thickness * 0.1, rel=1e-9)
 
 
@@ -70,6 +71,7 @@ def test_a_bent_body_stays_closed():
     length = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
     body = trimesh.Trimesh(*tube.swept(points, normal, 0.05, 0.08), process=False)
     assert body.is_watertight
+    assert body.is_winding_consistent
     assert body.volume == pytest.approx(length * 0.05 * 0.08, rel=0.01)
 
 

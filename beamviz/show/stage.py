@@ -201,7 +201,7 @@ class Nodes:
                 section[0] * across + section[1] * np.abs(normal)
             )
             self.labels[k].text = f"{label} node at {x:.3f}"
-            self.labels[k].position = points[0] - [0.0, 0.0, scales[k][2] / 2 + 0.02]
+            self.labels[k].position = points[0] - [0.0, 0.0, scales[k][2] / 2 + 0.05]
         self.collars.batched_positions, self.collars.batched_scales = centres, scales
         for k, tag in enumerate(self.labels):
             tag.visible = k < len(marks)
