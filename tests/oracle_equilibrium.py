@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -46,7 +47,8 @@ def stretch(strain: str, n: np.ndarray) -> np.ndarray:
     return f - ((f * f - 1) * f / 2 - n) / STIFFNESS["green"](f)  # one step of Newton's
 
 
-def shoot(beam: Beam, strain: str) -> list[Piece]:
+@lru_cache(maxsize=1)
+def shoot(beam: Beam, strain: str) -> tuple[Piece, ...]:
     """A first equilibrium: from the tip inward, with the tip's place by Newton's method."""
     interior = beam.alpha > 0 and 0 < beam.beta < 1
     ends = [1.0, beam.beta, 0.0] if interior else [1.0, 0.0]
@@ -58,24 +60,24 @@ def shoot(beam: Beam, strain: str) -> list[Piece]:
         stiffness = beam.mu**2 * STIFFNESS[strain](f)
         return [f, -(beam.gamma**2) * y[0], y[3] / stiffness, -(beam.gamma**2) * y[2]]
 
-    def march(tip: float) -> list[Piece]:
+    def march(tip: float) -> tuple[Piece, ...]:
         y, pieces = np.array([tip, 0.0, 1.0, 0.0]), []
         for right, left in pairwise(ends):
             if right == beam.beta:
                 y[[1, 3]] += beam.alpha * beam.gamma**2 * y[[0, 2]]
             run = solve_ivp(
-                slope, (right, left), y, "DOP853", rtol=1e-9, atol=1e-12, dense_output=True
+                slope, (right, left), y, "DOP853", rtol=1e-8, atol=1e-11, dense_output=True
             )
             if not (run.success and np.all(run.y[1] >= 0) and np.all(run.y[2] > 0)):
                 raise NoStateError(f"{beam.numbers}: none with its tip at {tip:g}")
             y = run.y[:, -1].copy()
             pieces.append((left, right, run.sol))
-        return pieces[::-1]
+        return tuple(pieces[::-1])
 
     return newton_tip(march, beam, strain)
 
 
-def newton_tip(march: Callable, beam: Beam, strain: str) -> list[Piece]:
+def newton_tip(march: Callable, beam: Beam, strain: str) -> tuple[Piece, ...]:
     """Newton's method from the side where it is monotonic.
 
     The clamp's place is a convex function of the tip's for green (hardening), linear for biot,
@@ -105,7 +107,9 @@ def outside(march: Callable, beam: Beam, tip: float) -> float:
         tip *= 1.5
 
 
-def refined_mesh(beam: Beam, strain: str, c: int, level: Resolution, pieces: list[Piece]) -> Mesh:
+def refined_mesh(
+    beam: Beam, strain: str, c: int, level: Resolution, pieces: tuple[Piece, ...]
+) -> Mesh:
     """Elements halved until they resolve the local lengths of a first equilibrium."""
     special = np.array([0.0] + [right for _, right, _ in pieces])
     found, mass_element = [], None
@@ -135,7 +139,7 @@ def local_length(state: np.ndarray, beam: Beam, strain: str, c: int) -> np.ndarr
     return np.minimum(layer, growth)
 
 
-def equilibrium(mesh: Mesh, beam: Beam, strain: str, pieces: list[Piece]) -> np.ndarray:
+def equilibrium(mesh: Mesh, beam: Beam, strain: str, pieces: tuple[Piece, ...]) -> np.ndarray:
     """All X and N (n,), by Newton's method on the collocated equations."""
     x = np.append(np.column_stack([mesh.lefts, mesh.x]), 1.0)
     y = first_values(x, pieces)
@@ -157,7 +161,7 @@ def equilibrium(mesh: Mesh, beam: Beam, strain: str, pieces: list[Piece]) -> np.
     raise UnresolvedError(f"{beam.numbers}: the equilibrium does not settle")
 
 
-def first_values(x: np.ndarray, pieces: list[Piece]) -> np.ndarray:
+def first_values(x: np.ndarray, pieces: tuple[Piece, ...]) -> np.ndarray:
     """(X, N) at x, flat; x ascending, and nothing pulls at the tip."""
     values = np.empty((len(x), 2))
     for left, right, solution in pieces:
