@@ -11,6 +11,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
@@ -22,8 +23,10 @@ from beamviz.errors import InvalidInput, Unavailable
 from beamviz.mechanics.solve import Solution, solve
 from beamviz.show import server, solving
 from beamviz.show.controls import Wanted
+from beamviz.show.hosting import hosted
 from beamviz.show.readout import significant
 from beamviz.show.server import explorer, serve
+from beamviz.show.sliders import assign, heard
 
 PAPER = Beam(alpha=1, beta=0.5, gamma=10)
 
@@ -122,6 +125,46 @@ def test_only_the_latest_of_many_edits_is_kept(url, monkeypatch):
     assert len(solved) < 300
 
 
+def test_wishes_that_came_in_between_are_skipped(monkeypatch):
+    """100 wishes during one slow solve: the next one answers the last of them, no other."""
+    gate, solved = threading.Event(), []
+
+    def slow(beam: Beam, **options: Any) -> Solution:
+        solved.append(beam.gamma)
+        gate.wait(10)
+        return solve(beam, **options)
+
+    monkeypatch.setattr(solving, "solve", slow)
+    ready = threading.Semaphore(0)
+    wanted = Wanted.of(PAPER, {})
+    with ThreadPoolExecutor(2) as pool:
+        solver = solving.Solver(pool, wanted, ready.release)
+        while not solved:
+            time.sleep(0.01)
+        for k in range(100):
+            solver.want(wanted.changed("gamma", float(k)))
+        gate.set()
+        assert ready.acquire(timeout=10)
+        assert ready.acquire(timeout=10)
+        assert solver.answer
+        assert solver.answer.beam == PAPER.replace(gamma=99)
+        solver.close()
+    assert solved == [10.0, 99.0]
+
+
+def test_what_the_program_sets_is_not_a_choice():
+    """A slider that follows its field must not set the field back."""
+    heard_values: list[float] = []
+    with hosted() as server_:
+        slider = server_.gui.add_slider("x", 0.0, 1.0, 0.1, 0.0)
+        heard(slider, threading.RLock(), heard_values.append)
+        assign(slider, 0.5)
+        assert slider.value == 0.5
+        assign(slider, math.nan)
+        assert slider.value == 0.5
+    assert heard_values == []
+
+
 def test_an_edit_is_seen_soon(url):
     """Half of the edits are drawn within half a second, however busy the machine; what it is
     on a quiet one is measured by scripts/measure_edit_to_update.py."""
@@ -188,14 +231,20 @@ def test_no_equilibrium_is_said_where_the_beam_was_and_greys_it(url):
 
 
 def test_an_unstable_state_is_said_with_its_growth(url):
-    """delta = -1, gamma = 5 without a mass: the straight beam buckles; its modes stay listed."""
+    """delta = -1, gamma = 5 without a mass: the straight beam buckles. Its modes are listed; the
+    picture stays the last good one, on its drum."""
     with visitor(url) as guest:
         guest.choose("mass α", 0.0)
         guest.choose("speed γ", 5.0)
+        guest.says(frequency(Beam(beta=0.5, gamma=5)))
         guest.choose("hub δ", -1.0)
         guest.says("Unstable: the straight beam runs away in bending")
         growth = solve(Beam(beta=0.5, gamma=5, delta=-1)).growth_rates.max()
         guest.says(f"{growth:.4g} t/T*")
+        guest.wait(lambda _: guest.nodes["/stage/wheel/words"].get("visible"))
+        assert guest.nodes["/stage/wheel/hoop"]["visible"] is False
+        guest.choose("speed γ", 1.0)
+        guest.wait(lambda _: guest.nodes["/stage/wheel/hoop"]["visible"])
 
 
 def test_a_first_beam_without_equilibrium_is_shown_in_words():
@@ -212,12 +261,26 @@ def test_a_first_beam_without_equilibrium_is_shown_in_words():
 # Work, and the end of it
 
 
-def test_nothing_is_computed_while_nothing_moves(url):
-    """A paused visitor, and none at all, cost no time: under 2 % of one core."""
-    with visitor(url) as guest:
-        calm(guest)
+def test_nothing_is_computed_while_nothing_moves(monkeypatch):
+    """A paused visitor, and none at all, cost no time: the animator does not even wake."""
+    woken: list[float] = []
+    sleep = server.Animator.sleep
+
+    def counted(animator: server.Animator, due: float) -> None:
+        woken.append(due)
+        sleep(animator, due)
+
+    monkeypatch.setattr(server.Animator, "sleep", counted)
+    with explorer(Wanted.of(PAPER, {})) as address:
+        with visitor(address) as guest:
+            calm(guest)
+            count = len(woken)
+            assert load(0.6) < 0.02
+            assert len(woken) == count
+        time.sleep(0.3)
+        count = len(woken)
         assert load(0.6) < 0.02
-    assert load(0.6) < 0.02
+        assert len(woken) == count
 
 
 def load(seconds: float) -> float:
