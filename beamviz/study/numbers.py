@@ -9,13 +9,13 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.mechanics.solve import solve
+from beamviz.study.chart_style import SYMBOLS
 from beamviz.study.loci import Event, loci
 from beamviz.study.markdown import lines
 from beamviz.study.paper import (
     ELEMENTS,
     FIGURES,
     NODES,
-    SYMBOLS,
     Constant,
     LociFigure,
     Meeting,

@@ -8,6 +8,7 @@ of its figures are not available to this project: nothing here stands in for the
 from typing import Literal, NamedTuple
 
 from beamviz.beam import NAMES, Beam
+from beamviz.study.chart_style import SYMBOLS
 
 TITLE = (
     "Modal characteristics of a rotating flexible beam with a concentrated mass based on the"
@@ -109,9 +110,6 @@ Figure = LociFigure | ShapeFigure
 
 COUNTS = {3: "three", 5: "five"}
 ORDINALS = {1: "First", 2: "Second", 3: "Third"}
-
-
-SYMBOLS = {"alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "mu": "μ"}
 
 
 def parameters(figure: Figure) -> str:

@@ -12,38 +12,19 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from beamviz.mechanics.solve import solve
+from beamviz.study.chart_style import AXES, COLOURS, DPI, FAINT, INK, LINE, RING, STYLE
 from beamviz.study.figures import EQ_16, OTHER, Curve, Met
 from beamviz.study.loci import Branch, Loci
 from beamviz.study.numbers import decimals
 from beamviz.study.paper import LociFigure, ShapeFigure, parameters
 from beamviz.study.placing import Placer, apart
 
-COLOURS = {"bending": "#0072B2", "stretching": "#D55E00"}  # Okabe & Ito
-INK, FAINT = "#222222", "#8A8A8A"
 WIDTH, HEIGHT = 7.2, 4.8  # [in]
-DPI = 200
-LINE = 12  # [pt] between words
 LEFT = 0.095  # of the width: left end of every frame
-STYLE: Any = {
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.edgecolor": INK,
-    "axes.linewidth": 0.8,
-    "axes.titlesize": 9,
-    "axes.titlelocation": "left",
-    "svg.hashsalt": "beamviz",  # the same picture is the same file
-}
-AXES = {
-    "alpha": "mass ratio α = m / (ρ A L)",
-    "beta": "mass location β = d / L",
-    "gamma": "speed γ = Ω T*",
-}
 LINES: dict[str, dict[str, Any]] = {
     EQ_16: {"lw": 1.6, "ls": "-"},
     OTHER: {"lw": 0.9, "ls": (0, (4, 2.5))},
 }
-RING: dict[str, Any] = {"marker": "o", "ls": "", "ms": 5.5, "mfc": "white", "mec": INK, "mew": 1.1}
 DOT: dict[str, Any] = {"marker": "o", "ls": "", "ms": 3.2, "color": INK}
 MARKS = {EQ_16: RING, OTHER: DOT}
 LABELS = {EQ_16: "spatial curvature (eq. 16)", OTHER: "material curvature"}

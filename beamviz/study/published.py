@@ -4,8 +4,9 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from beamviz.beam import Beam
+from beamviz.study.chart_style import SYMBOLS
 from beamviz.study.claims import RIGID, Claim, labelled, lowest, met
-from beamviz.study.paper import FIGURES, SYMBOLS, LociFigure
+from beamviz.study.paper import FIGURES, LociFigure
 
 # gamma, omega 1..3 (alpha 0); gamma, omega 1, 2 (alpha = beta = 1): flapwise, delta 0.
 UNIFORM = """
