@@ -5,8 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 from beamviz.beam import Beam, Units
-from beamviz.mechanics.solve import METHODS, PLANES
-from beamviz.mechanics.strain import CURVATURES, STRAIN_LAWS
+from beamviz.mechanics.solve import CURVATURES, METHODS, PLANES, STRAIN_LAWS
 from beamviz.show.colours import COLOURINGS
 
 MODES = 5

@@ -7,7 +7,9 @@ from typing import Any
 from viser import GuiApi, GuiInputHandle, GuiSliderHandle
 
 from beamviz.show import readout
+from beamviz.show.chart_tab import ChartTab
 from beamviz.show.controls import CHOICES, MAX_AMPLITUDE, MAX_SPEED, MODES, Look, Wanted
+from beamviz.show.microscope_tab import MicroscopeTab
 from beamviz.show.sliders import Listener, Numbers, assign, heard
 from beamviz.show.solving import Answer
 
@@ -32,7 +34,7 @@ class Panel:
         gui.main_panel.set_width(320)
         self.add_results(gui)
         with gui.add_folder("Beam"):
-            Numbers(gui, wanted.numbers, listener, self.lock)
+            self.numbers = Numbers(gui, wanted.numbers, listener, self.lock)
         with gui.add_folder("Motion"):
             self.add_motion(gui, look)
         with gui.add_folder("Picture"):
@@ -50,7 +52,12 @@ class Panel:
             )
             pick.on_click(lambda event: self.pick(event.target.value))
             self.legend = gui.add_html("")
-        results.float(x=15, y=15, width=370)
+        with results.add_tab("Loci"):
+            self.loci = ChartTab(gui, self.lock, self.listener)
+        with results.add_tab("Microscope"):
+            self.microscope = MicroscopeTab(gui)
+        results.dock_left()
+        results.set_width(370)
 
     def add_motion(self, gui: GuiApi, look: Look) -> None:
         """Clock, amplitude, mix of modes and frame of view."""
@@ -119,7 +126,7 @@ class Panel:
             dropdown = gui.add_dropdown(name, CHOICES[name], initial_value=chosen, hint=hint)
             heard(dropdown, self.lock, partial(self.listener.want, name))
         coriolis = gui.add_checkbox(
-            "coriolis",
+            "Coriolis",
             bool(wanted.options.get("coriolis")),
             hint="The force on what moves along a turning beam; it couples bending and stretching",
         )

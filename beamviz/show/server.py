@@ -24,6 +24,7 @@ from beamviz.show.session import LIFT, Session, place, theme
 FRAMES = 25  # a second, for one visitor
 ALL_FRAMES = 300  # a second, for all visitors together: half of a core
 SOLVERS = 2  # threads, for all visitors together
+CHARTERS = 1  # as well, for their charts
 ENDINGS = (signal.SIGINT, signal.SIGTERM)
 
 log = logging.getLogger(__name__)
@@ -53,11 +54,15 @@ def serve(
 @contextlib.contextmanager
 def explorer(wanted: Wanted, host: str = "127.0.0.1", port: int = 0) -> Iterator[str]:
     """A running explorer, by its URL."""
-    with hosted(host, port) as server, ThreadPoolExecutor(SOLVERS, "solver") as pool:
+    with (
+        hosted(host, port) as server,
+        ThreadPoolExecutor(SOLVERS, "solver") as pool,
+        ThreadPoolExecutor(CHARTERS, "charter") as charts,
+    ):
         theme(server, dark=False)
         rest = Shapes.at_rest(wanted.beam(), wanted.options["plane"])
         place(server.initial_camera, camera.viewpoint(rest, riding=True, aspect=1.4, lift=LIFT))
-        animator = Animator(server, wanted, pool)
+        animator = Animator(server, wanted, pool, charts)
         try:
             shown = "localhost" if host in ("0.0.0.0", "::") else host
             yield f"http://{f'[{shown}]' if ':' in shown else shown}:{server.get_port()}"
@@ -83,8 +88,14 @@ def stopping() -> Iterator[threading.Event]:
 class Animator:
     """The one thread that draws for all visitors; it sleeps while nothing moves."""
 
-    def __init__(self, server: ViserServer, wanted: Wanted, pool: ThreadPoolExecutor):
-        self.server, self.wanted, self.pool = server, wanted, pool
+    def __init__(
+        self,
+        server: ViserServer,
+        wanted: Wanted,
+        pool: ThreadPoolExecutor,
+        charts: ThreadPoolExecutor,
+    ):
+        self.server, self.wanted, self.pool, self.charts = server, wanted, pool, charts
         self.sessions: dict[int, Session] = {}
         self.changed = threading.Condition()
         self.woken = self.stopped = False
@@ -95,7 +106,7 @@ class Animator:
 
     def join(self, client: ClientHandle) -> None:
         """Open a session for a new visitor."""
-        session = Session(client, self.wanted, self.pool, self.wake)
+        session = Session(client, self.wanted, self.pool, self.charts, self.wake)
         with self.changed:
             self.sessions[client.client_id] = session
         if self.stopped or client.client_id not in self.server.get_clients():

@@ -10,6 +10,7 @@ import numpy as np
 from viser import CameraHandle, ClientHandle, InitialCameraConfig, ViserServer
 
 from beamviz.show import camera, colours
+from beamviz.show.charting import Charting
 from beamviz.show.controls import Look, Wanted
 from beamviz.show.motion import Clock, Shapes
 from beamviz.show.panels import Panel
@@ -30,6 +31,7 @@ class Session:
         client: ClientHandle,
         wanted: Wanted,
         pool: ThreadPoolExecutor,
+        charts: ThreadPoolExecutor,
         wake: Callable[[], None],
     ):
         self.client, self.wake, self.lock = client, wake, threading.RLock()
@@ -41,6 +43,7 @@ class Session:
         self.answer: Answer | None = None
         self.shapes = Shapes.at_rest(wanted.beam(), wanted.options["plane"])
         self.solver = Solver(pool, wanted, wake)
+        self.charting = Charting(charts, wake)
         self.scene = Scene(client.scene)
         self.panel = Panel(client.gui, wanted, self.look, self)
         client.camera.on_update(self.resized)
@@ -77,6 +80,19 @@ class Session:
         """A dark or a light page."""
         theme(self.client, dark=dark)
 
+    def sweep(self, over: str) -> None:
+        """Another axis of the loci chart."""
+        self.charting.sweep(over)
+
+    def show_per_rev(self, shown: bool) -> None:
+        """Per-rev lines in the loci chart, or none."""
+        self.charting.show_per_rev(shown)
+
+    def meet(self, number: int) -> None:
+        """Move the beam to a meeting (from 0) of the loci chart."""
+        if target := self.charting.choose(number):
+            self.panel.numbers.put(*target)
+
     def store(self, change: Callable[[Look], Look], *, repace: bool = False) -> None:
         """Keep a changed look for the next tick."""
         with self.lock:
@@ -94,6 +110,11 @@ class Session:
     @property
     def fresh(self) -> bool:
         """Whether something waits to be drawn."""
+        return self.changed or self.charting.fresh
+
+    @property
+    def changed(self) -> bool:
+        """Whether the scene itself waits to be drawn."""
         return self.refit or self.look is not self.drawn or self.solver.answer is not self.answer
 
     @property
@@ -104,15 +125,18 @@ class Session:
     def tick(self, now: float) -> None:
         """Bring the picture up to `now` [s]."""
         elapsed, self.seen = min(now - self.seen, LONGEST_STEP), now
-        fresh = self.fresh
+        changed = self.changed
         with self.client.atomic():
-            if fresh:
+            if changed:
                 self.draw()
             time = elapsed * self.pace if self.moving else 0.0
             self.clock.advance(time, self.shapes.frequencies, self.shapes.beam.gamma)
             self.scene.move(self.clock.phases, self.amplitudes, self.clock.angle)
-        if fresh:
+        if changed:
             self.client.flush()
+            self.charting.follow(self.answer)  # the picture comes first
+        if self.charting.fresh:
+            self.charting.draw(self.panel.loci, self.panel.microscope)
 
     def draw(self) -> None:
         """Take up the latest answer and look, and tell the panel."""
@@ -165,6 +189,7 @@ class Session:
     def close(self) -> None:
         """Nothing more is solved."""
         self.solver.close()
+        self.charting.close()
 
 
 def place(view: CameraHandle | InitialCameraConfig, position: np.ndarray) -> None:

@@ -43,6 +43,15 @@ class Listener(Protocol):
     def darken(self, dark: bool) -> None:
         """A dark or a light page."""
 
+    def sweep(self, over: str) -> None:
+        """The number the loci chart runs over."""
+
+    def show_per_rev(self, shown: bool) -> None:
+        """Per-rev lines in the loci chart."""
+
+    def meet(self, number: int) -> None:
+        """A meeting (from 0) of the loci chart."""
+
 
 class Numbers:
     """The five numbers, each with a slider for its everyday range and a field for all of it."""
@@ -77,6 +86,12 @@ class Numbers:
         field.precision = 8
         heard(field, self.lock, partial(self.typed, name))
         return field
+
+    def put(self, name: str, value: float) -> None:
+        """Set a number as if it had been typed."""
+        with self.lock:
+            assign(self.fields[name], value)
+            self.typed(name, value)
 
     def moved(self, name: str, value: float) -> None:
         """A slider was moved."""

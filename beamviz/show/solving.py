@@ -1,7 +1,6 @@
-"""Answers to what visitors want: the latest wish of each, on a few threads shared by all."""
+"""Answers to what a visitor wants: a solution with its shapes, or why there is none."""
 
 import logging
-import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -10,6 +9,7 @@ from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.mechanics.solve import Solution, solve
 from beamviz.show.controls import Wanted
+from beamviz.show.latest import Latest
 from beamviz.show.motion import Shapes
 from beamviz.show.words import refused, unstable
 
@@ -46,37 +46,18 @@ def answered(wanted: Wanted, previous: Shapes | None) -> Answer:
         return Answer(wanted, beam, words="No solution", message=f"unexpected: {error}")
 
 
-class Solver:
-    """Solves the latest wish of one visitor; wishes that came in between are skipped."""
+class Solver(Latest[Wanted, Answer]):
+    """Solves the latest wish of one visitor."""
+
+    wanted: Wanted
 
     def __init__(self, pool: ThreadPoolExecutor, wanted: Wanted, ready: Callable[[], None]):
-        self.lock = threading.RLock()
-        self.pool, self.wanted, self.ready = pool, wanted, ready
-        self.answer: Answer | None = None
+        super().__init__(pool, ready)
         self.shapes: Shapes | None = None  # the last good ones
-        self.busy = self.closed = False
         self.want(wanted)
 
-    def want(self, wanted: Wanted) -> None:
-        """Ask for an answer to `wanted`, soon, in place of any earlier wish."""
-        with self.lock:
-            self.wanted = wanted
-            if not (self.busy or self.closed):
-                self.busy = True
-                self.pool.submit(self.work)
-
-    def work(self) -> None:
-        """Answer one wish, and line up again if there is another by then."""
-        answer = answered(self.wanted, self.shapes)
-        with self.lock:
-            self.answer = answer
-            self.shapes = answer.shapes if answer.shapes and not answer.words else self.shapes
-            self.busy = self.wanted is not answer.wanted and not self.closed
-            if self.busy:
-                self.pool.submit(self.work)
-        self.ready()
-
-    def close(self) -> None:
-        """No more answers."""
-        with self.lock:
-            self.closed = True
+    def answered(self, wanted: Wanted) -> Answer:
+        """Solve; shapes keep the signs of the last good ones."""
+        answer = answered(wanted, self.shapes)
+        self.shapes = answer.shapes if answer.shapes and not answer.words else self.shapes
+        return answer

@@ -1,0 +1,231 @@
+"""The tab with the loci chart: its controls, the chart, labels on its lines, and the meetings."""
+
+import math
+import threading
+from html import escape
+from typing import Any
+
+from viser import GuiApi, uplot
+
+from beamviz.show.chart import FAMILIES, LANES, PER_REV, Chart, Point, series, top
+from beamviz.show.controls import MODES
+from beamviz.show.sliders import NUMBERS, Listener, heard
+from beamviz.study.loci import Event, Loci
+
+# Okabe & Ito, as in the figures of a study.
+COLOURS = {"bending": "#0072B2", "stretching": "#D55E00", "mixed": "#CC79A7"}
+INK, FAINT = "#333333", "#9AA0A6"
+SIGNS = {"crossing": "○", "veering": "●"}
+VERBS = {"crossing": "cross", "veering": "veer"}
+AXES = {NUMBERS[name][0]: name for name in ("gamma", "alpha", "beta", "delta", "mu")}
+MAX_MEETINGS = 8
+HEIGHT, LEFT, RIGHT, ABOVE, BELOW = 210, 40, 32, 8, 44  # [px] of the chart and its margins
+FRAME = (10.25, 8.25, 12)  # [px] around the chart: left, right, below
+LINE: uplot.Series = {"points": {"show": False}, "pxAlign": False}
+
+
+class ChartTab:
+    """Shows a chart and hands on the choices made about it."""
+
+    def __init__(self, gui: GuiApi, lock: threading.RLock, listener: Listener):
+        self.listener = listener
+        self.known: tuple[str, float] | None = None  # label of the axis and end of the other
+        axis = gui.add_dropdown("along", tuple(AXES), hint="The number the chart runs over")
+        heard(axis, lock, lambda label: listener.sweep(AXES.get(label, "")))
+        self.per_rev = gui.add_checkbox(
+            "per-rev lines",
+            False,
+            hint="ω = 1, 2 ... 5 times γ: where a line meets one, each turn can excite that mode",
+        )
+        heard(self.per_rev, lock, listener.show_per_rev)
+        self.plot = gui.add_uplot(
+            series(Chart.nothing(), None, per_rev=False),
+            styles(),
+            scales=scales(1.0),
+            axes=axes(axis.value),
+            legend={"show": False},
+            cursor={"drag": {"x": False, "y": False}, "points": {"show": False}},
+            padding=(ABOVE, RIGHT, 0, 0),
+            height=HEIGHT,
+        )
+        self.labels, self.table = gui.add_html(""), gui.add_html("")
+        self.go = gui.add_button_group("go to", ("1",), visible=False, hint="Move the beam there")
+        self.go.on_click(lambda event: self.pick(event.target.value))
+
+    def pick(self, number: Any) -> None:
+        """A meeting was chosen, by its number."""
+        if number in self.go.options:
+            self.listener.meet(int(number) - 1)
+
+    def show(self, chart: Chart, point: Point | None, per_rev: bool, chosen: Event | None) -> None:
+        """Draw a chart, with the beam of the scene on it."""
+        over = chart.question.over
+        high = top(chart.loci) if chart.loci else 1.0
+        self.per_rev.visible = over == "gamma"
+        label = next(label for label, name in AXES.items() if name == over)
+        if self.known != (label, high):  # not every time: it builds the chart anew
+            self.known, self.plot.axes, self.plot.scales = (label, high), axes(label), scales(high)
+        self.plot.data = series(chart, point, per_rev=per_rev)
+        self.labels.content = labels(chart.loci, per_rev) if chart.loci else ""
+        self.table.content = key(chart) + here(point, over) + meetings(chart, chosen) + gaps(chart)
+        numbers = tuple(str(k + 1) for k in range(min(len(chart.events), MAX_MEETINGS)))
+        self.go.visible = bool(numbers)
+        if numbers and self.go.options != numbers:
+            self.go.options = numbers
+
+
+def scales(high: float) -> dict[str, uplot.Scale]:
+    """Frequencies from 0 to `high`; found by the page itself, the missing values spoil them."""
+    return {"x": {"time": False}, "y": {"range": (0.0, high)}}
+
+
+FONTS: uplot.Axis = {"font": "11px sans-serif", "labelFont": "12px sans-serif"}
+
+
+def axes(label: str) -> tuple[uplot.Axis, ...]:
+    """The two axes, of fixed size so that labels can be put on the lines."""
+    return (
+        {
+            "label": label,
+            "size": BELOW - 18,
+            "labelSize": 18,
+            "labelGap": 0,
+            "gap": 3,
+            "space": 45,
+            **FONTS,
+        },
+        {"size": LEFT, "gap": 3, "space": 28, **FONTS},
+    )
+
+
+def styles() -> tuple[uplot.Series, ...]:
+    """How the arrays of `chart.series` are drawn."""
+    lines: list[uplot.Series] = [{}]
+    for family in FAMILIES:
+        lines += [{"stroke": COLOURS[family], "width": 2, **LINE}] * LANES
+    lines += [{"stroke": FAINT, "width": 1, "dash": (5, 4), **LINE}] * len(PER_REV)
+    lines.append({"stroke": INK, "width": 1, "dash": (2, 3), **LINE})
+    lines += [{"stroke": INK, "width": 0, "points": dot("#ffffff", INK, 9)}] * MODES
+    lines.append({"stroke": INK, "width": 0, "points": dot("#ffffff", INK, 7)})
+    lines.append({"stroke": INK, "width": 0, "points": dot(INK, INK, 7)})
+    return tuple(lines)
+
+
+def dot(fill: str, stroke: str, size: int) -> uplot.Series_Points:
+    """A round mark."""
+    return {"show": True, "fill": fill, "stroke": stroke, "size": size, "width": 1.5}
+
+
+def labels(found: Loci, per_rev: bool) -> str:
+    """Names at the right ends of the lines, over the chart that stands above them."""
+    high = top(found)
+    ends = sorted(
+        (float(b.frequency[-1]), b.label, COLOURS[str(b.family[-1])])
+        for b in found.branches
+        if b.frequency[-1] == b.frequency[-1]
+    )
+    places = apart([end for end, _, _ in ends], high * 13 / (HEIGHT - ABOVE - BELOW))
+    names = [
+        f'<b style="position:absolute;left:100%;margin-left:4px;color:{colour};'
+        f'bottom:calc({100 * place / high:.2f}% - .65em)">{escape(label)}</b>'
+        for place, (_, label, colour) in zip(places, ends, strict=True)
+    ]
+    if per_rev and found.over == "gamma":
+        names += [per_rev_label(k, float(found.values[-1]), high) for k in PER_REV]
+    return (
+        '<div aria-hidden="true" data-labels style="position:relative;height:0;'
+        'pointer-events:none;font-size:11px;line-height:1.3">'
+        f'<div style="position:absolute;left:{LEFT + FRAME[0]}px;right:{RIGHT + FRAME[1]}px;'
+        f'bottom:{BELOW + FRAME[2]}px;height:{HEIGHT - ABOVE - BELOW}px">'
+        + "".join(names)
+        + "</div></div>"
+    )
+
+
+def per_rev_label(k: int, stop: float, high: float) -> str:
+    """The name of a per-rev line, near its upper end."""
+    x = min(0.97 * stop, 0.94 * high / k)
+    return (
+        f'<span style="position:absolute;color:#6b7177;left:{100 * x / stop:.2f}%;'
+        f'bottom:{100 * k * x / high:.2f}%;transform:translate(-110%,0)">{k}γ</span>'
+    )
+
+
+def apart(places: list[float], least: float) -> list[float]:
+    """Ascending places moved up until none is nearer than `least` to the one below."""
+    moved: list[float] = []
+    for place in places:
+        moved.append(max(place, moved[-1] + least) if moved else place)
+    return moved
+
+
+SMALL = "font-size:.8em;line-height:1.5;margin:.2em .75em .3em"
+
+
+def key(chart: Chart) -> str:
+    """What colours and marks mean."""
+    if chart.loci is None:
+        return ""
+    seen = {str(family) for branch in chart.loci.branches for family in branch.family if family}
+    parts = [f'<b style="color:{COLOURS[f]}">━</b> {f}' for f in FAMILIES if f in seen]
+    kinds = {event.kind for event in chart.events}
+    parts += [f"{SIGNS[kind]} {VERBS[kind]}" for kind in SIGNS if kind in kinds]
+    return f'<div aria-label="key" style="{SMALL};opacity:.8">{" &ensp;".join(parts)}</div>'
+
+
+def here(point: Point | None, over: str) -> str:
+    """The modes of the beam of the scene: the upright line of the chart."""
+    if point is None:
+        return ""
+    modes = " &ensp;".join(
+        f'<span style="white-space:nowrap"><b style="color:{COLOURS[family]}">{label}</b>'
+        f" {frequency:.4g}</span>"
+        for label, family, frequency in zip(*point.names, point.frequencies, strict=True)
+        if math.isfinite(frequency)
+    )
+    value = f"{NUMBERS[over][0][-1]} = {point.value:.5g}"
+    return f'<div aria-label="this beam" style="{SMALL}">┊ this beam, {value}:<br>{modes}</div>'
+
+
+def meetings(chart: Chart, chosen: Event | None) -> str:
+    """The table of the meetings."""
+    if not chart.events:
+        words = "" if chart.loci is None else "No two of these lines meet here."
+        return f'<div style="{SMALL}">{words}</div>' if words else ""
+    over = NUMBERS[chart.question.over][0][-1]
+    heads = ("", "", "lines", f"at {over}", "ω [1/T*]", "least gap")
+    rows = [row(k, event, event == chosen) for k, event in enumerate(chart.events)]
+    more = len(rows) - MAX_MEETINGS
+    return (
+        '<table aria-label="meetings" style="width:calc(100% - 1.5em);margin:0 .75em .2em;'
+        "border-collapse:collapse;font-size:.8em;font-variant-numeric:tabular-nums;"
+        'line-height:1.6;text-align:right"><tr style="opacity:.65">'
+        + "".join(f'<th style="font-weight:500">{head}</th>' for head in heads)
+        + "</tr>"
+        + "".join(rows[:MAX_MEETINGS])
+        + "</table>"
+        + (f'<div style="{SMALL}">and {more} more</div>' if more > 0 else "")
+    )
+
+
+def row(k: int, event: Event, marked: bool) -> str:
+    """One meeting."""
+    a, b = event.branches
+    gap = "0" if event.kind == "crossing" else f"{event.gap:.3g}"
+    cells = (
+        k + 1,
+        f"{SIGNS[event.kind]} {VERBS[event.kind]}",
+        f"<b>{escape(a)}, {escape(b)}</b>",
+        f"{event.at:.4f}",
+        f"{event.frequency:.3f}",
+        gap,
+    )
+    style = ' style="background:rgba(204,60,140,.14)"' if marked else ""
+    return f"<tr{style}>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+
+
+def gaps(chart: Chart) -> str:
+    """Why a line ends, or why there is none."""
+    limits = chart.loci.limits if chart.loci else ()
+    words = [chart.words] if chart.words else [limit.message for limit in limits]
+    return "".join(f'<div role="note" style="{SMALL}"><b>Gap:</b> {escape(w)}</div>' for w in words)

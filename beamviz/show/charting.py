@@ -1,0 +1,106 @@
+"""One visitor's loci: the chart, its choices, and the meeting under the microscope."""
+
+import contextlib
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+from beamviz.errors import InvalidInput
+from beamviz.show.chart import SPANS, Chart, Charts, Point, Question
+from beamviz.show.chart_tab import ChartTab
+from beamviz.show.microscope import Closeups, Target, same
+from beamviz.show.microscope_tab import MicroscopeTab
+from beamviz.show.solving import Answer
+from beamviz.study.loci import Event
+
+
+class Charting:
+    """Follows the scene, one step behind it: `follow` hears of a new answer, `draw` shows what
+    has been computed since."""
+
+    def __init__(self, pool: ThreadPoolExecutor, wake: Callable[[], None]):
+        self.wake = wake
+        self.over, self.per_rev = "gamma", False
+        self.chosen: Event | None = None
+        self.charts, self.closeups = Charts(pool, wake), Closeups(pool, wake)
+        self.answer: Answer | None = None
+        self.drawn: tuple = ()
+
+    # What the visitor chooses, from any thread.
+
+    def sweep(self, over: str) -> None:
+        """Another axis."""
+        if over in SPANS and over != self.over:
+            self.over, self.chosen = over, None
+            self.wake()
+
+    def show_per_rev(self, shown: bool) -> None:
+        """Per-rev lines, or none."""
+        self.per_rev = bool(shown)
+        self.wake()
+
+    def choose(self, number: int) -> tuple[str, float] | None:
+        """Take a meeting under the microscope; the number to set and its value there."""
+        chart = self.charts.answer
+        if chart is None or not 0 <= number < len(chart.events):
+            return None
+        self.chosen = chart.events[number]
+        self.wake()
+        return chart.question.over, self.chosen.at
+
+    # What the animator does.
+
+    @property
+    def state(self) -> tuple:
+        """What the tabs depend on."""
+        return (
+            self.answer, self.over, self.per_rev, self.chosen,
+            self.charts.answer, self.closeups.answer,
+        )  # fmt: skip
+
+    @property
+    def fresh(self) -> bool:
+        """Whether something waits to be drawn."""
+        state = self.state
+        return len(state) != len(self.drawn) or any(
+            a is not b for a, b in zip(state, self.drawn, strict=True)
+        )
+
+    def follow(self, answer: Answer | None) -> None:
+        """Ask for the chart around what the scene shows, unless it is there already."""
+        self.answer = answer
+        if answer is None:
+            return
+        with contextlib.suppress(InvalidInput):  # the panel says so; the last chart stays
+            question = Question.of(answer.wanted, self.over)
+            if question != self.charts.wanted:
+                self.charts.want(question)
+
+    def draw(self, loci: ChartTab, microscope: MicroscopeTab) -> None:
+        """Show the latest of everything."""
+        self.follow(self.answer)
+        chart = self.charts.answer
+        if chart is not None and not self.charts.busy:
+            self.look_closer(chart)
+        self.drawn = self.state
+        if chart is None:
+            return
+        solution = self.answer.solution if self.answer else None
+        point = Point.of(solution, chart.question.over) if solution else None
+        loci.show(chart, point, self.per_rev, self.chosen)
+        closeup = self.closeups.answer if self.chosen else None
+        microscope.show(closeup, lost=self.chosen is not None and self.chosen not in chart.events)
+
+    def look_closer(self, chart: Chart) -> None:
+        """Keep the chosen meeting under the microscope while the chart changes."""
+        if self.chosen is None or chart.loci is None or chart.question.over != self.over:
+            return
+        question = chart.question
+        self.chosen = same(chart.loci, self.chosen, question.stop - question.start) or self.chosen
+        target = Target(question, self.chosen)
+        if self.chosen in chart.events and target != self.closeups.wanted:
+            self.closeups.want(target)
+
+    def close(self) -> None:
+        """Nothing more is computed."""
+        self.charts.close()
+        self.closeups.close()

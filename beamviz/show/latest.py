@@ -1,0 +1,51 @@
+"""The latest wish of one visitor, answered on threads shared by all."""
+
+import threading
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Generic, TypeVar
+
+W = TypeVar("W")
+A = TypeVar("A")
+
+
+class Latest(ABC, Generic[W, A]):
+    """Answers the latest wish; wishes that came while it was busy are skipped but for the last.
+
+    answer: the last answer given, None before the first; `ready` is called after each.
+    """
+
+    def __init__(self, pool: ThreadPoolExecutor, ready: Callable[[], None]):
+        self.lock = threading.RLock()
+        self.pool, self.ready = pool, ready
+        self.wanted: W | None = None
+        self.answer: A | None = None
+        self.busy = self.closed = False
+
+    @abstractmethod
+    def answered(self, wanted: W) -> A:
+        """The answer to one wish."""
+
+    def want(self, wanted: W) -> None:
+        """Ask for an answer to `wanted`, soon, in place of any earlier wish."""
+        with self.lock:
+            self.wanted = wanted
+            if not (self.busy or self.closed):
+                self.busy = True
+                self.pool.submit(self.work, wanted)
+
+    def work(self, wanted: W) -> None:
+        """Answer one wish, and line up again if there is another by then."""
+        answer = self.answered(wanted)
+        with self.lock:
+            self.answer, latest = answer, self.wanted
+            self.busy = latest is not wanted and latest is not None and not self.closed
+            if self.busy and latest is not None:
+                self.pool.submit(self.work, latest)
+        self.ready()
+
+    def close(self) -> None:
+        """No more answers."""
+        with self.lock:
+            self.closed = True
