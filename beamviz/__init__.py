@@ -11,6 +11,7 @@ from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverg
 
 if TYPE_CHECKING:
     from beamviz.mechanics.solve import Solution, solve
+    from beamviz.study.loci import loci
 
 __version__ = "0.1.0"
 
@@ -24,11 +25,13 @@ __all__ = [
     "Unavailable",
     "Units",
     "__version__",
+    "loci",
     "solve",
 ]
 
 ON_FIRST_USE = {
     "Solution": "beamviz.mechanics.solve",
+    "loci": "beamviz.study.loci",
     "solve": "beamviz.mechanics.solve",
 }
 

@@ -22,6 +22,7 @@ EXIT_CODES = {InvalidInput: 2, NoEquilibrium: 3, NotConverged: 4}
 OTHER_FAILURE = 1
 INTERRUPTED = 130
 PORTS = (1, 65535)
+MAX_PER_REV = 100
 
 app = typer.Typer(add_completion=False)
 
@@ -55,6 +56,44 @@ def modes(
     from beamviz.mechanics.solve import solve
 
     print(FORMATS[format](solve(beam, modes=modes, **options)))
+
+
+@app.command()
+@takes_beam
+def loci(
+    beam: Beam,
+    options: dict[str, Any],
+    over: Annotated[
+        Literal["gamma", "alpha", "beta", "delta", "mu"], typer.Option(help="The number to vary.")
+    ],
+    start: Annotated[float, numeric("Its first value.")],
+    stop: Annotated[float, numeric("Its last value.")],
+    points: Annotated[int, numeric("How many values.")] = 201,
+    modes: Annotated[int, numeric("How many modes at each.")] = 5,
+    format: Annotated[Literal["table", "json", "csv"], typer.Option(help="Output.")] = "table",
+    plot: Annotated[
+        Path | None,
+        typer.Option(help="The chart to write as well.", metavar="FILE.png|svg|pdf"),
+    ] = None,
+    per_rev: Annotated[int, numeric("Resonances with 1 .. N times the speed.")] = 0,
+) -> None:
+    """Frequencies along one of the five numbers, tracked, with their crossings and veerings."""
+    from beamviz.loci_report import LOCI_FORMATS, unused, values_between
+    from beamviz.study.loci import loci
+    from beamviz.study.resonances import resonances
+
+    values = values_between(over, start, stop, points)
+    if plot:
+        from beamviz.study.plot import check_name, save
+
+        check_name(plot)
+    if words := unused(beam, over):
+        print(f"beamviz: {words}", file=sys.stderr)
+    found = loci(beam, over, values, modes, **options)
+    crossed = resonances(found, whole("per-rev", per_rev, 0, MAX_PER_REV))
+    if plot:
+        save(plot, found, crossed, per_rev)
+    print(LOCI_FORMATS[format](found, crossed))
 
 
 @app.command()

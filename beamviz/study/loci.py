@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beamviz.beam import Beam, whole
+from beamviz.beam import Beam, Units, whole
 from beamviz.mechanics.solution import Model, Solution
 from beamviz.mechanics.solve import MAX_MODES
 from beamviz.study.meetings import Meeting, chart
@@ -68,8 +68,7 @@ class Branch:
         )
 
 
-@dataclass(frozen=True)
-class Event:
+class Event(NamedTuple):
     """Two branches that meet (study/meetings.py says what counts)."""
 
     kind: Literal["crossing", "veering"]
@@ -79,6 +78,7 @@ class Event:
     gap: float  # least difference of the two frequencies, 0 for a crossing
     coupling: float  # s_ab = phi_a' (K' - lambda M') phi_b
     index: float  # veering index in 0 .. 1
+    width: float  # of a veering: at this distance the gap is sqrt(2) times the least
 
 
 @dataclass(frozen=True)
@@ -87,6 +87,7 @@ class Loci:
 
     beam: Beam
     model: Model
+    options: dict[str, Any]  # those of solve() that were given
     over: str
     values: np.ndarray
     branches: tuple[Branch, ...]
@@ -95,6 +96,11 @@ class Loci:
     confidence: np.ndarray  # (values - 1,) of each step: least MAC, nan where there is a gap
     solves: int
     seconds: float
+
+    @property
+    def units(self) -> Units | None:
+        """The units of a beam given in SI; none over mu, on which T* depends."""
+        return None if self.over == "mu" else self.beam.units
 
 
 def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: Any) -> Loci:
@@ -118,6 +124,7 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
     return Loci(
         beam=beam,
         model=model,
+        options=options,
         over=over,
         values=values,
         branches=tuple(Branch(label, row, solutions) for label, row in places.items()),
@@ -131,6 +138,15 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
         solves=len(sweep.answers),
         seconds=time.perf_counter() - start,
     )
+
+
+def closer(found: Loci, event: Event, widths: float = 4.0, points: int = 41) -> Loci:
+    """The loci around a veering, within some of its widths and the values it was found in."""
+    low = max(event.at - widths * event.width, found.values[0])
+    high = min(event.at + widths * event.width, found.values[-1])
+    modes = 1 + max(int(branch.places.max()) for branch in found.branches)
+    values = np.linspace(low, high, points)
+    return loci(found.beam, found.over, values, modes, **found.options)
 
 
 def _runs(solutions: Sequence[Solution | None]) -> list[slice]:

@@ -35,6 +35,7 @@ class Meeting(NamedTuple):
     gap: float
     coupling: float
     index: float
+    width: float  # at this distance the gap is sqrt(2) times the least; 0 for a crossing
 
 
 def chart(points: Points, window: int, solve_at: SolveAt) -> tuple[Track, list[Meeting]]:
@@ -94,13 +95,13 @@ def _search(
         return None, None
     numbers = int(loci.branches[a]), int(loci.branches[b])
     if place.gap == 0:
-        return place, Meeting("crossing", *numbers, place.at, place.frequency, 0.0, 0.0, 0.0)
+        return place, Meeting("crossing", *numbers, *place[:3], 0.0, 0.0, 0.0)
     if place.gap > CLOSE * place.frequency:
         return place, None
     coupling, index = yield from _veering(place, shapes, points.at[0], points.at[-1])
     if index < INDEX:
         return place, None
-    return place, Meeting("veering", *numbers, *place[:3], coupling, index)
+    return place, Meeting("veering", *numbers, *place[:3], coupling, index, place.width)
 
 
 def _veering(

@@ -1,0 +1,81 @@
+"""Where a frequency is a whole multiple of the speed: the per-rev lines of the Campbell diagram."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import Polynomial
+from scipy.optimize import brentq
+
+from beamviz.errors import InvalidInput
+from beamviz.mechanics.solution import Solution
+from beamviz.mechanics.solve import solve_many
+from beamviz.study.loci import Branch, Loci
+
+NEAREST = 4  # values of a branch that are interpolated
+MAX_SOLVES = 6
+SETTLED = 1e-10  # of the largest speed: a smaller shift is not solved again
+
+
+class Resonance(NamedTuple):
+    """omega = per_rev gamma: a force that turns with the beam per_rev times excites a mode."""
+
+    per_rev: int
+    branch: str
+    at: float  # gamma
+    frequency: float
+
+
+def resonances(loci: Loci, count: int) -> list[Resonance]:
+    """The intersections of loci over gamma with the lines omega = k gamma, k = 1 .. count.
+
+    Raises InvalidInput for loci over another number.
+    """
+    if count and loci.over != "gamma":
+        raise InvalidInput(f"per-rev lines need loci over gamma, not over {loci.over}")
+    seen = [
+        _Seen(k, branch, i, loci.values)
+        for branch in loci.branches
+        for k in range(1, count + 1)
+        for i in _sign_changes(branch.frequency - k * loci.values)
+    ]
+    for _ in range(MAX_SOLVES):
+        moving = [one for one in seen if one.shift > SETTLED * loci.values[-1]]
+        beams = [loci.beam.replace(gamma=one.at) for one in moving]
+        modes = 1 + max((one.place for one in moving), default=0)
+        for one, answer in zip(moving, solve_many(beams, modes=modes, **loci.options), strict=True):
+            one.add(answer)
+    found = [Resonance(one.k, one.branch.label, one.at, one.k * one.at) for one in seen]
+    return sorted(found, key=lambda resonance: resonance.at)
+
+
+def _sign_changes(difference: np.ndarray) -> list[int]:
+    """The values behind which a difference changes its sign."""
+    return np.flatnonzero(difference[:-1] * difference[1:] < 0).tolist()
+
+
+class _Seen:
+    """An intersection seen between two values, and where it lies by all that is known."""
+
+    def __init__(self, k: int, branch: Branch, i: int, values: np.ndarray):
+        near = slice(max(i - 1, 0), i + 3)
+        known = np.isfinite(branch.frequency[near])
+        self.k, self.branch = k, branch
+        self.place = int(branch.places[i : i + 2].max())
+        self.low, self.high = values[i : i + 2]
+        self.x, self.y = values[near][known], (branch.frequency[near] - k * values[near])[known]
+        self.at, self.shift = self._root(), np.inf
+
+    def _root(self) -> float:
+        """The root of the polynomial through what is known."""
+        return float(brentq(Polynomial.fit(self.x, self.y, len(self.x) - 1), self.low, self.high))
+
+    def add(self, answer: object) -> None:
+        """Move to where the intersection lies with one more solution."""
+        if not isinstance(answer, Solution):
+            self.shift = 0.0
+            return
+        off = answer.frequencies - self.k * self.at
+        self.x = np.append(self.x, self.at)
+        self.y = np.append(self.y, off[np.nanargmin(abs(off))])
+        before, self.at = self.at, self._root()
+        self.shift = abs(self.at - before)
