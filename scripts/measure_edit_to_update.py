@@ -21,6 +21,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from visitor import Visitor, redrawn, visitor  # noqa: E402
 
+TABLE = 'aria-label="modes"'
 SERVE = """
 from beamviz.beam import Beam
 from beamviz.show.server import serve
@@ -61,7 +62,8 @@ def report(name: str, rows: dict[str, tuple[float, str]]) -> None:
 
 def retabled(messages: list[dict[str, Any]]) -> bool:
     """Whether a group of messages brings a new table of modes with the beam."""
-    return redrawn(messages) and any("content" in m.get("updates", {}) for m in messages)
+    texts = [str(m.get("updates", {}).get("content", "")) for m in messages]
+    return redrawn(messages) and any(TABLE in text for text in texts)
 
 
 def edited(

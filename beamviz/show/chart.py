@@ -4,6 +4,7 @@ import logging
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -17,7 +18,7 @@ from beamviz.study.loci import Branch, Event, Loci, loci
 
 POINTS = 81
 FAMILIES = (BENDING, STRETCHING, MIXED)
-LANES = 2 * MODES  # lines of one family side by side, and as many that have just ended
+LANES = 16  # lines of one family there is room for at first
 PER_REV = (1, 2, 3, 4, 5)
 # Where an axis begins and ends at first. It is doubled until the beam lies in its lower 80 %,
 # so that it stays as it is during most of a drag.
@@ -85,6 +86,11 @@ class Chart:
         """The meetings."""
         return self.loci.events if self.loci else ()
 
+    @cached_property
+    def rows(self) -> "Lanes":
+        """The lines over the values of the loci."""
+        return lanes(self.loci.branches if self.loci else ())
+
 
 class Charts(Latest[Question, Chart]):
     """The latest chart of one visitor."""
@@ -146,17 +152,32 @@ def pieces(branch: Branch) -> Iterator[Piece]:
         start = stop
 
 
-def lanes(branches: Sequence[Branch], count: int) -> dict[str, list[np.ndarray]]:
-    """For each family LANES arrays (count,), nan where nothing is drawn, that hold all pieces of
-    all branches: pieces in one array have a gap between them."""
-    rows = {family: [np.full(count, np.nan) for _ in range(LANES)] for family in FAMILIES}
-    ends = {family: [-1] * LANES for family in FAMILIES}
-    found = (piece for branch in branches for piece in pieces(branch))
-    for family, start, stop, values in sorted(found, key=lambda piece: piece.start):
-        lane = next(k for k, end in enumerate(ends[family]) if end < start)
-        rows[family][lane][start:stop] = values
-        ends[family][lane] = stop
+Lanes = dict[str, list[np.ndarray]]  # for each family arrays (n,)
+
+
+def lanes(branches: Sequence[Branch]) -> Lanes:
+    """All pieces of all branches, nan around them. Each has an array of its own, since a page
+    draws a line straight across nan."""
+    rows: Lanes = {family: [] for family in FAMILIES}
+    for branch in branches:
+        for family, start, stop, values in pieces(branch):
+            row = np.full(len(branch.frequency), np.nan)
+            row[start:stop] = values
+            rows[family].append(row)
     return rows
+
+
+def roomy(room: int, rows: Lanes) -> int:
+    """`room`, doubled until every family has enough of it."""
+    while room < max(map(len, rows.values())):
+        room *= 2
+    return room
+
+
+def filled(rows: Lanes, room: int, count: int) -> list[np.ndarray]:
+    """`room` arrays (count,) for each family, one family after the other."""
+    nothing = np.full(count, np.nan)
+    return [row for family in FAMILIES for row in (*rows[family], *[nothing] * room)[:room]]
 
 
 def spread(x: np.ndarray, values: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -184,20 +205,21 @@ def top(found: Loci) -> float:
     return power * next(step for step in ROUND if step * power >= largest)
 
 
-def series(chart: Chart, point: Point | None, *, per_rev: bool) -> tuple[np.ndarray, ...]:
-    """The chart as arrays (n,) over a common x, nan where nothing is drawn: x, the lanes of each
-    family, PER_REV lines, the line and the MODES marks of the point, crossings, veerings."""
+def series(
+    chart: Chart, point: Point | None, room: int, *, per_rev: bool
+) -> tuple[np.ndarray, ...]:
+    """The chart as arrays (n,) over a common x, nan where nothing is drawn: x, `room` lines of
+    each family, PER_REV lines, the line and the MODES marks of the point, crossings, veerings."""
     found = chart.loci
     if found is None:
-        return empty(chart.question)
+        return empty(chart.question, room)
     values, high = found.values, top(found)
     here = point if point and values[0] <= point.value <= values[-1] else None
     at = [event.at for event in found.events] + ([here.value] if here else [])
     x = np.union1d(values, at)
     if here:  # twice: the mark of the point is an upright line
         x = np.insert(x, np.searchsorted(x, here.value), here.value)
-    rows = lanes(found.branches, len(values))
-    lines = [spread(x, values, row) for family in FAMILIES for row in rows[family]]
+    lines = [spread(x, values, row) for row in filled(chart.rows, room, len(values))]
     shown = per_rev and found.over == "gamma"
     lines += [np.where(shown & (k * x <= high), k * x, np.nan) for k in PER_REV]
     lines += operating(x, here, high)
@@ -219,9 +241,9 @@ def operating(x: np.ndarray, here: Point | None, high: float) -> list[np.ndarray
     return [line, *marks]
 
 
-def empty(question: Question) -> tuple[np.ndarray, ...]:
+def empty(question: Question, room: int) -> tuple[np.ndarray, ...]:
     """A chart without lines."""
-    count = len(FAMILIES) * LANES + len(PER_REV) + 1 + MODES + 2
+    count = len(FAMILIES) * room + len(PER_REV) + 1 + MODES + 2
     nothing = np.full(2, np.nan)
     return (
         np.array([question.start, question.stop]),

@@ -7,7 +7,7 @@ from typing import Any
 
 from viser import GuiApi, uplot
 
-from beamviz.show.chart import FAMILIES, LANES, PER_REV, Chart, Point, series, top
+from beamviz.show.chart import FAMILIES, LANES, PER_REV, Chart, Point, roomy, series, top
 from beamviz.show.controls import MODES
 from beamviz.show.sliders import NUMBERS, Listener, heard
 from beamviz.study.loci import Event, Loci
@@ -28,7 +28,7 @@ class ChartTab:
     """Shows a chart and hands on the choices made about it."""
 
     def __init__(self, gui: GuiApi, lock: threading.RLock, listener: Listener):
-        self.listener = listener
+        self.listener, self.room = listener, LANES
         self.known: tuple[str, float] | None = None  # label of the axis and end of the other
         axis = gui.add_dropdown("along", tuple(AXES), hint="The number the chart runs over")
         heard(axis, lock, lambda label: listener.sweep(AXES.get(label, "")))
@@ -39,8 +39,8 @@ class ChartTab:
         )
         heard(self.per_rev, lock, listener.show_per_rev)
         self.plot = gui.add_uplot(
-            series(Chart.nothing(), None, per_rev=False),
-            styles(),
+            series(Chart.nothing(), None, LANES, per_rev=False),
+            styles(LANES),
             scales=scales(1.0),
             axes=axes(axis.value),
             legend={"show": False},
@@ -65,7 +65,10 @@ class ChartTab:
         label = next(label for label, name in AXES.items() if name == over)
         if self.known != (label, high):  # not every time: it builds the chart anew
             self.known, self.plot.axes, self.plot.scales = (label, high), axes(label), scales(high)
-        self.plot.data = series(chart, point, per_rev=per_rev)
+        room, self.room = self.room, roomy(self.room, chart.rows)
+        self.plot.data = series(chart, point, self.room, per_rev=per_rev)
+        if room != self.room:
+            self.plot.series = styles(self.room)
         self.labels.content = labels(chart.loci, per_rev) if chart.loci else ""
         self.table.content = key(chart) + here(point, over) + meetings(chart, chosen) + gaps(chart)
         numbers = tuple(str(k + 1) for k in range(min(len(chart.events), MAX_MEETINGS)))
@@ -98,11 +101,11 @@ def axes(label: str) -> tuple[uplot.Axis, ...]:
     )
 
 
-def styles() -> tuple[uplot.Series, ...]:
-    """How the arrays of `chart.series` are drawn."""
+def styles(room: int) -> tuple[uplot.Series, ...]:
+    """How the arrays of `chart.series` are drawn, with `room` lanes for each family."""
     lines: list[uplot.Series] = [{}]
     for family in FAMILIES:
-        lines += [{"stroke": COLOURS[family], "width": 2, **LINE}] * LANES
+        lines += [{"stroke": COLOURS[family], "width": 2, **LINE}] * room
     lines += [{"stroke": FAINT, "width": 1, "dash": (5, 4), **LINE}] * len(PER_REV)
     lines.append({"stroke": INK, "width": 1, "dash": (2, 3), **LINE})
     lines += [{"stroke": INK, "width": 0, "points": dot("#ffffff", INK, 9)}] * MODES
@@ -117,12 +120,14 @@ def dot(fill: str, stroke: str, size: int) -> uplot.Series_Points:
 
 
 def labels(found: Loci, per_rev: bool) -> str:
-    """Names at the right ends of the lines, over the chart that stands above them."""
+    """The names that modes have at the right end, put over the chart that stands above: where
+    two loci have exchanged their shapes, they have exchanged their names."""
     high = top(found)
     ends = sorted(
-        (float(b.frequency[-1]), b.label, COLOURS[str(b.family[-1])])
-        for b in found.branches
-        if b.frequency[-1] == b.frequency[-1]
+        (float(solution.frequencies[k]), solution.labels[k], COLOURS[solution.families[k]])
+        for branch in found.branches
+        if (solution := branch.solutions[-1]) and (k := int(branch.places[-1])) >= 0
+        if math.isfinite(solution.frequencies[k])
     )
     places = apart([end for end, _, _ in ends], high * 13 / (HEIGHT - ABOVE - BELOW))
     names = [

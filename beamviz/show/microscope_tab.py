@@ -6,12 +6,13 @@ from html import escape
 import numpy as np
 from viser import GuiApi, uplot
 
-from beamviz.show.chart import FAMILIES, LANES, lanes
+from beamviz.show.chart import FAMILIES, filled, lanes, roomy
 from beamviz.show.chart_tab import COLOURS, FAINT, INK, LINE, SMALL, axes, dot
 from beamviz.show.microscope import Closeup, Motion, Pair, X
 from beamviz.show.sliders import NUMBERS
 
 HEIGHT = 175  # [px]
+LANES = 4  # lines of one family there is room for at first
 INVITATION = "Choose a meeting in the tab Loci: here you see it from near."
 WIDTH, TALL = 96, 30  # of the picture of a shape [px]
 KEY = (
@@ -25,10 +26,11 @@ class MicroscopeTab:
     """Shows one close-up."""
 
     def __init__(self, gui: GuiApi):
+        self.room = LANES
         self.words = gui.add_html(f'<div style="{SMALL}">{INVITATION}</div>')
         self.plot = gui.add_uplot(
-            (np.array([0.0, 1.0]), *[np.full(2, np.nan)] * (len(styles()) - 1)),
-            styles(),
+            (np.array([0.0, 1.0]), *[np.full(2, np.nan)] * (len(styles(LANES)) - 1)),
+            styles(LANES),
             scales=scales((0.0, 1.0)),
             axes=axes(""),
             legend={"show": False},
@@ -49,7 +51,12 @@ class MicroscopeTab:
         if closeup and pairs and not lost:
             label = NUMBERS[closeup.target.question.over][0]
             self.plot.axes, self.plot.scales = axes(label), scales(extent(pairs))
-            self.plot.data = series(pairs)
+            room = self.room
+            for pair in pairs:
+                self.room = roomy(self.room, lanes(pair.branches))
+            self.plot.data = series(pairs, self.room)
+            if room != self.room:
+                self.plot.series = styles(self.room)
 
 
 def scales(ends: tuple[float, float]) -> dict[str, uplot.Scale]:
@@ -65,31 +72,27 @@ def extent(pairs: tuple[Pair, ...]) -> tuple[float, float]:
     return low - room, high + room
 
 
-def styles() -> tuple[uplot.Series, ...]:
+def styles(room: int) -> tuple[uplot.Series, ...]:
     """How the arrays of `series` are drawn: without Coriolis thin and dashed, with it thick."""
     lines: list[uplot.Series] = [{}]
     for family in FAMILIES:
         dashed: uplot.Series = {"width": 1.25, "dash": (5, 4)}
-        lines += [{"stroke": COLOURS[family], **LINE, **dashed}] * LANES
+        lines += [{"stroke": COLOURS[family], **LINE, **dashed}] * room
     for family in FAMILIES:
-        lines += [{"stroke": COLOURS[family], "width": 2.5, **LINE}] * LANES
+        lines += [{"stroke": COLOURS[family], "width": 2.5, **LINE}] * room
     lines.append({"stroke": INK, "width": 1.5, **LINE})
     return (*lines, {"stroke": INK, "width": 0, "points": dot("#ffffff", INK, 7)})
 
 
-def series(pairs: tuple[Pair, ...]) -> tuple[np.ndarray, ...]:
-    """Both pairs as arrays (n,) over common values: x, lanes without and with Coriolis forces,
+def series(pairs: tuple[Pair, ...], room: int) -> tuple[np.ndarray, ...]:
+    """Both pairs as arrays (n,) over common values: x, `room` lines of each family without and with
+    Coriolis forces,
     the least gap as an upright line, and the crossings."""
     x = pairs[0].values
     veering = next((pair for pair in reversed(pairs) if kind(pair) == "veering"), None)
     doubled = np.insert(x, np.searchsorted(x, veering.at), veering.at) if veering else x
     keep = np.searchsorted(x, doubled)
-    lines = [
-        row[keep]
-        for pair in pairs
-        for rows in lanes(pair.branches, len(x)).values()
-        for row in rows
-    ]
+    lines = [row[keep] for pair in pairs for row in filled(lanes(pair.branches), room, len(x))]
     gap, crossings = np.full(len(doubled), np.nan), np.full(len(doubled), np.nan)
     if veering:
         k = int(np.searchsorted(doubled, veering.at))
