@@ -197,10 +197,24 @@ def test_a_folder_that_cannot_be_written_to(place, tmp_path, capsys):
     assert (tmp_path / "file").read_text() == "mine"
 
 
+def test_a_folder_without_permission(tmp_path, capsys, monkeypatch):
+    """It is told before anything is computed."""
+
+    def denied(path, data):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "write_bytes", denied)
+    monkeypatch.setattr(reproduce, "files", lambda name: pytest.fail(f"{name} was computed"))
+    assert main(["reproduce", "all", "--out", str(tmp_path)]) == 1
+    line = f"beamviz: cannot write to {tmp_path}: Permission denied; name another folder\n"
+    assert capsys.readouterr().err == line
+
+
 def test_a_disk_that_is_full_leaves_no_half_files(tmp_path, capsys, monkeypatch):
     """A figure whose files do not all fit is not there at all; what was there stays whole."""
     assert main(["reproduce", "fig17", "--out", str(tmp_path)]) == 0
     before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+    assert set(before) == {"fig17.csv", "fig17.png", "fig17.svg", "index.md"}
     write = Path.write_bytes
 
     def full(path, data):
