@@ -190,9 +190,11 @@ def test_statements_about_the_tables(computed):
         "| The frequencies rise with the speed. | True of ANCF, 20 elements, without"
         in (pages["table1"])
     )
-    assert "FOAC against ANCF, 20 elements: ω₁ +3.019 % at δ = 0, γ = 10" in pages["table1"]
-    assert "except for ω₂ at δ = 0: +0.639 % at γ = 20 but +0.220 % at 30" in pages["table3"]
-    assert "linear, 20 elements against FOAC: ω₁ +0.049 % at δ = 1, γ = 50" in pages["table4"]
+    assert "FOAC against ANCF, 20 elements: ω₁ +3.019\u00a0% at δ = 0, γ = 10" in pages["table1"]
+    assert (
+        "except for ω₂ at δ = 0: +0.639\u00a0% at γ = 20 but +0.220\u00a0% at 30" in pages["table3"]
+    )
+    assert "linear, 20 elements against FOAC: ω₁ +0.049\u00a0% at δ = 1, γ = 50" in pages["table4"]
 
 
 def test_exceptions_are_found():
@@ -204,9 +206,9 @@ def test_exceptions_are_found():
     rise = table_page.CHECKS["rise"](Statement("", "rise"), rows)
     assert rise == "True of ANCF, 20 elements, except for ω₁ at δ = 0, γ = 1 .. 2."
     part = table_page.CHECKS["part"](Statement("", "part"), rows)
-    assert "ω₁ at δ = 0: +300.000 % at γ = 2 but +233.333 % at 3" in part
+    assert "ω₁ at δ = 0: +300.000\u00a0% at γ = 2 but +233.333\u00a0% at 3" in part
     agree = table_page.CHECKS["agree"](Statement("", "agree", (("foac", "ancf"),)), rows)
-    assert "ω₁ +300.000 % at δ = 0, γ = 2" in agree
+    assert "ω₁ +300.000\u00a0% at δ = 0, γ = 2" in agree
 
 
 # ---------------------------------------------------------------------------------------------

@@ -15,6 +15,7 @@ STYLE: Any = {
     "svg.hashsalt": "beamviz",  # the same picture is the same file
 }
 SYMBOLS = {"alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "mu": "μ"}
+OMEGAS = ("ω₁", "ω₂", "ω₃", "ω₄", "ω₅")
 AXES = {
     "alpha": "mass ratio α = m / (ρ A L)",
     "beta": "mass location β = d / L",

@@ -9,7 +9,7 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.mechanics.solve import solve
-from beamviz.study.chart_style import SYMBOLS
+from beamviz.study.chart_style import OMEGAS, SYMBOLS
 from beamviz.study.loci import Event, loci
 from beamviz.study.markdown import lines
 from beamviz.study.paper import (
@@ -128,10 +128,11 @@ def _constant(figure: LociFigure, constant: Constant) -> Number:
     }
     change = max(_change(mode, node) for node in _printed_nodes(mode))
     why = (
-        f"a mass with α up to {LADEN[-1]:g} at the printed node"
-        f" changes it by {change:.0e} of itself at most"
+        f"a mass of α up to {LADEN[-1]:g} at the printed node changes less than {change:.0e} of it"
     )
-    return Number(figure.name, f"constant ω_{mode}", printed, values, 6, why)
+    if abs(values["spatial"] - float(printed)) > unit(printed):
+        why = f"20 elements give it, the exact value is {values['spatial']:.6f}; {why}"
+    return Number(figure.name, f"constant {OMEGAS[mode - 1]}", printed, values, 6, why)
 
 
 def _printed_nodes(mode: int) -> list[float]:

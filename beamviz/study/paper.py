@@ -41,8 +41,8 @@ class Table(NamedTuple):
     @property
     def caption(self) -> str:
         """What the table holds."""
-        fixed = described(self.beam, ("alpha", "beta", "mu"))
-        return f"First and second chordwise bending frequencies ({fixed})"
+        fixed, radii = described(self.beam, ("alpha", "beta", "mu")), map(str, self.deltas)
+        return f"First and second chordwise bending frequencies ({fixed}, δ = {', '.join(radii)})"
 
 
 class Meeting(NamedTuple):

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from beamviz.mechanics.solve import solve
-from beamviz.study.chart_style import AXES, COLOURS, DPI, FAINT, INK, LINE, RING, STYLE
+from beamviz.study.chart_style import AXES, COLOURS, DPI, FAINT, INK, LINE, OMEGAS, RING, STYLE
 from beamviz.study.figures import EQ_16, OTHER, Curve, Met
 from beamviz.study.loci import Branch, Loci
 from beamviz.study.numbers import decimals
@@ -28,7 +28,6 @@ LINES: dict[str, dict[str, Any]] = {
 DOT: dict[str, Any] = {"marker": "o", "ls": "", "ms": 3.2, "color": INK}
 MARKS = {EQ_16: RING, OTHER: DOT}
 LABELS = {EQ_16: "spatial curvature (eq. 16)", OTHER: "material curvature"}
-SYMBOL = {2: "ω₂", 3: "ω₃"}
 TICK: dict[str, Any] = {"marker": "|", "ls": "", "ms": 13, "mew": 1.2, "color": INK}
 
 
@@ -133,11 +132,11 @@ def _unchanged(axes: Axes, placer: Placer, figure: LociFigure) -> None:
         omega = float(free.frequencies[mode - 1])
         axes.axhline(omega, color=FAINT, lw=0.8, ls=(0, (1, 2)), zorder=0)
         if figure.over == "alpha":
-            placer.note(f"{SYMBOL[mode]} constant\npaper {printed}\nhere {omega:.4f}", 1, omega)
+            placer.note(f"{OMEGAS[mode - 1]} constant\npaper {printed}\nhere {omega:.4f}", 1, omega)
         for node in (node for node in figure.nodes if node.mode == mode):
             at = float(min(free.nodes[mode - 1], key=lambda x: abs(x - float(node.at))))
             axes.plot(at, omega, **RING, zorder=5)
-            words = f"β, {SYMBOL[mode]}\npaper {node.at}, {printed}\nhere {at:.6f}, {omega:.4f}"
+            words = f"β, {OMEGAS[mode - 1]}\npaper {node.at}, {printed}\nhere {at:.6f}, {omega:.4f}"
             placer.note(words, at, omega)
 
 

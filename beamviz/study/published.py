@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from beamviz.beam import Beam
-from beamviz.study.chart_style import SYMBOLS
+from beamviz.study.chart_style import OMEGAS, SYMBOLS
 from beamviz.study.claims import RIGID, Claim, labelled, lowest, met
 from beamviz.study.paper import FIGURES, LociFigure
 
@@ -89,7 +89,7 @@ def rows(text: str) -> list[list[str]]:
 
 def omegas(count: int) -> str:
     """ω₁, ω₂, ω₃."""
-    return ", ".join(f"ω{digit}" for digit in "₁₂₃₄₅"[:count])
+    return ", ".join(OMEGAS[:count])
 
 
 def flapwise(name: str, text: str, alpha: float) -> tuple[Claim, ...]:

@@ -115,7 +115,7 @@ def index(folder: Path) -> Files:
         parts += [
             f"## Figure {name[3:]}",
             f"{figure.caption}. {notes} {line}",
-            f"![{name}]({name}.png)",
+            f"![{figure.caption}]({name}.png)",
         ]
     return {INDEX: ("\n\n".join(parts) + "\n").encode()}
 

@@ -125,8 +125,8 @@ SOURCES = (
     ),
     Source(
         "Coriolis",
-        "Hamza Cherif & Houmat, 24th ICAS, table 2 (α = 0, δ = 0, μ = 70), whose model is `foac`"
-        " with Coriolis; its four decimals are cut off, not rounded. Crossing and veering of B3"
+        "Hamza Cherif & Houmat, 24th ICAS, table 2 (α = 0, δ = 0, μ = 70), which `foac`"
+        " with Coriolis matches; its four decimals are cut off, not rounded. Crossing and veering of B3"
         " and S1 (α = β = 1) and the frequencies below: independent of this project.",
         (
             *linear_coriolis(),

@@ -2,12 +2,13 @@
 
 from itertools import pairwise
 
+from beamviz.study.chart_style import OMEGAS
 from beamviz.study.markdown import lines
 from beamviz.study.paper import Statement, Table
 from beamviz.study.tables import COLUMNS, EXACT, Row
 
 MODES = (0, 1)
-OMEGA = ("ω₁", "ω₂")
+FIXED_SPACE = "\N{NO-BREAK SPACE}"
 
 
 def as_markdown(table: Table, rows: list[Row]) -> str:
@@ -20,7 +21,7 @@ def as_markdown(table: Table, rows: list[Row]) -> str:
         " (green strain, the spatial curvature of eq. 16).",
     ]
     for mode in MODES:
-        parts += [f"## {OMEGA[mode]}", "\n".join(_frequencies(table, rows, mode))]
+        parts += [f"## {OMEGAS[mode]}", "\n".join(_frequencies(table, rows, mode))]
     parts += ["## Largest deviations, and their causes", "\n".join(_causes(table, rows))]
     parts += ["## What the text says, and what is found", "\n".join(_statements(table, rows))]
     parts += ["## Notes", "\n".join(f"- {note}" for note in table.notes)]
@@ -28,8 +29,10 @@ def as_markdown(table: Table, rows: list[Row]) -> str:
 
 
 def percent(deviation: float) -> str:
-    """+3.026 %, or that it is next to nothing."""
-    return f"{100 * deviation:+.3f} %" if abs(deviation) >= 5e-6 else "<0.001 %"
+    """+3.026 %, or that it is next to nothing; what belongs together stays on one line."""
+    if abs(deviation) < 5e-6:
+        return f"<0.001{FIXED_SPACE}%"
+    return f"{100 * deviation:+.3f}{FIXED_SPACE}%".replace("-", "−")
 
 
 def _frequencies(table: Table, rows: list[Row], mode: int) -> list[str]:
@@ -58,7 +61,7 @@ def _causes(table: Table, rows: list[Row]) -> list[str]:
         ]
         for name in others
     ]
-    return lines(["column", *OMEGA, "cause"], body)
+    return lines(["column", *OMEGAS[:2], "cause"], body)
 
 
 def _largest(rows: list[Row], column: str, reference: str, mode: int) -> str:
@@ -80,7 +83,7 @@ def _agree(statement: Statement, rows: list[Row]) -> str:
     """How far columns are apart."""
     apart = (
         f"{COLUMNS[column].title} against {COLUMNS[reference].title}: "
-        + "; ".join(f"{OMEGA[mode]} {_largest(rows, column, reference, mode)}" for mode in MODES)
+        + "; ".join(f"{OMEGAS[mode]} {_largest(rows, column, reference, mode)}" for mode in MODES)
         for column, reference in statement.pairs
     )
     return f"Largest differences: {'. '.join(apart)}."
@@ -90,7 +93,7 @@ def _rise(statement: Statement, rows: list[Row]) -> str:
     """Whether every frequency of a column rises from row to row of one hub radius."""
     column = statement.pairs[0][0]
     falls = [
-        f"{OMEGA[mode]} at δ = {after.delta:g}, γ = {before.gamma:g} .. {after.gamma:g}"
+        f"{OMEGAS[mode]} at δ = {after.delta:g}, γ = {before.gamma:g} .. {after.gamma:g}"
         for before, after in _neighbours(rows)
         for mode in MODES
         if after.frequencies[column][mode] <= before.frequencies[column][mode]
@@ -106,7 +109,7 @@ def _part(statement: Statement, rows: list[Row]) -> str:
         return row.deviation(column, mode, reference)
 
     closer = [
-        f"{OMEGA[mode]} at δ = {after.delta:g}: {percent(off(before, mode))} at γ ="
+        f"{OMEGAS[mode]} at δ = {after.delta:g}: {percent(off(before, mode))} at γ ="
         f" {before.gamma:g} but {percent(off(after, mode))} at {after.gamma:g}"
         for before, after in _neighbours(rows)
         for mode in MODES
