@@ -128,7 +128,8 @@ def _constant(figure: LociFigure, constant: Constant) -> Number:
     }
     change = max(_change(mode, node) for node in _printed_nodes(mode))
     why = (
-        f"a mass of α up to {LADEN[-1]:g} at the printed node changes less than {change:.0e} of it"
+        f"a mass of α up to {LADEN[-1]:g} at the printed node changes it by about"
+        f" {change:.0e} of itself"
     )
     if abs(values["spatial"] - float(printed)) > unit(printed):
         why = f"20 elements give it, the exact value is {values['spatial']:.6f}; {why}"

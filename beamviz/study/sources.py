@@ -125,9 +125,9 @@ SOURCES = (
     ),
     Source(
         "Coriolis",
-        "Hamza Cherif & Houmat, 24th ICAS, table 2 (α = 0, δ = 0, μ = 70), which `foac`"
-        " with Coriolis matches; its four decimals are cut off, not rounded. Crossing and veering of B3"
-        " and S1 (α = β = 1) and the frequencies below: independent of this project.",
+        "Hamza Cherif & Houmat, 24th ICAS, table 2 (α = 0, δ = 0, μ = 70), whose four decimals are"
+        " cut off, not rounded: `foac` with Coriolis. Crossing and veering of B3 and S1"
+        " (α = β = 1) and the frequencies below them: independent of this project.",
         (
             *linear_coriolis(),
             Claim("crossing", "Coriolis off", "γ and gap", ("4.4641", "0.0000"), crossing),
