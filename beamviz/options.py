@@ -63,10 +63,11 @@ def beam_and_model(
         ),
     ] = None,
     method: Annotated[
-        Literal["auto", "ancf", "ancf-planar"],
+        Literal["auto", "ancf", "ancf-planar", "linear", "foac", "zoac"],
         model(
             "auto: as accurate as --tolerance asks; ancf: the paper's cubic elements;"
-            " ancf-planar: the same with all unknowns at once."
+            " ancf-planar: the same with all unknowns at once; linear: prestressed linear"
+            " elements; foac, zoac: first-order and no coupling of stretch and bending."
         ),
     ] = "auto",
     strain: Annotated[
@@ -82,7 +83,8 @@ def beam_and_model(
         Literal["chordwise", "flapwise"], model("Vibration in the plane of rotation, or out of it.")
     ] = "chordwise",
     elements: Annotated[
-        int | None, numeric("Elements of ancf (default 20).", rich_help_panel="Model")
+        int | None,
+        numeric("Elements of ancf, ancf-planar and linear (default 20).", rich_help_panel="Model"),
     ] = None,
     tolerance: Annotated[
         float,

@@ -164,6 +164,66 @@ def test_an_inward_beam_buckles(method):
     assert unstable.labels[0] == "B1"
 
 
+INWARD = [
+    Beam(gamma=5, delta=-1),
+    Beam(gamma=30, delta=-0.3, alpha=2),
+    Beam(gamma=20, delta=-2, mu=500),
+    Beam(gamma=100, delta=-1, mu=1000),
+    Beam(alpha=3, beta=0.6, gamma=40, delta=-0.8, mu=300),
+]
+
+
+@pytest.mark.parametrize("coriolis", [False, True])
+@pytest.mark.parametrize("beam", INWARD)
+def test_unstable_beams_keep_honest_error_bars(beam, coriolis):
+    """However far beyond buckling: all modes asked for, errors that are positive and hold."""
+    rough, fine = (solve(beam, coriolis=coriolis, tolerance=t) for t in (1e-3, 1e-9))
+    assert rough.equilibrium.status == "unstable"
+    assert len(rough.squares) == 5
+    assert np.all(rough.square_errors >= 0)
+    off = abs(rough.squares - fine.squares)
+    slack = 1e-9 * abs(fine.squares) if coriolis else 0  # of the general eigenproblem
+    assert np.all(off <= rough.square_errors + fine.square_errors + slack)
+
+
+@pytest.mark.parametrize("beam", INWARD)
+def test_unstable_beams_agree_with_the_papers_elements(beam):
+    """Two methods that share no discretisation find the same growth rates."""
+    exact, elements = solve(beam), solve(beam, method="ancf", elements=200)
+    assert elements.growth_rates == pytest.approx(exact.growth_rates, rel=1e-4)
+    assert elements.labels == exact.labels
+
+
+def test_coriolis_at_the_point_of_buckling_loses_no_mode():
+    """Where omega_1 is all but zero the other modes are still there."""
+    for gamma in (2.99603, 2.996038663, 2.99605):
+        solution = solve(Beam(gamma=gamma, delta=-1), coriolis=True)
+        assert solution.squares[1:] == pytest.approx([457.4348, 3738.020, 12099.08, 14487.45], 1e-5)
+
+
+def test_a_growing_shape_moves_as_one():
+    """Where nothing oscillates both components grow in phase: the shape is real."""
+    shape = solve(Beam(gamma=5, delta=-1), coriolis=True).shape(0, np.linspace(0, 1, 9))
+    assert abs(shape.imag).max() < 1e-9 * abs(shape).max()
+    assert abs(shape[:, 0]).max() > 1e-3
+
+
+def test_a_veering_pair_is_mixed():
+    """Between S1 and B3 with Coriolis (physics.md 3.1) neither mode is of one family."""
+    solution = solve(Beam(alpha=1, gamma=4.65), coriolis=True)
+    assert solution.families[2:4] == ("mixed", "mixed")
+    assert solution.frequencies[3] - solution.frequencies[2] == pytest.approx(0.241, abs=5e-4)
+
+
+@settings(max_examples=25, deadline=None)
+@given(beam=beams())
+def test_every_bending_mode_has_one_node_more_than_the_last(beam):
+    """B1 has none, B2 one, and so on, at any speed and with any mass; stretching alike."""
+    solution = solve(beam, modes=12)
+    for label, nodes in zip(solution.labels, solution.nodes, strict=True):
+        assert len(nodes) == int(label[1:]) - 1
+
+
 def test_coriolis_does_not_move_the_point_of_buckling():
     """At omega = 0 nothing moves and no Coriolis force acts."""
     for gamma, status in ((2.99, "stable"), (3.00, "unstable")):
@@ -205,12 +265,14 @@ def test_a_mode_seen_out_of_range_is_an_index_error():
         ({"strain": "cauchy"}, "strain = 'cauchy': must be one of green, biot, hencky"),
         ({"curvature": "flat"}, "curvature = 'flat': must be one of spatial, material"),
         ({"plane": "diagonal"}, "plane = 'diagonal': must be one of chordwise, flapwise"),
-        ({"modes": 0}, "modes = 0: must be a whole number in 1 .. 20"),
+        ({"modes": 0}, "modes = 0: must lie in 1 .. 20"),
         ({"modes": 2.5}, "modes = 2.5: must be a whole number in 1 .. 20"),
+        ({"coriolis": "no"}, "coriolis = 'no': must be True or False"),
+        ({"method": []}, "method = []: must be one of auto"),
         ({"tolerance": 1.0}, "tolerance = 1: must lie in 1e-12 .. 0.1"),
         ({"tolerance": math.nan}, "tolerance = nan: must lie in 1e-12 .. 0.1"),
         ({"elements": 20}, "elements = 20: is for finite elements; auto chooses its own"),
-        ({"method": "ancf", "elements": 0}, "elements = 0: must be a whole number in 1 .. 1000"),
+        ({"method": "ancf", "elements": 0}, "elements = 0: must lie in 1 .. 1000"),
         ({"method": "ancf", "elements": 2}, "modes = 5: at most 4 with elements = 2"),
     ],
 )

@@ -8,6 +8,8 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
 from beamviz.mechanics import eigen, hp
+from beamviz.mechanics.gyroscopic import gyroscopic
+from beamviz.mechanics.hp import EPS
 from beamviz.mechanics.layers import Positions, discretisation, segments, unstretched
 from beamviz.mechanics.mesh import Mesh, mesh
 from beamviz.mechanics.strain import Curvature, StrainLaw
@@ -37,7 +39,7 @@ class StraightModes(NamedTuple):
     """The lowest modes of both families on the mesh that met the tolerance.
 
     Without Coriolis `picks` (modes,) orders the columns of kappa, then s, laid end to end; with
-    it `picks` is None and column k of both is mode k, s along and i kappa across the beam.
+    it `picks` is None and column k of both, complex, is mode k.
     """
 
     mesh: Mesh
@@ -99,15 +101,18 @@ def solve_on(points: Mesh, beam: Beam, modes: int, physics: Physics) -> Straight
     stretching = hp.stretching(points, rho, beam, f, physics.law)
     if physics.coriolis and physics.chordwise and beam.gamma:
         return _coupled(points, f, iterations, beam, bending, stretching, modes)
-    families = [_family(points, forms, modes) for forms in (bending, stretching)]
-    merged = _merged(points, f, beam.gamma**2, families, modes, physics.chordwise)
+    shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
+    families = [_family(points, forms, modes, shift) for forms in (bending, stretching)]
+    merged = _merged(points, f, beam.gamma**2, families, modes, physics.chordwise, shift)
     return StraightModes(points, f, iterations, families[0][1], families[1][1], *merged)
 
 
-def _family(points: Mesh, forms: hp.Forms, modes: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _family(
+    points: Mesh, forms: hp.Forms, modes: int, shift: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """omega^2 without softening, unknowns, and the energy lost to the order, of one family."""
-    squares, v = eigen.lowest(forms.K, forms.F.mT @ forms.F, modes)
-    return squares, v, hp.lost_to_order(squares, hp.energy(forms.K, points.T @ v))
+    squares, v = eigen.lowest(forms.K, forms.F.mT @ forms.F, modes, shift)
+    return squares, v, hp.lost_to_order(points, forms, squares, v)
 
 
 def _merged(
@@ -117,6 +122,7 @@ def _merged(
     families: list[tuple[np.ndarray, np.ndarray, np.ndarray]],
     modes: int,
     chordwise: bool,
+    shift: float,
 ) -> tuple[np.ndarray, ...]:
     """Both families in one list: picks, bending fractions, omega^2 and its two errors.
 
@@ -131,7 +137,8 @@ def _merged(
         softened[..., :modes] = kappa_squares
     picks = softened.argsort(axis=-1)[..., :modes]
     places = picks if picks.ndim == 1 else (np.arange(len(picks))[:, None], picks)
-    truncation, rounding = hp.errors(points, f, squares[places], lost[places])
+    first = abs(squares.min(axis=-1, keepdims=True)) + shift
+    truncation, rounding = hp.errors(points, f, squares[places], lost[places], first)
     return picks, (picks < modes).astype(float), softened[places], truncation, rounding
 
 
@@ -152,14 +159,16 @@ def _coupled(
     gamma = beam.gamma
     Ka = stretching.K - gamma**2 * (stretching.F.T @ stretching.F)
     Kb = bending.K - gamma**2 * (bending.F.T @ bending.F)
-    squares, s, kappa = eigen.gyroscopic(Ka, stretching.F, Kb, bending.F, gamma, modes)
-    lost = hp.energy(stretching.K, points.T @ s) + hp.energy(bending.K, points.T @ kappa)
+    squares, s, kappa = gyroscopic(Ka, stretching.F, Kb, bending.F, gamma, modes)
+    size = abs(squares) + gamma**2
+    lost = hp.lost_to_order(points, stretching, size, s)
+    lost += hp.lost_to_order(points, bending, size, kappa)
     stored = hp.energy(Ka, s) + hp.energy(Kb, kappa)
     lost *= 2 * abs(squares) / (abs(squares) + abs(stored))
-    fractions = ((bending.F @ kappa) ** 2).sum(axis=0)
-    for family in (fractions >= 0.5, fractions < 0.5):
-        lost[family] = hp.lost_to_order(squares[family] + gamma**2, lost[family])
-    truncation, rounding = hp.errors(points, f, squares + gamma**2, lost)
+    fractions = (abs(bending.F @ kappa) ** 2).sum(axis=0)
+    # The singular values of the coupled problem are 1 / omega: their roots of omega^2 round.
+    first = np.sqrt(size * max(abs(squares[0]), EPS * gamma**2))
+    truncation, rounding = hp.errors(points, f, size, lost, first)
     return StraightModes(
         points, f, iterations, kappa, s, None, fractions, squares, truncation, rounding
     )
@@ -219,15 +228,16 @@ def _solve_many_on(
     load = (numbers.gamma / numbers.mu) ** 2
     guess = first_guess(points, rho, numbers.delta, physics.law, load)
     f, converged, iterations = newton_many(points, rho, numbers, physics.law, load, guess)
+    shift = eigen.COMPRESSED if min(beam.delta for beam in beams) < 0 else 0.0
     families = [
-        _family(points, forms, modes)
+        _family(points, forms, modes, shift)
         for forms in (
             hp.bending(points, rho, numbers, f, physics.curvature),
             hp.stretching(points, rho, numbers, f, physics.law),
         )
     ]
     softening = numbers.gamma**2
-    merged = _merged(points, f, softening, families, modes, physics.chordwise)
+    merged = _merged(points, f, softening, families, modes, physics.chordwise, shift)
     fields = (f, families[0][1], families[1][1], *merged, converged)
     return [
         StraightModes(points, f, iterations, kappa, s, *rest) if ok else None

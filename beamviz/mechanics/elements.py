@@ -11,12 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from beamviz.beam import Beam
+from beamviz.beam import Beam, whole
 from beamviz.errors import InvalidInput
 from beamviz.mechanics import assembly, cubic, eigen, planar
 from beamviz.mechanics.adaptive import Physics, solve_straight
 from beamviz.mechanics.basis import interpolate, uniform
 from beamviz.mechanics.equilibrium import Equilibrium, straight_equilibrium
+from beamviz.mechanics.gyroscopic import gyroscopic
 
 PAPER_ELEMENTS = 20
 MAX_ELEMENTS = 1000
@@ -44,8 +45,8 @@ class ElementModes(NamedTuple):
     squares: NDArray  # (modes,)
     square_errors: NDArray  # (modes,)
     bending_fractions: NDArray  # (modes,)
-    along: NDArray  # (2N, modes)
-    across: NDArray  # (2N, modes), imaginary with Coriolis
+    along: NDArray  # (2N, modes), complex with Coriolis as is the next
+    across: NDArray  # (2N, modes)
 
 
 def split(beam: Beam, physics: Physics, elements: int) -> Assembled:
@@ -110,18 +111,14 @@ def solve_elements(
 
     Raises InvalidInput, NoEquilibrium with the limit, NotConverged.
     """
-    elements = PAPER_ELEMENTS if elements is None else elements
-    if type(elements) is not int or not 1 <= elements <= MAX_ELEMENTS:
-        raise InvalidInput(f"elements = {elements}: must be a whole number in 1 .. {MAX_ELEMENTS}")
+    elements = whole("elements", PAPER_ELEMENTS if elements is None else elements, 1, MAX_ELEMENTS)
     if modes > 2 * elements:
         raise InvalidInput(f"modes = {modes}: at most {2 * elements} with elements = {elements}")
     assembled = assemble(beam, physics, elements)
     coupled = physics.coriolis and physics.chordwise and beam.gamma > 0
     squares, along, across = (_coupled if coupled else _uncoupled)(assembled, beam, modes)
-    fractions = ((assembled.m @ across) * across).sum(axis=0)
+    fractions = ((assembled.m @ across) * across.conj()).sum(axis=0).real
     errors = _errors(beam, physics, squares, fractions)
-    if coupled:
-        across = 1j * across
     return ElementModes(assembled, squares, errors, fractions, along, across)
 
 
@@ -141,10 +138,8 @@ def _coupled(assembled: Assembled, beam: Beam, modes: int) -> tuple[NDArray, NDA
     """As `_uncoupled`, with Coriolis forces."""
     m = assembled.m
     F = np.linalg.cholesky(m).T
-    squares, U, V = eigen.gyroscopic(
-        assembled.Ka, F[:, 1:], assembled.Kb, F[:, 2:], beam.gamma, modes
-    )
-    shapes = np.zeros((2, len(m), modes))
+    squares, U, V = gyroscopic(assembled.Ka, F[:, 1:], assembled.Kb, F[:, 2:], beam.gamma, modes)
+    shapes = np.zeros((2, len(m), modes), complex)
     shapes[0, 1:], shapes[1, 2:] = U, V
     return squares, *shapes
 

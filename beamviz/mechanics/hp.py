@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from beamviz.beam import Beam
-from beamviz.mechanics import straight
+from beamviz.mechanics import eigen, straight
 from beamviz.mechanics.mesh import Mesh
 from beamviz.mechanics.strain import Curvature, StrainLaw
 
@@ -66,17 +66,20 @@ class Forms(NamedTuple):
     times the root of the mass there.
     """
 
-    K: np.ndarray  # (..., n, n)
+    K: np.ndarray  # (..., n, n) = diag(local) + J' diag(spread) J
     F: np.ndarray  # (..., m, n)
+    local: np.ndarray  # (..., n) rigidity against the unknown itself
+    spread: np.ndarray | None  # (..., n) rigidity against its integral: tension, in bending
 
 
 def stretching(
     mesh: Mesh, rho: Inertia, beam: Beam | Numbers, f: np.ndarray, law: StrainLaw
 ) -> Forms:
     """Stretching about the stretch f (..., n), in terms of s = du'."""
+    local = mesh.weights * straight.stretching_rigidity(f, beam.mu, law)
     K = np.zeros(f.shape + f.shape[-1:])
-    diagonal(K)[:] = mesh.weights * straight.stretching_rigidity(f, beam.mu, law)
-    return Forms(K, _with_mass(mesh.rooted, rho.to_mass))
+    diagonal(K)[:] = local
+    return Forms(K, _with_mass(mesh.rooted, rho.to_mass), local, None)
 
 
 def bending(
@@ -94,11 +97,12 @@ def bending(
     """
     J = mesh.J
     load = beam.gamma**2 if stiffening else 0.0
-    wN = load * (np.matvec(rho.G, f) + beam.delta * rho.g)
-    K = (J.mT * (wN * f)[..., None, :]) @ J
-    diagonal(K)[:] += mesh.weights * straight.bending_rigidity(f, curvature)
+    spread = load * (np.matvec(rho.G, f) + beam.delta * rho.g) * f
+    local = mesh.weights * straight.bending_rigidity(f, curvature)
+    K = (J.mT * spread[..., None, :]) @ J
+    diagonal(K)[:] += local
     to_mass = None if rho.to_mass is None else np.vecmat(rho.to_mass * f, J)
-    return Forms(K, _with_mass(mesh.rooted @ (f[..., None] * J), to_mass))
+    return Forms(K, _with_mass(mesh.rooted @ (f[..., None] * J), to_mass), local, spread)
 
 
 def _with_mass(F: np.ndarray, to_mass: np.ndarray | None) -> np.ndarray:
@@ -112,28 +116,33 @@ def _with_mass(F: np.ndarray, to_mass: np.ndarray | None) -> np.ndarray:
 
 
 def energy(K: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """v' K v of each column of v (..., n, k): (..., k)."""
-    return (v * (K @ v)).sum(axis=-2)
+    """v' K v of each column of v (n, k): (k,)."""
+    return (v.conj() * (K @ v)).sum(axis=-2).real
 
 
-def lost_to_order(squares: np.ndarray, lost: np.ndarray) -> np.ndarray:
-    """The energy (..., k) that one family's modes have in the two highest polynomials of each
-    element, which bounds what a higher order would change. By chance it may all but vanish: no
-    mode is taken to lose a smaller share than the ones below it."""
-    return np.maximum.accumulate(lost / abs(squares), axis=-1) * abs(squares)
+def lost_to_order(mesh: Mesh, forms: Forms, squares: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """The energy (..., k) that modes v (..., n, k) have in the two highest polynomials of each
+    element, compression counted as tension: it bounds what a higher order would change.
+
+    By chance it may all but vanish: no mode of a family is taken to lose a smaller share of its
+    omega^2 (without softening, ascending) than the ones below it.
+    """
+    tail = mesh.T @ v
+    lost = (forms.local[..., None] * abs(tail) ** 2).sum(axis=-2)
+    if forms.spread is not None:
+        lost += (abs(forms.spread)[..., None] * abs(mesh.J @ tail) ** 2).sum(axis=-2)
+    size = abs(squares) + eigen.COMPRESSED
+    return np.maximum.accumulate(lost / size, axis=-1) * size
 
 
 def errors(
-    mesh: Mesh, f: np.ndarray, squares: np.ndarray, lost: np.ndarray
+    mesh: Mesh, f: np.ndarray, squares: np.ndarray, lost: np.ndarray, first: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Estimated errors of omega^2 (without softening, ascending): from order, from rounding.
-
-    `lost` (..., k) is the energy that the modes have in the tails of the mesh (`lost_to_order`).
-    """
-    size = abs(squares)
+    """Estimated errors (..., k) of omega^2 (without softening): from the order, and from rounding,
+    which falls on each mode as it is larger than the `first` (..., 1) of its eigenproblem."""
     tail = np.matvec(mesh.T, f)
     lost_stretch = ((tail * tail) @ mesh.weights) / (f @ mesh.weights) ** 2
+    size = abs(squares)
     truncation = TRUNCATION_FACTOR * (lost + 4 * lost_stretch[..., None] * size)
-    first = size[..., :1]
-    rounding = (ROUNDING_FACTOR * EPS / first) * size * (size + first)
+    rounding = ROUNDING_FACTOR * EPS * size * (1 + size / first)
     return truncation, rounding

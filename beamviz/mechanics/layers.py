@@ -49,6 +49,14 @@ class Segment(NamedTuple):
         ]
         return widths[0], (widths[1] if self.end < 1 else math.inf)
 
+    def compressed_waves(self, curvature: Curvature) -> float:
+        """Half-waves over the whole beam of a bending mode where compression is greatest."""
+        power = 2 * curvature.power - 3
+        return max(
+            math.sqrt(-N * f**power) / math.pi if N < 0 else 0.0
+            for N, f in zip(self.N, self.f, strict=True)
+        )
+
 
 class Positions(NamedTuple):
     """Where the beam is in equilibrium, roughly: x of clamp, mass and tip, u there, and the mean
@@ -84,7 +92,7 @@ def discretisation(
 ) -> tuple[tuple[float, ...], tuple[int, ...]]:
     """Breaks and orders that should give the lowest `modes` modes to so many digits, with as few
     unknowns as any choice of what is resolved by thin elements and what by order."""
-    waves = _half_waves(mu, modes)
+    waves = _half_waves(mu, modes) + max(part.compressed_waves(curvature) for part in parts)
     fixed = {0.0, *(part.end for part in parts), *(x for p in parts for x in _falling(p, mu))}
     layers = [layer for part in parts for layer in _layers(part, curvature, digits)]
     candidates = []

@@ -128,5 +128,5 @@ def vanishing_load(points: list[tuple[float, float]]) -> float:
 def stopped(load: float, target: float, steps: int) -> str:
     return (
         f"the equilibrium was followed to {load / target:.6g} of the load (gamma^2) in {steps}"
-        " steps and not beyond, though no limit was found; more elements may help"
+        " steps and not beyond, though no limit was found; a finer or a more even mesh may help"
     )

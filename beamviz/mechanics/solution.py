@@ -67,7 +67,7 @@ class Equilibrium:
         return float(self.stretch(np.linspace(0, 1, NODE_GRID)).max())
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Solution:
     """Equilibrium and modes of one beam; frequencies in units of 1/T*."""
 
@@ -134,9 +134,17 @@ class Solution:
             values = self.shape(k, x)[:, column]
             return values.imag if np.iscomplexobj(values) and column else values.real
 
-        x = np.linspace(0, 1, NODE_GRID)[1:]
+        x = _node_grid(self.beam.beta)
         before = np.flatnonzero(np.diff(np.sign(component(x))))
         return bisect(component, x[before], x[before + 1])
+
+
+def _node_grid(beta: float) -> np.ndarray:
+    """Points (k,) in (0, 1], dense where layers may be thin: at the clamp, the mass, the tip."""
+    steps = np.geomspace(1e-5, 0.01, 40)  # nearer the clamp w ~ x^2 is rounding
+    near = [end + side * steps for end in (0.0, beta, 1.0) for side in (-1, 1)]
+    x = np.unique(np.concatenate((np.linspace(0, 1, NODE_GRID), *near)))
+    return x[(x > 0) & (x <= 1)]
 
 
 def _points(x: np.ndarray) -> np.ndarray:

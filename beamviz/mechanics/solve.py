@@ -1,14 +1,14 @@
 """solve(beam, ...): the one door to every method."""
 
 import time
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from beamviz.beam import Beam, checked
+from beamviz.beam import Beam, checked, whole
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
 from beamviz.mechanics import elements as cubic_elements
 from beamviz.mechanics.adaptive import (
@@ -86,12 +86,18 @@ def _task(
     elements: int | None = None,
 ) -> Task:
     """The task that the options of `solve` name; InvalidInput where one is wrong."""
-    choices = {"method": method, "strain": strain, "curvature": curvature, "plane": plane}
+    choices: dict[str, object] = {
+        "method": method,
+        "strain": strain,
+        "curvature": curvature,
+        "plane": plane,
+    }
     for name, value in choices.items():
-        if value not in CHOICES[name]:
+        if not isinstance(value, str) or value not in CHOICES[name]:
             raise InvalidInput(f"{name} = {value!r}: must be one of {', '.join(CHOICES[name])}")
-    if type(modes) is not int or not 1 <= modes <= MAX_MODES:
-        raise InvalidInput(f"modes = {modes}: must be a whole number in 1 .. {MAX_MODES}")
+    if not isinstance(coriolis, bool | np.bool_):
+        raise InvalidInput(f"coriolis = {coriolis!r}: must be True or False")
+    modes = whole("modes", modes, 1, MAX_MODES)
     tolerance = checked("tolerance", tolerance, *TOLERANCES)
     model = Model(method, strain, curvature, bool(coriolis), plane)
     physics = Physics(
@@ -100,19 +106,19 @@ def _task(
     return Task(beam, model, physics, modes, tolerance, elements, start)
 
 
-def solve_many(beams: Sequence[Beam], **options: Any) -> list[Solution | BeamvizError]:
+def solve_many(beams: Iterable[Beam], **options: Any) -> list[Solution | BeamvizError]:
     """`solve` for many beams with the same options, together where the method can.
 
     The place of a beam without an answer (no equilibrium, not converged) holds its error.
     Raises InvalidInput for wrong options.
     """
     start = time.perf_counter()
-    tasks = [_task(beam, start, **options) for beam in beams[:1]]
-    tasks += [tasks[0]._replace(beam=beam) for beam in beams[1:]]
+    beams = list(beams)
+    template = _task(Beam(), start, **options)
+    tasks = [template._replace(beam=beam) for beam in beams]
     together: list[StraightModes | None] = [None] * len(beams)
-    if tasks and tasks[0].model.method == "auto" and tasks[0].elements is None:
-        task = tasks[0]
-        together = solve_straight_many(list(beams), task.modes, task.physics, task.tolerance)
+    if template.model.method == "auto" and template.elements is None:
+        together = solve_straight_many(beams, template.modes, template.physics, template.tolerance)
     return [
         _attempt(task) if found is None else _straight_solution(task, found)
         for task, found in zip(tasks, together, strict=True)
@@ -170,7 +176,7 @@ def _straight_displacement(found: StraightModes, x: np.ndarray) -> np.ndarray:
     u = rows @ found.s
     w = rows @ (found.f[:, None] * (found.mesh.J @ found.kappa))
     if found.picks is None:
-        return np.stack((u, 1j * w), axis=1)
+        return np.stack((u, w), axis=1)
     fields = np.zeros((len(x), 2, 2 * modes))
     fields[:, 1, :modes], fields[:, 0, modes:] = w, u
     return fields[:, :, found.picks]
