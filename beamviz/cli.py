@@ -148,7 +148,7 @@ def reproduce(
         list[str] | None,
         typer.Argument(
             help="table1 .. table4, fig4 .. fig19, numbers (what the text prints), or all.",
-            metavar="[NAME ...]",
+            metavar="NAME",
             show_default="all",
         ),
     ] = None,
