@@ -17,6 +17,7 @@ from beamviz.mechanics.roots import bisect
 BENDING, STRETCHING, MIXED = "bending", "stretching", "mixed"
 PURE = 0.9  # share of the kinetic energy that makes a mode one of its family
 NODE_GRID = 401
+VISIBLE = 1e-7  # share of its amplitude that a mode must reach before it can have a node
 
 
 class Model(NamedTuple):
@@ -135,13 +136,15 @@ class Solution:
             return values.imag if np.iscomplexobj(values) and column else values.real
 
         x = _node_grid(self.beam.beta)
-        before = np.flatnonzero(np.diff(np.sign(component(x))))
+        values = component(x)
+        seen = np.maximum.accumulate(abs(values)) > VISIBLE * abs(values).max()
+        before = np.flatnonzero(np.diff(np.sign(values)) * seen[:-1])
         return bisect(component, x[before], x[before + 1])
 
 
 def _node_grid(beta: float) -> np.ndarray:
     """Points (k,) in (0, 1], dense where layers may be thin: at the clamp, the mass, the tip."""
-    steps = np.geomspace(1e-5, 0.01, 40)  # nearer the clamp w ~ x^2 is rounding
+    steps = np.geomspace(1e-5, 0.01, 40)
     near = [end + side * steps for end in (0.0, beta, 1.0) for side in (-1, 1)]
     x = np.unique(np.concatenate((np.linspace(0, 1, NODE_GRID), *near)))
     return x[(x > 0) & (x <= 1)]
