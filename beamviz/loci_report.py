@@ -4,7 +4,8 @@ import csv
 import io
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from beamviz.beam import LIMITS, Beam, checked, shown, whole
@@ -55,7 +56,7 @@ def to_json(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
         "over": loci.over,
         "values": loci.values.tolist(),
         "branches": [branch_row(loci, branch) for branch in loci.branches],
-        "events": [event._asdict() for event in loci.events],
+        "events": [asdict(event) for event in loci.events],
         "limits": [limit._asdict() for limit in loci.limits],
         "confidence": numbers(loci.confidence),
         "stats": {"solves": loci.solves, "seconds": loci.seconds},
@@ -84,7 +85,7 @@ def branch_row(loci: "Loci", branch: "Branch") -> dict[str, Any]:
     return row
 
 
-def numbers(array: Sequence[float]) -> list[float | None]:
+def numbers(array: Iterable[float]) -> list[float | None]:
     """Plain floats, None for what JSON does not have."""
     return [finite(value) for value in array]
 

@@ -16,6 +16,7 @@ from beamviz.study.tracking import CLEAR, SHORTEST, Track, followed
 TURN = math.radians(30)  # least angle by which two shapes turn into each other around a veering,
 # between the places where the gap is widest before and after; 90 degrees for a complete one
 EXCHANGE = math.radians(45)  # in one step: the two shapes are more each other than themselves
+NOTHING = 1e-9  # a gap that is rounding: the solver may have mixed the two shapes
 SURE = 4.0  # times the curvature seen: the most a difference is trusted to bend between points
 
 
@@ -115,7 +116,7 @@ def hidden(loci: Loci) -> np.ndarray:
     half_curvature = np.pad(half_curvature, ((1, 1), (0, 0)), mode="edge")
     strays = SURE * np.fmax(half_curvature[:-1], half_curvature[1:]) * step**2 / 4
     seen = np.minimum(abs(D[:-1]), abs(D[1:]))
-    same = D[:-1] * D[1:] > 0
+    same = D[:-1] * D[1:] >= 0
     may = same & pairs.asked[:-1] & (seen < strays)
     steps = np.flatnonzero(may.any(axis=1) & (step[:, 0] > SHORTEST * np.ptp(loci.at)))
     return (loci.at[steps] + loci.at[steps + 1]) / 2
@@ -172,13 +173,15 @@ def _minima(pairs: Pairs) -> list[tuple[int, int, int]]:
         seen = gap[inner] * np.cos(2 * pairs.turns[low])
         hides = (gap[end] < gap[inner]) & (seen < gap[end]) & (abs(pairs.turns[low]) <= EXCHANGE)
         found += [(k, low, low + 1) for k in np.flatnonzero(hides).tolist()]
-    angles = np.concatenate((np.zeros_like(gap[:1]), np.cumsum(pairs.turns, axis=0)))
-    return [
-        (k, low, high)
-        for k, low, high in found
-        if abs(pairs.turns[low, k]) > EXCHANGE
-        or abs(np.subtract(*angles[list(_slopes(gap[:, k], low, high)), k])) >= TURN
-    ]
+    return [(k, low, high) for k, low, high in found if _turns_around(pairs, gap, k, low, high)]
+
+
+def _turns_around(pairs: Pairs, gap: np.ndarray, k: int, low: int, high: int) -> bool:
+    """Whether two shapes turn into each other around their least gap, or nothing is left of it."""
+    if abs(pairs.turns[low, k]) > EXCHANGE or gap[low : high + 1, k].min() <= NOTHING:
+        return True
+    start, stop = _slopes(gap[:, k], low, high)
+    return abs(pairs.turns[start:stop, k].sum()) >= TURN
 
 
 def _slopes(gap: np.ndarray, low: int, high: int) -> tuple[int, int]:

@@ -5,15 +5,16 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from beamviz.beam import Beam, Units, whole
+from beamviz.errors import BeamvizError
 from beamviz.mechanics.solution import Model, Solution
 from beamviz.mechanics.solve import MAX_MODES
-from beamviz.study.meetings import Meeting, chart
+from beamviz.study.meetings import Event, chart
 from beamviz.study.sweep import Limit, Sweep, checked_values
 from beamviz.study.tracking import Track
 
@@ -68,19 +69,6 @@ class Branch:
         )
 
 
-class Event(NamedTuple):
-    """Two branches that meet (study/meetings.py says what counts)."""
-
-    kind: Literal["crossing", "veering"]
-    branches: tuple[str, str]
-    at: float
-    frequency: float  # mean of the two
-    gap: float  # least difference of the two frequencies, 0 for a crossing
-    coupling: float  # s_ab = phi_a' (K' - lambda M') phi_b
-    index: float  # veering index in 0 .. 1
-    width: float  # of a veering: at this distance the gap is sqrt(2) times the least
-
-
 @dataclass(frozen=True)
 class Loci:
     """Frequencies along one number, mode by mode, and where they meet."""
@@ -91,7 +79,7 @@ class Loci:
     over: str
     values: np.ndarray
     branches: tuple[Branch, ...]
-    events: tuple[Event, ...]
+    events: tuple[Event[str], ...]
     limits: tuple[Limit, ...]
     confidence: np.ndarray  # (values - 1,) of each step: least MAC, nan where there is a gap
     solves: int
@@ -118,7 +106,7 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
     solutions = tuple(answer if isinstance(answer, Solution) else None for answer in answers)
     model = next((solution.model for solution in solutions if solution), None)
     if model is None:
-        raise answers[0]
+        raise next(answer for answer in answers if isinstance(answer, BeamvizError))
     parts = [_part(sweep, run, values[run]) for run in _runs(solutions)]
     names, places = _named(parts, sweep, len(values))
     return Loci(
@@ -129,9 +117,9 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
         values=values,
         branches=tuple(Branch(label, row, solutions) for label, row in places.items()),
         events=tuple(
-            Event(meeting.kind, (names[k, meeting.a], names[k, meeting.b]), *meeting[3:])
+            _labelled(event, *(names[k, number] for number in event.branches))
             for k, part in enumerate(parts)
-            for meeting in part.meetings
+            for event in part.events
         ),
         limits=tuple(sweep.limits(values)),
         confidence=_confidence(parts, len(values)),
@@ -140,7 +128,7 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
     )
 
 
-def closer(found: Loci, event: Event, widths: float = 4.0, points: int = 41) -> Loci:
+def closer(found: Loci, event: Event[str], widths: float = 4.0, points: int = 41) -> Loci:
     """The loci around a veering, within some of its widths and the values it was found in."""
     low = max(event.at - widths * event.width, found.values[0])
     high = min(event.at + widths * event.width, found.values[-1])
@@ -162,13 +150,13 @@ class Part(NamedTuple):
     run: slice  # of the values
     rows: np.ndarray  # their places among the points of the track
     track: Track
-    meetings: list[Meeting]
+    events: list[Event[int]]
 
 
 def _part(sweep: Sweep, run: slice, values: np.ndarray) -> Part:
     """Track the modes over values that all have solutions."""
-    track, meetings = chart(sweep.solved_points(values), sweep.modes, sweep.points)
-    return Part(run, np.searchsorted(track.points.at, values), track, meetings)
+    track, events = chart(sweep.solved_points(values), sweep.modes, sweep.points)
+    return Part(run, np.searchsorted(track.points.at, values), track, events)
 
 
 def _named(
@@ -196,6 +184,11 @@ def _named(
             names[k, number] = label
             places[label] = np.maximum(places.get(label, row), row)
     return names, places
+
+
+def _labelled(event: Event[int], a: str, b: str) -> Event[str]:
+    """An event with the labels of its branches."""
+    return Event(**{**vars(event), "branches": (a, b)})
 
 
 def _label(sweep: Sweep, value: float, place: int) -> str:

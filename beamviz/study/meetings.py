@@ -1,8 +1,8 @@
 """Crossings and veerings: every meeting of two loci, located and measured."""
 
 import math
-from dataclasses import replace
-from typing import Literal, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Generic, Literal, TypeVar
 
 import numpy as np
 
@@ -18,27 +18,24 @@ INDEX = 0.5
 STEP = 0.1  # of the width of a veering: half the distance its rates are taken over
 MAX_ROUNDS = 8
 
+Name = TypeVar("Name")  # of a branch: its number in a track, or its label
 
-class Meeting(NamedTuple):
-    """Two branches that meet: the gap between their frequencies is least at `at`.
 
-    coupling: s_ab = phi_a' (K' - lambda M') phi_b (omega^2 per unit of the parameter), lambda the
-    mean of the pair; index: the veering index MDF_ab CSQ_ab MDF_ba (du Bois, Adhikari & Lieven
-    2011) among the modes solved for, 0 for a crossing, 1 for a veering of two modes alone.
-    """
+@dataclass(frozen=True)
+class Event(Generic[Name]):
+    """Two branches that meet: the gap between their frequencies is least at `at`."""
 
     kind: Literal["crossing", "veering"]
-    a: int
-    b: int
+    branches: tuple[Name, Name]
     at: float
-    frequency: float
-    gap: float
-    coupling: float
-    index: float
+    frequency: float  # mean of the two
+    gap: float  # 0 for a crossing
+    coupling: float  # s_ab = phi_a' (K' - lambda M') phi_b, lambda the mean of the pair
+    index: float  # veering index MDF_ab CSQ_ab MDF_ba among the modes solved for: 0 .. 1
     width: float  # at this distance the gap is sqrt(2) times the least; 0 for a crossing
 
 
-def chart(points: Points, window: int, solve_at: SolveAt) -> tuple[Track, list[Meeting]]:
+def chart(points: Points, window: int, solve_at: SolveAt) -> tuple[Track, list[Event[int]]]:
     """Follow the lowest `window` modes through a sweep and find every meeting of two of them."""
     track, loci = _seen(points, window, solve_at)
     for _ in range(MAX_ROUNDS):
@@ -54,8 +51,8 @@ def chart(points: Points, window: int, solve_at: SolveAt) -> tuple[Track, list[M
         track = _exchanged(track, loci, *odd[0])
         loci = loci_of(track, window)
     asked = set(track.branch[:, :window].ravel().tolist())
-    meetings = [meeting for _, meeting in found if meeting and {meeting.a, meeting.b} <= asked]
-    return track, sorted(meetings, key=lambda meeting: meeting.at)
+    events = [event for _, event in found if event and asked.issuperset(event.branches)]
+    return track, sorted(events, key=lambda event: event.at)
 
 
 def _seen(points: Points, window: int, solve_at: SolveAt) -> tuple[Track, Loci]:
@@ -85,7 +82,7 @@ def _exchanged(track: Track, loci: Loci, candidate: Candidate, place: Place) -> 
 
 def _search(
     candidate: Candidate, points: Points, loci: Loci
-) -> Search[tuple[Place | None, Meeting | None]]:
+) -> Search[tuple[Place | None, Event[int] | None]]:
     """The place of a candidate's least gap, and the meeting if it is one."""
     a, b, low, high, _ = candidate
     shapes = points.shapes[low, loci.places[low, [a, b]]]
@@ -95,19 +92,20 @@ def _search(
         return None, None
     numbers = int(loci.branches[a]), int(loci.branches[b])
     if place.gap == 0:
-        return place, Meeting("crossing", *numbers, *place[:3], 0.0, 0.0, 0.0)
+        return place, Event("crossing", numbers, *place[:3], 0.0, 0.0, 0.0)
     if place.gap > CLOSE * place.frequency:
         return place, None
     coupling, index = yield from _veering(place, shapes, points.at[0], points.at[-1])
     if index < INDEX:
         return place, None
-    return place, Meeting("veering", *numbers, *place[:3], coupling, index, place.width)
+    return place, Event("veering", numbers, *place[:3], coupling, index, place.width)
 
 
 def _veering(
     place: Place, shapes: np.ndarray, start: float, stop: float
 ) -> Search[tuple[float, float]]:
-    """s_ab and the veering index of a pair, from how the modes turn about its least gap."""
+    """s_ab and the veering index of a pair (du Bois, Adhikari & Lieven 2011), from how the modes
+    turn about its least gap: at the rate s_ab / (lambda_b - lambda_a) into each other."""
     h = min(STEP * place.width, place.at - start, stop - place.at)
     beside = yield place.at + np.array([-h, h])
     if len(beside.at) < 2:

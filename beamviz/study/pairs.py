@@ -7,7 +7,8 @@ half the difference d of its diagonal and its coupling c,
 """
 
 import math
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
+from functools import partial
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -25,7 +26,9 @@ FINEST = 1e-6  # of the stretch it was seen in: nor is a smaller shift than this
 ROUGH = 1e-3  # of the stretch: a shift that no longer shrinks below this is rounding
 SPACING = 1e-3  # of the stretch: least distance of the points interpolated from
 SAME = 1e-3  # of a gap: a smaller change by the last solve is the last one
-SAMPLES = 33
+SAMPLES = 33  # of an interpolated gap, again and again around the least
+MAX_ZOOMS = 12
+FLAT = 1e-9  # of the gap: a difference that is left to rounding
 FLOOR = 1e-12  # omega^2, where an interpolation falls below 0
 
 Result = TypeVar("Result")
@@ -49,19 +52,19 @@ def together(searches: Sequence[Search[Result]], solve_at: SolveAt) -> list[Resu
     results: dict[int, Result] = {}
     wanted: dict[int, np.ndarray] = {}
 
-    def advance(k: int, found: Points | None) -> None:
+    def advance(k: int, step: Callable[[], np.ndarray]) -> None:
         try:
-            wanted[k] = searches[k].send(found)
+            wanted[k] = step()
         except StopIteration as end:
             results[k] = end.value
 
-    for k in range(len(searches)):
-        advance(k, None)
+    for k, search in enumerate(searches):
+        advance(k, partial(next, search))
     while wanted:
         found = solve_at(np.unique(np.concatenate(list(wanted.values()))))
         asked, wanted = wanted, {}
         for k, values in asked.items():
-            advance(k, found.take(np.isin(found.at, values)))
+            advance(k, partial(searches[k].send, found.take(np.isin(found.at, values))))
     return [results[k] for k in range(len(searches))]
 
 
@@ -97,11 +100,10 @@ def _closest(entries: np.ndarray, near: float, low: float, high: float) -> Place
     """Where the two come closest by what is known so far."""
     local = _interpolated(entries, near, SPACING * (high - low))
     at = local.closest(low, high)
-    frequency, gap = local.frequencies(at)
-    if local.touching or gap <= TOUCHING * frequency:
-        gap = 0.0
+    frequency, gap = map(float, local.frequencies(at))
+    touch = local.touching or gap <= TOUCHING * frequency
     rank = entries[abs(entries[:, 0] - at).argmin(), -1].real
-    return Place(at, float(frequency), float(gap), local.width(at), int(rank))
+    return Place(at, frequency, 0.0 if touch else gap, local.width(at), int(rank))
 
 
 def _widest(p: np.ndarray, low: float, high: float) -> float:
@@ -134,10 +136,13 @@ class Local(NamedTuple):
         """Where the two frequencies come closest: at the root of d if nothing couples them."""
         if self.touching and self.difference(low) * self.difference(high) <= 0:
             return brentq(self.difference, low, high, xtol=1e-14 * (high - low))
-        for _ in range(7):
+        for _ in range(MAX_ZOOMS):
             p = np.linspace(low, high, SAMPLES)
-            k = int(self.frequencies(p)[1].argmin())
+            gap = self.frequencies(p)[1]
+            k = int(gap.argmin())
             low, high = p[max(k - 1, 0)], p[min(k + 1, SAMPLES - 1)]
+            if gap.max() - gap[k] <= FLAT * gap[k]:
+                break
         return float(p[k])
 
     def difference(self, p: float) -> float:

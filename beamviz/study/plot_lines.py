@@ -8,7 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 
-from beamviz.study.loci import Branch, Event, Loci
+from beamviz.study.loci import Branch, Loci
+from beamviz.study.meetings import Event
 from beamviz.study.paper_plots import COLOURS
 
 SHADES = 20  # of colour from one family to the other
@@ -75,12 +76,12 @@ def draw_branch(axes: Axes, scales: Scales, loci: Loci, branch: Branch) -> None:
         axes.plot(scales.x(x[piece]), scales.y(y[piece]), color=colour, lw=1.7, zorder=3)
 
 
-def _height(loci: Loci, branch: Branch, event: Event) -> float:
+def _height(loci: Loci, branch: Branch, event: Event[str]) -> float:
     """The frequency of a branch at one of its meetings."""
     return event.frequency + event.gap * (0.5 if branch.label == upper(loci, event) else -0.5)
 
 
-def upper(loci: Loci, event: Event) -> str:
+def upper(loci: Loci, event: Event[str]) -> str:
     """The label of the upper one of two branches that veer."""
     two = [branch for branch in loci.branches if branch.label in event.branches]
     both = np.flatnonzero(np.minimum(*(branch.places for branch in two)) >= 0)

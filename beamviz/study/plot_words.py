@@ -9,7 +9,8 @@ from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.transforms import Bbox
 
-from beamviz.study.loci import Branch, Event, Loci, closer
+from beamviz.study.loci import Branch, Loci, closer
+from beamviz.study.meetings import Event
 from beamviz.study.paper_plots import INK, LINE
 from beamviz.study.placing import Placer, apart
 from beamviz.study.plot_lines import FAMILIES, Scales, draw_branch, lines_at, upper
@@ -71,7 +72,8 @@ def inside_labels(axes: Axes, scales: Scales, loci: Loci) -> None:
         k = max(spots, key=lambda k: _room(axes, scales, loci, branch, int(k), taken))
         taken.append(np.array([scales.x(loci.values[k]), scales.y(branch.frequency[k])]))
         axes.text(
-            *taken[-1],
+            float(taken[-1][0]),
+            float(taken[-1][1]),
             branch.label,
             color=FAMILIES(branch.bending_fraction[k]),
             ha="center",
@@ -95,7 +97,7 @@ def _room(
     return float(min(distances, default=np.inf))
 
 
-def notes(placer: Placer, scales: Scales, events: Sequence[Event]) -> None:
+def notes(placer: Placer, scales: Scales, events: Sequence[Event[str]]) -> None:
     """What each meeting is, and where."""
     for event in events:
         words = [event.kind, scales.told(event.at)]
@@ -104,12 +106,12 @@ def notes(placer: Placer, scales: Scales, events: Sequence[Event]) -> None:
         placer.note("\n".join(words), scales.x(event.at), scales.y(event.frequency))
 
 
-def gap(scales: Scales, event: Event) -> str:
+def gap(scales: Scales, event: Event[str]) -> str:
     """The gap of a veering in words."""
     return f"gap {scales.y(event.gap):.3g}{scales.unit}"
 
 
-def zoom(axes: Axes, placer: Placer, scales: Scales, loci: Loci, event: Event) -> bool:
+def zoom(axes: Axes, placer: Placer, scales: Scales, loci: Loci, event: Event[str]) -> bool:
     """A veering seen closer in a frame of its own, where there is room for one."""
     corner = _free(axes, placer)
     if corner is None:
@@ -156,7 +158,7 @@ def _free(axes: Axes, placer: Placer) -> tuple[float, float] | None:
     return best if covered(best) == 0 else None
 
 
-def _name_ends(frame: Axes, scales: Scales, near: Loci, loci: Loci, event: Event) -> None:
+def _name_ends(frame: Axes, scales: Scales, near: Loci, loci: Loci, event: Event[str]) -> None:
     """The names of the two lines at both ends of a zoom, in the colours they have there."""
     high = upper(loci, event)
     low = next(label for label in event.branches if label != high)

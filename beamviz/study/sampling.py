@@ -33,8 +33,8 @@ def sampled(at: np.ndarray, solutions: Sequence[Solution]) -> Points:
     masses = np.array([np.append(w, solution.beam.alpha) for solution in solutions])
     turning = np.array([np.iscomplexobj(field) for field in fields])
     # Of a straight beam u is real and w imaginary: their sum loses nothing.
-    fields = np.array([field.real + field.imag for field in fields])
-    vectors = np.moveaxis(fields * np.sqrt(masses)[:, :, None, None], 3, 1)
+    real = np.array([field.real + field.imag for field in fields])
+    vectors = np.moveaxis(real * np.sqrt(masses)[:, :, None, None], 3, 1)
     gamma = np.array([solution.beam.gamma for solution in solutions]) * turning
     n, m = squares.shape
     if not gamma.any():

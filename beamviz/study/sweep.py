@@ -91,11 +91,13 @@ class Sweep:
         """What exists at ascending values, as points to track."""
         answers = self._solved([self.at(value) for value in values])
         self.answers.update(zip(values.tolist(), answers, strict=True))
-        return self.solved_points(values[[isinstance(answer, Solution) for answer in answers]])
+        return self.solved_points(values)
 
     def solved_points(self, values: np.ndarray) -> Points:
-        """Values that have solutions, as points to track."""
-        return sampled(values, [self.answers[value] for value in values.tolist()])
+        """What exists at values solved before, as points to track."""
+        found = ((value, self.answers[value]) for value in values.tolist())
+        there = [(value, answer) for value, answer in found if isinstance(answer, Solution)]
+        return sampled(np.array([value for value, _ in there]), [answer for _, answer in there])
 
     def limits(self, values: np.ndarray) -> Iterator[Limit]:
         """The parts of solved values without equilibrium, convergence or stability."""

@@ -1,0 +1,45 @@
+"""Small eigenproblems along a parameter, with known meetings, for the tests of tracking."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from beamviz.study.candidates import loci_of
+from beamviz.study.meetings import Event, chart
+from beamviz.study.tracking import Points, Track
+
+
+class Problem:
+    """K(p) v = lambda v for a symmetric K (m, m), solved wherever a search asks for it."""
+
+    def __init__(self, K: Callable[[float], np.ndarray], modes: int | None = None):
+        self.K, self.modes, self.solves = K, modes, 0
+
+    def __call__(self, values: np.ndarray) -> Points:
+        """The lowest modes at some values, with the signs that LAPACK happens to give."""
+        self.solves += len(values)
+        pairs = [np.linalg.eigh(self.K(float(p))) for p in values]
+        squares = np.array([squares[: self.modes] for squares, _ in pairs])
+        shapes = np.array([V.T[: self.modes] for _, V in pairs])
+        return Points(np.asarray(values, float), squares, shapes, shapes)
+
+    def chart(self, values: np.ndarray, window: int) -> tuple[Track, list[Event[int]]]:
+        """The sweep over some values, with the meetings of its lowest `window` modes."""
+        return chart(self(values), window, self)
+
+
+def crossing(at: float, coupling: float = 0.0) -> Problem:
+    """Two modes that would meet at a place, kept apart by their coupling."""
+    return Problem(
+        lambda p: np.array([[100 + 20 * (p - at), coupling], [coupling, 100 - 20 * (p - at)]])
+    )
+
+
+def turned(angle: float) -> np.ndarray:
+    """The rotation (2, 2) by an angle."""
+    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+
+def frequencies(track: Track, window: int) -> np.ndarray:
+    """The frequencies (n, branches) of a track, branch by branch; nan where one is not there."""
+    return loci_of(track, window).frequencies
