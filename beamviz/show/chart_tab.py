@@ -7,14 +7,16 @@ from typing import Any
 
 from viser import GuiApi, uplot
 
+from beamviz.mechanics.solution import MIXED
 from beamviz.show.chart import FAMILIES, LANES, PER_REV, Chart, Point, roomy, series, top
 from beamviz.show.controls import MODES
 from beamviz.show.sliders import NUMBERS, Listener, heard
+from beamviz.study.chart_style import COLOURS as FAMILY_COLOURS
+from beamviz.study.chart_style import SYMBOLS
 from beamviz.study.loci import Event, Loci
 
-# Okabe & Ito, as in the figures of a study.
-COLOURS = {"bending": "#0072B2", "stretching": "#D55E00", "mixed": "#CC79A7"}
-INK, FAINT = "#333333", "#9AA0A6"
+COLOURS = {**FAMILY_COLOURS, MIXED: "#CC79A7"}
+FAINT, MARK = "#9AA0A6", "#787E85"  # seen on light and dark pages
 SIGNS = {"crossing": "○", "veering": "●"}
 VERBS = {"crossing": "cross", "veering": "veer"}
 AXES = {NUMBERS[name][0]: name for name in ("gamma", "alpha", "beta", "delta", "mu")}
@@ -29,7 +31,7 @@ class ChartTab:
 
     def __init__(self, gui: GuiApi, lock: threading.RLock, listener: Listener):
         self.listener, self.room = listener, LANES
-        self.known: tuple[str, float] | None = None  # label of the axis and end of the other
+        self.known: tuple = ()  # what the axes were built for
         axis = gui.add_dropdown("along", tuple(AXES), hint="The number the chart runs over")
         heard(axis, lock, lambda label: listener.sweep(AXES.get(label, "")))
         self.per_rev = gui.add_checkbox(
@@ -41,7 +43,7 @@ class ChartTab:
         self.plot = gui.add_uplot(
             series(Chart.nothing(), None, LANES, per_rev=False),
             styles(LANES),
-            scales=scales(1.0),
+            scales=scales((0.0, 1.0), (0.0, 1.0)),
             axes=axes(axis.value),
             legend={"show": False},
             cursor={"drag": {"x": False, "y": False}, "points": {"show": False}},
@@ -60,11 +62,12 @@ class ChartTab:
     def show(self, chart: Chart, point: Point | None, per_rev: bool, chosen: Event | None) -> None:
         """Draw a chart, with the beam of the scene on it."""
         over = chart.question.over
-        high = top(chart.loci) if chart.loci else 1.0
+        question = chart.question
+        x, y = (question.start, question.stop), (0.0, top(chart.loci) if chart.loci else 1.0)
         self.per_rev.visible = over == "gamma"
         label = next(label for label, name in AXES.items() if name == over)
-        if self.known != (label, high):  # not every time: it builds the chart anew
-            self.known, self.plot.axes, self.plot.scales = (label, high), axes(label), scales(high)
+        if self.known != (label, x, y):  # not every time: it builds the chart anew
+            self.known, self.plot.axes, self.plot.scales = (label, x, y), axes(label), scales(x, y)
         room, self.room = self.room, roomy(self.room, chart.rows)
         self.plot.data = series(chart, point, self.room, per_rev=per_rev)
         if room != self.room:
@@ -77,9 +80,9 @@ class ChartTab:
             self.go.options = numbers
 
 
-def scales(high: float) -> dict[str, uplot.Scale]:
-    """Frequencies from 0 to `high`; found by the page itself, the missing values spoil them."""
-    return {"x": {"time": False}, "y": {"range": (0.0, high)}}
+def scales(x: tuple[float, float], y: tuple[float, float]) -> dict[str, uplot.Scale]:
+    """The ends of both axes; missing values spoil those the page would find by itself."""
+    return {"x": {"time": False, "range": x}, "y": {"range": y}}
 
 
 FONTS: uplot.Axis = {"font": "11px sans-serif", "labelFont": "12px sans-serif"}
@@ -107,10 +110,10 @@ def styles(room: int) -> tuple[uplot.Series, ...]:
     for family in FAMILIES:
         lines += [{"stroke": COLOURS[family], "width": 2, **LINE}] * room
     lines += [{"stroke": FAINT, "width": 1, "dash": (5, 4), **LINE}] * len(PER_REV)
-    lines.append({"stroke": INK, "width": 1, "dash": (2, 3), **LINE})
-    lines += [{"stroke": INK, "width": 0, "points": dot("#ffffff", INK, 9)}] * MODES
-    lines.append({"stroke": INK, "width": 0, "points": dot("#ffffff", INK, 7)})
-    lines.append({"stroke": INK, "width": 0, "points": dot(INK, INK, 7)})
+    lines.append({"stroke": MARK, "width": 1, "dash": (2, 3), **LINE})
+    lines += [{"stroke": MARK, "width": 0, "points": dot("#ffffff", MARK, 9)}] * MODES
+    lines.append({"stroke": MARK, "width": 0, "points": dot("#ffffff", MARK, 7)})
+    lines.append({"stroke": MARK, "width": 0, "points": dot(MARK, MARK, 7)})
     return tuple(lines)
 
 
@@ -188,7 +191,7 @@ def here(point: Point | None, over: str) -> str:
         for label, family, frequency in zip(*point.names, point.frequencies, strict=True)
         if math.isfinite(frequency)
     )
-    value = f"{NUMBERS[over][0][-1]} = {point.value:.5g}"
+    value = f"{SYMBOLS[over]} = {point.value:.5g}"
     return f'<div aria-label="this beam" style="{SMALL}">┊ this beam, {value}:<br>{modes}</div>'
 
 
@@ -197,7 +200,7 @@ def meetings(chart: Chart, chosen: Event | None) -> str:
     if not chart.events:
         words = "" if chart.loci is None else "No two of these lines meet here."
         return f'<div style="{SMALL}">{words}</div>' if words else ""
-    over = NUMBERS[chart.question.over][0][-1]
+    over = SYMBOLS[chart.question.over]
     heads = ("", "", "lines", f"at {over}", "ω [1/T*]", "least gap")
     rows = [row(k, event, event == chosen) for k, event in enumerate(chart.events)]
     more = len(rows) - MAX_MEETINGS
@@ -232,5 +235,7 @@ def row(k: int, event: Event, marked: bool) -> str:
 def gaps(chart: Chart) -> str:
     """Why a line ends, or why there is none."""
     limits = chart.loci.limits if chart.loci else ()
-    words = [chart.words] if chart.words else [limit.message for limit in limits]
+    over = chart.question.over
+    named = [limit.message.replace(f"{over} =", f"{SYMBOLS[over]} =") for limit in limits]
+    words = [chart.words] if chart.words else named
     return "".join(f'<div role="note" style="{SMALL}"><b>Gap:</b> {escape(w)}</div>' for w in words)

@@ -7,9 +7,10 @@ import numpy as np
 from viser import GuiApi, uplot
 
 from beamviz.show.chart import FAMILIES, filled, lanes, roomy
-from beamviz.show.chart_tab import COLOURS, FAINT, INK, LINE, SMALL, axes, dot
+from beamviz.show.chart_tab import COLOURS, FAINT, LINE, MARK, SMALL, axes, dot, scales
 from beamviz.show.microscope import Closeup, Motion, Pair, X
 from beamviz.show.sliders import NUMBERS
+from beamviz.study.chart_style import SYMBOLS
 
 HEIGHT = 175  # [px]
 LANES = 4  # lines of one family there is room for at first
@@ -31,7 +32,7 @@ class MicroscopeTab:
         self.plot = gui.add_uplot(
             (np.array([0.0, 1.0]), *[np.full(2, np.nan)] * (len(styles(LANES)) - 1)),
             styles(LANES),
-            scales=scales((0.0, 1.0)),
+            scales=scales((0.0, 1.0), (0.0, 1.0)),
             axes=axes(""),
             legend={"show": False},
             cursor={"drag": {"x": False, "y": False}, "points": {"show": False}},
@@ -50,18 +51,14 @@ class MicroscopeTab:
         self.shapes.content = drawn + KEY if drawn and not lost else ""
         if closeup and pairs and not lost:
             label = NUMBERS[closeup.target.question.over][0]
-            self.plot.axes, self.plot.scales = axes(label), scales(extent(pairs))
+            ends = float(pairs[0].values[0]), float(pairs[0].values[-1])
+            self.plot.axes, self.plot.scales = axes(label), scales(ends, extent(pairs))
             room = self.room
             for pair in pairs:
                 self.room = roomy(self.room, lanes(pair.branches))
             self.plot.data = series(pairs, self.room)
             if room != self.room:
                 self.plot.series = styles(self.room)
-
-
-def scales(ends: tuple[float, float]) -> dict[str, uplot.Scale]:
-    """Frequencies from one to the other."""
-    return {"x": {"time": False}, "y": {"range": ends}}
 
 
 def extent(pairs: tuple[Pair, ...]) -> tuple[float, float]:
@@ -80,8 +77,8 @@ def styles(room: int) -> tuple[uplot.Series, ...]:
         lines += [{"stroke": COLOURS[family], **LINE, **dashed}] * room
     for family in FAMILIES:
         lines += [{"stroke": COLOURS[family], "width": 2.5, **LINE}] * room
-    lines.append({"stroke": INK, "width": 1.5, **LINE})
-    return (*lines, {"stroke": INK, "width": 0, "points": dot("#ffffff", INK, 7)})
+    lines.append({"stroke": MARK, "width": 1.5, **LINE})
+    return (*lines, {"stroke": MARK, "width": 0, "points": dot("#ffffff", MARK, 7)})
 
 
 def series(pairs: tuple[Pair, ...], room: int) -> tuple[np.ndarray, ...]:
@@ -116,7 +113,7 @@ def words(closeup: Closeup | None, *, lost: bool) -> str:
     if lost or closeup.words:
         text = escape(closeup.words) or f"{a} and {b} no longer meet on the chart. {INVITATION}"
         return f'<div role="note" style="{SMALL}">{text}</div>'
-    over = NUMBERS[closeup.target.question.over][0][-1]
+    over = SYMBOLS[closeup.target.question.over]
     rows = "".join(f"<li>{sentence(pair, over)}</li>" for pair in closeup.pairs)
     return (
         f'<div aria-label="microscope" style="{SMALL}"><b>{a} and {b}</b>'

@@ -107,12 +107,15 @@ def still(solution: Solution, modes: np.ndarray, scale: np.ndarray) -> list[np.n
     """Nodes of each of the modes (m, n, 2) given at SAMPLES: where its larger component changes
     sign, looked for once more between samples, which leaves 1e-5. (`Solution.nodes` has all
     digits, at the price of many solves.)"""
-    column = np.linalg.norm(modes, axis=1).argmax(axis=1)  # (m,)
-    values = np.take_along_axis(modes, column[:, None, None], 2)[..., 0].real
+    column = (solution.bending_fractions >= 0.5).astype(int)  # (m,)
+    values = np.take_along_axis(modes, column[:, None, None], 2)[..., 0]
+    far = np.take_along_axis(values, np.abs(values).argmax(axis=1)[:, None], 1)
+    turn = np.conj(far) / np.abs(far)  # (m, 1): with Coriolis forces the tip may be out of step
+    values = (turn * values).real
     which, k = np.nonzero(values[:, 1:-1] * values[:, 2:] < 0)
     x = SAMPLES[1 + k, None] + np.linspace(0.0, SAMPLES[1], FINER)  # (nodes, FINER)
     near = (scale * shapes_at(solution, x.ravel().clip(0, 1))).reshape(len(modes), *x.shape, 2)
-    near = near[which, np.arange(len(which)), :, column[which]].real
+    near = (turn[which] * near[which, np.arange(len(which)), :, column[which]]).real
     found = np.array(
         [np.interp(0.0, np.sign(v[-1]) * v, at) for v, at in zip(near, x, strict=True)]
     )
