@@ -37,6 +37,7 @@ from beamviz.show.chart import (
 from beamviz.show.controls import MODES, Wanted
 from beamviz.show.latest import Latest
 from beamviz.show.microscope import Target, magnified
+from beamviz.show.motion import Shapes
 from beamviz.show.readout import significant
 from beamviz.show.server import explorer
 
@@ -181,7 +182,7 @@ def test_gaps_are_named_with_their_limit():
     chart = charted(TIP.replace(mu=10), strain="biot")
     assert chart.loci
     (limit,) = chart.loci.limits
-    assert limit.message in chart_tab.gaps(chart)
+    assert f"no equilibrium for γ = {limit.start:.6g}" in chart_tab.gaps(chart)
     ends = [chart.loci.values[np.isfinite(row)].max() for row in chart.rows["bending"]]
     assert limit.start - 0.5 < max(ends) <= limit.start
 
@@ -249,6 +250,15 @@ def test_what_is_too_wide_for_a_veering_is_said(tip):
     assert "do not come close" in microscope_tab.sentence(on, "γ")
     arrays = microscope_tab.series((off, on), microscope_tab.LANES)
     assert len(arrays) == len(microscope_tab.styles(microscope_tab.LANES))
+
+
+def test_nodes_are_marked_in_the_middle_of_a_veering():
+    """There the tip moves more along than across, out of step with the bending that has nodes."""
+    solution = solve(TIP.replace(gamma=4.65), coriolis=True)
+    for k in (2, 3):
+        marked, _ = Shapes.sampled(solution).nodes[k]
+        assert marked == pytest.approx(solution.nodes[k], abs=2e-5)
+        assert len(marked) == 2
 
 
 # In the explorer
@@ -326,6 +336,25 @@ def test_nonsense_about_the_chart_changes_nothing(url):
 CHART = "Object.values(window.__viserTestpoints?.uplots || {})[0]?.chart"
 
 
+PICK = "Array.from(document.querySelectorAll('button')).filter(e => e.innerText === '1').pop()"
+
+
+def control(label: str) -> str:
+    """The element that a label of the panel belongs to."""
+    return (
+        "document.getElementById(Array.from(document.querySelectorAll('label'))"
+        f".find(e => e.innerText === '{label}')?.htmlFor)"
+    )
+
+
+def pick(shown: Page, axis: str) -> None:
+    """Choose another axis."""
+    shown.click(control("along"))
+    time.sleep(0.5)  # the list unfolds
+    options = "Array.from(document.querySelectorAll('[role=option]'))"
+    shown.click(f"{options}.find(e => e.innerText === '{axis}')")
+
+
 def tab(name: str) -> str:
     """A tab, by its name."""
     return (
@@ -370,20 +399,20 @@ def test_the_chart_on_the_page(url):
         )
         assert names == pytest.approx(frame, abs=2)  # names stand where their lines end
         reaches(shown, 3.0)
-        slider = (
-            "document.getElementById(Array.from(document.querySelectorAll('label'))"
-            ".find(e => e.innerText === 'speed γ')?.htmlFor)"
-        )
+        slider = control("speed γ")
         shown.drag(slider, 0.06, 0.2)
         field = f"{slider}.parentElement.querySelector('input[type=text]').value"
         moved = float(shown.wait(f"{field} !== '3' && {field}"))
         assert moved > 4
         reaches(shown, float(shown.evaluate(field)))
-        shown.click(
-            "Array.from(document.querySelectorAll('button')).filter(e => e.innerText === '1').pop()"
-        )
+        shown.click(PICK)
         reaches(shown, charted(TIP).events[0].at)
         shown.wait(f"{field} === '4.4641'")
+        pick(shown, "position β")
+        shown.wait(f"{CHART}.scales.x.min === 0 && {CHART}.scales.x.max === 1")
+        pick(shown, "speed γ")
+        shown.wait(f"{CHART}.scales.x.max === 20")
+        shown.click(PICK)
         shown.click(tab("Microscope"))
         shown.wait("document.body.innerText.includes('least gap 0.241 at γ 4.650')")
         shown.wait("document.querySelectorAll('table[aria-label^=shapes] svg').length === 12")

@@ -13,10 +13,11 @@ from beamviz.show.chart import Question
 from beamviz.show.latest import Latest
 from beamviz.study.loci import Branch, Event, Loci, loci
 
-WIDE, FINE = 40, 41  # points
+WIDE, FINE = 40, 40  # points: even, so that no meeting is one of them
 REACH = 0.2  # of the range of the chart, to both sides: where the other meeting is looked for
 LEAST = 0.004  # of that range: the narrowest view is twice as wide
 ROOM = 5.0  # times the distance at which the gap has doubled, or the shift by Coriolis forces
+BESIDE = 1e-3  # of the view: so far from a crossing, where both are one, the shapes are taken
 X = np.linspace(0.0, 1.0, 61)
 
 log = logging.getLogger(__name__)
@@ -86,7 +87,7 @@ def magnified(target: Target) -> tuple[Pair, ...]:
     found = [chart(question, wide, coriolis) for coriolis in (False, True)]
     meetings = [same(one, event, reach) for one in found]
     centre, half = view(found, meetings, event, question)
-    places = [one.at for one in meetings if one]
+    places = [one.at + (BESIDE * half if one.kind == "crossing" else 0) for one in meetings if one]
     values = np.union1d(around(question, centre, half, FINE), places)
     return tuple(
         pair(chart(question, values, coriolis), meeting, event, centre)

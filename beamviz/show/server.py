@@ -61,7 +61,7 @@ def explorer(wanted: Wanted, host: str = "127.0.0.1", port: int = 0) -> Iterator
     ):
         theme(server, dark=False)
         rest = Shapes.at_rest(wanted.beam(), wanted.options["plane"])
-        place(server.initial_camera, camera.viewpoint(rest, riding=True, aspect=1.4, lift=LIFT))
+        place(server.initial_camera, camera.viewpoint(rest, riding=True, aspect=1.0, lift=LIFT))
         animator = Animator(server, wanted, pool, charts)
         try:
             shown = "localhost" if host in ("0.0.0.0", "::") else host

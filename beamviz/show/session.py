@@ -17,7 +17,7 @@ from beamviz.show.panels import Panel
 from beamviz.show.scene import Scene
 from beamviz.show.solving import Answer, Solver
 
-LIFT = 0.25  # of half the height of the picture
+LIFT = 0.1  # of half the height of the picture
 BRAND = (32, 96, 150)
 LONGEST_STEP = 0.2  # [s] the clock never jumps further, even after a stall
 
@@ -194,7 +194,7 @@ class Session:
 
 def place(view: CameraHandle | InitialCameraConfig, position: np.ndarray) -> None:
     """Put a camera at `position` as seen from what it looks at: a point a little above the beam,
-    since the results cover the upper part of the picture."""
+    where words about it stand."""
     lift = np.array(
         [0.0, 0.0, LIFT * math.tan(camera.FIELD_OF_VIEW / 2) * np.linalg.norm(position)]
     )
