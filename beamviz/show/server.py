@@ -2,6 +2,7 @@
 
 import contextlib
 import logging
+import queue
 import signal
 import threading
 import time
@@ -48,7 +49,8 @@ def serve(
         print(f"beamviz is at {url} (Ctrl-C ends it)", flush=True)
         if open_browser:
             webbrowser.open(url)
-        stopped.wait()
+        while not ended(stopped):
+            pass
 
 
 @contextlib.contextmanager
@@ -71,18 +73,33 @@ def explorer(wanted: Wanted, host: str = "127.0.0.1", port: int = 0) -> Iterator
 
 
 @contextlib.contextmanager
-def stopping() -> Iterator[threading.Event]:
-    """An event that Ctrl-C and SIGTERM set, instead of ending the process where it stands."""
-    stopped = threading.Event()
+def stopping() -> Iterator[queue.SimpleQueue[int]]:
+    """Where Ctrl-C and SIGTERM are noted, instead of ending the process where it stands.
+
+    A SimpleQueue, whose put may interrupt its own get; an Event that is set while it is being
+    waited for can wait for itself for ever.
+    """
+    stopped: queue.SimpleQueue[int] = queue.SimpleQueue()
     if threading.current_thread() is not threading.main_thread():
         yield stopped
         return
-    before = {number: signal.signal(number, lambda *_: stopped.set()) for number in ENDINGS}
+    before = {
+        number: signal.signal(number, lambda number, _: stopped.put(number)) for number in ENDINGS
+    }
     try:
         yield stopped
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def ended(stopped: queue.SimpleQueue[int]) -> bool:
+    """Whether an end was asked for, within a second (some systems note a signal only then)."""
+    try:
+        stopped.get(timeout=1.0)
+    except queue.Empty:
+        return False
+    return True
 
 
 class Animator:
