@@ -195,9 +195,13 @@ def checked(name: str, value: object, low: float, high: float) -> float:
 
 def whole(name: str, value: object, low: int, high: int) -> int:
     """`value` as an integer within low .. high, or InvalidInput naming it."""
-    number = checked(name, value, low, high)
+    wanted = f"must be a whole number in {low} .. {high}"
+    try:
+        number = checked(name, value, low, high)
+    except InvalidInput as error:
+        raise InvalidInput(f"{str(error).split(': must')[0]}: {wanted}") from None
     if number != int(number):
-        raise InvalidInput(f"{name} = {shown(number)}: must be a whole number in {low} .. {high}")
+        raise InvalidInput(f"{name} = {shown(number)}: {wanted}")
     return int(number)
 
 

@@ -1,8 +1,8 @@
 """How soon an edit is seen: a scripted visitor moves a slider and times the new picture.
 
-Starts the explorer as a process of its own, connects a client to it (no browser: what a browser adds is
-its own drawing), and prints as a table what one edit takes until the new beam has arrived, while
-paused and while playing, and what a moving picture costs. Run it on a quiet machine:
+Starts the explorer as a process of its own, connects a client to it (no browser: what a browser
+adds is its own drawing), and prints as a table what one edit takes until the new beam has arrived,
+while paused and while playing, and what a moving picture costs. Run it on a quiet machine:
 
     python scripts/measure_edit_to_update.py [--edits 100]
 """
@@ -19,7 +19,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from visitor import Visitor, redrawn, visitor  # noqa: E402
+from visitor import Visitor, redrawn, visitor  # type: ignore[import-not-found]  # noqa: E402
 
 TABLE = 'aria-label="modes"'
 SERVE = """

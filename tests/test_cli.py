@@ -223,9 +223,9 @@ def test_the_choices_on_the_command_line_are_the_solver_s():
         ),
         (["--modes", "0"], f"modes = 0: must be a whole number in 1 .. {MAX_MODES}"),
         (["--modes", "2.5"], f"modes = 2.5: must be a whole number in 1 .. {MAX_MODES}"),
-        (["--modes", "many"], f"modes = many: must be a whole number in 1 .. {MAX_MODES}"),
+        (["--modes", "many"], f"modes = 'many': must be a whole number in 1 .. {MAX_MODES}"),
         (["--tolerance", "0"], "tolerance = 0: must lie in 1e-12 .. 0.1"),
-        (["--elements", "8"], "elements = 8: is for method ancf; auto chooses its own"),
+        (["--elements", "8"], "elements = 8: is for finite elements; auto chooses its own"),
         (["--si", "none.toml"], "none.toml: No such file or directory"),
         (
             ["--si", "none.toml", "--gamma", "0"],
