@@ -76,8 +76,7 @@ def explorer(wanted: Wanted, host: str = "127.0.0.1", port: int = 0) -> Iterator
 def stopping() -> Iterator[queue.SimpleQueue[int]]:
     """Where Ctrl-C and SIGTERM are noted, instead of ending the process where it stands.
 
-    A SimpleQueue, whose put may interrupt its own get; an Event that is set while it is being
-    waited for can wait for itself for ever.
+    A SimpleQueue, whose put may interrupt its own get; an Event is not made for that.
     """
     stopped: queue.SimpleQueue[int] = queue.SimpleQueue()
     if threading.current_thread() is not threading.main_thread():
@@ -94,7 +93,8 @@ def stopping() -> Iterator[queue.SimpleQueue[int]]:
 
 
 def ended(stopped: queue.SimpleQueue[int]) -> bool:
-    """Whether an end was asked for, within a second (some systems note a signal only then)."""
+    """Whether an end was asked for, within a second: a signal just before an endless wait begins
+    would only be noted when it ends."""
     try:
         stopped.get(timeout=1.0)
     except queue.Empty:
