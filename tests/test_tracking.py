@@ -63,19 +63,22 @@ def test_any_two_modes_meet_once(at, slope, difference, coupling, count):
     """A straight crossing, or veering, at any place and slope, on any grid: one event, located as
     by direct minimisation."""
 
-    def K(p):
+    def stiffness(p):
         low, high = slope * (p - at), (slope + difference) * (p - at)
         return np.array([[400 + low, coupling], [coupling, 400 + high]])
 
     def gap(p):
-        low, high = np.linalg.eigvalsh(K(p))
+        low, high = np.linalg.eigvalsh(stiffness(p))
         return math.sqrt(high) - math.sqrt(low)
 
-    _, events = Problem(K).chart(grid(count), 2)
+    _, events = Problem(stiffness).chart(grid(count), 2)
     (event,) = events
     width = coupling / difference
     near = minimize_scalar(
-        gap, bounds=(at - 3 * width - 1e-9, at + 3 * width + 1e-9), method="bounded"
+        gap,
+        bounds=(at - 3 * width - 1e-9, at + 3 * width + 1e-9),
+        method="bounded",
+        options={"xatol": 1e-12},
     )
     assert event.kind == ("veering" if coupling else "crossing")
     assert event.at == pytest.approx(near.x, abs=0.1 * width + 1e-8)
@@ -116,10 +119,10 @@ def test_loci_that_nearly_touch_do_not_meet(count, distance):
 def test_two_veerings_close_together(count):
     """A lens of two coupled modes: both veerings, and no exchange from end to end."""
 
-    def K(p):
+    def stiffness(p):
         return np.array([[100.0, 0.01], [0.01, 100 + 20 * ((p - 0.05) ** 2 - 0.01)]])
 
-    track, events = Problem(K).chart(grid(count), 2)
+    track, events = Problem(stiffness).chart(grid(count), 2)
     assert [event.kind for event in events] == ["veering", "veering"]
     assert [event.at for event in events] == pytest.approx([-0.05, 0.15], abs=1e-4)
     assert (track.branch == [0, 1]).all()
@@ -140,17 +143,17 @@ def test_a_far_apart_exchange_is_no_meeting():
 def test_three_modes_one_of_them_apart(count):
     """Two modes veer while a third, which couples with neither, crosses both."""
 
-    def K(p):
+    def stiffness(p):
         pair = np.array([[100 + 20 * p, 0.2], [0.2, 100 - 20 * p]])
         return block_diag(pair, [[101 - 3 * p]])
 
-    track, events = Problem(K).chart(grid(count), 3)
+    _, events = Problem(stiffness).chart(grid(count), 3)
     assert sorted(event.kind for event in events) == ["crossing", "crossing", "veering"]
     (veering,) = (event for event in events if event.kind == "veering")
     assert veering.at == pytest.approx(0, abs=1e-4)
     assert veering.branches == (0, 1) or veering.branches == (0, 2)
     for event in (event for event in events if event.kind == "crossing"):
-        squares = np.linalg.eigvalsh(K(event.at))
+        squares = np.linalg.eigvalsh(stiffness(event.at))
         assert np.diff(squares).min() < 1e-9 * squares[0]
 
 
@@ -158,17 +161,17 @@ def test_three_modes_one_of_them_apart(count):
 def test_three_modes_that_all_couple(count):
     """A third mode veers with two others one after the other; all branches keep their order."""
 
-    def K(p):
+    def stiffness(p):
         return np.array([[100.0, 0.02, 0.1], [0.02, 104.0, 0.2], [0.1, 0.2, 102 + 10 * p]])
 
     def gap(k):
         def at(p):
-            squares = np.linalg.eigvalsh(K(p))
+            squares = np.linalg.eigvalsh(stiffness(p))
             return math.sqrt(squares[k + 1]) - math.sqrt(squares[k])
 
         return at
 
-    track, events = Problem(K).chart(grid(count), 3)
+    track, events = Problem(stiffness).chart(grid(count), 3)
     assert (track.branch == [0, 1, 2]).all()
     assert [(event.kind, event.branches) for event in events] == [
         ("veering", (0, 1)),
@@ -194,10 +197,10 @@ def test_modes_that_couple_cross_where_their_coupling_vanishes():
     """Perkins & Mote (1986): modes turned by a fixed angle couple everywhere but at the meeting;
     there is no gap, and the branches go through each other."""
 
-    def K(p):
+    def stiffness(p):
         return 100 * np.eye(2) + turned(0.3 + 0.2 * p) @ np.diag([p, -p]) @ turned(0.3 + 0.2 * p).T
 
-    track, (event,) = Problem(K).chart(np.linspace(-1.03, 1, 41), 2)
+    track, (event,) = Problem(stiffness).chart(np.linspace(-1.03, 1, 41), 2)
     assert (event.kind, event.gap) == ("crossing", 0)
     assert event.at == pytest.approx(0, abs=1e-7)
     assert track.branch[0].tolist() == [0, 1]
@@ -207,11 +210,11 @@ def test_modes_that_couple_cross_where_their_coupling_vanishes():
 def test_a_point_of_the_grid_on_the_crossing():
     """Two equal frequencies, whose shapes the solver may mix at will, are one crossing."""
 
-    def K(p):
+    def stiffness(p):
         apart = np.diag([100 + p, 100 - p])
         return apart + (1e-13 * np.ones((2, 2)) if p == 0 else 0)
 
-    _, events = Problem(K).chart(grid(21), 2)
+    _, events = Problem(stiffness).chart(grid(21), 2)
     assert [(event.kind, event.gap) for event in events] == [("crossing", 0)]
     assert events[0].at == pytest.approx(0, abs=1e-9)
 
@@ -229,11 +232,11 @@ def test_doubt_that_stays_is_told():
     """Shapes without any order end the search, and the confidence says so."""
     chance = np.random.default_rng(1)
 
-    def K(p):
+    def stiffness(p):
         Q, _ = np.linalg.qr(chance.normal(size=(6, 6)))
         return Q @ np.diag(np.arange(1.0, 7.0)) @ Q.T
 
-    problem = Problem(K)
+    problem = Problem(stiffness)
     track = follow(problem(grid(11)), 4, problem)
     assert track.confidence.min() < CLEAR
     assert problem.solves < 1000
@@ -256,7 +259,10 @@ def test_what_enters_and_leaves_the_window():
     assert [event.at for event in events] == pytest.approx([-1 / math.sqrt(18), 1 / math.sqrt(18)])
     lowest = np.sort(track.points.squares, axis=1)[:, :2]
     found = frequencies(track, 2) ** 2
-    assert [set(np.round(row[~np.isnan(row)], 6)) >= set(np.round(low, 6)) for row, low in zip(found, lowest, strict=True)]
+    assert [
+        set(np.round(row[~np.isnan(row)], 6)) >= set(np.round(low, 6))
+        for row, low in zip(found, lowest, strict=True)
+    ]
 
 
 def test_what_was_not_solved_for_is_new():
@@ -280,7 +286,9 @@ def test_signs_do_not_matter(seed):
     points = problem(grid(15))
     chance = np.random.default_rng(seed)
     phases = np.exp(2j * math.pi * chance.random(points.squares.shape))[:, :, None]
-    turned_points = Points(points.at, points.squares, points.shapes * phases, points.shapes * phases)
+    turned_points = Points(
+        points.at, points.squares, points.shapes * phases, points.shapes * phases
+    )
     assert abs(inner_products(turned_points)) == pytest.approx(abs(inner_products(points)))
     track = follow(turned_points, 2, problem)
     assert (track.branch == [0, 1]).all()

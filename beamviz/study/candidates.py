@@ -137,6 +137,8 @@ def unclear(loci: Loci) -> np.ndarray:
 
 def candidates(loci: Loci) -> list[Candidate]:
     """Every two points between which two loci may meet."""
+    if len(loci.at) < 2:
+        return []
     pairs = _pairs(loci)
     found = [(k, i, i + 1, True) for i, k in _sign_changes(pairs.difference)]
     found += [

@@ -15,7 +15,7 @@ from beamviz.study.tracking import Points, SolveAt, Track, follow
 CLOSE = 0.1
 INDEX = 0.5
 
-STEP = 0.1  # of the width of a veering: half the distance its rates are taken over
+STEP = 0.02  # of the width of a veering: half the distance its rates are taken over
 MAX_ROUNDS = 8
 
 Name = TypeVar("Name")  # of a branch: its number in a track, or its label

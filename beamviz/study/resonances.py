@@ -11,7 +11,6 @@ from beamviz.mechanics.solution import Solution
 from beamviz.mechanics.solve import solve_many
 from beamviz.study.loci import Branch, Loci
 
-NEAREST = 4  # values of a branch that are interpolated
 MAX_SOLVES = 6
 SETTLED = 1e-10  # of the largest speed: a smaller shift is not solved again
 
@@ -43,7 +42,7 @@ def resonances(loci: Loci, count: int) -> list[Resonance]:
         beams = [loci.beam.replace(gamma=one.at) for one in moving]
         modes = 1 + max((one.place for one in moving), default=0)
         for one, answer in zip(moving, solve_many(beams, modes=modes, **loci.options), strict=True):
-            one.add(answer)
+            one.move(answer)
     found = [Resonance(one.k, one.branch.label, one.at, one.k * one.at) for one in seen]
     return sorted(found, key=lambda resonance: resonance.at)
 
@@ -54,28 +53,23 @@ def _sign_changes(difference: np.ndarray) -> list[int]:
 
 
 class _Seen:
-    """An intersection seen between two values, and where it lies by all that is known."""
+    """An intersection seen between two values, moved to where it is by chords."""
 
     def __init__(self, k: int, branch: Branch, i: int, values: np.ndarray):
         near = slice(max(i - 1, 0), i + 3)
         known = np.isfinite(branch.frequency[near])
+        x, y = values[near][known], (branch.frequency[near] - k * values[near])[known]
+        curve = Polynomial.fit(x, y, len(x) - 1)
         self.k, self.branch = k, branch
         self.place = int(branch.places[i : i + 2].max())
-        self.low, self.high = values[i : i + 2]
-        self.x, self.y = values[near][known], (branch.frequency[near] - k * values[near])[known]
-        self.at, self.shift = self._root(), np.inf
+        self.at = float(brentq(curve, values[i], values[i + 1]))
+        self.slope = float(curve.deriv()(self.at))
+        self.shift = np.inf
 
-    def _root(self) -> float:
-        """The root of the polynomial through what is known."""
-        return float(brentq(Polynomial.fit(self.x, self.y, len(self.x) - 1), self.low, self.high))
-
-    def add(self, answer: object) -> None:
-        """Move to where the intersection lies with one more solution."""
-        if not isinstance(answer, Solution):
-            self.shift = 0.0
-            return
-        off = answer.frequencies - self.k * self.at
-        self.x = np.append(self.x, self.at)
-        self.y = np.append(self.y, off[np.nanargmin(abs(off))])
-        before, self.at = self.at, self._root()
-        self.shift = abs(self.at - before)
+    def move(self, answer: object) -> None:
+        """Move by one more solution, the one here."""
+        shift = 0.0
+        if isinstance(answer, Solution):
+            off = answer.frequencies - self.k * self.at
+            shift = float(off[np.nanargmin(abs(off))] / self.slope)
+        self.at, self.shift = self.at - shift, abs(shift)

@@ -112,16 +112,27 @@ class Sweep:
 
     def _change(self, low: float, high: float) -> float:
         """Where the state changes between two values, by bisection."""
-        before, answer = state(self.answers[low]), self.answers[high]
+        before, answer = self.answers[low], self.answers[high]
         if self.over == "gamma" and isinstance(answer, NoEquilibrium):
             return min(max(answer.limit, low), high)
         while high - low > PRECISION * max(abs(low), abs(high)):
             middle = (low + high) / 2
-            if state(self.solve(np.array([middle]))[0]) == before:
+            if _alike(self.solve(np.array([middle]))[0], before, answer):
                 low = middle
             else:
                 high = middle
         return (low + high) / 2
+
+
+def _alike(answer: Answer, one: Answer, other: Answer) -> bool:
+    """Whether an answer is of the kind of one rather than of another.
+
+    At the end of an equilibrium all that counts is whether there is one: close to it numerics
+    fail first.
+    """
+    if isinstance(one, NoEquilibrium) != isinstance(other, NoEquilibrium):
+        return isinstance(answer, NoEquilibrium) == isinstance(one, NoEquilibrium)
+    return state(answer) == state(one)
 
 
 STABLE = "stable"
