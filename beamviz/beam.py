@@ -17,6 +17,7 @@ LIMITS = {
     "mu": (10.0, 10000.0),
 }
 MAX_GAMMA_OVER_MU = 5.0
+ROUNDING = 1e-12  # so that mu = gamma / 5 is a beam
 
 NAMES = {
     "alpha": "mass ratio",
@@ -76,7 +77,7 @@ class Beam:
     def __post_init__(self) -> None:
         for name, (low, high) in LIMITS.items():
             object.__setattr__(self, name, checked(name, getattr(self, name), low, high))
-        if self.gamma > MAX_GAMMA_OVER_MU * self.mu:
+        if self.gamma > MAX_GAMMA_OVER_MU * self.mu * (1 + ROUNDING):
             raise InvalidInput(
                 f"gamma / mu = {shown(self.gamma / self.mu)}: must be at most"
                 f" {MAX_GAMMA_OVER_MU:g} (gamma = {shown(self.gamma)}, mu = {shown(self.mu)})"

@@ -20,6 +20,7 @@ from beamviz.mechanics.strain import StrainLaw
 SMALL_FORCE = 0.3  # n at the clamp below which a beam hardly stretches
 NEWTON_ITERATIONS = 12
 NEWTON_STEP = 1e-7  # relative to the stretch at the clamp
+LARGEST_TOGETHER = 1.4  # stretch of beams solved together: above, a limit may be near
 LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 LIMIT_ORDER = 12
 
@@ -105,19 +106,21 @@ def newton(
 def newton_many(
     mesh: Mesh, rho: Inertia, beams: Numbers, law: StrainLaw, load: np.ndarray, f: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """As `newton`, for many beams (beams, n) that hardly stretch: far from any limit, where
-    nothing needs watching. Also says which of them converged."""
+    """As `newton`, for many beams (beams, n) that hardly stretch: no watch is kept on
+    the branch, so a state near a limit does not count. Also says which count; the rest is 1."""
     w, A, b = mesh.weights, load[..., None] * rho.G, load * beams.delta * rho.g
     iteration, converged = 0, np.zeros(len(f), bool)
-    while iteration < NEWTON_ITERATIONS and not converged.all():
-        iteration += 1
-        n, slope = law.force_and_stiffness(f)
-        tangent = -A
-        diagonal(tangent)[:] += w * slope
-        step = np.linalg.solve(tangent, (w * n - np.matvec(A, f) - b)[..., None])[..., 0]
-        f = f - step
-        converged = abs(step).max(axis=-1) < NEWTON_STEP
-    return f, converged, iteration
+    with np.errstate(all="ignore"):  # what runs away is not converged
+        while iteration < NEWTON_ITERATIONS and not converged.all():
+            iteration += 1
+            n, slope = law.force_and_stiffness(f)
+            tangent = -A
+            diagonal(tangent)[:] += w * slope
+            step = np.linalg.solve(tangent, (w * n - np.matvec(A, f) - b)[..., None])[..., 0]
+            f = f - step
+            converged = abs(step).max(axis=-1) < NEWTON_STEP
+    sound = converged & (f.max(axis=-1) < LARGEST_TOGETHER)
+    return np.where(sound[:, None], f, 1.0), sound, iteration
 
 
 def first_guess(
