@@ -266,10 +266,14 @@ def test_what_enters_and_leaves_the_window():
 
 
 def test_what_was_not_solved_for_is_new():
-    """A mode that comes from beyond all modes solved for has a number of its own."""
-    problem = Problem(lambda p: np.diag([100.0, 200.0, 300.0, 400.0, 50.0 + 600 * (p + 1)]), 3)
-    track, _ = problem.chart(grid(41), 2)
-    assert len(np.unique(track.branch[:, :2])) == 3
+    """A mode that dives from beyond all modes solved for has a number of its own."""
+    problem = Problem(lambda p: np.diag([100.0, 200.0, 300.0, 400.0, 650.0 - 600 * p]), 3)
+    track, events = problem.chart(grid(41), 2)
+    assert track.branch[0].tolist() == [0, 1, 2]
+    new = track.branch[-1][0]
+    assert new > 2
+    assert track.branch[-1][1] == 0
+    assert [new in event.branches for event in events] == [True, True]
 
 
 def test_assignment_is_the_best_in_sum():

@@ -115,9 +115,10 @@ def hidden(loci: Loci) -> np.ndarray:
     half_curvature = abs(np.diff(slope, axis=0)) / (step[1:] + step[:-1])
     half_curvature = np.pad(half_curvature, ((1, 1), (0, 0)), mode="edge")
     strays = SURE * np.fmax(half_curvature[:-1], half_curvature[1:]) * step**2 / 4
-    seen = np.minimum(abs(D[:-1]), abs(D[1:]))
-    same = D[:-1] * D[1:] >= 0
-    may = same & pairs.asked[:-1] & (seen < strays)
+    ends = abs(D[:-1]), abs(D[1:])
+    bend = 4 * strays - abs(ends[1] - ends[0])  # what is left to turn the difference back
+    same = (D[:-1] * D[1:] >= 0) & pairs.asked[:-1]
+    may = same & (bend > 0) & (16 * strays * np.minimum(*ends) < bend**2)
     steps = np.flatnonzero(may.any(axis=1) & (step[:, 0] > SHORTEST * np.ptp(loci.at)))
     return (loci.at[steps] + loci.at[steps + 1]) / 2
 
@@ -167,6 +168,7 @@ def _minima(pairs: Pairs) -> list[tuple[int, int, int]]:
     exchanges = np.argwhere(abs(pairs.turns) > EXCHANGE)
     found = [(k, i, i + 1) for i, k in exchanges.tolist()]
     middle = (gap[1:-1] <= gap[:-2]) & (gap[1:-1] < gap[2:])
+    middle &= pairs.difference[:-2] * pairs.difference[2:] > 0
     middle &= np.maximum(abs(pairs.turns[:-1]), abs(pairs.turns[1:])) <= EXCHANGE
     found += [(k, i, i + 2) for i, k in np.argwhere(middle).tolist()]
     # In a step at the end of the sweep a least gap hides; the turning shapes show it.

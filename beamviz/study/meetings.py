@@ -16,7 +16,7 @@ CLOSE = 0.1
 INDEX = 0.5
 
 STEP = 0.02  # of the width of a veering: half the distance its rates are taken over
-MAX_ROUNDS = 8
+MAX_ROUNDS = 16
 
 Name = TypeVar("Name")  # of a branch: its number in a track, or its label
 
@@ -60,9 +60,7 @@ def _seen(points: Points, window: int, solve_at: SolveAt) -> tuple[Track, Loci]:
     for _ in range(MAX_ROUNDS):
         track = follow(points, window, solve_at)
         loci = loci_of(track, window)
-        more = hidden(loci)
-        if not len(more):
-            more = unclear(loci)
+        more = np.union1d(hidden(loci), unclear(loci))
         if not len(more):
             break
         points = track.points.merged(solve_at(more))
@@ -88,8 +86,8 @@ def _search(
     shapes = points.shapes[low, loci.places[low, [a, b]]]
     around = points.take(slice(max(low - 2, 0), high + 3))
     place = yield from least_gap(around, shapes, points.at[low], points.at[high])
-    if place is None or place.rank >= loci.window:
-        return None, None
+    if place is None or place.ranks[place.gap > 0] >= loci.window:
+        return None, None  # outside what was asked for; a crossing on its edge is not
     numbers = int(loci.branches[a]), int(loci.branches[b])
     if place.gap == 0:
         return place, Event("crossing", numbers, *place[:3], 0.0, 0.0, 0.0)

@@ -41,7 +41,7 @@ class Place(NamedTuple):
     frequency: float  # mean of the two
     gap: float  # 0 where the loci touch
     width: float  # |c / d'|: at this distance the gap is sqrt(2) times the least
-    rank: int  # place of the lower one among all modes
+    ranks: tuple[int, int]  # their places among all modes
 
 
 Search = Generator[np.ndarray, Points, Result]  # asks for points at some values
@@ -76,7 +76,7 @@ def least_gap(
     points: some around it. None where the gap is least at an end.
     """
     entries, room = _entries(reference, points), high - low
-    place, shift = Place((low + high) / 2, 0.0, math.inf, 0.0, 0), math.inf
+    place, shift = Place((low + high) / 2, 0.0, math.inf, 0.0, (0, 1)), math.inf
     for _ in range(MAX_SOLVES):
         if len(entries) < 2:
             return None
@@ -93,7 +93,7 @@ def least_gap(
         if not len(more.at):
             break
         entries = np.vstack((entries, _entries(reference, more)))
-    return None if place.at in (low, high) else place
+    return None if place.gap and place.at in (low, high) else place
 
 
 def _closest(entries: np.ndarray, near: float, low: float, high: float) -> Place:
@@ -102,8 +102,8 @@ def _closest(entries: np.ndarray, near: float, low: float, high: float) -> Place
     at = local.closest(low, high)
     frequency, gap = map(float, local.frequencies(at))
     touch = local.touching or gap <= TOUCHING * frequency
-    rank = entries[abs(entries[:, 0] - at).argmin(), -1].real
-    return Place(at, frequency, 0.0 if touch else gap, local.width(at), int(rank))
+    ranks = entries[abs(entries[:, 0] - at).argmin(), -2:].real.astype(int)
+    return Place(at, frequency, 0.0 if touch else gap, local.width(at), tuple(ranks.tolist()))
 
 
 def _widest(p: np.ndarray, low: float, high: float) -> float:
@@ -174,7 +174,7 @@ def _interpolated(entries: np.ndarray, place: float, spacing: float) -> Local:
 
 
 def _entries(reference: np.ndarray, points: Points) -> np.ndarray:
-    """Parameter, mean, d, c and the lower place (n, 5) of the two modes nearest to two shapes.
+    """Parameter, mean, d, c and the places (n, 6) of the two modes nearest to two shapes.
 
     Points in which the shapes are not found again are left out.
     """
@@ -185,5 +185,5 @@ def _entries(reference: np.ndarray, points: Points) -> np.ndarray:
     squares = np.take_along_axis(points.squares, picks, axis=1)
     H = (Q * squares[:, None, :]) @ Q.conj().swapaxes(1, 2)
     mean, d = (H[:, 0, 0] + H[:, 1, 1]) / 2, (H[:, 0, 0] - H[:, 1, 1]) / 2
-    entries = np.column_stack((points.at, mean, d, H[:, 0, 1], picks.min(axis=1)))
+    entries = np.column_stack((points.at, mean, d, H[:, 0, 1], np.sort(picks)))
     return entries[size[:, 1] ** 2 > CAPTURED]

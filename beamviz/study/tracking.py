@@ -78,8 +78,7 @@ def follow(points: Points, window: int, solve_at: SolveAt) -> Track:
         order = assignment(mac)
         found = _found(mac, order)
         confidence = _confidence(found, order, window)
-        doubtful = (confidence < CLEAR) | _tangled(mac, order, window)
-        halved = np.flatnonzero(doubtful & (np.diff(points.at) > shortest))
+        halved = np.flatnonzero((confidence < CLEAR) & (np.diff(points.at) > shortest))
         room -= len(halved)
         if not len(halved) or room < 0:
             break
@@ -136,22 +135,12 @@ def _confidence(found: np.ndarray, order: np.ndarray, window: int) -> np.ndarray
     return np.where(seen, found, 1.0).min(axis=1, initial=1.0)
 
 
-def _tangled(mac: np.ndarray, order: np.ndarray, window: int) -> np.ndarray:
-    """Steps (n - 1,) in which several modes pass each other and some of them couple."""
-    tangled = np.zeros(len(order), bool)
-    for step in _changed(order):
-        passing = [pair for pair in inversions(order[step]) if pair[0] < window]
-        coupled = [pair for pair in passing if _couple(mac[step], order[step], *pair)]
-        tangled[step] = len(passing) > 1 and bool(coupled)
-    return tangled
-
-
 def _changed(order: np.ndarray) -> np.ndarray:
     """The steps in which the order of the modes changes."""
     return np.flatnonzero((order != np.arange(order.shape[1])).any(axis=1))
 
 
-def inversions(order: np.ndarray) -> list[tuple[int, int]]:
+def _inversions(order: np.ndarray) -> list[tuple[int, int]]:
     """The pairs (i, j), i < j, of modes that pass each other."""
     later, earlier = np.nonzero(np.tril(order[:, None] < order[None, :], -1))
     return list(zip(earlier.tolist(), later.tolist(), strict=True))
@@ -166,7 +155,7 @@ def _coupled_in_order(mac: np.ndarray, order: np.ndarray, found: np.ndarray) -> 
     """The assignment with the modes that couple back in their order."""
     kept = order.copy()
     for step in _changed(order):
-        for i, j in inversions(order[step]):
+        for i, j in _inversions(order[step]):
             both = min(found[step, i], found[step, j]) >= LOST
             if both and kept[step, i] > kept[step, j] and _couple(mac[step], order[step], i, j):
                 kept[step, [i, j]] = kept[step, [j, i]]
