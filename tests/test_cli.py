@@ -225,7 +225,11 @@ def test_the_choices_on_the_command_line_are_the_solver_s():
         (["--modes", "2.5"], f"modes = 2.5: must be a whole number in 1 .. {MAX_MODES}"),
         (["--modes", "many"], f"modes = 'many': must be a whole number in 1 .. {MAX_MODES}"),
         (["--tolerance", "0"], "tolerance = 0: must lie in 1e-12 .. 0.1"),
-        (["--elements", "8"], "elements = 8: is for finite elements; auto chooses its own"),
+        (
+            ["--elements", "8"],
+            "elements = 8: method auto takes no number of elements; methods that do: ancf, "
+            "ancf-planar, linear",
+        ),
         (["--si", "none.toml"], "none.toml: No such file or directory"),
         (
             ["--si", "none.toml", "--gamma", "0"],

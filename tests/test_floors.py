@@ -18,9 +18,12 @@ FLOORS = (
         "beamviz.mechanics.basis",
         "beamviz.mechanics.eigen",
         "beamviz.mechanics.newton",
+        "beamviz.mechanics.roots",
     ),
+    ("beamviz.mechanics.solution",),
     ("beamviz.mechanics",),  # all others in there
-    ("beamviz.mechanics.solution", "beamviz.mechanics.solve"),
+    ("beamviz.mechanics.methods",),
+    ("beamviz.mechanics.solve",),
     ("beamviz.study", "beamviz.lessons"),
     ("beamviz",),
     ("beamviz.show",),

@@ -271,7 +271,15 @@ def test_a_mode_seen_out_of_range_is_an_index_error():
         ({"method": []}, "method = []: must be one of auto"),
         ({"tolerance": 1.0}, "tolerance = 1: must lie in 1e-12 .. 0.1"),
         ({"tolerance": math.nan}, "tolerance = nan: must lie in 1e-12 .. 0.1"),
-        ({"elements": 20}, "elements = 20: is for finite elements; auto chooses its own"),
+        (
+            {"elements": 20},
+            "elements = 20: method auto takes no number of elements; methods that do: ancf, "
+            "ancf-planar, linear",
+        ),
+        (
+            {"method": "ancf", "tolerance": 1e-3},
+            "tolerance = 0.001: method ancf takes no tolerance; methods that do: auto, foac, zoac",
+        ),
         ({"method": "ancf", "elements": 0}, "elements = 0: must be a whole number in 1 .. 1000"),
         ({"method": "ancf", "elements": 2}, "modes = 5: at most 4 with elements = 2"),
     ],

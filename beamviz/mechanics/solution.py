@@ -19,6 +19,8 @@ PURE = 0.9  # share of the kinetic energy that makes a mode one of its family
 NODE_GRID = 401
 VISIBLE = 1e-7  # share of its amplitude that a mode must reach before it can have a node
 
+Status = Literal["stable", "unstable"]
+
 
 class Model(NamedTuple):
     """What was solved: the method asked for, the beam theory, the plane."""
@@ -44,7 +46,7 @@ class Stats(NamedTuple):
 class Equilibrium:
     """The state the modes vibrate about; lengths in units of L, x the reference coordinate."""
 
-    status: Literal["stable", "unstable"]
+    status: Status
     iterations: int
     axial: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # x -> u, f
 
@@ -140,6 +142,11 @@ class Solution:
         seen = np.maximum.accumulate(abs(values)) > VISIBLE * abs(values).max()
         before = np.flatnonzero(np.diff(np.sign(values)) * seen[:-1])
         return bisect(component, x[before], x[before + 1])
+
+
+def status(squares: np.ndarray) -> Status:
+    """What the lowest omega^2 (modes,), ascending, says of the state."""
+    return "stable" if squares[0] >= 0 else "unstable"
 
 
 def _node_grid(beta: float) -> np.ndarray:

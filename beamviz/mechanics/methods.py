@@ -1,0 +1,68 @@
+"""Every method, as a row of one table."""
+
+from functools import partial
+
+from beamviz.errors import InvalidInput
+from beamviz.mechanics import elements as cubic_elements
+from beamviz.mechanics.element_solution import element_solution
+from beamviz.mechanics.hp_solution import hp_solution
+from beamviz.mechanics.method import ACCURACY, ELEMENTS, Method, Task
+
+METHODS = {
+    row.name: row
+    for row in (
+        Method(
+            "auto",
+            "this program: high-order elements in gradient and curvature, split at the mass",
+            "always, unless another method is what you study: fastest to any accuracy",
+            hp_solution,
+            refuses=(ELEMENTS,),
+        ),
+        Method(
+            "ancf",
+            "the paper's cubic elements (2017), stretching and bending solved apart",
+            "to see the paper's own numbers; 20 elements are the paper's",
+            partial(element_solution, cubic_elements.split),
+            refuses=(ACCURACY,),
+        ),
+        Method(
+            "ancf-planar",
+            "the paper's cubic elements through the full planar tangent (eqs. 40-48)",
+            "to check ancf: the same answer with all unknowns at once",
+            partial(element_solution, cubic_elements.full),
+            refuses=(ACCURACY,),
+        ),
+        Method(
+            "linear",
+            "linear finite elements with prestress and spin softening, as general codes do it",
+            "to see what a linear prestressed analysis says; its limit is foac's",
+            partial(element_solution, cubic_elements.linear, tension="reference"),
+            refuses=(ACCURACY,),
+        ),
+        Method(
+            "foac",
+            "first-order coupling: tension of the rigid reference length (Hong et al.; Yoo & Shin)",
+            "to see the classical model of slender rotating beams, right while f is near 1",
+            partial(hp_solution, tension="reference"),
+            refuses=(ELEMENTS,),
+        ),
+        Method(
+            "zoac",
+            "no coupling: the linear model without stiffening, the paradox of Kane et al. (1987)",
+            "to see it fail: it falsely loses stability at gamma = 3.516",
+            partial(hp_solution, tension="none"),
+            refuses=(ELEMENTS,),
+        ),
+    )
+}
+
+
+def check(task: Task) -> None:
+    """InvalidInput where the task asks for what its method does not treat."""
+    for feature in METHODS[task.model.method].refuses:
+        if feature.asked(task):
+            able = [row.name for row in METHODS.values() if feature not in row.refuses]
+            raise InvalidInput(
+                f"{feature.value(task)}: method {task.model.method} takes no {feature.noun};"
+                f" methods that do: {', '.join(able)}"
+            )
