@@ -38,10 +38,12 @@ FROM_SI = {
 
 @dataclass(frozen=True)
 class Units:
-    """The physical size of a dimensionless beam: its length L [m] and its time T* [s]."""
+    """The physical size of a dimensionless beam: its length L [m], its time T* [s] and, where it
+    is known, its mass rho A L [kg]."""
 
     length: float
     time: float
+    mass: float | None = None
 
     def angular_frequency(self, frequency):
         """Frequency [rad/s] of a dimensionless one (units of 1/T*)."""
@@ -136,7 +138,7 @@ class Beam:
         }
         for name, formula in FROM_SI.items():
             checked(f"{formula} = {name}", numbers[name], *LIMITS[name])
-        return cls(**numbers, units=Units(length=L, time=time))
+        return cls(**numbers, units=Units(length=L, time=time, mass=rho * A * L))
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:

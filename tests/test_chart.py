@@ -36,6 +36,7 @@ from beamviz.show.chart import (
 )
 from beamviz.show.controls import MODES, Wanted
 from beamviz.show.latest import Latest
+from beamviz.show.measures import frequencies, measure
 from beamviz.show.microscope import Target, magnified
 from beamviz.show.motion import Shapes
 from beamviz.show.readout import significant
@@ -43,6 +44,7 @@ from beamviz.show.server import explorer
 
 TIP = Beam(alpha=1, beta=1, gamma=3)  # S1 meets B3 at gamma = 4.4641
 LINES = len(FAMILIES) * LANES
+PLAIN = measure("gamma", None), frequencies(None)
 
 
 def charted(beam: Beam, over: str = "gamma", **options: Any) -> Chart:
@@ -240,10 +242,10 @@ def test_the_microscope_shows_crossing_and_veering_of_the_same_two(tip):
     for before, at, after in on.motions:
         assert abs(after.share - before.share) > 0.8
         assert at.share == pytest.approx(0.5, abs=0.05)
-    words = microscope_tab.sentence(on, "γ")
+    words = microscope_tab.sentence(on, *PLAIN)
     assert "least gap 0.241 at γ 4.650" in words
     assert "exchange their shapes" in words
-    assert "nothing couples them" in microscope_tab.sentence(off, "γ")
+    assert "nothing couples them" in microscope_tab.sentence(off, *PLAIN)
 
 
 def test_what_is_too_wide_for_a_veering_is_said(tip):
@@ -251,7 +253,7 @@ def test_what_is_too_wide_for_a_veering_is_said(tip):
     off, on = magnified(Target(tip.question, tip.events[1]))
     assert off.event
     assert on.event is None
-    assert "do not come close" in microscope_tab.sentence(on, "γ")
+    assert "do not come close" in microscope_tab.sentence(on, *PLAIN)
     arrays = microscope_tab.series((off, on), microscope_tab.LANES)
     assert len(arrays) == len(microscope_tab.styles(microscope_tab.LANES))
 

@@ -75,14 +75,23 @@ class Visitor:
             self.nodes.setdefault(message["name"], {}).update(message["updates"])
         elif kind == "SetSceneNodeVisibilityMessage":
             self.nodes.setdefault(message["name"], {})["visible"] = message["visible"]
-        elif kind == "GuiUpdateMessage" and "content" in message["updates"]:
-            self.texts[message["uuid"]] = message["updates"]["content"]
+        elif kind == "GuiUpdateMessage":
+            self.update(message["uuid"], message["updates"])
         elif kind == "GuiHtmlMessage":
             self.texts[message["uuid"]] = props["content"]
         elif kind.startswith("Gui") and "label" in props:
             self.controls[props["label"]] = message["uuid"]
         elif "name" in message and props:
             self.nodes.setdefault(message["name"], {}).update(props)
+
+    def update(self, uuid: str, updates: dict[str, Any]) -> None:
+        """Keep another text, label or visibility of a control; hidden ones cannot be chosen."""
+        if "content" in updates:
+            self.texts[uuid] = updates["content"]
+        if "label" in updates or updates.get("visible") is False:
+            self.controls = {name: one for name, one in self.controls.items() if one != uuid}
+        if "label" in updates:
+            self.controls[updates["label"]] = uuid
 
     @property
     def text(self) -> str:

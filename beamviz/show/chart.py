@@ -14,7 +14,9 @@ from beamviz.errors import BeamvizError
 from beamviz.mechanics.solution import BENDING, MIXED, STRETCHING, Solution
 from beamviz.show.controls import MODES, Wanted
 from beamviz.show.latest import Latest
+from beamviz.show.measures import frequencies, measure
 from beamviz.study.loci import Branch, Event, Loci, loci
+from beamviz.study.resonances import Resonance, resonances
 
 POINTS = 81
 FAMILIES = (BENDING, STRETCHING, MIXED)
@@ -70,11 +72,13 @@ class Question:
 
 @dataclass(frozen=True)
 class Chart:
-    """What came of a question: loci, or in `words` why there are none."""
+    """What came of a question: loci, with their resonances over the speed, or in `words` why
+    there are none."""
 
     question: Question
     loci: Loci | None = None
     words: str = ""
+    resonances: tuple[Resonance, ...] = ()
 
     @classmethod
     def nothing(cls) -> Self:
@@ -98,7 +102,9 @@ class Charts(Latest[Question, Chart]):
     def answered(self, wanted: Question) -> Chart:
         """Compute a chart."""
         try:
-            return Chart(wanted, computed(wanted))
+            found = computed(wanted)
+            lines = len(PER_REV) if wanted.over == "gamma" else 0
+            return Chart(wanted, found, resonances=tuple(resonances(found, lines)))
         except BeamvizError as error:
             return Chart(wanted, words=str(error))
         except Exception as error:  # a mistake of ours must not end a visitor's session
@@ -196,20 +202,22 @@ def marked(x: np.ndarray, at: float, value: float) -> np.ndarray:
 
 
 def top(found: Loci) -> float:
-    """The end of the axis of frequency: a round number a little above all loci."""
-    largest = 1.03 * max(
+    """The end of the axis of frequency: a round number, as it is shown, a little above all loci."""
+    factor = frequencies(found.units).factor
+    largest = factor * 1.03 * max(
         (np.nanmax(b.frequency) for b in found.branches if np.isfinite(b.frequency).any()),
         default=1.0,
-    )
+    )  # fmt: skip
     power = 10.0 ** math.floor(math.log10(largest))
-    return power * next(step for step in ROUND if step * power >= largest)
+    return power * next(step for step in ROUND if step * power >= largest) / factor
 
 
 def series(
     chart: Chart, point: Point | None, room: int, *, per_rev: bool
 ) -> tuple[np.ndarray, ...]:
-    """The chart as arrays (n,) over a common x, nan where nothing is drawn: x, `room` lines of
-    each family, PER_REV lines, the line and the MODES marks of the point, crossings, veerings."""
+    """The chart, in the units of its beam, as arrays (n,) over a common x, nan where nothing is
+    drawn: x, `room` lines of each family, PER_REV lines, the line and the MODES marks of the
+    point, crossings, veerings."""
     found = chart.loci
     if found is None:
         return empty(chart.question, room)
@@ -226,7 +234,8 @@ def series(
     for kind in ("crossing", "veering"):
         marks = [marked(x, e.at, e.frequency) for e in found.events if e.kind == kind]
         lines.append(np.fmax.reduce([np.full(len(x), np.nan), *marks]))
-    return (x, *lines)
+    along, across = measure(found.over, found.units), frequencies(found.units)
+    return (along.factor * x, *(across.factor * line for line in lines))
 
 
 def operating(x: np.ndarray, here: Point | None, high: float) -> list[np.ndarray]:

@@ -10,7 +10,9 @@ from viser import GuiApi, uplot
 from beamviz.mechanics.solution import MIXED
 from beamviz.show.chart import FAMILIES, LANES, PER_REV, Chart, Point, roomy, series, top
 from beamviz.show.controls import MODES
-from beamviz.show.sliders import NUMBERS, Listener, heard
+from beamviz.show.measures import LABELS, Measure, frequencies, measure
+from beamviz.show.per_rev import resonance_list
+from beamviz.show.sliders import Listener, heard
 from beamviz.study.chart_style import COLOURS as FAMILY_COLOURS
 from beamviz.study.chart_style import SYMBOLS
 from beamviz.study.loci import Event, Loci
@@ -19,7 +21,7 @@ COLOURS = {**FAMILY_COLOURS, MIXED: "#CC79A7"}
 FAINT, MARK = "#9AA0A6", "#787E85"  # seen on light and dark pages
 SIGNS = {"crossing": "○", "veering": "●"}
 VERBS = {"crossing": "cross", "veering": "veer"}
-AXES = {NUMBERS[name][0]: name for name in ("gamma", "alpha", "beta", "delta", "mu")}
+AXES = {LABELS[name]: name for name in ("gamma", "alpha", "beta", "delta", "mu")}
 MAX_MEETINGS = 8
 HEIGHT, LEFT, RIGHT, ABOVE, BELOW = 210, 40, 32, 8, 44  # [px] of the chart and its margins
 FRAME = (10.25, 8.25, 12)  # [px] around the chart: left, right, below
@@ -61,23 +63,36 @@ class ChartTab:
 
     def show(self, chart: Chart, point: Point | None, per_rev: bool, chosen: Event | None) -> None:
         """Draw a chart, with the beam of the scene on it."""
-        over = chart.question.over
-        question = chart.question
-        x, y = (question.start, question.stop), (0.0, top(chart.loci) if chart.loci else 1.0)
+        question, over = chart.question, chart.question.over
+        along, across = shown(chart)
+        x = along.factor * question.start, along.factor * question.stop
+        y = 0.0, across.factor * top(chart.loci) if chart.loci else 1.0
         self.per_rev.visible = over == "gamma"
-        label = next(label for label, name in AXES.items() if name == over)
-        if self.known != (label, x, y):  # not every time: it builds the chart anew
-            self.known, self.plot.axes, self.plot.scales = (label, x, y), axes(label), scales(x, y)
+        if self.known != (along, x, y):  # not every time: it builds the chart anew
+            self.known, self.plot.scales = (along, x, y), scales(x, y)
+            self.plot.axes = axes(along.label)
         room, self.room = self.room, roomy(self.room, chart.rows)
         self.plot.data = series(chart, point, self.room, per_rev=per_rev)
         if room != self.room:
             self.plot.series = styles(self.room)
         self.labels.content = labels(chart.loci, per_rev) if chart.loci else ""
-        self.table.content = key(chart) + here(point, over) + meetings(chart, chosen) + gaps(chart)
+        self.table.content = (
+            key(chart)
+            + here(point, along, across)
+            + meetings(chart, chosen)
+            + (resonance_list(chart.resonances, along, across) if per_rev else "")
+            + gaps(chart)
+        )
         numbers = tuple(str(k + 1) for k in range(min(len(chart.events), MAX_MEETINGS)))
         self.go.visible = bool(numbers)
         if numbers and self.go.options != numbers:
             self.go.options = numbers
+
+
+def shown(chart: Chart) -> tuple[Measure, Measure]:
+    """How the number along the chart and the frequencies are shown."""
+    units = chart.loci.units if chart.loci else chart.question.beam.units
+    return measure(chart.question.over, units), frequencies(units)
 
 
 def scales(x: tuple[float, float], y: tuple[float, float]) -> dict[str, uplot.Scale]:
@@ -181,18 +196,21 @@ def key(chart: Chart) -> str:
     return f'<div aria-label="key" style="{SMALL};opacity:.8">{" &ensp;".join(parts)}</div>'
 
 
-def here(point: Point | None, over: str) -> str:
+def here(point: Point | None, along: Measure, across: Measure) -> str:
     """The modes of the beam of the scene: the upright line of the chart."""
     if point is None:
         return ""
     modes = " &ensp;".join(
         f'<span style="white-space:nowrap"><b style="color:{COLOURS[family]}">{label}</b>'
-        f" {frequency:.4g}</span>"
+        f" {across.factor * frequency:.4g}</span>"
         for label, family, frequency in zip(*point.names, point.frequencies, strict=True)
         if math.isfinite(frequency)
     )
-    value = f"{SYMBOLS[over]} = {point.value:.5g}"
-    return f'<div aria-label="this beam" style="{SMALL}">┊ this beam, {value}:<br>{modes}</div>'
+    value = along.text(point.value, 5)
+    unit = f" {across.unit}" if across.unit else ""
+    return (
+        f'<div aria-label="this beam" style="{SMALL}">┊ this beam, {value}:<br>{modes}{unit}</div>'
+    )
 
 
 def meetings(chart: Chart, chosen: Event | None) -> str:
@@ -200,9 +218,9 @@ def meetings(chart: Chart, chosen: Event | None) -> str:
     if not chart.events:
         words = "" if chart.loci is None else "No two of these lines meet here."
         return f'<div style="{SMALL}">{words}</div>' if words else ""
-    over = SYMBOLS[chart.question.over]
-    heads = ("", "", "lines", f"at {over}", "ω [1/T*]", "least gap")
-    rows = [row(k, event, event == chosen) for k, event in enumerate(chart.events)]
+    along, across = shown(chart)
+    heads = ("", "", "lines", f"at {along.head}", across.label, "least gap")
+    rows = [row(k, event, along, across, event == chosen) for k, event in enumerate(chart.events)]
     more = len(rows) - MAX_MEETINGS
     return (
         '<table aria-label="meetings" style="width:calc(100% - 1.5em);margin:0 .75em .2em;'
@@ -216,16 +234,16 @@ def meetings(chart: Chart, chosen: Event | None) -> str:
     )
 
 
-def row(k: int, event: Event, marked: bool) -> str:
+def row(k: int, event: Event, along: Measure, across: Measure, marked: bool) -> str:
     """One meeting."""
     a, b = event.branches
-    gap = "0" if event.kind == "crossing" else f"{event.gap:.3g}"
+    gap = "0" if event.kind == "crossing" else f"{across.factor * event.gap:.3g}"
     cells = (
         k + 1,
         f"{SIGNS[event.kind]} {VERBS[event.kind]}",
         f"<b>{escape(a)}, {escape(b)}</b>",
-        f"{event.at:.4f}",
-        f"{event.frequency:.3f}",
+        along.number(event.at, 4),
+        across.number(event.frequency, 3),
         gap,
     )
     style = ' style="background:rgba(204,60,140,.14)"' if marked else ""

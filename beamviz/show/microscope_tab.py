@@ -8,9 +8,8 @@ from viser import GuiApi, uplot
 
 from beamviz.show.chart import FAMILIES, filled, lanes, roomy
 from beamviz.show.chart_tab import COLOURS, FAINT, LINE, MARK, SMALL, axes, dot, scales
+from beamviz.show.measures import Measure, frequencies, measure
 from beamviz.show.microscope import Closeup, Motion, Pair, X
-from beamviz.show.sliders import NUMBERS
-from beamviz.study.chart_style import SYMBOLS
 
 HEIGHT = 175  # [px]
 LANES = 4  # lines of one family there is room for at first
@@ -50,13 +49,16 @@ class MicroscopeTab:
         drawn = "".join(shapes(pair) for pair in pairs)
         self.shapes.content = drawn + KEY if drawn and not lost else ""
         if closeup and pairs and not lost:
-            label = NUMBERS[closeup.target.question.over][0]
-            ends = float(pairs[0].values[0]), float(pairs[0].values[-1])
-            self.plot.axes, self.plot.scales = axes(label), scales(ends, extent(pairs))
+            along, across = shown(closeup)
+            low, high = (float(along.factor * pairs[0].values[end]) for end in (0, -1))
+            heights = tuple(across.factor * end for end in extent(pairs))
+            self.plot.axes = axes(along.label)
+            self.plot.scales = scales((low, high), (heights[0], heights[1]))
             room = self.room
             for pair in pairs:
                 self.room = roomy(self.room, lanes(pair.branches))
-            self.plot.data = series(pairs, self.room)
+            x, *lines = series(pairs, self.room)
+            self.plot.data = (along.factor * x, *(across.factor * line for line in lines))
             if room != self.room:
                 self.plot.series = styles(self.room)
 
@@ -113,23 +115,31 @@ def words(closeup: Closeup | None, *, lost: bool) -> str:
     if lost or closeup.words:
         text = escape(closeup.words) or f"{a} and {b} no longer meet on the chart. {INVITATION}"
         return f'<div role="note" style="{SMALL}">{text}</div>'
-    over = SYMBOLS[closeup.target.question.over]
-    rows = "".join(f"<li>{sentence(pair, over)}</li>" for pair in closeup.pairs)
+    rows = "".join(f"<li>{sentence(pair, *shown(closeup))}</li>" for pair in closeup.pairs)
     return (
         f'<div aria-label="microscope" style="{SMALL}"><b>{a} and {b}</b>'
         f'<ul style="margin:.1em 0;padding-left:1.2em">{rows}</ul></div>'
     )
 
 
-def sentence(pair: Pair, over: str) -> str:
+def shown(closeup: Closeup) -> tuple[Measure, Measure]:
+    """How the number along the chart and the frequencies are shown."""
+    question = closeup.target.question
+    units = None if question.over == "mu" else question.beam.units
+    return measure(question.over, units), frequencies(units)
+
+
+def sentence(pair: Pair, along: Measure, across: Measure) -> str:
     """Crossing or veering, and by how much."""
     case = "<b>Coriolis on</b> (thick): " if pair.coriolis else "<b>Coriolis off</b> (dashed): "
     if pair.event is None:
         return case + "they do not come close enough to count as a meeting."
-    at = f"at {over} {pair.at:.3f}"
+    value = along.number(pair.at, 3)
+    at = f"at {value} {along.unit}" if along.unit else f"at {along.symbol} {value}"
     if pair.event.kind == "crossing":
         return f"{case}they cross {at}; nothing couples them (gap 0)."
-    return f"{case}they veer: least gap {pair.event.gap:.3g} {at}; {exchange(pair)}."
+    gap = f"{across.factor * pair.event.gap:.3g} {across.unit}".strip()
+    return f"{case}they veer: least gap {gap} {at}; {exchange(pair)}."
 
 
 def exchange(pair: Pair) -> str:

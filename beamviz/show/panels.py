@@ -6,6 +6,7 @@ from typing import Any
 
 from viser import GuiApi, GuiInputHandle, GuiSliderHandle
 
+from beamviz.beam import Units
 from beamviz.show import readout
 from beamviz.show.chart_tab import ChartTab
 from beamviz.show.controls import CHOICES, MAX_AMPLITUDE, MAX_SPEED, MODES, Look, Wanted
@@ -26,7 +27,7 @@ class Panel:
     """Two panels: results over the scene on the left, controls docked on the right."""
 
     def __init__(self, gui: GuiApi, wanted: Wanted, look: Look, listener: Listener):
-        self.listener, self.units = listener, wanted.units
+        self.listener = listener
         self.lock = threading.RLock()
         self.known = ""  # the last table
         gui.set_panel_label("beamviz")
@@ -34,7 +35,7 @@ class Panel:
         gui.main_panel.set_width(320)
         self.add_results(gui)
         with gui.add_folder("Beam"):
-            self.numbers = Numbers(gui, wanted.numbers, listener, self.lock)
+            self.numbers = Numbers(gui, wanted.beam(), listener, self.lock)
         with gui.add_folder("Motion"):
             self.add_motion(gui, look)
         with gui.add_folder("Picture"):
@@ -150,10 +151,12 @@ class Panel:
         """Tell what came of a wish."""
         self.state.content = readout.state(answer)
         if answer.solution:
-            self.known = readout.table(answer.solution, shown, self.units)
+            self.known = readout.table(answer.solution, shown)
         self.table.content = self.known if answer.solution else readout.faded(self.known)
 
-    def show_picture(self, colouring: str, largest: float, rate: float) -> None:
+    def show_picture(
+        self, colouring: str, largest: float, rate: float, units: Units | None
+    ) -> None:
         """Tell the colours and the pace of the picture."""
-        self.legend.content = readout.legend(colouring, largest)
-        self.pace.content = readout.pace(rate, self.units)
+        self.legend.content = readout.legend(colouring, largest, units)
+        self.pace.content = readout.pace(rate, units)

@@ -6,6 +6,7 @@ from html import escape
 from beamviz.beam import Units
 from beamviz.mechanics.solve import Solution
 from beamviz.show import colours
+from beamviz.show.measures import frequencies
 from beamviz.show.solving import Answer
 
 GOOD, BAD = "#2b8a3e", "#d9480f"
@@ -35,7 +36,8 @@ def wellbeing(solution: Solution) -> str:
         return "at rest: no rotation"
     turning = f"{beam.units.rpm(beam.gamma):.4g} rpm; " if beam.units else ""
     longer = "longer" if change > 0 else "shorter"
-    return f"{turning}the rotation makes the beam {abs(change):.2g} % {longer}"
+    far = f" ({abs(change) / 100 * 1000 * beam.units.length:.2g} mm)" if beam.units else ""
+    return f"{turning}the rotation makes the beam {abs(change):.2g} % {longer}{far}"
 
 
 def faded(content: str) -> str:
@@ -43,17 +45,11 @@ def faded(content: str) -> str:
     return f'<div style="opacity:.35">{content}</div>' if content else ""
 
 
-def table(solution: Solution, shown: list[int], units: Units | None) -> str:
+def table(solution: Solution, shown: list[int]) -> str:
     """The modes: number, label, kind, frequency, error; the ones shown are marked."""
-    heads = [
-        "",
-        "mode",
-        "kind",
-        f'<span title="{TIME}">ω [1/T*]</span>',
-        "error",
-        *(["Hz"] if units else []),
-    ]
-    rows = [row(solution, k, k in shown, units) for k in range(len(solution.labels))]
+    across = frequencies(solution.beam.units)
+    heads = ["", "mode", "kind", f'<span title="{TIME}">{across.label}</span>', "error"]
+    rows = [row(solution, k, across.factor, k in shown) for k in range(len(solution.labels))]
     return (
         '<table aria-label="modes" style="width:calc(100% - 1.5em);margin:0 .75em .4em;'
         "border-collapse:collapse;font-size:.8em;font-variant-numeric:tabular-nums;"
@@ -66,16 +62,14 @@ def table(solution: Solution, shown: list[int], units: Units | None) -> str:
     )
 
 
-def row(solution: Solution, k: int, marked: bool, units: Units | None) -> str:
-    """One mode of the table."""
-    frequency, error = solution.frequencies[k], solution.errors[k]
+def row(solution: Solution, k: int, factor: float, marked: bool) -> str:
+    """One mode of the table, frequencies times `factor`."""
+    frequency, error = factor * solution.frequencies[k], factor * solution.errors[k]
     cells = [str(k + 1), f"<b>{solution.labels[k]}</b>", solution.families[k]]
     if math.isfinite(frequency):
         cells += [significant(frequency, error), f"{error:.0e}"]
-        cells += [f"{units.hertz(frequency):.5g}"] if units else []
     else:
         cells += [f"grows e<sup>{solution.growth_rates[k]:.4g} t/T*</sup>", f"{error:.0e}"]
-        cells += ["\u2013"] if units else []
     style = "background:rgba(204,60,140,.14);" if marked else ""
     return (
         f'<tr style="{style}text-align:right">'
@@ -90,14 +84,15 @@ def significant(value: float, error: float) -> str:
     return f"{value:.{decimals}f}"
 
 
-def legend(name: str, largest: float) -> str:
+def legend(name: str, largest: float, units: Units | None) -> str:
     """The colour map `name` with the values at its ends."""
     anchors: tuple[colours.RGB, ...]
     if name == "axial strain":
         ends = (f"\u2212{largest:.2g} shorter", "0", f"longer +{largest:.2g}")
         anchors, title = colours.DIVERGING, "axial strain, as drawn"
     else:
-        ends = ("0 at rest", "", f"{largest:.2g} L")
+        far = f"{1000 * largest * units.length:.2g} mm" if units else f"{largest:.2g} L"
+        ends = ("0 at rest", "", far)
         anchors, title = colours.SEQUENTIAL, "displacement, as drawn"
     return (
         '<div aria-label="legend" style="font-size:.8em;margin:.2em .75em .6em">'

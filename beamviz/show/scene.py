@@ -63,6 +63,7 @@ class Scene:
         paint = colours.instanced(self.colour(moved, amplitudes))
         put(self.beam, *body, paint)
         put(self.ends, *(part[[0, -1]] for part in (*body, paint)))  # the sleeves are open
+        self.nodes.move(shapes.x, points, body[1])
         self.mass.batched_positions = points[[shapes.mass]]
         self.ground.grid.wxyz = turned(-angle if self.look.riding else 0.0)
         self.wheel.wxyz = turned(0.0 if self.look.riding else angle)

@@ -150,7 +150,7 @@ class Session:
         if self.answer:
             self.panel.show(self.answer, self.shown)
         largest = colours.colour_range(self.shapes, self.drawn.colouring, self.amplitudes)
-        self.panel.show_picture(self.drawn.colouring, largest, self.pace)
+        self.panel.show_picture(self.drawn.colouring, largest, self.pace, self.shapes.beam.units)
         self.look_at()
 
     def look_at(self) -> None:

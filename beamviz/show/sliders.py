@@ -8,16 +8,18 @@ from typing import Any, Protocol
 
 from viser import GuiApi, GuiEvent, GuiInputHandle, GuiNumberHandle, GuiSliderHandle
 
-from beamviz.beam import LIMITS, NAMES
+from beamviz.beam import LIMITS, NAMES, Beam
+from beamviz.show.measures import LABELS, measures, places
 
-# For each number: label, everyday range and step of its slider, what it means.
+# For each number: label, everyday range and step of its slider (dimensionless), what it means.
 NUMBERS = {
-    "alpha": ("mass α", 0.0, 5.0, 0.01, "Mass on the beam, over the mass of the beam itself"),
-    "beta": ("position β", 0.0, 1.0, 0.005, "Where that mass sits: 0 at the hub, 1 at the tip"),
-    "gamma": ("speed γ", 0.0, 50.0, 0.1, "Speed of rotation, in radians per T*"),
-    "delta": ("hub δ", -1.0, 3.0, 0.01, "Radius of the hub, over the length of the beam;"
+    "alpha": (LABELS["alpha"], 0.0, 5.0, 0.01,
+              "Mass on the beam, over the mass of the beam itself"),
+    "beta": (LABELS["beta"], 0.0, 1.0, 0.005, "Where that mass sits: 0 at the hub, 1 at the tip"),
+    "gamma": (LABELS["gamma"], 0.0, 50.0, 0.1, "Speed of rotation, in radians per T*"),
+    "delta": (LABELS["delta"], -1.0, 3.0, 0.01, "Radius of the hub, over the length of the beam;"
               " below 0 the beam points inward from the rim"),
-    "mu": ("slenderness μ", 10.0, 200.0, 1.0, "√12 times the length over the thickness;"
+    "mu": (LABELS["mu"], 10.0, 200.0, 1.0, "√12 times the length over the thickness;"
            " a large one makes stretching stiff"),
 }  # fmt: skip
 
@@ -54,56 +56,78 @@ class Listener(Protocol):
 
 
 class Numbers:
-    """The five numbers, each with a slider for its everyday range and a field for all of it."""
+    """The five numbers, each with a slider for its everyday range and a field for all of it.
+    They show the units of the beam; what they hand on is dimensionless."""
 
     def __init__(
         self,
         gui: GuiApi,
-        numbers: dict[str, float],
+        beam: Beam,
         listener: Listener,
         lock: threading.RLock,
     ):
-        self.listener, self.lock = listener, lock
-        self.sliders = {name: self.add_slider(gui, name, numbers[name]) for name in NUMBERS}
+        self.listener, self.lock, self.measures = listener, lock, measures(beam.units)
+        self.sliders = {name: self.add_slider(gui, name) for name in NUMBERS}
         with gui.add_folder("Exact, over the full range", expand_by_default=False):
-            self.fields = {name: self.add_field(gui, name, numbers[name]) for name in NUMBERS}
+            self.fields = {name: self.add_field(gui, name) for name in NUMBERS}
+        self.show(beam)
 
-    def add_slider(self, gui: GuiApi, name: str, value: float) -> GuiSliderHandle[float]:
-        """The slider; it covers the full range where the value lies outside the everyday one."""
+    def add_slider(self, gui: GuiApi, name: str) -> GuiSliderHandle[float]:
+        """The slider."""
         label, low, high, step, hint = NUMBERS[name]
-        if not low <= value <= high:
-            low, high = LIMITS[name]
-        slider = gui.add_slider(label, low, high, step, value, hint=hint)
-        slider.precision = 4
+        slider = gui.add_slider(label, low, high, step, low, hint=hint)
         heard(slider, self.lock, partial(self.moved, name))
         return slider
 
-    def add_field(self, gui: GuiApi, name: str, value: float) -> GuiNumberHandle[float]:
+    def add_field(self, gui: GuiApi, name: str) -> GuiNumberHandle[float]:
         """The field."""
         low, high = LIMITS[name]
-        label = f"{NUMBERS[name][0][-1]} {NAMES[name]}"
-        field = gui.add_number(label, value, min=low, max=high, step=NUMBERS[name][3])
-        field.precision = 8
+        field = gui.add_number(name, low, min=low, max=high, step=NUMBERS[name][3])
         heard(field, self.lock, partial(self.typed, name))
         return field
 
-    def put(self, name: str, value: float) -> None:
-        """Set a number as if it had been typed."""
+    def show(self, beam: Beam) -> None:
+        """Show another beam, in its units; mu is given with these."""
         with self.lock:
-            assign(self.fields[name], value)
-            self.typed(name, value)
+            self.measures = measures(beam.units)
+            for name, value in beam.numbers.items():
+                self.fit(name, value, beam.units is not None)
+            self.sliders["mu"].visible = self.fields["mu"].visible = beam.units is None
+
+    def fit(self, name: str, value: float, real: bool) -> None:
+        """Label and range of a slider and its field, and the value in them. The slider covers
+        four times the value of a real beam, and the full range where it must."""
+        slider, field, measure = self.sliders[name], self.fields[name], self.measures[name]
+        slider.label, field.label = measure.label, measure.field(NAMES[name])
+        field.precision = 8 if measure.unit == "" else 4
+        field.min, field.max = (measure.factor * limit for limit in LIMITS[name])
+        _, low, high, step, _ = NUMBERS[name]
+        if real and value > 0 and name in ("alpha", "gamma"):
+            low, high, step = 0.0, 4 * value, value / 100
+        if not low <= value <= high:
+            low, high = LIMITS[name]
+        slider.min, slider.max, slider.step = measure.range(low, high, step, LIMITS[name])
+        slider.precision = 4 if measure.unit == "" else places(slider.step)
+        for control in (slider, field):
+            assign(control, measure.factor * value)
+
+    def put(self, name: str, value: float) -> None:
+        """Set a number, dimensionless, as if it had been typed."""
+        with self.lock:
+            assign(self.fields[name], self.measures[name].factor * value)
+            self.typed(name, self.measures[name].factor * value)
 
     def moved(self, name: str, value: float) -> None:
         """A slider was moved."""
-        self.listener.want(name, value)
+        self.listener.want(name, self.measures[name].plain(value))
         assign(self.fields[name], value)
 
     def typed(self, name: str, value: float) -> None:
         """A field was changed; the slider widens for a value beyond its everyday range."""
-        self.listener.want(name, value)
+        self.listener.want(name, self.measures[name].plain(value))
         slider = self.sliders[name]
         if not slider.min <= value <= slider.max:
-            slider.min, slider.max = LIMITS[name]
+            slider.min, slider.max = (self.measures[name].factor * end for end in LIMITS[name])
         assign(slider, value)
 
 

@@ -6,9 +6,10 @@ import numpy as np
 import trimesh
 from viser import SceneApi
 
-from beamviz.beam import Beam
+from beamviz.beam import Beam, Units
 from beamviz.show import colours, sizes, tube
 from beamviz.show.bodies import HIDDEN, add_bodies, box
+from beamviz.show.measures import MILLIMETRES
 from beamviz.show.motion import Shapes
 
 HUB_HEIGHT = 0.14
@@ -146,6 +147,11 @@ class Ghosts:
         self.outline.points = EDGES * size + [shapes.beam.delta + 0.5, 0.0, 0.0]
 
 
+def place_of(x: float, units: Units | None) -> str:
+    """A place along the beam in words."""
+    return f"{MILLIMETRES * units.length * x:.4g} mm" if units else f"{x:.3f}"
+
+
 def straight(start: float) -> tuple[np.ndarray, np.ndarray]:
     """SEGMENTS + 1 points of a straight beam from x = start, and the normal of its plane."""
     x = start + np.linspace(0.0, 1.0, tube.SEGMENTS + 1)
@@ -167,6 +173,7 @@ class Nodes:
     """A collar and a label at each vibration node: a place of the beam that stays still."""
 
     def __init__(self, api: SceneApi):
+        self.x: np.ndarray = np.zeros(0)  # where they are along the beam
         self.collars = add_bodies(api, "/stage/wheel/nodes", MAX_NODES, box())
         self.collars.batched_colors = colours.instanced(
             np.tile(np.array(colours.NODE) / 255, (MAX_NODES, 1))
@@ -191,17 +198,30 @@ class Nodes:
             for x, place in zip(*shapes.nodes[k], strict=True)
         ][:MAX_NODES]
         self.collars.visible = bool(marks)
-        centres = np.zeros((MAX_NODES, 3), np.float32)
+        self.x = np.array([x for _, x, _ in marks])
         scales = np.full((MAX_NODES, 3), HIDDEN, np.float32)
         for k, (label, x, place) in enumerate(marks):
             points, normal = placed(shapes, place[None])
             across = np.abs(np.cross(normal, [1.0, 0.0, 0.0]))
-            centres[k] = points[0]
             scales[k] = [0.007, 0.0, 0.0] + 1.3 * (
                 section[0] * across + section[1] * np.abs(normal)
             )
-            self.labels[k].text = f"{label} node at {x:.3f}"
+            self.labels[k].text = f"{label} node at {place_of(x, shapes.beam.units)}"
             self.labels[k].position = points[0] - [0.0, 0.0, scales[k][2] / 2 + 0.05]
-        self.collars.batched_positions, self.collars.batched_scales = centres, scales
+        self.collars.batched_scales = scales
         for k, tag in enumerate(self.labels):
             tag.visible = k < len(marks)
+
+    def move(self, x: np.ndarray, points: np.ndarray, wxyz: np.ndarray) -> None:
+        """Put the collars on the line of `points` (n, 3) at stations x (n,), turned as its pieces
+        are, wxyz (n - 1, 4)."""
+        if not self.x.size:
+            return
+        piece = np.clip(np.searchsorted(x, self.x, side="right") - 1, 0, len(x) - 2)
+        share = ((self.x - x[piece]) / (x[piece + 1] - x[piece]))[:, None]
+        turns = np.tile(np.array([1, 0, 0, 0], np.float32), (MAX_NODES, 1))
+        centres = np.zeros((MAX_NODES, 3), np.float32)
+        centres[: len(share)] = (1 - share) * points[piece] + share * points[piece + 1]
+        turns[: len(share)] = wxyz[piece]
+        self.collars.batched_positions = centres
+        self.collars.batched_wxyzs = turns
