@@ -142,6 +142,16 @@ def screenshot(
 
 
 @app.command()
+def lessons(
+    format: Annotated[Literal["table", "json"], typer.Option(help="Output.")] = "table",
+) -> None:
+    """Lists the lessons of the explorer."""
+    from beamviz.lessons_report import FORMATS
+
+    print(FORMATS[format]())
+
+
+@app.command()
 def reproduce(
     out: Annotated[Path, typer.Option(help="Folder to write to.", metavar="DIR")],
     names: Annotated[

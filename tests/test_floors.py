@@ -24,11 +24,12 @@ FLOORS = (
     ("beamviz.mechanics",),  # all others in there
     ("beamviz.mechanics.methods",),
     ("beamviz.mechanics.solve",),
-    ("beamviz.study", "beamviz.lessons"),
+    ("beamviz.study",),
+    ("beamviz.lesson", "beamviz.lesson_numbers", "beamviz.lessons"),
     ("beamviz",),
     ("beamviz.show",),
     ("beamviz.options", "beamviz.report"),
-    ("beamviz.loci_report",),
+    ("beamviz.loci_report", "beamviz.lessons_report"),
     ("beamviz.cli",),
     ("beamviz.__main__",),
 )
