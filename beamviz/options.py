@@ -63,11 +63,22 @@ def beam_and_model(
         ),
     ] = None,
     method: Annotated[
-        Literal["auto", "ancf", "ancf-planar", "linear", "foac", "zoac"],
+        Literal[
+            "auto",
+            "ancf",
+            "ancf-planar",
+            "linear",
+            "foac",
+            "zoac",
+            "assumed-modes",
+            "power-series",
+            "chebyshev",
+        ],
         model(
             "auto: as accurate as --tolerance asks; ancf: the paper's cubic elements;"
             " ancf-planar: the same with all unknowns at once; linear: prestressed linear"
-            " elements; foac, zoac: first-order and no coupling of stretch and bending."
+            " elements; foac, zoac: first-order and no coupling of stretch and bending;"
+            " assumed-modes, power-series: foac by classical means; chebyshev: collocation."
         ),
     ] = "auto",
     strain: Annotated[
@@ -86,6 +97,13 @@ def beam_and_model(
         int | None,
         numeric("Elements of ancf, ancf-planar and linear (default 20).", rich_help_panel="Model"),
     ] = None,
+    terms: Annotated[
+        int | None,
+        numeric(
+            "Terms of assumed-modes (default 10), power-series (80) and chebyshev (32).",
+            rich_help_panel="Model",
+        ),
+    ] = None,
     tolerance: Annotated[
         float,
         numeric("Relative error asked of each frequency.", rich_help_panel="Model"),
@@ -101,6 +119,7 @@ def beam_and_model(
         "coriolis": coriolis,
         "plane": plane,
         "elements": elements,
+        "terms": terms,
         "tolerance": tolerance,
     }
     if si is None:

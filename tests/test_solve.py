@@ -260,7 +260,8 @@ def test_a_mode_seen_out_of_range_is_an_index_error():
     [
         (
             {"method": "magic"},
-            "method = 'magic': must be one of auto, ancf, ancf-planar, linear, foac, zoac",
+            "method = 'magic': must be one of auto, ancf, ancf-planar, linear, foac, zoac,"
+            " assumed-modes, power-series, chebyshev",
         ),
         ({"strain": "cauchy"}, "strain = 'cauchy': must be one of green, biot, hencky"),
         ({"curvature": "flat"}, "curvature = 'flat': must be one of spatial, material"),

@@ -5,6 +5,7 @@ from functools import partial
 
 from beamviz.mechanics import elements
 from beamviz.mechanics.adaptive import Tension
+from beamviz.mechanics.estimates import differences
 from beamviz.mechanics.method import Task
 from beamviz.mechanics.solution import Equilibrium, Solution, Stats, status
 
@@ -30,7 +31,7 @@ def element_solution(
             3,
         ),
         squares=found.squares,
-        square_errors=found.square_errors,
+        estimate=partial(differences, task.beam, physics, found.squares, found.bending_fractions),
         bending_fractions=found.bending_fractions,
         displacement=partial(elements.displacement, found),
     )

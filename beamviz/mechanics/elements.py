@@ -1,8 +1,7 @@
 """Uniform cubic elements: the paper's method, split for a straight beam or fully planar, and
 the linear prestressed one.
 
-All assemble two stiffnesses about the straight state and share the rest. The errors are
-differences from the default method, which converges to the same model.
+All assemble two stiffnesses about the straight state and share the rest.
 """
 
 from collections.abc import Callable
@@ -14,14 +13,13 @@ from numpy.typing import NDArray
 from beamviz.beam import Beam, whole
 from beamviz.errors import InvalidInput
 from beamviz.mechanics import assembly, cubic, eigen, planar
-from beamviz.mechanics.adaptive import Physics, solve_straight
+from beamviz.mechanics.adaptive import Physics
 from beamviz.mechanics.basis import interpolate, uniform
 from beamviz.mechanics.equilibrium import Equilibrium, straight_equilibrium
 from beamviz.mechanics.gyroscopic import gyroscopic
 
 PAPER_ELEMENTS = 20
 MAX_ELEMENTS = 1000
-REFERENCE_TOLERANCE = 1e-9
 
 
 class Assembled(NamedTuple):
@@ -39,11 +37,10 @@ Assemble = Callable[[Beam, Physics, int], Assembled]
 
 
 class ElementModes(NamedTuple):
-    """The lowest modes: omega^2, errors, shapes as value and slope at each node."""
+    """The lowest modes: omega^2, shapes as value and slope at each node."""
 
     assembled: Assembled
     squares: NDArray  # (modes,)
-    square_errors: NDArray  # (modes,)
     bending_fractions: NDArray  # (modes,)
     along: NDArray  # (2N, modes), complex with Coriolis as is the next
     across: NDArray  # (2N, modes)
@@ -118,8 +115,7 @@ def solve_elements(
     coupled = physics.coriolis and physics.chordwise and beam.gamma > 0
     squares, along, across = (_coupled if coupled else _uncoupled)(assembled, beam, modes)
     fractions = ((assembled.m @ across) * across.conj()).sum(axis=0).real
-    errors = _errors(beam, physics, squares, fractions)
-    return ElementModes(assembled, squares, errors, fractions, along, across)
+    return ElementModes(assembled, squares, fractions, along, across)
 
 
 def _uncoupled(assembled: Assembled, beam: Beam, modes: int) -> tuple[NDArray, NDArray, NDArray]:
@@ -142,24 +138,6 @@ def _coupled(assembled: Assembled, beam: Beam, modes: int) -> tuple[NDArray, NDA
     shapes = np.zeros((2, len(m), modes), complex)
     shapes[0, 1:], shapes[1, 2:] = U, V
     return squares, *shapes
-
-
-def _errors(beam: Beam, physics: Physics, squares: NDArray, fractions: NDArray) -> NDArray:
-    """Differences of omega^2 from the default method's, with the error of those.
-
-    Modes are paired within their family: a coarse mesh may shift one past another.
-    """
-    modes = len(squares)
-    exact = solve_straight(beam, 2 * modes, physics, REFERENCE_TOLERANCE)
-    exact_errors = exact.truncation + exact.rounding
-    errors = np.empty(modes)
-    for bending in (True, False):
-        ours = np.flatnonzero((fractions >= 0.5) == bending)
-        theirs = np.flatnonzero((exact.bending_fractions >= 0.5) == bending)[: len(ours)]
-        if len(theirs) < len(ours):  # so far off that its partner is out of sight
-            theirs = np.append(theirs, [2 * modes - 1] * (len(ours) - len(theirs)))
-        errors[ours] = abs(squares[ours] - exact.squares[theirs]) + exact_errors[theirs]
-    return errors
 
 
 def displacement(found: ElementModes, x: NDArray) -> NDArray:

@@ -33,7 +33,7 @@ def as_solution(task: Task, found: StraightModes) -> Solution:
             max(mesh.orders),
         ),
         squares=found.squares,
-        square_errors=found.truncation + found.rounding,
+        estimate=partial(np.add, found.truncation, found.rounding),
         bending_fractions=found.bending_fractions,
         displacement=partial(_displacement, found),
     )

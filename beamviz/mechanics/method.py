@@ -20,6 +20,7 @@ class Task(NamedTuple):
     modes: int
     tolerance: float
     elements: int | None
+    terms: int | None
     start: float  # clock at the call
 
 
@@ -35,6 +36,16 @@ ELEMENTS = Feature(
     "number of elements",
     lambda task: task.elements is not None,
     lambda task: f"elements = {task.elements}",
+)
+TERMS = Feature(
+    "number of terms",
+    lambda task: task.terms is not None,
+    lambda task: f"terms = {task.terms}",
+)
+CORIOLIS = Feature(
+    "Coriolis forces",
+    lambda task: task.physics.coriolis and task.physics.chordwise,
+    lambda task: "coriolis = True",
 )
 ACCURACY = Feature(
     "tolerance",

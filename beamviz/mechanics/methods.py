@@ -6,7 +6,12 @@ from beamviz.errors import InvalidInput
 from beamviz.mechanics import elements as cubic_elements
 from beamviz.mechanics.element_solution import element_solution
 from beamviz.mechanics.hp_solution import hp_solution
-from beamviz.mechanics.method import ACCURACY, ELEMENTS, Method, Task
+from beamviz.mechanics.method import ACCURACY, CORIOLIS, ELEMENTS, TERMS, Method, Task
+from beamviz.mechanics.series_solution import (
+    assumed_modes_solution,
+    chebyshev_solution,
+    power_series_solution,
+)
 
 METHODS = {
     row.name: row
@@ -16,42 +21,63 @@ METHODS = {
             "this program: high-order elements in gradient and curvature, split at the mass",
             "always, unless another method is what you study: fastest to any accuracy",
             hp_solution,
-            refuses=(ELEMENTS,),
+            refuses=(ELEMENTS, TERMS),
         ),
         Method(
             "ancf",
             "the paper's cubic elements (2017), stretching and bending solved apart",
             "to see the paper's own numbers; 20 elements are the paper's",
             partial(element_solution, cubic_elements.split),
-            refuses=(ACCURACY,),
+            refuses=(ACCURACY, TERMS),
         ),
         Method(
             "ancf-planar",
             "the paper's cubic elements through the full planar tangent (eqs. 40-48)",
             "to check ancf: the same answer with all unknowns at once",
             partial(element_solution, cubic_elements.full),
-            refuses=(ACCURACY,),
+            refuses=(ACCURACY, TERMS),
         ),
         Method(
             "linear",
             "linear finite elements with prestress and spin softening, as general codes do it",
             "to see what a linear prestressed analysis says; its limit is foac's",
             partial(element_solution, cubic_elements.linear, tension="reference"),
-            refuses=(ACCURACY,),
+            refuses=(ACCURACY, TERMS),
         ),
         Method(
             "foac",
             "first-order coupling: tension of the rigid reference length (Hong et al.; Yoo & Shin)",
             "to see the classical model of slender rotating beams, right while f is near 1",
             partial(hp_solution, tension="reference"),
-            refuses=(ELEMENTS,),
+            refuses=(ELEMENTS, TERMS),
         ),
         Method(
             "zoac",
             "no coupling: the linear model without stiffening, the paradox of Kane et al. (1987)",
             "to see it fail: it falsely loses stability at gamma = 3.516",
             partial(hp_solution, tension="none"),
-            refuses=(ELEMENTS,),
+            refuses=(ELEMENTS, TERMS),
+        ),
+        Method(
+            "assumed-modes",
+            "modes of the beam at rest as a basis, rigid tension (Yoo & Shin 1998)",
+            "to see how the classical papers computed: few terms, 3 to 6 digits at low speed",
+            assumed_modes_solution,
+            refuses=(ACCURACY, ELEMENTS),
+        ),
+        Method(
+            "power-series",
+            "Frobenius series from the clamp, rigid tension (Wright et al. 1982)",
+            "to check foac at low speed: exact there, without a digit left at high speed",
+            power_series_solution,
+            refuses=(ACCURACY, ELEMENTS, CORIOLIS),
+        ),
+        Method(
+            "chebyshev",
+            "Chebyshev collocation of the differential equations (El-Gendi 1969; Greengard 1991)",
+            "to check auto by other equations; wasteful where layers are thin",
+            chebyshev_solution,
+            refuses=(ACCURACY, ELEMENTS, CORIOLIS),
         ),
     )
 }

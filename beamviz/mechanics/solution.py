@@ -20,6 +20,7 @@ NODE_GRID = 401
 VISIBLE = 1e-7  # share of its amplitude that a mode must reach before it can have a node
 
 Status = Literal["stable", "unstable"]
+Axial = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # x -> u, f
 
 
 class Model(NamedTuple):
@@ -48,7 +49,7 @@ class Equilibrium:
 
     status: Status
     iterations: int
-    axial: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # x -> u, f
+    axial: Axial
 
     def position(self, x: np.ndarray) -> np.ndarray:
         """Position (len(x), 2) of the points x, measured from the clamp."""
@@ -79,7 +80,7 @@ class Solution:
     equilibrium: Equilibrium
     stats: Stats
     squares: np.ndarray  # (modes,) omega^2, ascending; negative where unstable
-    square_errors: np.ndarray  # (modes,) estimated absolute errors of omega^2
+    estimate: Callable[[], np.ndarray]  # -> square_errors; may cost more than the solve
     bending_fractions: np.ndarray  # (modes,) share of the kinetic energy across the beam
     displacement: Callable[[np.ndarray], np.ndarray]  # x -> (len(x), 2, modes)
 
@@ -92,6 +93,11 @@ class Solution:
     def growth_rates(self) -> np.ndarray:
         """Growth rates (modes,) in units of 1/T*; 0 where stable."""
         return np.sqrt(np.maximum(-self.squares, 0.0))
+
+    @cached_property
+    def square_errors(self) -> np.ndarray:
+        """Estimated absolute errors (modes,) of omega^2; infinite where nothing is known."""
+        return self.estimate()
 
     @cached_property
     def errors(self) -> np.ndarray:

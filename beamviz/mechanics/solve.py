@@ -37,6 +37,7 @@ class Options(NamedTuple):
     plane: str
     tolerance: float
     elements: int | None
+    terms: int | None
 
 
 def solve(
@@ -49,16 +50,18 @@ def solve(
     plane: str = "chordwise",
     tolerance: float = TOLERANCE,
     elements: int | None = None,
+    terms: int | None = None,
 ) -> Solution:
     """Equilibrium and the lowest `modes` modes of a beam.
 
     tolerance: relative error of each frequency that `auto` refines to. elements: number of
-    elements of `ancf` (20, the paper's, when not given). Coriolis forces act in the chordwise
-    plane only. Unstable states are returned, with status "unstable".
+    elements of `ancf` (20, the paper's, when not given). terms: of the series of `assumed-modes`
+    (basis functions), `power-series` (powers) and `chebyshev` (order). Coriolis forces act in the
+    chordwise plane only. Unstable states are returned, with status "unstable".
     Raises InvalidInput, NoEquilibrium (with .limit) and NotConverged.
     """
     start = time.perf_counter()
-    options = Options(modes, method, strain, curvature, coriolis, plane, tolerance, elements)
+    options = Options(modes, method, strain, curvature, coriolis, plane, tolerance, elements, terms)
     return _attempt(_task(beam, start, options))
 
 
@@ -86,7 +89,7 @@ def solve_many(beams: Iterable[Beam], **options: Any) -> list[Solution | Beamviz
 
 def _task(beam: Beam, start: float, options: Options) -> Task:
     """What the options ask for; InvalidInput where one is wrong."""
-    modes, method, strain, curvature, coriolis, plane, tolerance, elements = options
+    modes, method, strain, curvature, coriolis, plane, tolerance, elements, terms = options
     for name, allowed in CHOICES.items():
         value = getattr(options, name)
         if not isinstance(value, str) or value not in allowed:
@@ -98,7 +101,7 @@ def _task(beam: Beam, start: float, options: Options) -> Task:
     model = Model(method, strain, curvature, bool(coriolis), plane)
     law, measure = STRAIN_LAWS[strain], CURVATURES[curvature]
     physics = Physics(law, measure, plane == "chordwise", model.coriolis)
-    return Task(beam, model, physics, modes, tolerance, elements, start)
+    return Task(beam, model, physics, modes, tolerance, elements, terms, start)
 
 
 def _attempt(task: Task) -> Solution:

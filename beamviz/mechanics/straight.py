@@ -32,6 +32,13 @@ def tension_rigidity(f: np.ndarray, mu: float | np.ndarray, law: StrainLaw) -> n
     return mu**2 * law.force(f) * f
 
 
+def rigid_tension(beam: Beam, x: np.ndarray) -> np.ndarray:
+    """N(x) / EI L^2 of a beam that does not stretch; at the mass itself, the tension inboard."""
+    distributed = (1 - x) * ((1 + x) / 2 + beam.delta)
+    carried = np.where(x <= beam.beta, beam.alpha * (beam.beta + beam.delta), 0.0)
+    return beam.gamma**2 * (distributed + carried)
+
+
 def no_equilibrium(beam: Beam, limit: float, law: StrainLaw) -> NoEquilibrium:
     """The error of a beam whose gamma lies beyond the `limit` up to which a state exists."""
     return NoEquilibrium(
