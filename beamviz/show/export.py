@@ -91,7 +91,7 @@ def photograph(browser: str, still: Still, width: int, height: int) -> np.ndarra
     """The scene (height, width, 4) as `browser` renders it, at twice the size and averaged."""
     deadline = time.monotonic() + DEADLINE
     clients: queue.Queue[ClientHandle] = queue.Queue()
-    with hosted() as server:
+    with hosted(pictures=True) as server:
         scene = Scene(server.scene)
         scene.show(still.shapes, Look(), [still.mode], words=still.words)
         scene.move(still.phases, still.amplitudes(Look.amplitude), angle=0.0)

@@ -1,4 +1,4 @@
-"""A viser server that keeps to itself: one address or a clear error, no banner, no tunnel."""
+"""A viser server of our own: one address or a clear error, no banner, no tunnel."""
 
 import contextlib
 import io
@@ -6,28 +6,30 @@ import logging
 import socket
 import warnings
 from collections.abc import Iterator
+from typing import Any
 from unittest import mock
 
 import viser
-import websockets.asyncio.server
-from websockets.typing import Origin
 
 from beamviz.errors import Unavailable
-
-LOOPBACK = ("127.0.0.1", "localhost", "::1")
+from beamviz.show.door import Door
+from beamviz.show.hardening import hardened
 
 
 @contextlib.contextmanager
-def hosted(host: str = "127.0.0.1", port: int = 0) -> Iterator[viser.ViserServer]:
+def hosted(
+    host: str = "127.0.0.1", port: int = 0, *, pictures: bool = False, **door: Any
+) -> Iterator[viser.ViserServer]:
     """A running server, stopped on leaving; port 0 takes a free one.
 
-    Raises Unavailable where the address cannot be had: viser itself would silently take the
-    next port, and wait for ever on a host that does not exist.
+    pictures: whether a browser of ours may send them; door: further keywords of Door. Raises
+    Unavailable where the address cannot be had: viser itself would silently take the next port,
+    and wait for ever on a host that does not exist.
     """
     port = claimed(host, port)
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # browsers hang up at will
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # in mid-picture, too
-    with silence(), same_origin(host, port):
+    with silence(), hardened(Door(host, port, **door), pictures=pictures):
         server = viser.ViserServer(host=host, port=port, verbose=False)
     try:
         if server.get_port() != port:
@@ -60,22 +62,4 @@ def claimed(host: str, port: int) -> int:
 def silence() -> Iterator[None]:
     """Keep viser's banners off stdout, which is for data."""
     with contextlib.redirect_stdout(io.StringIO()):
-        yield
-
-
-@contextlib.contextmanager
-def same_origin(host: str, port: int) -> Iterator[None]:
-    """On a loopback host, let only this server's own page open a session in a browser: viser
-    checks no Origin, so any page of the web could drive one. Programs send no Origin."""
-    if host not in LOOPBACK:
-        yield
-        return
-    names = ("127.0.0.1", "localhost", "[::1]")
-    origins = [None, *(Origin(f"http://{name}:{port}") for name in names)]
-    serve = websockets.asyncio.server.serve
-    with mock.patch.object(
-        websockets.asyncio.server,
-        "serve",
-        lambda *args, **options: serve(*args, origins=origins, **options),
-    ):
         yield

@@ -1,0 +1,226 @@
+"""A viser server that trusts nobody: the one file that reaches into viser.
+
+It replaces `websockets.asyncio.server.serve` while viser builds its server, so that every request
+passes a Door, every message an Inbox, and every answer carries headers that tie the page's hands.
+Internals change without notice: it runs with the versions it was tested with, and with no other.
+"""
+
+import asyncio
+import contextlib
+import html
+import logging
+from collections.abc import Awaitable, Callable, Iterator
+from typing import Any
+from unittest import mock
+
+import viser
+import websockets.asyncio.server
+from websockets.asyncio.server import ServerConnection
+from websockets.datastructures import Headers
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+
+from beamviz.errors import Unavailable
+from beamviz.show.door import Door, Refusal
+from beamviz.show.inbox import MAX_BYTES, MAX_PICTURE_BYTES, PICTURES, SENT, Inbox, Kinds, Senseless
+
+TESTED = ("1.1.1",)  # versions of viser
+PROTOCOL = f"viser-v{viser.__version__}"
+POLICY_VIOLATION, TRY_AGAIN_LATER = 1008, 1013
+RETRY = 10  # [s] until a page that was turned away for want of room tries again
+
+# The page is one file: its script and style stand in it, its pictures are made by it, and the
+# glue of its compiled parts is made by eval. What counts is whom it may talk to: see `finish`.
+CONTENT = {
+    "default-src": "'none'",
+    "script-src": "'self' 'unsafe-inline' 'unsafe-eval' blob: data:",
+    "worker-src": "'self' blob: data:",
+    "style-src": "'self' 'unsafe-inline'",
+    "img-src": "'self' blob: data:",
+    "font-src": "'self' data:",
+    "base-uri": "'none'",
+    "form-action": "'none'",
+    "frame-ancestors": "'none'",
+}
+HEADERS = {
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Permissions-Policy": "camera=(), geolocation=(), microphone=(), usb=()",
+    "Cache-Control": "no-store",
+}
+
+log = logging.getLogger(__name__)
+
+Handler = Callable[[ServerConnection], Awaitable[None]]
+
+
+class Connection(ServerConnection):
+    """A visitor's connection; what makes no sense ends it."""
+
+    kinds: Kinds = SENT
+    inbox: Inbox | None = None
+
+    async def recv(self, decode: bool | None = None) -> bytes:  # type: ignore[override]
+        """The next message that makes sense."""
+        self.inbox = self.inbox or Inbox(super().recv, self.kinds)
+        try:
+            return await self.inbox.next()
+        except Senseless as error:
+            log.warning("%s: sent off, for a message that makes no sense: %s", peer(self), error)
+            await self.close(POLICY_VIOLATION, "a message that makes no sense")
+            raise self.protocol.close_exc from None
+
+
+class Photographer(Connection):
+    """A browser of our own, which sends pictures."""
+
+    kinds: Kinds = SENT | PICTURES
+
+
+@contextlib.contextmanager
+def hardened(door: Door, *, pictures: bool = False) -> Iterator[None]:
+    """What viser builds within stands behind `door`; `pictures` may come in as well.
+
+    Raises Unavailable for a viser that this was not tested with.
+    """
+    if viser.__version__ not in TESTED:
+        raise Unavailable(
+            f"viser {viser.__version__} is not one that the server's protection was tested with:"
+            f" pip install viser=={TESTED[-1]}"
+        )
+    guard = Guard(door, pictures)
+    with mock.patch.object(websockets.asyncio.server, "serve", guard.serve):
+        yield
+    if not guard.used:
+        raise Unavailable("viser did not build its server as expected: it would be unprotected")
+
+
+class Guard:
+    """Stands between viser's server and the network."""
+
+    def __init__(self, door: Door, pictures: bool):
+        self.door, self.pictures, self.used = door, pictures, False
+        self.visitors: set[ServerConnection] = set()
+        self.original = websockets.asyncio.server.serve
+
+    def serve(self, handler: Handler, *place: Any, **options: Any) -> Any:
+        """In place of `websockets.asyncio.server.serve`."""
+        asyncio.get_running_loop().set_exception_handler(told)
+        self.used, page = True, options["process_request"]
+        options |= {
+            "process_request": lambda connection, request: self.answer(connection, request, page),
+            "process_response": self.finish,
+            "create_connection": Photographer if self.pictures else Connection,
+            "max_size": MAX_PICTURE_BYTES if self.pictures else MAX_BYTES,
+            "server_header": None,
+        }
+        return self.original(lambda connection: self.visit(connection, handler), *place, **options)
+
+    def answer(
+        self, connection: ServerConnection, request: Request, page: Callable[..., Response | None]
+    ) -> Response | None:
+        """Turn a request away, or let viser answer it (None: a WebSocket may open)."""
+        headers = read(request)
+        if refusal := self.door.refused(headers, request.path):
+            log.warning("%s: turned away: %s", peer(connection), refusal.title.lower())
+            return turned_away(refusal)
+        opening = headers.get("upgrade", "").lower() == "websocket"
+        if opening and headers.get("sec-websocket-protocol") != PROTOCOL:
+            return turned_away(Refusal(400, "An old page", "Reload it."))
+        if not self.door.presents(headers, request.path) and (
+            refusal := self.door.full(len(self.visitors))
+        ):
+            return turned_away(refusal)
+        if not opening and (cookie := self.door.kept(headers, request.path)):
+            return reply(303, "See Other", b"", {"Location": "/", "Set-Cookie": cookie})
+        return page(connection, request)
+
+    def finish(
+        self, connection: ServerConnection, request: Request, response: Response
+    ) -> Response:
+        """Add the security headers; only this server may be connected to from its page."""
+        host = request.headers.get_all("Host")[:1]
+        connect = " ".join(["'self'", "blob:", "data:", *(f"ws://{h} wss://{h}" for h in host)])
+        policy = CONTENT | ({"connect-src": connect} if response.status_code < 400 else {})
+        for name, value in HEADERS.items():
+            response.headers[name] = value
+        response.headers["Content-Security-Policy"] = "; ".join(map(" ".join, policy.items()))
+        return response
+
+    async def visit(self, connection: ServerConnection, handler: Handler) -> None:
+        """Let a visitor in for as long as they stay, unless others were faster."""
+        request = connection.request
+        assert request
+        presenting = presents(self.door, request)
+        if not presenting and self.door.full(len(self.visitors)):
+            await connection.close(TRY_AGAIN_LATER, "the room is full")
+            return
+        if not presenting:
+            self.visitors.add(connection)
+        try:
+            await handler(connection)
+        except ConnectionClosed:
+            return
+        finally:
+            self.visitors.discard(connection)
+
+
+def presents(door: Door, request: Request) -> bool:
+    """Whether a request came with the presenter's key."""
+    return door.presents(read(request), request.path)
+
+
+def read(request: Request) -> dict[str, str]:
+    """The headers, names in lower case; what was given twice makes no sense afterwards."""
+    names = {name.lower() for name in request.headers}
+    return {name: ", ".join(request.headers.get_all(name)) for name in names}
+
+
+def request_of(server: viser.ViserServer, visitor: int) -> Request | None:
+    """The request that a visitor, by client id, came in with; None if they have left."""
+    connection = server._websock_server._live_connections.get(visitor)
+    return connection.request if connection else None
+
+
+def turned_away(refusal: Refusal) -> Response:
+    """A refusal as a small page; for want of room, it tries again by itself."""
+    retry = f'<meta http-equiv="refresh" content="{RETRY}">' if refusal.status == 503 else ""
+    body = PAGE.format(
+        retry=retry, title=html.escape(refusal.title), words=html.escape(refusal.words)
+    )
+    headers = {"Content-Type": "text/html; charset=utf-8"}
+    if retry:
+        headers["Retry-After"] = str(RETRY)
+    return reply(refusal.status, refusal.title, body.encode(), headers)
+
+
+def reply(status: int, reason: str, body: bytes, headers: dict[str, str]) -> Response:
+    """A whole answer, after which the connection ends."""
+    closing = {"Content-Length": str(len(body)), "Connection": "close"}
+    return Response(status, reason, Headers({**headers, **closing}), body)
+
+
+PAGE = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8">{retry}
+<meta name="viewport" content="width=device-width"><title>beamviz: {title}</title>
+<style>
+body {{ font: 17px/1.5 system-ui, sans-serif; margin: 18vh auto; max-width: 28em; padding: 0 1em;
+       color-scheme: light dark; }}
+p {{ opacity: .75 }} h1 {{ font-size: 1.5em; border-left: 5px solid #206096; padding-left: .6em }}
+</style></head><body><h1>{title}</h1><p>{words}</p></body></html>
+"""
+
+
+def told(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    """One line for a message that viser could not make sense of."""
+    error = context.get("exception")
+    log.warning("a visitor's message was ignored: %s", error or context["message"])
+
+
+def peer(connection: ServerConnection) -> str:
+    """Who is at the other end."""
+    address = connection.remote_address
+    return str(address[0]) if address else "a visitor who has left"
