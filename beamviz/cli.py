@@ -23,6 +23,7 @@ OTHER_FAILURE = 1
 INTERRUPTED = 130
 PORTS = (1, 65535)
 MAX_PER_REV = 100
+MAX_VISITORS = 1000
 
 app = typer.Typer(add_completion=False)
 
@@ -101,14 +102,28 @@ def loci(
 def serve(
     beam: Beam,
     options: dict[str, Any],
-    host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
+    host: Annotated[
+        str, typer.Option(help="Address to listen on; 0.0.0.0 lets others in who have the link.")
+    ] = "127.0.0.1",
     port: Annotated[int, numeric("Port to listen on.")] = 8080,
     open: Annotated[bool, typer.Option(help="Open the page in the default browser.")] = False,
+    visitors: Annotated[int, numeric("How many visitors at once.")] = 60,
+    public_url: Annotated[
+        str, typer.Option(help="Where a reverse proxy offers it.", metavar="https://NAME")
+    ] = "",
 ) -> None:
     """The explorer in a browser; Ctrl-C ends it."""
     from beamviz.show.server import serve
 
-    serve(beam, options, host=host, port=whole("port", port, *PORTS), open_browser=open)
+    serve(
+        beam,
+        options,
+        host=host,
+        port=whole("port", port, *PORTS),
+        open_browser=open,
+        public=public_url,
+        visitors=whole("visitors", visitors, 1, MAX_VISITORS),
+    )
 
 
 @app.command()

@@ -46,6 +46,13 @@ class Door:
         return tuple(key for key in (self.visitor, self.presenter) if key) if self.visitor else ()
 
     @property
+    def url(self) -> str:
+        """The link that visitors need."""
+        name = reachable() if self.host in ANY_ADDRESS else self.host
+        here = f"http://{f'[{name}]' if ':' in name else name}:{self.port}"
+        return (self.public or here) + (f"/?{PARAMETER}={self.visitor}" if self.visitor else "")
+
+    @property
     def cookie(self) -> str:
         """The cookie that keeps a key; cookies know no ports, so its name does."""
         return f"beamviz-{self.port}"
@@ -146,6 +153,16 @@ def is_address(name: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def reachable() -> str:
+    """This machine's address on its network, as the system would choose it; nothing is sent."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(("192.0.2.1", 9))  # an address kept for documentation
+        except OSError:
+            return "localhost"
+        return str(probe.getsockname()[0])
 
 
 def own_names() -> set[str]:

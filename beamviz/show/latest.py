@@ -37,6 +37,8 @@ class Latest(ABC, Generic[W, A]):
 
     def work(self, wanted: W) -> None:
         """Answer one wish, and line up again if there is another by then."""
+        if self.closed:
+            return
         answer = self.answered(wanted)
         with self.lock:
             self.answer, latest = answer, self.wanted

@@ -3,6 +3,7 @@
 import contextlib
 import logging
 import queue
+import secrets
 import signal
 import threading
 import time
@@ -18,6 +19,7 @@ from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.mechanics.solve import solve
 from beamviz.show import camera
 from beamviz.show.controls import Wanted
+from beamviz.show.door import LOOPBACK, VISITORS, Door, public_url
 from beamviz.show.hosting import hosted
 from beamviz.show.motion import Shapes
 from beamviz.show.session import LIFT, Session, place, theme
@@ -26,6 +28,7 @@ FRAMES = 25  # a second, for one visitor
 ALL_FRAMES = 300  # a second, for all visitors together: half of a core
 SOLVERS = 2  # threads, for all visitors together
 CHARTERS = 1  # as well, for their charts
+KEY_BYTES = 16
 ENDINGS = (signal.SIGINT, signal.SIGTERM)
 
 log = logging.getLogger(__name__)
@@ -37,16 +40,24 @@ def serve(
     host: str = "127.0.0.1",
     port: int = 8080,
     open_browser: bool = False,
+    public: str = "",
+    visitors: int = VISITORS,
 ) -> None:
     """Serve the explorer, starting from `beam`, until Ctrl-C or SIGTERM.
 
-    options: keywords of `solve`. Prints one line with the URL when ready. Raises InvalidInput
-    for options that make no sense and Unavailable where the address cannot be had.
+    options: keywords of `solve`; public: the URL under which a reverse proxy passes requests on;
+    visitors: how many at once. Prints one line with the URL when ready; where others than this
+    machine can reach it, a key made for this run is part of it. Raises InvalidInput for options
+    that make no sense and Unavailable where the address cannot be had.
     """
     with contextlib.suppress(NoEquilibrium, NotConverged):  # the page shows these in words
         solve(beam, **options)
-    with stopping() as stopped, explorer(Wanted.of(beam, options), host, port) as url:
-        print(f"beamviz is at {url} (Ctrl-C ends it)", flush=True)
+    public = public_url(public) if public else ""
+    key = secrets.token_urlsafe(KEY_BYTES) if public or host not in LOOPBACK else ""
+    door = {"visitor": key, "public": public, "room": visitors}
+    with stopping() as stopped, explorer(Wanted.of(beam, options), host, port, **door) as url:
+        words = "whoever has this link can use it; " if key else ""
+        print(f"beamviz is at {url} ({words}Ctrl-C ends it)", flush=True)
         if open_browser:
             webbrowser.open(url)
         while not ended(stopped):
@@ -54,10 +65,11 @@ def serve(
 
 
 @contextlib.contextmanager
-def explorer(wanted: Wanted, host: str = "127.0.0.1", port: int = 0) -> Iterator[str]:
-    """A running explorer, by its URL."""
+def explorer(wanted: Wanted, host: str = "127.0.0.1", port: int = 0, **door: Any) -> Iterator[str]:
+    """A running explorer, by its URL, which holds the key if one is needed; door: keywords of
+    Door."""
     with (
-        hosted(host, port) as server,
+        hosted(host, port, **door) as server,
         ThreadPoolExecutor(SOLVERS, "solver") as pool,
         ThreadPoolExecutor(CHARTERS, "charter") as charts,
     ):
@@ -66,8 +78,7 @@ def explorer(wanted: Wanted, host: str = "127.0.0.1", port: int = 0) -> Iterator
         place(server.initial_camera, camera.viewpoint(rest, riding=True, aspect=1.0, lift=LIFT))
         animator = Animator(server, wanted, pool, charts)
         try:
-            shown = "localhost" if host in ("0.0.0.0", "::") else host
-            yield f"http://{f'[{shown}]' if ':' in shown else shown}:{server.get_port()}"
+            yield Door(host, server.get_port(), **door).url
         finally:
             animator.stop()
 
