@@ -47,6 +47,15 @@ def test_the_commands_run(line):
     assert "S1" in result.output
 
 
+@pytest.mark.parametrize("line", re.findall(r"^beamviz serve .*$", README, re.MULTILINE))
+def test_the_options_of_the_server_exist(line):
+    """Each option of a `beamviz serve` line is in its help."""
+    text = CliRunner().invoke(app, ["serve", "--help"], terminal_width=200).output
+    options = re.findall(r"--[a-z-]+", line)
+    assert options
+    assert [option for option in options if option not in text] == []
+
+
 def test_the_python_runs():
     """The Python block runs as it stands."""
     (code,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
