@@ -22,6 +22,7 @@ class Visitor:
         self.socket = socket
         self.controls: dict[str, str] = {}
         self.texts: dict[str, str] = {}
+        self.updated: dict[str, Any] = {}
         self.nodes: dict[str, dict[str, Any]] = {}
         self.received = 0
         self.send(
@@ -75,6 +76,8 @@ class Visitor:
             self.nodes.setdefault(message["name"], {}).update(message["updates"])
         elif kind == "SetSceneNodeVisibilityMessage":
             self.nodes.setdefault(message["name"], {})["visible"] = message["visible"]
+        elif kind == "SetSceneNodeDragBindingsMessage":
+            self.nodes.setdefault(message["name"], {})["owner"] = message["owner"]
         elif kind == "GuiUpdateMessage":
             self.update(message["uuid"], message["updates"])
         elif kind == "GuiHtmlMessage":
@@ -86,12 +89,19 @@ class Visitor:
 
     def update(self, uuid: str, updates: dict[str, Any]) -> None:
         """Keep another text, label or visibility of a control; hidden ones cannot be chosen."""
+        if "value" in updates:
+            self.updated[uuid] = updates["value"]
         if "content" in updates:
             self.texts[uuid] = updates["content"]
         if "label" in updates or updates.get("visible") is False:
             self.controls = {name: one for name, one in self.controls.items() if one != uuid}
         if "label" in updates:
             self.controls[updates["label"]] = uuid
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """What the program has set controls to, by their labels."""
+        return {n: self.updated[uuid] for n, uuid in self.controls.items() if uuid in self.updated}
 
     @property
     def text(self) -> str:

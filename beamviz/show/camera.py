@@ -1,6 +1,7 @@
 """Where to look from so that the beam fills the picture."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -70,9 +71,17 @@ def axes(position: np.ndarray) -> np.ndarray:
     return np.stack([right, np.cross(forward, right), forward], 1)
 
 
-def viewpoint(shapes: Shapes, riding: bool, aspect: float, lift: float = 0.0) -> np.ndarray:
+def viewpoint(
+    shapes: Shapes,
+    riding: bool,
+    aspect: float,
+    lift: float = 0.0,
+    heights: Sequence[float] = (0.0,),
+) -> np.ndarray:
     """Camera position (3,) for a picture with width / height = `aspect`. It looks at the origin,
-    where the scene puts `target`, and is free in its upper part: `lift` of half its height."""
+    where the scene puts `target`, and is free in its upper part: `lift` of half its height.
+    heights: of the scenes that stand above each other, where there are several."""
     direction = RIDING_FROM[shapes.plane] if riding else BESIDE_FROM
     tall = math.tan(FIELD_OF_VIEW / 2)
-    return framing(corners(shapes, riding), direction, tall * aspect, tall * (1 - lift))
+    points = np.concatenate([corners(shapes, riding) + [0, 0, height] for height in heights])
+    return framing(points, direction, tall * aspect, tall * (1 - lift))

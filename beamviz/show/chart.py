@@ -3,7 +3,7 @@
 import logging
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple, Self
 
@@ -68,6 +68,11 @@ class Question:
         beam = wanted.beam()
         start, stop = span(beam, over)
         return cls(beam.replace(**{over: start}), over, start, stop, wanted.options)
+
+    def asked_of(self, wanted: Wanted) -> Self:
+        """The same chart of another beam."""
+        beam = wanted.beam().replace(**{self.over: self.start})
+        return replace(self, beam=beam, options=wanted.options)
 
 
 @dataclass(frozen=True)
@@ -213,14 +218,20 @@ def top(found: Loci) -> float:
 
 
 def series(
-    chart: Chart, point: Point | None, room: int, *, per_rev: bool
+    chart: Chart,
+    point: Point | None,
+    room: int,
+    *,
+    per_rev: bool,
+    second: Chart | None = None,
+    second_room: int = 0,
 ) -> tuple[np.ndarray, ...]:
     """The chart, in the units of its beam, as arrays (n,) over a common x, nan where nothing is
     drawn: x, `room` lines of each family, PER_REV lines, the line and the MODES marks of the
-    point, crossings, veerings."""
+    point, `second_room` lines of each family of a second chart, crossings, veerings."""
     found = chart.loci
     if found is None:
-        return empty(chart.question, room)
+        return empty(chart.question, room + second_room)
     values, high = found.values, top(found)
     here = point if point and values[0] <= point.value <= values[-1] else None
     at = [event.at for event in found.events] + ([here.value] if here else [])
@@ -231,6 +242,7 @@ def series(
     shown = per_rev and found.over == "gamma"
     lines += [np.where(shown & (k * x <= high), k * x, np.nan) for k in PER_REV]
     lines += operating(x, here, high)
+    lines += below(x, second, second_room, high)
     for kind in ("crossing", "veering"):
         marks = [marked(x, e.at, e.frequency) for e in found.events if e.kind == kind]
         lines.append(np.fmax.reduce([np.full(len(x), np.nan), *marks]))
@@ -248,6 +260,15 @@ def operating(x: np.ndarray, here: Point | None, high: float) -> list[np.ndarray
         for mark, frequency in zip(marks, here.frequencies, strict=False):
             mark[k] = frequency
     return [line, *marks]
+
+
+def below(x: np.ndarray, second: Chart | None, room: int, high: float) -> list[np.ndarray]:
+    """`room` lines of each family of a second chart at x (n,), as far as they are below `high`."""
+    if second is None or second.loci is None:
+        return [np.full(len(x), np.nan)] * (len(FAMILIES) * room)
+    values = second.loci.values
+    lines = [spread(x, values, row) for row in filled(second.rows, room, len(values))]
+    return [np.where(line <= high, line, np.nan) for line in lines]
 
 
 def empty(question: Question, room: int) -> tuple[np.ndarray, ...]:

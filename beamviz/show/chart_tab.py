@@ -25,6 +25,7 @@ AXES = {LABELS[name]: name for name in ("gamma", "alpha", "beta", "delta", "mu")
 MAX_MEETINGS = 8
 HEIGHT, LEFT, RIGHT, ABOVE, BELOW = 210, 40, 32, 8, 44  # [px] of the chart and its margins
 FRAME = (10.25, 8.25, 12)  # [px] around the chart: left, right, below
+SECOND_LANES = 4  # lines of one family of a second chart there is room for at first
 LINE: uplot.Series = {"points": {"show": False}, "pxAlign": False}
 
 
@@ -32,7 +33,7 @@ class ChartTab:
     """Shows a chart and hands on the choices made about it."""
 
     def __init__(self, gui: GuiApi, lock: threading.RLock, listener: Listener):
-        self.listener, self.room = listener, LANES
+        self.listener, self.room, self.second_room = listener, LANES, 0
         self.known: tuple = ()  # what the axes were built for
         axis = gui.add_dropdown("along", tuple(AXES), hint="The number the chart runs over")
         heard(axis, lock, lambda label: listener.sweep(AXES.get(label, "")))
@@ -61,8 +62,15 @@ class ChartTab:
         if number in self.go.options:
             self.listener.meet(int(number) - 1)
 
-    def show(self, chart: Chart, point: Point | None, per_rev: bool, chosen: Event | None) -> None:
-        """Draw a chart, with the beam of the scene on it."""
+    def show(
+        self,
+        chart: Chart,
+        point: Point | None,
+        per_rev: bool,
+        chosen: Event | None,
+        second: Chart | None,
+    ) -> None:
+        """Draw a chart, with the beam of the scene on it, and a second one under it."""
         question, over = chart.question, chart.question.over
         along, across = shown(chart)
         x = along.factor * question.start, along.factor * question.stop
@@ -71,13 +79,23 @@ class ChartTab:
         if self.known != (along, x, y):  # not every time: it builds the chart anew
             self.known, self.plot.scales = (along, x, y), scales(x, y)
             self.plot.axes = axes(along.label)
-        room, self.room = self.room, roomy(self.room, chart.rows)
-        self.plot.data = series(chart, point, self.room, per_rev=per_rev)
-        if room != self.room:
-            self.plot.series = styles(self.room)
+        rooms = self.room, self.second_room
+        self.room = roomy(self.room, chart.rows)
+        if second:
+            self.second_room = roomy(self.second_room or SECOND_LANES, second.rows)
+        self.plot.data = series(
+            chart,
+            point,
+            self.room,
+            per_rev=per_rev,
+            second=second,
+            second_room=self.second_room,
+        )
+        if rooms != (self.room, self.second_room):
+            self.plot.series = styles(self.room, self.second_room)
         self.labels.content = labels(chart.loci, per_rev) if chart.loci else ""
         self.table.content = (
-            key(chart)
+            key(chart, second)
             + here(point, along, across)
             + meetings(chart, chosen)
             + (resonance_list(chart.resonances, along, across) if per_rev else "")
@@ -119,14 +137,18 @@ def axes(label: str) -> tuple[uplot.Axis, ...]:
     )
 
 
-def styles(room: int) -> tuple[uplot.Series, ...]:
-    """How the arrays of `chart.series` are drawn, with `room` lanes for each family."""
+def styles(room: int, second_room: int = 0) -> tuple[uplot.Series, ...]:
+    """How the arrays of `chart.series` are drawn, with `room` lanes for each family and
+    `second_room` for each of a second chart."""
     lines: list[uplot.Series] = [{}]
     for family in FAMILIES:
         lines += [{"stroke": COLOURS[family], "width": 2, **LINE}] * room
     lines += [{"stroke": FAINT, "width": 1, "dash": (5, 4), **LINE}] * len(PER_REV)
     lines.append({"stroke": MARK, "width": 1, "dash": (2, 3), **LINE})
     lines += [{"stroke": MARK, "width": 0, "points": dot("#ffffff", MARK, 9)}] * MODES
+    for family in FAMILIES:
+        paler: uplot.Series = {"stroke": COLOURS[family] + "90", "width": 1.25, "dash": (4, 3)}
+        lines += [{**paler, **LINE}] * second_room
     lines.append({"stroke": MARK, "width": 0, "points": dot("#ffffff", MARK, 7)})
     lines.append({"stroke": MARK, "width": 0, "points": dot(MARK, MARK, 7)})
     return tuple(lines)
@@ -185,12 +207,14 @@ def apart(places: list[float], least: float) -> list[float]:
 SMALL = "font-size:.8em;line-height:1.5;margin:.2em .75em .3em"
 
 
-def key(chart: Chart) -> str:
+def key(chart: Chart, second: Chart | None) -> str:
     """What colours and marks mean."""
     if chart.loci is None:
         return ""
     seen = {str(family) for branch in chart.loci.branches for family in branch.family if family}
     parts = [f'<b style="color:{COLOURS[f]}">━</b> {f}' for f in FAMILIES if f in seen]
+    if second:
+        parts.append(f'<b style="color:{FAINT}">╍</b> compared with')
     kinds = {event.kind for event in chart.events}
     parts += [f"{SIGNS[kind]} {VERBS[kind]}" for kind in SIGNS if kind in kinds]
     return f'<div aria-label="key" style="{SMALL};opacity:.8">{" &ensp;".join(parts)}</div>'

@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from beamviz.errors import InvalidInput
 from beamviz.show.chart import SPANS, Chart, Charts, Point, Question
 from beamviz.show.chart_tab import ChartTab
+from beamviz.show.controls import Wanted
 from beamviz.show.microscope import Closeups, Target, same
 from beamviz.show.microscope_tab import MicroscopeTab
 from beamviz.show.solving import Answer
@@ -22,7 +23,9 @@ class Charting:
         self.over, self.per_rev = "gamma", False
         self.chosen: Event | None = None
         self.charts, self.closeups = Charts(pool, wake), Closeups(pool, wake)
+        self.others = Charts(pool, wake)  # of the beam that is compared with
         self.answer: Answer | None = None
+        self.other: Wanted | None = None
         self.drawn: tuple = ()
 
     # What the visitor chooses, from any thread.
@@ -54,7 +57,7 @@ class Charting:
         """What the tabs depend on."""
         return (
             self.answer, self.over, self.per_rev, self.chosen,
-            self.charts.answer, self.closeups.answer,
+            self.charts.answer, self.closeups.answer, self.other, self.others.answer,
         )  # fmt: skip
 
     @property
@@ -65,19 +68,22 @@ class Charting:
             a is not b for a, b in zip(state, self.drawn, strict=True)
         )
 
-    def follow(self, answer: Answer | None) -> None:
-        """Ask for the chart around what the scene shows, unless it is there already."""
-        self.answer = answer
+    def follow(self, answer: Answer | None, other: Wanted | None) -> None:
+        """Ask for the chart around what the scene shows, and for that of the `other` beam on the
+        same axis, unless they are there already."""
+        self.answer, self.other = answer, other
         if answer is None:
             return
         with contextlib.suppress(InvalidInput):  # the panel says so; the last chart stays
             question = Question.of(answer.wanted, self.over)
             if question != self.charts.wanted:
                 self.charts.want(question)
+            if other and (second := question.asked_of(other)) != self.others.wanted:
+                self.others.want(second)
 
     def draw(self, loci: ChartTab, microscope: MicroscopeTab) -> None:
         """Show the latest of everything."""
-        self.follow(self.answer)
+        self.follow(self.answer, self.other)
         chart = self.charts.answer
         if chart is not None and not self.charts.busy:
             self.look_closer(chart)
@@ -86,7 +92,8 @@ class Charting:
             return
         solution = self.answer.solution if self.answer else None
         point = Point.of(solution, chart.question.over) if solution else None
-        loci.show(chart, point, self.per_rev, self.chosen)
+        second = self.others.answer if self.other else None
+        loci.show(chart, point, self.per_rev, self.chosen, second)
         closeup = self.closeups.answer if self.chosen else None
         microscope.show(closeup, lost=self.chosen is not None and self.chosen not in chart.events)
 
@@ -104,3 +111,4 @@ class Charting:
         """Nothing more is computed."""
         self.charts.close()
         self.closeups.close()
+        self.others.close()

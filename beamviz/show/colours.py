@@ -13,6 +13,7 @@ MARKER: RGB = (213, 94, 0)  # vermilion, Okabe & Ito
 MASS: RGB = (84, 92, 110)
 NODE: RGB = (204, 60, 140)
 GHOST: RGB = (140, 148, 160)
+BEFORE: RGB = (138, 148, 186)
 GRID: RGB = (140, 146, 156)
 GREYED: RGB = (165, 168, 174)
 

@@ -50,13 +50,15 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Look:
-    """What to see of it, and how it moves; amplitudes are in lengths of the beam."""
+    """What to see of it, and how it moves; amplitudes are in lengths of the beam.
+    together: all modes at once, each in a picture of its own."""
 
     colouring: str = COLOURINGS[0]
     riding: bool = True
     ghosts: bool = True
     nodes: bool = True
     thicken: bool = False
+    together: bool = False
     playing: bool = True
     speed: float = 1.0
     amplitude: float = 0.15
@@ -83,7 +85,7 @@ class Look:
 
     def only(self, mode: int) -> Self:
         """With one mode (from 0) shown alone."""
-        return replace(self, shares=(0.0,) * mode + (1.0,))
+        return replace(self, shares=(0.0,) * mode + (1.0,), together=False)
 
 
 def within(value: Any, top: float, old: float) -> float:

@@ -9,6 +9,7 @@ from viser import GuiApi, GuiInputHandle, GuiSliderHandle
 from beamviz.beam import Units
 from beamviz.show import readout
 from beamviz.show.chart_tab import ChartTab
+from beamviz.show.compare_tab import CompareTab
 from beamviz.show.controls import CHOICES, MAX_AMPLITUDE, MAX_SPEED, MODES, Look, Wanted
 from beamviz.show.microscope_tab import MicroscopeTab
 from beamviz.show.sliders import Listener, Numbers, assign, heard
@@ -20,6 +21,7 @@ MODEL = {
     "curvature": "How bending is measured where the beam is stretched: spatial is the paper's",
     "plane": "chordwise: vibration in the plane of rotation; flapwise: out of it",
 }
+ALL = "all"
 RIDING, BESIDE = "ride on the hub", "stand beside it"
 
 
@@ -49,7 +51,7 @@ class Panel:
         with results.add_tab("Modes"):
             self.state, self.table = gui.add_html(""), gui.add_html("")
             pick = gui.add_button_group(
-                "show", [str(k + 1) for k in range(MODES)], hint="One mode alone"
+                "show", [*(str(k + 1) for k in range(MODES)), ALL], hint="One mode alone, or all"
             )
             pick.on_click(lambda event: self.pick(event.target.value))
             self.legend = gui.add_html("")
@@ -57,6 +59,8 @@ class Panel:
             self.loci = ChartTab(gui, self.lock, self.listener)
         with results.add_tab("Microscope"):
             self.microscope = MicroscopeTab(gui)
+        with results.add_tab("Compare"):
+            self.compare = CompareTab(gui, self.lock, self.listener)
         results.dock_left()
         results.set_width(370)
 
@@ -138,8 +142,10 @@ class Panel:
         heard(control, self.lock, partial(self.listener.see, name))
 
     def pick(self, number: Any) -> None:
-        """One mode alone, by its number."""
-        if number in [str(k + 1) for k in range(MODES)]:
+        """One mode alone, by its number, or all of them."""
+        if number == ALL:
+            self.listener.see("together", True)
+        elif number in [str(k + 1) for k in range(MODES)]:
             self.listener.only(int(number) - 1)
 
     def show_shares(self, look: Look) -> None:

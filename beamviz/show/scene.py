@@ -11,25 +11,31 @@ from beamviz.show.stage import Ghosts, Ground, Hub, Nodes, light, placed, turned
 
 
 class Scene:
-    """Draws one beam: `show` takes what changes with the beam, `move` what changes with time."""
+    """Draws one beam: `show` takes what changes with the beam, `move` what changes with time.
 
-    def __init__(self, api: SceneApi):
-        light(api)
-        self.stage = api.add_frame("/stage", show_axes=False)
-        self.ground = Ground(api)
-        self.wheel = api.add_frame("/stage/wheel", show_axes=False)
-        self.hub = Hub(api)
+    root: where its nodes hang; alone: with light, ground and post, which a second scene beside it
+    has no need of; height: where its middle is put.
+    """
+
+    def __init__(self, api: SceneApi, root: str = "/stage", *, alone: bool = True):
+        if alone:
+            light(api)
+        self.alone, self.height = alone, 0.0
+        self.stage = api.add_frame(root, show_axes=False)
+        self.ground = Ground(api, root)
+        self.wheel = api.add_frame(f"{root}/wheel", show_axes=False)
+        self.hub = Hub(api, root)
         self.beam = add_bodies(
-            api, "/stage/wheel/beam", tube.SEGMENTS, sleeve(), receive_shadow=False
+            api, f"{root}/wheel/beam", tube.SEGMENTS, sleeve(), receive_shadow=False
         )
-        self.ends = add_bodies(api, "/stage/wheel/ends", 2, box(), receive_shadow=False)
+        self.ends = add_bodies(api, f"{root}/wheel/ends", 2, box(), receive_shadow=False)
         self.mass = add_bodies(
-            api, "/stage/wheel/mass", 1, ball(), flat_shading=False, receive_shadow=False
+            api, f"{root}/wheel/mass", 1, ball(), flat_shading=False, receive_shadow=False
         )
-        self.ghosts = Ghosts(api)
-        self.nodes = Nodes(api)
+        self.ghosts = Ghosts(api, root)
+        self.nodes = Nodes(api, root)
         self.words = api.add_label(
-            "/stage/wheel/words", "", anchor="bottom-center", font_screen_scale=1.25, visible=False
+            f"{root}/wheel/words", "", anchor="bottom-center", font_screen_scale=1.25, visible=False
         )
 
     def show(self, shapes: Shapes, look: Look, shown: list[int], *, words: str = "") -> None:
@@ -37,12 +43,17 @@ class Scene:
         self.shapes, self.look, self.greyed = shapes, look, bool(words)
         beam = shapes.beam
         self.section = sizes.section(beam, look.thicken)
-        self.stage.position = -camera.target(shapes, look.riding)
+        self.stage.position = [0.0, 0.0, self.height] - camera.target(shapes, look.riding)
         self.ground.show(beam, riding=look.riding)
         self.hub.show(beam)
+        self.ground.grid.visible = self.alone
+        self.hub.post.visible = self.alone and beam.delta >= 0
         self.ghosts.show(shapes, self.section, visible=look.ghosts)
         self.nodes.show(
-            shapes, self.section, shown if look.nodes and len(shown) == 1 and not words else []
+            shapes,
+            self.section,
+            shown if look.nodes and len(shown) == 1 and not words else [],
+            labels=not look.together,
         )
         radius = sizes.mass_radius(beam, look.thicken) if beam.alpha > 0 else HIDDEN
         self.mass.batched_scales = np.full((1, 3), radius)

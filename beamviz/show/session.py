@@ -10,9 +10,13 @@ import numpy as np
 from viser import CameraHandle, ClientHandle, InitialCameraConfig, ViserServer
 
 from beamviz.show import camera, colours
+from beamviz.show.against import BEFORE, NOTHING
 from beamviz.show.charting import Charting
+from beamviz.show.compare import Comparison
 from beamviz.show.controls import Look, Wanted
+from beamviz.show.grip import Grip
 from beamviz.show.motion import Clock, Shapes
+from beamviz.show.multiples import Multiples, heights
 from beamviz.show.panels import Panel
 from beamviz.show.scene import Scene
 from beamviz.show.solving import Answer, Solver
@@ -44,8 +48,11 @@ class Session:
         self.shapes = Shapes.at_rest(wanted.beam(), wanted.options["plane"])
         self.solver = Solver(pool, wanted, wake)
         self.charting = Charting(charts, wake)
-        self.scene = Scene(client.scene)
+        self.comparison = Comparison(client.scene, pool, wake)
+        self.scene, self.multiples = Scene(client.scene), Multiples(client.scene)
         self.panel = Panel(client.gui, wanted, self.look, self)
+        self.held = False  # the mass is being dragged
+        self.grip = Grip(self.scene, lambda: client.camera.position, self)
         client.camera.on_update(self.resized)
 
     # What the panel hands on, from any thread (sliders.Listener says what).
@@ -59,7 +66,11 @@ class Session:
 
     def see(self, name: str, value: Any) -> None:
         """Another choice of the picture."""
-        self.store(lambda look: look.changed(name, value))
+        self.store(lambda look: look.changed(name, value), repace=name == "together")
+
+    def keep(self) -> None:
+        """Keep the beam as it is, to compare with."""
+        self.comparison.keep(self.solver.wanted)
 
     def share(self, mode: int, value: Any) -> None:
         """Another share of one mode; the pace is chosen anew."""
@@ -93,6 +104,21 @@ class Session:
         if target := self.charting.choose(number):
             self.panel.numbers.put(*target)
 
+    def hold(self) -> None:
+        """The mass was taken: time stands still, and how the beam was stays to be seen."""
+        self.held = True
+        if self.comparison.choice in (NOTHING, BEFORE):
+            self.keep()
+
+    def drag(self, beta: float) -> None:
+        """The mass was dragged along the beam."""
+        self.panel.numbers.put("beta", beta)
+
+    def release(self) -> None:
+        """The mass was let go."""
+        self.held = False
+        self.wake()
+
     def store(self, change: Callable[[Look], Look], *, repace: bool = False) -> None:
         """Keep a changed look for the next tick."""
         with self.lock:
@@ -105,7 +131,7 @@ class Session:
     @property
     def moving(self) -> bool:
         """Whether the picture changes with time."""
-        return self.look.playing and self.look.speed > 0 and not self.words
+        return self.look.playing and self.look.speed > 0 and not (self.words or self.held)
 
     @property
     def fresh(self) -> bool:
@@ -115,7 +141,12 @@ class Session:
     @property
     def changed(self) -> bool:
         """Whether the scene itself waits to be drawn."""
-        return self.refit or self.look is not self.drawn or self.solver.answer is not self.answer
+        return (
+            self.refit
+            or self.look is not self.drawn
+            or self.solver.answer is not self.answer
+            or self.comparison.fresh
+        )
 
     @property
     def words(self) -> str:
@@ -132,9 +163,11 @@ class Session:
             time = elapsed * self.pace if self.moving else 0.0
             self.clock.advance(time, self.shapes.frequencies, self.shapes.beam.gamma)
             self.scene.move(self.clock.phases, self.amplitudes, self.clock.angle)
+            self.comparison.move(time, self.shapes, self.amplitudes)
+            self.multiples.move(self.clock.phases, self.drawn.amplitude, self.clock.angle)
         if changed:
             self.client.flush()
-            self.charting.follow(self.answer)  # the picture comes first
+            self.charting.follow(self.answer, self.comparison.second)  # the picture comes first
         if self.charting.fresh:
             self.charting.draw(self.panel.loci, self.panel.microscope)
 
@@ -146,19 +179,35 @@ class Session:
         if self.answer and self.answer.shapes and not self.words:
             self.shapes = self.answer.shapes
         self.clock.fit(self.shapes.frequencies[self.shown], self.shapes.beam.gamma, keep=not repace)
+        self.show_others()
         self.scene.show(self.shapes, self.drawn, self.shown, words=self.words)
         if self.answer:
             self.panel.show(self.answer, self.shown)
+            self.panel.compare.show(self.answer, self.comparison)
         largest = colours.colour_range(self.shapes, self.drawn.colouring, self.amplitudes)
         self.panel.show_picture(self.drawn.colouring, largest, self.pace, self.shapes.beam.units)
         self.look_at()
 
+    def show_others(self) -> None:
+        """The beam compared with, or all modes in place of the one scene."""
+        if self.answer:
+            self.comparison.follow(self.answer.wanted)
+        self.comparison.show(self.shapes, self.clock, self.drawn, self.shown)
+        self.scene.height = self.comparison.levels[0]
+        together = self.drawn.together and len(self.shapes.modes) > 0 and not self.words
+        self.scene.stage.visible = not together
+        if together:
+            self.multiples.show(self.shapes, self.drawn)
+        else:
+            self.multiples.hide()
+
     def look_at(self) -> None:
         """Move the camera: when asked to, and when the view or the size of things has changed."""
         look, aspect = self.drawn, self.client.camera.aspect
-        position = camera.viewpoint(self.shapes, look.riding, aspect, LIFT)
+        levels = heights(self.multiples.count) or self.comparison.levels
+        position = camera.viewpoint(self.shapes, look.riding, aspect, LIFT, levels)
         distance = float(np.linalg.norm(position))
-        viewed = (look.riding, self.shapes.plane, aspect)
+        viewed = (look.riding, self.shapes.plane, aspect, len(levels))
         near, far = 0.7 * self.distance, 1.15 * self.distance
         if self.refit or viewed != self.viewed or not near < distance < far:
             self.viewed, self.distance, self.refit = viewed, distance, False
@@ -166,7 +215,7 @@ class Session:
 
     def resized(self, view: CameraHandle) -> None:
         """The camera moved; if the page changed its shape, choose the viewpoint anew."""
-        if self.viewed and view.aspect != self.viewed[-1]:
+        if self.viewed and view.aspect != self.viewed[2]:
             self.reset_view()
 
     @property
@@ -177,6 +226,8 @@ class Session:
     @property
     def shown(self) -> list[int]:
         """The modes (from 0) in the picture."""
+        if self.drawn.together:
+            return list(range(len(self.shapes.modes)))
         return [k for k in range(len(self.shapes.modes)) if self.amplitudes[k] > 0]
 
     @property
@@ -190,6 +241,7 @@ class Session:
         """Nothing more is solved."""
         self.solver.close()
         self.charting.close()
+        self.comparison.close()
 
 
 def place(view: CameraHandle | InitialCameraConfig, position: np.ndarray) -> None:

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 from viser import GuiApi, GuiEvent, GuiInputHandle, GuiNumberHandle, GuiSliderHandle
 
 from beamviz.beam import LIMITS, NAMES, Beam
+from beamviz.show.compare import Comparison
 from beamviz.show.measures import LABELS, measures, places
 
 # For each number: label, everyday range and step of its slider (dimensionless), what it means.
@@ -53,6 +54,13 @@ class Listener(Protocol):
 
     def meet(self, number: int) -> None:
         """A meeting (from 0) of the loci chart."""
+
+    @property
+    def comparison(self) -> Comparison:
+        """What hears of the second beam."""
+
+    def keep(self) -> None:
+        """Keep the beam as it is, to compare with."""
 
 
 class Numbers:

@@ -43,9 +43,9 @@ def light(api: SceneApi) -> None:
 class Ground:
     """A grid with cells of a tenth of the beam that fades away from it and takes the shadows."""
 
-    def __init__(self, api: SceneApi):
+    def __init__(self, api: SceneApi, root: str):
         self.grid = api.add_grid(
-            "/stage/ground",
+            f"{root}/ground",
             cell_size=0.1,
             cell_thickness=0.7,
             cell_color=colours.GRID,
@@ -67,12 +67,12 @@ class Ground:
 class Hub:
     """A drum (a hoop when the beam points inward) on a post, with a mark that shows it turn."""
 
-    def __init__(self, api: SceneApi):
+    def __init__(self, api: SceneApi, root: str):
         self.post = api.add_cylinder(
-            "/stage/wheel/post", 0.018, 1.0, color=colours.HUB, receive_shadow=False
+            f"{root}/wheel/post", 0.018, 1.0, color=colours.HUB, receive_shadow=False
         )
         self.drum = api.add_cylinder(
-            "/stage/wheel/drum",
+            f"{root}/wheel/drum",
             1.0,
             HUB_HEIGHT,
             color=colours.HUB,
@@ -81,14 +81,14 @@ class Hub:
         )
         hoop = annulus(1.0)
         self.hoop = api.add_mesh_simple(
-            "/stage/wheel/hoop",
+            f"{root}/wheel/hoop",
             hoop.vertices,
             hoop.faces,
             color=colours.HUB,
             flat_shading=True,
             receive_shadow=False,
         )
-        self.mark = api.add_box("/stage/wheel/mark", color=colours.MARKER)
+        self.mark = api.add_box(f"{root}/wheel/mark", color=colours.MARKER)
 
     def show(self, beam: Beam) -> None:
         """Draw the hub of `beam`: the clamp is on its rim, so its radius is |delta|."""
@@ -97,7 +97,6 @@ class Hub:
         self.drum.radius = radius
         if inward:
             self.hoop.vertices = annulus(radius).vertices
-        self.post.visible = not inward
         self.post.height = -sizes.ground(beam)
         self.post.position = (0.0, 0.0, sizes.ground(beam) / 2)
         if inward:
@@ -116,9 +115,9 @@ def annulus(radius: float) -> trimesh.Trimesh:
 class Ghosts:
     """Where the beam would be: an outline undeformed, a pale body stretched by the rotation."""
 
-    def __init__(self, api: SceneApi):
+    def __init__(self, api: SceneApi, root: str):
         self.outline = api.add_line_segments(
-            "/stage/wheel/undeformed",
+            f"{root}/wheel/undeformed",
             np.zeros((12, 2, 3)),
             colours.GHOST,
             thickness=1.2,
@@ -126,7 +125,7 @@ class Ghosts:
         )
         vertices, faces = tube.swept(*straight(0.0), 0.05, 0.1)
         self.stretched = api.add_mesh_simple(
-            "/stage/wheel/equilibrium",
+            f"{root}/wheel/equilibrium",
             vertices,
             faces,
             color=colours.GHOST,
@@ -172,15 +171,15 @@ EDGES = unit_edges()
 class Nodes:
     """A collar and a label at each vibration node: a place of the beam that stays still."""
 
-    def __init__(self, api: SceneApi):
+    def __init__(self, api: SceneApi, root: str, colour: colours.RGB = colours.NODE):
         self.x: np.ndarray = np.zeros(0)  # where they are along the beam
-        self.collars = add_bodies(api, "/stage/wheel/nodes", MAX_NODES, box())
+        self.collars = add_bodies(api, f"{root}/wheel/nodes", MAX_NODES, box())
         self.collars.batched_colors = colours.instanced(
-            np.tile(np.array(colours.NODE) / 255, (MAX_NODES, 1))
+            np.tile(np.array(colour) / 255, (MAX_NODES, 1))
         )
         self.labels = [
             api.add_label(
-                f"/stage/wheel/node {k}",
+                f"{root}/wheel/node {k}",
                 "",
                 anchor="top-center",
                 font_size_mode="scene",
@@ -190,7 +189,14 @@ class Nodes:
             for k in range(MAX_NODES)
         ]
 
-    def show(self, shapes: Shapes, section: tuple[float, float], shown: list[int]) -> None:
+    def show(
+        self,
+        shapes: Shapes,
+        section: tuple[float, float],
+        shown: list[int],
+        *,
+        labels: bool = True,
+    ) -> None:
         """Mark the nodes of the modes `shown` (0-based), at most MAX_NODES of them."""
         marks = [
             (shapes.labels[k], x, place)
@@ -210,7 +216,7 @@ class Nodes:
             self.labels[k].position = points[0] - [0.0, 0.0, scales[k][2] / 2 + 0.05]
         self.collars.batched_scales = scales
         for k, tag in enumerate(self.labels):
-            tag.visible = k < len(marks)
+            tag.visible = labels and k < len(marks)
 
     def move(self, x: np.ndarray, points: np.ndarray, wxyz: np.ndarray) -> None:
         """Put the collars on the line of `points` (n, 3) at stations x (n,), turned as its pieces

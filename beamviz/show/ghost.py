@@ -1,0 +1,58 @@
+"""A pale second beam in the same place: how it was before, or how another model sees it."""
+
+from typing import Any
+
+import numpy as np
+from viser import SceneApi
+
+from beamviz.show import colours, sizes, tube
+from beamviz.show.controls import Look
+from beamviz.show.motion import Shapes, displacement
+from beamviz.show.stage import Nodes, placed, straight
+
+OPACITY = 0.3
+ROOT = "/stage/wheel/ghost"
+INSIDE = 0.95  # of its size: not in the same faces as the beam of the scene
+ABOVE = np.array([0.0, 0.0, 0.1])
+
+
+class Ghost:
+    """Draws a beam, its mass and its nodes pale and see-through, in the frame of the hub."""
+
+    def __init__(self, api: SceneApi):
+        self.root = api.add_frame(ROOT, show_axes=False)
+        vertices, faces = tube.swept(*straight(0.0), 0.05, 0.1)
+        pale: Any = {"opacity": OPACITY, "cast_shadow": False, "receive_shadow": False}
+        self.body = api.add_mesh_simple(
+            f"{ROOT}/beam", vertices, faces, color=colours.BEFORE, flat_shading=True, **pale
+        )
+        self.mass = api.add_icosphere(f"{ROOT}/mass", 1.0, color=colours.BEFORE, **pale)
+        self.nodes = Nodes(api, ROOT, colours.BEFORE)
+        self.title = api.add_label(f"{ROOT}/title", "", anchor="bottom-center")
+
+    def show(self, shapes: Shapes, look: Look, shown: list[int], title: str) -> None:
+        """Draw a beam and the nodes of its modes `shown` (from 0)."""
+        thickness, breadth = sizes.section(shapes.beam, look.thicken)
+        self.shapes, self.section = shapes, (INSIDE * thickness, INSIDE * breadth)
+        self.root.visible = True
+        self.mass.visible = shapes.beam.alpha > 0
+        self.mass.radius = INSIDE * sizes.mass_radius(shapes.beam, look.thicken)
+        self.nodes.show(shapes, self.section, shown if look.nodes else [], labels=False)
+        self.title.text = title
+        points, _ = placed(shapes, shapes.centreline)
+        self.title.position = points[shapes.mass if shapes.beam.alpha > 0 else -1] + ABOVE + [
+            0.0, 0.0, self.mass.radius
+        ]  # fmt: skip
+
+    def hide(self) -> None:
+        """Draw nothing."""
+        self.root.visible = False
+
+    def move(self, phases: np.ndarray, amplitudes: np.ndarray, angle: float) -> None:
+        """Put the beam where it is at phases (m,) [rad] for amplitudes (m,)."""
+        shapes = self.shapes
+        moved = displacement(shapes, phases, amplitudes)
+        points, normal = placed(shapes, shapes.centreline + moved)
+        self.body.vertices = tube.swept(points, normal, *self.section)[0]
+        self.nodes.move(shapes.x, points, tube.segments(points, normal, *self.section)[1])
+        self.mass.position = points[shapes.mass]

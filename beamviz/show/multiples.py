@@ -1,0 +1,79 @@
+"""All modes at once as small multiples: one above the other, on one clock (paper, figs. 14-15)."""
+
+import numpy as np
+from viser import LabelHandle, SceneApi
+
+from beamviz.show.controls import Look
+from beamviz.show.measures import frequencies
+from beamviz.show.motion import Shapes
+from beamviz.show.scene import Scene
+
+SPACING = 0.42  # of two beams above each other, in lengths of the beam
+TITLE = (-0.12, 0.0, 0.14)  # from the clamp
+
+
+def heights(count: int) -> list[float]:
+    """Heights of so many scenes around the middle of the picture, the first on top."""
+    return [SPACING * ((count - 1) / 2 - k) for k in range(count)]
+
+
+def add_title(api: SceneApi, root: str, text: str) -> LabelHandle:
+    """A title for the scene under `root`."""
+    return api.add_label(f"{root}/title", text, anchor="bottom-left", font_screen_scale=1.1)
+
+
+class Titled:
+    """A scene above or below others, with a title."""
+
+    def __init__(self, api: SceneApi, root: str):
+        self.scene = Scene(api, root, alone=False)
+        self.title = add_title(api, root, "")
+
+    def show(self, shapes: Shapes, look: Look, shown: list[int], title: str, height: float) -> None:
+        """Draw a beam at a height."""
+        self.scene.height = height
+        self.scene.show(shapes, look, shown)
+        self.scene.stage.visible = True
+        self.title.text = title
+        self.title.position = np.array([shapes.beam.delta, 0.0, 0.0]) + TITLE
+
+    def hide(self) -> None:
+        """Draw nothing."""
+        self.scene.stage.visible = False
+
+
+class Multiples:
+    """A scene for each mode; they are built when they are first asked for."""
+
+    def __init__(self, api: SceneApi):
+        self.api = api
+        self.scenes: list[Titled] = []
+        self.count = 0  # of the scenes shown
+
+    def show(self, shapes: Shapes, look: Look) -> None:
+        """One scene for each mode."""
+        self.count = len(shapes.modes)
+        while len(self.scenes) < self.count:
+            self.scenes.append(Titled(self.api, f"/mode {len(self.scenes) + 1}"))
+        for k, height in enumerate(heights(self.count)):
+            self.scenes[k].show(shapes, look, [k], title(shapes, k), height)
+        for scene in self.scenes[self.count :]:
+            scene.hide()
+
+    def hide(self) -> None:
+        """Show none of them."""
+        if self.count:
+            self.count = 0
+            for scene in self.scenes:
+                scene.hide()
+
+    def move(self, phases: np.ndarray, amplitude: float, angle: float) -> None:
+        """Put every beam where it is at phases (m,) [rad] of its mode."""
+        for k, own in enumerate(amplitude * np.eye(self.count)):
+            self.scenes[k].scene.move(phases, own, angle)
+
+
+def title(shapes: Shapes, k: int) -> str:
+    """The name of a mode with its frequency."""
+    across = frequencies(shapes.beam.units)
+    return f"{shapes.labels[k]}   {across.text(shapes.frequencies[k], 5)}"
