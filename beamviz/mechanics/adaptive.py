@@ -34,6 +34,10 @@ class Physics(NamedTuple):
     coriolis: bool
     tension: Tension = "equilibrium"
 
+    @property
+    def stiffening(self) -> bool:
+        return self.tension != "none"
+
 
 class StraightModes(NamedTuple):
     """The lowest modes of both families on the mesh that met the tolerance.
@@ -48,7 +52,7 @@ class StraightModes(NamedTuple):
     kappa: np.ndarray  # (n, modes) slope of the rotation
     s: np.ndarray  # (n, modes) gradient along the beam
     picks: np.ndarray | None
-    bending_fractions: np.ndarray  # (modes,) share of the kinetic energy
+    bending_fractions: np.ndarray  # (modes,) share of the kinetic energy; 0 or 1 where apart
     squares: np.ndarray  # (modes,) omega^2, ascending
     truncation: np.ndarray  # (modes,) error of omega^2 from the order of the mesh
     rounding: np.ndarray  # (modes,) error of omega^2 from rounding
@@ -96,59 +100,50 @@ def solve_on(points: Mesh, beam: Beam, modes: int, physics: Physics) -> Straight
         f, iterations = equilibrium(points, rho, beam, physics.law)
     else:
         f, iterations = np.ones(len(points.weights)), 0
-    stiffening = physics.tension != "none"
-    bending = hp.bending(points, rho, beam, f, physics.curvature, stiffening)
-    stretching = hp.stretching(points, rho, beam, f, physics.law)
+    forms = hp.forms(points, rho, beam, f, physics.law, physics.curvature, physics.stiffening)
     if physics.coriolis and physics.chordwise and beam.gamma:
-        return _coupled(points, f, iterations, beam, bending, stretching, modes)
+        return _coupled(points, rho, f, iterations, beam, forms, modes)
     shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
-    families = [_family(points, forms, modes, shift) for forms in (bending, stretching)]
-    merged = _merged(points, f, beam.gamma**2, families, modes, physics.chordwise, shift)
-    return StraightModes(points, f, iterations, families[0][1], families[1][1], *merged)
+    return StraightModes(
+        points, f, iterations, *_apart(points, f, beam.gamma**2, forms, modes, physics, shift)
+    )
 
 
-def _family(
-    points: Mesh, forms: hp.Forms, modes: int, shift: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """omega^2 without softening, unknowns, and the energy lost to the order, of one family."""
-    squares, v = eigen.lowest(forms.K, forms.F.mT @ forms.F, modes, shift)
-    return squares, v, hp.lost_to_order(points, forms, squares, v)
-
-
-def _merged(
+def _apart(
     points: Mesh,
     f: np.ndarray,
     softening: float | np.ndarray,
-    families: list[tuple[np.ndarray, np.ndarray, np.ndarray]],
+    forms: hp.Forms,
     modes: int,
-    chordwise: bool,
+    physics: Physics,
     shift: float,
 ) -> tuple[np.ndarray, ...]:
-    """Both families in one list: picks, bending fractions, omega^2 and its two errors.
+    """The fields of StraightModes from kappa on, of families that nothing couples.
 
     The softening is a multiple of M: it shifts every omega^2 and leaves the modes alone, so it
     is taken off here.
     """
-    (kappa_squares, _, kappa_lost), (s_squares, _, s_lost) = families
-    squares = np.concatenate((kappa_squares, s_squares), axis=-1)
-    lost = np.concatenate((kappa_lost, s_lost), axis=-1)
-    softened = squares - softening
-    if not chordwise:
-        softened[..., :modes] = kappa_squares
+    squares, v = eigen.lowest(forms.K, forms.M, modes, shift)
+    share = hp.share_lost(hp.lost_to_order(points, forms, v), squares)
+    softened = squares.copy()
+    softened[..., 0 if physics.chordwise else 1 :, :] -= softening
+    both = (*squares.shape[:-2], 2 * modes)
+    softened, squares, share = softened.reshape(both), squares.reshape(both), share.reshape(both)
     picks = softened.argsort(axis=-1)[..., :modes]
     places = picks if picks.ndim == 1 else (np.arange(len(picks))[:, None], picks)
     first = abs(squares.min(axis=-1, keepdims=True)) + shift
-    truncation, rounding = hp.errors(points, f, squares[places], lost[places], first)
-    return picks, (picks < modes).astype(float), softened[places], truncation, rounding
+    truncation, rounding = hp.errors(points, f, squares[places], share[places], first)
+    kappa, s = v[..., 0, :, :], v[..., 1, :, :]
+    return kappa, s, picks, picks < modes, softened[places], truncation, rounding
 
 
 def _coupled(
     points: Mesh,
+    rho: hp.Inertia,
     f: np.ndarray,
     iterations: int,
     beam: Beam,
-    bending: hp.Forms,
-    stretching: hp.Forms,
+    forms: hp.Forms,
     modes: int,
 ) -> StraightModes:
     """Both families at once, coupled by Coriolis forces.
@@ -157,18 +152,17 @@ def _coupled(
     e'T e 2 omega / |z' T' z|, and |z' T' z| = omega + z' K z / omega.
     """
     gamma = beam.gamma
-    Ka = stretching.K - gamma**2 * (stretching.F.T @ stretching.F)
-    Kb = bending.K - gamma**2 * (bending.F.T @ bending.F)
-    squares, s, kappa = gyroscopic(Ka, stretching.F, Kb, bending.F, gamma, modes)
+    Kb, Ka = forms.K - gamma**2 * forms.M
+    Fb, Fa = hp.displacements(points, rho, f)
+    squares, s, kappa = gyroscopic(Ka, Fa, Kb, Fb, gamma, modes)
     size = abs(squares) + gamma**2
-    lost = hp.lost_to_order(points, stretching, size, s)
-    lost += hp.lost_to_order(points, bending, size, kappa)
+    share = hp.share_lost(hp.lost_to_order(points, forms, np.stack((kappa, s))), size).sum(axis=0)
     stored = hp.energy(Ka, s) + hp.energy(Kb, kappa)
-    lost *= 2 * abs(squares) / (abs(squares) + abs(stored))
-    fractions = (abs(bending.F @ kappa) ** 2).sum(axis=0)
+    share *= 2 * abs(squares) / (abs(squares) + abs(stored))
+    fractions = (abs(Fb @ kappa) ** 2).sum(axis=0)
     # The singular values of the coupled problem are 1 / omega: their roots of omega^2 round.
     first = np.sqrt(size * max(abs(squares[0]), EPS * gamma**2))
-    truncation, rounding = hp.errors(points, f, size, lost, first)
+    truncation, rounding = hp.errors(points, f, size, share, first)
     return StraightModes(
         points, f, iterations, kappa, s, None, fractions, squares, truncation, rounding
     )
@@ -229,17 +223,10 @@ def _solve_many_on(
     guess = first_guess(points, rho, numbers.delta, physics.law, load)
     f, converged, iterations = newton_many(points, rho, numbers, physics.law, load, guess)
     shift = eigen.COMPRESSED if min(beam.delta for beam in beams) < 0 else 0.0
-    families = [
-        _family(points, forms, modes, shift)
-        for forms in (
-            hp.bending(points, rho, numbers, f, physics.curvature),
-            hp.stretching(points, rho, numbers, f, physics.law),
-        )
-    ]
-    softening = numbers.gamma**2
-    merged = _merged(points, f, softening, families, modes, physics.chordwise, shift)
-    fields = (f, families[0][1], families[1][1], *merged, converged)
+    forms = hp.forms(points, rho, numbers, f, physics.law, physics.curvature)
+    softening = numbers.gamma[..., None] ** 2
+    apart = _apart(points, f, softening, forms, modes, physics, shift)
+    fields = zip(f, *apart, converged, strict=True)
     return [
-        StraightModes(points, f, iterations, kappa, s, *rest) if ok else None
-        for f, kappa, s, *rest, ok in zip(*fields, strict=True)
+        StraightModes(points, f, iterations, *rest) if ok else None for f, *rest, ok in fields
     ]

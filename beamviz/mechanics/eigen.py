@@ -24,15 +24,23 @@ def lowest(
     beam), for an eigenvalue near -shift takes the digits of the others.
     Returns lambda (count,) and V (n, count) with V' M V = 1; for stacks of matrices, stacks.
     """
-    if K.ndim == 3:
-        pairs = [lowest(K_one, M_one, count, shift) for K_one, M_one in zip(K, M, strict=True)]
-        return np.array([values for values, _ in pairs]), np.array([V for _, V in pairs])
+    n = K.shape[-1]
+    pairs = zip(K.reshape(-1, n, n), M.reshape(-1, n, n), strict=True)
+    nu, V, added = zip(*[_largest(M, K, count, shift) for K, M in pairs], strict=True)
+    nu = np.array(nu).reshape(*K.shape[:-2], count)
+    V = np.array(V).reshape(*K.shape[:-2], count, n) / np.sqrt(abs(nu))[..., None]
+    return 1 / nu - np.reshape(added, (*K.shape[:-2], 1)), V.mT
+
+
+def _largest(
+    M: np.ndarray, K: np.ndarray, count: int, shift: float
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """The `count` largest nu (descending) of M v = nu (K + added M) v, v (count, n), and added."""
     for added in (shift, *(s for s in SHIFTS if s > shift)):
         # Transposed, symmetric matrices come as LAPACK wants them: no conversion.
         nu, V, info = lapack.dsygvd(M.T, (K + added * M if added else K).T)
         if not info:
-            nu = nu[: -count - 1 : -1]
-            return 1 / nu - added, V[:, : -count - 1 : -1] / np.sqrt(abs(nu))
+            return nu[: -count - 1 : -1], V.T[: -count - 1 : -1], added
         if info <= len(K):
             raise NotConverged(f"the eigenvalues did not converge (LAPACK dsygvd: {info})")
     raise NotConverged(

@@ -60,59 +60,55 @@ def diagonal(A: np.ndarray) -> np.ndarray:
 
 
 class Forms(NamedTuple):
-    """Stiffness (without softening) and displacements of one family on a mesh.
+    """Stiffness (without softening) and mass of the two families, bending first."""
 
-    M = F' F: the rows of F are displacements at the mesh points, and at the concentrated mass,
-    times the root of the mass there.
-    """
-
-    K: np.ndarray  # (..., n, n) = diag(local) + J' diag(spread) J
-    F: np.ndarray  # (..., m, n)
-    local: np.ndarray  # (..., n) rigidity against the unknown itself
-    spread: np.ndarray | None  # (..., n) rigidity against its integral: tension, in bending
+    K: np.ndarray  # (..., 2, n, n) = diag(local) + J' diag(spread) J, the last in bending only
+    M: np.ndarray  # (..., 2, n, n)
+    local: np.ndarray  # (..., 2, n) rigidity against the unknown itself
+    spread: np.ndarray  # (..., n) tension: rigidity of bending against the rotation
 
 
-def stretching(
-    mesh: Mesh, rho: Inertia, beam: Beam | Numbers, f: np.ndarray, law: StrainLaw
-) -> Forms:
-    """Stretching about the stretch f (..., n), in terms of s = du'."""
-    local = mesh.weights * straight.stretching_rigidity(f, beam.mu, law)
-    K = np.zeros(f.shape + f.shape[-1:])
-    diagonal(K)[:] = local
-    return Forms(K, _with_mass(mesh.rooted, rho.to_mass), local, None)
-
-
-def bending(
+def forms(
     mesh: Mesh,
     rho: Inertia,
     beam: Beam | Numbers,
     f: np.ndarray,
+    law: StrainLaw,
     curvature: Curvature,
     stiffening: bool = True,
 ) -> Forms:
-    """Bending about the stretch f (..., n), in terms of kappa = theta'.
+    """Vibration about the stretch f (..., n), in terms of kappa = theta' and s = du'.
 
     The tension N = gamma^2 int_x^1 rho (u + delta) is taken from equilibrium: mu^2 n(f)
     cancels where a slender beam hardly stretches.
     """
-    J = mesh.J
+    J, n = mesh.J, f.shape[-1]
     load = beam.gamma**2 if stiffening else 0.0
     spread = load * (np.matvec(rho.G, f) + beam.delta * rho.g) * f
-    local = mesh.weights * straight.bending_rigidity(f, curvature)
-    K = (J.mT * spread[..., None, :]) @ J
+    local = np.empty((*f.shape[:-1], 2, n))
+    np.multiply(mesh.weights, straight.bending_rigidity(f, curvature), out=local[..., 0, :])
+    np.multiply(
+        mesh.weights, straight.stretching_rigidity(f, beam.mu, law), out=local[..., 1, :]
+    )
+    K = np.zeros((*local.shape, n))
+    np.matmul(J.mT * spread[..., None, :], J, out=K[..., 0, :, :])
     diagonal(K)[:] += local
-    to_mass = None if rho.to_mass is None else np.vecmat(rho.to_mass * f, J)
-    return Forms(K, _with_mass(mesh.rooted @ (f[..., None] * J), to_mass), local, spread)
+    M = np.empty_like(K)
+    across = f[..., None] * J  # kappa -> w'
+    np.matmul(across.mT, rho.G @ across, out=M[..., 0, :, :])
+    M[..., 1, :, :] = rho.G
+    return Forms(K, M, local, spread)
 
 
-def _with_mass(F: np.ndarray, to_mass: np.ndarray | None) -> np.ndarray:
-    """F with the row of the concentrated mass below it."""
-    if to_mass is None:
-        return F
-    rows = to_mass[..., None, :]
-    if rows.ndim > F.ndim:
-        F = np.broadcast_to(F, rows.shape[:-2] + F.shape)
-    return np.concatenate((F, rows), axis=-2)
+def displacements(mesh: Mesh, rho: Inertia, f: np.ndarray) -> np.ndarray:
+    """F (..., 2, m, n), bending first, with M = F' F: displacements at the mesh points, and at the
+    concentrated mass, times the root of the mass there."""
+    across = f[..., None] * mesh.J
+    rows = [np.stack(np.broadcast_arrays(mesh.rooted @ across, mesh.rooted), axis=-3)]
+    if rho.to_mass is not None:
+        to_mass = rho.to_mass[..., None, :]
+        rows.append(np.stack(np.broadcast_arrays(to_mass @ across, to_mass), axis=-3))
+    return np.concatenate(rows, axis=-2)
 
 
 def energy(K: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -120,29 +116,31 @@ def energy(K: np.ndarray, v: np.ndarray) -> np.ndarray:
     return (v.conj() * (K @ v)).sum(axis=-2).real
 
 
-def lost_to_order(mesh: Mesh, forms: Forms, squares: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """The energy (..., k) that modes v (..., n, k) have in the two highest polynomials of each
-    element, compression counted as tension: it bounds what a higher order would change.
+def lost_to_order(mesh: Mesh, forms: Forms, v: np.ndarray) -> np.ndarray:
+    """The energy (..., 2, k) that shapes v (..., 2, n, k) of the two families have in the two
+    highest polynomials of each element, compression counted as tension: it bounds what a higher
+    order would change."""
+    lost = np.vecmat(forms.local, abs(mesh.T @ v) ** 2)
+    lost[..., 0, :] += np.vecmat(abs(forms.spread), abs(mesh.JT @ v[..., 0, :, :]) ** 2)
+    return lost
 
-    By chance it may all but vanish: no mode of a family is taken to lose a smaller share of its
-    omega^2 (without softening, ascending) than the ones below it.
-    """
-    tail = mesh.T @ v
-    lost = (forms.local[..., None] * abs(tail) ** 2).sum(axis=-2)
-    if forms.spread is not None:
-        lost += (abs(forms.spread)[..., None] * abs(mesh.J @ tail) ** 2).sum(axis=-2)
-    size = abs(squares) + eigen.COMPRESSED
-    return np.maximum.accumulate(lost / size, axis=-1) * size
+
+def share_lost(lost: np.ndarray, squares: np.ndarray) -> np.ndarray:
+    """The energies lost (..., k) of modes in ascending order of omega^2 (without softening), as
+    shares of it. None loses a smaller one than those below it: by chance an estimate may all but
+    vanish."""
+    return np.maximum.accumulate(lost / (abs(squares) + eigen.COMPRESSED), axis=-1)
 
 
 def errors(
-    mesh: Mesh, f: np.ndarray, squares: np.ndarray, lost: np.ndarray, first: np.ndarray
+    mesh: Mesh, f: np.ndarray, squares: np.ndarray, share: np.ndarray, first: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Estimated errors (..., k) of omega^2 (without softening): from the order, and from rounding,
     which falls on each mode as it is larger than the `first` (..., 1) of its eigenproblem."""
-    tail = np.matvec(mesh.T, f)
-    lost_stretch = ((tail * tail) @ mesh.weights) / (f @ mesh.weights) ** 2
+    tail = np.matvec(mesh.tails, f)
+    lost_stretch = np.vecdot(tail, tail) / np.vecdot(mesh.weights, f) ** 2
     size = abs(squares)
-    truncation = TRUNCATION_FACTOR * (lost + 4 * lost_stretch[..., None] * size)
+    lost = share + 4 * lost_stretch[..., None]
+    truncation = TRUNCATION_FACTOR * lost * (size + eigen.COMPRESSED)
     rounding = ROUNDING_FACTOR * EPS * size * (1 + size / first)
     return truncation, rounding

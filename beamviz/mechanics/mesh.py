@@ -5,6 +5,7 @@ Its integral from the clamp is one matrix J away: u = J f, theta = J kappa, w = 
 Nothing has to be continuous across elements that is not so in the beam.
 """
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import accumulate, pairwise
@@ -21,6 +22,7 @@ class Reference:
     weights: np.ndarray  # (p,)
     to_legendre: np.ndarray  # (p, p) values at the points -> Legendre coefficients
     last_two: np.ndarray  # (p, p) values -> the part of the two highest Legendre polynomials
+    tails: np.ndarray  # (2, p) values -> that part in terms of two orthonormal polynomials
     integration: np.ndarray  # (p, p) values -> integral from -1 to each point
 
 
@@ -32,7 +34,8 @@ def reference(order: int) -> Reference:
     to_legendre = norms[:, None] * legendre.legvander(points, order - 1).T * weights
     last_two = legendre.legvander(points, order - 1)[:, -2:] @ to_legendre[-2:]
     integration = _antiderivatives(points, order) @ to_legendre
-    arrays = (points, weights, to_legendre, last_two, integration)
+    tails = to_legendre[-2:] / np.sqrt(norms[-2:, None])
+    arrays = (points, weights, to_legendre, last_two, tails, integration)
     return Reference(*(_frozen(array) for array in arrays))
 
 
@@ -50,8 +53,8 @@ class Mesh:
     """Elements between `breaks`, each with as many Gauss points as its order; n in all.
 
     J integrates values at the points from the clamp to each point, T keeps the part of them in
-    the two highest polynomials of each element, G = J' W J and g = J' W 1 are the inertia of a
-    unit line density in terms of a gradient.
+    the two highest polynomials of each element, `tails` that part in terms of orthonormal ones;
+    G = J' W J and g = J' W 1 are the inertia of a unit line density in terms of a gradient.
     """
 
     breaks: np.ndarray  # (elements + 1,)
@@ -62,6 +65,8 @@ class Mesh:
     J: np.ndarray  # (n, n)
     rooted: np.ndarray  # (n, n) roots * J: rooted' rooted = G
     T: np.ndarray  # (n, n)
+    JT: np.ndarray  # (n, n)
+    tails: np.ndarray  # (2 elements, n)
     G: np.ndarray  # (n, n)
     G1: np.ndarray  # (n,) row sums of G
     g: np.ndarray  # (n,)
@@ -114,15 +119,17 @@ def mesh(breaks: tuple[float, ...], orders: tuple[int, ...]) -> Mesh:
         [a + h * (e.points + 1) for a, h, e in zip(breaks, halves, elements, strict=False)]
     )
     weights = np.concatenate([h * e.weights for h, e in zip(halves, elements, strict=True)])
-    J, T = np.zeros((len(points), len(points))), np.zeros((len(points), len(points)))
-    for h, e, block in zip(halves, elements, _blocks(orders), strict=True):
+    n = len(points)
+    J, T, tails = np.zeros((n, n)), np.zeros((n, n)), np.zeros((2 * len(orders), n))
+    for k, (h, e, block) in enumerate(zip(halves, elements, _blocks(orders), strict=True)):
         J[block, : block.start] = weights[: block.start]
         J[block, block] = h * e.integration
         T[block, block] = e.last_two
+        tails[2 * k : 2 * k + 2, block] = math.sqrt(h) * e.tails
     WJ = weights[:, None] * J
     G, g = J.T @ WJ, WJ.sum(axis=0)
     roots = np.sqrt(weights)[:, None]
-    arrays = (points, weights, roots, J, roots * J, T, G, G.sum(axis=1), g)
+    arrays = (points, weights, roots, J, roots * J, T, J @ T, tails, G, G.sum(axis=1), g)
     return Mesh(_frozen(np.array(breaks)), orders, *(_frozen(array) for array in arrays))
 
 

@@ -5,6 +5,8 @@ from a guess of third order in the load; any other is followed from rest, on its
 to its load or to the limit below it.
 """
 
+import math
+
 import numpy as np
 from scipy.linalg import lapack
 
@@ -19,7 +21,8 @@ from beamviz.mechanics.strain import StrainLaw
 
 SMALL_FORCE = 0.3  # n at the clamp below which a beam hardly stretches
 NEWTON_ITERATIONS = 12
-NEWTON_STEP = 1e-7  # relative to the stretch at the clamp
+NEWTON_STEP = 1e-7  # relative to the stretch at the clamp: quadratic, the next is below rounding
+SAME_TANGENT = 1e-3  # stretch within which a tangent is as good as new
 LARGEST_TOGETHER = 1.4  # stretch of beams solved together: above, a limit may be near
 LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 LIMIT_ORDER = 12
@@ -83,21 +86,30 @@ def newton(
 ) -> tuple[np.ndarray | None, int]:
     """The stretch f (n,) in equilibrium at load = (gamma / mu)^2, by Newton-Raphson from f.
 
-    The residual is w n(f) - load (G f + delta g), the paper's eq. 40 for a straight beam.
+    The residual is w n(f) - load (G f + delta g), the paper's eq. 40 for a straight beam. A
+    tangent serves as long as f has hardly moved from where it was taken: each step then errs by
+    its own size times that distance.
     Returns None for f where an iterate leaves the stable branch, and the iterations done.
     """
-    w, A, b = mesh.weights, load * rho.G, load * delta * rho.g
+    w, G, g = mesh.weights, rho.G, delta * rho.g
+    moved = math.inf
     for iteration in range(1, NEWTON_ITERATIONS + 1):
-        n, slope = law.force_and_stiffness(f)
-        tangent = -A
-        diagonal(tangent)[:] += w * slope
-        _, step, info = lapack.dposv(tangent.T, w * n - A @ f - b, overwrite_a=True)
+        residual = w * law.force(f) - load * (G @ f + g)
+        if moved > SAME_TANGENT:
+            tangent = -load * G
+            diagonal(tangent)[:] += w * law.stiffness(f)
+            factor, step, info = lapack.dposv(tangent.T, residual, overwrite_a=True)
+            moved = 0.0
+        else:
+            step, info = lapack.dpotrs(factor, residual)
         if info:
             return None, iteration
         f = f - step
         if f.min() <= law.min_stretch:
             return None, iteration
-        if abs(step).max() < NEWTON_STEP * f[0]:  # quadratic: the next one is below rounding
+        size = float(abs(step).max())
+        moved += size
+        if moved * size < (NEWTON_STEP * f[0]) ** 2:
             held = f.max() < law.max_stretch and _left_at_clamp(rho, delta, law, load, f) > 0
             return (f if held else None), iteration
     return None, iteration
