@@ -22,8 +22,9 @@ def slope(function, f):
 @laws
 @given(f=stretches)
 def test_derivatives(law, f):
-    """e' and e'' are the derivatives of e, and n' is the derivative of n."""
+    """e' and e'' are the derivatives of e, n = e e', and n' is the derivative of n."""
     f = np.float64(f)
+    assert law.force(f) == pytest.approx(law.strain(f) * law.first(f), rel=1e-15, abs=1e-300)
     assert law.first(f) == pytest.approx(slope(law.strain, f), rel=1e-14, abs=1e-15)
     assert law.second(f) == pytest.approx(slope(law.first, f), rel=1e-14, abs=1e-15)
     assert law.stiffness(f) == pytest.approx(slope(law.force, f), rel=1e-13, abs=1e-14)

@@ -5,6 +5,8 @@ reduction by M loses the low ones. Here M v = nu K v is solved and lambda = 1/nu
 modes are the largest nu, and rounding falls on the high modes nobody asked for.
 """
 
+from itertools import chain
+
 import numpy as np
 from scipy.linalg import lapack
 
@@ -24,23 +26,29 @@ def lowest(
     beam), for an eigenvalue near -shift takes the digits of the others.
     Returns lambda (count,) and V (n, count) with V' M V = 1; for stacks of matrices, stacks.
     """
-    n = K.shape[-1]
-    pairs = zip(K.reshape(-1, n, n), M.reshape(-1, n, n), strict=True)
-    nu, V, added = zip(*[_largest(M, K, count, shift) for K, M in pairs], strict=True)
-    nu = np.array(nu).reshape(*K.shape[:-2], count)
-    V = np.array(V).reshape(*K.shape[:-2], count, n) / np.sqrt(abs(nu))[..., None]
-    return 1 / nu - np.reshape(added, (*K.shape[:-2], 1)), V.mT
+    if K.ndim != 3:
+        n = K.shape[-1]
+        squares, V = lowest(K.reshape(-1, n, n), M.reshape(-1, n, n), count, shift)
+        return squares.reshape(*K.shape[:-2], -1), V.reshape(*K.shape[:-1], -1)
+    count = min(count, K.shape[-1])
+    nu, V = np.empty((len(K), count)), np.empty((*K.shape[:2], count))
+    added = [shift] * len(K)
+    for k in range(len(K)):
+        nu[k], V[k], added[k] = _largest(M[k], K[k], count, shift)
+    squares = 1 / nu
+    V *= np.sqrt(abs(squares))[:, None]
+    return (squares - np.array(added)[:, None] if any(added) else squares), V
 
 
 def _largest(
     M: np.ndarray, K: np.ndarray, count: int, shift: float
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """The `count` largest nu (descending) of M v = nu (K + added M) v, v (count, n), and added."""
-    for added in (shift, *(s for s in SHIFTS if s > shift)):
+    """The `count` largest nu (descending) of M v = nu (K + added M) v, v (n, count), and added."""
+    for added in chain((shift,), SHIFTS):
         # Transposed, symmetric matrices come as LAPACK wants them: no conversion.
         nu, V, info = lapack.dsygvd(M.T, (K + added * M if added else K).T)
         if not info:
-            return nu[: -count - 1 : -1], V.T[: -count - 1 : -1], added
+            return nu[: -count - 1 : -1], V[:, : -count - 1 : -1], added
         if info <= len(K):
             raise NotConverged(f"the eigenvalues did not converge (LAPACK dsygvd: {info})")
     raise NotConverged(

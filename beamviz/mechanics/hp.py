@@ -62,10 +62,9 @@ def diagonal(A: np.ndarray) -> np.ndarray:
 class Forms(NamedTuple):
     """Stiffness (without softening) and mass of the two families, bending first."""
 
-    K: np.ndarray  # (..., 2, n, n) = diag(local) + J' diag(spread) J, the last in bending only
+    K: np.ndarray  # (..., 2, n, n) = IJ' diag(rigidity) IJ
     M: np.ndarray  # (..., 2, n, n)
-    local: np.ndarray  # (..., 2, n) rigidity against the unknown itself
-    spread: np.ndarray  # (..., n) tension: rigidity of bending against the rotation
+    rigidity: np.ndarray  # (..., 2, 2 n) against the unknown, then against its integral: tension
 
 
 def forms(
@@ -82,22 +81,19 @@ def forms(
     The tension N = gamma^2 int_x^1 rho (u + delta) is taken from equilibrium: mu^2 n(f)
     cancels where a slender beam hardly stretches.
     """
-    J, n = mesh.J, f.shape[-1]
-    load = beam.gamma**2 if stiffening else 0.0
-    spread = load * (np.matvec(rho.G, f) + beam.delta * rho.g) * f
-    local = np.empty((*f.shape[:-1], 2, n))
-    np.multiply(mesh.weights, straight.bending_rigidity(f, curvature), out=local[..., 0, :])
-    np.multiply(
-        mesh.weights, straight.stretching_rigidity(f, beam.mu, law), out=local[..., 1, :]
-    )
-    K = np.zeros((*local.shape, n))
-    np.matmul(J.mT * spread[..., None, :], J, out=K[..., 0, :, :])
-    diagonal(K)[:] += local
+    w, n = mesh.weights, f.shape[-1]
+    rigidity = np.zeros((*f.shape[:-1], 2, 2 * n))
+    rigidity[..., 0, :n] = w * straight.bending_rigidity(f, curvature)
+    rigidity[..., 1, :n] = w * straight.stretching_rigidity(f, beam.mu, law)
+    if stiffening:
+        load = beam.gamma**2
+        rigidity[..., 0, n:] = load * (np.matvec(rho.G, f) + beam.delta * rho.g) * f
+    K = (mesh.IJ.mT * rigidity[..., None, :]) @ mesh.IJ
+    across = f[..., None] * mesh.J  # kappa -> w' = f theta
     M = np.empty_like(K)
-    across = f[..., None] * J  # kappa -> w'
-    np.matmul(across.mT, rho.G @ across, out=M[..., 0, :, :])
+    M[..., 0, :, :] = across.mT @ (rho.G @ across)
     M[..., 1, :, :] = rho.G
-    return Forms(K, M, local, spread)
+    return Forms(K, M, rigidity)
 
 
 def displacements(mesh: Mesh, rho: Inertia, f: np.ndarray) -> np.ndarray:
@@ -120,9 +116,7 @@ def lost_to_order(mesh: Mesh, forms: Forms, v: np.ndarray) -> np.ndarray:
     """The energy (..., 2, k) that shapes v (..., 2, n, k) of the two families have in the two
     highest polynomials of each element, compression counted as tension: it bounds what a higher
     order would change."""
-    lost = np.vecmat(forms.local, abs(mesh.T @ v) ** 2)
-    lost[..., 0, :] += np.vecmat(abs(forms.spread), abs(mesh.JT @ v[..., 0, :, :]) ** 2)
-    return lost
+    return np.vecmat(abs(forms.rigidity), abs(mesh.IJT @ v) ** 2)
 
 
 def share_lost(lost: np.ndarray, squares: np.ndarray) -> np.ndarray:
@@ -141,6 +135,6 @@ def errors(
     lost_stretch = np.vecdot(tail, tail) / np.vecdot(mesh.weights, f) ** 2
     size = abs(squares)
     lost = share + 4 * lost_stretch[..., None]
-    truncation = TRUNCATION_FACTOR * lost * (size + eigen.COMPRESSED)
-    rounding = ROUNDING_FACTOR * EPS * size * (1 + size / first)
+    truncation = lost * (TRUNCATION_FACTOR * (size + eigen.COMPRESSED))
+    rounding = size * (ROUNDING_FACTOR * EPS * (1 + size / first))
     return truncation, rounding

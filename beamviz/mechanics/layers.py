@@ -7,6 +7,7 @@ down to about 1/p^2 of it; only thinner ones get an element of their own.
 """
 
 import math
+from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -39,23 +40,11 @@ class Segment(NamedTuple):
     def length(self) -> float:
         return self.end - self.start
 
-    def widths(self, curvature: Curvature) -> tuple[float, float]:
-        """Widths of the bending layers at its ends; infinite where there is no tension, and at
-        the free tip, where nothing holds the rotation."""
+    def pull(self, curvature: Curvature) -> tuple[float, float]:
+        """Tension against bending at its ends: N f^(2c - 3)."""
         power = 2 * curvature.power - 3
-        widths = [
-            1 / math.sqrt(N * f**power) if N > 0 else math.inf
-            for N, f in zip(self.N, self.f, strict=True)
-        ]
-        return widths[0], (widths[1] if self.end < 1 else math.inf)
-
-    def compressed_waves(self, curvature: Curvature) -> float:
-        """Half-waves over the whole beam of a bending mode where compression is greatest."""
-        power = 2 * curvature.power - 3
-        return max(
-            math.sqrt(-N * f**power) / math.pi if N < 0 else 0.0
-            for N, f in zip(self.N, self.f, strict=True)
-        )
+        (N, N_end), (f, f_end) = self.N, self.f
+        return N * f**power, N_end * f_end**power
 
 
 class Positions(NamedTuple):
@@ -92,23 +81,32 @@ def discretisation(
 ) -> tuple[tuple[float, ...], tuple[int, ...]]:
     """Breaks and orders that should give the lowest `modes` modes to so many digits, with as few
     unknowns as any choice of what is resolved by thin elements and what by order."""
-    waves = _half_waves(mu, modes) + max(part.compressed_waves(curvature) for part in parts)
-    fixed = {0.0, *(part.end for part in parts), *(x for p in parts for x in _falling(p, mu))}
-    layers = [layer for part in parts for layer in _layers(part, curvature, digits)]
+    waves = half_waves(mu, modes)
+    pull = min(min(part.pull(curvature)) for part in parts)
+    if pull < 0:  # the half-waves over the whole beam where compression is greatest
+        waves += math.sqrt(-pull) / math.pi
+    layers: list[Layer] = []
+    fixed = [0.0]
+    for part in parts:
+        layers += _layers(part, curvature, digits)
+        fixed.append(part.end)
+        if part.slope > 0:
+            fixed += _falling(part, mu)
     candidates = []
     for cap in CAPS:
-        breaks = sorted(fixed | {layer.end for layer in layers if layer.order > cap})
-        ends = _spread(breaks, WAVES_PER_ELEMENT / waves)
+        thin = [layer.end for layer in layers if layer.order > cap]
+        ends = _spread(sorted({*fixed, *thin}), WAVES_PER_ELEMENT / waves)
         orders = [1.86 * waves * (b - a) + 1.4 + 0.85 * digits for a, b in pairwise(ends)]
         if len(ends) > len(parts) + 1:
-            orders = [max(order, _share(digits) * GRADED_ORDER) for order in orders]
+            graded = _share(digits) * GRADED_ORDER
+            orders = [max(order, graded) for order in orders]
         for layer in layers:
             element = layer.element(ends)
             need = layer.order if layer.order <= cap else layer.own_order
             orders[element] = max(orders[element], need)
-        whole = tuple(min(max(math.ceil(order), MIN_ORDER), MAX_ORDER) for order in orders)
+        whole = tuple([min(max(math.ceil(order), MIN_ORDER), MAX_ORDER) for order in orders])
         candidates.append((tuple(ends), whole))
-        if all(layer.order <= cap for layer in layers):
+        if not thin:
             break
     return min(candidates, key=lambda candidate: sum(candidate[1]))
 
@@ -137,8 +135,10 @@ def _layers(part: Segment, curvature: Curvature, digits: float) -> list[Layer]:
     at the free tip."""
     share, reach = _share(digits), LAYER_REACH * digits
     found = []
-    for x, width, side in zip((part.start, part.end), part.widths(curvature), (1, -1), strict=True):
-        if reach * width < part.length:
+    ends = zip((part.start, part.end), part.pull(curvature), (1, -1), strict=True)
+    for x, pull, side in ends:
+        if x < 1 and pull * part.length**2 > reach**2:  # nothing holds the rotation of the tip
+            width = 1 / math.sqrt(pull)
             orders = (share * (6 + 2 * math.sqrt(h / width)) for h in (reach * width, part.length))
             found.append(Layer(x, x + side * reach * width, *orders))
     if part.end == 1 and part.slope > 0:
@@ -149,7 +149,8 @@ def _layers(part: Segment, curvature: Curvature, digits: float) -> list[Layer]:
     return found
 
 
-def _half_waves(mu: float, modes: int) -> int:
+@lru_cache(maxsize=64)
+def half_waves(mu: float, modes: int) -> int:
     """How many half-waves the lowest `modes` modes have at most, of either family at rest."""
     bending = stretching = 0
     while bending + stretching < modes:
@@ -179,15 +180,14 @@ def _stretch(law: StrainLaw, n: float) -> float:
     return float(bisect(lambda f: law.force(f) - n, 1.0, high, STRETCH_HALVINGS))
 
 
-def _falling(part: Segment, mu: float) -> set[float]:
+def _falling(part: Segment, mu: float) -> list[float]:
     """Breaks towards an end where a large stretch falls off: f ~ N^(1/3) has its singularity
     just beyond, as far as the force n needs to fall to -0.2, its least value."""
-    breaks = set()
-    if part.slope > 0:
-        distance = (part.N[1] + 0.2 * mu**2) / part.slope
-        while GRADING * distance < part.length:
-            breaks.add(part.end - distance)
-            distance *= GRADING
+    breaks = []
+    distance = (part.N[1] + 0.2 * mu**2) / part.slope
+    while GRADING * distance < part.length:
+        breaks.append(part.end - distance)
+        distance *= GRADING
     return breaks
 
 

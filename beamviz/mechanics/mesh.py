@@ -65,7 +65,9 @@ class Mesh:
     J: np.ndarray  # (n, n)
     rooted: np.ndarray  # (n, n) roots * J: rooted' rooted = G
     T: np.ndarray  # (n, n)
-    JT: np.ndarray  # (n, n)
+    eye: np.ndarray  # (n, n)
+    IJ: np.ndarray  # (2 n, n) identity and J
+    IJT: np.ndarray  # (2 n, n) IJ T
     tails: np.ndarray  # (2 elements, n)
     G: np.ndarray  # (n, n)
     G1: np.ndarray  # (n,) row sums of G
@@ -128,8 +130,9 @@ def mesh(breaks: tuple[float, ...], orders: tuple[int, ...]) -> Mesh:
         tails[2 * k : 2 * k + 2, block] = math.sqrt(h) * e.tails
     WJ = weights[:, None] * J
     G, g = J.T @ WJ, WJ.sum(axis=0)
-    roots = np.sqrt(weights)[:, None]
-    arrays = (points, weights, roots, J, roots * J, T, J @ T, tails, G, G.sum(axis=1), g)
+    roots, eye = np.sqrt(weights)[:, None], np.eye(n)
+    IJ = np.concatenate((eye, J))
+    arrays = (points, weights, roots, J, roots * J, T, eye, IJ, IJ @ T, tails, G, G.sum(axis=1), g)
     return Mesh(_frozen(np.array(breaks)), orders, *(_frozen(array) for array in arrays))
 
 

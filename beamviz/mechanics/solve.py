@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Collection, Iterable
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -89,11 +90,30 @@ def solve_many(beams: Iterable[Beam], **options: Any) -> list[Solution | Beamviz
 
 def _task(beam: Beam, start: float, options: Options) -> Task:
     """What the options ask for; InvalidInput where one is wrong."""
-    modes, method, strain, curvature, coriolis, plane, tolerance, elements, terms = options
-    for name, allowed in CHOICES.items():
-        value = getattr(options, name)
-        if not isinstance(value, str) or value not in allowed:
-            raise InvalidInput(f"{name} = {value!r}: must be one of {', '.join(allowed)}")
+    try:
+        meaning = _meaning(*options)
+    except TypeError:  # one is a list, say: nothing to remember it by
+        meaning = _meaning.__wrapped__(*options)
+    return Task(beam, *meaning, start)
+
+
+@lru_cache(maxsize=256, typed=True)
+def _meaning(
+    modes: int,
+    method: str,
+    strain: str,
+    curvature: str,
+    coriolis: bool,
+    plane: str,
+    tolerance: float,
+    elements: int | None,
+    terms: int | None,
+) -> tuple[Model, Physics, int, float, int | None, int | None]:
+    """The options in the terms of mechanics: a slider asks for the same ones again and again."""
+    given = {"method": method, "strain": strain, "curvature": curvature, "plane": plane}
+    for name, value in given.items():
+        if not isinstance(value, str) or value not in CHOICES[name]:
+            raise InvalidInput(f"{name} = {value!r}: must be one of {', '.join(CHOICES[name])}")
     if not isinstance(coriolis, bool | np.bool_):
         raise InvalidInput(f"coriolis = {coriolis!r}: must be True or False")
     modes = whole("modes", modes, 1, MAX_MODES)
@@ -101,7 +121,7 @@ def _task(beam: Beam, start: float, options: Options) -> Task:
     model = Model(method, strain, curvature, bool(coriolis), plane)
     law, measure = STRAIN_LAWS[strain], CURVATURES[curvature]
     physics = Physics(law, measure, plane == "chordwise", model.coriolis)
-    return Task(beam, model, physics, modes, tolerance, elements, terms, start)
+    return model, physics, modes, tolerance, elements, terms
 
 
 def _attempt(task: Task) -> Solution:

@@ -18,9 +18,10 @@ Function = Callable[[Any], Any]  # of a number or an array, to the same
 
 @dataclass(frozen=True)
 class StrainLaw:
-    """An axial strain e(f) with its first and second derivative.
+    """An axial strain e(f) with its first and second derivative; its force n = e e' (the axial
+    force divided by mu^2) and stiffness n' in as few operations as they take.
 
-    The force n grows with the stretch between `min_stretch` and `max_stretch` only: outside,
+    The force grows with the stretch between `min_stretch` and `max_stretch` only: outside,
     n' < 0 and a bar under dead load has no stable state.
     """
 
@@ -28,6 +29,8 @@ class StrainLaw:
     strain: Function
     first: Function
     second: Function
+    force: Function
+    stiffness: Function
     min_stretch: float
     max_stretch: float
     source: str
@@ -37,19 +40,6 @@ class StrainLaw:
         """n''(1) / 2: a small force n stretches by n - softening n^2."""
         step = 1e-20
         return float(self.stiffness(np.array(1 + step * 1j)).imag) / step / 2
-
-    def force(self, f: Any) -> Any:
-        """n = e e', the axial force divided by mu^2."""
-        return self.strain(f) * self.first(f)
-
-    def stiffness(self, f: Any) -> Any:
-        """n' = e'^2 + e e'', the slope of the force."""
-        return self.first(f) ** 2 + self.strain(f) * self.second(f)
-
-    def force_and_stiffness(self, f: Any) -> tuple[Any, Any]:
-        """n and n' together, as Newton needs them."""
-        e, first = self.strain(f), self.first(f)
-        return e * first, first * first + e * self.second(f)
 
 
 @dataclass(frozen=True)
@@ -66,7 +56,9 @@ _STRAIN_LAWS = (
         name="green",
         strain=lambda f: (f - 1) * (f + 1) / 2,
         first=lambda f: f,
-        second=lambda f: 1.0,
+        second=np.ones_like,
+        force=lambda f: (f - 1) * (f + 1) * f / 2,
+        stiffness=lambda f: 1.5 * f * f - 0.5,
         min_stretch=1 / math.sqrt(3),
         max_stretch=math.inf,
         source="Green-Lagrange strain (f^2 - 1) / 2 (paper, eq. 15)",
@@ -74,8 +66,10 @@ _STRAIN_LAWS = (
     StrainLaw(
         name="biot",
         strain=lambda f: f - 1,
-        first=lambda f: 1.0,
-        second=lambda f: 0.0,
+        first=np.ones_like,
+        second=np.zeros_like,
+        force=lambda f: f - 1,
+        stiffness=np.ones_like,
         min_stretch=0.0,
         max_stretch=math.inf,
         source="Biot (engineering) strain f - 1, the axial strain of Gerstmayr & Irschik (2008)",
@@ -85,6 +79,8 @@ _STRAIN_LAWS = (
         strain=np.log,
         first=lambda f: 1 / f,
         second=lambda f: -1 / f**2,
+        force=lambda f: np.log(f) / f,
+        stiffness=lambda f: (1 - np.log(f)) / f**2,
         min_stretch=0.0,
         max_stretch=math.e,
         source="Hencky (logarithmic) strain ln f; its force ln f / f has its maximum at f = e",

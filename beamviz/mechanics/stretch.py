@@ -91,13 +91,12 @@ def newton(
     its own size times that distance.
     Returns None for f where an iterate leaves the stable branch, and the iterations done.
     """
-    w, G, g = mesh.weights, rho.G, delta * rho.g
-    moved = math.inf
+    w, A, b = mesh.weights, load * rho.G, (load * delta) * rho.g
+    moved, least = math.inf, float(f.min())  # least: a lower bound of f from here on
     for iteration in range(1, NEWTON_ITERATIONS + 1):
-        residual = w * law.force(f) - load * (G @ f + g)
+        residual = w * law.force(f) - A @ f - b
         if moved > SAME_TANGENT:
-            tangent = -load * G
-            diagonal(tangent)[:] += w * law.stiffness(f)
+            tangent = mesh.eye * (w * law.stiffness(f)) - A
             factor, step, info = lapack.dposv(tangent.T, residual, overwrite_a=True)
             moved = 0.0
         else:
@@ -105,12 +104,15 @@ def newton(
         if info:
             return None, iteration
         f = f - step
-        if f.min() <= law.min_stretch:
-            return None, iteration
-        size = float(abs(step).max())
-        moved += size
+        size = math.sqrt(step @ step)
+        moved, least = moved + size, least - size
+        if least <= law.min_stretch:
+            least = float(f.min())
+            if least <= law.min_stretch:
+                return None, iteration
         if moved * size < (NEWTON_STEP * f[0]) ** 2:
-            held = f.max() < law.max_stretch and _left_at_clamp(rho, delta, law, load, f) > 0
+            held = law.max_stretch == math.inf or f.max() < law.max_stretch
+            held = held and _left_at_clamp(rho, delta, law, load, f) > 0
             return (f if held else None), iteration
     return None, iteration
 
@@ -125,10 +127,10 @@ def newton_many(
     with np.errstate(all="ignore"):  # what runs away is not converged
         while iteration < NEWTON_ITERATIONS and not converged.all():
             iteration += 1
-            n, slope = law.force_and_stiffness(f)
             tangent = -A
-            diagonal(tangent)[:] += w * slope
-            step = np.linalg.solve(tangent, (w * n - np.matvec(A, f) - b)[..., None])[..., 0]
+            diagonal(tangent)[:] += w * law.stiffness(f)
+            residual = w * law.force(f) - np.matvec(A, f) - b
+            step = np.linalg.solve(tangent, residual[..., None])[..., 0]
             f = f - step
             converged = abs(step).max(axis=-1) < NEWTON_STEP
     sound = converged & (f.max(axis=-1) < LARGEST_TOGETHER)
@@ -142,15 +144,16 @@ def first_guess(
 
     n = load (G f + delta g) / w with f = 1 + n inside, inverted as f = 1 + n - n''(1) n^2 / 2.
     """
-    n = (load / mesh.weights) * (rho.G1 + delta * rho.g)
-    n = n + (load / mesh.weights) * np.matvec(rho.G, n)
+    pull = load / mesh.weights
+    n = pull * (rho.G1 + delta * rho.g)
+    n = n + pull * np.matvec(rho.G, n)
     return 1 + n - law.softening * n * n
 
 
 def _left_at_clamp(rho: Inertia, delta: float, law: StrainLaw, load: float, f: np.ndarray) -> float:
     """The share of its greatest force, in tension and compression, that the law has left at the
     clamp: the force is largest there, and no Gauss point sees it."""
-    if law.min_stretch == 0 and law.max_stretch == np.inf:
+    if law.max_stretch == math.inf and (law.min_stretch == 0 or delta >= 0):
         return 1.0
     force = load * (rho.g @ f + delta * rho.total)
     least = law.force(law.min_stretch) if law.min_stretch > 0 else -np.inf
