@@ -277,10 +277,6 @@ def test_a_mode_seen_out_of_range_is_an_index_error():
             "elements = 20: method auto takes no number of elements; methods that do: ancf, "
             "ancf-planar, linear",
         ),
-        (
-            {"method": "ancf", "tolerance": 1e-3},
-            "tolerance = 0.001: method ancf takes no tolerance; methods that do: auto, foac, zoac",
-        ),
         ({"method": "ancf", "elements": 0}, "elements = 0: must be a whole number in 1 .. 1000"),
         ({"method": "ancf", "elements": 2}, "modes = 5: at most 4 with elements = 2"),
     ],

@@ -227,6 +227,4 @@ def _solve_many_on(
     softening = numbers.gamma[..., None] ** 2
     apart = _apart(points, f, softening, forms, modes, physics, shift)
     fields = zip(f, *apart, converged, strict=True)
-    return [
-        StraightModes(points, f, iterations, *rest) if ok else None for f, *rest, ok in fields
-    ]
+    return [StraightModes(points, f, iterations, *rest) if ok else None for f, *rest, ok in fields]

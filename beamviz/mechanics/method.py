@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from beamviz.beam import Beam, shown
+from beamviz.beam import Beam
 from beamviz.mechanics.adaptive import Physics
 from beamviz.mechanics.solution import Model, Solution
 
