@@ -20,23 +20,21 @@ MAX_UNKNOWNS = 300  # of one family; beyond, the scene is too near an end of equ
 COARSE_ORDER = 6
 
 
-Tension = Literal["equilibrium", "reference", "none"]
+Tension = Literal["equilibrium", "reference"]
 
 
 class Physics(NamedTuple):
-    """What is solved about a beam: its laws, its plane, whether Coriolis forces act, and the
-    tension that stiffens it: that of the stretched equilibrium, that of the rigid reference
-    length (first-order coupling), or none (no coupling)."""
+    """What is solved about a beam: its laws, its plane, whether Coriolis forces act, and whose
+    tension stiffens it: that of the stretched equilibrium, or that of the rigid reference length
+    (first-order coupling). Stiffening and softening are terms that can be left out."""
 
     law: StrainLaw
     curvature: Curvature
     chordwise: bool
     coriolis: bool
     tension: Tension = "equilibrium"
-
-    @property
-    def stiffening(self) -> bool:
-        return self.tension != "none"
+    stiffening: bool = True
+    softening: bool = True
 
 
 class StraightModes(NamedTuple):
@@ -102,7 +100,7 @@ def solve_on(points: Mesh, beam: Beam, modes: int, physics: Physics) -> Straight
         f, iterations = np.ones(len(points.weights)), 0
     forms = hp.forms(points, rho, beam, f, physics.law, physics.curvature, physics.stiffening)
     if physics.coriolis and physics.chordwise and beam.gamma:
-        return _coupled(points, rho, f, iterations, beam, forms, modes)
+        return _coupled(points, rho, f, iterations, beam, forms, modes, physics.softening)
     shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
     return StraightModes(
         points, f, iterations, *_apart(points, f, beam.gamma**2, forms, modes, physics, shift)
@@ -126,7 +124,8 @@ def _apart(
     squares, v = eigen.lowest(forms.K, forms.M, modes, shift)
     share = hp.share_lost(hp.lost_to_order(points, forms, v), squares)
     softened = squares.copy()
-    softened[..., 0 if physics.chordwise else 1 :, :] -= softening
+    if physics.softening:
+        softened[..., 0 if physics.chordwise else 1 :, :] -= softening
     both = (*squares.shape[:-2], 2 * modes)
     softened, squares, share = softened.reshape(both), squares.reshape(both), share.reshape(both)
     picks = softened.argsort(axis=-1)[..., :modes]
@@ -145,6 +144,7 @@ def _coupled(
     beam: Beam,
     forms: hp.Forms,
     modes: int,
+    softening: bool,
 ) -> StraightModes:
     """Both families at once, coupled by Coriolis forces.
 
@@ -152,7 +152,7 @@ def _coupled(
     e'T e 2 omega / |z' T' z|, and |z' T' z| = omega + z' K z / omega.
     """
     gamma = beam.gamma
-    Kb, Ka = forms.K - gamma**2 * forms.M
+    Kb, Ka = forms.K - gamma**2 * forms.M if softening else forms.K
     Fb, Fa = hp.displacements(points, rho, f)
     squares, s, kappa = gyroscopic(Ka, Fa, Kb, Fb, gamma, modes)
     size = abs(squares) + gamma**2
@@ -223,7 +223,7 @@ def _solve_many_on(
     guess = first_guess(points, rho, numbers.delta, physics.law, load)
     f, converged, iterations = newton_many(points, rho, numbers, physics.law, load, guess)
     shift = eigen.COMPRESSED if min(beam.delta for beam in beams) < 0 else 0.0
-    forms = hp.forms(points, rho, numbers, f, physics.law, physics.curvature)
+    forms = hp.forms(points, rho, numbers, f, physics.law, physics.curvature, physics.stiffening)
     softening = numbers.gamma[..., None] ** 2
     apart = _apart(points, f, softening, forms, modes, physics, shift)
     fields = zip(f, *apart, converged, strict=True)

@@ -104,7 +104,7 @@ def equilibrium(on: Grid, R: np.ndarray, beam: Beam, law: StrainLaw) -> State:
 
     def solve_at(load: float, guess: np.ndarray) -> Root | None:
         def increment(f: np.ndarray) -> np.ndarray:
-            n, slope = law.force_and_stiffness(f)
+            n, slope = law.force(f), law.stiffness(f)
             tangent = np.diag(slope) - load * RJ
             return -np.linalg.solve(tangent, n - load * (RJ @ f + pull))
 

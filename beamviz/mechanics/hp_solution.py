@@ -10,11 +10,12 @@ from beamviz.mechanics.method import Task
 from beamviz.mechanics.solution import Equilibrium, Solution, Stats, status
 
 
-def hp_solution(task: Task, tension: Tension = "equilibrium") -> Solution:
+def hp_solution(task: Task, tension: Tension = "equilibrium", stiffening: bool = True) -> Solution:
     """The straight scene on as few unknowns as the tolerance asks for."""
     physics = task.physics
     if tension != "equilibrium":
-        physics = physics._replace(tension=tension)
+        stiffening = stiffening and physics.stiffening
+        physics = physics._replace(tension=tension, stiffening=stiffening)
     return as_solution(task, solve_straight(task.beam, task.modes, physics, task.tolerance))
 
 

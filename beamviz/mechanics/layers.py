@@ -81,7 +81,7 @@ def discretisation(
 ) -> tuple[tuple[float, ...], tuple[int, ...]]:
     """Breaks and orders that should give the lowest `modes` modes to so many digits, with as few
     unknowns as any choice of what is resolved by thin elements and what by order."""
-    waves = half_waves(mu, modes)
+    waves = float(half_waves(mu, modes))
     pull = min(min(part.pull(curvature)) for part in parts)
     if pull < 0:  # the half-waves over the whole beam where compression is greatest
         waves += math.sqrt(-pull) / math.pi

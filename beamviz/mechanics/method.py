@@ -47,10 +47,12 @@ CORIOLIS = Feature(
     lambda task: task.physics.coriolis and task.physics.chordwise,
     lambda task: "coriolis = True",
 )
-ACCURACY = Feature(
-    "tolerance",
-    lambda task: task.tolerance != TOLERANCE,
-    lambda task: f"tolerance = {shown(task.tolerance)}",
+
+
+SWITCHES = Feature(
+    "switched-off term",
+    lambda task: not (task.physics.stiffening and task.physics.softening),
+    lambda task: f"{'softening' if task.physics.stiffening else 'stiffening'} = False",
 )
 
 

@@ -6,7 +6,7 @@ from beamviz.errors import InvalidInput
 from beamviz.mechanics import elements as cubic_elements
 from beamviz.mechanics.element_solution import element_solution
 from beamviz.mechanics.hp_solution import hp_solution
-from beamviz.mechanics.method import ACCURACY, CORIOLIS, ELEMENTS, TERMS, Method, Task
+from beamviz.mechanics.method import CORIOLIS, ELEMENTS, SWITCHES, TERMS, Method, Task
 from beamviz.mechanics.series_solution import (
     assumed_modes_solution,
     chebyshev_solution,
@@ -28,21 +28,21 @@ METHODS = {
             "the paper's cubic elements (2017), stretching and bending solved apart",
             "to see the paper's own numbers; 20 elements are the paper's",
             partial(element_solution, cubic_elements.split),
-            refuses=(ACCURACY, TERMS),
+            refuses=(TERMS, SWITCHES),
         ),
         Method(
             "ancf-planar",
             "the paper's cubic elements through the full planar tangent (eqs. 40-48)",
             "to check ancf: the same answer with all unknowns at once",
             partial(element_solution, cubic_elements.full),
-            refuses=(ACCURACY, TERMS),
+            refuses=(TERMS, SWITCHES),
         ),
         Method(
             "linear",
             "linear finite elements with prestress and spin softening, as general codes do it",
             "to see what a linear prestressed analysis says; its limit is foac's",
             partial(element_solution, cubic_elements.linear, tension="reference"),
-            refuses=(ACCURACY, TERMS),
+            refuses=(TERMS, SWITCHES),
         ),
         Method(
             "foac",
@@ -55,7 +55,7 @@ METHODS = {
             "zoac",
             "no coupling: the linear model without stiffening, the paradox of Kane et al. (1987)",
             "to see it fail: it falsely loses stability at gamma = 3.516",
-            partial(hp_solution, tension="none"),
+            partial(hp_solution, tension="reference", stiffening=False),
             refuses=(ELEMENTS, TERMS),
         ),
         Method(
@@ -63,21 +63,21 @@ METHODS = {
             "modes of the beam at rest as a basis, rigid tension (Yoo & Shin 1998)",
             "to see how the classical papers computed: few terms, 3 to 6 digits at low speed",
             assumed_modes_solution,
-            refuses=(ACCURACY, ELEMENTS),
+            refuses=(ELEMENTS, SWITCHES),
         ),
         Method(
             "power-series",
             "Frobenius series from the clamp, rigid tension (Wright et al. 1982)",
             "to check foac at low speed: exact there, without a digit left at high speed",
             power_series_solution,
-            refuses=(ACCURACY, ELEMENTS, CORIOLIS),
+            refuses=(ELEMENTS, CORIOLIS, SWITCHES),
         ),
         Method(
             "chebyshev",
             "Chebyshev collocation of the differential equations (El-Gendi 1969; Greengard 1991)",
             "to check auto by other equations; wasteful where layers are thin",
             chebyshev_solution,
-            refuses=(ACCURACY, ELEMENTS, CORIOLIS),
+            refuses=(ELEMENTS, CORIOLIS, SWITCHES),
         ),
     )
 }

@@ -24,13 +24,15 @@ Axial = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # x -> u, f
 
 
 class Model(NamedTuple):
-    """What was solved: the method asked for, the beam theory, the plane."""
+    """What was solved: the method asked for, the beam theory, the plane, the terms kept."""
 
     method: str
     strain: str
     curvature: str
     coriolis: bool
     plane: str
+    stiffening: bool = True
+    softening: bool = True
 
 
 class Stats(NamedTuple):

@@ -39,6 +39,8 @@ class Options(NamedTuple):
     tolerance: float
     elements: int | None
     terms: int | None
+    stiffening: bool
+    softening: bool
 
 
 def solve(
@@ -52,17 +54,24 @@ def solve(
     tolerance: float = TOLERANCE,
     elements: int | None = None,
     terms: int | None = None,
+    stiffening: bool = True,
+    softening: bool = True,
 ) -> Solution:
     """Equilibrium and the lowest `modes` modes of a beam.
 
     tolerance: relative error of each frequency that `auto` refines to. elements: number of
     elements of `ancf` (20, the paper's, when not given). terms: of the series of `assumed-modes`
     (basis functions), `power-series` (powers) and `chebyshev` (order). Coriolis forces act in the
-    chordwise plane only. Unstable states are returned, with status "unstable".
+    chordwise plane only. stiffening, softening: whether the tension stiffens bending, and whether
+    the centrifugal force, growing outwards, softens motion in the plane of rotation: switched off
+    to see what each term does. Unstable states are returned, with status "unstable".
     Raises InvalidInput, NoEquilibrium (with .limit) and NotConverged.
     """
     start = time.perf_counter()
-    options = Options(modes, method, strain, curvature, coriolis, plane, tolerance, elements, terms)
+    numbers = (tolerance, elements, terms)
+    options = Options(
+        modes, method, strain, curvature, coriolis, plane, *numbers, stiffening, softening
+    )
     return _attempt(_task(beam, start, options))
 
 
@@ -108,19 +117,37 @@ def _meaning(
     tolerance: float,
     elements: int | None,
     terms: int | None,
+    stiffening: bool,
+    softening: bool,
 ) -> tuple[Model, Physics, int, float, int | None, int | None]:
     """The options in the terms of mechanics: a slider asks for the same ones again and again."""
-    given = {"method": method, "strain": strain, "curvature": curvature, "plane": plane}
+    given: dict[str, object] = {
+        "method": method,
+        "strain": strain,
+        "curvature": curvature,
+        "plane": plane,
+    }
     for name, value in given.items():
         if not isinstance(value, str) or value not in CHOICES[name]:
             raise InvalidInput(f"{name} = {value!r}: must be one of {', '.join(CHOICES[name])}")
-    if not isinstance(coriolis, bool | np.bool_):
-        raise InvalidInput(f"coriolis = {coriolis!r}: must be True or False")
+    switches = {"coriolis": coriolis, "stiffening": stiffening, "softening": softening}
+    for name, switch in switches.items():
+        if not isinstance(switch, bool | np.bool_):
+            raise InvalidInput(f"{name} = {switch!r}: must be True or False")
     modes = whole("modes", modes, 1, MAX_MODES)
     tolerance = checked("tolerance", tolerance, *TOLERANCES)
-    model = Model(method, strain, curvature, bool(coriolis), plane)
+    model = Model(
+        method, strain, curvature, bool(coriolis), plane, bool(stiffening), bool(softening)
+    )
     law, measure = STRAIN_LAWS[strain], CURVATURES[curvature]
-    physics = Physics(law, measure, plane == "chordwise", model.coriolis)
+    physics = Physics(
+        law,
+        measure,
+        plane == "chordwise",
+        model.coriolis,
+        stiffening=model.stiffening,
+        softening=model.softening,
+    )
     return model, physics, modes, tolerance, elements, terms
 
 
