@@ -12,6 +12,7 @@ from beamviz.show.chart_tab import ChartTab
 from beamviz.show.compare_tab import CompareTab
 from beamviz.show.controls import CHOICES, MAX_AMPLITUDE, MAX_SPEED, MODES, Look, Wanted
 from beamviz.show.microscope_tab import MicroscopeTab
+from beamviz.show.page_style import add_style
 from beamviz.show.sliders import Listener, Numbers, assign, heard
 from beamviz.show.solving import Answer
 
@@ -35,6 +36,7 @@ class Panel:
         gui.set_panel_label("beamviz")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(320)
+        add_style(gui)
         self.add_results(gui)
         with gui.add_folder("Beam"):
             self.numbers = Numbers(gui, wanted.beam(), listener, self.lock)
@@ -95,7 +97,9 @@ class Panel:
     def add_share(self, gui: GuiApi, mode: int, look: Look) -> GuiSliderHandle:
         """How much of one mode is in the picture."""
         share = look.shares[mode] if mode < len(look.shares) else 0.0
-        slider = gui.add_slider(f"mode {mode + 1}", 0.0, 1.0, 0.05, share)
+        slider = gui.add_slider(
+            f"mode {mode + 1}", 0.0, 1.0, 0.05, share, hint=f"How much of mode {mode + 1} is in it"
+        )
         heard(slider, self.lock, partial(self.listener.share, mode))
         return slider
 

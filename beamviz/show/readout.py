@@ -11,6 +11,7 @@ from beamviz.show.solving import Answer
 
 GOOD, BAD = "#2b8a3e", "#d9480f"
 FADED = "opacity:.65"
+LINES = "4.05em"  # room for three, so that nothing below moves when there are more than two
 TIME = "T* = √(ρ A L⁴ / E I), the time unit of the beam"
 
 
@@ -23,7 +24,8 @@ def state(answer: Answer) -> str:
         text, colour = rest if answer.message == answer.words else answer.message, BAD
     return (
         f'<div role="status" style="border-left:4px solid {colour};padding:.1em .6em;'
-        f'margin:.2em .75em .5em;font-size:.85em;line-height:1.35"><b>{escape(title)}</b>'
+        f"min-height:{LINES};margin:.2em .75em .5em;font-size:.85em;line-height:1.35"
+        f'"><b>{escape(title)}</b>'
         + (f'<br><span style="{FADED}">{escape(text)}</span>' if text else "")
         + "</div>"
     )

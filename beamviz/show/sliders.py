@@ -14,14 +14,17 @@ from beamviz.show.measures import LABELS, measures, places
 
 # For each number: label, everyday range and step of its slider (dimensionless), what it means.
 NUMBERS = {
-    "alpha": (LABELS["alpha"], 0.0, 5.0, 0.01,
-              "Mass on the beam, over the mass of the beam itself"),
-    "beta": (LABELS["beta"], 0.0, 1.0, 0.005, "Where that mass sits: 0 at the hub, 1 at the tip"),
-    "gamma": (LABELS["gamma"], 0.0, 50.0, 0.1, "Speed of rotation, in radians per T*"),
-    "delta": (LABELS["delta"], -1.0, 3.0, 0.01, "Radius of the hub, over the length of the beam;"
-              " below 0 the beam points inward from the rim"),
-    "mu": (LABELS["mu"], 10.0, 200.0, 1.0, "√12 times the length over the thickness;"
-           " a large one makes stretching stiff"),
+    "alpha": (LABELS["alpha"], 0.0, 5.0, 0.01, "How heavy the mass is, beside the beam itself."
+              " More: slower vibration, but not where the mass sits at a node"),
+    "beta": (LABELS["beta"], 0.0, 1.0, 0.005, "Where the mass sits: 0 at the hub, 1 at the tip."
+             " Further out it moves more, and is felt more"),
+    "gamma": (LABELS["gamma"], 0.0, 50.0, 0.1, "How fast it turns, in radians per T*."
+              " Faster: the beam is pulled taut and longer, and vibrates faster"),
+    "delta": (LABELS["delta"], -1.0, 3.0, 0.01, "How large the hub is, beside the length of the"
+              " beam. Larger: more pull. Below 0 the beam points inward, and is pressed together"),
+    "mu": (LABELS["mu"], 10.0, 200.0, 1.0, "How slender the beam is: √12 times its length over"
+           " its thickness. More: stretching gets faster beside bending, and the pull stretches"
+           " the beam less"),
 }  # fmt: skip
 
 

@@ -1,0 +1,34 @@
+"""What viser's page lacks for us: contrast on a projector, and a phone held upright."""
+
+from viser import GuiApi
+
+SHEET = '.mantine-Paper-root[style*="max-height: 60%"]'  # a phone's controls
+SECTION = '.mantine-Tabs-root[style*="border-top"]'  # results or lessons in it
+
+# viser styles its elements in place, so all of this has to insist. Grey words get a contrast of
+# more than 7 : 1 on either page. On a phone the sheet of controls stands below the scene rather
+# than over it, as wide as the screen, and results and lessons come before the controls.
+STYLE = f"""<style>
+:root[data-mantine-color-scheme] {{ --mantine-color-dimmed: #4a5158; }}
+:root[data-mantine-color-scheme="dark"] {{ --mantine-color-dimmed: #b9c0c7; }}
+p:has(> label) {{ letter-spacing: -.2px !important; }}
+.mantine-Slider-markLabel {{ font-size: .7rem !important; }}
+@media (max-width: 36em) {{
+  div:has(> {SHEET}) {{ flex-direction: column; }}
+  div:has(> {SHEET}) > div[style*="flex-grow"] {{ height: 0 !important; min-height: 0; }}
+  {SHEET} {{
+    position: relative !important;
+    flex: none;
+    width: 100% !important;
+    max-height: 56% !important;
+  }}
+  {SHEET} div[style*="width: 20em"] {{ width: 100% !important; }}
+  div:has(> div > {SECTION}) {{ display: flex; flex-direction: column; }}
+  div:has(> {SECTION}) {{ order: -1; }}
+}}
+</style>"""
+
+
+def add_style(gui: GuiApi) -> None:
+    """Add it to a page; it holds while the element is there."""
+    gui.add_html(STYLE)
