@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
-from beamviz.show.controls import Wanted
+from beamviz.show.controls import SWITCHES, Wanted
 
 NOTHING, BEFORE = "nothing", "how it was before"
 
@@ -39,6 +39,18 @@ def twice(wanted: Wanted) -> Against | str:
     return Against("twice the mass", double)
 
 
+def all_terms(wanted: Wanted) -> Against | str:
+    """Every term of the equations."""
+    terms = {"stiffening": True, "softening": True, "coriolis": True}
+    whole = with_options(wanted, **terms)
+    return "All terms are on already." if on(wanted) == on(whole) else Against("all terms", whole)
+
+
+def on(wanted: Wanted) -> tuple[bool, ...]:
+    """Which terms are on."""
+    return tuple(wanted.switched_on(name) for name in SWITCHES)
+
+
 def with_options(wanted: Wanted, **options: object) -> Wanted:
     """The same beam by other keywords of `solve`."""
     return replace(wanted, options={**wanted.options, **options})
@@ -48,6 +60,7 @@ RULES: dict[str, Callable[[Wanted], Against | str]] = {
     "the paper's elements": method,
     "Coriolis on / off": coriolis,
     "twice the mass": twice,
+    "all terms on": all_terms,
 }
 CHOICES = (NOTHING, BEFORE, *RULES)
 

@@ -11,6 +11,7 @@ from beamviz.show.colours import COLOURINGS
 MODES = 5
 MAX_AMPLITUDE = 0.4
 MAX_SPEED = 4.0
+SWITCHES = {"stiffening": True, "softening": True, "coriolis": False}  # as `solve` has them
 CHOICES = {
     "method": tuple(METHODS),
     "strain": tuple(STRAIN_LAWS),
@@ -37,11 +38,15 @@ class Wanted:
         """The beam; InvalidInput names the number that is none."""
         return Beam(**self.numbers, units=self.units)
 
+    def switched_on(self, name: str) -> bool:
+        """Whether a term, one of SWITCHES, is part of it."""
+        return bool(self.options.get(name, SWITCHES[name]))
+
     def changed(self, name: str, value: Any) -> Self:
         """With one number or keyword changed; a number is checked by `beam`, a choice here."""
         if name in self.numbers:
             return replace(self, numbers={**self.numbers, name: value})
-        if name == "coriolis":
+        if name in SWITCHES:
             return replace(self, options={**self.options, name: bool(value)})
         if name in CHOICES and value in CHOICES[name]:
             return replace(self, options={**self.options, name: value})

@@ -15,6 +15,7 @@ from beamviz.show.microscope_tab import MicroscopeTab
 from beamviz.show.page_style import add_style
 from beamviz.show.sliders import Listener, Numbers, assign, heard
 from beamviz.show.solving import Answer
+from beamviz.show.terms import Terms
 
 MODEL = {
     "method": "How the beam is cut up and solved",
@@ -44,6 +45,8 @@ class Panel:
             self.add_motion(gui, look)
         with gui.add_folder("Picture"):
             self.add_picture(gui, look)
+        with gui.add_folder("Terms on or off", expand_by_default=False):
+            self.terms = Terms(gui, wanted, self.numbers, listener, self.lock)
         with gui.add_folder("Model", expand_by_default=False):
             self.add_model(gui, wanted)
 
@@ -129,17 +132,11 @@ class Panel:
         gui.add_button("Reset view").on_click(lambda _: self.listener.reset_view())
 
     def add_model(self, gui: GuiApi, wanted: Wanted) -> None:
-        """Method, strain law, curvature, plane and Coriolis."""
+        """Method, strain law, curvature and plane."""
         for name, hint in MODEL.items():
             chosen = wanted.options.get(name, CHOICES[name][0])
             dropdown = gui.add_dropdown(name, CHOICES[name], initial_value=chosen, hint=hint)
             heard(dropdown, self.lock, partial(self.listener.want, name))
-        coriolis = gui.add_checkbox(
-            "Coriolis",
-            bool(wanted.options.get("coriolis")),
-            hint="The force on what moves along a turning beam; it couples bending and stretching",
-        )
-        heard(coriolis, self.lock, partial(self.listener.want, "coriolis"))
 
     def follow(self, control: GuiInputHandle, name: str) -> None:
         """Hand on every change of a choice of the picture."""
@@ -159,6 +156,7 @@ class Panel:
 
     def show(self, answer: Answer, shown: list[int]) -> None:
         """Tell what came of a wish."""
+        self.terms.show(answer.wanted)
         self.state.content = readout.state(answer)
         if answer.solution:
             self.known = readout.table(answer.solution, shown)

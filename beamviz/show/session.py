@@ -104,11 +104,15 @@ class Session:
         if target := self.charting.choose(number):
             self.panel.numbers.put(*target)
 
+    def remember(self) -> None:
+        """Keep it unless it is compared with something else."""
+        if self.comparison.choice in (NOTHING, BEFORE):
+            self.keep()
+
     def hold(self) -> None:
         """The mass was taken: time stands still, and how the beam was stays to be seen."""
         self.held = True
-        if self.comparison.choice in (NOTHING, BEFORE):
-            self.keep()
+        self.remember()
 
     def drag(self, beta: float) -> None:
         """The mass was dragged along the beam."""

@@ -65,6 +65,9 @@ class Listener(Protocol):
     def keep(self) -> None:
         """Keep the beam as it is, to compare with."""
 
+    def remember(self) -> None:
+        """Keep it unless it is compared with something else."""
+
 
 class Numbers:
     """The five numbers, each with a slider for its everyday range and a field for all of it.
