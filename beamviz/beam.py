@@ -2,6 +2,7 @@
 
 import math
 import tomllib
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from numbers import Real
 from pathlib import Path
@@ -163,24 +164,43 @@ MAX_TOML_BYTES = 64_000
 
 def read_si(path: Path) -> dict[str, float]:
     """The SI keywords in a TOML file; InvalidInput names the file and what is wrong in it."""
+    return si_keywords(read_toml(path), str(path))
+
+
+def si_keywords(data: dict[str, Any], where: str) -> dict[str, float]:
+    """`data` as keywords of `from_si`; InvalidInput names the key that is unknown or missing."""
+    known(data, SI_KEYS, where)
+    missing = [key for key in SI_REQUIRED if key not in data]
+    if missing:
+        raise InvalidInput(f"{where}: missing key {missing[0]!r} [{SI_KEYS[missing[0]]}]")
+    return data
+
+
+def known(data: dict[str, Any], keys: Collection[str], where: str) -> None:
+    """InvalidInput for the first key of `data` that is none of `keys`."""
+    unknown = sorted(set(data) - set(keys))
+    if unknown:
+        raise InvalidInput(f"{where}: unknown key {unknown[0]!r}; known: {', '.join(keys)}")
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """What a small TOML file holds; InvalidInput where it cannot be read, is large or no TOML."""
     try:
         with path.open("rb") as file:
             text = file.read(MAX_TOML_BYTES + 1)
     except OSError as error:
         raise InvalidInput(f"{path}: {error.strerror or error}") from None
+    return parsed_toml(text, str(path))
+
+
+def parsed_toml(text: bytes, name: str) -> dict[str, Any]:
+    """What the TOML of a file called `name` holds."""
     if len(text) > MAX_TOML_BYTES:
-        raise InvalidInput(f"{path}: larger than {MAX_TOML_BYTES} bytes, not a beam file")
+        raise InvalidInput(f"{name}: larger than {MAX_TOML_BYTES} bytes, not a file of beamviz")
     try:
-        data = tomllib.loads(text.decode("utf-8-sig"))  # some editors begin with a mark
+        return tomllib.loads(text.decode("utf-8-sig"))  # some editors begin with a mark
     except (ValueError, RecursionError) as error:
-        raise InvalidInput(f"{path}: not a TOML file ({error})") from None
-    unknown = sorted(set(data) - set(SI_KEYS))
-    if unknown:
-        raise InvalidInput(f"{path}: unknown key {unknown[0]!r}; known: {', '.join(SI_KEYS)}")
-    missing = [key for key in SI_REQUIRED if key not in data]
-    if missing:
-        raise InvalidInput(f"{path}: missing key {missing[0]!r} [{SI_KEYS[missing[0]]}]")
-    return data
+        raise InvalidInput(f"{name}: not a TOML file ({error})") from None
 
 
 def checked(name: str, value: object, low: float, high: float) -> float:

@@ -15,7 +15,7 @@ import typer
 from beamviz import __version__
 from beamviz.beam import Beam, checked, whole
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
-from beamviz.options import numeric, takes_beam
+from beamviz.options import numeric, takes_beam, takes_scene
 from beamviz.report import FORMATS, finite
 
 EXIT_CODES = {InvalidInput: 2, NoEquilibrium: 3, NotConverged: 4}
@@ -98,10 +98,12 @@ def loci(
 
 
 @app.command()
-@takes_beam
+@takes_scene
 def serve(
-    beam: Beam,
-    options: dict[str, Any],
+    scene: Any,
+    scene_file: Annotated[
+        Path | None, typer.Argument(help="The same as --scene.", metavar="SCENE.toml")
+    ] = None,
     host: Annotated[
         str, typer.Option(help="Address to listen on; 0.0.0.0 lets others in who have the link.")
     ] = "127.0.0.1",
@@ -116,8 +118,7 @@ def serve(
     from beamviz.show.server import serve
 
     serve(
-        beam,
-        options,
+        scene,
         host=host,
         port=whole("port", port, *PORTS),
         open_browser=open,
@@ -127,30 +128,25 @@ def serve(
 
 
 @app.command()
-@takes_beam
+@takes_scene
 def screenshot(
-    beam: Beam,
-    options: dict[str, Any],
+    scene: Any,
     path: Annotated[Path, typer.Argument(help="The picture to write.", metavar="OUT.png")],
     width: Annotated[int, numeric("Width in pixels.")] = 1280,
     height: Annotated[int, numeric("Height in pixels.")] = 720,
-    mode: Annotated[int, numeric("Mode to show, counted from 1.")] = 2,
     phase: Annotated[float, numeric("Moment of the vibration in cycles, 0 .. 1.")] = 0.25,
     transparent: Annotated[
         bool, typer.Option("--transparent", help="Leave the background out.")
     ] = False,
 ) -> None:
     """The 3D scene as a picture, without a screen."""
-    from beamviz.mechanics.solve import MAX_MODES
     from beamviz.show.export import PIXELS, screenshot
 
     screenshot(
         path,
-        beam,
-        options,
+        scene,
         width=whole("width", width, *PIXELS),
         height=whole("height", height, *PIXELS),
-        mode=whole("mode", mode, 1, MAX_MODES),
         phase=checked("phase", phase, 0, 1),
         transparent=transparent,
     )

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from beamviz.beam import NAMES, Beam
 from beamviz.mechanics.solve import CHOICES, Solution, solve
+from beamviz.scene_file import SavedScene
 from beamviz.study.chart_style import SYMBOLS
 
 USUAL = {name: inspect.signature(solve).parameters[name].default for name in (*CHOICES, "coriolis")}
@@ -82,6 +83,11 @@ class Lesson:
     options: Mapping[str, Any] = field(default_factory=dict)
     mode: int = 1
     chart: str = "gamma"
+
+    @property
+    def scene(self) -> SavedScene:
+        """What the explorer shows when the lesson begins."""
+        return SavedScene.of(self.beam, **self.options, mode=self.mode, over=self.chart)
 
     def check(self, beam: Beam, options: Mapping[str, Any]) -> Verdict:
         """Whether a beam, solved with `options`, meets the challenge."""

@@ -2,15 +2,20 @@
 
 import functools
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from beamviz.beam import LIMITS, NAMES, Beam
 from beamviz.errors import InvalidInput
 
+if TYPE_CHECKING:
+    from beamviz.scene_file import SavedScene
+
+KEYWORD = inspect.Parameter.KEYWORD_ONLY
 DEFINITIONS = {
     "alpha": "m / (rho A L)",
     "beta": "d / L",
@@ -142,6 +147,76 @@ def takes_beam(command: Callable[..., None]) -> Callable[..., None]:
         beam, options = beam_and_model(**{name: values.pop(name) for name in shared})
         command(beam=beam, options=options, **values)
 
-    listed = [own[name] for name in own if name not in ("beam", "options")]
-    wrapper.__signature__ = inspect.Signature([*listed, *shared.values()])  # type: ignore[attr-defined]
+    return declared(wrapper, [own[name] for name in own if name not in ("beam", "options")], shared)
+
+
+def seen(help: str, *names: str, **settings: Any) -> Any:
+    """An option that chooses what is seen."""
+    return typer.Option(*names, help=help, rich_help_panel="Scene", **settings)
+
+
+def scene_and_changes(
+    scene: Annotated[
+        Path | None,
+        seen("A scene saved by the explorer; other options go before it.", metavar="FILE.toml"),
+    ] = None,
+    lesson: Annotated[
+        str | None, seen("The scene of a lesson, in place of a file.", metavar="NAME")
+    ] = None,
+    mode: Annotated[
+        int | None, seen("Mode to show alone (default 2).", parser=number, metavar="NUMBER")
+    ] = None,
+    dark: Annotated[bool | None, seen("Background (default light).", "--dark/--light")] = None,
+) -> tuple["SavedScene", dict[str, Any]]:
+    """The scene of a file, of a lesson or the usual one, and what is to be changed in it."""
+    from beamviz.scene_file import SavedScene
+
+    if scene and lesson:
+        raise InvalidInput(f"--scene {scene} and --lesson {lesson} exclude each other")
+    changes = {"mode": mode, "dark": dark}
+    changed = {name: value for name, value in changes.items() if value is not None}
+    if lesson:
+        from beamviz import lessons
+
+        return lessons.lesson(lesson).scene, changed
+    return SavedScene.from_toml(scene) if scene else SavedScene(), changed
+
+
+def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the options of scene and beam; it receives a `scene` made of them."""
+    of_scene = inspect.signature(scene_and_changes).parameters
+    of_beam = inspect.signature(beam_and_model).parameters
+    own = inspect.signature(command).parameters
+
+    @functools.wraps(command)
+    def wrapper(context: typer.Context, **values: Any) -> None:
+        seen = {name: values.pop(name) for name in of_scene}
+        seen["scene"] = values.pop("scene_file", None) or seen["scene"]
+        scene, changes = scene_and_changes(**seen)
+        numbers_and_model = {name: values.pop(name) for name in of_beam}
+        beam, _ = beam_and_model(**numbers_and_model)  # where --si excludes the numbers
+        if numbers_and_model.pop("si"):
+            scene = replace(scene, beam=beam)
+        given = {k: v for k, v in numbers_and_model.items() if named(context, k)}
+        command(scene=scene.changed(**given, **changes), **values)
+
+    context = inspect.Parameter("context", KEYWORD, annotation=typer.Context)
+    listed = [context, *(own[name] for name in own if name != "scene")]
+    return declared(wrapper, listed, {**of_scene, **of_beam})
+
+
+def named(context: typer.Context, name: str) -> bool:
+    """Whether the command line gives an option, be it with its usual value."""
+    source = context.get_parameter_source(name)
+    return source is not None and source.name == "COMMANDLINE"
+
+
+def declared(
+    wrapper: Callable[..., None],
+    own: Sequence[inspect.Parameter],
+    shared: Mapping[str, inspect.Parameter],
+) -> Callable[..., None]:
+    """`wrapper` as a command with its own parameters and the shared ones."""
+    every = [entry.replace(kind=KEYWORD) for entry in (*own, *shared.values())]
+    wrapper.__signature__ = inspect.Signature(every)  # type: ignore[attr-defined]
     return wrapper

@@ -24,8 +24,9 @@ from visitor import Visitor, redrawn, visitor  # type: ignore[import-not-found] 
 TABLE = 'aria-label="modes"'
 SERVE = """
 from beamviz.beam import Beam
+from beamviz.scene_file import SavedScene
 from beamviz.show.server import serve
-serve(Beam(alpha=1, beta=0.5, gamma=10), {}, port=0)
+serve(SavedScene(Beam(alpha=1, beta=0.5, gamma=10)), port=0)
 """
 
 

@@ -17,6 +17,7 @@ from visitor import Visitor, visitor
 
 from beamviz.beam import LIMITS, MAX_GAMMA_OVER_MU, Beam
 from beamviz.mechanics.solve import solve
+from beamviz.scene_file import SavedScene
 from beamviz.show import chart as charts
 from beamviz.show import chart_tab, microscope_tab
 from beamviz.show.browser import found_browser
@@ -273,7 +274,7 @@ def test_nodes_are_marked_in_the_middle_of_a_veering():
 @pytest.fixture(scope="module")
 def url() -> Iterator[str]:
     """A running explorer; every visitor starts from TIP."""
-    with explorer(Wanted.of(TIP, {})) as address:
+    with explorer(SavedScene(TIP)) as address:
         yield address
 
 

@@ -15,11 +15,14 @@ from pathlib import Path
 import pytest
 
 from beamviz import Beam, __version__, solve
+from beamviz.beam import LIMITS
 from beamviz.cli import main
 from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.lessons import lesson
 from beamviz.mechanics.solve import CHOICES, MAX_MODES
 from beamviz.options import beam_and_model
 from beamviz.report import decimals
+from beamviz.scene_file import SavedScene
 
 ROOT = Path(__file__).resolve().parent.parent
 STEEL = """\
@@ -395,3 +398,37 @@ def test_modes_starts_fast():
     pairs = [(seconds(modes), seconds(imports)) for _ in range(7)]  # interleaved: load hits both
     ours, least = (min(times) for times in zip(*pairs, strict=True))
     assert ours <= 1.5 * least, f"{ours:.3f} s against {least:.3f} s"
+
+
+def test_the_command_line_goes_before_the_scene_file(run, tmp_path, monkeypatch):
+    """What is named on it is changed in the scene, also back to the usual value; nothing else is.
+    `serve SCENE.toml` and `--scene SCENE.toml` are the same."""
+    scenes = []
+    monkeypatch.setattr(
+        "beamviz.show.server.serve", lambda scene, **_: scenes.append(scene), raising=True
+    )
+    file = tmp_path / "scene.toml"
+    saved = SavedScene.of(alpha=1, gamma=10, coriolis=True, mode=3, dark=True)
+    file.write_text(saved.to_toml())
+    changed = ("--gamma", "20", "--no-coriolis", "--mode", "2", "--light")
+    assert run("serve", str(file))[0] == 0
+    assert run("serve", "--scene", str(file))[0] == 0
+    assert run("serve", str(file), *changed)[0] == 0
+    assert run("serve", "--lesson", "nodes", "--mode", "3")[0] == 0
+    assert scenes[:2] == [saved, saved]
+    assert scenes[2] == SavedScene.of(alpha=1, gamma=20, mode=2)
+    assert scenes[3] == lesson("nodes").scene.changed(mode=3)
+
+
+def test_a_wrong_scene_is_one_line(run, tmp_path):
+    """A file with an unknown key, an unknown lesson (all are listed), and both at once."""
+    file = tmp_path / "scene.toml"
+    file.write_text("[beam]\ngama = 1\n")
+    code, out, err = run("screenshot", "a.png", "--scene", str(file))
+    assert (code, out) == (2, "")
+    assert err == f"beamviz: {file} [beam]: unknown key 'gama'; known: {', '.join(LIMITS)}\n"
+    code, _, err = run("screenshot", "a.png", "--lesson", "magic")
+    assert code == 2
+    assert "lesson = magic: must be one of stiffening, " in err
+    code, _, err = run("screenshot", "a.png", "--lesson", "nodes", "--scene", str(file))
+    assert (code, "exclude each other" in err) == (2, True)

@@ -13,12 +13,14 @@ from hypothesis import strategies as st
 from visitor import Visitor, visitor
 
 from beamviz.beam import Beam
+from beamviz.look import Look
 from beamviz.mechanics.solve import solve
+from beamviz.scene_file import SavedScene
 from beamviz.show import camera, chart_tab, compare_tab
 from beamviz.show.against import BEFORE, CHOICES, NOTHING, RULES, Against, against
 from beamviz.show.chart import LANES, Charts, Point, Question, series
 from beamviz.show.compare import OVERLAID, STACKED, Comparison
-from beamviz.show.controls import Look, Wanted
+from beamviz.show.controls import Wanted
 from beamviz.show.grip import Grip, nearest
 from beamviz.show.hosting import hosted
 from beamviz.show.motion import Clock, Shapes, displacement
@@ -249,7 +251,7 @@ def test_a_place_on_the_stretched_beam_is_its_reference_point(riding):
 @pytest.fixture(scope="module")
 def url() -> Iterator[str]:
     """A running explorer; every visitor starts from PAPER."""
-    with explorer(Wanted.of(PAPER, {})) as address:
+    with explorer(SavedScene(PAPER)) as address:
         yield address
 
 

@@ -24,6 +24,8 @@ FLOORS = (
     ("beamviz.mechanics",),  # all others in there
     ("beamviz.mechanics.methods",),
     ("beamviz.mechanics.solve",),
+    ("beamviz.look",),
+    ("beamviz.scene_file",),
     ("beamviz.study",),
     ("beamviz.lesson", "beamviz.lesson_numbers", "beamviz.lessons"),
     ("beamviz",),

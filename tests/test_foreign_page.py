@@ -10,8 +10,8 @@ from bare import PROTOCOL, address, bare
 from browser import NO_BROWSER, Page, page
 
 from beamviz.beam import Beam
+from beamviz.scene_file import SavedScene
 from beamviz.show.browser import found_browser
-from beamviz.show.controls import Wanted
 from beamviz.show.server import explorer
 
 pytestmark = [
@@ -53,7 +53,7 @@ def foreign() -> Iterator[Page]:
 @pytest.fixture(scope="module")
 def url() -> Iterator[str]:
     """An explorer on this machine alone."""
-    with explorer(Wanted.of(Beam(), {})) as found:
+    with explorer(SavedScene(Beam())) as found:
         yield found
 
 
@@ -93,7 +93,7 @@ def test_a_foreign_page_cannot_drive_a_session(foreign, url):
 
 def test_a_foreign_page_cannot_use_the_cookie_of_a_visitor(foreign):
     """The browser holds the key, and the page cannot make it use it."""
-    with explorer(Wanted.of(Beam(), {}), visitor=KEY) as found, page(found) as shown:
+    with explorer(SavedScene(Beam()), visitor=KEY) as found, page(found) as shown:
         shown.wait(SHOWN)
         assert shown.evaluate("location.href") == found.split("?")[0]
         assert shown.evaluate("document.cookie") == ""

@@ -11,6 +11,7 @@ from visitor import visitor
 
 from beamviz.beam import LIMITS, Beam, Units
 from beamviz.mechanics.solve import solve
+from beamviz.scene_file import SavedScene
 from beamviz.show import chart_tab
 from beamviz.show.chart import LANES, Charts, Point, Question, series, top
 from beamviz.show.controls import Wanted
@@ -121,7 +122,7 @@ def test_resonances_are_listed_in_rpm_and_hertz():
 @pytest.fixture(scope="module")
 def url() -> Iterator[str]:
     """A running explorer; every visitor starts from RULER."""
-    with explorer(Wanted.of(RULER, {})) as address:
+    with explorer(SavedScene(RULER)) as address:
         yield address
 
 

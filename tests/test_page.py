@@ -11,10 +11,11 @@ import pytest
 from browser import NO_BROWSER, Page, page
 
 from beamviz.beam import Beam
+from beamviz.look import Look
 from beamviz.mechanics.solve import solve
+from beamviz.scene_file import SavedScene
 from beamviz.show import session
 from beamviz.show.browser import found_browser
-from beamviz.show.controls import Look, Wanted
 from beamviz.show.readout import significant
 from beamviz.show.server import explorer
 
@@ -46,7 +47,7 @@ def shown() -> Iterator[Page]:
     """One page that the tests of this file use in turn; it starts paused at full swing."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(session, "Look", partial(Look, playing=False))
-        with explorer(Wanted.of(START, {})) as url, page(url, 1280, 900) as opened:
+        with explorer(SavedScene(START)) as url, page(url, 1280, 900) as opened:
             opened.wait(f"{NODES} && {NODES}['/stage/wheel/beam'] && {PIECES}")
             opened.wait(says(frequency(START)))
             settled(opened)
@@ -186,7 +187,7 @@ def test_playing_moves_the_beam_and_pausing_stops_it(shown):
 def test_no_equilibrium_is_said_on_the_page_and_greys_the_beam(shown):
     """biot beyond its limit: in words, with the limit; every piece in the same grey."""
     assert len(np.unique(np.array(shown.wait(COLOURS)).reshape(-1, 4), axis=0)) > 20
-    with explorer(Wanted.of(Beam(mu=10, gamma=20), {"strain": "biot"})) as url:
+    with explorer(SavedScene(Beam(mu=10, gamma=20), {"strain": "biot"})) as url:
         shown.call("Page.navigate", url=url)
         shown.wait(says("No equilibrium"))
         shown.wait(says("no equilibrium beyond gamma = 15.7"))

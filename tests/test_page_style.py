@@ -7,8 +7,8 @@ import pytest
 from browser import NO_BROWSER, Page, page
 
 from beamviz.beam import Beam
+from beamviz.scene_file import SavedScene
 from beamviz.show.browser import found_browser
-from beamviz.show.controls import Wanted
 from beamviz.show.page_style import SHEET
 from beamviz.show.server import explorer
 
@@ -24,7 +24,7 @@ CANVAS = "document.querySelector('canvas[data-engine]')"
 @pytest.fixture(scope="module")
 def phone() -> Iterator[Page]:
     """A phone with the explorer."""
-    with explorer(Wanted.of(Beam(), {})) as url, page(url, WIDTH, HEIGHT) as opened:
+    with explorer(SavedScene(Beam())) as url, page(url, WIDTH, HEIGHT) as opened:
         opened.call(
             "Emulation.setDeviceMetricsOverride",
             width=WIDTH,

@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 
 from beamviz.beam import Beam, Units
 from beamviz.errors import NoEquilibrium
+from beamviz.look import Look, within
 from beamviz.mechanics.solve import solve
 from beamviz.show import camera, colours, readout, sizes, tube, words
 from beamviz.show.bodies import HIDDEN
-from beamviz.show.controls import Look, Wanted, within
+from beamviz.show.controls import Wanted
 from beamviz.show.hosting import hosted
 from beamviz.show.motion import (
     Clock,
@@ -443,8 +444,8 @@ def test_trouble_is_told_apart():
 def test_choices_that_make_no_sense_change_nothing():
     """A browser may send anything: not-a-number, too much, the wrong kind, an unknown choice."""
     look = Look()
-    assert look.changed("speed", math.nan) == look
-    assert look.changed("speed", "fast") == look
+    assert look.changed("pace", math.nan) == look
+    assert look.changed("pace", "fast") == look
     assert look.changed("colouring", "rainbow") == look
     assert look.changed("amplitude", 1e9).amplitude == within(1e9, 0.4, 0.0) == 0.4
     assert look.share(3, -5).shares == (0.0, 1.0, 0.0, 0.0)

@@ -12,6 +12,7 @@ from browser import NO_BROWSER
 
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput, NoEquilibrium, Unavailable
+from beamviz.scene_file import SavedScene
 from beamviz.show import export
 from beamviz.show.browser import found_browser
 from beamviz.show.export import screenshot
@@ -42,8 +43,8 @@ def photographs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """Mode 1, and mode 2 without background, as a browser takes them."""
     folder = tmp_path_factory.mktemp("photographs")
     first, second = folder / "a.png", folder / "b.png"
-    screenshot(first, PAPER, {}, width=480, height=270, mode=1)
-    screenshot(second, PAPER, {}, width=480, height=270, mode=2, transparent=True)
+    screenshot(first, SavedScene.of(PAPER, mode=1), width=480, height=270)
+    screenshot(second, SavedScene.of(PAPER, mode=2), width=480, height=270, transparent=True)
     return first, second
 
 
@@ -76,7 +77,7 @@ def test_both_ways_show_the_beam_in_the_same_place(photographs, tmp_path, monkey
     """The coloured pixels of the browser's picture and of matplotlib's mostly coincide."""
     monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
     drawing = tmp_path / "b.png"
-    screenshot(drawing, PAPER, {}, width=480, height=270, mode=1)
+    screenshot(drawing, SavedScene.of(PAPER, mode=1), width=480, height=270)
     one, other = (np.ptp(pixels(p)[..., :3], axis=2) > 0.25 for p in (photographs[0], drawing))
     assert (one & other).sum() > 0.8 * (one | other).sum()
 
@@ -85,10 +86,10 @@ def test_matplotlib_draws_where_there_is_no_browser(tmp_path, monkeypatch, capsy
     """The same scene, said on stderr and nowhere else."""
     monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
     first, second, later, again = (tmp_path / f"{name}.png" for name in "abcd")
-    screenshot(first, PAPER, {}, width=480, height=270, mode=1)
-    screenshot(second, PAPER, {}, width=480, height=270, mode=2)
-    screenshot(later, PAPER, {}, width=480, height=270, mode=1, phase=0.75)
-    screenshot(again, PAPER, {}, width=480, height=270, mode=1)
+    screenshot(first, SavedScene.of(PAPER, mode=1), width=480, height=270)
+    screenshot(second, SavedScene.of(PAPER, mode=2), width=480, height=270)
+    screenshot(later, SavedScene.of(PAPER, mode=1), width=480, height=270, phase=0.75)
+    screenshot(again, SavedScene.of(PAPER, mode=1), width=480, height=270)
     assert pixels(first).shape == (270, 480, 3)
     assert blue_to_yellow(first) > 0.02
     assert differing(first, second) > 0.01
@@ -104,29 +105,29 @@ def test_every_kind_of_beam_can_be_drawn(beam, tmp_path, monkeypatch):
     """Inward, on a large hub, thick, thin."""
     monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
     for plane in ("chordwise", "flapwise"):
-        screenshot(tmp_path / "a.png", beam, {"plane": plane}, width=320, height=180, mode=2)
+        screenshot(tmp_path / "a.png", SavedScene(beam, {"plane": plane}), width=320, height=180)
         assert 0.01 < blue_to_yellow(tmp_path / "a.png") < 0.5
 
 
 def test_an_unstable_beam_is_grey(tmp_path, monkeypatch):
     """delta = -1, gamma = 5: drawn, without the colours of a vibration."""
     monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
-    screenshot(tmp_path / "a.png", Beam(gamma=5, delta=-1), {}, width=480, height=270, mode=2)
+    screenshot(tmp_path / "a.png", SavedScene(Beam(gamma=5, delta=-1)), width=480, height=270)
     assert blue_to_yellow(tmp_path / "a.png") == 0
 
 
 def test_a_path_that_cannot_be_written_is_said_before_any_work(tmp_path, monkeypatch):
     """A missing folder, a folder itself, a wrong ending: no solve is tried."""
-    monkeypatch.setattr(export, "solve", None)
+    monkeypatch.setattr(export, "Shot", None)
     with pytest.raises(Unavailable, match=r"cannot write .*missing/a\.png: No such file"):
-        screenshot(tmp_path / "missing" / "a.png", PAPER, {})
+        screenshot(tmp_path / "missing" / "a.png", SavedScene(PAPER))
     (tmp_path / "folder.png").mkdir()
     with pytest.raises(Unavailable, match="it is a folder"):
-        screenshot(tmp_path / "folder.png", PAPER, {})
+        screenshot(tmp_path / "folder.png", SavedScene(PAPER))
     with pytest.raises(InvalidInput, match=r"must end in \.png"):
-        screenshot(tmp_path / "a.jpg", PAPER, {})
-    with pytest.raises(InvalidInput, match=r"width = 5: must lie in 64 \.\. 4096"):
-        screenshot(tmp_path / "a.png", PAPER, {}, width=5)
+        screenshot(tmp_path / "a.jpg", SavedScene(PAPER))
+    with pytest.raises(InvalidInput, match=r"width = 5: must be a whole number in 64 \.\. 4096"):
+        screenshot(tmp_path / "a.png", SavedScene(PAPER), width=5)
 
 
 def test_no_half_file_is_left_by_a_failure(tmp_path):
@@ -134,7 +135,7 @@ def test_no_half_file_is_left_by_a_failure(tmp_path):
     path = tmp_path / "a.png"
     path.write_bytes(b"before")
     with pytest.raises(NoEquilibrium):
-        screenshot(path, Beam(mu=10, gamma=20), {"strain": "biot"})
+        screenshot(path, SavedScene(Beam(mu=10, gamma=20), {"strain": "biot"}))
     assert path.read_bytes() == b"before"
     assert list(tmp_path.iterdir()) == [path]
 
@@ -149,7 +150,7 @@ def test_a_browser_that_hangs_is_given_up(tmp_path, monkeypatch):
     monkeypatch.setattr(export, "DEADLINE", 1.0)
     start = time.monotonic()
     with pytest.raises(Unavailable, match="BEAMVIZ_BROWSER"):
-        screenshot(tmp_path / "a.png", PAPER, {})
+        screenshot(tmp_path / "a.png", SavedScene(PAPER))
     assert time.monotonic() - start < 15
     with pytest.raises(ProcessLookupError):
         os.kill(int((tmp_path / "pid").read_text()), 0)

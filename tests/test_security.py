@@ -14,29 +14,29 @@ from visitor import BEAM, Visitor, visitor
 
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput, Unavailable
+from beamviz.scene_file import SavedScene
 from beamviz.show import hardening, server
-from beamviz.show.controls import Wanted
 from beamviz.show.door import Door, public_url
 from beamviz.show.hosting import hosted
-from beamviz.show.inbox import MAX_BYTES, Senseless, checked
+from beamviz.show.inbox import MAX_BYTES, MAX_PART_BYTES, Senseless, checked
 from beamviz.show.server import explorer
 
 KEY = "the-key-of-this-run"
-WANTED = Wanted.of(Beam(alpha=1, beta=0.5, gamma=10), {})
+SCENE = SavedScene(Beam(alpha=1, beta=0.5, gamma=10))
 VIOLATION, TOO_BIG = 1008, 1009
 
 
 @pytest.fixture(scope="module")
 def url() -> Iterator[str]:
     """An explorer on this machine alone."""
-    with explorer(WANTED) as found:
+    with explorer(SCENE) as found:
         yield found
 
 
 @pytest.fixture(scope="module")
 def open_url() -> Iterator[str]:
     """An explorer that the network can reach, under an address of this machine."""
-    with explorer(WANTED, "0.0.0.0", visitor=KEY) as found:
+    with explorer(SCENE, "0.0.0.0", visitor=KEY) as found:
         yield f"http://127.0.0.1:{found.split(':')[2].split('/')[0]}"
 
 
@@ -197,8 +197,8 @@ def test_a_server_that_others_can_reach_makes_a_key_and_says_so(host, public, ca
     """A new one each time, 128 bits; on loopback there is none."""
     monkeypatch.setattr(server, "ended", lambda _: True)
     for _ in range(2):
-        server.serve(WANTED.beam(), {}, host=host, port=0, public=public)
-    server.serve(WANTED.beam(), {}, port=0)
+        server.serve(SCENE, host=host, port=0, public=public)
+    server.serve(SCENE, port=0)
     first, second, local = capsys.readouterr().out.splitlines()
     keys = [line.partition("?token=")[2].split()[0] for line in (first, second)]
     assert keys[0] != keys[1]
@@ -269,7 +269,10 @@ def test_a_message_has_a_largest_size(url):
         line.send(huge)
         line.ping().wait(5)
         assert viser_server.get_clients()
-    assert closed(url, huge) == TOO_BIG
+    assert closed(url, huge) == VIOLATION
+    part = {"source_component_uuid": "", "transfer_uuid": "t", "part_index": 0}
+    part |= {"type": "FileTransferPart", "content": b"x" * MAX_PART_BYTES}
+    assert closed(url, packed(**part)) == TOO_BIG
 
 
 def test_a_visitor_cannot_change_another_ones_controls(url):
@@ -297,7 +300,7 @@ def test_no_control_is_shared(monkeypatch):
     monkeypatch.setattr(
         server, "Animator", lambda *given: (made.append(given[0]), animator(*given))[1]
     )
-    with explorer(WANTED) as found, visitor(found) as guest:
+    with explorer(SCENE) as found, visitor(found) as guest:
         assert guest.controls
         assert not made[0].gui._gui_input_handle_from_uuid
         assert not made[0].gui._command_handle_from_uuid

@@ -21,6 +21,7 @@ from visitor import BEAM, Visitor, redrawn, visitor
 from beamviz.beam import Beam, Units
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.mechanics.solve import Solution, solve
+from beamviz.scene_file import SavedScene
 from beamviz.show import server, solving
 from beamviz.show.controls import Wanted
 from beamviz.show.hosting import hosted
@@ -34,7 +35,7 @@ PAPER = Beam(alpha=1, beta=0.5, gamma=10)
 @pytest.fixture(scope="module")
 def url() -> Iterator[str]:
     """A running explorer for all tests of this file; every visitor starts from PAPER."""
-    with explorer(Wanted.of(PAPER, {})) as address:
+    with explorer(SavedScene(PAPER)) as address:
         yield address
 
 
@@ -98,7 +99,7 @@ def test_hertz_are_shown_for_a_beam_in_si_units():
     """The table is in Hz, and the speed is told in revolutions per minute."""
     units = Units(length=1.0, time=0.01)
     beam = Beam(alpha=1, beta=0.5, gamma=10, units=units)
-    with explorer(Wanted.of(beam, {})) as address, visitor(address) as guest:
+    with explorer(SavedScene(beam)) as address, visitor(address) as guest:
         solution = solve(beam)
         hertz, error = units.hertz(solution.frequencies[0]), units.hertz(solution.errors[0])
         assert significant(hertz, error) in guest.text
@@ -253,7 +254,7 @@ def test_a_first_beam_without_equilibrium_is_shown_in_words():
     """There is no last good picture then: the undeformed beam stands in, grey."""
     beam = Beam(mu=10, gamma=20)
     with (
-        explorer(Wanted.of(beam, {"strain": "biot"})) as address,
+        explorer(SavedScene(beam, {"strain": "biot"})) as address,
         visitor(address, first="No equilibrium") as guest,
     ):
         guest.says("no equilibrium beyond gamma = 15.7")
@@ -273,7 +274,7 @@ def test_nothing_is_computed_while_nothing_moves(monkeypatch):
         sleep(animator, due)
 
     monkeypatch.setattr(server.Animator, "sleep", counted)
-    with explorer(Wanted.of(PAPER, {})) as address:
+    with explorer(SavedScene(PAPER)) as address:
         with visitor(address) as guest:
             calm(guest)
             count = len(woken)
@@ -302,7 +303,7 @@ def test_a_visitor_who_leaves_is_forgotten(monkeypatch):
             made.append(self)
 
     monkeypatch.setattr(server, "Animator", Watched)
-    with explorer(Wanted.of(PAPER, {})) as address:
+    with explorer(SavedScene(PAPER)) as address:
         with visitor(address):
             assert len(made[0].sessions) == 1
         end = time.monotonic() + 5
@@ -330,7 +331,7 @@ def test_a_busy_port_is_said_in_one_line():
         taken.listen()
         port = taken.getsockname()[1]
         with pytest.raises(Unavailable, match=rf"127\.0\.0\.1:{port} .*--port") as caught:
-            serve(PAPER, {}, port=port)
+            serve(SavedScene(PAPER), port=port)
         assert "\n" not in str(caught.value)
 
 
@@ -339,14 +340,14 @@ def test_a_host_that_is_not_here_is_said_at_once(host):
     """viser would wait for ever on it."""
     start = time.monotonic()
     with pytest.raises(Unavailable, match="--host"):
-        serve(PAPER, {}, host=host, port=0)
+        serve(SavedScene(PAPER), host=host, port=0)
     assert time.monotonic() - start < 15
 
 
 def test_options_that_make_no_sense_are_refused_before_serving():
     """An unknown strain law raises what solve raises."""
     with pytest.raises(InvalidInput, match="rubber"):
-        serve(PAPER, {"strain": "rubber"}, port=0)
+        serve(SavedScene(PAPER, {"strain": "rubber"}), port=0)
 
 
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
@@ -379,15 +380,16 @@ def test_an_interrupt_ends_the_server_cleanly(ending):
 
 SERVE = """
 from beamviz.beam import Beam
+from beamviz.scene_file import SavedScene
 from beamviz.show.server import serve
-serve(Beam(alpha=1, beta=0.5, gamma=10), {}, port=0)
+serve(SavedScene(Beam(alpha=1, beta=0.5, gamma=10)), port=0)
 """
 
 
 def test_no_thread_is_left_behind():
     """After an explorer has ended, neither its animator nor its solvers run."""
     before = set(threading.enumerate())
-    with explorer(Wanted.of(PAPER, {})) as address, visitor(address):
+    with explorer(SavedScene(PAPER)) as address, visitor(address):
         names = {thread.name.split("_")[0] for thread in set(threading.enumerate()) - before}
         assert {"animator", "solver"} <= names
     names = {thread.name.split("_")[0] for thread in set(threading.enumerate()) - before}

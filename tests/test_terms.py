@@ -7,6 +7,7 @@ from visitor import visitor
 
 from beamviz.beam import Beam
 from beamviz.mechanics.solve import solve
+from beamviz.scene_file import SavedScene
 from beamviz.show.against import Against, against
 from beamviz.show.compare_tab import number
 from beamviz.show.controls import Wanted
@@ -58,7 +59,7 @@ def test_the_mass_is_taken_off_and_put_back(url):
         guest.says(first(BEAM.replace(alpha=0)))
         guest.choose("mass", True)
         guest.says(first(BEAM.replace(alpha=2.5)))
-    with explorer(Wanted.of(Beam(gamma=3), {})) as address, visitor(address) as guest:
+    with explorer(SavedScene(Beam(gamma=3))) as address, visitor(address) as guest:
         guest.choose("mass", True)
         guest.says(first(Beam(alpha=1, gamma=3)))
 

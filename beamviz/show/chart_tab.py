@@ -12,7 +12,7 @@ from beamviz.show.chart import FAMILIES, LANES, PER_REV, Chart, Point, roomy, se
 from beamviz.show.controls import MODES
 from beamviz.show.measures import LABELS, Measure, frequencies, measure
 from beamviz.show.per_rev import resonance_list
-from beamviz.show.sliders import Listener, heard
+from beamviz.show.sliders import Listener, assign, heard
 from beamviz.study.chart_style import COLOURS as FAMILY_COLOURS
 from beamviz.study.chart_style import SYMBOLS
 from beamviz.study.loci import Event, Loci
@@ -35,7 +35,9 @@ class ChartTab:
     def __init__(self, gui: GuiApi, lock: threading.RLock, listener: Listener):
         self.listener, self.room, self.second_room = listener, LANES, 0
         self.known: tuple = ()  # what the axes were built for
-        axis = gui.add_dropdown("along", tuple(AXES), hint="The number the chart runs over")
+        self.axis = axis = gui.add_dropdown(
+            "along", tuple(AXES), hint="The number the chart runs over"
+        )
         heard(axis, lock, lambda label: listener.sweep(AXES.get(label, "")))
         self.per_rev = gui.add_checkbox(
             "per-rev lines",
@@ -56,6 +58,11 @@ class ChartTab:
         self.labels, self.table = gui.add_html(""), gui.add_html("")
         self.go = gui.add_button_group("go to", ("1",), visible=False, hint="Move the beam there")
         self.go.on_click(lambda event: self.pick(event.target.value))
+
+    def put(self, over: str, per_rev: bool) -> None:
+        """Put the controls where a scene has them."""
+        assign(self.axis, next(label for label, name in AXES.items() if name == over))
+        assign(self.per_rev, per_rev)
 
     def pick(self, number: Any) -> None:
         """A meeting was chosen, by its number."""

@@ -18,9 +18,10 @@ class Charting:
     """Follows the scene, one step behind it: `follow` hears of a new answer, `draw` shows what
     has been computed since."""
 
-    def __init__(self, pool: ThreadPoolExecutor, wake: Callable[[], None]):
-        self.wake = wake
-        self.over, self.per_rev = "gamma", False
+    def __init__(
+        self, pool: ThreadPoolExecutor, wake: Callable[[], None], over: str, per_rev: bool
+    ):
+        self.wake, self.over, self.per_rev = wake, over, per_rev
         self.chosen: Event | None = None
         self.charts, self.closeups = Charts(pool, wake), Closeups(pool, wake)
         self.others = Charts(pool, wake)  # of the beam that is compared with
@@ -35,6 +36,11 @@ class Charting:
         if over in SPANS and over != self.over:
             self.over, self.chosen = over, None
             self.wake()
+
+    def take(self, over: str, per_rev: bool) -> None:
+        """Axis and per-rev lines of a scene."""
+        self.sweep(over)
+        self.show_per_rev(per_rev)
 
     def show_per_rev(self, shown: bool) -> None:
         """Per-rev lines, or none."""

@@ -4,8 +4,6 @@ import numpy as np
 
 from beamviz.show.motion import Shapes, axial_strain, largest_strain
 
-COLOURINGS = ("displacement", "axial strain")
-
 RGB = tuple[int, int, int]
 
 HUB: RGB = (150, 160, 176)

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from viser import SceneApi
 
+from beamviz.look import Look
 from beamviz.show.against import BEFORE, CHOICES, NOTHING, Against, against
-from beamviz.show.controls import Look, Wanted
+from beamviz.show.controls import Wanted
 from beamviz.show.ghost import Ghost
 from beamviz.show.motion import Clock, Shapes
 from beamviz.show.multiples import Titled, add_title

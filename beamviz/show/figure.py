@@ -8,19 +8,22 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
+from scipy.spatial.transform import Rotation
 
 from beamviz.show import camera, colours, sizes, tube
-from beamviz.show.motion import Shapes, Still, displacement
+from beamviz.show.motion import displacement
+from beamviz.show.shot import Shot
 from beamviz.show.stage import EDGES, HUB_HEIGHT, annulus, placed
 
 DPI = 100
 NEAR = 0.3  # nothing nearer to the camera is drawn
+REACH, CELL = 2.0, 0.5  # of the ground: how far it is drawn, distance of its lines
 VISIBLE = 3.0  # nor what is so far from the clamp
 SUN = np.array([-0.5, -1.0, 2.2]) / math.sqrt(0.25 + 1.0 + 4.84)
 SHADOW = (0.86, 0.865, 0.875)
 
 
-def drawn(still: Still, width: int, height: int, amplitude: float) -> np.ndarray:
+def drawn(shot: Shot, time: float, width: int, height: int) -> np.ndarray:
     """The scene (height, width, 4) on a transparent ground."""
     figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor="none")
     canvas = FigureCanvasAgg(figure)
@@ -28,21 +31,22 @@ def drawn(still: Still, width: int, height: int, amplitude: float) -> np.ndarray
     tall = math.tan(camera.FIELD_OF_VIEW / 2)
     axes.set(xlim=(-tall * width / height, tall * width / height), ylim=(-tall, tall))
     axes.set_axis_off()
-    paint(axes, View(still.shapes, width / height), *bodies(still, amplitude))
-    if still.words:
-        figure.text(0.5, 0.8, still.words, ha="center", fontsize=14)
+    paint(axes, View(shot, time, width / height), time, *bodies(shot, time))
+    if shot.words:
+        figure.text(0.5, 0.8, shot.words, ha="center", fontsize=14)
     canvas.draw()
     return np.asarray(canvas.buffer_rgba()).copy()
 
 
 class View:
-    """Perspective projection from the viewpoint of all pictures."""
+    """Perspective projection from where a shot is seen at a time."""
 
-    def __init__(self, shapes: Shapes, aspect: float):
-        self.shapes = shapes
-        self.position = camera.viewpoint(shapes, riding=True, aspect=aspect)
-        self.position = self.position + camera.target(shapes, riding=True)
-        self.axes = camera.axes(self.position - camera.target(shapes, riding=True))
+    def __init__(self, shot: Shot, time: float, aspect: float):
+        self.shot, seen = shot, shot.camera(aspect)
+        target = camera.target(shot.shapes, shot.scene.look.riding)
+        self.position = np.array(seen.position) + target
+        self.axes = camera.axes(np.subtract(seen.position, seen.look_at))
+        self.wheel = Rotation.from_euler("z", shot.wheel_angle(time)).as_matrix()
 
     def depth(self, points: np.ndarray) -> np.ndarray:
         """Distance (...) in front of the camera of points (..., 3)."""
@@ -55,13 +59,17 @@ class View:
         ]
 
 
-def paint(axes: Axes, view: View, triangles: np.ndarray, colour: np.ndarray) -> None:
+def paint(axes: Axes, view: View, time: float, triangles: np.ndarray, colour: np.ndarray) -> None:
     """Ground, shadow and outline, then triangles (n, 3, 3) in colours (n, 3), far ones first."""
-    beam = view.shapes.beam
+    shot, beam = view.shot, view.shot.scene.beam
+    triangles = triangles @ view.wheel.T
     ahead = (view.depth(triangles) > NEAR).all(axis=1)
     triangles, colour = triangles[ahead], colour[ahead]
     low = sizes.ground(beam)
-    axes.add_collection(thin(view.project(grid(beam.delta + 0.5, low)), 0.4, zorder=0))
+    middle = camera.target(shot.shapes, shot.scene.look.riding)[:2]
+    ground = grid(middle, low, shot.ground_angle(time))
+    ground = ground[(view.depth(ground) > NEAR).all(axis=1)]
+    axes.add_collection(thin(view.project(ground), 0.4, zorder=0))
     fallen = triangles - (triangles[..., 2:] - low) / SUN[2] * SUN
     fallen = fallen[(view.depth(fallen) > NEAR).all(axis=1)]
     axes.add_collection(
@@ -80,11 +88,12 @@ def paint(axes: Axes, view: View, triangles: np.ndarray, colour: np.ndarray) -> 
             linewidths=0.4,
         )
     )
-    section = np.array([1.0, *sizes.section(beam)])
-    if view.shapes.plane == "flapwise":
-        section = section[[0, 2, 1]]
-    outline = EDGES * section + [beam.delta + 0.5, 0.0, 0.0]
-    axes.add_collection(thin(view.project(outline), 0.7, zorder=2))
+    if shot.scene.look.ghosts:
+        section = np.array([1.0, *sizes.section(beam, shot.scene.look.thicken)])
+        if shot.shapes.plane == "flapwise":
+            section = section[[0, 2, 1]]
+        outline = (EDGES * section + [beam.delta + 0.5, 0.0, 0.0]) @ view.wheel.T
+        axes.add_collection(thin(view.project(outline), 0.7, zorder=2))
 
 
 def thin(lines: np.ndarray, alpha: float, zorder: float) -> LineCollection:
@@ -98,21 +107,31 @@ def thin(lines: np.ndarray, alpha: float, zorder: float) -> LineCollection:
     )
 
 
-def grid(middle: float, low: float) -> np.ndarray:
-    """Lines (n, 2, 3) of the ground around x = middle, at height `low`."""
-    at = np.linspace(-2.0, 2.0, 9)
-    along = [[(middle - 2, y, low), (middle + 2, y, low)] for y in at]
-    return np.array(along + [[(middle + x, -2.0, low), (middle + x, 2.0, low)] for x in at])
+def grid(middle: np.ndarray, low: float, angle: float) -> np.ndarray:
+    """Pieces (n, 2, 3) of the lines of the ground around `middle` (2,), at height `low`: a lattice
+    around the axis, turned by angle [rad]."""
+    lines = []
+    for turned in (angle, angle + math.pi / 2):
+        along, across = (
+            np.array([math.cos(a), math.sin(a)]) for a in (turned, turned + math.pi / 2)
+        )
+        first, last = (math.ceil((middle @ across + side * REACH) / CELL) for side in (-1, 1))
+        for k in range(first, last):
+            reach = math.sqrt(REACH**2 - (k * CELL - middle @ across) ** 2)
+            at = middle @ along + reach * np.linspace(-1, 1, 17)[:, None]
+            points = np.insert(at * along + k * CELL * across, 2, low, axis=1)
+            lines.append(np.stack([points[:-1], points[1:]], 1))
+    return np.concatenate(lines)
 
 
-def bodies(still: Still, amplitude: float) -> tuple[np.ndarray, np.ndarray]:
+def bodies(shot: Shot, time: float) -> tuple[np.ndarray, np.ndarray]:
     """Triangles (n, 3, 3) of hub, beam and mass, and their colours (n, 3)."""
-    shapes, amplitudes = still.shapes, still.amplitudes(amplitude)
-    moved = displacement(shapes, still.phases, amplitudes)
+    shapes, look = shot.shapes, shot.scene.look
+    moved = displacement(shapes, shot.phases(time), shot.amplitudes)
     points, normal = placed(shapes, shapes.centreline + moved)
-    vertices, triangles = tube.swept(points, normal, *sizes.section(shapes.beam))
-    along = colours.along(shapes, colours.COLOURINGS[0], moved, amplitudes)
-    if still.words:
+    vertices, triangles = tube.swept(points, normal, *sizes.section(shapes.beam, look.thicken))
+    along = colours.along(shapes, look.colouring, moved, shot.amplitudes)
+    if shot.words:
         along = np.tile(np.array(colours.GREYED) / 255, (tube.SEGMENTS, 1))
     painted = np.concatenate([np.repeat(along, 8, axis=0), np.repeat(along[[0, -1]], 2, axis=0)])
     parts = [(vertices[triangles], painted)]
@@ -121,7 +140,9 @@ def bodies(still: Still, amplitude: float) -> tuple[np.ndarray, np.ndarray]:
     hub = hoop.vertices[hoop.faces] if shapes.beam.delta < 0 else drum(radius)
     parts.append((hub, np.tile(np.array(colours.HUB) / 255, (len(hub), 1))))
     if shapes.beam.alpha > 0:
-        ball = trimesh.creation.icosphere(subdivisions=3, radius=sizes.mass_radius(shapes.beam))
+        ball = trimesh.creation.icosphere(
+            subdivisions=3, radius=sizes.mass_radius(shapes.beam, look.thicken)
+        )
         mass = (ball.vertices + points[shapes.mass])[ball.faces]
         parts.append((mass, np.tile(np.array(colours.MASS) / 255, (len(mass), 1))))
     return np.concatenate([a for a, _ in parts]), np.concatenate([b for _, b in parts])

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 from viser import SceneApi
 
+from beamviz.look import Look
 from beamviz.show import colours, sizes, tube
-from beamviz.show.controls import Look
 from beamviz.show.motion import Shapes, displacement
 from beamviz.show.stage import Nodes, placed, straight
 

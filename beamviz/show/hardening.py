@@ -22,7 +22,15 @@ from websockets.http11 import Request, Response
 
 from beamviz.errors import Unavailable
 from beamviz.show.door import Door, Refusal
-from beamviz.show.inbox import MAX_BYTES, MAX_PICTURE_BYTES, PICTURES, SENT, Inbox, Kinds, Senseless
+from beamviz.show.inbox import (
+    MAX_PART_BYTES,
+    MAX_PICTURE_BYTES,
+    PICTURES,
+    SENT,
+    Inbox,
+    Kinds,
+    Senseless,
+)
 
 TESTED = ("1.1.1",)  # versions of viser
 PROTOCOL = f"viser-v{viser.__version__}"
@@ -114,7 +122,7 @@ class Guard:
             "process_request": lambda connection, request: self.answer(connection, request, page),
             "process_response": self.finish,
             "create_connection": Photographer if self.pictures else Connection,
-            "max_size": MAX_PICTURE_BYTES if self.pictures else MAX_BYTES,
+            "max_size": MAX_PICTURE_BYTES if self.pictures else MAX_PART_BYTES,
             "server_header": None,
         }
         return self.original(lambda connection: self.visit(connection, handler), *place, **options)

@@ -10,6 +10,8 @@ import msgspec
 from viser import _messages
 
 MAX_BYTES = 64_000  # of one message
+MAX_FILE_BYTES = 1_000_000_000  # that somebody may try to load; save_load.py takes small ones
+MAX_PART_BYTES = 600_000  # of one that is part of a file: a page sends 512 kB of it at a time
 MAX_TEXT = 1000
 MAX_ITEMS = 64
 MAX_SIZE = 1e6  # of a number that says where something is
@@ -32,6 +34,8 @@ SENT: Kinds = {
         _messages.TransformControlsDragStartMessage,
         _messages.TransformControlsDragEndMessage,
         _messages.LocalStorageGetItemResponseMessage,
+        _messages.FileTransferStartUpload,
+        _messages.FileTransferPart,
     )
 }
 
@@ -55,12 +59,16 @@ def checked(raw: bytes | str, kinds: Kinds = SENT) -> tuple[Any, ...]:
         fields: Any = msgspec.convert(message, kinds[kind])
     except (msgspec.MsgspecError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise Senseless(f"{type(error).__name__} {str(error)[:80]}".strip()) from None
+    if len(raw) > MAX_BYTES and kind not in ("FileTransferPart", *PICTURES):
+        raise Senseless(f"{kind} of {len(raw)} bytes")
     if unknown := set(message) - set(vars(fields)):
         raise Senseless(f"{kind} with {str(min(unknown))[:80]}")
     if kind == "GuiUpdateMessage":
         if set(fields.updates) != {"value"} or not plain(fields.updates["value"]):
             raise Senseless(f"a control cannot be set to {str(fields.updates)[:80]}")
         return (kind, fields.uuid)
+    if kind == "FileTransferStartUpload" and 0 <= fields.size_bytes <= MAX_FILE_BYTES:
+        del message["size_bytes"]  # no mistake, only too large for us
     if not all(map(small, message.values())):
         raise Senseless(f"{kind} with {str(message)[:80]}")
     if kind == "ViewerCameraMessage" and not (

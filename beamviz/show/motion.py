@@ -7,6 +7,7 @@ from typing import Self
 import numpy as np
 
 from beamviz.beam import Beam
+from beamviz.look import Look
 from beamviz.mechanics.solve import Solution
 from beamviz.show.tube import stations
 
@@ -136,6 +137,11 @@ def aligned(modes: np.ndarray, x: np.ndarray, previous: Shapes) -> np.ndarray:
     return turned
 
 
+def amplitudes(look: Look, count: int) -> np.ndarray:
+    """Amplitude (count,) of every mode, in lengths of the beam."""
+    return look.amplitude * np.array([*look.shares, *[0.0] * count][:count])
+
+
 def displacement(shapes: Shapes, phases: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
     """Displacement (n, 2) of the centreline at phases (m,) [rad] for amplitudes (m,)."""
     sizes = np.minimum(amplitudes, shapes.limits)
@@ -195,23 +201,3 @@ class Clock:
             self.phases = np.full(len(frequencies), math.pi / 2)
         self.phases = (self.phases + time * np.nan_to_num(frequencies)) % (2 * math.pi)
         self.angle = (self.angle + time * gamma) % (2 * math.pi)
-
-
-@dataclass(frozen=True)
-class Still:
-    """One moment of one mode: mode number (from 0) at `phase` of its period; `words` say what
-    is wrong with it, if anything is."""
-
-    shapes: Shapes
-    mode: int
-    phase: float
-    words: str = ""
-
-    @property
-    def phases(self) -> np.ndarray:
-        """Phase (m,) [rad] of every mode."""
-        return np.full(len(self.shapes.modes), 2 * math.pi * self.phase)
-
-    def amplitudes(self, size: float) -> np.ndarray:
-        """Amplitude (m,) of every mode: `size` for the one shown."""
-        return np.where(np.arange(len(self.shapes.modes)) == self.mode, size, 0.0)

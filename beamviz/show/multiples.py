@@ -3,7 +3,7 @@
 import numpy as np
 from viser import LabelHandle, SceneApi
 
-from beamviz.show.controls import Look
+from beamviz.look import Look
 from beamviz.show.measures import frequencies
 from beamviz.show.motion import Shapes
 from beamviz.show.scene import Scene

@@ -1,16 +1,19 @@
 """The controls of one visitor: they hand on what is chosen and show what is told."""
 
 import threading
+from dataclasses import asdict
 from functools import partial
 from typing import Any
 
 from viser import GuiApi, GuiInputHandle, GuiSliderHandle
 
 from beamviz.beam import Units
+from beamviz.look import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, Look
+from beamviz.scene_file import SavedScene
 from beamviz.show import readout
 from beamviz.show.chart_tab import ChartTab
 from beamviz.show.compare_tab import CompareTab
-from beamviz.show.controls import CHOICES, MAX_AMPLITUDE, MAX_SPEED, MODES, Look, Wanted
+from beamviz.show.controls import CHOICES, MODES, Wanted
 from beamviz.show.microscope_tab import MicroscopeTab
 from beamviz.show.page_style import add_style
 from beamviz.show.sliders import Listener, Numbers, assign, heard
@@ -34,6 +37,7 @@ class Panel:
         self.listener = listener
         self.lock = threading.RLock()
         self.known = ""  # the last table
+        self.choices: dict[str, GuiInputHandle] = {}  # by their keys in a scene
         gui.set_panel_label("beamviz")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(320)
@@ -76,12 +80,12 @@ class Panel:
         speed = gui.add_slider(
             "pace",
             0.0,
-            MAX_SPEED,
+            MAX_PACE,
             0.05,
-            look.speed,
+            look.pace,
             hint="Speed of the one clock of rotation and vibration",
         )
-        self.follow(speed, "speed")
+        self.follow(speed, "pace")
         self.pace = gui.add_html("")
         size = gui.add_slider(
             "amplitude",
@@ -109,7 +113,7 @@ class Panel:
     def add_picture(self, gui: GuiApi, look: Look) -> None:
         """What is drawn, and how."""
         self.follow(
-            gui.add_dropdown("colour", CHOICES["colouring"], initial_value=look.colouring),
+            gui.add_dropdown("colour", COLOURINGS, initial_value=look.colouring),
             "colouring",
         )
         self.follow(
@@ -127,8 +131,8 @@ class Panel:
             gui.add_checkbox("thicken", look.thicken, hint="Draw a thin beam thicker than it is"),
             "thicken",
         )
-        dark = gui.add_checkbox("dark page", False)
-        heard(dark, self.lock, self.listener.darken)
+        dark = gui.add_checkbox("dark page", look.dark)
+        self.follow(dark, "dark")
         gui.add_button("Reset view").on_click(lambda _: self.listener.reset_view())
 
     def add_model(self, gui: GuiApi, wanted: Wanted) -> None:
@@ -137,9 +141,11 @@ class Panel:
             chosen = wanted.options.get(name, CHOICES[name][0])
             dropdown = gui.add_dropdown(name, CHOICES[name], initial_value=chosen, hint=hint)
             heard(dropdown, self.lock, partial(self.listener.want, name))
+            self.choices[name] = dropdown
 
     def follow(self, control: GuiInputHandle, name: str) -> None:
         """Hand on every change of a choice of the picture."""
+        self.choices[name] = control
         heard(control, self.lock, partial(self.listener.see, name))
 
     def pick(self, number: Any) -> None:
@@ -153,6 +159,15 @@ class Panel:
         """Put the sliders of the mix where `look` has them."""
         for k, slider in enumerate(self.shares):
             assign(slider, look.shares[k] if k < len(look.shares) else 0.0)
+
+    def put(self, scene: SavedScene) -> None:
+        """Put every control where `scene` has it."""
+        self.numbers.show(scene.beam)
+        for name, value in {**scene.options, **asdict(scene.look)}.items():
+            if name in self.choices:
+                assign(self.choices[name], value)
+        self.show_shares(scene.look)
+        self.loci.put(scene.over, scene.per_rev)
 
     def show(self, answer: Answer, shown: list[int]) -> None:
         """Tell what came of a wish."""

@@ -3,9 +3,9 @@
 import numpy as np
 from viser import SceneApi
 
+from beamviz.look import Look
 from beamviz.show import camera, colours, sizes, tube
 from beamviz.show.bodies import HIDDEN, add_bodies, ball, box, put, sleeve
-from beamviz.show.controls import Look
 from beamviz.show.motion import Shapes, displacement
 from beamviz.show.stage import Ghosts, Ground, Hub, Nodes, light, placed, turned
 

@@ -14,15 +14,14 @@ from typing import Any
 
 from viser import ClientHandle, ViserServer
 
-from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.mechanics.solve import solve
+from beamviz.scene_file import SavedScene
 from beamviz.show import camera
-from beamviz.show.controls import Wanted
 from beamviz.show.door import LOOPBACK, VISITORS, Door, public_url
 from beamviz.show.hosting import hosted
 from beamviz.show.motion import Shapes
-from beamviz.show.session import LIFT, Session, place, theme
+from beamviz.show.session import LIFT, Session, lifted, place, theme
 
 FRAMES = 25  # a second, for one visitor
 ALL_FRAMES = 300  # a second, for all visitors together: half of a core
@@ -35,27 +34,26 @@ log = logging.getLogger(__name__)
 
 
 def serve(
-    beam: Beam,
-    options: dict[str, Any],
+    scene: SavedScene,
     host: str = "127.0.0.1",
     port: int = 8080,
     open_browser: bool = False,
     public: str = "",
     visitors: int = VISITORS,
 ) -> None:
-    """Serve the explorer, starting from `beam`, until Ctrl-C or SIGTERM.
+    """Serve the explorer, starting from `scene`, until Ctrl-C or SIGTERM.
 
-    options: keywords of `solve`; public: the URL under which a reverse proxy passes requests on;
+    public: the URL under which a reverse proxy passes requests on;
     visitors: how many at once. Prints one line with the URL when ready; where others than this
-    machine can reach it, a key made for this run is part of it. Raises InvalidInput for options
-    that make no sense and Unavailable where the address cannot be had.
+    machine can reach it, a key made for this run is part of it. Raises InvalidInput for a
+    model that does not treat such a beam and Unavailable where the address cannot be had.
     """
     with contextlib.suppress(NoEquilibrium, NotConverged):  # the page shows these in words
-        solve(beam, **options)
+        solve(scene.beam, **scene.options)
     public = public_url(public) if public else ""
     key = secrets.token_urlsafe(KEY_BYTES) if public or host not in LOOPBACK else ""
     door = {"visitor": key, "public": public, "room": visitors}
-    with stopping() as stopped, explorer(Wanted.of(beam, options), host, port, **door) as url:
+    with stopping() as stopped, explorer(scene, host, port, **door) as url:
         words = "whoever has this link can use it; " if key else ""
         print(f"beamviz is at {url} ({words}Ctrl-C ends it)", flush=True)
         if open_browser:
@@ -65,7 +63,9 @@ def serve(
 
 
 @contextlib.contextmanager
-def explorer(wanted: Wanted, host: str = "127.0.0.1", port: int = 0, **door: Any) -> Iterator[str]:
+def explorer(
+    scene: SavedScene, host: str = "127.0.0.1", port: int = 0, **door: Any
+) -> Iterator[str]:
     """A running explorer, by its URL, which holds the key if one is needed; door: keywords of
     Door."""
     with (
@@ -73,10 +73,11 @@ def explorer(wanted: Wanted, host: str = "127.0.0.1", port: int = 0, **door: Any
         ThreadPoolExecutor(SOLVERS, "solver") as pool,
         ThreadPoolExecutor(CHARTERS, "charter") as charts,
     ):
-        theme(server, dark=False)
-        rest = Shapes.at_rest(wanted.beam(), wanted.options["plane"])
-        place(server.initial_camera, camera.viewpoint(rest, riding=True, aspect=1.0, lift=LIFT))
-        animator = Animator(server, wanted, pool, charts)
+        theme(server, dark=scene.look.dark)
+        rest = Shapes.at_rest(scene.beam, scene.options["plane"])
+        fitted = lifted(camera.viewpoint(rest, scene.look.riding, aspect=1.0, lift=LIFT))
+        place(server.initial_camera, scene.camera or fitted)
+        animator = Animator(server, scene, pool, charts)
         try:
             yield Door(host, server.get_port(), **door).url
         finally:
@@ -119,11 +120,11 @@ class Animator:
     def __init__(
         self,
         server: ViserServer,
-        wanted: Wanted,
+        scene: SavedScene,
         pool: ThreadPoolExecutor,
         charts: ThreadPoolExecutor,
     ):
-        self.server, self.wanted, self.pool, self.charts = server, wanted, pool, charts
+        self.server, self.scene, self.pool, self.charts = server, scene, pool, charts
         self.sessions: dict[int, Session] = {}
         self.changed = threading.Condition()
         self.woken = self.stopped = False
@@ -134,7 +135,7 @@ class Animator:
 
     def join(self, client: ClientHandle) -> None:
         """Open a session for a new visitor."""
-        session = Session(client, self.wanted, self.pool, self.charts, self.wake)
+        session = Session(client, self.scene, self.pool, self.charts, self.wake)
         with self.changed:
             self.sessions[client.client_id] = session
         if self.stopped or client.client_id not in self.server.get_clients():

@@ -9,15 +9,18 @@ from typing import Any
 import numpy as np
 from viser import CameraHandle, ClientHandle, InitialCameraConfig, ViserServer
 
+from beamviz.look import Look
+from beamviz.scene_file import TABLES, Camera, SavedScene
 from beamviz.show import camera, colours
 from beamviz.show.against import BEFORE, NOTHING
 from beamviz.show.charting import Charting
 from beamviz.show.compare import Comparison
-from beamviz.show.controls import Look, Wanted
+from beamviz.show.controls import Wanted
 from beamviz.show.grip import Grip
-from beamviz.show.motion import Clock, Shapes
+from beamviz.show.motion import Clock, Shapes, amplitudes
 from beamviz.show.multiples import Multiples, heights
 from beamviz.show.panels import Panel
+from beamviz.show.save_load import SaveLoad
 from beamviz.show.scene import Scene
 from beamviz.show.solving import Answer, Solver
 
@@ -33,26 +36,31 @@ class Session:
     def __init__(
         self,
         client: ClientHandle,
-        wanted: Wanted,
+        scene: SavedScene,
         pool: ThreadPoolExecutor,
         charts: ThreadPoolExecutor,
         wake: Callable[[], None],
     ):
         self.client, self.wake, self.lock = client, wake, threading.RLock()
-        self.look = self.drawn = Look()  # what is wanted to be seen, and what is seen
+        self.look = self.drawn = scene.look  # what is wanted to be seen, and what is seen
+        self.camera = scene.camera  # a viewpoint that is given, until another is asked for
+        self.placed = Camera((1.0, 1.0, 1.0))  # where it was put last
         self.repace = self.refit = True  # choose pace and viewpoint anew
         self.viewed: tuple = ()  # what the viewpoint was chosen for, and how far away it is
         self.distance = 0.0
         self.clock, self.seen = Clock(), 0.0
         self.answer: Answer | None = None
-        self.shapes = Shapes.at_rest(wanted.beam(), wanted.options["plane"])
-        self.solver = Solver(pool, wanted, wake)
-        self.charting = Charting(charts, wake)
+        self.shapes = Shapes.at_rest(scene.beam, scene.options["plane"])
+        self.solver = Solver(pool, Wanted.by(scene), wake)
+        self.charting = Charting(charts, wake, scene.over, scene.per_rev)
         self.comparison = Comparison(client.scene, pool, wake)
         self.scene, self.multiples = Scene(client.scene), Multiples(client.scene)
-        self.panel = Panel(client.gui, wanted, self.look, self)
+        self.panel = Panel(client.gui, Wanted.by(scene), self.look, self)
+        self.panel.put(scene)
+        SaveLoad(client, self)
         self.held = False  # the mass is being dragged
         self.grip = Grip(self.scene, lambda: client.camera.position, self)
+        theme(client, dark=scene.look.dark)
         client.camera.on_update(self.resized)
 
     # What the panel hands on, from any thread (sliders.Listener says what).
@@ -60,12 +68,16 @@ class Session:
     def want(self, name: str, value: Any) -> None:
         """Another number or keyword is wanted."""
         with self.lock:
+            if name == "plane":
+                self.camera = None
             wanted = self.solver.wanted.changed(name, value)
             if wanted != self.solver.wanted:
                 self.solver.want(wanted)
 
     def see(self, name: str, value: Any) -> None:
         """Another choice of the picture."""
+        if name in ("riding", "together"):
+            self.camera = None
         self.store(lambda look: look.changed(name, value), repace=name == "together")
 
     def keep(self) -> None:
@@ -84,12 +96,8 @@ class Session:
 
     def reset_view(self) -> None:
         """The camera back to where the beam fills the picture."""
-        self.refit = True
+        self.camera, self.refit = None, True
         self.wake()
-
-    def darken(self, dark: bool) -> None:
-        """A dark or a light page."""
-        theme(self.client, dark=dark)
 
     def sweep(self, over: str) -> None:
         """Another axis of the loci chart."""
@@ -123,6 +131,23 @@ class Session:
         self.held = False
         self.wake()
 
+    def saved(self) -> SavedScene:
+        """All that is set, as a scene; InvalidInput where that is none."""
+        wanted, charting = self.solver.wanted, self.charting
+        options = {name: wanted.options[name] for name in TABLES["model"] if name in wanted.options}
+        return SavedScene(
+            wanted.beam(), options, self.look, self.viewpoint, charting.over, charting.per_rev
+        )
+
+    def load(self, scene: SavedScene) -> None:
+        """Show another scene; the pace is chosen anew."""
+        with self.panel.lock, self.lock:
+            self.panel.put(scene)
+            self.solver.want(Wanted.by(scene))
+            self.charting.take(scene.over, scene.per_rev)
+            self.camera, self.refit = scene.camera, True
+            self.store(lambda _: scene.look, repace=True)
+
     def store(self, change: Callable[[Look], Look], *, repace: bool = False) -> None:
         """Keep a changed look for the next tick."""
         with self.lock:
@@ -135,7 +160,7 @@ class Session:
     @property
     def moving(self) -> bool:
         """Whether the picture changes with time."""
-        return self.look.playing and self.look.speed > 0 and not (self.words or self.held)
+        return self.look.playing and self.look.pace > 0 and not (self.words or self.held)
 
     @property
     def fresh(self) -> bool:
@@ -178,6 +203,7 @@ class Session:
     def draw(self) -> None:
         """Take up the latest answer and look, and tell the panel."""
         with self.lock:
+            dark = self.drawn.dark
             self.drawn, self.answer = self.look, self.solver.answer
             repace, self.repace = self.repace, False
         if self.answer and self.answer.shapes and not self.words:
@@ -191,6 +217,8 @@ class Session:
         largest = colours.colour_range(self.shapes, self.drawn.colouring, self.amplitudes)
         self.panel.show_picture(self.drawn.colouring, largest, self.pace, self.shapes.beam.units)
         self.look_at()
+        if self.drawn.dark != dark:
+            theme(self.client, dark=self.drawn.dark)
 
     def show_others(self) -> None:
         """The beam compared with, or all modes in place of the one scene."""
@@ -213,19 +241,30 @@ class Session:
         distance = float(np.linalg.norm(position))
         viewed = (look.riding, self.shapes.plane, aspect, len(levels))
         near, far = 0.7 * self.distance, 1.15 * self.distance
-        if self.refit or viewed != self.viewed or not near < distance < far:
+        moved = viewed != self.viewed or not near < distance < far
+        if self.refit or (moved and self.camera is None):
             self.viewed, self.distance, self.refit = viewed, distance, False
-            place(self.client.camera, position)
+            self.placed = self.camera or lifted(position)
+            place(self.client.camera, self.placed)
+
+    @property
+    def viewpoint(self) -> Camera | None:
+        """Where the visitor looks from, or None where the beam has been fitted into the page."""
+        view = self.client.camera
+        now = np.array([view.position, view.look_at])
+        if np.allclose(now, [self.placed.position, self.placed.look_at], atol=1e-3):
+            return self.camera
+        return Camera(*now.round(4).tolist())
 
     def resized(self, view: CameraHandle) -> None:
         """The camera moved; if the page changed its shape, choose the viewpoint anew."""
-        if self.viewed and view.aspect != self.viewed[2]:
+        if self.viewed and view.aspect != self.viewed[2] and self.camera is None:
             self.reset_view()
 
     @property
     def pace(self) -> float:
         """Time [T*] that passes in one second."""
-        return self.clock.rate * self.drawn.speed
+        return self.clock.rate * self.drawn.pace
 
     @property
     def shown(self) -> list[int]:
@@ -237,9 +276,7 @@ class Session:
     @property
     def amplitudes(self) -> np.ndarray:
         """Amplitude (m,) of every mode."""
-        m = len(self.shapes.modes)
-        shares = (*self.drawn.shares, *[0.0] * m)[:m]
-        return self.drawn.amplitude * np.array(shares)
+        return amplitudes(self.drawn, len(self.shapes.modes))
 
     def close(self) -> None:
         """Nothing more is solved."""
@@ -248,13 +285,18 @@ class Session:
         self.comparison.close()
 
 
-def place(view: CameraHandle | InitialCameraConfig, position: np.ndarray) -> None:
-    """Put a camera at `position` as seen from what it looks at: a point a little above the beam,
+def lifted(position: np.ndarray) -> Camera:
+    """A camera at `position` (3,) as seen from what it looks at: a point a little above the beam,
     where words about it stand."""
     lift = np.array(
         [0.0, 0.0, LIFT * math.tan(camera.FIELD_OF_VIEW / 2) * np.linalg.norm(position)]
     )
-    view.position, view.look_at = position + lift, lift
+    return Camera((position + lift).tolist(), lift.tolist())
+
+
+def place(view: CameraHandle | InitialCameraConfig, wanted: Camera) -> None:
+    """Put a camera where it is wanted."""
+    view.position, view.look_at = wanted.position, wanted.look_at
     view.fov = camera.FIELD_OF_VIEW
 
 

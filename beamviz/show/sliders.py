@@ -9,6 +9,7 @@ from typing import Any, Protocol
 from viser import GuiApi, GuiEvent, GuiInputHandle, GuiNumberHandle, GuiSliderHandle
 
 from beamviz.beam import LIMITS, NAMES, Beam
+from beamviz.scene_file import SavedScene
 from beamviz.show.compare import Comparison
 from beamviz.show.measures import LABELS, measures, places
 
@@ -46,9 +47,6 @@ class Listener(Protocol):
     def reset_view(self) -> None:
         """The camera back to where it was."""
 
-    def darken(self, dark: bool) -> None:
-        """A dark or a light page."""
-
     def sweep(self, over: str) -> None:
         """The number the loci chart runs over."""
 
@@ -67,6 +65,12 @@ class Listener(Protocol):
 
     def remember(self) -> None:
         """Keep it unless it is compared with something else."""
+
+    def saved(self) -> SavedScene:
+        """All that is set, as a scene; InvalidInput where that is none."""
+
+    def load(self, scene: SavedScene) -> None:
+        """Show another scene."""
 
 
 class Numbers:
@@ -161,7 +165,7 @@ def heard(control: GuiInputHandle, lock: threading.RLock, take: Callable[[Any], 
     control.on_update(hear)
 
 
-def assign(control: GuiInputHandle, value: float) -> None:
-    """Show a number in a control."""
-    if math.isfinite(value):
+def assign(control: GuiInputHandle, value: Any) -> None:
+    """Show a value in a control."""
+    if not isinstance(value, float) or math.isfinite(value):
         control.value = value  # type: ignore[misc]  # viser puts a method before the setter

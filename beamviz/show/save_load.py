@@ -1,0 +1,72 @@
+"""Saving the scene to a file of the visitor's, and loading it from one."""
+
+from viser import ClientHandle, GuiEvent
+from viser._messages import FileTransferPartAck, FileTransferStartUpload
+
+from beamviz.beam import MAX_TOML_BYTES
+from beamviz.errors import InvalidInput
+from beamviz.scene_file import SavedScene
+from beamviz.show.sliders import Listener
+
+NAME = "scene.toml"
+PATIENCE = 12.0  # [s] that a message stays
+
+
+class SaveLoad:
+    """Two buttons: the scene as a TOML file, and a scene from one."""
+
+    def __init__(self, client: ClientHandle, listener: Listener):
+        self.client, self.listener = client, listener
+        with client.gui.add_folder("Scene file", expand_by_default=False):
+            save = client.gui.add_button("Save scene", hint="A small text file: all that is set")
+            load = client.gui.add_upload_button(
+                "Load scene", hint="A file from Save scene", mime_type=".toml"
+            )
+        save.on_click(lambda _: self.save())
+        load.on_upload(self.load)
+        self.take = client.gui._handle_file_transfer_start
+        self.guard()
+
+    def save(self) -> None:
+        """Send the scene as a file."""
+        try:
+            text = self.listener.saved().to_toml()
+        except InvalidInput as error:
+            self.refuse("This scene cannot be saved", str(error))
+        else:
+            self.client.send_file_download(NAME, text.encode(), save_immediately=True)
+
+    def load(self, event: GuiEvent) -> None:
+        """Take up the scene in a file; one that is none changes nothing and says why."""
+        file = event.target.value
+        try:
+            self.listener.load(SavedScene.from_bytes(file.content, file.name))
+        except InvalidInput as error:
+            self.refuse("The scene stays as it is", str(error))
+
+    def refuse(self, title: str, words: str) -> None:
+        """Tell the visitor what went wrong."""
+        self.client.add_notification(title, words, color="red", auto_close_seconds=PATIENCE)
+
+    def guard(self) -> None:
+        """Hear of every upload before viser does, which would keep all parts of it in memory, as
+        many as a visitor cares to announce."""
+        connection = self.client.gui._websock_interface
+        connection.unregister_handler(FileTransferStartUpload, self.take)
+        connection.register_handler(FileTransferStartUpload, self.announced)
+
+    def announced(self, visitor: int, message: FileTransferStartUpload) -> None:
+        """An upload is about to come: turn it down unless it is as small as a scene."""
+        if message.part_count <= 1 and message.size_bytes <= MAX_TOML_BYTES:
+            self.take(visitor, message)  # type: ignore[arg-type]
+            return
+        self.client.gui._websock_interface.queue_message(
+            FileTransferPartAck(
+                source_component_uuid=message.source_component_uuid,
+                transfer_uuid=message.transfer_uuid,
+                transferred_bytes=message.size_bytes,  # all over, as far as the page knows
+                total_bytes=message.size_bytes,
+            )
+        )
+        words = f"{message.filename}: larger than {MAX_TOML_BYTES} bytes, not a file of beamviz"
+        self.refuse("The scene stays as it is", words)
