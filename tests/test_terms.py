@@ -21,7 +21,7 @@ WANTED = Wanted.of(BEAM, {})
 @pytest.fixture(scope="module")
 def url() -> Iterator[str]:
     """A running explorer; every visitor starts from BEAM."""
-    with explorer(WANTED) as address:
+    with explorer(SavedScene(BEAM)) as address:
         yield address
 
 
