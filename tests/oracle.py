@@ -29,19 +29,28 @@ Numerics. Collocation on elements that halve toward the clamp, the mass and the 
 resolve the local lengths; eigenvalues by an Arnoldi process about zero frequency and inverse
 iteration about each. Everything is computed at two resolutions that share no points; the
 difference is returned, and too large a one raises `UnresolvedError`. A missed mode would show
-too: N >= 0, so mode k has k - 1 nodes (Gantmacher & Krein, Oscillation Matrices and Kernels),
-and they are counted.
+too: where N >= 0, mode k has k - 1 nodes (Gantmacher & Krein, Oscillation Matrices and Kernels),
+and they are counted. A beam in compression (delta < 0) may buckle, omega^2 < 0: then all
+eigenvalues of the full matrix are found, and the lowest refined.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 from oracle_collocation import Coefficients
-from oracle_eigen import UnresolvedError, lowest, lowest_gyroscopic, sign_changes
+from oracle_eigen import (
+    UnresolvedError,
+    lowest,
+    lowest_gyroscopic,
+    lowest_gyroscopic_indefinite,
+    lowest_indefinite,
+    sign_changes,
+)
 from oracle_equilibrium import STIFFNESS, Resolution, equilibrium, refined_mesh, shoot, stretch
 
 from beamviz.beam import Beam
 
+AT_REST = 12.0  # omega^2 of a beam at rest, its lowest
 CURVATURE = {"spatial": 1, "material": 0}  # c
 
 FINE = (Resolution(18, 1.0, 1.5), Resolution(23, 0.8, 1.1))
@@ -50,11 +59,25 @@ QUICK = (Resolution(12, 1.0, 1.5), Resolution(16, 0.8, 1.3))
 
 @dataclass(frozen=True)
 class Truth:
-    """Frequencies [1/T*] ascending (k,), by how much the two resolutions differ (k,), families."""
+    """omega^2 [1/T*^2] ascending (k,), by how much the two resolutions differ (k,), families,
+    and the equilibrium: reference points x, stretch there, place of the tip."""
 
-    frequencies: np.ndarray
-    differences: np.ndarray
+    squares: np.ndarray
+    square_differences: np.ndarray
     families: tuple[str, ...]
+    x: np.ndarray
+    stretch: np.ndarray
+    tip: float  # from the clamp
+
+    @property
+    def frequencies(self) -> np.ndarray:
+        """Frequencies [1/T*]; nan where unstable."""
+        return np.sqrt(np.where(self.squares >= 0, self.squares, np.nan))
+
+    @property
+    def differences(self) -> np.ndarray:
+        """By how much the two resolutions differ in frequency or rate of growth."""
+        return self.square_differences / (2 * np.sqrt(np.abs(self.squares)))
 
 
 def truth(
@@ -67,10 +90,10 @@ def truth(
     resolutions: tuple[Resolution, Resolution] = FINE,
     accuracy: float = 1e-9,
 ) -> Truth:
-    """The lowest frequencies of a straight beam, delta >= 0.
+    """The lowest frequencies of a straight beam.
 
     Raises NoStateError without an equilibrium, UnresolvedError where the two resolutions differ
-    by more than `accuracy` (relative).
+    by more than `accuracy` (relative; of a beam that may buckle, relative to one at rest at least).
     """
     if coriolis and plane != "chordwise":
         raise ValueError("Coriolis couples stretching with bending in the plane of rotation only")
@@ -86,39 +109,51 @@ def truth(
         families = ["bending"] * modes + ["stretching"] * modes
     lowest = np.argsort(fine)[:modes]
     fine, differences = fine[lowest], np.abs(fine - coarse)[lowest]
-    if not np.all(differences <= accuracy * fine):
+    size = np.abs(fine) + (0.0 if beam.delta >= 0 else AT_REST)
+    if not np.all(differences <= 2 * accuracy * size):
         raise UnresolvedError(
-            f"{beam.numbers}, {curvature}: differs by {np.max(differences / fine):.1e}"
+            f"{beam.numbers}, {curvature}: differs by {np.max(differences / size) / 2:.1e}"
         )
-    return Truth(fine, differences, tuple(families[k] for k in lowest))
+    found = spectra[1]
+    families = tuple(families[k] for k in lowest)
+    return Truth(fine, differences, families, found.mesh.x.ravel(), found.f.ravel(), found.tip)
 
 
 class Spectrum:
     """Equilibrium and modes of one beam at one resolution."""
 
     def __init__(self, beam: Beam, strain: str, curvature: str, level: Resolution):
-        if beam.delta < 0:
-            raise ValueError(f"delta = {beam.delta:g}: the oracle is for beams in tension")
         self.gamma, self.delta, self.c = beam.gamma, beam.delta, CURVATURE[curvature]
         start = shoot(beam, strain)
         self.mesh = refined_mesh(beam, strain, self.c, level, start)
         state = equilibrium(self.mesh, beam, strain, start)
         self.moving = self.mesh.moving(2, (0,))
         self.X = state[self.moving.places]  # where there is inertia
+        self.tip = float(state[-2] - beam.delta)
         self.N = self.mesh.at_points(state, 2)[..., 1]  # (elements, p)
         self.f = stretch(strain, self.N / beam.mu**2)
         self.stiffness = beam.mu**2 * STIFFNESS[strain](self.f)
         # units of p, V and of m that keep all unknowns of one size
-        self.force = np.max(self.stiffness), np.max(self.N) + 1
+        self.force = np.max(self.stiffness), np.max(np.abs(self.N)) + 1
         self.moment = np.sqrt(self.force[1])
 
+    @property
+    def least(self) -> float:
+        """Below every omega^2: waves in a compressed beam have -N^2 / 4 at least, stretched."""
+        most = float(np.max(self.f)) ** (2 + 4 * self.c)
+        return -(self.gamma**2) - 4 * AT_REST - float(np.min(self.N)) ** 2 * max(1.0, most)
+
     def bending(self, modes: int, plane: str = "chordwise") -> np.ndarray:
-        """The lowest bending frequencies."""
+        """omega^2 of the lowest bending modes; an inward beam may buckle, and hide nodes."""
         spin = self.gamma**2 if plane == "chordwise" else 0.0
+        if self.delta < 0:
+            B = self.mesh.mass(4, 2, 0, -1 / self.force[1])
+            A = self.mesh.skeleton(4) - self.mesh.integral(4, self._bending()) - spin * B
+            return lowest_indefinite(A, B, self.mesh.moving(4, (0,)), modes, self.least)
         squares, Y = self._family(self._bending(), 1 / self.force[1], modes, spin)
         for k in np.flatnonzero(squares < spin / 100):
             squares[k] = self._balance(Y[:, k])
-        return np.sqrt(squares)
+        return squares
 
     def _balance(self, y: np.ndarray) -> float:
         """omega^2 in the plane of rotation, from the moments about the axis of rotation.
@@ -131,9 +166,9 @@ class Spectrum:
         return (moment + self.delta * shear) / np.sum(self.moving.inertia * self.X * w)
 
     def stretching(self, modes: int) -> np.ndarray:
-        """The lowest stretching frequencies."""
+        """omega^2 of the lowest stretching modes: positive, as the equilibrium is stable."""
         squares, _ = self._family(self._stretching(), 1 / self.force[0], modes, self.gamma**2)
-        return np.sqrt(squares)
+        return squares
 
     def _stretching(self) -> Coefficients:
         """(v, p)' in (v, p), without Lambda."""
@@ -163,14 +198,17 @@ class Spectrum:
         return squares, Y
 
     def coupled(self, modes: int) -> np.ndarray:
-        """Frequencies with Coriolis: A y = omega C y + omega^2 B y in (v, w, theta, p, V, m)."""
+        """omega^2 with Coriolis: A y = omega C y + omega^2 B y in (v, w, theta, p, V, m)."""
         mesh = self.mesh
         units = 1 / self.force[0], 1 / self.force[1]
         B = mesh.mass(6, 3, 0, -units[0]) + mesh.mass(6, 4, 1, -units[1])
         C = 2 * self.gamma * (mesh.mass(6, 3, 1, units[0]) + mesh.mass(6, 4, 0, units[1]))
         static = embedded(self._stretching(), (0, 3)) | embedded(self._bending(), (1, 2, 4, 5))
         A = mesh.skeleton(6) - mesh.integral(6, static) - self.gamma**2 * B
-        return lowest_gyroscopic(A, B, C, mesh.moving(6, (0, 1)), modes)
+        moving = mesh.moving(6, (0, 1))
+        if self.delta < 0 and self.bending(1)[0] < 0:
+            return lowest_gyroscopic_indefinite(A, B, C, moving, modes, self.least)
+        return lowest_gyroscopic(A, B, C, moving, modes) ** 2
 
 
 def embedded(coefficients: Coefficients, unknowns: tuple[int, ...]) -> Coefficients:

@@ -7,6 +7,8 @@ from oracle_collocation import Displacements
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs, splu
 
+LARGEST_DENSE = 900
+
 
 class UnresolvedError(Exception):
     """The oracle could not reach its own accuracy: it returns nothing rather than junk."""
@@ -32,6 +34,69 @@ def lowest(
     pairs = [inverse_iteration(response, moving, 1 / nu[k], shapes[:, k]) for k in np.argsort(-nu)]
     values, Y = zip(*pairs, strict=True)
     return np.array(values), np.column_stack(Y)
+
+
+def lowest_indefinite(
+    A: csc_array, B: csc_array, moving: Displacements, modes: int, least: float
+) -> np.ndarray:
+    """The smallest lambda with A y = lambda B y, negative ones first; none is below `least`."""
+    load = B @ moving.lift(A.shape[0])
+    with np.errstate(divide="ignore"):
+        nu, shapes = np.linalg.eig(dense(factorised(A), load, moving))
+        values = 1 / nu
+
+    def response(shift: complex, s: np.ndarray) -> np.ndarray:
+        return factorised(A - shift.real * B)(load @ s.real)
+
+    picks = smallest(values.real, np.abs(nu.imag) <= 1e-6 * np.abs(nu), least, modes)
+    pairs = [inverse_iteration(response, moving, values[k].real, shapes[:, k].real) for k in picks]
+    return np.array([value for value, _ in pairs])
+
+
+def lowest_gyroscopic_indefinite(
+    A: csc_array, B: csc_array, C: csc_array, moving: Displacements, modes: int, least: float
+) -> np.ndarray:
+    """The smallest omega^2 with A y = omega C y + omega^2 B y; where omega is complex (the
+    motion grows while it swings) minus the square of its rate of growth.
+
+    omega comes with -omega and with its conjugate, so of all squares every other one is kept.
+    """
+    lift, solve = moving.lift(A.shape[0]), factorised(A)
+    RB, RC = dense(solve, B @ lift, moving), dense(solve, C @ lift, moving)
+    n, unit = len(RB), np.sqrt(np.linalg.norm(RB, 2))
+    Z = np.block([[np.zeros((n, n)), unit * np.eye(n)], [RB / unit, RC]])
+    nu, shapes = np.linalg.eig(Z)
+    picks = smallest(growing(1 / nu), np.ones(2 * n, bool), least, 2 * modes)[::2]
+
+    def response(shift: complex, s: np.ndarray) -> np.ndarray:
+        load = C @ lift @ s + 2 * shift * (B @ lift @ s)
+        return factorised((A - shift * C - shift**2 * B).astype(complex))(load)
+
+    pairs = [inverse_iteration(response, moving, 1 / nu[k], shapes[:n, k]) for k in picks]
+    return growing(np.array([value for value, _ in pairs]))
+
+
+def growing(omega: np.ndarray) -> np.ndarray:
+    """omega^2 where it is real, otherwise minus the square of the rate of growth."""
+    square = omega**2
+    swings = np.abs(square.imag) > 1e-7 * np.abs(square)
+    return np.where(swings, -(omega.imag**2), square.real)
+
+
+def smallest(values: np.ndarray, kept: np.ndarray, least: float, count: int) -> np.ndarray:
+    """Where the `count` smallest of the values kept are, none below `least`: those are noise."""
+    places = np.flatnonzero(kept & (values >= least))
+    return places[np.argsort(values[places], kind="stable")][:count]
+
+
+def dense(
+    solve: Callable[[np.ndarray], np.ndarray], load: csc_array, moving: Displacements
+) -> np.ndarray:
+    """Weighted displacements under weighted loads, as a full matrix."""
+    if load.shape[1] > LARGEST_DENSE:
+        raise UnresolvedError(f"{load.shape[1]} points: too many for all eigenvalues at once")
+    y = solve(load.toarray())
+    return np.sqrt(moving.inertia)[:, None] * y[moving.places]
 
 
 def lowest_gyroscopic(
@@ -84,17 +149,17 @@ def largest(
 
 
 def inverse_iteration(
-    response: Callable[[float, np.ndarray], np.ndarray],
+    response: Callable[[complex, np.ndarray], np.ndarray],
     moving: Displacements,
-    value: float,
+    value: complex,
     s: np.ndarray,
-) -> tuple[float, np.ndarray]:
+) -> tuple[complex, np.ndarray]:
     """An eigenvalue to rounding, with its unknowns; the shift stays clear of the eigenvalue."""
     for _ in range(6):
         shift = value * (1 - 1e-8)
         y = response(shift, s)
         moved = moving.weighted(y)
-        previous, value = value, shift + (s @ s) / (s @ moved)
+        previous, value = value, shift + np.vdot(s, s) / np.vdot(s, moved)
         s = moved / np.linalg.norm(moved)
         if abs(value - previous) < 1e-6 * abs(value):  # and each step gains eight digits
             return value, y

@@ -18,6 +18,7 @@ STIFFNESS = {  # n'(f)
     "biot": lambda f: 1 + 0 * f,
     "hencky": lambda f: (1 - np.log(f)) / (f * f),
 }
+WAVES = 2.0  # local lengths of a compressed beam in an element, in units of Resolution.layers
 Piece = tuple[float, float, OdeSolution]  # from, to, (X, N, ..)(x)
 
 
@@ -36,12 +37,15 @@ class Resolution:
 
 
 def stretch(strain: str, n: np.ndarray) -> np.ndarray:
-    """f from n(f), on the branch that starts at rest; nan beyond its end (hencky: n = 1/e)."""
+    """f from n(f), on the branch that starts at rest; nan beyond its end (hencky: n = 1/e, green:
+    f = 1/sqrt(3)). Biot has no end but f > 0, which `shoot` watches: its line may be extended.
+    """
     if strain == "biot":
         return 1 + n
     if strain == "hencky":
         return np.where(n < np.exp(-1), np.exp(-lambertw(-n).real), np.nan)
     z = 3 * np.sqrt(3) * n  # f^3 - f = 2 n by Viete's formulas
+    z = np.where(z > -1, z, np.nan)
     angle = np.arccos(np.clip(z, -1, 1)) / 3
     f = 2 / np.sqrt(3) * np.where(z < 1, np.cos(angle), np.cosh(np.arccosh(np.maximum(z, 1)) / 3))
     return f - ((f * f - 1) * f / 2 - n) / STIFFNESS["green"](f)  # one step of Newton's
@@ -68,29 +72,35 @@ def shoot(beam: Beam, strain: str) -> tuple[Piece, ...]:
             run = solve_ivp(
                 slope, (right, left), y, "DOP853", rtol=1e-8, atol=1e-11, dense_output=True
             )
-            if not (run.success and np.all(run.y[1] >= 0) and np.all(run.y[2] > 0)):
+            if not (run.success and np.all(run.y[2] > 0)):
                 raise NoStateError(f"{beam.numbers}: none with its tip at {tip:g}")
             y = run.y[:, -1].copy()
             pieces.append((left, right, run.sol))
         return tuple(pieces[::-1])
 
-    return newton_tip(march, beam, strain)
+    pieces = newton_tip(march, beam, strain)
+    forces = np.concatenate([run(np.linspace(left, right, 99))[1] for left, right, run in pieces])
+    if not np.all(stretch(strain, forces / beam.mu**2) > 0):
+        raise NoStateError(f"{beam.numbers}: compressed to nothing")
+    return pieces
 
 
 def newton_tip(march: Callable, beam: Beam, strain: str) -> tuple[Piece, ...]:
     """Newton's method from the side where it is monotonic.
 
     The clamp's place is a convex function of the tip's for green (hardening), linear for biot,
-    concave for hencky (softening).
+    concave for hencky (softening), wherever it grows with the tip's: where the state is stable.
     """
     tip = 1 + beam.delta
     if strain == "green":
-        tip = outside(march, beam, tip)
+        tip = outside(march, beam, max(tip, 0.1))
+    elif beam.delta < 0:
+        tip = inside(march, tip)
     for _ in range(100):
         pieces = march(tip)
         clamp, _, derivative, _ = pieces[0][2](0.0)
         step = (beam.delta - clamp) / derivative
-        if abs(step) < 1e-6 * tip:
+        if abs(step) < 1e-6 * max(1.0, abs(tip)):
             return pieces
         tip += step
     raise UnresolvedError(f"{beam.numbers}: no equilibrium by shooting")
@@ -107,6 +117,17 @@ def outside(march: Callable, beam: Beam, tip: float) -> float:
         tip *= 1.5
 
 
+def inside(march: Callable, tip: float) -> float:
+    """A tip so far in that a softening beam is stable: compressed, it is stiffer."""
+    for step in [0.0, *(0.1 * 2.0**k for k in range(8))]:
+        try:
+            march(tip - step)
+        except NoStateError:
+            continue
+        return tip - step
+    raise NoStateError(f"none with its tip at {tip:g} or further in")
+
+
 def refined_mesh(
     beam: Beam, strain: str, c: int, level: Resolution, pieces: tuple[Piece, ...]
 ) -> Mesh:
@@ -118,8 +139,10 @@ def refined_mesh(
         while todo:
             x, h = todo.pop()
             away = np.min(np.maximum(np.maximum(special - x - h, x - special), 0))
-            shortest = np.min(local_length(solution(x + h * np.linspace(0, 1, 9)), beam, strain, c))
-            if h <= min(0.15, max(level.ratio * away, level.layers * shortest)):
+            state = solution(x + h * np.linspace(0, 1, 9))
+            shortest = np.min(local_length(state, beam, strain, c))
+            longest = 0.15 if np.min(state[1]) > -1 else min(0.15, WAVES * level.layers * shortest)
+            if h <= min(longest, max(level.ratio * away, level.layers * shortest)):
                 found.append((x, h))
             else:
                 todo += [(x + h / 2, h / 2), (x, h / 2)]
@@ -131,11 +154,14 @@ def refined_mesh(
 
 
 def local_length(state: np.ndarray, beam: Beam, strain: str, c: int) -> np.ndarray:
-    """The shorter of the bending layer 1 / sqrt(N f^(1 + 2c)) and the stretch's f / |f'|."""
-    X, N = np.maximum(state[:2], 0.0)
+    """The shorter of the bending layer 1 / sqrt(N f^(1 + 2c)) and the stretch's f / |f'|.
+
+    In compression that layer is a wave, of the same length over 2 pi, and all along the beam.
+    """
+    X, N = state[:2]
     f = stretch(strain, N / beam.mu**2)
-    layer = 1 / np.sqrt(N * f ** (1 + 2 * c) + 1)
-    growth = f * beam.mu**2 * STIFFNESS[strain](f) / (beam.gamma**2 * X + 1e-30)
+    layer = 1 / np.sqrt(abs(N) * f ** (1 + 2 * c) + 1)
+    growth = f * beam.mu**2 * STIFFNESS[strain](f) / (beam.gamma**2 * abs(X) + 1e-30)
     return np.minimum(layer, growth)
 
 
