@@ -19,7 +19,7 @@ SENTENCES = {
     "within": "every error within the reported one",
     "outside": "an error larger than the reported one",
     "no-equilibrium": "no equilibrium, and the limit named is true",
-    "another-state": "no equilibrium that starts at rest, and the limit is true; one beyond the axis",
+    "another-state": "none that starts at rest, and the limit is true; another beyond the axis",
     "wrong-limit": "no equilibrium claimed, or a wrong limit",
     "missed-limit": "an answer where there is no equilibrium",
     "wrong-branch": "another equilibrium than the one that starts at rest",
