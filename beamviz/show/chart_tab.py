@@ -64,6 +64,11 @@ class ChartTab:
         assign(self.axis, next(label for label, name in AXES.items() if name == over))
         assign(self.per_rev, per_rev)
 
+    def show_lines(self) -> None:
+        """Draw the per-rev lines, as if they had been asked for."""
+        assign(self.per_rev, True)
+        self.listener.show_per_rev(True)
+
     def pick(self, number: Any) -> None:
         """A meeting was chosen, by its number."""
         if number in self.go.options:

@@ -48,7 +48,11 @@ def gradient(anchors: tuple[RGB, ...]) -> str:
 
 def along(shapes: Shapes, name: str, moved: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
     """sRGB colours (n - 1, 3) in 0 .. 1 by `name`, one of COLOURINGS."""
-    largest = colour_range(shapes, name, amplitudes)
+    return ranged(shapes, name, moved, colour_range(shapes, name, amplitudes))
+
+
+def ranged(shapes: Shapes, name: str, moved: np.ndarray, largest: float) -> np.ndarray:
+    """The same, with the value at the end of the colour map."""
     if name == "axial strain":
         scaled = 0.5 + 0.5 * axial_strain(shapes, moved) / largest
         return mapped(scaled, DIVERGING)

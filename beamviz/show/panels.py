@@ -16,6 +16,7 @@ from beamviz.show.compare_tab import CompareTab
 from beamviz.show.controls import CHOICES, MODES, Wanted
 from beamviz.show.microscope_tab import MicroscopeTab
 from beamviz.show.page_style import add_style
+from beamviz.show.ride_tab import RideTab
 from beamviz.show.sliders import Listener, Numbers, assign, heard
 from beamviz.show.solving import Answer
 from beamviz.show.terms import Terms
@@ -70,6 +71,8 @@ class Panel:
             self.microscope = MicroscopeTab(gui)
         with results.add_tab("Compare"):
             self.compare = CompareTab(gui, self.lock, self.listener)
+        with results.add_tab("Run-up"):
+            self.ride = RideTab(gui, self.lock, self.listener)
         results.dock_left()
         results.set_width(370)
 

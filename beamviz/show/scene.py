@@ -67,11 +67,16 @@ class Scene:
     def move(self, phases: np.ndarray, amplitudes: np.ndarray, angle: float) -> None:
         """Put the beam where it is at phases (m,) [rad] for amplitudes (m,), the hub turned by
         angle [rad]; seen from the hub, it is the ground that turns."""
+        moved = displacement(self.shapes, phases, amplitudes)
+        largest = colours.colour_range(self.shapes, self.look.colouring, amplitudes)
+        self.displace(moved, largest, angle)
+
+    def displace(self, moved: np.ndarray, largest: float, angle: float) -> None:
+        """Put the beam where it is displaced by `moved` (n, 2), in colours up to `largest`."""
         shapes = self.shapes
-        moved = displacement(shapes, phases, amplitudes)
         points, normal = placed(shapes, shapes.centreline + moved)
         body = tube.segments(points, normal, *self.section)
-        paint = colours.instanced(self.colour(moved, amplitudes))
+        paint = colours.instanced(self.colour(moved, largest))
         put(self.beam, *body, paint)
         put(self.ends, *(part[[0, -1]] for part in (*body, paint)))  # the sleeves are open
         self.nodes.move(shapes.x, points, body[1])
@@ -79,8 +84,8 @@ class Scene:
         self.ground.grid.wxyz = turned(-angle if self.look.riding else 0.0)
         self.wheel.wxyz = turned(0.0 if self.look.riding else angle)
 
-    def colour(self, moved: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
+    def colour(self, moved: np.ndarray, largest: float) -> np.ndarray:
         """Colour (n - 1, 3) of each piece of the beam, displaced by `moved` (n, 2)."""
         if self.greyed:
             return np.tile(np.array(colours.GREYED) / 255, (tube.SEGMENTS, 1))
-        return colours.along(self.shapes, self.look.colouring, moved, amplitudes)
+        return colours.ranged(self.shapes, self.look.colouring, moved, largest)

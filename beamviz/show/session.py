@@ -20,6 +20,7 @@ from beamviz.show.grip import Grip
 from beamviz.show.motion import Clock, Shapes, amplitudes
 from beamviz.show.multiples import Multiples, heights
 from beamviz.show.panels import Panel
+from beamviz.show.ride import Ride
 from beamviz.show.save_load import SaveLoad
 from beamviz.show.scene import Scene
 from beamviz.show.solving import Answer, Solver
@@ -54,6 +55,7 @@ class Session:
         self.solver = Solver(pool, Wanted.by(scene), wake)
         self.charting = Charting(charts, wake, scene.over, scene.per_rev)
         self.comparison = Comparison(client.scene, pool, wake)
+        self.ride = Ride(charts, wake)
         self.scene, self.multiples = Scene(client.scene), Multiples(client.scene)
         self.panel = Panel(client.gui, Wanted.by(scene), self.look, self)
         self.panel.put(scene)
@@ -73,6 +75,7 @@ class Session:
             wanted = self.solver.wanted.changed(name, value)
             if wanted != self.solver.wanted:
                 self.solver.want(wanted)
+                self.ride.stop() if name == "gamma" else self.ride.forget()
 
     def see(self, name: str, value: Any) -> None:
         """Another choice of the picture."""
@@ -86,10 +89,12 @@ class Session:
 
     def share(self, mode: int, value: Any) -> None:
         """Another share of one mode; the pace is chosen anew."""
+        self.ride.shown = False
         self.store(lambda look: look.share(mode, value), repace=True)
 
     def only(self, mode: int) -> None:
         """One mode alone; the pace is chosen anew."""
+        self.ride.shown = False
         with self.lock:
             self.store(lambda look: look.only(mode), repace=True)
             self.panel.show_shares(self.look)
@@ -116,6 +121,15 @@ class Session:
         """Keep it unless it is compared with something else."""
         if self.comparison.choice in (NOTHING, BEFORE):
             self.keep()
+
+    def run_up(self) -> None:
+        """Start the run-up, or stop it."""
+        if self.ride.riding:
+            self.ride.stop()
+            return
+        self.see("together", False)
+        self.panel.loci.show_lines()
+        self.ride.start(self.solver.wanted)
 
     def hold(self) -> None:
         """The mass was taken: time stands still, and how the beam was stays to be seen."""
@@ -146,6 +160,7 @@ class Session:
             self.solver.want(Wanted.by(scene))
             self.charting.take(scene.over, scene.per_rev)
             self.camera, self.refit = scene.camera, True
+            self.ride.forget()
             self.store(lambda _: scene.look, repace=True)
 
     def store(self, change: Callable[[Look], Look], *, repace: bool = False) -> None:
@@ -160,7 +175,8 @@ class Session:
     @property
     def moving(self) -> bool:
         """Whether the picture changes with time."""
-        return self.look.playing and self.look.pace > 0 and not (self.words or self.held)
+        playing = self.look.playing and self.look.pace > 0
+        return (playing or self.ride.riding) and not (self.words or self.held)
 
     @property
     def fresh(self) -> bool:
@@ -175,6 +191,7 @@ class Session:
             or self.look is not self.drawn
             or self.solver.answer is not self.answer
             or self.comparison.fresh
+            or self.ride.fresh
         )
 
     @property
@@ -185,13 +202,15 @@ class Session:
     def tick(self, now: float) -> None:
         """Bring the picture up to `now` [s]."""
         elapsed, self.seen = min(now - self.seen, LONGEST_STEP), now
+        if self.ride.riding:
+            self.ride_on(elapsed)
         changed = self.changed
         with self.client.atomic():
             if changed:
                 self.draw()
             time = elapsed * self.pace if self.moving else 0.0
             self.clock.advance(time, self.shapes.frequencies, self.shapes.beam.gamma)
-            self.scene.move(self.clock.phases, self.amplitudes, self.clock.angle)
+            self.move(time)
             self.comparison.move(time, self.shapes, self.amplitudes)
             self.multiples.move(self.clock.phases, self.drawn.amplitude, self.clock.angle)
         if changed:
@@ -199,6 +218,22 @@ class Session:
             self.charting.follow(self.answer, self.comparison.second)  # the picture comes first
         if self.charting.fresh:
             self.charting.draw(self.panel.loci, self.panel.microscope)
+
+    def move(self, time: float) -> None:
+        """Move the beam on by `time` [T*]: as its modes swing, or as the force drives it."""
+        if self.ride.driven:
+            moved = self.ride.displaced(time, self.shapes.beam.gamma)
+            self.scene.displace(moved, self.largest, self.clock.angle)
+        else:
+            self.scene.move(self.clock.phases, self.amplitudes, self.clock.angle)
+
+    def ride_on(self, elapsed: float) -> None:
+        """A little faster."""
+        gamma = self.ride.advance(elapsed)
+        if gamma is not None:
+            with self.lock:
+                self.solver.want(self.solver.wanted.changed("gamma", gamma))
+            self.panel.numbers.follow("gamma", gamma)
 
     def draw(self) -> None:
         """Take up the latest answer and look, and tell the panel."""
@@ -208,14 +243,19 @@ class Session:
             repace, self.repace = self.repace, False
         if self.answer and self.answer.shapes and not self.words:
             self.shapes = self.answer.shapes
-        self.clock.fit(self.shapes.frequencies[self.shown], self.shapes.beam.gamma, keep=not repace)
+        self.clock.fit(self.swinging, self.shapes.beam.gamma, keep=not repace)
+        if self.ride.driven and self.answer and self.answer.solution:
+            self.ride.drive(self.answer.solution, self.shapes, self.drawn.amplitude)
         self.show_others()
         self.scene.show(self.shapes, self.drawn, self.shown, words=self.words)
         if self.answer:
             self.panel.show(self.answer, self.shown)
             self.panel.compare.show(self.answer, self.comparison)
-        largest = colours.colour_range(self.shapes, self.drawn.colouring, self.amplitudes)
-        self.panel.show_picture(self.drawn.colouring, largest, self.pace, self.shapes.beam.units)
+        self.ride.drawn = self.ride.state
+        self.panel.ride.show(self.ride, self.shapes.beam.gamma)
+        self.panel.show_picture(
+            self.drawn.colouring, self.largest, self.pace, self.shapes.beam.units
+        )
         self.look_at()
         if self.drawn.dark != dark:
             theme(self.client, dark=self.drawn.dark)
@@ -269,20 +309,39 @@ class Session:
     @property
     def shown(self) -> list[int]:
         """The modes (from 0) in the picture."""
+        if self.ride.driven:
+            return []
         if self.drawn.together:
             return list(range(len(self.shapes.modes)))
         return [k for k in range(len(self.shapes.modes)) if self.amplitudes[k] > 0]
 
     @property
+    def swinging(self) -> np.ndarray:
+        """The frequencies in the picture."""
+        if self.ride.driven:
+            return np.array([self.ride.per_rev * self.shapes.beam.gamma])
+        return self.shapes.frequencies[self.shown]
+
+    @property
+    def largest(self) -> float:
+        """The value at the end of the colour map."""
+        colouring = self.drawn.colouring
+        if self.ride.driven:
+            return self.ride.largest(self.shapes, colouring, self.drawn.amplitude)
+        return colours.colour_range(self.shapes, colouring, self.amplitudes)
+
+    @property
     def amplitudes(self) -> np.ndarray:
-        """Amplitude (m,) of every mode."""
-        return amplitudes(self.drawn, len(self.shapes.modes))
+        """Amplitude (m,) of every mode; none while the beam is driven."""
+        modes = len(self.shapes.modes)
+        return np.zeros(modes) if self.ride.driven else amplitudes(self.drawn, modes)
 
     def close(self) -> None:
         """Nothing more is solved."""
         self.solver.close()
         self.charting.close()
         self.comparison.close()
+        self.ride.close()
 
 
 def lifted(position: np.ndarray) -> Camera:

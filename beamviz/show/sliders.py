@@ -12,6 +12,7 @@ from beamviz.beam import LIMITS, NAMES, Beam
 from beamviz.scene_file import SavedScene
 from beamviz.show.compare import Comparison
 from beamviz.show.measures import LABELS, measures, places
+from beamviz.show.ride import Ride
 
 # For each number: label, everyday range and step of its slider (dimensionless), what it means.
 NUMBERS = {
@@ -71,6 +72,13 @@ class Listener(Protocol):
 
     def load(self, scene: SavedScene) -> None:
         """Show another scene."""
+
+    @property
+    def ride(self) -> Ride:
+        """What hears of the run-up."""
+
+    def run_up(self) -> None:
+        """Start the run-up, or stop it."""
 
 
 class Numbers:
@@ -134,6 +142,11 @@ class Numbers:
         with self.lock:
             assign(self.fields[name], self.measures[name].factor * value)
             self.typed(name, self.measures[name].factor * value)
+
+    def follow(self, name: str, value: float) -> None:
+        """Show a number, dimensionless, that is set elsewhere."""
+        for control in (self.sliders[name], self.fields[name]):
+            assign(control, self.measures[name].factor * value)
 
     def moved(self, name: str, value: float) -> None:
         """A slider was moved."""
