@@ -1,19 +1,19 @@
 """What a lesson is: words, a scene to start from, numbers that are computed, and a challenge."""
 
-import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
 from beamviz.beam import NAMES, Beam
-from beamviz.mechanics.solve import CHOICES, Solution, solve
+from beamviz.errors import BeamvizError
+from beamviz.mechanics.solve import Solution
 from beamviz.scene_file import SavedScene
 from beamviz.study.chart_style import SYMBOLS
 
-USUAL = {name: inspect.signature(solve).parameters[name].default for name in (*CHOICES, "coriolis")}
+ACCURACY = ("elements", "tolerance")  # which change no answer that is right
 ON_OFF = {True: "on", False: "off"}
-LABELS = {"coriolis": "Coriolis"}
+LABELS = {"coriolis": "Coriolis", "softening": "spin softening"}
 LEAST_MASS = 0.5
 
 
@@ -67,8 +67,7 @@ class Challenge:
 class Lesson:
     """A question about the beam, answered by playing with it.
 
-    Words between stars are the field's terms. options: keywords of solve() that are not the
-    usual ones; mode: the one to look at, from 1; chart: the number its loci run over.
+    Words between single stars are the field's terms, between double ones names on the page.
     """
 
     name: str
@@ -79,15 +78,7 @@ class Lesson:
     meaning: str
     proof: Fact
     challenge: Challenge
-    beam: Beam
-    options: Mapping[str, Any] = field(default_factory=dict)
-    mode: int = 1
-    chart: str = "gamma"
-
-    @property
-    def scene(self) -> SavedScene:
-        """What the explorer shows when the lesson begins."""
-        return SavedScene.of(self.beam, **self.options, mode=self.mode, over=self.chart)
+    scene: SavedScene
 
     def check(self, beam: Beam, options: Mapping[str, Any]) -> Verdict:
         """Whether a beam, solved with `options`, meets the challenge."""
@@ -101,17 +92,25 @@ class Lesson:
         words = f"{SYMBOLS[number]} = {value:.5g} is within {within:g} of {answer:.5g}."
         return Verdict(True, words)
 
+    def measured(self, solution: Solution) -> str:
+        """What the gauge says of a beam, "" where it cannot tell."""
+        try:
+            words = self.challenge.gauge(solution)
+        except BeamvizError:
+            return ""
+        return "" if "nan" in words else words
+
     def _astray(self, beam: Beam, options: Mapping[str, Any]) -> str:
         """What has to be put back before the challenge can be met, or ""."""
-        free, own = self.challenge.free, {**USUAL, **self.options}
+        free, own = self.challenge.free, self.scene
         if "alpha" in free and beam.alpha < LEAST_MASS:
             return (
                 f"Make the mass α at least {LEAST_MASS:g}: a lighter one is hardly felt anywhere."
             )
-        for name, start in self.beam.numbers.items():
+        for name, start in own.beam.numbers.items():
             if name not in (*free, self.challenge.number) and getattr(beam, name) != start:
                 return f"Put the {NAMES[name]} {SYMBOLS[name]} back to {start:g} first."
-        for name, choice in own.items():
-            if name not in free and options.get(name, USUAL[name]) != choice:
+        for name, choice in own.options.items():
+            if name not in (*free, *ACCURACY) and options.get(name, choice) != choice:
                 return f"Put {LABELS.get(name, name)} back to {ON_OFF.get(choice, choice)} first."
         return ""

@@ -5,6 +5,7 @@ from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
 from beamviz.lesson import Challenge, Fact, Lesson
 from beamviz.lesson_numbers import BARE, MIDDLE, TIP, omega
+from beamviz.scene_file import SavedScene
 
 INWARD = Beam(delta=-1)
 ON_A_HUB = Beam(delta=1)
@@ -14,8 +15,7 @@ LESSONS = (
         name="stiffening",
         title="Spinning makes it stiffer",
         question="Nothing about the beam changes but its speed. Why does it swing faster?",
-        beam=BARE,
-        options={"plane": "flapwise"},
+        scene=SavedScene.of(plane="flapwise", mode=1),
         do="Drag **speed γ** slowly from 0 up to 10.",
         see="B1 in the table, the slowest swing: its frequency ω climbs with the speed.",
         meaning="Every piece of the turning beam pulls outward, so the beam hangs taut between hub"
@@ -38,7 +38,7 @@ LESSONS = (
         title="Up and down, or side to side",
         question="A helicopter blade swings up and down, and back and forth in the plane in which"
         " it turns. Which of the two is faster?",
-        beam=BARE.replace(gamma=10),
+        scene=SavedScene.of(gamma=10, mode=1),
         do="Open the folder **Model** and switch **plane** between flapwise (up and down) and"
         " chordwise (side to side).",
         see="B1 is slower side to side, as if the beam had become softer.",
@@ -58,7 +58,7 @@ LESSONS = (
             "gamma",
             0.1,
             lambda: (numbers.speed_of_double_planes(),),
-            lambda s: f"now {numbers.ratio_of_planes(s):.2f} times as fast",
+            lambda s: f"it is {numbers.ratio_of_planes(s):.2f} times as fast",
             free=("plane",),
         ),
     ),
@@ -66,7 +66,7 @@ LESSONS = (
         name="moving-mass",
         title="A mass moves along the beam",
         question="The mass weighs as much as the beam. Does it matter where it sits?",
-        beam=TIP,
+        scene=SavedScene.of(alpha=1, beta=1, mode=1, over="beta"),
         do="Drag **position β** from 1, the tip, down to 0, the hub.",
         see="B1 in the table: most of the change happens in the outer half.",
         meaning="A mass slows a swing by as much as it has to move. The tip moves most; near the"
@@ -89,8 +89,7 @@ LESSONS = (
         title="The mass that changes nothing",
         question="Is there a place on the beam, away from the hub, where even a heavy mass is not"
         " felt?",
-        beam=MIDDLE,
-        mode=2,
+        scene=SavedScene.of(alpha=1, beta=0.5, mode=2, over="beta"),
         do="The picture shows B2. Drag **position β**, then **mass α**, and watch B2 in the table.",
         see="The pink collar: there the beam stays still. When the mass comes to sit under it,"
         " making it heavier changes B2 no more.",
@@ -119,9 +118,7 @@ LESSONS = (
         name="mode-shift",
         title="Which one is the third mode?",
         question="Modes are counted from the slowest. Does the third always look the same?",
-        beam=TIP,
-        mode=4,
-        chart="alpha",
+        scene=SavedScene.of(alpha=1, beta=1, mode=4, over="alpha"),
         do="Drag **mass α** from 1 to 2. The picture shows mode 4: the beam stretches.",
         see="S1 (stretching) and B3 (bending) change places in the table.",
         meaning="A mass at the tip slows the stretching, which moves the tip most, and hardly"
@@ -147,8 +144,7 @@ LESSONS = (
         name="crossing",
         title="Meeting without touching",
         question="Two frequencies run into each other as the speed grows. What happens there?",
-        beam=TIP.replace(gamma=2),
-        mode=4,
+        scene=SavedScene.of(alpha=1, beta=1, gamma=2, mode=4),
         do="Open the tab **Loci**, left: every line is one mode (a *locus*). Drag **speed γ**"
         " through the ring where S1 meets B3.",
         see="Both lines run straight on, and each keeps its motion: one stretches, one bends.",
@@ -175,11 +171,9 @@ LESSONS = (
         name="veering",
         title="The same meeting, now they avoid each other",
         question="The last lesson left out one force. What does it do to the meeting?",
-        beam=TIP.replace(gamma=2),
-        options={"coriolis": True},
-        mode=4,
-        do="**Coriolis** (folder Model) is on now. In the tab **Loci**, choose the meeting under"
-        " **go to**, then open the tab **Microscope**.",
+        scene=SavedScene.of(alpha=1, beta=1, gamma=2, coriolis=True, mode=4),
+        do="**Coriolis** (folder Terms on or off) is on now. In the tab **Loci**, choose the"
+        " meeting under **go to**, then open the tab **Microscope**.",
         see="The lines bend away before they touch. What was stretching leaves as bending, and"
         " the other way round.",
         meaning="What moves along a turning beam is pushed across it, as on a merry-go-round: the"
@@ -205,10 +199,9 @@ LESSONS = (
         title="Pushed three times a turn",
         question="Wind and gravity push a blade at the same places in every turn. At which speed"
         " is that dangerous?",
-        beam=BARE.replace(gamma=5),
-        mode=2,
-        do="In the tab **Loci** tick **per-rev lines**, then drag **speed γ** to where the line"
-        " 3γ meets the locus of B2.",
+        scene=SavedScene.of(gamma=5, mode=2, per_rev=True),
+        do="Open the tab **Loci** and drag **speed γ** to where the dashed line 3γ meets the locus"
+        " of B2.",
         see="The dashed lines 1γ, 2γ, 3γ: the frequencies of one, two, three pushes a turn.",
         meaning="A push that comes at a mode's own frequency adds to every swing before it: a"
         " *resonance*. A chart of loci with these lines is a *Campbell diagram*; machines are"
@@ -234,8 +227,7 @@ LESSONS = (
         title="The theory that breaks the beam",
         question="In the 1980s respected programs predicted that a spinning beam collapses."
         " Does it?",
-        beam=BARE.replace(gamma=2),
-        options={"method": "zoac"},
+        scene=SavedScene.of(gamma=2, method="zoac", mode=1),
         do="The folder **Model** is set to **zoac**, the classical linear theory. Raise **speed γ**"
         " beyond 4. Then set **method** to auto.",
         see="B1 falls to zero and the page says: unstable. With auto nothing of the kind happens.",
@@ -262,7 +254,7 @@ LESSONS = (
         title="Pointing inward",
         question="Clamp the beam to the rim so that it points at the axis. What does spinning do"
         " to it now?",
-        beam=INWARD.replace(gamma=1),
+        scene=SavedScene.of(gamma=1, delta=-1, mode=1),
         do="Hub δ is −1: the tip touches the axis. Raise **speed γ** from 1 to 3.5.",
         see="B1 falls instead of rising, and reaches zero. Beyond, the page says: unstable.",
         meaning="The outward pull now presses the beam against its clamp, like a load on a column."
@@ -284,10 +276,9 @@ LESSONS = (
         name="stretch-jump",
         title="Where the stretch jumps",
         question="The spinning beam gets longer. Equally so on both sides of the mass?",
-        beam=MIDDLE.replace(gamma=10),
-        mode=3,
-        do="Under **Picture** set **colour** to axial strain, and drag **speed γ**.",
-        see="The inner half turns orange first; at the mass the colour changes at once.",
+        scene=SavedScene.of(alpha=1, beta=0.5, gamma=10, colouring="axial strain", mode=1),
+        do="Orange is longer, blue is shorter than at rest. Drag **speed γ** up to 20.",
+        see="The inner half turns orange first, and the colour changes at once at the mass.",
         meaning="Just inside the mass the beam must hold the mass and all that is beyond it, just"
         " outside only the rest. The pull has a step there, so the stretch has one: a"
         " *jump of the gradient*. A method that makes it smooth there needs very many"
@@ -313,8 +304,7 @@ LESSONS = (
         name="no-equilibrium",
         title="When the material gives out",
         question="A program finds no answer for a fast beam. Is the program bad?",
-        beam=ON_A_HUB.replace(gamma=20),
-        options={"strain": "hencky"},
+        scene=SavedScene.of(gamma=20, delta=1, strain="hencky", mode=1),
         do="The folder **Model** is set to the law **hencky** (logarithmic strain). Raise"
         " **speed γ** towards 40. Then set **strain** to green.",
         see="The page says: no equilibrium, and up to which speed there is one. With green the"

@@ -4,7 +4,7 @@ import json
 import textwrap
 from typing import Any
 
-from beamviz.lesson import USUAL, Lesson
+from beamviz.lesson import Lesson
 from beamviz.lessons import LESSONS
 
 WIDTH = 88
@@ -47,9 +47,7 @@ def fields(lesson: Lesson) -> dict[str, Any]:
             "within": challenge.within,
             "answers": challenge.answers,
         },
-        "beam": lesson.beam.numbers,
-        "model": {**USUAL, **lesson.options},
-        "mode": lesson.mode,
+        "scene": lesson.scene.tables,
     }
 
 

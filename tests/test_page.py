@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 
 import matplotlib.image
@@ -11,10 +10,8 @@ import pytest
 from browser import NO_BROWSER, Page, page
 
 from beamviz.beam import Beam
-from beamviz.look import Look
 from beamviz.mechanics.solve import solve
 from beamviz.scene_file import SavedScene
-from beamviz.show import session
 from beamviz.show.browser import found_browser
 from beamviz.show.readout import significant
 from beamviz.show.server import explorer
@@ -45,13 +42,12 @@ COLLARS = bodies("/stage/wheel/nodes", "matricesTexture", 16)
 @pytest.fixture(scope="module")
 def shown() -> Iterator[Page]:
     """One page that the tests of this file use in turn; it starts paused at full swing."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(session, "Look", partial(Look, playing=False))
-        with explorer(SavedScene(START)) as url, page(url, 1280, 900) as opened:
-            opened.wait(f"{NODES} && {NODES}['/stage/wheel/beam'] && {PIECES}")
-            opened.wait(says(frequency(START)))
-            settled(opened)
-            yield opened
+    scene = SavedScene.of(START, playing=False)
+    with explorer(scene) as url, page(url, 1280, 900) as opened:
+        opened.wait(f"{NODES} && {NODES}['/stage/wheel/beam'] && {PIECES}")
+        opened.wait(says(frequency(START)))
+        settled(opened)
+        yield opened
 
 
 def says(words: str) -> str:

@@ -182,6 +182,8 @@ def test_the_key_becomes_a_cookie_and_leaves_the_address(open_url):
     with visitor(open_url, additional_headers={"Cookie": cookie}) as guest:
         assert BEAM in guest.nodes
     assert unharmed(f"{open_url}/?token={KEY}")
+    _, headers, _ = got(open_url, f"/?lesson=nodes&token={KEY}&dark=true")
+    assert headers["Location"] == "/?lesson=nodes&dark=true"
 
 
 def test_keys_are_compared_in_constant_time():

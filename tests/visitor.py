@@ -21,6 +21,7 @@ class Visitor:
     def __init__(self, socket: Connection):
         self.socket = socket
         self.controls: dict[str, str] = {}
+        self.commands: dict[str, str] = {}
         self.texts: dict[str, str] = {}
         self.updated: dict[str, Any] = {}
         self.nodes: dict[str, dict[str, Any]] = {}
@@ -45,6 +46,10 @@ class Visitor:
     def choose(self, label: str, value: Any) -> None:
         """Set a control, as a browser would."""
         self.send(type="GuiUpdateMessage", uuid=self.controls[label], updates={"value": value})
+
+    def press(self, key: str) -> None:
+        """Press a key that has a command, or run a command without one by its name."""
+        self.send(type="CommandTriggerMessage", uuid=self.commands[key])
 
     def wait(self, done: Callable[[list[dict[str, Any]]], Any], timeout: float = TIMEOUT) -> Any:
         """Take in messages until `done` of the latest ones is true; its value."""
@@ -82,6 +87,8 @@ class Visitor:
             self.update(message["uuid"], message["updates"])
         elif kind == "GuiHtmlMessage":
             self.texts[message["uuid"]] = props["content"]
+        elif kind == "RegisterCommandMessage":
+            self.commands[props["hotkey"] or props["label"]] = message["uuid"]
         elif kind.startswith("Gui") and "label" in props:
             self.controls[props["label"]] = message["uuid"]
         elif "name" in message and props:

@@ -5,7 +5,7 @@ import ipaddress
 import socket
 from collections.abc import Mapping
 from dataclasses import dataclass
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs, parse_qsl, urlencode, urlsplit
 
 from beamviz.errors import InvalidInput
 
@@ -125,6 +125,13 @@ class Door:
         given = key.encode(errors="replace")
         matches = [hmac.compare_digest(known.encode(), given) for known in keys if known]
         return any(matches)
+
+
+def without_key(path: str) -> str:
+    """Where a link with a key leads once the key is kept: the page, with the rest of its query."""
+    pairs = parse_qsl(urlsplit(path).query, keep_blank_values=True)
+    rest = urlencode([(name, value) for name, value in pairs if name != PARAMETER])
+    return f"/?{rest}" if rest else "/"
 
 
 def given(headers: Mapping[str, str], path: str, cookie: str) -> str:

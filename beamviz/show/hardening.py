@@ -21,7 +21,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from beamviz.errors import Unavailable
-from beamviz.show.door import Door, Refusal
+from beamviz.show.door import Door, Refusal, without_key
 from beamviz.show.inbox import (
     MAX_PART_BYTES,
     MAX_PICTURE_BYTES,
@@ -143,7 +143,8 @@ class Guard:
         ):
             return turned_away(refusal)
         if not opening and (cookie := self.door.kept(headers, request.path)):
-            return reply(303, "See Other", b"", {"Location": "/", "Set-Cookie": cookie})
+            headers = {"Location": without_key(request.path), "Set-Cookie": cookie}
+            return reply(303, "See Other", b"", headers)
         return page(connection, request)
 
     def finish(

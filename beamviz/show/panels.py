@@ -28,6 +28,7 @@ MODEL = {
     "plane": "chordwise: vibration in the plane of rotation; flapwise: out of it",
 }
 ALL = "all"
+BEAM, VIEW = "beam", "view"
 RIDING, BESIDE = "ride on the hub", "stand beside it"
 
 
@@ -57,7 +58,7 @@ class Panel:
 
     def add_results(self, gui: GuiApi) -> None:
         """State, table of modes and legend, in a panel of their own."""
-        results = gui.add_panel()
+        self.results = results = gui.add_panel()
         with results.add_tab("Modes"):
             self.state, self.table = gui.add_html(""), gui.add_html("")
             pick = gui.add_button_group(
@@ -136,7 +137,8 @@ class Panel:
         )
         dark = gui.add_checkbox("dark page", look.dark)
         self.follow(dark, "dark")
-        gui.add_button("Reset view").on_click(lambda _: self.listener.reset_view())
+        reset = gui.add_button_group("reset", (BEAM, VIEW), hint="Back to how it was at first")
+        reset.on_click(lambda event: self.reset(event.target.value))
 
     def add_model(self, gui: GuiApi, wanted: Wanted) -> None:
         """Method, strain law, curvature and plane."""
@@ -157,6 +159,13 @@ class Panel:
             self.listener.see("together", True)
         elif number in [str(k + 1) for k in range(MODES)]:
             self.listener.only(int(number) - 1)
+
+    def reset(self, what: Any) -> None:
+        """The beam or the view is to be as at first."""
+        if what == BEAM:
+            self.listener.reset()
+        elif what == VIEW:
+            self.listener.reset_view()
 
     def show_shares(self, look: Look) -> None:
         """Put the sliders of the mix where `look` has them."""

@@ -11,12 +11,14 @@ from viser import CameraHandle, ClientHandle, InitialCameraConfig, ViserServer
 
 from beamviz.look import Look
 from beamviz.scene_file import TABLES, Camera, SavedScene
-from beamviz.show import camera, colours
+from beamviz.show import camera, colours, link
 from beamviz.show.against import BEFORE, NOTHING
 from beamviz.show.charting import Charting
+from beamviz.show.commands import Commands
 from beamviz.show.compare import Comparison
 from beamviz.show.controls import Wanted
 from beamviz.show.grip import Grip
+from beamviz.show.guide import Guide
 from beamviz.show.motion import Clock, Shapes, amplitudes
 from beamviz.show.multiples import Multiples, heights
 from beamviz.show.panels import Panel
@@ -59,11 +61,14 @@ class Session:
         self.scene, self.multiples = Scene(client.scene), Multiples(client.scene)
         self.panel = Panel(client.gui, Wanted.by(scene), self.look, self)
         self.panel.put(scene)
+        self.guide = Guide(client.gui, self.panel, scene)
+        Commands(client.gui, self.panel, self.guide)
         SaveLoad(client, self)
         self.held = False  # the mass is being dragged
         self.grip = Grip(self.scene, lambda: client.camera.position, self)
         theme(client, dark=scene.look.dark)
         client.camera.on_update(self.resized)
+        link.follow(client, self.guide, self.load)
 
     # What the panel hands on, from any thread (sliders.Listener says what).
 
@@ -98,6 +103,10 @@ class Session:
         with self.lock:
             self.store(lambda look: look.only(mode), repace=True)
             self.panel.show_shares(self.look)
+
+    def reset(self) -> None:
+        """The beam back to what the lesson, or the page, began with."""
+        self.guide.reset()
 
     def reset_view(self) -> None:
         """The camera back to where the beam fills the picture."""
@@ -250,6 +259,7 @@ class Session:
         self.scene.show(self.shapes, self.drawn, self.shown, words=self.words)
         if self.answer:
             self.panel.show(self.answer, self.shown)
+            self.guide.follow(self.answer)
             self.panel.compare.show(self.answer, self.comparison)
         self.ride.drawn = self.ride.state
         self.panel.ride.show(self.ride, self.shapes.beam.gamma)

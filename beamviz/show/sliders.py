@@ -45,6 +45,9 @@ class Listener(Protocol):
     def only(self, mode: int) -> None:
         """One mode (from 0) alone."""
 
+    def reset(self) -> None:
+        """The beam back to what it was."""
+
     def reset_view(self) -> None:
         """The camera back to where it was."""
 

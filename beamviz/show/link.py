@@ -1,0 +1,79 @@
+"""The link a page was opened with: ?lesson=nodes, or ?alpha=1&gamma=10&mode=3.
+
+A server is not told the query of the page that connects to it, so the page is asked.
+"""
+
+import secrets
+import threading
+import time
+from collections.abc import Callable
+from urllib.parse import parse_qsl
+
+from viser import ClientHandle
+
+from beamviz.errors import InvalidInput
+from beamviz.lessons import lesson
+from beamviz.scene_file import KEYS, SavedScene, literal
+from beamviz.show.door import PARAMETER
+from beamviz.show.guide import Guide
+
+PATIENCE = 20.0  # [s] for a page to answer
+PAUSE = 0.2  # [s] between two questions
+SHOWN = 12.0  # [s] that a message stays
+# What others read from the same link: the door its key, viser's page its switches.
+OTHERS = {PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "logCamera"}
+# An image that cannot be loaded runs this in the page; a script element in it would not run.
+NOTE = (
+    '<img alt="" src="data:," style="display:none" onerror="localStorage.setItem('
+    "Object.keys(localStorage).find(key => key.endsWith('{key}')), '?' + location.search)\">"
+)
+
+
+def follow(client: ClientHandle, guide: Guide, load: Callable[[SavedScene], None]) -> None:
+    """Show what the visitor's link asks for, from a thread of its own."""
+
+    def run() -> None:
+        query = asked(client)
+        try:
+            arrive(query, guide, load)
+        except InvalidInput as error:
+            client.add_notification(
+                "The link makes no sense", str(error), color="red", auto_close_seconds=SHOWN
+            )
+
+    threading.Thread(target=run, name="link", daemon=True).start()
+
+
+def asked(client: ClientHandle) -> str:
+    """The query of the visitor's link; "" where there is none, or no page that could tell."""
+    key, end = secrets.token_hex(8), time.monotonic() + PATIENCE
+    client.local_storage.set_item(key, "")
+    note = client.gui.add_html(NOTE.format(key=key))
+    query = ""
+    try:
+        while not query and time.monotonic() < end:
+            time.sleep(PAUSE)
+            query = client.local_storage.get_item(key, timeout=PATIENCE) or ""
+    except (RuntimeError, TimeoutError):  # gone, or a program without pages
+        return ""
+    client.local_storage.remove_item(key)
+    note.remove()
+    return query.lstrip("?")
+
+
+def arrive(query: str, guide: Guide, load: Callable[[SavedScene], None]) -> None:
+    """Open the lesson and load the scene of a query; InvalidInput where it makes no sense."""
+    try:
+        pairs = dict(parse_qsl(query, keep_blank_values=True, max_num_fields=2 * len(KEYS)))
+    except ValueError:
+        raise InvalidInput(f"a scene has no more than {len(KEYS)} keys") from None
+    values = {key: text for key, text in pairs.items() if key not in OTHERS}
+    name = values.pop("lesson", "")
+    if not (name or values):
+        return
+    scene = lesson(name).scene if name else SavedScene()
+    scene = scene.changed(**{key: literal(text) for key, text in values.items()})
+    if name:
+        guide.open(name)
+    if values:
+        load(scene)
