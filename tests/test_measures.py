@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -82,7 +83,9 @@ def test_round_numbers():
 
 def test_the_chart_of_a_real_beam_is_in_rpm_and_hertz():
     """x and y are those of the plain chart times their units; the axes end at round numbers."""
-    chart, plain = charted(RULER, "gamma"), charted(RULER.replace(units=None), "gamma")
+    question = Question.of(Wanted.of(RULER, {}), "gamma")
+    without = replace(question, beam=question.beam.replace(units=None))
+    chart, plain = Charts.answered(None, question), Charts.answered(None, without)  # type: ignore[arg-type]
     assert chart.loci
     assert RULER.units
     solution = solve(RULER)

@@ -31,6 +31,7 @@ SPANS = {
     "delta": (0.0, 1.0),
     "mu": (10.0, 100.0),
 }
+REAL_SPEED = 5.0  # real beams turn slowly
 FULL = 0.8
 ROUND = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
 
@@ -41,6 +42,7 @@ def span(beam: Beam, over: str) -> tuple[float, float]:
     """Where the axis of a number begins and ends for a beam."""
     (least, most), (low, high) = LIMITS[over], SPANS[over]
     if over == "gamma":
+        high = REAL_SPEED if beam.units else high
         most = min(most, MAX_GAMMA_OVER_MU * beam.mu)
     if over == "mu":
         least = max(least, beam.gamma / MAX_GAMMA_OVER_MU)

@@ -44,13 +44,13 @@ class Measure(NamedTuple):
 
     def text(self, value: float, digits: int) -> str:
         """'γ = 4.464', or '42.63 rpm'."""
-        shown = f"{self.factor * value:.{digits}g}"
+        shown = significant(self.factor * value, digits)
         return f"{shown} {self.unit}" if self.unit else f"{self.symbol} = {shown}"
 
     def number(self, value: float, decimals: int) -> str:
         """With that many decimals where dimensionless, with as many digits and one in units."""
         shown = self.factor * value
-        return f"{shown:.{decimals + 1}g}" if self.unit else f"{shown:.{decimals}f}"
+        return significant(shown, decimals + 1) if self.unit else f"{shown:.{decimals}f}"
 
     @property
     def head(self) -> str:
@@ -89,6 +89,11 @@ def frequencies(units: Units | None) -> Measure:
 def measures(units: Units | None) -> dict[str, Measure]:
     """How all five numbers are shown."""
     return {name: measure(name, units) for name in LIMITS}
+
+
+def significant(value: float, digits: int) -> str:
+    """A number with so many digits, all of those before the point, and no power of ten."""
+    return f"{value:.0f}" if abs(value) >= 10.0 ** (digits - 1) else f"{value:.{digits}g}"
 
 
 def rounded(value: float) -> float:

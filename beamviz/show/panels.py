@@ -16,6 +16,7 @@ from beamviz.show.compare_tab import CompareTab
 from beamviz.show.controls import CHOICES, MODES, Wanted
 from beamviz.show.microscope_tab import MicroscopeTab
 from beamviz.show.page_style import add_style
+from beamviz.show.real_beam_form import RealBeams
 from beamviz.show.ride_tab import RideTab
 from beamviz.show.sliders import Listener, Numbers, assign, heard
 from beamviz.show.solving import Answer
@@ -47,6 +48,7 @@ class Panel:
         self.add_results(gui)
         with gui.add_folder("Beam"):
             self.numbers = Numbers(gui, wanted.beam(), listener, self.lock)
+            self.real = RealBeams(gui, self.lock, listener)
         with gui.add_folder("Motion"):
             self.add_motion(gui, look)
         with gui.add_folder("Picture"):
@@ -184,6 +186,7 @@ class Panel:
     def show(self, answer: Answer, shown: list[int]) -> None:
         """Tell what came of a wish."""
         self.terms.show(answer.wanted)
+        self.real.show(answer.beam)
         self.state.content = readout.state(answer)
         if answer.solution:
             self.known = readout.table(answer.solution, shown)

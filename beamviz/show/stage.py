@@ -9,7 +9,7 @@ from viser import SceneApi
 from beamviz.beam import Beam, Units
 from beamviz.show import colours, sizes, tube
 from beamviz.show.bodies import HIDDEN, add_bodies, box
-from beamviz.show.measures import MILLIMETRES
+from beamviz.show.measures import measure
 from beamviz.show.motion import Shapes
 
 HUB_HEIGHT = 0.14
@@ -148,7 +148,7 @@ class Ghosts:
 
 def place_of(x: float, units: Units | None) -> str:
     """A place along the beam in words."""
-    return f"{MILLIMETRES * units.length * x:.4g} mm" if units else f"{x:.3f}"
+    return measure("beta", units).text(x, 4) if units else f"{x:.3f}"
 
 
 def straight(start: float) -> tuple[np.ndarray, np.ndarray]:

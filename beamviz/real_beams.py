@@ -1,0 +1,72 @@
+"""Three real beams to start from, with their sources."""
+
+from dataclasses import dataclass
+
+from beamviz.beam import Beam
+
+RPM = 0.10471975511965977  # [rad/s]
+
+
+@dataclass(frozen=True)
+class RealBeam:
+    """A beam in SI units, the keywords of `Beam.from_si`; `plane` is where it vibrates first."""
+
+    name: str
+    source: str
+    plane: str
+    values: dict[str, float]
+
+    @property
+    def beam(self) -> Beam:
+        """The beam."""
+        return Beam.from_si(**self.values)
+
+
+RULER = RealBeam(
+    "steel ruler",
+    "A 300 mm laboratory rule of 25 x 1 mm, a clip of 10 g at its tip, on a turntable. Structural"
+    " steel: E = 210 GPa (EN 1993-1-1, 3.2.6), 7850 kg/m³ (EN 1991-1-1, table A.4).",
+    "chordwise",
+    {
+        "length": 0.3,
+        "density": 7850.0,
+        "area": 25e-3 * 1e-3,
+        "second_moment": 25e-3 * 1e-9 / 12,
+        "youngs_modulus": 210e9,
+        "rotation_speed": 300 * RPM,
+        "mass": 0.01,
+        "mass_position": 0.3,
+    },
+)
+ARM = RealBeam(
+    "spin-up manipulator arm",
+    "The spin-up manoeuvre of Simo & Vu-Quoc (J. Appl. Mech. 53, 1986, 855-863) and of many papers"
+    " after it: EI = 14 kN m², EA = 28 MN, 1.2 kg/m, 10 m, up to 6 rad/s. E and the section"
+    " that give these are aluminium's.",
+    "chordwise",
+    {
+        "length": 10.0,
+        "density": 3000.0,
+        "area": 4e-4,
+        "second_moment": 2e-7,
+        "youngs_modulus": 70e9,
+        "rotation_speed": 6.0,
+    },
+)
+BLADE = RealBeam(
+    "wind turbine blade, made uniform",
+    "Length, mass, hub and rated speed of the NREL 5 MW reference turbine (Jonkman et al.,"
+    " NREL/TP-500-38060, 2009). A uniform glass-fibre section (E = 30 GPa, 1900 kg/m³), as"
+    " stiff as gives its first flapwise frequency, 0.67 Hz, at rest. A real one tapers and twists.",
+    "flapwise",
+    {
+        "length": 61.5,
+        "density": 1900.0,
+        "area": 17740.0 / (1900.0 * 61.5),
+        "second_moment": 0.197,
+        "youngs_modulus": 30e9,
+        "hub_radius": 1.5,
+        "rotation_speed": 12.1 * RPM,
+    },
+)
+REAL_BEAMS = (RULER, ARM, BLADE)

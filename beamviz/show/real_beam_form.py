@@ -1,0 +1,145 @@
+"""A window to enter a real beam: one of three to start from, its sizes, and what is wrong."""
+
+import threading
+from dataclasses import replace
+from html import escape
+from typing import Any
+
+from viser import GuiApi, GuiInputHandle
+
+from beamviz.beam import Beam
+from beamviz.errors import InvalidInput
+from beamviz.real_beams import REAL_BEAMS, RPM, RealBeam
+from beamviz.scene_file import SavedScene
+from beamviz.show.sliders import Listener, assign, heard
+
+# For each keyword of `Beam.from_si`: its label, and one of its units in SI.
+FIELDS = {
+    "length": ("length L [mm]", 1e-3),
+    "area": ("section area A [mm²]", 1e-6),
+    "second_moment": ("second moment I [mm⁴]", 1e-12),
+    "youngs_modulus": ("Young's modulus E [GPa]", 1e9),
+    "density": ("density ρ [kg/m³]", 1.0),
+    "hub_radius": ("hub radius a [mm]", 1e-3),
+    "rotation_speed": ("turns Ω [rpm]", RPM),
+    "mass": ("mass m [kg]", 1.0),
+    "mass_position": ("mass at d [mm]", 1e-3),
+}
+OPEN, PLAIN = "A real beam ...", "Plain numbers"
+SMALL = "font-size:.8em;line-height:1.45;margin:.2em .75em .4em"
+
+
+class RealBeams:
+    """Two buttons: enter a real beam, and leave its units again."""
+
+    def __init__(self, gui: GuiApi, lock: threading.RLock, listener: Listener):
+        self.gui, self.lock, self.listener = gui, lock, listener
+        hint = "Length, section and material in SI; then all is shown in Hz, rpm and mm"
+        gui.add_button(OPEN, hint=hint, color="gray").on_click(lambda _: self.open())
+        self.plain = gui.add_button(
+            PLAIN, hint="The same beam, without units", visible=False, color="gray"
+        )
+        self.plain.on_click(lambda _: self.leave())
+        self.form: Form | None = None
+
+    def show(self, beam: Beam | None) -> None:
+        """Offer to leave the units of a beam that has some."""
+        if beam and self.plain.visible != (beam.units is not None):
+            self.plain.visible = beam.units is not None
+
+    def open(self) -> None:
+        """The window, in place of one that is open."""
+        with self.lock:
+            if self.form:
+                self.form.close()
+            self.form = Form(self.gui, self.lock, self.listener)
+
+    def leave(self) -> None:
+        """The same beam without units."""
+        scene = current(self.listener)
+        self.listener.load(replace(scene, beam=scene.beam.replace(units=None)))
+
+
+class Form:
+    """The window."""
+
+    def __init__(self, gui: GuiApi, lock: threading.RLock, listener: Listener):
+        self.listener, self.plane = listener, REAL_BEAMS[0].plane
+        self.window = gui.add_modal("A real beam")
+        with self.window:
+            names = tuple(one.name for one in REAL_BEAMS)
+            start = gui.add_dropdown("start from", names)
+            heard(start, lock, self.start)
+            self.source = gui.add_html("")
+            self.fields: dict[str, GuiInputHandle[str]] = {
+                name: gui.add_text(label, "") for name, (label, _) in FIELDS.items()
+            }
+            self.trouble = gui.add_html("")
+            gui.add_button("Show this beam").on_click(lambda _: self.apply())
+            gui.add_button("Cancel", color="gray").on_click(lambda _: self.close())
+        self.fill(REAL_BEAMS[0])
+
+    def start(self, name: Any) -> None:
+        """Another beam to start from."""
+        for one in REAL_BEAMS:
+            if one.name == name:
+                self.fill(one)
+
+    def fill(self, real: RealBeam) -> None:
+        """Put a beam into the fields; its mass is at the tip where it has none."""
+        self.plane = real.plane
+        self.source.content = f'<div style="{SMALL};opacity:.8">{escape(real.source)}</div>'
+        values = {"hub_radius": 0.0, "mass": 0.0, "mass_position": real.values["length"]}
+        values |= real.values
+        for name, (_, unit) in FIELDS.items():
+            assign(self.fields[name], f"{values[name] / unit:.10g}")
+        self.trouble.content = ""
+
+    def apply(self) -> None:
+        """Show the beam in the fields, or say what is wrong with it."""
+        try:
+            beam = made({name: box.value for name, box in self.fields.items()})
+        except InvalidInput as error:
+            self.trouble.content = (
+                f'<div role="alert" style="{SMALL};color:#d9480f">{escape(str(error))}</div>'
+            )
+            return
+        scene = current(self.listener)
+        options = {**scene.options, "plane": self.plane}
+        self.listener.load(replace(scene, beam=beam, options=options, camera=None))
+        self.close()
+
+    def close(self) -> None:
+        """Take the window away."""
+        if not self.window.closed:
+            self.window.close()
+
+
+def current(listener: Listener) -> SavedScene:
+    """The scene as it is; the usual one where what is set is none."""
+    try:
+        return listener.saved()
+    except InvalidInput:
+        return SavedScene()
+
+
+def made(texts: dict[str, Any]) -> Beam:
+    """The beam of the fields."""
+    values = read(texts)
+    try:
+        return Beam.from_si(**values)
+    except InvalidInput as error:
+        raise InvalidInput(f"{error} (in m, kg, Pa, rad/s)") from None
+
+
+def read(texts: dict[str, Any]) -> dict[str, float]:
+    """The fields as keywords of `Beam.from_si`; InvalidInput names the one that is no number."""
+    return {name: number(label, texts[name]) * unit for name, (label, unit) in FIELDS.items()}
+
+
+def number(label: str, text: Any) -> float:
+    """The number in a field."""
+    try:
+        return float(text)
+    except (TypeError, ValueError):
+        raise InvalidInput(f"{label} = {text!r}: must be a number, as 12.5 or 2.1e5") from None
