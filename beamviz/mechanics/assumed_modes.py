@@ -97,10 +97,10 @@ def _uncoupled(beam: Beam, physics: Physics, along: Forms, across: Forms, modes:
     """The families apart; the softening is a multiple of M and shifts omega^2 alone."""
     shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
     softening = beam.gamma**2
-    bending, V = eigen.lowest(across.K, across.F.T @ across.F, modes, shift)
+    bending, V, _ = eigen.lowest(across.K, across.F.T @ across.F, modes, shift)
     if physics.chordwise:
         bending = bending - softening
-    stretching, U = eigen.lowest(along.K, along.F.T @ along.F, modes)
+    stretching, U, _ = eigen.lowest(along.K, along.F.T @ along.F, modes)
     return merged(
         Family(bending, partial(_shapes, clamped_free, V)),
         Family(stretching - softening, partial(_shapes, fixed_free, U)),
@@ -112,7 +112,7 @@ def _coupled(beam: Beam, physics: Physics, along: Forms, across: Forms, modes: i
     """Both families at once, with Coriolis forces."""
     softening = beam.gamma**2
     Ka, Kb = (form.K - softening * form.F.T @ form.F for form in (along, across))
-    squares, U, V = gyroscopic(Ka, along.F, Kb, across.F, beam.gamma, modes)
+    squares, U, V, _ = gyroscopic(Ka, along.F, Kb, across.F, beam.gamma, modes)
 
     def displacement(x: np.ndarray) -> np.ndarray:
         return np.stack((_shapes(fixed_free, U, x), _shapes(clamped_free, V, x)), axis=1)

@@ -121,8 +121,8 @@ def solve_elements(
 def _uncoupled(assembled: Assembled, beam: Beam, modes: int) -> tuple[NDArray, NDArray, NDArray]:
     """omega^2 and shapes (2N, modes) along and across, the families apart."""
     m = assembled.m
-    bending, V = eigen.lowest(assembled.Kb, m[2:, 2:], modes)
-    stretching, U = eigen.lowest(assembled.Ka, m[1:, 1:], modes)
+    bending, V, _ = eigen.lowest(assembled.Kb, m[2:, 2:], modes)
+    stretching, U, _ = eigen.lowest(assembled.Ka, m[1:, 1:], modes)
     squares = np.concatenate((bending, stretching))
     picks = squares.argsort()[:modes]
     shapes = np.zeros((2, len(m), 2 * modes))
@@ -134,7 +134,7 @@ def _coupled(assembled: Assembled, beam: Beam, modes: int) -> tuple[NDArray, NDA
     """As `_uncoupled`, with Coriolis forces."""
     m = assembled.m
     F = np.linalg.cholesky(m).T
-    squares, U, V = gyroscopic(assembled.Ka, F[:, 1:], assembled.Kb, F[:, 2:], beam.gamma, modes)
+    squares, U, V, _ = gyroscopic(assembled.Ka, F[:, 1:], assembled.Kb, F[:, 2:], beam.gamma, modes)
     shapes = np.zeros((2, len(m), modes), complex)
     shapes[0, 1:], shapes[1, 2:] = U, V
     return squares, *shapes

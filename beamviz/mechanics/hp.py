@@ -88,7 +88,8 @@ def forms(
     if stiffening:
         load = beam.gamma**2
         rigidity[..., 0, n:] = load * (np.matvec(rho.G, f) + beam.delta * rho.g) * f
-    K = (mesh.IJ.mT * rigidity[..., None, :]) @ mesh.IJ
+    IJ = mesh.IJ[..., None, :, :]
+    K = (IJ.mT * rigidity[..., None, :]) @ IJ
     across = f[..., None] * mesh.J  # kappa -> w' = f theta
     M = np.empty_like(K)
     M[..., 0, :, :] = across.mT @ (rho.G @ across)
@@ -107,16 +108,11 @@ def displacements(mesh: Mesh, rho: Inertia, f: np.ndarray) -> np.ndarray:
     return np.concatenate(rows, axis=-2)
 
 
-def energy(K: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """v' K v of each column of v (n, k): (k,)."""
-    return (v.conj() * (K @ v)).sum(axis=-2).real
-
-
 def lost_to_order(mesh: Mesh, forms: Forms, v: np.ndarray) -> np.ndarray:
     """The energy (..., 2, k) that shapes v (..., 2, n, k) of the two families have in the two
     highest polynomials of each element, compression counted as tension: it bounds what a higher
     order would change."""
-    return np.vecmat(abs(forms.rigidity), abs(mesh.IJT @ v) ** 2)
+    return np.vecmat(abs(forms.rigidity), abs(mesh.IJT[..., None, :, :] @ v) ** 2)
 
 
 def share_lost(lost: np.ndarray, squares: np.ndarray) -> np.ndarray:
@@ -126,15 +122,14 @@ def share_lost(lost: np.ndarray, squares: np.ndarray) -> np.ndarray:
     return np.maximum.accumulate(lost / (abs(squares) + eigen.COMPRESSED), axis=-1)
 
 
-def errors(
-    mesh: Mesh, f: np.ndarray, squares: np.ndarray, share: np.ndarray, first: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Estimated errors (..., k) of omega^2 (without softening): from the order, and from rounding,
-    which falls on each mode as it is larger than the `first` (..., 1) of its eigenproblem."""
+def truncation(mesh: Mesh, f: np.ndarray, squares: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Estimated errors (..., k) of omega^2 (without softening) from the order of the mesh."""
     tail = np.matvec(mesh.tails, f)
     lost_stretch = np.vecdot(tail, tail) / np.vecdot(mesh.weights, f) ** 2
-    size = abs(squares)
     lost = share + 4 * lost_stretch[..., None]
-    truncation = lost * (TRUNCATION_FACTOR * (size + eigen.COMPRESSED))
-    rounding = size * (ROUNDING_FACTOR * EPS * (1 + size / first))
-    return truncation, rounding
+    return lost * (TRUNCATION_FACTOR * (abs(squares) + eigen.COMPRESSED))
+
+
+def rounding(size: np.ndarray, times: np.ndarray | float) -> np.ndarray:
+    """Estimated errors (..., k) of omega^2 from rounding a number of this `size` so many times."""
+    return abs(size) * (ROUNDING_FACTOR * EPS * (1 + times))

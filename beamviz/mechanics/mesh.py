@@ -5,7 +5,6 @@ Its integral from the clamp is one matrix J away: u = J f, theta = J kappa, w = 
 Nothing has to be continuous across elements that is not so in the beam.
 """
 
-import math
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import accumulate, pairwise
@@ -24,6 +23,8 @@ class Reference:
     last_two: np.ndarray  # (p, p) values -> the part of the two highest Legendre polynomials
     tails: np.ndarray  # (2, p) values -> that part in terms of two orthonormal polynomials
     integration: np.ndarray  # (p, p) values -> integral from -1 to each point
+    nodes: np.ndarray  # (p + 1,) -1 and the points: where an integral is known
+    barycentric: np.ndarray  # (p + 1,) weights of interpolation between the nodes
 
 
 @lru_cache(maxsize=64)
@@ -35,7 +36,10 @@ def reference(order: int) -> Reference:
     last_two = legendre.legvander(points, order - 1)[:, -2:] @ to_legendre[-2:]
     integration = _antiderivatives(points, order) @ to_legendre
     tails = to_legendre[-2:] / np.sqrt(norms[-2:, None])
-    arrays = (points, weights, to_legendre, last_two, tails, integration)
+    nodes = np.append(-1.0, points)
+    apart = nodes[:, None] - nodes + np.eye(order + 1)
+    barycentric = 1 / (2 * apart).prod(axis=1)  # differences of capacity 1: no under- or overflow
+    arrays = (points, weights, to_legendre, last_two, tails, integration, nodes, barycentric)
     return Reference(*(_frozen(array) for array in arrays))
 
 
@@ -50,28 +54,33 @@ def _antiderivatives(xi: np.ndarray, order: int) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Elements between `breaks`, each with as many Gauss points as its order; n in all.
+    """Elements between `breaks`, each with as many Gauss points as its order; n in all. Or a stack
+    of such meshes with the same orders and breaks of their own, in leading axes.
 
     J integrates values at the points from the clamp to each point, T keeps the part of them in
     the two highest polynomials of each element, `tails` that part in terms of orthonormal ones;
     G = J' W J and g = J' W 1 are the inertia of a unit line density in terms of a gradient.
     """
 
-    breaks: np.ndarray  # (elements + 1,)
+    breaks: np.ndarray  # (..., elements + 1)
     orders: tuple[int, ...]  # (elements,)
-    points: np.ndarray  # (n,)
-    weights: np.ndarray  # (n,)
-    roots: np.ndarray  # (n, 1) square roots of the weights
-    J: np.ndarray  # (n, n)
-    rooted: np.ndarray  # (n, n) roots * J: rooted' rooted = G
-    T: np.ndarray  # (n, n)
+    points: np.ndarray  # (..., n)
+    weights: np.ndarray  # (..., n)
+    J: np.ndarray  # (..., n, n)
+    rooted: np.ndarray  # (..., n, n) roots of the weights times J: rooted' rooted = G
+    IJ: np.ndarray  # (..., 2 n, n) identity and J
+    IJT: np.ndarray  # (..., 2 n, n) IJ T
+    tails: np.ndarray  # (..., 2 elements, n)
+    G: np.ndarray  # (..., n, n)
+    G1: np.ndarray  # (..., n) row sums of G
+    g: np.ndarray  # (..., n)
     eye: np.ndarray  # (n, n)
-    IJ: np.ndarray  # (2 n, n) identity and J
-    IJT: np.ndarray  # (2 n, n) IJ T
-    tails: np.ndarray  # (2 elements, n)
-    G: np.ndarray  # (n, n)
-    G1: np.ndarray  # (n,) row sums of G
-    g: np.ndarray  # (n,)
+
+    def __getitem__(self, k: int) -> "Mesh":
+        """Mesh k of a stack."""
+        arrays = [array[k] for array in (self.points, self.weights, self.J, self.rooted, self.IJ)]
+        arrays += [array[k] for array in (self.IJT, self.tails, self.G, self.G1, self.g)]
+        return Mesh(self.breaks[k], self.orders, *arrays, self.eye)
 
     @property
     def elements(self) -> int:
@@ -102,38 +111,57 @@ class Mesh:
 
 @lru_cache(maxsize=64)
 def _from_clamp(mesh: Mesh, x: bytes) -> np.ndarray:
-    """Mesh.from_clamp; the points of a sweep share mesh and x."""
-    element, xi, half = mesh._locate(np.frombuffer(x))
-    rows = np.where(mesh.points < mesh.breaks[element][:, None], mesh.weights, 0.0)
+    """Mesh.from_clamp; the points of a sweep share mesh and x. The integral is a polynomial on
+    each element, interpolated (Berrut & Trefethen 2004, eq. 4.2) between what J and the weights
+    say of it at the Gauss points and at the element's start."""
+    element, xi, _ = mesh._locate(np.frombuffer(x))
+    rows = np.empty((len(xi), len(mesh.points)))
     for e, block in enumerate(_blocks(mesh.orders)):
-        here, order = element == e, mesh.orders[e]
-        local = _antiderivatives(xi[here], order) @ reference(order).to_legendre
-        rows[here, block] = half[here, None] * local
+        here = element == e
+        near = _interpolation(xi[here], reference(mesh.orders[e]))
+        rows[here] = near[:, 1:] @ mesh.J[block]
+        rows[here, : block.start] += near[:, :1] * mesh.weights[: block.start]
     return _frozen(rows)
+
+
+def _interpolation(xi: np.ndarray, element: Reference) -> np.ndarray:
+    """Matrix (len(xi), p + 1): values at the nodes -> their interpolant at each xi."""
+    away = xi[:, None] - element.nodes
+    hits = away == 0
+    away[hits.any(axis=1)] = np.inf
+    away[hits] = 1.0
+    terms = element.barycentric / away
+    return terms / terms.sum(axis=1, keepdims=True)
 
 
 @lru_cache(maxsize=128)
 def mesh(breaks: tuple[float, ...], orders: tuple[int, ...]) -> Mesh:
     """The mesh with elements between `breaks` (0 .. 1, ascending) of these orders."""
+    return meshes(np.array(breaks), orders)
+
+
+def meshes(breaks: np.ndarray, orders: tuple[int, ...]) -> Mesh:
+    """The meshes between `breaks` (..., elements + 1), all of these orders."""
     elements = [reference(order) for order in orders]
-    halves = [(b - a) / 2 for a, b in pairwise(breaks)]
-    points = np.concatenate(
-        [a + h * (e.points + 1) for a, h, e in zip(breaks, halves, elements, strict=False)]
-    )
-    weights = np.concatenate([h * e.weights for h, e in zip(halves, elements, strict=True)])
-    n = len(points)
-    J, T, tails = np.zeros((n, n)), np.zeros((n, n)), np.zeros((2 * len(orders), n))
-    for k, (h, e, block) in enumerate(zip(halves, elements, _blocks(orders), strict=True)):
-        J[block, : block.start] = weights[: block.start]
-        J[block, block] = h * e.integration
+    stack, n = breaks.shape[:-1], sum(orders)
+    halves = np.diff(breaks)[..., None] / 2
+    points, weights = np.empty((*stack, n)), np.empty((*stack, n))
+    J, tails = np.zeros((*stack, n, n)), np.zeros((*stack, 2 * len(orders), n))
+    T, eye = np.zeros((n, n)), np.eye(n)
+    for k, (e, block) in enumerate(zip(elements, _blocks(orders), strict=True)):
+        h = halves[..., k, :]
+        points[..., block] = breaks[..., k, None] + h * (e.points + 1)
+        weights[..., block] = h * e.weights
+        J[..., block, : block.start] = weights[..., None, : block.start]
+        J[..., block, block] = h[..., None] * e.integration
+        tails[..., 2 * k : 2 * k + 2, block] = np.sqrt(h)[..., None] * e.tails
         T[block, block] = e.last_two
-        tails[2 * k : 2 * k + 2, block] = math.sqrt(h) * e.tails
-    WJ = weights[:, None] * J
-    G, g = J.T @ WJ, WJ.sum(axis=0)
-    roots, eye = np.sqrt(weights)[:, None], np.eye(n)
-    IJ = np.concatenate((eye, J))
-    arrays = (points, weights, roots, J, roots * J, T, eye, IJ, IJ @ T, tails, G, G.sum(axis=1), g)
-    return Mesh(_frozen(np.array(breaks)), orders, *(_frozen(array) for array in arrays))
+    rooted = np.sqrt(weights)[..., None] * J
+    G, g = rooted.mT @ rooted, np.vecmat(weights, J)
+    IJ = np.concatenate((np.broadcast_to(eye, J.shape), J), axis=-2)
+    arrays = (breaks, points, weights, J, rooted, IJ, IJ @ T, tails, G, G.sum(axis=-1), g, eye)
+    breaks, *rest = (_frozen(array) for array in arrays)
+    return Mesh(breaks, orders, *rest)
 
 
 def _blocks(orders: tuple[int, ...]) -> list[slice]:

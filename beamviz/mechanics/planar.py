@@ -94,7 +94,7 @@ def modes(model: Model, q: NDArray, count: int) -> tuple[NDArray, NDArray]:
     squares, shapes = [], []
     for family in families:
         block = np.ix_(family, family)
-        values, V = eigen.lowest(K[block], M[block], count)
+        values, V, _ = eigen.lowest(K[block], M[block], count)
         squares.append(values)
         shapes.append(np.zeros((len(q), V.shape[1])))
         shapes[-1][family] = V

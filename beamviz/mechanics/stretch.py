@@ -27,6 +27,8 @@ LARGEST_TOGETHER = 1.4  # stretch of beams solved together: above, a limit may b
 LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 LIMIT_ORDER = 12
 
+State = tuple[Mesh, np.ndarray]  # the stretch f (n,) at the points of a mesh
+
 
 def hardly_stretches(beam: Beam) -> bool:
     """Whether the force at the clamp is small, seen from the unstretched beam."""
@@ -34,19 +36,27 @@ def hardly_stretches(beam: Beam) -> bool:
     return (beam.gamma / beam.mu) ** 2 * moment < SMALL_FORCE
 
 
-def equilibrium(points: Mesh, rho: Inertia, beam: Beam, law: StrainLaw) -> tuple[np.ndarray, int]:
+def equilibrium(
+    points: Mesh, rho: Inertia, beam: Beam, law: StrainLaw, near: State | None = None
+) -> tuple[np.ndarray, int]:
     """The stretch f (n,) at the mesh points and the Newton iterations it took.
 
-    A small load at once; a large one, or one near a limit, by continuation from rest.
+    A small load at once, and so a large one from the state `near` it; any other, or one near a
+    limit, by continuation from rest.
     """
     if not beam.gamma:
         return np.ones(len(points.weights)), 0
     load = (beam.gamma / beam.mu) ** 2
-    if hardly_stretches(beam):
+    guess = None
+    if near is not None:
+        elsewhere, f = near
+        guess = elsewhere.at(points.points) @ f
+    elif hardly_stretches(beam):
         guess = first_guess(points, rho, beam.delta, law, load)
-        f, iterations = newton(points, rho, beam.delta, law, load, guess)
-        if f is not None:
-            return f, iterations
+    if guess is not None:
+        found, iterations = newton(points, rho, beam.delta, law, load, guess)
+        if found is not None:
+            return found, iterations
     path = _follow(points, rho, beam.delta, law, load)
     if path.limit is None:
         return path.state, path.iterations
@@ -123,16 +133,19 @@ def newton_many(
     """As `newton`, for many beams (beams, n) that hardly stretch: no watch is kept on
     the branch, so a state near a limit does not count. Also says which count; the rest is 1."""
     w, A, b = mesh.weights, load[..., None] * rho.G, load * beams.delta * rho.g
-    iteration, converged = 0, np.zeros(len(f), bool)
+    iteration, moved, converged = 0, np.full(len(f), np.inf), np.zeros(len(f), bool)
     with np.errstate(all="ignore"):  # what runs away is not converged
         while iteration < NEWTON_ITERATIONS and not converged.all():
             iteration += 1
-            tangent = -A
-            diagonal(tangent)[:] += w * law.stiffness(f)
-            residual = w * law.force(f) - np.matvec(A, f) - b
-            step = np.linalg.solve(tangent, residual[..., None])[..., 0]
+            if iteration == 1 or moved.max() > SAME_TANGENT:
+                tangent = -A
+                diagonal(tangent)[:] += w * law.stiffness(f)
+                inverse, moved = np.linalg.inv(tangent), np.zeros(len(f))
+            step = np.matvec(inverse, w * law.force(f) - np.matvec(A, f) - b)
             f = f - step
-            converged = abs(step).max(axis=-1) < NEWTON_STEP
+            size = abs(step).max(axis=-1)
+            moved += size
+            converged = moved * size < NEWTON_STEP**2
     sound = converged & (f.max(axis=-1) < LARGEST_TOGETHER)
     return np.where(sound[:, None], f, 1.0), sound, iteration
 
@@ -169,6 +182,6 @@ def margin(
     The least eigenvalue of the tangent relative to rest (a fold), or what the law has left at
     the clamp, whichever is less.
     """
-    scale = 1 / mesh.roots
+    scale = 1 / np.sqrt(mesh.weights)[:, None]
     tangent = np.diag(law.stiffness(f)) - load * scale * rho.G * scale.T
     return min(np.linalg.eigvalsh(tangent)[0], _left_at_clamp(rho, delta, law, load, f))
