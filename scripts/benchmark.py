@@ -24,7 +24,7 @@ from scipy.linalg import lapack
 
 from beamviz.beam import Beam
 from beamviz.mechanics import eigen, elements
-from beamviz.mechanics.adaptive import Physics
+from beamviz.mechanics.physics import Physics
 from beamviz.mechanics.solve import solve, solve_many
 from beamviz.mechanics.strain import CURVATURES, STRAIN_LAWS
 

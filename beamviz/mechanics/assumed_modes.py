@@ -17,9 +17,9 @@ from numpy.polynomial import legendre
 
 from beamviz.beam import Beam
 from beamviz.mechanics import eigen, straight
-from beamviz.mechanics.adaptive import Physics
 from beamviz.mechanics.families import Family, Modes, merged
 from beamviz.mechanics.gyroscopic import gyroscopic
+from beamviz.mechanics.physics import Physics
 
 NEWTON_ITERATIONS = 8
 

@@ -25,9 +25,9 @@ from numpy.polynomial import chebyshev
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
 from beamviz.mechanics import straight
-from beamviz.mechanics.adaptive import Physics
 from beamviz.mechanics.families import Family, Modes, merged
 from beamviz.mechanics.newton import Root, continue_load, newton
+from beamviz.mechanics.physics import Physics
 from beamviz.mechanics.strain import StrainLaw
 
 SPURIOUS = 1e-12  # share of the largest 1/omega^2 below which one is rounding

@@ -4,9 +4,9 @@ import time
 from functools import partial
 
 from beamviz.mechanics import elements
-from beamviz.mechanics.adaptive import Tension
 from beamviz.mechanics.estimates import differences
 from beamviz.mechanics.method import Task
+from beamviz.mechanics.physics import Tension
 from beamviz.mechanics.solution import Equilibrium, Solution, Stats, status
 
 

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from beamviz.beam import Beam, whole
 from beamviz.errors import InvalidInput
 from beamviz.mechanics import assembly, cubic, eigen, planar
-from beamviz.mechanics.adaptive import Physics
 from beamviz.mechanics.basis import interpolate, uniform
 from beamviz.mechanics.equilibrium import Equilibrium, straight_equilibrium
 from beamviz.mechanics.gyroscopic import gyroscopic
+from beamviz.mechanics.physics import Physics
 
 PAPER_ELEMENTS = 20
 MAX_ELEMENTS = 1000

@@ -5,7 +5,8 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
-from beamviz.mechanics.adaptive import Physics, solve_straight
+from beamviz.mechanics.adaptive import solve_straight
+from beamviz.mechanics.physics import Physics
 
 REFERENCE_TOLERANCE = 1e-9
 

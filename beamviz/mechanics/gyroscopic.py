@@ -48,7 +48,7 @@ def gyroscopic(
     except np.linalg.LinAlgError:
         if Ka.ndim > 2:
             raise
-        squares, a, b = _unstable(Ka, Fa, Kb, Fb, gamma, count)
+        squares, a, b = _unstable(Ka, Fa, Kb, Fb, float(np.squeeze(gamma)), count)
         rounding: np.ndarray | float = UNSTRUCTURED
     else:
         squares, a, b, rounding = _stable(La, Fa, Lb, Fb, gamma, count, most_rounding)

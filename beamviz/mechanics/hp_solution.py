@@ -5,8 +5,9 @@ from functools import partial
 
 import numpy as np
 
-from beamviz.mechanics.adaptive import StraightModes, Tension, solve_straight
+from beamviz.mechanics.adaptive import StraightModes, solve_straight
 from beamviz.mechanics.method import Task
+from beamviz.mechanics.physics import Tension
 from beamviz.mechanics.solution import Equilibrium, Solution, Stats, status
 
 

@@ -5,7 +5,7 @@ Its integral from the clamp is one matrix J away: u = J f, theta = J kappa, w = 
 Nothing has to be continuous across elements that is not so in the beam.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import accumulate, pairwise
 
@@ -78,9 +78,8 @@ class Mesh:
 
     def __getitem__(self, k: int) -> "Mesh":
         """Mesh k of a stack."""
-        arrays = [array[k] for array in (self.points, self.weights, self.J, self.rooted, self.IJ)]
-        arrays += [array[k] for array in (self.IJT, self.tails, self.G, self.G1, self.g)]
-        return Mesh(self.breaks[k], self.orders, *arrays, self.eye)
+        own = {name: getattr(self, name)[k] for name in STACKED}
+        return replace(self, **own)
 
     @property
     def elements(self) -> int:
@@ -107,6 +106,9 @@ class Mesh:
         left, right = self.breaks[element], self.breaks[element + 1]
         half = (right - left) / 2
         return element, (x - left) / half - 1, half
+
+
+STACKED = ("breaks", "points", "weights", "J", "rooted", "IJ", "IJT", "tails", "G", "G1", "g")
 
 
 @lru_cache(maxsize=64)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from beamviz.beam import Beam
-from beamviz.mechanics.adaptive import Physics
+from beamviz.mechanics.physics import Physics
 from beamviz.mechanics.solution import Model, Solution
 
 TOLERANCE = 1e-6  # relative error of each frequency, where none is asked for

@@ -21,8 +21,8 @@ from numpy.polynomial import legendre, polynomial
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
 from beamviz.mechanics import straight
-from beamviz.mechanics.adaptive import Physics
 from beamviz.mechanics.families import Family, Modes, Shapes, merged
+from beamviz.mechanics.physics import Physics
 
 LEAST_STEP, RELATIVE_STEP = 0.4, 0.03  # of the scan, in the root of Lambda
 SCANNED = 24  # values of Lambda at a time

@@ -9,12 +9,14 @@ import numpy as np
 
 from beamviz.beam import Beam, checked, whole
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
-from beamviz.mechanics.adaptive import Physics, StraightModes, solve_straight_many
+from beamviz.mechanics.adaptive import StraightModes
 from beamviz.mechanics.hp_solution import as_solution
 from beamviz.mechanics.method import TOLERANCE, Task
 from beamviz.mechanics.methods import METHODS, check
+from beamviz.mechanics.physics import Physics
 from beamviz.mechanics.solution import Model, Solution
 from beamviz.mechanics.strain import CURVATURES, STRAIN_LAWS
+from beamviz.mechanics.together import solve_straight_many
 
 PLANES = ("chordwise", "flapwise")
 MAX_MODES = 20
