@@ -14,6 +14,8 @@ from beamviz.mechanics.physics import Physics
 from beamviz.mechanics.stretch import first_guess, hardly_stretches, newton_many
 from beamviz.mechanics.vibration import apart, coupled
 
+ATTEMPTS = 2  # what is left then needs care of its own
+
 
 def solve_straight_many(
     beams: list[Beam], modes: int, physics: Physics, tolerance: float
@@ -24,29 +26,39 @@ def solve_straight_many(
     (large stretch, an inward beam with Coriolis forces): `solve_straight` answers for those.
     """
     found: list[StraightModes | None] = [None] * len(beams)
-    for places, points in _common_meshes(beams, modes, physics, tolerance):
-        together = [beams[k] for k in places]
-        try:
-            several = _solve_many_on(points, together, modes, physics, tolerance)
-        except np.linalg.LinAlgError:  # one of them buckles: each by itself
-            continue
-        for k, modes_of_one in zip(places, several, strict=True):
-            if modes_of_one is not None and excess(modes_of_one, tolerance) <= 1:
-                found[k] = modes_of_one
+    waiting = [k for k, beam in enumerate(beams) if _simple(beam, physics)]
+    digits = -math.log10(tolerance)
+    for _ in range(ATTEMPTS):
+        left: dict[int, float] = {}  # place: by how much the tolerance is missed
+        for places, points in _common_meshes(beams, waiting, modes, physics, digits):
+            together = [beams[k] for k in places]
+            try:
+                several = _solve_many_on(points, together, modes, physics, tolerance)
+            except np.linalg.LinAlgError:  # one of them buckles: each by itself
+                continue
+            for k, modes_of_one in zip(places, several, strict=True):
+                if modes_of_one is None:
+                    continue
+                over = excess(modes_of_one, tolerance)
+                if over <= 1:
+                    found[k] = modes_of_one
+                else:
+                    left[k] = over
+        if not left:
+            break
+        waiting, digits = list(left), digits + 0.7 + math.log10(max(left.values()))
     return found
 
 
 def _common_meshes(
-    beams: list[Beam], modes: int, physics: Physics, tolerance: float
+    beams: list[Beam], places: list[int], modes: int, physics: Physics, digits: float
 ) -> Iterator[tuple[list[int], Mesh]]:
-    """Places of beams that can be solved together, and the mesh or the stack of meshes for it.
+    """The places of beams to be solved together, and the mesh or the stack of meshes for it.
 
     Where all have their mass at one place, the hardest sets the mesh. Where it moves, each has
     its own breaks, and those of the same orders go together.
     """
-    places = [k for k, beam in enumerate(beams) if _simple(beam, physics)]
     positions = [unstretched(beams[k]) for k in places]
-    digits = -math.log10(tolerance)
 
     def discretised(k: int, at: Positions) -> tuple[tuple[float, ...], tuple[int, ...]]:
         parts = segments(beams[k], at, physics.law)
