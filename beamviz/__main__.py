@@ -1,7 +1,20 @@
-"""`python -m beamviz`: the command line."""
+"""The command `beamviz` and `python -m beamviz`: the command line."""
 
 import sys
 
-from beamviz.cli import main
+from beamviz.ending import Ended, ending
 
-sys.exit(main())
+
+def main() -> int:
+    """Run this process's command line; the exit code."""
+    try:
+        with ending():
+            from beamviz.cli import main
+
+            return main()
+    except Ended as end:
+        return end.code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

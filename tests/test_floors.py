@@ -11,7 +11,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "beamviz"
 FLOORS = (
-    ("beamviz.errors",),
+    ("beamviz.errors", "beamviz.ending"),
     ("beamviz.beam",),
     (
         "beamviz.mechanics.assembly",

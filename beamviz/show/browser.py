@@ -9,6 +9,8 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
+from beamviz.ending import undisturbed
+
 NAMES = (
     "chromium",
     "chromium-browser",
@@ -50,17 +52,25 @@ def found_browser() -> str | None:
 def opened(browser: str, url: str, width: int = 1280, height: int = 720) -> Iterator[Path]:
     """`browser` showing `url` without a window; gives its profile folder, ends it on leaving."""
     with tempfile.TemporaryDirectory(prefix="beamviz-", ignore_cleanup_errors=True) as profile:
-        process = subprocess.Popen(
-            [browser, *FLAGS, f"--window-size={width},{height}", f"--user-data-dir={profile}", url],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            start_new_session=True,
-        )
+        process = None
         try:
+            with undisturbed():  # or a signal could come before `process` is known
+                process = started(browser, url, profile, width, height)
             yield Path(profile)
         finally:
-            ended(process)
+            if process is not None:
+                ended(process)
+
+
+def started(browser: str, url: str, profile: str, width: int, height: int) -> subprocess.Popen:
+    """A browser in a process group of its own."""
+    return subprocess.Popen(
+        [browser, *FLAGS, f"--window-size={width},{height}", f"--user-data-dir={profile}", url],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
 
 
 def ended(process: subprocess.Popen) -> None:

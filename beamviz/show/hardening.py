@@ -34,7 +34,8 @@ from beamviz.show.inbox import (
 
 TESTED = ("1.1.1",)  # versions of viser
 PROTOCOL = f"viser-v{viser.__version__}"
-POLICY_VIOLATION, TRY_AGAIN_LATER = 1008, 1013
+POLICY_VIOLATION, INTERNAL_ERROR, TRY_AGAIN_LATER = 1008, 1011, 1013
+PATIENCE = 10.0  # [s] for a request to come, and for a silent visitor to answer a ping
 RETRY = 10  # [s] until a page that was turned away for want of room tries again
 
 # The page is one file: its script and style stand in it, its pictures are made by it, and the
@@ -124,6 +125,10 @@ class Guard:
             "create_connection": Photographer if self.pictures else Connection,
             "max_size": MAX_PICTURE_BYTES if self.pictures else MAX_PART_BYTES,
             "server_header": None,
+            "open_timeout": PATIENCE,
+            "ping_interval": PATIENCE,
+            "ping_timeout": PATIENCE,
+            "close_timeout": 2.0,
         }
         return self.original(lambda connection: self.visit(connection, handler), *place, **options)
 
@@ -192,6 +197,14 @@ def request_of(server: viser.ViserServer, visitor: int) -> Request | None:
     """The request that a visitor, by client id, came in with; None if they have left."""
     connection = server._websock_server._live_connections.get(visitor)
     return connection.request if connection else None
+
+
+def dismiss(server: viser.ViserServer, visitor: int) -> None:
+    """End the connection of a visitor, by client id."""
+    connection = server._websock_server._live_connections.get(visitor)
+    if connection:
+        closing = connection.close(INTERNAL_ERROR, "something went wrong here")
+        asyncio.run_coroutine_threadsafe(closing, server._event_loop)
 
 
 def turned_away(refusal: Refusal) -> Response:

@@ -11,6 +11,7 @@ from unittest import mock
 
 import viser
 
+from beamviz.ending import undisturbed
 from beamviz.errors import Unavailable
 from beamviz.show.door import Door
 from beamviz.show.hardening import hardened
@@ -29,16 +30,18 @@ def hosted(
     port = claimed(host, port)
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # browsers hang up at will
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # in mid-picture, too
-    with silence(), hardened(Door(host, port, **door), pictures=pictures):
-        server = viser.ViserServer(host=host, port=port, verbose=False)
+    server = None
     try:
+        with undisturbed(), silence(), hardened(Door(host, port, **door), pictures=pictures):
+            server = viser.ViserServer(host=host, port=port, verbose=False)
         if server.get_port() != port:
             raise Unavailable(f"port {port} was taken a moment ago: choose another with --port")
         with mock.patch.object(server, "request_share_url", return_value=None):
             yield server  # otherwise any visitor could open a public tunnel by a message
     finally:
-        with silence():
-            server.stop()
+        if server is not None:
+            with silence():
+                server.stop()
 
 
 def claimed(host: str, port: int) -> int:

@@ -4,7 +4,6 @@ import contextlib
 import logging
 import queue
 import secrets
-import signal
 import threading
 import time
 import webbrowser
@@ -14,11 +13,13 @@ from typing import Any
 
 from viser import ClientHandle, ViserServer
 
+from beamviz.ending import handled
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.mechanics.solve import solve
 from beamviz.scene_file import SavedScene
 from beamviz.show import camera
 from beamviz.show.door import LOOPBACK, VISITORS, Door, public_url
+from beamviz.show.hardening import dismiss
 from beamviz.show.hosting import hosted
 from beamviz.show.motion import Shapes
 from beamviz.show.session import LIFT, Session, lifted, place, theme
@@ -28,7 +29,6 @@ ALL_FRAMES = 300  # a second, for all visitors together: half of a core
 SOLVERS = 2  # threads, for all visitors together
 CHARTERS = 1  # as well, for their charts
 KEY_BYTES = 16
-ENDINGS = (signal.SIGINT, signal.SIGTERM)
 
 log = logging.getLogger(__name__)
 
@@ -91,17 +91,8 @@ def stopping() -> Iterator[queue.SimpleQueue[int]]:
     A SimpleQueue, whose put may interrupt its own get; an Event is not made for that.
     """
     stopped: queue.SimpleQueue[int] = queue.SimpleQueue()
-    if threading.current_thread() is not threading.main_thread():
+    with handled(lambda number, _: stopped.put(number)):
         yield stopped
-        return
-    before = {
-        number: signal.signal(number, lambda number, _: stopped.put(number)) for number in ENDINGS
-    }
-    try:
-        yield stopped
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def ended(stopped: queue.SimpleQueue[int]) -> bool:
@@ -189,6 +180,8 @@ class Animator:
         """Draw for one visitor; a mistake there must not stop the others' pictures."""
         try:
             session.tick(now)
-        except Exception:
-            log.exception("visitor %s: drawing failed", visitor)
+        except Exception as error:
+            trace = log.isEnabledFor(logging.DEBUG)
+            log.error("visitor %s: sent off, drawing failed: %r", visitor, error, exc_info=trace)
             self.leave(visitor)
+            dismiss(self.server, visitor)  # their page connects again, to a new session

@@ -42,7 +42,7 @@ def answered(wanted: Wanted, previous: Shapes | None) -> Answer:
     except BeamvizError as error:
         return Answer(wanted, beam, words=refused(error, beam), message=str(error))
     except Exception as error:  # a mistake of ours must not end a visitor's session
-        log.exception("solving %s failed", wanted)
+        log.error("solving %s failed: %r", wanted, error, exc_info=log.isEnabledFor(logging.DEBUG))
         return Answer(wanted, beam, words="No solution", message=f"unexpected: {error}")
 
 

@@ -1,0 +1,331 @@
+"""What a hall can do to the explorer, done to it: afterwards the others are served as before."""
+
+import contextlib
+import logging
+import socket
+import struct
+import threading
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+import websockets.exceptions
+from bare import CAMERA, packed, until, wire
+from visitor import BEAM, Visitor, redrawn, visitor
+
+from beamviz.beam import NAMES, Beam
+from beamviz.mechanics.solve import solve
+from beamviz.show import hardening, server, solving
+from beamviz.show.controls import CHOICES, Wanted
+from beamviz.show.readout import significant
+from beamviz.show.server import Animator, explorer
+from beamviz.show.sliders import NUMBERS
+
+PAPER = Beam(alpha=1, beta=0.5, gamma=10)
+WANTED = Wanted.of(PAPER, {})
+SLOW, BROKEN = 47.0, 48.0  # speeds at which the solver of these tests is slow, or fails
+BAD = (float("nan"), float("inf"), -float("inf"), 1e300, -1e300, 2**63, -1, 0, "", "rubber",
+       "9" * 900, True, [], [1, 2], ["a"], [float("nan")] * 3, [1e300, 2, 3])  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def animators() -> Iterator[list[Animator]]:
+    """The animators of the explorers of this file."""
+    made: list[Animator] = []
+
+    class Watched(Animator):
+        def __init__(self, *given: Any):
+            super().__init__(*given)
+            made.append(self)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(server, "Animator", Watched)
+        yield made
+
+
+@pytest.fixture(scope="module")
+def url(animators) -> Iterator[str]:
+    """A running explorer; it takes its time for one speed, and fails at another."""
+
+    def solved(beam: Beam, **options: Any) -> Any:
+        if beam.gamma == BROKEN:
+            raise ZeroDivisionError("a mistake of ours")
+        if beam.gamma == SLOW:
+            time.sleep(1.0)
+        return solve(beam, **options)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(solving, "solve", solved)
+        with explorer(WANTED, room=200) as found:
+            yield found
+
+
+@pytest.fixture
+def other(url) -> Iterator[Visitor]:
+    """A visitor who only watches, and whose beam must be as it was when the test is over."""
+    with visitor(url) as guest:
+        yield guest
+        calm(guest)
+        assert frequency(PAPER) in guest.text
+        assert "Stable equilibrium" in guest.text
+        guest.choose("playing", True)
+        guest.wait(redrawn)
+
+
+def calm(guest: Visitor) -> None:
+    """Pause, and take in what is still on its way."""
+    guest.choose("playing", False)
+    with contextlib.suppress(TimeoutError):
+        while True:
+            guest.receive(0.3)
+
+
+def frequency(beam: Beam) -> str:
+    """The first frequency as the table prints it."""
+    solution = solve(beam)
+    return significant(solution.frequencies[0], solution.errors[0])
+
+
+def reset(guest: Visitor) -> None:
+    """Vanish without a word, as a laptop that is shut does."""
+    line = guest.socket.socket
+    line.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    line.shutdown(socket.SHUT_RDWR)
+
+
+def alone(animators: list[Animator], count: int = 1) -> None:
+    """Wait until only `count` sessions are left."""
+    until(lambda: len(animators[0].sessions) == count)
+
+
+# Visitors who leave
+
+
+def test_tabs_closed_in_the_middle_of_a_picture(url, other, animators):
+    """Ten visitors vanish while their beams move."""
+    for _ in range(10):
+        with visitor(url) as guest:
+            guest.wait(redrawn)
+            reset(guest)
+    alone(animators)
+
+
+def test_tabs_closed_in_the_middle_of_a_solution(url, other, animators):
+    """What nobody waits for any more is not solved: a later visitor gets an answer at once."""
+    for _ in range(8):
+        with visitor(url) as guest:
+            guest.choose("γ speed", SLOW)
+            reset(guest)
+    alone(animators)
+    start = time.monotonic()
+    with visitor(url) as guest:
+        guest.choose("speed γ", 12.0)
+        guest.says(frequency(PAPER.replace(gamma=12)))
+    assert time.monotonic() - start < 6
+
+
+def test_a_page_loaded_again_and_again(url, other, animators):
+    """Each load is a new visit that starts from the beginning."""
+    for _ in range(5):
+        with visitor(url) as guest:
+            assert frequency(PAPER) in guest.text
+    alone(animators)
+
+
+def test_hundreds_of_visits_leave_nothing_behind(url, other, animators):
+    """300 that only connect, 30 that open a session: no session and no thread stays."""
+    with visitor(url):
+        pass
+    alone(animators)
+    before = threads()
+    for k in range(330):
+        with wire(url) as line:
+            if k % 11 == 0:
+                line.send(packed(**CAMERA))
+                line.recv(timeout=20)
+    alone(animators)
+    until(lambda: threads() <= before)
+
+
+def threads() -> int:
+    """Threads that run, but for viser's own pool, which grows to its size once."""
+    names = [thread.name for thread in threading.enumerate()]
+    return sum(not name.startswith("ThreadPoolExecutor") for name in names)
+
+
+# Sockets that say nothing
+
+
+def test_half_open_sockets_are_given_up(monkeypatch):
+    """Connections without a request, with half of one, and with silence after it."""
+    monkeypatch.setattr(hardening, "PATIENCE", 0.5)
+    with explorer(WANTED) as found, visitor(found) as guest:
+        port = int(found.rsplit(":", 1)[1])
+        silent = [socket.create_connection(("127.0.0.1", port)) for _ in range(30)]
+        for line in silent[:15]:
+            line.sendall(b"GET / HTTP/1.1\r\nHost: ")
+        guest.choose("speed γ", 12.0)
+        guest.says(frequency(PAPER.replace(gamma=12)))
+        for line in silent:
+            line.settimeout(10)
+            while line.recv(1000):
+                pass
+            line.close()
+
+
+def test_a_visitor_who_never_reads_is_given_up(monkeypatch, animators):
+    """A page that was put to sleep stops answering pings; memory must not wait for it."""
+    monkeypatch.setattr(hardening, "PATIENCE", 0.5)
+    with explorer(WANTED) as found, visitor(found) as guest, socket.socket() as deaf:
+        deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        deaf.connect(("127.0.0.1", int(found.rsplit(":", 1)[1])))
+        deaf.sendall(handshake(found))
+        deaf.sendall(framed(packed(**CAMERA)))
+        sessions = animators[-1].sessions
+        until(lambda: len(sessions) == 2)
+        until(lambda: guest.receive(5) and len(sessions) == 1, timeout=20)
+
+
+def handshake(url: str) -> bytes:
+    """The request that opens a WebSocket."""
+    lines = (
+        "GET / HTTP/1.1",
+        f"Host: {url.removeprefix('http://')}",
+        "Upgrade: websocket",
+        "Connection: Upgrade",
+        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==",
+        "Sec-WebSocket-Version: 13",
+        f"Sec-WebSocket-Protocol: {hardening.PROTOCOL}",
+    )
+    return "\r\n".join([*lines, "", ""]).encode()
+
+
+def framed(message: bytes) -> bytes:
+    """A binary frame, masked with zeros."""
+    return b"\x82" + bytes([0x80 | 126]) + struct.pack(">H", len(message)) + bytes(4) + message
+
+
+# Messages
+
+
+def test_messages_out_of_order(url, other):
+    """Controls moved before the page said where its camera is, and cameras without end."""
+    with wire(url) as line:
+        line.send(packed(type="GuiUpdateMessage", uuid="nobody", updates={"value": 1}))
+        line.send(packed(type="TransformControlsDragEndMessage", name="/stage", owner="client"))
+        line.send(packed(type="CommandTriggerMessage", uuid="nobody"))
+        for k in range(50):
+            line.send(
+                packed(**CAMERA | {"image_width": 1 + 600 * k, "image_height": 30001 - 600 * k})
+            )
+        line.recv(timeout=20)
+    with visitor(url) as guest:
+        assert BEAM in guest.nodes
+
+
+def test_a_flood_of_5000_values_ends_at_the_last(url, other):
+    """None of them is queued: the last is there soon, and the others are not held up."""
+    with visitor(url) as guest:
+        calm(guest)
+        start = time.monotonic()
+        for k in range(5000):
+            guest.choose("speed γ", 30 - 0.005 * k)
+        guest.says(frequency(PAPER.replace(gamma=30 - 0.005 * 4999)))
+        assert time.monotonic() - start < 15
+        other.wait(redrawn)
+
+
+@pytest.mark.parametrize("bad", BAD, ids=lambda bad: str(bad)[:20])
+def test_no_control_takes_harm_from_a_bad_value(url, other, caplog, capfd, bad):
+    """Every control is set to a value that makes no sense for most; the session goes on, and
+    every line of the log is one line."""
+    with caplog.at_level(logging.WARNING), visitor(url) as guest:
+        guest.choose("playing", False)
+        for label in list(guest.controls):
+            guest.choose(label, bad)
+        for name in ("method", "strain", "curvature", "plane"):
+            guest.choose(name, CHOICES[name][0])
+        guest.choose("Coriolis", False)
+        for name, value in PAPER.replace(gamma=12).numbers.items():
+            guest.choose(f"{NUMBERS[name][0][-1]} {NAMES[name]}", value)
+        guest.says(frequency(PAPER.replace(gamma=12)))
+    assert all("\n" not in record.getMessage() for record in caplog.records)
+    assert not [record for record in caplog.records if record.exc_info]
+    assert "Traceback" not in capfd.readouterr().err
+
+
+# Work that fails or takes long
+
+
+def test_a_solver_that_fails_is_said_and_logged_in_one_line(url, other, caplog):
+    """The visitor reads that it was unexpected; the next number is solved."""
+    with visitor(url) as guest:
+        guest.choose("γ speed", BROKEN)
+        guest.says("unexpected: a mistake of ours")
+        guest.choose("γ speed", 12.0)
+        guest.says(frequency(PAPER.replace(gamma=12)))
+    lines = [record for record in caplog.records if "a mistake of ours" in record.getMessage()]
+    assert len(lines) == 1
+    assert lines[0].exc_info in (None, False)
+
+
+def test_a_slow_solver_does_not_stop_the_pictures(url, other):
+    """While one visitor waits, another sees frames and gets answers."""
+    with visitor(url) as guest:
+        guest.choose("γ speed", SLOW)
+        frames, end = 0, time.monotonic() + 0.9
+        while time.monotonic() < end:
+            frames += redrawn(other.receive(1.0))
+        assert frames >= 5
+        guest.says(frequency(PAPER.replace(gamma=SLOW)))
+
+
+def test_drawing_that_fails_ends_that_visit_alone(url, other, animators, caplog):
+    """The page connects again, to a new session; the log has one line."""
+    with visitor(url) as guest:
+        session = animators[0].sessions[max(animators[0].sessions)]
+        session.draw = lambda: 1 / 0
+        session.reset_view()
+        with pytest.raises(websockets.exceptions.ConnectionClosed):  # noqa: PT012
+            while True:
+                guest.receive(5)
+        assert guest.socket.close_code == 1011
+    alone(animators)
+    lines = [record.getMessage() for record in caplog.records if "drawing failed" in record.msg]
+    assert len(lines) == 1
+
+
+def test_clocks_that_jump_do_not_stop_the_picture(url, other, monkeypatch):
+    """The clock of the day jumps an hour back and a day forward."""
+    now = time.time
+    for jump in (-3600, 86400):
+        monkeypatch.setattr(time, "time", lambda jump=jump: now() + jump)
+        for _ in range(5):
+            other.wait(redrawn)
+
+
+def test_a_machine_that_slept_goes_on_where_it_was(url, other, animators):
+    """Hours without a tick move the picture by a moment only."""
+    session = next(iter(animators[0].sessions.values()))
+    turns = session.clock.angle
+    session.tick(session.seen + 36000.0)
+    session.seen = time.monotonic()
+    assert (session.clock.angle - turns) % 6.3 <= 0.4 * session.pace * 10 + 1e-9
+
+
+def test_a_full_room_says_so_and_lets_the_next_one_in():
+    """Two may be there; the third page is told to wait, and comes in when one has left."""
+    from bare import got
+
+    with explorer(WANTED, room=2) as found:
+        with visitor(found), visitor(found):
+            status, headers, body = got(found)
+            assert (status, headers["Retry-After"]) == (503, "10")
+            assert b"The room is full" in body
+            assert b'http-equiv="refresh"' in body
+            with pytest.raises(websockets.exceptions.InvalidStatus, match="503"), wire(found):
+                pass
+        until(lambda: got(found)[0] == 200)
+        with visitor(found) as guest:
+            assert BEAM in guest.nodes
