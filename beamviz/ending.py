@@ -5,8 +5,10 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from types import FrameType
+from typing import Any
 
 ENDINGS = (signal.SIGINT, signal.SIGTERM)
+Handler = Callable[[int, FrameType | None], None]
 
 
 class Ended(BaseException):
@@ -20,7 +22,7 @@ class Ended(BaseException):
 @contextlib.contextmanager
 def ending() -> Iterator[None]:
     """Within, the first SIGINT or SIGTERM raises Ended, so that what is open is closed; later
-    ones change nothing, so that closing it is not disturbed."""
+    ones change nothing, up to the end of the process, so that closing it is not disturbed."""
     asked: list[int] = []
 
     def end(number: int, _: FrameType | None) -> None:
@@ -28,8 +30,12 @@ def ending() -> Iterator[None]:
             asked.append(number)
             raise Ended(number)
 
-    with handled(end):
+    before = handled_by(end)
+    try:
         yield
+    finally:
+        if not asked:
+            restored(before)
 
 
 @contextlib.contextmanager
@@ -43,14 +49,23 @@ def undisturbed() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def handled(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
-    """Both signals handled by `handler`; only the main thread has a say in this."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {number: signal.signal(number, handler) for number in ENDINGS}
+def handled(handler: Handler) -> Iterator[None]:
+    """Within, both signals are handled by `handler`."""
+    before = handled_by(handler)
     try:
         yield
     finally:
-        for number, old in before.items():
-            signal.signal(number, old)
+        restored(before)
+
+
+def handled_by(handler: Handler) -> dict[signal.Signals, Any]:
+    """Let `handler` have both signals; who had them before. Only the main thread has a say."""
+    if threading.current_thread() is not threading.main_thread():
+        return {}
+    return {number: signal.signal(number, handler) for number in ENDINGS}
+
+
+def restored(before: dict[signal.Signals, Any]) -> None:
+    """Give the signals back to who had them before."""
+    for number, handler in before.items():
+        signal.signal(number, handler)

@@ -168,12 +168,13 @@ class Numbers:
 def heard(control: GuiInputHandle, lock: threading.RLock, take: Callable[[Any], None]) -> None:
     """Hand what a visitor sets a control to on to `take`.
 
-    Callbacks run on many threads in no order, so the value is read under the lock: whichever
-    comes last reads the latest. What the program itself sets (no client) is not a choice; it
-    must not set back what the visitor has moved on from.
+    viser runs plain callbacks on many threads in no order, where a change could be overtaken by
+    the one before it; asynchronous ones run one after the other, as the changes came. What the
+    program itself sets (no client) is not a choice; it must not set back what the visitor has
+    moved on from.
     """
 
-    def hear(event: GuiEvent) -> None:
+    async def hear(event: GuiEvent) -> None:
         if event.client is not None:
             with lock:
                 take(control.value)
