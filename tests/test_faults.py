@@ -16,14 +16,14 @@ from visitor import BEAM, Visitor, redrawn, visitor
 
 from beamviz.beam import NAMES, Beam
 from beamviz.mechanics.solve import solve
+from beamviz.scene_file import SavedScene
 from beamviz.show import hardening, server, solving
-from beamviz.show.controls import Wanted
 from beamviz.show.readout import significant
 from beamviz.show.server import Animator, explorer
 from beamviz.show.sliders import NUMBERS
 
 PAPER = Beam(alpha=1, beta=0.5, gamma=10)
-WANTED = Wanted.of(PAPER, {})
+SCENE = SavedScene(PAPER)
 SLOW, BROKEN = 47.0, 48.0  # speeds at which the solver of these tests is slow, or fails
 BAD = (float("nan"), float("inf"), -float("inf"), 1e300, -1e300, 2**63, -1, 0, "", "rubber",
        "9" * 900, True, [], [1, 2], ["a"], [float("nan")] * 3, [1e300, 2, 3])  # fmt: skip
@@ -57,7 +57,7 @@ def url(animators) -> Iterator[str]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(solving, "solve", solved)
-        with explorer(WANTED, room=200) as found:
+        with explorer(SCENE, room=200) as found:
             yield found
 
 
@@ -160,7 +160,7 @@ def threads() -> int:
 def test_half_open_sockets_are_given_up(monkeypatch):
     """Connections without a request, with half of one, and with silence after it."""
     monkeypatch.setattr(hardening, "PATIENCE", 0.5)
-    with explorer(WANTED) as found, visitor(found) as guest:
+    with explorer(SCENE) as found, visitor(found) as guest:
         port = int(found.rsplit(":", 1)[1])
         silent = [socket.create_connection(("127.0.0.1", port)) for _ in range(30)]
         for line in silent[:15]:
@@ -177,7 +177,7 @@ def test_half_open_sockets_are_given_up(monkeypatch):
 def test_a_visitor_who_never_reads_is_given_up(monkeypatch, animators):
     """A page that was put to sleep stops answering pings; memory must not wait for it."""
     monkeypatch.setattr(hardening, "PATIENCE", 0.5)
-    with explorer(WANTED) as found, visitor(found) as guest, socket.socket() as deaf:
+    with explorer(SCENE) as found, visitor(found) as guest, socket.socket() as deaf:
         deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         deaf.connect(("127.0.0.1", int(found.rsplit(":", 1)[1])))
         deaf.sendall(handshake(found))
@@ -317,7 +317,7 @@ def test_a_full_room_says_so_and_lets_the_next_one_in():
     """Two may be there; the third page is told to wait, and comes in when one has left."""
     from bare import got
 
-    with explorer(WANTED, room=2) as found:
+    with explorer(SCENE, room=2) as found:
         with visitor(found), visitor(found):
             status, headers, body = got(found)
             assert (status, headers["Retry-After"]) == (503, "10")
