@@ -3,11 +3,13 @@
 import contextlib
 import signal
 import threading
+import time
 from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import Any
 
 ENDINGS = (signal.SIGINT, signal.SIGTERM)
+PATIENCE, MOMENT = 5.0, 0.05  # [s]
 Handler = Callable[[int, FrameType | None], None]
 
 
@@ -21,13 +23,15 @@ class Ended(BaseException):
 
 @contextlib.contextmanager
 def ending() -> Iterator[None]:
-    """Within, the first SIGINT or SIGTERM raises Ended, so that what is open is closed; later
-    ones change nothing, up to the end of the process, so that closing it is not disturbed."""
-    asked: list[int] = []
+    """Within, SIGINT or SIGTERM raises Ended, so that what is open is closed; further ones change
+    nothing for a while, up to the end of the process, so that closing it is not disturbed."""
+    asked: list[float] = []
 
-    def end(number: int, _: FrameType | None) -> None:
-        if not asked:
-            asked.append(number)
+    def end(number: int, frame: FrameType | None) -> None:
+        if importing(frame):
+            again(number, end)
+        elif not asked or time.monotonic() - asked[-1] > PATIENCE:
+            asked.append(time.monotonic())
             raise Ended(number)
 
     before = handled_by(end)
@@ -36,6 +40,20 @@ def ending() -> Iterator[None]:
     finally:
         if not asked:
             restored(before)
+
+
+def importing(frame: FrameType | None) -> bool:
+    """Whether a module is being loaded: some swallow whatever is raised meanwhile."""
+    while frame and not frame.f_code.co_filename.startswith("<frozen importlib"):
+        frame = frame.f_back
+    return frame is not None
+
+
+def again(number: int, handler: Handler) -> None:
+    """Let a signal come once more in a moment."""
+    if hasattr(signal, "setitimer"):  # not on Windows, where the next Ctrl-C has to do
+        signal.signal(signal.SIGALRM, lambda _, frame: handler(number, frame))
+        signal.setitimer(signal.ITIMER_REAL, MOMENT)
 
 
 @contextlib.contextmanager

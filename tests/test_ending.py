@@ -127,6 +127,41 @@ def test_only_the_first_signal_counts(number):
     assert (caught.value.code, put_away) == (128 + number, [True])
 
 
+def test_a_module_that_swallows_everything_while_it_loads_cannot_swallow_the_end(tmp_path):
+    """Some do, with a bare except around their optional parts."""
+    (tmp_path / "greedy.py").write_text(GREEDY)
+    done = subprocess.run(
+        [sys.executable, "-c", IMPORT_GREEDY],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        env={**os.environ, "PYTHONPATH": f"{ROOT}:{tmp_path}"},
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (0, "loaded\nended\n")
+
+
+GREEDY = """
+import os, signal
+try:
+    os.kill(os.getpid(), signal.SIGTERM)
+    sum(range(1000))
+except BaseException:
+    pass
+print("loaded")
+"""
+IMPORT_GREEDY = """
+import time
+from beamviz.ending import Ended, ending
+try:
+    with ending():
+        import greedy
+        time.sleep(10)
+except Ended:
+    print("ended")
+"""
+
+
 def test_a_signal_waits_until_what_is_started_is_known():
     """Otherwise nobody would know what to end."""
     known = []
