@@ -76,7 +76,7 @@ def arrived(server: viser.ViserServer) -> None:
     until(server.get_clients)
 
 
-def until(done: Callable[[], Any], timeout: float = 10.0) -> Any:
+def until(done: Callable[[], Any], timeout: float = 40.0) -> Any:
     """Wait until something is true; its value."""
     end = time.monotonic() + timeout
     while not (value := done()):

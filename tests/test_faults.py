@@ -63,8 +63,9 @@ def url(animators) -> Iterator[str]:
 
 @pytest.fixture
 def other(url) -> Iterator[Visitor]:
-    """A visitor who only watches, and whose beam must be as it was when the test is over."""
+    """A visitor who has paused, and whose beam must be as it was when the test is over."""
     with visitor(url) as guest:
+        calm(guest)
         yield guest
         calm(guest)
         assert frequency(PAPER) in guest.text
@@ -233,7 +234,6 @@ def test_a_flood_of_5000_values_ends_at_the_last(url, other):
             guest.choose("speed γ", 30 - 0.005 * k)
         guest.says(frequency(PAPER.replace(gamma=30 - 0.005 * 4999)))
         assert time.monotonic() - start < 15
-        other.wait(redrawn)
 
 
 @pytest.mark.parametrize("bad", BAD, ids=lambda bad: str(bad)[:20])
@@ -271,6 +271,7 @@ def test_a_solver_that_fails_is_said_and_logged_in_one_line(url, other, caplog):
 
 def test_a_slow_solver_does_not_stop_the_pictures(url, other):
     """While one visitor waits, another sees frames and gets answers."""
+    other.choose("playing", True)
     with visitor(url) as guest:
         guest.choose("γ speed", SLOW)
         frames, end = 0, time.monotonic() + 0.9
@@ -298,6 +299,7 @@ def test_drawing_that_fails_ends_that_visit_alone(url, other, animators, caplog)
 def test_clocks_that_jump_do_not_stop_the_picture(url, other, monkeypatch):
     """The clock of the day jumps an hour back and a day forward."""
     now = time.time
+    other.choose("playing", True)
     for jump in (-3600, 86400):
         monkeypatch.setattr(time, "time", lambda jump=jump: now() + jump)
         for _ in range(5):
