@@ -17,7 +17,7 @@ LESSONS = (
         question="Nothing about the beam changes but its speed. Why does it swing faster?",
         scene=SavedScene.of(plane="flapwise", mode=1),
         do="Drag **speed γ** slowly from 0 up to 10.",
-        see="B1 in the table, the slowest swing: its frequency ω climbs with the speed.",
+        see="The row B1 of the table, the slowest swing: its frequency ω climbs with the speed.",
         meaning="Every piece of the turning beam pulls outward, so the beam hangs taut between hub"
         " and tip. A taut string is harder to push aside than a slack one, and swings back"
         " faster: *centrifugal stiffening*.",
@@ -174,8 +174,8 @@ LESSONS = (
         scene=SavedScene.of(alpha=1, beta=1, gamma=2, coriolis=True, mode=4),
         do="**Coriolis** (folder Terms on or off) is on now. In the tab **Loci**, choose the"
         " meeting under **go to**, then open the tab **Microscope**.",
-        see="The lines bend away before they touch. What was stretching leaves as bending, and"
-        " the other way round.",
+        see="Near by, the lines bend away before they touch. What was stretching leaves as bending,"
+        " and the other way round.",
         meaning="What moves along a turning beam is pushed across it, as on a merry-go-round: the"
         " *Coriolis force*. It ties stretching to bending, and two frequencies that are tied"
         " together cannot be equal. They exchange their motions instead: *veering*.",

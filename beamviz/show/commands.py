@@ -22,6 +22,7 @@ KEYS = (
     ("C", "Coriolis forces on or off"),
     ("D", "dark or light page"),
     ("Ctrl+K", "all commands, by name"),
+    ("Ctrl +", "larger letters, for a projector"),
 )
 
 

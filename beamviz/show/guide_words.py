@@ -18,8 +18,20 @@ def invitation(count: int, met: int) -> str:
     """Before a lesson is chosen, and after the last."""
     done = f"<br>Challenges met: {met} of {count}." if met else ""
     return framed(
-        f"<b>New here?</b> {count} short lessons show what spinning does to a beam, one question"
-        f" at a time. Press <b>next</b>, or choose one above.{done}"
+        f'<div style="{LARGE}">New here?</div>'
+        + entry(
+            "The picture",
+            "a beam, clamped to a turning hub; here it swings slowly and far,"
+            " so that one can see it.",
+        )
+        + entry(
+            "The table",
+            "the ways it swings on its own, its *modes*. B bends, S stretches;"
+            " ω, the *frequency*, says how fast.",
+        )
+        + entry("The sliders", "what the beam is like. Every move is computed anew.")
+        + f'<div style="margin-top:.45em">{count} short lessons show what spinning does to a beam,'
+        f" one question at a time. Press <b>next</b>, or choose one above.{done}</div>"
     )
 
 
@@ -64,8 +76,12 @@ def why(lesson: Lesson) -> str:
 
 
 def challenge(lesson: Lesson) -> str:
-    """The task."""
-    return f'<div style="{LARGE}">{marked(lesson.challenge.task)}</div>'
+    """The task, and how to set a slider finely."""
+    return (
+        f'<div style="{LARGE}">{marked(lesson.challenge.task)}</div>'
+        f'<div style="{FAINT};margin-top:.3em">Fine steps: click a slider and use the arrow keys,'
+        " or type the number beside it.</div>"
+    )
 
 
 PAGES = (trying, why, challenge)

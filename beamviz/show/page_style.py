@@ -27,8 +27,10 @@ p:has(> label) {{ letter-spacing: -.2px !important; }}
   div:has(> {SECTION}) {{ order: -1; }}
 }}
 </style>"""
+# An image that cannot be loaded runs this in the page; a script element in it would not run.
+TITLE = '<img alt="" src="data:," style="display:none" onerror="document.title = \'beamviz\'">'
 
 
 def add_style(gui: GuiApi) -> None:
     """Add it to a page; it holds while the element is there."""
-    gui.add_html(STYLE)
+    gui.add_html(STYLE + TITLE)

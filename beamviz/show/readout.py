@@ -11,6 +11,7 @@ from beamviz.show.solving import Answer
 
 GOOD, BAD = "#2b8a3e", "#d9480f"
 FADED = "opacity:.65"
+ROUNDING = 1e-9  # [%]
 LINES = "4.05em"  # room for three, so that nothing below moves when there are more than two
 TIME = "T* = √(ρ A L⁴ / E I), the time unit of the beam"
 
@@ -36,6 +37,8 @@ def wellbeing(solution: Solution) -> str:
     beam, change = solution.beam, 100 * (solution.equilibrium.tip[0] - 1)
     if beam.gamma == 0:
         return "at rest: no rotation"
+    if abs(change) < ROUNDING:
+        return "in this model the rotation does not stretch the beam"
     turning = f"{beam.units.rpm(beam.gamma):.4g} rpm; " if beam.units else ""
     longer = "longer" if change > 0 else "shorter"
     far = f" ({abs(change) / 100 * 1000 * beam.units.length:.2g} mm)" if beam.units else ""
