@@ -1,7 +1,9 @@
 """The guided panel and the keys: lessons begun, turned through, met and reset by a visitor."""
 
 import re
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
 
 import pytest
 from visitor import Visitor, visitor
@@ -10,6 +12,7 @@ from beamviz.beam import Beam
 from beamviz.lessons import LESSONS, lesson
 from beamviz.mechanics.solve import solve
 from beamviz.scene_file import SavedScene
+from beamviz.show import solving
 from beamviz.show.guide import BACK, NEXT, NONE, RESET
 from beamviz.show.guide_words import STEPS, marked
 from beamviz.show.link import arrive
@@ -80,6 +83,24 @@ def test_a_lesson_brings_its_scene(guest, one):
     """The table is that of its beam and model."""
     begin(guest, one.name)
     guest.says(frequency(one.scene.beam, **one.scene.options))
+
+
+def test_a_lesson_fits_its_beam_into_the_picture(guest, monkeypatch):
+    """The camera is where it is for who begins with that scene, however late the answer comes."""
+    scene = lesson("buckling").scene
+    with explorer(scene) as address, visitor(address) as other:
+        wanted = other.camera
+    slow = partial(late, solving.solve)
+    monkeypatch.setattr(solving, "solve", slow)
+    begin(guest, "buckling")
+    guest.says(frequency(scene.beam))
+    guest.wait(lambda _: guest.camera == pytest.approx(wanted, rel=1e-6))
+
+
+def late(solve_: Callable, beam: Beam, **options):
+    """A solution after a while."""
+    time.sleep(0.4)
+    return solve_(beam, **options)
 
 
 def test_turning_a_page_leaves_the_beam_alone(guest):

@@ -25,6 +25,7 @@ class Visitor:
         self.texts: dict[str, str] = {}
         self.updated: dict[str, Any] = {}
         self.nodes: dict[str, dict[str, Any]] = {}
+        self.camera: tuple[float, ...] = ()  # where it was put last
         self.received = 0
         self.send(
             type="ViewerCameraMessage",
@@ -87,6 +88,8 @@ class Visitor:
             self.update(message["uuid"], message["updates"])
         elif kind == "GuiHtmlMessage":
             self.texts[message["uuid"]] = props["content"]
+        elif kind == "SetCameraPositionMessage":
+            self.camera = tuple(message["position"])
         elif kind == "RegisterCommandMessage":
             self.commands[props["hotkey"] or props["label"]] = message["uuid"]
         elif kind.startswith("Gui") and "label" in props:

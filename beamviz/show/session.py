@@ -249,7 +249,8 @@ class Session:
         with self.lock:
             dark = self.drawn.dark
             self.drawn, self.answer = self.look, self.solver.answer
-            repace, self.repace = self.repace, False
+            settled = self.answer is not None and self.answer.wanted is self.solver.wanted
+            repace, self.repace = self.repace, self.repace and not settled
         if self.answer and self.answer.shapes and not self.words:
             self.shapes = self.answer.shapes
         self.clock.fit(self.swinging, self.shapes.beam.gamma, keep=not repace)
@@ -266,7 +267,7 @@ class Session:
         self.panel.show_picture(
             self.drawn.colouring, self.largest, self.pace, self.shapes.beam.units
         )
-        self.look_at()
+        self.look_at(settled)
         if self.drawn.dark != dark:
             theme(self.client, dark=self.drawn.dark)
 
@@ -283,8 +284,9 @@ class Session:
         else:
             self.multiples.hide()
 
-    def look_at(self) -> None:
-        """Move the camera: when asked to, and when the view or the size of things has changed."""
+    def look_at(self, settled: bool) -> None:
+        """Move the camera: when asked to, and when the view or the size of things has changed.
+        Until the answer is `settled`, the one to what is wanted, it has to be moved again."""
         look, aspect = self.drawn, self.client.camera.aspect
         levels = heights(self.multiples.count) or self.comparison.levels
         position = camera.viewpoint(self.shapes, look.riding, aspect, LIFT, levels)
@@ -293,7 +295,7 @@ class Session:
         near, far = 0.7 * self.distance, 1.15 * self.distance
         moved = viewed != self.viewed or not near < distance < far
         if self.refit or (moved and self.camera is None):
-            self.viewed, self.distance, self.refit = viewed, distance, False
+            self.viewed, self.distance, self.refit = viewed, distance, not settled
             self.placed = self.camera or lifted(position)
             place(self.client.camera, self.placed)
 
