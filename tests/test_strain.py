@@ -49,6 +49,20 @@ def test_no_cancellation_near_one(law, power):
 
 
 @laws
+@given(n=st.floats(-0.15, 0.25))
+def test_stretch_of_a_force(law, n):
+    """The stretch a force gives carries that force; Hencky's roughly, near its greatest force."""
+    assert law.force(law.stretch(n)) == pytest.approx(n, abs=3e-5)
+
+
+def test_green_carries_any_tension():
+    """A hardening beam has a stretch for every pull."""
+    law = STRAIN_LAWS["green"]
+    n = np.geomspace(0.1, 1e6, 40)
+    assert law.force(law.stretch(n)) == pytest.approx(n, rel=1e-12)
+
+
+@laws
 def test_shapes(law):
     """Every function of a law keeps the shape and the kind of its argument."""
     for f in (np.full((2, 3), 1.5), np.full(4, 1.5 + 0.1j)):

@@ -12,7 +12,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from beamviz.beam import Beam
-from beamviz.mechanics.roots import bisect
 from beamviz.mechanics.strain import Curvature, StrainLaw
 
 LAYER_REACH = 2.0  # widths per digit: exp(-2 * 12) of a layer's energy is left after 12
@@ -21,7 +20,6 @@ GRADING = 6.0  # ratio of neighbouring elements where the stretch falls off
 WAVES_PER_ELEMENT = 9.0
 NEGLIGIBLE_FORCE = 0.1  # n: the stretch is 1 for all that layers care
 AT_END = 1e-13  # a mass this near the clamp or the tip sits on it, to rounding
-STRETCH_HALVINGS = 12  # the width of a layer need not be known better
 GRADED_ORDER = 12  # least order beside thin elements, for six digits
 MIN_ORDER, MAX_ORDER = 4, 30
 CAPS = (14, 18, 22, 28)  # orders above which a layer gets an element of its own, tried in turn
@@ -168,16 +166,8 @@ def _from_tip(positions: Positions) -> list[tuple[float, float, float, float]]:
 
 
 def _stretch(law: StrainLaw, n: float) -> float:
-    """The stretch at which the law carries the force n, within its range."""
-    if n < NEGLIGIBLE_FORCE:
-        return 1.0
-    high = 2.0
-    while high < law.max_stretch and law.force(high) < n:
-        high *= 2
-    high = min(high, law.max_stretch)
-    if law.force(high) <= n:
-        return high
-    return float(bisect(lambda f: law.force(f) - n, 1.0, high, STRETCH_HALVINGS))
+    """The stretch at which the law carries the force n, as well as layers need it."""
+    return 1.0 if n < NEGLIGIBLE_FORCE else float(law.stretch(n))
 
 
 def _falling(part: Segment, mu: float) -> list[float]:

@@ -94,10 +94,9 @@ class Mesh:
         element, xi, _ = self._locate(x)
         rows = np.zeros((len(x), len(self.points)))
         for e, block in enumerate(_blocks(self.orders)):
-            here, order = element == e, self.orders[e]
-            rows[here, block] = (
-                legendre.legvander(xi[here], order - 1) @ reference(order).to_legendre
-            )
+            here, on = element == e, reference(self.orders[e])
+            without_start = on.barycentric[1:] * (on.points + 1)
+            rows[here, block] = _interpolation(xi[here], on.points, without_start)
         return rows
 
     def _locate(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -120,19 +119,20 @@ def _from_clamp(mesh: Mesh, x: bytes) -> np.ndarray:
     rows = np.empty((len(xi), len(mesh.points)))
     for e, block in enumerate(_blocks(mesh.orders)):
         here = element == e
-        near = _interpolation(xi[here], reference(mesh.orders[e]))
+        on = reference(mesh.orders[e])
+        near = _interpolation(xi[here], on.nodes, on.barycentric)
         rows[here] = near[:, 1:] @ mesh.J[block]
         rows[here, : block.start] += near[:, :1] * mesh.weights[: block.start]
     return _frozen(rows)
 
 
-def _interpolation(xi: np.ndarray, element: Reference) -> np.ndarray:
-    """Matrix (len(xi), p + 1): values at the nodes -> their interpolant at each xi."""
-    away = xi[:, None] - element.nodes
+def _interpolation(xi: np.ndarray, nodes: np.ndarray, barycentric: np.ndarray) -> np.ndarray:
+    """Matrix (len(xi), nodes): values at the nodes -> their interpolant at each xi."""
+    away = xi[:, None] - nodes
     hits = away == 0
     away[hits.any(axis=1)] = np.inf
     away[hits] = 1.0
-    terms = element.barycentric / away
+    terms = barycentric / away
     return terms / terms.sum(axis=1, keepdims=True)
 
 

@@ -8,7 +8,6 @@ measure is the power c. Every function is vectorised and analytic: f may be comp
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,8 @@ Function = Callable[[Any], Any]  # of a number or an array, to the same
 @dataclass(frozen=True)
 class StrainLaw:
     """An axial strain e(f) with its first and second derivative; its force n = e e' (the axial
-    force divided by mu^2) and stiffness n' in as few operations as they take.
+    force divided by mu^2) and stiffness n' in as few operations as they take; the stretch a force
+    n gives, as well as a guess needs it.
 
     The force grows with the stretch between `min_stretch` and `max_stretch` only: outside,
     n' < 0 and a bar under dead load has no stable state.
@@ -31,15 +31,10 @@ class StrainLaw:
     second: Function
     force: Function
     stiffness: Function
+    stretch: Function
     min_stretch: float
     max_stretch: float
     source: str
-
-    @cached_property
-    def softening(self) -> float:
-        """n''(1) / 2: a small force n stretches by n - softening n^2."""
-        step = 1e-20
-        return float(self.stiffness(np.array(1 + step * 1j)).imag) / step / 2
 
 
 @dataclass(frozen=True)
@@ -51,6 +46,17 @@ class Curvature:
     source: str
 
 
+_ROOT3 = math.sqrt(3)
+
+
+def _exponential(n: Any) -> Any:
+    """f = exp(n f), the lower solution: each time a digit nearer, unless n is almost 1 / e."""
+    f = 1 + n
+    for _ in range(8):
+        f = np.exp(np.minimum(n, 1 / math.e) * f)
+    return f
+
+
 _STRAIN_LAWS = (
     StrainLaw(
         name="green",
@@ -59,6 +65,7 @@ _STRAIN_LAWS = (
         second=np.ones_like,
         force=lambda f: (f - 1) * (f + 1) * f / 2,
         stiffness=lambda f: 1.5 * f * f - 0.5,
+        stretch=lambda n: 2 / _ROOT3 * np.cos(np.arccos(3 * _ROOT3 * n + 0j) / 3).real,
         min_stretch=1 / math.sqrt(3),
         max_stretch=math.inf,
         source="Green-Lagrange strain (f^2 - 1) / 2 (paper, eq. 15)",
@@ -70,6 +77,7 @@ _STRAIN_LAWS = (
         second=np.zeros_like,
         force=lambda f: f - 1,
         stiffness=np.ones_like,
+        stretch=lambda n: 1 + n,
         min_stretch=0.0,
         max_stretch=math.inf,
         source="Biot (engineering) strain f - 1, the axial strain of Gerstmayr & Irschik (2008)",
@@ -81,6 +89,7 @@ _STRAIN_LAWS = (
         second=lambda f: -1 / f**2,
         force=lambda f: np.log(f) / f,
         stiffness=lambda f: (1 - np.log(f)) / f**2,
+        stretch=_exponential,
         min_stretch=0.0,
         max_stretch=math.e,
         source="Hencky (logarithmic) strain ln f; its force ln f / f has its maximum at f = e",

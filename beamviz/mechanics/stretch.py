@@ -1,8 +1,8 @@
 """The stretched equilibrium of a straight beam on a mesh (paper, eq. 40, one component).
 
-The unknown is the stretch f at the mesh points. A beam that hardly stretches is solved at once
-from a guess of third order in the load; any other is followed from rest, on its stable branch,
-to its load or to the limit below it.
+The unknown is the stretch f at the mesh points. A beam that hardly stretches, or that has one
+state only, is solved at once from a guess; any other is followed from rest, on its stable
+branch, to its load or to the limit below it.
 """
 
 import math
@@ -20,6 +20,7 @@ from beamviz.mechanics.newton import Path, Root, continue_load
 from beamviz.mechanics.strain import StrainLaw
 
 SMALL_FORCE = 0.3  # n at the clamp below which a beam hardly stretches
+LARGE_STRETCH_PASSES = 5
 NEWTON_ITERATIONS = 12
 NEWTON_STEP = 1e-7  # relative to the stretch at the clamp: quadratic, the next is below rounding
 SAME_TANGENT = 1e-3  # stretch within which a tangent is as good as new
@@ -47,12 +48,14 @@ def equilibrium(
     if not beam.gamma:
         return np.ones(len(points.weights)), 0
     load = (beam.gamma / beam.mu) ** 2
+    hardly = hardly_stretches(beam)
     guess = None
     if near is not None:
         elsewhere, f = near
         guess = elsewhere.at(points.points) @ f
-    elif hardly_stretches(beam):
-        guess = first_guess(points, rho, beam.delta, law, load)
+    elif hardly or (beam.delta >= 0 and law.max_stretch == math.inf):  # no other state to run into
+        passes = 1 if hardly else LARGE_STRETCH_PASSES
+        guess = first_guess(points, rho, beam.delta, law, load, passes)
     if guess is not None:
         found, iterations = newton(points, rho, beam.delta, law, load, guess)
         if found is not None:
@@ -151,16 +154,21 @@ def newton_many(
 
 
 def first_guess(
-    mesh: Mesh, rho: Inertia, delta: float | np.ndarray, law: StrainLaw, load: float | np.ndarray
+    mesh: Mesh,
+    rho: Inertia,
+    delta: float | np.ndarray,
+    law: StrainLaw,
+    load: float | np.ndarray,
+    passes: int = 1,
 ) -> np.ndarray:
-    """The stretch (..., n) to third order in the load: Newton starts two iterations ahead.
-
-    n = load (G f + delta g) / w with f = 1 + n inside, inverted as f = 1 + n - n''(1) n^2 / 2.
-    """
+    """The stretch (..., n) from the force of a beam as it was before, n = load (G f + delta g) / w,
+    once more in each pass: from rest to third order in the load after one."""
     pull = load / mesh.weights
-    n = pull * (rho.G1 + delta * rho.g)
-    n = n + pull * np.matvec(rho.G, n)
-    return 1 + n - law.softening * n * n
+    static = delta * rho.g
+    f = law.stretch(pull * (rho.G1 + static))
+    for _ in range(passes):
+        f = law.stretch(pull * (np.matvec(rho.G, f) + static))
+    return f
 
 
 def _left_at_clamp(rho: Inertia, delta: float, law: StrainLaw, load: float, f: np.ndarray) -> float:
