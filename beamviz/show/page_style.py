@@ -11,6 +11,12 @@ SECTION = '.mantine-Tabs-root[style*="border-top"]'  # results or lessons in it
 STYLE = f"""<style>
 :root[data-mantine-color-scheme] {{ --mantine-color-dimmed: #4a5158; }}
 :root[data-mantine-color-scheme="dark"] {{ --mantine-color-dimmed: #b9c0c7; }}
+[data-mantine-color-scheme="dark"] [role="tab"][aria-selected="true"] {{
+  color: var(--mantine-primary-color-4) !important;
+}}
+[data-mantine-color-scheme="dark"] .uplot canvas,
+[data-mantine-color-scheme="dark"] [data-labels],
+[data-mantine-color-scheme="dark"] :is([aria-label="key"], [aria-label="this beam"]) {{ filter: brightness(1.4); }}
 p:has(> label) {{ letter-spacing: -.2px !important; }}
 .mantine-Slider-markLabel {{ font-size: .7rem !important; }}
 @media (max-width: 36em) {{

@@ -12,6 +12,7 @@ from beamviz.show.solving import Answer
 GOOD, BAD = "#2b8a3e", "#d9480f"
 FADED = "opacity:.65"
 ROUNDING = 1e-9  # [%]
+NOTHING = 1e-8  # [lengths of the beam] a smaller displacement is none
 LINES = "4.05em"  # room for three, so that nothing below moves when there are more than two
 TIME = "T* = √(ρ A L⁴ / E I), the time unit of the beam"
 
@@ -74,7 +75,8 @@ def row(solution: Solution, k: int, factor: float, marked: bool) -> str:
     if math.isfinite(frequency):
         cells += [significant(frequency, error), f"{error:.0e}"]
     else:
-        cells += [f"grows e<sup>{solution.growth_rates[k]:.4g} t/T*</sup>", f"{error:.0e}"]
+        rate = f"{solution.growth_rates[k]:.4g} t/T*"
+        cells += [f'grows e<sup style="line-height:0">{rate}</sup>', f"{error:.0e}"]
     style = "background:rgba(204,60,140,.14);" if marked else ""
     return (
         f'<tr style="{style}text-align:right">'
@@ -97,7 +99,7 @@ def legend(name: str, largest: float, units: Units | None) -> str:
         anchors, title = colours.DIVERGING, "axial strain, as drawn"
     else:
         far = f"{1000 * largest * units.length:.2g} mm" if units else f"{largest:.2g} L"
-        ends = ("0 at rest", "", far)
+        ends = ("0 at rest", "", far if largest > NOTHING else "")
         anchors, title = colours.SEQUENTIAL, "displacement, as drawn"
     return (
         '<div aria-label="legend" style="font-size:.8em;margin:.2em .75em .6em">'
