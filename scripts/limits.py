@@ -1,0 +1,272 @@
+"""The exact frequencies that methods are measured against: python scripts/limits.py
+
+Nothing here is shared with the solver but `Beam` and the start of each root: the differential
+equations of the straight beam, in the numbers of mpmath, by Taylor series from clamp to tip in
+steps far below their radius of convergence.
+
+    equilibrium  u' = f          N' = -gamma^2 rho (u + delta)    mu^2 n(f) = N
+    bending      w' = f theta    theta' = f^power m               m' = f (N theta - V)
+                 V' = -Lambda rho w                               power = 2 spatial, 0 material
+    stretching   v' = p / (mu^2 n'(f))                            p' = -Lambda rho v
+
+rho holds the mass: N, V and p step there. At the clamp u = w = theta = v = 0, at the tip N = V =
+m = p = 0. Lambda is omega^2 + gamma^2 (in the plane of rotation). The tip's conditions are driven
+to zero by the secant rule; a root is the k-th of its family because its shape has k - 1 nodes.
+Working digits follow the growth of the solutions, so that 20 remain. The results are
+beamviz/study/limits.json.
+"""
+
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from mpmath import fdot, mp, mpf
+
+from beamviz.beam import Beam
+from beamviz.errors import NoEquilibrium
+from beamviz.mechanics.solve import solve
+from beamviz.study.scenes import MODES, SCENES
+
+FILE = Path(__file__).parent.parent / "beamviz" / "study" / "limits.json"
+TERMS = 40  # of a Taylor series
+DIGITS, GUARD = 20, 16  # stored, and worked with beyond the growth of the solutions
+SHARE = 0.15  # of the radius of convergence in one step: 0.15^40 = 1e-33
+PHASE = 2.0  # of the fastest solution in one step: 2^40 / 40! = 1e-36
+LONGEST = 0.05
+SECANTS = 20
+
+Series = list[Any]  # coefficients by power
+
+
+class Theory(NamedTuple):
+    """A model: its strain law, or a tension of its own; its curvature; and the keywords with
+    which `solve` starts each root."""
+
+    strain: str  # green, biot, rigid (the tension of the reference length) or none
+    power: int
+    start: dict[str, Any]
+
+
+THEORIES = {
+    "green": Theory("green", 2, {}),
+    "biot": Theory("biot", 0, {"strain": "biot", "curvature": "material"}),
+    "rigid": Theory("rigid", 0, {"method": "foac"}),
+    "none": Theory("none", 0, {"method": "zoac"}),
+}
+
+
+class Step(NamedTuple):
+    """Taylor series about x of what does not depend on the frequency."""
+
+    x: Any
+    h: Any
+    f: Series
+    turn: Series  # f^power
+    pull: Series  # f N
+    give: Series  # 1 / (mu^2 n'(f))
+    mass: Any  # at the end of the step
+
+
+def product(a: Series, b: Series, k: int) -> Any:
+    """Coefficient k of a b."""
+    return fdot(a[: k + 1], b[k::-1])
+
+
+def times(a: Series, b: Series) -> Series:
+    """a b."""
+    return [product(a, b, k) for k in range(TERMS)]
+
+
+def inverse(a: Series) -> Series:
+    """1 / a."""
+    b = [1 / a[0]]
+    for k in range(1, TERMS):
+        b.append(-fdot(a[1 : k + 1], b[::-1]) / a[0])
+    return b
+
+
+def at(a: Series, h: Any) -> Any:
+    """The series at h."""
+    return mp.polyval(a[::-1], h)
+
+
+def secant(function: Callable[[Any], Any], start: Any) -> Any:
+    """The root of a function next to a start that is right to six digits or more."""
+    a, b = start * (1 - mpf(10) ** -8), start
+    fa, fb = function(a), function(b)
+    for _ in range(SECANTS):
+        if fb == fa:
+            return b
+        a, b, fa = b, b - fb * (b - a) / (fb - fa), fb
+        if abs(b - a) <= abs(b) * mpf(10) ** -(DIGITS + 6):
+            return b
+        fb = function(b)
+    raise ArithmeticError(f"no root next to {start}")
+
+
+class Straight:
+    """A beam in one theory: its equilibrium as a chain of Taylor series, and its modes."""
+
+    def __init__(self, beam: Beam, theory: Theory, modes: int = MODES):
+        self.theory = theory
+        self.rough = solve(beam, modes, tolerance=1e-8, **theory.start)
+        mp.dps = DIGITS + GUARD
+        self.alpha, self.beta, self.gamma, self.delta, self.mu = map(mpf, beam.numbers.values())
+        N = self.tension_at_clamp(self.steepest())
+        mp.dps += int(0.9 * self.march(N)[2])
+        self.steps, _, _ = self.march(self.tension_at_clamp(N))
+
+    def steepest(self) -> Any:
+        """The tension at the clamp of the rough solution."""
+        f = mpf(float(self.rough.equilibrium.stretch(0.0)[0]))
+        return self.mu**2 * {"green": (f**3 - f) / 2, "biot": f - 1}.get(self.theory.strain, 0)
+
+    def tension_at_clamp(self, start: Any) -> Any:
+        """N at the clamp: that of the reference length, or such that none is left at the tip."""
+        if self.theory.strain == "none" or not self.gamma:
+            return mpf(0)
+        if self.theory.strain == "rigid":
+            outboard = self.alpha * (self.beta + self.delta) if self.beta else 0
+            return self.gamma**2 * (mpf(1) / 2 + self.delta + outboard)
+        return secant(lambda N: self.march(N)[1], start)
+
+    def march(self, N: Any) -> tuple[list[Step], Any, float]:
+        """The steps from a tension at the clamp, what is left of it at the tip, and the growth
+        of bending solutions (natural logarithm)."""
+        x, u, steps, growth = mpf(0), mpf(0), [], 0.0
+        ends = sorted({self.beta, mpf(1)} - {mpf(0)})
+        while x < 1:
+            end = next(e for e in ends if e > x)
+            f, tension, position = self.expand(u, N)
+            rate = float(abs(f[0] ** (self.theory.power + 1) * N)) ** 0.5
+            h = min(mpf(LONGEST), PHASE / mpf(rate + 1), SHARE * radius(f), end - x)
+            mass = self.alpha if x + h >= end == self.beta else mpf(0)
+            steps.append(Step(x, h, f, self.turn(f), times(f, tension), self.give(f), mass))
+            u, N = at(position, h), at(tension, h)
+            if self.theory.strain != "none":
+                N -= self.gamma**2 * mass * (u + self.delta)
+            x, growth = (end if x + h >= end else x + h), growth + rate * float(h)
+        return steps, N, growth
+
+    def expand(self, u: Any, N: Any) -> tuple[Series, Series, Series]:
+        """f, N and u about a point, power by power."""
+        strain, load = self.theory.strain, self.gamma**2 * (self.theory.strain != "none")
+        f, tension, position = [self.stretch(N)], [N], [u]
+        square: Series = [f[0] ** 2]  # of f, for green
+        for k in range(1, TERMS):
+            arm = position[k - 1] + (self.delta if k == 1 else 0)
+            tension.append(-load * arm / k)
+            position.append(f[k - 1] / k)
+            if strain == "green":  # 2 n = f^3 - f, solved for its highest coefficient
+                square.append(fdot(f[1:], f[:0:-1]))
+                rest = fdot(f, [*square[k:0:-1]]) if k else 0
+                f.append((2 * tension[k] / self.mu**2 - rest) / (3 * f[0] ** 2 - 1))
+                square[k] += 2 * f[0] * f[k]
+            else:
+                f.append(tension[k] / self.mu**2 if strain == "biot" else mpf(0))
+        return f, tension, position
+
+    def stretch(self, N: Any) -> Any:
+        """f at tension N, on the branch that starts from 1."""
+        n = N / self.mu**2
+        if self.theory.strain == "biot":
+            return 1 + n
+        if self.theory.strain != "green":
+            return mpf(1)
+        guess = mp.cbrt(2 * n) if n > 1 else 1 + n / (1 + n)
+        return mp.findroot(lambda f: f**3 - f - 2 * n, guess)
+
+    def turn(self, f: Series) -> Series:
+        return times(f, f) if self.theory.power else [mpf(1)] + [mpf(0)] * (TERMS - 1)
+
+    def give(self, f: Series) -> Series:
+        """1 / (mu^2 n'(f))."""
+        one = [mpf(1)] + [mpf(0)] * (TERMS - 1)
+        slope = one
+        if self.theory.strain == "green":
+            slope = [(3 * c - o) / 2 for c, o in zip(times(f, f), one, strict=True)]
+        return [c / self.mu**2 for c in inverse(slope)]
+
+    def bending(self, Lambda: Any, m: Any, V: Any) -> list[tuple[Any, Any, Any, Any]]:
+        """w, theta, m, V at the end of each step, from a moment and a shear at the clamp."""
+        states = [(mpf(0), mpf(0), m, V)]
+        for step in self.steps:
+            w, theta, m, V = ([c] for c in states[-1])
+            for k in range(TERMS - 1):
+                w.append(product(step.f, theta, k) / (k + 1))
+                theta.append(product(step.turn, m, k) / (k + 1))
+                m.append((product(step.pull, theta[: k + 1], k) - product(step.f, V, k)) / (k + 1))
+                V.append(-Lambda * w[k] / (k + 1))
+            end = [at(series, step.h) for series in (w, theta, m, V)]
+            end[3] -= Lambda * step.mass * end[0]
+            states.append(tuple(end))
+        return states
+
+    def stretching(self, Lambda: Any) -> list[tuple[Any, Any]]:
+        """v, p at the end of each step, from a force at the clamp."""
+        states = [(mpf(0), mpf(1))]
+        for step in self.steps:
+            v, p = ([c] for c in states[-1])
+            for k in range(TERMS - 1):
+                v.append(product(step.give, p, k) / (k + 1))
+                p.append(-Lambda * v[k] / (k + 1))
+            end = at(v, step.h)
+            states.append((end, at(p, step.h) - Lambda * step.mass * end))
+        return states
+
+    def determinant(self, Lambda: Any) -> Any:
+        """Of moment and shear at the tip."""
+        (*_, m1, V1), (*_, m2, V2) = (self.bending(Lambda, a, 1 - a)[-1] for a in (1, 0))
+        return m1 * V2 - m2 * V1
+
+    def squares(self) -> list[Any]:
+        """omega^2 of the lowest modes of both families, ascending."""
+        found = []
+        for label, rough in zip(self.rough.labels, self.rough.squares, strict=True):
+            start = mpf(float(rough)) + self.gamma**2
+            if label[0] == "B":
+                Lambda = secant(self.determinant, start)
+                (*_, m1, _), (*_, m2, _) = (self.bending(Lambda, a, 1 - a)[-1] for a in (1, 0))
+                shape = [state[0] for state in self.bending(Lambda, m2, -m1)]
+            else:
+                Lambda = secant(lambda L: self.stretching(L)[-1][1], start)
+                shape = [state[0] for state in self.stretching(Lambda)]
+            if nodes(shape) != int(label[1:]) - 1:
+                raise ArithmeticError(f"{label} has {nodes(shape)} nodes")
+            found.append(Lambda - self.gamma**2)
+        return found
+
+
+def radius(f: Series) -> Any:
+    """A low estimate of the radius of convergence of a series."""
+    roots = [abs(f[k]) ** (mpf(-1) / k) for k in range(TERMS - 4, TERMS) if f[k]]
+    return min(roots, default=mpf(1))
+
+
+def nodes(shape: list[Any]) -> int:
+    """Changes of sign, the clamp left out."""
+    signs = [mp.sign(value) for value in shape[1:]]
+    return sum(a * b < 0 for a, b in zip(signs, signs[1:], strict=False))
+
+
+def main() -> None:
+    """Compute every limit and write the file."""
+    limits: dict[str, dict[str, list[str] | str]] = {}
+    for scene, beam in SCENES.items():
+        limits[scene] = {}
+        for name, theory in THEORIES.items():
+            began = time.perf_counter()
+            try:
+                squares = Straight(beam, theory).squares()
+                limits[scene][name] = [mp.nstr(value, DIGITS) for value in squares]
+            except NoEquilibrium as error:
+                limits[scene][name] = str(error)
+            print(f"{scene:24}{name:8}{time.perf_counter() - began:7.1f} s  {mp.dps} digits")
+    made = "omega^2 of the lowest modes by scripts/limits.py: Taylor series in extended precision"
+    FILE.write_text(json.dumps({"made": made, "limits": limits}, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
