@@ -180,6 +180,29 @@ def reproduce(
     print(reproduce(names or [ALL], out))
 
 
+@app.command()
+def benchmark(
+    out: Annotated[Path, typer.Option(help="Folder to write to.", metavar="DIR")],
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Fewer resolutions and repeats: half a minute.")
+    ] = False,
+    peers: Annotated[
+        bool, typer.Option("--peers", help="Exudyn, OpenSees and CalculiX too, where installed.")
+    ] = False,
+) -> None:
+    """Speed against accuracy of every method: a chart, and the numbers as JSON."""
+    one_thread()
+    from beamviz.study.benchmark import benchmark
+
+    print(benchmark(out, quick=quick, peers=peers))
+
+
+def one_thread() -> None:
+    """Keep numpy, not loaded yet, to one thread."""
+    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
+        os.environ[name] = "1"
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run a command line (by default this process's); the exit code (the README lists them)."""
     given = sys.argv[1:] if arguments is None else arguments

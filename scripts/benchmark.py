@@ -14,21 +14,17 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-import time
-from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import numpy as np
-from scipy.linalg import lapack
 
 from beamviz.beam import Beam
-from beamviz.mechanics import eigen, elements
+from beamviz.mechanics import elements
 from beamviz.mechanics.physics import Physics
 from beamviz.mechanics.solve import solve, solve_many
 from beamviz.mechanics.strain import CURVATURES, STRAIN_LAWS
+from beamviz.study.lapack import bare, least
 
-REPEATS = 400
 PAPER = Physics(STRAIN_LAWS["green"], CURVATURES["spatial"], chordwise=True, coriolis=False)
 
 SCENES = {
@@ -41,56 +37,14 @@ SCENES = {
 }
 
 
-class Recorder:
-    """Stands in for LAPACK: times every eigenproblem and keeps what was asked."""
-
-    def __init__(self) -> None:
-        self.seconds = 0.0
-        self.problems: list[Callable[[], object]] = []
-
-    def __getattr__(self, routine: str) -> Callable[..., tuple]:
-        def timed(*matrices: np.ndarray, **options: Any) -> tuple:
-            start = time.perf_counter()
-            answer = getattr(lapack, routine)(*matrices, **options)
-            self.seconds += time.perf_counter() - start
-            self.problems.append(partial(getattr(lapack, routine), *matrices, **options))
-            return answer
-
-        return timed
-
-
-def least(work: Callable[[], object], repeats: int = REPEATS) -> float:
-    """The least time [s] of many calls."""
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        work()
-        times.append(time.perf_counter() - start)
-    return min(times)
-
-
-def inside(beam: Beam) -> tuple[float, list[Callable[[], object]]]:
-    """Share of LAPACK in the fastest of many solves, and the eigenproblems of one solve."""
-    shares = []
-    module: Any = eigen
-    for _ in range(REPEATS):
-        module.lapack = recorder = Recorder()
-        start = time.perf_counter()
-        solve(beam)
-        total = time.perf_counter() - start
-        shares.append((total, recorder.seconds / total))
-    module.lapack = lapack
-    return min(shares)[1], recorder.problems
-
-
 def default_solves() -> None:
     print(f"{'default solve':32}{'us':>8}{'unknowns':>10}{'/ LAPACK alone':>16}{'inside':>8}")
     for name, beam in SCENES.items():
-        share, problems = inside(beam)
-        alone = sum(map(least, problems))
-        seconds = least(partial(solve, beam))
-        unknowns = solve(beam).stats.dof
-        print(f"{name:32}{1e6 * seconds:8.0f}{unknowns:10}{seconds / alone:16.1f}{1 / share:8.1f}")
+        found = bare(beam)
+        print(
+            f"{name:32}{1e6 * found.solve:8.0f}{solve(beam).stats.dof:10}"
+            f"{found.ratio:16.1f}{1 / found.share:8.1f}"
+        )
 
 
 def paper_elements() -> None:

@@ -16,91 +16,22 @@ import sys
 import time
 from collections.abc import Callable
 from functools import partial
+from importlib.metadata import PackageNotFoundError
 from typing import Any
 
 import numpy as np
 
-from beamviz import Beam, loci, solve
-from beamviz.mechanics import assembly, inertia
-from beamviz.mechanics.basis import uniform
+from beamviz import Beam, NotConverged, loci, solve
 from beamviz.mechanics.solve import solve_many
+from beamviz.study.peers_exudyn import EXUDYN
 
 POINTS, MODES = 201, 6
 MODEL: dict[str, Any] = {"strain": "biot", "curvature": "material"}
-HELD = (0, 1, 3)  # r1, r2 and r2' of the first node
 
 
-def peer_model(exudyn: Any, beam: Beam, elements: int) -> Any:
-    """The beam as an assembled Exudyn system."""
-    from exudyn import beams, utilities
-
-    system = exudyn.SystemContainer().AddSystem()
-    cable = utilities.Cable2D(
-        physicsMassPerLength=1, physicsBendingStiffness=1, physicsAxialStiffness=beam.mu**2
-    )
-    nodes = beams.GenerateStraightLineANCFCable2D(
-        system,
-        positionOfNode0=[0, 0, 0],
-        positionOfNode1=[1, 0, 0],
-        numberOfElements=elements,
-        cableTemplate=cable,
-    )[0]
-    at = uniform(elements)
-    m = planar(inertia.scalar_mass(at, beam.alpha, beam.beta))
-    q = np.zeros(4 * len(at))
-    q[0::4], q[2::4] = at + beam.delta, 1
-    load = beam.gamma**2
-    system.AddObject(
-        utilities.ObjectGenericODE2(
-            nodeNumbers=list(nodes),
-            massMatrix=planar(inertia.point_mass(at, beam.alpha, beam.beta)),
-            stiffnessMatrix=-load * m,
-            forceVector=load * (m @ q),
-        )
-    )
-    ground = system.AddNode(utilities.NodePointGround())
-    fixed = system.AddMarker(utilities.MarkerNodeCoordinate(nodeNumber=ground, coordinate=0))
-    for coordinate in HELD:
-        held = utilities.MarkerNodeCoordinate(nodeNumber=nodes[0], coordinate=coordinate)
-        markers = [fixed, system.AddMarker(held)]
-        system.AddObject(utilities.CoordinateConstraint(markerNumbers=markers))
-    system.Assemble()
-    return system
-
-
-def planar(m: np.ndarray) -> np.ndarray:
-    """Element masses of one component as the full matrix for r1, r2, r1', r2' of each node."""
-    mass = assembly.dense(assembly.band(m))
-    full = np.zeros((2 * len(mass), 2 * len(mass)))
-    along = np.arange(len(mass)) // 2 * 4 + np.arange(len(mass)) % 2 * 2
-    for rows in (along, along + 1):
-        full[np.ix_(rows, rows)] = mass
-    return full
-
-
-def peer_solve(exudyn: Any, beam: Beam, elements: int) -> np.ndarray:
-    """The lowest frequencies (MODES,) by the peer."""
-    from exudyn.solver import ComputeODE2Eigenvalues
-
-    system = peer_model(exudyn, beam, elements)
-    settings = exudyn.SimulationSettings()
-    settings.staticSolver.verboseMode = 0
-    settings.solution.file.write = False
-    system.SolveStatic(settings, updateInitialValues=True)
-    squares = ComputeODE2Eigenvalues(
-        system,
-        settings,
-        useSparseSolver=False,
-        numberOfEigenvalues=MODES,
-        constrainedCoordinates=list(HELD),
-        ignoreAlgebraicEquations=True,
-    )[0]
-    return np.sqrt(squares)
-
-
-def peer_sweep(exudyn: Any, beams: list[Beam], elements: int) -> None:
+def peer_sweep(beams: list[Beam], elements: int) -> None:
     for beam in beams:
-        peer_solve(exudyn, beam, elements)
+        EXUDYN[0].solve(beam, elements, MODES)
 
 
 def one_by_one(beams: list[Beam]) -> None:
@@ -122,9 +53,9 @@ def least(work: Callable[[], object], repeats: int) -> float:
 def main() -> int:
     """Print one line for each way to sweep."""
     try:
-        import exudyn
-    except ImportError:
-        print("Exudyn is not installed: pip install exudyn", file=sys.stderr)
+        version = EXUDYN[0].version()
+    except PackageNotFoundError:
+        print(f"Exudyn is not installed: {EXUDYN[0].how}", file=sys.stderr)
         return 1
     beam, speeds = Beam(alpha=1), np.linspace(0, 15, POINTS)
     beams = [beam.replace(gamma=gamma) for gamma in speeds]
@@ -138,13 +69,14 @@ def main() -> int:
     print(f"{'auto, 201 separate solves':34}{apart:9.1f}{error:10.0e}{apart / ours:9.1f}")
     print(f"{'auto, tracked with meetings':34}{chart:9.1f}{error:10.0e}{chart / ours:9.1f}")
     for elements in (5, 10, 20):
-        name = f"Exudyn {exudyn.__version__}, {elements} elements"
+        name = f"Exudyn {version}, {elements} elements"
         try:
-            theirs = least(partial(peer_sweep, exudyn, beams, elements), 1)
-        except exudyn.SolverError as failure:
+            theirs = least(partial(peer_sweep, beams, elements), 1)
+        except NotConverged as failure:
             print(f"{name:34}failed: {failure}")
             continue
-        error = abs(peer_solve(exudyn, beams[-1], elements) / exact - 1).max()
+        squares = EXUDYN[0].solve(beams[-1], elements, MODES)
+        error = abs(np.sqrt(squares) / exact - 1).max()
         print(f"{name:34}{theirs:9.1f}{error:10.0e}{theirs / ours:9.1f}")
     return 0
 

@@ -12,30 +12,39 @@ steps far below their radius of convergence.
 rho holds the mass: N, V and p step there. At the clamp u = w = theta = v = 0, at the tip N = V =
 m = p = 0. Lambda is omega^2 + gamma^2 (in the plane of rotation). The tip's conditions are driven
 to zero by the secant rule; a root is the k-th of its family because its shape has k - 1 nodes.
-Working digits follow the growth of the solutions, so that 20 remain. The results are
-beamviz/study/limits.json.
+The two bending solutions that leave the clamp are made orthonormal after each step, so that their
+growth costs no digits. Scenes may be named; the results are beamviz/study/limits.json.
 """
 
 import json
+import sys
 import time
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 from mpmath import fdot, mp, mpf
 
 from beamviz.beam import Beam
-from beamviz.errors import NoEquilibrium
+from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.mechanics.solve import solve
+from beamviz.study.peers_calculix import CALCULIX
 from beamviz.study.scenes import MODES, SCENES
 
 FILE = Path(__file__).parent.parent / "beamviz" / "study" / "limits.json"
 TERMS = 40  # of a Taylor series
-DIGITS, GUARD = 20, 16  # stored, and worked with beyond the growth of the solutions
+DIGITS, GUARD = 20, 16  # stored, and worked with beyond them
 SHARE = 0.15  # of the radius of convergence in one step: 0.15^40 = 1e-33
 PHASE = 2.0  # of the fastest solution in one step: 2^40 / 40! = 1e-36
 LONGEST = 0.05
 SECANTS = 20
+SOLID_ELEMENTS = 160
+MADE = (
+    "omega^2 of the lowest modes by scripts/limits.py: Taylor series of the differential equations"
+    " in extended precision; solid: CalculiX on a fine mesh"
+)
 
 Series = list[Any]  # coefficients by power
 
@@ -55,6 +64,15 @@ THEORIES = {
     "rigid": Theory("rigid", 0, {"method": "foac"}),
     "none": Theory("none", 0, {"method": "zoac"}),
 }
+
+
+class Column(NamedTuple):
+    """A bending solution at a point."""
+
+    w: Any
+    theta: Any
+    m: Any
+    V: Any
 
 
 class Step(NamedTuple):
@@ -114,13 +132,11 @@ class Straight:
         self.rough = solve(beam, modes, tolerance=1e-8, **theory.start)
         mp.dps = DIGITS + GUARD
         self.alpha, self.beta, self.gamma, self.delta, self.mu = map(mpf, beam.numbers.values())
-        N = self.tension_at_clamp(self.steepest())
-        mp.dps += int(0.9 * self.march(N)[2])
-        self.steps, _, _ = self.march(self.tension_at_clamp(N))
+        self.steps, _ = self.march(self.tension_at_clamp(self.steepest()))
 
     def steepest(self) -> Any:
         """The tension at the clamp of the rough solution."""
-        f = mpf(float(self.rough.equilibrium.stretch(0.0)[0]))
+        f = mpf(float(self.rough.equilibrium.stretch(np.zeros(1))[0]))
         return self.mu**2 * {"green": (f**3 - f) / 2, "biot": f - 1}.get(self.theory.strain, 0)
 
     def tension_at_clamp(self, start: Any) -> Any:
@@ -132,10 +148,9 @@ class Straight:
             return self.gamma**2 * (mpf(1) / 2 + self.delta + outboard)
         return secant(lambda N: self.march(N)[1], start)
 
-    def march(self, N: Any) -> tuple[list[Step], Any, float]:
-        """The steps from a tension at the clamp, what is left of it at the tip, and the growth
-        of bending solutions (natural logarithm)."""
-        x, u, steps, growth = mpf(0), mpf(0), [], 0.0
+    def march(self, N: Any) -> tuple[list[Step], Any]:
+        """The steps from a tension at the clamp, and what is left of it at the tip."""
+        x, u, steps = mpf(0), mpf(0), []
         ends = sorted({self.beta, mpf(1)} - {mpf(0)})
         while x < 1:
             end = next(e for e in ends if e > x)
@@ -147,8 +162,8 @@ class Straight:
             u, N = at(position, h), at(tension, h)
             if self.theory.strain != "none":
                 N -= self.gamma**2 * mass * (u + self.delta)
-            x, growth = (end if x + h >= end else x + h), growth + rate * float(h)
-        return steps, N, growth
+            x = end if x + h >= end else x + h
+        return steps, N
 
     def expand(self, u: Any, N: Any) -> tuple[Series, Series, Series]:
         """f, N and u about a point, power by power."""
@@ -189,20 +204,31 @@ class Straight:
             slope = [(3 * c - o) / 2 for c, o in zip(times(f, f), one, strict=True)]
         return [c / self.mu**2 for c in inverse(slope)]
 
-    def bending(self, Lambda: Any, m: Any, V: Any) -> list[tuple[Any, Any, Any, Any]]:
-        """w, theta, m, V at the end of each step, from a moment and a shear at the clamp."""
-        states = [(mpf(0), mpf(0), m, V)]
+    def bending(self, Lambda: Any) -> tuple[list[Any], list[Any]]:
+        """The two solutions that leave the clamp: at the end of each step as orthonormal columns of
+        w, theta, m, V, and the triangle that made them so."""
+        Q, R = [(Column(0, 0, 1, 0), Column(0, 0, 0, 1))], []
         for step in self.steps:
-            w, theta, m, V = ([c] for c in states[-1])
-            for k in range(TERMS - 1):
-                w.append(product(step.f, theta, k) / (k + 1))
-                theta.append(product(step.turn, m, k) / (k + 1))
-                m.append((product(step.pull, theta[: k + 1], k) - product(step.f, V, k)) / (k + 1))
-                V.append(-Lambda * w[k] / (k + 1))
-            end = [at(series, step.h) for series in (w, theta, m, V)]
-            end[3] -= Lambda * step.mass * end[0]
-            states.append(tuple(end))
-        return states
+            first, second = (self.carried(step, Lambda, column) for column in Q[-1])
+            a = mp.norm(first)
+            first = Column(*(value / a for value in first))
+            b = fdot(first, second)
+            second = Column(*(y - b * x for x, y in zip(first, second, strict=True)))
+            c = mp.norm(second)
+            Q.append((first, Column(*(value / c for value in second))))
+            R.append((a, b, c))
+        return Q, R
+
+    def carried(self, step: Step, Lambda: Any, start: Column) -> Column:
+        """A bending solution at the end of a step, from its start."""
+        w, theta, m, V = ([value] for value in start)
+        for k in range(TERMS - 1):
+            w.append(product(step.f, theta, k) / (k + 1))
+            theta.append(product(step.turn, m, k) / (k + 1))
+            m.append((product(step.pull, theta[: k + 1], k) - product(step.f, V, k)) / (k + 1))
+            V.append(-Lambda * w[k] / (k + 1))
+        end = Column(*(at(series, step.h) for series in (w, theta, m, V)))
+        return end._replace(V=end.V - Lambda * step.mass * end.w)
 
     def stretching(self, Lambda: Any) -> list[tuple[Any, Any]]:
         """v, p at the end of each step, from a force at the clamp."""
@@ -218,8 +244,19 @@ class Straight:
 
     def determinant(self, Lambda: Any) -> Any:
         """Of moment and shear at the tip."""
-        (*_, m1, V1), (*_, m2, V2) = (self.bending(Lambda, a, 1 - a)[-1] for a in (1, 0))
-        return m1 * V2 - m2 * V1
+        first, second = self.bending(Lambda)[0][-1]
+        return first.m * second.V - second.m * first.V
+
+    def deflection(self, Lambda: Any) -> list[Any]:
+        """w at the end of each step, of the solution without a moment at the tip."""
+        Q, R = self.bending(Lambda)
+        shares = (Q[-1][1].m, -Q[-1][0].m)
+        w = [shares[0] * Q[-1][0].w + shares[1] * Q[-1][1].w]
+        for (first, second), (a, b, c) in zip(Q[-2::-1], R[::-1], strict=True):
+            y = shares[1] / c
+            shares = ((shares[0] - b * y) / a, y)
+            w.append(shares[0] * first.w + shares[1] * second.w)
+        return w[::-1]
 
     def squares(self) -> list[Any]:
         """omega^2 of the lowest modes of both families, ascending."""
@@ -228,8 +265,7 @@ class Straight:
             start = mpf(float(rough)) + self.gamma**2
             if label[0] == "B":
                 Lambda = secant(self.determinant, start)
-                (*_, m1, _), (*_, m2, _) = (self.bending(Lambda, a, 1 - a)[-1] for a in (1, 0))
-                shape = [state[0] for state in self.bending(Lambda, m2, -m1)]
+                shape = self.deflection(Lambda)
             else:
                 Lambda = secant(lambda L: self.stretching(L)[-1][1], start)
                 shape = [state[0] for state in self.stretching(Lambda)]
@@ -248,25 +284,40 @@ def radius(f: Series) -> Any:
 def nodes(shape: list[Any]) -> int:
     """Changes of sign, the clamp left out."""
     signs = [mp.sign(value) for value in shape[1:]]
-    return sum(a * b < 0 for a, b in zip(signs, signs[1:], strict=False))
+    return sum(a * b < 0 for a, b in pairwise(signs))
 
 
-def main() -> None:
-    """Compute every limit and write the file."""
-    limits: dict[str, dict[str, list[str] | str]] = {}
-    for scene, beam in SCENES.items():
-        limits[scene] = {}
-        for name, theory in THEORIES.items():
-            began = time.perf_counter()
-            try:
-                squares = Straight(beam, theory).squares()
-                limits[scene][name] = [mp.nstr(value, DIGITS) for value in squares]
-            except NoEquilibrium as error:
-                limits[scene][name] = str(error)
-            print(f"{scene:24}{name:8}{time.perf_counter() - began:7.1f} s  {mp.dps} digits")
-    made = "omega^2 of the lowest modes by scripts/limits.py: Taylor series in extended precision"
-    FILE.write_text(json.dumps({"made": made, "limits": limits}, indent=1) + "\n")
+def limits(scene: str) -> dict[str, list[str] | str]:
+    """omega^2 of a scene in every theory, or why there are none."""
+    found: dict[str, list[str] | str] = {}
+    for name, theory in THEORIES.items():
+        began = time.perf_counter()
+        try:
+            squares = Straight(SCENES[scene], theory).squares()
+            found[name] = [mp.nstr(value, DIGITS) for value in squares]
+        except NoEquilibrium as error:
+            found[name] = str(error)
+        print(f"{scene:24}{name:8}{time.perf_counter() - began:7.1f} s  {mp.dps} digits")
+    return found
+
+
+def solid(scene: str) -> list[str] | str:
+    """omega^2 of CalculiX on its finest mesh: about five digits of the limit of a solid."""
+    try:
+        squares = CALCULIX.solve(SCENES[scene], SOLID_ELEMENTS, MODES)
+    except NotConverged as error:
+        return str(error)
+    return [f"{value:.7g}" for value in squares]
+
+
+def main(scenes: list[str]) -> None:
+    """Compute the limits of the named scenes, or of all, and write the file."""
+    data = json.loads(FILE.read_text()) if FILE.exists() else {"limits": {}}
+    for scene in scenes or SCENES:
+        data["limits"][scene] = limits(scene) | {"solid": solid(scene)}
+        ordered = {name: data["limits"][name] for name in SCENES if name in data["limits"]}
+        FILE.write_text(json.dumps({"made": MADE, "limits": ordered}, indent=1) + "\n")
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -1,8 +1,8 @@
 """CalculiX: quadratic plane-stress elements of a solid, as a process of its own.
 
-The beam is a strip with a square section of height sqrt(12) / mu and Poisson's ratio 0; the mass is a thin
-slice of it that is denser. A nonlinear static step under the centrifugal force, then frequencies
-about its end. A solid shears and its sections turn with inertia: its limit is its own.
+The beam is a strip with a square section of height sqrt(12) / mu and Poisson's ratio 0; the mass
+is a thin slice of it that is denser. A nonlinear static step under the centrifugal force, then
+frequencies about its end. A solid shears and its sections turn with inertia: its limit is its own.
 """
 
 import math
@@ -12,6 +12,7 @@ import subprocess
 import tempfile
 from collections.abc import Iterator
 from importlib.metadata import PackageNotFoundError
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -90,13 +91,13 @@ def columns(beam: Beam, elements: int) -> tuple[list[float], list[bool]]:
         cuts |= {end - SLICE, end}
     cuts_in_order = sorted(cuts)
     corners_at, dense = [0.0], []
-    for a, b in zip(cuts_in_order, cuts_in_order[1:], strict=False):
+    for a, b in pairwise(cuts_in_order):
         heavy = bool(beam.alpha) and b - a < 1.5 * SLICE
         count = 1 if heavy else max(1, round(elements * (b - a)))
         corners_at += [a + (b - a) * (i + 1) / count for i in range(count)]
         dense += [heavy] * count
     x = [corners_at[0]]
-    for a, b in zip(corners_at, corners_at[1:], strict=False):
+    for a, b in pairwise(corners_at):
         x += [(a + b) / 2, b]
     return x, dense
 

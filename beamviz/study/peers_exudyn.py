@@ -131,7 +131,12 @@ def element_masses(beam: Beam, elements: int) -> Iterator[tuple[np.ndarray, np.n
         s = beam.beta * elements - e
         S = np.zeros(4)
         if 0 < s <= 1:
-            S = scale * [1 - s * s * (3 - 2 * s), s * (1 - s) ** 2, s * s * (3 - 2 * s), s * s * (s - 1)]
+            S = scale * [
+                1 - s * s * (3 - 2 * s),
+                s * (1 - s) ** 2,
+                s * s * (3 - 2 * s),
+                s * s * (s - 1),
+            ]
         yield distributed, beam.alpha * np.kron(np.outer(S, S), np.eye(2))
 
 

@@ -38,8 +38,9 @@ class Placer:
         fine = np.linspace(0, len(data) - 1, SAMPLES)
         return np.column_stack([np.interp(fine, np.arange(len(data)), side) for side in data.T])
 
-    def note(self, words: str, x: float, y: float) -> None:
-        """Write words near a point of the chart, with a thin line between the two."""
+    def note(self, words: str, x: float, y: float, **look: Any) -> None:
+        """Write words near a point of the chart, with a thin line between the two; `look` are
+        properties of the text."""
         note: Any = self.axes.annotate(
             words,
             (x, y),
@@ -48,7 +49,7 @@ class Placer:
             ha="center",
             va="center",
             multialignment="left",
-            fontsize=8,
+            **{"fontsize": 8, **look},
             arrowprops={
                 "arrowstyle": "-",
                 "lw": 0.6,

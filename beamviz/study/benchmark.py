@@ -1,0 +1,124 @@
+"""beamviz benchmark: measure, write the chart and the numbers, and say the ratios."""
+
+import io
+import os
+import platform
+import sys
+from collections.abc import Iterator
+from datetime import date
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import beamviz
+from beamviz.errors import Unavailable
+from beamviz.study import contestants, workprecision
+from beamviz.study.contestants import Contestant
+from beamviz.study.lapack import bare
+from beamviz.study.scenes import SCENES
+from beamviz.study.workprecision import FULL, QUICK, Row, front, time_at
+
+NAME = "benchmark"
+TARGETS = (1e-2, 1e-4, 1e-6)
+LAPACK_REPEATS = {False: 400, True: 50}
+
+
+def benchmark(folder: Path, quick: bool, peers: bool) -> str:
+    """Write benchmark.png, .svg and .json to the folder; the summary in words.
+
+    Raises Unavailable for a folder that cannot be written to.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / f"{NAME}.json").touch()
+    except OSError as error:
+        raise unwritable(folder, error) from None
+    everyone = [*contestants.METHODS, *(contestants.peers() if peers else [])]
+    rows = workprecision.measured(everyone, QUICK if quick else FULL, say)
+    say("bare LAPACK")
+    ratios = {name: bare(beam, LAPACK_REPEATS[quick]).ratio for name, beam in SCENES.items()}
+    about = surroundings(everyone, quick) | {"bare_lapack": ratios}
+    try:
+        for ending, data in files(rows, about).items():
+            (folder / f"{NAME}.{ending}").write_bytes(data)
+    except OSError as error:
+        raise unwritable(folder, error) from None
+    return "\n".join(summary(rows, ratios))
+
+
+def unwritable(folder: Path, error: OSError) -> Unavailable:
+    return Unavailable(f"cannot write to {folder}: {error.strerror or error}; name another folder")
+
+
+def say(text: str) -> None:
+    print(text, file=sys.stderr)
+
+
+def surroundings(everyone: list[Contestant], quick: bool) -> dict[str, Any]:
+    """What was measured on, when, and with which versions."""
+    versions = {name: version(name) for name in ("numpy", "scipy")}
+    versions |= {one.name: one.version for one in everyone if one.version}
+    return {
+        "date": date.today().isoformat(),
+        "machine": {"processor": processor(), "cores": os.cpu_count()},
+        "versions": {"beamviz": beamviz.__version__, "python": platform.python_version()}
+        | versions,
+        "threads": os.environ.get("OPENBLAS_NUM_THREADS", "not set"),
+        "effort": "quick" if quick else "full",
+    }
+
+
+def processor() -> str:
+    """The model of the processor."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()
+
+
+def files(rows: list[Row], about: dict[str, Any]) -> dict[str, bytes]:
+    """The contents of the files by ending."""
+    from beamviz.study import workprecision_plot
+    from beamviz.study.chart_style import DPI
+
+    figure = workprecision_plot.draw(rows, workprecision.model_errors(), words(about))
+    found = {"json": workprecision.as_json(rows, about).encode()}
+    for ending in ("png", "svg"):
+        buffer = io.BytesIO()
+        dated = {"Date": None} if ending == "svg" else None
+        figure.savefig(buffer, format=ending, dpi=DPI, metadata=dated)
+        found[ending] = buffer.getvalue()
+    return found
+
+
+def words(about: dict[str, Any]) -> str:
+    """What stands below the chart."""
+    machine, versions = about["machine"], about["versions"]
+    others = ", ".join(f"{name} {number}" for name, number in versions.items())
+    return f"{about['date']}, one thread of {machine['processor']}.\n{others}."
+
+
+def summary(rows: list[Row], ratios: dict[str, float]) -> Iterator[str]:
+    """Times at equal error against auto's, and auto against the bare LAPACK time of its own."""
+    names = list(dict.fromkeys(row.name for row in rows))
+    head = "".join(f"{scene:>18}" for scene in SCENES)
+    for target in TARGETS:
+        yield f"{f'time to error {target:g} / auto':34}{head}"
+        for name in names:
+            cells = "".join(f"{_cell(rows, scene, name, target):>18}" for scene in SCENES)
+            yield f"{name:34}{cells}"
+        yield ""
+    cells = "".join(f"{ratios[scene]:>18.1f}" for scene in SCENES)
+    yield f"{'auto / its LAPACK alone':34}{cells}"
+
+
+def _cell(rows: list[Row], scene: str, name: str, target: float) -> str:
+    """A ratio, or why there is none."""
+    here = [row for row in rows if row.scene == scene]
+    ours, theirs = (time_at(front(here, one), target) for one in ("auto", name))
+    if ours and theirs:
+        return f"{theirs / ours:.2g}" if theirs < 10 * ours else f"{theirs / ours:.0f}"
+    reasons = [row.reason for row in here if row.name == name]
+    return "no answer" if all(reasons) else "not reached"

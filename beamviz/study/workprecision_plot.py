@@ -1,0 +1,214 @@
+"""Work against precision as a picture: a frame for each scene, and one for the models."""
+
+import re
+from typing import Any
+
+import numpy as np
+from matplotlib import patheffects, rc_context
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from beamviz.study.chart_style import DPI, INK, STYLE
+from beamviz.study.placing import Placer
+from beamviz.study.scenes import SCENES
+from beamviz.study.workprecision import REFERENCE, Row
+
+WIDTH, HEIGHT = 9.0, 13.2  # [in]
+COLUMNS = 2
+MUTED = "#5A5A5A"
+HALO = [patheffects.withStroke(linewidth=2.5, foreground="white")]
+THIN: dict[str, Any] = {"lw": 0.9, "ms": 3.0, "zorder": 2}
+# Okabe & Ito: safe for the colour-blind. Same hue: same family; dashes and markers tell apart.
+LOOKS: dict[str, dict[str, Any]] = {
+    "auto": {"color": "#0072B2", "lw": 2.6, "ms": 5.5, "marker": "o", "zorder": 5},
+    "foac": {"color": "#0072B2", "marker": "s", "ls": (0, (4, 2)), **THIN},
+    "zoac": {"color": "#0072B2", "marker": "d", "ls": (0, (1, 1.5)), **THIN},
+    "ancf": {"color": "#D55E00", "lw": 1.5, "ms": 4, "marker": "o", "zorder": 4},
+    "ancf-planar": {"color": "#D55E00", "marker": "s", "ls": (0, (4, 2)), **THIN},
+    "linear": {"color": "#D55E00", "marker": "d", "ls": (0, (1, 1.5)), **THIN},
+    "chebyshev": {"color": "#007A5E", "lw": 1.5, "ms": 4, "marker": "o", "zorder": 4},
+    "power-series": {"color": "#007A5E", "marker": "s", "ls": (0, (4, 2)), **THIN},
+    "assumed-modes": {"color": "#007A5E", "marker": "d", "ls": (0, (1, 1.5)), **THIN},
+    "Exudyn": {"color": "#A8417F", "lw": 1.5, "ms": 4, "marker": "o", "zorder": 4},
+    "Exudyn, paper's energy": {"color": "#A8417F", "marker": "s", "ls": (0, (4, 2)), **THIN},
+    "OpenSees": {"color": "#555555", "lw": 1.2, "ms": 3.5, "marker": "o", "zorder": 3},
+    "CalculiX": {"color": "#555555", "marker": "s", "ls": (0, (4, 2)), **THIN},
+}
+THEORIES = {
+    "rigid": ("rigid tension: foac, linear, assumed-modes, power-series", "#007A5E", "s"),
+    "none": ("no stiffening: zoac", "#0072B2", "d"),
+    "biot": ("engineering strain, material curvature: Exudyn, OpenSees", "#A8417F", "o"),
+    "solid": ("a solid: CalculiX", "#555555", "^"),
+}
+REASONS = (  # what stands for a reason in the chart
+    (r"no equilibrium beyond gamma = ([\d.]+)", r"no equilibrium beyond γ = \1"),
+    (r"rounding eats", "rounding eats it"),
+    (r"more terms may help", "too few terms"),
+    (r"inverted beam", "inverted beam"),
+    (r"out of budget|took more than", "out of time"),
+    (r"not installed", "not installed"),
+    (r"at most \d+ with", "too few for 5 modes"),
+    (r"neighbours share", "shared gradient fails"),
+)
+
+
+def draw(rows: list[Row], models: dict[str, dict[str, float | str]], words: str) -> Figure:
+    """The chart; `words` say below it on what it was measured."""
+    with rc_context({**STYLE, "font.size": 9}):
+        figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI)
+        FigureCanvasAgg(figure)
+        lines = -(-len(SCENES) // COLUMNS)
+        grid = figure.add_gridspec(
+            lines + 1,
+            COLUMNS,
+            left=0.085,
+            right=0.985,
+            top=0.935,
+            bottom=0.072,
+            hspace=0.42,
+            wspace=0.16,
+            height_ratios=[1.0] * lines + [0.62],
+        )
+        times = [row.seconds for row in rows if row.seconds is not None]
+        for k, scene in enumerate(SCENES):
+            axes = figure.add_subplot(grid[k // COLUMNS, k % COLUMNS])
+            _frame(axes, scene, k % COLUMNS == 0)
+            axes.set_xlim(0.5e3 * min(times), 3e3 * max(times))
+            _lines(axes, [row for row in rows if row.scene == scene])
+        _models(figure.add_subplot(grid[lines, :]), models)
+        _head(figure, words)
+    return figure
+
+
+def _head(figure: Figure, words: str) -> None:
+    figure.text(0.012, 0.985, "Time of a solve against its error", size=14, weight="bold", va="top")
+    figure.text(
+        0.012,
+        0.966,
+        "Lower left is better. Error: the largest of five frequencies, against the exact ones of"
+        " each method's own model.",
+        color=MUTED,
+        va="top",
+    )
+    figure.text(0.012, 0.008, words, color=MUTED, size=8, va="bottom")
+
+
+def _frame(axes: Axes, scene: str, first: bool) -> None:
+    beam = SCENES[scene]
+    symbols = {"alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ"}
+    numbers = ", ".join(
+        f"{symbols[name]} {value:g}"
+        for name, value in beam.numbers.items()
+        if name in symbols and value and not (name == "beta" and not beam.alpha)
+    )
+    axes.set_title(f"{scene}: {numbers}", loc="left", size=10, weight="bold", pad=14)
+    axes.set(xscale="log", yscale="log", xlabel="time [ms]", ylim=(2e-16, 3))
+    axes.set_yticks([1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 1])
+    axes.set_xticks([0.1, 1, 10, 100, 1000], ["0.1", "1", "10", "100", "1000"])
+    axes.minorticks_off()
+    axes.grid(color="#E6E6E6", lw=0.6)
+    axes.set_axisbelow(True)
+    if first:
+        axes.set_ylabel("relative error")
+
+
+def _lines(axes: Axes, rows: list[Row]) -> None:
+    """The lines of one scene with their names on them, and who has none."""
+    ends = []
+    for name, look in LOOKS.items():
+        points = [
+            (1e3 * row.seconds, row.error)
+            for row in rows
+            if row.name == name and row.seconds is not None and row.error is not None
+        ]
+        if points:
+            x, y = np.array(points).T
+            axes.plot(x, np.minimum(y, 1.0), mfc="white" if look["lw"] < 1 else None, **look)
+            ends.append((name, *points[-1]))
+    placer = Placer(axes)
+    for name, x, y in sorted(ends, key=lambda end: (end[0] != "auto", end[2])):
+        look = LOOKS[name]
+        weight = "bold" if name == "auto" else "normal"
+        size = 9.5 if name == "auto" else 7.5
+        placer.note(
+            name,
+            x,
+            min(y, 1.0),
+            color=look["color"],
+            weight=weight,
+            fontsize=size,
+            path_effects=HALO,
+        )
+    if words := "; ".join(_failures(rows)):
+        axes.text(0, 1.015, f"× {words}", transform=axes.transAxes, size=7, color=MUTED)
+
+
+def _failures(rows: list[Row]) -> list[str]:
+    """Each contestant's failures in a few words."""
+    found = []
+    for name in LOOKS:
+        failed = [row for row in rows if row.name == name and row.reason]
+        for short in dict.fromkeys(_short(row.reason) for row in failed):
+            where = [row for row in failed if _short(row.reason) == short]
+            every = len(where) == sum(row.name == name for row in rows)
+            sizes = ", ".join(f"{row.resolution:g}" for row in where if row.resolution)
+            found.append(f"{name}{'' if every else f' ({sizes})'}: {short}")
+    return found
+
+
+def _short(reason: str) -> str:
+    for pattern, words in REASONS:
+        if match := re.search(pattern, reason):
+            return match.expand(words) if "\\" in words else words
+    return reason
+
+
+def _models(axes: Axes, models: dict[str, dict[str, float | str]]) -> None:
+    """How far the limit of each model is from the paper's model, scene by scene."""
+    axes.set_title(
+        "Another quantity: how far the exact answer of each model is from the paper's",
+        loc="left",
+        size=10,
+        weight="bold",
+    )
+    for theory, (label, colour, marker) in THEORIES.items():
+        points = [
+            (k, value)
+            for k, scene in enumerate(SCENES)
+            if isinstance(value := models[scene].get(theory, ""), float)
+        ]
+        if points:
+            x, y = zip(*points, strict=True)
+            axes.plot(x, y, marker=marker, color=colour, ls="", ms=7, label=label, mec="white")
+    axes.set(yscale="log", ylim=(2e-5, 300), ylabel="model error", xlim=(-0.5, len(SCENES) - 0.5))
+    axes.set_xticks(range(len(SCENES)), list(SCENES))
+    axes.set_yticks([1e-4, 1e-3, 1e-2, 1e-1, 1, 10, 100])
+    axes.minorticks_off()
+    axes.grid(axis="y", color="#E6E6E6", lw=0.6)
+    axes.set_axisbelow(True)
+    axes.legend(
+        loc="upper left",
+        bbox_to_anchor=(0, -0.14),
+        ncols=2,
+        frameon=False,
+        fontsize=8,
+        labelcolor=INK,
+        handletextpad=0.3,
+    )
+    missing = [
+        f"{scene}: {_short(value)} ({THEORIES[theory][0].split(':')[0]})"
+        for scene, theories in models.items()
+        for theory, value in theories.items()
+        if isinstance(value, str) and theory != REFERENCE
+    ]
+    if missing:
+        axes.text(
+            0.99,
+            0.04,
+            "\n".join(missing),
+            transform=axes.transAxes,
+            ha="right",
+            size=7.5,
+            color=MUTED,
+        )
