@@ -107,7 +107,10 @@ def inverse(a: Series) -> Series:
 
 def at(a: Series, h: Any) -> Any:
     """The series at h."""
-    return mp.polyval(a[::-1], h)
+    value = a[-1]
+    for coefficient in a[-2::-1]:
+        value = value * h + coefficient
+    return value
 
 
 def secant(function: Callable[[Any], Any], start: Any) -> Any:

@@ -57,7 +57,7 @@ def say(text: str) -> None:
 def surroundings(everyone: list[Contestant], quick: bool) -> dict[str, Any]:
     """What was measured on, when, and with which versions."""
     versions = {name: version(name) for name in ("numpy", "scipy")}
-    versions |= {one.name: one.version for one in everyone if one.version}
+    versions |= {one.name.partition(",")[0]: one.version for one in everyone if one.version}
     return {
         "date": date.today().isoformat(),
         "machine": {"processor": processor(), "cores": os.cpu_count()},

@@ -1,6 +1,7 @@
 """Work against precision as a picture: a frame for each scene, and one for the models."""
 
 import re
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,9 @@ from beamviz.study.placing import Placer
 from beamviz.study.scenes import SCENES
 from beamviz.study.workprecision import REFERENCE, Row
 
-WIDTH, HEIGHT = 9.0, 13.2  # [in]
+WIDTH, HEIGHT = 9.0, 13.6  # [in]
 COLUMNS = 2
+FAILURES_WIDTH = 74  # characters
 MUTED = "#5A5A5A"
 HALO = [patheffects.withStroke(linewidth=2.5, foreground="white")]
 THIN: dict[str, Any] = {"lw": 0.9, "ms": 3.0, "zorder": 2}
@@ -41,16 +43,16 @@ THEORIES = {
     "biot": ("engineering strain, material curvature: Exudyn, OpenSees", "#A8417F", "o"),
     "solid": ("a solid: CalculiX", "#555555", "^"),
 }
-REASONS = (  # what stands for a reason in the chart
-    (r"no equilibrium beyond gamma = ([\d.]+)", r"no equilibrium beyond γ = \1"),
-    (r"rounding eats", "rounding eats it"),
-    (r"more terms may help", "too few terms"),
-    (r"inverted beam", "inverted beam"),
-    (r"out of budget|took more than", "out of time"),
-    (r"not installed", "not installed"),
-    (r"at most \d+ with", "too few for 5 modes"),
-    (r"neighbours share", "shared gradient fails"),
-)
+REASONS = {  # part of a reason: what stands for it in the chart
+    "rounding eats": "rounding eats it",
+    "more terms may help": "too few terms",
+    "inverted beam": "inverted beam",
+    "static solver failed": "static solver fails",
+    "out of budget": "out of time",
+    "took more than": "out of time",
+    "not installed": "not installed",
+    "neighbours share": "shared gradient fails",
+}
 
 
 def draw(rows: list[Row], models: dict[str, dict[str, float | str]], words: str) -> Figure:
@@ -64,9 +66,9 @@ def draw(rows: list[Row], models: dict[str, dict[str, float | str]], words: str)
             COLUMNS,
             left=0.085,
             right=0.985,
-            top=0.935,
-            bottom=0.072,
-            hspace=0.42,
+            top=0.922,
+            bottom=0.1,
+            hspace=0.46,
             wspace=0.16,
             height_ratios=[1.0] * lines + [0.62],
         )
@@ -82,10 +84,10 @@ def draw(rows: list[Row], models: dict[str, dict[str, float | str]], words: str)
 
 
 def _head(figure: Figure, words: str) -> None:
-    figure.text(0.012, 0.985, "Time of a solve against its error", size=14, weight="bold", va="top")
+    figure.text(0.012, 0.988, "Time of a solve against its error", size=14, weight="bold", va="top")
     figure.text(
         0.012,
-        0.966,
+        0.970,
         "Lower left is better. Error: the largest of five frequencies, against the exact ones of"
         " each method's own model.",
         color=MUTED,
@@ -102,7 +104,7 @@ def _frame(axes: Axes, scene: str, first: bool) -> None:
         for name, value in beam.numbers.items()
         if name in symbols and value and not (name == "beta" and not beam.alpha)
     )
-    axes.set_title(f"{scene}: {numbers}", loc="left", size=10, weight="bold", pad=14)
+    axes.set_title(f"{scene}: {numbers}", loc="left", size=10, weight="bold", pad=29)
     axes.set(xscale="log", yscale="log", xlabel="time [ms]", ylim=(2e-16, 3))
     axes.set_yticks([1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 1])
     axes.set_xticks([0.1, 1, 10, 100, 1000], ["0.1", "1", "10", "100", "1000"])
@@ -126,42 +128,56 @@ def _lines(axes: Axes, rows: list[Row]) -> None:
             x, y = np.array(points).T
             axes.plot(x, np.minimum(y, 1.0), mfc="white" if look["lw"] < 1 else None, **look)
             ends.append((name, *points[-1]))
+    if ends:
+        _names(axes, ends)
+    if words := "; ".join(_failures(rows)):
+        lines = textwrap.fill(f"× {words}", FAILURES_WIDTH)
+        axes.text(
+            0,
+            1.015,
+            lines,
+            transform=axes.transAxes,
+            size=7,
+            linespacing=1.05,
+            color=MUTED,
+            va="bottom",
+        )
+
+
+def _names(axes: Axes, ends: list[tuple[str, float, float]]) -> None:
+    """The name of each line at its last point; the first one placed gets the best place."""
     placer = Placer(axes)
     for name, x, y in sorted(ends, key=lambda end: (end[0] != "auto", end[2])):
-        look = LOOKS[name]
-        weight = "bold" if name == "auto" else "normal"
-        size = 9.5 if name == "auto" else 7.5
+        ours = name == "auto"
         placer.note(
             name,
             x,
             min(y, 1.0),
-            color=look["color"],
-            weight=weight,
-            fontsize=size,
+            color=LOOKS[name]["color"],
+            weight="bold" if ours else "normal",
+            fontsize=9.5 if ours else 7.5,
             path_effects=HALO,
         )
-    if words := "; ".join(_failures(rows)):
-        axes.text(0, 1.015, f"× {words}", transform=axes.transAxes, size=7, color=MUTED)
 
 
 def _failures(rows: list[Row]) -> list[str]:
-    """Each contestant's failures in a few words."""
-    found = []
+    """Who has no answer, at which resolutions if not at all, in a few words for each reason."""
+    found: dict[str, list[str]] = {}
     for name in LOOKS:
         failed = [row for row in rows if row.name == name and row.reason]
         for short in dict.fromkeys(_short(row.reason) for row in failed):
             where = [row for row in failed if _short(row.reason) == short]
             every = len(where) == sum(row.name == name for row in rows)
             sizes = ", ".join(f"{row.resolution:g}" for row in where if row.resolution)
-            found.append(f"{name}{'' if every else f' ({sizes})'}: {short}")
-    return found
+            found.setdefault(short, []).append(name if every else f"{name} ({sizes})")
+    return [f"{', '.join(names)}: {short}" for short, names in found.items()]
 
 
 def _short(reason: str) -> str:
-    for pattern, words in REASONS:
-        if match := re.search(pattern, reason):
-            return match.expand(words) if "\\" in words else words
-    return reason
+    """A reason in a few words."""
+    if match := re.search(r"no equilibrium beyond gamma = ([\d.]+)", reason):
+        return f"no equilibrium beyond γ = {float(match[1]):.4g}"
+    return next((words for part, words in REASONS.items() if part in reason), reason)
 
 
 def _models(axes: Axes, models: dict[str, dict[str, float | str]]) -> None:
@@ -172,24 +188,24 @@ def _models(axes: Axes, models: dict[str, dict[str, float | str]]) -> None:
         size=10,
         weight="bold",
     )
-    for theory, (label, colour, marker) in THEORIES.items():
+    for place, (theory, (label, colour, marker)) in enumerate(THEORIES.items()):
         points = [
-            (k, value)
+            (k + 0.08 * (place - 1.5), value)
             for k, scene in enumerate(SCENES)
             if isinstance(value := models[scene].get(theory, ""), float)
         ]
         if points:
             x, y = zip(*points, strict=True)
             axes.plot(x, y, marker=marker, color=colour, ls="", ms=7, label=label, mec="white")
-    axes.set(yscale="log", ylim=(2e-5, 300), ylabel="model error", xlim=(-0.5, len(SCENES) - 0.5))
+    axes.set(yscale="log", ylim=(1e-4, 1000), ylabel="model error", xlim=(-0.5, len(SCENES) - 0.5))
     axes.set_xticks(range(len(SCENES)), list(SCENES))
-    axes.set_yticks([1e-4, 1e-3, 1e-2, 1e-1, 1, 10, 100])
+    axes.set_yticks([1e-4, 1e-2, 1, 100])
     axes.minorticks_off()
     axes.grid(axis="y", color="#E6E6E6", lw=0.6)
     axes.set_axisbelow(True)
     axes.legend(
         loc="upper left",
-        bbox_to_anchor=(0, -0.14),
+        bbox_to_anchor=(-0.02, -0.14),
         ncols=2,
         frameon=False,
         fontsize=8,
