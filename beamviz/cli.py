@@ -194,7 +194,7 @@ def benchmark(
     one_thread()
     from beamviz.study.benchmark import benchmark
 
-    print(benchmark(out, quick=quick, peers=peers))
+    print(benchmark(out, quick=quick, peers=peers, release=__version__))
 
 
 def one_thread() -> None:

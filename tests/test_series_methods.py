@@ -68,7 +68,7 @@ def test_chebyshev_against_the_oracle(seed):
     assert np.all(away <= 1e-8 * expected.frequencies + expected.differences)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(
     alpha=st.sampled_from([0.0, 0.1, 1.0, 30.0]),
     beta=st.floats(0.05, 1),

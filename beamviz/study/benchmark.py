@@ -10,7 +10,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import beamviz
 from beamviz.errors import Unavailable
 from beamviz.study import contestants, workprecision
 from beamviz.study.contestants import Contestant
@@ -23,8 +22,9 @@ TARGETS = (1e-2, 1e-4, 1e-6)
 LAPACK_REPEATS = {False: 400, True: 50}
 
 
-def benchmark(folder: Path, quick: bool, peers: bool) -> str:
-    """Write benchmark.png, .svg and .json to the folder; the summary in words.
+def benchmark(folder: Path, quick: bool, peers: bool, release: str) -> str:
+    """Write benchmark.png, .svg and .json to the folder; the summary in words. The release of
+    beamviz is named in them.
 
     Raises Unavailable for a folder that cannot be written to.
     """
@@ -37,7 +37,7 @@ def benchmark(folder: Path, quick: bool, peers: bool) -> str:
     rows = workprecision.measured(everyone, QUICK if quick else FULL, say)
     say("bare LAPACK")
     ratios = {name: bare(beam, LAPACK_REPEATS[quick]).ratio for name, beam in SCENES.items()}
-    about = surroundings(everyone, quick) | {"bare_lapack": ratios}
+    about = surroundings(everyone, quick, release) | {"bare_lapack": ratios}
     try:
         for ending, data in files(rows, about).items():
             (folder / f"{NAME}.{ending}").write_bytes(data)
@@ -54,15 +54,14 @@ def say(text: str) -> None:
     print(text, file=sys.stderr)
 
 
-def surroundings(everyone: list[Contestant], quick: bool) -> dict[str, Any]:
+def surroundings(everyone: list[Contestant], quick: bool, release: str) -> dict[str, Any]:
     """What was measured on, when, and with which versions."""
     versions = {name: version(name) for name in ("numpy", "scipy")}
     versions |= {one.name.partition(",")[0]: one.version for one in everyone if one.version}
     return {
         "date": date.today().isoformat(),
         "machine": {"processor": processor(), "cores": os.cpu_count()},
-        "versions": {"beamviz": beamviz.__version__, "python": platform.python_version()}
-        | versions,
+        "versions": {"beamviz": release, "python": platform.python_version()} | versions,
         "threads": os.environ.get("OPENBLAS_NUM_THREADS", "not set"),
         "effort": "quick" if quick else "full",
     }
