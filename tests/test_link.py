@@ -64,3 +64,30 @@ def test_a_wrong_link_says_so(served, shown):
     shown.call("Page.navigate", url=f"{served}/?lesson=magic")
     shown.wait(says("lesson = magic: must be one of stiffening"))
     shown.wait(says("New here?"))
+
+
+def top(element: str) -> str:
+    """Where an element begins, from the top of the page."""
+    return f"Math.round({element}.getBoundingClientRect().top)"
+
+
+NEXT = "Array.from(document.querySelectorAll('button')).find(e => e.innerText === 'next ›')"
+TABLE = "document.querySelector('table[aria-label=modes]')"
+SPEED = (
+    "document.getElementById(Array.from(document.querySelectorAll('label'))"
+    ".find(e => e.innerText === 'speed γ').htmlFor).parentElement.querySelector('input[type=text]')"
+)
+
+
+def test_nothing_moves_while_the_beam_changes(served, shown):
+    """Neither the table, whether there is an equilibrium or none, nor the buttons of a lesson."""
+    shown.call("Page.navigate", url=f"{served}/?lesson=no-equilibrium")
+    shown.wait(says(lesson("no-equilibrium").question))
+    shown.wait(says("8.3 % longer"))
+    before = [shown.evaluate(top(element)) for element in (TABLE, NEXT)]
+    press(shown, "n")
+    shown.wait(says(lesson("no-equilibrium").proof.words))
+    shown.evaluate(f"(({{}}) => {{ {SPEED}.focus(); {SPEED}.select(); }})({{}})")
+    shown.call("Input.insertText", text="40")
+    shown.wait(says("No equilibrium"))
+    assert [shown.evaluate(top(element)) for element in (TABLE, NEXT)] == before

@@ -14,9 +14,10 @@ STYLE = f"""<style>
 [data-mantine-color-scheme="dark"] [role="tab"][aria-selected="true"] {{
   color: var(--mantine-primary-color-4) !important;
 }}
-[data-mantine-color-scheme="dark"] .uplot canvas,
-[data-mantine-color-scheme="dark"] [data-labels],
-[data-mantine-color-scheme="dark"] :is([aria-label="key"], [aria-label="this beam"]) {{ filter: brightness(1.4); }}
+[data-mantine-color-scheme="dark"]
+  :is(.uplot canvas, [data-labels], [aria-label="key"], [aria-label="this beam"]) {{
+  filter: brightness(1.4);
+}}
 p:has(> label) {{ letter-spacing: -.2px !important; }}
 .mantine-Slider-markLabel {{ font-size: .7rem !important; }}
 @media (max-width: 36em) {{

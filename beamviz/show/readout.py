@@ -13,7 +13,7 @@ GOOD, BAD = "#2b8a3e", "#d9480f"
 FADED = "opacity:.65"
 ROUNDING = 1e-9  # [%]
 NOTHING = 1e-8  # [lengths of the beam] a smaller displacement is none
-LINES = "4.05em"  # room for three, so that nothing below moves when there are more than two
+LINES = "4.25em"  # room for three, so that nothing below moves when there are more than two
 TIME = "T* = √(ρ A L⁴ / E I), the time unit of the beam"
 
 
