@@ -22,7 +22,8 @@ from beamviz.show.door import LOOPBACK, VISITORS, Door, public_url
 from beamviz.show.hardening import dismiss
 from beamviz.show.hosting import hosted
 from beamviz.show.motion import Shapes
-from beamviz.show.session import LIFT, Session, lifted, place, theme
+from beamviz.show.session import Session, theme
+from beamviz.show.viewing import LIFT, lifted, place
 
 FRAMES = 25  # a second, for one visitor
 ALL_FRAMES = 300  # a second, for all visitors together: half of a core

@@ -1,17 +1,16 @@
 """One visitor: what is wanted, what came of it, and the picture of it as time goes on."""
 
-import math
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
-from viser import CameraHandle, ClientHandle, InitialCameraConfig, ViserServer
+from viser import CameraHandle, ClientHandle, ViserServer
 
 from beamviz.look import Look
-from beamviz.scene_file import TABLES, Camera, SavedScene
-from beamviz.show import camera, colours, link
+from beamviz.scene_file import TABLES, SavedScene
+from beamviz.show import colours, link
 from beamviz.show.against import BEFORE, NOTHING
 from beamviz.show.charting import Charting
 from beamviz.show.commands import Commands
@@ -26,8 +25,8 @@ from beamviz.show.ride import Ride
 from beamviz.show.save_load import SaveLoad
 from beamviz.show.scene import Scene
 from beamviz.show.solving import Answer, Solver
+from beamviz.show.viewing import Viewing
 
-LIFT = 0.1  # of half the height of the picture
 BRAND = (32, 96, 150)
 LONGEST_STEP = 0.2  # [s] the clock never jumps further, even after a stall
 
@@ -46,11 +45,8 @@ class Session:
     ):
         self.client, self.wake, self.lock = client, wake, threading.RLock()
         self.look = self.drawn = scene.look  # what is wanted to be seen, and what is seen
-        self.camera = scene.camera  # a viewpoint that is given, until another is asked for
-        self.placed = Camera((1.0, 1.0, 1.0))  # where it was put last
-        self.repace = self.refit = True  # choose pace and viewpoint anew
-        self.viewed: tuple = ()  # what the viewpoint was chosen for, and how far away it is
-        self.distance = 0.0
+        self.viewing = Viewing(client.camera, scene.camera)
+        self.repace = True  # choose the pace anew
         self.clock, self.seen = Clock(), 0.0
         self.answer: Answer | None = None
         self.shapes = Shapes.at_rest(scene.beam, scene.options["plane"])
@@ -76,7 +72,7 @@ class Session:
         """Another number or keyword is wanted."""
         with self.lock:
             if name == "plane":
-                self.camera = None
+                self.viewing.let_go()
             wanted = self.solver.wanted.changed(name, value)
             if wanted != self.solver.wanted:
                 self.solver.want(wanted)
@@ -85,7 +81,7 @@ class Session:
     def see(self, name: str, value: Any) -> None:
         """Another choice of the picture."""
         if name in ("riding", "together"):
-            self.camera = None
+            self.viewing.let_go()
         self.store(lambda look: look.changed(name, value), repace=name == "together")
 
     def keep(self) -> None:
@@ -110,7 +106,7 @@ class Session:
 
     def reset_view(self) -> None:
         """The camera back to where the beam fills the picture."""
-        self.camera, self.refit = None, True
+        self.viewing.take(None)
         self.wake()
 
     def sweep(self, over: str) -> None:
@@ -159,7 +155,7 @@ class Session:
         wanted, charting = self.solver.wanted, self.charting
         options = {name: wanted.options[name] for name in TABLES["model"] if name in wanted.options}
         return SavedScene(
-            wanted.beam(), options, self.look, self.viewpoint, charting.over, charting.per_rev
+            wanted.beam(), options, self.look, self.viewing.chosen, charting.over, charting.per_rev
         )
 
     def load(self, scene: SavedScene) -> None:
@@ -168,7 +164,7 @@ class Session:
             self.panel.put(scene)
             self.solver.want(Wanted.by(scene))
             self.charting.take(scene.over, scene.per_rev)
-            self.camera, self.refit = scene.camera, True
+            self.viewing.take(scene.camera)
             self.ride.forget()
             self.store(lambda _: scene.look, repace=True)
 
@@ -196,7 +192,7 @@ class Session:
     def changed(self) -> bool:
         """Whether the scene itself waits to be drawn."""
         return (
-            self.refit
+            self.viewing.asked
             or self.look is not self.drawn
             or self.solver.answer is not self.answer
             or self.comparison.fresh
@@ -267,7 +263,8 @@ class Session:
         self.panel.show_picture(
             self.drawn.colouring, self.largest, self.pace, self.shapes.beam.units
         )
-        self.look_at(settled)
+        levels = heights(self.multiples.count) or self.comparison.levels
+        self.viewing.look_at(self.shapes, self.drawn.riding, levels, settled=settled)
         if self.drawn.dark != dark:
             theme(self.client, dark=self.drawn.dark)
 
@@ -284,33 +281,9 @@ class Session:
         else:
             self.multiples.hide()
 
-    def look_at(self, settled: bool) -> None:
-        """Move the camera: when asked to, and when the view or the size of things has changed.
-        Until the answer is `settled`, the one to what is wanted, it has to be moved again."""
-        look, aspect = self.drawn, self.client.camera.aspect
-        levels = heights(self.multiples.count) or self.comparison.levels
-        position = camera.viewpoint(self.shapes, look.riding, aspect, LIFT, levels)
-        distance = float(np.linalg.norm(position))
-        viewed = (look.riding, self.shapes.plane, aspect, len(levels))
-        near, far = 0.7 * self.distance, 1.15 * self.distance
-        moved = viewed != self.viewed or not near < distance < far
-        if self.refit or (moved and self.camera is None):
-            self.viewed, self.distance, self.refit = viewed, distance, not settled
-            self.placed = self.camera or lifted(position)
-            place(self.client.camera, self.placed)
-
-    @property
-    def viewpoint(self) -> Camera | None:
-        """Where the visitor looks from, or None where the beam has been fitted into the page."""
-        view = self.client.camera
-        now = np.array([view.position, view.look_at])
-        if np.allclose(now, [self.placed.position, self.placed.look_at], atol=1e-3):
-            return self.camera
-        return Camera(*now.round(4).tolist())
-
-    def resized(self, view: CameraHandle) -> None:
+    def resized(self, _: CameraHandle) -> None:
         """The camera moved; if the page changed its shape, choose the viewpoint anew."""
-        if self.viewed and view.aspect != self.viewed[2] and self.camera is None:
+        if self.viewing.reshaped:
             self.reset_view()
 
     @property
@@ -354,21 +327,6 @@ class Session:
         self.charting.close()
         self.comparison.close()
         self.ride.close()
-
-
-def lifted(position: np.ndarray) -> Camera:
-    """A camera at `position` (3,) as seen from what it looks at: a point a little above the beam,
-    where words about it stand."""
-    lift = np.array(
-        [0.0, 0.0, LIFT * math.tan(camera.FIELD_OF_VIEW / 2) * np.linalg.norm(position)]
-    )
-    return Camera((position + lift).tolist(), lift.tolist())
-
-
-def place(view: CameraHandle | InitialCameraConfig, wanted: Camera) -> None:
-    """Put a camera where it is wanted."""
-    view.position, view.look_at = wanted.position, wanted.look_at
-    view.fov = camera.FIELD_OF_VIEW
 
 
 def theme(side: ClientHandle | ViserServer, *, dark: bool) -> None:
