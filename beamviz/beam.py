@@ -205,7 +205,7 @@ def parsed_toml(text: bytes, name: str) -> dict[str, Any]:
 
 def checked(name: str, value: object, low: float, high: float) -> float:
     """`value` as a float within low .. high, or InvalidInput naming it."""
-    if isinstance(value, bool) or not isinstance(value, Real):
+    if isinstance(value, bool) or not isinstance(value, (float, int, Real)):
         raise InvalidInput(f"{name} = {value!r}: must be a number and {allowed(low, high)}")
     try:
         number = float(value)

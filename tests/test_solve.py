@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 from beamviz.beam import LIMITS, MAX_GAMMA_OVER_MU, Beam
-from beamviz.errors import InvalidInput, NoEquilibrium
+from beamviz.errors import InvalidInput, NoEquilibrium, NotConverged
 from beamviz.mechanics.solve import solve, solve_many
 
 NONLINEAR = ("auto", "ancf", "ancf-planar")
@@ -286,3 +287,32 @@ def test_wrong_options_are_named(options, message):
     with pytest.raises(InvalidInput) as caught:
         solve(STRAIGHT, **options)
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("delta", [-1.0, -1.3, -2.0])
+def test_an_inward_biot_beam_ends_where_its_root_is_crushed(delta):
+    """Biot, no mass: X'' = -k^2 X with X(0) = delta and X'(1) = 1 has f(0) = 0 where
+    k sin k = -1 / delta; k = gamma / mu."""
+    k = brentq(lambda k: k * math.sin(k) + 1 / delta, 0.1, 1.5)
+    for gamma in (70 * k * 1.02, 200.0):
+        with pytest.raises(NoEquilibrium) as caught:
+            solve(Beam(gamma=gamma, delta=delta), strain="biot")
+        assert caught.value.limit == pytest.approx(70 * k, rel=1e-4)
+    near = solve(Beam(gamma=70 * k * 0.98, delta=delta), strain="biot", plane="flapwise")
+    assert near.equilibrium.stretch([0.0])[0] < 0.1
+
+
+def test_a_beam_buckled_beyond_resolving_says_so():
+    """Compressed into hundreds of half-waves: an answer at once, with the remedy."""
+    for options in ({}, {"coriolis": True}, {"method": "foac"}):
+        with pytest.raises(NotConverged, match="lower gamma"):
+            solve(Beam(alpha=50, beta=0.3, gamma=200, delta=-1, mu=5000), **options)
+
+
+@pytest.mark.parametrize("gamma", [5.0, 18.0])
+def test_buckled_beams_keep_their_digits(gamma):
+    """Errors of a compressed beam hold though its stiffness is indefinite."""
+    beam = Beam(alpha=6, beta=0.25, gamma=gamma, delta=-1.9, mu=200)
+    rough, fine = (solve(beam, modes=20, tolerance=tolerance) for tolerance in (1e-6, 1e-11))
+    assert (abs(rough.squares - fine.squares) <= rough.square_errors + fine.square_errors).all()
+    assert rough.equilibrium.status == "unstable"

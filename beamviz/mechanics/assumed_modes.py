@@ -112,7 +112,7 @@ def _coupled(beam: Beam, physics: Physics, along: Forms, across: Forms, modes: i
     """Both families at once, with Coriolis forces."""
     softening = beam.gamma**2
     Ka, Kb = (form.K - softening * form.F.T @ form.F for form in (along, across))
-    squares, U, V, _ = gyroscopic(Ka, along.F, Kb, across.F, beam.gamma, modes)
+    squares, U, V, *_ = gyroscopic(Ka, along.F, Kb, across.F, beam.gamma, modes)
 
     def displacement(x: np.ndarray) -> np.ndarray:
         return np.stack((_shapes(fixed_free, U, x), _shapes(clamped_free, V, x)), axis=1)

@@ -134,7 +134,9 @@ def _coupled(assembled: Assembled, beam: Beam, modes: int) -> tuple[NDArray, NDA
     """As `_uncoupled`, with Coriolis forces."""
     m = assembled.m
     F = np.linalg.cholesky(m).T
-    squares, U, V, _ = gyroscopic(assembled.Ka, F[:, 1:], assembled.Kb, F[:, 2:], beam.gamma, modes)
+    squares, U, V, *_ = gyroscopic(
+        assembled.Ka, F[:, 1:], assembled.Kb, F[:, 2:], beam.gamma, modes
+    )
     shapes = np.zeros((2, len(m), modes), complex)
     shapes[0, 1:], shapes[1, 2:] = U, V
     return squares, *shapes

@@ -16,7 +16,7 @@ from beamviz.mechanics.eigen import COMPRESSED
 
 HIGHEST = 1e10  # times the lowest eigenvalue: modes above are rounding
 MOST_UNSTABLE = 240  # unknowns of the general eigenproblem: half a second
-UNSTRUCTURED = 100.0  # rounding of the general eigenproblem, on random beams that may buckle
+UNSTRUCTURED = 2e4  # rounding of the general eigenproblem, on random beams that may buckle
 
 
 class Coupled(NamedTuple):
@@ -26,7 +26,8 @@ class Coupled(NamedTuple):
     squares: np.ndarray  # (..., count) omega^2, ascending
     a: np.ndarray  # (..., na, count) complex, unit modal mass
     b: np.ndarray  # (..., nb, count)
-    rounding: np.ndarray | float  # (..., count) how often omega^2 is rounded
+    rounding: np.ndarray  # (..., count) how often omega^2 is rounded
+    definite: bool  # whether K is
 
 
 def gyroscopic(
@@ -49,12 +50,13 @@ def gyroscopic(
         if Ka.ndim > 2:
             raise
         squares, a, b = _unstable(Ka, Fa, Kb, Fb, float(np.squeeze(gamma)), count)
-        rounding: np.ndarray | float = UNSTRUCTURED
+        rounding, definite = np.full(count, UNSTRUCTURED), False
     else:
+        definite = True
         squares, a, b, rounding = _stable(La, Fa, Lb, Fb, gamma, count, most_rounding)
     mass = (abs(Fa @ a) ** 2).sum(axis=-2) + (abs(Fb @ b) ** 2).sum(axis=-2)
     root = np.sqrt(mass)[..., None, :]
-    return Coupled(squares, a / root, b / root, rounding)
+    return Coupled(squares, a / root, b / root, rounding, definite)
 
 
 def _stable(

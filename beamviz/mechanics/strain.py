@@ -8,6 +8,7 @@ measure is the power c. Every function is vectorised and analytic: f may be comp
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,13 @@ class StrainLaw:
     min_stretch: float
     max_stretch: float
     source: str
+
+    @cached_property
+    def forces(self) -> tuple[float, float]:
+        """The least and the greatest force it carries."""
+        with np.errstate(divide="ignore"):  # Hencky's resists any compression
+            least = float(self.force(np.float64(self.min_stretch)))
+        return least, math.inf if self.max_stretch == math.inf else self.force(self.max_stretch)
 
 
 @dataclass(frozen=True)

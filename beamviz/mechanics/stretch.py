@@ -174,11 +174,10 @@ def first_guess(
 def _left_at_clamp(rho: Inertia, delta: float, law: StrainLaw, load: float, f: np.ndarray) -> float:
     """The share of its greatest force, in tension and compression, that the law has left at the
     clamp: the force is largest there, and no Gauss point sees it."""
-    if law.max_stretch == math.inf and (law.min_stretch == 0 or delta >= 0):
+    least, most = law.forces
+    if most == math.inf and delta >= 0:
         return 1.0
     force = load * (rho.g @ f + delta * rho.total)
-    least = law.force(law.min_stretch) if law.min_stretch > 0 else -np.inf
-    most = law.force(law.max_stretch) if law.max_stretch < np.inf else np.inf
     return 1 - max(force / most, force / least)
 
 

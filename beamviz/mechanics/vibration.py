@@ -52,7 +52,11 @@ def apart(
     squares, v, added = eigen.lowest(forms.K, forms.M, modes, shift)
     share = hp.share_lost(hp.lost_to_order(points, forms, v), squares)
     size = squares + added  # of what was solved: rounding falls on the high ones
-    rounding = hp.rounding(size, size / size[..., :1])
+    times = size / size[..., :1]
+    if shift:  # compression cancels against the rest: what rounds is each unknown by itself
+        diagonals = hp.diagonal(forms.K) + added * hp.diagonal(forms.M)
+        size = np.vecmat(diagonals, v**2)
+    rounding = hp.rounding(size, times)
     softened = squares.copy()
     if physics.softening:
         softened[..., 0 if physics.chordwise else 1 :, :] -= softening
@@ -89,7 +93,7 @@ def coupled(
     F = hp.displacements(points, rho, f)
     (Kb, Ka), (Fb, Fa) = np.moveaxis(K, -3, 0), np.moveaxis(F, -3, 0)
     most = tolerance / (10 * hp.ROUNDING_FACTOR * EPS)
-    squares, s, kappa, times = gyroscopic(Ka, Fa, Kb, Fb, speed, modes, most)
+    squares, s, kappa, times, definite = gyroscopic(Ka, Fa, Kb, Fb, speed, modes, most)
     size = abs(squares) + gamma**2
     v = np.stack((kappa, s), axis=-3)
     share = hp.share_lost(hp.lost_to_order(points, forms, v), size[..., None, :]).sum(axis=-2)
@@ -97,5 +101,7 @@ def coupled(
     share *= 2 * abs(squares) / (abs(squares) + abs(stored))
     fractions = (abs(Fb @ kappa) ** 2).sum(axis=-2)
     truncation = hp.truncation(points, f, size, share)
+    if not definite:  # as above
+        size = size + np.vecmat(abs(hp.diagonal(K)), abs(v) ** 2).sum(axis=-2)
     rounding = hp.rounding(size, times)
     return Modes(kappa, s, None, fractions, squares, truncation, rounding)
