@@ -48,7 +48,7 @@ class Panel:
         self.add_results(gui)
         with gui.add_folder("Beam"):
             self.numbers = Numbers(gui, wanted.beam(), listener, self.lock)
-            self.real = RealBeams(gui, self.lock, listener)
+            RealBeams(gui, self.lock, listener)
         with gui.add_folder("Motion"):
             self.add_motion(gui, look)
         with gui.add_folder("Picture"):
@@ -186,7 +186,6 @@ class Panel:
     def show(self, answer: Answer, shown: list[int]) -> None:
         """Tell what came of a wish."""
         self.terms.show(answer.wanted)
-        self.real.show(answer.beam)
         self.state.content = readout.state(answer)
         if answer.solution:
             self.known = readout.table(answer.solution, shown)

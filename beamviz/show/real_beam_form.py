@@ -25,27 +25,27 @@ FIELDS = {
     "mass": ("mass m [kg]", 1.0),
     "mass_position": ("mass at d [mm]", 1e-3),
 }
-OPEN, PLAIN = "A real beam ...", "Plain numbers"
+OPEN, PLAIN = "real beam ...", "none"
 SMALL = "font-size:.8em;line-height:1.45;margin:.2em .75em .4em"
 
 
 class RealBeams:
-    """Two buttons: enter a real beam, and leave its units again."""
+    """Enter a real beam, and leave its units again."""
 
     def __init__(self, gui: GuiApi, lock: threading.RLock, listener: Listener):
         self.gui, self.lock, self.listener = gui, lock, listener
-        hint = "Length, section and material in SI; then all is shown in Hz, rpm and mm"
-        gui.add_button(OPEN, hint=hint, color="gray").on_click(lambda _: self.open())
-        self.plain = gui.add_button(
-            PLAIN, hint="The same beam, without units", visible=False, color="gray"
+        units = gui.add_button_group(
+            "units", (PLAIN, OPEN), hint="A real beam is shown in kg, mm, rpm and Hz"
         )
-        self.plain.on_click(lambda _: self.leave())
+        units.on_click(lambda event: self.choose(event.target.value))
         self.form: Form | None = None
 
-    def show(self, beam: Beam | None) -> None:
-        """Offer to leave the units of a beam that has some."""
-        if beam and self.plain.visible != (beam.units is not None):
-            self.plain.visible = beam.units is not None
+    def choose(self, units: Any) -> None:
+        """Without units, or those of a real beam."""
+        if units == PLAIN:
+            self.leave()
+        elif units == OPEN:
+            self.open()
 
     def open(self) -> None:
         """The window, in place of one that is open."""
@@ -57,7 +57,8 @@ class RealBeams:
     def leave(self) -> None:
         """The same beam without units."""
         scene = current(self.listener)
-        self.listener.load(replace(scene, beam=scene.beam.replace(units=None)))
+        if scene.beam.units:
+            self.listener.load(replace(scene, beam=scene.beam.replace(units=None)))
 
 
 class Form:

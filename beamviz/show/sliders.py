@@ -19,7 +19,7 @@ NUMBERS = {
     "alpha": (LABELS["alpha"], 0.0, 5.0, 0.01, "How heavy the mass is, beside the beam itself."
               " More: slower vibration, but not where the mass sits at a node"),
     "beta": (LABELS["beta"], 0.0, 1.0, 0.005, "Where the mass sits: 0 at the hub, 1 at the tip."
-             " Further out it moves more, and is felt more"),
+             " Further out it moves more, and is felt more. You can drag the mass itself, too"),
     "gamma": (LABELS["gamma"], 0.0, 50.0, 0.1, "How fast it turns, in radians per T*."
               " Faster: the beam is pulled taut and longer, and vibrates faster"),
     "delta": (LABELS["delta"], -1.0, 3.0, 0.01, "How large the hub is, beside the length of the"
