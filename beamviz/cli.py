@@ -3,9 +3,11 @@
 Heavy imports live inside the commands, so that each starts with what it needs.
 """
 
+import contextlib
 import json
 import os
 import sys
+from collections.abc import Iterable
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal, TextIO
@@ -15,8 +17,13 @@ import typer
 from beamviz import __version__
 from beamviz.beam import Beam, checked, whole
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
-from beamviz.options import numeric, takes_beam, takes_scene
+from beamviz.options import numeric, numeric_triple, takes_beam, takes_scene
 from beamviz.report import FORMATS, finite
+
+DIRECTION = numeric_triple(
+    "--from", "Look from this direction, 0,0,1 being above and 0,-1,0 beside the beam."
+)
+ZOOM = numeric("How much nearer than where the beam fills the picture.")
 
 EXIT_CODES = {InvalidInput: 2, NoEquilibrium: 3, NotConverged: 4}
 OTHER_FAILURE = 1
@@ -132,6 +139,8 @@ def serve(
 def screenshot(
     scene: Any,
     path: Annotated[Path, typer.Argument(help="The picture to write.", metavar="OUT.png")],
+    direction: Annotated[Any, DIRECTION] = None,
+    zoom: Annotated[float, ZOOM] = 1.0,
     width: Annotated[int, numeric("Width in pixels.")] = 1280,
     height: Annotated[int, numeric("Height in pixels.")] = 720,
     phase: Annotated[float, numeric("Moment of the vibration in cycles, 0 .. 1.")] = 0.25,
@@ -140,16 +149,77 @@ def screenshot(
     ] = False,
 ) -> None:
     """The 3D scene as a picture, without a screen."""
-    from beamviz.show.export import PIXELS, screenshot
+    from beamviz.show.picture import screenshot
 
     screenshot(
         path,
         scene,
-        width=whole("width", width, *PIXELS),
-        height=whole("height", height, *PIXELS),
+        width=width,
+        height=height,
         phase=checked("phase", phase, 0, 1),
         transparent=transparent,
+        direction=direction,
+        zoom=zoom,
     )
+
+
+@app.command()
+@takes_scene
+def animate(
+    scene: Any,
+    path: Annotated[Path, typer.Argument(help="The film to write.", metavar="OUT.gif|webp|mp4")],
+    direction: Annotated[Any, DIRECTION] = None,
+    zoom: Annotated[float, ZOOM] = 1.0,
+    width: Annotated[int, numeric("Width in pixels.")] = 800,
+    height: Annotated[int, numeric("Height in pixels.")] = 450,
+    fps: Annotated[float, numeric("Frames in a second, 5 .. 50.")] = 25.0,
+    periods: Annotated[
+        int | None,
+        numeric("Periods of the first mode shown (default: as few as make a seamless loop)."),
+    ] = None,
+) -> None:
+    """The 3D scene as a film that ends where it began, without a screen."""
+    from beamviz.show.film import animate
+
+    with contextlib.ExitStack() as stack:
+
+        def progress(count: int) -> Iterable[int]:
+            return stack.enter_context(
+                typer.progressbar(range(count), label="frames", file=sys.stderr)
+            )
+
+        loop = animate(
+            path,
+            scene,
+            width=width,
+            height=height,
+            fps=fps,
+            periods=periods,
+            direction=direction,
+            zoom=zoom,
+            progress=progress,
+        )
+    if loop.words:
+        print(f"beamviz: {loop.words}", file=sys.stderr)
+
+
+@app.command()
+@takes_scene
+def export(
+    scene: Any,
+    path: Annotated[
+        Path,
+        typer.Argument(
+            help="html: a page with film, chart and table, without a network; glb: an animated"
+            " 3D model; csv, npz: frequencies, shapes and equilibrium.",
+            metavar="OUT.html|glb|csv|npz",
+        ),
+    ],
+) -> None:
+    """The scene or its numbers as a file for others."""
+    from beamviz.show.export import export
+
+    export(path, scene)
 
 
 @app.command()

@@ -2,6 +2,7 @@
 
 import functools
 import inspect
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -38,6 +39,20 @@ def number(text: str | float) -> float | str:
 def numeric(help: str, **settings: Any) -> Any:
     """An option that takes a number; what uses it checks its range."""
     return typer.Option(help=help, parser=number, metavar="NUMBER", **settings)
+
+
+def numeric_triple(name: str, help: str) -> Any:
+    """An option that takes three numbers between commas."""
+    return typer.Option(name, help=help, parser=triple, metavar="X,Y,Z")
+
+
+def triple(text: str) -> tuple[float, float, float]:
+    """Three numbers between commas."""
+    parts = [number(part) for part in text.split(",")]
+    if len(parts) != 3 or not all(isinstance(x, int | float) and math.isfinite(x) for x in parts):
+        raise InvalidInput(f"{text}: must be three numbers between commas")
+    x, y, z = map(float, parts)
+    return x, y, z
 
 
 def beam_number(name: str) -> Any:

@@ -13,9 +13,9 @@ from browser import NO_BROWSER
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput, NoEquilibrium, Unavailable
 from beamviz.scene_file import SavedScene
-from beamviz.show import export
+from beamviz.show import picture, studio
 from beamviz.show.browser import found_browser
-from beamviz.show.export import screenshot
+from beamviz.show.picture import screenshot
 
 PAPER = Beam(alpha=1, beta=0.5, gamma=10)
 browser = pytest.mark.browser
@@ -118,7 +118,7 @@ def test_an_unstable_beam_is_grey(tmp_path, monkeypatch):
 
 def test_a_path_that_cannot_be_written_is_said_before_any_work(tmp_path, monkeypatch):
     """A missing folder, a folder itself, a wrong ending: no solve is tried."""
-    monkeypatch.setattr(export, "Shot", None)
+    monkeypatch.setattr(picture, "Shot", None)
     with pytest.raises(Unavailable, match=r"cannot write .*missing/a\.png: No such file"):
         screenshot(tmp_path / "missing" / "a.png", SavedScene(PAPER))
     (tmp_path / "folder.png").mkdir()
@@ -147,7 +147,7 @@ def test_a_browser_that_hangs_is_given_up(tmp_path, monkeypatch):
     stand_in.write_text(f"#!/bin/sh\necho $$ > {tmp_path}/pid\nexec sleep 1000\n")
     stand_in.chmod(stand_in.stat().st_mode | stat.S_IXUSR)
     monkeypatch.setenv("BEAMVIZ_BROWSER", str(stand_in))
-    monkeypatch.setattr(export, "DEADLINE", 1.0)
+    monkeypatch.setattr(studio, "DEADLINE", 1.0)
     start = time.monotonic()
     with pytest.raises(Unavailable, match="BEAMVIZ_BROWSER"):
         screenshot(tmp_path / "a.png", SavedScene(PAPER))

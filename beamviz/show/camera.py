@@ -77,11 +77,13 @@ def viewpoint(
     aspect: float,
     lift: float = 0.0,
     heights: Sequence[float] = (0.0,),
+    direction: tuple[float, float, float] | None = None,
 ) -> np.ndarray:
     """Camera position (3,) for a picture with width / height = `aspect`. It looks at the origin,
     where the scene puts `target`, and is free in its upper part: `lift` of half its height.
-    heights: of the scenes that stand above each other, where there are several."""
-    direction = RIDING_FROM[shapes.plane] if riding else BESIDE_FROM
+    heights: of the scenes that stand above each other, where there are several; direction: the
+    usual one where none is given."""
+    direction = direction or (RIDING_FROM[shapes.plane] if riding else BESIDE_FROM)
     tall = math.tan(FIELD_OF_VIEW / 2)
     points = np.concatenate([corners(shapes, riding) + [0, 0, height] for height in heights])
     return framing(points, direction, tall * aspect, tall * (1 - lift))

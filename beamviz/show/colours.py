@@ -37,8 +37,12 @@ def mapped(values: np.ndarray, anchors: tuple[RGB, ...]) -> np.ndarray:
 def instanced(colours: np.ndarray) -> np.ndarray:
     """sRGB colours in 0 .. 1 as bytes of linear light, which is what instanced meshes take
     (every other colour of a scene is sRGB)."""
-    light = np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
-    return np.rint(255 * light).astype(np.uint8)
+    return np.rint(255 * linear(colours)).astype(np.uint8)
+
+
+def linear(colours: np.ndarray) -> np.ndarray:
+    """sRGB colours in 0 .. 1 as linear light."""
+    return np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
 
 
 def gradient(anchors: tuple[RGB, ...]) -> str:

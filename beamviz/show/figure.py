@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from beamviz.show import camera, colours, sizes, tube
 from beamviz.show.motion import displacement
-from beamviz.show.shot import Shot
+from beamviz.show.shot import Moment, Shot
 from beamviz.show.stage import EDGES, HUB_HEIGHT, annulus, placed
 
 DPI = 100
@@ -23,7 +23,7 @@ SUN = np.array([-0.5, -1.0, 2.2]) / math.sqrt(0.25 + 1.0 + 4.84)
 SHADOW = (0.86, 0.865, 0.875)
 
 
-def drawn(shot: Shot, time: float, width: int, height: int) -> np.ndarray:
+def drawn(shot: Shot, moment: Moment, width: int, height: int) -> np.ndarray:
     """The scene (height, width, 4) on a transparent ground."""
     figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor="none")
     canvas = FigureCanvasAgg(figure)
@@ -31,7 +31,7 @@ def drawn(shot: Shot, time: float, width: int, height: int) -> np.ndarray:
     tall = math.tan(camera.FIELD_OF_VIEW / 2)
     axes.set(xlim=(-tall * width / height, tall * width / height), ylim=(-tall, tall))
     axes.set_axis_off()
-    paint(axes, View(shot, time, width / height), time, *bodies(shot, time))
+    paint(axes, View(shot, moment, width / height), moment, *bodies(shot, moment))
     if shot.words:
         figure.text(0.5, 0.8, shot.words, ha="center", fontsize=14)
     canvas.draw()
@@ -39,14 +39,16 @@ def drawn(shot: Shot, time: float, width: int, height: int) -> np.ndarray:
 
 
 class View:
-    """Perspective projection from where a shot is seen at a time."""
+    """Perspective projection from where a shot is seen at a moment."""
 
-    def __init__(self, shot: Shot, time: float, aspect: float):
+    def __init__(self, shot: Shot, moment: Moment, aspect: float):
         self.shot, seen = shot, shot.camera(aspect)
         target = camera.target(shot.shapes, shot.scene.look.riding)
         self.position = np.array(seen.position) + target
         self.axes = camera.axes(np.subtract(seen.position, seen.look_at))
-        self.wheel = Rotation.from_euler("z", shot.wheel_angle(time)).as_matrix()
+        self.wheel = Rotation.from_euler(
+            "z", 0.0 if shot.scene.look.riding else moment.angle
+        ).as_matrix()
 
     def depth(self, points: np.ndarray) -> np.ndarray:
         """Distance (...) in front of the camera of points (..., 3)."""
@@ -59,7 +61,9 @@ class View:
         ]
 
 
-def paint(axes: Axes, view: View, time: float, triangles: np.ndarray, colour: np.ndarray) -> None:
+def paint(
+    axes: Axes, view: View, moment: Moment, triangles: np.ndarray, colour: np.ndarray
+) -> None:
     """Ground, shadow and outline, then triangles (n, 3, 3) in colours (n, 3), far ones first."""
     shot, beam = view.shot, view.shot.scene.beam
     triangles = triangles @ view.wheel.T
@@ -67,7 +71,7 @@ def paint(axes: Axes, view: View, time: float, triangles: np.ndarray, colour: np
     triangles, colour = triangles[ahead], colour[ahead]
     low = sizes.ground(beam)
     middle = camera.target(shot.shapes, shot.scene.look.riding)[:2]
-    ground = grid(middle, low, shot.ground_angle(time))
+    ground = grid(middle, low, -moment.angle if shot.scene.look.riding else 0.0)
     ground = ground[(view.depth(ground) > NEAR).all(axis=1)]
     axes.add_collection(thin(view.project(ground), 0.4, zorder=0))
     fallen = triangles - (triangles[..., 2:] - low) / SUN[2] * SUN
@@ -124,10 +128,10 @@ def grid(middle: np.ndarray, low: float, angle: float) -> np.ndarray:
     return np.concatenate(lines)
 
 
-def bodies(shot: Shot, time: float) -> tuple[np.ndarray, np.ndarray]:
+def bodies(shot: Shot, moment: Moment) -> tuple[np.ndarray, np.ndarray]:
     """Triangles (n, 3, 3) of hub, beam and mass, and their colours (n, 3)."""
     shapes, look = shot.shapes, shot.scene.look
-    moved = displacement(shapes, shot.phases(time), shot.amplitudes)
+    moved = displacement(shapes, moment.phases, shot.amplitudes)
     points, normal = placed(shapes, shapes.centreline + moved)
     vertices, triangles = tube.swept(points, normal, *sizes.section(shapes.beam, look.thicken))
     along = colours.along(shapes, look.colouring, moved, shot.amplitudes)

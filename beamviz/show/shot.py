@@ -2,16 +2,30 @@
 
 import math
 from dataclasses import dataclass
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
+from beamviz.beam import checked
+from beamviz.errors import InvalidInput
 from beamviz.mechanics.solve import Solution, solve
 from beamviz.scene_file import Camera, SavedScene
 from beamviz.show import camera
 from beamviz.show.controls import Wanted
 from beamviz.show.motion import Shapes, amplitudes
+from beamviz.show.multiples import heights
 from beamviz.show.words import unstable
+
+Direction = tuple[float, float, float]
+ZOOMS = (0.1, 100.0)
+STEEP = 1e-3  # from straight above, y is up in the picture
+
+
+class Moment(NamedTuple):
+    """Phase (m,) [rad] of every mode, and the angle [rad] by which the hub has turned."""
+
+    phases: np.ndarray
+    angle: float
 
 
 @dataclass(frozen=True)
@@ -23,12 +37,18 @@ class Shot:
     solution: Solution
     shapes: Shapes
     words: str
+    direction: Direction | None = None
+    zoom: float = 1.0
 
     @classmethod
-    def of(cls, scene: SavedScene) -> Self:
-        """Solve a scene; raises what `solve` raises."""
+    def of(cls, scene: SavedScene, direction: Direction | None = None, zoom: float = 1.0) -> Self:
+        """Solve a scene; raises what `solve` raises. direction, zoom: where to look from to the
+        middle of the scene, in place of its camera."""
+        if direction and not any(direction):
+            raise InvalidInput("from = 0,0,0: must be a direction")
+        zoom = checked("zoom", zoom, *ZOOMS)
         solution = solve(scene.beam, **Wanted.by(scene).options)
-        return cls(scene, solution, Shapes.sampled(solution), unstable(solution))
+        return cls(scene, solution, Shapes.sampled(solution), unstable(solution), direction, zoom)
 
     @property
     def amplitudes(self) -> np.ndarray:
@@ -38,23 +58,14 @@ class Shot:
     @property
     def shown(self) -> list[int]:
         """The modes (from 0) in the picture."""
-        return list(np.flatnonzero(self.amplitudes))
+        if self.together:
+            return list(range(len(self.shapes.modes)))
+        return np.flatnonzero(self.amplitudes).tolist()
 
-    def phases(self, time: float) -> np.ndarray:
-        """Phase (m,) [rad] of every mode."""
-        return math.pi / 2 + time * np.nan_to_num(self.shapes.frequencies)
-
-    def angle(self, time: float) -> float:
-        """Angle [rad] the hub has turned."""
-        return time * self.scene.beam.gamma
-
-    def wheel_angle(self, time: float) -> float:
-        """Angle [rad] of the hub in the picture; who rides on it sees the ground turn instead."""
-        return 0.0 if self.scene.look.riding else self.angle(time)
-
-    def ground_angle(self, time: float) -> float:
-        """Angle [rad] of the ground in the picture."""
-        return -self.angle(time) if self.scene.look.riding else 0.0
+    def moment(self, time: float) -> Moment:
+        """The scene at a time."""
+        turned = time * np.nan_to_num(self.shapes.frequencies)
+        return Moment(math.pi / 2 + turned, time * self.scene.beam.gamma)
 
     def time(self, phase: float) -> float:
         """The time at which the first mode shown is at `phase`, in cycles: 0.25 is time 0."""
@@ -62,7 +73,25 @@ class Shot:
         moving = shown[np.isfinite(shown) & (shown > 0)]
         return (phase - 0.25) * 2 * math.pi / moving[0] if len(moving) else 0.0
 
+    @property
+    def together(self) -> bool:
+        """Whether every mode has a picture of its own."""
+        return self.scene.look.together and not self.words
+
     def camera(self, aspect: float) -> Camera:
         """Where to look from in a picture with width / height = `aspect`."""
-        fitted = camera.viewpoint(self.shapes, self.scene.look.riding, aspect)
-        return self.scene.camera or Camera(tuple(fitted))
+        given = self.scene.camera
+        if given and not self.direction:
+            away = np.subtract(given.position, given.look_at) / self.zoom
+            return Camera((given.look_at + away).tolist(), given.look_at)
+        levels = heights(len(self.shapes.modes)) if self.together else (0.0,)
+        riding = self.scene.look.riding
+        position = camera.viewpoint(self.shapes, riding, aspect, 0.0, levels, self.from_above())
+        return Camera((position / self.zoom).tolist())
+
+    def from_above(self) -> Direction | None:
+        """The direction to look from, never quite along the axis."""
+        if self.direction is None:
+            return None
+        x, y, z = self.direction
+        return (x, y if math.hypot(x, y) > STEEP * abs(z) else -STEEP * abs(z), z)

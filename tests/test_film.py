@@ -1,0 +1,158 @@
+"""Films: decoded, not blank, ending where they began; and what stands in the way of one."""
+
+import math
+import sys
+from pathlib import Path
+
+import imageio_ffmpeg
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from PIL import Image, ImageSequence
+
+from beamviz.beam import Beam
+from beamviz.errors import InvalidInput, Unavailable
+from beamviz.scene_file import SavedScene
+from beamviz.show import encoders
+from beamviz.show.figure import drawn
+from beamviz.show.film import animate
+from beamviz.show.loop import looped
+from beamviz.show.shot import Shot
+
+PAPER = Beam(alpha=1, beta=0.5, gamma=10)
+SMALL = {"width": 192, "height": 108, "fps": 8}
+
+
+@pytest.fixture(autouse=True)
+def no_browser(monkeypatch):
+    """Drawn by matplotlib: the film is the same, and each frame takes a moment."""
+    monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
+
+
+def decoded(path: Path) -> np.ndarray:
+    """The frames (n, height, width, 3) of a film."""
+    if path.suffix == ".mp4":
+        reader = imageio_ffmpeg.read_frames(str(path))
+        width, height = next(reader)["size"]
+        return np.array([np.frombuffer(f, np.uint8).reshape(height, width, 3) for f in reader])
+    with Image.open(path) as film:
+        return np.array([np.asarray(f.convert("RGB")) for f in ImageSequence.Iterator(film)])
+
+
+def apart(one: np.ndarray, other: np.ndarray) -> float:
+    """Mean difference of two frames."""
+    return float(np.abs(one.astype(float) - other.astype(float)).mean())
+
+
+@pytest.mark.parametrize("kind", ["gif", "webp", "mp4"])
+def test_a_film_shows_a_beam_that_swings_and_closes(tmp_path, kind):
+    """As many frames as said, coloured; the step back to the start is one like the others."""
+    path = tmp_path / f"film.{kind}"
+    loop = animate(path, SavedScene.of(mode=2), **SMALL)
+    frames = decoded(path)
+    assert frames.shape == (round(8 * loop.seconds), 108, 192, 3)
+    assert (np.ptp(frames, axis=3) > 60).mean() > 0.01
+    steps = [apart(a, b) for a, b in zip(frames, np.roll(frames, -1, axis=0), strict=True)]
+    assert min(steps) > 0
+    assert steps[-1] <= 1.5 * max(steps[:-1])
+    assert max(apart(frames[0], frame) for frame in frames) > 2 * max(steps) / 1.5
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_gif_plays_for_ever_at_the_pace_asked_for(tmp_path):
+    """25 frames in a second are 40 ms each."""
+    path = tmp_path / "film.gif"
+    loop = animate(path, SavedScene.of(mode=2, pace=4.0), width=64, height=64, fps=25)
+    with Image.open(path) as film:
+        assert film.info["loop"] == 0
+        assert film.info["duration"] == 40
+        assert film.n_frames == round(25 * loop.seconds)
+
+
+scenes = st.builds(
+    lambda gamma, riding, shares, alpha: SavedScene.of(
+        alpha=alpha, beta=0.5, gamma=gamma, riding=riding, shares=shares
+    ),
+    st.sampled_from([0.0, 1.0, 7.3, 30.0]),
+    st.booleans(),
+    st.sampled_from([(1.0,), (0.0, 1.0), (0.5, 0.5), (0.2, 0.0, 1.0, 0.3)]),
+    st.floats(0, 3),
+)
+
+
+@given(scenes)
+@settings(max_examples=12, deadline=None)
+def test_after_the_last_frame_comes_the_first(scene):
+    """Every motion ends on a whole cycle, and the picture at the end is the one at the start."""
+    shot = Shot.of(scene)
+    loop = looped(shot)
+    turns = loop.phases[shot.shown] / (2 * math.pi)
+    assert turns == pytest.approx(np.rint(turns), abs=1e-9)
+    assert turns[0] == loop.periods
+    first, last = (drawn(shot, loop.moment(share), 128, 72) for share in (0.0, 1.0))
+    assert np.abs(first.astype(int) - last.astype(int)).max() <= 3
+    for name, change in loop.changes.items():
+        assert abs(change) <= 1
+        assert (name in loop.words) == (abs(change) > 5e-4)
+
+
+def test_one_mode_alone_runs_at_its_own_pace():
+    """Nothing has to be changed, one period is enough; more on request."""
+    shot = Shot.of(SavedScene.of(mode=1))
+    assert looped(shot).words == ""
+    assert looped(shot).periods == 1
+    assert looped(shot, 3).seconds == pytest.approx(3 * looped(shot).seconds)
+
+
+def test_what_cannot_be_filmed_is_said(tmp_path):
+    """Nothing moves, no clock, a mode that runs away, a size no player takes, too many frames."""
+    film = tmp_path / "a.gif"
+    for scene, words in (
+        (SavedScene.of(shares=[0.0]), "nothing moves"),
+        (SavedScene.of(pace=0.0), "pace = 0"),
+        (SavedScene.of(delta=-1, gamma=5, mode=1), "mode = 1: B1 does not swing but runs away"),
+    ):
+        with pytest.raises(InvalidInput, match=words):
+            animate(film, scene, **SMALL)
+    with pytest.raises(InvalidInput, match="must be at most 1000"):
+        animate(film, SavedScene(), periods=900, **SMALL)
+    with pytest.raises(InvalidInput, match="width = 65: must be even for MP4"):
+        animate(tmp_path / "a.mp4", SavedScene(), width=65, height=64)
+    with pytest.raises(InvalidInput, match=r"must end in \.gif, \.webp or \.mp4"):
+        animate(tmp_path / "a.avi", SavedScene())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_missing_encoder_is_said_before_any_work(tmp_path, monkeypatch):
+    """With the remedy."""
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    monkeypatch.setattr(encoders.shutil, "which", lambda name: None)
+    with pytest.raises(Unavailable, match=r"no ffmpeg found.*pip install imageio-ffmpeg"):
+        animate(tmp_path / "a.mp4", SavedScene())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_encoder_that_fails_says_why_and_leaves_nothing(tmp_path, monkeypatch):
+    """Its own last words, no half film."""
+    monkeypatch.setattr(encoders, "ffmpeg", lambda: "/bin/false")
+    with pytest.raises(Unavailable, match=r"cannot write .*a\.mp4: /bin/false failed"):
+        animate(tmp_path / "a.mp4", SavedScene(), **SMALL)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("kind", ["gif", "webp", "mp4"])
+def test_a_full_disk_leaves_nothing_behind(tmp_path, monkeypatch, kind):
+    """What was there before stays as it was."""
+    path = tmp_path / f"film.{kind}"
+    path.write_bytes(b"before")
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    encoder = encoders.ENCODERS[f".{kind}"]
+    monkeypatch.setitem(encoders.ENCODERS, f".{kind}", encoder._replace(write=full))
+    with pytest.raises(Unavailable, match="No space left on device; choose another place"):
+        animate(path, SavedScene(), **SMALL)
+    assert path.read_bytes() == b"before"
+    assert list(tmp_path.iterdir()) == [path]
