@@ -14,9 +14,9 @@ from beamviz.show.chart import Question, computed
 from beamviz.show.controls import Wanted
 from beamviz.show.hosting import hosted
 from beamviz.show.loop import looped
-from beamviz.show.session import LIFT, lifted, place
 from beamviz.show.shot import Moment, Shot
 from beamviz.show.studio import Set
+from beamviz.show.viewing import LIFT, lifted, place
 from beamviz.study import plot
 from beamviz.study.chart_style import SYMBOLS
 from beamviz.study.loci import Loci
