@@ -1,0 +1,225 @@
+"""The maps of where methods fail as pictures: one sheet for each plane, one panel for each method.
+
+Colours are told apart by eye of every kind and in grey (their lightness falls from kind to kind,
+hatches help); large regions also carry their name.
+"""
+
+import io
+from textwrap import fill
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from scipy import ndimage
+
+from beamviz.beam import Beam
+from beamviz.errors import NoEquilibrium
+from beamviz.study import stability as kinds
+from beamviz.study.chart_style import AXES, DPI, FAINT, INK, STYLE
+from beamviz.study.stability import CONTENDERS, attempt
+from beamviz.study.stability_maps import FASTEST, SLOWEST, Map, edges
+
+COLUMNS = 4
+WIDTH, HEIGHT = 11.0, 8.2  # [in]
+TICKS = (1, 3, 10, 30, 100)
+ANSYS = (40.0, 50.0)  # gamma, at delta 1: where the paper says ANSYS diverges
+SMALLEST_NAMED = 0.035  # of the panel
+SAME = 1e-3
+
+
+class Look(NamedTuple):
+    """How a kind of verdict is drawn."""
+
+    face: str
+    hatch: str
+    ink: str
+    word: str
+
+
+LOOKS = {
+    kinds.RIGHT: Look("#FFFFFF", "", FAINT, "right"),
+    kinds.INACCURATE: Look("#F7E98E", "", INK, "inaccurate"),
+    kinds.OTHER_MODEL: Look("#A9D3F0", "", INK, "model\noff > 1 %"),
+    kinds.TRULY_UNSTABLE: Look("#C4C4C4", "////", INK, "truly\nunstable"),
+    kinds.ROUNDED: Look("#3FA68A", "....", INK, "rounding"),
+    kinds.NOT_CONVERGED: Look("#B4699A", "xxxx", "white", "did not\nconverge"),
+    kinds.FALSELY_UNSTABLE: Look("#C44601", "", "white", "falsely\nunstable"),
+    kinds.NO_EQUILIBRIUM: Look("#2B2B2B", "", "white", "no\nequilibrium"),
+}
+
+
+def files(found: Map) -> dict[str, bytes]:
+    """The sheet of one plane as PNG and SVG, by ending."""
+    sheets = {}
+    for ending, dated in (("png", None), ("svg", {"Date": None})):
+        buffer = io.BytesIO()
+        with rc_context(STYLE | {"hatch.linewidth": 0.5}):
+            sheet(found).savefig(buffer, format=ending, dpi=DPI, metadata=dated)
+        sheets[ending] = buffer.getvalue()
+    return sheets
+
+
+def sheet(found: Map) -> Figure:
+    """All methods over one plane."""
+    figure = Figure(figsize=(WIDTH, HEIGHT))
+    FigureCanvasAgg(figure)
+    rows = -(-(len(CONTENDERS) + 1) // COLUMNS)
+    grid = figure.subplots(rows, COLUMNS, sharex=True, sharey=True).ravel()
+    figure.subplots_adjust(0.062, 0.068, 0.985, 0.885, 0.08, 0.2)
+    for k, axes in enumerate(grid[: len(CONTENDERS)]):
+        panel(axes, found, k)
+    for axes in grid[-COLUMNS:]:
+        axes.set_xlabel(AXES["gamma"])
+    for axes in grid[::COLUMNS]:
+        axes.set_ylabel(AXES[found.plane.over])
+    for axes in grid[len(CONTENDERS) :]:
+        legend(axes, found)
+    figure.text(0.012, 0.967, title(found), va="center", weight="bold", size=12)
+    figure.text(0.012, 0.934, subtitle(found), va="center", color="#555555", size=9)
+    return figure
+
+
+def title(found: Map) -> str:
+    return f"Where methods fail: speed γ and {AXES[found.plane.over]}"
+
+
+def subtitle(found: Map) -> str:
+    return (
+        f"Five lowest modes in the plane of rotation, {found.plane.held}. Reference: the paper's"
+        " model (green strain, spatial curvature), solved by auto."
+    )
+
+
+def panel(axes: Axes, found: Map, contender: int) -> None:
+    """One method: its verdicts, its limit of equilibrium and the true onset of buckling."""
+    names = np.array([[cell[contender].kind for cell in row] for row in found.cells])
+    x = edges(SLOWEST, FASTEST, names.shape[1], True)
+    y = edges(found.plane.start, found.plane.stop, names.shape[0], found.plane.logarithmic)
+    axes.set_xscale("log")
+    axes.set_yscale("log" if found.plane.logarithmic else "linear")
+    axes.set(xlim=x[[0, -1]], ylim=y[[0, -1]], facecolor="#F0F0F0")
+    axes.set_xticks(TICKS, [str(tick) for tick in TICKS])
+    axes.minorticks_off()
+    for kind, look in LOOKS.items():
+        here = names == kind
+        if here.any():
+            axes.pcolor(x, y, np.ma.masked_where(~here, here), **painted(look))
+            region_names(axes, x, y, here, look)
+    for boundary in (found.limits(contender), found.losses[:, contender]):
+        curve(axes, boundary, found.values, ls="-")
+        constant(axes, boundary)
+    curve(axes, found.buckling, found.values, ls=(0, (3, 2)))
+    axes.set_title(CONTENDERS[contender].name, loc="left", size=10, pad=3)
+    if found.plane.over == "delta" and "hencky" in CONTENDERS[contender].name:
+        ansys(axes)
+
+
+def painted(look: Look) -> dict[str, Any]:
+    """How cells of a kind are filled."""
+    edge = "#777777" if look.hatch else "none"
+    return {
+        "cmap": ListedColormap([look.face]),
+        "hatch": look.hatch,
+        "edgecolor": edge,
+        "linewidth": 0,
+        "antialiased": False,
+        "zorder": 1,
+    }
+
+
+def region_names(
+    axes: Axes, x: np.ndarray, y: np.ndarray, here: np.ndarray, look: Look
+) -> None:
+    """Name the largest connected region of a kind at its widest place."""
+    regions, count = ndimage.label(here)
+    sizes = ndimage.sum_labels(here, regions, range(1, count + 1)) / here.size
+    if sizes.max() < SMALLEST_NAMED:
+        return
+    inside = np.pad(regions == 1 + int(sizes.argmax()), 1)
+    depth = ndimage.distance_transform_edt(inside, sampling=(1.2, 1.0))[1:-1, 1:-1]
+    if depth.max() < 1.5:
+        return
+    row, column = np.unravel_index(depth.argmax(), depth.shape)
+    place = (x[column] * x[column + 1]) ** 0.5, (y[row] + y[row + 1]) / 2
+    axes.text(
+        *place,
+        look.word,
+        ha="center",
+        va="center",
+        size=7.5,
+        color=look.ink,
+        linespacing=0.95,
+        clip_on=True,
+        zorder=4,
+        bbox={"fc": look.face, "ec": "none", "pad": 0.8} if look.hatch else None,
+    )
+
+
+def curve(axes: Axes, gammas: np.ndarray, values: np.ndarray, ls: Any) -> None:
+    """A boundary given as a speed for each row."""
+    axes.plot(gammas, values, color="white", lw=2.8, zorder=2)
+    axes.plot(gammas, values, color=INK, lw=1.2, ls=ls, zorder=3)
+
+
+def constant(axes: Axes, gammas: np.ndarray) -> None:
+    """The speed beside a boundary that is the same in all rows."""
+    known = gammas[np.isfinite(gammas)]
+    if len(known) < len(gammas) / 3 or np.ptp(known) > SAME * known.mean():
+        return
+    axes.annotate(
+        f"γ = {known.mean():.2f}",
+        (known.mean(), 1),
+        (0, 2),
+        xycoords=axes.get_xaxis_transform(),
+        textcoords="offset points",
+        ha="center",
+        va="bottom",
+        size=8,
+    )
+
+
+def ansys(axes: Axes) -> None:
+    """The paper's claim, where a logarithmic-strain beam has no equilibrium at all."""
+    beyond = attempt(Beam(gamma=ANSYS[-1], delta=1), strain="hencky")
+    limit = beyond.limit if isinstance(beyond, NoEquilibrium) else np.nan
+    axes.plot(ANSYS, [1, 1], ls="", marker="o", ms=4, mfc="white", mec=INK, mew=0.8, zorder=5)
+    axes.annotate(
+        f"paper: ANSYS\ndiverges here;\nγ ≤ {limit:.2f}\nat δ = 1",
+        (ANSYS[0], 1),
+        (-3, -6),
+        textcoords="offset points",
+        va="top",
+        size=7,
+        color="white",
+        linespacing=1.0,
+        zorder=5,
+    )
+
+
+def legend(axes: Axes, found: Map) -> None:
+    """What colours and lines mean, in the place of a panel."""
+    axes.set_axis_off()
+    axes.set_title("")
+    present = {cell[k].kind for row in found.cells for cell in row for k in range(len(CONTENDERS))}
+    handles: list[Any] = [
+        Patch(
+            fc=look.face,
+            ec="#777777",
+            hatch=look.hatch,
+            lw=0.6,
+            label=fill(kinds.KINDS[kind], 36),
+        )
+        for kind, look in LOOKS.items()
+        if kind in present
+    ]
+    handles += [
+        Line2D([], [], color=INK, lw=1.2, label="where that begins, located exactly"),
+        Line2D([], [], color=INK, lw=1.2, ls=(0, (3, 2)), label="where the beam truly buckles"),
+    ]
+    axes.legend(handles=handles, loc="upper left", frameon=False, fontsize=7.2, borderaxespad=0)
