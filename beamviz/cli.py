@@ -267,6 +267,18 @@ def benchmark(
     print(benchmark(out, quick=quick, peers=peers, release=__version__))
 
 
+@app.command()
+def stability(
+    out: Annotated[Path, typer.Option(help="Folder to write to.", metavar="DIR")],
+    quick: Annotated[bool, typer.Option("--quick", help="Coarser maps, in a few seconds.")] = False,
+) -> None:
+    """Where each method fails: maps over speed and hub radius, mass, slenderness, with commands."""
+    one_thread()
+    from beamviz.study.stability_report import stability
+
+    print(stability(out, quick, lambda text: print(text, file=sys.stderr)))
+
+
 def one_thread() -> None:
     """Keep numpy, not loaded yet, to one thread."""
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):

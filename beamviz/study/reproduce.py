@@ -1,6 +1,5 @@
 """The paper's tables and figures, computed anew and written as files."""
 
-import os
 import sys
 import time
 from collections.abc import Sequence
@@ -8,6 +7,7 @@ from pathlib import Path
 
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.study import figures, numbers, table_page, tables
+from beamviz.study.files import Files, write
 from beamviz.study.paper import FIGURES, SOURCE, TABLES, Figure, LociFigure
 
 NUMBERS = "numbers"
@@ -21,8 +21,6 @@ WHAT = (
     " curves of its figures are not available to this project: what stands beside the computed"
     " numbers is what its text prints."
 )
-
-Files = dict[str, bytes]  # contents by name
 
 
 def reproduce(names: Sequence[str], folder: Path) -> Path:
@@ -84,19 +82,6 @@ def figure_files(figure: Figure) -> Files:
         text = figures.shapes_csv(curves)
     contents = {**paper_plots.saved(picture), "csv": text.encode()}
     return {f"{figure.name}.{ending}": data for ending, data in contents.items()}
-
-
-def write(folder: Path, contents: Files) -> None:
-    """Write files that belong together; each gets its name only when all are complete."""
-    parts = {name: folder / f".{name}.{os.getpid()}.part" for name in contents}
-    try:
-        for name, part in parts.items():
-            part.write_bytes(contents[name])
-        for name, part in parts.items():
-            part.replace(folder / name)
-    finally:
-        for part in parts.values():
-            part.unlink(missing_ok=True)
 
 
 def index(folder: Path) -> Files:

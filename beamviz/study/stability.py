@@ -103,9 +103,7 @@ def cells(beam: Beam) -> list[Cell]:
     return [cell(beam, contender, of) for contender in CONTENDERS]
 
 
-def cell(
-    beam: Beam, contender: Contender, exact: Callable[[dict[str, Any]], Answer]
-) -> Cell:
+def cell(beam: Beam, contender: Contender, exact: Callable[[dict[str, Any]], Answer]) -> Cell:
     """The verdict on one; `exact` answers for a model."""
     found = attempt(beam, modes=MODES, **contender.options)
     own, reference = exact(contender.model), exact(GREEN)
@@ -154,7 +152,9 @@ def distance(one: Answer, other: Answer, listed: Solution) -> float:
     with its namesake; infinite where one has an answer and the other none, or one is unstable."""
     if not (isinstance(one, Solution) and isinstance(other, Solution)):
         return np.inf
-    ours, theirs = (dict(zip(answer.labels, answer.squares, strict=True)) for answer in (one, other))
+    ours, theirs = (
+        dict(zip(answer.labels, answer.squares, strict=True)) for answer in (one, other)
+    )
     return max(apart(ours.get(label), theirs.get(label)) for label in listed.labels)
 
 

@@ -1,9 +1,7 @@
 """Maps of where methods fail: verdicts over speed and one other number."""
 
-import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
 from functools import partial
 from multiprocessing import get_context
 from typing import NamedTuple
@@ -69,24 +67,8 @@ def edges(start: float, stop: float, count: int, logarithmic: bool) -> np.ndarra
 
 def maps(size: tuple[int, int], say: Callable[[str], None]) -> list[Map]:
     """Every plane, its rows shared among the processors."""
-    with workers() as pool:
+    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
         return [one_map(plane, size, pool, say) for plane in PLANES]
-
-
-@contextmanager
-def workers() -> Iterator[ProcessPoolExecutor]:
-    """A process for each processor, each with one thread: the matrices are small."""
-    name = "OPENBLAS_NUM_THREADS"
-    before = os.environ.get(name)
-    os.environ[name] = "1"
-    try:
-        with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
-            yield pool
-    finally:
-        if before is None:
-            del os.environ[name]
-        else:
-            os.environ[name] = before
 
 
 def one_map(

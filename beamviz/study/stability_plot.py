@@ -4,7 +4,6 @@ Colours are told apart by eye of every kind and in grey (their lightness falls f
 hatches help); large regions also carry their name.
 """
 
-import io
 from textwrap import fill
 from typing import Any, NamedTuple
 
@@ -21,7 +20,8 @@ from scipy import ndimage
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium
 from beamviz.study import stability as kinds
-from beamviz.study.chart_style import AXES, DPI, FAINT, INK, STYLE
+from beamviz.study.chart_style import AXES, FAINT, INK, STYLE
+from beamviz.study.paper_plots import saved
 from beamviz.study.stability import CONTENDERS, attempt
 from beamviz.study.stability_maps import FASTEST, SLOWEST, Map, edges
 
@@ -54,15 +54,10 @@ LOOKS = {
 }
 
 
-def files(found: Map) -> dict[str, bytes]:
+def pictures(found: Map) -> dict[str, bytes]:
     """The sheet of one plane as PNG and SVG, by ending."""
-    sheets = {}
-    for ending, dated in (("png", None), ("svg", {"Date": None})):
-        buffer = io.BytesIO()
-        with rc_context(STYLE | {"hatch.linewidth": 0.5}):
-            sheet(found).savefig(buffer, format=ending, dpi=DPI, metadata=dated)
-        sheets[ending] = buffer.getvalue()
-    return sheets
+    with rc_context(STYLE | {"hatch.linewidth": 0.5}):
+        return saved(sheet(found))
 
 
 def sheet(found: Map) -> Figure:
@@ -111,9 +106,11 @@ def panel(axes: Axes, found: Map, contender: int) -> None:
         if here.any():
             axes.pcolor(x, y, np.ma.masked_where(~here, here), **painted(look))
             region_names(axes, x, y, here, look)
-    for boundary in (found.limits(contender), found.losses[:, contender]):
-        curve(axes, boundary, found.values, ls="-")
-        constant(axes, boundary)
+    losses = np.where(np.any(names == kinds.FALSELY_UNSTABLE), found.losses[:, contender], np.nan)
+    for boundary in (found.limits(contender), losses):
+        if np.isfinite(boundary).any():
+            curve(axes, boundary, found.values, ls="-")
+            constant(axes, boundary)
     curve(axes, found.buckling, found.values, ls=(0, (3, 2)))
     axes.set_title(CONTENDERS[contender].name, loc="left", size=10, pad=3)
     if found.plane.over == "delta" and "hencky" in CONTENDERS[contender].name:
@@ -133,9 +130,7 @@ def painted(look: Look) -> dict[str, Any]:
     }
 
 
-def region_names(
-    axes: Axes, x: np.ndarray, y: np.ndarray, here: np.ndarray, look: Look
-) -> None:
+def region_names(axes: Axes, x: np.ndarray, y: np.ndarray, here: np.ndarray, look: Look) -> None:
     """Name the largest connected region of a kind at its widest place."""
     regions, count = ndimage.label(here)
     sizes = ndimage.sum_labels(here, regions, range(1, count + 1)) / here.size
@@ -173,7 +168,7 @@ def constant(axes: Axes, gammas: np.ndarray) -> None:
     if len(known) < len(gammas) / 3 or np.ptp(known) > SAME * known.mean():
         return
     axes.annotate(
-        f"γ = {known.mean():.2f}",
+        f"γ = {known.mean():#.4g}",
         (known.mean(), 1),
         (0, 2),
         xycoords=axes.get_xaxis_transform(),
@@ -190,14 +185,14 @@ def ansys(axes: Axes) -> None:
     limit = beyond.limit if isinstance(beyond, NoEquilibrium) else np.nan
     axes.plot(ANSYS, [1, 1], ls="", marker="o", ms=4, mfc="white", mec=INK, mew=0.8, zorder=5)
     axes.annotate(
-        f"paper: ANSYS\ndiverges here;\nγ ≤ {limit:.2f}\nat δ = 1",
-        (ANSYS[0], 1),
-        (-3, -6),
+        f"paper: ANSYS\ndiverges here\n(limit {limit:.2f})",
+        (FASTEST, 1),
+        (-3, -5),
         textcoords="offset points",
+        ha="right",
         va="top",
         size=7,
         color="white",
-        linespacing=1.0,
         zorder=5,
     )
 

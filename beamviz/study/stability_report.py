@@ -9,45 +9,39 @@ from typing import Any
 
 from beamviz.errors import Unavailable
 from beamviz.study.chart_style import SYMBOLS
-from beamviz.study.markdown import table
+from beamviz.study.files import Files, write
+from beamviz.study.markdown import lines
 from beamviz.study.stability import CONTENDERS, KINDS, OUTSIDE, RIGHT, TRULY_UNSTABLE
 from beamviz.study.stability_maps import FULL, QUICK, Map, command, maps
 
+PAGE = "stability.md"
 SOUND = (RIGHT, TRULY_UNSTABLE, OUTSIDE)
 
 
 def stability(out: Path, quick: bool, say: Callable[[str], None]) -> str:
     """Compute every map, write pictures and stability.json, and return the page of words."""
-    from beamviz.study.stability_plot import files
-
-    made_folder(out)
-    found = maps(QUICK if quick else FULL, say)
-    page = words(found)
-    written: dict[str, bytes] = {
-        "stability.json": (json.dumps([as_data(one) for one in found]) + "\n").encode(),
-        "stability.md": page.encode(),
-    }
-    for one in found:
-        for ending, content in files(one).items():
-            written[f"stability-{one.plane.over}.{ending}"] = content
-    for name, content in written.items():
-        write(out / name, content)
-    return page
-
-
-def made_folder(out: Path) -> None:
-    """The folder, before anything is computed for it."""
     try:
         out.mkdir(parents=True, exist_ok=True)
+        write(out, {PAGE: b""})  # says before all the work whether this folder will do
+        found = maps(QUICK if quick else FULL, say)
+        write(out, contents(found))
     except OSError as error:
-        raise Unavailable(f"cannot write to {out}: {error.strerror or error}") from None
+        raise Unavailable(
+            f"cannot write to {out}: {error.strerror or error}; name another folder"
+        ) from None
+    return words(found)
 
 
-def write(path: Path, content: bytes) -> None:
-    try:
-        path.write_bytes(content)
-    except OSError as error:
-        raise Unavailable(f"cannot write {path}: {error.strerror or error}") from None
+def contents(found: list[Map]) -> Files:
+    """Pictures, data and words, by file name."""
+    from beamviz.study.stability_plot import pictures
+
+    data = json.dumps([as_data(one) for one in found]) + "\n"
+    named = {PAGE: words(found).encode(), "stability.json": data.encode()}
+    for one in found:
+        for ending, picture in pictures(one).items():
+            named[f"stability-{one.plane.over}.{ending}"] = picture
+    return named
 
 
 def as_data(found: Map) -> dict[str, Any]:
@@ -117,17 +111,17 @@ def shares(found: Map) -> str:
         count = Counter(kinds)
         cells = [f"{100 * count[kind] / len(kinds):.0f}" if count[kind] else "" for kind in KINDS]
         rows.append([contender.name, *cells])
-    return table(["method", *KINDS], rows)
+    return "\n".join(lines(["method", *KINDS], rows))
 
 
 def examples(found: Map) -> list[str]:
     """Commands: of each method and each kind of failure the slowest beam."""
-    lines = []
+    found_lines = []
     for k, contender in enumerate(CONTENDERS):
         seen: dict[str, dict[str, Any]] = {}
         for row in sorted(failing(found, k), key=lambda row: row["gamma"]):
             seen.setdefault(row["kind"], row)
-        lines += [f"# {contender.name}: {row['kind']}\n{row['command']}" for row in seen.values()]
-    return lines
-
-
+        found_lines += [
+            f"# {contender.name}: {row['kind']}\n{row['command']}" for row in seen.values()
+        ]
+    return found_lines
