@@ -1,0 +1,186 @@
+"""A lecture hall: many visitors, each with a scene of their own, all dragging the same slider.
+
+Starts the explorer as a process of its own, connects real WebSocket clients to it (without
+browsers: what a browser adds is its own drawing), and prints rows of (key, value, unit): frames a
+second of the visitor who gets fewest, how soon an edit is seen, what the server costs, and how its
+memory grows. Run it on a machine that does nothing else:
+
+    python scripts/load.py [--visitors 60] [--seconds 60]
+"""
+
+import argparse
+import asyncio
+import os
+import random
+import re
+import statistics
+import subprocess
+import sys
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgspec.msgpack
+import zstandard
+from websockets.asyncio.client import ClientConnection, connect
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+
+from bare import CAMERA, PROTOCOL  # type: ignore[import-not-found]  # noqa: E402
+
+from beamviz.beam import Beam  # noqa: E402
+from beamviz.mechanics.solve import solve  # noqa: E402
+from beamviz.show.readout import significant  # noqa: E402
+
+BEAM, SLIDER = "/stage/wheel/beam", "speed γ"
+EDITS = 20  # a second, as a browser sends them while a slider is dragged
+SPEEDS = [round(10 + 0.1 * k, 1) for k in range(100)]
+SETTLING = 5.0  # [s] before anything is measured
+START = Beam(alpha=1, beta=0.5, gamma=10)
+SERVE = """
+import sys
+from beamviz.beam import Beam
+from beamviz.scene_file import SavedScene
+from beamviz.show.server import serve
+serve(SavedScene(Beam(alpha=1, beta=0.5, gamma=10)), port=0, visitors=int(sys.argv[1]))
+"""
+Row = tuple[str, float, str]
+
+
+@dataclass
+class Guest:
+    """One visitor: when each speed was last asked for, and what came back."""
+
+    pace: float = 1 / EDITS  # [s] between two edits; infinite: only watching
+    slider: str = ""
+    frames: int = 0
+    solved: int = 0
+    sent: dict[int, float] = field(default_factory=dict)
+    latencies: list[float] = field(default_factory=list)
+
+    async def visit(self, url: str, texts: dict[str, int]) -> None:
+        """Come, drag and watch until cancelled."""
+        place = url.replace("http://", "ws://")
+        async with connect(place, subprotocols=[PROTOCOL], compression=None, max_size=None) as line:
+            await line.send(msgspec.msgpack.encode(CAMERA))
+            dragging = asyncio.create_task(self.drag(line))
+            try:
+                async for data in line:
+                    assert isinstance(data, bytes)
+                    self.take(data, texts)
+            finally:
+                dragging.cancel()
+
+    async def drag(self, line: ClientConnection) -> None:
+        """Move the slider up, again and again, each guest from another place."""
+        k = random.randrange(len(SPEEDS))
+        while True:
+            await asyncio.sleep(self.pace)
+            if self.slider:
+                k = (k + 1) % len(SPEEDS)
+                edit = {"uuid": self.slider, "updates": {"value": SPEEDS[k]}}
+                self.sent[k] = time.perf_counter()
+                await line.send(msgspec.msgpack.encode({"type": "GuiUpdateMessage", **edit}))
+
+    def take(self, data: bytes, texts: dict[str, int]) -> None:
+        """Count pictures, and see which edit a new table answers."""
+        size = int.from_bytes(data[8:16], "little")
+        group = msgspec.msgpack.decode(
+            zstandard.ZstdDecompressor().decompress(data[16 : 16 + size])
+        )
+        for message in group["messages"]:
+            self.frames += message.get("name") == BEAM
+            if message.get("props", {}).get("label") == SLIDER:
+                self.slider = message["uuid"]
+            self.answered(str(message.get("updates", {}).get("content", "")), texts)
+
+    def answered(self, content: str, texts: dict[str, int]) -> None:
+        """A table has come: the edit it answers, by its first frequency."""
+        if 'aria-label="modes"' not in content:
+            return
+        now = time.perf_counter()
+        found = next((texts[t] for t in re.findall(r">([\d.]+)<", content) if t in texts), None)
+        if found is not None and (sent := self.sent.pop(found, None)):
+            self.solved += 1
+            self.latencies.append(now - sent)
+
+
+def first_frequencies() -> dict[str, int]:
+    """Which edit a table answers: the text of its first frequency."""
+    solutions = [solve(START.replace(gamma=speed)) for speed in SPEEDS]
+    return {significant(s.frequencies[0], s.errors[0]): k for k, s in enumerate(solutions)}
+
+
+async def hall(url: str, guests: list[Guest], seconds: float, pid: int) -> list[Row]:
+    """Let all guests in, let them drag, and measure after a while."""
+    texts = first_frequencies()
+    visits = [asyncio.create_task(guest.visit(url, texts)) for guest in guests]
+    await asyncio.sleep(SETTLING)
+    for guest in guests:
+        guest.frames, guest.solved, guest.latencies = 0, 0, []
+    began, spent, before = time.perf_counter(), cpu(pid), memory(pid)
+    await asyncio.sleep(seconds)
+    took, spent = time.perf_counter() - began, cpu(pid) - spent
+    rows = summary(guests, took) + [
+        ("server CPU", 100 * spent / took, "% of a core"),
+        ("server CPU per frame", 1000 * spent / max(sum(g.frames for g in guests), 1), "ms"),
+        ("memory", memory(pid), "MB"),
+        ("memory growth", 100 * (memory(pid) / before - 1), "%"),
+        ("load of the machine", os.getloadavg()[0], ""),
+    ]
+    for visit in visits:
+        visit.cancel()
+    await asyncio.gather(*visits, return_exceptions=True)
+    return rows
+
+
+def summary(guests: list[Guest], took: float) -> list[Row]:
+    """What the guests saw."""
+    rates = [guest.frames / took for guest in guests]
+    waits = sorted(1000 * wait for guest in guests for wait in guest.latencies) or [float("nan")]
+    return [
+        ("visitors", len(guests), ""),
+        ("fewest frames", min(rates), "1/s"),
+        ("median frames", statistics.median(rates), "1/s"),
+        ("most frames", max(rates), "1/s"),
+        ("re-solves seen", sum(guest.solved for guest in guests), ""),
+        ("edit to update, median", statistics.median(waits), "ms"),
+        ("edit to update, 95 %", waits[int(0.95 * (len(waits) - 1))], "ms"),
+    ]
+
+
+def cpu(pid: int) -> float:
+    """Processor time [s] of a process and the ones it started and has ended."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return sum(map(int, fields[11:13])) / os.sysconf("SC_CLK_TCK")
+
+
+def memory(pid: int) -> float:
+    """Resident memory [MB] of a process."""
+    pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGESIZE") / 1e6
+
+
+def main() -> None:
+    """Measure, and print the rows."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("--visitors", type=int, default=60)
+    parser.add_argument("--seconds", type=float, default=60.0)
+    options = parser.parse_args()
+    command = [sys.executable, "-c", SERVE, str(options.visitors)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT) as process:
+        try:
+            assert process.stdout
+            url = next(w for w in process.stdout.readline().split() if w.startswith("http"))
+            guests = [Guest() for _ in range(options.visitors)]
+            for key, value, unit in asyncio.run(hall(url, guests, options.seconds, process.pid)):
+                print(f"{key:<24} {value:10.2f} {unit}")
+        finally:
+            process.terminate()
+
+
+if __name__ == "__main__":
+    main()
