@@ -269,9 +269,9 @@ def test_nothing_is_computed_while_nothing_moves(monkeypatch):
     woken: list[float] = []
     sleep = server.Animator.sleep
 
-    def counted(animator: server.Animator, due: float) -> None:
+    def counted(animator: server.Animator, due: float) -> set[int]:
         woken.append(due)
-        sleep(animator, due)
+        return sleep(animator, due)
 
     monkeypatch.setattr(server.Animator, "sleep", counted)
     with explorer(SavedScene(PAPER)) as address:

@@ -4,6 +4,8 @@ import numpy as np
 import trimesh
 from viser import BatchedMeshHandle, SceneApi
 
+from beamviz.show.hardening import assigned
+
 HIDDEN = 1e-6  # size of what is not shown
 
 
@@ -60,7 +62,10 @@ def put(
     paint: np.ndarray,
 ) -> None:
     """Place copies of a body: where, how turned, how large, in which colours."""
-    bodies.batched_positions = centres
-    bodies.batched_wxyzs = wxyz
-    bodies.batched_scales = lengths
-    bodies.batched_colors = paint
+    placed = {
+        "batched_positions": centres.astype(np.float32),
+        "batched_wxyzs": wxyz.astype(np.float32),
+        "batched_scales": lengths.astype(np.float32),
+        "batched_colors": paint,
+    }
+    assigned(bodies, placed)

@@ -46,18 +46,21 @@ class Shapes:
         modes = scale * shapes_at(solution, x)
         stretching = np.abs(np.diff(modes[:, :, 0], axis=1) / np.diff(x)).max(axis=1)
         equilibrium = solution.equilibrium
+        nodes = still(solution, scale * raw, scale)
+        position = equilibrium.position(np.concatenate([x, *nodes]))  # once: each call costs
+        ends = len(x) + np.cumsum([0, *map(len, nodes)])
         return cls(
             beam=solution.beam,
             plane=solution.model.plane,
             labels=solution.labels,
             frequencies=solution.frequencies,
             x=x,
-            centreline=equilibrium.position(x),
+            centreline=position[: len(x)],
             strain=equilibrium.stretch((x[:-1] + x[1:]) / 2) - 1.0,
             modes=modes if previous is None else aligned(modes, x, previous),
             limits=MAX_STRAIN / np.maximum(stretching, 1e-12),
             nodes=tuple(
-                (at, equilibrium.position(at)) for at in still(solution, scale * raw, scale)
+                (at, position[end - len(at) : end]) for at, end in zip(nodes, ends[1:], strict=True)
             ),
         )
 

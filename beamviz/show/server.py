@@ -9,6 +9,7 @@ import time
 import webbrowser
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Any
 
 from viser import ClientHandle, ViserServer
@@ -26,7 +27,9 @@ from beamviz.show.session import Session, theme
 from beamviz.show.viewing import LIFT, lifted, place
 
 FRAMES = 25  # a second, for one visitor
-ALL_FRAMES = 300  # a second, for all visitors together: half of a core
+ALL_FRAMES = 800  # a second, for all visitors together
+NOBODY = -1
+CROWD = 8  # visitors; from here on, charts wait until a slider rests
 SOLVERS = 2  # threads, for all visitors together
 CHARTERS = 1  # as well, for their charts
 KEY_BYTES = 16
@@ -119,7 +122,8 @@ class Animator:
         self.server, self.scene, self.pool, self.charts = server, scene, pool, charts
         self.sessions: dict[int, Session] = {}
         self.changed = threading.Condition()
-        self.woken = self.stopped = False
+        self.woken: set[int] = set()
+        self.stopped = False
         self.thread = threading.Thread(target=self.run, name="animator", daemon=True)
         self.thread.start()
         server.on_client_connect(self.join)
@@ -127,12 +131,17 @@ class Animator:
 
     def join(self, client: ClientHandle) -> None:
         """Open a session for a new visitor."""
-        session = Session(client, self.scene, self.pool, self.charts, self.wake)
+        wake = partial(self.wake, client.client_id)
+        session = Session(client, self.scene, self.pool, self.charts, wake, self.crowded)
         with self.changed:
             self.sessions[client.client_id] = session
         if self.stopped or client.client_id not in self.server.get_clients():
             self.leave(client.client_id)  # gone again while the session was built
-        self.wake()
+        self.wake(client.client_id)
+
+    def crowded(self) -> bool:
+        """Whether visitors are many."""
+        return len(self.sessions) >= CROWD
 
     def leave(self, visitor: int) -> None:
         """Close the session of a visitor, by client id."""
@@ -141,16 +150,16 @@ class Animator:
         if session:
             session.close()
 
-    def wake(self) -> None:
-        """Draw what is new, now."""
+    def wake(self, visitor: int) -> None:
+        """Draw what is new for a visitor, now."""
         with self.changed:
-            self.woken = True
+            self.woken.add(visitor)
             self.changed.notify()
 
     def stop(self) -> None:
         """End the thread and all sessions."""
         self.stopped = True
-        self.wake()
+        self.wake(NOBODY)
         self.thread.join()
         for visitor in list(self.sessions):
             self.leave(visitor)
@@ -159,23 +168,24 @@ class Animator:
         """Draw steadily for those whose picture moves, and at once what is new."""
         due = time.monotonic()
         while not self.stopped:
-            self.sleep(due)
+            woken = self.sleep(due)
             now = time.monotonic()
             frame = now >= due
             for visitor, session in list(self.sessions.items()):
-                if session.fresh or (frame and session.moving):
+                if (frame and session.ticking) or (visitor in woken and session.fresh):
                     self.tick(visitor, session, now)
             if frame:
                 step = 1 / min(FRAMES, ALL_FRAMES / max(len(self.sessions), 1))
                 due = max(due + step, time.monotonic() + step / 5)
 
-    def sleep(self, due: float) -> None:
-        """Wait until `due`, or as long as nothing moves, or until woken."""
+    def sleep(self, due: float) -> set[int]:
+        """Wait until `due`, or as long as nothing moves, or until woken; for whom."""
         with self.changed:
             if not self.woken:
-                moving = any(session.moving for session in self.sessions.values())
+                moving = any(session.ticking for session in self.sessions.values())
                 self.changed.wait(max(due - time.monotonic(), 0.0) if moving else None)
-            self.woken = False
+            woken, self.woken = self.woken, set()
+        return woken
 
     def tick(self, visitor: int, session: Session, now: float) -> None:
         """Draw for one visitor; a mistake there must not stop the others' pictures."""

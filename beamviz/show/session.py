@@ -28,6 +28,7 @@ from beamviz.show.solving import Answer, Solver
 from beamviz.show.viewing import Viewing
 
 BRAND = (32, 96, 150)
+REST = 0.3  # [s] that a slider has to rest before the charts of a crowd follow
 LONGEST_STEP = 0.2  # [s] the clock never jumps further, even after a stall
 
 
@@ -42,12 +43,14 @@ class Session:
         pool: ThreadPoolExecutor,
         charts: ThreadPoolExecutor,
         wake: Callable[[], None],
+        crowded: Callable[[], bool],
     ):
         self.client, self.wake, self.lock = client, wake, threading.RLock()
         self.look = self.drawn = scene.look  # what is wanted to be seen, and what is seen
         self.viewing = Viewing(client.camera, scene.camera)
         self.repace = True  # choose the pace anew
         self.clock, self.seen = Clock(), 0.0
+        self.crowded, self.chart_due = crowded, math.inf
         self.answer: Answer | None = None
         self.shapes = Shapes.at_rest(scene.beam, scene.options["plane"])
         self.solver = Solver(pool, Wanted.by(scene), wake)
@@ -184,6 +187,11 @@ class Session:
         return (playing or self.ride.riding) and not (self.words or self.held)
 
     @property
+    def ticking(self) -> bool:
+        """Whether the next frame is needed, whatever happens until then."""
+        return self.moving or self.fresh or self.chart_due < math.inf
+
+    @property
     def fresh(self) -> bool:
         """Whether something waits to be drawn."""
         return self.changed or self.charting.fresh
@@ -220,7 +228,10 @@ class Session:
             self.multiples.move(self.clock.phases, self.drawn.amplitude, self.clock.angle)
         if changed:
             self.client.flush()
-            self.charting.follow(self.answer, self.comparison.second)  # the picture comes first
+            self.chart_due = now + (REST if self.crowded() else 0.0)
+        if now >= self.chart_due:  # the picture comes first
+            self.chart_due = math.inf
+            self.charting.follow(self.answer, self.comparison.second)
         if self.charting.fresh:
             self.charting.draw(self.panel.loci, self.panel.microscope)
 

@@ -11,6 +11,7 @@ from viser import GuiApi, GuiEvent, GuiInputHandle, GuiNumberHandle, GuiSliderHa
 from beamviz.beam import LIMITS, NAMES, Beam
 from beamviz.scene_file import SavedScene
 from beamviz.show.compare import Comparison
+from beamviz.show.hardening import shown
 from beamviz.show.measures import LABELS, measures, places
 from beamviz.show.ride import Ride
 
@@ -185,4 +186,4 @@ def heard(control: GuiInputHandle, lock: threading.RLock, take: Callable[[Any], 
 def assign(control: GuiInputHandle, value: Any) -> None:
     """Show a value in a control."""
     if not isinstance(value, float) or math.isfinite(value):
-        control.value = value  # type: ignore[misc]  # viser puts a method before the setter
+        shown(control, value)
