@@ -1,5 +1,6 @@
 """One visitor: what is wanted, what came of it, and the picture of it as time goes on."""
 
+import math
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
