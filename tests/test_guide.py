@@ -14,7 +14,7 @@ from beamviz.mechanics.solve import solve
 from beamviz.scene_file import SavedScene
 from beamviz.show import solving
 from beamviz.show.guide import BACK, NEXT, NONE, RESET
-from beamviz.show.guide_words import STEPS, marked
+from beamviz.show.guide_words import marked
 from beamviz.show.link import arrive
 from beamviz.show.readout import significant
 from beamviz.show.server import explorer
@@ -47,6 +47,14 @@ def begin(guest: Visitor, name: str) -> None:
     number = [one.name for one in LESSONS].index(name) + 1
     guest.choose("lesson", f"{number}  {lesson(name).title}")
     guest.says(marked(lesson(name).question))
+
+
+def challenged(guest: Visitor, name: str) -> None:
+    """Begin a lesson and turn to its challenge; clicks that come together count as one."""
+    begin(guest, name)
+    for words in (lesson(name).proof.words, lesson(name).challenge.task):
+        guest.choose("page", NEXT)
+        guest.says(marked(words))
 
 
 def read(guest: Visitor) -> str:
@@ -161,9 +169,7 @@ def test_nonsense_opens_nothing(guest):
 )
 def test_the_answer_is_checked_live(guest, name, label, value):
     """Not yet, with what is measured; then right, with the computed answer, and a tick."""
-    begin(guest, name)
-    for _ in STEPS[1:]:
-        guest.choose("page", NEXT)
+    challenged(guest, name)
     guest.says("Not yet.")
     assert "Now: " in read(guest)
     guest.choose(label, value)
@@ -176,9 +182,7 @@ def test_the_answer_is_checked_live(guest, name, label, value):
 
 def test_what_is_in_the_way_of_the_answer_is_said(guest):
     """Another slenderness cannot meet the challenge."""
-    begin(guest, "crossing")
-    guest.choose("page", NEXT)
-    guest.choose("page", NEXT)
+    challenged(guest, "crossing")
     guest.choose("slenderness μ", 80.0)
     guest.choose("speed γ", 4.5)
     guest.says("Put the slenderness μ back to 70 first.")
@@ -188,9 +192,7 @@ def test_what_is_in_the_way_of_the_answer_is_said(guest):
 
 def test_beyond_the_last_equilibrium_the_challenge_still_answers(guest):
     """Where there is no solution nothing is measured, and the answer is still judged."""
-    begin(guest, "no-equilibrium")
-    guest.choose("page", NEXT)
-    guest.choose("page", NEXT)
+    challenged(guest, "no-equilibrium")
     guest.says("the root is stretched")
     guest.choose("speed γ", 40.0)
     guest.says("no equilibrium beyond gamma = 31.4887")

@@ -89,6 +89,8 @@ class Guide:
 
     def go(self, page: int) -> None:
         """Open a page; a lesson begins with a scene of its own."""
+        if page:
+            prepare(LESSONS[(page - 1) // len(STEPS)])
         with self.lock:
             before, self.page = self.lesson, page
             if self.lesson and self.lesson is not before:
@@ -134,3 +136,8 @@ class Guide:
         astray = verdict.words and not verdict.met
         gauge = lesson.measured(answer.solution) if answer.solution and not astray else ""
         return guide_words.standing(verdict, gauge)
+
+
+def prepare(lesson: Lesson) -> tuple[float, ...]:
+    """Compute the numbers of a lesson, here rather than in the thread that draws for all."""
+    return lesson.proof.numbers + lesson.challenge.answers
