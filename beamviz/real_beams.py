@@ -39,10 +39,10 @@ RULER = RealBeam(
     },
 )
 ARM = RealBeam(
-    "spin-up manipulator arm",
-    "The spin-up manoeuvre of Simo & Vu-Quoc (J. Appl. Mech. 53, 1986, 855-863) and of many papers"
-    " after it: EI = 14 kN m², EA = 28 MN, 1.2 kg/m, 10 m, up to 6 rad/s. E and the section"
-    " that give these are aluminium's.",
+    "spin-up arm",
+    "A manipulator arm: the spin-up manoeuvre of Simo & Vu-Quoc (J. Appl. Mech. 53, 1986,"
+    " 855-863) and of many papers after it: EI = 14 kN m², EA = 28 MN, 1.2 kg/m, 10 m, up to"
+    " 6 rad/s. With E = 70 GPa the section follows.",
     "chordwise",
     {
         "length": 10.0,
@@ -54,10 +54,11 @@ ARM = RealBeam(
     },
 )
 BLADE = RealBeam(
-    "wind turbine blade, made uniform",
-    "Length, mass, hub and rated speed of the NREL 5 MW reference turbine (Jonkman et al.,"
-    " NREL/TP-500-38060, 2009). A uniform glass-fibre section (E = 30 GPa, 1900 kg/m³), as"
-    " stiff as gives its first flapwise frequency, 0.67 Hz, at rest. A real one tapers and twists.",
+    "wind blade",
+    "A wind turbine blade made uniform: length, mass, hub and rated speed of the NREL 5 MW"
+    " reference turbine (Jonkman et al., NREL/TP-500-38060, 2009). A glass-fibre section"
+    " (E = 30 GPa, 1900 kg/m³) as stiff as gives its first flapwise frequency, 0.67 Hz, at rest."
+    " A real one tapers and twists.",
     "flapwise",
     {
         "length": 61.5,

@@ -11,7 +11,7 @@ from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
 from beamviz.real_beams import REAL_BEAMS, RPM, RealBeam
 from beamviz.scene_file import SavedScene
-from beamviz.show.sliders import Listener, assign, heard
+from beamviz.show.sliders import Listener, assign
 
 # For each keyword of `Beam.from_si`: its label, and one of its units in SI.
 FIELDS = {
@@ -52,7 +52,7 @@ class RealBeams:
         with self.lock:
             if self.form:
                 self.form.close()
-            self.form = Form(self.gui, self.lock, self.listener)
+            self.form = Form(self.gui, self.listener)
 
     def leave(self) -> None:
         """The same beam without units."""
@@ -64,13 +64,13 @@ class RealBeams:
 class Form:
     """The window."""
 
-    def __init__(self, gui: GuiApi, lock: threading.RLock, listener: Listener):
+    def __init__(self, gui: GuiApi, listener: Listener):
         self.listener, self.plane = listener, REAL_BEAMS[0].plane
         self.window = gui.add_modal("A real beam")
         with self.window:
             names = tuple(one.name for one in REAL_BEAMS)
-            start = gui.add_dropdown("start from", names)
-            heard(start, lock, self.start)
+            start = gui.add_button_group("start from", names)  # a list would open by itself
+            start.on_click(lambda event: self.start(event.target.value))
             self.source = gui.add_html("")
             self.fields: dict[str, GuiInputHandle[str]] = {
                 name: gui.add_text(label, "") for name, (label, _) in FIELDS.items()
