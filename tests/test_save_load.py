@@ -1,6 +1,7 @@
 """Saving and loading in the page: a visitor's scene as a file, and every file that is none."""
 
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import pytest
@@ -9,6 +10,7 @@ from visitor import Visitor, visitor
 from beamviz.beam import MAX_TOML_BYTES, Beam
 from beamviz.mechanics.solve import solve
 from beamviz.scene_file import SavedScene
+from beamviz.show import film, take_away
 from beamviz.show.readout import significant
 from beamviz.show.server import explorer
 
@@ -47,7 +49,7 @@ def saved(guest: Visitor) -> SavedScene:
     return SavedScene.from_bytes(part["content"], "saved")
 
 
-def heard(guest: Visitor, *kinds: str) -> list[dict[str, Any]]:
+def heard(guest: Visitor, *kinds: str, timeout: float = 40) -> list[dict[str, Any]]:
     """Wait for a message of each kind."""
     found: dict[str, dict[str, Any]] = {}
 
@@ -55,7 +57,7 @@ def heard(guest: Visitor, *kinds: str) -> list[dict[str, Any]]:
         found.update({one["type"]: one for one in latest})
         return all(kind in found for kind in kinds)
 
-    guest.wait(all_of)
+    guest.wait(all_of, timeout)
     return [found[kind] for kind in kinds]
 
 
@@ -85,6 +87,48 @@ def test_a_loaded_scene_is_shown_and_the_controls_follow(url):
         guest.choose("speed γ", 6.0)
         guest.says(frequency(wanted.changed(gamma=6)))
         assert saved(guest) == wanted.changed(gamma=6.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "begin"),
+    [
+        ("picture (PNG)", b"\x89PNG"),
+        ("film (GIF)", b"GIF89a"),
+        ("page that plays offline (HTML)", b"<!"),
+        ("3D model (GLB)", b"glTF"),
+        ("numbers (CSV)", b"mode,label"),
+        ("numbers (NPZ)", b"PK"),
+    ],
+)
+def test_every_file_can_be_taken_away(url, monkeypatch, kind, begin):
+    """The button sends what the command line writes, whole."""
+    monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
+    monkeypatch.setattr(take_away, "animate", partial(film.animate, width=96, height=64, fps=5))
+    with visitor(url) as guest:
+        guest.choose("file", kind)
+        guest.choose("Make and download", True)
+        start, part = heard(guest, "FileTransferStartDownload", "FileTransferPart", timeout=120)
+        assert start["filename"].startswith("beam.")
+        assert part["content"][: len(begin)].lower() == begin.lower()
+        if start["part_count"] == 1:
+            assert len(part["content"]) == start["size_bytes"]
+
+
+def test_a_film_of_what_does_not_move_is_refused_in_words(url, monkeypatch):
+    """And the next file can be made."""
+    monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
+    still = SavedScene.of(shares=[0.0])
+    with visitor(url) as guest:
+        upload(guest, still.to_toml().encode())
+        guest.says(frequency(still))
+        guest.choose("file", "film (GIF)")
+        guest.choose("Make and download", True)
+        found = guest.wait(
+            lambda latest: [m for m in latest if "nothing moves" in str(m.get("props", m))], 60
+        )
+        assert found
+    assert take_away.MAKING.acquire(timeout=20)
+    take_away.MAKING.release()
 
 
 def test_a_file_that_is_no_scene_changes_nothing(url):

@@ -26,6 +26,7 @@ from beamviz.show.ride import Ride
 from beamviz.show.save_load import SaveLoad
 from beamviz.show.scene import Scene
 from beamviz.show.solving import Answer, Solver
+from beamviz.show.take_away import TakeAway
 from beamviz.show.viewing import Viewing
 
 BRAND = (32, 96, 150)
@@ -64,6 +65,7 @@ class Session:
         self.guide = Guide(client.gui, self.panel, scene)
         Commands(client.gui, self.panel, self.guide)
         SaveLoad(client, self)
+        self.take_away = TakeAway(client, self)
         self.held = False  # the mass is being dragged
         self.grip = Grip(self.scene, lambda: client.camera.position, self)
         theme(client, dark=scene.look.dark)
@@ -336,6 +338,7 @@ class Session:
     def close(self) -> None:
         """Nothing more is solved."""
         self.solver.close()
+        self.take_away.close()
         self.charting.close()
         self.comparison.close()
         self.ride.close()
