@@ -29,7 +29,7 @@ MODELS = {
     "rigid": {"method": "foac"},
     "none": {"method": "zoac"},
 }
-LITTLE = Effort(1, 0.0, 1.0)
+LITTLE = Effort(0.0, 1.0)
 
 
 def script(name: str) -> ModuleType:
@@ -117,7 +117,7 @@ def test_rows_that_fail_stay_with_their_reason():
     assert rows[2].seconds is not None
     assert rows[2].error == workprecision.FLOOR
     exact = fake(lambda beam, resolution, modes: 1.01 * limits()["slow"]["green"])
-    spent = measured([exact], Effort(2, 0.0, 0.0), lambda _: None)[:3]
+    spent = measured([exact], Effort(0.0, 0.0), lambda _: None)[:3]
     assert spent[0].seconds is not None
     assert all("out of budget" in r.reason for r in spent[1:])
     absent = measured([fake(None, absent="not installed: buy it")], LITTLE, lambda _: None)

@@ -75,26 +75,28 @@ def model(energy: str, beam: Beam, elements: int) -> tuple[Any, list[Any]]:
     utilities: Any = import_module("exudyn.utilities")
     system = exudyn.SystemContainer().AddSystem()
     laws = paper_laws(beam.mu) if energy == "paper" else {}
-    cable = utilities.Cable2D(
-        massPerLength=1, bendingStiffness=1, axialStiffness=beam.mu**2, **laws
-    )
-    nodes = import_module("exudyn.beams").GenerateStraightLineANCFCable2D(
-        system,
-        positionOfNode0=[0, 0, 0],
-        positionOfNode1=[1, 0, 0],
-        numberOfElements=elements,
-        cableTemplate=cable,
-    )[0]
     h = 1 / elements
+    nodes = [
+        system.AddNode(utilities.NodePoint2DSlope1(referenceCoordinates=[n * h, 0, 1, 0]))
+        for n in range(elements + 1)
+    ]
     for e, (distributed, point) in enumerate(element_masses(beam, elements)):
+        ends = [nodes[e], nodes[e + 1]]
+        system.AddObject(
+            utilities.Cable2D(
+                nodeNumbers=ends,
+                length=h,
+                massPerLength=1,
+                bendingStiffness=1,
+                axialStiffness=beam.mu**2,
+                **laws,
+            )
+        )
         load = beam.gamma**2 * (distributed + point)
         q = np.array([e * h + beam.delta, 0, 1, 0, (e + 1) * h + beam.delta, 0, 1, 0])
         system.AddObject(
             utilities.ObjectGenericODE2(
-                nodeNumbers=[nodes[e], nodes[e + 1]],
-                massMatrix=point,
-                stiffnessMatrix=-load,
-                forceVector=load @ q,
+                nodeNumbers=ends, massMatrix=point, stiffnessMatrix=-load, forceVector=load @ q
             )
         )
     ground = system.AddNode(utilities.NodePointGround())
@@ -104,7 +106,7 @@ def model(energy: str, beam: Beam, elements: int) -> tuple[Any, list[Any]]:
         markers = [fixed, system.AddMarker(held)]
         system.AddObject(utilities.CoordinateConstraint(markerNumbers=markers))
     system.Assemble()
-    return system, list(nodes)
+    return system, nodes
 
 
 def paper_laws(mu: float) -> dict[str, Any]:

@@ -12,7 +12,6 @@ import os
 import time
 from collections.abc import Callable, Iterable
 from importlib import resources
-from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,10 +26,9 @@ FLOOR = 1e-15
 
 
 class Effort(NamedTuple):
-    """How long to measure: rounds through everything, in each of them seconds of repeats for every
-    row, and seconds of one call at the most. Of the resolutions each, or every second one."""
+    """How long to measure: seconds of repeats for every row, and of one call at the most. Of the
+    resolutions each, or every second one."""
 
-    rounds: int
     seconds: float
     budget: float
     every: int = 1
@@ -39,7 +37,7 @@ class Effort(NamedTuple):
         return resolutions[:: -self.every][::-1]
 
 
-FULL, QUICK = Effort(3, 0.1, 4.0), Effort(1, 0.03, 0.5, 2)
+FULL, QUICK = Effort(0.2, 4.0), Effort(0.03, 0.5, 2)
 EXACT = 1e-13  # an error that no finer resolution need improve
 REPEATS = 400
 
@@ -80,16 +78,13 @@ def error(squares: np.ndarray, exact: np.ndarray) -> float:
 def measured(
     contestants: Iterable[Contestant], effort: Effort, say: Callable[[str], None]
 ) -> list[Row]:
-    """A row for every scene, contestant and resolution: the fastest of the rounds."""
-    exact, everyone, rounds = limits(), list(contestants), []
-    for number in range(effort.rounds):
-        rows: list[Row] = []
-        for scene, beam in SCENES.items():
-            for one in everyone:
-                say(f"{number + 1}/{effort.rounds} {scene}: {one.name}")
-                rows += _line(scene, beam, one, exact[scene][one.theory], effort)
-        rounds.append(rows)
-    return [min(same, key=lambda row: row.seconds or inf) for same in zip(*rounds, strict=True)]
+    """A row for every scene, contestant and resolution."""
+    exact, everyone, rows = limits(), list(contestants), []
+    for scene, beam in SCENES.items():
+        for one in everyone:
+            say(f"{scene}: {one.name}")
+            rows += _line(scene, beam, one, exact[scene][one.theory], effort)
+    return rows
 
 
 def _line(

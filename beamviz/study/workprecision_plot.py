@@ -105,7 +105,7 @@ def _frame(axes: Axes, scene: str, first: bool) -> None:
         if name in symbols and value and not (name == "beta" and not beam.alpha)
     )
     axes.set_title(f"{scene}: {numbers}", loc="left", size=10, weight="bold", pad=29)
-    axes.set(xscale="log", yscale="log", xlabel="time [ms]", ylim=(2e-16, 3))
+    axes.set(xscale="log", yscale="log", xlabel="processor time [ms]", ylim=(2e-16, 3))
     axes.set_yticks([1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 1])
     axes.set_xticks([0.1, 1, 10, 100, 1000], ["0.1", "1", "10", "100", "1000"])
     axes.minorticks_off()
