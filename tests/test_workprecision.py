@@ -3,6 +3,7 @@
 import importlib.util
 import json
 import os
+import re
 from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 from types import ModuleType
@@ -15,6 +16,7 @@ from typer.testing import CliRunner
 from beamviz import cli
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.mechanics import solve as solve_module
 from beamviz.mechanics.solve import solve
 from beamviz.study import benchmark, contestants, workprecision, workprecision_plot
 from beamviz.study.contestants import METHODS, PEERS, Contestant
@@ -159,6 +161,64 @@ def test_modes_on_few_terms_are_the_methods_own():
         assert (
             squares.tolist() == solve(Beam(gamma=2), 3, contestant.name, **options).squares.tolist()
         )
+
+
+def committed() -> tuple[list[Row], dict]:
+    """The measurement in assets/."""
+    data = json.loads((ROOT / "assets" / "benchmark.json").read_text())
+    return [Row(**values) for values in data["rows"]], data
+
+
+def ratios(rows: list[Row], name: str, target: float) -> dict[str, float]:
+    """Time to an error as a multiple of auto's, in the scenes where both get there."""
+    found = {}
+    for scene in SCENES:
+        here = [r for r in rows if r.scene == scene]
+        ours, theirs = (time_at(front(here, one), target) for one in ("auto", name))
+        if ours and theirs:
+            found[scene] = theirs / ours
+    return found
+
+
+def test_the_committed_measurement_is_whole():
+    """Every method, peer and scene is in it, with machine, versions and date."""
+    rows, data = committed()
+    assert set(solve_module.METHODS) | {peer.name for peer in PEERS} == {r.name for r in rows}
+    assert {r.scene for r in rows} == set(SCENES) == set(data["bare_lapack"])
+    assert data["scenes"] == {scene: beam.numbers for scene, beam in SCENES.items()}
+    assert {"date", "machine", "versions"} <= set(data)
+    assert data["threads"] == "1"
+    assert data["effort"] == "full"
+    assert all(r.reason or (r.seconds and r.error) for r in rows)
+
+
+def test_the_readme_says_what_was_measured():
+    """The ratios of its section "How fast" are those of the committed measurement."""
+    rows, data = committed()
+    text = " ".join((ROOT / "README.md").read_text().split())
+    span = r"(\d+) to (\d+) times"
+    for pattern, target in ((f"1e-4 in five .*? {span} faster", 1e-4), (f"{span} to 1e-3", 1e-3)):
+        exudyn = [*ratios(rows, "Exudyn", target).values()]
+        exudyn += ratios(rows, "Exudyn, paper's energy", target).values()
+        match = re.search(pattern, text)
+        assert match is not None
+        assert [int(number) for number in match.groups()] == [
+            round(min(exudyn)),
+            round(max(exudyn)),
+        ]
+    bare = data["bare_lapack"].values()
+    assert f"{min(bare):.1f} to {max(bare):.1f} times the bare LAPACK time" in text
+    faster = {
+        (name, scene, target): 1 - ratio
+        for name in {r.name for r in rows} - {"auto", "foac", "zoac"}
+        for target in (1e-2, 1e-3, *benchmark.TARGETS)
+        for scene, ratio in ratios(rows, name, target).items()
+        if ratio < 1
+    }
+    (percent,) = re.findall(r"by (\d+) %, to 1e-6 on the fast beam", text)
+    assert {key: round(100 * share) for key, share in faster.items()} == {
+        ("chebyshev", "fast", 1e-6): int(percent)
+    }
 
 
 @pytest.fixture

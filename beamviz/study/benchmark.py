@@ -1,6 +1,5 @@
 """beamviz benchmark: measure, write the chart and the numbers, and say the ratios."""
 
-import io
 import os
 import platform
 import sys
@@ -80,16 +79,10 @@ def processor() -> str:
 def files(rows: list[Row], about: dict[str, Any]) -> dict[str, bytes]:
     """The contents of the files by ending."""
     from beamviz.study import workprecision_plot
-    from beamviz.study.chart_style import DPI
+    from beamviz.study.paper_plots import saved
 
     figure = workprecision_plot.draw(rows, workprecision.model_errors(), words(about))
-    found = {"json": workprecision.as_json(rows, about).encode()}
-    for ending in ("png", "svg"):
-        buffer = io.BytesIO()
-        dated = {"Date": None} if ending == "svg" else None
-        figure.savefig(buffer, format=ending, dpi=DPI, metadata=dated)
-        found[ending] = buffer.getvalue()
-    return found
+    return saved(figure) | {"json": workprecision.as_json(rows, about).encode()}
 
 
 def words(about: dict[str, Any]) -> str:

@@ -5,21 +5,21 @@ import textwrap
 from typing import Any
 
 import numpy as np
-from matplotlib import patheffects, rc_context
+from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from beamviz.study.chart_style import DPI, INK, STYLE
+from beamviz.study.chart_style import DPI, INK, STYLE, SYMBOLS
 from beamviz.study.placing import Placer
 from beamviz.study.scenes import SCENES
 from beamviz.study.workprecision import REFERENCE, Row
 
-WIDTH, HEIGHT = 9.0, 13.6  # [in]
+WIDTH, HEIGHT = 9.0, 13.8  # [in]
 COLUMNS = 2
 FAILURES_WIDTH = 74  # characters
 MUTED = "#5A5A5A"
-HALO = [patheffects.withStroke(linewidth=2.5, foreground="white")]
+PLATE: dict[str, Any] = {"fc": "white", "ec": "none", "alpha": 0.7, "pad": 0.6}  # under a name
 THIN: dict[str, Any] = {"lw": 0.9, "ms": 3.0, "zorder": 2}
 # Okabe & Ito: safe for the colour-blind. Same hue: same family; dashes and markers tell apart.
 LOOKS: dict[str, dict[str, Any]] = {
@@ -66,18 +66,20 @@ def draw(rows: list[Row], models: dict[str, dict[str, float | str]], words: str)
             COLUMNS,
             left=0.085,
             right=0.985,
-            top=0.922,
+            top=0.925,
             bottom=0.1,
-            hspace=0.46,
+            hspace=0.43,
             wspace=0.16,
             height_ratios=[1.0] * lines + [0.62],
         )
         times = [row.seconds for row in rows if row.seconds is not None]
         for k, scene in enumerate(SCENES):
             axes = figure.add_subplot(grid[k // COLUMNS, k % COLUMNS])
-            _frame(axes, scene, k % COLUMNS == 0)
+            here = [row for row in rows if row.scene == scene]
+            _frame(axes, scene, here)
+            axes.set_ylabel("" if k % COLUMNS else "relative error")
             axes.set_xlim(0.5e3 * min(times), 3e3 * max(times))
-            _lines(axes, [row for row in rows if row.scene == scene])
+            _lines(axes, here)
         _models(figure.add_subplot(grid[lines, :]), models)
         _head(figure, words)
     return figure
@@ -96,27 +98,32 @@ def _head(figure: Figure, words: str) -> None:
     figure.text(0.012, 0.008, words, color=MUTED, size=8, va="bottom")
 
 
-def _frame(axes: Axes, scene: str, first: bool) -> None:
-    beam = SCENES[scene]
-    symbols = {"alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ"}
-    numbers = ", ".join(
-        f"{symbols[name]} {value:g}"
-        for name, value in beam.numbers.items()
-        if name in symbols and value and not (name == "beta" and not beam.alpha)
-    )
-    axes.set_title(f"{scene}: {numbers}", loc="left", size=10, weight="bold", pad=29)
+def _frame(axes: Axes, scene: str, rows: list[Row]) -> None:
+    """Axes of one scene, with its name above, and who has no answer there."""
+    failures = "; ".join(_failures(rows))
+    lines = textwrap.wrap(f"× {failures}", FAILURES_WIDTH) if failures else []
+    axes.set_title(_title(scene), loc="left", size=10, weight="bold", pad=6 + 8.5 * len(lines))
+    place: dict[str, Any] = {"transform": axes.transAxes, "va": "bottom"}
+    axes.text(0, 1.015, "\n".join(lines), size=7, linespacing=1.05, color=MUTED, **place)
     axes.set(xscale="log", yscale="log", xlabel="processor time [ms]", ylim=(2e-16, 3))
     axes.set_yticks([1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 1])
     axes.set_xticks([0.1, 1, 10, 100, 1000], ["0.1", "1", "10", "100", "1000"])
     axes.minorticks_off()
     axes.grid(color="#E6E6E6", lw=0.6)
     axes.set_axisbelow(True)
-    if first:
-        axes.set_ylabel("relative error")
+
+
+def _title(scene: str) -> str:
+    """A scene and its numbers, but for the slenderness that all share."""
+    beam = SCENES[scene]
+    shown = [name for name in ("alpha", "beta", "gamma", "delta") if beam.numbers[name]]
+    if not beam.alpha:
+        shown.remove("beta")
+    return f"{scene}: " + ", ".join(f"{SYMBOLS[name]} {beam.numbers[name]:g}" for name in shown)
 
 
 def _lines(axes: Axes, rows: list[Row]) -> None:
-    """The lines of one scene with their names on them, and who has none."""
+    """The lines of one scene with their names on them."""
     ends = []
     for name, look in LOOKS.items():
         points = [
@@ -130,18 +137,6 @@ def _lines(axes: Axes, rows: list[Row]) -> None:
             ends.append((name, *points[-1]))
     if ends:
         _names(axes, ends)
-    if words := "; ".join(_failures(rows)):
-        lines = textwrap.fill(f"× {words}", FAILURES_WIDTH)
-        axes.text(
-            0,
-            1.015,
-            lines,
-            transform=axes.transAxes,
-            size=7,
-            linespacing=1.05,
-            color=MUTED,
-            va="bottom",
-        )
 
 
 def _names(axes: Axes, ends: list[tuple[str, float, float]]) -> None:
@@ -156,7 +151,7 @@ def _names(axes: Axes, ends: list[tuple[str, float, float]]) -> None:
             color=LOOKS[name]["color"],
             weight="bold" if ours else "normal",
             fontsize=9.5 if ours else 7.5,
-            path_effects=HALO,
+            bbox=PLATE,
         )
 
 
