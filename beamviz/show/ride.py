@@ -15,7 +15,7 @@ from beamviz.mechanics.solution import Solution
 from beamviz.show.chart import FULL, PER_REV, span
 from beamviz.show.controls import Wanted
 from beamviz.show.latest import Latest
-from beamviz.show.motion import MAX_STRAIN, Shapes
+from beamviz.show.motion import Shapes
 from beamviz.study.runup import DAMPING, RunUp, response, run_up
 
 PER_SECOND = 6.0  # speeds of the run that are passed; they are close together near resonances
@@ -164,8 +164,7 @@ class Ride:
         far = float(np.abs(field).max())
         share = min(far / max(float(np.nanmax(run.amplitudes)), 1e-300), 1.0)
         size = LARGEST * amplitude * np.sqrt(share) / max(far, 1e-300)
-        strain = float(np.abs(np.diff(field[:, 0]) / np.diff(shapes.x)).max())
-        self.field = field * min(size, MAX_STRAIN / max(strain, 1e-300))
+        self.field = field * size
 
     def largest(self, shapes: Shapes, colouring: str, amplitude: float) -> float:
         """The value at the end of the colour map."""
