@@ -7,7 +7,8 @@ SECTION = '.mantine-Tabs-root[style*="border-top"]'  # results or lessons in it
 
 # viser styles its elements in place, so all of this has to insist. Grey words get a contrast of
 # more than 7 : 1 on either page. On a phone the sheet of controls stands below the scene rather
-# than over it, as wide as the screen, and results and lessons come before the controls.
+# than over it, as wide as the screen, and results and lessons come before the controls. Six tabs
+# fit in one row.
 STYLE = f"""<style>
 :root[data-mantine-color-scheme] {{ --mantine-color-dimmed: #4a5158; }}
 :root[data-mantine-color-scheme="dark"] {{ --mantine-color-dimmed: #b9c0c7; }}
@@ -18,6 +19,7 @@ STYLE = f"""<style>
   :is(.uplot canvas, [data-labels], [aria-label="key"], [aria-label="this beam"]) {{
   filter: brightness(1.4);
 }}
+[role="tab"] {{ padding-inline: 6px !important; font-size: 13px !important; }}
 p:has(> label) {{ letter-spacing: -.2px !important; }}
 .mantine-Slider-markLabel {{ font-size: .7rem !important; }}
 @media (max-width: 36em) {{

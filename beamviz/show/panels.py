@@ -14,6 +14,8 @@ from beamviz.show import readout
 from beamviz.show.chart_tab import ChartTab
 from beamviz.show.compare_tab import CompareTab
 from beamviz.show.controls import CHOICES, MODES, Wanted
+from beamviz.show.efforts import Efforts
+from beamviz.show.efforts_tab import EffortsTab
 from beamviz.show.microscope_tab import MicroscopeTab
 from beamviz.show.page_style import add_style
 from beamviz.show.real_beam_form import RealBeams
@@ -76,6 +78,8 @@ class Panel:
             self.compare = CompareTab(gui, self.lock, self.listener)
         with results.add_tab("Run-up"):
             self.ride = RideTab(gui, self.lock, self.listener)
+        with results.add_tab("Methods"):
+            self.efforts = EffortsTab(gui, self.lock, self.listener.weighing)
         results.dock_left()
         results.set_width(370)
 
@@ -190,6 +194,10 @@ class Panel:
         if answer.solution:
             self.known = readout.table(answer.solution, shown)
         self.table.content = self.known if answer.solution else readout.faded(self.known)
+
+    def weigh(self, answer: Answer | None, measured: Efforts | None) -> None:
+        """Tell what the method took, and what every other takes."""
+        self.efforts.show(answer.solution if answer else None, measured)
 
     def show_picture(
         self, colouring: str, largest: float, rate: float, units: Units | None

@@ -17,6 +17,7 @@ from beamviz.show.charting import Charting
 from beamviz.show.commands import Commands
 from beamviz.show.compare import Comparison
 from beamviz.show.controls import Wanted
+from beamviz.show.efforts import Weighing
 from beamviz.show.grip import Grip
 from beamviz.show.guide import Guide
 from beamviz.show.motion import Clock, Shapes, amplitudes
@@ -59,6 +60,7 @@ class Session:
         self.charting = Charting(charts, wake, scene.over, scene.per_rev)
         self.comparison = Comparison(client.scene, pool, wake)
         self.ride = Ride(charts, wake)
+        self.weighing = Weighing(charts, wake)
         self.scene, self.multiples = Scene(client.scene), Multiples(client.scene)
         self.panel = Panel(client.gui, Wanted.by(scene), self.look, self)
         self.panel.put(scene)
@@ -197,7 +199,7 @@ class Session:
     @property
     def fresh(self) -> bool:
         """Whether something waits to be drawn."""
-        return self.changed or self.charting.fresh
+        return self.changed or self.charting.fresh or self.weighing.fresh
 
     @property
     def changed(self) -> bool:
@@ -235,8 +237,11 @@ class Session:
         if now >= self.chart_due:  # the picture comes first
             self.chart_due = math.inf
             self.charting.follow(self.answer, self.comparison.second)
+            self.weighing.follow(self.answer)
         if self.charting.fresh:
             self.charting.draw(self.panel.loci, self.panel.microscope)
+        if self.weighing.fresh:
+            self.panel.weigh(*self.weighing.shown())
 
     def move(self, time: float) -> None:
         """Move the beam on by `time` [T*]: as its modes swing, or as the force drives it."""
@@ -342,6 +347,7 @@ class Session:
         self.charting.close()
         self.comparison.close()
         self.ride.close()
+        self.weighing.close()
 
 
 def theme(side: ClientHandle | ViserServer, *, dark: bool) -> None:

@@ -11,6 +11,7 @@ from viser import GuiApi, GuiEvent, GuiInputHandle, GuiNumberHandle, GuiSliderHa
 from beamviz.beam import LIMITS, NAMES, Beam
 from beamviz.scene_file import SavedScene
 from beamviz.show.compare import Comparison
+from beamviz.show.efforts import Weighing
 from beamviz.show.hardening import shown
 from beamviz.show.measures import LABELS, measures, places
 from beamviz.show.ride import Ride
@@ -64,6 +65,10 @@ class Listener(Protocol):
     @property
     def comparison(self) -> Comparison:
         """What hears of the second beam."""
+
+    @property
+    def weighing(self) -> Weighing:
+        """What hears whether to measure all methods."""
 
     def keep(self) -> None:
         """Keep the beam as it is, to compare with."""
