@@ -89,3 +89,8 @@ def luminance(colour: str) -> float:
     parts = [int(part) / 255 for part in colour[colour.index("(") + 1 : -1].split(",")[:3]]
     light = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
     return sum(weight * p for weight, p in zip((0.2126, 0.7152, 0.0722), light, strict=True))
+
+
+def test_the_page_has_a_name(phone):
+    """That of the program, on its tab in the browser."""
+    phone.wait("document.title === 'beamviz'")

@@ -16,16 +16,17 @@ from beamviz.lessons import lesson
 from beamviz.scene_file import KEYS, SavedScene, literal
 from beamviz.show.door import PARAMETER
 from beamviz.show.guide import Guide
+from beamviz.show.page_script import running
 
 PATIENCE = 20.0  # [s] for a page to answer
 PAUSE = 0.2  # [s] between two questions
 SHOWN = 12.0  # [s] that a message stays
 # What others read from the same link: the door its key, viser's page its switches.
 OTHERS = {PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "logCamera"}
-# An image that cannot be loaded runs this in the page; a script element in it would not run.
+# The page knows the key under a longer name, which only viser needs to know.
 NOTE = (
-    '<img alt="" src="data:," style="display:none" onerror="localStorage.setItem('
-    "Object.keys(localStorage).find(key => key.endsWith('{key}')), '?' + location.search)\">"
+    "localStorage.setItem(Object.keys(localStorage).find(name => name.endsWith('{key}')),"
+    " '?' + location.search)"
 )
 
 
@@ -48,7 +49,7 @@ def asked(client: ClientHandle) -> str:
     """The query of the visitor's link; "" where there is none, or no page that could tell."""
     key, end = secrets.token_hex(8), time.monotonic() + PATIENCE
     client.local_storage.set_item(key, "")
-    note = client.gui.add_html(NOTE.format(key=key))
+    note = client.gui.add_html(running(NOTE.format(key=key)))
     query = ""
     try:
         while not query and time.monotonic() < end:

@@ -2,6 +2,8 @@
 
 from viser import GuiApi
 
+from beamviz.show.page_script import running
+
 SHEET = '.mantine-Paper-root[style*="max-height: 60%"]'  # a phone's controls
 SECTION = '.mantine-Tabs-root[style*="border-top"]'  # results or lessons in it
 
@@ -36,8 +38,7 @@ p:has(> label) {{ letter-spacing: -.2px !important; }}
   div:has(> {SECTION}) {{ order: -1; }}
 }}
 </style>"""
-# An image that cannot be loaded runs this in the page; a script element in it would not run.
-TITLE = '<img alt="" src="data:," style="display:none" onerror="document.title = \'beamviz\'">'
+TITLE = running("document.title = 'beamviz'")
 
 
 def add_style(gui: GuiApi) -> None:
