@@ -120,6 +120,12 @@ def serve(
     public_url: Annotated[
         str, typer.Option(help="Where a reverse proxy offers it.", metavar="https://NAME")
     ] = "",
+    follow: Annotated[
+        bool,
+        typer.Option(
+            "--follow", help="Lecture: all see what one presenter does, by a second link."
+        ),
+    ] = False,
 ) -> None:
     """The explorer in a browser; Ctrl-C ends it."""
     from beamviz.show.server import serve
@@ -131,6 +137,7 @@ def serve(
         open_browser=open,
         public=public_url,
         visitors=whole("visitors", visitors, 1, MAX_VISITORS),
+        follow=follow,
     )
 
 

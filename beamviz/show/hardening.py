@@ -170,7 +170,7 @@ class Guard:
         """Let a visitor in for as long as they stay, unless others were faster."""
         request = connection.request
         assert request
-        presenting = presents(self.door, request)
+        presenting = self.door.presents(read(request), request.path)
         if not presenting and self.door.full(len(self.visitors)):
             await connection.close(TRY_AGAIN_LATER, "the room is full")
             return
@@ -184,21 +184,17 @@ class Guard:
             self.visitors.discard(connection)
 
 
-def presents(door: Door, request: Request) -> bool:
-    """Whether a request came with the presenter's key."""
-    return door.presents(read(request), request.path)
+def presents(door: Door, server: viser.ViserServer, visitor: int) -> bool:
+    """Whether a visitor, by client id, came with the presenter's key."""
+    connection = server._websock_server._live_connections.get(visitor)
+    request = connection.request if connection else None
+    return request is not None and door.presents(read(request), request.path)
 
 
 def read(request: Request) -> dict[str, str]:
     """The headers, names in lower case; what was given twice makes no sense afterwards."""
     names = {name.lower() for name in request.headers}
     return {name: ", ".join(request.headers.get_all(name)) for name in names}
-
-
-def request_of(server: viser.ViserServer, visitor: int) -> Request | None:
-    """The request that a visitor, by client id, came in with; None if they have left."""
-    connection = server._websock_server._live_connections.get(visitor)
-    return connection.request if connection else None
 
 
 def dismiss(server: viser.ViserServer, visitor: int) -> None:

@@ -4,7 +4,7 @@ import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import Generic, TypeVar
+from typing import Generic, Self, TypeVar
 
 W = TypeVar("W")
 A = TypeVar("A")
@@ -34,6 +34,11 @@ class Latest(ABC, Generic[W, A]):
             if not (self.busy or self.closed):
                 self.busy = True
                 self.pool.submit(self.work, wanted)
+
+    def adopt(self, other: Self) -> None:
+        """Take over another's wish, and its answer as far as it has one."""
+        with self.lock:
+            self.wanted, self.answer = other.wanted, other.answer
 
     def work(self, wanted: W) -> None:
         """Answer one wish, and line up again if there is another by then."""

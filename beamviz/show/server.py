@@ -19,8 +19,8 @@ from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.mechanics.solve import solve
 from beamviz.scene_file import SavedScene
 from beamviz.show import camera
-from beamviz.show.door import LOOPBACK, VISITORS, Door, public_url
-from beamviz.show.hardening import dismiss
+from beamviz.show.door import LOOPBACK, PARAMETER, VISITORS, Door, public_url
+from beamviz.show.hardening import dismiss, presents
 from beamviz.show.hosting import hosted
 from beamviz.show.motion import Shapes
 from beamviz.show.session import Session, theme
@@ -44,11 +44,13 @@ def serve(
     open_browser: bool = False,
     public: str = "",
     visitors: int = VISITORS,
+    follow: bool = False,
 ) -> None:
     """Serve the explorer, starting from `scene`, until Ctrl-C or SIGTERM.
 
     public: the URL under which a reverse proxy passes requests on;
-    visitors: how many at once. Prints one line with the URL when ready; where others than this
+    visitors: how many at once; follow: all see what a presenter does, whose link is printed as
+    well. Prints one line with the URL when ready; where others than this
     machine can reach it, a key made for this run is part of it. Raises InvalidInput for a
     model that does not treat such a beam and Unavailable where the address cannot be had.
     """
@@ -56,12 +58,16 @@ def serve(
         solve(scene.beam, **scene.options)
     public = public_url(public) if public else ""
     key = secrets.token_urlsafe(KEY_BYTES) if public or host not in LOOPBACK else ""
-    door = {"visitor": key, "public": public, "room": visitors}
+    presenter = secrets.token_urlsafe(KEY_BYTES) if follow else ""
+    door = {"visitor": key, "presenter": presenter, "public": public, "room": visitors}
     with stopping() as stopped, explorer(scene, host, port, **door) as url:
         words = "whoever has this link can use it; " if key else ""
         print(f"beamviz is at {url} ({words}Ctrl-C ends it)", flush=True)
+        if presenter:
+            lead = f"{url.split('?')[0].rstrip('/')}/?{PARAMETER}={presenter}"
+            print(f"the presenter's link, for nobody else: {lead}", flush=True)
         if open_browser:
-            webbrowser.open(url)
+            webbrowser.open(lead if presenter else url)
         while not ended(stopped):
             pass
 
@@ -81,9 +87,10 @@ def explorer(
         rest = Shapes.at_rest(scene.beam, scene.options["plane"])
         fitted = lifted(camera.viewpoint(rest, scene.look.riding, aspect=1.0, lift=LIFT))
         place(server.initial_camera, scene.camera or fitted)
-        animator = Animator(server, scene, pool, charts)
+        entrance = Door(host, server.get_port(), **door)
+        animator = Animator(server, scene, pool, charts, entrance)
         try:
-            yield Door(host, server.get_port(), **door).url
+            yield entrance.url
         finally:
             animator.stop()
 
@@ -118,8 +125,11 @@ class Animator:
         scene: SavedScene,
         pool: ThreadPoolExecutor,
         charts: ThreadPoolExecutor,
+        door: Door,
     ):
         self.server, self.scene, self.pool, self.charts = server, scene, pool, charts
+        self.door = door
+        self.leader: int | None = None  # the presenter of a lecture
         self.sessions: dict[int, Session] = {}
         self.changed = threading.Condition()
         self.woken: set[int] = set()
@@ -132,12 +142,19 @@ class Animator:
     def join(self, client: ClientHandle) -> None:
         """Open a session for a new visitor."""
         wake = partial(self.wake, client.client_id)
-        session = Session(client, self.scene, self.pool, self.charts, wake, self.crowded)
+        leading = self.door.presenter and presents(self.door, self.server, client.client_id)
+        leader = self.leading if self.door.presenter and not leading else None
+        session = Session(client, self.scene, self.pool, self.charts, wake, self.crowded, leader)
         with self.changed:
             self.sessions[client.client_id] = session
+            self.leader = client.client_id if leading else self.leader
         if self.stopped or client.client_id not in self.server.get_clients():
             self.leave(client.client_id)  # gone again while the session was built
         self.wake(client.client_id)
+
+    def leading(self) -> Session | None:
+        """The session of the presenter, while there is one."""
+        return None if self.leader is None else self.sessions.get(self.leader)
 
     def crowded(self) -> bool:
         """Whether visitors are many."""
@@ -154,6 +171,8 @@ class Animator:
         """Draw what is new for a visitor, now."""
         with self.changed:
             self.woken.add(visitor)
+            if visitor == self.leader:
+                self.woken.update(self.sessions)
             self.changed.notify()
 
     def stop(self) -> None:

@@ -18,6 +18,7 @@ from beamviz.show.commands import Commands
 from beamviz.show.compare import Comparison
 from beamviz.show.controls import Wanted
 from beamviz.show.efforts import Weighing
+from beamviz.show.following import Following, Leader
 from beamviz.show.grip import Grip
 from beamviz.show.guide import Guide
 from beamviz.show.motion import Clock, Shapes, amplitudes
@@ -47,6 +48,7 @@ class Session:
         charts: ThreadPoolExecutor,
         wake: Callable[[], None],
         crowded: Callable[[], bool],
+        leader: Leader | None = None,
     ):
         self.client, self.wake, self.lock = client, wake, threading.RLock()
         self.look = self.drawn = scene.look  # what is wanted to be seen, and what is seen
@@ -68,6 +70,7 @@ class Session:
         Commands(client.gui, self.panel, self.guide)
         SaveLoad(client, self)
         self.take_away = TakeAway(client, self)
+        self.following = Following(self, client.gui, leader) if leader else None
         self.held = False  # the mass is being dragged
         self.grip = Grip(self.scene, lambda: client.camera.position, self)
         theme(client, dark=scene.look.dark)
@@ -78,6 +81,7 @@ class Session:
 
     def want(self, name: str, value: Any) -> None:
         """Another number or keyword is wanted."""
+        self.explore()
         with self.lock:
             if name == "plane":
                 self.viewing.let_go()
@@ -137,6 +141,7 @@ class Session:
 
     def run_up(self) -> None:
         """Start the run-up, or stop it."""
+        self.explore()
         if self.ride.riding:
             self.ride.stop()
             return
@@ -168,6 +173,7 @@ class Session:
 
     def load(self, scene: SavedScene) -> None:
         """Show another scene; the pace is chosen anew."""
+        self.explore()
         with self.panel.lock, self.lock:
             self.panel.put(scene)
             self.solver.want(Wanted.by(scene))
@@ -178,10 +184,16 @@ class Session:
 
     def store(self, change: Callable[[Look], Look], *, repace: bool = False) -> None:
         """Keep a changed look for the next tick."""
+        self.explore()
         with self.lock:
             self.look = change(self.look)
             self.repace = self.repace or repace
         self.wake()
+
+    def explore(self) -> None:
+        """Whoever moves a control goes their own way."""
+        if self.following:
+            self.following.explore()
 
     # What the animator does.
 
@@ -199,7 +211,8 @@ class Session:
     @property
     def fresh(self) -> bool:
         """Whether something waits to be drawn."""
-        return self.changed or self.charting.fresh or self.weighing.fresh
+        behind = self.following is not None and self.following.behind
+        return self.changed or self.charting.fresh or self.weighing.fresh or behind
 
     @property
     def changed(self) -> bool:
@@ -220,6 +233,8 @@ class Session:
     def tick(self, now: float) -> None:
         """Bring the picture up to `now` [s]."""
         elapsed, self.seen = min(now - self.seen, LONGEST_STEP), now
+        if self.following:
+            self.following.step()
         if self.ride.riding:
             self.ride_on(elapsed)
         changed = self.changed
@@ -228,6 +243,8 @@ class Session:
                 self.draw()
             time = elapsed * self.pace if self.moving else 0.0
             self.clock.advance(time, self.shapes.frequencies, self.shapes.beam.gamma)
+            if self.following:
+                self.following.keep_time()
             self.move(time)
             self.comparison.move(time, self.shapes, self.amplitudes)
             self.multiples.move(self.clock.phases, self.drawn.amplitude, self.clock.angle)
