@@ -3,26 +3,45 @@
 import contextlib
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from viser import GuiApi
 
 from beamviz.errors import InvalidInput
+from beamviz.look import Look
+from beamviz.scene_file import SavedScene
+from beamviz.show.charting import Charting
+from beamviz.show.motion import Clock
+from beamviz.show.panels import Panel
 from beamviz.show.sliders import assign, heard
-
-if TYPE_CHECKING:
-    from beamviz.show.session import Session
+from beamviz.show.solving import Solver
 
 LABEL = "follow the presenter"
 FIRST = -1.0  # above all other controls
 
-Leader = Callable[[], "Session | None"]
+
+class Led(Protocol):
+    """What a session has that another one can take over."""
+
+    solver: Solver
+    charting: Charting
+    panel: Panel
+    look: Look
+    clock: Clock
+    lock: threading.RLock
+    wake: Callable[[], None]
+
+    def saved(self) -> SavedScene:
+        """All that is set."""
+
+
+Leader = Callable[[], Led | None]
 
 
 class Following:
     """Keeps one session in line with its leader's while `on`; nothing is solved for it then."""
 
-    def __init__(self, session: "Session", gui: GuiApi, leader: Leader):
+    def __init__(self, session: Led, gui: GuiApi, leader: Leader):
         self.session, self.leader, self.on = session, leader, True
         self.put: tuple[Any, ...] = ()  # what the controls were last put to
         hint = "Move any control to explore by yourself; tick this to come back"
@@ -30,7 +49,7 @@ class Following:
         heard(self.box, threading.RLock(), self.turn)
 
     @property
-    def led_by(self) -> "Session | None":
+    def led_by(self) -> Led | None:
         """Whom to follow now."""
         return self.leader() if self.on else None
 
@@ -74,7 +93,7 @@ class Following:
             session.look = lead.look
             self.show(lead)
 
-    def show(self, lead: "Session") -> None:
+    def show(self, lead: Led) -> None:
         """Put the controls where the leader's are, if they have moved."""
         state = (lead.solver.wanted, lead.look, lead.charting.over, lead.charting.per_rev)
         if state != self.put:
