@@ -1,6 +1,6 @@
 """A rotating beam with a concentrated mass: equilibrium, modes, and a live 3D explorer.
 
-The solver loads on first use, so that `import beamviz` alone stays light.
+What computes and what draws loads on first use, so that `import beamviz` alone stays light.
 """
 
 from importlib import import_module
@@ -11,6 +11,7 @@ from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverg
 
 if TYPE_CHECKING:
     from beamviz.mechanics.solve import Solution, solve
+    from beamviz.scene_file import SavedScene
     from beamviz.study.loci import loci
 
 __version__ = "0.1.0"
@@ -21,17 +22,25 @@ __all__ = [
     "InvalidInput",
     "NoEquilibrium",
     "NotConverged",
+    "SavedScene",
     "Solution",
     "Unavailable",
     "Units",
     "__version__",
+    "animate",
+    "export",
     "loci",
+    "screenshot",
     "solve",
 ]
 
 ON_FIRST_USE = {
+    "SavedScene": "beamviz.scene_file",
     "Solution": "beamviz.mechanics.solve",
+    "animate": "beamviz.show.film",
+    "export": "beamviz.show.export",
     "loci": "beamviz.study.loci",
+    "screenshot": "beamviz.show.picture",
     "solve": "beamviz.mechanics.solve",
 }
 

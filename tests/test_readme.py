@@ -56,10 +56,22 @@ def test_the_options_of_the_server_exist(line):
     assert [option for option in options if option not in text] == []
 
 
-def test_the_python_runs():
-    """The Python block runs as it stands."""
-    (code,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+@pytest.mark.parametrize("code", re.findall(r"```python\n(.*?)```", README, re.DOTALL))
+def test_the_python_runs(code, tmp_path, monkeypatch):
+    """Each Python block runs as it stands, and writes the files it names."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("BEAMVIZ_BROWSER", "none")  # the film would take a minute
     exec(compile(code, "README.md", "exec"), {})
+    assert {path.name for path in tmp_path.iterdir()} == set(re.findall(r'"(\w+\.\w+)"', code))
+
+
+@pytest.mark.parametrize("command", ["screenshot", "animate", "export"])
+def test_the_files_it_names_can_be_written(command):
+    """Each ending the README gives a command is in its help, and so is each option."""
+    text = CliRunner().invoke(app, [command, "--help"], terminal_width=200).output
+    (part,) = re.findall(rf"`beamviz {command} \w+\.(.*?)(?:`beamviz|No window)", README, re.DOTALL)
+    for word in re.findall(r"--[a-z]+", part) + re.findall(r"\.(gif|webp|mp4|glb|csv|npz)\b", part):
+        assert word in text
 
 
 def test_the_tables_name_every_method_and_limit():
