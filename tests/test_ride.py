@@ -49,8 +49,21 @@ def test_the_speed_rises_through_all_speeds_of_the_run_and_the_ride_ends():
     assert len(gammas) == math.ceil((len(run.speeds) - 1) / (0.1 * PER_SECOND))
     assert (np.diff(gammas) > 0).all()
     assert gammas[-1] == run.speeds[-1]
-    assert ride.driven  # the picture stays what it is
     assert ride.advance(0.1) is None
+
+
+def test_the_picture_stays_a_response_when_the_ride_is_over():
+    """From the first solution that is taken up until a mode is chosen, not before: a run may come
+    at any moment."""
+    ride = ridden()
+    assert ride.riding
+    assert not ride.driven
+    ride.drive(solve(BEAM), Shapes.sampled(solve(BEAM)), 0.15)
+    assert ride.driven
+    ride.stop()
+    assert ride.driven
+    ride.shown = False
+    assert not ride.driven
 
 
 def test_it_is_slow_near_a_resonance():

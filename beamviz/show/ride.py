@@ -125,8 +125,8 @@ class Ride:
 
     @property
     def driven(self) -> bool:
-        """Whether the picture shows a response."""
-        return self.shown and self.run is not None
+        """Whether the picture shows a response: there is a run, and the first of it is taken up."""
+        return self.shown and self.run is not None and self.field.size > 0
 
     @property
     def found(self) -> Run | None:

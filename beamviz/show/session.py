@@ -285,9 +285,9 @@ class Session:
             repace, self.repace = self.repace, self.repace and not settled
         if self.answer and self.answer.shapes and not self.words:
             self.shapes = self.answer.shapes
-        self.clock.fit(self.swinging, self.shapes.beam.gamma, keep=not repace)
-        if self.ride.driven and self.answer and self.answer.solution:
+        if self.ride.shown and self.answer and self.answer.solution:
             self.ride.drive(self.answer.solution, self.shapes, self.drawn.amplitude)
+        self.clock.fit(self.swinging, self.shapes.beam.gamma, keep=not repace)
         self.show_others()
         self.scene.show(self.shapes, self.drawn, self.shown, words=self.words)
         if self.answer:
