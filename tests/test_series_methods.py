@@ -196,6 +196,28 @@ def test_power_series_lose_their_digits():
         solve(Beam(), method="power-series", terms=12)
 
 
+@pytest.mark.parametrize(
+    ("method", "options", "model", "near"),
+    [
+        ("assumed-modes", {"terms": 10}, "foac", 1e-2),
+        ("assumed-modes", {"terms": 10, "coriolis": True}, "foac", 1e-2),
+        ("power-series", {}, "foac", 1e-7),
+        ("chebyshev", {}, "auto", 1e-7),
+    ],
+)
+def test_shapes_are_those_of_the_model(method, options, model, near):
+    """Of unit modal mass, on both sides of a mass, along the beam and across it."""
+    beam, x = Beam(alpha=0.5, beta=0.4, gamma=3), np.linspace(0, 1, 11)
+    found = solve(beam, method=method, **options)
+    options = {"coriolis": options.get("coriolis", False), "tolerance": 1e-9}
+    exact = solve(beam, method=model, **options)
+    assert found.labels == exact.labels
+    for k in range(5):
+        assert abs(found.shape(k, x)) == pytest.approx(abs(exact.shape(k, x)), abs=near)
+    assert found.equilibrium.tip == pytest.approx(exact.equilibrium.tip, abs=1e-9)
+    assert found.equilibrium.stretch(x) == pytest.approx(exact.equilibrium.stretch(x), abs=1e-8)
+
+
 def test_rigid_tension_misses_the_stretch():
     """gamma 50, delta 1: 61.59 against 52.94 (physics of the stretched beam)."""
     beam = Beam(gamma=50, delta=1)
