@@ -325,6 +325,16 @@ def test_a_kept_beam_stays_while_the_other_changes(url):
         guest.says(frequency(PAPER))
 
 
+def test_a_ghost_leaves_when_another_scene_begins(url):
+    """It belongs to the scene that is left."""
+    with visitor(url) as guest:
+        guest.choose("Keep this beam", True)
+        guest.wait(lambda _: guest.nodes.get(GHOST, {}).get("visible"))
+        guest.choose("reset", "beam")
+        guest.wait(lambda _: guest.nodes[GHOST].get("visible") is False)
+        guest.says("see what one change does")
+
+
 def test_all_modes_are_shown_and_one_again(url):
     """The button beside the numbers of the modes: five scenes in place of one."""
     with visitor(url) as guest:

@@ -52,6 +52,12 @@ class Comparison:
         self.kept, self.choice = wanted, BEFORE
         self.wake()
 
+    def forget(self) -> None:
+        """Another scene begins: how the last one was is of no use."""
+        self.kept = None
+        if self.choice == BEFORE:
+            self.choose(NOTHING)
+
     # What the animator does.
 
     @property

@@ -180,6 +180,7 @@ class Session:
             self.charting.take(scene.over, scene.per_rev)
             self.viewing.take(scene.camera)
             self.ride.forget()
+            self.comparison.forget()
             self.store(lambda _: scene.look, repace=True)
 
     def store(self, change: Callable[[Look], Look], *, repace: bool = False) -> None:
