@@ -81,7 +81,7 @@ def test_the_table_pairs_modes_by_their_names():
     """alpha 1 against 2 at the tip: S1 is fourth, then third; each is compared with itself."""
     one, two = solve(Beam(alpha=1, beta=1)), solve(Beam(alpha=2, beta=1))
     assert (one.labels.index("S1"), two.labels.index("S1")) == (3, 2)
-    html = compare_tab.table(("this", one), ("other", two))
+    html = compare_tab.compared(("this", one), ("other", two))
     cells = re.search(r"<b>S1</b></td><td>([\d.]+)</td><td>([\d.]+)</td><td>([-+\d.]+) %", html)
     assert cells
     first, second = one.frequencies[3], two.frequencies[2]

@@ -142,7 +142,7 @@ def test_the_chart_shows_run_resonances_and_beam():
         assert x[k] == pytest.approx(along.factor * 4.321)
         assert mark[k] == amplitudes[k]
     assert not np.isfinite(ride_tab.series(run, along, 99.0)[3]).any()
-    table = ride_tab.table(run, measure("gamma", None))
+    table = ride_tab.met(run, measure("gamma", None))
     for one in run.resonances:
         assert f"{one.at:.4f}" in table
         assert f"{run.peak(one):.3g} ×" in table

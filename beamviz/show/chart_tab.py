@@ -13,6 +13,7 @@ from beamviz.show.controls import MODES
 from beamviz.show.measures import LABELS, Measure, frequencies, measure
 from beamviz.show.per_rev import resonance_list
 from beamviz.show.sliders import Listener, assign, heard
+from beamviz.show.tables import SMALL
 from beamviz.study.chart_style import COLOURS as FAMILY_COLOURS
 from beamviz.study.chart_style import SYMBOLS
 from beamviz.study.loci import Event, Loci
@@ -214,9 +215,6 @@ def apart(places: list[float], least: float) -> list[float]:
     for place in places:
         moved.append(max(place, moved[-1] + least) if moved else place)
     return moved
-
-
-SMALL = "font-size:.8em;line-height:1.5;margin:.2em .75em .3em"
 
 
 def key(chart: Chart, second: Chart | None) -> str:

@@ -12,10 +12,9 @@ from beamviz.show.compare import OVERLAID, STACKED, Comparison
 from beamviz.show.measures import frequencies
 from beamviz.show.sliders import Listener, heard
 from beamviz.show.solving import Answer
+from beamviz.show.tables import SMALL, table
 
-SMALL = "font-size:.8em;line-height:1.5;margin:.2em .75em .3em"
 THIS = "this beam"
-HEAD = "font-weight:500;vertical-align:bottom"
 INVITATION = (
     "A second beam on the same clock: see what one change does. "
     "Or drag the mass in the picture: how it was before stays as a ghost."
@@ -47,7 +46,7 @@ class CompareTab:
             self.table.content = note(f"{other.title}: {second.message}")
         elif second and second.solution and answer and answer.solution:
             pair = [(THIS, answer.solution), (escape(other.title), second.solution)]
-            self.table.content = table(*(pair[::-1] if comparison.choice == BEFORE else pair))
+            self.table.content = compared(*(pair[::-1] if comparison.choice == BEFORE else pair))
 
 
 def note(words: str) -> str:
@@ -55,29 +54,21 @@ def note(words: str) -> str:
     return f'<div role="note" style="{SMALL}">{escape(words)}</div>'
 
 
-def table(first: tuple[str, Solution], second: tuple[str, Solution]) -> str:
+def compared(first: tuple[str, Solution], second: tuple[str, Solution]) -> str:
     """The modes by name: frequencies of two beams with their titles, and the change in per cent."""
     (one, this), (two, other) = first, second
     head = frequencies(this.beam.units).label
     heads = ("mode", f"{one}<br>{head}", f"{two}<br>{head}", "change")
     labels = dict.fromkeys((*this.labels, *other.labels))
-    return (
-        '<table aria-label="comparison" style="width:calc(100% - 1.5em);margin:.2em .75em .4em;'
-        "border-collapse:collapse;font-size:.8em;font-variant-numeric:tabular-nums;"
-        'line-height:1.6;text-align:right"><tr style="opacity:.65;line-height:1.3">'
-        + "".join(f'<th style="{HEAD}">{head}</th>' for head in heads)
-        + "</tr>"
-        + "".join(row(label, value(this, label), value(other, label)) for label in labels)
-        + "</table>"
-    )
+    rows = [row(label, value(this, label), value(other, label)) for label in labels]
+    return table("comparison", heads, rows)
 
 
-def row(label: str, first: float, second: float) -> str:
+def row(label: str, first: float, second: float) -> tuple[str, ...]:
     """One mode."""
     change = 100 * (second / first - 1) if first > 0 else math.nan
     changed = f"{change:+.2g} %" if math.isfinite(change) else "–"
-    cells = (f"<b>{label}</b>", number(first), number(second), changed)
-    return "<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+    return f"<b>{label}</b>", number(first), number(second), changed
 
 
 def value(solution: Solution, label: str) -> float:

@@ -10,11 +10,11 @@ from beamviz.show.chart_tab import LINE, MARK, axes, dot
 from beamviz.show.measures import Measure, frequencies, measure
 from beamviz.show.ride import Ride, Run
 from beamviz.show.sliders import Listener, heard
+from beamviz.show.tables import SMALL, table
 from beamviz.study.chart_style import COLOURS
 from beamviz.study.runup import DAMPING, RunUp
 
 HEIGHT = 190  # [px]
-SMALL = "font-size:.8em;line-height:1.5;margin:.2em .75em .3em"
 OFTEN = {f"{k} × per turn": k for k in PER_REV}
 MOST = 1.5  # times the largest amplitude: the end of the axis
 LEAST = 1e-4  # of the largest amplitude: what is smaller is below the axis
@@ -77,7 +77,7 @@ class RideTab:
             self.known = run
             self.plot.axes = plain_axes(along.label)
             self.plot.scales = scales(run, along)
-            self.table.content = table(run, along) + f'<div style="{SMALL}">{NOTE}</div>'
+            self.table.content = met(run, along) + f'<div style="{SMALL}">{NOTE}</div>'
         self.plot.data = series(run, along, gamma)
 
 
@@ -124,7 +124,7 @@ def series(run: RunUp, along: Measure, gamma: float) -> tuple[np.ndarray, ...]:
     return (along.factor * x[order], amplitudes[order], peaks[order], mark[order])
 
 
-def table(run: RunUp, along: Measure) -> str:
+def met(run: RunUp, along: Measure) -> str:
     """The resonances on the way."""
     if not run.resonances:
         return f'<div style="{SMALL}">No mode is met on this line up to here.</div>'
@@ -139,12 +139,4 @@ def table(run: RunUp, along: Measure) -> str:
         )
         for one in run.resonances
     ]
-    return (
-        '<table aria-label="run-up" style="width:calc(100% - 1.5em);margin:.2em .75em .4em;'
-        "border-collapse:collapse;font-size:.8em;font-variant-numeric:tabular-nums;"
-        'line-height:1.6;text-align:right"><tr style="opacity:.65">'
-        + "".join(f'<th style="font-weight:500">{head}</th>' for head in heads)
-        + "</tr>"
-        + "".join("<tr>" + "".join(f"<td>{c}</td>" for c in row) + "</tr>" for row in rows)
-        + "</table>"
-    )
+    return table("run-up", heads, rows)
