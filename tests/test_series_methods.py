@@ -188,6 +188,12 @@ def test_power_series_lose_their_digits():
         lost.append(off(found, exact)[0])
         assert np.all(abs(found.frequencies - exact.frequencies) <= found.errors + exact.errors)
     assert lost[0] < 1e-11 < lost[1] < 1e-9 < lost[2] < 1e-6 < lost[3]
+    for gamma, terms in ((20, 40), (30, 60)):  # too few terms for any digit
+        found = solve(Beam(gamma=gamma), method="power-series", terms=terms)
+        exact = solve(Beam(gamma=gamma), method="foac", tolerance=1e-10)
+        here, there = found.labels.index("B1"), exact.labels.index("B1")
+        away = abs(found.squares[here] - exact.squares[there])
+        assert exact.squares[there] < away <= found.square_errors[here]
     with pytest.raises(NotConverged, match="gamma = 60: rounding eats the power series"):
         solve(Beam(gamma=60), method="power-series", terms=400)
     with pytest.raises(NotConverged, match=r"terms = 40: .* more terms may help"):

@@ -29,7 +29,6 @@ SCANNED = 24  # values of Lambda at a time
 MAX_SCANS = 40
 POLISHINGS, POLISHED = 40, 1e-14
 QUADRATURE = 60  # Gauss points on each part
-COARSE = 1e-2  # share of the largest coefficient that the last ones may have
 LONGEST = 24.0  # layers: e^-24 is what is left of a determinant, e^-36 is rounding
 SAMPLES = 200
 
@@ -126,8 +125,6 @@ def _bending(beam: Beam, terms: int, modes: int, softening: float) -> Family:
 
     s = _roots_of(determinant, beam, terms, modes)
     tip = series(beam, terms, s * abs(s))
-    if not _tail(tip.coefficients[0]) < COARSE:
-        raise _too_few(terms)
     shares = np.stack((-tip.moment[1], tip.moment[0])) / np.hypot(*tip.moment)
     coefficients = [(c * shares).sum(axis=1) for c in tip.coefficients]  # (terms, modes) each
     shapes = _normalised(beam, partial(_piecewise, beam, coefficients))
@@ -171,22 +168,13 @@ def _roots_of(determinant: Function, beam: Beam, terms: int, modes: int) -> np.n
         if len(roots) >= modes:
             return roots[:modes]
         last = grid[-1]
-    raise _too_few(terms)
+    raise NotConverged(f"terms = {terms}: the power series has not converged; more terms may help")
 
 
 def _layers(beam: Beam) -> float:
     """The length of the beam in widths of its bending layers: int sqrt(N) dx."""
     x = (np.arange(SAMPLES) + 0.5) / SAMPLES
     return float(np.sqrt(np.maximum(straight.rigid_tension(beam, x), 0.0)).mean())
-
-
-def _too_few(terms: int) -> NotConverged:
-    return NotConverged(f"terms = {terms}: the power series has not converged; more terms may help")
-
-
-def _tail(c: np.ndarray) -> float:
-    """The last coefficients of a series (terms, 2, k) relative to the largest."""
-    return float(abs(c[-4:]).max() / abs(c).max())
 
 
 def _steps(start: float) -> np.ndarray:
