@@ -1,6 +1,7 @@
 """Films: decoded, not blank, ending where they began; and what stands in the way of one."""
 
 import math
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -8,6 +9,7 @@ from pathlib import Path
 import imageio_ffmpeg
 import numpy as np
 import pytest
+from browser import NO_BROWSER
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image, ImageSequence
@@ -16,11 +18,13 @@ from beamviz.beam import Beam
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.scene_file import SavedScene
 from beamviz.show import encoders
+from beamviz.show.browser import found_browser
 from beamviz.show.figure import drawn
 from beamviz.show.film import animate
 from beamviz.show.loop import looped
 from beamviz.show.shot import Shot
 
+BROWSER = os.environ.get("BEAMVIZ_BROWSER")
 PAPER = Beam(alpha=1, beta=0.5, gamma=10)
 SMALL = {"width": 192, "height": 108, "fps": 8}
 
@@ -60,6 +64,26 @@ def test_a_film_shows_a_beam_that_swings_and_closes(tmp_path, kind):
     assert steps[-1] <= 1.5 * max(steps[:-1])
     assert max(apart(frames[0], frame) for frame in frames) > 2 * max(steps) / 1.5
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.browser
+@pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER)
+def test_a_browser_takes_the_film(tmp_path, monkeypatch):
+    """The frames are those that matplotlib draws, or nearly; the ground stays white."""
+    monkeypatch.delenv("BEAMVIZ_BROWSER")
+    if named := BROWSER:
+        monkeypatch.setenv("BEAMVIZ_BROWSER", named)
+    small = {"width": 192, "height": 108, "fps": 5, "periods": 1}
+    scene = SavedScene.of(mode=1, pace=4.0, nodes=False)
+    animate(tmp_path / "browser.gif", scene, **small)
+    monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
+    animate(tmp_path / "figure.gif", scene, **small)
+    taken, figure = decoded(tmp_path / "browser.gif"), decoded(tmp_path / "figure.gif")
+    assert taken.shape == figure.shape
+    for one, other in zip(taken, figure, strict=True):
+        beams = np.ptp(one, axis=2) > 60, np.ptp(other, axis=2) > 60
+        assert (beams[0] & beams[1]).sum() > 0.7 * (beams[0] | beams[1]).sum()
+        assert np.median(one) >= 250
 
 
 def test_a_gif_plays_for_ever_at_the_pace_asked_for(tmp_path):

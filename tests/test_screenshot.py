@@ -155,3 +155,14 @@ def test_a_browser_that_hangs_is_given_up(tmp_path, monkeypatch):
     with pytest.raises(ProcessLookupError):
         os.kill(int((tmp_path / "pid").read_text()), 0)
     assert not (tmp_path / "a.png").exists()
+
+
+def test_a_stretching_beam_stays_in_the_picture(tmp_path, monkeypatch):
+    """From above, a mass at the tip that swings along the beam is seen whole at its farthest."""
+    monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
+    scene = SavedScene.of(alpha=1, mode=3)
+    path = tmp_path / "a.png"
+    screenshot(path, scene, width=320, height=180, direction=(0.0, 0.0, 1.0))
+    right = pixels(path)[:, -3:]
+    assert np.ptp(right, axis=2).max() < 0.1
+    assert right.min() > 0.6

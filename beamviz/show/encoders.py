@@ -18,6 +18,7 @@ from beamviz.errors import InvalidInput, Unavailable
 NO_FFMPEG = (
     "no ffmpeg found, which MP4 needs: pip install imageio-ffmpeg (.webp and .gif need nothing)"
 )
+GROUND, COARSE = 96, 0xF8  # colours of a GIF for what fills the picture; what tells others apart
 Frames = Iterator[np.ndarray]  # each (height, width, 3)
 
 
@@ -32,9 +33,7 @@ class Encoder(NamedTuple):
 
 def write_gif(file: Path, frames: Frames, fps: float, sample: list[np.ndarray]) -> None:
     """One palette for all frames, made from a sample, so that nothing flickers."""
-    # Of every colour once, or the many pixels of the ground would leave none for the beam.
-    colours = np.unique(np.concatenate(sample).reshape(-1, 3) & 0xFC, axis=0)
-    palette = Image.fromarray(colours[None]).quantize(256, dither=Image.Dither.NONE)
+    palette = palette_of(np.concatenate(sample))
     pictures = (
         Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE)
         for frame in frames
@@ -43,6 +42,21 @@ def write_gif(file: Path, frames: Frames, fps: float, sample: list[np.ndarray]) 
     next(pictures).save(
         file, "GIF", save_all=True, append_images=pictures, duration=duration, loop=0, disposal=1
     )
+
+
+def palette_of(picture: np.ndarray) -> Image.Image:
+    """256 colours for a picture (h, w, 3): the one of the background as it is, a part by how many
+    pixels have them, the others by what colours there are at all, or the ground would leave none
+    for the beam."""
+    every = np.unique(picture.reshape(-1, 3) & COARSE, axis=0)[None]
+    each, times = np.unique(picture.reshape(-1, 3), axis=0, return_counts=True)
+    colours: list[int] = each[times.argmax()].tolist()
+    for pixels, count in ((picture, GROUND), (every, 255 - GROUND)):
+        reduced = Image.fromarray(pixels).quantize(count, dither=Image.Dither.NONE)
+        colours += (reduced.getpalette() or [])[: 3 * count]
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(colours)
+    return palette
 
 
 def write_webp(file: Path, frames: Frames, fps: float, sample: list[np.ndarray]) -> None:

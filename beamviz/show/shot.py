@@ -87,7 +87,13 @@ class Shot:
         levels = heights(len(self.shapes.modes)) if self.together else (0.0,)
         riding = self.scene.look.riding
         position = camera.viewpoint(self.shapes, riding, aspect, 0.0, levels, self.from_above())
-        return Camera((position / self.zoom).tolist())
+        return Camera((position * (1 + self.reach) / self.zoom).tolist())
+
+    @property
+    def reach(self) -> float:
+        """How far the beam gets out along itself, in lengths of the beam."""
+        sizes = np.minimum(self.amplitudes, self.shapes.limits)
+        return float(sizes @ np.abs(self.shapes.modes[:, :, 0]).max(axis=1))
 
     def from_above(self) -> Direction | None:
         """The direction to look from, never quite along the axis."""
