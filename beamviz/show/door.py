@@ -74,8 +74,8 @@ class Door:
         """Whether one more is too many."""
         if visitors < self.room:
             return None
-        words = f"{self.room} visitors are here, as many as this server takes."
-        return Refusal(503, "The room is full", f"{words} This page tries again by itself.")
+        words = f"The limit here is {self.room} at once. This page tries again by itself."
+        return Refusal(503, "The room is full", words)
 
     def answers_to(self, host: str) -> bool:
         """Whether a Host header names this server. A name that somebody made point here (DNS

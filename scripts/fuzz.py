@@ -1,0 +1,75 @@
+"""Random inputs for Beam, solve, loci, the TOML reader and the command line, as many as you like.
+
+    python scripts/fuzz.py [--inputs 100000] [--only NAME ...] [--seed N]
+
+Each outcome must be an answer within its error bar, or an error of the package that names the
+input (tests/fuzzing.py says how that is judged). Prints a row for each kind and the smallest input
+found that breaks the rule; the exit code is 1 if there is one.
+"""
+
+import argparse
+import sys
+import time
+import traceback
+from pathlib import Path
+
+from hypothesis import HealthCheck, Phase, given, seed, settings
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+
+from fuzzing import CASES  # type: ignore[import-not-found]  # noqa: E402
+
+# Of all inputs; what is quick to check gets more of them.
+SHARES = {
+    "Beam": 0.4,
+    "TOML": 0.3,
+    "command line": 0.15,
+    "solve": 0.1,
+    "solve, odd keywords": 0.04,
+    "loci": 0.01,
+}
+
+
+def broken(name: str, inputs: int, number: int) -> str:
+    """The smallest input that breaks the rule, as it is replayed, or ""."""
+    check, strategies = CASES[name]
+    drawn = settings(
+        max_examples=inputs,
+        database=None,
+        deadline=None,
+        suppress_health_check=list(HealthCheck),
+        phases=[Phase.generate, Phase.shrink],
+        print_blob=False,
+    )
+    try:
+        seed(number)(drawn(given(*strategies)(check)))()
+    except BaseException as error:
+        if isinstance(error, KeyboardInterrupt):
+            raise
+        return "\n".join([*getattr(error, "__notes__", []), traceback.format_exc(limit=-1)])
+    return ""
+
+
+def main() -> int:
+    """Draw, judge, and print."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("--inputs", type=int, default=100_000)
+    parser.add_argument("--only", nargs="*", choices=list(CASES), default=list(CASES))
+    parser.add_argument("--seed", type=int, default=0)
+    options = parser.parse_args()
+    failures = 0
+    for name in options.only:
+        began, inputs = time.monotonic(), max(int(SHARES[name] * options.inputs), 1)
+        found = broken(name, inputs, options.seed)
+        failures += bool(found)
+        verdict = "BROKEN" if found else "kept"
+        print(f"{name:<20} {inputs:>7} inputs {time.monotonic() - began:7.0f} s  {verdict}")
+        print(found, end="", flush=True)
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,249 @@
+"""Random inputs for everything that takes one, and what must come of each of them.
+
+An outcome is an answer, within its error bar, or an error of the package that names the input;
+scripts/fuzz.py draws many, tests/test_fuzz.py a fixed few.
+"""
+
+import contextlib
+import io
+import math
+import re
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from hypothesis import strategies as st
+
+from beamviz.beam import LIMITS, SI_KEYS, SI_REQUIRED, Beam
+from beamviz.cli import main
+from beamviz.errors import BeamvizError, InvalidInput
+from beamviz.mechanics.solve import CHOICES, solve
+from beamviz.study.loci import loci
+
+MARGIN = 1e-12  # of the frequency: rounding of a comparison
+NUMBERS = st.one_of(
+    st.floats(allow_nan=True, allow_infinity=True),
+    st.sampled_from([0.0, -0.0, 1e300, -1e300, 5e-324, math.nan, math.inf, 10**400, -1]),
+)
+NONSENSE = st.one_of(
+    NUMBERS, st.none(), st.booleans(), st.text(max_size=5), st.lists(st.integers(), max_size=2)
+)
+
+
+def within(low: float, high: float) -> st.SearchStrategy[float]:
+    """Numbers of a range, its ends and its small ones among them."""
+    return st.one_of(
+        st.floats(low, high, allow_subnormal=False), st.sampled_from([low, high, max(low, 0.0)])
+    )
+
+
+@st.composite
+def beams(draw: Callable) -> Beam:
+    """Beams of the whole accepted range."""
+    numbers = {name: draw(within(*LIMITS[name])) for name in ("alpha", "beta", "delta", "mu")}
+    gamma = draw(within(0.0, min(LIMITS["gamma"][1], 5 * numbers["mu"])))
+    return Beam(gamma=gamma, **numbers)
+
+
+OPTIONS = st.fixed_dictionaries(
+    {},
+    optional={
+        **{name: st.sampled_from(list(known)) for name, known in CHOICES.items()},
+        "coriolis": st.booleans(),
+        "modes": st.integers(1, 8),
+        "tolerance": st.sampled_from([1e-3, 1e-6, 1e-9]),
+    },
+)
+ODD_OPTIONS = st.dictionaries(
+    st.sampled_from([*CHOICES, "coriolis", "modes", "tolerance", "elements"]), NONSENSE, max_size=2
+)
+
+
+def told(error: BeamvizError, *names: str) -> None:
+    """An error is one line, of some words, that says what it is about."""
+    text = str(error)
+    assert "\n" not in text, text
+    assert len(text) > 10, text
+    assert not names or any(name in text for name in names), text
+
+
+def make_beam(values: dict[str, Any]) -> None:
+    """Five numbers of any kind: a beam within its limits, or an error that names one of them."""
+    try:
+        beam = Beam(**values)
+    except InvalidInput as error:
+        told(error, *values)
+    else:
+        assert all(low <= beam.numbers[name] <= high for name, (low, high) in LIMITS.items())
+
+
+def solve_beam(beam: Beam, options: dict[str, Any]) -> None:
+    """Modes within their error bars of a finer solution, or an error with words."""
+    try:
+        solution = solve(beam, **options)
+    except BeamvizError as error:
+        told(error)
+        return
+    assert np.all(solution.errors >= 0)
+    assert np.all((solution.frequencies >= 0) | np.isnan(solution.frequencies))
+    if solution.model.method == "auto":
+        compared(solution, beam, options)
+
+
+def compared(solution: Any, beam: Beam, options: dict[str, Any]) -> None:
+    """The finest solution there is lies within both error bars."""
+    try:
+        finest = solve(beam, **{**options, "method": "auto", "tolerance": 1e-10})
+    except BeamvizError:
+        return  # it says that it cannot be had so fine
+    stable = np.isfinite(solution.frequencies) & np.isfinite(finest.frequencies)
+    apart = np.abs(solution.frequencies - finest.frequencies)[stable]
+    allowed = (solution.errors + finest.errors + MARGIN * finest.frequencies)[stable]
+    assert np.all(apart <= allowed), (apart, allowed)
+
+
+def solve_oddly(beam: Beam, options: dict[str, Any]) -> None:
+    """Keywords that make no sense: an error that names one of them and its value, or an answer."""
+    try:
+        solve(beam, **options)
+    except InvalidInput as error:
+        told(error, *options)
+    except BeamvizError:
+        pass
+
+
+def sweep(beam: Beam, over: str, ends: tuple[float, float], points: int) -> None:
+    """Loci whose branches have one frequency a value, or an error with words."""
+    try:
+        found = loci(beam, over, np.linspace(*ends, points), 3)
+    except BeamvizError as error:
+        told(error)
+        return
+    assert all(len(branch.frequency) == points for branch in found.branches)
+    assert all(event.gap >= 0 for event in found.events)
+
+
+TOML = st.one_of(
+    st.binary(max_size=200),
+    st.text(max_size=200).map(str.encode),
+    st.dictionaries(
+        st.sampled_from([*SI_KEYS, "colour"]),
+        st.one_of(NUMBERS, st.text("ab\"'\\", max_size=3), st.booleans()),
+        max_size=9,
+    ).map(lambda d: "\n".join(f"{k} = {str(v).lower()}" for k, v in d.items()).encode()),
+    st.fixed_dictionaries({key: st.floats(1e-9, 1e9) for key in SI_REQUIRED}).map(
+        lambda d: "\n".join(f"{k} = {v!r}" for k, v in d.items()).encode()
+    ),
+)
+
+
+def read_toml(text: bytes) -> None:
+    """Bytes of any kind as a beam file: a beam, or one line that names the file or a quantity."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "beam.toml"
+        path.write_bytes(text)
+        try:
+            Beam.from_toml(path)
+        except InvalidInput as error:
+            told(error, "beam.toml", *SI_KEYS, *LIMITS, "T*")
+
+
+WORDS = st.one_of(
+    st.sampled_from(
+        [
+            "modes",
+            "loci",
+            "lessons",
+            "--alpha",
+            "--beta",
+            "--gamma",
+            "--delta",
+            "--mu",
+            "--method",
+            "--strain",
+            "--plane",
+            "--modes",
+            "--tolerance",
+            "--elements",
+            "--coriolis",
+            "--format",
+            "json",
+            "csv",
+            "table",
+            "green",
+            "biot",
+            "auto",
+            "foac",
+            "ancf",
+            "flapwise",
+            "--over",
+            "gamma",
+            "alpha",
+            "--start",
+            "--stop",
+            "--points",
+            "--per-rev",
+            "--si",
+            "--help",
+            "--version",
+            "0",
+            "1",
+            "0.5",
+            "-1",
+            "7",
+            "50",
+            "1e3",
+            "1e-3",
+            "nan",
+            "inf",
+            "-inf",
+            "1e300",
+            "--",
+        ]
+    ),
+    st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=6),
+)
+LINES = st.one_of(
+    st.lists(WORDS, max_size=8),
+    st.lists(WORDS, max_size=6).map(lambda words: ["modes", *words]),
+    st.lists(WORDS, max_size=4).map(
+        lambda words: (
+            ["loci", "--over", "gamma", "--start", "0", "--stop", "9", "--points", "4"] + words
+        )
+    ),
+)
+
+
+def command(line: list[str]) -> None:
+    """A command line of any kind ends with a code of its own and, if it failed, one line."""
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        code = main(line)
+    assert code in (0, 1, 2, 3, 4), code
+    words = err.getvalue()
+    assert "Traceback" not in words, words
+    assert not re.search(r"unexpected \w+: ", words), (
+        words
+    )  # what cli.run says of a mistake of ours
+    if code:
+        assert re.fullmatch(r"(beamviz: [^\n]*\n)+", words), words
+
+
+CASES: dict[str, tuple[Callable[..., None], tuple[st.SearchStrategy, ...]]] = {
+    "Beam": (make_beam, (st.dictionaries(st.sampled_from(list(LIMITS)), NONSENSE, min_size=1),)),
+    "solve": (solve_beam, (beams(), OPTIONS)),
+    "solve, odd keywords": (solve_oddly, (beams(), ODD_OPTIONS)),
+    "loci": (
+        sweep,
+        (
+            beams(),
+            st.sampled_from(list(LIMITS)),
+            st.tuples(st.floats(-3, 210), st.floats(-3, 210)),
+            st.integers(2, 6),
+        ),
+    ),
+    "TOML": (read_toml, (TOML,)),
+    "command line": (command, (LINES,)),
+}
