@@ -240,7 +240,7 @@ CASES: dict[str, tuple[Callable[..., None], tuple[st.SearchStrategy, ...]]] = {
         (
             beams(),
             st.sampled_from(list(LIMITS)),
-            st.tuples(st.floats(-3, 210), st.floats(-3, 210)),
+            st.tuples(st.floats(-0.1, 15), st.floats(0, 1)).map(lambda t: (t[0], t[0] + t[1])),
             st.integers(2, 6),
         ),
     ),

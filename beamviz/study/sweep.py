@@ -81,7 +81,8 @@ class Sweep:
     def _solved(self, beams: list[Beam]) -> list[Answer]:
         """The answers for some beams, with a few modes more than asked for."""
         most = MAX_MODES
-        if elements := self.options.get("elements"):
+        elements = self.options.get("elements")
+        if isinstance(elements, int):  # what is no number, solve_many refuses
             most = min(most, 2 * elements)
         return solve_many(
             beams, modes=max(self.modes, min(self.modes + BESIDE, most)), **self.options
