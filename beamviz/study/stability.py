@@ -52,6 +52,12 @@ class Contender(NamedTuple):
     model: dict[str, Any]  # keywords of `solve` for its exact frequencies
     more: dict[str, Any] | None = None
 
+    @property
+    def resolution(self) -> str:
+        """Its number of elements or terms, in words; empty for a method that chooses its own."""
+        given = [(name, self.options.get(name)) for name in ("elements", "terms")]
+        return "".join(f"{number} {name}" for name, number in given if number)
+
 
 GREEN: dict[str, Any] = {"strain": "green"}
 RIGID: dict[str, Any] = {"method": "foac"}
@@ -59,14 +65,14 @@ CONTENDERS = (
     Contender("auto", {}, GREEN),
     Contender("auto, biot strain", {"strain": "biot"}, {"strain": "biot"}),
     Contender("auto, hencky strain", {"strain": "hencky"}, {"strain": "hencky"}),
-    Contender("ancf", {"method": "ancf"}, GREEN),
-    Contender("ancf-planar", {"method": "ancf-planar"}, GREEN),
-    Contender("chebyshev", {"method": "chebyshev"}, GREEN, {"terms": 64}),
-    Contender("linear", {"method": "linear"}, RIGID),
+    Contender("ancf", {"method": "ancf", "elements": 20}, GREEN),
+    Contender("ancf-planar", {"method": "ancf-planar", "elements": 20}, GREEN),
+    Contender("chebyshev", {"method": "chebyshev", "terms": 32}, GREEN, {"terms": 64}),
+    Contender("linear", {"method": "linear", "elements": 20}, RIGID),
     Contender("foac", {"method": "foac"}, RIGID),
     Contender("zoac", {"method": "zoac"}, {"method": "zoac"}),
-    Contender("assumed-modes", {"method": "assumed-modes"}, RIGID, {"terms": 15}),
-    Contender("power-series", {"method": "power-series"}, RIGID, {"terms": 160}),
+    Contender("assumed-modes", {"method": "assumed-modes", "terms": 10}, RIGID, {"terms": 15}),
+    Contender("power-series", {"method": "power-series", "terms": 80}, RIGID, {"terms": 160}),
 )
 
 Answer = Solution | BeamvizError

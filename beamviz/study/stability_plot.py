@@ -112,9 +112,16 @@ def panel(axes: Axes, found: Map, contender: int) -> None:
             curve(axes, boundary, found.values, ls="-")
             constant(axes, boundary)
     curve(axes, found.buckling, found.values, ls=(0, (3, 2)))
-    axes.set_title(CONTENDERS[contender].name, loc="left", size=10, pad=3)
+    head(axes, contender)
     if found.plane.over == "delta" and "hencky" in CONTENDERS[contender].name:
         ansys(axes)
+
+
+def head(axes: Axes, contender: int) -> None:
+    """The method above its panel, and its resolution."""
+    name, resolution = CONTENDERS[contender].name, CONTENDERS[contender].resolution
+    axes.set_title(name, loc="left", size=10, pad=3, weight="bold")
+    axes.set_title(resolution, loc="right", size=8.5, pad=3, color="#555555")
 
 
 def painted(look: Look) -> dict[str, Any]:
@@ -170,12 +177,13 @@ def constant(axes: Axes, gammas: np.ndarray) -> None:
     axes.annotate(
         f"γ = {known.mean():#.4g}",
         (known.mean(), 1),
-        (0, 2),
+        (-3, -3),
         xycoords=axes.get_xaxis_transform(),
         textcoords="offset points",
-        ha="center",
-        va="bottom",
-        size=8,
+        ha="right",
+        va="top",
+        size=7.5,
+        zorder=5,
     )
 
 
