@@ -34,7 +34,7 @@ OUTSIDE = "outside"  # not an accepted beam
 
 KINDS = {
     RIGHT: "right: within 0.001 of its own model's exact frequencies",
-    INACCURATE: "inaccurate: further from them than that",
+    INACCURATE: "inaccurate: further off than that",
     OTHER_MODEL: "its model itself is more than 1 % off the reference",
     FALSELY_UNSTABLE: "falsely unstable: the beam is stable",
     TRULY_UNSTABLE: "truly unstable, and it says so",

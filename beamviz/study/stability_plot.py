@@ -30,7 +30,11 @@ WIDTH, HEIGHT = 11.0, 8.2  # [in]
 TICKS = (1, 3, 10, 30, 100)
 ANSYS = (40.0, 50.0)  # gamma, at delta 1: where the paper says ANSYS diverges
 SMALLEST_NAMED = 0.035  # of the panel
-SAME = 1e-3
+LETTER = 0.024  # of the width of a panel
+DRAWN = 0.02  # of the panel must be falsely unstable for its beginning to be drawn
+SAME = 1e-3  # relative difference of speeds
+REFUSED = "#F0F0F0"
+BUCKLING = (0, (3, 2))
 
 
 class Look(NamedTuple):
@@ -47,8 +51,8 @@ LOOKS = {
     kinds.INACCURATE: Look("#F7E98E", "", INK, "inaccurate"),
     kinds.OTHER_MODEL: Look("#A9D3F0", "", INK, "model\noff > 1 %"),
     kinds.TRULY_UNSTABLE: Look("#C4C4C4", "////", INK, "truly\nunstable"),
-    kinds.ROUNDED: Look("#3FA68A", "....", INK, "rounding"),
-    kinds.NOT_CONVERGED: Look("#B4699A", "xxxx", "white", "did not\nconverge"),
+    kinds.ROUNDED: Look("#6FBFA6", "....", INK, "rounding"),
+    kinds.NOT_CONVERGED: Look("#A0508A", "xxx", "white", "did not\nconverge"),
     kinds.FALSELY_UNSTABLE: Look("#C44601", "", "white", "falsely\nunstable"),
     kinds.NO_EQUILIBRIUM: Look("#2B2B2B", "", "white", "no\nequilibrium"),
 }
@@ -98,7 +102,7 @@ def panel(axes: Axes, found: Map, contender: int) -> None:
     y = edges(found.plane.start, found.plane.stop, names.shape[0], found.plane.logarithmic)
     axes.set_xscale("log")
     axes.set_yscale("log" if found.plane.logarithmic else "linear")
-    axes.set(xlim=x[[0, -1]], ylim=y[[0, -1]], facecolor="#F0F0F0")
+    axes.set(xlim=x[[0, -1]], ylim=y[[0, -1]], facecolor=REFUSED)
     axes.set_xticks(TICKS, [str(tick) for tick in TICKS])
     axes.minorticks_off()
     for kind, look in LOOKS.items():
@@ -106,12 +110,14 @@ def panel(axes: Axes, found: Map, contender: int) -> None:
         if here.any():
             axes.pcolor(x, y, np.ma.masked_where(~here, here), **painted(look))
             region_names(axes, x, y, here, look)
-    losses = np.where(np.any(names == kinds.FALSELY_UNSTABLE), found.losses[:, contender], np.nan)
+    losses = np.where(
+        np.mean(names == kinds.FALSELY_UNSTABLE) > DRAWN, found.losses[:, contender], np.nan
+    )
     for boundary in (found.limits(contender), losses):
         if np.isfinite(boundary).any():
             curve(axes, boundary, found.values, ls="-")
             constant(axes, boundary)
-    curve(axes, found.buckling, found.values, ls=(0, (3, 2)))
+    curve(axes, found.buckling, found.values, ls=BUCKLING)
     head(axes, contender)
     if found.plane.over == "delta" and "hencky" in CONTENDERS[contender].name:
         ansys(axes)
@@ -126,7 +132,8 @@ def head(axes: Axes, contender: int) -> None:
 
 def painted(look: Look) -> dict[str, Any]:
     """How cells of a kind are filled."""
-    edge = "#777777" if look.hatch else "none"
+    lines = "white" if look.ink == "white" else "#777777"
+    edge = lines if look.hatch else "none"
     return {
         "cmap": ListedColormap([look.face]),
         "hatch": look.hatch,
@@ -138,25 +145,26 @@ def painted(look: Look) -> dict[str, Any]:
 
 
 def region_names(axes: Axes, x: np.ndarray, y: np.ndarray, here: np.ndarray, look: Look) -> None:
-    """Name the largest connected region of a kind at its widest place."""
+    """Name the largest connected region of a kind at its widest place, where there is room."""
     regions, count = ndimage.label(here)
     sizes = ndimage.sum_labels(here, regions, range(1, count + 1)) / here.size
-    if sizes.max() < SMALLEST_NAMED:
-        return
     inside = np.pad(regions == 1 + int(sizes.argmax()), 1)
     depth = ndimage.distance_transform_edt(inside, sampling=(1.2, 1.0))[1:-1, 1:-1]
-    if depth.max() < 1.5:
-        return
     row, column = np.unravel_index(depth.argmax(), depth.shape)
-    place = (x[column] * x[column + 1]) ** 0.5, (y[row] + y[row + 1]) / 2
+    outside = np.flatnonzero(~inside[row + 1])  # of the padded row: one to the right
+    left = int(outside[outside <= column].max())
+    right = int(outside[outside > column].min()) - 1
+    longest = max(len(line) for line in look.word.split("\n"))
+    if sizes.max() < SMALLEST_NAMED or (right - left) / here.shape[1] < LETTER * longest:
+        return
     axes.text(
-        *place,
+        (x[left] * x[right]) ** 0.5,
+        (y[row] + y[row + 1]) / 2,
         look.word,
         ha="center",
         va="center",
         size=7.5,
         color=look.ink,
-        linespacing=0.95,
         clip_on=True,
         zorder=4,
         bbox={"fc": look.face, "ec": "none", "pad": 0.8} if look.hatch else None,
@@ -170,13 +178,13 @@ def curve(axes: Axes, gammas: np.ndarray, values: np.ndarray, ls: Any) -> None:
 
 
 def constant(axes: Axes, gammas: np.ndarray) -> None:
-    """The speed beside a boundary that is the same in all rows."""
-    known = gammas[np.isfinite(gammas)]
-    if len(known) < len(gammas) / 3 or np.ptp(known) > SAME * known.mean():
+    """The speed beside a boundary that is the same in most rows."""
+    speed = np.nanmedian(gammas)
+    if np.sum(abs(gammas - speed) < SAME * speed) < len(gammas) / 2:
         return
     axes.annotate(
-        f"γ = {known.mean():#.4g}",
-        (known.mean(), 1),
+        f"γ = {speed:#.4g}",
+        (speed, 1),
         (-3, -3),
         xycoords=axes.get_xaxis_transform(),
         textcoords="offset points",
@@ -193,13 +201,13 @@ def ansys(axes: Axes) -> None:
     limit = beyond.limit if isinstance(beyond, NoEquilibrium) else np.nan
     axes.plot(ANSYS, [1, 1], ls="", marker="o", ms=4, mfc="white", mec=INK, mew=0.8, zorder=5)
     axes.annotate(
-        f"paper: ANSYS\ndiverges here\n(limit {limit:.2f})",
+        f"paper: ANSYS\ndiverges;\nlimit {limit:.2f}",
         (FASTEST, 1),
-        (-3, -5),
+        (-2, -5),
         textcoords="offset points",
         ha="right",
         va="top",
-        size=7,
+        size=6.2,
         color="white",
         zorder=5,
     )
@@ -221,8 +229,10 @@ def legend(axes: Axes, found: Map) -> None:
         for kind, look in LOOKS.items()
         if kind in present
     ]
-    handles += [
-        Line2D([], [], color=INK, lw=1.2, label="where that begins, located exactly"),
-        Line2D([], [], color=INK, lw=1.2, ls=(0, (3, 2)), label="where the beam truly buckles"),
-    ]
+    if kinds.OUTSIDE in present:
+        handles.append(Patch(fc=REFUSED, ec="#777777", lw=0.6, label="not accepted: γ above 5 μ"))
+    handles.append(Line2D([], [], color=INK, lw=1.2, label="where failures begin, exactly"))
+    if np.isfinite(found.buckling).any():
+        dashed = Line2D([], [], color=INK, lw=1.2, ls=BUCKLING, label="where the beam buckles")
+        handles.append(dashed)
     axes.legend(handles=handles, loc="upper left", frameon=False, fontsize=7.2, borderaxespad=0)
