@@ -10,8 +10,6 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-import time
-from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -19,6 +17,7 @@ import numpy as np
 
 from beamviz import Beam, loci, solve
 from beamviz.mechanics.solve import solve_many
+from beamviz.study.lapack import least
 from beamviz.study.sweep import BESIDE
 
 POINTS, MODES = 201, 6
@@ -46,17 +45,6 @@ CASES = (
 )
 
 
-def least(work: Callable[[], object], repeats: int) -> float:
-    """The least time [ms] of several calls; the first call warms up."""
-    work()
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        work()
-        times.append(1e3 * (time.perf_counter() - start))
-    return min(times)
-
-
 def chart(case: Case, values: np.ndarray) -> int:
     """The chart with all its frequencies read; how many meetings it has."""
     found = loci(case.beam, case.over, values, MODES, **case.options)
@@ -81,8 +69,8 @@ def main() -> None:
         whole, solving = least(partial(chart, case, values), REPEATS), least(together, REPEATS)
         apart = least(partial(separate, beams, case.options), 2)
         print(
-            f"{case.name:30}{chart(case, values):9}{whole:8.1f}{solving / whole:9.0%}"
-            f"{apart:10.1f}{apart / whole:7.2f}"
+            f"{case.name:30}{chart(case, values):9}{1e3 * whole:8.1f}{solving / whole:9.0%}"
+            f"{1e3 * apart:10.1f}{apart / whole:7.2f}"
         )
 
 

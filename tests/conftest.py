@@ -1,10 +1,43 @@
-"""Settings of every test, made before numpy is imported."""
+"""Settings of every test, made before numpy is imported, and the command line in this process."""
 
 import os
+from pathlib import Path
 
 import hypothesis
+import pytest
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # timings compare one thread with one thread
 
 hypothesis.settings.register_profile("beamviz", deadline=None, derandomize=True)
 hypothesis.settings.load_profile("beamviz")
+
+STEEL = """\
+length = 2.0
+density = 7850
+area = 4e-4
+second_moment = 1.2e-8
+youngs_modulus = 2.1e11
+rotation_speed = 25
+mass = 0.5
+"""
+
+
+@pytest.fixture
+def run(capsys):
+    """Run a command line; its exit code, stdout and stderr."""
+    from beamviz.cli import main
+
+    def run(*arguments: str) -> tuple[int, str, str]:
+        code = main(list(arguments))
+        out, err = capsys.readouterr()
+        return code, out, err
+
+    return run
+
+
+@pytest.fixture
+def steel(tmp_path: Path) -> str:
+    """A beam file in SI units."""
+    file = tmp_path / "steel.toml"
+    file.write_text(STEEL)
+    return str(file)

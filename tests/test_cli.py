@@ -16,7 +16,6 @@ import pytest
 
 from beamviz import Beam, __version__, solve
 from beamviz.beam import LIMITS
-from beamviz.cli import main
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.lessons import lesson
 from beamviz.mechanics.solve import CHOICES, MAX_MODES
@@ -25,37 +24,8 @@ from beamviz.report import decimals
 from beamviz.scene_file import SavedScene
 
 ROOT = Path(__file__).resolve().parent.parent
-STEEL = """\
-length = 2.0
-density = 7850
-area = 4e-4
-second_moment = 1.2e-8
-youngs_modulus = 2.1e11
-rotation_speed = 25
-mass = 0.5
-"""
 BUFFERED = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
 PAPER = ("--alpha", "1", "--beta", "0.5", "--gamma", "10")  # physics: green, spatial, mu 70
-
-
-@pytest.fixture
-def run(capsys):
-    """Run a command line in this process; its exit code, stdout and stderr."""
-
-    def run(*arguments: str) -> tuple[int, str, str]:
-        code = main(list(arguments))
-        out, err = capsys.readouterr()
-        return code, out, err
-
-    return run
-
-
-@pytest.fixture
-def steel(tmp_path):
-    """A beam file in SI units."""
-    file = tmp_path / "steel.toml"
-    file.write_text(STEEL)
-    return str(file)
 
 
 def process(*arguments: str, **settings: typing.Any) -> subprocess.CompletedProcess[str]:

@@ -12,39 +12,10 @@ import pytest
 from matplotlib.image import imread
 
 from beamviz import Beam, loci
-from beamviz.cli import main
 from beamviz.study.plot import draw
 from beamviz.study.resonances import resonances
 
-STEEL = """\
-length = 2.0
-density = 7850
-area = 4e-4
-second_moment = 1.2e-8
-youngs_modulus = 2.1e11
-mass = 0.5
-"""
 SWEEP = ("loci", "--over", "gamma", "--start", "0", "--stop", "10", "--alpha", "1")
-
-
-@pytest.fixture
-def run(capsys):
-    """Run a command line in this process; its exit code, stdout and stderr."""
-
-    def run(*arguments):
-        code = main(list(arguments))
-        out, err = capsys.readouterr()
-        return code, out, err
-
-    return run
-
-
-@pytest.fixture
-def steel(tmp_path):
-    """A beam file in SI units."""
-    file = tmp_path / "steel.toml"
-    file.write_text(STEEL)
-    return str(file)
 
 
 def strict(text):
