@@ -2,13 +2,16 @@
 
 import math
 import os
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import imageio_ffmpeg
 import numpy as np
 import pytest
+from bare import until
 from browser import NO_BROWSER
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -181,5 +184,29 @@ def test_a_full_disk_leaves_nothing_behind(tmp_path, monkeypatch, kind):
     monkeypatch.setitem(encoders.ENCODERS, f".{kind}", encoder._replace(write=full))
     with pytest.raises(Unavailable, match="No space left on device; choose another place"):
         animate(path, SavedScene(), **SMALL)
+    assert path.read_bytes() == b"before"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of another process")
+@pytest.mark.parametrize("kind", ["gif", "mp4"])
+def test_a_film_that_is_interrupted_leaves_nothing(tmp_path, kind):
+    """Ctrl-C while frames are drawn: what was there stays, and no half file is beside it."""
+    path = tmp_path / f"film.{kind}"
+    path.write_bytes(b"before")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "beamviz", "animate", str(path), "--periods", "12"],
+        stderr=subprocess.PIPE,
+    )
+    with process:
+        try:
+            until(lambda: len(list(tmp_path.iterdir())) == 2)  # the half file
+            time.sleep(1.0)
+            process.send_signal(signal.SIGINT)
+            _, errors = process.communicate(timeout=60)
+        finally:
+            process.kill()
+    assert process.returncode == 130
+    assert b"Traceback" not in errors
     assert path.read_bytes() == b"before"
     assert list(tmp_path.iterdir()) == [path]
