@@ -54,6 +54,7 @@ class Session:
         self.look = self.drawn = scene.look  # what is wanted to be seen, and what is seen
         self.viewing = Viewing(client.camera, scene.camera)
         self.repace = True  # choose the pace anew
+        self.following: Following | None = None  # edits may come while the rest is built
         self.clock, self.seen = Clock(), 0.0
         self.crowded, self.chart_due = crowded, math.inf
         self.answer: Answer | None = None
@@ -70,7 +71,8 @@ class Session:
         Commands(client.gui, self.panel, self.guide)
         SaveLoad(client, self)
         self.take_away = TakeAway(client, self)
-        self.following = Following(self, client.gui, leader) if leader else None
+        if leader:
+            self.following = Following(self, client.gui, leader)
         self.held = False  # the mass is being dragged
         self.grip = Grip(self.scene, lambda: client.camera.position, self)
         theme(client, dark=scene.look.dark)
