@@ -55,6 +55,13 @@ def test_stretch_of_a_force(law, n):
     assert law.force(law.stretch(n)) == pytest.approx(n, abs=3e-5)
 
 
+@given(n=st.floats(0.4, 1e6))
+def test_hencky_stretches_no_further_than_its_law_goes(n):
+    """More than its greatest force leaves it near the stretch where that is carried."""
+    law = STRAIN_LAWS["hencky"]
+    assert 2 < law.stretch(n) <= law.max_stretch
+
+
 def test_green_carries_any_tension():
     """A hardening beam has a stretch for every pull."""
     law = STRAIN_LAWS["green"]

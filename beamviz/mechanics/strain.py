@@ -58,10 +58,12 @@ _ROOT3 = math.sqrt(3)
 
 
 def _exponential(n: Any) -> Any:
-    """f = exp(n f), the lower solution: each time a digit nearer, unless n is almost 1 / e."""
+    """f = exp(n f), the lower solution: each time a digit nearer, unless n is almost 1 / e. More
+    force than that it does not carry: f = e."""
+    n = np.minimum(n, 1 / math.e)
     f = 1 + n
     for _ in range(8):
-        f = np.exp(np.minimum(n, 1 / math.e) * f)
+        f = np.exp(n * f)
     return f
 
 
