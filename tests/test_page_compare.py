@@ -1,5 +1,6 @@
 """The real page: the mass dragged by a mouse, all modes at once, a real beam entered."""
 
+import contextlib
 import time
 from collections.abc import Iterator
 
@@ -90,9 +91,14 @@ def test_the_mass_is_dragged_by_a_mouse(shown):
     """From the middle towards the tip: beta is where the pointer let go, to a hundredth; the
     ghost stays, and the comparison tells how the frequencies were."""
     equilibrium = solve(START).equilibrium
-    start, end = (on_screen(shown, equilibrium.position([x])[0, 0]) for x in (0.5, 0.8))
-    move(shown, start, end)
-    shown.wait(f"Math.abs({value('position β')} - 0.8) < 0.01")
+    there = f"Math.abs({value('position β')} - 0.8) < 0.01"
+    for _ in range(4):  # a busy machine may see the pointer go by without taking the mass
+        start, end = (on_screen(shown, equilibrium.position([x])[0, 0]) for x in (0.5, 0.8))
+        move(shown, start, end)
+        with contextlib.suppress(TimeoutError):
+            shown.wait(there, timeout=10)
+            break
+    assert shown.evaluate(there)
     shown.wait(f"{NODES}['/stage/wheel/ghost']?.visible === true")
     assert [problem for problem in shown.problems if KNOWN not in problem] == []
 

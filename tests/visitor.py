@@ -45,7 +45,8 @@ class Visitor:
         self.socket.send(msgspec.msgpack.encode(message))
 
     def choose(self, label: str, value: Any) -> None:
-        """Set a control, as a browser would."""
+        """Set a control, as a browser would, as soon as it is there."""
+        self.wait(lambda _: label in self.controls)
         self.send(type="GuiUpdateMessage", uuid=self.controls[label], updates={"value": value})
 
     def press(self, key: str) -> None:

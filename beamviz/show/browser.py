@@ -60,6 +60,7 @@ def opened(browser: str, url: str, width: int = 1280, height: int = 720) -> Iter
         finally:
             if process is not None:
                 ended(process)
+                forget_socket(Path(profile))
 
 
 def started(browser: str, url: str, profile: str, width: int, height: int) -> subprocess.Popen:
@@ -71,6 +72,14 @@ def started(browser: str, url: str, profile: str, width: int, height: int) -> su
         stderr=subprocess.DEVNULL,
         start_new_session=True,
     )
+
+
+def forget_socket(profile: Path) -> None:
+    """Remove the folder that Chromium, killed, leaves beside its profile: its path must be short,
+    so it cannot lie in there."""
+    socket = profile / "SingletonSocket"
+    if socket.is_symlink() and socket.readlink().parent.name.startswith("org.chromium."):
+        shutil.rmtree(socket.readlink().parent, ignore_errors=True)
 
 
 def ended(process: subprocess.Popen) -> None:
