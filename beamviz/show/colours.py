@@ -26,6 +26,8 @@ SEQUENTIAL = (
 )
 # From compressed over unstrained to stretched: blue, grey, vermilion.
 DIVERGING = ((16, 84, 168), (90, 150, 208), (204, 206, 208), (236, 148, 92), (204, 76, 2))
+MAPS = {"displacement": SEQUENTIAL, "axial strain": DIVERGING}
+STEPS = 4096  # of a map that is looked up: less than one level of a byte
 
 
 def mapped(values: np.ndarray, anchors: tuple[RGB, ...]) -> np.ndarray:
@@ -38,6 +40,11 @@ def instanced(colours: np.ndarray) -> np.ndarray:
     """sRGB colours in 0 .. 1 as bytes of linear light, which is what instanced meshes take
     (every other colour of a scene is sRGB)."""
     return np.rint(255 * linear(colours)).astype(np.uint8)
+
+
+def palette(anchors: tuple[RGB, ...]) -> np.ndarray:
+    """A colour map as bytes (STEPS, 3) of linear light."""
+    return instanced(mapped(np.linspace(0.0, 1.0, STEPS), anchors))
 
 
 def linear(colours: np.ndarray) -> np.ndarray:
@@ -57,11 +64,21 @@ def along(shapes: Shapes, name: str, moved: np.ndarray, amplitudes: np.ndarray) 
 
 def ranged(shapes: Shapes, name: str, moved: np.ndarray, largest: float) -> np.ndarray:
     """The same, with the value at the end of the colour map."""
+    return mapped(scaled(shapes, name, moved, largest), MAPS[name])
+
+
+def painted(shapes: Shapes, name: str, moved: np.ndarray, largest: float) -> np.ndarray:
+    """The same as bytes (n - 1, 3) of linear light, looked up, since every frame needs them."""
+    places = scaled(shapes, name, moved, largest) * (STEPS - 1) + 0.5
+    return PALETTES[name][places.astype(int).clip(0, STEPS - 1)]
+
+
+def scaled(shapes: Shapes, name: str, moved: np.ndarray, largest: float) -> np.ndarray:
+    """Places (n - 1,) in 0 .. 1 of the colour map, for a beam displaced by `moved` (n, 2)."""
     if name == "axial strain":
-        scaled = 0.5 + 0.5 * axial_strain(shapes, moved) / largest
-        return mapped(scaled, DIVERGING)
-    far = np.linalg.norm((moved[:-1] + moved[1:]) / 2, axis=1)
-    return mapped(far / largest, SEQUENTIAL)
+        return 0.5 + 0.5 * axial_strain(shapes, moved) / largest
+    middle = moved[:-1] + moved[1:]
+    return np.hypot(middle[:, 0], middle[:, 1]) / (2 * largest)
 
 
 def colour_range(shapes: Shapes, name: str, amplitudes: np.ndarray) -> float:
@@ -69,3 +86,6 @@ def colour_range(shapes: Shapes, name: str, amplitudes: np.ndarray) -> float:
     if name == "axial strain":
         return max(largest_strain(shapes, amplitudes), 1e-9)
     return max(float(np.minimum(amplitudes, shapes.limits).sum()), 1e-9)
+
+
+PALETTES = {name: palette(anchors) for name, anchors in MAPS.items()}

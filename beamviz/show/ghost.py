@@ -54,5 +54,5 @@ class Ghost:
         moved = displacement(shapes, phases, amplitudes)
         points, normal = placed(shapes, shapes.centreline + moved)
         self.body.vertices = tube.swept(points, normal, *self.section)[0]
-        self.nodes.move(shapes.x, points, tube.segments(points, normal, *self.section)[1])
+        self.nodes.move(points, tube.segments(points, normal, *self.section)[1])
         self.mass.position = points[shapes.mass]

@@ -214,6 +214,13 @@ def assigned(node: viser.SceneNodeHandle, properties: dict[str, np.ndarray]) -> 
     node._impl.api._queue_scene_message(message)
 
 
+def oriented(node: viser.SceneNodeHandle, wxyz: tuple[float, float, float, float]) -> None:
+    """Turn a node in the same way, unless it stands so already."""
+    if node._impl.wxyz.tolist() != list(wxyz):
+        node._impl.wxyz[:] = wxyz
+        node._impl.api._queue_scene_message(_messages.SetOrientationMessage(node.name, wxyz))
+
+
 def shown(control: viser.GuiInputHandle, value: Any) -> None:
     """Show a value in a control without calling back who listens to it: asynchronous listeners
     cost more than the rest of an edit, and what the program sets is none of their business."""

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -81,7 +82,16 @@ class Shapes:
             nodes=(),
         )
 
-    @property
+    @cached_property
+    def strains(self) -> np.ndarray:
+        """A bound (m, n - 1) of |axial strain| of each mode over time."""
+        parts = [
+            sum(np.abs(axial_strain(self, part) - self.strain) for part in (mode.real, mode.imag))
+            for mode in self.modes
+        ]
+        return np.array(parts).reshape(len(self.modes), len(self.strain))
+
+    @cached_property
     def mass(self) -> int:
         """The station that carries the concentrated mass."""
         return int(np.argmin(np.abs(self.x - self.beam.beta)))
@@ -148,7 +158,12 @@ def amplitudes(look: Look, count: int) -> np.ndarray:
 def displacement(shapes: Shapes, phases: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
     """Displacement (n, 2) of the centreline at phases (m,) [rad] for amplitudes (m,)."""
     sizes = np.minimum(amplitudes, shapes.limits)
-    return np.imag(np.tensordot(sizes * np.exp(1j * phases), shapes.modes, 1))
+    rows = shapes.modes.reshape(len(sizes), 2 * len(shapes.x))
+    if np.iscomplexobj(rows):
+        moved = ((sizes * np.exp(1j * phases)) @ rows).imag
+    else:
+        moved = (sizes * np.sin(phases)) @ rows
+    return moved.reshape(-1, 2)
 
 
 def axial_strain(shapes: Shapes, moved: np.ndarray) -> np.ndarray:
@@ -160,12 +175,8 @@ def axial_strain(shapes: Shapes, moved: np.ndarray) -> np.ndarray:
 
 def largest_strain(shapes: Shapes, amplitudes: np.ndarray) -> float:
     """A bound of |axial strain| over time, for amplitudes (m,)."""
-    still = np.zeros_like(shapes.centreline)
-    bound = np.abs(axial_strain(shapes, still))
-    for mode, amplitude in zip(shapes.modes, np.minimum(amplitudes, shapes.limits), strict=True):
-        for part in (mode.real, mode.imag):
-            bound = bound + amplitude * np.abs(axial_strain(shapes, part) - shapes.strain)
-    return float(bound.max())
+    sizes = np.minimum(amplitudes, shapes.limits)
+    return float((np.abs(shapes.strain) + sizes @ shapes.strains).max())
 
 
 SLOWEST, FASTEST, TURN = 2.5, 0.6, 1.5  # [s] on screen, for one swing and for one turn
@@ -202,5 +213,6 @@ class Clock:
         """Move on by `time` [T*]; phases go on from where they are when frequencies change."""
         if len(self.phases) != len(frequencies):
             self.phases = np.full(len(frequencies), math.pi / 2)
-        self.phases = (self.phases + time * np.nan_to_num(frequencies)) % (2 * math.pi)
+        swinging = np.where(np.isfinite(frequencies), frequencies, 0.0)
+        self.phases = (self.phases + time * swinging) % (2 * math.pi)
         self.angle = (self.angle + time * gamma) % (2 * math.pi)

@@ -6,6 +6,7 @@ from viser import SceneApi
 from beamviz.look import Look
 from beamviz.show import camera, colours, sizes, tube
 from beamviz.show.bodies import HIDDEN, add_bodies, ball, box, put, sleeve
+from beamviz.show.hardening import assigned, oriented
 from beamviz.show.motion import Shapes, displacement
 from beamviz.show.stage import Ghosts, Ground, Hub, Nodes, light, placed, turned
 
@@ -76,16 +77,18 @@ class Scene:
         shapes = self.shapes
         points, normal = placed(shapes, shapes.centreline + moved)
         body = tube.segments(points, normal, *self.section)
-        paint = colours.instanced(self.colour(moved, largest))
+        paint = self.paint(moved, largest)
         put(self.beam, *body, paint)
-        put(self.ends, *(part[[0, -1]] for part in (*body, paint)))  # the sleeves are open
-        self.nodes.move(shapes.x, points, body[1])
-        self.mass.batched_positions = points[[shapes.mass]]
-        self.ground.grid.wxyz = turned(-angle if self.look.riding else 0.0)
-        self.wheel.wxyz = turned(0.0 if self.look.riding else angle)
+        put(self.ends, *(part[:: len(paint) - 1] for part in (*body, paint)))  # sleeves are open
+        self.nodes.move(points, body[1])
+        place = points[shapes.mass : shapes.mass + 1].astype(np.float32)
+        assigned(self.mass, {"batched_positions": place})
+        oriented(self.ground.grid, turned(-angle if self.look.riding else 0.0))
+        oriented(self.wheel, turned(0.0 if self.look.riding else angle))
 
-    def colour(self, moved: np.ndarray, largest: float) -> np.ndarray:
-        """Colour (n - 1, 3) of each piece of the beam, displaced by `moved` (n, 2)."""
+    def paint(self, moved: np.ndarray, largest: float) -> np.ndarray:
+        """Colour (n - 1, 3), bytes of linear light, of each piece displaced by `moved` (n, 2)."""
         if self.greyed:
-            return np.tile(np.array(colours.GREYED) / 255, (tube.SEGMENTS, 1))
-        return colours.ranged(self.shapes, self.look.colouring, moved, largest)
+            grey = np.array([colours.GREYED]) / 255
+            return colours.instanced(np.tile(grey, (tube.SEGMENTS, 1)))
+        return colours.painted(self.shapes, self.look.colouring, moved, largest)

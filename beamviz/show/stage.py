@@ -9,6 +9,7 @@ from viser import SceneApi
 from beamviz.beam import Beam, Units
 from beamviz.show import colours, sizes, tube
 from beamviz.show.bodies import HIDDEN, add_bodies, box
+from beamviz.show.hardening import assigned
 from beamviz.show.measures import measure
 from beamviz.show.motion import Shapes
 
@@ -21,7 +22,8 @@ FADED = 2.2  # the ground is seen so far from the beam
 def placed(shapes: Shapes, centreline: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """A line (n, 2) measured from the clamp as points (n, 3) of the hub, and its plane's normal."""
     points, normal = tube.frame(centreline, shapes.plane)
-    return points + [shapes.beam.delta, 0.0, 0.0], normal
+    points[:, 0] += shapes.beam.delta
+    return points, normal
 
 
 def turned(angle: float) -> tuple[float, float, float, float]:
@@ -172,7 +174,8 @@ class Nodes:
     """A collar and a label at each vibration node: a place of the beam that stays still."""
 
     def __init__(self, api: SceneApi, root: str, colour: colours.RGB = colours.NODE):
-        self.x: np.ndarray = np.zeros(0)  # where they are along the beam
+        self.piece = np.zeros(0, int)  # on which pieces of the beam they are
+        self.share = np.zeros((0, 1))  # and how far along each
         self.collars = add_bodies(api, f"{root}/wheel/nodes", MAX_NODES, box())
         self.collars.batched_colors = colours.instanced(
             np.tile(np.array(colour) / 255, (MAX_NODES, 1))
@@ -204,7 +207,9 @@ class Nodes:
             for x, place in zip(*shapes.nodes[k], strict=True)
         ][:MAX_NODES]
         self.collars.visible = bool(marks)
-        self.x = np.array([x for _, x, _ in marks])
+        at, x = np.array([x for _, x, _ in marks]), shapes.x
+        self.piece = np.searchsorted(x, at, side="right").clip(1, len(x) - 1) - 1
+        self.share = ((at - x[self.piece]) / (x[self.piece + 1] - x[self.piece]))[:, None]
         scales = np.full((MAX_NODES, 3), HIDDEN, np.float32)
         for k, (label, x, place) in enumerate(marks):
             points, normal = placed(shapes, place[None])
@@ -218,16 +223,14 @@ class Nodes:
         for k, tag in enumerate(self.labels):
             tag.visible = labels and k < len(marks)
 
-    def move(self, x: np.ndarray, points: np.ndarray, wxyz: np.ndarray) -> None:
-        """Put the collars on the line of `points` (n, 3) at stations x (n,), turned as its pieces
-        are, wxyz (n - 1, 4)."""
-        if not self.x.size:
+    def move(self, points: np.ndarray, wxyz: np.ndarray) -> None:
+        """Put the collars on the line of `points` (n, 3), turned as its pieces are, wxyz
+        (n - 1, 4)."""
+        piece, share = self.piece, self.share
+        if not piece.size:
             return
-        piece = np.clip(np.searchsorted(x, self.x, side="right") - 1, 0, len(x) - 2)
-        share = ((self.x - x[piece]) / (x[piece + 1] - x[piece]))[:, None]
-        turns = np.tile(np.array([1, 0, 0, 0], np.float32), (MAX_NODES, 1))
-        centres = np.zeros((MAX_NODES, 3), np.float32)
-        centres[: len(share)] = (1 - share) * points[piece] + share * points[piece + 1]
+        turns, centres = np.zeros((MAX_NODES, 4), np.float32), np.zeros((MAX_NODES, 3), np.float32)
+        turns[:, 0] = 1.0
         turns[: len(share)] = wxyz[piece]
-        self.collars.batched_positions = centres
-        self.collars.batched_wxyzs = turns
+        centres[: len(share)] = (1 - share) * points[piece] + share * points[piece + 1]
+        assigned(self.collars, {"batched_positions": centres, "batched_wxyzs": turns})

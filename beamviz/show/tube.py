@@ -4,6 +4,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid, trapezoid
 
 SEGMENTS = 128
+NORMALS = {"chordwise": np.array([0.0, 0.0, 1.0]), "flapwise": np.array([0.0, -1.0, 0.0])}
 
 
 def stations(x: np.ndarray, curvature: np.ndarray, mass: float) -> np.ndarray:
@@ -26,11 +27,15 @@ def frame(centreline: np.ndarray, plane: str) -> tuple[np.ndarray, np.ndarray]:
 
     Across the beam is y (the plane of rotation) chordwise and z (along the axis) flapwise.
     """
-    zero = np.zeros(len(centreline))
-    along, across = centreline.T
-    if plane == "chordwise":
-        return np.stack([along, across, zero], 1), np.array([0.0, 0.0, 1.0])
-    return np.stack([along, zero, across], 1), np.array([0.0, -1.0, 0.0])
+    points = np.zeros((len(centreline), 3))
+    points[:, 0] = centreline[:, 0]
+    points[:, 1 if plane == "chordwise" else 2] = centreline[:, 1]
+    return points, NORMALS[plane]
+
+
+def crosswise(normal: np.ndarray) -> np.ndarray:
+    """The direction (3,) across a straight beam in the plane of motion: normal x (1, 0, 0)."""
+    return np.array([0.0, normal[2], -normal[1]])
 
 
 def tangents(points: np.ndarray) -> np.ndarray:
@@ -69,13 +74,17 @@ def segments(
     Returns centres (n - 1, 3), orientations wxyz (n - 1, 4) and sizes (n - 1, 3). Each box is
     longer by what closes the wedge to its neighbours on the outside of a bend.
     """
-    step = np.diff(points, axis=0)
-    along, across = np.array([1.0, 0.0, 0.0]), np.cross(normal, [1.0, 0.0, 0.0])
-    turn = np.unwrap(np.arctan2(step @ across, step @ along))
+    across = crosswise(normal)
+    along, aside = points[1:, 0] - points[:-1, 0], (points[1:] - points[:-1]) @ across
+    turn = np.arctan2(aside, along)
+    bend = turn[1:] - turn[:-1]
+    bend = np.abs(bend - 2 * np.pi * np.rint(bend / (2 * np.pi)))
     wedge = np.zeros(len(points))
-    bend = np.minimum(np.abs(np.diff(turn)), 1.0)  # a folded piece gets no endless wedge
-    wedge[1:-1] = np.tan(bend / 2) * thickness / 2
-    length = np.linalg.norm(step, axis=1) + wedge[:-1] + wedge[1:]
-    sizes = length[:, None] * along + thickness * np.abs(across) + breadth * np.abs(normal)
-    wxyz = np.concatenate([np.cos(turn / 2)[:, None], np.sin(turn / 2)[:, None] * normal], 1)
+    wedge[1:-1] = np.tan(np.minimum(bend, 1.0) / 2)  # a folded piece gets no endless wedge
+    sizes = np.empty((len(turn), 3))
+    sizes[:] = thickness * np.abs(across) + breadth * np.abs(normal)
+    sizes[:, 0] = np.hypot(along, aside) + thickness / 2 * (wedge[:-1] + wedge[1:])
+    wxyz = np.empty((len(turn), 4))
+    wxyz[:, 0] = np.cos(turn / 2)
+    wxyz[:, 1:] = np.sin(turn / 2)[:, None] * normal
     return (points[:-1] + points[1:]) / 2, wxyz, sizes
