@@ -268,7 +268,6 @@ def benchmark(
     ] = False,
 ) -> None:
     """Speed against accuracy of every method: a chart, and the numbers as JSON."""
-    one_thread()
     from beamviz.study.benchmark import benchmark
 
     print(benchmark(out, quick=quick, peers=peers, release=__version__))
@@ -280,14 +279,14 @@ def stability(
     quick: Annotated[bool, typer.Option("--quick", help="Coarser maps, in a few seconds.")] = False,
 ) -> None:
     """Where each method fails: maps over speed and hub radius, mass, slenderness, with commands."""
-    one_thread()
     from beamviz.study.stability_report import stability
 
     print(stability(out, quick, lambda text: print(text, file=sys.stderr)))
 
 
 def one_thread() -> None:
-    """Keep numpy, not loaded yet, to one thread."""
+    """Keep numpy, not loaded yet, to one thread: these matrices are small, and threads that wait
+    for each other on a busy machine take ten times as long."""
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
         os.environ[name] = "1"
 
@@ -295,6 +294,7 @@ def one_thread() -> None:
 def main(arguments: list[str] | None = None) -> int:
     """Run a command line (by default this process's); the exit code (the README lists them)."""
     given = sys.argv[1:] if arguments is None else arguments
+    one_thread()
     try:
         code = run(given or ["--help"])
         print(end="", flush=True)

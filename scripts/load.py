@@ -180,7 +180,10 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=60.0)
     options = parser.parse_args()
     command = [sys.executable, "-c", SERVE, str(options.visitors)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT) as process:
+    alone = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # as `beamviz serve` has it
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, text=True, cwd=ROOT, env=alone
+    ) as process:
         try:
             assert process.stdout
             url = next(w for w in process.stdout.readline().split() if w.startswith("http"))
