@@ -2,6 +2,7 @@
 
 import contextlib
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -18,7 +19,7 @@ class Ended(BaseException):
 
     def __init__(self, number: int):
         super().__init__(number)
-        self.code = 128 + number
+        self.number, self.code = number, 128 + number
 
 
 @contextlib.contextmanager
@@ -29,17 +30,38 @@ def ending() -> Iterator[None]:
 
     def end(number: int, frame: FrameType | None) -> None:
         if importing(frame):
-            again(number, end)
+            again(number)
         elif not asked or time.monotonic() - asked[-1] > PATIENCE:
             asked.append(time.monotonic())
             raise Ended(number)
 
     before = handled_by(end)
     try:
-        yield
+        with unswallowed(asked):
+            yield
     finally:
         if not asked:
             restored(before)
+
+
+@contextlib.contextmanager
+def unswallowed(asked: list[float]) -> Iterator[None]:
+    """Within, an Ended raised where Python lets nothing out (in `__del__`, say, which runs at any
+    moment) is not lost: its signal comes again."""
+    usual = sys.unraisablehook
+
+    def swallowed(lost: Any) -> None:
+        if isinstance(lost.exc_value, Ended):
+            asked.clear()
+            again(lost.exc_value.number)
+        else:
+            usual(lost)
+
+    sys.unraisablehook = swallowed
+    try:
+        yield
+    finally:
+        sys.unraisablehook = usual
 
 
 def importing(frame: FrameType | None) -> bool:
@@ -49,10 +71,10 @@ def importing(frame: FrameType | None) -> bool:
     return frame is not None
 
 
-def again(number: int, handler: Handler) -> None:
-    """Let a signal come once more in a moment."""
+def again(number: int) -> None:
+    """Let a signal come once more in a moment, to whoever handles it then."""
     if hasattr(signal, "setitimer"):  # not on Windows, where the next Ctrl-C has to do
-        signal.signal(signal.SIGALRM, lambda _, frame: handler(number, frame))
+        signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(number))
         signal.setitimer(signal.ITIMER_REAL, MOMENT)
 
 

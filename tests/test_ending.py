@@ -13,7 +13,7 @@ import pytest
 from bare import free_port, until
 from browser import NO_BROWSER
 
-from beamviz.ending import Ended, ending, undisturbed
+from beamviz.ending import MOMENT, Ended, again, ending, undisturbed
 from beamviz.show.browser import found_browser
 
 ROOT = Path(__file__).parent.parent
@@ -173,3 +173,61 @@ def test_a_signal_waits_until_what_is_started_is_known():
     with pytest.raises(Ended), ending(), undisturbed():
         start()
     assert known == ["process"]
+
+
+def test_a_signal_put_off_waits_as_well():
+    """One that came while a module was loaded comes again: not while something is started."""
+    known = []
+    with pytest.raises(Ended), ending(), undisturbed():
+        again(signal.SIGTERM)
+        time.sleep(4 * MOMENT)
+        known.append("process")
+    assert known == ["process"]
+
+
+def test_a_signal_that_python_swallows_comes_again(capsys):
+    """Nothing gets out of `__del__`, which runs at any moment: Python says so, and goes on."""
+
+    class Greedy:
+        def __del__(self) -> None:
+            signal.raise_signal(signal.SIGTERM)
+
+    with pytest.raises(Ended), ending():
+        Greedy()
+        time.sleep(10)
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.browser
+@pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER)
+def test_a_browser_is_put_away_whenever_the_signal_comes(tmp_path):
+    """Even as `finally` begins, before its first line."""
+    done = subprocess.run(
+        [sys.executable, "-c", HASTY],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(tmp_path)},
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (143, "")
+    assert mentioning(tmp_path) == []
+    assert list(tmp_path.iterdir()) == []
+
+
+HASTY = """
+import signal, sys
+from beamviz.ending import Ended, ending
+from beamviz.show import browser
+
+def hasty(*given):
+    signal.raise_signal(signal.SIGTERM)
+    put_away(*given)
+
+put_away, browser.put_away = browser.put_away, hasty
+try:
+    with ending(), browser.opened(browser.found_browser(), "about:blank"):
+        pass
+except Ended as end:
+    sys.exit(end.code)
+"""

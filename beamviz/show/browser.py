@@ -1,5 +1,6 @@
 """Chrome, Chromium or Edge without a window, for pictures (and for tests of the page)."""
 
+import atexit
 import contextlib
 import os
 import shutil
@@ -7,6 +8,7 @@ import signal
 import subprocess
 import tempfile
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 from beamviz.ending import undisturbed
@@ -52,15 +54,17 @@ def found_browser() -> str | None:
 def opened(browser: str, url: str, width: int = 1280, height: int = 720) -> Iterator[Path]:
     """`browser` showing `url` without a window; gives its profile folder, ends it on leaving."""
     with tempfile.TemporaryDirectory(prefix="beamviz-", ignore_cleanup_errors=True) as profile:
-        process = None
+        away = None
         try:
-            with undisturbed():  # or a signal could come before `process` is known
+            with undisturbed():  # or a signal could come before the process is known
                 process = started(browser, url, profile, width, height)
+                away = partial(put_away, process, Path(profile))
+                atexit.register(away)  # should a signal come as `finally` begins
             yield Path(profile)
         finally:
-            if process is not None:
-                ended(process)
-                forget_socket(Path(profile))
+            if away is not None:
+                away()
+                atexit.unregister(away)
 
 
 def started(browser: str, url: str, profile: str, width: int, height: int) -> subprocess.Popen:
@@ -72,6 +76,13 @@ def started(browser: str, url: str, profile: str, width: int, height: int) -> su
         stderr=subprocess.DEVNULL,
         start_new_session=True,
     )
+
+
+def put_away(process: subprocess.Popen, profile: Path) -> None:
+    """End a browser, and remove what it leaves outside its profile; twice does no harm."""
+    if process.returncode is None:
+        ended(process)
+    forget_socket(profile)
 
 
 def forget_socket(profile: Path) -> None:
