@@ -178,10 +178,14 @@ def test_a_signal_waits_until_what_is_started_is_known():
 def test_a_signal_put_off_waits_as_well():
     """One that came while a module was loaded comes again: not while something is started."""
     known = []
-    with pytest.raises(Ended), ending(), undisturbed():
+
+    def start() -> None:
         again(signal.SIGTERM)
         time.sleep(4 * MOMENT)
         known.append("process")
+
+    with pytest.raises(Ended), ending(), undisturbed():
+        start()
     assert known == ["process"]
 
 
@@ -192,9 +196,12 @@ def test_a_signal_that_python_swallows_comes_again(capsys):
         def __del__(self) -> None:
             signal.raise_signal(signal.SIGTERM)
 
-    with pytest.raises(Ended), ending():
+    def work() -> None:
         Greedy()
         time.sleep(10)
+
+    with pytest.raises(Ended), ending():
+        work()
     assert capsys.readouterr().err == ""
 
 

@@ -1,6 +1,5 @@
 """The loci chart as data: the range of its axis, what is computed, and the lines to draw."""
 
-import logging
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -13,6 +12,7 @@ from beamviz.beam import LIMITS, MAX_GAMMA_OVER_MU, Beam
 from beamviz.errors import BeamvizError
 from beamviz.mechanics.solution import BENDING, MIXED, STRETCHING, Solution
 from beamviz.show.controls import MODES, Wanted
+from beamviz.show.journal import Journal
 from beamviz.show.latest import Latest
 from beamviz.show.measures import frequencies, measure
 from beamviz.study.loci import Branch, Event, Loci, loci
@@ -35,7 +35,7 @@ REAL_SPEED = 5.0  # real beams turn slowly
 FULL = 0.8
 ROUND = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
 
-log = logging.getLogger(__name__)
+journal = Journal(__name__)
 
 
 def span(beam: Beam, over: str) -> tuple[float, float]:
@@ -115,7 +115,7 @@ class Charts(Latest[Question, Chart]):
         except BeamvizError as error:
             return Chart(wanted, words=str(error))
         except Exception as error:  # a mistake of ours must not end a visitor's session
-            log.exception("the chart of %s failed", wanted)
+            journal.failed("chart", wanted, error)
             return Chart(wanted, words=f"unexpected: {error}")
 
 

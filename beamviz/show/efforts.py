@@ -9,6 +9,7 @@ import numpy as np
 from beamviz.errors import BeamvizError
 from beamviz.mechanics.solve import METHODS, Solution, solve
 from beamviz.show.controls import Wanted
+from beamviz.show.journal import Journal
 from beamviz.show.latest import Latest
 from beamviz.show.solving import Answer
 
@@ -25,6 +26,8 @@ OPTION = {
     **dict.fromkeys(("ancf", "ancf-planar", "linear"), "elements"),
     **dict.fromkeys(("assumed-modes", "power-series", "chebyshev"), "terms"),
 }
+
+journal = Journal(__name__)
 
 
 class Effort(NamedTuple):
@@ -94,7 +97,12 @@ class Trials(Latest[Wanted, Efforts]):
     """Tries all methods for the latest wish of one visitor."""
 
     def answered(self, wanted: Wanted) -> Efforts:
-        return efforts(wanted)
+        """Try all methods."""
+        try:
+            return efforts(wanted)
+        except Exception as error:  # a mistake of ours must not end a visitor's session
+            journal.failed("trial of methods", wanted, error)
+            return Efforts(wanted, (), f"unexpected: {error}")
 
 
 class Weighing:

@@ -8,7 +8,6 @@ Internals change without notice: it runs with the versions it was tested with, a
 import asyncio
 import contextlib
 import html
-import logging
 from collections.abc import Awaitable, Callable, Iterator
 from typing import Any
 from unittest import mock
@@ -33,6 +32,7 @@ from beamviz.show.inbox import (
     Kinds,
     Senseless,
 )
+from beamviz.show.journal import Journal
 
 TESTED = ("1.1.1",)  # versions of viser
 PROTOCOL = f"viser-v{viser.__version__}"
@@ -63,7 +63,7 @@ HEADERS = {
     "Cache-Control": "no-store",
 }
 
-log = logging.getLogger(__name__)
+journal = Journal(__name__)
 
 Handler = Callable[[ServerConnection], Awaitable[None]]
 
@@ -80,7 +80,8 @@ class Connection(ServerConnection):
         try:
             return await self.inbox.next()
         except Senseless as error:
-            log.warning("%s: sent off, for a message that makes no sense: %s", peer(self), error)
+            words = f"sent off, for a message that makes no sense: {error}"
+            journal.note(peer(self), "senseless", words)
             await self.close(POLICY_VIOLATION, "a message that makes no sense")
             raise self.protocol.close_exc from None
 
@@ -140,7 +141,8 @@ class Guard:
         """Turn a request away, or let viser answer it (None: a WebSocket may open)."""
         headers = read(request)
         if refusal := self.door.refused(headers, request.path):
-            log.warning("%s: turned away: %s", peer(connection), refusal.title.lower())
+            title = refusal.title.lower()
+            journal.note(peer(connection), title, f"turned away: {title}")
             return turned_away(refusal)
         opening = headers.get("upgrade", "").lower() == "websocket"
         if opening and headers.get("sec-websocket-protocol") != PROTOCOL:
@@ -263,9 +265,12 @@ p {{ opacity: .75 }} h1 {{ font-size: 1.5em; border-left: 5px solid #206096; pad
 
 
 def told(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-    """One line for a message that viser could not make sense of."""
+    """A line for a message that viser could not make sense of."""
     error = context.get("exception")
-    log.warning("a visitor's message was ignored: %s", error or context["message"])
+    frame = error.__traceback__.tb_frame if error and error.__traceback__ else None
+    visitor = frame.f_locals.get("client_id") if frame else None  # of viser's callback
+    words = f"a message was ignored: {error or context['message']}"
+    journal.note(f"visitor {visitor}", type(error).__name__, words)
 
 
 def peer(connection: ServerConnection) -> str:

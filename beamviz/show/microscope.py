@@ -1,6 +1,5 @@
 """A meeting of two loci seen from near: without and with Coriolis forces, and the shapes there."""
 
-import logging
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -10,6 +9,7 @@ from beamviz.beam import LIMITS
 from beamviz.errors import BeamvizError
 from beamviz.mechanics.solution import Solution
 from beamviz.show.chart import Question
+from beamviz.show.journal import Journal
 from beamviz.show.latest import Latest
 from beamviz.study.loci import Branch, Event, Loci, loci
 
@@ -20,7 +20,7 @@ ROOM = 5.0  # times the distance at which the gap has doubled, or the shift by C
 BESIDE = 1e-3  # of the view: so far from a crossing, where both are one, the shapes are taken
 X = np.linspace(0.0, 1.0, 61)
 
-log = logging.getLogger(__name__)
+journal = Journal(__name__)
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class Closeups(Latest[Target, Closeup]):
         except BeamvizError as error:
             return Closeup(wanted, words=str(error))
         except Exception as error:  # a mistake of ours must not end a visitor's session
-            log.exception("the close-up of %s failed", wanted)
+            journal.failed("close-up", wanted, error)
             return Closeup(wanted, words=f"unexpected: {error}")
 
 

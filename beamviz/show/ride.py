@@ -1,6 +1,5 @@
 """The run-up in the page: the speed rises, and the beam shows how far the force drives it there."""
 
-import logging
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from beamviz.look import within
 from beamviz.mechanics.solution import Solution
 from beamviz.show.chart import FULL, PER_REV, span
 from beamviz.show.controls import Wanted
+from beamviz.show.journal import Journal
 from beamviz.show.latest import Latest
 from beamviz.show.motion import Shapes
 from beamviz.study.runup import DAMPING, RunUp, response, run_up
@@ -22,7 +22,7 @@ PER_SECOND = 6.0  # speeds of the run that are passed; they are close together n
 LARGEST = 2.0  # times the amplitude set for the picture: how far the highest peak is drawn
 USUAL_DAMPING = 0.02
 
-log = logging.getLogger(__name__)
+journal = Journal(__name__)
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Runs(Latest[Ask, Run]):
         except BeamvizError as error:
             return Run(wanted, words=str(error))
         except Exception as error:  # a mistake of ours must not end a visitor's session
-            log.exception("the run-up of %s failed", wanted)
+            journal.failed("run-up", wanted, error)
             return Run(wanted, words=f"unexpected: {error}")
 
 

@@ -1,7 +1,6 @@
 """The explorer as a server: a session for each visitor, one animator for all of them."""
 
 import contextlib
-import logging
 import queue
 import secrets
 import threading
@@ -22,6 +21,7 @@ from beamviz.show import camera
 from beamviz.show.door import LOOPBACK, PARAMETER, VISITORS, Door, public_url
 from beamviz.show.hardening import dismiss, presents
 from beamviz.show.hosting import hosted
+from beamviz.show.journal import Journal
 from beamviz.show.motion import Shapes
 from beamviz.show.session import Session, theme
 from beamviz.show.viewing import LIFT, lifted, place
@@ -34,7 +34,7 @@ SOLVERS = 2  # threads, for all visitors together
 CHARTERS = 1  # as well, for their charts
 KEY_BYTES = 16
 
-log = logging.getLogger(__name__)
+journal = Journal(__name__)
 
 
 def serve(
@@ -211,7 +211,6 @@ class Animator:
         try:
             session.tick(now)
         except Exception as error:
-            trace = log.isEnabledFor(logging.DEBUG)
-            log.error("visitor %s: sent off, drawing failed: %r", visitor, error, exc_info=trace)
+            journal.failed("drawing", f"visitor {visitor}, who is sent off", error)
             self.leave(visitor)
             dismiss(self.server, visitor)  # their page connects again, to a new session

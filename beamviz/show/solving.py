@@ -1,6 +1,5 @@
 """Answers to what a visitor wants: a solution with its shapes, or why there is none."""
 
-import logging
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -9,11 +8,12 @@ from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.mechanics.solve import Solution, solve
 from beamviz.show.controls import Wanted
+from beamviz.show.journal import Journal
 from beamviz.show.latest import Latest
 from beamviz.show.motion import Shapes
 from beamviz.show.words import refused, unstable
 
-log = logging.getLogger(__name__)
+journal = Journal(__name__)
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ def answered(wanted: Wanted, previous: Shapes | None) -> Answer:
     except BeamvizError as error:
         return Answer(wanted, beam, words=refused(error, beam), message=str(error))
     except Exception as error:  # a mistake of ours must not end a visitor's session
-        log.error("solving %s failed: %r", wanted, error, exc_info=log.isEnabledFor(logging.DEBUG))
+        journal.failed("solution", wanted, error)
         return Answer(wanted, beam, words="No solution", message=f"unexpected: {error}")
 
 

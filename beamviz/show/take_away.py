@@ -1,6 +1,5 @@
 """Pictures, films, pages, models and numbers of what a visitor sees, made for them on request."""
 
-import logging
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
@@ -12,6 +11,7 @@ from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.scene_file import SavedScene
 from beamviz.show.export import export
 from beamviz.show.film import animate
+from beamviz.show.journal import Journal
 from beamviz.show.picture import screenshot
 from beamviz.show.sliders import Listener
 
@@ -27,7 +27,7 @@ FILES = {
 PATIENCE = 12.0  # [s] that a message stays
 MAKING = threading.BoundedSemaphore(1)  # one file at a time, of all visitors
 
-log = logging.getLogger(__name__)
+journal = Journal(__name__)
 
 
 class Abandoned(Exception):
@@ -72,8 +72,8 @@ class TakeAway:
             self.say("There is nothing to make of this", str(error))
         except BeamvizError as error:
             self.say("It could not be made", str(error))
-        except Exception:  # a mistake of ours must not end a visitor's session
-            log.exception("making %s failed", ending)
+        except Exception as error:  # a mistake of ours must not end a visitor's session
+            journal.failed("file", ending, error)
             self.say("It could not be made", "an unexpected error, which the server has noted")
         finally:
             MAKING.release()
