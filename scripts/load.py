@@ -125,6 +125,8 @@ async def hall(url: str, guests: list[Guest], seconds: float, pid: int) -> list[
     """Let all guests in, let them drag, and measure after a while."""
     texts = first_frequencies()
     visits = [asyncio.create_task(guest.visit(url, texts)) for guest in guests]
+    while not all(guest.slider for guest in guests):
+        await asyncio.sleep(0.1)
     await asyncio.sleep(SETTLING)
     for guest in guests:
         guest.frames, guest.solved, guest.latencies = 0, 0, []

@@ -29,6 +29,7 @@ from beamviz.show.scene import Scene
 from beamviz.show.server import explorer
 from beamviz.show.stage import placed
 from beamviz.show.tube import SEGMENTS
+from beamviz.show.turns import Turns
 
 PAPER = Beam(alpha=1, beta=0.5, gamma=10)
 WANTED = Wanted.of(PAPER, {})
@@ -40,7 +41,7 @@ points = st.tuples(unit, unit, unit).map(np.array)
 def compared(api: Any, choice: str, wanted: Wanted = WANTED) -> Comparison:
     """A comparison that has its answer."""
     with ThreadPoolExecutor(1) as pool:
-        comparison = Comparison(api, pool, lambda: None)
+        comparison = Comparison(api, Turns(pool), lambda: None)
         comparison.choose(choice)
         comparison.follow(wanted)
     return comparison

@@ -18,7 +18,7 @@ from visitor import BEAM, Visitor, redrawn, visitor
 from beamviz.beam import NAMES, Beam
 from beamviz.mechanics.solve import solve
 from beamviz.scene_file import SavedScene
-from beamviz.show import hardening, server, solving
+from beamviz.show import animator, hardening, server, solving
 from beamviz.show.readout import significant
 from beamviz.show.server import Animator, explorer
 from beamviz.show.session import Session
@@ -93,7 +93,7 @@ def frequency(beam: Beam) -> str:
 @pytest.fixture(autouse=True)
 def fresh_log() -> None:
     """No line is left out because an earlier test has had it."""
-    for module in (hardening, server, solving):
+    for module in (animator, hardening, solving):
         module.journal.noted.clear()
 
 

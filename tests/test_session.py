@@ -28,6 +28,7 @@ from beamviz.show.hosting import hosted
 from beamviz.show.readout import significant
 from beamviz.show.server import explorer, serve
 from beamviz.show.sliders import assign, heard
+from beamviz.show.turns import Turns
 
 PAPER = Beam(alpha=1, beta=0.5, gamma=10)
 
@@ -141,7 +142,7 @@ def test_wishes_that_came_in_between_are_skipped(monkeypatch):
     ready = threading.Semaphore(0)
     wanted = Wanted.of(PAPER, {})
     with ThreadPoolExecutor(2) as pool:
-        solver = solving.Solver(pool, wanted, ready.release)
+        solver = solving.Solver(Turns(pool), wanted, ready.release)
         while not solved:
             time.sleep(0.01)
         for k in range(100):
@@ -387,10 +388,10 @@ serve(SavedScene(Beam(alpha=1, beta=0.5, gamma=10)), port=0)
 
 
 def test_no_thread_is_left_behind():
-    """After an explorer has ended, neither its animator nor its solvers run."""
+    """After an explorer has ended, neither what opens sessions nor its solvers run."""
     before = set(threading.enumerate())
     with explorer(SavedScene(PAPER)) as address, visitor(address):
         names = {thread.name.split("_")[0] for thread in set(threading.enumerate()) - before}
-        assert {"animator", "solver"} <= names
+        assert {"opener", "solver"} <= names
     names = {thread.name.split("_")[0] for thread in set(threading.enumerate()) - before}
-    assert not {"animator", "solver"} & names
+    assert not {"opener", "solver"} & names

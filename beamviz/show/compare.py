@@ -1,7 +1,6 @@
 """A second beam beside the one of the scene, on the same clock: as a ghost in it, or above it."""
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from beamviz.show.ghost import Ghost
 from beamviz.show.motion import Clock, Shapes
 from beamviz.show.multiples import Titled, add_title
 from beamviz.show.solving import Answer, Solver
+from beamviz.show.turns import Turns
 
 OVERLAID, STACKED = "as a ghost", "side by side"
 APART = 0.5  # of the two scenes, in lengths of the beam
@@ -22,8 +22,8 @@ APART = 0.5  # of the two scenes, in lengths of the beam
 class Comparison:
     """What to compare with, solved and drawn. Callbacks choose; the animator draws and moves."""
 
-    def __init__(self, api: SceneApi, pool: ThreadPoolExecutor, wake: Callable[[], None]):
-        self.api, self.pool, self.wake = api, pool, wake
+    def __init__(self, api: SceneApi, turns: Turns, wake: Callable[[], None]):
+        self.api, self.turns, self.wake = api, turns, wake
         self.choice, self.stacked = NOTHING, False
         self.kept: Wanted | None = None
         self.other: Against | str = ""
@@ -97,7 +97,7 @@ class Comparison:
         if isinstance(self.other, str):
             return
         if self.solver is None:
-            self.solver = Solver(self.pool, self.other.wanted, self.wake)
+            self.solver = Solver(self.turns, self.other.wanted, self.wake)
         elif self.solver.wanted != self.other.wanted:
             self.solver.want(self.other.wanted)
 

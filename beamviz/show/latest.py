@@ -33,7 +33,11 @@ class Latest(ABC, Generic[W, A]):
             self.wanted = wanted
             if not (self.busy or self.closed):
                 self.busy = True
-                self.pool.submit(self.work, wanted)
+                self.line_up(wanted)
+
+    def line_up(self, wanted: W) -> None:
+        """Have a wish answered."""
+        self.pool.submit(self.work, wanted)
 
     def adopt(self, other: Self) -> None:
         """Take over another's wish, and its answer as far as it has one."""
@@ -49,7 +53,7 @@ class Latest(ABC, Generic[W, A]):
             self.answer, latest = answer, self.wanted
             self.busy = latest is not wanted and latest is not None and not self.closed
             if self.busy and latest is not None:
-                self.pool.submit(self.work, latest)
+                self.line_up(latest)
         self.ready()
 
     def close(self) -> None:

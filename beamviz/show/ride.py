@@ -103,13 +103,15 @@ class Ride:
 
     def stop(self) -> None:
         """Stay at the speed that was reached."""
-        self.place = None
-        self.wake()
+        if self.place is not None:
+            self.place = None
+            self.wake()
 
     def forget(self) -> None:
         """The run does not hold any more."""
-        self.place = self.asked = None
-        self.wake()
+        if self.asked is not None:
+            self.place = self.asked = None
+            self.wake()
 
     # What the animator does.
 

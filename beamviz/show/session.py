@@ -29,6 +29,7 @@ from beamviz.show.save_load import SaveLoad
 from beamviz.show.scene import Scene
 from beamviz.show.solving import Answer, Solver
 from beamviz.show.take_away import TakeAway
+from beamviz.show.turns import Turns
 from beamviz.show.viewing import Viewing
 
 BRAND = (32, 96, 150)
@@ -44,7 +45,7 @@ class Session:
         self,
         client: ClientHandle,
         scene: SavedScene,
-        pool: ThreadPoolExecutor,
+        turns: Turns,
         charts: ThreadPoolExecutor,
         wake: Callable[[], None],
         crowded: Callable[[], bool],
@@ -59,9 +60,9 @@ class Session:
         self.crowded, self.chart_due = crowded, math.inf
         self.answer: Answer | None = None
         self.shapes = Shapes.at_rest(scene.beam, scene.options["plane"])
-        self.solver = Solver(pool, Wanted.by(scene), wake)
+        self.solver = Solver(turns, Wanted.by(scene), wake)
         self.charting = Charting(charts, wake, scene.over, scene.per_rev)
-        self.comparison = Comparison(client.scene, pool, wake)
+        self.comparison = Comparison(client.scene, turns, wake)
         self.ride = Ride(charts, wake)
         self.weighing = Weighing(charts, wake)
         self.scene, self.multiples = Scene(client.scene), Multiples(client.scene)
@@ -254,7 +255,7 @@ class Session:
         if changed:
             self.client.flush()
             self.chart_due = now + (REST if self.crowded() else 0.0)
-        if now >= self.chart_due:  # the picture comes first
+        if now >= self.chart_due and not (self.crowded() and self.solver.busy):
             self.chart_due = math.inf
             self.charting.follow(self.answer, self.comparison.second)
             self.weighing.follow(self.answer)
@@ -320,7 +321,7 @@ class Session:
         else:
             self.multiples.hide()
 
-    def resized(self, _: CameraHandle) -> None:
+    async def resized(self, _: CameraHandle) -> None:
         """The camera moved; if the page changed its shape, choose the viewpoint anew."""
         if self.viewing.reshaped:
             self.reset_view()

@@ -1,8 +1,10 @@
 """Answers to what a visitor wants: a solution with its shapes, or why there is none."""
 
+import math
+import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
@@ -11,7 +13,10 @@ from beamviz.show.controls import Wanted
 from beamviz.show.journal import Journal
 from beamviz.show.latest import Latest
 from beamviz.show.motion import Shapes
+from beamviz.show.turns import Turns
 from beamviz.show.words import refused, unstable
+
+QUICK = 0.01  # [s] of processor time
 
 journal = Journal(__name__)
 
@@ -51,13 +56,23 @@ class Solver(Latest[Wanted, Answer]):
 
     wanted: Wanted
 
-    def __init__(self, pool: ThreadPoolExecutor, wanted: Wanted, ready: Callable[[], None]):
-        super().__init__(pool, ready)
+    def __init__(self, turns: Turns, wanted: Wanted, ready: Callable[[], None]):
+        super().__init__(turns.pool, ready)
+        self.turns = turns
         self.shapes: Shapes | None = None  # the last good ones
+        self.known: dict[str, Any] | None = None  # the last keywords solved with, and
+        self.took = math.inf  # [s] of processor time
         self.want(wanted)
+
+    def line_up(self, wanted: Wanted) -> None:
+        """Have a wish answered; the last answer with these keywords says how long it takes."""
+        quick = self.took < QUICK and self.known == wanted.options
+        self.turns.submit(self.work, wanted, quick=quick)
 
     def answered(self, wanted: Wanted) -> Answer:
         """Solve; shapes keep the signs of the last good ones."""
+        start = time.thread_time()
         answer = answered(wanted, self.shapes)
+        self.known, self.took = wanted.options, time.thread_time() - start
         self.shapes = answer.shapes if answer.shapes and not answer.words else self.shapes
         return answer

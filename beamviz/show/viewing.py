@@ -22,6 +22,7 @@ class Viewing:
         self.given = given  # a viewpoint that is given, until another is asked for
         self.placed = Camera((1.0, 1.0, 1.0))  # where it was put last
         self.asked = True  # to be moved
+        self.unsettled = False  # to be moved again when the answer has come
         self.seen: tuple = ()  # what the viewpoint was chosen for, and how far away it is
         self.distance = 0.0
 
@@ -44,8 +45,9 @@ class Viewing:
         seen = (riding, shapes.plane, aspect, len(levels))
         stays = NEARER * self.distance < distance < FARTHER * self.distance
         moved = seen != self.seen or not stays
-        if self.asked or (moved and self.given is None):
-            self.seen, self.distance, self.asked = seen, distance, not settled
+        if self.asked or self.unsettled or (moved and self.given is None):
+            self.seen, self.distance = seen, distance
+            self.asked, self.unsettled = False, not settled
             self.placed = self.given or lifted(position)
             place(self.view, self.placed)
 
