@@ -3,7 +3,7 @@
 import math
 import tomllib
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
 from typing import Any, Self
@@ -79,7 +79,9 @@ class Beam:
 
     def __post_init__(self) -> None:
         for name, (low, high) in LIMITS.items():
-            object.__setattr__(self, name, checked(name, getattr(self, name), low, high))
+            value = getattr(self, name)
+            if not (type(value) is float and low <= value <= high and value):  # a sweep has many
+                object.__setattr__(self, name, checked(name, value, low, high))
         if self.gamma > MAX_GAMMA_OVER_MU * self.mu * (1 + ROUNDING):
             raise InvalidInput(
                 f"gamma / mu = {shown(self.gamma / self.mu)}: must be at most"
@@ -88,7 +90,7 @@ class Beam:
 
     def replace(self, **changes: Any) -> Self:
         """The same beam with some of its numbers changed."""
-        return replace(self, **changes)
+        return type(self)(**{**vars(self), **changes})
 
     @property
     def numbers(self) -> dict[str, float]:

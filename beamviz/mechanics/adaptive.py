@@ -43,7 +43,7 @@ def solve_straight(beam: Beam, modes: int, physics: Physics, tolerance: float) -
     """
     near, positions = None, unstretched(beam)
     if physics.tension == "equilibrium" and not hardly_stretches(beam):
-        near, positions = _coarse(beam, physics.law)
+        near, positions = coarse(beam, physics.law)
     pulled = beam if physics.stiffening else beam.replace(gamma=0.0)  # no tension, no layers
     parts = segments(pulled, positions, physics.law)
     digits = -math.log10(tolerance)
@@ -54,7 +54,7 @@ def solve_straight(beam: Beam, modes: int, physics: Physics, tolerance: float) -
             break
         points = mesh(breaks, orders)
         found = solve_on(points, beam, modes, physics, tolerance, near)
-        over, tried = excess(found, tolerance), len(points.points)
+        over, tried = float(excess(found, tolerance)), len(points.points)
         if over <= 1:
             return found
         near = points, found.f
@@ -71,11 +71,11 @@ def solve_straight(beam: Beam, modes: int, physics: Physics, tolerance: float) -
     )
 
 
-def excess(found: StraightModes, tolerance: float) -> float:
-    """The largest error in units of the one allowed. Rounding is allowed: no mesh mends it, and
-    the reported error says it."""
+def excess(found: StraightModes, tolerance: float) -> np.ndarray:
+    """The largest error (...) in units of the one allowed. Rounding is allowed: no mesh mends it,
+    and the reported error says it."""
     allowed = 2 * tolerance * abs(found.squares) + found.rounding
-    return float((found.truncation / allowed).max())
+    return (found.truncation / allowed).max(axis=-1)
 
 
 def solve_on(
@@ -101,7 +101,7 @@ def solve_on(
     return StraightModes(points, f, iterations, *vibration)
 
 
-def _coarse(beam: Beam, law: StrainLaw) -> tuple[State, Positions]:
+def coarse(beam: Beam, law: StrainLaw) -> tuple[State, Positions]:
     """The equilibrium of a beam that stretches on a coarse mesh, and the positions it gives."""
     ends = unstretched(beam).ends
     points = mesh(ends, (COARSE_ORDER,) * (len(ends) - 1))

@@ -33,23 +33,41 @@ def lowest(K: np.ndarray, M: np.ndarray, count: int, shift: float = 0.0) -> Lowe
     the shift growing until that is positive definite: name one where K may not be (a compressed
     beam), for an eigenvalue near -shift takes the digits of the others.
     """
-    if K.ndim != 3:
-        n = K.shape[-1]
-        squares, V, added = lowest(K.reshape(-1, n, n), M.reshape(-1, n, n), count, shift)
-        stack = K.shape[:-2]
-        added = added if isinstance(added, float) else added.reshape(*stack, 1)
-        return Lowest(squares.reshape(*stack, -1), V.reshape(*stack, n, -1), added)
-    count = min(count, K.shape[-1])
-    nu, V = np.empty((len(K), count)), np.empty((*K.shape[:2], count))
-    shifts = [shift] * len(K)
-    for k in range(len(K)):
-        nu[k], V[k], shifts[k] = _largest(M[k], K[k], count, shift)
+    n = K.shape[-1]
+    count = min(count, n)
+    added: float | np.ndarray
+    if K.ndim == 2:
+        nu, V, added = _largest(M, K, count, shift)
+    else:
+        problems = zip(M.reshape(-1, n, n), K.reshape(-1, n, n), strict=True)
+        found = [_largest(*problem, count, shift) for problem in problems]
+        parts = (np.array(part) for part in zip(*found, strict=True))
+        nu, V, each = (part.reshape(*K.shape[:-2], *part.shape[1:]) for part in parts)
+        added = each[..., None]
     squares = 1 / nu
-    V *= np.sqrt(abs(squares))[:, None]
-    if not any(shifts):
-        return Lowest(squares, V, 0.0)
-    added = np.array(shifts)[:, None]
+    V = V * np.sqrt(abs(squares))[..., None, :]
     return Lowest(squares - added, V, added)
+
+
+def lowest_of_diagonal(d: np.ndarray, M: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """`lowest` for K = diag(d), d (..., n) > 0, which takes less: lambda and V."""
+    root = 1 / np.sqrt(d)
+    A = root[..., :, None] * M * root[..., None, :]
+    if A.ndim == 2:
+        nu, V = _all(A)
+    else:  # in one call numpy would set threads on each of these small problems
+        nu, V = map(np.array, zip(*map(_all, A), strict=True))
+    squares = 1 / nu[..., : -count - 1 : -1]
+    V = root[..., None] * V[..., : -count - 1 : -1] * np.sqrt(squares)[..., None, :]
+    return squares, V
+
+
+def _all(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """All eigenvalues (n,), ascending, and vectors (n, n) of a symmetric matrix, which is lost."""
+    nu, V, info = lapack.dsyevd(A.T, overwrite_a=True)
+    if info:
+        raise NotConverged(f"the eigenvalues did not converge (LAPACK: {info})")
+    return nu, V
 
 
 def _largest(

@@ -60,10 +60,15 @@ def diagonal(A: np.ndarray) -> np.ndarray:
 
 
 class Forms(NamedTuple):
-    """Stiffness (without softening) and mass of the two families, bending first."""
+    """Stiffness (without softening) and mass of the two families.
 
-    K: np.ndarray  # (..., 2, n, n) = IJ' diag(rigidity) IJ
-    M: np.ndarray  # (..., 2, n, n)
+    Bending: K = IJ' diag(rigidity) IJ and M. Stretching: diag(d) and G, the mass of a gradient.
+    """
+
+    K: np.ndarray  # (..., n, n)
+    M: np.ndarray  # (..., n, n)
+    d: np.ndarray  # (..., n)
+    G: np.ndarray  # (..., n, n)
     rigidity: np.ndarray  # (..., 2, 2 n) against the unknown, then against its integral: tension
 
 
@@ -84,17 +89,16 @@ def forms(
     w, n = mesh.weights, f.shape[-1]
     rigidity = np.zeros((*f.shape[:-1], 2, 2 * n))
     rigidity[..., 0, :n] = w * straight.bending_rigidity(f, curvature)
-    rigidity[..., 1, :n] = w * straight.stretching_rigidity(f, beam.mu, law)
-    if stiffening:
-        load = beam.gamma**2
-        rigidity[..., 0, n:] = load * (np.matvec(rho.G, f) + beam.delta * rho.g) * f
-    IJ = mesh.IJ[..., None, :, :]
-    K = (IJ.mT * rigidity[..., None, :]) @ IJ
+    rigidity[..., 1, :n] = d = w * straight.stretching_rigidity(f, beam.mu, law)
     across = f[..., None] * mesh.J  # kappa -> w' = f theta
-    M = np.empty_like(K)
-    M[..., 0, :, :] = across.mT @ (rho.G @ across)
-    M[..., 1, :, :] = rho.G
-    return Forms(K, M, rigidity)
+    if stiffening:
+        tension = beam.gamma**2 * (np.matvec(rho.G, f) + beam.delta * rho.g)
+        rigidity[..., 0, n:] = tension * f
+        K = across.mT @ (tension[..., None] * mesh.J)
+    else:
+        K = np.zeros_like(across)
+    diagonal(K)[:] += rigidity[..., 0, :n]
+    return Forms(K, across.mT @ (rho.G @ across), d, rho.G, rigidity)
 
 
 def displacements(mesh: Mesh, rho: Inertia, f: np.ndarray) -> np.ndarray:

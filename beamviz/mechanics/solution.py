@@ -21,6 +21,7 @@ VISIBLE = 1e-7  # share of its amplitude that a mode must reach before it can ha
 
 Status = Literal["stable", "unstable"]
 Axial = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # x -> u, f
+Displacement = Callable[[np.ndarray], np.ndarray]  # x -> (len(x), 2, modes)
 
 
 class Model(NamedTuple):
@@ -84,7 +85,7 @@ class Solution:
     squares: np.ndarray  # (modes,) omega^2, ascending; negative where unstable
     estimate: Callable[[], np.ndarray]  # -> square_errors; may cost more than the solve
     bending_fractions: np.ndarray  # (modes,) share of the kinetic energy across the beam
-    displacement: Callable[[np.ndarray], np.ndarray]  # x -> (len(x), 2, modes)
+    displacement: Displacement
 
     @cached_property
     def frequencies(self) -> np.ndarray:

@@ -6,6 +6,7 @@ branch, to its load or to the limit below it.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from scipy.linalg import lapack
@@ -24,6 +25,7 @@ LARGE_STRETCH_PASSES = 5
 NEWTON_ITERATIONS = 12
 NEWTON_STEP = 1e-7  # relative to the stretch at the clamp: quadratic, the next is below rounding
 SAME_TANGENT = 1e-3  # stretch within which a tangent is as good as new
+SAME_TANGENT_OF_MANY = 1e-2  # many tangents cost more than a few steps
 LARGEST_TOGETHER = 1.4  # stretch of beams solved together: above, a limit may be near
 LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 LIMIT_ORDER = 12
@@ -31,10 +33,16 @@ LIMIT_ORDER = 12
 State = tuple[Mesh, np.ndarray]  # the stretch f (n,) at the points of a mesh
 
 
-def hardly_stretches(beam: Beam) -> bool:
-    """Whether the force at the clamp is small, seen from the unstretched beam."""
+def hardly_stretches(beam: Beam | Numbers) -> Any:
+    """Whether the force at the clamp is small, seen from the unstretched beam; of one beam or of
+    many."""
     moment = abs(0.5 + beam.delta) + beam.alpha * abs(beam.beta + beam.delta)
     return (beam.gamma / beam.mu) ** 2 * moment < SMALL_FORCE
+
+
+def one_state(beam: Beam | Numbers, law: StrainLaw) -> Any:
+    """Whether there is no other state to run into than the stable one, of one beam or of many."""
+    return (beam.delta >= 0) & (law.max_stretch == math.inf)
 
 
 def equilibrium(
@@ -53,9 +61,8 @@ def equilibrium(
     if near is not None:
         elsewhere, f = near
         guess = elsewhere.at(points.points) @ f
-    elif hardly or (beam.delta >= 0 and law.max_stretch == math.inf):  # no other state to run into
-        passes = 1 if hardly else LARGE_STRETCH_PASSES
-        guess = first_guess(points, rho, beam.delta, law, load, passes)
+    elif hardly or one_state(beam, law):
+        guess = first_guess(points, rho, beam.delta, law, load, hardly=hardly)
     if guess is not None:
         found, iterations = newton(points, rho, beam.delta, law, load, guess)
         if found is not None:
@@ -133,14 +140,15 @@ def newton(
 def newton_many(
     mesh: Mesh, rho: Inertia, beams: Numbers, law: StrainLaw, load: np.ndarray, f: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """As `newton`, for many beams (beams, n) that hardly stretch: no watch is kept on
-    the branch, so a state near a limit does not count. Also says which count; the rest is 1."""
+    """As `newton`, for many beams (beams, n) that hardly stretch or have one state only: no watch
+    is kept on the branch, so a state that may be near a limit does not count. Also says which
+    count; the rest is 1."""
     w, A, b = mesh.weights, load[..., None] * rho.G, load * beams.delta * rho.g
     iteration, moved, converged = 0, np.full(len(f), np.inf), np.zeros(len(f), bool)
     with np.errstate(all="ignore"):  # what runs away is not converged
         while iteration < NEWTON_ITERATIONS and not converged.all():
             iteration += 1
-            if iteration == 1 or moved.max() > SAME_TANGENT:
+            if iteration == 1 or moved.max() > SAME_TANGENT_OF_MANY:
                 tangent = -A
                 diagonal(tangent)[:] += w * law.stiffness(f)
                 inverse, moved = np.linalg.inv(tangent), np.zeros(len(f))
@@ -149,7 +157,8 @@ def newton_many(
             size = abs(step).max(axis=-1)
             moved += size
             converged = moved * size < NEWTON_STEP**2
-    sound = converged & (f.max(axis=-1) < LARGEST_TOGETHER)
+    safe = (f.max(axis=-1) < LARGEST_TOGETHER) | one_state(beams, law)[:, 0]
+    sound = converged & safe & (f.min(axis=-1) > law.min_stretch)
     return np.where(sound[:, None], f, 1.0), sound, iteration
 
 
@@ -159,14 +168,16 @@ def first_guess(
     delta: float | np.ndarray,
     law: StrainLaw,
     load: float | np.ndarray,
-    passes: int = 1,
+    *,
+    hardly: bool,
 ) -> np.ndarray:
     """The stretch (..., n) from the force of a beam as it was before, n = load (G f + delta g) / w,
-    once more in each pass: from rest to third order in the load after one."""
+    once more in each pass: from rest to third order in the load after one, which does for a beam
+    that hardly stretches."""
     pull = load / mesh.weights
     static = delta * rho.g
     f = law.stretch(pull * (rho.G1 + static))
-    for _ in range(passes):
+    for _ in range(1 if hardly else LARGE_STRETCH_PASSES):
         f = law.stretch(pull * (np.matvec(rho.G, f) + static))
     return f
 

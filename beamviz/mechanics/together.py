@@ -2,19 +2,27 @@
 
 import math
 from collections.abc import Iterator
+from itertools import groupby, repeat
+from operator import attrgetter
 
 import numpy as np
 
-from beamviz.beam import Beam
+from beamviz.beam import LIMITS, Beam
+from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.mechanics import eigen, hp
-from beamviz.mechanics.adaptive import StraightModes, excess
+from beamviz.mechanics.adaptive import StraightModes, coarse, excess
 from beamviz.mechanics.layers import Positions, discretisation, segments, unstretched
 from beamviz.mechanics.mesh import Mesh, mesh, meshes
 from beamviz.mechanics.physics import Physics
-from beamviz.mechanics.stretch import first_guess, hardly_stretches, newton_many
+from beamviz.mechanics.stretch import first_guess, hardly_stretches, newton_many, one_state
 from beamviz.mechanics.vibration import apart, coupled
 
 ATTEMPTS = 2  # what is left then needs care of its own
+CHUNK = 32  # beams that share a mesh: it is as fine as the hardest of them needs
+
+Discretisation = tuple[tuple[float, ...], tuple[int, ...]]  # breaks and orders
+
+_numbers = attrgetter(*LIMITS)
 
 
 def solve_straight_many(
@@ -23,92 +31,120 @@ def solve_straight_many(
     """Many neighbouring beams at once, assembled together on meshes of the same orders.
 
     None where the common orders do not meet the tolerance, or where a beam needs more care
-    (large stretch, an inward beam with Coriolis forces): `solve_straight` answers for those.
+    (near a limit, an inward beam with Coriolis forces): `solve_straight` answers for those.
     """
     found: list[StraightModes | None] = [None] * len(beams)
-    waiting = [k for k, beam in enumerate(beams) if _simple(beam, physics)]
+    table = np.array([_numbers(beam) for beam in beams]).reshape(-1, len(LIMITS))
+    waiting = np.flatnonzero(_simple(hp.Numbers(*table.T), physics))
     digits = -math.log10(tolerance)
     for _ in range(ATTEMPTS):
         left: dict[int, float] = {}  # place: by how much the tolerance is missed
-        for places, points in _common_meshes(beams, waiting, modes, physics, digits):
-            together = [beams[k] for k in places]
+        for places, points in _common_meshes(beams, table, waiting, modes, physics, digits):
             try:
-                several = _solve_many_on(points, together, modes, physics, tolerance)
+                several = _solve_many_on(points, table[places], modes, physics, tolerance)
             except np.linalg.LinAlgError:  # one of them buckles: each by itself
                 continue
-            for k, modes_of_one in zip(places, several, strict=True):
-                if modes_of_one is None:
-                    continue
-                over = excess(modes_of_one, tolerance)
+            for k, modes_of_one, over in zip(places.tolist(), *several, strict=True):
                 if over <= 1:
                     found[k] = modes_of_one
-                else:
+                elif over < math.inf:
                     left[k] = over
         if not left:
             break
-        waiting, digits = list(left), digits + 0.7 + math.log10(max(left.values()))
+        waiting, digits = np.array(list(left)), digits + 0.7 + math.log10(max(left.values()))
     return found
 
 
 def _common_meshes(
-    beams: list[Beam], places: list[int], modes: int, physics: Physics, digits: float
-) -> Iterator[tuple[list[int], Mesh]]:
-    """The places of beams to be solved together, and the mesh or the stack of meshes for it.
+    beams: list[Beam],
+    table: np.ndarray,
+    places: np.ndarray,
+    modes: int,
+    physics: Physics,
+    digits: float,
+) -> Iterator[tuple[np.ndarray, Mesh]]:
+    """The places of some beams to be solved together, and the mesh or the stack of meshes for it.
 
-    Where all have their mass at one place, the hardest sets the mesh. Where it moves, each has
-    its own breaks, and those of the same orders go together.
+    Where all have their mass at one place, the hardest of some sets the mesh for them. Where it
+    moves, each has its own breaks, between which neighbours share their orders. A beam without
+    equilibrium is left out: `solve_straight` says why.
     """
-    positions = [unstretched(beams[k]) for k in places]
 
-    def discretised(k: int, at: Positions) -> tuple[tuple[float, ...], tuple[int, ...]]:
-        parts = segments(beams[k], at, physics.law)
-        return discretisation(parts, beams[k].mu, modes, physics.curvature, digits)
+    def discretised(k: int) -> tuple[int, Discretisation] | None:
+        try:
+            positions = _positions(beams[k], physics)
+        except (NoEquilibrium, NotConverged):
+            return None
+        parts = segments(beams[k], positions, physics.law)
+        return k, discretisation(parts, beams[k].mu, modes, physics.curvature, digits)
 
-    if len({at.ends for at in positions}) == 1:
-        hardest = max(places, key=lambda k: _hardness(beams[k]))
-        yield places, mesh(*discretised(hardest, positions[0]))
+    alpha, beta, gamma, delta, mu = table[places].T
+    if len(set(beta[alpha > 0].tolist())) <= 1:
+        hardness = (gamma / mu) ** 2 * (1 + abs(delta)) * (1 + alpha)
+        groups: dict[Discretisation, list[np.ndarray]] = {}
+        for chunk in _chunks(places[hardness.argsort(kind="stable")]):
+            if found := discretised(chunk[-1]):
+                groups.setdefault(found[1], []).append(chunk)
+        for common, chunks in groups.items():
+            yield np.concatenate(chunks), mesh(*common)
         return
-    groups: dict[tuple[int, ...], list[tuple[int, tuple[float, ...]]]] = {}
-    for k, at in zip(places, positions, strict=True):
-        breaks, orders = discretised(k, at)
-        groups.setdefault(orders, []).append((k, breaks))
-    for orders, group in groups.items():
-        members, breaks_of_all = zip(*group, strict=True)
-        yield list(members), meshes(np.array(breaks_of_all), orders)
+    for chunk in _chunks(places[beta.argsort(kind="stable")]):
+        found_of_all = filter(None, map(discretised, chunk.tolist()))
+        for _, group in groupby(found_of_all, key=lambda found: len(found[1][1])):
+            members, own = zip(*group, strict=True)
+            breaks, orders = zip(*own, strict=True)
+            yield (
+                np.array(members),
+                meshes(np.array(breaks), tuple(map(max, zip(*orders, strict=True)))),
+            )
 
 
-def _simple(beam: Beam, physics: Physics) -> bool:
-    """Whether a beam can be solved together with others."""
-    if physics.tension != "equilibrium" or not hardly_stretches(beam):
-        return False
-    return not physics.couples or (beam.gamma > 0 and beam.delta >= 0)
+def _chunks(places: np.ndarray) -> list[np.ndarray]:
+    """Places in their order, at most CHUNK at a time."""
+    return np.array_split(places, math.ceil(len(places) / CHUNK)) if len(places) else []
 
 
-def _hardness(beam: Beam) -> float:
-    """Roughly the greatest tension: the thinner the layers, the finer the mesh."""
-    return beam.gamma**2 * (1 + abs(beam.delta)) * (1 + beam.alpha)
+def _positions(beam: Beam, physics: Physics) -> Positions:
+    """Where the beam is in equilibrium, roughly."""
+    return unstretched(beam) if hardly_stretches(beam) else coarse(beam, physics.law)[1]
+
+
+def _simple(beams: hp.Numbers, physics: Physics) -> np.ndarray:
+    """Which beams can be solved together with others."""
+    if physics.tension != "equilibrium":
+        return np.zeros(len(beams.delta), bool)
+    simple = hardly_stretches(beams) | one_state(beams, physics.law)
+    return simple & (beams.gamma > 0) & (beams.delta >= 0) if physics.couples else simple
+
+
+def _shared(numbers: hp.Numbers) -> hp.Numbers:
+    """The numbers of one beam where all carry the same mass, for an inertia that serves all."""
+    alpha, beta = numbers.alpha, numbers.beta
+    same = (alpha == alpha[0]).all() and (beta == beta[0]).all()
+    return hp.Numbers(*(number[:1] for number in numbers)) if same else numbers
 
 
 def _solve_many_on(
-    points: Mesh, beams: list[Beam], modes: int, physics: Physics, tolerance: float
-) -> list[StraightModes | None]:
-    """Equilibrium and modes of many beams on one mesh, or on a mesh each; None where Newton did
-    not converge."""
-    table = np.array([tuple(beam.numbers.values()) for beam in beams])
+    points: Mesh, table: np.ndarray, modes: int, physics: Physics, tolerance: float
+) -> tuple[list[StraightModes], list[float]]:
+    """Equilibrium and modes of many beams, the rows of a table (beams, 5), on one mesh or on a
+    mesh each; and by how much each misses the tolerance, infinite where Newton did not converge."""
     numbers = hp.Numbers(*table.T[:, :, None])
-    rho = hp.inertia(points, numbers)
+    rho = hp.inertia(points, _shared(numbers) if points.breaks.ndim == 1 else numbers)
     load = (numbers.gamma / numbers.mu) ** 2
-    guess = first_guess(points, rho, numbers.delta, physics.law, load)
+    hardly = bool(hardly_stretches(numbers).all())
+    guess = first_guess(points, rho, numbers.delta, physics.law, load, hardly=hardly)
     f, converged, iterations = newton_many(points, rho, numbers, physics.law, load, guess)
     forms = hp.forms(points, rho, numbers, f, physics.law, physics.curvature, physics.stiffening)
     gamma = numbers.gamma
     if physics.couples:
         vibration = coupled(points, rho, f, gamma, forms, modes, physics.softening, tolerance)
     else:
-        shift = eigen.COMPRESSED if min(beam.delta for beam in beams) < 0 else 0.0
+        shift = eigen.COMPRESSED if table[:, 3].min() < 0 else 0.0
         vibration = apart(points, f, gamma[..., None] ** 2, forms, modes, physics, shift)
-    mesh_of = [points] * len(beams) if points.breaks.ndim == 1 else points
-    return [
-        StraightModes(mesh_of[k], f[k], iterations, *vibration.of(k)) if converged[k] else None
-        for k in range(len(beams))
-    ]
+    together = StraightModes(points, f, iterations, *vibration)
+    over = np.where(converged, excess(together, tolerance), math.inf)
+    fields = (repeat(None) if field is None else field for field in vibration)
+    mesh_of = repeat(points) if points.breaks.ndim == 1 else map(points.__getitem__, range(len(f)))
+    each = zip(mesh_of, f, repeat(iterations), *fields)  # some of these never end
+    return list(map(StraightModes._make, each)), over.tolist()

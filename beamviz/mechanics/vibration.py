@@ -49,13 +49,16 @@ def apart(
     The softening is a multiple of M: it shifts every omega^2 and leaves the modes alone, so it
     is taken off here.
     """
-    squares, v, added = eigen.lowest(forms.K, forms.M, modes, shift)
+    if shift:
+        K, M = _both(forms.K, forms.d), _both(forms.M, forms.G)
+        squares, v, added = eigen.lowest(K, M, modes, shift)
+    else:
+        squares, v, added = _definite(forms, modes)
     share = hp.share_lost(hp.lost_to_order(points, forms, v), squares)
     size = squares + added  # of what was solved: rounding falls on the high ones
     times = size / size[..., :1]
     if shift:  # compression cancels against the rest: what rounds is each unknown by itself
-        diagonals = hp.diagonal(forms.K) + added * hp.diagonal(forms.M)
-        size = np.vecmat(diagonals, v**2)
+        size = np.vecmat(hp.diagonal(K) + added * hp.diagonal(M), v**2)
     rounding = hp.rounding(size, times)
     softened = squares.copy()
     if physics.softening:
@@ -70,6 +73,28 @@ def apart(
     fractions = (picks < modes).astype(float)
     kappa, s = v[..., 0, :, :], v[..., 1, :, :]
     return Modes(kappa, s, picks, fractions, softened, truncation, rounding)
+
+
+def _both(bending: np.ndarray, stretching: np.ndarray) -> np.ndarray:
+    """Matrices (..., 2, n, n) of both families; those of stretching may be diagonals (..., n)."""
+    both = np.zeros((*bending.shape[:-2], 2, *bending.shape[-2:]))
+    both[..., 0, :, :] = bending
+    if stretching.ndim == bending.ndim:
+        both[..., 1, :, :] = stretching
+    else:
+        hp.diagonal(both)[..., 1, :] = stretching
+    return both
+
+
+def _definite(forms: hp.Forms, modes: int) -> eigen.Lowest:
+    """Both families' lowest modes where nothing is compressed."""
+    squares, v, added = eigen.lowest(forms.K, forms.M, modes)
+    stretching, s = eigen.lowest_of_diagonal(forms.d, forms.G, modes)
+    return eigen.Lowest(
+        np.concatenate((squares[..., None, :], stretching[..., None, :]), axis=-2),
+        np.concatenate((v[..., None, :, :], s[..., None, :, :]), axis=-3),
+        added if isinstance(added, float) else added[..., None],
+    )
 
 
 def coupled(
@@ -89,7 +114,9 @@ def coupled(
     e'T e 2 omega / |z' T' z|, and |z' T' z| = omega + z' K z / omega.
     """
     speed = np.asarray(gamma)[..., None]
-    K = forms.K - speed[..., None] ** 2 * forms.M if softening else forms.K
+    K = _both(forms.K, forms.d)
+    if softening:
+        K -= speed[..., None] ** 2 * _both(forms.M, forms.G)
     F = hp.displacements(points, rho, f)
     (Kb, Ka), (Fb, Fa) = np.moveaxis(K, -3, 0), np.moveaxis(F, -3, 0)
     most = tolerance / (10 * hp.ROUNDING_FACTOR * EPS)

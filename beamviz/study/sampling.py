@@ -2,13 +2,17 @@
 
 from collections.abc import Sequence
 from functools import lru_cache
+from operator import attrgetter
 
 import numpy as np
 
+from beamviz.mechanics.hp_solution import displacements
 from beamviz.mechanics.solution import Solution
 from beamviz.study.tracking import Points
 
 PLACES = 16  # plus two for each mode
+
+_numbers = attrgetter("alpha", "beta", "gamma")
 
 
 @lru_cache(maxsize=8)
@@ -29,18 +33,26 @@ def sampled(at: np.ndarray, solutions: Sequence[Solution]) -> Points:
     squares = np.array([solution.squares for solution in solutions])
     x, w = _gauss(PLACES + 2 * squares.shape[1])
 
-    fields = [solution.displacement(np.append(x, solution.beam.beta)) for solution in solutions]
-    masses = np.array([np.append(w, solution.beam.alpha) for solution in solutions])
-    turning = np.array([np.iscomplexobj(field) for field in fields])
-    # Of a straight beam u is real and w imaginary: their sum loses nothing.
-    real = np.array([field.real + field.imag for field in fields])
-    vectors = np.moveaxis(real * np.sqrt(masses)[:, :, None, None], 3, 1)
-    gamma = np.array([solution.beam.gamma for solution in solutions]) * turning
+    alpha, beta, gamma = np.array([_numbers(solution.beam) for solution in solutions]).T
+    masses = np.column_stack((np.broadcast_to(w, (len(alpha), len(w))), alpha))
+    fields = _fields(solutions, x, beta)
+    turning = np.iscomplexobj(fields) and gamma.any()
+    if np.iscomplexobj(fields):
+        fields = fields.real + fields.imag  # u is real and w imaginary: nothing is lost
+    vectors = fields.swapaxes(1, 3) * np.sqrt(masses)[:, None, None, :]
     n, m = squares.shape
-    if not gamma.any():
+    if not turning:
         shapes = vectors.reshape(n, m, -1)
         return Points(at, squares, shapes, shapes)
     return Points(at, squares, *_gyroscopic(vectors, squares, gamma))
+
+
+def _fields(solutions: Sequence[Solution], x: np.ndarray, beta: np.ndarray) -> np.ndarray:
+    """The modes at x and at the mass of each: (n, len(x) + 1, 2, m)."""
+    if (beta == beta[0]).all():
+        return displacements(solutions, np.append(x, beta[0]))
+    pairs = zip(solutions, beta, strict=True)
+    return np.array([solution.displacement(np.append(x, at)) for solution, at in pairs])
 
 
 def _gyroscopic(
@@ -54,7 +66,7 @@ def _gyroscopic(
     n, m = squares.shape
     omega = np.sqrt(abs(squares))[:, :, None]
     root = np.sqrt(gamma)[:, None, None]
-    flat, crossed = vectors.reshape(n, m, -1), vectors[..., ::-1].reshape(n, m, -1)
+    flat, crossed = vectors.reshape(n, m, -1), vectors[:, :, ::-1].reshape(n, m, -1)
     shapes = np.concatenate((omega * flat, flat, root * flat), axis=2)
     duals = np.concatenate((flat, omega * flat, -2 * root * crossed), axis=2)
     norms = (shapes * duals).sum(axis=2, keepdims=True)
