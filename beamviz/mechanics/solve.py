@@ -11,6 +11,7 @@ from beamviz.beam import Beam, checked, whole
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
 from beamviz.mechanics.adaptive import StraightModes
 from beamviz.mechanics.hp_solution import as_solution
+from beamviz.mechanics.hp_solution import displacements as displacements
 from beamviz.mechanics.method import TOLERANCE, Task
 from beamviz.mechanics.methods import METHODS, check
 from beamviz.mechanics.physics import Physics

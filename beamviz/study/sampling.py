@@ -6,8 +6,8 @@ from operator import attrgetter
 
 import numpy as np
 
-from beamviz.mechanics.hp_solution import displacements
 from beamviz.mechanics.solution import Solution
+from beamviz.mechanics.solve import displacements
 from beamviz.study.tracking import Points
 
 PLACES = 16  # plus two for each mode
