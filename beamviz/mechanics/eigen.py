@@ -64,7 +64,7 @@ def lowest_of_diagonal(d: np.ndarray, M: np.ndarray, count: int) -> tuple[np.nda
 
 def _all(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """All eigenvalues (n,), ascending, and vectors (n, n) of a symmetric matrix, which is lost."""
-    nu, V, info = lapack.dsyevd(A.T, overwrite_a=True)
+    nu, V, info = lapack.dsyev(A.T, overwrite_a=True)
     if info:
         raise NotConverged(f"the eigenvalues did not converge (LAPACK: {info})")
     return nu, V
@@ -92,7 +92,7 @@ def _definite(M: np.ndarray, K: np.ndarray, count: int) -> tuple[np.ndarray, np.
     # Transposed, symmetric matrices come as LAPACK wants them: no conversion.
     n = len(K)
     if n < SUBSET:
-        nu, V, info = lapack.dsygvd(M.T, K.T)
+        nu, V, info = lapack.dsygv(M.T, K.T)
     else:
         nu, V, _, _, info = lapack.dsygvx(M.T, K.T, range="I", il=n - count + 1, iu=n)
         nu, V = nu[:count], V[:, :count]

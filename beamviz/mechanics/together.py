@@ -18,6 +18,7 @@ from beamviz.mechanics.stretch import first_guess, hardly_stretches, newton_many
 from beamviz.mechanics.vibration import apart, coupled
 
 ATTEMPTS = 2  # what is left then needs care of its own
+FEWER_DIGITS = 0.15  # to begin with: the few that need more are soon solved again
 CHUNK = 32  # beams that share a mesh: it is as fine as the hardest of them needs
 
 Discretisation = tuple[tuple[float, ...], tuple[int, ...]]  # breaks and orders
@@ -36,7 +37,7 @@ def solve_straight_many(
     found: list[StraightModes | None] = [None] * len(beams)
     table = np.array([_numbers(beam) for beam in beams]).reshape(-1, len(LIMITS))
     waiting = np.flatnonzero(_simple(hp.Numbers(*table.T), physics))
-    digits = -math.log10(tolerance)
+    digits = -math.log10(tolerance) - FEWER_DIGITS
     for _ in range(ATTEMPTS):
         left: dict[int, float] = {}  # place: by how much the tolerance is missed
         for places, points in _common_meshes(beams, table, waiting, modes, physics, digits):
