@@ -31,6 +31,7 @@ INTERRUPTED = 130
 PORTS = (1, 65535)
 MAX_PER_REV = 100
 MAX_VISITORS = 1000
+MAX_PROCESSES = 64
 
 app = typer.Typer(add_completion=False)
 
@@ -126,6 +127,13 @@ def serve(
             "--follow", help="Lecture: all see what one presenter does, by a second link."
         ),
     ] = False,
+    processes: Annotated[
+        int | None,
+        numeric(
+            "Processes that share the visitors (default: one for each core where others are let"
+            " in, else 1; with --follow, and on other systems than Linux, 1)."
+        ),
+    ] = None,
 ) -> None:
     """The explorer in a browser; Ctrl-C ends it."""
     from beamviz.show.server import serve
@@ -138,6 +146,7 @@ def serve(
         public=public_url,
         visitors=whole("visitors", visitors, 1, MAX_VISITORS),
         follow=follow,
+        processes=None if processes is None else whole("processes", processes, 1, MAX_PROCESSES),
     )
 
 

@@ -16,7 +16,9 @@ from beamviz.beam import Beam
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.scene_file import SavedScene
 from beamviz.show import hardening, server
+from beamviz.show.attendance import Attendance
 from beamviz.show.door import Door, public_url
+from beamviz.show.hardening import Guard
 from beamviz.show.hosting import hosted
 from beamviz.show.inbox import MAX_BYTES, MAX_PART_BYTES, Senseless, checked
 from beamviz.show.server import explorer
@@ -418,6 +420,6 @@ def test_a_server_built_around_the_protection_is_refused():
     """If viser no longer asks websockets for its server, that is noticed."""
     with (
         pytest.raises(Unavailable, match="unprotected"),
-        hardening.hardened(Door("127.0.0.1", 1)),
+        hardening.hardened(Guard(Door("127.0.0.1", 1), Attendance())),
     ):
         pass

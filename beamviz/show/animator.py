@@ -14,6 +14,7 @@ from functools import partial
 from viser import ClientHandle, ViserServer
 
 from beamviz.scene_file import SavedScene
+from beamviz.show.attendance import Attendance
 from beamviz.show.door import Door
 from beamviz.show.hardening import dismiss, presents
 from beamviz.show.journal import Journal
@@ -21,7 +22,7 @@ from beamviz.show.session import Session
 from beamviz.show.turns import Turns
 
 FRAMES = 25  # a second, for one visitor
-ALL_FRAMES = 800  # a second, for all visitors together
+ALL_FRAMES = 800  # a second, for all visitors of all processes together
 CROWD = 8  # visitors; from here on they are answered in turn, and charts wait for a rest
 PATIENCE = 5.0  # [s] for a picture to be finished when all ends
 
@@ -38,8 +39,10 @@ class Animator:
         pool: ThreadPoolExecutor,
         charts: ThreadPoolExecutor,
         door: Door,
+        attendance: Attendance,
     ):
         self.server, self.scene, self.charts, self.door = server, scene, charts, door
+        self.attendance = attendance
         self.loop, self.changed = server.get_event_loop(), asyncio.Event()
         self.thread: threading.Thread | None = None
         self.turns = Turns(pool, self.crowded, self.rouse)
@@ -126,7 +129,7 @@ class Animator:
             await self.sleep(due)
             if time.monotonic() >= due:
                 await self.draw_all()
-                step = 1 / min(FRAMES, ALL_FRAMES / max(len(self.sessions), 1))
+                step = max(1 / FRAMES, self.attendance.total / ALL_FRAMES)
                 due = max(due + step, time.monotonic() + step / 5)
             if self.woken:
                 self.draw_next()

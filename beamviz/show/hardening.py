@@ -8,6 +8,7 @@ Internals change without notice: it runs with the versions it was tested with, a
 import asyncio
 import contextlib
 import html
+import socket
 from collections.abc import Awaitable, Callable, Iterator
 from typing import Any
 from unittest import mock
@@ -22,6 +23,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from beamviz.errors import Unavailable
+from beamviz.show.attendance import Attendance
 from beamviz.show.door import Door, Refusal, without_key
 from beamviz.show.inbox import (
     MAX_PART_BYTES,
@@ -92,18 +94,20 @@ class Photographer(Connection):
     kinds: Kinds = SENT | PICTURES
 
 
-@contextlib.contextmanager
-def hardened(door: Door, *, pictures: bool = False) -> Iterator[None]:
-    """What viser builds within stands behind `door`; `pictures` may come in as well.
-
-    Raises Unavailable for a viser that this was not tested with.
-    """
+def check_version() -> None:
+    """Raises Unavailable for a viser that this was not tested with."""
     if viser.__version__ not in TESTED:
         raise Unavailable(
             f"viser {viser.__version__} is not one that the server's protection was tested with:"
             f" pip install viser=={TESTED[-1]}"
         )
-    guard = Guard(door, pictures)
+
+
+@contextlib.contextmanager
+def hardened(guard: "Guard") -> Iterator[None]:
+    """What viser builds within stands behind a guard. Raises Unavailable for a viser that this was
+    not tested with."""
+    check_version()
     with mock.patch.object(websockets.asyncio.server, "serve", guard.serve):
         yield
     if not guard.used:
@@ -111,11 +115,18 @@ def hardened(door: Door, *, pictures: bool = False) -> Iterator[None]:
 
 
 class Guard:
-    """Stands between viser's server and the network."""
+    """Stands between viser's server and the network: a door, whom it has let in, whether pictures
+    may come in as well, and what connections come from if not from the network itself."""
 
-    def __init__(self, door: Door, pictures: bool):
-        self.door, self.pictures, self.used = door, pictures, False
-        self.visitors: set[ServerConnection] = set()
+    def __init__(
+        self,
+        door: Door,
+        attendance: Attendance,
+        pictures: bool = False,
+        listener: socket.socket | None = None,
+    ):
+        self.door, self.attendance, self.used = door, attendance, False
+        self.pictures, self.listener = pictures, listener
         self.original = websockets.asyncio.server.serve
 
     def serve(self, handler: Handler, *place: Any, **options: Any) -> Any:
@@ -133,6 +144,8 @@ class Guard:
             "ping_timeout": PATIENCE,
             "close_timeout": 2.0,
         }
+        if self.listener:
+            place, options = (), options | {"sock": self.listener}
         return self.original(lambda connection: self.visit(connection, handler), *place, **options)
 
     def answer(
@@ -148,7 +161,7 @@ class Guard:
         if opening and headers.get("sec-websocket-protocol") != PROTOCOL:
             return turned_away(Refusal(400, "An old page", "Reload it."))
         if not self.door.presents(headers, request.path) and (
-            refusal := self.door.full(len(self.visitors))
+            refusal := self.door.full(self.attendance.total)
         ):
             return turned_away(refusal)
         if not opening and (cookie := self.door.kept(headers, request.path)):
@@ -172,18 +185,23 @@ class Guard:
         """Let a visitor in for as long as they stay, unless others were faster."""
         request = connection.request
         assert request
-        presenting = self.door.presents(read(request), request.path)
-        if not presenting and self.door.full(len(self.visitors)):
-            await connection.close(TRY_AGAIN_LATER, "the room is full")
+        if self.door.presents(read(request), request.path):
+            await served(connection, handler)
             return
-        if not presenting:
-            self.visitors.add(connection)
+        self.attendance.enter()
         try:
-            await handler(connection)
-        except ConnectionClosed:
-            return
+            if self.door.full(self.attendance.total - 1):
+                await connection.close(TRY_AGAIN_LATER, "the room is full")
+            else:
+                await served(connection, handler)
         finally:
-            self.visitors.discard(connection)
+            self.attendance.leave()
+
+
+async def served(connection: ServerConnection, handler: Handler) -> None:
+    """What viser does for a visitor, who may leave at any time."""
+    with contextlib.suppress(ConnectionClosed):
+        await handler(connection)
 
 
 def presents(door: Door, server: viser.ViserServer, visitor: int) -> bool:
