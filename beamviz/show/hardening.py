@@ -241,6 +241,11 @@ def oriented(node: viser.SceneNodeHandle, wxyz: tuple[float, float, float, float
         node._impl.api._queue_scene_message(_messages.SetOrientationMessage(node.name, wxyz))
 
 
+def unshared(control: viser.GuiInputHandle) -> None:
+    """Spare a control the messages to other visitors about each change: it is one visitor's."""
+    control._impl.sync_cb = None
+
+
 def shown(control: viser.GuiInputHandle, value: Any) -> None:
     """Show a value in a control without calling back who listens to it: asynchronous listeners
     cost more than the rest of an edit, and what the program sets is none of their business."""

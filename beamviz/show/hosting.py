@@ -17,6 +17,7 @@ from beamviz.errors import Unavailable
 from beamviz.show.attendance import Attendance
 from beamviz.show.door import Door
 from beamviz.show.hardening import Guard, hardened
+from beamviz.show.sending import lean
 
 BACKLOG = 128  # connections that wait to be taken in
 
@@ -49,7 +50,7 @@ def hosted(
             server = viser.ViserServer(host=host, port=port, verbose=False)
         if server.get_port() != port:
             raise Unavailable(f"port {port} was taken a moment ago: choose another with --port")
-        with mock.patch.object(server, "request_share_url", return_value=None):
+        with lean(), mock.patch.object(server, "request_share_url", return_value=None):
             yield server  # otherwise any visitor could open a public tunnel by a message
     finally:
         if server is not None:

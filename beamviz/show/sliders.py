@@ -12,7 +12,7 @@ from beamviz.beam import LIMITS, NAMES, Beam
 from beamviz.scene_file import SavedScene
 from beamviz.show.compare import Comparison
 from beamviz.show.efforts import Weighing
-from beamviz.show.hardening import shown
+from beamviz.show.hardening import shown, unshared
 from beamviz.show.measures import LABELS, measures, places
 from beamviz.show.ride import Ride
 
@@ -186,6 +186,7 @@ def heard(control: GuiInputHandle, lock: threading.RLock, take: Callable[[Any], 
                 take(control.value)
 
     control.on_update(hear)
+    unshared(control)
 
 
 def assign(control: GuiInputHandle, value: Any) -> None:
