@@ -207,7 +207,7 @@ def test_a_server_that_others_can_reach_makes_a_key_and_says_so(host, public, ca
     """A new one each time, 128 bits; on loopback there is none."""
     monkeypatch.setattr(server, "ended", lambda _: True)
     for _ in range(2):
-        server.serve(SCENE, host=host, port=0, public=public)
+        server.serve(SCENE, host=host, port=0, public=public, processes=1)
     server.serve(SCENE, port=0)
     first, second, local = capsys.readouterr().out.splitlines()
     keys = [line.partition("?token=")[2].split()[0] for line in (first, second)]
