@@ -35,7 +35,7 @@ from beamviz.show.readout import significant  # noqa: E402
 
 SLIDER = "speed γ"
 PICTURE, TABLE, CELL = (
-    b"/stage/wheel/beam\xa7updates",
+    b"/stage/wheel/ends\xa7updates",
     b'aria-label="modes"',
     re.compile(r">([\d.]+)<"),
 )

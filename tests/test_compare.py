@@ -28,7 +28,6 @@ from beamviz.show.multiples import Multiples, heights, title
 from beamviz.show.scene import Scene
 from beamviz.show.server import explorer
 from beamviz.show.stage import placed
-from beamviz.show.tube import SEGMENTS
 from beamviz.show.turns import Turns
 
 PAPER = Beam(alpha=1, beta=0.5, gamma=10)
@@ -109,20 +108,22 @@ def test_both_beams_run_on_one_clock(layout):
             start = clock.phases[shapes.labels.index(label)]
             assert comparison.clock.phases[k] == pytest.approx(start + 0.01 * twice.frequencies[k])
         assert comparison.shapes
-        moved = displacement(comparison.shapes, comparison.clock.phases, 0.15 * np.eye(5)[1])
-        centreline, _ = placed(comparison.shapes, comparison.shapes.centreline + moved)
+        other = comparison.ghost if layout == OVERLAID else comparison.scene.scene
+        drawn = other.shapes
+        moved = displacement(drawn, comparison.clock.phases, 0.15 * np.eye(5)[1])
+        centreline, _ = placed(drawn, drawn.centreline + moved)
         if layout == OVERLAID:
             assert comparison.ghost
-            rings = comparison.ghost.body.vertices.reshape(SEGMENTS + 1, 4, 3).mean(axis=1)
+            rings = comparison.ghost.body.vertices.reshape(len(drawn.x), 4, 3).mean(axis=1)
             assert np.allclose(rings, centreline, atol=1e-6)
-            assert np.allclose(comparison.ghost.mass.position, centreline[comparison.shapes.mass])
+            assert np.allclose(comparison.ghost.mass.position, centreline[drawn.mass])
         else:
             assert comparison.scene
             middle = (centreline[:-1] + centreline[1:]) / 2
-            drawn = comparison.scene.scene
-            assert np.allclose(drawn.beam.batched_positions, middle, atol=1e-6)
-            assert drawn.stage.position[2] == max(comparison.levels) == -min(comparison.levels)
-            assert drawn.ground.grid.visible is False
+            second = comparison.scene.scene
+            assert np.allclose(second.beam.batched_positions, middle, atol=1e-6)
+            assert second.stage.position[2] == max(comparison.levels) == -min(comparison.levels)
+            assert second.ground.grid.visible is False
 
 
 def test_a_comparison_leaves_when_it_is_given_up():
@@ -156,8 +157,9 @@ def test_small_multiples_show_each_mode_by_itself():
         levels = [part.scene.stage.position[2] for part in multiples.scenes]
         assert levels == heights(5) == sorted(levels, reverse=True)
         for k, part in enumerate(multiples.scenes):
-            moved = displacement(shapes, np.full(5, math.pi / 2), 0.15 * np.eye(5)[k])
-            line, _ = placed(shapes, shapes.centreline + moved)
+            drawn = part.scene.shapes
+            moved = displacement(drawn, np.full(5, math.pi / 2), 0.15 * np.eye(5)[k])
+            line, _ = placed(drawn, drawn.centreline + moved)
             middle = (line[:-1] + line[1:]) / 2
             assert np.allclose(part.scene.beam.batched_positions, middle, atol=1e-6)
             assert part.title.text == title(shapes, k)

@@ -26,10 +26,14 @@ NODES = "window.__viserMutable && window.__viserMutable.nodeRefFromName"
 
 
 def bodies(name: str, what: str, size: int) -> str:
-    """Numbers (size * n) of the bodies of a node, as they are on the graphics card."""
+    """Numbers (size * n) of the bodies of a node that are seen, as they are on the graphics card:
+    those that are not seen have no size."""
     return f"""(() => {{
       let mesh;
-      {NODES}['{name}'].traverse(node => {{ if (node.{what}) mesh = node; }});
+      {NODES}['{name}'].traverse(node => {{
+        if (node.{what} && Math.hypot(...node.matricesTexture._data.slice(4, 7)) > 1e-5)
+          mesh = node;
+      }});
       return mesh && Array.from(mesh.{what}._data.slice(0, {size} * mesh.instancesCount));
     }})()"""
 

@@ -67,7 +67,7 @@ def test_the_swept_body_of_a_straight_beam_is_its_box(length, thickness, plane):
 
 def test_a_bent_body_stays_closed():
     """A section swept along two waves has no holes and keeps its volume to a per cent."""
-    x = np.linspace(0, 1, tube.SEGMENTS + 1)
+    x = np.linspace(0, 1, 129)
     points, normal = tube.frame(np.stack([x, 0.1 * np.sin(2 * np.pi * x)], 1), "chordwise")
     length = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
     body = trimesh.Trimesh(*tube.swept(points, normal, 0.05, 0.08), process=False)
@@ -103,15 +103,15 @@ def rotated(wxyz: np.ndarray, vector: Any) -> np.ndarray:
 
 @given(st.floats(0, 1), st.floats(0.005, 0.2))
 def test_stations_follow_curvature_and_hold_the_mass(mass, layer):
-    """They rise from 0 to 1, the mass is one of them, and a bending layer gets more."""
+    """They rise from 0 to 1, the mass (if not at an end) is one of them, and a bending layer gets more."""
     x = np.linspace(0, 1, 401)
     points = tube.stations(x, np.exp(-x / layer), mass)
-    assert len(points) == tube.SEGMENTS + 1
+    assert len(points) == tube.FINE + 1
     assert points[0] == 0
     assert points[-1] == 1
     assert (np.diff(points) > 0).all()
-    assert mass in points
-    assert (points < layer).sum() > 1.2 * layer * tube.SEGMENTS
+    assert np.abs(points - mass).min() < 1e-8
+    assert (points < layer).sum() > 1.2 * layer * tube.FINE
 
 
 # Sizes
@@ -288,7 +288,7 @@ def test_marked_nodes_are_those_of_the_solver(coriolis, beam):
 def test_the_mass_sits_on_the_beam_where_beta_says(beam):
     """The station of the mass is beta itself."""
     shapes = sampled(beam)
-    assert shapes.x[shapes.mass] == pytest.approx(beam.beta, abs=1e-12)
+    assert shapes.x[shapes.mass] == pytest.approx(beam.beta, abs=1e-8)
 
 
 # Colours
@@ -352,10 +352,11 @@ def test_the_scene_draws_a_beam_and_greys_it():
         scene = Scene(server.scene)
         scene.show(shapes, Look(), [1])
         scene.move(np.full(5, np.pi / 2), 0.15 * np.eye(5)[1], angle=0.3)
-        points, _ = placed(shapes, shapes.centreline + alone(shapes, 1, 0.25))
+        drawn = scene.shapes
+        points, _ = placed(drawn, drawn.centreline + alone(drawn, 1, 0.25))
         middle = (points[:-1] + points[1:]) / 2
         assert np.allclose(scene.beam.batched_positions, middle, atol=1e-6)
-        assert np.allclose(scene.mass.batched_positions, points[[shapes.mass]], atol=1e-6)
+        assert np.allclose(scene.mass.batched_positions, points[[drawn.mass]], atol=1e-6)
         assert len(np.unique(scene.beam.batched_colors, axis=0)) > 20
         assert scene.nodes.labels[0].text == f"B2 node at {shapes.nodes[1][0][0]:.3f}"
         assert scene.words.visible is False

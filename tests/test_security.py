@@ -10,7 +10,7 @@ import pytest
 import viser
 import websockets.exceptions
 from bare import CAMERA, EVIL, address, arrived, bare, got, packed, until, wire
-from visitor import BEAM, Visitor, visitor
+from visitor import BEAM, Visitor, redrawn, visitor
 
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput, Unavailable
@@ -358,7 +358,7 @@ def test_a_senseless_message_ends_its_sender_and_nobody_else(url, caplog):
         assert len(lines) == 1
         assert "127.0.0.1: sent off, for a message that makes no sense" in lines[0]
         other.choose("speed γ", 11.0)
-        other.wait(lambda latest: any(m.get("name") == BEAM for m in latest))
+        other.wait(lambda latest: redrawn(latest))
 
 
 # Answers

@@ -126,7 +126,7 @@ class Visitor:
 
 def redrawn(messages: list[dict[str, Any]]) -> bool:
     """Whether a group of messages moves the beam."""
-    return any(message.get("name") == BEAM for message in messages)
+    return any(message.get("name", "").startswith(BEAM) for message in messages)
 
 
 @contextlib.contextmanager

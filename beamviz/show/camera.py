@@ -13,6 +13,7 @@ RIDING_FROM = {"chordwise": (-0.3, -1.0, 0.8), "flapwise": (-0.3, -1.0, 0.45)}
 BESIDE_FROM = (0.0, -1.0, 0.85)
 ROOM = 0.2  # kept on both sides of the beam for its motion
 HOOP = 0.1  # wall of the hoop that an inward beam is clamped to, and room
+SCALES = (100.0, 1e5)  # [pixels] of a length of the beam that are told apart
 RIM = 0.3  # of a large hub, this much is kept in the picture
 
 
@@ -45,6 +46,12 @@ def corners(shapes: Shapes, riding: bool) -> np.ndarray:
     reach = max(hub_radius(beam), abs(beam.delta + right), abs(beam.delta + left)) + HOOP
     turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     return np.stack([reach * np.cos(turn), reach * np.sin(turn), 0 * turn], 1)
+
+
+def scale(distance: float, height: int) -> float:
+    """Pixels of a length of the beam, seen from a distance in a picture of so many pixels."""
+    pixels = height / (2 * math.tan(FIELD_OF_VIEW / 2) * max(distance, 1e-6))
+    return min(max(SCALES[0], pixels), SCALES[1])
 
 
 def framing(

@@ -10,8 +10,9 @@ from beamviz.look import Look
 from beamviz.show.against import BEFORE, CHOICES, NOTHING, Against, against
 from beamviz.show.controls import Wanted
 from beamviz.show.ghost import Ghost
-from beamviz.show.motion import Clock, Shapes
+from beamviz.show.motion import Clock, Shapes, amplitudes
 from beamviz.show.multiples import Titled, add_title
+from beamviz.show.pieces import SCALE, Seen
 from beamviz.show.solving import Answer, Solver
 from beamviz.show.turns import Turns
 
@@ -101,8 +102,11 @@ class Comparison:
         elif self.solver.wanted != self.other.wanted:
             self.solver.want(self.other.wanted)
 
-    def show(self, main: Shapes, clock: Clock, look: Look, shown: list[int]) -> None:
-        """Draw the other beam beside `main`, the modes `shown` (from 0) of it."""
+    def show(
+        self, main: Shapes, clock: Clock, look: Look, shown: list[int], scale: float = SCALE
+    ) -> None:
+        """Draw the other beam beside `main`, the modes `shown` (from 0) of it; a length of the
+        beam takes `scale` pixels."""
         new = self.drawn[:2] != self.state[:2]
         self.drawn, answer = self.state, self.answer
         good = answer.shapes if answer and not answer.words else None
@@ -114,9 +118,11 @@ class Comparison:
             self.clock.phases = self.partner(main, clock.phases, np.pi / 2)
             self.clock.angle = clock.angle
         own = [self.shapes.labels.index(label) for label in self.common(main, shown)]
-        self.draw(look, own, self.other.title)
+        sizes = self.partner(main, amplitudes(look, len(main.modes)), 0.0)
+        seen = Seen.of(self.shapes, sizes, look.colouring, scale)
+        self.draw(look, own, self.other.title, seen)
 
-    def draw(self, look: Look, shown: list[int], title: str) -> None:
+    def draw(self, look: Look, shown: list[int], title: str, seen: Seen) -> None:
         """In one of the two ways; what is needed for it is built when first needed."""
         assert self.shapes
         self.hide()
@@ -124,11 +130,11 @@ class Comparison:
             if self.scene is None:
                 self.scene = Titled(self.api, "/other")
                 self.name = add_title(self.api, "/stage", "this beam")
-            self.scene.show(self.shapes, look, shown, title, self.levels[1])
+            self.scene.show(self.shapes, look, shown, title, self.levels[1], seen)
             self.name.visible, self.name.position = True, self.scene.title.position
         else:
             self.ghost = self.ghost or Ghost(self.api)
-            self.ghost.show(self.shapes, look, shown, title)
+            self.ghost.show(self.shapes, look, shown, title, seen)
 
     def hide(self) -> None:
         """Draw nothing."""

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from beamviz.show import camera, colours, sizes, tube
 from beamviz.show.motion import displacement
+from beamviz.show.pieces import cut
 from beamviz.show.shot import Moment, Shot
 from beamviz.show.stage import EDGES, HUB_HEIGHT, annulus, placed
 
@@ -31,7 +32,8 @@ def drawn(shot: Shot, moment: Moment, width: int, height: int) -> np.ndarray:
     tall = math.tan(camera.FIELD_OF_VIEW / 2)
     axes.set(xlim=(-tall * width / height, tall * width / height), ylim=(-tall, tall))
     axes.set_axis_off()
-    paint(axes, View(shot, moment, width / height), moment, *bodies(shot, moment))
+    solid = bodies(shot, moment, shot.scale(width, height))
+    paint(axes, View(shot, moment, width / height), moment, *solid)
     if shot.words:
         figure.text(0.5, 0.8, shot.words, ha="center", fontsize=14)
     canvas.draw()
@@ -128,15 +130,16 @@ def grid(middle: np.ndarray, low: float, angle: float) -> np.ndarray:
     return np.concatenate(lines)
 
 
-def bodies(shot: Shot, moment: Moment) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles (n, 3, 3) of hub, beam and mass, and their colours (n, 3)."""
-    shapes, look = shot.shapes, shot.scene.look
+def bodies(shot: Shot, moment: Moment, scale: float) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles (n, 3, 3) of hub, beam and mass, and their colours (n, 3); a length of the beam
+    takes `scale` pixels."""
+    shapes, look = cut(shot.shapes, shot.seen(scale)), shot.scene.look
     moved = displacement(shapes, moment.phases, shot.amplitudes)
     points, normal = placed(shapes, shapes.centreline + moved)
     vertices, triangles = tube.swept(points, normal, *sizes.section(shapes.beam, look.thicken))
     along = colours.along(shapes, look.colouring, moved, shot.amplitudes)
     if shot.words:
-        along = np.tile(np.array(colours.GREYED) / 255, (tube.SEGMENTS, 1))
+        along = np.tile(np.array(colours.GREYED) / 255, (len(along), 1))
     painted = np.concatenate([np.repeat(along, 8, axis=0), np.repeat(along[[0, -1]], 2, axis=0)])
     parts = [(vertices[triangles], painted)]
     radius = sizes.hub_radius(shapes.beam)

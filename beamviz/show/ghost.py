@@ -1,5 +1,6 @@
 """A pale second beam in the same place: how it was before, or how another model sees it."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,7 +9,8 @@ from viser import SceneApi
 from beamviz.look import Look
 from beamviz.show import colours, sizes, tube
 from beamviz.show.motion import Shapes, displacement
-from beamviz.show.stage import Nodes, placed, straight
+from beamviz.show.pieces import Seen, cut
+from beamviz.show.stage import Nodes, placed, reshape, unit_body
 
 OPACITY = 0.3
 ROOT = "/stage/wheel/ghost"
@@ -21,17 +23,19 @@ class Ghost:
 
     def __init__(self, api: SceneApi):
         self.root = api.add_frame(ROOT, show_axes=False)
-        vertices, faces = tube.swept(*straight(0.0), 0.05, 0.1)
         pale: Any = {"opacity": OPACITY, "cast_shadow": False, "receive_shadow": False}
         self.body = api.add_mesh_simple(
-            f"{ROOT}/beam", vertices, faces, color=colours.BEFORE, flat_shading=True, **pale
+            f"{ROOT}/beam", *unit_body(), color=colours.BEFORE, flat_shading=True, **pale
         )
         self.mass = api.add_icosphere(f"{ROOT}/mass", 1.0, color=colours.BEFORE, **pale)
         self.nodes = Nodes(api, ROOT, colours.BEFORE)
         self.title = api.add_label(f"{ROOT}/title", "", anchor="bottom-center")
+        self.count = 0  # of its pieces
 
-    def show(self, shapes: Shapes, look: Look, shown: list[int], title: str) -> None:
-        """Draw a beam and the nodes of its modes `shown` (from 0)."""
+    def show(self, shapes: Shapes, look: Look, shown: list[int], title: str, seen: Seen) -> None:
+        """Draw a beam and the nodes of its modes `shown` (from 0), cut for what is `seen`."""
+        shapes = cut(shapes, replace(seen, largest=np.inf), self.count)
+        self.count = len(shapes.strain)
         thickness, breadth = sizes.section(shapes.beam, look.thicken)
         self.shapes, self.section = shapes, (INSIDE * thickness, INSIDE * breadth)
         self.root.visible = True
@@ -53,6 +57,6 @@ class Ghost:
         shapes = self.shapes
         moved = displacement(shapes, phases, amplitudes)
         points, normal = placed(shapes, shapes.centreline + moved)
-        self.body.vertices = tube.swept(points, normal, *self.section)[0]
+        reshape(self.body, *tube.swept(points, normal, *self.section))
         self.nodes.move(points, tube.segments(points, normal, *self.section)[1])
         self.mass.position = points[shapes.mass]

@@ -13,6 +13,7 @@ from beamviz.show import colours, sizes, tube
 from beamviz.show.gltf import INDICES, VERTICES, Gltf
 from beamviz.show.loop import Loop, looped
 from beamviz.show.motion import displacement
+from beamviz.show.pieces import cut
 from beamviz.show.shot import Moment, Shot
 from beamviz.show.stage import HUB_HEIGHT, annulus, placed
 
@@ -82,7 +83,7 @@ def weights(shot: Shot, moments: list[Moment]) -> np.ndarray:
 
 def beam_mesh(gltf: Gltf, shot: Shot, start: np.ndarray) -> int:
     """The beam at its equilibrium, coloured by how far each place of it swings."""
-    shapes, look = shot.shapes, shot.scene.look
+    shapes, look = cut(shot.shapes, shot.seen()), shot.scene.look
     section = sizes.section(shapes.beam, look.thicken)
 
     def surface(moved: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ from viser import LabelHandle, SceneApi
 from beamviz.look import Look
 from beamviz.show.measures import frequencies
 from beamviz.show.motion import Shapes
+from beamviz.show.pieces import SCALE, Seen
 from beamviz.show.scene import Scene
 
 SPACING = 0.42  # of two beams above each other, in lengths of the beam
@@ -29,10 +30,12 @@ class Titled:
         self.scene = Scene(api, root, alone=False)
         self.title = add_title(api, root, "")
 
-    def show(self, shapes: Shapes, look: Look, shown: list[int], title: str, height: float) -> None:
-        """Draw a beam at a height."""
+    def show(
+        self, shapes: Shapes, look: Look, shown: list[int], title: str, height: float, seen: Seen
+    ) -> None:
+        """Draw a beam at a height, cut for what is `seen` of it."""
         self.scene.height = height
-        self.scene.show(shapes, look, shown)
+        self.scene.show(shapes, look, shown, seen=seen)
         self.scene.stage.visible = True
         self.title.text = title
         self.title.position = np.array([shapes.beam.delta, 0.0, 0.0]) + TITLE
@@ -50,13 +53,15 @@ class Multiples:
         self.scenes: list[Titled] = []
         self.count = 0  # of the scenes shown
 
-    def show(self, shapes: Shapes, look: Look) -> None:
-        """One scene for each mode."""
+    def show(self, shapes: Shapes, look: Look, scale: float = SCALE) -> None:
+        """One scene for each mode; a length of the beam takes `scale` pixels."""
         self.count = len(shapes.modes)
         while len(self.scenes) < self.count:
             self.scenes.append(Titled(self.api, f"/mode {len(self.scenes) + 1}"))
-        for k, height in enumerate(heights(self.count)):
-            self.scenes[k].show(shapes, look, [k], title(shapes, k), height)
+        for k, own in enumerate(look.amplitude * np.eye(self.count)):
+            seen = Seen.of(shapes, own, look.colouring, scale)
+            height = heights(self.count)[k]
+            self.scenes[k].show(shapes, look, [k], title(shapes, k), height, seen)
         for scene in self.scenes[self.count :]:
             scene.hide()
 

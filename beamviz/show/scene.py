@@ -1,13 +1,14 @@
 """The scene itself: hub, beam, mass, ghosts, nodes, ground and light, in any viser scene."""
 
 import numpy as np
-from viser import SceneApi
+from viser import BatchedMeshHandle, SceneApi
 
 from beamviz.look import Look
-from beamviz.show import camera, colours, sizes, tube
+from beamviz.show import camera, colours, pieces, sizes, tube
 from beamviz.show.bodies import HIDDEN, add_bodies, ball, box, put, sleeve
 from beamviz.show.hardening import assigned, oriented
-from beamviz.show.motion import Shapes, displacement
+from beamviz.show.motion import Shapes, amplitudes, displacement
+from beamviz.show.pieces import Seen, cut
 from beamviz.show.stage import Ghosts, Ground, Hub, Nodes, light, placed, turned
 
 
@@ -26,9 +27,14 @@ class Scene:
         self.ground = Ground(api, root)
         self.wheel = api.add_frame(f"{root}/wheel", show_axes=False)
         self.hub = Hub(api, root)
-        self.beam = add_bodies(
-            api, f"{root}/wheel/beam", tube.SEGMENTS, sleeve(), receive_shadow=False
-        )
+        api.add_frame(f"{root}/wheel/beam", show_axes=False)
+        self.beams = {
+            count: add_bodies(
+                api, f"{root}/wheel/beam/{count}", count, sleeve(), receive_shadow=False
+            )
+            for count in pieces.COUNTS  # a node keeps its count: the browser breaks it otherwise
+        }
+        self.count = 0  # of the pieces that are seen
         self.ends = add_bodies(api, f"{root}/wheel/ends", 2, box(), receive_shadow=False)
         self.mass = add_bodies(
             api, f"{root}/wheel/mass", 1, ball(), flat_shading=False, receive_shadow=False
@@ -39,8 +45,19 @@ class Scene:
             f"{root}/wheel/words", "", anchor="bottom-center", font_screen_scale=1.25, visible=False
         )
 
-    def show(self, shapes: Shapes, look: Look, shown: list[int], *, words: str = "") -> None:
-        """Draw a beam and the nodes of its modes `shown`; `words` grey it and say why."""
+    def show(
+        self,
+        shapes: Shapes,
+        look: Look,
+        shown: list[int],
+        *,
+        words: str = "",
+        seen: Seen | None = None,
+    ) -> None:
+        """Draw a beam and the nodes of its modes `shown`; `words` grey it and say why; it is cut
+        for what is `seen` of it, if that is not what the look says."""
+        seen = seen or Seen.of(shapes, amplitudes(look, len(shapes.modes)), look.colouring)
+        shapes = cut(shapes, seen, self.count)
         self.shapes, self.look, self.greyed = shapes, look, bool(words)
         beam = shapes.beam
         self.section = sizes.section(beam, look.thicken)
@@ -78,6 +95,7 @@ class Scene:
         points, normal = placed(shapes, shapes.centreline + moved)
         body = tube.segments(points, normal, *self.section)
         paint = self.paint(moved, largest)
+        self.clear(len(paint))
         put(self.beam, *body, paint)
         put(self.ends, *(part[:: len(paint) - 1] for part in (*body, paint)))  # sleeves are open
         self.nodes.move(points, body[1])
@@ -86,9 +104,21 @@ class Scene:
         oriented(self.ground.grid, turned(-angle if self.look.riding else 0.0))
         oriented(self.wheel, turned(0.0 if self.look.riding else angle))
 
+    @property
+    def beam(self) -> BatchedMeshHandle:
+        """The node of the pieces that are seen."""
+        return self.beams[self.count]
+
+    def clear(self, count: int) -> None:
+        """Go on with another count of pieces: those of the last one vanish in the same frame."""
+        if self.count and self.count != count:
+            gone = np.full((self.count, 3), HIDDEN, np.float32)
+            assigned(self.beam, {"batched_scales": gone})
+        self.count = count
+
     def paint(self, moved: np.ndarray, largest: float) -> np.ndarray:
         """Colour (n - 1, 3), bytes of linear light, of each piece displaced by `moved` (n, 2)."""
         if self.greyed:
             grey = np.array([colours.GREYED]) / 255
-            return colours.instanced(np.tile(grey, (tube.SEGMENTS, 1)))
+            return colours.instanced(np.tile(grey, (len(moved) - 1, 1)))
         return colours.painted(self.shapes, self.look.colouring, moved, largest)

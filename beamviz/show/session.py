@@ -24,6 +24,7 @@ from beamviz.show.guide import Guide
 from beamviz.show.motion import Clock, Shapes, amplitudes
 from beamviz.show.multiples import Multiples, heights
 from beamviz.show.panels import Panel
+from beamviz.show.pieces import SCALE, Seen, between
 from beamviz.show.ride import Ride
 from beamviz.show.save_load import SaveLoad
 from beamviz.show.scene import Scene
@@ -34,6 +35,7 @@ from beamviz.show.viewing import Viewing
 
 BRAND = (32, 96, 150)
 REST = 0.3  # [s] that a slider has to rest before the charts of a crowd follow
+ZOOMED = 1.25  # times larger or smaller: worth other pieces
 LONGEST_STEP = 0.2  # [s] the clock never jumps further, even after a stall
 
 
@@ -57,6 +59,7 @@ class Session:
         self.repace = True  # choose the pace anew
         self.following: Following | None = None  # edits may come while the rest is built
         self.clock, self.seen = Clock(), 0.0
+        self.scale = SCALE  # that the picture was drawn for
         self.crowded, self.chart_due = crowded, math.inf
         self.answer: Answer | None = None
         self.shapes = Shapes.at_rest(scene.beam, scene.options["plane"])
@@ -227,6 +230,7 @@ class Session:
             or self.solver.answer is not self.answer
             or self.comparison.fresh
             or self.ride.fresh
+            or self.zoomed
         )
 
     @property
@@ -268,6 +272,7 @@ class Session:
         """Move the beam on by `time` [T*]: as its modes swing, or as the force drives it."""
         if self.ride.driven:
             moved = self.ride.displaced(time, self.shapes.beam.gamma)
+            moved = between(self.shapes.x, moved, self.scene.shapes.x)
             self.scene.displace(moved, self.largest, self.clock.angle)
         else:
             self.scene.move(self.clock.phases, self.amplitudes, self.clock.angle)
@@ -293,7 +298,7 @@ class Session:
             self.ride.drive(self.answer.solution, self.shapes, self.drawn.amplitude)
         self.clock.fit(self.swinging, self.shapes.beam.gamma, keep=not repace)
         self.show_others()
-        self.scene.show(self.shapes, self.drawn, self.shown, words=self.words)
+        self.scene.show(self.shapes, self.drawn, self.shown, words=self.words, seen=self.sight)
         if self.answer:
             self.panel.show(self.answer, self.shown)
             self.guide.follow(self.answer)
@@ -312,12 +317,13 @@ class Session:
         """The beam compared with, or all modes in place of the one scene."""
         if self.answer:
             self.comparison.follow(self.answer.wanted)
-        self.comparison.show(self.shapes, self.clock, self.drawn, self.shown)
+        self.scale = self.viewing.scale
+        self.comparison.show(self.shapes, self.clock, self.drawn, self.shown, self.scale)
         self.scene.height = self.comparison.levels[0]
         together = self.drawn.together and len(self.shapes.modes) > 0 and not self.words
         self.scene.stage.visible = not together
         if together:
-            self.multiples.show(self.shapes, self.drawn)
+            self.multiples.show(self.shapes, self.drawn, self.scale)
         else:
             self.multiples.hide()
 
@@ -325,6 +331,13 @@ class Session:
         """The camera moved; if the page changed its shape, choose the viewpoint anew."""
         if self.viewing.reshaped:
             self.reset_view()
+        elif self.zoomed:
+            self.wake()
+
+    @property
+    def zoomed(self) -> bool:
+        """Whether the camera came so much nearer, or went, that the beam is to be cut anew."""
+        return not 1 / ZOOMED < self.viewing.scale / self.scale < ZOOMED
 
     @property
     def pace(self) -> float:
@@ -354,6 +367,14 @@ class Session:
         if self.ride.driven:
             return self.ride.largest(self.shapes, colouring, self.drawn.amplitude)
         return colours.colour_range(self.shapes, colouring, self.amplitudes)
+
+    @property
+    def sight(self) -> Seen:
+        """What the picture shows of the beam."""
+        look = self.drawn
+        if self.ride.driven:
+            return Seen(self.ride.field[None], self.scale, look.colouring, self.largest)
+        return Seen.of(self.shapes, self.amplitudes, look.colouring, self.scale)
 
     @property
     def amplitudes(self) -> np.ndarray:

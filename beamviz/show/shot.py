@@ -14,6 +14,7 @@ from beamviz.show import camera
 from beamviz.show.controls import Wanted
 from beamviz.show.motion import Shapes, amplitudes
 from beamviz.show.multiples import heights
+from beamviz.show.pieces import SCALE, Seen
 from beamviz.show.words import unstable
 
 Direction = tuple[float, float, float]
@@ -88,6 +89,16 @@ class Shot:
         riding = self.scene.look.riding
         position = camera.viewpoint(self.shapes, riding, aspect, 0.0, levels, self.from_above())
         return Camera((position * (1 + self.reach) / self.zoom).tolist())
+
+    def scale(self, width: int, height: int) -> float:
+        """Pixels that a length of the beam takes in a picture."""
+        view = self.camera(width / height)
+        away = float(np.linalg.norm(np.subtract(view.position, view.look_at)))
+        return camera.scale(away, height)
+
+    def seen(self, scale: float = SCALE) -> Seen:
+        """What a picture shows of the beam."""
+        return Seen.of(self.shapes, self.amplitudes, self.scene.look.colouring, scale)
 
     @property
     def reach(self) -> float:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import trimesh
-from viser import SceneApi
+from viser import MeshHandle, SceneApi
 
 from beamviz.beam import Beam, Units
 from beamviz.show import colours, sizes, tube
@@ -125,11 +125,9 @@ class Ghosts:
             thickness=1.2,
             thickness_units="screen",
         )
-        vertices, faces = tube.swept(*straight(0.0), 0.05, 0.1)
         self.stretched = api.add_mesh_simple(
             f"{root}/wheel/equilibrium",
-            vertices,
-            faces,
+            *unit_body(),
             color=colours.GHOST,
             opacity=0.1,
             flat_shading=True,
@@ -142,7 +140,7 @@ class Ghosts:
         self.outline.visible = self.stretched.visible = visible
         points, normal = placed(shapes, shapes.centreline)
         inside = (0.97 * section[0], 0.97 * section[1])  # not in the same faces as the beam
-        self.stretched.vertices = tube.swept(points, normal, *inside)[0]
+        reshape(self.stretched, *tube.swept(points, normal, *inside))
         across = np.abs(np.cross(normal, [1.0, 0.0, 0.0]))
         size = np.array([1.0, 0.0, 0.0]) + section[0] * across + section[1] * np.abs(normal)
         self.outline.points = EDGES * size + [shapes.beam.delta + 0.5, 0.0, 0.0]
@@ -153,10 +151,18 @@ def place_of(x: float, units: Units | None) -> str:
     return measure("beta", units).text(x, 4) if units else f"{x:.3f}"
 
 
-def straight(start: float) -> tuple[np.ndarray, np.ndarray]:
-    """SEGMENTS + 1 points of a straight beam from x = start, and the normal of its plane."""
-    x = start + np.linspace(0.0, 1.0, tube.SEGMENTS + 1)
-    return np.stack([x, 0 * x, 0 * x], 1), np.array([0.0, 0.0, 1.0])
+def unit_body() -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and triangles of a beam until one is shown."""
+    ends = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    return tube.swept(ends, tube.NORMALS["chordwise"], 0.05, 0.1)
+
+
+def reshape(body: MeshHandle, vertices: np.ndarray, faces: np.ndarray) -> None:
+    """Give a mesh another surface, in one message: vertices without their faces are none."""
+    if len(faces) == len(body.faces):
+        body.vertices = vertices
+    else:
+        assigned(body, {"vertices": vertices.astype(np.float32), "faces": faces.astype(np.uint32)})
 
 
 def unit_edges() -> np.ndarray:

@@ -18,6 +18,7 @@ from beamviz.show.browser import found_browser, opened
 from beamviz.show.figure import drawn
 from beamviz.show.hosting import hosted
 from beamviz.show.multiples import Multiples
+from beamviz.show.pieces import SCALE
 from beamviz.show.scene import Scene
 from beamviz.show.shot import Moment, Shot
 
@@ -46,7 +47,7 @@ def studio(shot: Shot, width: int, height: int, scale: int = 1) -> Iterator[Phot
         return
     clients: queue.Queue[ClientHandle] = queue.Queue()
     with hosted(pictures=True) as server:
-        set_up = Set(server.scene, shot)
+        set_up = Set(server.scene, shot, shot.scale(scale * width, scale * height))
         server.on_client_connect(clients.put)
         dark = "&darkMode" if shot.scene.look.dark else ""
         url = f"http://127.0.0.1:{server.get_port()}/?fixedDpr=1{dark}"
@@ -63,15 +64,16 @@ def studio(shot: Shot, width: int, height: int, scale: int = 1) -> Iterator[Phot
 
 
 class Set:
-    """What stands before the camera."""
+    """What stands before the camera; a length of the beam takes `scale` pixels."""
 
-    def __init__(self, api: SceneApi, shot: Shot):
+    def __init__(self, api: SceneApi, shot: Shot, scale: float = SCALE):
         self.shot, self.scene = shot, Scene(api)
         self.multiples = Multiples(api) if shot.together else None
-        self.scene.show(shot.shapes, shot.scene.look, shot.shown, words=shot.words)
+        seen = shot.seen(scale)
+        self.scene.show(shot.shapes, shot.scene.look, shot.shown, words=shot.words, seen=seen)
         self.scene.stage.visible = not self.multiples
         if self.multiples:
-            self.multiples.show(shot.shapes, shot.scene.look)
+            self.multiples.show(shot.shapes, shot.scene.look, scale)
 
     def move(self, moment: Moment) -> None:
         """Put everything where it is at a moment."""

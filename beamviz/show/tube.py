@@ -1,23 +1,24 @@
-"""The beam as a body: where to cut it, and its surface along a centreline in space."""
+"""The beam as a body: its stations, and its surface along a centreline in space."""
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid, trapezoid
 
-SEGMENTS = 128
+FINE = 400
+CLOSE = 1e-9  # to an end of the beam: nobody sees the mass beside it
 NORMALS = {"chordwise": np.array([0.0, 0.0, 1.0]), "flapwise": np.array([0.0, -1.0, 0.0])}
 
 
 def stations(x: np.ndarray, curvature: np.ndarray, mass: float) -> np.ndarray:
-    """Where to cut the beam: SEGMENTS + 1 points of 0 .. 1, closer where it bends more.
+    """Where to sample the beam: FINE + 1 points of 0 .. 1, closer where it bends more.
 
     x, curvature: (n,) samples along the beam; the point nearest to `mass` is moved onto it,
     since the stretch may jump there. Half of the points are spread evenly.
     """
     density = 1.0 + curvature / max(trapezoid(curvature, x), 1e-12)
     share = cumulative_trapezoid(density, x, initial=0.0)
-    points = np.interp(np.linspace(0.0, share[-1], SEGMENTS + 1), share, x)
+    points = np.interp(np.linspace(0.0, share[-1], FINE + 1), share, x)
     points[0], points[-1] = 0.0, 1.0
-    if 0.0 < mass < 1.0:
+    if CLOSE < mass < 1.0 - CLOSE:
         points[1 + np.argmin(np.abs(points[1:-1] - mass))] = mass
     return points
 

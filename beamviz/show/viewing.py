@@ -60,6 +60,12 @@ class Viewing:
         return Camera(*now.round(4).tolist())
 
     @property
+    def scale(self) -> float:
+        """Pixels that a length of the beam takes in the middle of the picture."""
+        away = np.linalg.norm(np.subtract(self.view.position, self.view.look_at))
+        return camera.scale(float(away), self.view.image_height)
+
+    @property
     def reshaped(self) -> bool:
         """Whether the page has another shape than the viewpoint was chosen for."""
         return bool(self.seen) and self.view.aspect != self.seen[2] and self.given is None
