@@ -103,7 +103,7 @@ def rotated(wxyz: np.ndarray, vector: Any) -> np.ndarray:
 
 @given(st.floats(0, 1), st.floats(0.005, 0.2))
 def test_stations_follow_curvature_and_hold_the_mass(mass, layer):
-    """They rise from 0 to 1, the mass (if not at an end) is one of them, and a bending layer gets more."""
+    """They rise from 0 to 1, the mass, if not at an end, is one, and a bending layer gets more."""
     x = np.linspace(0, 1, 401)
     points = tube.stations(x, np.exp(-x / layer), mass)
     assert len(points) == tube.FINE + 1
