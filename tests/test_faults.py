@@ -1,7 +1,9 @@
 """What a hall can do to the explorer, done to it: afterwards the others are served as before."""
 
 import contextlib
+import gc
 import logging
+import os
 import re
 import socket
 import struct
@@ -97,9 +99,8 @@ def fresh_log() -> None:
         module.journal.noted.clear()
 
 
-def reset(guest: Visitor) -> None:
-    """Vanish without a word, as a laptop that is shut does."""
-    line = guest.socket.socket
+def vanish(line: socket.socket) -> None:
+    """Leave without a word, as a laptop that is shut does."""
     line.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
     line.shutdown(socket.SHUT_RDWR)
 
@@ -117,7 +118,7 @@ def test_tabs_closed_in_the_middle_of_a_picture(url, other, animators):
     for _ in range(10):
         with visitor(url) as guest:
             guest.wait(redrawn)
-            reset(guest)
+            vanish(guest.socket.socket)
     alone(animators)
 
 
@@ -126,7 +127,7 @@ def test_tabs_closed_in_the_middle_of_a_solution(url, other, animators):
     for _ in range(8):
         with visitor(url) as guest:
             guest.choose("γ speed", SLOW)
-            reset(guest)
+            vanish(guest.socket.socket)
     alone(animators)
     start = time.monotonic()
     with visitor(url) as guest:
@@ -143,25 +144,35 @@ def test_a_page_loaded_again_and_again(url, other, animators):
     alone(animators)
 
 
-def test_hundreds_of_visits_leave_nothing_behind(url, other, animators):
-    """300 that only connect, 30 that open a session: no session and no thread stays."""
-    with visitor(url):
-        pass
+def test_a_thousand_visits_leave_nothing_behind(url, other, animators):
+    """1000 that only connect, every 50th of which opens a session and leaves without a word: no
+    session, thread or socket stays, and not one object for each of them."""
+    come_and_go(url, visits=100)  # what is built once, is built
     alone(animators)
-    before = threads()
-    for k in range(330):
-        with wire(url) as line:
-            if k % 11 == 0:
-                line.send(packed(**CAMERA))
-                line.recv(timeout=20)
+    before = left()
+    come_and_go(url, visits=1000)
     alone(animators)
-    until(lambda: threads() <= before)
+    until(lambda: all(now <= then for now, then in zip(left(), before, strict=True)))
 
 
-def threads() -> int:
-    """Threads that run, but for viser's own pool, which grows to its size once."""
+def come_and_go(url: str, visits: int, at_once: int = 50) -> None:
+    """Connect and disconnect."""
+    for _ in range(visits // at_once):
+        with contextlib.ExitStack() as open_lines:
+            lines = [open_lines.enter_context(wire(url)) for _ in range(at_once)]
+            for k in range(0, at_once, 50):
+                lines[k].send(packed(**CAMERA))
+                lines[k].recv(timeout=20)
+                vanish(lines[k].socket)
+
+
+def left() -> tuple[int, int, int]:
+    """Threads that run, but for viser's own pool, which grows to its size once; open files and
+    sockets; objects, in hundreds."""
     names = [thread.name for thread in threading.enumerate()]
-    return sum(not name.startswith("ThreadPoolExecutor") for name in names)
+    threads = sum(not name.startswith("ThreadPoolExecutor") for name in names)
+    gc.collect()
+    return threads, len(os.listdir("/proc/self/fd")), len(gc.get_objects()) // 100
 
 
 # Sockets that say nothing
