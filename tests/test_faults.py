@@ -28,7 +28,9 @@ from beamviz.show.sliders import NUMBERS
 
 PAPER = Beam(alpha=1, beta=0.5, gamma=10)
 SCENE = SavedScene(PAPER)
-SLOW, BROKEN = 47.0, 48.0  # speeds at which the solver of these tests is slow, or fails
+# Speeds at which the solver of these tests does not end by itself, is slow, or fails.
+ENDLESS, SLOW, BROKEN = 46.0, 47.0, 48.0
+ENOUGH = threading.Event()
 BAD = (float("nan"), float("inf"), -float("inf"), 1e300, -1e300, 2**63, -1, 0, "", "rubber",
        "9" * 900, True, [], [1, 2], ["a"], [float("nan")] * 3, [1e300, 2, 3])  # fmt: skip
 
@@ -57,6 +59,8 @@ def url(animators) -> Iterator[str]:
             raise ZeroDivisionError("a mistake of ours")
         if beam.gamma == SLOW:
             time.sleep(1.0)
+        if beam.gamma == ENDLESS:
+            ENOUGH.wait(120)
         return solve(beam, **options)
 
     with pytest.MonkeyPatch.context() as patch:
@@ -310,6 +314,45 @@ def test_a_slow_solver_does_not_stop_the_pictures(url, other):
             frames += redrawn(other.receive(1.0))
         assert frames >= 5
         guest.says(frequency(PAPER.replace(gamma=SLOW)))
+
+
+def test_solutions_without_end_stop_nobody_else(url, other):
+    """More visitors wait for such a one than solve at once: another one sees frames, and gets
+    answers as before."""
+    other.choose("playing", True)
+    with contextlib.ExitStack() as guests:
+        for _ in range(server.SOLVERS + 1):
+            guest = guests.enter_context(visitor(url))
+            guests.callback(vanish, guest.socket.socket)
+            guest.choose("γ speed", ENDLESS)
+        guests.callback(ENOUGH.set)
+        for gamma in (12.0, 13.0):
+            other.choose("speed γ", gamma)
+            other.says(frequency(PAPER.replace(gamma=gamma)))
+            for _ in range(5):
+                other.wait(redrawn)
+    other.choose("speed γ", PAPER.gamma)
+    other.says(frequency(PAPER))
+
+
+def test_the_server_ends_in_the_middle_of_a_solution_without_end(monkeypatch):
+    """Ctrl-C need not wait for it."""
+    begun, enough = threading.Event(), threading.Event()
+
+    def solved(beam: Beam, **options: Any) -> Any:
+        if beam.gamma == ENDLESS:
+            begun.set()
+            enough.wait()
+        return solve(beam, **options)
+
+    monkeypatch.setattr(solving, "solve", solved)
+    try:
+        with explorer(SCENE) as found, visitor(found) as guest:
+            guest.choose("γ speed", ENDLESS)
+            assert begun.wait(20)
+            vanish(guest.socket.socket)
+    finally:
+        enough.set()
 
 
 def test_drawing_that_fails_ends_that_visit_alone(url, other, animators, caplog):

@@ -8,7 +8,7 @@ import asyncio
 import contextlib
 import threading
 import time
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import Executor, ThreadPoolExecutor, wait
 from functools import partial
 
 from viser import ClientHandle, ViserServer
@@ -36,8 +36,8 @@ class Animator:
         self,
         server: ViserServer,
         scene: SavedScene,
-        pool: ThreadPoolExecutor,
-        charts: ThreadPoolExecutor,
+        pool: Executor,
+        charts: Executor,
         door: Door,
         attendance: Attendance,
     ):

@@ -2,7 +2,7 @@
 
 import contextlib
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor
 
 from beamviz.errors import InvalidInput
 from beamviz.show.chart import SPANS, Chart, Charts, Point, Question
@@ -18,9 +18,7 @@ class Charting:
     """Follows the scene, one step behind it: `follow` hears of a new answer, `draw` shows what
     has been computed since."""
 
-    def __init__(
-        self, pool: ThreadPoolExecutor, wake: Callable[[], None], over: str, per_rev: bool
-    ):
+    def __init__(self, pool: Executor, wake: Callable[[], None], over: str, per_rev: bool):
         self.wake, self.over, self.per_rev = wake, over, per_rev
         self.chosen: Event | None = None
         self.charts, self.closeups = Charts(pool, wake), Closeups(pool, wake)

@@ -1,7 +1,7 @@
 """What each method takes, in time, and gives, in accuracy, for the beam that is shown."""
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -108,7 +108,7 @@ class Trials(Latest[Wanted, Efforts]):
 class Weighing:
     """Follows the scene while it is asked to; `draw` shows what has been measured since."""
 
-    def __init__(self, pool: ThreadPoolExecutor, wake: Callable[[], None]):
+    def __init__(self, pool: Executor, wake: Callable[[], None]):
         self.trials, self.wake = Trials(pool, wake), wake
         self.on = False
         self.answer: Answer | None = None

@@ -3,7 +3,7 @@
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor
 from typing import Generic, Self, TypeVar
 
 W = TypeVar("W")
@@ -16,7 +16,7 @@ class Latest(ABC, Generic[W, A]):
     answer: the last answer given, None before the first; `ready` is called after each.
     """
 
-    def __init__(self, pool: ThreadPoolExecutor, ready: Callable[[], None]):
+    def __init__(self, pool: Executor, ready: Callable[[], None]):
         self.lock = threading.RLock()
         self.pool, self.ready = pool, ready
         self.wanted: W | None = None

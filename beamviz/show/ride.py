@@ -1,7 +1,7 @@
 """The run-up in the page: the speed rises, and the beam shows how far the force drives it there."""
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any
 
@@ -66,7 +66,7 @@ class Runs(Latest[Ask, Run]):
 class Ride:
     """The speed on its way up. Callbacks choose, start and stop; the animator advances."""
 
-    def __init__(self, pool: ThreadPoolExecutor, wake: Callable[[], None]):
+    def __init__(self, pool: Executor, wake: Callable[[], None]):
         self.runs, self.wake = Runs(pool, wake), wake
         self.per_rev, self.damping = 1, USUAL_DAMPING
         self.asked: Ask | None = None

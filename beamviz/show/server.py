@@ -6,7 +6,6 @@ import secrets
 import socket
 import webbrowser
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
 
@@ -22,10 +21,11 @@ from beamviz.show.hardening import check_version
 from beamviz.show.hosting import hosted, listening
 from beamviz.show.motion import Shapes
 from beamviz.show.session import theme
+from beamviz.show.threads import Threads
 from beamviz.show.viewing import LIFT, lifted, place
 from beamviz.show.workers import team, usual
 
-SOLVERS = 2  # threads, for all visitors together
+SOLVERS = 2  # at once, for all visitors together
 CHARTERS = 1  # as well, for their charts
 KEY_BYTES = 16
 
@@ -117,8 +117,8 @@ def explorer(
     attendance = attendance or Attendance()
     with (
         hosted(host, port, attendance=attendance, listener=listener, **door) as server,
-        ThreadPoolExecutor(SOLVERS, "solver") as pool,
-        ThreadPoolExecutor(CHARTERS, "charter") as charts,
+        Threads(SOLVERS, "solver") as pool,
+        Threads(CHARTERS, "charter") as charts,
     ):
         theme(server, dark=scene.look.dark)
         rest = Shapes.at_rest(scene.beam, scene.options["plane"])

@@ -3,7 +3,7 @@
 import math
 import threading
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor
 from typing import Any
 
 import numpy as np
@@ -48,7 +48,7 @@ class Session:
         client: ClientHandle,
         scene: SavedScene,
         turns: Turns,
-        charts: ThreadPoolExecutor,
+        charts: Executor,
         wake: Callable[[], None],
         crowded: Callable[[], bool],
         leader: Leader | None = None,

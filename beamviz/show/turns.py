@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor
 from functools import partial
 from typing import Any
 
@@ -13,7 +13,7 @@ class Turns:
 
     def __init__(
         self,
-        pool: ThreadPoolExecutor,
+        pool: Executor,
         crowded: Callable[[], bool] = lambda: False,
         come: Callable[[], None] = lambda: None,
     ):
