@@ -35,4 +35,5 @@ def replaced(path: Path) -> Iterator[Path]:
             f"cannot write {path}: {error.strerror or error}; choose another place"
         ) from None
     finally:
-        part.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):  # where it could not be written, it is not
+            part.unlink()

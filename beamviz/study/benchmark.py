@@ -12,6 +12,7 @@ from typing import Any
 from beamviz.errors import Unavailable
 from beamviz.study import contestants, workprecision
 from beamviz.study.contestants import Contestant
+from beamviz.study.files import write
 from beamviz.study.lapack import bare
 from beamviz.study.scenes import SCENES
 from beamviz.study.workprecision import FULL, QUICK, Row, front, time_at
@@ -38,8 +39,7 @@ def benchmark(folder: Path, quick: bool, peers: bool, release: str) -> str:
     ratios = {name: bare(beam, LAPACK_REPEATS[quick]).ratio for name, beam in SCENES.items()}
     about = surroundings(everyone, quick, release) | {"bare_lapack": ratios}
     try:
-        for ending, data in files(rows, about).items():
-            (folder / f"{NAME}.{ending}").write_bytes(data)
+        write(folder, {f"{NAME}.{ending}": data for ending, data in files(rows, about).items()})
     except OSError as error:
         raise unwritable(folder, error) from None
     return "\n".join(summary(rows, ratios))

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from beamviz.errors import InvalidInput, Unavailable
+from beamviz.study.files import write
 from beamviz.study.loci import Loci
 from beamviz.study.paper_plots import DPI, FAINT, STYLE
 from beamviz.study.placing import Placer
@@ -49,9 +50,11 @@ def save(path: Path, loci: Loci, resonances: Sequence[Resonance] = (), per_rev: 
     with rc_context(STYLE):
         draw(loci, resonances, per_rev).savefig(buffer, format=kind, dpi=DPI, metadata=dated)
     try:
-        path.write_bytes(buffer.getvalue())
+        write(path.parent, {path.name: buffer.getvalue()})
     except OSError as error:
-        raise Unavailable(f"cannot write {path}: {error.strerror or error}") from None
+        raise Unavailable(
+            f"cannot write {path}: {error.strerror or error}; choose another place"
+        ) from None
 
 
 def draw(loci: Loci, resonances: Sequence[Resonance] = (), per_rev: int = 0) -> Figure:
