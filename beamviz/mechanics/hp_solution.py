@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from beamviz.mechanics.adaptive import StraightModes, solve_straight
-from beamviz.mechanics.mesh import Mesh
+from beamviz.mechanics.mesh import each_from_clamp
 from beamviz.mechanics.method import Task
 from beamviz.mechanics.physics import Tension
 from beamviz.mechanics.solution import Displacement, Equilibrium, Solution, Stats, status
@@ -58,49 +58,61 @@ class Fields:
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """Fields (len(x), 2, modes) along and across the beam."""
         found = self.found
-        return _fields(found.mesh, x, found.f, found.kappa, found.s, found.picks)
+        rows = found.mesh.from_clamp(x)
+        return _fields(rows, found.mesh.J, found.f, found.kappa, found.s, found.picks)
 
 
 def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
-    """`displacement(x)` of solutions with equally many modes, (solutions, len(x), 2, modes); of
-    those on one mesh at once."""
-    each = [solution.displacement for solution in solutions]
+    """`displacement(x)` of solutions with equally many modes, (solutions, len(x), 2, modes), at
+    places x (solutions, len(x)) of their own; of those on one mesh, or on alike ones, at once."""
     groups: dict[object, list[int]] = {}
-    for k, fields in enumerate(each):
-        groups.setdefault(fields.found.mesh if isinstance(fields, Fields) else k, []).append(k)
+    for k, solution in enumerate(solutions):
+        fields = solution.displacement
+        key: object = k
+        if isinstance(fields, Fields) and fields.found.picks is not None:
+            key = fields.found.mesh.orders
+        groups.setdefault(key, []).append(k)
     places = np.concatenate(list(groups.values()))
-    found = np.concatenate([_on_one_mesh([each[k] for k in group], x) for group in groups.values()])
-    return found[places.argsort()]
+    found = [
+        _alike([solutions[k].displacement for k in group], x[group]) for group in groups.values()
+    ]
+    return np.concatenate(found)[places.argsort()]
 
 
-def _on_one_mesh(each: list[Displacement], x: np.ndarray) -> np.ndarray:
-    """Fields (several, len(x), 2, modes) of modes found on one mesh, or of one other solution."""
+def _alike(each: list[Displacement], x: np.ndarray) -> np.ndarray:
+    """Fields (several, len(x), 2, modes) of modes found on meshes of the same orders, or of one
+    solution of any kind."""
     found = [fields.found for fields in each if isinstance(fields, Fields)]
-    if len(found) < 2 or any(one.picks is None for one in found):
-        return np.array([fields(x) for fields in each])
+    if len(each) == 1 or not found:
+        return np.array([fields(at) for fields, at in zip(each, x, strict=True)])
+    mesh = found[0].mesh
+    if all(one.mesh is mesh for one in found) and (x == x[0]).all():
+        rows, J = mesh.from_clamp(x[0]), mesh.J
+    else:
+        rows = each_from_clamp([one.mesh for one in found], x)
+        J = np.array([one.mesh.J for one in found])
     f, kappa, s, picks = map(
         np.array, zip(*((one.f, one.kappa, one.s, one.picks) for one in found), strict=True)
     )
-    return _fields(found[0].mesh, x, f, kappa, s, picks)
+    return _fields(rows, J, f, kappa, s, picks)
 
 
 def _fields(
-    mesh: Mesh,
-    x: np.ndarray,
+    from_clamp: np.ndarray,
+    J: np.ndarray,
     f: np.ndarray,
     kappa: np.ndarray,
     s: np.ndarray,
     picks: np.ndarray | None,
 ) -> np.ndarray:
     """Fields (..., len(x), 2, modes): u = int s along the beam, w = int f theta across it."""
-    from_clamp = mesh.from_clamp(x).T
     if picks is not None:
         modes = s.shape[-1]
         bending, place = picks[..., None, :] < modes, picks[..., None, :] % modes
         kappa = np.where(bending, np.take_along_axis(kappa, place, axis=-1), 0.0)
         s = np.where(bending, 0.0, np.take_along_axis(s, place, axis=-1))
     # In memory x runs fastest: what samples many solutions reads all of one mode in a row.
-    fields = np.empty((*s.shape[:-2], s.shape[-1], 2, len(x)), s.dtype)
-    fields[..., 0, :] = s.mT @ from_clamp
-    fields[..., 1, :] = (f[..., None] * (mesh.J @ kappa)).mT @ from_clamp
+    fields = np.empty((*s.shape[:-2], s.shape[-1], 2, from_clamp.shape[-2]), s.dtype)
+    fields[..., 0, :] = s.mT @ from_clamp.mT
+    fields[..., 1, :] = (f[..., None] * (J @ kappa)).mT @ from_clamp.mT
     return np.swapaxes(fields, -3, -1)

@@ -5,6 +5,7 @@ Its integral from the clamp is one matrix J away: u = J f, theta = J kappa, w = 
 Nothing has to be continuous across elements that is not so in the beam.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import accumulate, pairwise
@@ -126,14 +127,32 @@ def _from_clamp(mesh: Mesh, x: bytes) -> np.ndarray:
     return _frozen(rows)
 
 
+def each_from_clamp(meshes: Sequence[Mesh], x: np.ndarray) -> np.ndarray:
+    """Matrices (meshes, len(x), n) of Mesh.from_clamp for meshes of the same orders, each at
+    places x (meshes, len(x)) of its own."""
+    breaks, weights, J = (
+        np.array([getattr(mesh, name) for mesh in meshes]) for name in ("breaks", "weights", "J")
+    )
+    rows = np.zeros((*x.shape, J.shape[-1]))
+    for e, block in enumerate(_blocks(meshes[0].orders)):
+        start, end = breaks[:, e, None], breaks[:, e + 1, None]
+        here = (x > start) & (x <= end)
+        on = reference(meshes[0].orders[e])
+        near = _interpolation((2 * x - start - end) / (end - start), on.nodes, on.barycentric)
+        within = near[..., 1:] @ J[:, block]
+        within[..., : block.start] += near[..., :1] * weights[:, None, : block.start]
+        rows[here] = within[here]
+    return rows
+
+
 def _interpolation(xi: np.ndarray, nodes: np.ndarray, barycentric: np.ndarray) -> np.ndarray:
-    """Matrix (len(xi), nodes): values at the nodes -> their interpolant at each xi."""
-    away = xi[:, None] - nodes
+    """Matrix (..., nodes): values at the nodes -> their interpolant at each xi (...)."""
+    away = xi[..., None] - nodes
     hits = away == 0
-    away[hits.any(axis=1)] = np.inf
+    away[hits.any(axis=-1)] = np.inf
     away[hits] = 1.0
     terms = barycentric / away
-    return terms / terms.sum(axis=1, keepdims=True)
+    return terms / terms.sum(axis=-1, keepdims=True)
 
 
 @lru_cache(maxsize=128)

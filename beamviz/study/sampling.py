@@ -34,8 +34,8 @@ def sampled(at: np.ndarray, solutions: Sequence[Solution]) -> Points:
     x, w = _gauss(PLACES + 2 * squares.shape[1])
 
     alpha, beta, gamma = np.array([_numbers(solution.beam) for solution in solutions]).T
-    masses = np.column_stack((np.broadcast_to(w, (len(alpha), len(w))), alpha))
-    fields = _fields(solutions, x, beta)
+    places, masses = _with_own(x, beta), _with_own(w, alpha)
+    fields = displacements(solutions, places)
     turning = np.iscomplexobj(fields) and gamma.any()
     if np.iscomplexobj(fields):
         fields = fields.real + fields.imag  # u is real and w imaginary: nothing is lost
@@ -47,12 +47,9 @@ def sampled(at: np.ndarray, solutions: Sequence[Solution]) -> Points:
     return Points(at, squares, *_gyroscopic(vectors, squares, gamma))
 
 
-def _fields(solutions: Sequence[Solution], x: np.ndarray, beta: np.ndarray) -> np.ndarray:
-    """The modes at x and at the mass of each: (n, len(x) + 1, 2, m)."""
-    if (beta == beta[0]).all():
-        return displacements(solutions, np.append(x, beta[0]))
-    pairs = zip(solutions, beta, strict=True)
-    return np.array([solution.displacement(np.append(x, at)) for solution, at in pairs])
+def _with_own(common: np.ndarray, own: np.ndarray) -> np.ndarray:
+    """Numbers common to all (k,), and at their end the one that each has of its own: (n, k + 1)."""
+    return np.column_stack((np.broadcast_to(common, (len(own), len(common))), own))
 
 
 def _gyroscopic(
