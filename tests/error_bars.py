@@ -43,20 +43,23 @@ def verdict(scene: Scene, answer: dict[str, Any]) -> dict[str, Any]:
     `off`, `reported` and `doubt` (the oracle's own) of each frequency. With the processor's
     `seconds`, which do not grow while other programs run."""
     start = time.process_time()
+    solution: Solution | Exception
     try:
         solution = solve(scene.beam, **scene.options)
-    except NoEquilibrium as error:
-        return _refused(scene, answer, error) | {"seconds": time.process_time() - start}
-    except NotConverged as error:
-        return {
-            "kind": "not-converged",
-            "says": str(error),
-            "seconds": time.process_time() - start,
-        }
     except Exception as error:
-        return {"kind": "crash", "says": repr(error), "seconds": time.process_time() - start}
+        solution = error
     seconds = time.process_time() - start
-    return _solved(solution, answer) | {"seconds": seconds}
+    return _judged(scene, answer, solution) | {"seconds": seconds}
+
+
+def _judged(scene: Scene, answer: dict[str, Any], solution: Solution | Exception) -> dict[str, Any]:
+    if isinstance(solution, Solution):
+        return _solved(solution, answer)
+    if isinstance(solution, NoEquilibrium):
+        return _refused(scene, answer, solution)
+    if isinstance(solution, NotConverged):
+        return {"kind": "not-converged", "says": str(solution)}
+    return {"kind": "crash", "says": repr(solution)}
 
 
 def _refused(scene: Scene, answer: dict[str, Any], error: NoEquilibrium) -> dict[str, Any]:

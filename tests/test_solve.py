@@ -183,7 +183,7 @@ def test_unstable_beams_keep_honest_error_bars(beam, coriolis):
     assert len(rough.squares) == 5
     assert np.all(rough.square_errors >= 0)
     off = abs(rough.squares - fine.squares)
-    slack = 1e-9 * abs(fine.squares) if coriolis else 0  # of the general eigenproblem
+    slack = 1e-9 * abs(fine.squares) if coriolis else 0
     assert np.all(off <= rough.square_errors + fine.square_errors + slack)
 
 

@@ -93,6 +93,8 @@ def _definite(M: np.ndarray, K: np.ndarray, count: int) -> tuple[np.ndarray, np.
     n = len(K)
     if n < SUBSET:
         nu, V, info = lapack.dsygv(M.T, K.T)
+    elif count > n / 2:
+        nu, V, info = lapack.dsygvd(M.T, K.T)
     else:
         nu, V, _, _, info = lapack.dsygvx(M.T, K.T, range="I", il=n - count + 1, iu=n)
         nu, V = nu[:count], V[:, :count]

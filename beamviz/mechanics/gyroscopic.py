@@ -15,8 +15,8 @@ from beamviz.mechanics import eigen
 from beamviz.mechanics.eigen import COMPRESSED
 
 HIGHEST = 1e10  # times the lowest eigenvalue: modes above are rounding
-MOST_UNSTABLE = 240  # unknowns of the general eigenproblem: half a second
-UNSTRUCTURED = 2e4  # rounding of the general eigenproblem, on random beams that may buckle
+MOST_UNSTABLE = 400  # unknowns of a beam that buckles: a twentieth of a second
+ROUNDED_OFTEN = 2e4  # omega^2 of such a beam, on random ones
 
 
 class Coupled(NamedTuple):
@@ -49,8 +49,12 @@ def gyroscopic(
     except np.linalg.LinAlgError:
         if Ka.ndim > 2:
             raise
-        squares, a, b = _unstable(Ka, Fa, Kb, Fb, float(np.squeeze(gamma)), count)
-        rounding, definite = np.full(count, UNSTRUCTURED), False
+        speed = float(np.squeeze(gamma))
+        if np.linalg.eigvalsh(Ka)[0] > 0:
+            squares, a, b = _unstable(Ka, Fa, Kb, Fb, speed, count)
+        else:  # a model without the stretched equilibrium
+            squares, b, a = _unstable(Kb, Fb, Ka, Fa, -speed, count)
+        rounding, definite = np.full(count, ROUNDED_OFTEN), False
     else:
         definite = True
         squares, a, b, rounding = _stable(La, Fa, Lb, Fb, gamma, count, most_rounding)
@@ -110,13 +114,15 @@ def _largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
 def _unstable(
     Ka: np.ndarray, Fa: np.ndarray, Kb: np.ndarray, Fb: np.ndarray, gamma: float, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The lowest modes where K is indefinite, by a general eigenproblem in the modes of each
-    family: with Omega = |lambda|^(1/2) and p = Omega q,
+    """The lowest modes where Kb is indefinite; Ka is not, where the beam is stretched stably.
 
-        p' = Omega q',    q" = -sign(lambda) Omega p - 2 gamma G q'.
+    With the family along the beam in its own modes, Ka = diag(l), Fa' Fa = 1 and C = Fa' Fb,
+    and with y = sqrt(l) a and z = b' (q = (a, b) e^(s t)), the problem is symmetric:
 
-    The exponents s come as pairs +- s with s^2 = -omega^2. A complex one flutters: its growth
-    rate is reported.
+        [         l             -2 gamma sqrt(l) C  ] [y]        [1         ] [y]
+        [-2 gamma C' sqrt(l)   Kb + 4 gamma^2 C' C ] [z] = -s^2 [   Fb' Fb ] [z].
+
+    So every s^2 is real: such a beam may buckle, it does not flutter.
     """
     if len(Ka) + len(Kb) > MOST_UNSTABLE:
         raise NotConverged(
@@ -124,23 +130,21 @@ def _unstable(
             f" are too many, at most {MOST_UNSTABLE} are tried: ask without them, or for a lower"
             " gamma"
         )
-    (la, A), (lb, B) = _basis(Ka, Fa), _basis(Kb, Fb)
-    na, n = len(la), len(la) + len(lb)
-    eigenvalues = np.concatenate((la, lb))
-    root = np.sqrt(abs(eigenvalues))
-    C = (Fa @ A).T @ (Fb @ B)
-    G = np.zeros((n, n))
-    G[:na, na:], G[na:, :na] = -C, C.T
-    first_order = np.block(
-        [[np.zeros((n, n)), np.diag(root)], [np.diag(-np.sign(eigenvalues) * root), -2 * gamma * G]]
-    )
-    s, y = np.linalg.eig(first_order)
-    flutter = abs((s**2).imag) > 1e-7 * abs(s**2)
-    squares = np.where(flutter, -(s.real**2), -(s**2).real)
-    order = np.argsort(squares, kind="stable")[: 2 * count : 2]
-    q = y[n:, order]
-    q = q * np.exp(-1j * np.angle(q[abs(q).argmax(axis=0), np.arange(len(order))]))
-    return squares[order], A @ q[:na], B @ q[na:]
+    l, A = _basis(Ka, Fa)
+    if l[0] <= 0:
+        raise NotConverged(
+            "both families are unstable; with Coriolis forces such a beam is not solved: ask"
+            " without them, or for a lower gamma"
+        )
+    na, n = len(l), len(l) + len(Kb)
+    C = (Fa @ A).T @ Fb
+    P, M = np.zeros((n, n)), np.eye(n)
+    P[:na, :na], P[na:, na:] = np.diag(l), Kb + 4 * gamma**2 * C.T @ C
+    P[:na, na:] = -2 * gamma * np.sqrt(l)[:, None] * C
+    P[na:, :na], M[na:, na:] = P[:na, na:].T, Fb.T @ Fb
+    squares, V, _ = eigen.lowest(P, M, count, COMPRESSED)
+    s = np.sqrt(-squares + 0j)
+    return squares, A @ (s * V[:na] / np.sqrt(l)[:, None]), V[na:].astype(complex)
 
 
 def _basis(K: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -138,7 +138,8 @@ def each_from_clamp(meshes: Sequence[Mesh], x: np.ndarray) -> np.ndarray:
         start, end = breaks[:, e, None], breaks[:, e + 1, None]
         here = (x > start) & (x <= end)
         on = reference(meshes[0].orders[e])
-        near = _interpolation((2 * x - start - end) / (end - start), on.nodes, on.barycentric)
+        xi = np.where(here, (2 * x - start - end) / (end - start), 0.0)
+        near = _interpolation(xi, on.nodes, on.barycentric)
         within = near[..., 1:] @ J[:, block]
         within[..., : block.start] += near[..., :1] * weights[:, None, : block.start]
         rows[here] = within[here]
