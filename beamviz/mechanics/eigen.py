@@ -53,18 +53,19 @@ def lowest_of_diagonal(d: np.ndarray, M: np.ndarray, count: int) -> tuple[np.nda
     """`lowest` for K = diag(d), d (..., n) > 0, which takes less: lambda and V."""
     root = 1 / np.sqrt(d)
     A = root[..., :, None] * M * root[..., None, :]
-    if A.ndim == 2:
-        nu, V = _all(A)
-    else:  # in one call numpy would set threads on each of these small problems
-        nu, V = map(np.array, zip(*map(_all, A), strict=True))
+    nu, V = symmetric(A)
     squares = 1 / nu[..., : -count - 1 : -1]
     V = root[..., None] * V[..., : -count - 1 : -1] * np.sqrt(squares)[..., None, :]
     return squares, V
 
 
-def _all(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """All eigenvalues (n,), ascending, and vectors (n, n) of a symmetric matrix, which is lost."""
-    nu, V, info = lapack.dsyev(A.T, overwrite_a=True)
+def symmetric(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """All eigenvalues (..., n), ascending, and vectors (..., n, n) of symmetric A, which is lost."""
+    if A.ndim > 2:  # in one call numpy would set threads on each of these small problems
+        nu, V = map(np.array, zip(*map(symmetric, A), strict=True))
+        return nu, V
+    routine = lapack.dsyev if len(A) < SUBSET else lapack.dsyevd
+    nu, V, info = routine(A.T, overwrite_a=True)
     if info:
         raise NotConverged(f"the eigenvalues did not converge (LAPACK: {info})")
     return nu, V

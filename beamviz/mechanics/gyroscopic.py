@@ -14,6 +14,8 @@ from beamviz.errors import NotConverged
 from beamviz.mechanics import eigen
 from beamviz.mechanics.eigen import COMPRESSED
 
+EPS = float(np.finfo(float).eps)
+FAR_APART = 1e10  # eigenvalues whose vectors Z' Z does not tell apart well enough
 HIGHEST = 1e10  # times the lowest eigenvalue: modes above are rounding
 MOST_UNSTABLE = 400  # unknowns of a beam that buckles: a twentieth of a second
 ROUNDED_OFTEN = 2e4  # omega^2 of such a beam, on random ones
@@ -42,7 +44,7 @@ def gyroscopic(
     """The `count` lowest modes. Where K is positive definite their frequencies are real by
     construction; only one problem (no stack) may have an indefinite K.
 
-    most_rounding: how often omega^2 may be rounded before a slower way is taken.
+    most_rounding: how often omega^2 may be rounded before more is done.
     """
     try:
         La, Lb = np.linalg.cholesky(Ka), np.linalg.cholesky(Kb)
@@ -81,7 +83,8 @@ def _stable(
         [      Fb         0  ] [omega Fa a]  = 1/omega  [   1] [omega Fb b],
 
     so between the Cholesky factors 1/omega are the singular values of that matrix Z, and
-    1/omega^2 the eigenvalues of Z' Z: faster, with half the digits between modes far apart.
+    1/omega^2 the eigenvalues of Z' Z: with half the digits between modes far apart, which the
+    singular values of Z on the few vectors found give back.
     """
     na, nb, m = La.shape[-1], Lb.shape[-1], Fa.shape[-2]
     Ya, Yb = np.linalg.solve(La, Fa.mT), np.linalg.solve(Lb, Fb.mT).mT
@@ -89,11 +92,14 @@ def _stable(
     Z[..., :na, :nb] = -2 * gamma * (Ya @ Yb)
     Z[..., :na, nb:], Z[..., na:, :nb] = Ya, Yb
     squares, Y = _largest(Z.mT @ Z, count)
-    rounding = squares / squares[..., :1]
+    rounding = abs(squares / squares[..., :1])
     if rounding.max() > most_rounding:
-        _, inverse, Y = np.linalg.svd(Z)
-        squares, Y = 1 / inverse[..., :count] ** 2, Y[..., :count, :].mT
-        rounding = np.sqrt(squares / squares[..., :1])
+        few = rounding.max() < FAR_APART
+        among = Y if few else np.eye(nb + m)
+        _, inverse, turn = np.linalg.svd(Z @ among, full_matrices=False)
+        squares, Y = 1 / inverse[..., :count] ** 2, among @ turn[..., :count, :].mT
+        rounding = squares / squares[..., :1]
+        rounding = np.sqrt(rounding) + (EPS * rounding**2 if few else 0)  # of values, of vectors
     X = Z @ Y * np.sqrt(squares)[..., None, :]
     a = np.linalg.solve(La.mT, X[..., :na, :])
     b = np.linalg.solve(Lb.mT, Y[..., :nb, :])
@@ -104,7 +110,7 @@ def _largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Inverses (..., count), ascending, of the largest eigenvalues of A, and their vectors."""
     n = A.shape[-1]
     if A.ndim > 2:
-        nu, Y = np.linalg.eigh(A)
+        nu, Y = eigen.symmetric(A)
     else:
         nu, Y, _, _, _ = lapack.dsyevr(A.T, range="I", il=n - count + 1, iu=n)
         nu = nu[:count]

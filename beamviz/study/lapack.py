@@ -11,7 +11,7 @@ from beamviz.beam import Beam
 from beamviz.mechanics.solve import solve
 
 REPEATS = 400
-ROUTINES = ("dsygv", "dsygvd", "dsygvx", "dsyev")
+ROUTINES = ("dsygv", "dsygvd", "dsygvx", "dsyev", "dsyevd")
 
 
 class Recorder:
