@@ -60,7 +60,7 @@ def lowest_of_diagonal(d: np.ndarray, M: np.ndarray, count: int) -> tuple[np.nda
 
 
 def symmetric(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """All eigenvalues (..., n), ascending, and vectors (..., n, n) of symmetric A, which is lost."""
+    """All eigenvalues (..., n), ascending, and vectors (..., n, n) of symmetric A (overwritten)."""
     if A.ndim > 2:  # in one call numpy would set threads on each of these small problems
         nu, V = map(np.array, zip(*map(symmetric, A), strict=True))
         return nu, V
