@@ -33,27 +33,28 @@ class Latest(ABC, Generic[W, A]):
             self.wanted = wanted
             if not (self.busy or self.closed):
                 self.busy = True
-                self.line_up(wanted)
+                self.line_up()
 
-    def line_up(self, wanted: W) -> None:
-        """Have a wish answered."""
-        self.pool.submit(self.work, wanted)
+    def line_up(self) -> None:
+        """Have the wish answered that is the latest when its time has come."""
+        self.pool.submit(self.work)
 
     def adopt(self, other: Self) -> None:
         """Take over another's wish, and its answer as far as it has one."""
         with self.lock:
             self.wanted, self.answer = other.wanted, other.answer
 
-    def work(self, wanted: W) -> None:
-        """Answer one wish, and line up again if there is another by then."""
-        if self.closed:
+    def work(self) -> None:
+        """Answer the latest wish, and line up again if there is another by then."""
+        wanted = self.wanted
+        if self.closed or wanted is None:
             return
         answer = self.answered(wanted)
         with self.lock:
-            self.answer, latest = answer, self.wanted
-            self.busy = latest is not wanted and latest is not None and not self.closed
-            if self.busy and latest is not None:
-                self.line_up(latest)
+            self.answer = answer
+            self.busy = self.wanted is not wanted and not self.closed
+            if self.busy:
+                self.line_up()
         self.ready()
 
     def close(self) -> None:

@@ -1,9 +1,10 @@
 """What moves and when: mode shapes sampled along the beam, and one slowed clock for all of them."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from beamviz.show.tube import stations
 
 SAMPLES = np.linspace(0.0, 1.0, 401)
 FINER = 21
+SOME = 8  # every so manieth station is enough to tell a mode from its opposite
 MAX_STRAIN = 0.6  # drawn stretching stays below it, so that a large picture never folds
 
 
@@ -36,7 +38,7 @@ class Shapes:
     strain: np.ndarray
     modes: np.ndarray
     limits: np.ndarray
-    nodes: tuple[tuple[np.ndarray, np.ndarray], ...]
+    nodes: Sequence[tuple[np.ndarray, np.ndarray]]
 
     @classmethod
     def sampled(cls, solution: Solution, previous: Self | None = None) -> Self:
@@ -47,22 +49,17 @@ class Shapes:
         modes = scale * shapes_at(solution, x)
         stretching = np.abs(np.diff(modes[:, :, 0], axis=1) / np.diff(x)).max(axis=1)
         equilibrium = solution.equilibrium
-        nodes = still(solution, scale * raw, scale)
-        position = equilibrium.position(np.concatenate([x, *nodes]))  # once: each call costs
-        ends = len(x) + np.cumsum([0, *map(len, nodes)])
         return cls(
             beam=solution.beam,
             plane=solution.model.plane,
             labels=solution.labels,
             frequencies=solution.frequencies,
             x=x,
-            centreline=position[: len(x)],
+            centreline=equilibrium.position(x),
             strain=equilibrium.stretch((x[:-1] + x[1:]) / 2) - 1.0,
             modes=modes if previous is None else aligned(modes, x, previous),
             limits=MAX_STRAIN / np.maximum(stretching, 1e-12),
-            nodes=tuple(
-                (at, position[end - len(at) : end]) for at, end in zip(nodes, ends[1:], strict=True)
-            ),
+            nodes=Still(solution, scale * raw, scale),
         )
 
     @classmethod
@@ -117,23 +114,39 @@ def normalisation(modes: np.ndarray) -> np.ndarray:
     return (turns / np.sqrt((np.abs(modes) ** 2).sum(2)).max(1, keepdims=True))[..., None]
 
 
-def still(solution: Solution, modes: np.ndarray, scale: np.ndarray) -> list[np.ndarray]:
-    """Nodes of each of the modes (m, n, 2) given at SAMPLES: where its larger component changes
-    sign, looked for once more between samples, which leaves 1e-5. (`Solution.nodes` has all
-    digits, at the price of many solves.)"""
-    column = (solution.bending_fractions >= 0.5).astype(int)  # (m,)
-    values = np.take_along_axis(modes, column[:, None, None], 2)[..., 0]
-    far = np.take_along_axis(values, np.abs(values).argmax(axis=1)[:, None], 1)
-    turn = np.conj(far) / np.abs(far)  # (m, 1): with Coriolis forces the tip may be out of step
-    values = (turn * values).real
-    which, k = np.nonzero(values[:, 1:-1] * values[:, 2:] < 0)
-    x = SAMPLES[1 + k, None] + np.linspace(0.0, SAMPLES[1], FINER)  # (nodes, FINER)
-    near = (scale * shapes_at(solution, x.ravel().clip(0, 1))).reshape(len(modes), *x.shape, 2)
-    near = (turn[which] * near[which, np.arange(len(which)), :, column[which]]).real
-    found = np.array(
-        [np.interp(0.0, np.sign(v[-1]) * v, at) for v, at in zip(near, x, strict=True)]
-    )
-    return [found[which == mode] for mode in range(len(modes))]
+class Still(Sequence[tuple[np.ndarray, np.ndarray]]):
+    """Nodes of each mode of a solution, looked for when they are asked for: x (j,), and where they
+    are (j, 2). modes (m, n, 2): at SAMPLES, `scale` times those of the solution."""
+
+    def __init__(self, solution: Solution, modes: np.ndarray, scale: np.ndarray):
+        self.solution, self.modes, self.scale = solution, modes, scale
+        self.known: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+
+    def __len__(self) -> int:
+        return len(self.modes)
+
+    def __getitem__(self, k: Any) -> Any:
+        if not 0 <= k < len(self):
+            raise IndexError(k)
+        if k not in self.known:
+            x = still(self.solution, k, self.modes[k], self.scale[k])
+            self.known[k] = x, self.solution.equilibrium.position(x)
+        return self.known[k]
+
+
+def still(solution: Solution, k: int, mode: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Nodes (j,) of mode k, given (n, 2) at SAMPLES: where its larger component changes sign,
+    looked for once more between samples, which leaves 1e-5. (`Solution.nodes` has all digits, at
+    the price of many solves.)"""
+    column = int(solution.bending_fractions[k] >= 0.5)
+    far = mode[np.abs(mode[:, column]).argmax(), column]
+    turn = np.conj(far) / np.abs(far)  # with Coriolis forces the tip may be out of step
+    values = (turn * mode[:, column]).real
+    before = np.flatnonzero(values[1:-1] * values[2:] < 0)
+    x = SAMPLES[1 + before, None] + np.linspace(0.0, SAMPLES[1], FINER)  # (j, FINER)
+    near = shapes_at(solution, x.ravel().clip(0, 1))[k, :, column].reshape(x.shape)
+    near = (turn * scale[0] * near).real
+    return np.array([np.interp(0.0, np.sign(v[-1]) * v, at) for v, at in zip(near, x, strict=True)])
 
 
 def aligned(modes: np.ndarray, x: np.ndarray, previous: Shapes) -> np.ndarray:
@@ -141,10 +154,11 @@ def aligned(modes: np.ndarray, x: np.ndarray, previous: Shapes) -> np.ndarray:
 
     The sign of a mode is free; without this the picture would flip while a slider moves.
     """
-    turned = modes.copy()
+    turned, some = modes.copy(), slice(None, None, SOME)
     for new, old in zip(turned, previous.modes, strict=False):
-        common = np.stack([np.interp(x, previous.x, column) for column in old.T], 1)
-        overlap = np.vdot(common, new) if np.iscomplexobj(new) else np.vdot(common, new).real
+        common = np.stack([np.interp(x[some], previous.x, column) for column in old.T], 1)
+        overlap = np.vdot(common, new[some])
+        overlap = overlap if np.iscomplexobj(new) else overlap.real
         if abs(overlap) > 1e-6:
             new *= np.conj(overlap) / abs(overlap)
     return turned

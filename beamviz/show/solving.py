@@ -64,10 +64,13 @@ class Solver(Latest[Wanted, Answer]):
         self.took = math.inf  # [s] of processor time
         self.want(wanted)
 
-    def line_up(self, wanted: Wanted) -> None:
-        """Have a wish answered; the last answer with these keywords says how long it takes."""
-        quick = self.took < QUICK and self.known == wanted.options
-        self.turns.submit(self.work, wanted, quick=quick)
+    def line_up(self) -> None:
+        """Have the latest wish answered."""
+        self.turns.submit(self.work, self.quick)
+
+    def quick(self) -> bool:
+        """Whether that takes a moment, as far as is known from the last answer."""
+        return self.took < QUICK and self.known == self.wanted.options
 
     def answered(self, wanted: Wanted) -> Answer:
         """Solve; shapes keep the signs of the last good ones."""

@@ -3,8 +3,9 @@
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Executor
-from functools import partial
-from typing import Any
+
+Work = Callable[[], None]
+Quick = Callable[[], bool]
 
 
 class Turns:
@@ -18,16 +19,20 @@ class Turns:
         come: Callable[[], None] = lambda: None,
     ):
         self.pool, self.crowded, self.come = pool, crowded, come
-        self.waiting: deque[Callable[[], None]] = deque()
+        self.waiting: deque[tuple[Work, Quick]] = deque()
 
-    def submit(self, work: Callable[[Any], None], wanted: Any, *, quick: bool) -> None:
-        """Let `work` answer what is wanted; quick: as far as is known, it takes but a moment."""
-        if quick and self.crowded():
-            self.waiting.append(partial(work, wanted))
+    def submit(self, work: Work, quick: Quick) -> None:
+        """Do some work soon; quick: whether it takes but a moment, as far as is known."""
+        if self.crowded() and quick():
+            self.waiting.append((work, quick))
             self.come()
         else:
-            self.pool.submit(work, wanted)
+            self.pool.submit(work)
 
     def take(self) -> None:
         """Do what has waited longest."""
-        self.waiting.popleft()()
+        work, quick = self.waiting.popleft()
+        if quick():
+            work()
+        else:  # another method was chosen meanwhile
+            self.pool.submit(work)
