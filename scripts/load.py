@@ -17,6 +17,7 @@ import statistics
 import subprocess
 import sys
 import time
+from collections import deque
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -55,13 +56,14 @@ Row = tuple[str, float, str]
 
 @dataclass
 class Guest:
-    """One visitor: when each speed was last asked for, and what came back."""
+    """One visitor: the edits that wait to be seen, and what came back. An edit is seen when its
+    answer comes, or that of a later one."""
 
     pace: float = 1 / EDITS  # [s] between two edits; infinite: only watching
     slider: str = ""
     frames: int = 0
     solved: int = 0
-    sent: dict[int, float] = field(default_factory=dict)
+    waiting: deque[tuple[int, float]] = field(default_factory=deque)  # which, and since when
     latencies: list[float] = field(default_factory=list)
     unpacker: zstandard.ZstdDecompressor = field(default_factory=zstandard.ZstdDecompressor)
 
@@ -86,7 +88,7 @@ class Guest:
             if self.slider:
                 k = (k + 1) % len(SPEEDS)
                 edit = {"uuid": self.slider, "updates": {"value": SPEEDS[k]}}
-                self.sent[k] = time.perf_counter()
+                self.waiting.append((k, time.perf_counter()))
                 await line.send(msgspec.msgpack.encode({"type": "GuiUpdateMessage", **edit}))
 
     def take(self, data: bytes, texts: dict[str, int]) -> None:
@@ -110,9 +112,12 @@ class Guest:
         """A table has come: the edit it answers, by its first frequency."""
         now = time.perf_counter()
         found = next((texts[t] for t in CELL.findall(content) if t in texts), None)
-        if found is not None and (sent := self.sent.pop(found, None)):
+        if found in (k for k, _ in self.waiting):
             self.solved += 1
-            self.latencies.append(now - sent)
+            seen = None
+            while seen != found:
+                seen, sent = self.waiting.popleft()
+                self.latencies.append(now - sent)
 
 
 def first_frequencies() -> dict[str, int]:

@@ -128,8 +128,8 @@ class Animator:
         while not self.stopped:
             await self.sleep(due)
             if time.monotonic() >= due:
-                await self.draw_all()
                 step = max(1 / FRAMES, self.attendance.total / ALL_FRAMES)
+                await self.draw_all(step)
                 due = max(due + step, time.monotonic() + step / 5)
             if self.woken:
                 self.draw_next()
@@ -147,10 +147,10 @@ class Animator:
             async with asyncio.timeout(due - time.monotonic() if moving else None):
                 await self.changed.wait()
 
-    async def draw_all(self) -> None:
-        """The next picture of everybody whose picture moves."""
+    async def draw_all(self, step: float) -> None:
+        """The next picture of everybody whose picture moves, unless they have just had one."""
         for visitor, session in list(self.sessions.items()):
-            if session.ticking:
+            if session.ticking and time.monotonic() - session.seen > step / 2:
                 self.tick(visitor, session)
                 await asyncio.sleep(0)
 

@@ -8,6 +8,7 @@ from viser import SceneApi
 
 from beamviz.look import Look
 from beamviz.show import colours, sizes, tube
+from beamviz.show.hardening import positioned
 from beamviz.show.motion import Shapes, displacement
 from beamviz.show.pieces import Seen, cut
 from beamviz.show.stage import Nodes, placed, reshape, unit_body
@@ -44,9 +45,8 @@ class Ghost:
         self.nodes.show(shapes, self.section, shown if look.nodes else [], labels=False)
         self.title.text = title
         points, _ = placed(shapes, shapes.centreline)
-        self.title.position = points[shapes.mass if shapes.beam.alpha > 0 else -1] + ABOVE + [
-            0.0, 0.0, self.mass.radius
-        ]  # fmt: skip
+        top = points[shapes.mass if shapes.beam.alpha > 0 else -1] + ABOVE
+        positioned(self.title, top + [0.0, 0.0, self.mass.radius])
 
     def hide(self) -> None:
         """Draw nothing."""
@@ -59,4 +59,4 @@ class Ghost:
         points, normal = placed(shapes, shapes.centreline + moved)
         reshape(self.body, *tube.swept(points, normal, *self.section))
         self.nodes.move(points, tube.segments(points, normal, *self.section)[1])
-        self.mass.position = points[shapes.mass]
+        positioned(self.mass, points[shapes.mass])

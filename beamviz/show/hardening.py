@@ -9,7 +9,7 @@ import asyncio
 import contextlib
 import html
 import socket
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterable, Iterator
 from typing import Any
 from unittest import mock
 
@@ -239,6 +239,14 @@ def oriented(node: viser.SceneNodeHandle, wxyz: tuple[float, float, float, float
     if node._impl.wxyz.tolist() != list(wxyz):
         node._impl.wxyz[:] = wxyz
         node._impl.api._queue_scene_message(_messages.SetOrientationMessage(node.name, wxyz))
+
+
+def positioned(node: viser.SceneNodeHandle, position: Iterable[float]) -> None:
+    """Move a node in the same way, unless it is there already."""
+    place: Any = tuple(map(float, position))
+    if tuple(node._impl.position.tolist()) != place:
+        node._impl.position[:] = place
+        node._impl.api._queue_scene_message(_messages.SetPositionMessage(node.name, place))
 
 
 def unshared(control: viser.GuiInputHandle) -> None:

@@ -6,7 +6,7 @@ from viser import BatchedMeshHandle, SceneApi
 from beamviz.look import Look
 from beamviz.show import camera, colours, pieces, sizes, tube
 from beamviz.show.bodies import HIDDEN, add_bodies, ball, box, put, sleeve
-from beamviz.show.hardening import assigned, oriented
+from beamviz.show.hardening import assigned, oriented, positioned
 from beamviz.show.motion import Shapes, amplitudes, displacement
 from beamviz.show.pieces import Seen, cut
 from beamviz.show.stage import Ghosts, Ground, Hub, Nodes, light, placed, turned
@@ -61,7 +61,8 @@ class Scene:
         self.shapes, self.look, self.greyed = shapes, look, bool(words)
         beam = shapes.beam
         self.section = sizes.section(beam, look.thicken)
-        self.stage.position = [0.0, 0.0, self.height] - camera.target(shapes, look.riding)
+        middle = [0.0, 0.0, self.height] - camera.target(shapes, look.riding)
+        positioned(self.stage, middle)
         self.ground.show(beam, riding=look.riding)
         self.hub.show(beam)
         self.ground.grid.visible = self.alone
@@ -79,8 +80,9 @@ class Scene:
             np.array([colours.GREYED if words else colours.MASS]) / 255
         )
         self.words.visible = bool(words)
-        self.words.text = words
-        self.words.position = (beam.delta + 0.5, 0.0, 0.12)
+        if words:
+            self.words.text = words
+            positioned(self.words, (beam.delta + 0.5, 0.0, 0.12))
 
     def move(self, phases: np.ndarray, amplitudes: np.ndarray, angle: float) -> None:
         """Put the beam where it is at phases (m,) [rad] for amplitudes (m,), the hub turned by

@@ -9,7 +9,7 @@ from viser import MeshHandle, SceneApi
 from beamviz.beam import Beam, Units
 from beamviz.show import colours, sizes, tube
 from beamviz.show.bodies import HIDDEN, add_bodies, box
-from beamviz.show.hardening import assigned
+from beamviz.show.hardening import assigned, positioned
 from beamviz.show.measures import measure
 from beamviz.show.motion import Shapes
 
@@ -46,6 +46,7 @@ class Ground:
     """A grid with cells of a tenth of the beam that fades away from it and takes the shadows."""
 
     def __init__(self, api: SceneApi, root: str):
+        self.known: tuple = ()  # what it was laid for
         self.grid = api.add_grid(
             f"{root}/ground",
             cell_size=0.1,
@@ -60,7 +61,10 @@ class Ground:
 
     def show(self, beam: Beam, *, riding: bool) -> None:
         """Lay it under `beam`, as far as one sees."""
-        reach = 1.0 + abs(beam.delta) + FADED
+        known = beam.delta, sizes.ground(beam), riding
+        if known == self.known:
+            return
+        self.known, reach = known, 1.0 + abs(beam.delta) + FADED
         self.grid.width = self.grid.height = 2 * reach
         self.grid.fade_distance = FADED if riding else reach
         self.grid.position = (0.0, 0.0, sizes.ground(beam))
@@ -70,6 +74,7 @@ class Hub:
     """A drum (a hoop when the beam points inward) on a post, with a mark that shows it turn."""
 
     def __init__(self, api: SceneApi, root: str):
+        self.known: tuple = ()  # what it was drawn for
         self.post = api.add_cylinder(
             f"{root}/wheel/post", 0.018, 1.0, color=colours.HUB, receive_shadow=False
         )
@@ -94,7 +99,10 @@ class Hub:
 
     def show(self, beam: Beam) -> None:
         """Draw the hub of `beam`: the clamp is on its rim, so its radius is |delta|."""
-        radius, inward = sizes.hub_radius(beam), beam.delta < 0
+        known = beam.delta, sizes.ground(beam)
+        if known == self.known:
+            return
+        self.known, radius, inward = known, sizes.hub_radius(beam), beam.delta < 0
         self.drum.visible, self.hoop.visible = not inward, inward
         self.drum.radius = radius
         if inward:
@@ -138,10 +146,12 @@ class Ghosts:
     def show(self, shapes: Shapes, section: tuple[float, float], *, visible: bool) -> None:
         """Draw both for one beam."""
         self.outline.visible = self.stretched.visible = visible
+        if not visible:
+            return
         points, normal = placed(shapes, shapes.centreline)
         inside = (0.97 * section[0], 0.97 * section[1])  # not in the same faces as the beam
         reshape(self.stretched, *tube.swept(points, normal, *inside))
-        across = np.abs(np.cross(normal, [1.0, 0.0, 0.0]))
+        across = np.abs(tube.crosswise(normal))
         size = np.array([1.0, 0.0, 0.0]) + section[0] * across + section[1] * np.abs(normal)
         self.outline.points = EDGES * size + [shapes.beam.delta + 0.5, 0.0, 0.0]
 
@@ -159,10 +169,10 @@ def unit_body() -> tuple[np.ndarray, np.ndarray]:
 
 def reshape(body: MeshHandle, vertices: np.ndarray, faces: np.ndarray) -> None:
     """Give a mesh another surface, in one message: vertices without their faces are none."""
-    if len(faces) == len(body.faces):
-        body.vertices = vertices
-    else:
-        assigned(body, {"vertices": vertices.astype(np.float32), "faces": faces.astype(np.uint32)})
+    shape = {"vertices": vertices.astype(np.float32)}
+    if len(faces) != len(body.faces):
+        shape["faces"] = faces.astype(np.uint32)
+    assigned(body, shape)
 
 
 def unit_edges() -> np.ndarray:
@@ -219,13 +229,13 @@ class Nodes:
         scales = np.full((MAX_NODES, 3), HIDDEN, np.float32)
         for k, (label, x, place) in enumerate(marks):
             points, normal = placed(shapes, place[None])
-            across = np.abs(np.cross(normal, [1.0, 0.0, 0.0]))
+            across = np.abs(tube.crosswise(normal))
             scales[k] = [0.007, 0.0, 0.0] + 1.3 * (
                 section[0] * across + section[1] * np.abs(normal)
             )
             self.labels[k].text = f"{label} node at {place_of(x, shapes.beam.units)}"
-            self.labels[k].position = points[0] - [0.0, 0.0, scales[k][2] / 2 + 0.05]
-        self.collars.batched_scales = scales
+            positioned(self.labels[k], points[0] - [0.0, 0.0, scales[k][2] / 2 + 0.05])
+        assigned(self.collars, {"batched_scales": scales})
         for k, tag in enumerate(self.labels):
             tag.visible = labels and k < len(marks)
 
