@@ -112,7 +112,7 @@ class Guest:
         """A table has come: the edit it answers, by its first frequency."""
         now = time.perf_counter()
         found = next((texts[t] for t in CELL.findall(content) if t in texts), None)
-        if found in (k for k, _ in self.waiting):
+        if found is not None and found in [k for k, _ in self.waiting]:
             self.solved += 1
             seen = None
             while seen != found:

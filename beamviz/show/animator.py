@@ -24,6 +24,7 @@ from beamviz.show.turns import Turns
 FRAMES = 25  # a second, for one visitor
 ALL_FRAMES = 800  # a second, for all visitors of all processes together
 CROWD = 8  # visitors; from here on they are answered in turn, and charts wait for a rest
+HOPS = 4  # of the event loop that a message takes to come in, or to go out
 PATIENCE = 5.0  # [s] for a picture to be finished when all ends
 
 journal = Journal(__name__)
@@ -135,7 +136,8 @@ class Animator:
                 self.draw_next()
             if self.turns.waiting:
                 self.turns.take()
-            await asyncio.sleep(0)  # let messages come and go
+            for _ in range(HOPS):
+                await asyncio.sleep(0)
 
     async def sleep(self, due: float) -> None:
         """Wait until `due`, or as long as nothing moves, or until something is new."""

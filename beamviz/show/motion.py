@@ -15,6 +15,7 @@ from beamviz.show.tube import stations
 
 SAMPLES = np.linspace(0.0, 1.0, 401)
 FINER = 21
+LAYER = 0.05  # of the beam: usual thickness of what is thin
 SOME = 8  # every so manieth station is enough to tell a mode from its opposite
 MAX_STRAIN = 0.6  # drawn stretching stays below it, so that a large picture never folds
 
@@ -42,10 +43,10 @@ class Shapes:
 
     @classmethod
     def sampled(cls, solution: Solution, previous: Self | None = None) -> Self:
-        """`solution` at stations that follow its curvature, with the signs of `previous`."""
+        """`solution` at its stations, with the signs of `previous`."""
         raw = shapes_at(solution, SAMPLES)
         scale = normalisation(raw)
-        x = stations(SAMPLES, bending(scale * raw), solution.beam.beta)
+        x = sampling(solution.beam.beta)
         modes = scale * shapes_at(solution, x)
         stretching = np.abs(np.diff(modes[:, :, 0], axis=1) / np.diff(x)).max(axis=1)
         equilibrium = solution.equilibrium
@@ -65,7 +66,7 @@ class Shapes:
     @classmethod
     def at_rest(cls, beam: Beam, plane: str) -> Self:
         """The undeformed beam without any mode, where there is no solution to show."""
-        x = stations(SAMPLES, np.zeros_like(SAMPLES), beam.beta)
+        x = sampling(beam.beta)
         return cls(
             beam=beam,
             plane=plane,
@@ -94,11 +95,12 @@ class Shapes:
         return int(np.argmin(np.abs(self.x - self.beam.beta)))
 
 
-def bending(modes: np.ndarray) -> np.ndarray:
-    """Summed curvature (n,) of modes (m, n, 2) at SAMPLES."""
-    step = SAMPLES[1] - SAMPLES[0]
-    slope = np.gradient(modes[:, :, 1], step, axis=1)
-    return np.abs(np.gradient(slope, step, axis=1)).sum(axis=0)
+def sampling(mass: float) -> np.ndarray:
+    """Stations (n,), closer where layers may be thin: at the clamp and on both sides of the mass.
+    They are the same for all beams with the mass in this place, so that what is computed for such
+    stations need not be computed again."""
+    layers = np.exp(-SAMPLES / LAYER) + np.exp(-np.abs(SAMPLES - mass) / LAYER)
+    return stations(SAMPLES, layers, mass)
 
 
 def shapes_at(solution: Solution, x: np.ndarray) -> np.ndarray:
