@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.integrate import cumulative_trapezoid, trapezoid
 
-FINE = 400
+FINE = 600
 CLOSE = 1e-9  # to an end of the beam: nobody sees the mass beside it
 NORMALS = {"chordwise": np.array([0.0, 0.0, 1.0]), "flapwise": np.array([0.0, -1.0, 0.0])}
 
