@@ -1,11 +1,12 @@
 """A lecture hall: many visitors, each with a scene of their own, all dragging the same slider.
 
-Starts the explorer as a process of its own, connects real WebSocket clients to it (without
+Starts the explorer with all its processes, connects real WebSocket clients to it (without
 browsers: what a browser adds is its own drawing), and prints rows of (key, value, unit): frames a
-second of the visitor who gets fewest, how soon an edit is seen, what the server costs, and how its
-memory grows. Run it on a machine that does nothing else:
+second of the visitor who gets fewest, how soon an edit is seen, what the server costs, what the
+clients cost on the same machine, and how the memory of the server grows. Run it on a machine that
+does nothing else:
 
-    python scripts/load.py [--visitors 60] [--seconds 60]
+    python scripts/load.py [--visitors 60] [--seconds 60] [--processes 2] [--resolves 20000]
 """
 
 import argparse
@@ -49,7 +50,9 @@ import sys
 from beamviz.beam import Beam
 from beamviz.scene_file import SavedScene
 from beamviz.show.server import serve
-serve(SavedScene(Beam(alpha=1, beta=0.5, gamma=10)), port=0, visitors=int(sys.argv[1]))
+visitors, processes = map(int, sys.argv[1:])
+scene = SavedScene(Beam(alpha=1, beta=0.5, gamma=10))
+serve(scene, port=0, visitors=visitors, processes=processes)
 """
 Row = tuple[str, float, str]
 
@@ -126,8 +129,11 @@ def first_frequencies() -> dict[str, int]:
     return {significant(s.frequencies[0], s.errors[0]): k for k, s in enumerate(solutions)}
 
 
-async def hall(url: str, guests: list[Guest], seconds: float, pid: int) -> list[Row]:
-    """Let all guests in, let them drag, and measure after a while."""
+async def hall(
+    url: str, guests: list[Guest], seconds: float, pid: int, resolves: int = 0
+) -> list[Row]:
+    """Let all guests in, let them drag, and measure after a while: for so many seconds, and until
+    they have seen so many re-solves."""
     texts = first_frequencies()
     visits = [asyncio.create_task(guest.visit(url, texts)) for guest in guests]
     while not all(guest.slider for guest in guests):
@@ -135,12 +141,16 @@ async def hall(url: str, guests: list[Guest], seconds: float, pid: int) -> list[
     await asyncio.sleep(SETTLING)
     for guest in guests:
         guest.frames, guest.solved, guest.latencies = 0, 0, []
-    began, spent, before = time.perf_counter(), cpu(pid), memory(pid)
+    began, spent, before, own = time.perf_counter(), cpu(pid), memory(pid), time.process_time()
     await asyncio.sleep(seconds)
+    while sum(guest.solved for guest in guests) < resolves:
+        await asyncio.sleep(1.0)
     took, spent = time.perf_counter() - began, cpu(pid) - spent
     rows = summary(guests, took) + [
         ("server CPU", 100 * spent / took, "% of a core"),
         ("server CPU per frame", 1000 * spent / max(sum(g.frames for g in guests), 1), "ms"),
+        ("clients' CPU", 100 * (time.process_time() - own) / took, "% of a core"),
+        ("processes", len(family(pid)), ""),
         ("memory", memory(pid), "MB"),
         ("memory growth", 100 * (memory(pid) / before - 1), "%"),
         ("load of the machine", os.getloadavg()[0], ""),
@@ -166,16 +176,28 @@ def summary(guests: list[Guest], took: float) -> list[Row]:
     ]
 
 
+def family(pid: int) -> list[int]:
+    """A process and all it has started that run."""
+    children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    return [pid, *(one for child in children for one in family(int(child)))]
+
+
 def cpu(pid: int) -> float:
-    """Processor time [s] of a process and the ones it started and has ended."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return sum(map(int, fields[11:13])) / os.sysconf("SC_CLK_TCK")
+    """Processor time [s] of a process and all it has started."""
+    stats = [Path(f"/proc/{one}/stat").read_text() for one in family(pid)]
+    fields = [stat.rpartition(")")[2].split() for stat in stats]
+    return sum(int(field) for one in fields for field in one[11:13]) / os.sysconf("SC_CLK_TCK")
 
 
 def memory(pid: int) -> float:
-    """Resident memory [MB] of a process."""
-    pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGESIZE") / 1e6
+    """Memory [MB] of a process and all it has started; what they share counts once."""
+    maps = [Path(f"/proc/{one}/smaps_rollup").read_text() for one in family(pid)]
+    return (
+        sum(
+            int(line.split()[1]) for m in maps for line in m.splitlines() if line.startswith("Pss:")
+        )
+        / 1e3
+    )
 
 
 def main() -> None:
@@ -185,8 +207,10 @@ def main() -> None:
     )
     parser.add_argument("--visitors", type=int, default=60)
     parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--processes", type=int, default=len(os.sched_getaffinity(0)))
+    parser.add_argument("--resolves", type=int, default=0, help="go on until so many are seen")
     options = parser.parse_args()
-    command = [sys.executable, "-c", SERVE, str(options.visitors)]
+    command = [sys.executable, "-c", SERVE, str(options.visitors), str(options.processes)]
     alone = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # as `beamviz serve` has it
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, text=True, cwd=ROOT, env=alone
@@ -195,7 +219,8 @@ def main() -> None:
             assert process.stdout
             url = next(w for w in process.stdout.readline().split() if w.startswith("http"))
             guests = [Guest() for _ in range(options.visitors)]
-            for key, value, unit in asyncio.run(hall(url, guests, options.seconds, process.pid)):
+            measured = hall(url, guests, options.seconds, process.pid, options.resolves)
+            for key, value, unit in asyncio.run(measured):
                 print(f"{key:<24} {value:10.2f} {unit}")
         finally:
             process.terminate()
