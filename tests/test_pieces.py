@@ -14,6 +14,7 @@ from beamviz.look import COLOURINGS, Look
 from beamviz.mechanics.solve import solve
 from beamviz.show import camera, colours
 from beamviz.show.bodies import HIDDEN
+from beamviz.show.ghost import Ghost
 from beamviz.show.hosting import hosted
 from beamviz.show.motion import Shapes, displacement
 from beamviz.show.pieces import COUNTS, DEVIATION, SCALE, STEP, Seen, counted, cut, density
@@ -191,8 +192,7 @@ def test_the_mass_lies_where_two_pieces_meet(beam, mode):
 
 
 def test_the_scene_shows_one_set_of_pieces():
-    """When their number changes, both ways, the others have no size; the surface of the
-    equilibrium has the faces of its vertices."""
+    """When their number changes, both ways, the others have no size."""
     shapes = Shapes.sampled(solve(PAPER))
     with hosted() as server:
         scene = Scene(server.scene)
@@ -203,5 +203,23 @@ def test_the_scene_shows_one_set_of_pieces():
             sizes = {k: np.asarray(node.batched_scales).max() for k, node in scene.beams.items()}
             assert [k for k, size in sizes.items() if size > HIDDEN] == [scene.count]
             assert scene.count == count(PAPER, mode + 1)
-            outline = scene.ghosts.stretched
-            assert len(outline.vertices) == 4 * len(scene.shapes.x) == outline.faces.max() + 1
+
+
+def test_a_ghost_has_the_faces_of_its_vertices():
+    """When the number of its pieces changes, both ways."""
+    shapes = Shapes.sampled(solve(PAPER))
+    with hosted() as server:
+        ghost, rings = Ghost(server.scene), []
+        for mode in (4, 0, 3):
+            sizes = 0.15 * np.eye(5)[mode]
+            ghost.show(shapes, Look(), [mode], "", Seen.of(shapes, sizes, "displacement"))
+            ghost.move(np.full(5, math.pi / 2), sizes, 0.0)
+            assert ghost.body.faces.max() + 1 == len(ghost.body.vertices)
+            rings.append(len(ghost.body.vertices) // 4)
+        assert rings[0] > rings[1] < rings[2]
+
+
+@given(beams)
+def test_an_equilibrium_is_straight(beam):
+    """So its two ends are enough to draw it."""
+    assert not Shapes.sampled(solve(beam)).centreline[:, 1].any()

@@ -148,7 +148,7 @@ class Ghosts:
         self.outline.visible = self.stretched.visible = visible
         if not visible:
             return
-        points, normal = placed(shapes, shapes.centreline)
+        points, normal = placed(shapes, shapes.centreline[[0, -1]])  # it is straight
         inside = (0.97 * section[0], 0.97 * section[1])  # not in the same faces as the beam
         reshape(self.stretched, *tube.swept(points, normal, *inside))
         across = np.abs(tube.crosswise(normal))
