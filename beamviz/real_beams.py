@@ -24,8 +24,8 @@ class RealBeam:
 
 RULER = RealBeam(
     "steel ruler",
-    "A 300 mm laboratory rule of 25 x 1 mm, a clip of 10 g at its tip, on a turntable. Structural"
-    " steel: E = 210 GPa (EN 1993-1-1, 3.2.6), 7850 kg/m³ (EN 1991-1-1, table A.4).",
+    "A laboratory rule of a common size, 300 x 25 x 1 mm, with a clip of 10 g at its tip, on a"
+    " turntable. Steel as usually taken: E = 210 GPa (the value of EN 1993-1-1), 7850 kg/m³.",
     "chordwise",
     {
         "length": 0.3,
@@ -40,8 +40,8 @@ RULER = RealBeam(
 )
 ARM = RealBeam(
     "spin-up arm",
-    "A manipulator arm: the spin-up manoeuvre of Simo & Vu-Quoc (J. Appl. Mech. 53, 1986,"
-    " 855-863) and of many papers after it: EI = 14 kN m², EA = 28 MN, 1.2 kg/m, 10 m, up to"
+    "A manipulator arm: the spin-up manoeuvre after Simo & Vu-Quoc (J. Appl. Mech. 53, 1986),"
+    " with the values that many papers repeat: EI = 14 kN m², EA = 28 MN, 1.2 kg/m, 10 m, up to"
     " 6 rad/s. With E = 70 GPa the section follows.",
     "chordwise",
     {
@@ -57,8 +57,8 @@ BLADE = RealBeam(
     "wind blade",
     "A wind turbine blade made uniform: length, mass, hub and rated speed of the NREL 5 MW"
     " reference turbine (Jonkman et al., NREL/TP-500-38060, 2009). A glass-fibre section"
-    " (E = 30 GPa, 1900 kg/m³) as stiff as gives its first flapwise frequency, 0.67 Hz, at rest."
-    " A real one tapers and twists.",
+    " (E = 30 GPa, 1900 kg/m³: typical values) as stiff as gives its first flapwise frequency,"
+    " 0.67 Hz, at rest. A real one tapers and twists.",
     "flapwise",
     {
         "length": 61.5,

@@ -1,6 +1,7 @@
 """Real beams: what their sources say of them, and the window to enter one."""
 
 import math
+import re
 from collections.abc import Iterator
 
 import pytest
@@ -13,7 +14,7 @@ from beamviz.real_beams import ARM, BLADE, REAL_BEAMS, RPM, RULER
 from beamviz.scene_file import SavedScene
 from beamviz.show.measures import significant as digits
 from beamviz.show.readout import significant
-from beamviz.show.real_beam_form import FIELDS, OPEN, PLAIN, number, read
+from beamviz.show.real_beam_form import FIELDS, OPEN, PLAIN, made, number, read
 from beamviz.show.server import explorer
 
 CANTILEVER = 3.5160153  # omega_1 of a clamped beam at rest
@@ -86,6 +87,29 @@ def test_fields_are_read_in_their_units():
     assert pytest.approx(2 * math.pi / 60) == RPM
 
 
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"area": "0"}, r"section area A \[mm²\] = 0: must be above 0"),
+        ({"density": "-1"}, r"density ρ \[kg/m³\] = -1: must lie in 0 \.\."),
+        ({"second_moment": "1e9"}, r"L √\(A / I\) = 0.04743: must lie in 10 \.\. 10000"),
+        ({"rotation_speed": "1e6"}, r"turns Ω \[rpm\] = 1000000: must lie in 0 \.\. \d+"),
+        ({"mass": "1e3"}, r"mass m \[kg\] = 1000: must lie in 0 \.\. 5\.8875"),
+        ({"mass_position": "400"}, r"mass at d \[mm\] = 400: must lie in 0 \.\. 300"),
+        ({"hub_radius": "-700"}, r"hub radius a \[mm\] = -700: must lie in -600 \.\. 6000"),
+        ({"rotation_speed": "nan"}, r"turns Ω \[rpm\] = nan: must lie in"),
+        ({"youngs_modulus": "inf"}, r"Young's modulus E \[GPa\] = inf: must lie in"),
+    ],
+)
+def test_what_cannot_be_is_named_as_it_was_entered(changes, words):
+    """A label, its unit and what is allowed in it; none of the five numbers nor of the keywords."""
+    texts = {name: f"{RULER.values.get(name, 0.0) / unit:g}" for name, (_, unit) in FIELDS.items()}
+    assert made(texts) == Beam.from_si(**{n: float(t) * FIELDS[n][1] for n, t in texts.items()})
+    with pytest.raises(InvalidInput, match=words) as told:
+        made(texts | changes)
+    assert not re.search(r"alpha|beta|gamma|delta|\bmu\b|_", str(told.value))
+
+
 def test_large_numbers_have_no_power_of_ten():
     """48170 mm, not 4.817e+04 mm."""
     assert [digits(v, 4) for v in (48170.4, 1234.56, 123.456, 0.0123456)] == [
@@ -151,10 +175,10 @@ def test_wrong_sizes_are_named_and_lose_nothing(url):
         guest.says("length L [mm] = &#x27;long&#x27;: must be a number")
         guest.choose("length L [mm]", "0")
         guest.choose("Show this beam", True)
-        guest.says("length = 0: must be above 0")
-        guest.choose("length L [mm]", "1")
+        guest.says("length L [mm] = 0: must be above 0")
+        guest.choose("length L [mm]", "200")
         guest.choose("Show this beam", True)
-        guest.says("mass_position = 0.3: must lie in 0 .. 0.001 (in m, kg, Pa, rad/s)")
+        guest.says("mass at d [mm] = 300: must lie in 0 .. 200<")
         guest.choose("start from", "a broomstick")
         guest.choose("Cancel", True)
         guest.choose("speed γ", 11.0)

@@ -13,7 +13,7 @@ from beamviz.show.efforts import FLOOR, Effort, Efforts, Weighing
 from beamviz.show.sliders import heard
 
 SMALL = "font-size:.8em;line-height:1.5;margin:.2em .75em .3em"
-WIDTH, HEIGHT = 345, 240  # [px] of the chart
+WIDTH, HEIGHT = 345, 222  # [px] of the chart
 LEFT, RIGHT, ABOVE, BELOW = 42, 88, 10, 34
 ERRORS = (FLOOR, 1.0)
 COLOURS = dict(
@@ -45,8 +45,9 @@ class EffortsTab:
 
     def show(self, solution: Solution | None, measured: Efforts | None) -> None:
         """Tell what the method of the scene took, and draw all that were measured."""
+        told = "" if measured else INVITATION  # the chart shows it, and needs the room
         self.words.content = (
-            f'<div style="{SMALL}">{chosen(solution) if solution else ""}{INVITATION}</div>'
+            f'<div style="{SMALL}">{chosen(solution) if solution else ""}{told}</div>'
         )
         self.chart.content = chart(measured, solution) if measured else ""
 

@@ -29,9 +29,9 @@ def invitation(count: int, met: int) -> str:
             "the ways it swings on its own, its *modes*. B bends, S stretches;"
             " ω, the *frequency*, says how fast.",
         )
-        + entry("The sliders", "what the beam is like. Every move is computed anew.")
-        + f'<div style="margin-top:.45em">{count} short lessons show what spinning does to a beam,'
-        f" one question at a time. Press <b>next</b>, or choose one above.{done}</div>"
+        + entry("The sliders", "what the beam is like. Each move is solved anew.")
+        + f'<div style="margin-top:.45em">{count} short lessons, a question each: press'
+        f" <b>next</b>, or choose one.{done}</div>"
     )
 
 

@@ -10,7 +10,8 @@ SECTION = '.mantine-Tabs-root[style*="border-top"]'  # results or lessons in it
 # viser styles its elements in place, so all of this has to insist. Grey words get a contrast of
 # more than 7 : 1 on either page. On a phone the sheet of controls stands below the scene rather
 # than over it, as wide as the screen, and results and lessons come before the controls. Six tabs
-# fit in one row.
+# fit in one row. Until somebody moves the bar between them, results get more of the column than
+# lessons, whose pages are short.
 STYLE = f"""<style>
 :root[data-mantine-color-scheme] {{ --mantine-color-dimmed: #4a5158; }}
 :root[data-mantine-color-scheme="dark"] {{ --mantine-color-dimmed: #b9c0c7; }}
@@ -23,7 +24,9 @@ STYLE = f"""<style>
 }}
 [role="tab"] {{ padding-inline: 6px !important; font-size: 13px !important; }}
 p:has(> label) {{ letter-spacing: -.2px !important; }}
-.mantine-Slider-markLabel {{ font-size: .7rem !important; }}
+.mantine-Slider-markLabel {{ font-size: .7rem !important; transform: translateY(3px); }}
+[style*="flex: 0.5 1 0px"]:first-child {{ flex-grow: .58 !important; }}
+[style*="flex: 0.5 1 0px"]:last-child {{ flex-grow: .42 !important; }}
 @media (max-width: 36em) {{
   div:has(> {SHEET}) {{ flex-direction: column; }}
   div:has(> {SHEET}) > div[style*="flex-grow"] {{ height: 0 !important; min-height: 0; }}

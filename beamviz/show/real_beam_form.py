@@ -1,5 +1,6 @@
 """A window to enter a real beam: one of three to start from, its sizes, and what is wrong."""
 
+import math
 import threading
 from dataclasses import replace
 from html import escape
@@ -7,7 +8,7 @@ from typing import Any
 
 from viser import GuiApi, GuiInputHandle
 
-from beamviz.beam import Beam
+from beamviz.beam import LIMITS, MAX_GAMMA_OVER_MU, SI_REQUIRED, Beam, checked
 from beamviz.errors import InvalidInput
 from beamviz.real_beams import REAL_BEAMS, RPM, RealBeam
 from beamviz.scene_file import SavedScene
@@ -25,6 +26,7 @@ FIELDS = {
     "mass": ("mass m [kg]", 1.0),
     "mass_position": ("mass at d [mm]", 1e-3),
 }
+LARGEST = 1e12  # in the unit of a field
 OPEN, PLAIN = "real beam ...", "none"
 SMALL = "font-size:.8em;line-height:1.45;margin:.2em .75em .4em"
 
@@ -125,12 +127,33 @@ def current(listener: Listener) -> SavedScene:
 
 
 def made(texts: dict[str, Any]) -> Beam:
-    """The beam of the fields."""
-    values = read(texts)
-    try:
-        return Beam.from_si(**values)
-    except InvalidInput as error:
-        raise InvalidInput(f"{error} (in m, kg, Pa, rad/s)") from None
+    """The beam of the fields; InvalidInput names a field, in its own unit, and what is allowed."""
+    values: dict[str, Any] = read(texts)
+    for name in SI_REQUIRED:
+        if checked(FIELDS[name][0], number(FIELDS[name][0], texts[name]), 0.0, LARGEST) == 0:
+            raise InvalidInput(f"{FIELDS[name][0]} = 0: must be above 0")
+    slenderness = values["length"] * math.sqrt(values["area"] / values["second_moment"])
+    low, high = LIMITS["mu"]
+    if not low <= slenderness <= high:
+        raise InvalidInput(f"L √(A / I) = {slenderness:.4g}: must lie in {low:g} .. {high:g}")
+    bare = Beam.from_si(**{name: values[name] for name in SI_REQUIRED})
+    for name, (low, high) in ranges(bare).items():
+        label, unit = FIELDS[name]
+        checked(label, number(label, texts[name]), low / unit, high / unit)
+    return Beam.from_si(**values)
+
+
+def ranges(bare: Beam) -> dict[str, tuple[float, float]]:
+    """What a beam allows, in SI, of the hub, the speed and the mass it is given."""
+    assert bare.units and bare.units.mass
+    fastest = min(LIMITS["gamma"][1], MAX_GAMMA_OVER_MU * bare.mu)
+    low, high = LIMITS["delta"]
+    return {
+        "hub_radius": (low * bare.units.length, high * bare.units.length),
+        "rotation_speed": (0.0, fastest / bare.units.time),
+        "mass": (0.0, LIMITS["alpha"][1] * bare.units.mass),
+        "mass_position": (0.0, bare.units.length),
+    }
 
 
 def read(texts: dict[str, Any]) -> dict[str, float]:
