@@ -145,7 +145,8 @@ def made(texts: dict[str, Any]) -> Beam:
 
 def ranges(bare: Beam) -> dict[str, tuple[float, float]]:
     """What a beam allows, in SI, of the hub, the speed and the mass it is given."""
-    assert bare.units and bare.units.mass
+    assert bare.units
+    assert bare.units.mass
     fastest = min(LIMITS["gamma"][1], MAX_GAMMA_OVER_MU * bare.mu)
     low, high = LIMITS["delta"]
     return {
