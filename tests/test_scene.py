@@ -26,6 +26,7 @@ from beamviz.show.motion import (
     fitted_rate,
     largest_strain,
 )
+from beamviz.show.pieces import Seen
 from beamviz.show.scene import Scene
 from beamviz.show.stage import placed
 
@@ -389,6 +390,21 @@ def test_the_scene_draws_a_beam_and_greys_it():
         assert len(np.unique(scene.beam.batched_colors, axis=0)) == 1
         assert bool(scene.words.visible) is not False
         assert scene.nodes.labels[0].visible is False
+
+
+def test_labels_of_nodes_can_be_read_and_leave_room():
+    """Thirteen pixels high on a laptop as on a phone; four of them share the beam."""
+    shapes = sampled(Beam())
+    with hosted() as server:
+        scene = Scene(server.scene)
+        for scale in (250.0, 500.0):
+            for mode in (1, 4):
+                look = Look().only(mode)
+                seen = Seen.of(shapes, 0.15 * np.eye(5)[mode], look.colouring, scale)
+                scene.show(shapes, look, [mode], seen=seen)
+                heights = {tag.font_scene_height for tag in scene.nodes.labels if tag.visible}
+                (height,) = heights
+                assert height * scale == pytest.approx(13) if mode == 1 else height <= 0.0301
 
 
 def test_the_frame_of_view_turns_the_hub_or_the_ground():

@@ -10,7 +10,7 @@ from beamviz.show.pieces import SCALE, Seen
 from beamviz.show.scene import Scene
 
 SPACING = 0.42  # of two beams above each other, in lengths of the beam
-TITLE = (-0.12, 0.0, 0.14)  # from the clamp
+ABOVE = 0.14  # of the hub: its title
 
 
 def heights(count: int) -> list[float]:
@@ -19,8 +19,8 @@ def heights(count: int) -> list[float]:
 
 
 def add_title(api: SceneApi, root: str, text: str) -> LabelHandle:
-    """A title for the scene under `root`."""
-    return api.add_label(f"{root}/title", text, anchor="bottom-left", font_screen_scale=1.1)
+    """A title for the scene under `root`, over its hub: from whatever side, not over its beam."""
+    return api.add_label(f"{root}/title", text, anchor="bottom-center", font_screen_scale=1.1)
 
 
 class Titled:
@@ -38,7 +38,7 @@ class Titled:
         self.scene.show(shapes, look, shown, seen=seen)
         self.scene.stage.visible = True
         self.title.text = title
-        self.title.position = np.array([shapes.beam.delta, 0.0, 0.0]) + TITLE
+        self.title.position = (shapes.beam.delta if look.riding else 0.0, 0.0, ABOVE)
 
     def hide(self) -> None:
         """Draw nothing."""

@@ -7,6 +7,7 @@ from beamviz.beam import Units
 from beamviz.mechanics.solve import Solution
 from beamviz.show import colours
 from beamviz.show.measures import frequencies
+from beamviz.show.measures import significant as digits
 from beamviz.show.solving import Answer
 
 GOOD, BAD = "#2b8a3e", "#d9480f"
@@ -98,7 +99,7 @@ def legend(name: str, largest: float, units: Units | None) -> str:
         ends = (f"\u2212{largest:.2g} shorter", "0", f"longer +{largest:.2g}")
         anchors, title = colours.DIVERGING, "axial strain, as drawn"
     else:
-        far = f"{1000 * largest * units.length:.2g} mm" if units else f"{largest:.2g} L"
+        far = f"{digits(1000 * largest * units.length, 2)} mm" if units else f"{largest:.2g} L"
         ends = ("0 at rest", "", far if largest > NOTHING else "")
         anchors, title = colours.SEQUENTIAL, "displacement, as drawn"
     return (

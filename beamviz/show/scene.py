@@ -73,6 +73,7 @@ class Scene:
             self.section,
             shown if look.nodes and len(shown) == 1 and not words else [],
             labels=not look.together,
+            scale=seen.scale,
         )
         radius = sizes.mass_radius(beam, look.thicken) if beam.alpha > 0 else HIDDEN
         self.mass.batched_scales = np.full((1, 3), radius)

@@ -12,10 +12,13 @@ from beamviz.show.bodies import HIDDEN, add_bodies, box
 from beamviz.show.hardening import assigned, positioned
 from beamviz.show.measures import measure
 from beamviz.show.motion import Shapes
+from beamviz.show.pieces import SCALE
 
 HUB_HEIGHT = 0.14
 HOOP = 0.05
 MAX_NODES = 10
+LETTERS = 13  # [pixels] high is a label, but not smaller than SMALLEST in lengths of the beam,
+SMALLEST, CROWDED = 0.016, 0.09  # nor larger than its share of CROWDED
 FADED = 2.2  # the ground is seen so far from the beam
 
 
@@ -202,7 +205,6 @@ class Nodes:
                 "",
                 anchor="top-center",
                 font_size_mode="scene",
-                font_scene_height=0.022,
                 visible=False,
             )
             for k in range(MAX_NODES)
@@ -215,8 +217,10 @@ class Nodes:
         shown: list[int],
         *,
         labels: bool = True,
+        scale: float = SCALE,
     ) -> None:
-        """Mark the nodes of the modes `shown` (0-based), at most MAX_NODES of them."""
+        """Mark the nodes of the modes `shown` (0-based), at most MAX_NODES of them; a length of
+        the beam takes `scale` pixels."""
         marks = [
             (shapes.labels[k], x, place)
             for k in shown
@@ -227,7 +231,9 @@ class Nodes:
         self.piece = np.searchsorted(x, at, side="right").clip(1, len(x) - 1) - 1
         self.share = ((at - x[self.piece]) / (x[self.piece + 1] - x[self.piece]))[:, None]
         scales = np.full((MAX_NODES, 3), HIDDEN, np.float32)
+        height = min(max(LETTERS / scale, SMALLEST), CROWDED / max(len(marks), 1))
         for k, (label, x, place) in enumerate(marks):
+            self.labels[k].font_scene_height = height
             points, normal = placed(shapes, place[None])
             across = np.abs(tube.crosswise(normal))
             scales[k] = [0.007, 0.0, 0.0] + 1.3 * (
