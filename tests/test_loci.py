@@ -217,6 +217,17 @@ def test_limits_over_other_numbers(beam, over, values):
     assert sorted(there) == [False, True]
 
 
+def test_a_limit_at_zero_is_found_in_a_few_solves():
+    """A heavy mass ends the equilibrium wherever it is, but at the clamp itself it is held: the
+    change is at beta = 0, where nothing is exact relative to it."""
+    heavy = Beam(alpha=3.9, gamma=37, delta=2.7, mu=115)
+    found = loci(heavy, "beta", np.linspace(0, 1, 5), 1, strain="hencky")
+    (limit,) = found.limits
+    assert (limit.kind, limit.stop) == ("no-equilibrium", 1.0)
+    assert 0 <= limit.start < 1e-11
+    assert found.solves < 60
+
+
 def test_loss_of_stability():
     """physics: an inward beam, delta -1, buckles near gamma 2.97; the branch goes on, growing."""
     found = loci(Beam(delta=-1), "gamma", np.linspace(0, 6, 61))

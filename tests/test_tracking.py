@@ -1,6 +1,7 @@
 """Tracking and classification on small problems whose answers are known in closed form."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.linalg import block_diag, expm
 from scipy.optimize import minimize_scalar
 
+from beamviz.study.candidates import Loci, candidates
 from beamviz.study.tracking import CLEAR, Points, assignment, follow, inner_products
 from tests.sweeps import Problem, crossing, frequencies, turned
 
@@ -296,3 +298,20 @@ def test_signs_do_not_matter(seed):
     assert abs(inner_products(turned_points)) == pytest.approx(abs(inner_products(points)))
     track = follow(turned_points, 2, problem)
     assert (track.branch == [0, 1]).all()
+
+
+def test_a_branch_that_enters_meets_nothing_where_it_is_not():
+    """A shape that turns into one that was not among the modes before: no two loci to compare."""
+    turned = np.array([[[0.0, 1.2], [-1.2, 0.0]]])
+    absent = Loci(
+        at=np.array([0.0, 1.0]),
+        branches=np.array([0, 1]),
+        places=np.array([[2, 0], [0, 1]]),
+        frequencies=np.array([[np.nan, 1.0], [1.0, 2.0]]),
+        turns=turned,
+        held=np.zeros((1, 2, 2)),
+        window=2,
+    )
+    assert candidates(absent) == []
+    there = replace(absent, frequencies=np.array([[0.9, 1.0], [1.0, 2.0]]))
+    assert [(c.low, c.high) for c in candidates(there)] == [(0, 1)]

@@ -165,7 +165,8 @@ def _sign_changes(D: np.ndarray) -> list[tuple[int, int]]:
 def _minima(pairs: Pairs) -> list[tuple[int, int, int]]:
     """Pairs with a least gap across which the shapes turn, and the points around it."""
     gap = abs(pairs.difference)
-    exchanges = np.argwhere(abs(pairs.turns) > EXCHANGE)
+    there = np.isfinite(gap[:-1]) & np.isfinite(gap[1:])  # a shape may turn into one that enters
+    exchanges = np.argwhere((abs(pairs.turns) > EXCHANGE) & there)
     found = [(k, i, i + 1) for i, k in exchanges.tolist()]
     middle = (gap[1:-1] <= gap[:-2]) & (gap[1:-1] < gap[2:])
     middle &= pairs.difference[:-2] * pairs.difference[2:] > 0

@@ -17,6 +17,7 @@ from beamviz.study.tracking import Points
 BESIDE = 2  # modes solved for beyond those asked for: what enters and leaves the window
 MAX_POINTS = 10_000
 PRECISION = 1e-9  # relative: how exactly a limit is located
+FINEST = 1e-12  # of the sweep: nor more exactly than this
 
 Answer = Solution | BeamvizError
 
@@ -104,19 +105,22 @@ class Sweep:
         """The parts of solved values without equilibrium, convergence or stability."""
         states = [state(self.answers[value]) for value in values.tolist()]
         changes = [i for i in range(1, len(states)) if states[i] != states[i - 1]]
-        ends = [values[0], *(self._change(*values[i - 1 : i + 1]) for i in changes), values[-1]]
+        finest = FINEST * (values[-1] - values[0])
+        inner = (self._change(*values[i - 1 : i + 1], finest) for i in changes)
+        ends = [values[0], *inner, values[-1]]
         for k, i in enumerate([0, *changes]):
             if states[i] != STABLE:
                 start, stop = float(ends[k]), float(ends[k + 1])
                 words = f"{WORDS[states[i]]} for {self.over} = {start:.6g} .. {stop:.6g}"
                 yield Limit(states[i], start, stop, words)
 
-    def _change(self, low: float, high: float) -> float:
-        """Where the state changes between two values, by bisection."""
+    def _change(self, low: float, high: float, finest: float) -> float:
+        """Where the state changes between two values, by bisection; `finest` as near as it is
+        looked for, where that is at 0."""
         before, answer = self.answers[low], self.answers[high]
         if self.over == "gamma" and isinstance(answer, NoEquilibrium):
             return min(max(answer.limit, low), high)
-        while high - low > PRECISION * max(abs(low), abs(high)):
+        while high - low > max(PRECISION * max(abs(low), abs(high)), finest):
             middle = (low + high) / 2
             if _alike(self.solve(np.array([middle]))[0], before, answer):
                 low = middle
