@@ -106,7 +106,7 @@ class Sweep:
         states = [state(self.answers[value]) for value in values.tolist()]
         changes = [i for i in range(1, len(states)) if states[i] != states[i - 1]]
         finest = FINEST * (values[-1] - values[0])
-        inner = (self._change(*values[i - 1 : i + 1], finest) for i in changes)
+        inner = (self._change(values[i - 1], values[i], finest) for i in changes)
         ends = [values[0], *inner, values[-1]]
         for k, i in enumerate([0, *changes]):
             if states[i] != STABLE:
