@@ -26,8 +26,10 @@ SHARES = {
     "TOML": 0.3,
     "command line": 0.15,
     "solve": 0.1,
-    "solve, odd keywords": 0.04,
-    "loci": 0.01,
+    "solve, odd keywords": 0.03,
+    "loci, odd ranges": 0.01,
+    "loci": 0.008,
+    "loci, wild": 0.002,
 }
 
 

@@ -8,8 +8,9 @@ import contextlib
 import io
 import math
 import re
+import signal
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,14 @@ from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.mechanics.solve import CHOICES, solve
 from beamviz.study.loci import loci
 
+STUCK = 300.0  # [s] of processor time after which a sweep is taken for one without end
+EVERYDAY = {
+    "alpha": (0.0, 5.0),
+    "beta": (0.0, 1.0),
+    "gamma": (0.0, 50.0),
+    "delta": (-1.0, 3.0),
+    "mu": (20.0, 200.0),
+}
 MARGIN = 1e-12  # of the frequency: rounding of a comparison
 NUMBERS = st.one_of(
     st.floats(allow_nan=True, allow_infinity=True),
@@ -114,15 +123,84 @@ def solve_oddly(beam: Beam, options: dict[str, Any]) -> None:
         pass
 
 
-def sweep(beam: Beam, over: str, ends: tuple[float, float], points: int) -> None:
-    """Loci whose branches have one frequency a value, or an error with words."""
+@st.composite
+def ranges(draw: Callable, *, wide: bool) -> tuple[Beam, str, tuple[float, float]]:
+    """A beam, one of its numbers, and where that runs from and to: over any part of what is
+    accepted, or over some of it for a beam as they are in the explorer."""
+    over = draw(st.sampled_from(list(LIMITS)))
+    if wide:
+        beam, (low, high) = draw(beams()), LIMITS[over]
+    else:
+        numbers = {name: draw(st.floats(*EVERYDAY[name])) for name in EVERYDAY}
+        beam, (low, high) = Beam(**numbers), EVERYDAY[over]
+    if over == "gamma":
+        high = min(high, 5 * beam.mu)
+    if over == "mu":
+        low = max(low, beam.gamma / 5)
+    ends = st.tuples(within(low, high), within(low, high)).map(sorted)
+    return beam, over, tuple(draw(ends.filter(lambda pair: pair[0] < pair[1])))
+
+
+def sweep(
+    where: tuple[Beam, str, tuple[float, float]], points: int, modes: int, options: dict[str, Any]
+) -> None:
+    """Loci with a frequency, or a growth rate, or none for each value of each branch, and
+    meetings within the range; or an error with words."""
+    beam, over, ends = where
     try:
-        found = loci(beam, over, np.linspace(*ends, points), 3)
+        with ending_within(STUCK):
+            found = loci(beam, over, np.linspace(*ends, points), modes, **options)
     except BeamvizError as error:
         told(error)
         return
     assert all(len(branch.frequency) == points for branch in found.branches)
     assert all(event.gap >= 0 for event in found.events)
+    assert all(ends[0] <= event.at <= ends[1] for event in found.events)
+    assert all(ends[0] <= limit.start <= limit.stop <= ends[1] for limit in found.limits)
+
+
+@contextlib.contextmanager
+def ending_within(seconds: float) -> Iterator[None]:
+    """Fail after so much processor time, rather than never end (not on Windows)."""
+
+    def stuck(*_: Any) -> None:
+        raise AssertionError(f"no end after {seconds} s")
+
+    if not hasattr(signal, "setitimer"):
+        yield
+        return
+    before = signal.signal(signal.SIGVTALRM, stuck)
+    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        signal.signal(signal.SIGVTALRM, before)
+
+
+SWEPT = (
+    st.integers(2, 6),
+    st.integers(1, 5),
+    st.fixed_dictionaries(
+        {},
+        optional={
+            "coriolis": st.booleans(),
+            "plane": st.sampled_from(CHOICES["plane"]),
+            "strain": st.sampled_from(list(CHOICES["strain"])),
+        },
+    ),
+)
+ODD_RANGES = st.one_of(st.lists(NONSENSE, max_size=4), NONSENSE)
+
+
+def sweep_oddly(beam: Beam, over: str, values: Any) -> None:
+    """Values that make no sweep: an error that names the number, or loci."""
+    try:
+        loci(beam, over, values, 1)
+    except InvalidInput as error:
+        told(error, over)
+    except BeamvizError:
+        pass
 
 
 TOML = st.one_of(
@@ -235,15 +313,9 @@ CASES: dict[str, tuple[Callable[..., None], tuple[st.SearchStrategy, ...]]] = {
     "Beam": (make_beam, (st.dictionaries(st.sampled_from(list(LIMITS)), NONSENSE, min_size=1),)),
     "solve": (solve_beam, (beams(), OPTIONS)),
     "solve, odd keywords": (solve_oddly, (beams(), ODD_OPTIONS)),
-    "loci": (
-        sweep,
-        (
-            beams(),
-            st.sampled_from(list(LIMITS)),
-            st.tuples(st.floats(-0.1, 15), st.floats(0, 1)).map(lambda t: (t[0], t[0] + t[1])),
-            st.integers(2, 6),
-        ),
-    ),
+    "loci": (sweep, (ranges(wide=False), *SWEPT)),
+    "loci, wild": (sweep, (ranges(wide=True), *SWEPT)),
+    "loci, odd ranges": (sweep_oddly, (beams(), st.sampled_from(list(LIMITS)), ODD_RANGES)),
     "TOML": (read_toml, (TOML,)),
     "command line": (command, (LINES,)),
 }

@@ -4,7 +4,7 @@ import pytest
 from fuzzing import CASES
 from hypothesis import HealthCheck, given, settings
 
-EXAMPLES = {"Beam": 300, "TOML": 300, "solve": 60, "loci": 12}
+EXAMPLES = {"Beam": 300, "TOML": 300, "solve": 60, "loci": 40, "loci, wild": 12}
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -377,3 +377,10 @@ def test_resonances_need_the_speed():
     """Over another number there are no per-rev lines."""
     with pytest.raises(InvalidInput, match="per-rev lines need loci over gamma, not over alpha"):
         resonances(loci(TIP, "alpha", [0, 1]), 3)
+
+
+def test_modes_that_come_and_go_while_buckled_with_coriolis_are_no_meeting():
+    """A branch that is not there before a step has nothing to turn into."""
+    found = loci(Beam(alpha=1, gamma=10), "delta", np.linspace(-1, 1, 41), coriolis=True)
+    assert found.limits[0].kind == "unstable"
+    assert all(-0.0842 < event.at <= 1 for event in found.events)
