@@ -31,7 +31,6 @@ EVERYDAY = {
     "delta": (-1.0, 3.0),
     "mu": (20.0, 200.0),
 }
-NEARLY_0 = 1e-3
 MARGIN = 1e-12  # of the frequency: rounding of a comparison
 NUMBERS = st.one_of(
     st.floats(allow_nan=True, allow_infinity=True),
@@ -138,8 +137,6 @@ def ranges(draw: Callable, *, wide: bool) -> tuple[Beam, str, tuple[float, float
         high = min(high, 5 * beam.mu)
     if over == "mu":
         low = max(low, beam.gamma / 5)
-    if over == "beta":
-        low = NEARLY_0  # at 0 itself the mass loads nothing, and a limit there is not located
     ends = st.tuples(within(low, high), within(low, high)).map(sorted)
     return beam, over, tuple(draw(ends.filter(lambda pair: pair[0] < pair[1])))
 
