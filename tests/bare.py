@@ -10,6 +10,7 @@ from typing import Any
 
 import msgspec.msgpack
 import viser
+import websockets.exceptions
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
@@ -69,6 +70,17 @@ def wire(url: str, path: str = "", **options: Any) -> Iterator[Connection]:
 def packed(**message: Any) -> bytes:
     """One message as it goes over the wire."""
     return msgspec.msgpack.encode(message)
+
+
+def closed(url: str, message: bytes | str, **options: Any) -> int:
+    """Send a message; the code with which the explorer ends the connection."""
+    with wire(url, **options) as line:
+        line.send(packed(**CAMERA))
+        line.send(message)
+        with contextlib.suppress(websockets.exceptions.ConnectionClosed):
+            while True:
+                line.recv(timeout=10)
+        return line.close_code or 0
 
 
 def arrived(server: viser.ViserServer) -> None:

@@ -1,0 +1,113 @@
+"""What is one visitor's is nobody else's: shown on a bare viser server, then refused by ours."""
+
+import contextlib
+from collections.abc import Iterator
+
+import pytest
+import viser
+from bare import address, bare, closed, packed, until, wire
+from visitor import BEAM, Visitor, visitor
+
+from beamviz.beam import Beam
+from beamviz.mechanics.solve import solve
+from beamviz.scene_file import SavedScene
+from beamviz.show import server
+from beamviz.show.readout import significant
+from beamviz.show.server import explorer
+
+SCENE = SavedScene(Beam(alpha=1, beta=0.5, gamma=10))
+VIOLATION = 1008
+
+
+@pytest.fixture(scope="module")
+def url() -> Iterator[str]:
+    """An explorer on this machine alone."""
+    with explorer(SCENE) as found:
+        yield found
+
+
+def settled(guest: Visitor) -> str:
+    """What the panel says once nothing more comes."""
+    with contextlib.suppress(TimeoutError):
+        while True:
+            guest.receive(0.5)
+    return guest.text
+
+
+def test_a_visitor_cannot_change_another_ones_controls(url):
+    """Controls that viser shares, one visitor can move for all; ours are private, every one."""
+    with bare() as viser_server, wire(address(viser_server)) as line:
+        slider = viser_server.gui.add_slider("x", 0.0, 1.0, 0.1, 0.5)
+        line.send(packed(type="GuiUpdateMessage", uuid=slider._impl.uuid, updates={"value": 1.0}))
+        until(lambda: slider.value == 1.0)
+    with visitor(url) as one, visitor(url) as other:
+        assert one.controls
+        assert not set(one.controls.values()) & set(other.controls.values())
+        for guest in (one, other):
+            guest.choose("playing", False)
+            settled(guest)
+        before = other.text
+        for uuid in other.controls.values():
+            one.send(type="GuiUpdateMessage", uuid=uuid, updates={"value": 1})
+        assert settled(other) == before
+
+
+def test_a_visitor_cannot_remove_another_ones_controls(url):
+    """viser takes a control away from all on a message of one: here its sender is sent off."""
+    with bare() as viser_server, wire(address(viser_server)) as line:
+        slider = viser_server.gui.add_slider("x", 0.0, 1.0, 0.1, 0.5)
+        updates = {"removed": True}
+        line.send(packed(type="GuiUpdateMessage", uuid=slider._impl.uuid, updates=updates))
+        until(lambda: slider._impl.removed)
+    with visitor(url) as other:
+        uuid = other.controls["speed γ"]
+        for message in (
+            packed(type="GuiUpdateMessage", uuid=uuid, updates=updates),
+            packed(type="GuiRemoveMessage", uuid=uuid),
+            packed(type="RemoveSceneNodeMessage", name=BEAM),
+        ):
+            assert closed(url, message) == VIOLATION
+        other.choose("speed γ", 11.0)
+        other.says(frequency(11.0))
+
+
+def frequency(gamma: float) -> str:
+    """The first frequency as the table prints it."""
+    solution = solve(SCENE.beam.replace(gamma=gamma))
+    return significant(solution.frequencies[0], solution.errors[0])
+
+
+def test_a_visitor_hears_nothing_of_another(url):
+    """viser tells all of what one does; here not a control, nor a text, nor a picture of it."""
+    with bare() as viser_server, wire(address(viser_server)) as one:
+        slider = viser_server.gui.add_slider("x", 0.0, 1.0, 0.1, 0.5)
+        with wire(address(viser_server)) as other:
+            other.send(
+                packed(type="GuiUpdateMessage", uuid=slider._impl.uuid, updates={"value": 1.0})
+            )
+            until(lambda: slider.value == 1.0)
+            eavesdropper = Visitor(one)
+            eavesdropper.wait(lambda _: slider._impl.uuid in eavesdropper.updated)
+    with visitor(url) as one, visitor(url) as other:
+        for guest in (one, other):
+            guest.choose("playing", False)
+            settled(guest)
+        before = one.received
+        other.choose("speed γ", 11.0)
+        other.says(frequency(11.0))
+        settled(one)
+        assert one.received == before
+        assert not {*one.texts, *one.updated} & {*other.texts, *other.updated}
+
+
+def test_no_control_is_shared(monkeypatch):
+    """The server's own scope, which any visitor could change for all, holds none."""
+    made: list[viser.ViserServer] = []
+    animator = server.Animator
+    monkeypatch.setattr(
+        server, "Animator", lambda *given: (made.append(given[0]), animator(*given))[1]
+    )
+    with explorer(SCENE) as found, visitor(found) as guest:
+        assert guest.controls
+        assert not made[0].gui._gui_input_handle_from_uuid
+        assert not made[0].gui._command_handle_from_uuid
