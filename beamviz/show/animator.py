@@ -24,6 +24,7 @@ from beamviz.show.turns import Turns
 FRAMES = 25  # a second, for one visitor
 ALL_FRAMES = 800  # a second, for all visitors of all processes together
 CROWD = 8  # visitors; from here on they are answered in turn, and charts wait for a rest
+TOGETHER = 4  # pictures, after which messages come and go
 HOPS = 4  # of the event loop that a message takes to come in, or to go out
 PATIENCE = 5.0  # [s] for a picture to be finished when all ends
 
@@ -151,10 +152,11 @@ class Animator:
 
     async def draw_all(self, step: float) -> None:
         """The next picture of everybody whose picture moves, unless they have just had one."""
-        for visitor, session in list(self.sessions.items()):
+        for k, (visitor, session) in enumerate(list(self.sessions.items())):
             if session.ticking and time.monotonic() - session.seen > step / 2:
                 self.tick(visitor, session)
-                await asyncio.sleep(0)
+            if k % TOGETHER == 0:
+                await asyncio.sleep(0)  # let messages come and go
 
     def draw_next(self) -> None:
         """What is new for whoever has waited longest."""

@@ -20,6 +20,7 @@ from viser.infra import _infra
 from viser.infra._async_message_buffer import AsyncMessageBuffer
 from viser.infra._messages import Message, _prepare_for_serialization
 from websockets.asyncio.server import ServerConnection
+from websockets.protocol import OPEN
 
 ALIGNMENT = 8  # bytes
 
@@ -73,7 +74,15 @@ async def send(connection: ServerConnection, buffer: AsyncMessageBuffer) -> None
         while window := gathered(buffer, sent):
             sent, messages = window
             last = time.monotonic()
-            await connection.send(packed(messages, compress))
+            data = packed(messages, compress)
+            if (
+                connection.protocol.state is OPEN
+                and not connection.transport.get_write_buffer_size()
+            ):
+                connection.protocol.send_binary(data)
+                connection.send_data()
+            else:  # wait until there is room, or end
+                await connection.send(data)
 
 
 def gathered(buffer: AsyncMessageBuffer, sent: int) -> tuple[int, list[Message]] | None:

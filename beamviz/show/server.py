@@ -1,6 +1,7 @@
 """The explorer as a server: a session for each visitor, one animator for all of them."""
 
 import contextlib
+import gc
 import queue
 import secrets
 import socket
@@ -60,6 +61,7 @@ def serve(
     presenter = secrets.token_urlsafe(KEY_BYTES) if follow else ""
     door = {"visitor": key, "presenter": presenter, "public": public, "room": visitors}
     count = usual(processes, shared=shared, follow=follow)
+    gc.freeze()  # all that is loaded stays: no collection of garbage has to look through it again
     with stopping() as stopped:
         served = alone(scene, host, port, stopped, door)
         if count > 1:

@@ -16,7 +16,7 @@ from beamviz.show.motion import Shapes
 from beamviz.show.turns import Turns
 from beamviz.show.words import refused, unstable
 
-QUICK = 0.01  # [s] of processor time
+QUICK = 0.02  # [s] of processor time
 
 journal = Journal(__name__)
 
