@@ -11,6 +11,7 @@ does nothing else:
 
 import argparse
 import asyncio
+import math
 import os
 import random
 import re
@@ -67,7 +68,8 @@ class Guest:
     frames: int = 0
     solved: int = 0
     waiting: deque[tuple[int, float]] = field(default_factory=deque)  # which, and since when
-    latencies: list[float] = field(default_factory=list)
+    latencies: list[float] = field(default_factory=list)  # of every edit
+    answers: list[float] = field(default_factory=list)  # of those that had an answer of their own
     unpacker: zstandard.ZstdDecompressor = field(default_factory=zstandard.ZstdDecompressor)
 
     async def visit(self, url: str, texts: dict[str, int]) -> None:
@@ -121,6 +123,7 @@ class Guest:
             while seen != found:
                 seen, sent = self.waiting.popleft()
                 self.latencies.append(now - sent)
+            self.answers.append(now - sent)
 
 
 def first_frequencies() -> dict[str, int]:
@@ -140,7 +143,7 @@ async def hall(
         await asyncio.sleep(0.1)
     await asyncio.sleep(SETTLING)
     for guest in guests:
-        guest.frames, guest.solved, guest.latencies = 0, 0, []
+        guest.frames, guest.solved, guest.latencies, guest.answers = 0, 0, [], []
     began, spent, before, own = time.perf_counter(), cpu(pid), memory(pid), time.process_time()
     await asyncio.sleep(seconds)
     while sum(guest.solved for guest in guests) < resolves:
@@ -164,7 +167,8 @@ async def hall(
 def summary(guests: list[Guest], took: float) -> list[Row]:
     """What the guests saw."""
     rates = [guest.frames / took for guest in guests]
-    waits = sorted(1000 * wait for guest in guests for wait in guest.latencies) or [float("nan")]
+    waits = sorted(1000 * wait for guest in guests for wait in guest.latencies) or [math.nan]
+    own = sorted(1000 * wait for guest in guests for wait in guest.answers) or [math.nan]
     return [
         ("visitors", len(guests), ""),
         ("fewest frames", min(rates), "1/s"),
@@ -173,6 +177,7 @@ def summary(guests: list[Guest], took: float) -> list[Row]:
         ("re-solves seen", sum(guest.solved for guest in guests), ""),
         ("edit to update, median", statistics.median(waits), "ms"),
         ("edit to update, 95 %", waits[int(0.95 * (len(waits) - 1))], "ms"),
+        ("edit to own update, 95 %", own[int(0.95 * (len(own) - 1))], "ms"),
     ]
 
 
@@ -221,7 +226,7 @@ def main() -> None:
             guests = [Guest() for _ in range(options.visitors)]
             measured = hall(url, guests, options.seconds, process.pid, options.resolves)
             for key, value, unit in asyncio.run(measured):
-                print(f"{key:<24} {value:10.2f} {unit}")
+                print(f"{key:<26} {value:10.2f} {unit}")
         finally:
             process.terminate()
 

@@ -26,6 +26,7 @@ from beamviz.scene_file import SavedScene
 from beamviz.show import server, solving
 from beamviz.show.controls import Wanted
 from beamviz.show.hosting import hosted
+from beamviz.show.panels import Panel
 from beamviz.show.readout import significant
 from beamviz.show.server import explorer, serve
 from beamviz.show.sliders import assign, heard
@@ -261,6 +262,21 @@ def test_a_first_beam_without_equilibrium_is_shown_in_words():
     ):
         guest.says("no equilibrium beyond gamma = 15.7")
         guest.wait(lambda _: guest.nodes["/stage/wheel/words"].get("visible"))
+
+
+def test_an_edit_that_comes_while_the_session_is_built_is_not_lost(monkeypatch):
+    """A page may send before the server has finished with it."""
+    put = Panel.put
+
+    def early(panel: Panel, scene: SavedScene) -> None:
+        put(panel, scene)
+        panel.listener.want("gamma", 21.0)
+        panel.listener.see("colouring", "axial strain")
+
+    monkeypatch.setattr(Panel, "put", early)
+    first = frequency(PAPER.replace(gamma=21))
+    with explorer(SavedScene(PAPER)) as address, visitor(address, first=first) as guest:
+        assert guest.says("axial strain, as drawn")
 
 
 # Work, and the end of it
