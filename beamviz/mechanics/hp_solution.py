@@ -69,8 +69,8 @@ def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
     for k, solution in enumerate(solutions):
         fields = solution.displacement
         key: object = k
-        if isinstance(fields, Fields) and fields.found.picks is not None:
-            key = fields.found.mesh.orders
+        if isinstance(fields, Fields):
+            key = fields.found.mesh.orders, fields.found.picks is None
         groups.setdefault(key, []).append(k)
     places = np.concatenate(list(groups.values()))
     found = [
@@ -91,10 +91,9 @@ def _alike(each: list[Displacement], x: np.ndarray) -> np.ndarray:
     else:
         rows = each_from_clamp([one.mesh for one in found], x)
         J = np.array([one.mesh.J for one in found])
-    f, kappa, s, picks = map(
-        np.array, zip(*((one.f, one.kappa, one.s, one.picks) for one in found), strict=True)
-    )
-    return _fields(rows, J, f, kappa, s, picks)
+    f, kappa, s = (np.array([getattr(one, name) for one in found]) for name in ("f", "kappa", "s"))
+    picks = [one.picks for one in found if one.picks is not None]
+    return _fields(rows, J, f, kappa, s, np.array(picks) if picks else None)
 
 
 def _fields(

@@ -123,12 +123,13 @@ def coupled(
     squares, s, kappa, times, definite = gyroscopic(Ka, Fa, Kb, Fb, speed, modes, most)
     size = abs(squares) + gamma**2
     v = np.stack((kappa, s), axis=-3)
+    v = v.real + v.imag  # a family swings in one phase
     share = hp.share_lost(hp.lost_to_order(points, forms, v), size[..., None, :]).sum(axis=-2)
-    stored = (v.conj() * (K @ v)).sum(axis=(-3, -2)).real
+    stored = (v * (K @ v)).sum(axis=(-3, -2))
     share *= 2 * abs(squares) / (abs(squares) + abs(stored))
-    fractions = (abs(Fb @ kappa) ** 2).sum(axis=-2)
+    fractions = ((Fb @ v[..., 0, :, :]) ** 2).sum(axis=-2)
     truncation = hp.truncation(points, f, size, share)
     if not definite:  # as above
-        size = size + np.vecmat(abs(hp.diagonal(K)), abs(v) ** 2).sum(axis=-2)
+        size = size + np.vecmat(abs(hp.diagonal(K)), v**2).sum(axis=-2)
     rounding = hp.rounding(size, times)
     return Modes(kappa, s, None, fractions, squares, truncation, rounding)
