@@ -69,10 +69,10 @@ def test_the_beam_stays_whole_while_its_pieces_change(tmp_path):
         shown.wait(f"{NODES} && {SIZED}.length === 1")
         shown.wait("document.body.innerText.includes('Stable equilibrium')")
         shown.evaluate(RECORD)
-        for k, (key, expected) in enumerate([("1", 32), ("3", 128), ("1", 32), ("5", 256)]):
+        for k, (key, expected) in enumerate([("1", 64), ("3", 256), ("1", 64), ("5", 256)]):
             press(shown, key, expected)
             unbroken(shown, tmp_path / f"{k}.png")
-        for key, expected in (("p", 256), ("1", 32), ("3", 128)):
+        for key, expected in (("p", 256), ("1", 64), ("3", 256)):
             press(shown, key, expected)
         frames = shown.evaluate("window.seen")
         assert set(frames) <= {"16", "32", "64", "128", "256"}

@@ -10,7 +10,7 @@ from beamviz.show.motion import Shapes
 
 COUNTS = (16, 32, 64, 128, 256)
 DEVIATION = 0.2  # [pixels] a piece may pass the curve at
-STEP = 1 / 30  # of the colour map, the most that neighbouring pieces may differ
+STEP = 1 / 40  # of the colour map, the most that neighbouring pieces may differ
 LONGEST = 1 / 4  # of the beam
 LEAVE = 0.8  # a smaller count is taken where so much of it is enough: none flickers
 SCALE = 1000.0  # [pixels] of a length of the beam, where nobody says
