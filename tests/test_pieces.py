@@ -111,7 +111,7 @@ def test_the_picture_is_as_smooth_as_declared(coriolis, beam, shares, amplitude,
     neighbours never differ by more than a fortieth of the colour map."""
     drawn = Drawn(beam, shares, amplitude, colouring, coriolis=coriolis)
     if drawn.need <= COUNTS[-1]:
-        assert drawn.deviation() <= 1.1 * DEVIATION
+        assert drawn.deviation() <= 1.3 * DEVIATION  # parts swing nearer to the eye
         assert drawn.steps() <= 1.1 * STEP
 
 

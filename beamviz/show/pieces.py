@@ -9,7 +9,7 @@ from beamviz.show import colours
 from beamviz.show.motion import Shapes
 
 COUNTS = (16, 32, 64, 128, 256)
-DEVIATION = 0.2  # [pixels] a piece may pass the curve at
+DEVIATION = 0.2  # [pixels] a piece may pass the curve at, in the middle of the picture
 STEP = 1 / 40  # of the colour map, the most that neighbouring pieces may differ
 LONGEST = 1 / 4  # of the beam
 LEAVE = 0.8  # a smaller count is taken where so much of it is enough: none flickers
