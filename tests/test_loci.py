@@ -299,6 +299,7 @@ def test_nowhere_an_equilibrium():
         ("gamma", [0, math.nan, 1], "gamma = nan: must lie in 0 .. 200"),
         ("gamma", [0, 201], "gamma = 201: must lie in 0 .. 200"),
         ("gamma", ["fast", "slow"], "must be numbers"),
+        ("alpha", 10**400, "must be numbers"),
         ("beta", [0, 1.5], "beta = 1.5: must lie in 0 .. 1"),
         ("speed", [0, 1], "over = 'speed': must be one of alpha, beta, gamma, delta, mu"),
     ],

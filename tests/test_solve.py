@@ -165,6 +165,28 @@ def test_an_inward_beam_buckles(method):
     assert unstable.labels[0] == "B1"
 
 
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-8])
+@pytest.mark.parametrize(
+    "beam",
+    [
+        Beam(alpha=83, beta=0.8125, gamma=25, mu=10),
+        Beam(alpha=51.65, beta=0.4847, gamma=200, mu=101.14),
+        Beam(gamma=200, delta=2.58, mu=109.8),
+    ],
+)
+def test_beams_that_stretch_far_keep_honest_error_bars(beam, tolerance):
+    """Where the stretch falls off all but singularly, more is lost than meets the eye."""
+    rough, fine = solve(beam, tolerance=tolerance), solve(beam, tolerance=1e-12)
+    assert np.all(abs(rough.squares - fine.squares) <= rough.square_errors + fine.square_errors)
+
+
+def test_an_error_that_cannot_be_known_is_infinite():
+    """The paper's elements answer just beyond the limit of equilibrium, which nothing exact can
+    be held against."""
+    beyond = solve(Beam(alpha=0, beta=0, gamma=92, delta=-2, mu=264), method="ancf")
+    assert np.all(np.isinf(beyond.errors))
+
+
 INWARD = [
     Beam(gamma=5, delta=-1),
     Beam(gamma=30, delta=-0.3, alpha=2),

@@ -4,7 +4,7 @@ method, which converges to the same model."""
 import numpy as np
 
 from beamviz.beam import Beam
-from beamviz.errors import NotConverged
+from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.mechanics.adaptive import solve_straight
 from beamviz.mechanics.physics import Physics
 
@@ -22,7 +22,7 @@ def differences(
     modes = len(squares)
     try:
         exact = solve_straight(beam, 2 * modes, physics, REFERENCE_TOLERANCE)
-    except NotConverged:
+    except (NoEquilibrium, NotConverged):
         return np.full(modes, np.inf)
     exact_errors = exact.truncation + exact.rounding
     errors = np.empty(modes)

@@ -127,10 +127,13 @@ def share_lost(lost: np.ndarray, squares: np.ndarray) -> np.ndarray:
 
 
 def truncation(mesh: Mesh, f: np.ndarray, squares: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Estimated errors (..., k) of omega^2 (without softening) from the order of the mesh."""
+    """Estimated errors (..., k) of omega^2 (without softening) from the order of the mesh.
+
+    A large stretch falls off all but singularly: more is lost then than what is seen to be.
+    """
     tail = np.matvec(mesh.tails, f)
     lost_stretch = np.vecdot(tail, tail) / np.vecdot(mesh.weights, f) ** 2
-    lost = share + 4 * lost_stretch[..., None]
+    lost = (share + 4 * lost_stretch[..., None]) * np.maximum(f[..., :1], 1.0)
     return lost * (TRUNCATION_FACTOR * (abs(squares) + eigen.COMPRESSED))
 
 

@@ -37,7 +37,7 @@ def checked_values(over: str, values: ArrayLike) -> np.ndarray:
         raise InvalidInput(f"over = {over!r}: must be one of {', '.join(LIMITS)}")
     try:
         array = np.asarray(values, float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InvalidInput(f"values of {over}: must be numbers") from None
     if array.ndim != 1 or not 2 <= len(array) <= MAX_POINTS:
         count = len(array) if array.ndim == 1 else f"an array of {array.ndim} dimensions"
