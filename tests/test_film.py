@@ -1,5 +1,6 @@
 """Films: decoded, not blank, ending where they began; and what stands in the way of one."""
 
+import contextlib
 import math
 import os
 import signal
@@ -210,3 +211,21 @@ def test_a_film_that_is_interrupted_leaves_nothing(tmp_path, kind):
     assert b"Traceback" not in errors
     assert path.read_bytes() == b"before"
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a terminal of its own")
+def test_progress_is_shown_where_somebody_watches(tmp_path):
+    """On a terminal a bar counts the frames up to all of them."""
+    screen, terminal = os.openpty()
+    command = [sys.executable, "-m", "beamviz", "animate", str(tmp_path / "film.gif")]
+    small = ["--width", "64", "--height", "64", "--fps", "5", "--periods", "1"]
+    process = subprocess.Popen([*command, *small], stderr=terminal)
+    os.close(terminal)
+    seen = b""
+    with process, contextlib.suppress(OSError):  # a terminal without a program reads as an error
+        while part := os.read(screen, 4096):
+            seen += part
+    os.close(screen)
+    assert process.returncode == 0
+    assert b"frames" in seen
+    assert b"100%" in seen

@@ -87,6 +87,16 @@ def test_sliders_and_exact_fields_agree(url):
         guest.says(frequency(PAPER.replace(gamma=120, alpha=2.5)))
 
 
+def test_a_hint_says_what_a_slider_does_to_the_beam(url):
+    """Each of the five numbers: in a sentence or more, not in its own name."""
+    with visitor(url) as guest:
+        guest.says("B1")
+        for label in ("mass α", "position β", "speed γ", "hub δ", "slenderness μ"):
+            hint = guest.hints[label]
+            assert len(hint) > 60
+            assert not set(hint) & set("αβγδμ")
+
+
 def test_every_part_of_the_model_can_be_chosen(url):
     """Plane, strain law and curvature change the answer to what solve gives."""
     with visitor(url) as guest:

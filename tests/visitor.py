@@ -21,6 +21,7 @@ class Visitor:
     def __init__(self, socket: Connection):
         self.socket = socket
         self.controls: dict[str, str] = {}
+        self.hints: dict[str, str] = {}
         self.commands: dict[str, str] = {}
         self.texts: dict[str, str] = {}
         self.updated: dict[str, Any] = {}
@@ -95,6 +96,7 @@ class Visitor:
             self.commands[props["hotkey"] or props["label"]] = message["uuid"]
         elif kind.startswith("Gui") and "label" in props:
             self.controls[props["label"]] = message["uuid"]
+            self.hints[props["label"]] = props.get("hint") or ""
         elif "name" in message and props:
             self.nodes.setdefault(message["name"], {}).update(props)
 
