@@ -380,8 +380,12 @@ def test_resonances_need_the_speed():
         resonances(loci(TIP, "alpha", [0, 1]), 3)
 
 
-def test_modes_that_come_and_go_while_buckled_with_coriolis_are_no_meeting():
-    """A branch that is not there before a step has nothing to turn into."""
-    found = loci(Beam(alpha=1, gamma=10), "delta", np.linspace(-1, 1, 41), coriolis=True)
+@pytest.mark.parametrize("count", [41, 201])
+def test_modes_that_come_and_go_while_buckled_with_coriolis_are_no_meeting(count):
+    """A branch that is not there before a step has nothing to turn into; two that swing meet as
+    ever beside the one that buckles."""
+    found = loci(Beam(alpha=1, gamma=10), "delta", np.linspace(-1, 1, count), coriolis=True)
     assert found.limits[0].kind == "unstable"
-    assert all(-0.0842 < event.at <= 1 for event in found.events)
+    (event,) = found.events
+    assert (event.kind, event.branches) == ("veering", ("B3", "S1"))
+    assert event.at == pytest.approx(-0.6658, abs=2e-4)

@@ -69,7 +69,8 @@ class Sweep:
         """The answer at each of ascending values: a solution, or the error that says why not."""
         beams = [self.at(value) for value in values]
         answers: list[Answer] = []
-        if self.over == "gamma":  # the fastest tells how many have an equilibrium at all
+        if self.over == "gamma" and self.may_end:
+            # The fastest tells how many have an equilibrium at all.
             answers = self._solved(beams[-1:])
             if isinstance(answers[0], NoEquilibrium):
                 beyond = int((values > answers[0].limit).sum())
@@ -78,6 +79,11 @@ class Sweep:
         answers = self._solved(beams) + answers
         self.answers.update(zip(values.tolist(), answers, strict=True))
         return answers
+
+    @property
+    def may_end(self) -> bool:
+        """Whether the equilibrium may end as the speed grows: Green's law carries any tension."""
+        return self.options.get("strain", "green") != "green" or self.beam.delta < 0
 
     def _solved(self, beams: list[Beam]) -> list[Answer]:
         """The answers for some beams, with a few modes more than asked for."""
