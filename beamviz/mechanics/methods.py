@@ -3,15 +3,48 @@
 from functools import partial
 
 from beamviz.errors import InvalidInput
-from beamviz.mechanics import elements as cubic_elements
-from beamviz.mechanics.element_solution import element_solution
 from beamviz.mechanics.hp_solution import hp_solution
 from beamviz.mechanics.method import CORIOLIS, ELEMENTS, SWITCHES, TERMS, Method, Task
-from beamviz.mechanics.series_solution import (
-    assumed_modes_solution,
-    chebyshev_solution,
-    power_series_solution,
-)
+from beamviz.mechanics.solution import Solution
+
+# What `auto` does without is loaded when it is asked for: a command starts sooner.
+
+
+def _split_elements(task: Task) -> Solution:
+    from beamviz.mechanics import element_solution, elements
+
+    return element_solution.element_solution(elements.split, task)
+
+
+def _planar_elements(task: Task) -> Solution:
+    from beamviz.mechanics import element_solution, elements
+
+    return element_solution.element_solution(elements.full, task)
+
+
+def _linear_elements(task: Task) -> Solution:
+    from beamviz.mechanics import element_solution, elements
+
+    return element_solution.element_solution(elements.linear, task, tension="reference")
+
+
+def _assumed_modes(task: Task) -> Solution:
+    from beamviz.mechanics import series_solution
+
+    return series_solution.assumed_modes_solution(task)
+
+
+def _power_series(task: Task) -> Solution:
+    from beamviz.mechanics import series_solution
+
+    return series_solution.power_series_solution(task)
+
+
+def _chebyshev(task: Task) -> Solution:
+    from beamviz.mechanics import series_solution
+
+    return series_solution.chebyshev_solution(task)
+
 
 METHODS = {
     row.name: row
@@ -27,21 +60,21 @@ METHODS = {
             "ancf",
             "the paper's cubic elements (2017), stretching and bending solved apart",
             "to see the paper's own numbers; 20 elements are the paper's",
-            partial(element_solution, cubic_elements.split),
+            _split_elements,
             refuses=(TERMS, SWITCHES),
         ),
         Method(
             "ancf-planar",
             "the paper's cubic elements through the full planar tangent (eqs. 40-48)",
             "to check ancf: the same answer with all unknowns at once",
-            partial(element_solution, cubic_elements.full),
+            _planar_elements,
             refuses=(TERMS, SWITCHES),
         ),
         Method(
             "linear",
             "linear finite elements with prestress and spin softening, as general codes do it",
             "to see what a linear prestressed analysis says; its limit is foac's",
-            partial(element_solution, cubic_elements.linear, tension="reference"),
+            _linear_elements,
             refuses=(TERMS, SWITCHES),
         ),
         Method(
@@ -62,21 +95,21 @@ METHODS = {
             "assumed-modes",
             "modes of the beam at rest as a basis, rigid tension (Yoo & Shin 1998)",
             "to see how the classical papers computed: few terms, 3 to 6 digits at low speed",
-            assumed_modes_solution,
+            _assumed_modes,
             refuses=(ELEMENTS, SWITCHES),
         ),
         Method(
             "power-series",
             "Frobenius series from the clamp, rigid tension (Wright et al. 1982)",
             "to check foac at low speed: exact there, without a digit left at high speed",
-            power_series_solution,
+            _power_series,
             refuses=(ELEMENTS, CORIOLIS, SWITCHES),
         ),
         Method(
             "chebyshev",
             "Chebyshev collocation of the differential equations (El-Gendi 1969; Greengard 1991)",
             "to check auto by other equations; wasteful where layers are thin",
-            chebyshev_solution,
+            _chebyshev,
             refuses=(ELEMENTS, CORIOLIS, SWITCHES),
         ),
     )
