@@ -209,16 +209,14 @@ def test_the_readme_says_what_was_measured():
     bare = data["bare_lapack"].values()
     assert f"{min(bare):.1f} to {max(bare):.1f} times the bare LAPACK time" in text
     faster = {
-        (name, scene, target): 1 - ratio
+        (name, scene, target)
         for name in {r.name for r in rows} - {"auto", "foac", "zoac"}
         for target in (1e-2, 1e-3, *benchmark.TARGETS)
         for scene, ratio in ratios(rows, name, target).items()
         if ratio < 1
     }
-    (percent,) = re.findall(r"by (\d+) %, to 1e-6 on the fast beam", text)
-    assert {key: round(100 * share) for key, share in faster.items()} == {
-        ("chebyshev", "fast", 1e-6): int(percent)
-    }
+    assert "no method that stretches the beam gets to any of these errors sooner" in text
+    assert not faster
 
 
 @pytest.fixture
