@@ -111,10 +111,11 @@ def hidden(loci: Loci) -> np.ndarray:
     # Where shapes are exchanged the difference goes on smoothly with the other sign.
     side = np.where(abs(pairs.turns) > EXCHANGE, -1, 1).cumprod(axis=0)
     D = pairs.difference * np.concatenate((np.ones_like(side[:1]), side))
-    slope = np.diff(D, axis=0) / step
-    half_curvature = abs(np.diff(slope, axis=0)) / (step[1:] + step[:-1])
-    half_curvature = np.pad(half_curvature, ((1, 1), (0, 0)), mode="edge")
-    strays = SURE * np.fmax(half_curvature[:-1], half_curvature[1:]) * step**2 / 4
+    with np.errstate(over="ignore", invalid="ignore"):  # steps as short as numbers get
+        slope = np.diff(D, axis=0) / step
+        half_curvature = abs(np.diff(slope, axis=0)) / (step[1:] + step[:-1])
+        half_curvature = np.pad(half_curvature, ((1, 1), (0, 0)), mode="edge")
+        strays = SURE * np.fmax(half_curvature[:-1], half_curvature[1:]) * step**2 / 4
     ends = abs(D[:-1]), abs(D[1:])
     bend = 4 * strays - abs(ends[1] - ends[0])  # what is left to turn the difference back
     same = (D[:-1] * D[1:] >= 0) & pairs.asked[:-1]

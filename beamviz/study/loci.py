@@ -34,12 +34,16 @@ class Branch:
     @cached_property
     def frequency(self) -> np.ndarray:
         """Frequencies (values,); nan also where unstable."""
-        return self._each(lambda solution: solution.frequencies)
+        return np.sqrt(np.where(self._squares >= 0, self._squares, np.nan))
 
     @cached_property
     def growth_rate(self) -> np.ndarray:
         """Growth rates (values,); 0 where stable."""
-        return self._each(lambda solution: solution.growth_rates)
+        return np.sqrt(np.maximum(-self._squares, 0.0))
+
+    @cached_property
+    def _squares(self) -> np.ndarray:
+        return self._each(lambda solution: solution.squares)
 
     @cached_property
     def error(self) -> np.ndarray:
