@@ -20,7 +20,7 @@ from visitor import BEAM, Visitor, redrawn, visitor
 from beamviz.beam import NAMES, Beam
 from beamviz.mechanics.solve import solve
 from beamviz.scene_file import SavedScene
-from beamviz.show import animator, hardening, server, solving
+from beamviz.show import animator, guard, hardening, server, solving
 from beamviz.show.readout import significant
 from beamviz.show.server import Animator, explorer
 from beamviz.show.session import Session
@@ -99,7 +99,7 @@ def frequency(beam: Beam) -> str:
 @pytest.fixture(autouse=True)
 def fresh_log() -> None:
     """No line is left out because an earlier test has had it."""
-    for module in (animator, hardening, solving):
+    for module in (animator, guard, hardening, solving):
         module.journal.noted.clear()
 
 
@@ -184,7 +184,7 @@ def left() -> tuple[int, int, int]:
 
 def test_half_open_sockets_are_given_up(monkeypatch):
     """Connections without a request, with half of one, and with silence after it."""
-    monkeypatch.setattr(hardening, "PATIENCE", 0.5)
+    monkeypatch.setattr(guard, "PATIENCE", 0.5)
     with explorer(SCENE) as found, visitor(found) as guest:
         port = int(found.rsplit(":", 1)[1])
         silent = [socket.create_connection(("127.0.0.1", port)) for _ in range(30)]
@@ -201,7 +201,7 @@ def test_half_open_sockets_are_given_up(monkeypatch):
 
 def test_a_visitor_who_never_reads_is_given_up(monkeypatch, animators):
     """A page that was put to sleep stops answering pings; memory must not wait for it."""
-    monkeypatch.setattr(hardening, "PATIENCE", 0.5)
+    monkeypatch.setattr(guard, "PATIENCE", 0.5)
     with explorer(SCENE) as found, visitor(found) as guest, socket.socket() as deaf:
         deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         deaf.connect(("127.0.0.1", int(found.rsplit(":", 1)[1])))

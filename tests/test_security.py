@@ -16,10 +16,8 @@ from visitor import BEAM, redrawn, visitor
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.scene_file import SavedScene
-from beamviz.show import hardening, server
-from beamviz.show.attendance import Attendance
+from beamviz.show import guard, hardening, server
 from beamviz.show.door import Door, public_url
-from beamviz.show.hardening import Guard
 from beamviz.show.hosting import hosted
 from beamviz.show.inbox import MAX_BYTES, MAX_PART_BYTES, Senseless, checked
 from beamviz.show.server import explorer
@@ -32,7 +30,8 @@ VIOLATION, TOO_BIG = 1008, 1009
 @pytest.fixture(autouse=True)
 def fresh_log() -> None:
     """No line is left out because an earlier test has had it."""
-    hardening.journal.noted.clear()
+    for module in (guard, hardening):
+        module.journal.noted.clear()
 
 
 @pytest.fixture(scope="module")
@@ -372,17 +371,19 @@ def test_a_page_of_another_version_is_told_so(url, capsys):
 # The protection itself
 
 
-def test_an_untested_viser_is_refused(monkeypatch):
+@pytest.mark.parametrize(("package", "version"), [(viser, "1.1.2"), (websockets, "16.10.0")])
+def test_an_untested_version_is_refused(monkeypatch, package, version):
     """The protection reaches into viser; where that was not tested, nothing is served."""
-    monkeypatch.setattr(viser, "__version__", "1.1.2")
-    with pytest.raises(Unavailable, match=r"viser 1\.1\.2 .* pip install viser==1\.1\.1"), hosted():
+    name = package.__name__
+    monkeypatch.setattr(package, "__version__", version)
+    words = rf"{name} {version} is not .* tested with: pip install '{name}==1"
+    with pytest.raises(Unavailable, match=words), hosted():
         pass
 
 
-def test_a_server_built_around_the_protection_is_refused():
-    """If viser no longer asks websockets for its server, that is noticed."""
-    with (
-        pytest.raises(Unavailable, match="unprotected"),
-        hardening.hardened(Guard(Door("127.0.0.1", 1), Attendance())),
-    ):
-        pass
+def test_a_server_built_around_the_protection_is_refused(monkeypatch):
+    """If viser no longer asks websockets for its server, that is noticed, and it is stopped."""
+    with mock.patch.object(viser, "ViserServer") as built:
+        with pytest.raises(Unavailable, match="unprotected"), hosted():
+            pass
+        assert built.return_value.stop.called

@@ -16,7 +16,8 @@ from viser import ClientHandle, ViserServer
 from beamviz.scene_file import SavedScene
 from beamviz.show.attendance import Attendance
 from beamviz.show.door import Door
-from beamviz.show.hardening import dismiss, presents
+from beamviz.show.guard import presents
+from beamviz.show.hardening import dismiss, opening
 from beamviz.show.journal import Journal
 from beamviz.show.session import Session
 from beamviz.show.turns import Turns
@@ -60,7 +61,7 @@ class Animator:
     async def join(self, client: ClientHandle) -> None:
         """Open a session for a new visitor, beside the pictures of the others."""
         visitor = client.client_id
-        leading = self.door.presenter and presents(self.door, self.server, visitor)
+        leading = self.door.presenter and presents(self.door, opening(self.server, visitor))
         with contextlib.suppress(RuntimeError):  # all has ended meanwhile
             opened = self.opener.submit(self.opened, client, leader=not leading)
             session = await asyncio.wrap_future(opened)

@@ -1,220 +1,110 @@
-"""A viser server that trusts nobody: the one file that reaches into viser.
+"""The one file that reaches into viser; what runs by it is protected and sends cheaply.
 
-It replaces `websockets.asyncio.server.serve` while viser builds its server, so that every request
-passes a Door, every message an Inbox, and every answer carries headers that tie the page's hands.
-Internals change without notice: it runs with the versions it was tested with, and with no other.
+A viser server here hears the network only through a guard, sends by a way of ours, opens no public
+tunnel and keeps no file that was not asked for. All that needs attributes and modules which viser
+calls private, and they change without notice: so it runs with the versions it was tested with, and
+with no other. No other module touches them (tests/test_internals.py).
 """
 
 import asyncio
 import contextlib
-import html
-import socket
+import io
+import threading
+import warnings
 from collections.abc import Awaitable, Callable, Iterable, Iterator
 from typing import Any
 from unittest import mock
 
 import numpy as np
 import viser
+import websockets
 import websockets.asyncio.server
 from viser import _messages
+from viser.infra import _infra
+from viser.infra._async_message_buffer import AsyncMessageBuffer
+from viser.infra._messages import Message, _prepare_for_serialization
 from websockets.asyncio.server import ServerConnection
-from websockets.datastructures import Headers
-from websockets.exceptions import ConnectionClosed
-from websockets.http11 import Request, Response
+from websockets.http11 import Request
 
+from beamviz.ending import undisturbed
 from beamviz.errors import Unavailable
-from beamviz.show.attendance import Attendance
-from beamviz.show.door import Door, Refusal, without_key
-from beamviz.show.inbox import (
-    MAX_PART_BYTES,
-    MAX_PICTURE_BYTES,
-    PICTURES,
-    SENT,
-    Inbox,
-    Kinds,
-    Senseless,
-)
 from beamviz.show.journal import Journal
 
-TESTED = ("1.1.1",)  # versions of viser
+TESTED = {"viser": "1.1.1", "websockets": "16.1"}  # what their versions begin with
 PROTOCOL = f"viser-v{viser.__version__}"
-POLICY_VIOLATION, INTERNAL_ERROR, TRY_AGAIN_LATER = 1008, 1011, 1013
-PATIENCE = 10.0  # [s] for a request to come, and for a silent visitor to answer a ping
-RETRY = 10  # [s] until a page that was turned away for want of room tries again
-
-# The page is one file: its script and style stand in it, its pictures are made by it, and the
-# glue of its compiled parts is made by eval. What counts is whom it may talk to: see `finish`.
-CONTENT = {
-    "default-src": "'none'",
-    "script-src": "'self' 'unsafe-inline' 'unsafe-eval' blob: data:",
-    "worker-src": "'self' blob: data:",
-    "style-src": "'self' 'unsafe-inline'",
-    "img-src": "'self' blob: data:",
-    "font-src": "'self' data:",
-    "base-uri": "'none'",
-    "form-action": "'none'",
-    "frame-ancestors": "'none'",
-}
-HEADERS = {
-    "X-Content-Type-Options": "nosniff",
-    "X-Frame-Options": "DENY",
-    "Referrer-Policy": "no-referrer",
-    "Cross-Origin-Opener-Policy": "same-origin",
-    "Cross-Origin-Resource-Policy": "same-origin",
-    "Permissions-Policy": "camera=(), geolocation=(), microphone=(), usb=()",
-    "Cache-Control": "no-store",
-}
+INTERNAL_ERROR = 1011
 
 journal = Journal(__name__)
 
-Handler = Callable[[ServerConnection], Awaitable[None]]
+Serve = Callable[..., Any]  # as websockets.asyncio.server.serve
+Send = Callable[[ServerConnection, "Outbox"], Awaitable[None]]
+Upload = _messages.FileTransferStartUpload
 
 
-class Connection(ServerConnection):
-    """A visitor's connection; what makes no sense ends it."""
-
-    kinds: Kinds = SENT
-    inbox: Inbox | None = None
-
-    async def recv(self, decode: bool | None = None) -> bytes:  # type: ignore[override]
-        """The next message that makes sense."""
-        self.inbox = self.inbox or Inbox(super().recv, self.kinds)
-        try:
-            return await self.inbox.next()
-        except Senseless as error:
-            words = f"sent off, for a message that makes no sense: {error}"
-            journal.note(peer(self), "senseless", words)
-            await self.close(POLICY_VIOLATION, "a message that makes no sense")
-            raise self.protocol.close_exc from None
+def check_versions() -> None:
+    """Raises Unavailable for versions that this was not tested with."""
+    found = {"viser": viser.__version__, "websockets": websockets.__version__}
+    for name, tested in TESTED.items():
+        if not f"{found[name]}.".startswith(f"{tested}."):
+            raise Unavailable(
+                f"{name} {found[name]} is not one that the server's protection was tested with:"
+                f" pip install '{name}=={tested}.*'"
+            )
 
 
-class Photographer(Connection):
-    """A browser of our own, which sends pictures."""
-
-    kinds: Kinds = SENT | PICTURES
-
-
-def check_version() -> None:
-    """Raises Unavailable for a viser that this was not tested with."""
-    if viser.__version__ not in TESTED:
-        raise Unavailable(
-            f"viser {viser.__version__} is not one that the server's protection was tested with:"
-            f" pip install viser=={TESTED[-1]}"
-        )
+# The server
 
 
 @contextlib.contextmanager
-def hardened(guard: "Guard") -> Iterator[None]:
-    """What viser builds within stands behind a guard. Raises Unavailable for a viser that this was
-    not tested with."""
-    check_version()
-    with mock.patch.object(websockets.asyncio.server, "serve", guard.serve):
+def running(host: str, port: int, serve: Serve, send: Send) -> Iterator[viser.ViserServer]:
+    """A viser server, stopped on leaving: it hears the network through `serve` and sends to each
+    visitor by `send`. Raises Unavailable for versions that this was not tested with."""
+    check_versions()
+    warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # who left mid-picture
+    with contextlib.ExitStack() as stack:
+        with undisturbed(), silence(), heard_through(serve):
+            server = viser.ViserServer(host=host, port=port, verbose=False)
+            stack.callback(stopped, server)
+        with lean(send), mock.patch.object(server, "request_share_url", return_value=None):
+            yield server  # otherwise any visitor could open a public tunnel by a message
+
+
+@contextlib.contextmanager
+def heard_through(serve: Serve) -> Iterator[None]:
+    """What viser builds within hears the network through `serve` alone."""
+    used = []
+
+    def guarded(*given: Any, **options: Any) -> Any:
+        used.append(True)
+        asyncio.get_running_loop().set_exception_handler(told)
+        return serve(*given, **options)
+
+    with mock.patch.object(websockets.asyncio.server, "serve", guarded):
         yield
-    if not guard.used:
+    if not used:
         raise Unavailable("viser did not build its server as expected: it would be unprotected")
 
 
-class Guard:
-    """Stands between viser's server and the network: a door, whom it has let in, whether pictures
-    may come in as well, and what connections come from if not from the network itself."""
-
-    def __init__(
-        self,
-        door: Door,
-        attendance: Attendance,
-        pictures: bool = False,
-        listener: socket.socket | None = None,
-    ):
-        self.door, self.attendance, self.used = door, attendance, False
-        self.pictures, self.listener = pictures, listener
-        self.original = websockets.asyncio.server.serve
-
-    def serve(self, handler: Handler, *place: Any, **options: Any) -> Any:
-        """In place of `websockets.asyncio.server.serve`."""
-        asyncio.get_running_loop().set_exception_handler(told)
-        self.used, page = True, options["process_request"]
-        options |= {
-            "process_request": lambda connection, request: self.answer(connection, request, page),
-            "process_response": self.finish,
-            "create_connection": Photographer if self.pictures else Connection,
-            "max_size": MAX_PICTURE_BYTES if self.pictures else MAX_PART_BYTES,
-            "server_header": None,
-            "open_timeout": PATIENCE,
-            "ping_interval": PATIENCE,
-            "ping_timeout": PATIENCE,
-            "close_timeout": 2.0,
-        }
-        if self.listener:
-            place, options = (), options | {"sock": self.listener}
-        return self.original(lambda connection: self.visit(connection, handler), *place, **options)
-
-    def answer(
-        self, connection: ServerConnection, request: Request, page: Callable[..., Response | None]
-    ) -> Response | None:
-        """Turn a request away, or let viser answer it (None: a WebSocket may open)."""
-        headers = read(request)
-        if refusal := self.door.refused(headers, request.path):
-            title = refusal.title.lower()
-            journal.note(peer(connection), title, f"turned away: {title}")
-            return turned_away(refusal)
-        opening = headers.get("upgrade", "").lower() == "websocket"
-        if opening and headers.get("sec-websocket-protocol") != PROTOCOL:
-            return turned_away(Refusal(400, "An old page", "Reload it."))
-        if not self.door.presents(headers, request.path) and (
-            refusal := self.door.full(self.attendance.total)
-        ):
-            return turned_away(refusal)
-        if not opening and (cookie := self.door.kept(headers, request.path)):
-            headers = {"Location": without_key(request.path), "Set-Cookie": cookie}
-            return reply(303, "See Other", b"", headers)
-        return page(connection, request)
-
-    def finish(
-        self, connection: ServerConnection, request: Request, response: Response
-    ) -> Response:
-        """Add the security headers; only this server may be connected to from its page."""
-        host = request.headers.get_all("Host")[:1]
-        connect = " ".join(["'self'", "blob:", "data:", *(f"ws://{h} wss://{h}" for h in host)])
-        policy = CONTENT | ({"connect-src": connect} if response.status_code < 400 else {})
-        for name, value in HEADERS.items():
-            response.headers[name] = value
-        response.headers["Content-Security-Policy"] = "; ".join(map(" ".join, policy.items()))
-        return response
-
-    async def visit(self, connection: ServerConnection, handler: Handler) -> None:
-        """Let a visitor in for as long as they stay, unless others were faster."""
-        request = connection.request
-        assert request
-        if self.door.presents(read(request), request.path):
-            await served(connection, handler)
-            return
-        self.attendance.enter()
-        try:
-            if self.door.full(self.attendance.total - 1):
-                await connection.close(TRY_AGAIN_LATER, "the room is full")
-            else:
-                await served(connection, handler)
-        finally:
-            self.attendance.leave()
+def stopped(server: viser.ViserServer) -> None:
+    """Stop a server."""
+    with silence():
+        server.stop()
 
 
-async def served(connection: ServerConnection, handler: Handler) -> None:
-    """What viser does for a visitor, who may leave at any time."""
-    with contextlib.suppress(ConnectionClosed):
-        await handler(connection)
+@contextlib.contextmanager
+def silence() -> Iterator[None]:
+    """Keep viser's banners off stdout, which is for data."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        yield
 
 
-def presents(door: Door, server: viser.ViserServer, visitor: int) -> bool:
-    """Whether a visitor, by client id, came with the presenter's key."""
+# Visitors
+
+
+def opening(server: viser.ViserServer, visitor: int) -> Request | None:
+    """The request that a visitor, by client id, came with; None for one who has left."""
     connection = server._websock_server._live_connections.get(visitor)
-    request = connection.request if connection else None
-    return request is not None and door.presents(read(request), request.path)
-
-
-def read(request: Request) -> dict[str, str]:
-    """The headers, names in lower case; what was given twice makes no sense afterwards."""
-    names = {name.lower() for name in request.headers}
-    return {name: ", ".join(request.headers.get_all(name)) for name in names}
+    return connection.request if connection else None
 
 
 def dismiss(server: viser.ViserServer, visitor: int) -> None:
@@ -222,7 +112,120 @@ def dismiss(server: viser.ViserServer, visitor: int) -> None:
     connection = server._websock_server._live_connections.get(visitor)
     if connection:
         closing = connection.close(INTERNAL_ERROR, "something went wrong here")
-        asyncio.run_coroutine_threadsafe(closing, server._event_loop)
+        asyncio.run_coroutine_threadsafe(closing, server.get_event_loop())
+
+
+def uploads_announced(client: viser.ClientHandle, welcome: Callable[[Upload], bool]) -> None:
+    """Ask `welcome` about every file before viser hears of it, which would keep all parts of it in
+    memory, as many as a visitor cares to announce. One that is not welcome is over at once, as far
+    as the page knows."""
+    line, take = client.gui._websock_interface, client.gui._handle_file_transfer_start
+
+    def announced(visitor: Any, upload: Upload) -> None:
+        if welcome(upload):
+            take(visitor, upload)
+            return
+        size = upload.size_bytes
+        line.queue_message(
+            _messages.FileTransferPartAck(
+                upload.source_component_uuid, upload.transfer_uuid, size, size
+            )
+        )
+
+    line.unregister_handler(Upload, take)
+    line.register_handler(Upload, announced)
+
+
+def messages(*names: str) -> dict[str, type]:
+    """Kinds of messages, by their names."""
+    return {name: getattr(_messages, name) for name in names}
+
+
+# What is sent
+
+
+@contextlib.contextmanager
+def lean(send: Send) -> Iterator[None]:
+    """Within, `send` is what sends to connections that come, in place of viser's producer."""
+    usual = _infra._message_producer
+
+    async def produce(
+        connection: ServerConnection, buffer: AsyncMessageBuffer, *given: Any, **options: Any
+    ) -> None:
+        if buffer.persistent_messages:  # what is sent to all, and kept for those who come later
+            await usual(connection, buffer, *given, **options)
+        else:
+            await send(connection, Outbox(buffer))
+
+    with mock.patch.object(_infra, "_message_producer", produce):
+        yield
+
+
+class Near:
+    """An event loop as a thread sees it that may be its own: that one need not wake it."""
+
+    def __init__(self, loop: asyncio.AbstractEventLoop):
+        self.loop, self.thread = loop, threading.get_ident()
+
+    def call_soon_threadsafe(self, callback: Callable[[], Any]) -> None:
+        """Call soon, or here and now."""
+        if threading.get_ident() == self.thread:
+            callback()
+        else:
+            self.loop.call_soon_threadsafe(callback)
+
+
+class Outbox:
+    """What waits to be sent to one visitor.
+
+    come, urgent: set when there is more, and when that is not to wait; pause: how long [s] more is
+    gathered otherwise.
+    """
+
+    def __init__(self, buffer: AsyncMessageBuffer):
+        buffer.event_loop = Near(asyncio.get_running_loop())  # type: ignore[assignment]
+        self.buffer, self.sent = buffer, -1
+        self.come, self.urgent = buffer.message_event, buffer.flush_event
+        self.pause = buffer.window_duration_sec
+
+    @property
+    def over(self) -> bool:
+        """Whether the visitor has left."""
+        return self.buffer.done
+
+    def taken(self) -> tuple[list[dict[str, Any]], list[memoryview]]:
+        """Messages as dictionaries, as many as go in one group, and the arrays they refer to;
+        none while a picture is not complete."""
+        buffer = self.buffer
+        with buffer.buffer_lock:
+            if buffer.atomic_counter:
+                return [], []
+            waiting = [k for k in buffer.message_from_id if k > self.sent]
+            waiting = waiting[: buffer.max_window_size]
+            found = [buffer.pop_message_locked(k) for k in waiting]
+        self.sent = waiting[-1] if waiting else self.sent
+        arrays: list[memoryview] = []
+        return [plain(message, arrays) for message in found if message is not None], arrays
+
+
+def plain(message: Message, arrays: list[memoryview]) -> dict[str, Any]:
+    """A message as a dictionary; its arrays go to `arrays`."""
+    if type(message) is not _messages.SceneNodeUpdateMessage:
+        return message.as_serializable_dict(arrays)
+    updates = {name: lifted(value, arrays) for name, value in message.updates.items()}
+    kind = "SceneNodeUpdateMessage"
+    return {"name": message.name, "updates": updates, "owner": message.owner, "type": kind}
+
+
+def lifted(value: Any, arrays: list[memoryview]) -> Any:
+    """A value of a node; of an array, where it is to be found."""
+    if isinstance(value, np.ndarray) and value.flags.c_contiguous:
+        arrays.append(value.data)
+        return {"__binary_index": len(arrays) - 1, "dtype": value.dtype.str}
+    return _prepare_for_serialization(value, Any, arrays)
+
+
+# Properties, assigned without viser's own checks, copies and callbacks
 
 
 def assigned(node: viser.SceneNodeHandle, properties: dict[str, np.ndarray]) -> None:
@@ -266,33 +269,7 @@ def shown(control: viser.GuiInputHandle, value: Any) -> None:
         state.value = value
 
 
-def turned_away(refusal: Refusal) -> Response:
-    """A refusal as a small page; for want of room, it tries again by itself."""
-    retry = f'<meta http-equiv="refresh" content="{RETRY}">' if refusal.status == 503 else ""
-    body = PAGE.format(
-        retry=retry, title=html.escape(refusal.title), words=html.escape(refusal.words)
-    )
-    headers = {"Content-Type": "text/html; charset=utf-8"}
-    if retry:
-        headers["Retry-After"] = str(RETRY)
-    return reply(refusal.status, refusal.title, body.encode(), headers)
-
-
-def reply(status: int, reason: str, body: bytes, headers: dict[str, str]) -> Response:
-    """A whole answer, after which the connection ends."""
-    closing = {"Content-Length": str(len(body)), "Connection": "close"}
-    return Response(status, reason, Headers({**headers, **closing}), body)
-
-
-PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8">{retry}
-<meta name="viewport" content="width=device-width"><title>beamviz: {title}</title>
-<style>
-body {{ font: 17px/1.5 system-ui, sans-serif; margin: 18vh auto; max-width: 28em; padding: 0 1em;
-       color-scheme: light dark; }}
-p {{ opacity: .75 }} h1 {{ font-size: 1.5em; border-left: 5px solid #206096; padding-left: .6em }}
-</style></head><body><h1>{title}</h1><p>{words}</p></body></html>
-"""
+# What goes wrong
 
 
 def told(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
@@ -302,9 +279,3 @@ def told(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
     visitor = frame.f_locals.get("client_id") if frame else None  # of viser's callback
     words = f"a message was ignored: {error or context['message']}"
     journal.note(f"visitor {visitor}", type(error).__name__, words)
-
-
-def peer(connection: ServerConnection) -> str:
-    """Who is at the other end."""
-    address = connection.remote_address
-    return str(address[0]) if address else "a visitor who has left"

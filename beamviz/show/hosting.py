@@ -2,22 +2,19 @@
 
 import contextlib
 import errno
-import io
 import logging
 import socket
-import warnings
 from collections.abc import Iterator
 from typing import Any
-from unittest import mock
 
 import viser
 
-from beamviz.ending import undisturbed
 from beamviz.errors import Unavailable
 from beamviz.show.attendance import Attendance
 from beamviz.show.door import Door
-from beamviz.show.hardening import Guard, hardened
-from beamviz.show.sending import lean
+from beamviz.show.guard import Guard
+from beamviz.show.hardening import running
+from beamviz.show.sending import send
 
 BACKLOG = 128  # connections that wait to be taken in
 
@@ -42,20 +39,11 @@ def hosted(
     """
     port = listener.getsockname()[1] if listener else claimed(host, port)
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # browsers hang up at will
-    warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # in mid-picture, too
-    server = None
-    try:
-        guard = Guard(Door(host, port, **door), attendance or Attendance(), pictures, listener)
-        with undisturbed(), silence(), hardened(guard):
-            server = viser.ViserServer(host=host, port=port, verbose=False)
+    guard = Guard(Door(host, port, **door), attendance or Attendance(), pictures, listener)
+    with running(host, port, guard.serve, send) as server:
         if server.get_port() != port:
             raise Unavailable(f"port {port} was taken a moment ago: choose another with --port")
-        with lean(), mock.patch.object(server, "request_share_url", return_value=None):
-            yield server  # otherwise any visitor could open a public tunnel by a message
-    finally:
-        if server is not None:
-            with silence():
-                server.stop()
+        yield server
 
 
 def claimed(host: str, port: int) -> int:
@@ -102,10 +90,3 @@ def bound(host: str, port: int, stack: contextlib.ExitStack) -> list[socket.sock
             f"cannot serve on {host}:{port} ({reason}): choose another --port or --host"
         ) from None
     return lines
-
-
-@contextlib.contextmanager
-def silence() -> Iterator[None]:
-    """Keep viser's banners off stdout, which is for data."""
-    with contextlib.redirect_stdout(io.StringIO()):
-        yield

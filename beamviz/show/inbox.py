@@ -7,7 +7,8 @@ from collections.abc import Awaitable, Callable
 from typing import Any
 
 import msgspec
-from viser import _messages
+
+from beamviz.show.hardening import messages
 
 MAX_BYTES = 64_000  # of one message
 MAX_FILE_BYTES = 1_000_000_000  # that somebody may try to load; save_load.py takes small ones
@@ -21,26 +22,21 @@ PAUSE = 0.05  # [s] over which what comes faster is gathered
 
 Kinds = dict[str, type]
 
-SENT: Kinds = {
-    message.__name__: message
-    for message in (
-        _messages.ViewerCameraMessage,
-        _messages.GuiUpdateMessage,
-        _messages.CommandTriggerMessage,
-        _messages.SceneNodeClickMessage,
-        _messages.SceneNodeDragMessage,
-        _messages.ScenePointerMessage,
-        _messages.TransformControlsUpdateMessage,
-        _messages.TransformControlsDragStartMessage,
-        _messages.TransformControlsDragEndMessage,
-        _messages.LocalStorageGetItemResponseMessage,
-        _messages.FileTransferStartUpload,
-        _messages.FileTransferPart,
-    )
-}
-
-
-PICTURES: Kinds = {"GetRenderResponseMessage": _messages.GetRenderResponseMessage}
+SENT: Kinds = messages(
+    "ViewerCameraMessage",
+    "GuiUpdateMessage",
+    "CommandTriggerMessage",
+    "SceneNodeClickMessage",
+    "SceneNodeDragMessage",
+    "ScenePointerMessage",
+    "TransformControlsUpdateMessage",
+    "TransformControlsDragStartMessage",
+    "TransformControlsDragEndMessage",
+    "LocalStorageGetItemResponseMessage",
+    "FileTransferStartUpload",
+    "FileTransferPart",
+)
+PICTURES: Kinds = messages("GetRenderResponseMessage")
 MAX_PICTURE_BYTES = 50_000_000
 
 

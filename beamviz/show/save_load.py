@@ -1,11 +1,11 @@
 """Saving the scene to a file of the visitor's, and loading it from one."""
 
 from viser import ClientHandle, GuiEvent
-from viser._messages import FileTransferPartAck, FileTransferStartUpload
 
 from beamviz.beam import MAX_TOML_BYTES
 from beamviz.errors import InvalidInput
 from beamviz.scene_file import SavedScene
+from beamviz.show.hardening import Upload, uploads_announced
 from beamviz.show.sliders import Listener
 
 NAME = "scene.toml"
@@ -24,8 +24,7 @@ class SaveLoad:
             )
         save.on_click(lambda _: self.save())
         load.on_upload(self.load)
-        self.take = client.gui._handle_file_transfer_start
-        self.guard()
+        uploads_announced(client, self.welcome)
 
     def save(self) -> None:
         """Send the scene as a file."""
@@ -48,25 +47,10 @@ class SaveLoad:
         """Tell the visitor what went wrong."""
         self.client.add_notification(title, words, color="red", auto_close_seconds=PATIENCE)
 
-    def guard(self) -> None:
-        """Hear of every upload before viser does, which would keep all parts of it in memory, as
-        many as a visitor cares to announce."""
-        connection = self.client.gui._websock_interface
-        connection.unregister_handler(FileTransferStartUpload, self.take)
-        connection.register_handler(FileTransferStartUpload, self.announced)
-
-    def announced(self, visitor: int, message: FileTransferStartUpload) -> None:
-        """An upload is about to come: turn it down unless it is as small as a scene."""
-        if message.part_count <= 1 and message.size_bytes <= MAX_TOML_BYTES:
-            self.take(visitor, message)  # type: ignore[arg-type]
-            return
-        self.client.gui._websock_interface.queue_message(
-            FileTransferPartAck(
-                source_component_uuid=message.source_component_uuid,
-                transfer_uuid=message.transfer_uuid,
-                transferred_bytes=message.size_bytes,  # all over, as far as the page knows
-                total_bytes=message.size_bytes,
-            )
-        )
-        words = f"{message.filename}: larger than {MAX_TOML_BYTES} bytes, not a file of beamviz"
-        self.refuse("The scene stays as it is", words)
+    def welcome(self, file: Upload) -> bool:
+        """Whether a file that is about to come is as small as a scene; else it is turned down."""
+        small = file.part_count <= 1 and file.size_bytes <= MAX_TOML_BYTES
+        if not small:
+            words = f"{file.filename}: larger than {MAX_TOML_BYTES} bytes, not a file of beamviz"
+            self.refuse("The scene stays as it is", words)
+        return small

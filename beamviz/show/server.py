@@ -18,7 +18,7 @@ from beamviz.show import camera
 from beamviz.show.animator import Animator
 from beamviz.show.attendance import Attendance
 from beamviz.show.door import LOOPBACK, PARAMETER, VISITORS, Door, public_url
-from beamviz.show.hardening import check_version
+from beamviz.show.hardening import check_versions
 from beamviz.show.hosting import hosted, listening
 from beamviz.show.motion import Shapes
 from beamviz.show.session import theme
@@ -91,7 +91,7 @@ def together(
     scene: SavedScene, host: str, port: int, stopped: Stopped, door: dict[str, Any], processes: int
 ) -> Served:
     """The explorer in several processes."""
-    check_version()
+    check_versions()
     attendance = Attendance(processes)
 
     def run(number: int, listener: socket.socket, ready: Callable[[], None]) -> None:
