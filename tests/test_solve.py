@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from beamviz.beam import LIMITS, MAX_GAMMA_OVER_MU, Beam
 from beamviz.errors import InvalidInput, NoEquilibrium, NotConverged
-from beamviz.mechanics.solve import solve, solve_many
+from beamviz.mechanics.solve import Solution, solve, solve_many
 
 NONLINEAR = ("auto", "ancf", "ancf-planar")
 STRAIGHT = Beam(alpha=1, beta=0.5, gamma=10)  # the beam of the README
@@ -329,6 +329,19 @@ def test_a_beam_buckled_beyond_resolving_says_so():
     for options in ({}, {"coriolis": True}, {"method": "foac"}):
         with pytest.raises(NotConverged, match="lower gamma"):
             solve(Beam(alpha=50, beta=0.3, gamma=200, delta=-1, mu=5000), **options)
+
+
+def test_no_sweep_resolves_what_one_solve_does_not():
+    """Of beams solved together each says the same as alone, on meshes no finer: those of a beam in
+    a thousand half-waves would fill the memory."""
+    buckled = Beam(alpha=100, gamma=40, delta=-2, mu=10000)
+    for sweep in (
+        [buckled.replace(gamma=gamma) for gamma in (0.0, 40.0)],
+        [buckled.replace(beta=beta) for beta in (0.0, 0.3, 0.4)],
+    ):
+        first, *others = solve_many(sweep, modes=3)
+        assert isinstance(first, Solution)
+        assert all("half-waves" in str(other) for other in others)
 
 
 @pytest.mark.parametrize("gamma", [5.0, 18.0])

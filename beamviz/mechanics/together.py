@@ -10,7 +10,7 @@ import numpy as np
 from beamviz.beam import LIMITS, Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.mechanics import eigen, hp
-from beamviz.mechanics.adaptive import StraightModes, coarse, excess
+from beamviz.mechanics.adaptive import MAX_UNKNOWNS, StraightModes, coarse, excess
 from beamviz.mechanics.layers import Positions, discretisation, segments, unstretched
 from beamviz.mechanics.mesh import Mesh, mesh, meshes
 from beamviz.mechanics.physics import Physics
@@ -68,7 +68,7 @@ def _common_meshes(
 
     Where all have their mass at one place, the hardest of some sets the mesh for them. Where it
     moves, each has its own breaks, between which neighbours share their orders. A beam without
-    equilibrium is left out: `solve_straight` says why.
+    equilibrium is left out, and one that buckles too finely: `solve_straight` says why.
     """
 
     def discretised(k: int) -> tuple[int, Discretisation] | None:
@@ -77,7 +77,8 @@ def _common_meshes(
         except (NoEquilibrium, NotConverged):
             return None
         parts = segments(beams[k], positions, physics.law)
-        return k, discretisation(parts, beams[k].mu, modes, physics.curvature, digits)
+        breaks, orders = discretisation(parts, beams[k].mu, modes, physics.curvature, digits)
+        return (k, (breaks, orders)) if sum(orders) <= MAX_UNKNOWNS else None
 
     alpha, beta, gamma, delta, mu = table[places].T
     if len(set(beta[alpha > 0].tolist())) <= 1:
