@@ -12,7 +12,6 @@ from beamviz.study.candidates import TURN
 from beamviz.study.loci import closer
 from beamviz.study.meetings import CLOSE
 from beamviz.study.resonances import resonances
-from beamviz.study.sampling import sampled
 
 TIP = Beam(alpha=1, beta=1)
 
@@ -167,15 +166,6 @@ def test_veerings_of_random_beams(seed):
                 assert near, (k, dense[i], share)
             if share < 0.5 * math.sin(TURN) ** 2 or gap[i] > 1.2 * CLOSE * f[i, k + 1]:
                 assert not near, (k, dense[i], share)
-
-
-def test_modes_of_one_point_are_orthonormal():
-    """In the product that belongs to them, with Coriolis and without; the mass is in it."""
-    for coriolis in (False, True):
-        beams = [Beam(alpha=2, beta=0.7, gamma=gamma) for gamma in (5, 40)]
-        points = sampled(np.array([5.0, 40.0]), [solve(b, 7, coriolis=coriolis) for b in beams])
-        products = points.shapes @ points.duals.swapaxes(1, 2)
-        assert products == pytest.approx(np.tile(np.eye(7), (2, 1, 1)), abs=3e-3)
 
 
 def test_beyond_the_limit_of_equilibrium():

@@ -1,5 +1,6 @@
 """Solutions of beams along one parameter as points to track: shapes at common places."""
 
+import math
 from collections.abc import Sequence
 from functools import lru_cache
 from operator import attrgetter
@@ -10,7 +11,7 @@ from beamviz.mechanics.solution import Solution
 from beamviz.mechanics.solve import displacements
 from beamviz.study.tracking import Points
 
-PLACES = 16  # plus two for each mode
+PLACES = 16  # plus two for each mode, and some for a buckled beam
 
 _numbers = attrgetter("alpha", "beta", "gamma")
 
@@ -22,23 +23,34 @@ def _gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
     return (x + 1) / 2, w / 2
 
 
-def sampled(at: np.ndarray, solutions: Sequence[Solution]) -> Points:
+def places(solutions: Sequence[Solution]) -> int:
+    """How many Gauss points tell the modes of solutions apart.
+
+    A beam under the thrust P that grows at the rate g ~ P / 2 has waves of numbers up to
+    sqrt(P) = sqrt(2 g): sqrt(g / 2) points integrate their products.
+    """
+    if not solutions:
+        return 0
+    growth = math.sqrt(max(-min(solution.squares[0] for solution in solutions), 0.0))
+    return PLACES + 2 * len(solutions[0].squares) + math.ceil(math.sqrt(growth))
+
+
+def sampled(at: np.ndarray, solutions: Sequence[Solution], count: int) -> Points:
     """The modes of solutions, equal in number, as points.
 
-    Shapes are taken at Gauss points of the whole beam and at the mass, times the roots of the
-    weights and of the mass, so inner products are modal masses.
+    Shapes are taken at `count` Gauss points of the whole beam and at the mass, times the roots of
+    the weights and of the mass, so inner products are modal masses.
     """
     if not solutions:
         return Points(at, *(np.empty((0, 0, 0)[:d]) for d in (2, 3, 3)))
     squares = np.array([solution.squares for solution in solutions])
-    x, w = _gauss(PLACES + 2 * squares.shape[1])
-
+    x, w = _gauss(count)
     alpha, beta, gamma = np.array([_numbers(solution.beam) for solution in solutions]).T
-    places, masses = _with_own(x, beta), _with_own(w, alpha)
-    fields = displacements(solutions, places)
+    here, masses = _with_own(x, beta), _with_own(w, alpha)
+    fields = displacements(solutions, here)
     turning = np.iscomplexobj(fields) and gamma.any()
     if np.iscomplexobj(fields):
-        fields = fields.real + fields.imag  # u is real and w imaginary: nothing is lost
+        fields = _real(fields, squares)
     vectors = fields.swapaxes(1, 3) * np.sqrt(masses)[:, None, None, :]
     n, m = squares.shape
     if not turning:
@@ -52,20 +64,33 @@ def _with_own(common: np.ndarray, own: np.ndarray) -> np.ndarray:
     return np.column_stack((np.broadcast_to(common, (len(own), len(common))), own))
 
 
+def _real(fields: np.ndarray, squares: np.ndarray) -> np.ndarray:
+    """u and w (n, k, 2, m) of modes (u, i w) that swing, in whatever phase, or (u, w) that grow."""
+    u, w = fields[:, :, 0], fields[:, :, 1]
+    swings = (squares >= 0)[:, None, :]
+    return np.stack((u.real + u.imag, np.where(swings, w.imag - w.real, w.real)), axis=2)
+
+
 def _gyroscopic(
     vectors: np.ndarray, squares: np.ndarray, gamma: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Shapes and duals in the product in which modes of M q" + 2 gamma G q' + K q = 0 are
     orthogonal, (omega_i + omega_j) phi_i* M phi_j - 2 i gamma phi_i* G phi_j.
 
-    It follows from the equation of mode j times phi_i*, less that of mode i times phi_j*.
+    It follows from the equation of mode j times phi_i*, less that of mode i times phi_j*. Of a
+    mode that grows, the products with both modes of a pair (+-omega_j) are added: what is left is
+    omega_i u_i u_j + w_i (omega_j^2 / omega_j) w_j - 2 gamma w_i u_j, each omega its modulus.
     """
-    n, m = squares.shape
     omega = np.sqrt(abs(squares))[:, :, None]
     root = np.sqrt(gamma)[:, None, None]
-    flat, crossed = vectors.reshape(n, m, -1), vectors[:, :, ::-1].reshape(n, m, -1)
-    shapes = np.concatenate((omega * flat, flat, root * flat), axis=2)
-    duals = np.concatenate((flat, omega * flat, -2 * root * crossed), axis=2)
+    u, w, swings = vectors[:, :, 0], vectors[:, :, 1], (squares >= 0)[:, :, None]
+    turned = np.where(swings, omega, -omega) * w
+    shapes = np.concatenate(
+        (omega * u, swings * omega * w, swings * u, w, swings * root * u, root * w), axis=2
+    )
+    duals = np.concatenate(
+        (u, swings * w, swings * omega * u, turned, -2 * swings * root * w, -2 * root * u), axis=2
+    )
     norms = (shapes * duals).sum(axis=2, keepdims=True)
     size = np.sqrt(np.maximum(abs(norms), np.finfo(float).tiny))
     return shapes / size, duals / size * np.sign(norms)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +12,7 @@ from beamviz.beam import LIMITS, Beam, checked
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
 from beamviz.mechanics.solution import Solution
 from beamviz.mechanics.solve import MAX_MODES, solve_many
-from beamviz.study.sampling import sampled
+from beamviz.study.sampling import places, sampled
 from beamviz.study.tracking import Points
 
 BESIDE = 2  # modes solved for beyond those asked for: what enters and leaves the window
@@ -105,7 +106,13 @@ class Sweep:
         """What exists at values solved before, as points to track."""
         found = ((value, self.answers[value]) for value in values.tolist())
         there = [(value, answer) for value, answer in found if isinstance(answer, Solution)]
-        return sampled(np.array([value for value, _ in there]), [answer for _, answer in there])
+        at, solutions = np.array([value for value, _ in there]), [answer for _, answer in there]
+        return sampled(at, solutions, self.places)
+
+    @cached_property
+    def places(self) -> int:
+        """How many places all shapes of the sweep are taken at, by what was solved first."""
+        return places([found for found in self.answers.values() if isinstance(found, Solution)])
 
     def limits(self, values: np.ndarray) -> Iterator[Limit]:
         """The parts of solved values without equilibrium, convergence or stability."""
