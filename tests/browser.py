@@ -114,6 +114,38 @@ class Page:
         path.write_bytes(base64.b64decode(self.call("Page.captureScreenshot")["data"]))
 
 
+def says(words: str) -> str:
+    """Whether the page says these words."""
+    return f"document.body?.innerText.includes({words!r})"
+
+
+def element(selector: str, text: str) -> str:
+    """The first element of a kind that has exactly this text."""
+    return (
+        f"[...document.querySelectorAll('{selector}')].find(e => e.innerText.trim() === '{text}')"
+    )
+
+
+def control(label: str) -> str:
+    """The element that a label of the panel belongs to."""
+    return f"document.getElementById({element('label', label)}?.htmlFor)"
+
+
+def field(label: str) -> str:
+    """The field beside a slider."""
+    return f"{control(label)}.parentElement.querySelector('input[type=text]')"
+
+
+def button(text: str) -> str:
+    """A button, by its text."""
+    return element("button", text)
+
+
+def tab(name: str) -> str:
+    """A tab, by its name."""
+    return element("[role=tab]", name)
+
+
 @contextlib.contextmanager
 def page(url: str, width: int = 1280, height: int = 720) -> Iterator[Page]:
     """A page that has started to load `url`, watched from its first moment."""

@@ -4,13 +4,8 @@ import csv
 import io
 import json
 import math
-import os
 import signal
-import subprocess
-import sys
-import time
 import typing
-from pathlib import Path
 
 import pytest
 
@@ -23,16 +18,7 @@ from beamviz.options import beam_and_model
 from beamviz.report import decimals
 from beamviz.scene_file import SavedScene
 
-ROOT = Path(__file__).resolve().parent.parent
-BUFFERED = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
 PAPER = ("--alpha", "1", "--beta", "0.5", "--gamma", "10")  # physics: green, spatial, mu 70
-
-
-def process(*arguments: str, **settings: typing.Any) -> subprocess.CompletedProcess[str]:
-    """Run a command line as a process of its own."""
-    command = [sys.executable, "-m", "beamviz", *arguments]
-    settings = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **settings}
-    return subprocess.run(command, cwd=ROOT, env=BUFFERED, text=True, check=False, **settings)
 
 
 def strict(text: str) -> typing.Any:
@@ -301,73 +287,6 @@ def test_ctrl_c_is_quiet(run, monkeypatch):
     assert run("modes") == (130, "", "")
     monkeypatch.setattr("beamviz.cli.app", lambda *_, **__: signal.raise_signal(signal.SIGINT))
     assert run("modes") == (130, "", "")
-
-
-@pytest.mark.parametrize("command", [["modes"], ["modes", "--help"]])
-def test_a_reader_that_leaves_early_is_no_failure_to_talk_about(command):
-    """`beamviz modes | true` prints no traceback."""
-    program = subprocess.Popen(
-        [sys.executable, "-m", "beamviz", *command],
-        cwd=ROOT,
-        env=BUFFERED,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert program.stdout is not None
-    program.stdout.close()
-    assert program.stderr is not None
-    assert program.stderr.read() == ""
-    program.stderr.close()
-    assert program.wait() == 1
-
-
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
-def test_a_full_disk_is_one_line():
-    """Output that could not be written is an error, and says so."""
-    with open("/dev/full", "w") as full:
-        done = process("modes", stdout=full)
-    assert done.returncode == 1
-    assert done.stderr == "beamviz: [Errno 28] No space left on device\n"
-
-
-def test_as_a_module_the_exit_code_reaches_the_shell():
-    """`python -m beamviz` ends with the code of main()."""
-    assert process("--version").stdout == f"beamviz {__version__}\n"
-    assert process("modes", "--alpha", "-1").returncode == 2
-
-
-def test_modes_starts_light():
-    """Start-up loads of scipy its LAPACK only, and none of what draws or serves."""
-    script = """
-import sys
-from beamviz.cli import main
-main(["modes", "--format", "json"])
-print(*sys.modules, file=sys.stderr)
-"""
-    done = subprocess.run(
-        [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    loaded = set(done.stderr.split())
-    heavy = {"scipy.optimize", "scipy.sparse", "scipy.special", "scipy.integrate", "rich"}
-    assert "scipy.linalg" in loaded
-    assert loaded & {*heavy, "viser", "matplotlib", "trimesh"} == set()
-
-
-def seconds(command: list[str]) -> float:
-    """Wall time of a process."""
-    began = time.perf_counter()
-    subprocess.run(command, cwd=ROOT, stdout=subprocess.DEVNULL, check=True)
-    return time.perf_counter() - began
-
-
-def test_modes_starts_fast():
-    """A whole `beamviz modes` takes at most 1.5 times the imports it cannot do without."""
-    imports = [sys.executable, "-c", "import numpy, scipy.linalg, typer"]
-    modes = [sys.executable, "-m", "beamviz", "modes"]
-    pairs = [(seconds(modes), seconds(imports)) for _ in range(7)]  # interleaved: load hits both
-    ours, least = (min(times) for times in zip(*pairs, strict=True))
-    assert ours <= 1.5 * least, f"{ours:.3f} s against {least:.3f} s"
 
 
 def test_the_command_line_goes_before_the_scene_file(run, tmp_path, monkeypatch):

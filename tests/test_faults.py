@@ -15,13 +15,13 @@ from typing import Any
 import pytest
 import websockets.exceptions
 from bare import CAMERA, packed, until, wire
-from visitor import BEAM, Visitor, redrawn, visitor
+from readings import frequency
+from visitor import BEAM, Visitor, calm, redrawn, visitor
 
 from beamviz.beam import NAMES, Beam
 from beamviz.mechanics.solve import solve
 from beamviz.scene_file import SavedScene
 from beamviz.show import animator, guard, hardening, server, solving
-from beamviz.show.readout import significant
 from beamviz.show.server import Animator, explorer
 from beamviz.show.session import Session
 from beamviz.show.sliders import NUMBERS
@@ -80,20 +80,6 @@ def other(url) -> Iterator[Visitor]:
         assert "Stable equilibrium" in guest.text
         guest.choose("playing", True)
         guest.wait(redrawn)
-
-
-def calm(guest: Visitor) -> None:
-    """Pause, and take in what is still on its way."""
-    guest.choose("playing", False)
-    with contextlib.suppress(TimeoutError):
-        while True:
-            guest.receive(0.3)
-
-
-def frequency(beam: Beam) -> str:
-    """The first frequency as the table prints it."""
-    solution = solve(beam)
-    return significant(solution.frequencies[0], solution.errors[0])
 
 
 @pytest.fixture(autouse=True)

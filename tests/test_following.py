@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 from bare import until
+from readings import frequency
 from visitor import visitor
 
 from beamviz.beam import Beam
@@ -12,7 +13,6 @@ from beamviz.mechanics.solve import solve
 from beamviz.scene_file import SavedScene
 from beamviz.show import server, solving
 from beamviz.show.following import LABEL
-from beamviz.show.readout import significant
 from beamviz.show.server import Animator, explorer
 
 PAPER = Beam(alpha=1, beta=0.5, gamma=10)
@@ -35,12 +35,6 @@ def url(animators) -> Iterator[str]:
     """An explorer in lecture mode."""
     with explorer(SavedScene(PAPER), presenter=PRESENTER) as found:
         yield found
-
-
-def frequency(beam: Beam) -> str:
-    """The first frequency as the table prints it."""
-    solution = solve(beam)
-    return significant(solution.frequencies[0], solution.errors[0])
 
 
 def test_all_see_what_the_presenter_does(url, animators, monkeypatch):

@@ -6,17 +6,16 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 import pytest
+from readings import frequency
 from visitor import Visitor, visitor
 
 from beamviz.beam import Beam
 from beamviz.lessons import LESSONS, lesson
-from beamviz.mechanics.solve import solve
 from beamviz.scene_file import SavedScene
 from beamviz.show import solving
 from beamviz.show.guide import BACK, NEXT, NONE, RESET
 from beamviz.show.guide_words import marked
 from beamviz.show.link import arrive
-from beamviz.show.readout import significant
 from beamviz.show.server import explorer
 
 HOME = SavedScene.of(alpha=1, beta=0.5, gamma=10)
@@ -34,12 +33,6 @@ def guest(url) -> Iterator[Visitor]:
     """A new visitor."""
     with visitor(url) as visiting:
         yield visiting
-
-
-def frequency(beam: Beam, **options) -> str:
-    """The first frequency as the table prints it."""
-    solution = solve(beam, **options)
-    return significant(solution.frequencies[0], solution.errors[0])
 
 
 def begin(guest: Visitor, name: str) -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 import pytest
-from browser import NO_BROWSER, Page, page
+from browser import NO_BROWSER, Page, button, field, page, says
 
 from beamviz.lessons import lesson
 from beamviz.scene_file import SavedScene
@@ -28,11 +28,6 @@ def shown(served) -> Iterator[Page]:
     """A page opened by a link to a lesson."""
     with page(f"{served}/?lesson=nodes", 1280, 720) as opened:
         yield opened
-
-
-def says(words: str) -> str:
-    """Whether the page says these words."""
-    return f"document.body?.innerText.includes({words!r})"
 
 
 def press(shown: Page, key: str) -> None:
@@ -71,12 +66,9 @@ def top(element: str) -> str:
     return f"Math.round({element}.getBoundingClientRect().top)"
 
 
-NEXT = "Array.from(document.querySelectorAll('button')).find(e => e.innerText === 'next ›')"
+NEXT = button("next ›")
 TABLE = "document.querySelector('table[aria-label=modes]')"
-SPEED = (
-    "document.getElementById(Array.from(document.querySelectorAll('label'))"
-    ".find(e => e.innerText === 'speed γ').htmlFor).parentElement.querySelector('input[type=text]')"
-)
+SPEED = field("speed γ")
 
 
 def test_nothing_moves_while_the_beam_changes(served, shown):

@@ -7,13 +7,12 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
-from browser import NO_BROWSER, Page, page
+from browser import NO_BROWSER, Page, button, control, field, page, says
+from readings import frequency
 
 from beamviz.beam import Beam
-from beamviz.mechanics.solve import solve
 from beamviz.scene_file import SavedScene
 from beamviz.show.browser import found_browser
-from beamviz.show.readout import significant
 from beamviz.show.server import explorer
 
 pytestmark = [
@@ -52,30 +51,6 @@ def shown() -> Iterator[Page]:
         opened.wait(says(frequency(START)))
         settled(opened)
         yield opened
-
-
-def says(words: str) -> str:
-    """Whether the page says these words."""
-    return f"document.body?.innerText.includes({words!r})"
-
-
-def frequency(beam: Beam, mode: int = 0) -> str:
-    """A frequency as the table prints it."""
-    solution = solve(beam)
-    return significant(solution.frequencies[mode], solution.errors[mode])
-
-
-def control(label: str) -> str:
-    """The element that a label of the panel belongs to."""
-    return (
-        "document.getElementById(Array.from(document.querySelectorAll('label'))"
-        f".find(e => e.innerText === '{label}')?.htmlFor)"
-    )
-
-
-def button(text: str) -> str:
-    """A button, by its text."""
-    return f"Array.from(document.querySelectorAll('button')).find(e => e.innerText === '{text}')"
 
 
 def pieces(shown: Page) -> np.ndarray:
@@ -163,9 +138,7 @@ def test_dragging_a_slider_changes_beam_and_table(shown):
 def value(shown: Page, label: str) -> float:
     """The number beside a slider."""
     time.sleep(0.5)
-    return float(
-        shown.evaluate(f"{control(label)}.parentElement.querySelector('input[type=text]').value")
-    )
+    return float(shown.evaluate(f"{field(label)}.value"))
 
 
 def thickness(shown: Page) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from browser import NO_BROWSER, Page, page
+from browser import NO_BROWSER, Page, button, field, page
 
 from beamviz.beam import Beam
 from beamviz.look import Look
@@ -39,22 +39,9 @@ def shown() -> Iterator[Page]:
         yield opened
 
 
-def control(label: str) -> str:
-    """The element that a label of the panel belongs to."""
-    return (
-        "document.getElementById(Array.from(document.querySelectorAll('label'))"
-        f".find(e => e.innerText === '{label}')?.htmlFor)"
-    )
-
-
 def value(label: str) -> str:
     """The number beside a slider."""
-    return f"parseFloat({control(label)}.parentElement.querySelector('input[type=text]').value)"
-
-
-def button(text: str) -> str:
-    """A button, by its text."""
-    return f"Array.from(document.querySelectorAll('button')).find(e => e.innerText === '{text}')"
+    return f"parseFloat({field(label)}.value)"
 
 
 def on_screen(shown: Page, x: float) -> tuple[float, float]:

@@ -6,13 +6,12 @@ from collections.abc import Iterator
 import pytest
 import viser
 from bare import address, bare, closed, packed, until, wire
+from readings import frequency
 from visitor import BEAM, Visitor, visitor
 
 from beamviz.beam import Beam
-from beamviz.mechanics.solve import solve
 from beamviz.scene_file import SavedScene
 from beamviz.show import server
-from beamviz.show.readout import significant
 from beamviz.show.server import explorer
 
 SCENE = SavedScene(Beam(alpha=1, beta=0.5, gamma=10))
@@ -68,13 +67,7 @@ def test_a_visitor_cannot_remove_another_ones_controls(url):
         ):
             assert closed(url, message) == VIOLATION
         other.choose("speed γ", 11.0)
-        other.says(frequency(11.0))
-
-
-def frequency(gamma: float) -> str:
-    """The first frequency as the table prints it."""
-    solution = solve(SCENE.beam.replace(gamma=gamma))
-    return significant(solution.frequencies[0], solution.errors[0])
+        other.says(frequency(SCENE.beam.replace(gamma=11.0)))
 
 
 def test_a_visitor_hears_nothing_of_another(url):
@@ -94,7 +87,7 @@ def test_a_visitor_hears_nothing_of_another(url):
             settled(guest)
         before = one.received
         other.choose("speed γ", 11.0)
-        other.says(frequency(11.0))
+        other.says(frequency(SCENE.beam.replace(gamma=11.0)))
         settled(one)
         assert one.received == before
         assert not {*one.texts, *one.updated} & {*other.texts, *other.updated}

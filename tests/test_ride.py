@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from readings import frequency
 from visitor import visitor
 
 from beamviz.beam import Beam, Units
@@ -15,7 +16,6 @@ from beamviz.show import ride_tab
 from beamviz.show.controls import Wanted
 from beamviz.show.measures import measure
 from beamviz.show.motion import Shapes
-from beamviz.show.readout import significant
 from beamviz.show.ride import LARGEST, PER_SECOND, Ride, Run
 from beamviz.show.server import explorer
 from beamviz.study.runup import RunUp, response
@@ -162,12 +162,6 @@ def url() -> Iterator[str]:
     """A running explorer; every visitor starts from BEAM."""
     with explorer(SavedScene(BEAM)) as address:
         yield address
-
-
-def frequency(beam: Beam) -> str:
-    """The first frequency as the table prints it."""
-    solution = solve(beam)
-    return significant(solution.frequencies[0], solution.errors[0])
 
 
 def test_a_ride_in_the_page(url):

@@ -13,16 +13,15 @@ from pathlib import Path
 import pytest
 import websockets.exceptions
 from bare import free_port, got, until, wire
+from readings import frequency
 from visitor import BEAM, visitor
 
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput, Unavailable
-from beamviz.mechanics.solve import solve
 from beamviz.scene_file import SavedScene
 from beamviz.show import workers
 from beamviz.show.attendance import Attendance
 from beamviz.show.hosting import listening
-from beamviz.show.readout import significant
 from beamviz.show.server import serve
 
 ROOT = Path(__file__).parent.parent
@@ -90,12 +89,6 @@ def caught(pid: int) -> bool:
     status = Path(f"/proc/{pid}/status").read_text()
     (line,) = [line for line in status.splitlines() if line.startswith("SigCgt")]
     return bool(int(line.split()[1], 16) & 1 << (signal.SIGTERM - 1))
-
-
-def frequency(beam: Beam) -> str:
-    """The first frequency as the table prints it."""
-    solution = solve(beam)
-    return significant(solution.frequencies[0], solution.errors[0])
 
 
 @pytest.fixture(scope="module")

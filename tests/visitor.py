@@ -131,6 +131,16 @@ def redrawn(messages: list[dict[str, Any]]) -> bool:
     return any(message.get("name", "").startswith(BEAM) for message in messages)
 
 
+def calm(guest: Visitor, quiet: float = 0.3) -> None:
+    """Pause, and take in what is still on its way."""
+    guest.choose("playing", False)
+    end = time.monotonic() + TIMEOUT
+    with contextlib.suppress(TimeoutError):
+        while True:
+            guest.receive(quiet)
+            assert time.monotonic() < end
+
+
 @contextlib.contextmanager
 def visitor(url: str, first: str = "B1", **options: Any) -> Iterator[Visitor]:
     """A connected visitor whose first picture has come, with a panel that says `first`."""

@@ -1,0 +1,25 @@
+"""Beams as the picture takes them."""
+
+import math
+from typing import Any
+
+import numpy as np
+from strategies import beams
+
+from beamviz.beam import Beam
+from beamviz.mechanics.solve import solve
+from beamviz.show.motion import Shapes, displacement
+
+PAPER = Beam(alpha=1, beta=0.5, gamma=10)
+BEAMS = beams(alpha=(0, 100), gamma=(0, 50), delta=(0, 5))
+
+
+def sampled(beam: Beam = PAPER, **options: Any) -> Shapes:
+    """The shapes of a beam."""
+    return Shapes.sampled(solve(beam, **options))
+
+
+def alone(shapes: Shapes, mode: int, phase: float, size: float = 0.15) -> np.ndarray:
+    """Displacement with one mode (from 0) at `phase` of its period."""
+    m = len(shapes.modes)
+    return displacement(shapes, np.full(m, 2 * math.pi * phase), size * np.eye(m)[mode])

@@ -1,0 +1,13 @@
+"""Numbers as the explorer prints them."""
+
+from typing import Any
+
+from beamviz.beam import Beam
+from beamviz.mechanics.solve import solve
+from beamviz.show.readout import significant
+
+
+def frequency(beam: Beam, mode: int = 0, **options: Any) -> str:
+    """A frequency as the table of modes prints it."""
+    solution = solve(beam, **options)
+    return significant(solution.frequencies[mode], solution.errors[mode])
