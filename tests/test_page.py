@@ -158,9 +158,13 @@ def test_playing_moves_the_beam_and_pausing_stops_it(shown):
     settled(shown)
 
 
+def test_a_beam_in_equilibrium_is_coloured(shown):
+    """By how far each piece moves."""
+    assert len(np.unique(np.array(shown.wait(COLOURS)).reshape(-1, 4), axis=0)) > 20
+
+
 def test_no_equilibrium_is_said_on_the_page_and_greys_the_beam(shown):
     """biot beyond its limit: in words, with the limit; every piece in the same grey."""
-    assert len(np.unique(np.array(shown.wait(COLOURS)).reshape(-1, 4), axis=0)) > 20
     with explorer(SavedScene(Beam(mu=10, gamma=20), {"strain": "biot"})) as url:
         shown.call("Page.navigate", url=url)
         shown.wait(says("No equilibrium"))
