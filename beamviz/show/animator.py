@@ -23,7 +23,7 @@ from beamviz.show.session import Session
 from beamviz.show.turns import Turns
 
 FRAMES = 25  # a second, for one visitor
-ALL_FRAMES = 800  # a second, for all visitors of all processes together
+FEWER_FRAMES = 13.3  # where somebody waits for an answer
 CROWD = 8  # visitors; from here on they are answered in turn, and charts wait for a rest
 TOGETHER = 4  # pictures, after which messages come and go
 HOPS = 4  # of the event loop that a message takes to come in, or to go out
@@ -131,13 +131,13 @@ class Animator:
         while not self.stopped:
             await self.sleep(due)
             if time.monotonic() >= due:
-                step = max(1 / FRAMES, self.attendance.total / ALL_FRAMES)
+                step = 1 / (FEWER_FRAMES if self.turns.waiting else FRAMES)
                 await self.draw_all(step)
                 due = max(due + step, time.monotonic() + step / 5)
-            if self.woken:
-                self.draw_next()
             if self.turns.waiting:
                 self.turns.take()
+            if self.woken:
+                self.draw_next()
             for _ in range(HOPS):
                 await asyncio.sleep(0)
 

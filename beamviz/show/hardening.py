@@ -176,17 +176,13 @@ class Near:
 
 
 class Outbox:
-    """What waits to be sent to one visitor.
-
-    come, urgent: set when there is more, and when that is not to wait; pause: how long [s] more is
-    gathered otherwise.
-    """
+    """What waits to be sent to one visitor; come, urgent: set when there is more, and when that is
+    not to wait."""
 
     def __init__(self, buffer: AsyncMessageBuffer):
         buffer.event_loop = Near(asyncio.get_running_loop())  # type: ignore[assignment]
         self.buffer, self.sent = buffer, -1
         self.come, self.urgent = buffer.message_event, buffer.flush_event
-        self.pause = buffer.window_duration_sec
 
     @property
     def over(self) -> bool:

@@ -17,17 +17,18 @@ from websockets.protocol import OPEN
 from beamviz.show.hardening import Outbox
 
 ALIGNMENT = 8  # bytes
+PAUSE = 0.08  # [s] between two groups, unless the second is urgent
 
 
 async def send(connection: ServerConnection, outbox: Outbox) -> None:
-    """Send what comes to a visitor's outbox, as long as they stay: at once after a pause or where
-    it is urgent, else gathered for a moment."""
+    """Send what comes to a visitor's outbox, as long as they stay: pictures at once, and with them
+    all that has gathered in between, which waits for the next one, but not for long."""
     compress = zstandard.ZstdCompressor(level=1).compress
     last = 0.0
     while not outbox.over:
         await outbox.come.wait()
-        left = last + outbox.pause - time.monotonic()
-        if left > 0:
+        left = last + PAUSE - time.monotonic()
+        if left > 0 and not outbox.urgent.is_set():
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(left):
                     await outbox.urgent.wait()

@@ -256,8 +256,8 @@ class Session:
             self.move(time)
             self.comparison.move(time, self.shapes, self.amplitudes)
             self.multiples.move(self.clock.phases, self.drawn.amplitude, self.clock.angle)
+        self.client.flush()
         if changed:
-            self.client.flush()
             self.chart_due = now + (REST if self.crowded() else 0.0)
         if now >= self.chart_due and not (self.crowded() and self.solver.busy):
             self.chart_due = math.inf
