@@ -128,7 +128,8 @@ class Visitor:
 
 def redrawn(messages: list[dict[str, Any]]) -> bool:
     """Whether a group of messages moves the beam."""
-    return any(message.get("name", "").startswith(BEAM) for message in messages)
+    moved = [message.get("name", "") for message in messages if "updates" in message]
+    return any(name.startswith(BEAM) for name in moved)
 
 
 def calm(guest: Visitor, quiet: float = 0.3) -> None:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -15,6 +16,7 @@ ROOM = 0.2  # kept on both sides of the beam for its motion
 HOOP = 0.1  # wall of the hoop that an inward beam is clamped to, and room
 SCALES = (100.0, 1e5)  # [pixels] of a length of the beam that are told apart
 RIM = 0.3  # of a large hub, this much is kept in the picture
+DIRECTIONS = 16  # from which one looks, of which the unit vectors are kept
 
 
 def span(shapes: Shapes) -> tuple[float, float]:
@@ -60,13 +62,19 @@ def framing(
     """Camera position (3,) along `direction` from the origin, looking at it with z up, as near
     as it can be with all `points` (n, 3) inside a picture whose half width and half height are
     `wide` and `tall` at distance 1."""
-    back = np.array(direction) / np.linalg.norm(direction)
-    right = np.cross([0.0, 0.0, 1.0], back)
-    right /= np.linalg.norm(right)
-    up = np.cross(back, right)
+    back, right, up = seen_from(direction)
     distance = points @ back
     distance += np.maximum(np.abs(points @ right) / wide, np.abs(points @ up) / tall)
     return 1.06 * distance.max() * back
+
+
+@lru_cache(DIRECTIONS)
+def seen_from(direction: tuple[float, float, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unit vectors (3,) to the camera, to the right of its picture and up in it."""
+    back = np.array(direction) / np.linalg.norm(direction)
+    right = np.cross([0.0, 0.0, 1.0], back)
+    right /= np.linalg.norm(right)
+    return back, right, np.cross(back, right)
 
 
 def axes(position: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from beamviz.show import colours, sizes, tube
 from beamviz.show.hardening import positioned
 from beamviz.show.motion import Shapes, displacement
 from beamviz.show.pieces import Seen, cut
-from beamviz.show.stage import Nodes, placed, reshape, unit_body
+from beamviz.show.stage import BOX, SIDES, Nodes, placed, reshape
 
 OPACITY = 0.3
 ROOT = "/stage/wheel/ghost"
@@ -26,7 +26,7 @@ class Ghost:
         self.root = api.add_frame(ROOT, show_axes=False)
         pale: Any = {"opacity": OPACITY, "cast_shadow": False, "receive_shadow": False}
         self.body = api.add_mesh_simple(
-            f"{ROOT}/beam", *unit_body(), color=colours.BEFORE, flat_shading=True, **pale
+            f"{ROOT}/beam", BOX, SIDES, color=colours.BEFORE, flat_shading=True, **pale
         )
         self.mass = api.add_icosphere(f"{ROOT}/mass", 1.0, color=colours.BEFORE, **pale)
         self.nodes = Nodes(api, ROOT, colours.BEFORE)

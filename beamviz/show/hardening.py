@@ -248,6 +248,16 @@ def positioned(node: viser.SceneNodeHandle, position: Iterable[float]) -> None:
         node._impl.api._queue_scene_message(_messages.SetPositionMessage(node.name, place))
 
 
+def written(text: viser.GuiHtmlHandle, content: str) -> None:
+    """Write a text in the same way, unless it says so already."""
+    state: Any = text._impl
+    if state.props.content != content:
+        state.props.content = content
+        state.gui_api._websock_interface.queue_message(
+            _messages.GuiUpdateMessage(state.uuid, {"content": content})
+        )
+
+
 def unshared(control: viser.GuiInputHandle) -> None:
     """Spare a control the messages to other visitors about each change: it is one visitor's."""
     control._impl.sync_cb = None

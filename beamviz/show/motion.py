@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, Self
 
 import numpy as np
@@ -14,6 +14,7 @@ from beamviz.mechanics.solve import Solution
 from beamviz.show.tube import stations
 
 SAMPLES = np.linspace(0.0, 1.0, 401)
+PLACES = 100  # of the mass, for which stations are kept
 FINER = 21
 LAYER = 0.05  # of the beam: usual thickness of what is thin
 SOME = 8  # every so manieth station is enough to tell a mode from its opposite
@@ -44,23 +45,24 @@ class Shapes:
     @classmethod
     def sampled(cls, solution: Solution, previous: Self | None = None) -> Self:
         """`solution` at its stations, with the signs of `previous`."""
-        raw = shapes_at(solution, SAMPLES)
-        scale = normalisation(raw)
         x = sampling(solution.beam.beta)
-        modes = scale * shapes_at(solution, x)
+        raw = shapes_at(solution, x)
+        scale = normalisation(raw)
+        modes = scale * raw
         stretching = np.abs(np.diff(modes[:, :, 0], axis=1) / np.diff(x)).max(axis=1)
         equilibrium = solution.equilibrium
+        centreline = equilibrium.position(x)
         return cls(
             beam=solution.beam,
             plane=solution.model.plane,
             labels=solution.labels,
             frequencies=solution.frequencies,
             x=x,
-            centreline=equilibrium.position(x),
+            centreline=centreline,
             strain=equilibrium.stretch((x[:-1] + x[1:]) / 2) - 1.0,
             modes=modes if previous is None else aligned(modes, x, previous),
             limits=MAX_STRAIN / np.maximum(stretching, 1e-12),
-            nodes=Still(solution, scale * raw, scale),
+            nodes=Still(solution, x, centreline, modes, scale),
         )
 
     @classmethod
@@ -95,12 +97,15 @@ class Shapes:
         return int(np.argmin(np.abs(self.x - self.beam.beta)))
 
 
+@lru_cache(PLACES)
 def sampling(mass: float) -> np.ndarray:
     """Stations (n,), closer where layers may be thin: at the clamp and on both sides of the mass.
     They are the same for all beams with the mass in this place, so that what is computed for such
     stations need not be computed again."""
     layers = np.exp(-SAMPLES / LAYER) + np.exp(-np.abs(SAMPLES - mass) / LAYER)
-    return stations(SAMPLES, layers, mass)
+    x = stations(SAMPLES, layers, mass)
+    x.flags.writeable = False
+    return x
 
 
 def shapes_at(solution: Solution, x: np.ndarray) -> np.ndarray:
@@ -118,10 +123,19 @@ def normalisation(modes: np.ndarray) -> np.ndarray:
 
 class Still(Sequence[tuple[np.ndarray, np.ndarray]]):
     """Nodes of each mode of a solution, looked for when they are asked for: x (j,), and where they
-    are (j, 2). modes (m, n, 2): at SAMPLES, `scale` times those of the solution."""
+    are (j, 2). centreline (n, 2) and modes (m, n, 2) are at x (n,), the modes `scale` times those
+    of the solution."""
 
-    def __init__(self, solution: Solution, modes: np.ndarray, scale: np.ndarray):
+    def __init__(
+        self,
+        solution: Solution,
+        x: np.ndarray,
+        centreline: np.ndarray,
+        modes: np.ndarray,
+        scale: np.ndarray,
+    ):
         self.solution, self.modes, self.scale = solution, modes, scale
+        self.x, self.centreline = x, centreline
         self.known: dict[int, tuple[np.ndarray, np.ndarray]] = {}
 
     def __len__(self) -> int:
@@ -131,24 +145,29 @@ class Still(Sequence[tuple[np.ndarray, np.ndarray]]):
         if not 0 <= k < len(self):
             raise IndexError(k)
         if k not in self.known:
-            x = still(self.solution, k, self.modes[k], self.scale[k])
-            self.known[k] = x, self.solution.equilibrium.position(x)
+            x = still(self.solution, k, self.x, self.modes[k], self.scale[k])
+            places = [np.interp(x, self.x, line) for line in self.centreline.T]
+            self.known[k] = x, np.stack(places, 1)
         return self.known[k]
 
 
-def still(solution: Solution, k: int, mode: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Nodes (j,) of mode k, given (n, 2) at SAMPLES: where its larger component changes sign,
-    looked for once more between samples, which leaves 1e-5. (`Solution.nodes` has all digits, at
+def still(
+    solution: Solution, k: int, x: np.ndarray, mode: np.ndarray, scale: np.ndarray
+) -> np.ndarray:
+    """Nodes (j,) of mode k, given (n, 2) at x (n,): where its larger component changes sign,
+    looked for once more between stations, which leaves 1e-5. (`Solution.nodes` has all digits, at
     the price of many solves.)"""
     column = int(solution.bending_fractions[k] >= 0.5)
     far = mode[np.abs(mode[:, column]).argmax(), column]
     turn = np.conj(far) / np.abs(far)  # with Coriolis forces the tip may be out of step
     values = (turn * mode[:, column]).real
-    before = np.flatnonzero(values[1:-1] * values[2:] < 0)
-    x = SAMPLES[1 + before, None] + np.linspace(0.0, SAMPLES[1], FINER)  # (j, FINER)
-    near = shapes_at(solution, x.ravel().clip(0, 1))[k, :, column].reshape(x.shape)
+    before = 1 + np.flatnonzero(values[1:-1] * values[2:] < 0)
+    wide = (x[before + 1] - x[before])[:, None]
+    fine = x[before, None] + wide * np.linspace(0.0, 1.0, FINER)  # (j, FINER)
+    near = shapes_at(solution, fine.ravel().clip(0, 1))[k, :, column].reshape(fine.shape)
     near = (turn * scale[0] * near).real
-    return np.array([np.interp(0.0, np.sign(v[-1]) * v, at) for v, at in zip(near, x, strict=True)])
+    lines = zip(near, fine, strict=True)
+    return np.array([np.interp(0.0, np.sign(v[-1]) * v, at) for v, at in lines])
 
 
 def aligned(modes: np.ndarray, x: np.ndarray, previous: Shapes) -> np.ndarray:
@@ -158,7 +177,9 @@ def aligned(modes: np.ndarray, x: np.ndarray, previous: Shapes) -> np.ndarray:
     """
     turned, some = modes.copy(), slice(None, None, SOME)
     for new, old in zip(turned, previous.modes, strict=False):
-        common = np.stack([np.interp(x[some], previous.x, column) for column in old.T], 1)
+        common = old[some]
+        if x is not previous.x:
+            common = np.stack([np.interp(x[some], previous.x, column) for column in old.T], 1)
         overlap = np.vdot(common, new[some])
         overlap = overlap if np.iscomplexobj(new) else overlap.real
         if abs(overlap) > 1e-6:

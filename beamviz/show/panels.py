@@ -16,6 +16,7 @@ from beamviz.show.compare_tab import CompareTab
 from beamviz.show.controls import CHOICES, MODES, Wanted
 from beamviz.show.efforts import Efforts
 from beamviz.show.efforts_tab import EffortsTab
+from beamviz.show.hardening import written
 from beamviz.show.microscope_tab import MicroscopeTab
 from beamviz.show.page_style import add_style
 from beamviz.show.real_beam_form import RealBeams
@@ -190,10 +191,10 @@ class Panel:
     def show(self, answer: Answer, shown: list[int]) -> None:
         """Tell what came of a wish."""
         self.terms.show(answer.wanted)
-        self.state.content = readout.state(answer)
+        written(self.state, readout.state(answer))
         if answer.solution:
             self.known = readout.table(answer.solution, shown)
-        self.table.content = self.known if answer.solution else readout.faded(self.known)
+        written(self.table, self.known if answer.solution else readout.faded(self.known))
 
     def weigh(self, answer: Answer | None, measured: Efforts | None) -> None:
         """Tell what the method took, and what every other takes."""
@@ -203,5 +204,5 @@ class Panel:
         self, colouring: str, largest: float, rate: float, units: Units | None
     ) -> None:
         """Tell the colours and the pace of the picture."""
-        self.legend.content = readout.legend(colouring, largest, units)
-        self.pace.content = readout.pace(rate, units)
+        written(self.legend, readout.legend(colouring, largest, units))
+        written(self.pace, readout.pace(rate, units))

@@ -39,6 +39,7 @@ class Scene:
         self.mass = add_bodies(
             api, f"{root}/wheel/mass", 1, ball(), flat_shading=False, receive_shadow=False
         )
+        self.ball: tuple = ()  # how the mass was drawn
         self.ghosts = Ghosts(api, root)
         self.nodes = Nodes(api, root)
         self.words = api.add_label(
@@ -76,10 +77,12 @@ class Scene:
             scale=seen.scale,
         )
         radius = sizes.mass_radius(beam, look.thicken) if beam.alpha > 0 else HIDDEN
-        self.mass.batched_scales = np.full((1, 3), radius)
-        self.mass.batched_colors = colours.instanced(
-            np.array([colours.GREYED if words else colours.MASS]) / 255
-        )
+        if (radius, self.greyed) != self.ball:
+            self.ball = radius, self.greyed
+            self.mass.batched_scales = np.full((1, 3), radius)
+            self.mass.batched_colors = colours.instanced(
+                np.array([colours.GREYED if words else colours.MASS]) / 255
+            )
         self.words.visible = bool(words)
         if words:
             self.words.text = words

@@ -138,7 +138,8 @@ class Ghosts:
         )
         self.stretched = api.add_mesh_simple(
             f"{root}/wheel/equilibrium",
-            *unit_body(),
+            BOX,
+            SIDES,
             color=colours.GHOST,
             opacity=0.1,
             flat_shading=True,
@@ -151,12 +152,15 @@ class Ghosts:
         self.outline.visible = self.stretched.visible = visible
         if not visible:
             return
-        points, normal = placed(shapes, shapes.centreline[[0, -1]])  # it is straight
-        inside = (0.97 * section[0], 0.97 * section[1])  # not in the same faces as the beam
-        reshape(self.stretched, *tube.swept(points, normal, *inside))
-        across = np.abs(tube.crosswise(normal))
-        size = np.array([1.0, 0.0, 0.0]) + section[0] * across + section[1] * np.abs(normal)
-        self.outline.points = EDGES * size + [shapes.beam.delta + 0.5, 0.0, 0.0]
+        normal = tube.NORMALS[shapes.plane]
+        size = section[0] * np.abs(tube.crosswise(normal)) + section[1] * np.abs(normal)
+        start, end = shapes.beam.delta + shapes.centreline[[0, -1], 0]  # it is straight
+        body = 0.97 * size  # not in the same faces as the beam
+        body[0], size[0] = end - start, 1.0
+        vertices = BOX * body + [start, 0.0, 0.0]
+        assigned(self.stretched, {"vertices": vertices.astype(np.float32)})
+        edges = EDGES * size + [shapes.beam.delta + 0.5, 0.0, 0.0]
+        assigned(self.outline, {"points": edges.astype(np.float32)})
 
 
 def place_of(x: float, units: Units | None) -> str:
@@ -165,9 +169,9 @@ def place_of(x: float, units: Units | None) -> str:
 
 
 def unit_body() -> tuple[np.ndarray, np.ndarray]:
-    """Vertices and triangles of a beam until one is shown."""
+    """Vertices (8, 3) and triangles (12, 3) of a straight beam as thick and broad as long."""
     ends = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
-    return tube.swept(ends, tube.NORMALS["chordwise"], 0.05, 0.1)
+    return tube.swept(ends, tube.NORMALS["chordwise"], 1.0, 1.0)
 
 
 def reshape(body: MeshHandle, vertices: np.ndarray, faces: np.ndarray) -> None:
@@ -187,6 +191,7 @@ def unit_edges() -> np.ndarray:
 
 
 EDGES = unit_edges()
+BOX, SIDES = unit_body()
 
 
 class Nodes:
@@ -195,6 +200,7 @@ class Nodes:
     def __init__(self, api: SceneApi, root: str, colour: colours.RGB = colours.NODE):
         self.piece = np.zeros(0, int)  # on which pieces of the beam they are
         self.share = np.zeros((0, 1))  # and how far along each
+        self.count = 0  # of the labels that are seen
         self.collars = add_bodies(api, f"{root}/wheel/nodes", MAX_NODES, box())
         self.collars.batched_colors = colours.instanced(
             np.tile(np.array(colour) / 255, (MAX_NODES, 1))
@@ -242,8 +248,10 @@ class Nodes:
             self.labels[k].text = f"{label} node at {place_of(x, shapes.beam.units)}"
             positioned(self.labels[k], points[0] - [0.0, 0.0, scales[k][2] / 2 + 0.05])
         assigned(self.collars, {"batched_scales": scales})
-        for k, tag in enumerate(self.labels):
-            tag.visible = labels and k < len(marks)
+        count = len(marks) if labels else 0
+        for k in range(min(count, self.count), max(count, self.count)):
+            self.labels[k].visible = k < count
+        self.count = count
 
     def move(self, points: np.ndarray, wxyz: np.ndarray) -> None:
         """Put the collars on the line of `points` (n, 3), turned as its pieces are, wxyz

@@ -62,8 +62,8 @@ class Viewing:
     @property
     def scale(self) -> float:
         """Pixels that a length of the beam takes in the middle of the picture."""
-        away = np.linalg.norm(np.subtract(self.view.position, self.view.look_at))
-        return camera.scale(float(away), self.view.image_height)
+        away = math.dist(self.view.position, self.view.look_at)
+        return camera.scale(away, self.view.image_height)
 
     @property
     def reshaped(self) -> bool:
