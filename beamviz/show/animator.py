@@ -23,13 +23,19 @@ from beamviz.show.session import Session
 from beamviz.show.turns import Turns
 
 FRAMES = 25  # a second, for one visitor
-FEWER_FRAMES = 13.3  # where somebody waits for an answer
+FEWER_FRAMES = 12.8  # where visitors wait for answers
 CROWD = 8  # visitors; from here on they are answered in turn, and charts wait for a rest
-TOGETHER = 4  # pictures, after which messages come and go
+TOGETHER = 4  # answers or pictures in a row, which costs less; then messages come and go
 HOPS = 4  # of the event loop that a message takes to come in, or to go out
 PATIENCE = 5.0  # [s] for a picture to be finished when all ends
 
 journal = Journal(__name__)
+
+
+async def messages() -> None:
+    """Let messages come and go."""
+    for _ in range(HOPS):
+        await asyncio.sleep(0)
 
 
 class Animator:
@@ -53,6 +59,7 @@ class Animator:
         self.leader: int | None = None  # the presenter of a lecture
         self.sessions: dict[int, Session] = {}
         self.woken: dict[int, None] = {}  # those who wait to be drawn for, in order
+        self.drawn: set[int] = set()  # who has had a picture since the last round
         self.stopped = False
         self.running = asyncio.run_coroutine_threadsafe(self.run(), self.loop)
         server.on_client_connect(self.join)
@@ -134,12 +141,10 @@ class Animator:
                 step = 1 / (FEWER_FRAMES if self.turns.waiting else FRAMES)
                 await self.draw_all(step)
                 due = max(due + step, time.monotonic() + step / 5)
-            if self.turns.waiting:
+            for _ in range(min(TOGETHER, len(self.turns.waiting))):
                 self.turns.take()
-            if self.woken:
-                self.draw_next()
-            for _ in range(HOPS):
-                await asyncio.sleep(0)
+            self.draw_next()
+            await messages()
 
     async def sleep(self, due: float) -> None:
         """Wait until `due`, or as long as nothing moves, or until something is new."""
@@ -152,20 +157,31 @@ class Animator:
                 await self.changed.wait()
 
     async def draw_all(self, step: float) -> None:
-        """The next picture of everybody whose picture moves, unless they have just had one."""
+        """The next picture of everybody whose picture moves, unless they have had one but a moment
+        ago; where there is little time, unless they have had one, with an answer, since the last
+        round."""
+        scarce, had = bool(self.turns.waiting), self.drawn
+        self.drawn = set()
         for k, (visitor, session) in enumerate(list(self.sessions.items())):
-            if session.ticking and time.monotonic() - session.seen > step / 2:
+            late = visitor not in had if scarce else time.monotonic() - session.seen > step / 2
+            if late and session.ticking:
                 self.tick(visitor, session)
-            if k % TOGETHER == 0:
-                await asyncio.sleep(0)  # let messages come and go
+            if k % TOGETHER == TOGETHER - 1:
+                await asyncio.sleep(0)
+        await messages()
 
     def draw_next(self) -> None:
-        """What is new for whoever has waited longest."""
-        visitor = list(self.woken)[0]  # noqa: RUF015  # at once: other threads wake more
-        del self.woken[visitor]
-        session = self.sessions.get(visitor)
-        if session and session.fresh:
-            self.tick(visitor, session)
+        """What is new for those who have waited longest."""
+        drawn = 0
+        for visitor in list(self.woken):  # at once: other threads wake more
+            del self.woken[visitor]
+            session = self.sessions.get(visitor)
+            if session and session.fresh:
+                self.tick(visitor, session)
+                self.drawn.add(visitor)
+                drawn += 1
+            if drawn == TOGETHER:
+                return
 
     def tick(self, visitor: int, session: Session) -> None:
         """Draw for one visitor; a mistake there must not stop the others' pictures."""

@@ -8,6 +8,7 @@ from beamviz.mechanics.solve import Solution
 from beamviz.show import colours
 from beamviz.show.measures import frequencies
 from beamviz.show.measures import significant as digits
+from beamviz.show.motion import Shapes
 from beamviz.show.solving import Answer
 
 GOOD, BAD = "#2b8a3e", "#d9480f"
@@ -20,8 +21,8 @@ TIME = "T* = √(ρ A L⁴ / E I), the time unit of the beam"
 
 def state(answer: Answer) -> str:
     """One or two lines: all is well, or what is wrong in full."""
-    if answer.solution and not answer.words:
-        title, text, colour = "Stable equilibrium", wellbeing(answer.solution), GOOD
+    if answer.shapes and not answer.words:
+        title, text, colour = "Stable equilibrium", wellbeing(answer.shapes), GOOD
     else:
         title, _, rest = answer.words.partition("\n")
         text, colour = rest if answer.message == answer.words else answer.message, BAD
@@ -34,9 +35,9 @@ def state(answer: Answer) -> str:
     )
 
 
-def wellbeing(solution: Solution) -> str:
+def wellbeing(shapes: Shapes) -> str:
     """What the rotation does to the beam."""
-    beam, change = solution.beam, 100 * (solution.equilibrium.tip[0] - 1)
+    beam, change = shapes.beam, 100 * (shapes.centreline[-1, 0] - 1)
     if beam.gamma == 0:
         return "at rest: no rotation"
     if abs(change) < ROUNDING:
