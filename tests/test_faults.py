@@ -321,6 +321,30 @@ def test_solutions_without_end_stop_nobody_else(url, other):
     other.says(frequency(PAPER))
 
 
+def test_solutions_without_end_stop_nobody_in_a_crowd(url, other, animators):
+    """Where all are answered in turn, such a one looks as quick as the last: another visitor sees
+    frames, and gets answers as before."""
+    with contextlib.ExitStack() as guests:
+        ENOUGH.clear()
+        crowd = [guests.enter_context(visitor(url)) for _ in range(animator.CROWD)]
+        for guest in crowd:
+            guests.callback(vanish, guest.socket.socket)
+        guests.callback(ENOUGH.set)
+        until(animators[0].crowded)
+        for guest in crowd[:3]:
+            guest.choose("speed γ", 11.0)
+            guest.says(frequency(PAPER.replace(gamma=11)))
+            guest.choose("γ speed", ENDLESS)
+        for gamma in (12.0, 13.0):
+            crowd[-1].choose("speed γ", gamma)
+            crowd[-1].says(frequency(PAPER.replace(gamma=gamma)))
+            for _ in range(20):
+                crowd[-1].wait(redrawn)
+        sessions = list(animators[0].sessions.values())
+        assert sum(session.solver.busy for session in sessions) >= 3
+    alone(animators)
+
+
 def test_the_server_ends_in_the_middle_of_a_solution_without_end(monkeypatch):
     """Ctrl-C need not wait for it."""
     begun, enough = threading.Event(), threading.Event()

@@ -128,6 +128,7 @@ class Animator:
         self.stopped = True
         self.rouse()
         wait([self.running], PATIENCE)
+        self.turns.close()
         self.opener.shutdown(cancel_futures=True)
         for visitor in list(self.sessions):
             self.leave(visitor)
@@ -141,8 +142,7 @@ class Animator:
                 step = 1 / (FEWER_FRAMES if self.turns.waiting else FRAMES)
                 await self.draw_all(step)
                 due = max(due + step, time.monotonic() + step / 5)
-            for _ in range(min(TOGETHER, len(self.turns.waiting))):
-                self.turns.take()
+            self.turns.take(TOGETHER)
             self.draw_next()
             await messages()
 
