@@ -58,6 +58,7 @@ def to_json(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
         "branches": [branch_row(loci, branch) for branch in loci.branches],
         "events": [asdict(event) for event in loci.events],
         "limits": [limit._asdict() for limit in loci.limits],
+        "complete": loci.complete,
         "confidence": numbers(loci.confidence),
         "stats": {"solves": loci.solves, "seconds": loci.seconds},
     }
@@ -166,9 +167,10 @@ def column(branch: "Branch", rows: list[int]) -> list[str]:
 
 
 def meetings(loci: "Loci") -> list[str]:
-    """The table of crossings and veerings."""
+    """The table of crossings and veerings, and a word if there may be more."""
+    more = [] if loci.complete else [loci.unfinished]
     if not loci.events:
-        return ["No two of these loci meet here."]
+        return more or ["No two of these loci meet here."]
     table = [
         ["meeting", *(event.kind for event in loci.events)],
         ["branches", *(" ".join(event.branches) for event in loci.events)],
@@ -177,7 +179,7 @@ def meetings(loci: "Loci") -> list[str]:
         ["gap", *(f"{event.gap:.3g}" for event in loci.events)],
         ["veering index", *(f"{event.index:.3f}" for event in loci.events)],
     ]
-    return list(aligned(table))
+    return list(aligned(table)) + more
 
 
 def crossed(loci: "Loci", resonances: Sequence["Resonance"]) -> list[str]:

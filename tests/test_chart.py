@@ -2,6 +2,7 @@
 
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -168,6 +169,17 @@ def test_gaps_are_named_with_their_limit():
     assert f"no equilibrium for γ = {limit.start:.6g}" in chart_tab.gaps(chart)
     ends = [chart.loci.values[np.isfinite(row)].max() for row in chart.rows["bending"]]
     assert limit.start - 0.5 < max(ends) <= limit.start
+
+
+def test_a_search_for_meetings_that_was_ended_is_told(tip):
+    """Beneath the meetings found, and in place of the word that there are none."""
+    assert tip.loci
+    for events in (tip.loci.events, ()):
+        ended = replace(tip, loci=replace(tip.loci, complete=False, events=events))
+        told = chart_tab.meetings(ended, None)
+        assert "The search for meetings was ended" in told
+        assert "No two" not in told
+    assert "ended" not in chart_tab.meetings(tip, None)
 
 
 # The latest wish

@@ -5,6 +5,7 @@ import io
 import json
 import math
 import re
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 from matplotlib.image import imread
 
 from beamviz import Beam, loci
+from beamviz.loci_report import to_table
 from beamviz.study.plot import draw
 from beamviz.study.resonances import resonances
 
@@ -47,7 +49,21 @@ def test_json(run):
     assert data["beam"] == {"alpha": 1, "beta": 1, "delta": 0, "mu": 70}
     assert data["model"]["coriolis"] is False
     assert len(data["confidence"]) == 20
+    assert data["complete"] is True
     assert data["limits"] == []
+
+
+def test_a_search_that_was_ended_says_so(run, monkeypatch):
+    """In the JSON and in the table, where it does not say that nothing meets."""
+    monkeypatch.setattr("beamviz.study.sweep.MAX_ADDED", 0)
+    found = loci(Beam(alpha=1), "gamma", np.linspace(0, 10, 5))
+    assert not found.complete
+    for events in (found.events, ()):
+        table = to_table(replace(found, events=events))
+        assert "The search for meetings was ended after 6 solves" in table
+        assert "No two" not in table
+    assert strict(run(*SWEEP, "--points", "5", "--format", "json")[1])["complete"] is False
+    assert loci(Beam(alpha=1), "gamma", np.linspace(0, 4, 5)).complete  # nothing to be searched
 
 
 def test_json_is_what_python_gives(run):

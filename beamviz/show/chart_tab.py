@@ -249,8 +249,9 @@ def here(point: Point | None, along: Measure, across: Measure) -> str:
 
 def meetings(chart: Chart, chosen: Event | None) -> str:
     """The table of the meetings."""
+    unfinished = "" if chart.loci is None or chart.loci.complete else chart.loci.unfinished
     if not chart.events:
-        words = "" if chart.loci is None else "No two of these lines meet here."
+        words = unfinished or ("" if chart.loci is None else "No two of these lines meet here.")
         return f'<div style="{SMALL}">{words}</div>' if words else ""
     along, across = shown(chart)
     heads = ("", "", "lines", f"at {along.head}", across.label, "least gap")
@@ -265,6 +266,7 @@ def meetings(chart: Chart, chosen: Event | None) -> str:
         + "".join(rows[:MAX_MEETINGS])
         + "</table>"
         + (f'<div style="{SMALL}">and {more} more</div>' if more > 0 else "")
+        + (f'<div style="{SMALL}">{unfinished}</div>' if unfinished else "")
     )
 
 

@@ -85,9 +85,18 @@ class Loci:
     branches: tuple[Branch, ...]
     events: tuple[Event[str], ...]
     limits: tuple[Limit, ...]
+    complete: bool  # whether all meetings were looked for; the search has an end
     confidence: np.ndarray  # (values - 1,) of each step: least MAC, nan where there is a gap
     solves: int
     seconds: float
+
+    @property
+    def unfinished(self) -> str:
+        """What there is to say of a search for meetings that is not complete."""
+        return (
+            f"The search for meetings was ended after {self.solves} solves: there may be more, and"
+            " these are less exact. Ask for a narrower range, or for fewer modes."
+        )
 
     @property
     def units(self) -> Units | None:
@@ -105,7 +114,7 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
     """
     start = time.perf_counter()
     values = checked_values(over, values)
-    sweep = Sweep(beam, over, whole("modes", modes, 1, MAX_MODES), options)
+    sweep = Sweep(beam, over, whole("modes", modes, 1, MAX_MODES), options, len(values))
     answers = sweep.solve(values)
     solutions = tuple(answer if isinstance(answer, Solution) else None for answer in answers)
     model = next((solution.model for solution in solutions if solution), None)
@@ -125,6 +134,7 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
             for k, part in enumerate(parts)
             for event in part.events
         ),
+        complete=not sweep.spent,
         limits=tuple(sweep.limits(values)),
         confidence=_confidence(parts, len(values)),
         solves=len(sweep.answers),

@@ -63,7 +63,10 @@ def _seen(points: Points, window: int, solve_at: SolveAt) -> tuple[Track, Loci]:
         more = np.union1d(hidden(loci), unclear(loci))
         if not len(more):
             break
-        points = track.points.merged(solve_at(more))
+        found = solve_at(more)
+        if not len(found.at):
+            break
+        points = track.points.merged(found)
     return track, loci
 
 

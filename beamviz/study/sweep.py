@@ -19,6 +19,7 @@ BESIDE = 2  # modes solved for beyond those asked for: what enters and leaves th
 MAX_POINTS = 10_000
 PRECISION = 1e-9  # relative: how exactly a limit is located
 FINEST = 1e-12  # of the sweep: nor more exactly than this
+MAX_ADDED = 4000  # values solved beyond those asked for; random extreme beams take up to 1000
 
 Answer = Solution | BeamvizError
 
@@ -60,6 +61,7 @@ class Sweep:
     over: str
     modes: int
     options: dict[str, Any]
+    asked: int  # how many values are asked for
     answers: dict[float, Answer] = field(default_factory=dict)
 
     def at(self, value: float) -> Beam:
@@ -96,8 +98,15 @@ class Sweep:
             beams, modes=max(self.modes, min(self.modes + BESIDE, most)), **self.options
         )
 
+    @property
+    def spent(self) -> bool:
+        """Whether no more values are solved to find meetings."""
+        return len(self.answers) > self.asked + MAX_ADDED
+
     def points(self, values: np.ndarray) -> Points:
-        """What exists at ascending values, as points to track."""
+        """What exists at ascending values, as points to track; nothing once enough is spent."""
+        if self.spent:
+            return self.solved_points(values[:0])
         answers = self._solved([self.at(value) for value in values])
         self.answers.update(zip(values.tolist(), answers, strict=True))
         return self.solved_points(values)
