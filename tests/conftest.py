@@ -14,7 +14,8 @@ hypothesis.settings.load_profile("beamviz")
 # Tests of processes, browsers and visitors: on a busy machine one of them may come too late.
 LIVE = {
     "test_bad_input", "test_ending", "test_faults", "test_following", "test_guide", "test_load",
-    "test_private", "test_security", "test_serving", "test_session", "test_workers",
+    "test_private", "test_security", "test_security_workers", "test_serving", "test_session",
+    "test_workers",
 }  # fmt: skip
 
 

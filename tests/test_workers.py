@@ -3,7 +3,6 @@
 import contextlib
 import os
 import signal
-import subprocess
 import sys
 import threading
 import time
@@ -14,6 +13,7 @@ import pytest
 import websockets.exceptions
 from bare import free_port, got, until, wire
 from readings import frequency
+from served import Explorer
 from visitor import BEAM, visitor
 
 from beamviz.beam import Beam
@@ -28,47 +28,6 @@ ROOT = Path(__file__).parent.parent
 PAPER = Beam(alpha=1, beta=0.5, gamma=10)
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="one process on other systems")
-
-
-class Explorer:
-    """A running `beamviz serve`: its process, its URL, its folder for temporary files."""
-
-    def __init__(self, folder: Path, *options: str, processes: int = 2):
-        self.folder, self.processes = folder, processes
-        command = ["serve", "--alpha", "1", "--beta", "0.5", "--gamma", "10", *options]
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "beamviz", *command, "--processes", str(processes)],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            env={**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(folder)},
-        )
-
-    def __enter__(self) -> "Explorer":
-        assert self.process.stdout
-        line = self.process.stdout.readline()
-        self.url = next(word for word in line.split() if word.startswith("http"))
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        with self.process:
-            self.process.terminate()
-
-    @property
-    def workers(self) -> list[int]:
-        """The processes it has started."""
-        return children(self.process.pid)
-
-    def end(self, number: int) -> tuple[int, str]:
-        """Exit code and stderr after a signal."""
-        self.process.send_signal(number)
-        _, errors = self.process.communicate(timeout=20)
-        return self.process.returncode, errors
-
-
-def children(parent: int) -> list[int]:
-    """The processes that one has started."""
-    return [int(pid) for pid in Path(f"/proc/{parent}/task/{parent}/children").read_text().split()]
 
 
 def lines(pid: int) -> int:
