@@ -5,6 +5,7 @@ reduction by M loses the low ones. Here M v = nu K v is solved and lambda = 1/nu
 modes are the largest nu, and rounding falls on the high modes nobody asked for.
 """
 
+from collections.abc import Iterable
 from itertools import chain
 from typing import NamedTuple
 
@@ -23,7 +24,7 @@ class Lowest(NamedTuple):
 
     squares: np.ndarray  # (..., count) lambda, ascending
     V: np.ndarray  # (..., n, count), V' M V = 1
-    added: np.ndarray | float  # (..., 1) the multiple of M added to K: what rounds is K + added M
+    added: np.ndarray  # (..., 1) the multiple of M added to K: what rounds is K + added M
 
 
 def lowest(K: np.ndarray, M: np.ndarray, count: int, shift: float = 0.0) -> Lowest:
@@ -33,30 +34,48 @@ def lowest(K: np.ndarray, M: np.ndarray, count: int, shift: float = 0.0) -> Lowe
     the shift growing until that is positive definite: name one where K may not be (a compressed
     beam), for an eigenvalue near -shift takes the digits of the others.
     """
-    n = K.shape[-1]
+    stack, n = K.shape[:-2], K.shape[-1]
     count = min(count, n)
-    added: float | np.ndarray
-    if K.ndim == 2:
-        nu, V, added = _largest(M, K, count, shift)
-    else:
-        problems = zip(M.reshape(-1, n, n), K.reshape(-1, n, n), strict=True)
-        found = [_largest(*problem, count, shift) for problem in problems]
-        parts = (np.array(part) for part in zip(*found, strict=True))
-        nu, V, each = (part.reshape(*K.shape[:-2], *part.shape[1:]) for part in parts)
-        added = each[..., None]
+    nu, V, added = np.empty((*stack, count)), np.empty((*stack, n, count)), np.empty((*stack, 1))
+    for k in _each(stack):
+        nu[k], V[k], added[k] = _largest(M[k], K[k], count, shift)
+    return _lowest(nu, V, added)
+
+
+def lowest_of_families(
+    K: np.ndarray, M: np.ndarray, d: np.ndarray, G: np.ndarray, count: int
+) -> Lowest:
+    """`lowest` of K v = lambda M v and, second in an axis after those of the stack, of
+    diag(d) v = lambda G v, d (..., n) > 0, which takes less."""
+    stack, n = d.shape[:-1], d.shape[-1]
+    count = min(count, n)
+    root = 1 / np.sqrt(d)[..., None]
+    A = root * G * root.mT
+    nu, V = np.empty((*stack, 2, count)), np.empty((*stack, 2, n, count))
+    added = np.zeros((*stack, 2, 1))
+    for k in _each(stack):
+        nu[*k, 0], V[*k, 0], added[*k, 0] = _largest(M[k], K[k], count, 0.0)
+        nu[*k, 1], v = _last(symmetric(A[k]), count)
+        V[*k, 1] = root[k] * v
+    return _lowest(nu, V, added)
+
+
+def _each(stack: tuple[int, ...]) -> Iterable[tuple[int, ...]]:
+    """The places in a stack; of one problem alone, the only one."""
+    return np.ndindex(stack) if stack else ((),)
+
+
+def _last(found: tuple[np.ndarray, np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The last `count` eigenvalues and vectors of those found in ascending order, descending."""
+    nu, V = found
+    return nu[: -count - 1 : -1], V[:, : -count - 1 : -1]
+
+
+def _lowest(nu: np.ndarray, V: np.ndarray, added: np.ndarray) -> Lowest:
+    """The eigenvalues 1 / nu - added, and the vectors of (K + added M) v = v / nu (overwritten)."""
     squares = 1 / nu
-    V = V * np.sqrt(abs(squares))[..., None, :]
+    V *= np.sqrt(abs(squares))[..., None, :]
     return Lowest(squares - added, V, added)
-
-
-def lowest_of_diagonal(d: np.ndarray, M: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """`lowest` for K = diag(d), d (..., n) > 0, which takes less: lambda and V."""
-    root = 1 / np.sqrt(d)
-    A = root[..., :, None] * M * root[..., None, :]
-    nu, V = symmetric(A)
-    squares = 1 / nu[..., : -count - 1 : -1]
-    V = root[..., None] * V[..., : -count - 1 : -1] * np.sqrt(squares)[..., None, :]
-    return squares, V
 
 
 def symmetric(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -101,4 +120,4 @@ def _definite(M: np.ndarray, K: np.ndarray, count: int) -> tuple[np.ndarray, np.
         nu, V = nu[:count], V[:, :count]
     if 0 < info <= n:
         raise NotConverged(f"the eigenvalues did not converge (LAPACK: {info})")
-    return None if info else (nu[: -count - 1 : -1], V[:, : -count - 1 : -1])
+    return None if info else _last((nu, V), count)

@@ -7,6 +7,7 @@ the jump of the stretch at a concentrated mass costs no accuracy. Convergence is
 in the order.
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -47,11 +48,21 @@ def inertia(mesh: Mesh, beam: Beam | Numbers) -> Inertia:
     alpha, beta = beam.alpha, beam.beta
     if isinstance(beam, Beam) and not (alpha and beta):
         return Inertia(mesh.G, mesh.G1, mesh.g, None, 1.0)
-    to_mass = np.where(mesh.points < beta, mesh.weights, 0.0)
-    root = alpha**0.5 * to_mass
-    G = mesh.G + root[..., :, None] * root[..., None, :]
-    G1, g = mesh.G1 + (alpha * beta) * to_mass, mesh.g + alpha * to_mass
-    return Inertia(G, G1, g, root, 1.0 + alpha)
+    to_mass = before(mesh, beta) if isinstance(beta, float) else _before(mesh, beta)
+    root, carried = alpha**0.5 * to_mass, alpha * to_mass
+    G = mesh.G + root[..., None] * root[..., None, :]
+    return Inertia(G, mesh.G1 + beta * carried, mesh.g + carried, root, 1.0 + alpha)
+
+
+def _before(mesh: Mesh, beta: float | np.ndarray) -> np.ndarray:
+    """The row (..., n) that integrates from the clamp to beta, a break of the mesh."""
+    return np.where(mesh.points < beta, mesh.weights, 0.0)
+
+
+@lru_cache(maxsize=64)
+def before(mesh: Mesh, beta: float) -> np.ndarray:
+    """`_before` one place: a slider leaves the mass where it is."""
+    return _before(mesh, beta)
 
 
 def diagonal(A: np.ndarray) -> np.ndarray:
@@ -87,17 +98,19 @@ def forms(
     cancels where a slender beam hardly stretches.
     """
     w, n = mesh.weights, f.shape[-1]
-    rigidity = np.zeros((*f.shape[:-1], 2, 2 * n))
-    rigidity[..., 0, :n] = w * straight.bending_rigidity(f, curvature)
-    rigidity[..., 1, :n] = d = w * straight.stretching_rigidity(f, beam.mu, law)
+    bent = w * straight.bending_rigidity(f, curvature)
+    d = w * straight.stretching_rigidity(f, beam.mu, law)
     across = f[..., None] * mesh.J  # kappa -> w' = f theta
+    rigidity = np.zeros((*f.shape[:-1], 2, 2 * n))
+    rigidity[..., 0, :n], rigidity[..., 1, :n] = bent, d
     if stiffening:
         tension = beam.gamma**2 * (np.matvec(rho.G, f) + beam.delta * rho.g)
         rigidity[..., 0, n:] = tension * f
         K = across.mT @ (tension[..., None] * mesh.J)
     else:
         K = np.zeros_like(across)
-    diagonal(K)[:] += rigidity[..., 0, :n]
+    on_diagonal = diagonal(K)
+    on_diagonal += bent
     return Forms(K, across.mT @ (rho.G @ across), d, rho.G, rigidity)
 
 
@@ -119,22 +132,22 @@ def lost_to_order(mesh: Mesh, forms: Forms, v: np.ndarray) -> np.ndarray:
     return np.vecmat(abs(forms.rigidity), abs(mesh.IJT[..., None, :, :] @ v) ** 2)
 
 
-def share_lost(lost: np.ndarray, squares: np.ndarray) -> np.ndarray:
-    """The energies lost (..., k) of modes in ascending order of omega^2 (without softening), as
-    shares of it. None loses a smaller one than those below it: by chance an estimate may all but
-    vanish."""
-    return np.maximum.accumulate(lost / (abs(squares) + eigen.COMPRESSED), axis=-1)
+def share_lost(lost: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """The energies lost (..., k) of modes in ascending order, as shares of the `scale` of their
+    omega^2 (without softening). None loses a smaller one than those below it: by chance an
+    estimate may all but vanish."""
+    return np.maximum.accumulate(lost / scale, axis=-1)
 
 
-def truncation(mesh: Mesh, f: np.ndarray, squares: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Estimated errors (..., k) of omega^2 (without softening) from the order of the mesh.
+def truncation(mesh: Mesh, f: np.ndarray, scale: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Estimated errors (..., families, k) of omega^2 from the order of the mesh.
 
     A large stretch falls off all but singularly: more is lost then than what is seen to be.
     """
     tail = np.matvec(mesh.tails, f)
     lost_stretch = np.vecdot(tail, tail) / np.vecdot(mesh.weights, f) ** 2
-    lost = (share + 4 * lost_stretch[..., None]) * np.maximum(f[..., :1], 1.0)
-    return lost * (TRUNCATION_FACTOR * (abs(squares) + eigen.COMPRESSED))
+    factor = TRUNCATION_FACTOR * np.maximum(f[..., 0], 1.0)
+    return (share + 4 * lost_stretch[..., None, None]) * (scale * factor[..., None, None])
 
 
 def rounding(size: np.ndarray, times: np.ndarray | float) -> np.ndarray:

@@ -9,6 +9,7 @@ down to about 1/p^2 of it; only thinner ones get an element of their own.
 import math
 from functools import lru_cache
 from itertools import pairwise
+from operator import itemgetter
 from typing import NamedTuple
 
 from beamviz.beam import Beam
@@ -54,24 +55,31 @@ class Positions(NamedTuple):
     means: tuple[float, ...]
 
 
+WHOLE = Positions((0.0, 1.0), (0.0, 1.0), (0.5,))
+
+
 def unstretched(beam: Beam) -> Positions:
     """The positions of a beam that hardly stretches: u = x."""
-    interior = beam.alpha > 0 and AT_END < beam.beta < 1 - AT_END
-    ends = (0.0, beam.beta, 1.0) if interior else (0.0, 1.0)
-    return Positions(ends, ends, tuple((a + b) / 2 for a, b in pairwise(ends)))
+    beta = beam.beta
+    if not (beam.alpha > 0 and AT_END < beta < 1 - AT_END):
+        return WHOLE
+    ends = (0.0, beta, 1.0)
+    return Positions(ends, ends, (beta / 2, (beta + 1) / 2))
 
 
 def segments(beam: Beam, positions: Positions, law: StrainLaw) -> list[Segment]:
     """The parts of a beam with the tension N = gamma^2 int_x^1 rho (u + delta) at their ends."""
-    parts: list[Segment] = []
+    ends, u, means = positions
+    parts = []
     load, N = beam.gamma**2, 0.0
-    for a, b, u, mean in _from_tip(positions):
+    for k in range(len(means), 0, -1):  # from the tip
+        a, b, pull = ends[k - 1], ends[k], load * (u[k] + beam.delta)
         if beam.alpha and abs(b - beam.beta) <= AT_END:
-            N += load * beam.alpha * (u + beam.delta)
-        N_end, N = N, N + load * (b - a) * (mean + beam.delta)
-        f, f_end = (_stretch(law, force / beam.mu**2) for force in (N, N_end))
-        parts.insert(0, Segment(a, b, (N, N_end), (f, f_end), load * (u + beam.delta)))
-    return parts
+            N += beam.alpha * pull
+        N_end, N = N, N + load * (b - a) * (means[k - 1] + beam.delta)
+        f, f_end = _stretch(law, N / beam.mu**2), _stretch(law, N_end / beam.mu**2)
+        parts.append(Segment(a, b, (N, N_end), (f, f_end), pull))
+    return parts[::-1]
 
 
 def discretisation(
@@ -80,13 +88,14 @@ def discretisation(
     """Breaks and orders that should give the lowest `modes` modes to so many digits, with as few
     unknowns as any choice of what is resolved by thin elements and what by order."""
     waves = float(half_waves(mu, modes))
-    pull = min(min(part.pull(curvature)) for part in parts)
+    pulls = [part.pull(curvature) for part in parts]
+    pull = min(map(min, pulls))
     if pull < 0:  # the half-waves over the whole beam where compression is greatest
         waves += math.sqrt(-pull) / math.pi
     layers: list[Layer] = []
     fixed = [0.0]
-    for part in parts:
-        layers += _layers(part, curvature, digits)
+    for part, pull_at_ends in zip(parts, pulls, strict=True):
+        layers += _layers(part, pull_at_ends, digits)
         fixed.append(part.end)
         if part.slope > 0:
             fixed += _falling(part, mu)
@@ -102,11 +111,11 @@ def discretisation(
             element = layer.element(ends)
             need = layer.order if layer.order <= cap else layer.own_order
             orders[element] = max(orders[element], need)
-        whole = tuple([min(max(math.ceil(order), MIN_ORDER), MAX_ORDER) for order in orders])
-        candidates.append((tuple(ends), whole))
+        whole = [min(max(math.ceil(order), MIN_ORDER), MAX_ORDER) for order in orders]
+        candidates.append((sum(whole), tuple(ends), tuple(whole)))
         if not thin:
             break
-    return min(candidates, key=lambda candidate: sum(candidate[1]))
+    return min(candidates, key=itemgetter(0))[1:]
 
 
 class Layer(NamedTuple):
@@ -128,19 +137,18 @@ def _share(digits: float) -> float:
     return 0.4 + digits / 10
 
 
-def _layers(part: Segment, curvature: Curvature, digits: float) -> list[Layer]:
-    """The layers of a segment that are short of it: at its ends, and where its tension runs out
-    at the free tip."""
+def _layers(part: Segment, pulls: tuple[float, float], digits: float) -> list[Layer]:
+    """The layers of a segment that are short of it: at its ends with these pulls, and where its
+    tension runs out at the free tip."""
     share, reach = _share(digits), LAYER_REACH * digits
     found = []
-    ends = zip((part.start, part.end), part.pull(curvature), (1, -1), strict=True)
-    for x, pull, side in ends:
+    for x, pull, side in (part.start, pulls[0], 1), (part.end, pulls[1], -1):
         if x < 1 and pull * part.length**2 > reach**2:  # nothing holds the rotation of the tip
             width = 1 / math.sqrt(pull)
-            orders = (
+            own, order = (
                 share * (5.4 + 2.4 * math.sqrt(h / width)) for h in (reach * width, part.length)
             )
-            found.append(Layer(x, x + side * reach * width, *orders))
+            found.append(Layer(x, x + side * reach * width, own, order))
     if part.end == 1 and part.slope > 0:
         width = part.slope ** (-1 / 3)
         if TIP_REACH * width < part.length:
@@ -159,12 +167,6 @@ def half_waves(mu: float, modes: int) -> int:
         else:
             bending += 1
     return max(bending, stretching)
-
-
-def _from_tip(positions: Positions) -> list[tuple[float, float, float, float]]:
-    """Start, end, u at the end and mean u of each part, the outermost first."""
-    starts, ends = positions.ends[:-1], positions.ends[1:]
-    return list(zip(starts, ends, positions.u[1:], positions.means, strict=True))[::-1]
 
 
 def _stretch(law: StrainLaw, n: float) -> float:
@@ -187,6 +189,8 @@ def _spread(breaks: list[float], longest: float) -> list[float]:
     """The breaks with more between them where an element is longer than `longest`."""
     spread = [breaks[0]]
     for a, b in pairwise(breaks):
-        pieces = math.ceil((b - a) / longest)
-        spread += [a + (b - a) * i / pieces for i in range(1, pieces)] + [b]
+        if b - a > longest:
+            pieces = math.ceil((b - a) / longest)
+            spread += [a + (b - a) * i / pieces for i in range(1, pieces)]
+        spread.append(b)
     return spread

@@ -27,6 +27,7 @@ NEWTON_STEP = 1e-7  # relative to the stretch at the clamp: quadratic, the next 
 SAME_TANGENT = 1e-3  # stretch within which a tangent is as good as new
 NEUMANN_TERMS = 3
 LARGEST_TOGETHER = 1.4  # stretch of beams solved together: above, a limit may be near
+TINY = 1e-300
 LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 LIMIT_ORDER = 12
 
@@ -112,7 +113,7 @@ def newton(
     Returns None for f where an iterate leaves the stable branch, and the iterations done.
     """
     w, A, b = mesh.weights, load * rho.G, (load * delta) * rho.g
-    moved, least = math.inf, float(f.min())  # least: a lower bound of f from here on
+    moved, least = math.inf, f.min()  # least: a lower bound of f from here on
     for iteration in range(1, NEWTON_ITERATIONS + 1):
         residual = w * law.force(f) - A @ f - b
         if moved > SAME_TANGENT:
@@ -179,12 +180,18 @@ def first_guess(
     hardly: bool,
 ) -> np.ndarray:
     """The stretch (..., n) from the force of a beam as it was before, n = load (G f + delta g) / w,
-    once more in each pass: from rest to third order in the load after one, which does for a beam
-    that hardly stretches."""
+    again and again from rest. Each pass adds a share of what the one before it did, much the same
+    share all along a beam that hardly stretches: two passes say what all the others would add.
+    """
     pull = load / mesh.weights
     static = delta * rho.g
     f = law.stretch(pull * (rho.G1 + static))
-    for _ in range(1 if hardly else LARGE_STRETCH_PASSES):
+    if hardly:
+        first, f = f, law.stretch(pull * (np.matvec(rho.G, f) + static))
+        added, more = first - 1, f - first
+        share = np.vecdot(added, more) / (np.vecdot(added, added) + TINY)
+        return f + more * (share / (1 - share))[..., None]
+    for _ in range(LARGE_STRETCH_PASSES):
         f = law.stretch(pull * (np.matvec(rho.G, f) + static))
     return f
 

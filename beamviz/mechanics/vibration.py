@@ -53,26 +53,32 @@ def apart(
         K, M = _both(forms.K, forms.d), _both(forms.M, forms.G)
         squares, v, added = eigen.lowest(K, M, modes, shift)
     else:
-        squares, v, added = _definite(forms, modes)
-    share = hp.share_lost(hp.lost_to_order(points, forms, v), squares)
+        squares, v, added = eigen.lowest_of_families(*forms[:4], modes)
+    scale = abs(squares) + eigen.COMPRESSED
+    share = hp.share_lost(hp.lost_to_order(points, forms, v), scale)
+    truncation = hp.truncation(points, f, scale, share)
     size = squares + added  # of what was solved: rounding falls on the high ones
     times = size / size[..., :1]
     if shift:  # compression cancels against the rest: what rounds is each unknown by itself
         size = np.vecmat(hp.diagonal(K) + added * hp.diagonal(M), v**2)
     rounding = hp.rounding(size, times)
-    softened = squares.copy()
     if physics.softening:
-        softened[..., 0 if physics.chordwise else 1 :, :] -= softening
-    both = (*squares.shape[:-2], 2 * modes)
-    picks = softened.reshape(both).argsort(axis=-1)[..., :modes]
-    places = picks if picks.ndim == 1 else (np.arange(len(picks))[:, None], picks)
-    softened, squares, share, rounding = (
-        each.reshape(both)[places] for each in (softened, squares, share, rounding)
-    )
-    truncation = hp.truncation(points, f, squares, share)
-    fractions = (picks < modes).astype(float)
+        squares[..., 0 if physics.chordwise else 1 :, :] -= softening
     kappa, s = v[..., 0, :, :], v[..., 1, :, :]
-    return Modes(kappa, s, picks, fractions, softened, truncation, rounding)
+    picks, places = _ascending(squares, modes)
+    fractions = (picks < squares.shape[-1]).astype(float)
+    of_modes = (each.take(places) for each in (squares, truncation, rounding))
+    return Modes(kappa, s, picks, fractions, *of_modes)
+
+
+def _ascending(squares: np.ndarray, modes: int) -> tuple[np.ndarray, np.ndarray]:
+    """Of two families' squares (..., 2, k) the lowest `modes`: places (..., modes) among those of
+    the beam, laid end to end, and among those of all beams."""
+    stack, both = squares.shape[:-2], 2 * squares.shape[-1]
+    picks = squares.reshape(*stack, both).argsort(axis=-1)[..., :modes]
+    if not stack:
+        return picks, picks
+    return picks, picks + both * np.arange(len(picks))[:, None]
 
 
 def _both(bending: np.ndarray, stretching: np.ndarray) -> np.ndarray:
@@ -84,17 +90,6 @@ def _both(bending: np.ndarray, stretching: np.ndarray) -> np.ndarray:
     else:
         hp.diagonal(both)[..., 1, :] = stretching
     return both
-
-
-def _definite(forms: hp.Forms, modes: int) -> eigen.Lowest:
-    """Both families' lowest modes where nothing is compressed."""
-    squares, v, added = eigen.lowest(forms.K, forms.M, modes)
-    stretching, s = eigen.lowest_of_diagonal(forms.d, forms.G, modes)
-    return eigen.Lowest(
-        np.concatenate((squares[..., None, :], stretching[..., None, :]), axis=-2),
-        np.concatenate((v[..., None, :, :], s[..., None, :, :]), axis=-3),
-        added if isinstance(added, float) else added[..., None],
-    )
 
 
 def coupled(
@@ -124,11 +119,12 @@ def coupled(
     size = abs(squares) + gamma**2
     v = np.stack((kappa, s), axis=-3)
     v = v.real + v.imag  # a family swings in one phase
-    share = hp.share_lost(hp.lost_to_order(points, forms, v), size[..., None, :]).sum(axis=-2)
+    scale = size[..., None, :] + eigen.COMPRESSED
+    share = hp.share_lost(hp.lost_to_order(points, forms, v), scale).sum(axis=-2, keepdims=True)
     stored = (v * (K @ v)).sum(axis=(-3, -2))
-    share *= 2 * abs(squares) / (abs(squares) + abs(stored))
+    share *= (2 * abs(squares) / (abs(squares) + abs(stored)))[..., None, :]
     fractions = ((Fb @ v[..., 0, :, :]) ** 2).sum(axis=-2)
-    truncation = hp.truncation(points, f, size, share)
+    truncation = hp.truncation(points, f, scale, share)[..., 0, :]
     if not definite:  # as above
         size = size + np.vecmat(abs(hp.diagonal(K)), v**2).sum(axis=-2)
     rounding = hp.rounding(size, times)
