@@ -36,7 +36,7 @@ def lowest(K: np.ndarray, M: np.ndarray, count: int, shift: float = 0.0) -> Lowe
     """
     stack, n = K.shape[:-2], K.shape[-1]
     count = min(count, n)
-    nu, V, added = np.empty((*stack, count)), np.empty((*stack, n, count)), np.empty((*stack, 1))
+    nu, V, added = np.empty((*stack, count)), np.empty((*stack, count, n)), np.empty((*stack, 1))
     for k in _each(stack):
         nu[k], V[k], added[k] = _largest(M[k], K[k], count, shift)
     return _lowest(nu, V, added)
@@ -49,14 +49,14 @@ def lowest_of_families(
     diag(d) v = lambda G v, d (..., n) > 0, which takes less."""
     stack, n = d.shape[:-1], d.shape[-1]
     count = min(count, n)
-    root = 1 / np.sqrt(d)[..., None]
-    A = root * G * root.mT
-    nu, V = np.empty((*stack, 2, count)), np.empty((*stack, 2, n, count))
+    root = 1 / np.sqrt(d)[..., None, :]
+    A = root.mT * G * root
+    nu, V = np.empty((*stack, 2, count)), np.empty((*stack, 2, count, n))
     added = np.zeros((*stack, 2, 1))
     for k in _each(stack):
         nu[*k, 0], V[*k, 0], added[*k, 0] = _largest(M[k], K[k], count, 0.0)
-        nu[*k, 1], v = _last(symmetric(A[k]), count)
-        V[*k, 1] = root[k] * v
+        nu[*k, 1], V[*k, 1] = _last(symmetric(A[k]), count)
+    V[..., 1, :, :] *= root
     return _lowest(nu, V, added)
 
 
@@ -66,16 +66,18 @@ def _each(stack: tuple[int, ...]) -> Iterable[tuple[int, ...]]:
 
 
 def _last(found: tuple[np.ndarray, np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
-    """The last `count` eigenvalues and vectors of those found in ascending order, descending."""
+    """The last `count` eigenvalues of those found in ascending order, descending, and their
+    vectors as rows."""
     nu, V = found
-    return nu[: -count - 1 : -1], V[:, : -count - 1 : -1]
+    return nu[: -count - 1 : -1], V.T[: -count - 1 : -1]
 
 
 def _lowest(nu: np.ndarray, V: np.ndarray, added: np.ndarray) -> Lowest:
-    """The eigenvalues 1 / nu - added, and the vectors of (K + added M) v = v / nu (overwritten)."""
+    """What was found of M v = nu (K + added M) v in terms of lambda; V (..., count, n) holds each
+    v as a row, in one stretch of memory, and is overwritten."""
     squares = 1 / nu
-    V *= np.sqrt(abs(squares))[..., None, :]
-    return Lowest(squares - added, V, added)
+    V *= np.sqrt(abs(squares))[..., None]
+    return Lowest(squares - added, V.mT, added)
 
 
 def symmetric(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -93,7 +95,7 @@ def symmetric(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _largest(
     M: np.ndarray, K: np.ndarray, count: int, shift: float
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """The `count` largest nu (descending) of M v = nu (K + added M) v, v (n, count), and added."""
+    """The `count` largest nu (descending) of M v = nu (K + added M) v, each v a row, and added."""
     for added in chain((shift,), SHIFTS):
         found = _definite(M, K + added * M if added else K, count)
         if found is not None:
@@ -108,7 +110,8 @@ def _largest(
 
 
 def _definite(M: np.ndarray, K: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray] | None:
-    """The `count` largest nu (descending) and v of M v = nu K v; None if K is not definite."""
+    """The `count` largest nu (descending) of M v = nu K v, each v a row; None if K is not
+    definite."""
     # Transposed, symmetric matrices come as LAPACK wants them: no conversion.
     n = len(K)
     if n < SUBSET:

@@ -129,7 +129,8 @@ def lost_to_order(mesh: Mesh, forms: Forms, v: np.ndarray) -> np.ndarray:
     """The energy (..., 2, k) that shapes v (..., 2, n, k) of the two families have in the two
     highest polynomials of each element, compression counted as tension: it bounds what a higher
     order would change."""
-    return np.vecmat(abs(forms.rigidity), abs(mesh.IJT[..., None, :, :] @ v) ** 2)
+    left = v.mT @ mesh.IJT[..., None, :, :].mT
+    return np.matvec(left * left, abs(forms.rigidity))
 
 
 def share_lost(lost: np.ndarray, scale: np.ndarray) -> np.ndarray:
