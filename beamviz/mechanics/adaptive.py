@@ -54,7 +54,7 @@ def solve_straight(beam: Beam, modes: int, physics: Physics, tolerance: float) -
             break
         points = mesh(breaks, orders)
         found = solve_on(points, beam, modes, physics, tolerance, near)
-        over, tried = float(excess(found, tolerance)), len(points.points)
+        over, tried = float(excess(found, tolerance, modes)), len(points.points)
         if over <= 1:
             return found
         near = points, found.f
@@ -71,11 +71,11 @@ def solve_straight(beam: Beam, modes: int, physics: Physics, tolerance: float) -
     )
 
 
-def excess(found: StraightModes, tolerance: float) -> np.ndarray:
-    """The largest error (...) in units of the one allowed. Rounding is allowed: no mesh mends it,
-    and the reported error says it."""
+def excess(found: StraightModes, tolerance: float, modes: int) -> np.ndarray:
+    """The largest error (...) of the lowest `modes` in units of the one allowed. Rounding is
+    allowed: no mesh mends it, and the reported error says it."""
     allowed = 2 * tolerance * abs(found.squares) + found.rounding
-    return (found.truncation / allowed).max(axis=-1)
+    return (found.truncation / allowed)[..., :modes].max(axis=-1)
 
 
 def solve_on(

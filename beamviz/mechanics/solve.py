@@ -81,11 +81,14 @@ def solve(
 DEFAULTS = Options(*(solve.__defaults__ or ()))
 
 
-def solve_many(beams: Iterable[Beam], **options: Any) -> list[Solution | BeamvizError]:
+def solve_many(
+    beams: Iterable[Beam], beside: int = 0, **options: Any
+) -> list[Solution | BeamvizError]:
     """`solve` for many beams with the same options, together where the method can.
 
-    The place of a beam without an answer (no equilibrium, not converged) holds its error.
-    Raises InvalidInput for wrong options.
+    beside: so many modes more, which need not meet the tolerance: their errors say how well the
+    mesh of the others resolves them. The place of a beam without an answer (no equilibrium, not
+    converged) holds its error. Raises InvalidInput for wrong options.
     """
     start = time.perf_counter()
     beams = list(beams)
@@ -93,7 +96,8 @@ def solve_many(beams: Iterable[Beam], **options: Any) -> list[Solution | Beamviz
     check(task)
     together: list[StraightModes | None] = [None] * len(beams)
     if task.model.method == "auto":
-        together = solve_straight_many(beams, task.modes, task.physics, task.tolerance)
+        together = solve_straight_many(beams, task.modes, beside, task.physics, task.tolerance)
+    task = task._replace(modes=task.modes + beside)
     return [
         _answer(task._replace(beam=beam), found)
         for beam, found in zip(beams, together, strict=True)

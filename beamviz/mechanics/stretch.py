@@ -27,6 +27,7 @@ NEWTON_STEP = 1e-7  # relative to the stretch at the clamp: quadratic, the next 
 SAME_TANGENT = 1e-3  # stretch within which a tangent is as good as new
 NEUMANN_TERMS = 3
 LARGEST_TOGETHER = 1.4  # stretch of beams solved together: above, a limit may be near
+LARGEST_SHARE = 0.5  # of one pass in the next, that is believed
 TINY = 1e-300
 LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 LIMIT_ORDER = 12
@@ -114,6 +115,8 @@ def newton(
     """
     w, A, b = mesh.weights, load * rho.G, (load * delta) * rho.g
     moved, least = math.inf, f.min()  # least: a lower bound of f from here on
+    if least <= law.min_stretch:
+        return None, 0
     for iteration in range(1, NEWTON_ITERATIONS + 1):
         residual = w * law.force(f) - A @ f - b
         if moved > SAME_TANGENT:
@@ -190,6 +193,7 @@ def first_guess(
         first, f = f, law.stretch(pull * (np.matvec(rho.G, f) + static))
         added, more = first - 1, f - first
         share = np.vecdot(added, more) / (np.vecdot(added, added) + TINY)
+        share = np.minimum(share, LARGEST_SHARE)
         return f + more * (share / (1 - share))[..., None]
     for _ in range(LARGE_STRETCH_PASSES):
         f = law.stretch(pull * (np.matvec(rho.G, f) + static))

@@ -18,7 +18,7 @@ from beamviz.mechanics.stretch import first_guess, hardly_stretches, newton_many
 from beamviz.mechanics.vibration import apart, coupled
 
 ATTEMPTS = 2  # what is left then needs care of its own
-FEWER_DIGITS = 0.15  # to begin with: the few that need more are soon solved again
+FEWER_DIGITS = 0.15
 CHUNK = 32  # beams that share a mesh: it is as fine as the hardest of them needs
 
 Discretisation = tuple[tuple[float, ...], tuple[int, ...]]  # breaks and orders
@@ -27,9 +27,10 @@ _numbers = attrgetter(*LIMITS)
 
 
 def solve_straight_many(
-    beams: list[Beam], modes: int, physics: Physics, tolerance: float
+    beams: list[Beam], modes: int, beside: int, physics: Physics, tolerance: float
 ) -> list[StraightModes | None]:
-    """Many neighbouring beams at once, assembled together on meshes of the same orders.
+    """Many neighbouring beams at once, assembled together on meshes of the same orders; and
+    `beside` modes more, which need not meet the tolerance.
 
     None where the common orders do not meet the tolerance, or where a beam needs more care
     (near a limit, an inward beam with Coriolis forces): `solve_straight` answers for those.
@@ -42,7 +43,7 @@ def solve_straight_many(
         left: dict[int, float] = {}  # place: by how much the tolerance is missed
         for places, points in _common_meshes(beams, table, waiting, modes, physics, digits):
             try:
-                several = _solve_many_on(points, table[places], modes, physics, tolerance)
+                several = _solve_many_on(points, table[places], modes, beside, physics, tolerance)
             except np.linalg.LinAlgError:  # one of them buckles: each by itself
                 continue
             for k, modes_of_one, over in zip(places.tolist(), *several, strict=True):
@@ -127,10 +128,11 @@ def _shared(numbers: hp.Numbers) -> hp.Numbers:
 
 
 def _solve_many_on(
-    points: Mesh, table: np.ndarray, modes: int, physics: Physics, tolerance: float
+    points: Mesh, table: np.ndarray, modes: int, beside: int, physics: Physics, tolerance: float
 ) -> tuple[list[StraightModes], list[float]]:
     """Equilibrium and modes of many beams, the rows of a table (beams, 5), on one mesh or on a
     mesh each; and by how much each misses the tolerance, infinite where Newton did not converge."""
+    count = modes + beside
     numbers = hp.Numbers(*table.T[:, :, None])
     rho = hp.inertia(points, _shared(numbers) if points.breaks.ndim == 1 else numbers)
     load = (numbers.gamma / numbers.mu) ** 2
@@ -140,12 +142,12 @@ def _solve_many_on(
     forms = hp.forms(points, rho, numbers, f, physics.law, physics.curvature, physics.stiffening)
     gamma = numbers.gamma
     if physics.couples:
-        vibration = coupled(points, rho, f, gamma, forms, modes, physics.softening, tolerance)
+        vibration = coupled(points, rho, f, gamma, forms, count, physics.softening, tolerance)
     else:
         shift = eigen.COMPRESSED if table[:, 3].min() < 0 else 0.0
-        vibration = apart(points, f, gamma[..., None] ** 2, forms, modes, physics, shift)
+        vibration = apart(points, f, gamma[..., None] ** 2, forms, count, physics, shift)
     together = StraightModes(points, f, iterations, *vibration)
-    over = np.where(converged, excess(together, tolerance), math.inf)
+    over = np.where(converged, excess(together, tolerance, modes), math.inf)
     fields = (repeat(None) if field is None else field for field in vibration)
     mesh_of = repeat(points) if points.breaks.ndim == 1 else map(points.__getitem__, range(len(f)))
     each = zip(mesh_of, f, repeat(iterations), *fields)  # some of these never end

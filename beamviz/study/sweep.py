@@ -94,9 +94,8 @@ class Sweep:
         elements = self.options.get("elements")
         if isinstance(elements, int):  # what is no number, solve_many refuses
             most = min(most, 2 * elements)
-        return solve_many(
-            beams, modes=max(self.modes, min(self.modes + BESIDE, most)), **self.options
-        )
+        beside = max(min(BESIDE, most - self.modes), 0)
+        return solve_many(beams, beside=beside, modes=self.modes, **self.options)
 
     @property
     def spent(self) -> bool:
