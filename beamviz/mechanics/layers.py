@@ -21,7 +21,7 @@ GRADING = 6.0  # ratio of neighbouring elements where the stretch falls off
 WAVES_PER_ELEMENT = 9.0
 NEGLIGIBLE_FORCE = 0.1  # n: the stretch is 1 for all that layers care
 AT_END = 1e-13  # a mass this near the clamp or the tip sits on it, to rounding
-GRADED_ORDER = 9  # least order beside thin elements, for six digits
+GRADED_ORDER = 8  # least order beside thin elements, for six digits
 MIN_ORDER, MAX_ORDER = 4, 30
 CAPS = (14, 18, 22, 30)  # orders above which a layer gets an element of its own, tried in turn
 
@@ -145,15 +145,14 @@ def _layers(part: Segment, pulls: tuple[float, float], digits: float) -> list[La
     for x, pull, side in (part.start, pulls[0], 1), (part.end, pulls[1], -1):
         if x < 1 and pull * part.length**2 > reach**2:  # nothing holds the rotation of the tip
             width = 1 / math.sqrt(pull)
-            own, order = (
-                share * (5.4 + 2.4 * math.sqrt(h / width)) for h in (reach * width, part.length)
-            )
+            own = share * (4.4 + 2.4 * math.sqrt(reach))
+            order = share * (5.4 + 2.4 * math.sqrt(part.length / width))
             found.append(Layer(x, x + side * reach * width, own, order))
     if part.end == 1 and part.slope > 0:
         width = part.slope ** (-1 / 3)
         if TIP_REACH * width < part.length:
-            orders = (share * (6 + h / width) for h in (TIP_REACH * width, part.length))
-            found.append(Layer(1.0, 1 - TIP_REACH * width, *orders))
+            own, order = share * (5.5 + TIP_REACH), share * (6 + part.length / width)
+            found.append(Layer(1.0, 1 - TIP_REACH * width, own, order))
     return found
 
 

@@ -25,6 +25,11 @@ Discretisation = tuple[tuple[float, ...], tuple[int, ...]]  # breaks and orders
 
 _numbers = attrgetter(*LIMITS)
 
+# A sweep takes and frees arrays of about a megabyte. The C library of Linux gives these back to the
+# system, and each of their pages is fetched anew at a fault, up to a fifth of a sweep's time. Once
+# a larger block has been freed, it keeps what is smaller. This one is never touched.
+np.empty(2**24, np.int8)
+
 
 def solve_straight_many(
     beams: list[Beam], modes: int, beside: int, physics: Physics, tolerance: float
