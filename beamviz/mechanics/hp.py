@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from beamviz.beam import Beam
-from beamviz.mechanics import eigen, straight
+from beamviz.mechanics import straight
 from beamviz.mechanics.mesh import Mesh
 from beamviz.mechanics.strain import Curvature, StrainLaw
 
