@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from beamviz.study.candidates import loci_of
+from beamviz.study.loci import Loci
 from beamviz.study.meetings import Event, chart
 from beamviz.study.tracking import Points, Track
 
@@ -43,3 +44,8 @@ def turned(angle: float) -> np.ndarray:
 def frequencies(track: Track, window: int) -> np.ndarray:
     """The frequencies (n, branches) of a track, branch by branch; nan where one is not there."""
     return loci_of(track, window).frequencies
+
+
+def sorted_frequencies(found: Loci) -> np.ndarray:
+    """The frequencies (values, branches) of loci in order, nan last."""
+    return np.sort(np.column_stack([branch.frequency for branch in found.branches]), axis=1)

@@ -137,7 +137,7 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
         complete=not sweep.spent,
         limits=tuple(sweep.limits(values)),
         confidence=_confidence(parts, len(values)),
-        solves=len(sweep.answers),
+        solves=sweep.solves,
         seconds=time.perf_counter() - start,
     )
 
@@ -189,7 +189,8 @@ def _named(
         for number, at in sorted(
             zip(numbers.tolist(), first.tolist(), strict=True), key=lambda x: x[1]
         ):
-            label = _label(sweep, part.track.points.at[at // sweep.modes], at % sweep.modes)
+            value = part.track.points.at[at // sweep.modes]
+            label = sweep.labels(float(value))[at % sweep.modes]
             here = branch[part.rows] == number
             row = np.full(count, -1)
             row[part.run] = np.where(here.any(axis=1), here.argmax(axis=1), -1)
@@ -203,13 +204,6 @@ def _named(
 def _labelled(event: Event[int], a: str, b: str) -> Event[str]:
     """An event with the labels of its branches."""
     return Event(**{**vars(event), "branches": (a, b)})
-
-
-def _label(sweep: Sweep, value: float, place: int) -> str:
-    """The label of one mode at a solved value."""
-    solution = sweep.answers[float(value)]
-    assert isinstance(solution, Solution)
-    return solution.labels[place]
 
 
 def _confidence(parts: list[Part], count: int) -> np.ndarray:

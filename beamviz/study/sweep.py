@@ -55,14 +55,15 @@ def checked_values(over: str, values: ArrayLike) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Sweep:
-    """A beam with one number set free; `answers` keeps what has been solved."""
+    """A beam with one number set free, and what is kept of each value that was solved."""
 
     beam: Beam
     over: str
     modes: int
     options: dict[str, Any]
     asked: int  # how many values are asked for
-    answers: dict[float, Answer] = field(default_factory=dict)
+    answers: dict[float, Answer] = field(default_factory=dict)  # at values asked for
+    between: dict[float, tuple[str, ...]] = field(default_factory=dict)  # labels of the modes there
 
     def at(self, value: float) -> Beam:
         """The beam with this value of the free number."""
@@ -100,22 +101,36 @@ class Sweep:
     @property
     def spent(self) -> bool:
         """Whether no more values are solved to find meetings."""
-        return len(self.answers) > self.asked + MAX_ADDED
+        return self.solves > self.asked + MAX_ADDED
+
+    @property
+    def solves(self) -> int:
+        """How many values have been solved."""
+        return len(self.answers.keys() | self.between.keys())
 
     def points(self, values: np.ndarray) -> Points:
         """What exists at ascending values, as points to track; nothing once enough is spent."""
         if self.spent:
-            return self.solved_points(values[:0])
+            values = values[:0]
         answers = self._solved([self.at(value) for value in values])
-        self.answers.update(zip(values.tolist(), answers, strict=True))
-        return self.solved_points(values)
+        for value, answer in zip(values.tolist(), answers, strict=True):
+            self.between[value] = answer.labels if isinstance(answer, Solution) else ()
+        return self._points(values, answers)
 
     def solved_points(self, values: np.ndarray) -> Points:
-        """What exists at values solved before, as points to track."""
-        found = ((value, self.answers[value]) for value in values.tolist())
-        there = [(value, answer) for value, answer in found if isinstance(answer, Solution)]
-        at, solutions = np.array([value for value, _ in there]), [answer for _, answer in there]
-        return sampled(at, solutions, self.places)
+        """What exists at values asked for, as points to track."""
+        return self._points(values, [self.answers[value] for value in values.tolist()])
+
+    def _points(self, values: np.ndarray, answers: list[Answer]) -> Points:
+        """Those of some answers that are solutions, as points."""
+        there = [k for k, answer in enumerate(answers) if isinstance(answer, Solution)]
+        solutions = [answer for answer in answers if isinstance(answer, Solution)]
+        return sampled(values[there], solutions, self.places)
+
+    def labels(self, value: float) -> tuple[str, ...]:
+        """The labels of the modes at a solved value."""
+        answer = self.answers.get(value)
+        return answer.labels if isinstance(answer, Solution) else self.between[value]
 
     @cached_property
     def places(self) -> int:
