@@ -114,7 +114,7 @@ def forms(
     return Forms(K, across.mT @ (rho.G @ across), d, rho.G, rigidity)
 
 
-def displacements(mesh: Mesh, rho: Inertia, f: np.ndarray) -> np.ndarray:
+def weighted_displacements(mesh: Mesh, rho: Inertia, f: np.ndarray) -> np.ndarray:
     """F (..., 2, m, n), bending first, with M = F' F: displacements at the mesh points, and at the
     concentrated mass, times the root of the mass there."""
     across = f[..., None] * mesh.J

@@ -1,7 +1,8 @@
 """Many neighbouring beams solved at once, as a sweep asks for them."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import groupby, repeat
 from operator import attrgetter
 
@@ -22,6 +23,7 @@ FEWER_DIGITS = 0.15
 CHUNK = 32  # beams that share a mesh: it is as fine as the hardest of them needs
 
 Discretisation = tuple[tuple[float, ...], tuple[int, ...]]  # breaks and orders
+Discretised = Callable[[int], Discretisation | None]  # of the beam at a place
 
 _numbers = attrgetter(*LIMITS)
 
@@ -46,7 +48,8 @@ def solve_straight_many(
     digits = -math.log10(tolerance) - FEWER_DIGITS
     for _ in range(ATTEMPTS):
         left: dict[int, float] = {}  # place: by how much the tolerance is missed
-        for places, points in _common_meshes(beams, table, waiting, modes, physics, digits):
+        discretised = partial(_discretised, beams, modes, physics, digits)
+        for places, points in _common_meshes(table, waiting, discretised):
             try:
                 several = _solve_many_on(points, table[places], modes, beside, physics, tolerance)
             except np.linalg.LinAlgError:  # one of them buckles: each by itself
@@ -63,48 +66,55 @@ def solve_straight_many(
 
 
 def _common_meshes(
-    beams: list[Beam],
-    table: np.ndarray,
-    places: np.ndarray,
-    modes: int,
-    physics: Physics,
-    digits: float,
+    table: np.ndarray, places: np.ndarray, discretised: Discretised
 ) -> Iterator[tuple[np.ndarray, Mesh]]:
     """The places of some beams to be solved together, and the mesh or the stack of meshes for it.
-
-    Where all have their mass at one place, the hardest of some sets the mesh for them. Where it
-    moves, each has its own breaks, between which neighbours share their orders. A beam without
-    equilibrium is left out, and one that buckles too finely: `solve_straight` says why.
-    """
-
-    def discretised(k: int) -> tuple[int, Discretisation] | None:
-        try:
-            positions = _positions(beams[k], physics)
-        except (NoEquilibrium, NotConverged):
-            return None
-        parts = segments(beams[k], positions, physics.law)
-        breaks, orders = discretisation(parts, beams[k].mu, modes, physics.curvature, digits)
-        return (k, (breaks, orders)) if sum(orders) <= MAX_UNKNOWNS else None
-
+    A beam without equilibrium is left out, and one that buckles too finely: `solve_straight` says
+    why."""
     alpha, beta, gamma, delta, mu = table[places].T
     if len(set(beta[alpha > 0].tolist())) <= 1:
         hardness = (gamma / mu) ** 2 * (1 + abs(delta)) * (1 + alpha)
-        groups: dict[Discretisation, list[np.ndarray]] = {}
-        for chunk in _chunks(places[hardness.argsort(kind="stable")]):
-            if found := discretised(chunk[-1]):
-                groups.setdefault(found[1], []).append(chunk)
-        for common, chunks in groups.items():
-            yield np.concatenate(chunks), mesh(*common)
-        return
-    for chunk in _chunks(places[beta.argsort(kind="stable")]):
-        found_of_all = filter(None, map(discretised, chunk.tolist()))
-        for _, group in groupby(found_of_all, key=lambda found: len(found[1][1])):
-            members, own = zip(*group, strict=True)
-            breaks, orders = zip(*own, strict=True)
-            yield (
-                np.array(members),
-                meshes(np.array(breaks), tuple(map(max, zip(*orders, strict=True)))),
-            )
+        return _shared_meshes(places[hardness.argsort(kind="stable")], discretised)
+    return _own_meshes(places[beta.argsort(kind="stable")], discretised)
+
+
+def _shared_meshes(
+    places: np.ndarray, discretised: Discretised
+) -> Iterator[tuple[np.ndarray, Mesh]]:
+    """A mesh for some beams with their mass at one place, gentle to hard: the hardest sets it."""
+    groups: dict[Discretisation, list[np.ndarray]] = {}
+    for chunk in _chunks(places):
+        if found := discretised(chunk[-1]):
+            groups.setdefault(found, []).append(chunk)
+    for common, chunks in groups.items():
+        yield np.concatenate(chunks), mesh(*common)
+
+
+def _own_meshes(places: np.ndarray, discretised: Discretised) -> Iterator[tuple[np.ndarray, Mesh]]:
+    """A stack of meshes for beams in the order of their masses: each has its own breaks, between
+    which neighbours share their orders."""
+    for chunk in _chunks(places):
+        found = ((k, own) for k in chunk.tolist() if (own := discretised(k)))
+        for _, group in groupby(found, key=lambda pair: len(pair[1][1])):
+            members, sizes = zip(*group, strict=True)
+            breaks, orders = zip(*sizes, strict=True)
+            common = tuple(map(max, zip(*orders, strict=True)))
+            yield np.array(members), meshes(np.array(breaks), common)
+
+
+def _discretised(
+    beams: list[Beam], modes: int, physics: Physics, digits: float, place: int
+) -> Discretisation | None:
+    """The breaks and orders a beam needs; None where it has no equilibrium or buckles too
+    finely."""
+    beam = beams[place]
+    try:
+        positions = _positions(beam, physics)
+    except (NoEquilibrium, NotConverged):
+        return None
+    parts = segments(beam, positions, physics.law)
+    breaks, orders = discretisation(parts, beam.mu, modes, physics.curvature, digits)
+    return (breaks, orders) if sum(orders) <= MAX_UNKNOWNS else None
 
 
 def _chunks(places: np.ndarray) -> list[np.ndarray]:

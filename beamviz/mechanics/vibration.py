@@ -112,7 +112,7 @@ def coupled(
     K = _both(forms.K, forms.d)
     if softening:
         K -= speed[..., None] ** 2 * _both(forms.M, forms.G)
-    F = hp.displacements(points, rho, f)
+    F = hp.weighted_displacements(points, rho, f)
     (Kb, Ka), (Fb, Fa) = np.moveaxis(K, -3, 0), np.moveaxis(F, -3, 0)
     most = tolerance / (10 * hp.ROUNDING_FACTOR * EPS)
     squares, s, kappa, times, definite = gyroscopic(Ka, Fa, Kb, Fb, speed, modes, most)
