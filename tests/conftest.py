@@ -1,7 +1,9 @@
 """Settings of every test, made before numpy is imported, and the command line in this process."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import hypothesis
 import pytest
@@ -56,3 +58,32 @@ def steel(tmp_path: Path) -> str:
     file = tmp_path / "steel.toml"
     file.write_text(STEEL)
     return str(file)
+
+
+@pytest.fixture(scope="module")
+def url() -> Iterator[str]:
+    """A running explorer for all tests of a file; every visitor starts from PAPER."""
+    from readings import PAPER
+
+    from beamviz.scene_file import SavedScene
+    from beamviz.show.server import explorer
+
+    with explorer(SavedScene(PAPER)) as address:
+        yield address
+
+
+@pytest.fixture(scope="module")
+def animators() -> Iterator[list[Any]]:
+    """The animators of all explorers that begin after this, in their order."""
+    from beamviz.show import server
+
+    made: list[Any] = []
+
+    class Watched(server.Animator):
+        def __init__(self, *given: Any):
+            super().__init__(*given)
+            made.append(self)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(server, "Animator", Watched)
+        yield made

@@ -6,6 +6,8 @@ from beamviz.beam import Beam
 from beamviz.mechanics.solve import solve
 from beamviz.show.readout import significant
 
+PAPER = Beam(alpha=1, beta=0.5, gamma=10)  # where visitors start
+
 
 def frequency(beam: Beam, mode: int = 0, **options: Any) -> str:
     """A frequency as the table of modes prints it."""

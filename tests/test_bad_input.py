@@ -1,10 +1,9 @@
 """What visitors send that makes no sense, and beams without an answer: told, and nothing lost."""
 
 import math
-from collections.abc import Iterator
 
 import pytest
-from readings import frequency
+from readings import PAPER, frequency
 from visitor import visitor
 
 from beamviz.beam import Beam
@@ -12,15 +11,6 @@ from beamviz.mechanics.solve import solve
 from beamviz.scene_file import SavedScene
 from beamviz.show.panels import Panel
 from beamviz.show.server import explorer
-
-PAPER = Beam(alpha=1, beta=0.5, gamma=10)
-
-
-@pytest.fixture(scope="module")
-def url() -> Iterator[str]:
-    """A running explorer for all tests of this file; every visitor starts from PAPER."""
-    with explorer(SavedScene(PAPER)) as address:
-        yield address
 
 
 @pytest.mark.parametrize(

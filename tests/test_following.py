@@ -13,21 +13,10 @@ from beamviz.mechanics.solve import solve
 from beamviz.scene_file import SavedScene
 from beamviz.show import server, solving
 from beamviz.show.following import LABEL
-from beamviz.show.server import Animator, explorer
+from beamviz.show.server import explorer
 
 PAPER = Beam(alpha=1, beta=0.5, gamma=10)
 PRESENTER = "the-presenters-key"
-
-
-@pytest.fixture
-def animators(monkeypatch) -> list[Animator]:
-    """The animators of the explorers of a test."""
-    made: list[Animator] = []
-    original = server.Animator
-    monkeypatch.setattr(
-        server, "Animator", lambda *given: (made.append(original(*given)), made[-1])[1]
-    )
-    return made
 
 
 @pytest.fixture
@@ -49,7 +38,7 @@ def test_all_see_what_the_presenter_does(url, animators, monkeypatch):
         for guest in (one, other):
             guest.says("axial strain, as drawn")
         assert len(solved) == 1
-        sessions = list(animators[0].sessions.values())
+        sessions = list(animators[-1].sessions.values())
         assert len({id(session.look) for session in sessions}) == 1
         lead.choose("playing", False)
         until(lambda: not any(session.moving for session in sessions))
@@ -97,7 +86,7 @@ def test_a_presenter_who_leaves_and_returns_leads_again(url, animators):
             lead.choose("speed γ", 21.0)
             one.says(frequency(PAPER.replace(gamma=21)))
             lead.choose("playing", False)
-        until(lambda: len(animators[0].sessions) == 1)
+        until(lambda: len(animators[-1].sessions) == 1)
         assert frequency(PAPER.replace(gamma=21)) in one.text
         with visitor(f"{url}/?token={PRESENTER}") as lead:
             lead.choose("speed γ", 5.0)

@@ -8,28 +8,17 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
-from typing import Any
 
 import pytest
 import websockets.exceptions
 from bare import until
+from readings import PAPER
 from visitor import BEAM, calm, visitor
 
-from beamviz.beam import Beam
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.scene_file import SavedScene
 from beamviz.show import server
 from beamviz.show.server import explorer, serve
-
-PAPER = Beam(alpha=1, beta=0.5, gamma=10)
-
-
-@pytest.fixture(scope="module")
-def url() -> Iterator[str]:
-    """A running explorer for all tests of this file; every visitor starts from PAPER."""
-    with explorer(SavedScene(PAPER)) as address:
-        yield address
 
 
 def test_nothing_is_computed_while_nothing_moves(monkeypatch):
@@ -61,23 +50,15 @@ def load(seconds: float) -> float:
     return (time.process_time() - start) / seconds
 
 
-def test_a_visitor_who_leaves_is_forgotten(monkeypatch):
+def test_a_visitor_who_leaves_is_forgotten(animators):
     """Their session is closed, and the animator keeps none of it."""
-    made: list[server.Animator] = []
-
-    class Watched(server.Animator):
-        def __init__(self, *given: Any):
-            super().__init__(*given)
-            made.append(self)
-
-    monkeypatch.setattr(server, "Animator", Watched)
     with explorer(SavedScene(PAPER)) as address:
         with visitor(address):
-            assert len(made[0].sessions) == 1
+            assert len(animators[-1].sessions) == 1
         end = time.monotonic() + 5
-        while made[0].sessions and time.monotonic() < end:
+        while animators[-1].sessions and time.monotonic() < end:
             time.sleep(0.02)
-        assert not made[0].sessions
+        assert not animators[-1].sessions
 
 
 def test_a_page_of_another_site_cannot_open_a_session(url):

@@ -4,12 +4,10 @@ import math
 import statistics
 import threading
 import time
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
-import pytest
-from readings import frequency
+from readings import PAPER, frequency
 from visitor import BEAM, calm, redrawn, visitor
 
 from beamviz.beam import Beam, Units
@@ -22,16 +20,6 @@ from beamviz.show.readout import significant
 from beamviz.show.server import explorer
 from beamviz.show.sliders import assign, heard
 from beamviz.show.turns import Turns
-
-PAPER = Beam(alpha=1, beta=0.5, gamma=10)
-
-
-@pytest.fixture(scope="module")
-def url() -> Iterator[str]:
-    """A running explorer for all tests of this file; every visitor starts from PAPER."""
-    with explorer(SavedScene(PAPER)) as address:
-        yield address
-
 
 # Each visitor has a session of their own
 
