@@ -35,12 +35,12 @@ class Feature(NamedTuple):
 ELEMENTS = Feature(
     "number of elements",
     lambda task: task.elements is not None,
-    lambda task: f"elements = {task.elements}",
+    lambda task: f"elements = {task.elements!r}",
 )
 TERMS = Feature(
     "number of terms",
     lambda task: task.terms is not None,
-    lambda task: f"terms = {task.terms}",
+    lambda task: f"terms = {task.terms!r}",
 )
 CORIOLIS = Feature(
     "Coriolis forces",
