@@ -175,9 +175,9 @@ def summary(guests: list[Guest], took: float) -> list[Row]:
         ("median frames", statistics.median(rates), "1/s"),
         ("most frames", max(rates), "1/s"),
         ("re-solves seen", sum(guest.solved for guest in guests), ""),
-        ("edit to update, median", statistics.median(waits), "ms"),
-        ("edit to update, 95 %", waits[int(0.95 * (len(waits) - 1))], "ms"),
-        ("edit to own update, 95 %", own[int(0.95 * (len(own) - 1))], "ms"),
+        ("every edit to update, median", statistics.median(waits), "ms"),
+        ("every edit to update, 95 %", waits[int(0.95 * (len(waits) - 1))], "ms"),
+        ("edit to its own update, 95 %", own[int(0.95 * (len(own) - 1))], "ms"),
     ]
 
 
@@ -226,7 +226,7 @@ def main() -> None:
             guests = [Guest() for _ in range(options.visitors)]
             measured = hall(url, guests, options.seconds, process.pid, options.resolves)
             for key, value, unit in asyncio.run(measured):
-                print(f"{key:<26} {value:10.2f} {unit}")
+                print(f"{key:<28} {value:10.2f} {unit}")
         finally:
             process.terminate()
 

@@ -52,6 +52,6 @@ def test_the_rows_of_the_script_are_complete(visit):
     _, rows = visit
     assert rows["visitors"] == VISITORS
     assert 0 < rows["fewest frames"] <= rows["median frames"] <= rows["most frames"]
-    assert 0 < rows["edit to update, median"] <= rows["edit to update, 95 %"]
+    assert 0 < rows["every edit to update, median"] <= rows["every edit to update, 95 %"]
     assert rows["server CPU"] > 0
     assert rows["memory"] > 0
