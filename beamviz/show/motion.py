@@ -15,7 +15,6 @@ from beamviz.show.tube import stations
 
 SAMPLES = np.linspace(0.0, 1.0, 401)
 PLACES = 100  # of the mass, for which stations are kept
-FINER = 21
 LAYER = 0.05  # of the beam: usual thickness of what is thin
 SOME = 8  # every so manieth station is enough to tell a mode from its opposite
 MAX_STRAIN = 0.6  # drawn stretching stays below it, so that a large picture never folds
@@ -47,8 +46,7 @@ class Shapes:
         """`solution` at its stations, with the signs of `previous`."""
         x = sampling(solution.beam.beta)
         raw = shapes_at(solution, x)
-        scale = normalisation(raw)
-        modes = scale * raw
+        modes = normalisation(raw) * raw
         stretching = np.abs(np.diff(modes[:, :, 0], axis=1) / np.diff(x)).max(axis=1)
         equilibrium = solution.equilibrium
         centreline = equilibrium.position(x)
@@ -62,7 +60,9 @@ class Shapes:
             strain=equilibrium.stretch((x[:-1] + x[1:]) / 2) - 1.0,
             modes=modes if previous is None else aligned(modes, x, previous),
             limits=MAX_STRAIN / np.maximum(stretching, 1e-12),
-            nodes=Still(solution, x, centreline, modes, scale),
+            nodes=Still(
+                x, solution.beam.beta, centreline, modes, solution.bending_fractions >= 0.5
+            ),
         )
 
     @classmethod
@@ -122,20 +122,27 @@ def normalisation(modes: np.ndarray) -> np.ndarray:
 
 
 class Still(Sequence[tuple[np.ndarray, np.ndarray]]):
-    """Nodes of each mode of a solution, looked for when they are asked for: x (j,), and where they
-    are (j, 2). centreline (n, 2) and modes (m, n, 2) are at x (n,), the modes `scale` times those
-    of the solution."""
+    """Nodes of each mode, looked for when they are asked for: x (j,), and where they are (j, 2).
+
+    x: (n,) stations, one at the mass; centreline (n, 2) and modes (m, n, 2) are at these; bends:
+    (m,) whether a mode is rather one of bending.
+    """
 
     def __init__(
         self,
-        solution: Solution,
         x: np.ndarray,
+        mass: float,
         centreline: np.ndarray,
         modes: np.ndarray,
-        scale: np.ndarray,
+        bends: np.ndarray,
     ):
-        self.solution, self.modes, self.scale = solution, modes, scale
-        self.x, self.centreline = x, centreline
+        self.x, self.mass, self.centreline, self.modes, self.bends = (
+            x,
+            mass,
+            centreline,
+            modes,
+            bends,
+        )
         self.known: dict[int, tuple[np.ndarray, np.ndarray]] = {}
 
     def __len__(self) -> int:
@@ -145,29 +152,25 @@ class Still(Sequence[tuple[np.ndarray, np.ndarray]]):
         if not 0 <= k < len(self):
             raise IndexError(k)
         if k not in self.known:
-            x = still(self.solution, k, self.x, self.modes[k], self.scale[k])
+            x = still(self.x, self.mass, self.modes[k, :, int(self.bends[k])])
             places = [np.interp(x, self.x, line) for line in self.centreline.T]
             self.known[k] = x, np.stack(places, 1)
         return self.known[k]
 
 
-def still(
-    solution: Solution, k: int, x: np.ndarray, mode: np.ndarray, scale: np.ndarray
-) -> np.ndarray:
-    """Nodes (j,) of mode k, given (n, 2) at x (n,): where its larger component changes sign,
-    looked for once more between stations, which leaves 1e-5. (`Solution.nodes` has all digits, at
-    the price of many solves.)"""
-    column = int(solution.bending_fractions[k] >= 0.5)
-    far = mode[np.abs(mode[:, column]).argmax(), column]
-    turn = np.conj(far) / np.abs(far)  # with Coriolis forces the tip may be out of step
-    values = (turn * mode[:, column]).real
-    before = 1 + np.flatnonzero(values[1:-1] * values[2:] < 0)
-    wide = (x[before + 1] - x[before])[:, None]
-    fine = x[before, None] + wide * np.linspace(0.0, 1.0, FINER)  # (j, FINER)
-    near = shapes_at(solution, fine.ravel().clip(0, 1))[k, :, column].reshape(fine.shape)
-    near = (turn * scale[0] * near).real
-    lines = zip(near, fine, strict=True)
-    return np.array([np.interp(0.0, np.sign(v[-1]) * v, at) for v, at in lines])
+def still(x: np.ndarray, mass: float, component: np.ndarray) -> np.ndarray:
+    """Nodes (j,) of a mode: where its larger component (n,), given at x (n,), changes sign. Between
+    stations it is taken for a parabola, which leaves 1e-5; through the mass, where its slope may
+    jump, goes none. (`Solution.nodes` has all digits, at the price of many solves.)"""
+    far = component[np.abs(component).argmax()]
+    v = (np.conj(far) / np.abs(far) * component).real  # with Coriolis forces out of step, perhaps
+    i = 1 + np.flatnonzero(v[1:-1] * v[2:] < 0)
+    third = np.where((i + 2 < len(x)) & (x[i + 1] != mass), i + 2, i - 1)
+    slope = (v[i + 1] - v[i]) / (x[i + 1] - x[i])
+    further = (v[third] - v[i + 1]) / (x[third] - x[i + 1])
+    bend = (further - slope) / (x[third] - x[i])
+    line = x[i] - v[i] / slope
+    return x[i] - v[i] / (slope + bend * (line - x[i + 1]))
 
 
 def aligned(modes: np.ndarray, x: np.ndarray, previous: Shapes) -> np.ndarray:

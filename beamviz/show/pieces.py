@@ -65,26 +65,27 @@ def density(shapes: Shapes, seen: Seen) -> np.ndarray:
 
     A chord of length h passes a curve of curvature kappa at kappa h^2 / 8.
     """
-    bend = np.sqrt(curvature(shapes, seen.fields) * seen.scale / (8 * DEVIATION))
-    return np.maximum(np.maximum(bend, tint(shapes, seen) / STEP), 1 / LONGEST)
+    slope, bend = derivatives(shapes, np.concatenate([shapes.centreline[None], seen.fields]))
+    chords = np.sqrt(curvature(slope, bend) * seen.scale / (8 * DEVIATION))
+    return np.maximum(np.maximum(chords, tint(slope, bend, seen) / STEP), 1 / LONGEST)
 
 
-def curvature(shapes: Shapes, fields: np.ndarray) -> np.ndarray:
-    """A bound (n - 1,) of the curvature of the swinging beam: its second derivative along x,
-    across the beam, and as much of that along it as its slope turns across."""
-    slope, bend = derivatives(shapes, np.concatenate([shapes.centreline[None], fields]))
+def curvature(slope: np.ndarray, bend: np.ndarray) -> np.ndarray:
+    """A bound (n - 1,) of the curvature of the swinging beam, from derivatives (1 + k, n - 1, 2) of
+    its centreline and its fields: the second one along x, across the beam, and as much of that
+    along it as its slope turns across."""
     along, steep = np.abs(bend[..., 0]).sum(axis=0), np.abs(slope[1:, :, 1]).sum(axis=0)
     stretch = np.maximum(np.abs(slope[0, :, 0]) - np.abs(slope[1:, :, 0]).sum(axis=0), 0.1)
     return np.abs(bend[..., 1]).sum(axis=0) + along * np.minimum(steep / stretch, 1.0)
 
 
-def tint(shapes: Shapes, seen: Seen) -> np.ndarray:
-    """A bound (n - 1,) of how fast the place in the colour map changes along the beam."""
+def tint(slope: np.ndarray, bend: np.ndarray, seen: Seen) -> np.ndarray:
+    """A bound (n - 1,) of how fast the place in the colour map changes along the beam, from the
+    same."""
     if seen.colouring == "axial strain":
-        _, bend = derivatives(shapes, np.concatenate([shapes.centreline[None], seen.fields]))
         return np.abs(bend[..., 0]).sum(axis=0) / (2 * seen.largest)
-    slope, _ = derivatives(shapes, seen.fields)
-    return np.hypot(*np.moveaxis(np.abs(slope), 2, 0)).sum(axis=0) / seen.largest
+    along, across = np.abs(slope[1:, :, 0]), np.abs(slope[1:, :, 1])
+    return np.hypot(along, across).sum(axis=0) / seen.largest
 
 
 def derivatives(shapes: Shapes, fields: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
