@@ -86,6 +86,16 @@ def test_loss_of_stability():
     assert first.family[-1] == "bending"
 
 
+def test_a_state_between_two_others_is_named():
+    """Stable at rest, not resolved at gamma 50: in between the beam buckles, and is solved."""
+    found = loci(Beam(alpha=100, beta=0.2, delta=-2, mu=10000), "gamma", [0, 50, 100], 1)
+    unstable, unresolved = found.limits
+    assert [unstable.kind, unresolved.kind] == ["unstable", "not-converged"]
+    assert unstable.start == pytest.approx(0.55, abs=1e-3)
+    assert 20 < unstable.stop == unresolved.start < 30
+    assert unresolved.stop == 100
+
+
 def test_a_gap_in_the_middle(monkeypatch):
     """Branches go on behind values that did not converge, and these are named."""
     solve_many = sweep.solve_many

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import chain, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -139,30 +140,36 @@ class Sweep:
 
     def limits(self, values: np.ndarray) -> Iterator[Limit]:
         """The parts of solved values without equilibrium, convergence or stability."""
-        states = [state(self.answers[value]) for value in values.tolist()]
-        changes = [i for i in range(1, len(states)) if states[i] != states[i - 1]]
         finest = FINEST * (values[-1] - values[0])
-        inner = (self._change(values[i - 1], values[i], finest) for i in changes)
-        ends = [values[0], *inner, values[-1]]
-        for k, i in enumerate([0, *changes]):
-            if states[i] != STABLE:
-                start, stop = float(ends[k]), float(ends[k + 1])
-                words = f"{WORDS[states[i]]} for {self.over} = {start:.6g} .. {stop:.6g}"
-                yield Limit(states[i], start, stop, words)
+        changes = [(float(values[0]), state(self.answers[float(values[0])]))]
+        for low, high in pairwise(values.tolist()):
+            changes += self._changes(low, high, finest)
+        ends = [*(place for place, _ in changes[1:]), float(values[-1])]
+        for (start, kind), stop in zip(changes, ends, strict=True):
+            if kind != STABLE:
+                words = f"{WORDS[kind]} for {self.over} = {start:.6g} .. {stop:.6g}"
+                yield Limit(kind, start, stop, words)
 
-    def _change(self, low: float, high: float, finest: float) -> float:
-        """Where the state changes between two values, by bisection; `finest` as near as it is
-        looked for, where that is at 0."""
-        before, answer = self.answers[low], self.answers[high]
-        if self.over == "gamma" and isinstance(answer, NoEquilibrium):
-            return min(max(answer.limit, low), high)
-        while high - low > max(PRECISION * max(abs(low), abs(high)), finest):
-            middle = (low + high) / 2
-            if _alike(self.solve(np.array([middle]))[0], before, answer):
-                low = middle
-            else:
-                high = middle
-        return (low + high) / 2
+    def _changes(self, low: float, high: float, finest: float) -> list[tuple[float, str]]:
+        """Where the state changes between two solved values, and to what, by bisection; `finest`
+        as near as it is looked for, where that is at 0."""
+        before, after = self.answers[low], self.answers[high]
+        if state(before) == state(after):
+            return []
+        if self.over == "gamma" and isinstance(after, NoEquilibrium):
+            return [(min(max(after.limit, low), high), state(after))]
+        start, stop = low, high
+        while stop - start > max(PRECISION * max(abs(start), abs(stop)), finest):
+            middle = (start + stop) / 2
+            answer = self.solve(np.array([middle]))[0]
+            if _alike(answer, before, after):
+                start = middle
+            elif _alike(answer, after, before) or self.spent:
+                stop = middle
+            else:  # a state between the two
+                inner = (self._changes(*ends, finest) for ends in ((start, middle), (middle, stop)))
+                return [*chain.from_iterable(inner)]
+        return [((start + stop) / 2, state(after))]
 
 
 def _alike(answer: Answer, one: Answer, other: Answer) -> bool:
