@@ -23,7 +23,8 @@ from beamviz.show.session import Session
 from beamviz.show.turns import Turns
 
 FRAMES = 25  # a second, for one visitor
-FEWER_FRAMES = 12.8  # where visitors wait for answers
+ALL_FRAMES = 800  # a second, for all visitors of all processes together
+FEWER_FRAMES = 12.8  # for one visitor, where some wait for answers
 CROWD = 8  # visitors; from here on they are answered in turn, and charts wait for a rest
 TOGETHER = 4  # answers or pictures in a row, which costs less; then messages come and go
 HOPS = 4  # of the event loop that a message takes to come in, or to go out
@@ -139,12 +140,18 @@ class Animator:
         while not self.stopped:
             await self.sleep(due)
             if time.monotonic() >= due:
-                step = 1 / (FEWER_FRAMES if self.turns.waiting else FRAMES)
+                step = self.step
                 await self.draw_all(step)
                 due = max(due + step, time.monotonic() + step / 5)
             self.turns.take(TOGETHER)
             self.draw_next()
             await messages()
+
+    @property
+    def step(self) -> float:
+        """Time [s] from one round of pictures to the next."""
+        rate = FEWER_FRAMES if self.turns.waiting else FRAMES
+        return max(1 / rate, self.attendance.total / ALL_FRAMES)
 
     async def sleep(self, due: float) -> None:
         """Wait until `due`, or as long as nothing moves, or until something is new."""
