@@ -86,6 +86,18 @@ def test_loss_of_stability():
     assert first.family[-1] == "bending"
 
 
+def test_modes_are_followed_through_buckling_with_coriolis():
+    """They turn into growing ones without a jump, whichever number is varied."""
+    found = loci(Beam(delta=-1), "gamma", np.linspace(0, 6, 61), coriolis=True)
+    assert found.limits[0].start == pytest.approx(2.996, abs=1e-3)
+    assert found.confidence.min() > 0.999
+    found = loci(
+        Beam(alpha=1, beta=0.6, gamma=20), "delta", np.linspace(-1.5, 1, 61), coriolis=True
+    )
+    assert found.confidence.min() > 0.9
+    assert found.solves < 130
+
+
 def test_a_state_between_two_others_is_named():
     """Stable at rest, not resolved at gamma 50: in between the beam buckles, and is solved."""
     found = loci(Beam(alpha=100, beta=0.2, delta=-2, mu=10000), "gamma", [0, 50, 100], 1)

@@ -77,19 +77,24 @@ def _gyroscopic(
     """Shapes and duals in the product in which modes of M q" + 2 gamma G q' + K q = 0 are
     orthogonal, (omega_i + omega_j) phi_i* M phi_j - 2 i gamma phi_i* G phi_j.
 
-    It follows from the equation of mode j times phi_i*, less that of mode i times phi_j*. Of a
-    mode that grows, the products with both modes of a pair (+-omega_j) are added: what is left is
-    omega_i u_i u_j + w_i (omega_j^2 / omega_j) w_j - 2 gamma w_i u_j, each omega its modulus.
+    It follows from the equation of mode j times phi_i*, less that of mode i times phi_j*. A mode
+    that grows is (u, w) in place of (u, i w), its omega the rate. It is orthogonal to both modes of
+    a pair +-omega: to their sum and to their difference, either half of the product. Those are
+    added so that the product does not vanish where a mode begins to grow.
     """
     omega = np.sqrt(abs(squares))[:, :, None]
     root = np.sqrt(gamma)[:, None, None]
-    u, w, swings = vectors[:, :, 0], vectors[:, :, 1], (squares >= 0)[:, :, None]
-    turned = np.where(swings, omega, -omega) * w
-    shapes = np.concatenate(
-        (omega * u, swings * omega * w, swings * u, w, swings * root * u, root * w), axis=2
-    )
-    duals = np.concatenate(
-        (u, swings * w, swings * omega * u, turned, -2 * swings * root * w, -2 * root * u), axis=2
+    swings = (squares >= 0)[:, :, None]
+    u, w = vectors[:, :, 0], vectors[:, :, 1]
+    across = (w**2).sum(axis=2, keepdims=True) > (u**2).sum(axis=2, keepdims=True)
+    half = np.where(swings | ~across, 1.0, -1.0)
+    fast_u, fast_w = omega * u, np.where(swings, omega, -omega) * w
+    shapes, duals = (
+        np.concatenate(parts, axis=2)
+        for parts in (
+            (fast_u, w, root * w, half * fast_w, half * u, half * root * u),
+            (u, fast_w, -2 * root * u, half * w, half * fast_u, -2 * half * root * w),
+        )
     )
     norms = (shapes * duals).sum(axis=2, keepdims=True)
     size = np.sqrt(np.maximum(abs(norms), np.finfo(float).tiny))
