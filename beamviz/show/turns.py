@@ -1,14 +1,13 @@
 """Where wishes are answered: on threads, or, in a crowd, a few after the other while nobody else
 is at work, not even what draws."""
 
-import contextlib
 import queue
 import threading
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Executor
 
-PATIENCE = 0.05  # [s] that all others wait for a few answers; those that take longer go on beside
+PATIENCE = 0.1  # [s] that all others wait for a few answers; what takes longer goes on beside
 
 Work = Callable[[], None]
 Quick = Callable[[], bool]
@@ -80,7 +79,14 @@ class Helper:
     def run(self) -> None:
         """Work."""
         while works := self.works.get():
-            with contextlib.suppress(IndexError):
-                while True:
-                    works.popleft()[0]()
+            while work := first(works):
+                work()
             self.done.set()
+
+
+def first(works: deque[tuple[Work, Quick]]) -> Work | None:
+    """Some work, taken out; None where there is no more, or it has been taken back."""
+    try:
+        return works.popleft()[0]
+    except IndexError:
+        return None
