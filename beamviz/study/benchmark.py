@@ -36,8 +36,12 @@ def benchmark(folder: Path, quick: bool, peers: bool, release: str) -> str:
     everyone = [*contestants.METHODS, *(contestants.peers() if peers else [])]
     rows = workprecision.measured(everyone, QUICK if quick else FULL, say)
     say("bare LAPACK")
-    ratios = {name: bare(beam, LAPACK_REPEATS[quick]).ratio for name, beam in SCENES.items()}
-    about = surroundings(everyone, quick, release) | {"bare_lapack": ratios}
+    alone = {name: bare(beam, LAPACK_REPEATS[quick]) for name, beam in SCENES.items()}
+    ratios = {
+        "bare_lapack": {name: found.ratio for name, found in alone.items()},
+        "eigh": {name: found.ratio_to_eigh for name, found in alone.items()},
+    }
+    about = surroundings(everyone, quick, release) | ratios
     try:
         write(folder, {f"{NAME}.{ending}": data for ending, data in files(rows, about).items()})
     except OSError as error:
@@ -92,8 +96,9 @@ def words(about: dict[str, Any]) -> str:
     return f"{about['date']}, one thread of {machine['processor']}.\n{others}."
 
 
-def summary(rows: list[Row], ratios: dict[str, float]) -> Iterator[str]:
-    """Times at equal error against auto's, and auto against the bare LAPACK time of its own."""
+def summary(rows: list[Row], ratios: dict[str, dict[str, float]]) -> Iterator[str]:
+    """Times at equal error against auto's, and auto's against that of its eigenproblems alone, by
+    LAPACK's bare routines and by scipy.linalg.eigh."""
     names = list(dict.fromkeys(row.name for row in rows))
     head = "".join(f"{scene:>18}" for scene in SCENES)
     for target in TARGETS:
@@ -102,8 +107,9 @@ def summary(rows: list[Row], ratios: dict[str, float]) -> Iterator[str]:
             cells = "".join(f"{_cell(rows, scene, name, target):>18}" for scene in SCENES)
             yield f"{name:34}{cells}"
         yield ""
-    cells = "".join(f"{ratios[scene]:>18.1f}" for scene in SCENES)
-    yield f"{'auto / its LAPACK alone':34}{cells}"
+    for name, key in ("LAPACK", "bare_lapack"), ("scipy.linalg.eigh", "eigh"):
+        cells = "".join(f"{ratios[key][scene]:>18.1f}" for scene in SCENES)
+        yield f"{f'auto / its {name} alone':34}{cells}"
 
 
 def _cell(rows: list[Row], scene: str, name: str, target: float) -> str:
