@@ -18,6 +18,8 @@ from beamviz.mechanics.vibration import apart, coupled
 REFINEMENTS = 8
 MAX_UNKNOWNS = 300  # of one family; beyond, the scene is too near an end of equilibrium
 COARSE_ORDER = 6
+STRETCH_SHARE = 1e-3  # of the tolerance: an error of the stretch that need not be mended
+STRETCH_FACTOR = 6.0  # times it, that of omega^2: rigidities and levers are powers of f
 
 
 class StraightModes(NamedTuple):
@@ -88,8 +90,10 @@ def solve_on(
 ) -> StraightModes:
     """Equilibrium and modes on one mesh; `near` is the equilibrium on another."""
     rho = hp.inertia(points, beam)
+    off = 0.0
     if physics.tension == "equilibrium":
-        f, iterations = equilibrium(points, rho, beam, physics.law, near)
+        enough = STRETCH_SHARE * tolerance
+        f, iterations, off = equilibrium(points, rho, beam, physics.law, near, enough)
     else:
         f, iterations = np.ones(len(points.weights)), 0
     forms = hp.forms(points, rho, beam, f, physics.law, physics.curvature, physics.stiffening)
@@ -98,6 +102,11 @@ def solve_on(
     else:
         shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
         vibration = apart(points, f, beam.gamma**2, forms, modes, physics, shift)
+    if off:
+        size = abs(vibration.squares) + beam.gamma**2
+        vibration = vibration._replace(
+            truncation=vibration.truncation + STRETCH_FACTOR * off * size
+        )
     return StraightModes(points, f, iterations, *vibration)
 
 
@@ -105,7 +114,7 @@ def coarse(beam: Beam, law: StrainLaw) -> tuple[State, Positions]:
     """The equilibrium of a beam that stretches on a coarse mesh, and the positions it gives."""
     ends = unstretched(beam).ends
     points = mesh(ends, (COARSE_ORDER,) * (len(ends) - 1))
-    f, _ = equilibrium(points, hp.inertia(points, beam), beam, law)
+    f = equilibrium(points, hp.inertia(points, beam), beam, law).f
     weighted = (points.weights * (points.J @ f)).reshape(-1, COARSE_ORDER).sum(axis=1)
     u = points.from_clamp(np.array(ends)) @ f
     means = weighted / np.diff(ends)

@@ -24,7 +24,7 @@ class Lowest(NamedTuple):
 
     squares: np.ndarray  # (..., count) lambda, ascending
     V: np.ndarray  # (..., n, count), V' M V = 1
-    added: np.ndarray  # (..., 1) the multiple of M added to K: what rounds is K + added M
+    size: np.ndarray  # (..., count) lambda of what was solved, K + a multiple of M: that rounds
 
 
 def lowest(K: np.ndarray, M: np.ndarray, count: int, shift: float = 0.0) -> Lowest:
@@ -75,9 +75,9 @@ def _last(found: tuple[np.ndarray, np.ndarray], count: int) -> tuple[np.ndarray,
 def _lowest(nu: np.ndarray, V: np.ndarray, added: np.ndarray) -> Lowest:
     """What was found of M v = nu (K + added M) v in terms of lambda; V (..., count, n) holds each
     v as a row, in one stretch of memory, and is overwritten."""
-    squares = 1 / nu
-    V *= np.sqrt(abs(squares))[..., None]
-    return Lowest(squares - added, V.mT, added)
+    size = 1 / nu
+    V *= np.sqrt(abs(size))[..., None]
+    return Lowest(size - added, V.mT, size)
 
 
 def symmetric(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

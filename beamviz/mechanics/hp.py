@@ -39,7 +39,8 @@ class Inertia(NamedTuple):
     G: np.ndarray  # (..., n, n) mass matrix J' rho J
     G1: np.ndarray  # (..., n) G applied to the stretch of a beam at rest
     g: np.ndarray  # (..., n) static moment J' rho 1
-    to_mass: np.ndarray | None  # (..., n) sqrt(alpha) times the integral from clamp to mass
+    to_mass: np.ndarray | None  # (..., n) integrates from the clamp to the mass
+    alpha: float | np.ndarray  # (..., 1)
     total: float | np.ndarray  # mass that pulls at the clamp
 
 
@@ -47,11 +48,11 @@ def inertia(mesh: Mesh, beam: Beam | Numbers) -> Inertia:
     """The inertia of a beam whose mass sits on a break of the mesh."""
     alpha, beta = beam.alpha, beam.beta
     if isinstance(beam, Beam) and not (alpha and beta):
-        return Inertia(mesh.G, mesh.G1, mesh.g, None, 1.0)
+        return Inertia(mesh.G, mesh.G1, mesh.g, None, 0.0, 1.0)
     to_mass = before(mesh, beta) if isinstance(beta, float) else _before(mesh, beta)
-    root, carried = alpha**0.5 * to_mass, alpha * to_mass
-    G = mesh.G + root[..., None] * root[..., None, :]
-    return Inertia(G, mesh.G1 + beta * carried, mesh.g + carried, root, 1.0 + alpha)
+    carried = alpha * to_mass
+    G = mesh.G + carried[..., None] * to_mass[..., None, :]
+    return Inertia(G, mesh.G1 + beta * carried, mesh.g + carried, to_mass, alpha, 1.0 + alpha)
 
 
 def _before(mesh: Mesh, beta: float | np.ndarray) -> np.ndarray:
@@ -120,7 +121,7 @@ def weighted_displacements(mesh: Mesh, rho: Inertia, f: np.ndarray) -> np.ndarra
     across = f[..., None] * mesh.J
     rows = [np.stack(np.broadcast_arrays(mesh.rooted @ across, mesh.rooted), axis=-3)]
     if rho.to_mass is not None:
-        to_mass = rho.to_mass[..., None, :]
+        to_mass = (rho.alpha**0.5 * rho.to_mass)[..., None, :]
         rows.append(np.stack(np.broadcast_arrays(to_mass @ across, to_mass), axis=-3))
     return np.concatenate(rows, axis=-2)
 

@@ -44,6 +44,12 @@ class StrainLaw:
             least = float(self.force(np.float64(self.min_stretch)))
         return least, math.inf if self.max_stretch == math.inf else self.force(self.max_stretch)
 
+    @cached_property
+    def softening(self) -> float:
+        """a in f = 1 + n - a n^2 + ..., the stretch that a small force gives: n''(1) / 2, with
+        n = e e', e(1) = 0 and e'(1) = 1."""
+        return 1.5 * float(self.second(1.0))
+
 
 @dataclass(frozen=True)
 class Curvature:

@@ -6,7 +6,7 @@ branch, to its load or to the limit below it.
 """
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import lapack
@@ -21,7 +21,7 @@ from beamviz.mechanics.newton import Path, Root, continue_load
 from beamviz.mechanics.strain import StrainLaw
 
 SMALL_FORCE = 0.3  # n at the clamp below which a beam hardly stretches
-LARGE_STRETCH_PASSES = 5
+MANY_PASSES = 5  # of a guess for beams that stretch far
 NEWTON_ITERATIONS = 12
 NEWTON_STEP = 1e-7  # relative to the stretch at the clamp: quadratic, the next is below rounding
 SAME_TANGENT = 1e-3  # stretch within which a tangent is as good as new
@@ -35,11 +35,15 @@ LIMIT_ORDER = 12
 State = tuple[Mesh, np.ndarray]  # the stretch f (n,) at the points of a mesh
 
 
-def hardly_stretches(beam: Beam | Numbers) -> Any:
-    """Whether the force at the clamp is small, seen from the unstretched beam; of one beam or of
-    many."""
+def clamp_force(beam: Beam | Numbers) -> Any:
+    """The force n at the clamp, without what the stretch adds to it; of one beam or of many."""
     moment = abs(0.5 + beam.delta) + beam.alpha * abs(beam.beta + beam.delta)
-    return (beam.gamma / beam.mu) ** 2 * moment < SMALL_FORCE
+    return (beam.gamma / beam.mu) ** 2 * moment
+
+
+def hardly_stretches(beam: Beam | Numbers) -> Any:
+    """Whether the force at the clamp is small; of one beam or of many."""
+    return clamp_force(beam) < SMALL_FORCE
 
 
 def one_state(beam: Beam | Numbers, law: StrainLaw) -> Any:
@@ -47,31 +51,49 @@ def one_state(beam: Beam | Numbers, law: StrainLaw) -> Any:
     return (beam.delta >= 0) & (law.max_stretch == math.inf)
 
 
+class Stretch(NamedTuple):
+    """The stretch f (n,) at the mesh points, the Newton iterations it took, and how far it may be
+    from equilibrium, 0 where that is rounding."""
+
+    f: np.ndarray
+    iterations: int
+    off: float
+
+
 def equilibrium(
-    points: Mesh, rho: Inertia, beam: Beam, law: StrainLaw, near: State | None = None
-) -> tuple[np.ndarray, int]:
-    """The stretch f (n,) at the mesh points and the Newton iterations it took.
+    points: Mesh,
+    rho: Inertia,
+    beam: Beam,
+    law: StrainLaw,
+    near: State | None = None,
+    enough: float = 0.0,
+) -> Stretch:
+    """The equilibrium on a mesh.
 
     A small load at once, and so a large one from the state `near` it; any other, or one near a
-    limit, by continuation from rest.
+    limit, by continuation from rest. To rounding, or `enough` near to be left at that.
     """
     if not beam.gamma:
-        return np.ones(len(points.weights)), 0
+        return Stretch(np.ones(len(points.weights)), 0, 0.0)
     load = (beam.gamma / beam.mu) ** 2
-    hardly = hardly_stretches(beam)
+    force = clamp_force(beam)
+    hardly, one = force < SMALL_FORCE, one_state(beam, law)
     guess = None
     if near is not None:
         elsewhere, f = near
         guess = elsewhere.at(points.points) @ f
-    elif hardly or one_state(beam, law):
-        guess = first_guess(points, rho, beam.delta, law, load, hardly=hardly)
+    elif hardly or one:
+        passes = 1 if force**2 < enough else 2
+        guess = first_guess(points, rho, beam.delta, law, load, passes if hardly else MANY_PASSES)
+        if one and force ** (passes + 1) < enough:
+            return Stretch(guess, 0, force ** (passes + 1))
     if guess is not None:
-        found, iterations = newton(points, rho, beam.delta, law, load, guess)
+        found = newton(points, rho, beam.delta, law, load, guess, enough)
         if found is not None:
-            return found, iterations
+            return found
     path = _follow(points, rho, beam.delta, law, load)
     if path.limit is None:
-        return path.state, path.iterations
+        return Stretch(path.state, path.iterations, 0.0)
     limit = _limit(beam, law, load)
     if limit < beam.gamma:
         raise straight.no_equilibrium(beam, limit, law)
@@ -85,8 +107,8 @@ def _follow(points: Mesh, rho: Inertia, delta: float, law: StrainLaw, load: floa
     """Continuation of the stable branch from no load towards `load` = (gamma / mu)^2."""
 
     def solve_at(trial: float, guess: np.ndarray) -> Root | None:
-        f, iterations = newton(points, rho, delta, law, trial, guess)
-        return None if f is None else Root(f, iterations)
+        found = newton(points, rho, delta, law, trial, guess)
+        return None if found is None else Root(found.f, found.iterations)
 
     def left(reached: float, f: np.ndarray) -> float:
         return margin(points, rho, delta, law, reached, f)
@@ -104,19 +126,25 @@ def _limit(beam: Beam, law: StrainLaw, load: float) -> float:
 
 
 def newton(
-    mesh: Mesh, rho: Inertia, delta: float, law: StrainLaw, load: float, f: np.ndarray
-) -> tuple[np.ndarray | None, int]:
+    mesh: Mesh,
+    rho: Inertia,
+    delta: float,
+    law: StrainLaw,
+    load: float,
+    f: np.ndarray,
+    enough: float = 0.0,
+) -> Stretch | None:
     """The stretch f (n,) in equilibrium at load = (gamma / mu)^2, by Newton-Raphson from f.
 
     The residual is w n(f) - load (G f + delta g), the paper's eq. 40 for a straight beam. A
     tangent serves as long as f has hardly moved from where it was taken: each step then errs by
     its own size times that distance.
-    Returns None for f where an iterate leaves the stable branch, and the iterations done.
+    Returns None where an iterate leaves the stable branch.
     """
     w, A, b = mesh.weights, load * rho.G, (load * delta) * rho.g
     moved, least = math.inf, f.min()  # least: a lower bound of f from here on
     if least <= law.min_stretch:
-        return None, 0
+        return None
     for iteration in range(1, NEWTON_ITERATIONS + 1):
         residual = w * law.force(f) - A @ f - b
         if moved > SAME_TANGENT:
@@ -126,19 +154,22 @@ def newton(
         else:
             step, info = lapack.dpotrs(factor, residual)
         if info:
-            return None, iteration
+            return None
         f = f - step
         size = math.sqrt(step @ step)
         moved, least = moved + size, least - size
         if least <= law.min_stretch:
             least = float(f.min())
             if least <= law.min_stretch:
-                return None, iteration
-        if moved * size < (NEWTON_STEP * f[0]) ** 2:
+                return None
+        off = moved * size / f.item(0) ** 2
+        if off < NEWTON_STEP**2:
+            off = 0.0
+        if off <= enough:
             held = law.max_stretch == math.inf or f.max() < law.max_stretch
             held = held and _left_at_clamp(rho, delta, law, load, f) > 0
-            return (f if held else None), iteration
-    return None, iteration
+            return Stretch(f, iteration, off) if held else None
+    return None
 
 
 def newton_many(
@@ -179,23 +210,28 @@ def first_guess(
     delta: float | np.ndarray,
     law: StrainLaw,
     load: float | np.ndarray,
-    *,
-    hardly: bool,
+    passes: int,
 ) -> np.ndarray:
     """The stretch (..., n) from the force of a beam as it was before, n = load (G f + delta g) / w,
-    again and again from rest. Each pass adds a share of what the one before it did, much the same
-    share all along a beam that hardly stretches: two passes say what all the others would add.
+    again and again from rest.
+
+    Each pass adds a share of what the one before it did, much the same share all along a beam that
+    hardly stretches: two passes say what all the others would add. With a force n at the clamp of
+    an outward beam, one pass is off by n^2 at most, two by n^3.
     """
     pull = load / mesh.weights
     static = delta * rho.g
-    f = law.stretch(pull * (rho.G1 + static))
-    if hardly:
+    n = pull * (rho.G1 + static)
+    if passes == 1:
+        return 1 + n * (1 - law.softening * n)
+    f = law.stretch(n)
+    if passes == 2:
         first, f = f, law.stretch(pull * (np.matvec(rho.G, f) + static))
         added, more = first - 1, f - first
         share = np.vecdot(added, more) / (np.vecdot(added, added) + TINY)
         share = np.minimum(share, LARGEST_SHARE)
         return f + more * (share / (1 - share))[..., None]
-    for _ in range(LARGE_STRETCH_PASSES):
+    for _ in range(passes):
         f = law.stretch(pull * (np.matvec(rho.G, f) + static))
     return f
 

@@ -15,7 +15,13 @@ from beamviz.mechanics.adaptive import MAX_UNKNOWNS, StraightModes, coarse, exce
 from beamviz.mechanics.layers import Positions, discretisation, segments, unstretched
 from beamviz.mechanics.mesh import Mesh, mesh, meshes
 from beamviz.mechanics.physics import Physics
-from beamviz.mechanics.stretch import first_guess, hardly_stretches, newton_many, one_state
+from beamviz.mechanics.stretch import (
+    MANY_PASSES,
+    first_guess,
+    hardly_stretches,
+    newton_many,
+    one_state,
+)
 from beamviz.mechanics.vibration import apart, coupled
 
 ATTEMPTS = 2  # what is left then needs care of its own
@@ -151,8 +157,8 @@ def _solve_many_on(
     numbers = hp.Numbers(*table.T[:, :, None])
     rho = hp.inertia(points, _shared(numbers) if points.breaks.ndim == 1 else numbers)
     load = (numbers.gamma / numbers.mu) ** 2
-    hardly = bool(hardly_stretches(numbers).all())
-    guess = first_guess(points, rho, numbers.delta, physics.law, load, hardly=hardly)
+    passes = 2 if hardly_stretches(numbers).all() else MANY_PASSES
+    guess = first_guess(points, rho, numbers.delta, physics.law, load, passes)
     f, converged, iterations = newton_many(points, rho, numbers, physics.law, load, guess)
     forms = hp.forms(points, rho, numbers, f, physics.law, physics.curvature, physics.stiffening)
     gamma = numbers.gamma

@@ -51,24 +51,25 @@ def apart(
     """
     if shift:
         K, M = _both(forms.K, forms.d), _both(forms.M, forms.G)
-        squares, v, added = eigen.lowest(K, M, modes, shift)
+        squares, v, size = eigen.lowest(K, M, modes, shift)
     else:
-        squares, v, added = eigen.lowest_of_families(*forms[:4], modes)
+        squares, v, size = eigen.lowest_of_families(*forms[:4], modes)
     scale = abs(squares) + eigen.COMPRESSED
     share = hp.share_lost(hp.lost_to_order(points, forms, v), scale)
     truncation = hp.truncation(points, f, scale, share)
-    size = squares + added  # of what was solved: rounding falls on the high ones
-    times = size / size[..., :1]
+    times = size / size[..., :1]  # rounding falls on the high ones
     if shift:  # compression cancels against the rest: what rounds is each unknown by itself
+        added = (size - squares)[..., :1]
         size = np.vecmat(hp.diagonal(K) + added * hp.diagonal(M), v**2)
     rounding = hp.rounding(size, times)
     if physics.softening:
-        squares[..., 0 if physics.chordwise else 1 :, :] -= softening
+        soft = squares if physics.chordwise else squares[..., 1:, :]
+        soft -= softening
     kappa, s = v[..., 0, :, :], v[..., 1, :, :]
     picks, places = _ascending(squares, modes)
     fractions = (picks < squares.shape[-1]).astype(float)
-    of_modes = (each.take(places) for each in (squares, truncation, rounding))
-    return Modes(kappa, s, picks, fractions, *of_modes)
+    squares, truncation = squares.take(places), truncation.take(places)
+    return Modes(kappa, s, picks, fractions, squares, truncation, rounding.take(places))
 
 
 def _ascending(squares: np.ndarray, modes: int) -> tuple[np.ndarray, np.ndarray]:
