@@ -19,7 +19,6 @@ REFINEMENTS = 8
 MAX_UNKNOWNS = 300  # of one family; beyond, the scene is too near an end of equilibrium
 COARSE_ORDER = 6
 STRETCH_SHARE = 1e-3  # of the tolerance: an error of the stretch that need not be mended
-STRETCH_FACTOR = 6.0  # times it, that of omega^2: rigidities and levers are powers of f
 
 
 class StraightModes(NamedTuple):
@@ -90,24 +89,19 @@ def solve_on(
 ) -> StraightModes:
     """Equilibrium and modes on one mesh; `near` is the equilibrium on another."""
     rho = hp.inertia(points, beam)
-    off = 0.0
     if physics.tension == "equilibrium":
         enough = STRETCH_SHARE * tolerance
-        f, iterations, off = equilibrium(points, rho, beam, physics.law, near, enough)
+        stretch = equilibrium(points, rho, beam, physics.law, near, enough)
     else:
-        f, iterations = np.ones(len(points.weights)), 0
+        stretch = hp.Stretch(np.ones(len(points.weights)), 0, 0.0)
+    f, gamma, softening = stretch.f, beam.gamma, physics.softening
     forms = hp.forms(points, rho, beam, f, physics.law, physics.curvature, physics.stiffening)
-    if physics.couples and beam.gamma:
-        vibration = coupled(points, rho, f, beam.gamma, forms, modes, physics.softening, tolerance)
+    if physics.couples and gamma:
+        vibration = coupled(points, rho, stretch, gamma, forms, modes, softening, tolerance)
     else:
         shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
-        vibration = apart(points, f, beam.gamma**2, forms, modes, physics, shift)
-    if off:
-        size = abs(vibration.squares) + beam.gamma**2
-        vibration = vibration._replace(
-            truncation=vibration.truncation + STRETCH_FACTOR * off * size
-        )
-    return StraightModes(points, f, iterations, *vibration)
+        vibration = apart(points, stretch, gamma**2, forms, modes, physics, shift)
+    return StraightModes(points, f, stretch.iterations, *vibration)
 
 
 def coarse(beam: Beam, law: StrainLaw) -> tuple[State, Positions]:

@@ -66,6 +66,15 @@ def before(mesh: Mesh, beta: float) -> np.ndarray:
     return _before(mesh, beta)
 
 
+class Stretch(NamedTuple):
+    """An equilibrium: the stretch f at the mesh points, the Newton iterations it took, and how far
+    f may be off, 0 where that is rounding."""
+
+    f: np.ndarray  # (..., n)
+    iterations: int
+    off: float
+
+
 def diagonal(A: np.ndarray) -> np.ndarray:
     """The diagonals of contiguous matrices (..., n, n), as a view (..., n) to write to."""
     return A.reshape(*A.shape[:-2], -1)[..., :: A.shape[-1] + 1]
@@ -141,17 +150,19 @@ def share_lost(lost: np.ndarray, scale: np.ndarray) -> np.ndarray:
     return np.maximum.accumulate(lost / scale, axis=-1)
 
 
-def truncation(mesh: Mesh, f: np.ndarray, scale: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Estimated errors (..., families, k) of omega^2 from the order of the mesh.
+def truncation(mesh: Mesh, stretch: Stretch, scale: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Estimated errors (..., families, k) of omega^2 from the order of the mesh, and from a stretch
+    that is off.
 
     A large stretch falls off all but singularly: more is lost then than what is seen to be.
     """
+    f = stretch.f
     tail = np.matvec(mesh.tails, f)
-    lost_stretch = np.vecdot(tail, tail) / np.vecdot(mesh.weights, f) ** 2
+    lost = 4 * np.vecdot(tail, tail) / np.vecdot(mesh.weights, f) ** 2 + stretch.off
     factor = TRUNCATION_FACTOR * np.maximum(f[..., 0], 1.0)
-    return (share + 4 * lost_stretch[..., None, None]) * (scale * factor[..., None, None])
+    return ((share.T + lost) * (scale.T * factor)).T  # the stack comes last, where f is a number
 
 
 def rounding(size: np.ndarray, times: np.ndarray | float) -> np.ndarray:
     """Estimated errors (..., k) of omega^2 from rounding a number of this `size` so many times."""
-    return abs(size) * (ROUNDING_FACTOR * EPS * (1 + times))
+    return size * (ROUNDING_FACTOR * EPS * (1 + times))

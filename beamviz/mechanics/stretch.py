@@ -6,7 +6,7 @@ branch, to its load or to the limit below it.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.linalg import lapack
@@ -14,7 +14,7 @@ from scipy.linalg import lapack
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
 from beamviz.mechanics import straight
-from beamviz.mechanics.hp import Inertia, Numbers, inertia
+from beamviz.mechanics.hp import Inertia, Numbers, Stretch, inertia
 from beamviz.mechanics.layers import unstretched
 from beamviz.mechanics.mesh import Mesh, mesh
 from beamviz.mechanics.newton import Path, Root, continue_load
@@ -49,15 +49,6 @@ def hardly_stretches(beam: Beam | Numbers) -> Any:
 def one_state(beam: Beam | Numbers, law: StrainLaw) -> Any:
     """Whether there is no other state to run into than the stable one, of one beam or of many."""
     return (beam.delta >= 0) & (law.max_stretch == math.inf)
-
-
-class Stretch(NamedTuple):
-    """The stretch f (n,) at the mesh points, the Newton iterations it took, and how far it may be
-    from equilibrium, 0 where that is rounding."""
-
-    f: np.ndarray
-    iterations: int
-    off: float
 
 
 def equilibrium(

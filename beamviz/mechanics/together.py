@@ -161,12 +161,12 @@ def _solve_many_on(
     guess = first_guess(points, rho, numbers.delta, physics.law, load, passes)
     f, converged, iterations = newton_many(points, rho, numbers, physics.law, load, guess)
     forms = hp.forms(points, rho, numbers, f, physics.law, physics.curvature, physics.stiffening)
-    gamma = numbers.gamma
+    gamma, stretch = numbers.gamma, hp.Stretch(f, iterations, 0.0)
     if physics.couples:
-        vibration = coupled(points, rho, f, gamma, forms, count, physics.softening, tolerance)
+        vibration = coupled(points, rho, stretch, gamma, forms, count, physics.softening, tolerance)
     else:
         shift = eigen.COMPRESSED if table[:, 3].min() < 0 else 0.0
-        vibration = apart(points, f, gamma[..., None] ** 2, forms, count, physics, shift)
+        vibration = apart(points, stretch, gamma[..., None] ** 2, forms, count, physics, shift)
     together = StraightModes(points, f, iterations, *vibration)
     over = np.where(converged, excess(together, tolerance, modes), math.inf)
     fields = (repeat(None) if field is None else field for field in vibration)

@@ -37,7 +37,7 @@ class Modes(NamedTuple):
 
 def apart(
     points: Mesh,
-    f: np.ndarray,
+    stretch: hp.Stretch,
     softening: float | np.ndarray,
     forms: hp.Forms,
     modes: int,
@@ -56,7 +56,7 @@ def apart(
         squares, v, size = eigen.lowest_of_families(*forms[:4], modes)
     scale = abs(squares) + eigen.COMPRESSED
     share = hp.share_lost(hp.lost_to_order(points, forms, v), scale)
-    truncation = hp.truncation(points, f, scale, share)
+    truncation = hp.truncation(points, stretch, scale, share)
     times = size / size[..., :1]  # rounding falls on the high ones
     if shift:  # compression cancels against the rest: what rounds is each unknown by itself
         added = (size - squares)[..., :1]
@@ -96,7 +96,7 @@ def _both(bending: np.ndarray, stretching: np.ndarray) -> np.ndarray:
 def coupled(
     points: Mesh,
     rho: hp.Inertia,
-    f: np.ndarray,
+    stretch: hp.Stretch,
     gamma: float | np.ndarray,
     forms: hp.Forms,
     modes: int,
@@ -113,7 +113,7 @@ def coupled(
     K = _both(forms.K, forms.d)
     if softening:
         K -= speed[..., None] ** 2 * _both(forms.M, forms.G)
-    F = hp.weighted_displacements(points, rho, f)
+    F = hp.weighted_displacements(points, rho, stretch.f)
     (Kb, Ka), (Fb, Fa) = np.moveaxis(K, -3, 0), np.moveaxis(F, -3, 0)
     most = tolerance / (10 * hp.ROUNDING_FACTOR * EPS)
     squares, s, kappa, times, definite = gyroscopic(Ka, Fa, Kb, Fb, speed, modes, most)
@@ -125,7 +125,7 @@ def coupled(
     stored = (v * (K @ v)).sum(axis=(-3, -2))
     share *= (2 * abs(squares) / (abs(squares) + abs(stored)))[..., None, :]
     fractions = ((Fb @ v[..., 0, :, :]) ** 2).sum(axis=-2)
-    truncation = hp.truncation(points, f, scale, share)[..., 0, :]
+    truncation = hp.truncation(points, stretch, scale, share)[..., 0, :]
     if not definite:  # as above
         size = size + np.vecmat(abs(hp.diagonal(K)), v**2).sum(axis=-2)
     rounding = hp.rounding(size, times)
