@@ -10,7 +10,11 @@ import pytest
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # timings compare one thread with one thread
 
-hypothesis.settings.register_profile("beamviz", deadline=None, derandomize=True)
+# Which lines a failure runs takes minutes to find out, and seldom says why.
+QUICK_TO_FAIL = [phase for phase in hypothesis.Phase if phase is not hypothesis.Phase.explain]
+hypothesis.settings.register_profile(
+    "beamviz", deadline=None, derandomize=True, phases=QUICK_TO_FAIL
+)
 hypothesis.settings.load_profile("beamviz")
 
 # Tests of processes, browsers and visitors: on a busy machine one of them may come too late.

@@ -158,7 +158,7 @@ def truncation(mesh: Mesh, stretch: Stretch, scale: np.ndarray, share: np.ndarra
     """
     f = stretch.f
     tail = np.matvec(mesh.tails, f)
-    lost = 4 * np.vecdot(tail, tail) / np.vecdot(mesh.weights, f) ** 2 + stretch.off
+    lost = 4 * np.vecdot(tail, tail) / np.vecdot(mesh.weights, f) ** 2 + stretch.off / 2
     factor = TRUNCATION_FACTOR * np.maximum(f[..., 0], 1.0)
     return ((share.T + lost) * (scale.T * factor)).T  # the stack comes last, where f is a number
 

@@ -16,6 +16,7 @@ from beamviz.beam import Beam
 from beamviz.mechanics.strain import Curvature, StrainLaw
 
 LAYER_REACH = 2.0  # widths per digit: exp(-2 * 12) of a layer's energy is left after 12
+MOST_DIGITS = 14.0  # for more, higher order is what helps, not wider elements
 TIP_REACH = 4.0
 GRADING = 6.0  # ratio of neighbouring elements where the stretch falls off
 WAVES_PER_ELEMENT = 9.0
@@ -23,6 +24,8 @@ NEGLIGIBLE_FORCE = 0.1  # n: the stretch is 1 for all that layers care
 AT_END = 1e-13  # a mass this near the clamp or the tip sits on it, to rounding
 GRADED_ORDER = 8  # least order beside thin elements, for six digits
 MIN_ORDER, MAX_ORDER = 4, 30
+TOO_HIGH = 35.0  # an order from which on two halves are better than MAX_ORDER
+HALF = 0.7  # of the order of an element, in each half of it
 CAPS = (14, 18, 22, 30)  # orders above which a layer gets an element of its own, tried in turn
 
 
@@ -105,17 +108,27 @@ def discretisation(
         ends = _spread(sorted({*fixed, *thin}), WAVES_PER_ELEMENT / waves)
         orders = [1.86 * waves * (b - a) + 1.4 + 0.85 * digits for a, b in pairwise(ends)]
         if len(ends) > len(parts) + 1:
-            graded = _share(digits) * GRADED_ORDER
+            graded = _share_if_thin(digits) * GRADED_ORDER
             orders = [max(order, graded) for order in orders]
         for layer in layers:
             element = layer.element(ends)
             need = layer.order if layer.order <= cap else layer.own_order
             orders[element] = max(orders[element], need)
+        ends, orders = _halved(ends, orders)
         whole = [min(max(math.ceil(order), MIN_ORDER), MAX_ORDER) for order in orders]
         candidates.append((sum(whole), tuple(ends), tuple(whole)))
         if not thin:
             break
     return min(candidates, key=itemgetter(0))[1:]
+
+
+def _halved(ends: list[float], orders: list[float]) -> tuple[list[float], list[float]]:
+    """Elements of too high an order in two halves each, as often as it takes."""
+    while max(orders) > TOO_HIGH:
+        k = orders.index(max(orders))
+        ends = [*ends[: k + 1], (ends[k] + ends[k + 1]) / 2, *ends[k + 1 :]]
+        orders = [*orders[:k], *2 * [HALF * orders[k]], *orders[k + 1 :]]
+    return ends, orders
 
 
 class Layer(NamedTuple):
@@ -134,24 +147,30 @@ class Layer(NamedTuple):
 
 def _share(digits: float) -> float:
     """The share that so many digits need of the order that six need."""
-    return 0.4 + digits / 10
+    return 0.4 + 0.1 * digits
+
+
+def _share_if_thin(digits: float) -> float:
+    """`_share` in thin elements, whose width goes with the digits already."""
+    return 0.55 + 0.075 * digits
 
 
 def _layers(part: Segment, pulls: tuple[float, float], digits: float) -> list[Layer]:
     """The layers of a segment that are short of it: at its ends with these pulls, and where its
     tension runs out at the free tip."""
-    share, reach = _share(digits), LAYER_REACH * digits
+    share, if_thin = _share(digits), _share_if_thin(digits)
+    reach = LAYER_REACH * min(digits, MOST_DIGITS)
     found = []
     for x, pull, side in (part.start, pulls[0], 1), (part.end, pulls[1], -1):
         if x < 1 and pull * part.length**2 > reach**2:  # nothing holds the rotation of the tip
             width = 1 / math.sqrt(pull)
-            own = share * (4.4 + 2.4 * math.sqrt(reach))
+            own = if_thin * (4.4 + 2.4 * math.sqrt(reach))
             order = share * (5.4 + 2.4 * math.sqrt(part.length / width))
             found.append(Layer(x, x + side * reach * width, own, order))
     if part.end == 1 and part.slope > 0:
         width = part.slope ** (-1 / 3)
         if TIP_REACH * width < part.length:
-            own, order = share * (5.5 + TIP_REACH), share * (6 + part.length / width)
+            own, order = if_thin * (5.5 + TIP_REACH), share * (6 + part.length / width)
             found.append(Layer(1.0, 1 - TIP_REACH * width, own, order))
     return found
 

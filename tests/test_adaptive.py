@@ -1,0 +1,98 @@
+"""`auto` does what the tolerance asks for and no more: stretch, orders, modes beside a sweep's."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from strategies import beams
+
+from beamviz import Beam, solve
+from beamviz.mechanics import adaptive
+from beamviz.mechanics.hp import Stretch
+from beamviz.mechanics.layers import MAX_ORDER
+from beamviz.mechanics.physics import Physics
+from beamviz.mechanics.solve import solve_many
+from beamviz.mechanics.strain import CURVATURES, STRAIN_LAWS
+
+EXACT = 1e-11
+PHYSICS = Physics(STRAIN_LAWS["green"], CURVATURES["spatial"], chordwise=True, coriolis=False)
+
+
+def within_the_bars(coarse, fine):
+    off = abs(coarse.squares - fine.squares)
+    return np.all(off <= coarse.square_errors + fine.square_errors)
+
+
+def test_a_gentle_stretch_needs_no_newton():
+    """The guess is enough for a picture, one iteration for a table, and rounding is asked for."""
+    iterations = [
+        solve(Beam(alpha=1, gamma=5), tolerance=tolerance).equilibrium.iterations
+        for tolerance in (1e-3, 1e-6, 1e-11)
+    ]
+    assert iterations[0] == 0
+    assert iterations == sorted(iterations)
+    assert iterations[-1] >= 1
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    beam=beams(gamma=(0, 12), mu=(50, 500)),
+    tolerance=st.sampled_from((0.1, 1e-2, 1e-3, 1e-5)),
+    strain=st.sampled_from(("green", "biot", "hencky")),
+    coriolis=st.booleans(),
+    flapwise=st.booleans(),
+)
+def test_what_a_stretch_is_off_by_is_in_the_bars(beam, tolerance, strain, coriolis, flapwise):
+    """However roughly a stretch is found, the errors reported hold."""
+    plane = "flapwise" if flapwise else "chordwise"
+    options = {"strain": strain, "coriolis": coriolis, "plane": plane}
+    rough = solve(beam, tolerance=tolerance, **options)
+    assert within_the_bars(rough, solve(beam, tolerance=EXACT, **options))
+
+
+@settings(max_examples=100, deadline=None)
+@given(beam=beams(gamma=(0.1, 30)), off=st.floats(1e-6, 1e-3), outwards=st.booleans())
+def test_the_bars_hold_for_a_stretch_that_is_off(beam, off, outwards):
+    """A stretch wrong by a share of itself, all along the beam, and known to be."""
+    exact = adaptive.solve_straight(beam, 5, PHYSICS, EXACT)
+
+    def wrong(*_):
+        return Stretch(exact.f * (1 + off if outwards else 1 - off), 0, off)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(adaptive, "equilibrium", wrong)
+        rough = adaptive.solve_on(exact.mesh, beam, 5, PHYSICS, EXACT)
+    assert np.all(abs(rough.squares - exact.squares) <= rough.truncation + rough.rounding)
+
+
+@pytest.mark.parametrize(
+    ("beam", "tolerance", "options"),
+    [
+        (
+            Beam(0.0017162224, 0.9999850882, 195.643763, 7.81546017, 5581.03943),
+            1e-6,
+            {"strain": "biot", "curvature": "material"},
+        ),
+        (
+            Beam(0.0045099961, 0.9996084399, 198.408316, 8.49544911, 5664.11510),
+            3.5e-8,
+            {"strain": "hencky", "plane": "flapwise"},
+        ),
+    ],
+)
+def test_where_order_is_not_enough_elements_are_halved(beam, tolerance, options):
+    """A light mass just inside the tip of a very fast beam: the tolerance is met all the same."""
+    solution = solve(beam, tolerance=tolerance, **options)
+    assert solution.stats.order <= MAX_ORDER
+    assert np.all(solution.errors <= 1.01 * tolerance * solution.frequencies)
+
+
+def test_modes_beside_a_sweeps_need_not_meet_the_tolerance():
+    """They come with fewer unknowns than the same modes asked for, and honest bars."""
+    sweep = [Beam(alpha=1, gamma=gamma) for gamma in np.linspace(1, 20, 40)]
+    asked, beside = solve_many(sweep, modes=8), solve_many(sweep, beside=2, modes=6)
+    assert sum(s.stats.dof for s in beside) < sum(s.stats.dof for s in asked)
+    for beam, six, eight in zip(sweep, beside, asked, strict=True):
+        assert six.labels == eight.labels
+        assert np.all(six.errors[:6] <= 1.01e-6 * six.frequencies[:6])
+        assert within_the_bars(six, solve(beam, modes=8, tolerance=EXACT))
