@@ -8,7 +8,13 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
 from beamviz.mechanics import eigen, hp
-from beamviz.mechanics.layers import Positions, discretisation, segments, unstretched
+from beamviz.mechanics.layers import (
+    MAX_UNKNOWNS,
+    Positions,
+    discretisation,
+    segments,
+    unstretched,
+)
 from beamviz.mechanics.mesh import Mesh, mesh
 from beamviz.mechanics.physics import Physics
 from beamviz.mechanics.strain import StrainLaw
@@ -16,7 +22,6 @@ from beamviz.mechanics.stretch import State, equilibrium, hardly_stretches
 from beamviz.mechanics.vibration import apart, coupled
 
 REFINEMENTS = 8
-MAX_UNKNOWNS = 300  # of one family; beyond, the scene is too near an end of equilibrium
 COARSE_ORDER = 6
 STRETCH_SHARE = 1e-3  # of the tolerance: an error of the stretch that need not be mended
 

@@ -16,7 +16,6 @@ from beamviz.beam import Beam
 from beamviz.mechanics.strain import Curvature, StrainLaw
 
 LAYER_REACH = 2.0  # widths per digit: exp(-2 * 12) of a layer's energy is left after 12
-MOST_DIGITS = 14.0  # for more, higher order is what helps, not wider elements
 TIP_REACH = 4.0
 GRADING = 6.0  # ratio of neighbouring elements where the stretch falls off
 WAVES_PER_ELEMENT = 9.0
@@ -24,7 +23,8 @@ NEGLIGIBLE_FORCE = 0.1  # n: the stretch is 1 for all that layers care
 AT_END = 1e-13  # a mass this near the clamp or the tip sits on it, to rounding
 GRADED_ORDER = 8  # least order beside thin elements, for six digits
 MIN_ORDER, MAX_ORDER = 4, 30
-TOO_HIGH = 35.0  # an order from which on two halves are better than MAX_ORDER
+MAX_UNKNOWNS = 300  # of one family; beyond, the scene is too near an end of equilibrium
+TOO_HIGH = 38.0  # an order from which on two halves are better than MAX_ORDER
 HALF = 0.7  # of the order of an element, in each half of it
 CAPS = (14, 18, 22, 30)  # orders above which a layer gets an element of its own, tried in turn
 
@@ -123,12 +123,14 @@ def discretisation(
 
 
 def _halved(ends: list[float], orders: list[float]) -> tuple[list[float], list[float]]:
-    """Elements of too high an order in two halves each, as often as it takes."""
-    while max(orders) > TOO_HIGH:
-        k = orders.index(max(orders))
-        ends = [*ends[: k + 1], (ends[k] + ends[k + 1]) / 2, *ends[k + 1 :]]
-        orders = [*orders[:k], *2 * [HALF * orders[k]], *orders[k + 1 :]]
-    return ends, orders
+    """Elements of too high an order in two halves each, as often as it takes; as they were where
+    that is too much."""
+    halves, each = ends, orders
+    while max(each) > TOO_HIGH:
+        k = each.index(max(each))
+        halves = [*halves[: k + 1], (halves[k] + halves[k + 1]) / 2, *halves[k + 1 :]]
+        each = [*each[:k], *2 * [HALF * each[k]], *each[k + 1 :]]
+    return (halves, each) if sum(each) <= MAX_UNKNOWNS - len(each) else (ends, orders)
 
 
 class Layer(NamedTuple):
@@ -158,8 +160,7 @@ def _share_if_thin(digits: float) -> float:
 def _layers(part: Segment, pulls: tuple[float, float], digits: float) -> list[Layer]:
     """The layers of a segment that are short of it: at its ends with these pulls, and where its
     tension runs out at the free tip."""
-    share, if_thin = _share(digits), _share_if_thin(digits)
-    reach = LAYER_REACH * min(digits, MOST_DIGITS)
+    share, if_thin, reach = _share(digits), _share_if_thin(digits), LAYER_REACH * digits
     found = []
     for x, pull, side in (part.start, pulls[0], 1), (part.end, pulls[1], -1):
         if x < 1 and pull * part.length**2 > reach**2:  # nothing holds the rotation of the tip

@@ -11,8 +11,14 @@ import numpy as np
 from beamviz.beam import LIMITS, Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.mechanics import eigen, hp
-from beamviz.mechanics.adaptive import MAX_UNKNOWNS, StraightModes, coarse, excess
-from beamviz.mechanics.layers import Positions, discretisation, segments, unstretched
+from beamviz.mechanics.adaptive import StraightModes, coarse, excess
+from beamviz.mechanics.layers import (
+    MAX_UNKNOWNS,
+    Positions,
+    discretisation,
+    segments,
+    unstretched,
+)
 from beamviz.mechanics.mesh import Mesh, mesh, meshes
 from beamviz.mechanics.physics import Physics
 from beamviz.mechanics.stretch import (
