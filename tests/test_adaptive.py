@@ -50,6 +50,20 @@ def test_what_a_stretch_is_off_by_is_in_the_bars(beam, tolerance, strain, coriol
     assert within_the_bars(rough, solve(beam, tolerance=EXACT, **options))
 
 
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
+@pytest.mark.parametrize(
+    ("beam", "strain"),
+    [
+        (Beam(0.0, 0.1, 28.691018, -0.66, 19.0), "hencky"),  # 3e-4 below its limit
+        (Beam(4.4, 0.6, 6.3986495, -0.71, 18.0), "green"),  # 2e-4
+    ],
+)
+def test_near_a_limit_no_stretch_is_left_off(beam, strain, tolerance):
+    """There the tangent is all but singular: a small residual is a long way from equilibrium."""
+    rough = solve(beam, strain=strain, tolerance=tolerance)
+    assert within_the_bars(rough, solve(beam, strain=strain, tolerance=EXACT))
+
+
 @settings(max_examples=100, deadline=None)
 @given(beam=beams(gamma=(0.1, 30)), off=st.floats(1e-6, 1e-3), outwards=st.booleans())
 def test_the_bars_hold_for_a_stretch_that_is_off(beam, off, outwards):

@@ -85,6 +85,12 @@ def alone(animators: list[Animator], count: int = 1) -> None:
     until(lambda: len(animators[0].sessions) == count)
 
 
+def newest(animators: list[Animator]) -> Session:
+    """The session of the guest who came last, beside one other, once it is counted."""
+    until(lambda: len(animators[0].sessions) == 2)
+    return animators[0].sessions[max(animators[0].sessions)]
+
+
 # Visitors who leave
 
 
@@ -187,7 +193,7 @@ def test_no_control_takes_harm_from_a_bad_value(url, other, animators, caplog, c
         guest.choose("playing", False)
         for label in 3 * list(guest.controls):
             guest.choose(label, bad)
-        session = animators[0].sessions[max(animators[0].sessions)]
+        session = newest(animators)
         until(lambda: answered(guest, session, PAPER.replace(gamma=12)))
     lines = [record.getMessage() for record in caplog.records]
     assert all("\n" not in line for line in lines)
@@ -301,12 +307,10 @@ def test_the_server_ends_in_the_middle_of_a_solution_without_end(monkeypatch):
 def test_drawing_that_fails_ends_that_visit_alone(url, other, animators, caplog):
     """The page connects again, to a new session; the log has one line."""
     with visitor(url) as guest:
-        session = animators[0].sessions[max(animators[0].sessions)]
+        session = newest(animators)
         session.draw = lambda: 1 / 0
-        session.reset_view()
-        with pytest.raises(websockets.exceptions.ConnectionClosed):  # noqa: PT012
-            while True:
-                guest.receive(5)
+        with pytest.raises(websockets.exceptions.ConnectionClosed):
+            guest.wait(lambda _: session.reset_view())  # a picture may be under way
         assert guest.socket.close_code == 1011
     alone(animators)
     (line,) = [record.getMessage() for record in caplog.records if record.levelname == "ERROR"]

@@ -1,13 +1,12 @@
 """What is one visitor's is nobody else's: shown on a bare viser server, then refused by ours."""
 
-import contextlib
 from collections.abc import Iterator
 
 import pytest
 import viser
 from bare import address, bare, closed, packed, until, wire
 from readings import frequency
-from visitor import BEAM, Visitor, visitor
+from visitor import BEAM, Visitor, settled, visitor
 
 from beamviz.beam import Beam
 from beamviz.scene_file import SavedScene
@@ -23,14 +22,6 @@ def url() -> Iterator[str]:
     """An explorer on this machine alone."""
     with explorer(SCENE) as found:
         yield found
-
-
-def settled(guest: Visitor) -> str:
-    """What the panel says once nothing more comes."""
-    with contextlib.suppress(TimeoutError):
-        while True:
-            guest.receive(0.5)
-    return guest.text
 
 
 def test_a_visitor_cannot_change_another_ones_controls(url):

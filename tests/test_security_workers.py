@@ -1,7 +1,6 @@
 """What a stranger may not do, tried again where several processes share the visitors: each attack
 often enough to meet all of them. (tests/test_security.py shows them on a bare viser server.)"""
 
-import contextlib
 import sys
 from collections.abc import Callable, Iterator
 
@@ -9,7 +8,7 @@ import pytest
 import websockets.exceptions
 from bare import CAMERA, EVIL, closed, free_port, got, packed, wire
 from served import Explorer
-from visitor import BEAM, Visitor, visitor
+from visitor import BEAM, Visitor, calm, visitor
 
 from beamviz.beam import Beam
 from beamviz.mechanics.solve import solve
@@ -153,10 +152,7 @@ def test_nobody_changes_or_removes_what_is_another_ones(hall, guests):
                 stranger.says(frequency(33.0))  # so that was read
         assert hall.sent(removal) == {VIOLATION}
     for k, guest in enumerate(guests):
-        guest.choose("playing", False)
-        with contextlib.suppress(TimeoutError):
-            while True:
-                guest.receive(0.3)
+        calm(guest)
         assert frequency(20.0 + k) in guest.text
         guest.choose("speed γ", 21.0 + k)
         guest.says(frequency(21.0 + k))

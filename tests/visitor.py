@@ -135,11 +135,17 @@ def redrawn(messages: list[dict[str, Any]]) -> bool:
 def calm(guest: Visitor, quiet: float = 0.3) -> None:
     """Pause, and take in what is still on its way."""
     guest.choose("playing", False)
+    settled(guest, quiet)
+
+
+def settled(guest: Visitor, quiet: float = 0.5) -> str:
+    """What the panel says once nothing more comes."""
     end = time.monotonic() + TIMEOUT
     with contextlib.suppress(TimeoutError):
         while True:
             guest.receive(quiet)
             assert time.monotonic() < end
+    return guest.text
 
 
 @contextlib.contextmanager

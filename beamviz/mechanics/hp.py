@@ -62,13 +62,15 @@ def _before(mesh: Mesh, beta: float | np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=64)
 def before(mesh: Mesh, beta: float) -> np.ndarray:
-    """`_before` one place: a slider leaves the mass where it is."""
-    return _before(mesh, beta)
+    """`_before` of one place: a slider leaves the mass where it is."""
+    row = _before(mesh, beta)
+    row.setflags(write=False)
+    return row
 
 
 class Stretch(NamedTuple):
     """An equilibrium: the stretch f at the mesh points, the Newton iterations it took, and how far
-    f may be off, 0 where that is rounding."""
+    f may be off, relative."""
 
     f: np.ndarray  # (..., n)
     iterations: int

@@ -126,7 +126,7 @@ def _halved(ends: list[float], orders: list[float]) -> tuple[list[float], list[f
     """Elements of too high an order in two halves each, as often as it takes; as they were where
     that is too much."""
     halves, each = ends, orders
-    while max(each) > TOO_HIGH:
+    while TOO_HIGH < max(each) < math.inf:
         k = each.index(max(each))
         halves = [*halves[: k + 1], (halves[k] + halves[k + 1]) / 2, *halves[k + 1 :]]
         each = [*each[:k], *2 * [HALF * each[k]], *each[k + 1 :]]

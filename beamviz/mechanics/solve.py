@@ -93,6 +93,7 @@ def solve_many(
     start = time.perf_counter()
     beams = list(beams)
     task = _task(Beam(), start, DEFAULTS._replace(**options))
+    beside = whole("beside", beside, 0, MAX_MODES)
     check(task)
     together: list[StraightModes | None] = [None] * len(beams)
     if task.model.method == "auto":

@@ -69,6 +69,8 @@ def equilibrium(
     load = (beam.gamma / beam.mu) ** 2
     force = clamp_force(beam)
     hardly, one = force < SMALL_FORCE, one_state(beam, law)
+    if not one:  # near a limit a small residual is a long way from equilibrium
+        enough = 0.0
     guess = None
     if near is not None:
         elsewhere, f = near
@@ -76,7 +78,7 @@ def equilibrium(
     elif hardly or one:
         passes = 1 if force**2 < enough else 2
         guess = first_guess(points, rho, beam.delta, law, load, passes if hardly else MANY_PASSES)
-        if one and force ** (passes + 1) < enough:
+        if force ** (passes + 1) < enough:
             return Stretch(guess, 0, force ** (passes + 1))
     if guess is not None:
         found = newton(points, rho, beam.delta, law, load, guess, enough)
@@ -154,9 +156,7 @@ def newton(
             if least <= law.min_stretch:
                 return None
         off = moved * size / f.item(0) ** 2
-        if off < NEWTON_STEP**2:
-            off = 0.0
-        if off <= enough:
+        if off < NEWTON_STEP**2 or off < enough:
             held = law.max_stretch == math.inf or f.max() < law.max_stretch
             held = held and _left_at_clamp(rho, delta, law, load, f) > 0
             return Stretch(f, iteration, off) if held else None
@@ -208,7 +208,7 @@ def first_guess(
 
     Each pass adds a share of what the one before it did, much the same share all along a beam that
     hardly stretches: two passes say what all the others would add. With a force n at the clamp of
-    an outward beam, one pass is off by n^2 at most, two by n^3.
+    an outward beam, one pass is off by about n^2, two by less than n^3.
     """
     pull = load / mesh.weights
     static = delta * rho.g

@@ -23,6 +23,7 @@ from beamviz.mechanics.mesh import Mesh, mesh, meshes
 from beamviz.mechanics.physics import Physics
 from beamviz.mechanics.stretch import (
     MANY_PASSES,
+    NEWTON_STEP,
     first_guess,
     hardly_stretches,
     newton_many,
@@ -167,7 +168,7 @@ def _solve_many_on(
     guess = first_guess(points, rho, numbers.delta, physics.law, load, passes)
     f, converged, iterations = newton_many(points, rho, numbers, physics.law, load, guess)
     forms = hp.forms(points, rho, numbers, f, physics.law, physics.curvature, physics.stiffening)
-    gamma, stretch = numbers.gamma, hp.Stretch(f, iterations, 0.0)
+    gamma, stretch = numbers.gamma, hp.Stretch(f, iterations, NEWTON_STEP**2)
     if physics.couples:
         vibration = coupled(points, rho, stretch, gamma, forms, count, physics.softening, tolerance)
     else:

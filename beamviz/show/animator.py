@@ -143,7 +143,10 @@ class Animator:
                 step = self.step
                 await self.draw_all(step)
                 due = max(due + step, time.monotonic() + step / 5)
-            self.turns.take(TOGETHER)
+            try:
+                self.turns.take(TOGETHER)
+            except Exception as error:  # nobody else's picture must stop for it
+                journal.failed("answering", "visitors in a crowd", error)
             self.draw_next()
             await messages()
 

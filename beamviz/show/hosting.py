@@ -32,10 +32,9 @@ def hosted(
     """A running server, stopped on leaving; port 0 takes a free one.
 
     pictures: whether a browser of ours may send them; listener: what connections come from, if
-    that is there already; attendance: where visitors are counted; door: further keywords of
-    Door. Raises
-    Unavailable where the address cannot be had: viser itself would silently take the next port,
-    and wait for ever on a host that does not exist.
+    that is there already; attendance: where visitors are counted; door: further keywords of Door.
+    Raises Unavailable where the address cannot be had: viser itself would silently take the next
+    port, and wait for ever on a host that does not exist.
     """
     port = listener.getsockname()[1] if listener else claimed(host, port)
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # browsers hang up at will

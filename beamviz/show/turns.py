@@ -1,13 +1,14 @@
 """Where wishes are answered: on threads, or, in a crowd, a few after the other while nobody else
 is at work, not even what draws."""
 
+import contextlib
 import queue
 import threading
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Executor
 
-PATIENCE = 0.1  # [s] that all others wait for a few answers; what takes longer goes on beside
+PATIENCE = 0.25  # [s] that all others wait for a few answers; what takes longer goes on beside
 
 Work = Callable[[], None]
 Quick = Callable[[], bool]
@@ -49,8 +50,9 @@ class Turns:
             self.helper = self.helper or Helper()
             if not self.helper.did(works):
                 self.helper = None
-                while works:
-                    self.waiting.appendleft(works.pop())
+                with contextlib.suppress(IndexError):  # it may take the last one meanwhile
+                    while True:
+                        self.waiting.appendleft(works.pop())
 
     def close(self) -> None:
         """Nothing more is done."""
