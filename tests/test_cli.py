@@ -282,11 +282,15 @@ def test_an_unexpected_error_is_one_line(run, monkeypatch):
 
 
 def test_ctrl_c_is_quiet(run, monkeypatch):
-    """The shell's own code for it, and nothing to read."""
+    """The shell's own code for it, and nothing to read; a shell's background jobs ignore it."""
     failing(monkeypatch, KeyboardInterrupt())
     assert run("modes") == (130, "", "")
     monkeypatch.setattr("beamviz.cli.app", lambda *_, **__: signal.raise_signal(signal.SIGINT))
-    assert run("modes") == (130, "", "")
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        assert run("modes") == (130, "", "")
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_the_command_line_goes_before_the_scene_file(run, tmp_path, monkeypatch):
