@@ -208,7 +208,7 @@ def answered(guest: Visitor, session: Session, beam: Beam) -> bool:
     for name, value in beam.numbers.items():
         guest.choose(f"{NUMBERS[name][0][-1]} {NAMES[name]}", value)
     time.sleep(0.3)
-    return session.answer is not None and session.answer.beam == beam
+    return session.picture.answer is not None and session.picture.answer.beam == beam
 
 
 # Work that fails or takes long
@@ -333,4 +333,4 @@ def test_a_machine_that_slept_goes_on_where_it_was(url, other, animators):
     turns = session.clock.angle
     session.tick(session.seen + 36000.0)
     session.seen = time.monotonic()
-    assert (session.clock.angle - turns) % 6.3 <= 0.4 * session.pace * 10 + 1e-9
+    assert (session.clock.angle - turns) % 6.3 <= 0.4 * session.picture.pace * 10 + 1e-9

@@ -1,4 +1,5 @@
-"""Pictures in rounds, and what is sent with them: by counts, with stand-ins for visitors."""
+"""Pictures in rounds, charts after them, and what is sent with them: by counts, with stand-ins for
+visitors."""
 
 import asyncio
 from types import SimpleNamespace
@@ -12,6 +13,7 @@ from websockets.protocol import OPEN
 from beamviz.show import sending
 from beamviz.show.animator import ALL_FRAMES, FEWER_FRAMES, FRAMES, TOGETHER, Animator
 from beamviz.show.attendance import Attendance
+from beamviz.show.lag import REST, Lag
 
 
 class Still:
@@ -78,6 +80,29 @@ def test_pictures_give_way_to_answers(visitors, waiting, rate):
     for _ in range(visitors):
         made.attendance.enter()
     assert 1 / made.step == pytest.approx(rate)
+
+
+def test_charts_follow_a_few_visitors_at_once():
+    """Once for each change, whether or not an answer is awaited."""
+    lag = Lag(crowded=lambda: False)
+    assert not lag.running
+    assert not lag.over(1.0, busy=False)
+    lag.begin(1.0)
+    assert lag.running
+    assert lag.over(1.0, busy=True)
+    assert not lag.running
+    assert not lag.over(2.0, busy=False)
+
+
+def test_charts_of_a_crowd_wait_until_an_edit_has_come_to_rest():
+    """Every change begins the rest anew, and an answer that is awaited will be a change."""
+    lag = Lag(crowded=lambda: True)
+    lag.begin(1.0)
+    lag.begin(1.0 + 0.8 * REST)
+    assert not lag.over(1.0 + 1.7 * REST, busy=False)
+    assert not lag.over(1.0 + 1.9 * REST, busy=True)
+    assert lag.running
+    assert lag.over(1.0 + 1.9 * REST, busy=False)
 
 
 class Outbox:

@@ -1,9 +1,11 @@
-"""What viser's page lacks for us: contrast on a projector, and a phone held upright."""
+"""How the page looks: its theme, and what viser's lacks for us: contrast on a projector, and a
+phone held upright."""
 
-from viser import GuiApi
+from viser import ClientHandle, GuiApi, ViserServer
 
 from beamviz.show.page_script import running
 
+BRAND = (32, 96, 150)
 SHEET = '.mantine-Paper-root[style*="max-height: 60%"]'  # a phone's controls
 SECTION = '.mantine-Tabs-root[style*="border-top"]'  # results or lessons in it
 
@@ -45,5 +47,12 @@ TITLE = running("document.title = 'beamviz'")
 
 
 def add_style(gui: GuiApi) -> None:
-    """Add it to a page; it holds while the element is there."""
+    """Add style and title to a page; they hold while the element is there."""
     gui.add_html(STYLE + TITLE)
+
+
+def theme(side: ClientHandle | ViserServer, *, dark: bool) -> None:
+    """A dark or a light page, without viser's own buttons."""
+    side.gui.configure_theme(
+        dark_mode=dark, show_logo=False, show_share_button=False, brand_color=BRAND
+    )

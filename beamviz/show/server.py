@@ -21,7 +21,7 @@ from beamviz.show.door import LOOPBACK, PARAMETER, VISITORS, Door, public_url
 from beamviz.show.hardening import check_versions
 from beamviz.show.hosting import hosted, listening
 from beamviz.show.motion import Shapes
-from beamviz.show.session import theme
+from beamviz.show.page_style import theme
 from beamviz.show.threads import Threads
 from beamviz.show.viewing import LIFT, lifted, place
 from beamviz.show.workers import team, usual
