@@ -111,3 +111,17 @@ def got(url: str, path: str = "/", **headers: str) -> tuple[int, dict[str, str],
         return reply.status, dict(reply.getheaders()), reply.read()
     finally:
         caller.close()
+
+
+def loose(headers: dict[str, str]) -> set[str]:
+    """What the headers of an answer leave a page, or tell of the server, against the rules."""
+    rules = {
+        "X-Frame-Options": "DENY",
+        "X-Content-Type-Options": "nosniff",
+        "Referrer-Policy": "no-referrer",
+    }
+    found = {name for name, value in rules.items() if headers.get(name) != value}
+    policy = headers.get("Content-Security-Policy", "")
+    if not all(words in policy for words in ("default-src 'none'", "frame-ancestors 'none'")):
+        found.add("Content-Security-Policy")
+    return found | headers.keys() & {"Server"}

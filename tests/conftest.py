@@ -65,14 +65,15 @@ def steel(tmp_path: Path) -> str:
 
 
 @pytest.fixture(scope="module")
-def url() -> Iterator[str]:
-    """A running explorer for all tests of a file; every visitor starts from PAPER."""
+def url(request: pytest.FixtureRequest) -> Iterator[str]:
+    """A running explorer for all tests of a file; every visitor starts from PAPER, or from the
+    scene that the file calls FIRST."""
     from readings import PAPER
 
     from beamviz.scene_file import SavedScene
     from beamviz.show.server import explorer
 
-    with explorer(SavedScene(PAPER)) as address:
+    with explorer(getattr(request.module, "FIRST", SavedScene(PAPER))) as address:
         yield address
 
 

@@ -2,7 +2,6 @@
 
 import math
 import time
-from collections.abc import Iterator
 
 import pytest
 from browser import NO_BROWSER, Page, control, field, page, tab
@@ -15,16 +14,9 @@ from beamviz.show import chart as charts
 from beamviz.show.browser import found_browser
 from beamviz.show.chart import FAMILIES, LANES, PER_REV
 from beamviz.show.readout import significant
-from beamviz.show.server import explorer
 
+FIRST = SavedScene(TIP)
 LINES = len(FAMILIES) * LANES
-
-
-@pytest.fixture(scope="module")
-def url() -> Iterator[str]:
-    """A running explorer; every visitor starts from TIP."""
-    with explorer(SavedScene(TIP)) as address:
-        yield address
 
 
 def test_the_chart_follows_the_sliders(url):

@@ -2,7 +2,6 @@
 
 import math
 import re
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -10,12 +9,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from readings import PAPER
 from visitor import Visitor, visitor
 
 from beamviz.beam import Beam
 from beamviz.look import Look
 from beamviz.mechanics.solve import solve
-from beamviz.scene_file import SavedScene
 from beamviz.show import camera, chart_tab, compare_tab
 from beamviz.show.against import BEFORE, CHOICES, NOTHING, RULES, Against, against
 from beamviz.show.chart import LANES, Charts, Point, Question, series
@@ -26,11 +25,9 @@ from beamviz.show.hosting import hosted
 from beamviz.show.motion import Clock, Shapes, displacement
 from beamviz.show.multiples import Multiples, heights, title
 from beamviz.show.scene import Scene
-from beamviz.show.server import explorer
 from beamviz.show.stage import placed
 from beamviz.show.turns import Turns
 
-PAPER = Beam(alpha=1, beta=0.5, gamma=10)
 WANTED = Wanted.of(PAPER, {})
 GHOST = "/stage/wheel/ghost"
 unit = st.floats(-1, 1)
@@ -249,13 +246,6 @@ def test_a_place_on_the_stretched_beam_is_its_reference_point(riding):
 
 
 # In the explorer
-
-
-@pytest.fixture(scope="module")
-def url() -> Iterator[str]:
-    """A running explorer; every visitor starts from PAPER."""
-    with explorer(SavedScene(PAPER)) as address:
-        yield address
 
 
 def frequency(beam: Beam, mode: int = 0, **options: Any) -> str:

@@ -50,13 +50,6 @@ def foreign() -> Iterator[Page]:
             site.shutdown()
 
 
-@pytest.fixture(scope="module")
-def url() -> Iterator[str]:
-    """An explorer on this machine alone."""
-    with explorer(SavedScene(Beam())) as found:
-        yield found
-
-
 def opens(shown: Page, url: str) -> bool:
     """Whether a script of the page can open a WebSocket to `url`."""
     return shown.evaluate(f"""new Promise(done => {{

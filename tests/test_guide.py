@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 import pytest
-from readings import frequency
+from readings import PAPER, frequency
 from visitor import Visitor, visitor
 
 from beamviz.beam import Beam
@@ -17,15 +17,6 @@ from beamviz.show.guide import BACK, NEXT, NONE, RESET
 from beamviz.show.guide_words import marked
 from beamviz.show.link import arrive
 from beamviz.show.server import explorer
-
-HOME = SavedScene.of(alpha=1, beta=0.5, gamma=10)
-
-
-@pytest.fixture(scope="module")
-def url() -> Iterator[str]:
-    """A running explorer; every visitor starts from HOME."""
-    with explorer(HOME) as address:
-        yield address
 
 
 @pytest.fixture
@@ -61,7 +52,7 @@ def read(guest: Visitor) -> str:
 def test_a_newcomer_is_invited(guest):
     """And sees the scene the server was started with."""
     guest.says(f"{len(LESSONS)} short lessons")
-    assert frequency(HOME.beam) in guest.text
+    assert frequency(PAPER) in guest.text
 
 
 def test_next_leads_through_every_page_and_back_again(guest):
@@ -133,9 +124,9 @@ def test_reset_brings_back_the_start_of_the_lesson(guest):
 def test_without_a_lesson_reset_brings_back_the_first_scene(guest):
     """What the server was started with."""
     guest.choose("speed γ", 20.0)
-    guest.says(frequency(HOME.beam.replace(gamma=20)))
+    guest.says(frequency(PAPER.replace(gamma=20)))
     guest.choose("page", RESET)
-    guest.says(frequency(HOME.beam))
+    guest.says(frequency(PAPER))
 
 
 def test_a_scene_that_is_that_of_a_lesson_begins_it():
@@ -201,7 +192,7 @@ def test_keys_do_what_the_controls_do(guest):
     """Modes, Coriolis, pages of a lesson; each has an entry in the list of keys."""
     assert set("12345PNBRVHSCD") <= set(guest.commands)
     guest.press("C")
-    with_coriolis = frequency(HOME.beam, coriolis=True)
+    with_coriolis = frequency(PAPER, coriolis=True)
     guest.says(with_coriolis)
     guest.press("N")
     guest.says(LESSONS[0].question)

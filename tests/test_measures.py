@@ -1,7 +1,6 @@
 """A real beam in the explorer: kg, mm, rpm and Hz wherever a number is shown."""
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +18,6 @@ from beamviz.show.controls import Wanted
 from beamviz.show.measures import frequencies, measure, measures, neat, places, rounded
 from beamviz.show.per_rev import MOST, resonance_list
 from beamviz.show.readout import significant
-from beamviz.show.server import explorer
 from beamviz.study.loci import loci
 
 RULER = Beam.from_si(
@@ -32,6 +30,7 @@ RULER = Beam.from_si(
     mass=0.02,
     mass_position=0.15,
 )
+FIRST = SavedScene(RULER)
 sizes = st.floats(1e-3, 1e3)
 
 
@@ -120,13 +119,6 @@ def test_resonances_are_listed_in_rpm_and_hertz():
     assert f"and {len(many) - MOST} more" in resonance_list(many, *chart_tab.shown(chart))
     assert "No line" in resonance_list([], *chart_tab.shown(chart))
     assert charted(RULER, "alpha").resonances == ()
-
-
-@pytest.fixture(scope="module")
-def url() -> Iterator[str]:
-    """A running explorer; every visitor starts from RULER."""
-    with explorer(SavedScene(RULER)) as address:
-        yield address
 
 
 def test_sliders_of_a_real_beam_take_rpm_kg_and_millimetres(url):

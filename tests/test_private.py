@@ -1,27 +1,15 @@
 """What is one visitor's is nobody else's: shown on a bare viser server, then refused by ours."""
 
-from collections.abc import Iterator
-
-import pytest
 import viser
 from bare import address, bare, closed, packed, until, wire
-from readings import frequency
+from readings import PAPER, frequency
 from visitor import BEAM, Visitor, settled, visitor
 
-from beamviz.beam import Beam
 from beamviz.scene_file import SavedScene
 from beamviz.show import server
 from beamviz.show.server import explorer
 
-SCENE = SavedScene(Beam(alpha=1, beta=0.5, gamma=10))
 VIOLATION = 1008
-
-
-@pytest.fixture(scope="module")
-def url() -> Iterator[str]:
-    """An explorer on this machine alone."""
-    with explorer(SCENE) as found:
-        yield found
 
 
 def test_a_visitor_cannot_change_another_ones_controls(url):
@@ -58,7 +46,7 @@ def test_a_visitor_cannot_remove_another_ones_controls(url):
         ):
             assert closed(url, message) == VIOLATION
         other.choose("speed γ", 11.0)
-        other.says(frequency(SCENE.beam.replace(gamma=11.0)))
+        other.says(frequency(PAPER.replace(gamma=11.0)))
 
 
 def test_a_visitor_hears_nothing_of_another(url):
@@ -78,7 +66,7 @@ def test_a_visitor_hears_nothing_of_another(url):
             settled(guest)
         before = one.received
         other.choose("speed γ", 11.0)
-        other.says(frequency(SCENE.beam.replace(gamma=11.0)))
+        other.says(frequency(PAPER.replace(gamma=11.0)))
         settled(one)
         assert one.received == before
         assert not {*one.texts, *one.updated} & {*other.texts, *other.updated}
@@ -91,7 +79,7 @@ def test_no_control_is_shared(monkeypatch):
     monkeypatch.setattr(
         server, "Animator", lambda *given: (made.append(given[0]), animator(*given))[1]
     )
-    with explorer(SCENE) as found, visitor(found) as guest:
+    with explorer(SavedScene(PAPER)) as found, visitor(found) as guest:
         assert guest.controls
         assert not made[0].gui._gui_input_handle_from_uuid
         assert not made[0].gui._command_handle_from_uuid

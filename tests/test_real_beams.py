@@ -2,7 +2,6 @@
 
 import math
 import re
-from collections.abc import Iterator
 
 import pytest
 from visitor import Visitor, visitor
@@ -11,11 +10,9 @@ from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
 from beamviz.mechanics.solve import solve
 from beamviz.real_beams import ARM, BLADE, REAL_BEAMS, RPM, RULER
-from beamviz.scene_file import SavedScene
 from beamviz.show.measures import significant as digits
 from beamviz.show.readout import significant
 from beamviz.show.real_beam_form import FIELDS, OPEN, PLAIN, made, number, read
-from beamviz.show.server import explorer
 
 CANTILEVER = 3.5160153  # omega_1 of a clamped beam at rest
 
@@ -118,13 +115,6 @@ def test_large_numbers_have_no_power_of_ten():
         "123.5",
         "0.01235",
     ]
-
-
-@pytest.fixture(scope="module")
-def url() -> Iterator[str]:
-    """A running explorer."""
-    with explorer(SavedScene(Beam(alpha=1, beta=0.5, gamma=10))) as address:
-        yield address
 
 
 def opened(guest: Visitor) -> None:

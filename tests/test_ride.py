@@ -1,29 +1,24 @@
 """The run-up in the page: the speed rises, the picture is the forced response."""
 
 import math
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from readings import frequency
+from readings import PAPER, frequency
 from visitor import visitor
 
 from beamviz.beam import Beam, Units
 from beamviz.mechanics.solve import solve
-from beamviz.scene_file import SavedScene
 from beamviz.show import ride_tab
 from beamviz.show.controls import Wanted
 from beamviz.show.measures import measure
 from beamviz.show.motion import Shapes
 from beamviz.show.ride import LARGEST, PER_SECOND, Ride, Run
-from beamviz.show.server import explorer
 from beamviz.study.runup import RunUp, response
 
-BEAM = Beam(alpha=1, beta=0.5, gamma=10)
 
-
-def ridden(beam: Beam = BEAM, per_rev: int = 2, **options: bool) -> Ride:
+def ridden(beam: Beam = PAPER, per_rev: int = 2, **options: bool) -> Ride:
     """A ride that is about to begin."""
     with ThreadPoolExecutor(1) as pool:
         ride = Ride(pool, lambda: None)
@@ -58,7 +53,7 @@ def test_the_picture_stays_a_response_when_the_ride_is_over():
     ride = ridden()
     assert ride.riding
     assert not ride.driven
-    ride.drive(solve(BEAM), Shapes.sampled(solve(BEAM)), 0.15)
+    ride.drive(solve(PAPER), Shapes.sampled(solve(PAPER)), 0.15)
     assert ride.driven
     ride.stop()
     assert ride.driven
@@ -99,7 +94,7 @@ def test_the_picture_is_the_response_in_another_size():
     run = run_of(ride)
     top = run.speeds[np.nanargmax(run.amplitudes)]
     for gamma in (top, 1.0, 6.0):
-        solution = solve(BEAM.replace(gamma=gamma), coriolis=True)
+        solution = solve(PAPER.replace(gamma=gamma), coriolis=True)
         shapes = Shapes.sampled(solution)
         ride.drive(solution, shapes, 0.15)
         field = response(solution, 2 * gamma, run.damping, shapes.x)
@@ -157,13 +152,6 @@ def test_what_cannot_be_run_is_said():
     assert "same ratio" in ride_tab.words(None)
 
 
-@pytest.fixture(scope="module")
-def url() -> Iterator[str]:
-    """A running explorer; every visitor starts from BEAM."""
-    with explorer(SavedScene(BEAM)) as address:
-        yield address
-
-
 def test_a_ride_in_the_page(url):
     """It starts from rest and rises; stopped, it stays; a dragged speed keeps the run, another
     mass ends it."""
@@ -176,11 +164,11 @@ def test_a_ride_in_the_page(url):
         guest.choose("Stop", True)
         guest.wait(lambda _: "Run up from rest" in guest.controls)
         guest.choose("speed γ", 4.0)
-        guest.says(frequency(BEAM.replace(gamma=4)))
+        guest.says(frequency(PAPER.replace(gamma=4)))
         assert 'aria-label="run-up"' in guest.text
         guest.choose("mass α", 2.0)
         guest.wait(lambda _: 'aria-label="run-up"' not in guest.text)
         guest.choose("damping ζ [%]", "nonsense")
         guest.choose("force comes", "7 × per turn")
         guest.choose("speed γ", 5.0)
-        guest.says(frequency(BEAM.replace(gamma=5, alpha=2)))
+        guest.says(frequency(PAPER.replace(gamma=5, alpha=2)))

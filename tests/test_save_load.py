@@ -1,6 +1,5 @@
 """Saving and loading in the page: a visitor's scene as a file, and every file that is none."""
 
-from collections.abc import Iterator
 from functools import partial
 from typing import Any
 
@@ -12,18 +11,10 @@ from beamviz.mechanics.solve import solve
 from beamviz.scene_file import SavedScene
 from beamviz.show import film, take_away
 from beamviz.show.readout import significant
-from beamviz.show.server import explorer
 
-START = SavedScene.of(
+FIRST = SavedScene.of(
     Beam(alpha=1, beta=0.5, gamma=10), mode=3, dark=True, over="mu", position=(1.0, -4.0, 2.0)
 )
-
-
-@pytest.fixture(scope="module")
-def url() -> Iterator[str]:
-    """An explorer that starts from START."""
-    with explorer(START) as address:
-        yield address
 
 
 def upload(guest: Visitor, content: bytes, parts: int = 1, name: str = "scene.toml") -> None:
@@ -70,11 +61,11 @@ def frequency(scene: SavedScene) -> str:
 def test_what_is_saved_is_what_is_set(url):
     """The scene served, then with what the visitor changed."""
     with visitor(url) as guest:
-        assert saved(guest) == START
+        assert saved(guest) == FIRST
         guest.choose("speed γ", 20.0)
         guest.choose("dark page", False)
-        guest.says(frequency(START.changed(gamma=20)))
-        assert saved(guest) == START.changed(gamma=20.0, dark=False)
+        guest.says(frequency(FIRST.changed(gamma=20)))
+        assert saved(guest) == FIRST.changed(gamma=20.0, dark=False)
 
 
 def test_a_loaded_scene_is_shown_and_the_controls_follow(url):
@@ -137,7 +128,7 @@ def test_a_file_that_is_no_scene_changes_nothing(url):
         upload(guest, b"[beam]\nalpha = -1\n")
         (told,) = heard(guest, "NotificationShowMessage")
         assert "alpha = -1: must lie in 0 .. 100" in str(told)
-        assert saved(guest) == START
+        assert saved(guest) == FIRST
 
 
 def test_a_large_upload_is_turned_down_before_it_is_kept(url):
@@ -147,4 +138,4 @@ def test_a_large_upload_is_turned_down_before_it_is_kept(url):
         ack, told = heard(guest, "FileTransferPartAck", "NotificationShowMessage")
         assert ack["transferred_bytes"] == ack["total_bytes"] == 3 * MAX_TOML_BYTES
         assert "larger than 64000 bytes" in str(told)
-        assert saved(guest) == START
+        assert saved(guest) == FIRST

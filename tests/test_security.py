@@ -10,10 +10,10 @@ from unittest import mock
 import pytest
 import viser
 import websockets.exceptions
-from bare import CAMERA, EVIL, address, arrived, bare, closed, got, packed, until, wire
+from bare import CAMERA, EVIL, address, arrived, bare, closed, got, loose, packed, until, wire
+from readings import PAPER
 from visitor import BEAM, redrawn, visitor
 
-from beamviz.beam import Beam
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.scene_file import SavedScene
 from beamviz.show import guard, hardening, server
@@ -23,7 +23,7 @@ from beamviz.show.inbox import MAX_BYTES, MAX_PART_BYTES, Senseless, checked
 from beamviz.show.server import explorer
 
 KEY = "the-key-of-this-run"
-SCENE = SavedScene(Beam(alpha=1, beta=0.5, gamma=10))
+SCENE = SavedScene(PAPER)
 VIOLATION, TOO_BIG = 1008, 1009
 
 
@@ -32,13 +32,6 @@ def fresh_log() -> None:
     """No line is left out because an earlier test has had it."""
     for module in (guard, hardening):
         module.journal.noted.clear()
-
-
-@pytest.fixture(scope="module")
-def url() -> Iterator[str]:
-    """An explorer on this machine alone."""
-    with explorer(SCENE) as found:
-        yield found
 
 
 @pytest.fixture(scope="module")
@@ -329,16 +322,10 @@ def test_a_senseless_message_ends_its_sender_and_nobody_else(url, caplog):
 def test_every_answer_ties_the_pages_hands(url):
     """No frames, no guessing of types, no referrer, no talking to others; and no version."""
     with bare() as viser_server:
-        assert "Content-Security-Policy" not in got(address(viser_server))[1]
+        assert "Content-Security-Policy" in loose(got(address(viser_server))[1])
         assert "websockets" in got(address(viser_server))[1]["Server"]
     for path in ("/", "/nothing-here"):
-        headers = got(url, path)[1]
-        assert headers["X-Frame-Options"] == "DENY"
-        assert headers["X-Content-Type-Options"] == "nosniff"
-        assert headers["Referrer-Policy"] == "no-referrer"
-        assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
-        assert "default-src 'none'" in headers["Content-Security-Policy"]
-        assert "Server" not in headers
+        assert not loose(got(url, path)[1])
 
 
 @pytest.mark.parametrize(
