@@ -12,12 +12,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from beamviz.mechanics.solve import solve
-from beamviz.study.chart_style import AXES, COLOURS, DPI, FAINT, INK, LINE, OMEGAS, RING, STYLE
+from beamviz.study.chart_style import AXES, COLOURS, DPI, FAINT, INK, OMEGAS, RING, STYLE
 from beamviz.study.figures import EQ_16, OTHER, Curve, Met
 from beamviz.study.loci import Branch, Loci
 from beamviz.study.numbers import decimals
 from beamviz.study.paper import LociFigure, ShapeFigure, parameters
-from beamviz.study.placing import Placer, apart
+from beamviz.study.placing import End, Placer, name_ends
 
 WIDTH, HEIGHT = 7.2, 4.8  # [in]
 LEFT = 0.095  # of the width: left end of every frame
@@ -54,7 +54,7 @@ def loci_plot(figure: LociFigure, found: dict[str, Loci], met: Sequence[Met]) ->
         axes.set(xlabel=AXES[figure.over], ylabel="frequency ω [1/T*]")
         axes.locator_params(nbins=10, steps=(1, 2, 5, 10))
         first = found[EQ_16].branches
-        _end_labels(axes, [(row.frequency[-1], row.label, str(row.family[-1])) for row in first])
+        name_ends(axes, [_end(row.frequency[-1], row.label, str(row.family[-1])) for row in first])
         placer = Placer(axes)
         for row in met:
             _crossing(axes, placer, row)
@@ -90,23 +90,9 @@ def _branch(axes: Axes, values: np.ndarray, branch: Branch, style: dict[str, Any
             )
 
 
-def _end_labels(axes: Axes, ends: list[tuple[float, str, str]]) -> None:
-    """Names of lines at their right ends, kept apart."""
-    low, high = axes.get_ylim()
-    figure: Any = axes.get_figure(root=True)
-    least = LINE / 72 * figure.dpi / axes.bbox.height * (high - low)
-    heights = apart([height for height, _, _ in ends], least)
-    for (_, label, family), height in zip(ends, heights, strict=True):
-        axes.annotate(
-            label,
-            (1, height),
-            (5, 0),
-            xycoords=("axes fraction", "data"),
-            textcoords="offset points",
-            color=COLOURS[family],
-            va="center",
-            weight="bold",
-        )
+def _end(height: float, label: str, family: str) -> End:
+    """What a line is called at its right end."""
+    return height, label, COLOURS[family], "bold"
 
 
 def _crossing(axes: Axes, placer: Placer, met: Met) -> None:
@@ -184,8 +170,7 @@ def _overlaid(figure: ShapeFigure, found: Sequence[Curve]) -> Figure:
     )
     axes.locator_params(axis="y", nbins=7, steps=(1, 2, 5, 10))
     if len(found) > 1:
-        ends = [(c.y[-1], f"α = {c.solution.beam.alpha:g}", c.family) for c in found]
-        _end_labels(axes, ends)
+        name_ends(axes, [_end(c.y[-1], f"α = {c.solution.beam.alpha:g}", c.family) for c in found])
     placer = Placer(axes)
     for curve in found:
         axes.plot(curve.nodes, 0 * curve.nodes, **RING, clip_on=False, zorder=5)

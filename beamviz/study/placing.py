@@ -1,6 +1,7 @@
 """Words in a chart where they cover as little as possible."""
 
 import math
+from collections.abc import Sequence
 from itertools import product
 from typing import Any
 
@@ -8,12 +9,17 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.transforms import Bbox
 
+from beamviz.study.chart_style import LINE
+
 DISTANCES = (12, 20, 30, 42, 56, 72, 90)  # [pt] from a point to its note
 DIRECTIONS = [math.radians(angle) for angle in range(0, 360, 15)]
 NEAR = 7.0  # [pt] around a point: what a line to its note may cross
 PAD = 3.0  # [pt] around a note
 SAMPLES = 800  # of each line
+ASIDE = 6.0  # [pt] from the end of a line to its name
 COVERS, CROSSES, FORBIDDEN = 2.0, 40.0, 1e4  # costs in pt of distance: a sample, a line, a note
+
+End = tuple[float, str, Any, str]  # of a line: its height, its name, and its colour and weight
 
 
 class Placer:
@@ -110,6 +116,25 @@ def _beside(size: np.ndarray, angle: float, distance: float) -> np.ndarray:
     way = np.array([math.cos(angle), math.sin(angle)])
     reach = min(side / max(abs(part), 1e-9) for side, part in zip(size / 2, way, strict=True))
     return (distance + reach) * way
+
+
+def name_ends(axes: Axes, ends: Sequence[End]) -> None:
+    """Names of lines beside their right ends, kept apart."""
+    low, high = axes.get_ylim()
+    figure: Any = axes.get_figure(root=True)
+    least = LINE / 72 * figure.dpi / axes.bbox.height * (high - low)
+    heights = apart([height for height, *_ in ends], least)
+    for (_, label, colour, weight), height in zip(ends, heights, strict=True):
+        axes.annotate(
+            label,
+            (1, height),
+            (ASIDE, 0),
+            xycoords=("axes fraction", "data"),
+            textcoords="offset points",
+            color=colour,
+            va="center",
+            weight=weight,
+        )
 
 
 def apart(places: list[float], least: float) -> list[float]:

@@ -8,22 +8,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 
+from beamviz.study.chart_style import AXES, COLOURS, SYMBOLS
 from beamviz.study.loci import Branch, Loci
 from beamviz.study.meetings import Event
-from beamviz.study.paper_plots import COLOURS
 
 SHADES = 20  # of colour from one family to the other
 FAMILIES = LinearSegmentedColormap.from_list(
     "families", [COLOURS["stretching"], "#8C7C86", COLOURS["bending"]]
 )
-AXES = {
-    "alpha": "mass ratio α = m / (ρ A L)",
-    "beta": "mass location β = d / L",
-    "gamma": "rotation speed γ = Ω T*",
-    "delta": "hub radius δ = a / L",
-    "mu": "slenderness μ = √(A L² / I)",
-}
-SYMBOLS = {"alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "mu": "μ"}
 
 
 class Scales(NamedTuple):

@@ -9,10 +9,10 @@ from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.transforms import Bbox
 
+from beamviz.study.chart_style import INK
 from beamviz.study.loci import Branch, Loci, closer
 from beamviz.study.meetings import Event
-from beamviz.study.paper_plots import INK, LINE
-from beamviz.study.placing import Placer, apart
+from beamviz.study.placing import Placer, name_ends
 from beamviz.study.plot_lines import FAMILIES, Scales, draw_branch, lines_at, upper
 
 MUTED = "#5A5A5A"
@@ -38,20 +38,7 @@ def end_labels(
         if np.isfinite(branch.frequency[-1])
     ]
     ends += others
-    figure: Any = axes.get_figure(root=True)
-    least = LINE / 72 * figure.dpi / axes.bbox.height * axes.get_ylim()[1]
-    heights = apart([height for height, _, _ in ends], least)
-    for (_, label, colour), height in zip(ends, heights, strict=True):
-        axes.annotate(
-            label,
-            (1, height),
-            (6, 0),
-            xycoords=("axes fraction", "data"),
-            textcoords="offset points",
-            color=colour,
-            va="center",
-            weight="normal" if colour == MUTED else "bold",
-        )
+    name_ends(axes, [(*end, "normal" if end[2] == MUTED else "bold") for end in ends])
 
 
 def inside_labels(axes: Axes, scales: Scales, loci: Loci) -> None:
