@@ -1,10 +1,13 @@
 """Shapes at common places: the modes of one point are orthonormal in the product they belong to."""
 
+import math
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from beamviz import Beam, solve
-from beamviz.study.sampling import places, sampled
+from beamviz.study.sampling import PLACES, places, sampled
 
 HEAVY = Beam(alpha=2, beta=0.7, mu=500)
 
@@ -29,3 +32,18 @@ def test_the_finest_of_all_shapes_are_told_apart():
     points = sampled(np.array([0.2, 0.3]), solutions, places(solutions))
     products = points.shapes[0] @ points.duals[1].T
     assert abs(products) == pytest.approx(np.eye(7), abs=1e-2)
+
+
+@pytest.mark.parametrize("growth", [40.0, 2.5e3, 2.5e4])
+def test_there_are_places_for_the_shortest_waves_and_hardly_more(growth):
+    """Those that the thrust 2 g can bear; a tenth less, and no spare ones, would not do."""
+    k = math.sqrt(2 * growth)
+    exact = (1 - math.sin(2 * k) / (2 * k)) / 2
+
+    def error(count: int) -> float:
+        x, w = np.polynomial.legendre.leggauss(count)
+        return abs(w / 2 @ np.sin(k * (x + 1) / 2) ** 2 - exact)
+
+    count = places([SimpleNamespace(squares=np.array([-(growth**2)]))])  # type: ignore[list-item]
+    assert error(count) < 1e-6
+    assert error(round(0.9 * (count - PLACES - 2))) > 1e-3

@@ -27,12 +27,14 @@ def places(solutions: Sequence[Solution]) -> int:
     """How many Gauss points tell the modes of solutions apart.
 
     A beam under the thrust P that grows at the rate g ~ P / 2 has waves of numbers up to
-    sqrt(P) = sqrt(2 g): sqrt(g / 2) points integrate their products.
+    k = sqrt(P) = sqrt(2 g). Products of two are waves of number 2 k, which n points integrate from
+    n = k / 2 on (they are exact to degree 2 n, and exp(2 i k x) over 0 .. 1 is a polynomial of
+    degree k but for what falls off fast): sqrt(g / 2) points.
     """
     if not solutions:
         return 0
     growth = math.sqrt(max(-min(solution.squares[0] for solution in solutions), 0.0))
-    return PLACES + 2 * len(solutions[0].squares) + math.ceil(math.sqrt(growth))
+    return PLACES + 2 * len(solutions[0].squares) + math.ceil(math.sqrt(growth / 2))
 
 
 def sampled(at: np.ndarray, solutions: Sequence[Solution], count: int) -> Points:
