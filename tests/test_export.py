@@ -86,6 +86,8 @@ def test_a_model_swings_as_the_solution_does(model):
     loop, shapes = looped(shot, ground=False), cut(shot.shapes, shot.seen())
     assert times[-1] == pytest.approx(loop.seconds)
     assert weights[-1] == pytest.approx(weights[0], abs=1e-6)
+    assert weights.min() == 0  # Blender takes no other: the beam would swing to one side only
+    assert weights.max() <= 1
     for k in range(0, len(times), 7):
         moment = loop.moment(times[k] / times[-1])
         moved = displacement(shapes, moment.phases, shot.amplitudes)
@@ -111,7 +113,9 @@ def test_a_model_keeps_the_rules_of_gltf(model):
     colours = values(gltf, mesh.primitives[0].attributes.COLOR_0)
     assert 0 <= colours.min() < colours.max() <= 1
     names = mesh.extras["targetNames"]
+    assert names[:2] == ["B1", "B1-"]
     assert len(names) == len(mesh.weights) == len(mesh.primitives[0].targets)
+    assert [material.name for material in gltf.materials] == ["hub", "beam", "mass"]
     for mesh in gltf.meshes:
         for primitive in mesh.primitives:
             indices = values(gltf, primitive.indices)

@@ -2,7 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import trimesh
@@ -65,20 +65,32 @@ def animate(gltf: Gltf, times: np.ndarray, moving: list[Channel]) -> None:
     gltf.add("animations", {"name": "vibration", "samplers": samplers, "channels": channels})
 
 
-def parts_of_modes(shot: Shot) -> list[tuple[int, complex]]:
-    """Mode and factor of each morph target: with Coriolis forces a mode has two, a quarter period
-    apart."""
-    factors = (1.0, 1j) if np.iscomplexobj(shot.shapes.modes) else (1.0,)
-    return [(k, factor) for k in shot.shown for factor in factors]
+class Target(NamedTuple):
+    """A morph target: one side of the swing of a mode (from 0). Programs as Blender take no weight
+    below 0, so a mode has two: there and back."""
+
+    name: str
+    mode: int
+    part: float  # the cycle of the mode at which the beam looks like that
+
+
+def targets_of(shot: Shot) -> list[Target]:
+    """The morph targets; with Coriolis forces a mode has two more, a quarter period apart."""
+    quarters = [(0.25, ""), (0.75, "-")]
+    if np.iscomplexobj(shot.shapes.modes):
+        quarters += [(0.0, "'"), (0.5, "'-")]
+    return [
+        Target(shot.shapes.labels[k] + mark, k, part) for k in shot.shown for part, mark in quarters
+    ]
 
 
 def weights(shot: Shot, moments: list[Moment]) -> np.ndarray:
-    """Weight (moments, targets) of each morph target."""
+    """Weight (moments, targets) of each morph target, 0 .. 1."""
     values = [
-        [math.sin(m.phases[k]) if factor == 1 else math.cos(m.phases[k]) for m in moments]
-        for k, factor in parts_of_modes(shot)
+        [math.cos(moment.phases[k] - 2 * math.pi * part) for moment in moments]
+        for _, k, part in targets_of(shot)
     ]
-    return np.array(values).reshape(-1, len(moments)).T
+    return np.maximum(np.array(values).reshape(-1, len(moments)).T, 0.0)
 
 
 def beam_mesh(gltf: Gltf, shot: Shot, start: np.ndarray) -> int:
@@ -91,13 +103,13 @@ def beam_mesh(gltf: Gltf, shot: Shot, start: np.ndarray) -> int:
 
     still = surface(np.zeros_like(shapes.centreline))
     _, faces = tube.swept(*placed(shapes, shapes.centreline), *section)
-    swings, targets = np.zeros(len(shapes.x)), []
-    for k, factor in parts_of_modes(shot):
+    swings, morphs, targets = np.zeros(len(shapes.x)), [], targets_of(shot)
+    for _, k, part in targets:
         alone = np.where(np.arange(len(shapes.modes)) == k, shot.amplitudes, 0.0)
-        phases = np.full(len(shapes.modes), math.pi / 2 if factor == 1 else 0.0)
-        moved = displacement(shapes, phases, alone)
-        swings = np.hypot(swings, np.linalg.norm(moved, axis=1))
-        targets.append({"POSITION": gltf.array(surface(moved) - still, VERTICES)})
+        moved = displacement(shapes, np.full(len(shapes.modes), 2 * math.pi * part), alone)
+        if part < 0.5:
+            swings = np.hypot(swings, np.linalg.norm(moved, axis=1))
+        morphs.append({"POSITION": gltf.array(surface(moved) - still, VERTICES)})
     colour = np.tile(np.array(colours.GREYED) / 255, (len(swings), 1))
     if not shot.words:
         colour = colours.mapped(swings / max(swings.max(), 1e-9), colours.SEQUENTIAL)
@@ -107,12 +119,12 @@ def beam_mesh(gltf: Gltf, shot: Shot, start: np.ndarray) -> int:
             "COLOR_0": gltf.array(np.repeat(colours.linear(colour), 4, axis=0), VERTICES),
         },
         "indices": gltf.array(faces.ravel(), INDICES),
-        "material": material(gltf, (255, 255, 255)),
+        "material": material(gltf, "beam", (255, 255, 255)),
     }
     mesh: dict[str, Any] = {"name": "beam", "primitives": [primitive]}
     if targets:
-        primitive["targets"] = targets
-        names = [shapes.labels[k] + ("" if f == 1 else "'") for k, f in parts_of_modes(shot)]
+        primitive["targets"] = morphs
+        names = [target.name for target in targets]
         mesh |= {"weights": start.tolist(), "extras": {"targetNames": names}}
     return gltf.add("meshes", mesh)
 
@@ -148,13 +160,14 @@ def solid(
     primitive = {
         "attributes": attributes,
         "indices": gltf.array(body.faces.ravel(), INDICES),
-        "material": material(gltf, colour),
+        "material": material(gltf, name, colour),
     }
     return gltf.add("meshes", {"name": name, "primitives": [primitive]})
 
 
-def material(gltf: Gltf, colour: colours.RGB) -> int:
+def material(gltf: Gltf, name: str, colour: colours.RGB) -> int:
     """A matt one, seen from both sides."""
     factor = [*colours.linear(np.array(colour) / 255).tolist(), 1.0]
     matt = {"baseColorFactor": factor, "metallicFactor": 0.0, "roughnessFactor": 0.6}
-    return gltf.add("materials", {"pbrMetallicRoughness": matt, "doubleSided": True})
+    entry = {"name": name, "pbrMetallicRoughness": matt, "doubleSided": True}
+    return gltf.add("materials", entry)
