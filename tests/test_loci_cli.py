@@ -60,7 +60,7 @@ def test_a_search_that_was_ended_says_so(run, monkeypatch):
     assert not found.complete
     for events in (found.events, ()):
         table = to_table(replace(found, events=events))
-        assert "The search for meetings was ended after 6 solves" in table
+        assert "The search for meetings was ended, with 6 values solved in all" in table
         assert "No two" not in table
     assert strict(run(*SWEEP, "--points", "5", "--format", "json")[1])["complete"] is False
     assert loci(Beam(alpha=1), "gamma", np.linspace(0, 4, 5)).complete  # nothing to be searched

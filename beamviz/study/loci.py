@@ -14,8 +14,9 @@ from beamviz.beam import Beam, Units, whole
 from beamviz.errors import BeamvizError
 from beamviz.mechanics.solution import Model, Solution
 from beamviz.mechanics.solve import MAX_MODES
+from beamviz.study.edges import Limit, limits
 from beamviz.study.meetings import Event, chart
-from beamviz.study.sweep import Limit, Sweep, checked_values
+from beamviz.study.sweep import Sweep, checked_values
 from beamviz.study.tracking import Track
 
 
@@ -87,15 +88,15 @@ class Loci:
     limits: tuple[Limit, ...]
     complete: bool  # whether all meetings were looked for; the search has an end
     confidence: np.ndarray  # (values - 1,) of each step: least MAC, nan where there is a gap
-    solves: int
+    solves: int  # values solved: those asked for, and between them for meetings and limits
     seconds: float
 
     @property
     def unfinished(self) -> str:
         """What there is to say of a search for meetings that is not complete."""
         return (
-            f"The search for meetings was ended after {self.solves} solves: there may be more, and"
-            " these are less exact. Ask for a narrower range, or for fewer modes."
+            f"The search for meetings was ended, with {self.solves} values solved in all: there may"
+            " be more, and these are less exact. Ask for a narrower range, or for fewer modes."
         )
 
     @property
@@ -114,7 +115,7 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
     """
     start = time.perf_counter()
     values = checked_values(over, values)
-    sweep = Sweep(beam, over, whole("modes", modes, 1, MAX_MODES), options, len(values))
+    sweep = Sweep(beam, over, whole("modes", modes, 1, MAX_MODES), options)
     answers = sweep.solve(values)
     solutions = tuple(answer if isinstance(answer, Solution) else None for answer in answers)
     model = next((solution.model for solution in solutions if solution), None)
@@ -135,7 +136,7 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
             for event in part.events
         ),
         complete=not sweep.spent,
-        limits=tuple(sweep.limits(values)),
+        limits=tuple(limits(sweep, values)),
         confidence=_confidence(parts, len(values)),
         solves=sweep.solves,
         seconds=time.perf_counter() - start,

@@ -14,13 +14,13 @@ from matplotlib.lines import Line2D
 
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.study.chart_style import DPI, FAINT, STYLE, SYMBOLS
+from beamviz.study.edges import Limit
 from beamviz.study.files import write
 from beamviz.study.loci import Loci
 from beamviz.study.placing import Placer
 from beamviz.study.plot_lines import FAMILIES, Scales, draw_branch, lines_at
 from beamviz.study.plot_words import MARKS, MUTED, NOTED, end_labels, inside_labels, notes, zoom
 from beamviz.study.resonances import Resonance
-from beamviz.study.sweep import Limit
 
 KINDS = (".png", ".svg", ".pdf")
 WIDTH, HEIGHT = 7.6, 5.2  # [in]

@@ -1,16 +1,14 @@
-"""Solutions along one number of a beam, and the parts where there is none."""
+"""Solutions along one number of a beam."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import chain, pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from beamviz.beam import LIMITS, Beam, checked
-from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
+from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
 from beamviz.mechanics.solution import Solution
 from beamviz.mechanics.solve import MAX_MODES, solve_many
 from beamviz.study.sampling import places, sampled
@@ -18,20 +16,9 @@ from beamviz.study.tracking import Points
 
 BESIDE = 2  # modes solved for beyond those asked for: what enters and leaves the window
 MAX_POINTS = 10_000
-PRECISION = 1e-9  # relative: how exactly a limit is located
-FINEST = 1e-12  # of the sweep: nor more exactly than this
-MAX_ADDED = 4000  # values solved beyond those asked for; random extreme beams take up to 1000
+MAX_ADDED = 4000  # values solved to find meetings; random extreme beams take up to 1000
 
 Answer = Solution | BeamvizError
-
-
-class Limit(NamedTuple):
-    """A part of a sweep that has no equilibrium, is unstable, or did not converge."""
-
-    kind: str  # "no-equilibrium", "unstable", "not-converged"
-    start: float
-    stop: float
-    message: str
 
 
 def checked_values(over: str, values: ArrayLike) -> np.ndarray:
@@ -62,9 +49,8 @@ class Sweep:
     over: str
     modes: int
     options: dict[str, Any]
-    asked: int  # how many values are asked for
-    answers: dict[float, Answer] = field(default_factory=dict)  # at values asked for
-    between: dict[float, tuple[str, ...]] = field(default_factory=dict)  # labels of the modes there
+    answers: dict[float, Answer] = field(default_factory=dict)  # of `solve`
+    between: dict[float, tuple[str, ...]] = field(default_factory=dict)  # of `points`: the labels
 
     def at(self, value: float) -> Beam:
         """The beam with this value of the free number."""
@@ -102,11 +88,11 @@ class Sweep:
     @property
     def spent(self) -> bool:
         """Whether no more values are solved to find meetings."""
-        return self.solves > self.asked + MAX_ADDED
+        return len(self.between) > MAX_ADDED
 
     @property
     def solves(self) -> int:
-        """How many values have been solved."""
+        """How many values have been solved, for whatever reason."""
         return len(self.answers.keys() | self.between.keys())
 
     def points(self, values: np.ndarray) -> Points:
@@ -137,60 +123,3 @@ class Sweep:
     def places(self) -> int:
         """How many places all shapes of the sweep are taken at, by what was solved first."""
         return places([found for found in self.answers.values() if isinstance(found, Solution)])
-
-    def limits(self, values: np.ndarray) -> Iterator[Limit]:
-        """The parts of solved values without equilibrium, convergence or stability."""
-        finest = FINEST * (values[-1] - values[0])
-        changes = [(float(values[0]), state(self.answers[float(values[0])]))]
-        for low, high in pairwise(values.tolist()):
-            changes += self._changes(low, high, finest)
-        ends = [*(place for place, _ in changes[1:]), float(values[-1])]
-        for (start, kind), stop in zip(changes, ends, strict=True):
-            if kind != STABLE:
-                words = f"{WORDS[kind]} for {self.over} = {start:.6g} .. {stop:.6g}"
-                yield Limit(kind, start, stop, words)
-
-    def _changes(self, low: float, high: float, finest: float) -> list[tuple[float, str]]:
-        """Where the state changes between two solved values, and to what, by bisection; `finest`
-        as near as it is looked for, where that is at 0."""
-        before, after = self.answers[low], self.answers[high]
-        if state(before) == state(after):
-            return []
-        if self.over == "gamma" and isinstance(after, NoEquilibrium):
-            return [(min(max(after.limit, low), high), state(after))]
-        start, stop = low, high
-        while stop - start > max(PRECISION * max(abs(start), abs(stop)), finest):
-            middle = (start + stop) / 2
-            answer = self.solve(np.array([middle]))[0]
-            if _alike(answer, before, after):
-                start = middle
-            elif _alike(answer, after, before) or self.spent:
-                stop = middle
-            else:  # a state between the two
-                inner = (self._changes(*ends, finest) for ends in ((start, middle), (middle, stop)))
-                return [*chain.from_iterable(inner)]
-        return [((start + stop) / 2, state(after))]
-
-
-def _alike(answer: Answer, one: Answer, other: Answer) -> bool:
-    """Whether an answer is of the kind of one rather than of another.
-
-    At the end of an equilibrium all that counts is whether there is one: close to it numerics
-    fail first.
-    """
-    if isinstance(one, NoEquilibrium) != isinstance(other, NoEquilibrium):
-        return isinstance(answer, NoEquilibrium) == isinstance(one, NoEquilibrium)
-    return state(answer) == state(one)
-
-
-STABLE = "stable"
-WORDS = {
-    NoEquilibrium.kind: "no equilibrium",
-    NotConverged.kind: "not converged",
-    "unstable": "unstable",
-}
-
-
-def state(answer: Answer) -> str:
-    """What an answer is: "stable", "unstable", or the kind of its error."""
-    return answer.equilibrium.status if isinstance(answer, Solution) else answer.kind
