@@ -22,7 +22,7 @@ from beamviz.study import benchmark, contestants, workprecision, workprecision_p
 from beamviz.study.contestants import METHODS, PEERS, Contestant
 from beamviz.study.peer import Peer
 from beamviz.study.scenes import MODES, SCENES
-from beamviz.study.workprecision import Effort, Row, error, front, limits, measured, time_at
+from beamviz.study.workprecision import Effort, Row, beaten, error, front, limits, measured, time_at
 
 ROOT = Path(__file__).parent.parent
 MODELS = {
@@ -89,7 +89,7 @@ def test_errors_are_relative_and_count_growth_rates():
 
 
 def row(name: str, seconds: float | None, value: float | None, reason: str = "") -> Row:
-    return Row("slow", name, "green", "terms", 1.0, seconds, value, reason)
+    return Row("slow", name, "green", "terms", 1.0, seconds, value, value, reason)
 
 
 def test_only_what_nothing_of_its_own_beats_is_on_the_front():
@@ -100,6 +100,18 @@ def test_only_what_nothing_of_its_own_beats_is_on_the_front():
     assert time_at(points, 1e-2) == 1.0
     assert time_at(points, 1e-4) == 3.0
     assert time_at(points, 1e-6) is None
+
+
+def test_what_is_sooner_and_as_near_to_the_model_beats_a_row():
+    """Of the same scene, by another method, in both at once; its own model does not count."""
+    ours = row("auto", 1.0, 1e-6)
+    rivals = [row("sooner", 0.5, 1e-5), row("nearer", 2.0, 1e-9), row("auto", 0.5, 1e-9)]
+    elsewhere = row("a", 0.5, 1e-9)._replace(scene="fast")
+    of_its_own = row("b", 0.5, 1e-9)._replace(from_paper=0.1)
+    assert not beaten([ours, *rivals, elsewhere, of_its_own, row("c", None, None, "no")], "auto")
+    better = row("d", 0.5, 1e-6)
+    assert beaten([ours, better, *rivals], "auto") == [(ours, better)]
+    assert next(benchmark.on_the_front([ours, better], "auto")).startswith("slow: d, terms 1, is")
 
 
 def fake(squares, **details) -> Contestant:
@@ -189,7 +201,7 @@ def test_the_committed_measurement_is_whole():
     assert {"date", "machine", "versions"} <= set(data)
     assert data["threads"] == "1"
     assert data["effort"] == "full"
-    assert all(r.reason or (r.seconds and r.error) for r in rows)
+    assert all(r.reason or (r.seconds and r.error and r.from_paper) for r in rows)
 
 
 def test_the_readme_says_what_was_measured():
@@ -219,6 +231,8 @@ def test_the_readme_says_what_was_measured():
     }
     assert "no method that stretches the beam gets to any of these errors sooner" in text
     assert not faster
+    assert "none is both sooner and as near to the paper's model" in text
+    assert not beaten(rows, "auto")
 
 
 @pytest.fixture
@@ -252,6 +266,7 @@ def test_the_command_writes_chart_and_numbers(small, tmp_path):
     assert 1 < data["eigh"]["slow"] < data["bare_lapack"]["slow"]
     assert "time to error 1e-06 / auto" in result.stdout
     assert "no answer" in result.stdout
+    assert "Pareto front everywhere" in result.stdout or "is sooner and as" in result.stdout
     assert "slow: auto" in result.stderr
 
 
