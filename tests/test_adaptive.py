@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from strategies import beams
 
 from beamviz import Beam, solve
+from beamviz.errors import NoEquilibrium
 from beamviz.mechanics import adaptive
 from beamviz.mechanics.hp import Stretch
 from beamviz.mechanics.layers import MAX_ORDER
@@ -62,6 +63,30 @@ def test_near_a_limit_no_stretch_is_left_off(beam, strain, tolerance):
     """There the tangent is all but singular: a small residual is a long way from equilibrium."""
     rough = solve(beam, strain=strain, tolerance=tolerance)
     assert within_the_bars(rough, solve(beam, strain=strain, tolerance=EXACT))
+
+
+@pytest.mark.parametrize(
+    ("beam", "strain"),
+    [
+        (Beam(0, 1, 50, -0.656, 25.8), "green"),
+        (Beam(0, 1, 50, -1.615, 96.8), "green"),
+        (Beam(1.4, 0.163, 50, -1.595, 67.7), "green"),
+        (Beam(1, 0.5, 100, -1.2, 20), "biot"),
+        (Beam(2, 0.7, 100, 1, 20), "hencky"),
+    ],
+)
+def test_towards_the_end_of_an_equilibrium_the_bars_hold(beam, strain):
+    """A fold, a beam pressed to nothing and a force the law does not carry: each solved by itself
+    and in a sweep."""
+    with pytest.raises(NoEquilibrium) as ended:
+        solve(beam, strain=strain)
+    speeds = ended.value.limit * (1 - np.geomspace(1e-3, 0.1, 12))
+    sweep = [beam.replace(gamma=gamma) for gamma in speeds]
+    together = solve_many(sweep, strain=strain, tolerance=1e-4)
+    for near, in_sweep in zip(sweep, together, strict=True):
+        fine = solve(near, strain=strain, tolerance=1e-7)
+        assert within_the_bars(in_sweep, fine)
+        assert within_the_bars(solve(near, strain=strain, tolerance=1e-4), fine)
 
 
 @settings(max_examples=100, deadline=None)

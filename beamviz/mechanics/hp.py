@@ -69,12 +69,13 @@ def before(mesh: Mesh, beta: float) -> np.ndarray:
 
 
 class Stretch(NamedTuple):
-    """An equilibrium: the stretch f at the mesh points, the Newton iterations it took, and how far
-    f may be off, relative."""
+    """An equilibrium: the stretch f at the mesh points, the Newton iterations it took, how far f
+    may be off, relative, and how far the equilibrium is from its end: 1 at rest, 0 there."""
 
     f: np.ndarray  # (..., n)
     iterations: int
     off: float
+    margin: float | np.ndarray = 1.0  # (...)
 
 
 def diagonal(A: np.ndarray) -> np.ndarray:
@@ -156,11 +157,14 @@ def truncation(mesh: Mesh, stretch: Stretch, scale: np.ndarray, share: np.ndarra
     """Estimated errors (..., families, k) of omega^2 from the order of the mesh, and from a stretch
     that is off.
 
-    A large stretch falls off all but singularly: more is lost then than what is seen to be.
+    A large stretch falls off all but singularly: more is lost then than what is seen to be. Near
+    the end of an equilibrium the stretch is off by what the load is, over the margin, and the
+    least omega^2, falling to zero there with the margin, by as much again.
     """
     f = stretch.f
     tail = np.matvec(mesh.tails, f)
     lost = 4 * np.vecdot(tail, tail) / np.vecdot(mesh.weights, f) ** 2 + stretch.off / 2
+    lost = lost / stretch.margin**2 + EPS / stretch.margin
     factor = TRUNCATION_FACTOR * np.maximum(f[..., 0], 1.0)
     return ((share.T + lost) * (scale.T * factor)).T  # the stack comes last, where f is a number
 

@@ -14,7 +14,7 @@ from scipy.linalg import lapack
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
 from beamviz.mechanics import straight
-from beamviz.mechanics.hp import Inertia, Numbers, Stretch, inertia
+from beamviz.mechanics.hp import Inertia, Numbers, Stretch, diagonal, inertia
 from beamviz.mechanics.layers import unstretched
 from beamviz.mechanics.mesh import Mesh, mesh
 from beamviz.mechanics.newton import Path, Root, continue_load
@@ -26,7 +26,7 @@ NEWTON_ITERATIONS = 12
 NEWTON_STEP = 1e-7  # relative to the stretch at the clamp: quadratic, the next is below rounding
 SAME_TANGENT = 1e-3  # stretch within which a tangent is as good as new
 NEUMANN_TERMS = 3
-LARGEST_TOGETHER = 1.4  # stretch of beams solved together: above, a limit may be near
+FAR_FROM_END = 0.25  # margin of beams solved together
 LARGEST_SHARE = 0.5  # of one pass in the next, that is believed
 TINY = 1e-300
 LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
@@ -82,11 +82,16 @@ def equilibrium(
             return Stretch(guess, 0, force ** (passes + 1))
     if guess is not None:
         found = newton(points, rho, beam.delta, law, load, guess, enough)
-        if found is not None:
+        if found is not None and one:
             return found
+        if found is not None:
+            left = margin(points, rho, beam.delta, law, load, found.f)
+            if left > 0:
+                return found._replace(margin=left)
     path = _follow(points, rho, beam.delta, law, load)
     if path.limit is None:
-        return Stretch(path.state, path.iterations, 0.0)
+        left = margin(points, rho, beam.delta, law, load, path.state)
+        return Stretch(path.state, path.iterations, 0.0, left)
     limit = _limit(beam, law, load)
     if limit < beam.gamma:
         raise straight.no_equilibrium(beam, limit, law)
@@ -165,7 +170,7 @@ def newton(
 
 def newton_many(
     mesh: Mesh, rho: Inertia, beams: Numbers, law: StrainLaw, load: np.ndarray, f: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, int]:
+) -> tuple[Stretch, np.ndarray]:
     """As `newton`, for many beams (beams, n) that hardly stretch or have one state only: no watch
     is kept on the branch, so a state that may be near a limit does not count. Also says which
     count; the rest is 1.
@@ -190,9 +195,21 @@ def newton_many(
             previous, size = size, abs(step).max(axis=-1)
             rate = size / np.where(previous > size, previous, np.maximum(size, 1e-300))
             converged = rate * size < NEWTON_STEP**2
-    safe = (f.max(axis=-1) < LARGEST_TOGETHER) | one_state(beams, law)[:, 0]
-    sound = converged & safe & (f.min(axis=-1) > law.min_stretch)
-    return np.where(sound[:, None], f, 1.0), sound, iteration
+    one = one_state(beams, law)[:, 0]
+    left = 1.0 if one.all() else np.where(one, 1.0, _least_margin(mesh, rho, beams, law, load, f))
+    sound = converged & (f.min(axis=-1) > law.min_stretch) & (left > FAR_FROM_END)
+    f, left = np.where(sound[:, None], f, 1.0), np.where(sound, left, 1.0)
+    return Stretch(f, iteration, NEWTON_STEP**2, left), sound
+
+
+def _least_margin(
+    mesh: Mesh, rho: Inertia, beams: Numbers, law: StrainLaw, load: np.ndarray, f: np.ndarray
+) -> np.ndarray:
+    """What `margin` is at least (beams,): the trace of the pull against the least stiffness."""
+    trace = (diagonal(rho.G) / mesh.weights).sum(axis=-1)
+    with np.errstate(all="ignore"):  # where f ran away
+        fold = law.stiffness(f).min(axis=-1) - load[:, 0] * trace
+        return np.minimum(fold, _left_at_clamp(rho, beams.delta, law, load, f))
 
 
 def first_guess(
@@ -227,14 +244,16 @@ def first_guess(
     return f
 
 
-def _left_at_clamp(rho: Inertia, delta: float, law: StrainLaw, load: float, f: np.ndarray) -> float:
-    """The share of its greatest force, in tension and compression, that the law has left at the
-    clamp: the force is largest there, and no Gauss point sees it."""
+def _left_at_clamp(
+    rho: Inertia, delta: Any, law: StrainLaw, load: Any, f: np.ndarray
+) -> float | np.ndarray:
+    """The share (...) of its greatest force, in tension and compression, that the law has left at
+    the clamp: the force is largest there, and no Gauss point sees it. Of one beam or of many."""
     least, most = law.forces
-    if most == math.inf and delta >= 0:
+    if most == math.inf and np.all(delta >= 0):
         return 1.0
-    force = load * (rho.g @ f + delta * rho.total)
-    return 1 - max(force / most, force / least)
+    force = load * (np.vecdot(rho.g, f)[..., None] + delta * rho.total)
+    return (1 - np.maximum(force / most, force / least))[..., 0]
 
 
 def margin(

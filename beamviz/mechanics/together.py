@@ -23,7 +23,6 @@ from beamviz.mechanics.mesh import Mesh, mesh, meshes
 from beamviz.mechanics.physics import Physics
 from beamviz.mechanics.stretch import (
     MANY_PASSES,
-    NEWTON_STEP,
     first_guess,
     hardly_stretches,
     newton_many,
@@ -159,23 +158,24 @@ def _solve_many_on(
     points: Mesh, table: np.ndarray, modes: int, beside: int, physics: Physics, tolerance: float
 ) -> tuple[list[StraightModes], list[float]]:
     """Equilibrium and modes of many beams, the rows of a table (beams, 5), on one mesh or on a
-    mesh each; and by how much each misses the tolerance, infinite where Newton did not converge."""
+    mesh each; and by how much each misses the tolerance, infinite where Newton did not converge or
+    a limit may be near."""
     count = modes + beside
     numbers = hp.Numbers(*table.T[:, :, None])
     rho = hp.inertia(points, _shared(numbers) if points.breaks.ndim == 1 else numbers)
     load = (numbers.gamma / numbers.mu) ** 2
     passes = 2 if hardly_stretches(numbers).all() else MANY_PASSES
     guess = first_guess(points, rho, numbers.delta, physics.law, load, passes)
-    f, converged, iterations = newton_many(points, rho, numbers, physics.law, load, guess)
+    stretch, sound = newton_many(points, rho, numbers, physics.law, load, guess)
+    f, gamma, iterations = stretch.f, numbers.gamma, stretch.iterations
     forms = hp.forms(points, rho, numbers, f, physics.law, physics.curvature, physics.stiffening)
-    gamma, stretch = numbers.gamma, hp.Stretch(f, iterations, NEWTON_STEP**2)
     if physics.couples:
         vibration = coupled(points, rho, stretch, gamma, forms, count, physics.softening, tolerance)
     else:
         shift = eigen.COMPRESSED if table[:, 3].min() < 0 else 0.0
         vibration = apart(points, stretch, gamma[..., None] ** 2, forms, count, physics, shift)
     together = StraightModes(points, f, iterations, *vibration)
-    over = np.where(converged, excess(together, tolerance, modes), math.inf)
+    over = np.where(sound, excess(together, tolerance, modes), math.inf)
     fields = (repeat(None) if field is None else field for field in vibration)
     mesh_of = repeat(points) if points.breaks.ndim == 1 else map(points.__getitem__, range(len(f)))
     each = zip(mesh_of, f, repeat(iterations), *fields)  # some of these never end

@@ -97,9 +97,9 @@ def words(about: dict[str, Any]) -> str:
 
 
 def summary(rows: list[Row], ratios: dict[str, dict[str, float]]) -> Iterator[str]:
-    """Times at equal error against auto's; what is sooner than auto and as near to the paper's model;
-    and auto's times against that of its eigenproblems alone, by LAPACK's bare routines and by
-    scipy.linalg.eigh."""
+    """Times at equal error against auto's; whether anything is sooner than auto and as near to the
+    paper's model; and auto's times against that of its eigenproblems alone, by LAPACK's bare
+    routines and by scipy.linalg.eigh."""
     names = list(dict.fromkeys(row.name for row in rows))
     head = "".join(f"{scene:>18}" for scene in SCENES)
     for target in TARGETS:
@@ -119,7 +119,7 @@ def on_the_front(rows: list[Row], name: str) -> Iterator[str]:
     """Whether a method is on the Pareto front of time and distance from the paper's model."""
     pairs = beaten(rows, name)
     if not pairs:
-        yield f"{name} is on the Pareto front everywhere: nothing is sooner and as near to the model"
+        yield f"{name} is on the Pareto front: nothing is sooner and as near to the paper's model"
     for ours, theirs in pairs:
         yield (
             f"{ours.scene}: {theirs.name}, {theirs.option} {theirs.resolution:g}, is sooner and as"
