@@ -45,27 +45,30 @@ class Inertia(NamedTuple):
 
 
 def inertia(mesh: Mesh, beam: Beam | Numbers) -> Inertia:
-    """The inertia of a beam whose mass sits on a break of the mesh."""
-    alpha, beta = beam.alpha, beam.beta
-    if isinstance(beam, Beam) and not (alpha and beta):
-        return Inertia(mesh.G, mesh.G1, mesh.g, None, 0.0, 1.0)
-    to_mass = before(mesh, beta) if isinstance(beta, float) else _before(mesh, beta)
+    """The inertia of a beam, or of many, whose mass sits on a break of the mesh."""
+    if not isinstance(beam, Beam):
+        return _with_mass(mesh, beam.alpha, beam.beta)
+    if beam.alpha and beam.beta:
+        return _with_one_mass(mesh, beam.alpha, beam.beta)
+    return Inertia(mesh.G, mesh.G1, mesh.g, None, 0.0, 1.0)
+
+
+def _with_mass(mesh: Mesh, alpha: float | np.ndarray, beta: float | np.ndarray) -> Inertia:
+    """A concentrated mass added to the inertia of the mesh."""
+    to_mass = np.where(mesh.points < beta, mesh.weights, 0.0)
     carried = alpha * to_mass
     G = mesh.G + carried[..., None] * to_mass[..., None, :]
     return Inertia(G, mesh.G1 + beta * carried, mesh.g + carried, to_mass, alpha, 1.0 + alpha)
 
 
-def _before(mesh: Mesh, beta: float | np.ndarray) -> np.ndarray:
-    """The row (..., n) that integrates from the clamp to beta, a break of the mesh."""
-    return np.where(mesh.points < beta, mesh.weights, 0.0)
-
-
 @lru_cache(maxsize=64)
-def before(mesh: Mesh, beta: float) -> np.ndarray:
-    """`_before` of one place: a slider leaves the mass where it is."""
-    row = _before(mesh, beta)
-    row.setflags(write=False)
-    return row
+def _with_one_mass(mesh: Mesh, alpha: float, beta: float) -> Inertia:
+    """`_with_mass` of one beam: a slider of anything else leaves the mass as it is."""
+    rho = _with_mass(mesh, alpha, beta)
+    for array in (rho.G, rho.G1, rho.g, rho.to_mass):
+        assert array is not None
+        array.setflags(write=False)
+    return rho
 
 
 class Stretch(NamedTuple):

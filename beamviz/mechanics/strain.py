@@ -18,7 +18,7 @@ Function = Callable[[Any], Any]  # of a number or an array, to the same
 
 @dataclass(frozen=True)
 class StrainLaw:
-    """An axial strain e(f) with its first and second derivative; its force n = e e' (the axial
+    """An axial strain e(f) with its first three derivatives; its force n = e e' (the axial
     force divided by mu^2) and stiffness n' in as few operations as they take; the stretch a force
     n gives, as well as a guess needs it.
 
@@ -30,6 +30,7 @@ class StrainLaw:
     strain: Function
     first: Function
     second: Function
+    third: Function
     force: Function
     stiffness: Function
     stretch: Function
@@ -45,10 +46,17 @@ class StrainLaw:
         return least, math.inf if self.max_stretch == math.inf else self.force(self.max_stretch)
 
     @cached_property
-    def softening(self) -> float:
-        """a in f = 1 + n - a n^2 + ..., the stretch that a small force gives: n''(1) / 2, with
+    def softening(self) -> tuple[float, float]:
+        """a and b in f = 1 + n - a n^2 + b n^3 - ..., the stretch that a small force gives: from
         n = e e', e(1) = 0 and e'(1) = 1."""
-        return 1.5 * float(self.second(1.0))
+        second, third = float(self.second(1.0)), float(self.third(1.0))
+        a = 1.5 * second
+        return a, 2 * a**2 - (3 * second**2 + 4 * third) / 6
+
+    def gentle_stretch(self, n: Any) -> Any:
+        """`stretch` for a small force, to about 10 n^4."""
+        a, b = self.softening
+        return 1 + n * (1 - n * (a - b * n))
 
 
 @dataclass(frozen=True)
@@ -79,6 +87,7 @@ _STRAIN_LAWS = (
         strain=lambda f: (f - 1) * (f + 1) / 2,
         first=lambda f: f,
         second=np.ones_like,
+        third=np.zeros_like,
         force=lambda f: (f - 1) * (f + 1) * f / 2,
         stiffness=lambda f: 1.5 * f * f - 0.5,
         stretch=lambda n: 2 / _ROOT3 * np.cos(np.arccos(3 * _ROOT3 * n + 0j) / 3).real,
@@ -91,6 +100,7 @@ _STRAIN_LAWS = (
         strain=lambda f: f - 1,
         first=np.ones_like,
         second=np.zeros_like,
+        third=np.zeros_like,
         force=lambda f: f - 1,
         stiffness=np.ones_like,
         stretch=lambda n: 1 + n,
@@ -103,6 +113,7 @@ _STRAIN_LAWS = (
         strain=np.log,
         first=lambda f: 1 / f,
         second=lambda f: -1 / f**2,
+        third=lambda f: 2 / f**3,
         force=lambda f: np.log(f) / f,
         stiffness=lambda f: (1 - np.log(f)) / f**2,
         stretch=_exponential,

@@ -18,10 +18,11 @@ from beamviz.mechanics.hp import Inertia, Numbers, Stretch, diagonal, inertia
 from beamviz.mechanics.layers import unstretched
 from beamviz.mechanics.mesh import Mesh, mesh
 from beamviz.mechanics.newton import Path, Root, continue_load
-from beamviz.mechanics.strain import StrainLaw
+from beamviz.mechanics.strain import Function, StrainLaw
 
 SMALL_FORCE = 0.3  # n at the clamp below which a beam hardly stretches
-MANY_PASSES = 5  # of a guess for beams that stretch far
+GENTLE_FORCE = 0.1  # below which a few terms of the stretch in n are as good as a guess needs
+MANY_PASSES = 6  # of a guess for beams that stretch far
 NEWTON_ITERATIONS = 12
 NEWTON_STEP = 1e-7  # relative to the stretch at the clamp: quadratic, the next is below rounding
 SAME_TANGENT = 1e-3  # stretch within which a tangent is as good as new
@@ -66,22 +67,18 @@ def equilibrium(
     """
     if not beam.gamma:
         return Stretch(np.ones(len(points.weights)), 0, 0.0)
-    load = (beam.gamma / beam.mu) ** 2
-    force = clamp_force(beam)
-    hardly, one = force < SMALL_FORCE, one_state(beam, law)
+    load, one = (beam.gamma / beam.mu) ** 2, one_state(beam, law)
     if not one:  # near a limit a small residual is a long way from equilibrium
         enough = 0.0
-    guess = None
-    if near is not None:
+    if near is None:
+        guess = _guess(points, rho, beam, law, enough)
+    else:
         elsewhere, f = near
-        guess = elsewhere.at(points.points) @ f
-    elif hardly or one:
-        passes = 1 if force**2 < enough else 2
-        guess = first_guess(points, rho, beam.delta, law, load, passes if hardly else MANY_PASSES)
-        if force ** (passes + 1) < enough:
-            return Stretch(guess, 0, force ** (passes + 1))
+        guess = Stretch(elsewhere.at(points.points) @ f, 0, math.inf)
     if guess is not None:
-        found = newton(points, rho, beam.delta, law, load, guess, enough)
+        if guess.off < enough:
+            return guess
+        found = newton(points, rho, beam.delta, law, load, guess.f, enough)
         if found is not None and one:
             return found
         if found is not None:
@@ -99,6 +96,20 @@ def equilibrium(
         f"gamma = {beam.gamma:.9g}: so close to the limit of equilibrium, gamma = {limit:.9g},"
         f" that the mesh of {points.elements} elements does not reach it"
     )
+
+
+def _guess(points: Mesh, rho: Inertia, beam: Beam, law: StrainLaw, enough: float) -> Stretch | None:
+    """The stretch of a beam that hardly stretches, in one pass where that is `enough` near, or of
+    one that has one state only; None of any other."""
+    force = clamp_force(beam)
+    if force < SMALL_FORCE:
+        passes = 1 if force**2 < enough else 2
+        stretch = law.gentle_stretch if force < GENTLE_FORCE else law.stretch
+        f = first_guess(points, rho, beam, stretch, passes)
+        return Stretch(f, 0, force ** (passes + 1))
+    if one_state(beam, law):
+        return Stretch(first_guess(points, rho, beam, law.stretch, MANY_PASSES), 0, math.inf)
+    return None
 
 
 def _follow(points: Mesh, rho: Inertia, delta: float, law: StrainLaw, load: float) -> Path:
@@ -140,7 +151,7 @@ def newton(
     Returns None where an iterate leaves the stable branch.
     """
     w, A, b = mesh.weights, load * rho.G, (load * delta) * rho.g
-    moved, least = math.inf, f.min()  # least: a lower bound of f from here on
+    moved, least = math.inf, f.item(f.argmin())  # least: a lower bound of f from here on
     if least <= law.min_stretch:
         return None
     for iteration in range(1, NEWTON_ITERATIONS + 1):
@@ -162,8 +173,10 @@ def newton(
                 return None
         off = moved * size / f.item(0) ** 2
         if off < NEWTON_STEP**2 or off < enough:
-            held = law.max_stretch == math.inf or f.max() < law.max_stretch
-            held = held and _left_at_clamp(rho, delta, law, load, f) > 0
+            unbounded = law.max_stretch == math.inf
+            held = unbounded or f.max() < law.max_stretch
+            if held and not (unbounded and delta >= 0):
+                held = _left_at_clamp(rho, delta, law, load, f) > 0
             return Stretch(f, iteration, off) if held else None
     return None
 
@@ -213,34 +226,26 @@ def _least_margin(
 
 
 def first_guess(
-    mesh: Mesh,
-    rho: Inertia,
-    delta: float | np.ndarray,
-    law: StrainLaw,
-    load: float | np.ndarray,
-    passes: int,
+    mesh: Mesh, rho: Inertia, beam: Beam | Numbers, stretch: Function, passes: int
 ) -> np.ndarray:
-    """The stretch (..., n) from the force of a beam as it was before, n = load (G f + delta g) / w,
-    again and again from rest.
+    """The stretch (..., n) of one beam or many from the force of each as it was before,
+    n = load (G f + delta g) / w, again and again from rest. stretch: of a force, by their law.
 
     Each pass adds a share of what the one before it did, much the same share all along a beam that
-    hardly stretches: two passes say what all the others would add. With a force n at the clamp of
-    an outward beam, one pass is off by about n^2, two by less than n^3.
+    hardly stretches as at its clamp: two passes say what all the others would add. With a force n
+    at the clamp of an outward beam, one pass is off by about n^2, two by less than n^3.
     """
-    pull = load / mesh.weights
-    static = delta * rho.g
-    n = pull * (rho.G1 + static)
-    if passes == 1:
-        return 1 + n * (1 - law.softening * n)
-    f = law.stretch(n)
+    pull = (beam.gamma / beam.mu) ** 2 / mesh.weights
+    static = beam.delta * rho.g
+    f = stretch(pull * (rho.G1 + static))
     if passes == 2:
-        first, f = f, law.stretch(pull * (np.matvec(rho.G, f) + static))
-        added, more = first - 1, f - first
-        share = np.vecdot(added, more) / (np.vecdot(added, added) + TINY)
+        first, f = f, stretch(pull * (np.matvec(rho.G, f) + static))
+        more = f - first
+        share = more[..., :1] / (first[..., :1] - 1 + TINY)
         share = np.minimum(share, LARGEST_SHARE)
-        return f + more * (share / (1 - share))[..., None]
-    for _ in range(passes):
-        f = law.stretch(pull * (np.matvec(rho.G, f) + static))
+        return f + more * (share / (1 - share))
+    for _ in range(passes - 1):
+        f = stretch(pull * (np.matvec(rho.G, f) + static))
     return f
 
 
@@ -250,8 +255,6 @@ def _left_at_clamp(
     """The share (...) of its greatest force, in tension and compression, that the law has left at
     the clamp: the force is largest there, and no Gauss point sees it. Of one beam or of many."""
     least, most = law.forces
-    if most == math.inf and np.all(delta >= 0):
-        return 1.0
     force = load * (np.vecdot(rho.g, f)[..., None] + delta * rho.total)
     return (1 - np.maximum(force / most, force / least))[..., 0]
 

@@ -164,11 +164,12 @@ def _solve_many_on(
     numbers = hp.Numbers(*table.T[:, :, None])
     rho = hp.inertia(points, _shared(numbers) if points.breaks.ndim == 1 else numbers)
     load = (numbers.gamma / numbers.mu) ** 2
+    law = physics.law
     passes = 2 if hardly_stretches(numbers).all() else MANY_PASSES
-    guess = first_guess(points, rho, numbers.delta, physics.law, load, passes)
-    stretch, sound = newton_many(points, rho, numbers, physics.law, load, guess)
+    guess = first_guess(points, rho, numbers, law.stretch, passes)
+    stretch, sound = newton_many(points, rho, numbers, law, load, guess)
     f, gamma, iterations = stretch.f, numbers.gamma, stretch.iterations
-    forms = hp.forms(points, rho, numbers, f, physics.law, physics.curvature, physics.stiffening)
+    forms = hp.forms(points, rho, numbers, f, law, physics.curvature, physics.stiffening)
     if physics.couples:
         vibration = coupled(points, rho, stretch, gamma, forms, count, physics.softening, tolerance)
     else:
