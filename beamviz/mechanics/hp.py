@@ -167,7 +167,7 @@ def truncation(mesh: Mesh, stretch: Stretch, scale: np.ndarray, share: np.ndarra
     f = stretch.f
     tail = np.matvec(mesh.tails, f)
     lost = 4 * np.vecdot(tail, tail) / np.vecdot(mesh.weights, f) ** 2 + stretch.off / 2
-    lost = lost / stretch.margin**2 + EPS / stretch.margin
+    lost = lost / stretch.margin**2 + EPS * (1 / stretch.margin - 1)
     factor = TRUNCATION_FACTOR * np.maximum(f[..., 0], 1.0)
     return ((share.T + lost) * (scale.T * factor)).T  # the stack comes last, where f is a number
 
