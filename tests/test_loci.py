@@ -2,6 +2,7 @@
 
 import gc
 import math
+import tracemalloc
 import weakref
 
 import numpy as np
@@ -284,3 +285,19 @@ def test_modes_that_come_and_go_while_buckled_with_coriolis_are_no_meeting(count
     (event,) = found.events
     assert (event.kind, event.branches) == ("veering", ("B3", "S1"))
     assert event.at == pytest.approx(-0.6658, abs=2e-4)
+
+
+def test_a_chart_keeps_little_of_its_meshes():
+    """A matrix for each solution, the one that makes functions of x of what was found."""
+    hard = Beam(alpha=100, gamma=200, delta=20, mu=10000)
+    tracemalloc.start()
+    try:
+        found = loci(hard, "beta", np.linspace(0.1, 0.9, 9))
+        unknowns = max(solution.stats.dof for solution in found.branches[0].solutions) / 2
+        before = tracemalloc.get_traced_memory()[0]
+        del found
+        gc.collect()
+        kept = before - tracemalloc.get_traced_memory()[0]
+    finally:
+        tracemalloc.stop()
+    assert kept < 9 * 2 * 8 * unknowns**2

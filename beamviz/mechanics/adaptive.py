@@ -15,7 +15,7 @@ from beamviz.mechanics.layers import (
     segments,
     unstretched,
 )
-from beamviz.mechanics.mesh import Mesh, mesh
+from beamviz.mechanics.mesh import Grid, Mesh, mesh
 from beamviz.mechanics.physics import Physics
 from beamviz.mechanics.strain import StrainLaw
 from beamviz.mechanics.stretch import State, equilibrium, hardly_stretches
@@ -30,7 +30,7 @@ class StraightModes(NamedTuple):
     """Equilibrium and the lowest modes on the mesh that met the tolerance; from kappa on the
     fields of vibration.Modes."""
 
-    mesh: Mesh
+    grid: Grid
     f: np.ndarray  # (n,) stretch at the mesh points
     iterations: int
     kappa: np.ndarray
@@ -106,7 +106,7 @@ def solve_on(
     else:
         shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
         vibration = apart(points, stretch, gamma**2, forms, modes, physics, shift)
-    return StraightModes(points, f, stretch.iterations, *vibration)
+    return StraightModes(points.grid, f, stretch.iterations, *vibration)
 
 
 def coarse(beam: Beam, law: StrainLaw) -> tuple[State, Positions]:

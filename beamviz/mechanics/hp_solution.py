@@ -25,7 +25,7 @@ def hp_solution(task: Task, tension: Tension = "equilibrium", stiffening: bool =
 
 def as_solution(task: Task, found: StraightModes) -> Solution:
     """What was found on a mesh, as functions of x."""
-    mesh = found.mesh
+    grid = found.grid
     return Solution(
         beam=task.beam,
         model=task.model,
@@ -34,8 +34,8 @@ def as_solution(task: Task, found: StraightModes) -> Solution:
             2 * len(found.f),
             time.perf_counter() - task.start,
             "hp",
-            mesh.elements,
-            max(mesh.orders),
+            grid.elements,
+            max(grid.orders),
         ),
         squares=found.squares,
         estimate=partial(np.add, found.truncation, found.rounding),
@@ -46,7 +46,7 @@ def as_solution(task: Task, found: StraightModes) -> Solution:
 
 def _axial(found: StraightModes, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """u(x) and f(x) of the equilibrium."""
-    return found.mesh.from_clamp(x) @ found.f, found.mesh.at(x) @ found.f
+    return found.grid.from_clamp(x) @ found.f, found.grid.at(x) @ found.f
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +58,8 @@ class Fields:
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """Fields (len(x), 2, modes) along and across the beam."""
         found = self.found
-        rows = found.mesh.from_clamp(x)
-        return _fields(rows, found.mesh.J, found.f, found.kappa, found.s, found.picks)
+        rows = found.grid.from_clamp(x)
+        return _fields(rows, found.grid.J, found.f, found.kappa, found.s, found.picks)
 
 
 def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
@@ -70,7 +70,7 @@ def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
         fields = solution.displacement
         key: object = k
         if isinstance(fields, Fields):
-            key = fields.found.mesh.orders, fields.found.picks is None
+            key = fields.found.grid.orders, fields.found.picks is None
         groups.setdefault(key, []).append(k)
     places = np.concatenate(list(groups.values()))
     found = [
@@ -85,12 +85,12 @@ def _alike(each: list[Displacement], x: np.ndarray) -> np.ndarray:
     found = [fields.found for fields in each if isinstance(fields, Fields)]
     if len(each) == 1 or not found:
         return np.array([fields(at) for fields, at in zip(each, x, strict=True)])
-    mesh = found[0].mesh
-    if all(one.mesh is mesh for one in found) and (x == x[0]).all():
-        rows, J = mesh.from_clamp(x[0]), mesh.J
+    grid = found[0].grid
+    if all(one.grid is grid for one in found) and (x == x[0]).all():
+        rows, J = grid.from_clamp(x[0]), grid.J
     else:
-        rows = each_from_clamp([one.mesh for one in found], x)
-        J = np.array([one.mesh.J for one in found])
+        rows = each_from_clamp([one.grid for one in found], x)
+        J = np.array([one.grid.J for one in found])
     f, kappa, s = (np.array([getattr(one, name) for one in found]) for name in ("f", "kappa", "s"))
     picks = [one.picks for one in found if one.picks is not None]
     return _fields(rows, J, f, kappa, s, np.array(picks) if picks else None)

@@ -6,7 +6,7 @@ Nothing has to be continuous across elements that is not so in the beam.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import accumulate, pairwise
 
@@ -54,13 +54,12 @@ def _antiderivatives(xi: np.ndarray, order: int) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class Grid:
     """Elements between `breaks`, each with as many Gauss points as its order; n in all. Or a stack
-    of such meshes with the same orders and breaks of their own, in leading axes.
+    of such grids with the same orders and breaks of their own, in leading axes.
 
-    J integrates values at the points from the clamp to each point, T keeps the part of them in
-    the two highest polynomials of each element, `tails` that part in terms of orthonormal ones;
-    G = J' W J and g = J' W 1 are the inertia of a unit line density in terms of a gradient.
+    J integrates values at the points from the clamp to each point. This is all that values at the
+    points need to be functions of x: a solution keeps no more of its mesh.
     """
 
     breaks: np.ndarray  # (..., elements + 1)
@@ -68,19 +67,10 @@ class Mesh:
     points: np.ndarray  # (..., n)
     weights: np.ndarray  # (..., n)
     J: np.ndarray  # (..., n, n)
-    rooted: np.ndarray  # (..., n, n) roots of the weights times J: rooted' rooted = G
-    IJ: np.ndarray  # (..., 2 n, n) identity and J
-    IJT: np.ndarray  # (..., 2 n, n) IJ T
-    tails: np.ndarray  # (..., 2 elements, n)
-    G: np.ndarray  # (..., n, n)
-    G1: np.ndarray  # (..., n) row sums of G
-    g: np.ndarray  # (..., n)
-    eye: np.ndarray  # (n, n)
 
-    def __getitem__(self, k: int) -> "Mesh":
-        """Mesh k of a stack."""
-        own = {name: getattr(self, name)[k] for name in STACKED}
-        return replace(self, **own)
+    def __getitem__(self, k: int) -> "Grid":
+        """Grid k of a stack."""
+        return Grid(self.breaks[k], self.orders, self.points[k], self.weights[k], self.J[k])
 
     @property
     def elements(self) -> int:
@@ -92,7 +82,7 @@ class Mesh:
 
     def at(self, x: np.ndarray) -> np.ndarray:
         """Matrix (len(x), n): values at the points -> their interpolant at each x."""
-        element, xi, _ = self._locate(x)
+        element, xi, _ = self.locate(x)
         rows = np.zeros((len(x), len(self.points)))
         for e, block in enumerate(_blocks(self.orders)):
             here, on = element == e, reference(self.orders[e])
@@ -100,7 +90,7 @@ class Mesh:
             rows[here, block] = _interpolation(xi[here], on.points, without_start)
         return rows
 
-    def _locate(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def locate(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Element, local coordinate in [-1, 1] and half length for each x."""
         element = np.clip(np.searchsorted(self.breaks, x, side="left") - 1, 0, self.elements - 1)
         left, right = self.breaks[element], self.breaks[element + 1]
@@ -108,36 +98,53 @@ class Mesh:
         return element, (x - left) / half - 1, half
 
 
-STACKED = ("breaks", "points", "weights", "J", "rooted", "IJ", "IJT", "tails", "G", "G1", "g")
+@dataclass(frozen=True, eq=False)
+class Mesh(Grid):
+    """A grid, or a stack of them, with what the forms of a beam are assembled from.
+
+    T keeps the part of values at the points that is in the two highest polynomials of each
+    element, `tails` that part in terms of orthonormal ones; G = J' W J and g = J' W 1 are the
+    inertia of a unit line density in terms of a gradient.
+    """
+
+    grid: Grid  # alone
+    rooted: np.ndarray  # (..., n, n) roots of the weights times J: rooted' rooted = G
+    IJ: np.ndarray  # (..., 2 n, n) identity and J
+    IJT: np.ndarray  # (..., 2 n, n) IJ T
+    tails: np.ndarray  # (..., 2 elements, n)
+    G: np.ndarray  # (..., n, n)
+    G1: np.ndarray  # (..., n) row sums of G
+    g: np.ndarray  # (..., n)
+    eye: np.ndarray  # (n, n)
 
 
 @lru_cache(maxsize=64)
-def _from_clamp(mesh: Mesh, x: bytes) -> np.ndarray:
-    """Mesh.from_clamp; the points of a sweep share mesh and x. The integral is a polynomial on
+def _from_clamp(grid: Grid, x: bytes) -> np.ndarray:
+    """Grid.from_clamp; the points of a sweep share grid and x. The integral is a polynomial on
     each element, interpolated (Berrut & Trefethen 2004, eq. 4.2) between what J and the weights
     say of it at the Gauss points and at the element's start."""
-    element, xi, _ = mesh._locate(np.frombuffer(x))
-    rows = np.empty((len(xi), len(mesh.points)))
-    for e, block in enumerate(_blocks(mesh.orders)):
+    element, xi, _ = grid.locate(np.frombuffer(x))
+    rows = np.empty((len(xi), len(grid.points)))
+    for e, block in enumerate(_blocks(grid.orders)):
         here = element == e
-        on = reference(mesh.orders[e])
+        on = reference(grid.orders[e])
         near = _interpolation(xi[here], on.nodes, on.barycentric)
-        rows[here] = near[:, 1:] @ mesh.J[block]
-        rows[here, : block.start] += near[:, :1] * mesh.weights[: block.start]
+        rows[here] = near[:, 1:] @ grid.J[block]
+        rows[here, : block.start] += near[:, :1] * grid.weights[: block.start]
     return _frozen(rows)
 
 
-def each_from_clamp(meshes: Sequence[Mesh], x: np.ndarray) -> np.ndarray:
-    """Matrices (meshes, len(x), n) of Mesh.from_clamp for meshes of the same orders, each at
-    places x (meshes, len(x)) of its own."""
+def each_from_clamp(grids: Sequence[Grid], x: np.ndarray) -> np.ndarray:
+    """Matrices (grids, len(x), n) of Grid.from_clamp for grids of the same orders, each at
+    places x (grids, len(x)) of its own."""
     breaks, weights, J = (
-        np.array([getattr(mesh, name) for mesh in meshes]) for name in ("breaks", "weights", "J")
+        np.array([getattr(grid, name) for grid in grids]) for name in ("breaks", "weights", "J")
     )
     rows = np.zeros((*x.shape, J.shape[-1]))
-    for e, block in enumerate(_blocks(meshes[0].orders)):
+    for e, block in enumerate(_blocks(grids[0].orders)):
         start, end = breaks[:, e, None], breaks[:, e + 1, None]
         here = (x > start) & (x <= end)
-        on = reference(meshes[0].orders[e])
+        on = reference(grids[0].orders[e])
         xi = np.where(here, (2 * x - start - end) / (end - start), 0.0)
         near = _interpolation(xi, on.nodes, on.barycentric)
         within = near[..., 1:] @ J[:, block]
@@ -181,9 +188,10 @@ def meshes(breaks: np.ndarray, orders: tuple[int, ...]) -> Mesh:
     rooted = np.sqrt(weights)[..., None] * J
     G, g = rooted.mT @ rooted, np.vecmat(weights, J)
     IJ = np.concatenate((np.broadcast_to(eye, J.shape), J), axis=-2)
-    arrays = (breaks, points, weights, J, rooted, IJ, IJ @ T, tails, G, G.sum(axis=-1), g, eye)
-    breaks, *rest = (_frozen(array) for array in arrays)
-    return Mesh(breaks, orders, *rest)
+    breaks, points, weights, J = (_frozen(array) for array in (breaks, points, weights, J))
+    grid = Grid(breaks, orders, points, weights, J)
+    arrays = (rooted, IJ, IJ @ T, tails, G, G.sum(axis=-1), g, eye)
+    return Mesh(breaks, orders, points, weights, J, grid, *(_frozen(array) for array in arrays))
 
 
 def _blocks(orders: tuple[int, ...]) -> list[slice]:

@@ -175,9 +175,10 @@ def _solve_many_on(
     else:
         shift = eigen.COMPRESSED if table[:, 3].min() < 0 else 0.0
         vibration = apart(points, stretch, gamma[..., None] ** 2, forms, count, physics, shift)
-    together = StraightModes(points, f, iterations, *vibration)
+    together = StraightModes(points.grid, f, iterations, *vibration)
     over = np.where(sound, excess(together, tolerance, modes), math.inf)
     fields = (repeat(None) if field is None else field for field in vibration)
-    mesh_of = repeat(points) if points.breaks.ndim == 1 else map(points.__getitem__, range(len(f)))
-    each = zip(mesh_of, f, repeat(iterations), *fields)  # some of these never end
+    grid = points.grid
+    grids = repeat(grid) if grid.breaks.ndim == 1 else map(grid.__getitem__, range(len(f)))
+    each = zip(grids, f, repeat(iterations), *fields)  # some of these never end
     return list(map(StraightModes._make, each)), over.tolist()
