@@ -201,7 +201,7 @@ def animate(
 
         def progress(count: int) -> Iterable[int]:
             return stack.enter_context(
-                typer.progressbar(range(count), label="frames", file=sys.stderr)
+                typer.progressbar(range(count), label="beamviz: frames", file=sys.stderr)
             )
 
         loop = animate(

@@ -50,7 +50,7 @@ def triple(text: str) -> tuple[float, float, float]:
     """Three numbers between commas."""
     parts = [number(part) for part in text.split(",")]
     if len(parts) != 3 or not all(isinstance(x, int | float) and math.isfinite(x) for x in parts):
-        raise InvalidInput(f"{text}: must be three numbers between commas")
+        raise typer.BadParameter(f"{text}: must be three numbers between commas, as 0,-1,0.5")
     x, y, z = map(float, parts)
     return x, y, z
 

@@ -215,6 +215,7 @@ def test_wrong_input_is_one_exact_line(run, arguments, told):
         (["screenshot", "a.png", "--height", "tall"], ["height = 'tall'", "64 .. 4096"]),
         (["screenshot", "a.png", "--mode", "0"], ["mode = 0", f"1 .. {MAX_MODES}"]),
         (["screenshot", "a.png", "--phase", "nan"], ["phase = nan", "0 .. 1"]),
+        (["screenshot", "a.png", "--from", "1,2"], ["--from", "1,2", "three numbers"]),
         (["screenshot", "a.jpg"], ["a.jpg", ".png"]),
         (["serve", "--port", "70000"], ["port = 70000", "1 .. 65535"]),
     ],

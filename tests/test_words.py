@@ -40,6 +40,24 @@ def test_trouble_is_told_apart():
     assert f"{math.log(10) / buckled.growth_rates.max():.2g} T*" in words.unstable(buckled)
 
 
+def test_trouble_of_a_real_beam_is_told_in_its_units():
+    """rpm, milliseconds and a growth per second, not gamma and T*."""
+    units = Units(length=1.0, time=0.01)
+    error = NoEquilibrium("no equilibrium beyond gamma = 15.7", 15.7)
+    told = words.refused(error, Beam(gamma=20, units=units))
+    assert f"at {units.rpm(20):.6g} rpm" in told
+    assert f"up to {units.rpm(15.7):.0f} rpm" in told
+    buckled = solve(Beam(gamma=5, delta=-1, units=units))
+    rate = buckled.growth_rates.max()
+    assert f"tenfold in {1000 * 0.01 * math.log(10) / rate:.3g} ms" in words.unstable(buckled)
+    html = readout.table(buckled, [])
+    assert f"{rate / 0.01:.4g} t/s" in html
+    assert f"{buckled.errors[0] / 0.01:.0e}" in html
+    assert "T*" not in readout.pace(0.1, units)
+    assert "1 ms (1000 times slower)" in readout.pace(0.1, units)
+    assert "2000 ms (2 times faster)" in readout.pace(200.0, units)
+
+
 def test_choices_that_make_no_sense_change_nothing():
     """A browser may send anything: not-a-number, too much, the wrong kind, an unknown choice."""
     look = Look()

@@ -10,12 +10,14 @@ from beamviz.show.measures import frequencies
 from beamviz.show.measures import significant as digits
 from beamviz.show.motion import Shapes
 from beamviz.show.solving import Answer
+from beamviz.show.words import duration
 
 GOOD, BAD = "#2b8a3e", "#d9480f"
 FADED = "opacity:.65"
 ROUNDING = 1e-9  # [%]
 NOTHING = 1e-8  # [lengths of the beam] a smaller displacement is none
 LINES = "4.25em"  # room for three, so that nothing below moves when there are more than two
+PACE = f"font-size:.8em;margin:-.3em .75em .5em;{FADED}"
 TIME = "T* = √(ρ A L⁴ / E I), the time unit of the beam"
 
 
@@ -57,7 +59,7 @@ def table(solution: Solution, shown: list[int]) -> str:
     """The modes: number, label, kind, frequency, error; the ones shown are marked."""
     across = frequencies(solution.beam.units)
     heads = ["", "mode", "kind", f'<span title="{TIME}">{across.label}</span>', "error"]
-    rows = [row(solution, k, across.factor, k in shown) for k in range(len(solution.labels))]
+    rows = [row(solution, k, k in shown) for k in range(len(solution.labels))]
     return (
         '<table aria-label="modes" style="width:calc(100% - 1.5em);margin:0 .75em .4em;'
         "border-collapse:collapse;font-size:.8em;font-variant-numeric:tabular-nums;"
@@ -70,15 +72,19 @@ def table(solution: Solution, shown: list[int]) -> str:
     )
 
 
-def row(solution: Solution, k: int, factor: float, marked: bool) -> str:
-    """One mode of the table, frequencies times `factor`."""
-    frequency, error = factor * solution.frequencies[k], factor * solution.errors[k]
+def row(solution: Solution, k: int, marked: bool) -> str:
+    """One mode of the table, in the units of its beam."""
     cells = [str(k + 1), f"<b>{solution.labels[k]}</b>", solution.families[k]]
-    if math.isfinite(frequency):
-        cells += [significant(frequency, error), f"{error:.0e}"]
+    units = solution.beam.units
+    if math.isfinite(solution.frequencies[k]):
+        factor = frequencies(units).factor
+        error = factor * solution.errors[k]
+        cells += [significant(factor * solution.frequencies[k], error), f"{error:.0e}"]
     else:
-        rate = f"{solution.growth_rates[k]:.4g} t/T*"
-        cells += [f'grows e<sup style="line-height:0">{rate}</sup>', f"{error:.0e}"]
+        second, unit = (units.time, "s") if units else (1.0, "T*")
+        rate = f"{solution.growth_rates[k] / second:.4g} t/{unit}"
+        grows = f'grows e<sup style="line-height:0">{rate}</sup>'
+        cells += [grows, f"{solution.errors[k] / second:.0e}"]
     style = "background:rgba(204,60,140,.14);" if marked else ""
     return (
         f'<tr style="{style}text-align:right">'
@@ -115,10 +121,13 @@ def legend(name: str, largest: float, units: Units | None) -> str:
 
 def pace(rate: float, units: Units | None) -> str:
     """How slow the clock is."""
-    text = f"one second here = {rate:.2g} T*"
     if units:
-        slower = 1 / (rate * units.time)
-        text += f" = {1000 * rate * units.time:.3g} ms ({slower:.3g} times slower)"
-    return (
-        f'<div title="{TIME}" style="font-size:.8em;margin:-.3em .75em .5em;{FADED}">{text}</div>'
-    )
+        faster = rate * units.time
+        much = (
+            f"{digits(1 / faster, 3)} times slower"
+            if faster < 1
+            else f"{digits(faster, 3)} times faster"
+        )
+        text = f"one second here = {duration(rate, units)} ({much})"
+        return f'<div style="{PACE}">{text}</div>'
+    return f'<div title="{TIME}" style="{PACE}">one second here = {duration(rate, None)}</div>'
