@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from beamviz.beam import LIMITS, MAX_GAMMA_OVER_MU, Beam
 from beamviz.mechanics.solve import solve
-from beamviz.show import chart_tab
+from beamviz.show import chart_tab, chart_words
 from beamviz.show.chart import (
     FAMILIES,
     LANES,
@@ -166,7 +166,7 @@ def test_gaps_are_named_with_their_limit():
     chart = charted(TIP.replace(mu=10), strain="biot")
     assert chart.loci
     (limit,) = chart.loci.limits
-    assert f"no equilibrium for γ = {limit.start:.6g}" in chart_tab.gaps(chart)
+    assert f"no equilibrium for γ = {limit.start:.6g}" in chart_words.gaps(chart)
     ends = [chart.loci.values[np.isfinite(row)].max() for row in chart.rows["bending"]]
     assert limit.start - 0.5 < max(ends) <= limit.start
 
@@ -176,10 +176,10 @@ def test_a_search_for_meetings_that_was_ended_is_told(tip):
     assert tip.loci
     for events in (tip.loci.events, ()):
         ended = replace(tip, loci=replace(tip.loci, complete=False, events=events))
-        told = chart_tab.meetings(ended, None)
+        told = chart_words.meetings(ended, None)
         assert "The search for meetings was ended" in told
         assert "No two" not in told
-    assert "ended" not in chart_tab.meetings(tip, None)
+    assert "ended" not in chart_words.meetings(tip, None)
 
 
 # The latest wish

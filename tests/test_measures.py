@@ -12,7 +12,7 @@ from visitor import visitor
 from beamviz.beam import LIMITS, Beam, Units
 from beamviz.mechanics.solve import solve
 from beamviz.scene_file import SavedScene
-from beamviz.show import chart_tab
+from beamviz.show import chart_words
 from beamviz.show.chart import LANES, Charts, Point, Question, series, top
 from beamviz.show.controls import Wanted
 from beamviz.show.measures import frequencies, measure, measures, neat, places, rounded
@@ -95,11 +95,11 @@ def test_the_chart_of_a_real_beam_is_in_rpm_and_hertz():
     assert np.allclose(lines[:curves], RULER.units.hertz(np.array(lines0[:curves])), equal_nan=True)
     end = RULER.units.hertz(top(chart.loci))
     assert end == pytest.approx(rounded(end))
-    assert "this beam, 600 rpm:<br>" in chart_tab.here(
-        Point.of(solution, "gamma"), *chart_tab.shown(chart)
+    assert "this beam, 600 rpm:<br>" in chart_words.here(
+        Point.of(solution, "gamma"), *chart_words.shown(chart)
     )
     over_mu = charted(RULER, "mu")
-    assert chart_tab.shown(over_mu)[1].unit == ""  # T* itself depends on mu
+    assert chart_words.shown(over_mu)[1].unit == ""  # T* itself depends on mu
 
 
 def test_resonances_are_listed_in_rpm_and_hertz():
@@ -109,15 +109,15 @@ def test_resonances_are_listed_in_rpm_and_hertz():
     assert RULER.units
     assert chart.resonances
     for one in chart.resonances:
-        row = resonance_list([one], *chart_tab.shown(chart))
+        row = resonance_list([one], *chart_words.shown(chart))
         assert one.frequency == pytest.approx(one.per_rev * one.at)
         assert f"{RULER.units.rpm(one.at):.5g}" in row
         assert f"{one.per_rev * RULER.units.rpm(one.at) / 60:.4g}" in row
         again = solve(RULER.replace(gamma=one.at)).frequencies
         assert np.abs(again - one.frequency).min() < 1e-6 * one.frequency
     many = list(chart.resonances) * MOST
-    assert f"and {len(many) - MOST} more" in resonance_list(many, *chart_tab.shown(chart))
-    assert "No line" in resonance_list([], *chart_tab.shown(chart))
+    assert f"and {len(many) - MOST} more" in resonance_list(many, *chart_words.shown(chart))
+    assert "No line" in resonance_list([], *chart_words.shown(chart))
     assert charted(RULER, "alpha").resonances == ()
 
 

@@ -8,11 +8,11 @@ import numpy as np
 from viser import GuiApi
 
 from beamviz.mechanics.solve import METHODS, Solution
-from beamviz.show.chart_tab import apart
 from beamviz.show.efforts import FLOOR, Effort, Efforts, Weighing
+from beamviz.show.plots import apart
 from beamviz.show.sliders import heard
+from beamviz.show.tables import SMALL
 
-SMALL = "font-size:.8em;line-height:1.5;margin:.2em .75em .3em"
 WIDTH, HEIGHT = 345, 222  # [px] of the chart
 LEFT, RIGHT, ABOVE, BELOW = 42, 88, 10, 34
 ERRORS = (FLOOR, 1.0)

@@ -7,9 +7,10 @@ import numpy as np
 from viser import GuiApi, uplot
 
 from beamviz.show.chart import FAMILIES, filled, lanes, roomy
-from beamviz.show.chart_tab import COLOURS, FAINT, LINE, MARK, SMALL, axes, dot, scales
 from beamviz.show.measures import Measure, frequencies, measure
 from beamviz.show.microscope import Closeup, Motion, Pair, X
+from beamviz.show.plots import COLOURS, FAINT, LINE, MARK, add_plot, axes, dot, scales
+from beamviz.show.tables import SMALL
 
 HEIGHT = 175  # [px]
 LANES = 4  # lines of one family there is room for at first
@@ -28,17 +29,8 @@ class MicroscopeTab:
     def __init__(self, gui: GuiApi):
         self.room = LANES
         self.words = gui.add_html(f'<div style="{SMALL}">{INVITATION}</div>')
-        self.plot = gui.add_uplot(
-            (np.array([0.0, 1.0]), *[np.full(2, np.nan)] * (len(styles(LANES)) - 1)),
-            styles(LANES),
-            scales=scales((0.0, 1.0), (0.0, 1.0)),
-            axes=axes(""),
-            legend={"show": False},
-            cursor={"drag": {"x": False, "y": False}, "points": {"show": False}},
-            padding=(8, 12, 0, 0),
-            height=HEIGHT,
-            visible=False,
-        )
+        nothing = (np.array([0.0, 1.0]), *[np.full(2, np.nan)] * (len(styles(LANES)) - 1))
+        self.plot = add_plot(gui, nothing, styles(LANES), axes(""), HEIGHT, visible=False)
         self.shapes = gui.add_html("")
 
     def show(self, closeup: Closeup | None, *, lost: bool) -> None:

@@ -6,15 +6,20 @@ import numpy as np
 from viser import GuiApi, uplot
 
 from beamviz.show.chart import PER_REV
-from beamviz.show.chart_tab import LINE, MARK, axes, dot
 from beamviz.show.measures import Measure, frequencies, measure
+from beamviz.show.plots import COLOURS, LINE, MARK, add_plot, axes, dot
 from beamviz.show.ride import Ride, Run
 from beamviz.show.sliders import Listener, heard
 from beamviz.show.tables import SMALL, table
-from beamviz.study.chart_style import COLOURS
 from beamviz.study.runup import DAMPING, RunUp
 
 HEIGHT = 190  # [px]
+STYLES: tuple[uplot.Series, ...] = (
+    {},
+    {"stroke": COLOURS["bending"], "width": 2, **LINE},
+    {"stroke": MARK, "width": 0, "points": dot("#ffffff", MARK, 7)},
+    {"stroke": MARK, "width": 0, "points": dot("#D55E00", "#ffffff", 11)},
+)
 OFTEN = {f"{k} × per turn": k for k in PER_REV}
 MOST = 1.5  # times the largest amplitude: the end of the axis
 LEAST = 1e-4  # of the largest amplitude: what is smaller is below the axis
@@ -45,21 +50,8 @@ class RideTab:
         heard(damping, lock, lambda value: ride.damp(percent(value)))
         self.button = gui.add_button("Run up from rest")
         self.button.on_click(lambda _: listener.run_up())
-        self.plot = gui.add_uplot(
-            (np.array([0.0, 1.0]), np.ones(2), np.ones(2), np.ones(2)),
-            (
-                {},
-                {"stroke": COLOURS["bending"], "width": 2, **LINE},
-                {"stroke": MARK, "width": 0, "points": dot("#ffffff", MARK, 7)},
-                {"stroke": MARK, "width": 0, "points": dot("#D55E00", "#ffffff", 11)},
-            ),
-            axes=plain_axes(""),
-            legend={"show": False},
-            cursor={"drag": {"x": False, "y": False}, "points": {"show": False}},
-            padding=(8, 12, 0, 0),
-            height=HEIGHT,
-            visible=False,
-        )
+        nothing = (np.array([0.0, 1.0]), np.ones(2), np.ones(2), np.ones(2))
+        self.plot = add_plot(gui, nothing, STYLES, plain_axes(""), HEIGHT, visible=False)
         self.table = gui.add_html(f'<div style="{SMALL}">{NOTE}</div>')
         self.known: RunUp | None = None
 
