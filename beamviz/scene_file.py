@@ -1,11 +1,9 @@
-"""A scene as data: a beam, its model, what to see of it and from where; as TOML and as a link."""
+"""A scene as data: a beam, its model, what to see of it and from where; as TOML."""
 
 import json
-import tomllib
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Self
-from urllib.parse import parse_qsl, quote, urlencode
 
 from beamviz.beam import (
     LIMITS,
@@ -16,7 +14,6 @@ from beamviz.beam import (
     known,
     parsed_toml,
     read_toml,
-    shown,
     si_keywords,
     whole,
 )
@@ -160,30 +157,6 @@ class SavedScene:
         except InvalidInput as error:
             raise InvalidInput(f"{name}: {error}") from None
 
-    def to_query(self) -> str:
-        """The scene as the query of a link, without what is as usual (and without SI units)."""
-        usual = SavedScene().tables
-        values = {
-            key: value
-            for table, it in self.tables.items()
-            for key, value in it.items()
-            if table not in OWN and usual[table].get(key) != value
-        }
-        shares = list(values.get("shares", ()))
-        if 1.0 in shares and shares == [*[0.0] * shares.index(1.0), 1.0]:
-            values["mode"] = len(values.pop("shares"))
-        texts = {key: bare(value) for key, value in values.items()}
-        return urlencode(texts, quote_via=quote, safe="[],")
-
-    @classmethod
-    def from_query(cls, query: str) -> Self:
-        """The scene in a link, "alpha=1&gamma=10&mode=3": values as in a file, words bare."""
-        try:
-            pairs = parse_qsl(query, keep_blank_values=True, max_num_fields=len(KEYS))
-        except ValueError:
-            raise InvalidInput(f"the link has more than the {len(KEYS)} keys of a scene") from None
-        return cls.of(**{key: literal(text) for key, text in pairs})
-
 
 def seen(look: Look, values: dict[str, Any]) -> Look:
     """`look` with other values of some keys, of which `mode` stands for shares."""
@@ -225,21 +198,3 @@ def measured(tables: dict[str, Any]) -> Beam:
 def filled(entry: Any) -> dict[str, Any]:
     """The fields of a dataclass that have a value."""
     return {k: v for k, v in asdict(entry).items() if v is not None} if entry else {}
-
-
-def bare(value: Any) -> str:
-    """A value as `literal` reads it, in few characters."""
-    if isinstance(value, list | tuple):
-        return f"[{','.join(map(bare, value))}]"
-    if isinstance(value, float):
-        return shown(value)
-    return value if isinstance(value, str) else json.dumps(value)
-
-
-def literal(text: str) -> Any:
-    """A value written as in TOML, or else the word itself."""
-    try:
-        values = tomllib.loads(f"value = {text}")
-    except (tomllib.TOMLDecodeError, RecursionError):
-        return text
-    return values["value"] if len(values) == 1 else text

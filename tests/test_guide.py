@@ -1,15 +1,19 @@
 """The guided panel and the keys: lessons begun, turned through, met and reset by a visitor."""
 
+import contextlib
 import re
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from readings import PAPER, frequency
 from visitor import Visitor, visitor
 
 from beamviz.beam import Beam
+from beamviz.errors import InvalidInput
 from beamviz.lessons import LESSONS, lesson
 from beamviz.scene_file import SavedScene
 from beamviz.show import solving
@@ -234,6 +238,8 @@ class Arrival:
         ("lesson=nodes", ["nodes"]),
         ("lesson=nodes&dark=true", ["nodes", lesson("nodes").scene.changed(dark=True)]),
         ("alpha=1&mode=3", [SavedScene.of(alpha=1, mode=3)]),
+        ("gamma=10.0&over=mu&dark=true", [SavedScene.of(gamma=10, over="mu", dark=True)]),
+        ("strain=hencky&shares=[0.5,%201]", [SavedScene.of(strain="hencky", shares=[0.5, 1.0])]),
     ],
 )
 def test_a_link_is_followed(query, done):
@@ -249,6 +255,7 @@ def test_a_link_is_followed(query, done):
         ("lesson=magic", "must be one of stiffening"),
         ("gama=3", "gama"),
         ("alpha=-1", "alpha = -1: must lie in 0 .. 100"),
+        ("alpha=1%0Abeta=3", "alpha = "),  # a line end does not begin another key
         ("a&" * 1000, "no more than"),
     ],
 )
@@ -258,3 +265,13 @@ def test_a_link_without_sense_is_refused(query, words):
     with pytest.raises(ValueError, match=words):
         arrive(query, arrival, arrival.done.append)  # type: ignore[arg-type]
     assert arrival.done == []
+
+
+@given(st.text(max_size=60))
+@settings(max_examples=200)
+def test_no_link_does_more_than_be_refused(query):
+    """Whatever is typed into the address: it is followed, or refused in words."""
+    arrival = Arrival()
+    with contextlib.suppress(InvalidInput):
+        arrive(query, arrival, arrival.done.append)  # type: ignore[arg-type]
+        assert all(isinstance(done, str | SavedScene) for done in arrival.done)

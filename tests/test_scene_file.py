@@ -1,7 +1,6 @@
-"""A scene as TOML and as a link: there and back, and every way to get one wrong."""
+"""A scene as TOML: there and back, and every way to get one wrong."""
 
 import math
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -61,10 +60,8 @@ scenes = st.builds(
 @given(scenes)
 @settings(max_examples=60, deadline=None)
 def test_a_saved_scene_comes_back_as_it_was(scene):
-    """Through TOML to the last bit; through a link too, but for the units."""
+    """Through TOML, to the last bit."""
     assert SavedScene.from_bytes(scene.to_toml().encode(), "scene.toml") == scene
-    bare = replace(scene, beam=scene.beam.replace(units=None))
-    assert SavedScene.from_query(scene.to_query()) == bare
 
 
 def test_a_file_needs_to_say_only_what_is_not_as_usual(tmp_path):
@@ -86,16 +83,6 @@ def test_a_beam_in_si_units_keeps_them(tmp_path):
     assert scene.beam.units is not None
     path.write_text(scene.to_toml())
     assert SavedScene.from_toml(path) == scene
-
-
-def test_a_link_is_short_and_words_are_bare():
-    """Only what is not as usual is in it; what a person would type is understood."""
-    scene = SavedScene.of(alpha=1, gamma=10, mode=3, coriolis=True, strain="hencky")
-    assert scene.to_query() == "alpha=1&gamma=10&strain=hencky&coriolis=true&mode=3"
-    assert SavedScene.from_query("gamma=10.0&over=mu&dark=true") == SavedScene.of(
-        gamma=10, over="mu", dark=True
-    )
-    assert SavedScene.from_query("") == SavedScene()
 
 
 WRONG = {
@@ -153,25 +140,6 @@ def test_a_file_that_cannot_be_a_scene_is_not_read_to_its_end(tmp_path):
         SavedScene.from_toml(tmp_path)
     with pytest.raises(InvalidInput, match="not a TOML file"):
         SavedScene.from_bytes(b"\xff\xfe[beam]", "scene.toml")
-
-
-@given(st.text(max_size=60))
-@settings(max_examples=200, deadline=None)
-def test_no_link_does_more_than_be_refused(query):
-    """Whatever is typed into the address: a scene, or InvalidInput."""
-    try:
-        scene = SavedScene.from_query(query)
-    except InvalidInput:
-        return
-    assert isinstance(scene, SavedScene)
-
-
-def test_a_link_cannot_smuggle_lines_into_a_value():
-    """A line end does not begin another key."""
-    with pytest.raises(InvalidInput, match="alpha = "):
-        SavedScene.from_query("alpha=1%0Abeta=3")
-    with pytest.raises(InvalidInput, match="more than"):
-        SavedScene.from_query("&".join(["alpha=1"] * 100))
 
 
 def test_what_a_browser_sends_is_clamped_or_ignored():

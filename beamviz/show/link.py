@@ -6,14 +6,16 @@ A server is not told the query of the page that connects to it, so the page is a
 import secrets
 import threading
 import time
+import tomllib
 from collections.abc import Callable
+from typing import Any
 from urllib.parse import parse_qsl
 
 from viser import ClientHandle
 
 from beamviz.errors import InvalidInput
 from beamviz.lessons import lesson
-from beamviz.scene_file import KEYS, SavedScene, literal
+from beamviz.scene_file import KEYS, SavedScene
 from beamviz.show.door import PARAMETER
 from beamviz.show.guide import Guide
 from beamviz.show.page_script import running
@@ -78,3 +80,12 @@ def arrive(query: str, guide: Guide, load: Callable[[SavedScene], None]) -> None
         guide.open(name)
     if values:
         load(scene)
+
+
+def literal(text: str) -> Any:
+    """A value written as in TOML, or else the word itself."""
+    try:
+        values = tomllib.loads(f"value = {text}")
+    except (tomllib.TOMLDecodeError, RecursionError):
+        return text
+    return values["value"] if len(values) == 1 else text
