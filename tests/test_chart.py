@@ -146,6 +146,13 @@ def test_crossings_and_veerings_are_marked_apart(tip):
         assert not np.isfinite(arrays[other]).any()
 
 
+def test_the_names_of_per_rev_lines_never_touch():
+    """Flat lines end close to each other: every other one is named. Steep ones all are."""
+    flat = chart_words.per_rev_labels(stop=60.0, high=1600.0)
+    assert [name[-9:-7] for name in flat] == ["1γ", "3γ", "5γ"]
+    assert len(chart_words.per_rev_labels(stop=20.0, high=150.0)) == len(PER_REV)
+
+
 def test_per_rev_lines_are_multiples_of_the_speed():
     """omega = k gamma as far as the picture goes; over any other axis there are none."""
     low = charted(TIP, modes=2)

@@ -18,7 +18,7 @@ from beamviz.show.chart_words import (
     shown,
 )
 from beamviz.show.controls import MODES
-from beamviz.show.measures import LABELS
+from beamviz.show.measures import LABELS, frequencies
 from beamviz.show.per_rev import resonance_list
 from beamviz.show.plots import COLOURS, FAINT, LINE, MARK, add_plot, axes, dot, scales
 from beamviz.show.sliders import Listener, assign, heard
@@ -45,7 +45,14 @@ class ChartTab:
         )
         heard(self.per_rev, lock, listener.show_per_rev)
         nothing = series(Chart.nothing(), None, LANES, per_rev=False)
-        self.plot = add_plot(gui, nothing, styles(LANES), axes(axis.value), HEIGHT, right=RIGHT)
+        self.plot = add_plot(
+            gui,
+            nothing,
+            styles(LANES),
+            axes(axis.value, frequencies(None).label),
+            HEIGHT,
+            right=RIGHT,
+        )
         self.labels, self.table = gui.add_html(""), gui.add_html("")
         self.go = gui.add_button_group("go to", ("1",), visible=False, hint="Move the beam there")
         self.go.on_click(lambda event: self.pick(event.target.value))
@@ -79,9 +86,9 @@ class ChartTab:
         x = along.factor * question.start, along.factor * question.stop
         y = 0.0, across.factor * top(chart.loci) if chart.loci else 1.0
         self.per_rev.visible = over == "gamma"
-        if self.known != (along, x, y):  # not every time: it builds the chart anew
-            self.known, self.plot.scales = (along, x, y), scales(x, y)
-            self.plot.axes = axes(along.label)
+        if self.known != (along, across, x, y):  # not every time: it builds the chart anew
+            self.known, self.plot.scales = (along, across, x, y), scales(x, y)
+            self.plot.axes = axes(along.label, across.label)
         rooms = self.room, self.second_room
         self.room = roomy(self.room, chart.rows)
         if second:

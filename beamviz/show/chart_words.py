@@ -13,6 +13,7 @@ from beamviz.study.loci import Event, Loci
 SIGNS = {"crossing": "○", "veering": "●"}
 VERBS = {"crossing": "cross", "veering": "veer"}
 MAX_MEETINGS = 8
+LETTERS = 11  # [px]
 HEIGHT, RIGHT = 210, 32  # [px] of the chart, and of its margin at the right
 FRAME = (10.25, 8.25, 12)  # [px] around the chart: left, right, below
 
@@ -40,7 +41,7 @@ def labels(found: Loci, per_rev: bool) -> str:
         for place, (_, label, colour) in zip(places, ends, strict=True)
     ]
     if per_rev and found.over == "gamma":
-        names += [per_rev_label(k, float(found.values[-1]), high) for k in PER_REV]
+        names += per_rev_labels(float(found.values[-1]), high)
     return (
         '<div aria-hidden="true" data-labels style="position:relative;height:0;'
         'pointer-events:none;font-size:11px;line-height:1.3">'
@@ -51,13 +52,20 @@ def labels(found: Loci, per_rev: bool) -> str:
     )
 
 
-def per_rev_label(k: int, stop: float, high: float) -> str:
-    """The name of a per-rev line, near its upper end."""
-    x = min(0.97 * stop, 0.94 * high / k)
-    return (
-        f'<span style="position:absolute;color:#6b7177;left:{100 * x / stop:.2f}%;'
-        f'bottom:{100 * k * x / high:.2f}%;transform:translate(-110%,0)">{k}γ</span>'
-    )
+def per_rev_labels(stop: float, high: float) -> list[str]:
+    """The names of the per-rev lines, near their upper ends; where they would touch, some."""
+    names, below, height = [], -math.inf, HEIGHT - ABOVE - BELOW
+    for k in PER_REV:
+        x = min(0.97 * stop, 0.94 * high / k)
+        right, up = x / stop, k * x / high
+        crowded = right > 0.9 and (up - below) * height < LETTERS
+        if not crowded:
+            below = up
+            names.append(
+                f'<span style="position:absolute;color:#6b7177;left:{100 * right:.2f}%;'
+                f'bottom:{100 * up:.2f}%;transform:translate(-110%,0)">{k}γ</span>'
+            )
+    return names
 
 
 def key(chart: Chart, second: Chart | None) -> str:

@@ -30,7 +30,7 @@ class MicroscopeTab:
         self.room = LANES
         self.words = gui.add_html(f'<div style="{SMALL}">{INVITATION}</div>')
         nothing = (np.array([0.0, 1.0]), *[np.full(2, np.nan)] * (len(styles(LANES)) - 1))
-        self.plot = add_plot(gui, nothing, styles(LANES), axes(""), HEIGHT, visible=False)
+        self.plot = add_plot(gui, nothing, styles(LANES), axes("", ""), HEIGHT, visible=False)
         self.shapes = gui.add_html("")
 
     def show(self, closeup: Closeup | None, *, lost: bool) -> None:
@@ -44,7 +44,7 @@ class MicroscopeTab:
             along, across = shown(closeup)
             low, high = (float(along.factor * pairs[0].values[end]) for end in (0, -1))
             heights = tuple(across.factor * end for end in extent(pairs))
-            self.plot.axes = axes(along.label)
+            self.plot.axes = axes(along.label, across.label)
             self.plot.scales = scales((low, high), (heights[0], heights[1]))
             room = self.room
             for pair in pairs:

@@ -8,7 +8,7 @@ from beamviz.study.chart_style import COLOURS as FAMILY_COLOURS
 
 COLOURS = {**FAMILY_COLOURS, MIXED: "#CC79A7"}
 FAINT, MARK = "#9AA0A6", "#787E85"  # seen on light and dark pages
-LEFT, ABOVE, BELOW = 40, 8, 44  # [px] of the margins; at the right each chart has its own
+LEFT, ABOVE, BELOW = 54, 8, 44  # [px] of the margins; at the right each chart has its own
 LINE: uplot.Series = {"points": {"show": False}, "pxAlign": False}
 FONTS: uplot.Axis = {"font": "11px sans-serif", "labelFont": "12px sans-serif"}
 
@@ -42,19 +42,29 @@ def scales(x: tuple[float, float], y: tuple[float, float]) -> dict[str, uplot.Sc
     return {"x": {"time": False, "range": x}, "y": {"range": y}}
 
 
-def axes(label: str) -> tuple[uplot.Axis, ...]:
+def axes(along: str, across: str) -> tuple[uplot.Axis, ...]:
     """The two axes, of fixed size so that labels can be put on the lines."""
     return (
         {
-            "label": label,
+            "label": along,
             "size": BELOW - 18,
             "labelSize": 18,
             "labelGap": 0,
             "gap": 3,
             "space": 45,
+            "ticks": {"size": 5},
             **FONTS,
         },
-        {"size": LEFT, "gap": 3, "space": 28, **FONTS},
+        {
+            "label": across,
+            "size": LEFT - 14,
+            "labelSize": 14,
+            "labelGap": 0,
+            "gap": 3,
+            "space": 28,
+            "ticks": {"size": 5},
+            **FONTS,
+        },
     )
 
 

@@ -20,6 +20,7 @@ STYLES: tuple[uplot.Series, ...] = (
     {"stroke": MARK, "width": 0, "points": dot("#ffffff", MARK, 7)},
     {"stroke": MARK, "width": 0, "points": dot("#D55E00", "#ffffff", 11)},
 )
+TIP = "tip, times at rest"
 OFTEN = {f"{k} × per turn": k for k in PER_REV}
 MOST = 1.5  # times the largest amplitude: the end of the axis
 LEAST = 1e-4  # of the largest amplitude: what is smaller is below the axis
@@ -75,7 +76,7 @@ class RideTab:
 
 def plain_axes(label: str) -> tuple[uplot.Axis, ...]:
     """The axes; a logarithmic one would have nine lines to each power of ten."""
-    x, y = axes(label)
+    x, y = axes(label, TIP)
     return x, {**y, "grid": {"show": False}, "ticks": {"show": False}}
 
 
