@@ -9,8 +9,9 @@ from strategies import beams
 from beamviz import Beam, solve
 from beamviz.errors import NoEquilibrium
 from beamviz.mechanics import adaptive
+from beamviz.mechanics.adaptive import solve_on
 from beamviz.mechanics.hp import Stretch
-from beamviz.mechanics.layers import MAX_ORDER
+from beamviz.mechanics.layers import MAX_ORDER, lost_digits, segments
 from beamviz.mechanics.mesh import mesh
 from beamviz.mechanics.physics import Physics
 from beamviz.mechanics.solve import solve_many
@@ -126,6 +127,35 @@ def test_where_order_is_not_enough_elements_are_halved(beam, tolerance, options)
     solution = solve(beam, tolerance=tolerance, **options)
     assert solution.stats.order <= MAX_ORDER
     assert np.all(solution.errors <= 1.01 * tolerance * solution.frequencies)
+
+
+@settings(max_examples=60, deadline=None)
+@given(beam=beams(gamma=(20, 200), mu=(40, 500)))
+def test_the_digits_lost_to_softening_are_foreseen(beam):
+    """By the body that turns about its clamp, before anything is solved."""
+    law, measure = PHYSICS.law, PHYSICS.curvature
+    positions = adaptive.coarse(beam, law)[1]
+    parts = segments(beam, positions, law)
+    found = np.log10(1 + beam.gamma**2 / solve(beam, modes=1).squares[0])
+    assert lost_digits(beam, positions, parts, measure) == pytest.approx(found, abs=0.15)
+
+
+@pytest.mark.parametrize("tolerance", [0.1, 1e-3, 1e-5])
+@pytest.mark.parametrize(
+    "beam",
+    [Beam(gamma=200), Beam(alpha=1, beta=0.5, gamma=100), Beam(gamma=134, mu=27.5)],
+)
+def test_a_fast_beam_has_the_mesh_it_needs_at_once(beam, tolerance, monkeypatch):
+    """Though softening takes all but the last digits of its lowest mode."""
+    tried = []
+
+    def on(points, *rest):
+        tried.append(points)
+        return solve_on(points, *rest)
+
+    monkeypatch.setattr(adaptive, "solve_on", on)
+    solve(beam, tolerance=tolerance)
+    assert len(tried) == 1
 
 
 def test_modes_beside_a_sweeps_need_not_meet_the_tolerance():

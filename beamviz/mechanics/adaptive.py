@@ -12,6 +12,7 @@ from beamviz.mechanics.layers import (
     MAX_UNKNOWNS,
     Positions,
     discretisation,
+    more_digits,
     segments,
     unstretched,
 )
@@ -52,14 +53,15 @@ def solve_straight(beam: Beam, modes: int, physics: Physics, tolerance: float) -
         near, positions = coarse(beam, physics.law)
     pulled = beam if physics.stiffening else beam.replace(gamma=0.0)  # no tension, no layers
     parts = segments(pulled, positions, physics.law)
-    digits = -math.log10(tolerance)
+    more = more_digits(beam, positions, parts, physics)
+    digits, enough = more - math.log10(tolerance), STRETCH_SHARE * tolerance / 10**more
     over, tried = math.inf, 0
     for attempt in range(1, REFINEMENTS + 1):
         breaks, orders = discretisation(parts, beam.mu, modes, physics.curvature, digits)
         if sum(orders) > MAX_UNKNOWNS:
             break
         points = mesh(breaks, orders)
-        found = solve_on(points, beam, modes, physics, tolerance, near)
+        found = solve_on(points, beam, modes, physics, tolerance, near, enough)
         over, tried = float(excess(found, tolerance, modes)), len(points.points)
         if over <= 1:
             return found
@@ -91,11 +93,11 @@ def solve_on(
     physics: Physics,
     tolerance: float,
     near: State | None = None,
+    enough: float = 0.0,
 ) -> StraightModes:
-    """Equilibrium and modes on one mesh; `near` is the equilibrium on another."""
+    """Equilibrium, `enough` near, and modes on one mesh; `near` is the equilibrium on another."""
     rho = hp.inertia(points, beam)
     if physics.tension == "equilibrium":
-        enough = STRETCH_SHARE * tolerance
         stretch = equilibrium(points, rho, beam, physics.law, near, enough)
     else:
         stretch = hp.Stretch(np.ones(len(points.weights)), 0, 0.0)

@@ -13,6 +13,7 @@ from operator import itemgetter
 from typing import NamedTuple
 
 from beamviz.beam import Beam
+from beamviz.mechanics.physics import Physics
 from beamviz.mechanics.strain import Curvature, StrainLaw
 
 LAYER_REACH = 2.0  # widths per digit: exp(-2 * 12) of a layer's energy is left after 12
@@ -26,6 +27,8 @@ MIN_ORDER, MAX_ORDER = 4, 30
 MAX_UNKNOWNS = 300  # of one family; beyond, the scene is too near an end of equilibrium
 TOO_HIGH = 38.0  # an order from which on two halves are better than MAX_ORDER
 HALF = 0.7  # of the order of an element, in each half of it
+SPARE_DIGITS = 1.0  # that the orders below give beyond those asked for
+DIGITS_OF_STRETCH = 1.8  # lost to a stretch of 10 at the clamp
 CAPS = (14, 18, 22, 30)  # orders above which a layer gets an element of its own, tried in turn
 
 
@@ -83,6 +86,40 @@ def segments(beam: Beam, positions: Positions, law: StrainLaw) -> list[Segment]:
         f, f_end = _stretch(law, N / beam.mu**2), _stretch(law, N_end / beam.mu**2)
         parts.append(Segment(a, b, (N, N_end), (f, f_end), pull))
     return parts[::-1]
+
+
+def more_digits(beam: Beam, positions: Positions, parts: list[Segment], physics: Physics) -> float:
+    """Digits that a mesh needs beyond those asked for: where softening takes some, and where a
+    stretch falls off."""
+    softened = physics.chordwise and physics.softening and physics.stiffening and beam.delta >= 0
+    lost = lost_digits(beam, positions, parts, physics.curvature) if softened else 0.0
+    return max(0.0, lost + DIGITS_OF_STRETCH * math.log10(parts[0].f[0]) - SPARE_DIGITS)
+
+
+def lost_digits(
+    beam: Beam, positions: Positions, parts: list[Segment], curvature: Curvature
+) -> float:
+    """Digits that omega^2 of the lowest mode in the plane of rotation loses to the softening
+    gamma^2 of a beam that points outwards.
+
+    It turns about the clamp all but rigidly. What the softening leaves is bending, 3 at rest and
+    sqrt(N f^(5 - 2c)) in a layer, and the pull of the hub radius, over its moment of inertia.
+    """
+    inertia = moment = 0.0
+    start = u_start = 0.0
+    for end, u, mean in zip(positions.ends[1:], positions.u[1:], positions.means, strict=True):
+        length = end - start
+        inertia += length * (mean**2 + (u - u_start) ** 2 / 12)
+        moment += length * mean
+        if beam.alpha and abs(end - beam.beta) <= AT_END:
+            inertia += beam.alpha * u**2
+            moment += beam.alpha * u
+        start, u_start = end, u
+    N, f = parts[0].N[0], parts[0].f[0]
+    bending = 3 + math.sqrt(N * f ** (5 - 2 * curvature.power))
+    softening = beam.gamma**2
+    left = (bending + softening * beam.delta * moment) / inertia
+    return math.log10(1 + softening / left)
 
 
 def discretisation(

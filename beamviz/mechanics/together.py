@@ -16,6 +16,7 @@ from beamviz.mechanics.layers import (
     MAX_UNKNOWNS,
     Positions,
     discretisation,
+    more_digits,
     segments,
     unstretched,
 )
@@ -125,6 +126,7 @@ def _discretised(
     except (NoEquilibrium, NotConverged):
         return None
     parts = segments(beam, positions, physics.law)
+    digits += more_digits(beam, positions, parts, physics)
     breaks, orders = discretisation(parts, beam.mu, modes, physics.curvature, digits)
     return (breaks, orders) if sum(orders) <= MAX_UNKNOWNS else None
 
