@@ -4,13 +4,13 @@ import math
 from typing import Any
 
 import numpy as np
+from readings import PAPER
 from strategies import beams
 
 from beamviz.beam import Beam
 from beamviz.mechanics.solve import solve
 from beamviz.show.motion import Shapes, displacement
 
-PAPER = Beam(alpha=1, beta=0.5, gamma=10)
 BEAMS = beams(alpha=(0, 100), gamma=(0, 50), delta=(0, 5))
 
 

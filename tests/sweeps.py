@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from beamviz.study.candidates import loci_of
+from beamviz.study.candidates import columns_of
 from beamviz.study.loci import Loci
 from beamviz.study.meetings import Event, chart
 from beamviz.study.tracking import Points, Track
@@ -43,7 +43,7 @@ def turned(angle: float) -> np.ndarray:
 
 def frequencies(track: Track, window: int) -> np.ndarray:
     """The frequencies (n, branches) of a track, branch by branch; nan where one is not there."""
-    return loci_of(track, window).frequencies
+    return columns_of(track, window).frequencies
 
 
 def sorted_frequencies(found: Loci) -> np.ndarray:

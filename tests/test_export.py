@@ -9,8 +9,8 @@ import pygltflib
 import pytest
 import trimesh
 from browser import NO_BROWSER, page
+from readings import PAPER
 
-from beamviz.beam import Beam
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.mechanics.solve import solve
 from beamviz.numbers_file import STATIONS
@@ -23,7 +23,6 @@ from beamviz.show.pieces import cut
 from beamviz.show.shot import Shot
 from beamviz.show.stage import placed
 
-PAPER = Beam(alpha=1, beta=0.5, gamma=10)
 FLOATS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}
 
 

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 import websockets.exceptions
 from bare import CAMERA, packed, until, wire
-from readings import frequency
+from readings import PAPER, frequency
 from visitor import BEAM, Visitor, calm, redrawn, visitor
 
 from beamviz.beam import NAMES, Beam
@@ -26,7 +26,6 @@ from beamviz.show.server import Animator, explorer
 from beamviz.show.session import Session
 from beamviz.show.sliders import NUMBERS
 
-PAPER = Beam(alpha=1, beta=0.5, gamma=10)
 SCENE = SavedScene(PAPER)
 # Speeds at which the solver of these tests does not end by itself, is slow, or fails.
 ENDLESS, SLOW, BROKEN = 46.0, 47.0, 48.0

@@ -18,7 +18,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image, ImageSequence
 
-from beamviz.beam import Beam
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.scene_file import SavedScene
 from beamviz.show import encoders
@@ -29,7 +28,6 @@ from beamviz.show.loop import looped
 from beamviz.show.shot import Shot
 
 BROWSER = os.environ.get("BEAMVIZ_BROWSER")
-PAPER = Beam(alpha=1, beta=0.5, gamma=10)
 SMALL = {"width": 192, "height": 108, "fps": 8}
 
 

@@ -5,17 +5,15 @@ from collections.abc import Iterator
 
 import pytest
 from bare import until
-from readings import frequency
+from readings import PAPER, frequency
 from visitor import visitor
 
-from beamviz.beam import Beam
 from beamviz.mechanics.solve import solve
 from beamviz.scene_file import SavedScene
 from beamviz.show import server, solving
 from beamviz.show.following import LABEL
 from beamviz.show.server import explorer
 
-PAPER = Beam(alpha=1, beta=0.5, gamma=10)
 PRESENTER = "the-presenters-key"
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from readings import PAPER
 from strategies import beams
 
 from beamviz.beam import Beam
@@ -22,7 +23,6 @@ from beamviz.show.pieces import COUNTS, DEVIATION, SCALE, STEP, Seen, counted, c
 from beamviz.show.scene import Scene
 from beamviz.show.stage import placed
 
-PAPER = Beam(alpha=1, beta=0.5, gamma=10)
 HEIGHT = 1080  # [pixels] of the picture
 PHASES = np.linspace(0, math.pi, 7)[1:]
 FINER = 12  # places on each piece that are looked at

@@ -9,6 +9,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 from browser import NO_BROWSER
+from readings import PAPER
 
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput, NoEquilibrium, Unavailable
@@ -17,7 +18,6 @@ from beamviz.show import picture, studio
 from beamviz.show.browser import found_browser
 from beamviz.show.picture import screenshot
 
-PAPER = Beam(alpha=1, beta=0.5, gamma=10)
 browser = pytest.mark.browser
 needs_browser = pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER)
 

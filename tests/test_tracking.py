@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.linalg import block_diag, expm
 from scipy.optimize import minimize_scalar
 
-from beamviz.study.candidates import Loci, candidates
+from beamviz.study.candidates import Columns, candidates
 from beamviz.study.tracking import CLEAR, Points, assignment, follow, inner_products
 from tests.sweeps import Problem, crossing, frequencies, turned
 
@@ -303,7 +303,7 @@ def test_signs_do_not_matter(seed):
 def test_a_branch_that_enters_meets_nothing_where_it_is_not():
     """A shape that turns into one that was not among the modes before: no two loci to compare."""
     turned = np.array([[[0.0, 1.2], [-1.2, 0.0]]])
-    absent = Loci(
+    absent = Columns(
         at=np.array([0.0, 1.0]),
         branches=np.array([0, 1]),
         places=np.array([[2, 0], [0, 1]]),

@@ -12,11 +12,10 @@ from pathlib import Path
 import pytest
 import websockets.exceptions
 from bare import free_port, got, until, wire
-from readings import frequency
+from readings import PAPER, frequency
 from served import Explorer
 from visitor import BEAM, visitor
 
-from beamviz.beam import Beam
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.scene_file import SavedScene
 from beamviz.show import workers
@@ -25,7 +24,6 @@ from beamviz.show.hosting import listening
 from beamviz.show.server import serve
 
 ROOT = Path(__file__).parent.parent
-PAPER = Beam(alpha=1, beta=0.5, gamma=10)
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="one process on other systems")
 

@@ -21,7 +21,7 @@ SURE = 4.0  # times the curvature seen: the most a difference is trusted to bend
 
 
 @dataclass(frozen=True)
-class Loci:
+class Columns:
     """Branches as columns: those among the lowest modes somewhere, or next to them."""
 
     at: np.ndarray  # (n,)
@@ -53,7 +53,7 @@ class Pairs(NamedTuple):
     asked: np.ndarray  # (n, pairs) whether one of the two is in the window
 
 
-def loci_of(track: Track, window: int) -> Loci:
+def columns_of(track: Track, window: int) -> Columns:
     """The branches of a track that are among the lowest `window` modes somewhere, or next to."""
     points = track.points
     n, m = points.squares.shape
@@ -66,7 +66,7 @@ def loci_of(track: Track, window: int) -> Loci:
     padded = np.pad(track.overlaps, ((0, 0), (0, 1), (0, 1)))
     step = np.arange(n - 1)[:, None, None]
     O = padded[step, places[:-1, :, None], places[1:, None, :]]
-    return Loci(points.at, branches, places, frequencies, _turns(O), _held(O), window)
+    return Columns(points.at, branches, places, frequencies, _turns(O), _held(O), window)
 
 
 def _held(O: np.ndarray) -> np.ndarray:
@@ -91,7 +91,7 @@ def _turns(O: np.ndarray) -> np.ndarray:
     return side * np.arctan2(exchanged, kept[:, :, None] + kept[:, None, :])
 
 
-def _pairs(loci: Loci) -> Pairs:
+def _pairs(loci: Columns) -> Pairs:
     """All pairs of branches."""
     a, b = np.triu_indices(len(loci.branches), 1)
     difference = loci.frequencies[:, b] - loci.frequencies[:, a]
@@ -99,7 +99,7 @@ def _pairs(loci: Loci) -> Pairs:
     return Pairs(a, b, difference, loci.turns[:, a, b], asked)
 
 
-def hidden(loci: Loci) -> np.ndarray:
+def hidden(loci: Columns) -> np.ndarray:
     """Middles of the steps in which two loci may touch though their ends do not show it.
 
     Between two points a smooth difference strays from its chord by curvature / 8 times the
@@ -124,7 +124,7 @@ def hidden(loci: Loci) -> np.ndarray:
     return (loci.at[steps] + loci.at[steps + 1]) / 2
 
 
-def unclear(loci: Loci) -> np.ndarray:
+def unclear(loci: Columns) -> np.ndarray:
     """Middles of the steps of candidates in which one of the two turns into a third mode."""
     steps = {
         step
@@ -137,7 +137,7 @@ def unclear(loci: Loci) -> np.ndarray:
     return (at[wide] + at[[i + 1 for i in wide]]) / 2 if wide else np.empty(0)
 
 
-def candidates(loci: Loci) -> list[Candidate]:
+def candidates(loci: Columns) -> list[Candidate]:
     """Every two points between which two loci may meet."""
     if len(loci.at) < 2:
         return []
@@ -200,7 +200,7 @@ def _slopes(gap: np.ndarray, low: int, high: int) -> tuple[int, int]:
     return start, stop
 
 
-def _neighbours(loci: Loci, a: int, b: int, point: int) -> bool:
+def _neighbours(loci: Columns, a: int, b: int, point: int) -> bool:
     """Whether no third branch that couples with one of two lies between them."""
     f = loci.frequencies[point]
     between = (f > min(f[a], f[b])) & (f < max(f[a], f[b]))

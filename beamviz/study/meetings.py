@@ -6,7 +6,7 @@ from typing import Generic, Literal, TypeVar
 
 import numpy as np
 
-from beamviz.study.candidates import Candidate, Loci, candidates, hidden, loci_of, unclear
+from beamviz.study.candidates import Candidate, Columns, candidates, columns_of, hidden, unclear
 from beamviz.study.pairs import Place, Search, least_gap, together
 from beamviz.study.tracking import Points, SolveAt, Track, follow
 
@@ -49,17 +49,17 @@ def chart(points: Points, window: int, solve_at: SolveAt) -> tuple[Track, list[E
         if not odd:
             break
         track = _exchanged(track, loci, *odd[0])
-        loci = loci_of(track, window)
+        loci = columns_of(track, window)
     asked = set(track.branch[:, :window].ravel().tolist())
     events = [event for _, event in found if event and asked.issuperset(event.branches)]
     return track, sorted(events, key=lambda event: event.at)
 
 
-def _seen(points: Points, window: int, solve_at: SolveAt) -> tuple[Track, Loci]:
+def _seen(points: Points, window: int, solve_at: SolveAt) -> tuple[Track, Columns]:
     """The track, with points added until they show every meeting of two loci."""
     for _ in range(MAX_ROUNDS):
         track = follow(points, window, solve_at)
-        loci = loci_of(track, window)
+        loci = columns_of(track, window)
         more = np.union1d(hidden(loci), unclear(loci))
         if not len(more):
             break
@@ -70,7 +70,7 @@ def _seen(points: Points, window: int, solve_at: SolveAt) -> tuple[Track, Loci]:
     return track, loci
 
 
-def _exchanged(track: Track, loci: Loci, candidate: Candidate, place: Place) -> Track:
+def _exchanged(track: Track, loci: Columns, candidate: Candidate, place: Place) -> Track:
     """The track with two branches exchanged behind a place.
 
     Modes that couple elsewhere may cross where their coupling vanishes (Perkins & Mote 1986).
@@ -82,7 +82,7 @@ def _exchanged(track: Track, loci: Loci, candidate: Candidate, place: Place) -> 
 
 
 def _search(
-    candidate: Candidate, points: Points, loci: Loci
+    candidate: Candidate, points: Points, loci: Columns
 ) -> Search[tuple[Place | None, Event[int] | None]]:
     """The place of a candidate's least gap, and the meeting if it is one."""
     a, b, low, high, _ = candidate

@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.study.chart_style import DPI, FAINT, STYLE, SYMBOLS
-from beamviz.study.edges import Limit
+from beamviz.study.edges import WORDS, Limit
 from beamviz.study.files import write
 from beamviz.study.loci import Loci
 from beamviz.study.placing import Placer
@@ -28,11 +28,6 @@ LEFT, RIGHT, BOTTOM, TOP = 0.092, 0.925, 0.098, 0.845  # of it, the frame
 ZOOMED = 2  # veerings that get a frame of their own; more would hide the chart
 SHADOW = "#EDEDED"
 PER_REV: dict[str, Any] = {"color": FAINT, "lw": 0.8, "ls": (0, (5, 3)), "zorder": 1}
-TROUBLES = {
-    "no-equilibrium": "no equilibrium",
-    "unstable": "unstable",
-    "not-converged": "not converged",
-}
 
 
 def check_name(path: Path) -> None:
@@ -95,7 +90,7 @@ def _limit(axes: Axes, scales: Scales, loci: Loci, limit: Limit) -> None:
     axes.text(
         sum(ends) / 2,
         _widest_gap(lines_at(loci, (limit.start + limit.stop) / 2, scales), axes.get_ylim()[1]),
-        f"{TROUBLES[limit.kind]}\n{where}",
+        f"{WORDS[limit.kind]}\n{where}",
         rotation=0 if wide else 90,
         ha="center",
         va="center",
