@@ -28,7 +28,7 @@ from beamviz.show.loop import looped
 from beamviz.show.shot import Shot
 
 BROWSER = os.environ.get("BEAMVIZ_BROWSER")
-SMALL = {"width": 192, "height": 108, "fps": 8}
+SMALL = {"width": 192, "height": 108, "fps": 6.25}
 
 
 @pytest.fixture(autouse=True)
@@ -59,7 +59,7 @@ def test_a_film_shows_a_beam_that_swings_and_closes(tmp_path, kind):
     path = tmp_path / f"film.{kind}"
     loop = animate(path, SavedScene.of(mode=2), **SMALL)
     frames = decoded(path)
-    assert frames.shape == (round(8 * loop.seconds), 108, 192, 3)
+    assert frames.shape == (round(SMALL["fps"] * loop.seconds), 108, 192, 3)
     assert (np.ptp(frames, axis=3) > 60).mean() > 0.01
     steps = [apart(a, b) for a, b in zip(frames, np.roll(frames, -1, axis=0), strict=True)]
     assert min(steps) > 0
@@ -97,6 +97,24 @@ def test_a_gif_plays_for_ever_at_the_pace_asked_for(tmp_path):
         assert film.info["loop"] == 0
         assert film.info["duration"] == 40
         assert film.n_frames == round(25 * loop.seconds)
+
+
+@pytest.mark.parametrize(("kind", "fps"), [("gif", 8), ("gif", 40), ("webp", 30)])
+def test_every_frame_is_seen_as_long_as_its_share_of_the_film(tmp_path, kind, fps):
+    """Where a file cannot have so many frames in a second it has nearly as many: the film is made
+    for these, and its pace stays."""
+    encoder, path = encoders.ENCODERS[f".{kind}"], tmp_path / f"film.{kind}"
+    rate = encoder.rate(fps)
+    assert rate == pytest.approx(fps, rel=0.3)
+    frames = [np.full((16, 16, 3), 20 * k, np.uint8) for k in range(10)]
+    encoder.write(path, iter(frames), rate, frames)
+    with Image.open(path) as film:
+        durations = []
+        for frame in range(film.n_frames):
+            film.seek(frame)
+            film.load()
+            durations.append(film.info["duration"])
+    assert durations == pytest.approx([1000 / rate] * 10)
 
 
 scenes = st.builds(

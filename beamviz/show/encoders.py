@@ -24,11 +24,19 @@ Frames = Iterator[np.ndarray]  # each (height, width, 3)
 
 class Encoder(NamedTuple):
     """check(width, height) says beforehand what stands in the way; write(file, frames, fps, sample)
-    writes; sample: how many frames, spread over the film, it wants to see first."""
+    writes; sample: how many frames, spread over the film, it wants to see first; tick [ms]: what
+    the file counts the time of a frame in, 0 where it can be anything."""
 
     check: Callable[[int, int], None]
     write: Callable[[Path, Frames, float, list[np.ndarray]], None]
     sample: int = 0
+    tick: int = 0
+
+    def rate(self, fps: float) -> float:
+        """The frames in a second, nearly `fps`, that the file can have."""
+        if not self.tick:
+            return fps
+        return 1000 / (self.tick * round(1000 / fps / self.tick))
 
 
 def write_gif(file: Path, frames: Frames, fps: float, sample: list[np.ndarray]) -> None:
@@ -38,7 +46,7 @@ def write_gif(file: Path, frames: Frames, fps: float, sample: list[np.ndarray]) 
         Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE)
         for frame in frames
     )
-    duration = 10 * round(100 / fps)  # [ms]; a GIF counts in hundredths of a second
+    duration = round(1000 / fps)  # [ms]
     next(pictures).save(
         file, "GIF", save_all=True, append_images=pictures, duration=duration, loop=0, disposal=1
     )
@@ -139,7 +147,7 @@ def check_nothing(width: int, height: int) -> None:
 
 
 ENCODERS = {
-    ".gif": Encoder(check_nothing, write_gif, sample=6),
-    ".webp": Encoder(check_nothing, write_webp),
+    ".gif": Encoder(check_nothing, write_gif, sample=6, tick=10),
+    ".webp": Encoder(check_nothing, write_webp, tick=1),
     ".mp4": Encoder(check_mp4, write_mp4),
 }

@@ -34,15 +34,16 @@ def animate(
 ) -> Loop:
     """Write a scene as a film that ends where it began: .gif, .webp or .mp4, by its ending.
 
-    fps: frames in a second; periods: of the first mode shown, where the shortest film that closes
-    is not wanted; direction, zoom: where to look from, in place of the camera of the scene;
-    progress: counts the frames up to a number as they are drawn. Raises InvalidInput, Unavailable,
-    and what `solve` raises; the file is either complete or untouched.
+    fps: frames in a second, or nearly so (a GIF counts in hundredths of a second); periods: of the
+    first mode shown, where the shortest film that closes is not wanted; direction, zoom: where to
+    look from, in place of the camera of the scene; progress: counts the frames up to a number as
+    they are drawn. Raises InvalidInput, Unavailable, and what `solve` raises; the file is either
+    complete or untouched.
     """
     path = Path(path)
     encoder = ENCODERS[ending(path, tuple(ENCODERS))]
     size = whole("width", width, *PIXELS), whole("height", height, *PIXELS)
-    fps = checked("fps", fps, *FRAME_RATES)
+    fps = encoder.rate(checked("fps", fps, *FRAME_RATES))
     encoder.check(*size)
     periods = None if periods is None else whole("periods", periods, 1, MAX_FRAMES)
     with replaced(path) as file:
