@@ -4,7 +4,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
-from browser import NO_BROWSER, Page, page
+from browser import NO_BROWSER, Page, page, tab
 
 from beamviz.beam import Beam
 from beamviz.scene_file import SavedScene
@@ -24,7 +24,7 @@ CANVAS = "document.querySelector('canvas[data-engine]')"
 @pytest.fixture(scope="module")
 def phone() -> Iterator[Page]:
     """A phone with the explorer."""
-    with explorer(SavedScene(Beam())) as url, page(url, WIDTH, HEIGHT) as opened:
+    with explorer(SavedScene(Beam(alpha=1, beta=0.5))) as url, page(url, WIDTH, HEIGHT) as opened:
         opened.call(
             "Emulation.setDeviceMetricsOverride",
             width=WIDTH,
@@ -66,6 +66,21 @@ def test_on_a_phone_results_come_before_the_controls(phone):
     results = place(phone, "document.querySelector('[role=button][aria-label*=\"panel\"]')")
     slider = place(phone, "document.querySelector('.mantine-Slider-root')")
     assert results[1] < slider[1]
+
+
+def test_on_a_phone_a_chart_is_no_wider_than_the_screen(phone):
+    """The chart of loci fills the sheet, and nothing has to be scrolled sideways."""
+    results = "document.querySelector('[role=button][aria-label*=\"panel\"]')"
+    place(phone, results)
+    phone.click(results)
+    place(phone, tab("Loci"))
+    phone.click(tab("Loci"))
+    chart = "[...document.querySelectorAll('.uplot')].find(e => e.offsetWidth)"
+    phone.wait(f"{chart} && !!document.querySelector('[aria-label=\"meetings\"]')")
+    left, _, width, _ = place(phone, chart)
+    assert 0.9 * WIDTH < left + width <= WIDTH
+    viewport = f"document.querySelector('{SHEET} .mantine-ScrollArea-viewport')"
+    assert phone.evaluate(f"{viewport}.scrollWidth") == WIDTH
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

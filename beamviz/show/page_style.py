@@ -11,9 +11,10 @@ SECTION = '.mantine-Tabs-root[style*="border-top"]'  # results or lessons in it
 
 # viser styles its elements in place, so all of this has to insist. Grey words get a contrast of
 # more than 7 : 1 on either page. On a phone the sheet of controls stands below the scene rather
-# than over it, as wide as the screen, and results and lessons come before the controls. Six tabs
-# fit in one row. Until somebody moves the bar between them, results get more of the column than
-# lessons, whose pages are short.
+# than over it, as wide as the screen (what is in it is no table, which a chart would widen again
+# and again), and results and lessons come before the controls. Six tabs fit in one row. Until
+# somebody moves the bar between them, results get more of the column than lessons, whose pages
+# are short.
 STYLE = f"""<style>
 :root[data-mantine-color-scheme] {{ --mantine-color-dimmed: #4a5158; }}
 :root[data-mantine-color-scheme="dark"] {{ --mantine-color-dimmed: #b9c0c7; }}
@@ -39,6 +40,7 @@ p:has(> label) {{ letter-spacing: -.2px !important; }}
     max-height: 56% !important;
   }}
   {SHEET} div[style*="width: 20em"] {{ width: 100% !important; }}
+  {SHEET} .mantine-ScrollArea-content {{ display: block !important; min-width: 0 !important; }}
   div:has(> div > {SECTION}) {{ display: flex; flex-direction: column; }}
   div:has(> {SECTION}) {{ order: -1; }}
 }}
