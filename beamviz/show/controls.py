@@ -4,17 +4,13 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 from beamviz.beam import Beam, Units
-from beamviz.mechanics.solve import CURVATURES, METHODS, PLANES, STRAIN_LAWS
+from beamviz.mechanics import solve
+from beamviz.mechanics.solve import DEFAULTS, PLANES
 from beamviz.scene_file import SavedScene
 
 MODES = 5
-SWITCHES = {"stiffening": True, "softening": True, "coriolis": False}  # as `solve` has them
-CHOICES = {
-    "method": tuple(METHODS),
-    "strain": tuple(STRAIN_LAWS),
-    "curvature": tuple(CURVATURES),
-    "plane": tuple(PLANES),
-}
+SWITCHES = {name: getattr(DEFAULTS, name) for name in ("stiffening", "softening", "coriolis")}
+CHOICES = {name: tuple(choices) for name, choices in solve.CHOICES.items()}
 
 
 @dataclass(frozen=True)
