@@ -179,7 +179,7 @@ class Straight:
             position.append(f[k - 1] / k)
             if strain == "green":  # 2 n = f^3 - f, solved for its highest coefficient
                 square.append(fdot(f[1:], f[:0:-1]))
-                rest = fdot(f, [*square[k:0:-1]]) if k else 0
+                rest = fdot(f, square[k:0:-1])
                 f.append((2 * tension[k] / self.mu**2 - rest) / (3 * f[0] ** 2 - 1))
                 square[k] += 2 * f[0] * f[k]
             else:

@@ -74,6 +74,7 @@ class Grid:
 
     @property
     def elements(self) -> int:
+        """How many there are."""
         return len(self.orders)
 
     def from_clamp(self, x: np.ndarray) -> np.ndarray:

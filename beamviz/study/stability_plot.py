@@ -85,10 +85,12 @@ def sheet(found: Map) -> Figure:
 
 
 def title(found: Map) -> str:
+    """What the sheet shows."""
     return f"Where methods fail: speed γ and {AXES[found.plane.over]}"
 
 
 def subtitle(found: Map) -> str:
+    """What was compared, with what."""
     return (
         f"Five lowest modes in the plane of rotation, {found.plane.held}. Reference: the paper's"
         " model (green strain, spatial curvature), solved by auto."
