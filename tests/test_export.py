@@ -186,6 +186,9 @@ def test_a_page_needs_nothing_but_itself(document):
         assert f"{solution.frequencies[k]:.5f}"[:-1] in head
     assert "<svg" in head
     assert "gamma = 10.0" in head
+    assert re.findall("<title>(.*?)</title>", text) == [
+        "beamviz: α = 1, β = 0.5, γ = 10, δ = 0, μ = 70"
+    ]
     assert not re.findall(r'<(?:script|link|img|iframe)[^>]+(?:src|href)="(?!data:)', text)
 
 

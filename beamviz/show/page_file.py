@@ -1,6 +1,7 @@
 """A scene as one HTML file that plays without a network: the film in 3D, its loci, its modes."""
 
 import io
+import re
 from html import escape
 from pathlib import Path
 
@@ -40,8 +41,9 @@ def write_html(file: Path, shot: Shot) -> None:
     head, body = page.index("</head>"), page.rindex("</body>")
     mode = "dark" if look.dark else "light"
     title = f"<title>beamviz: {escape(heading(shot.scene))}</title>"
+    top = re.sub("<title>.*?</title>", title, page[:head])  # of two, browsers take the first
     file.write_text(
-        f"{page[:head]}{title}<style>{STYLE}</style>{page[head:body]}"
+        f"{top}<style>{STYLE}</style>{page[head:body]}"
         f'<aside class="{mode}" aria-label="numbers">{aside}</aside>{page[body:]}'
     )
 

@@ -47,7 +47,7 @@ def wellbeing(shapes: Shapes) -> str:
     turning = f"{beam.units.rpm(beam.gamma):.4g} rpm; " if beam.units else ""
     longer = "longer" if change > 0 else "shorter"
     far = f" ({abs(change) / 100 * 1000 * beam.units.length:.2g} mm)" if beam.units else ""
-    return f"{turning}the rotation makes the beam {abs(change):.2g} % {longer}{far}"
+    return f"{turning}the rotation makes the beam {digits(abs(change), 2)} % {longer}{far}"
 
 
 def faded(content: str) -> str:
