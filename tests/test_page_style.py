@@ -4,7 +4,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
-from browser import NO_BROWSER, Page, field, page, tab
+from browser import NO_BROWSER, Page, page, tab
 
 from beamviz.beam import Beam
 from beamviz.scene_file import SavedScene
@@ -109,12 +109,3 @@ def luminance(colour: str) -> float:
 def test_the_page_has_a_name(phone):
     """That of the program, on its tab in the browser."""
     phone.wait("document.title === 'beamviz'")
-
-
-def test_a_comma_is_a_decimal_point(phone):
-    """12,5 typed into a field is 12.5, and not 125."""
-    phone.click(field("speed γ"))
-    phone.evaluate(f"{field('speed γ')}.select()")
-    for letter in "12,5":
-        phone.call("Input.dispatchKeyEvent", type="char", text=letter)
-    phone.wait(f"{field('speed γ')}.value === '12.5'")

@@ -46,17 +46,11 @@ p:has(> label) {{ letter-spacing: -.2px !important; }}
 }}
 </style>"""
 TITLE = running("document.title = 'beamviz'")
-# viser's fields drop a comma, so that 12,5 would be 125: it becomes a point as it is typed.
-COMMA = running(
-    "document.addEventListener('beforeinput', event => {"
-    " if (event.data !== ',' || event.defaultPrevented || event.target.inputMode !== 'decimal')"
-    " return; event.preventDefault(); document.execCommand('insertText', false, '.'); }, true)"
-)
 
 
 def add_style(gui: GuiApi) -> None:
-    """Add style, title and the care for commas to a page; they hold while the element is there."""
-    gui.add_html(STYLE + TITLE + COMMA)
+    """Add style and title to a page; they hold while the element is there."""
+    gui.add_html(STYLE + TITLE)
 
 
 def theme(side: ClientHandle | ViserServer, *, dark: bool) -> None:
