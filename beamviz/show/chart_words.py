@@ -6,7 +6,7 @@ from html import escape
 from beamviz.show.chart import FAMILIES, PER_REV, Chart, Point, top
 from beamviz.show.measures import Measure, frequencies, measure
 from beamviz.show.plots import ABOVE, BELOW, COLOURS, FAINT, LEFT, apart
-from beamviz.show.tables import SMALL
+from beamviz.show.tables import SMALL, table
 from beamviz.study.chart_style import SYMBOLS
 from beamviz.study.loci import Event, Loci
 
@@ -106,26 +106,21 @@ def meetings(chart: Chart, chosen: Event | None) -> str:
         return f'<div style="{SMALL}">{words}</div>' if words else ""
     along, across = shown(chart)
     heads = ("", "", "lines", f"at {along.head}", across.label, "least gap")
-    rows = [row(k, event, along, across, event == chosen) for k, event in enumerate(chart.events)]
-    more = len(rows) - MAX_MEETINGS
+    rows = [row(k, event, along, across) for k, event in enumerate(chart.events[:MAX_MEETINGS])]
+    marked = [k for k, event in enumerate(chart.events) if event == chosen]
+    more = len(chart.events) - MAX_MEETINGS
     return (
-        '<table aria-label="meetings" style="width:calc(100% - 1.5em);margin:0 .75em .2em;'
-        "border-collapse:collapse;font-size:.8em;font-variant-numeric:tabular-nums;"
-        'line-height:1.6;text-align:right"><tr style="opacity:.65">'
-        + "".join(f'<th style="font-weight:500">{head}</th>' for head in heads)
-        + "</tr>"
-        + "".join(rows[:MAX_MEETINGS])
-        + "</table>"
+        table("meetings", heads, rows, marked=marked)
         + (f'<div style="{SMALL}">and {more} more</div>' if more > 0 else "")
         + (f'<div style="{SMALL}">{unfinished}</div>' if unfinished else "")
     )
 
 
-def row(k: int, event: Event, along: Measure, across: Measure, marked: bool) -> str:
+def row(k: int, event: Event, along: Measure, across: Measure) -> tuple[object, ...]:
     """One meeting."""
     a, b = event.branches
     gap = "0" if event.kind == "crossing" else f"{across.factor * event.gap:.3g}"
-    cells = (
+    return (
         k + 1,
         f"{SIGNS[event.kind]} {VERBS[event.kind]}",
         f"<b>{escape(a)}, {escape(b)}</b>",
@@ -133,8 +128,6 @@ def row(k: int, event: Event, along: Measure, across: Measure, marked: bool) -> 
         across.number(event.frequency, 3),
         gap,
     )
-    style = ' style="background:rgba(204,60,140,.14)"' if marked else ""
-    return f"<tr{style}>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
 
 
 def gaps(chart: Chart) -> str:

@@ -18,7 +18,7 @@ from beamviz.show.loop import looped
 from beamviz.show.shot import Moment, Shot
 from beamviz.show.studio import Set
 from beamviz.show.viewing import LIFT, lifted, place
-from beamviz.study import plot
+from beamviz.study import chart_style, plot
 from beamviz.study.chart_style import SYMBOLS
 from beamviz.study.loci import Loci
 
@@ -101,7 +101,7 @@ def chart(scene: SavedScene) -> str:
 def svg(loci: Loci, scene: SavedScene) -> str:
     """A loci chart as an element of a page, an upright line where the scene is."""
     text, value = io.StringIO(), np.array([getattr(scene.beam, scene.over)])
-    with rc_context(plot.STYLE):
+    with rc_context(chart_style.STYLE):
         figure = plot.draw(loci)
         figure.axes[0].axvline(plot.Scales.of(loci).x(value)[0], color="0.5", lw=0.8, zorder=0)
         figure.savefig(text, format="svg", metadata={"Date": None})

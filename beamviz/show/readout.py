@@ -5,7 +5,7 @@ from html import escape
 
 from beamviz.beam import Units
 from beamviz.mechanics.solve import Solution
-from beamviz.show import colours
+from beamviz.show import colours, tables
 from beamviz.show.measures import frequencies
 from beamviz.show.measures import significant as digits
 from beamviz.show.motion import Shapes
@@ -59,20 +59,11 @@ def table(solution: Solution, shown: list[int]) -> str:
     """The modes: number, label, kind, frequency, error; the ones shown are marked."""
     across = frequencies(solution.beam.units)
     heads = ["", "mode", "kind", f'<span title="{TIME}">{across.label}</span>', "error"]
-    rows = [row(solution, k, k in shown) for k in range(len(solution.labels))]
-    return (
-        '<table aria-label="modes" style="width:calc(100% - 1.5em);margin:0 .75em .4em;'
-        "border-collapse:collapse;font-size:.8em;font-variant-numeric:tabular-nums;"
-        'line-height:1.7">'
-        f'<tr style="{FADED};text-align:right">'
-        + "".join(f'<th style="font-weight:500">{head}</th>' for head in heads)
-        + "</tr>"
-        + "".join(rows)
-        + "</table>"
-    )
+    rows = [row(solution, k) for k in range(len(solution.labels))]
+    return tables.table("modes", heads, rows, marked=shown)
 
 
-def row(solution: Solution, k: int, marked: bool) -> str:
+def row(solution: Solution, k: int) -> list[str]:
     """One mode of the table, in the units of its beam."""
     cells = [str(k + 1), f"<b>{solution.labels[k]}</b>", solution.families[k]]
     units = solution.beam.units
@@ -85,12 +76,7 @@ def row(solution: Solution, k: int, marked: bool) -> str:
         rate = f"{solution.growth_rates[k] / second:.4g} t/{unit}"
         grows = f'grows e<sup style="line-height:0">{rate}</sup>'
         cells += [grows, f"{solution.errors[k] / second:.0e}"]
-    style = "background:rgba(204,60,140,.14);" if marked else ""
-    return (
-        f'<tr style="{style}text-align:right">'
-        + "".join(f"<td>{cell}</td>" for cell in cells)
-        + "</tr>"
-    )
+    return cells
 
 
 def significant(value: float, error: float) -> str:
