@@ -8,6 +8,7 @@ from beamviz.errors import InvalidInput
 from beamviz.show.chart import SPANS, Chart, Charts, Point, Question
 from beamviz.show.chart_tab import ChartTab
 from beamviz.show.controls import Wanted
+from beamviz.show.latest import stale
 from beamviz.show.microscope import Closeups, Target, same
 from beamviz.show.microscope_tab import MicroscopeTab
 from beamviz.show.solving import Answer
@@ -67,10 +68,7 @@ class Charting:
     @property
     def fresh(self) -> bool:
         """Whether something waits to be drawn."""
-        state = self.state
-        return len(state) != len(self.drawn) or any(
-            a is not b for a, b in zip(state, self.drawn, strict=True)
-        )
+        return stale(self.drawn, self.state)
 
     def follow(self, answer: Answer | None, other: Wanted | None) -> None:
         """Ask for the chart around what the scene shows, and for that of the `other` beam on the

@@ -10,6 +10,7 @@ from beamviz.look import Look
 from beamviz.show.against import BEFORE, CHOICES, NOTHING, Against, against
 from beamviz.show.controls import Wanted
 from beamviz.show.ghost import Ghost
+from beamviz.show.latest import stale
 from beamviz.show.motion import Clock, Shapes, amplitudes
 from beamviz.show.multiples import Titled, add_title
 from beamviz.show.pieces import SCALE, Seen
@@ -82,10 +83,7 @@ class Comparison:
     @property
     def fresh(self) -> bool:
         """Whether something waits to be drawn."""
-        state = self.state
-        return len(state) != len(self.drawn) or any(
-            a is not b for a, b in zip(state, self.drawn, strict=True)
-        )
+        return stale(self.drawn, self.state)
 
     @property
     def levels(self) -> list[float]:

@@ -10,7 +10,7 @@ from beamviz.errors import BeamvizError
 from beamviz.mechanics.solve import METHODS, Solution, solve
 from beamviz.show.controls import Wanted
 from beamviz.show.journal import Journal
-from beamviz.show.latest import Latest
+from beamviz.show.latest import Latest, stale
 from beamviz.show.solving import Answer
 
 EXACT = 1e-11  # relative tolerance of what all are held against
@@ -127,9 +127,7 @@ class Weighing:
     @property
     def fresh(self) -> bool:
         """Whether something waits to be drawn."""
-        return not self.drawn or any(
-            a is not b for a, b in zip(self.state, self.drawn, strict=True)
-        )
+        return stale(self.drawn, self.state)
 
     def follow(self, answer: Answer | None) -> None:
         """Hear of what the scene shows."""

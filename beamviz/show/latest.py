@@ -6,6 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from typing import Generic, Self, TypeVar
 
+State = tuple[object, ...]
 W = TypeVar("W")
 A = TypeVar("A")
 
@@ -61,3 +62,8 @@ class Latest(ABC, Generic[W, A]):
         """No more answers."""
         with self.lock:
             self.closed = True
+
+
+def stale(drawn: State, state: State) -> bool:
+    """Whether what was drawn last is not this state: each part has to be the very same thing."""
+    return len(state) != len(drawn) or any(a is not b for a, b in zip(state, drawn, strict=True))

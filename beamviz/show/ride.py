@@ -14,7 +14,7 @@ from beamviz.mechanics.solution import Solution
 from beamviz.show.chart import FULL, PER_REV, span
 from beamviz.show.controls import Wanted
 from beamviz.show.journal import Journal
-from beamviz.show.latest import Latest
+from beamviz.show.latest import Latest, stale
 from beamviz.show.motion import Shapes
 from beamviz.study.runup import DAMPING, RunUp, response, run_up
 
@@ -118,7 +118,7 @@ class Ride:
     @property
     def fresh(self) -> bool:
         """Whether something waits to be drawn."""
-        return any(a is not b for a, b in zip(self.state, self.drawn or (self, self), strict=True))
+        return stale(self.drawn, self.state)
 
     @property
     def state(self) -> tuple:

@@ -1,9 +1,25 @@
 """Files that are complete, or not there."""
 
+import contextlib
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
+from beamviz.errors import Unavailable
+
 Files = dict[str, bytes]  # contents by name
+
+
+@contextlib.contextmanager
+def writing_to(folder: Path) -> Iterator[None]:
+    """Within, there is this folder; Unavailable, with the remedy, where it cannot be written to."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        yield
+    except OSError as error:
+        raise Unavailable(
+            f"cannot write to {folder}: {error.strerror or error}; name another folder"
+        ) from None
 
 
 def write(folder: Path, contents: Files) -> None:

@@ -5,9 +5,9 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from beamviz.errors import InvalidInput, Unavailable
+from beamviz.errors import InvalidInput
 from beamviz.study import figures, numbers, table_page, tables
-from beamviz.study.files import Files, write
+from beamviz.study.files import Files, write, writing_to
 from beamviz.study.paper import FIGURES, SOURCE, TABLES, Figure, LociFigure
 
 NUMBERS = "numbers"
@@ -30,18 +30,13 @@ def reproduce(names: Sequence[str], folder: Path) -> Path:
     not exist, Unavailable for a folder that cannot be written to.
     """
     wanted = chosen(names)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
+    with writing_to(folder):
         write(folder, index(folder))  # says before all the work whether this folder will do
         for name in wanted:
             start = time.perf_counter()
             write(folder, files(name))
             print(f"{name}  {time.perf_counter() - start:.1f} s", file=sys.stderr)
         write(folder, index(folder))
-    except OSError as error:
-        raise Unavailable(
-            f"cannot write to {folder}: {error.strerror or error}; name another folder"
-        ) from None
     return folder / INDEX
 
 

@@ -7,9 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from beamviz.errors import Unavailable
 from beamviz.study.chart_style import SYMBOLS
-from beamviz.study.files import Files, write
+from beamviz.study.files import Files, write, writing_to
 from beamviz.study.markdown import lines
 from beamviz.study.stability import CONTENDERS, KINDS, OUTSIDE, RIGHT, TRULY_UNSTABLE
 from beamviz.study.stability_maps import FULL, QUICK, Map, command, maps
@@ -20,15 +19,10 @@ SOUND = (RIGHT, TRULY_UNSTABLE, OUTSIDE)
 
 def stability(out: Path, quick: bool, say: Callable[[str], None]) -> str:
     """Compute every map, write pictures and stability.json, and return the page of words."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
+    with writing_to(out):
         write(out, {PAGE: b""})  # says before all the work whether this folder will do
         found = maps(QUICK if quick else FULL, say)
         write(out, contents(found))
-    except OSError as error:
-        raise Unavailable(
-            f"cannot write to {out}: {error.strerror or error}; name another folder"
-        ) from None
     return words(found)
 
 
