@@ -1,5 +1,7 @@
 """Sweeps beyond what exists, is stable, or converges: the gaps, and where they begin and end."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -13,6 +15,18 @@ from beamviz.study import edges, sweep
 
 TIP = Beam(alpha=1, beta=1)
 GAUSS = np.polynomial.legendre.leggauss(40)
+
+
+def failing_where(monkeypatch: pytest.MonkeyPatch, where: Callable[[float], bool]) -> None:
+    """Let no solution converge at some speeds gamma."""
+    solve_many = sweep.solve_many
+
+    def failing(beams, **options):
+        answers = solve_many(beams, **options)
+        pairs = zip(beams, answers, strict=True)
+        return [NotConverged("no") if where(beam.gamma) else answer for beam, answer in pairs]
+
+    monkeypatch.setattr(sweep, "solve_many", failing)
 
 
 def test_beyond_the_limit_of_equilibrium():
@@ -105,14 +119,7 @@ def test_a_limit_is_found_in_a_few_solves(monkeypatch, beam, over, stop, options
 
 def test_where_convergence_comes_and_goes_limits_take_so_many_solves_and_no_more(monkeypatch):
     """The first ones are located, and the others said to be about there."""
-    solve_many = sweep.solve_many
-
-    def failing(beams, **options):
-        answers = solve_many(beams, **options)
-        pairs = zip(beams, answers, strict=True)
-        return [NotConverged("no") if beam.gamma % 1 < 0.43 else answer for beam, answer in pairs]
-
-    monkeypatch.setattr(sweep, "solve_many", failing)
+    failing_where(monkeypatch, lambda gamma: gamma % 1 < 0.43)
     monkeypatch.setattr(edges, "MAX_SOLVES", 50)
     found = loci(TIP, "gamma", np.linspace(0.25, 20.25, 41), 1)
     assert len(found.limits) == 21
@@ -180,16 +187,7 @@ def test_a_state_between_two_others_is_named():
 
 def test_a_gap_in_the_middle(monkeypatch):
     """Branches go on behind values that did not converge, and these are named."""
-    solve_many = sweep.solve_many
-
-    def failing(beams, **options):
-        answers = solve_many(beams, **options)
-        return [
-            NotConverged("no") if 4.9 < beam.gamma < 7.1 else answer
-            for beam, answer in zip(beams, answers, strict=True)
-        ]
-
-    monkeypatch.setattr(sweep, "solve_many", failing)
+    failing_where(monkeypatch, lambda gamma: 4.9 < gamma < 7.1)
     found = loci(TIP, "gamma", np.linspace(0, 10, 21))
     assert [branch.label for branch in found.branches] == ["B1", "B2", "B3", "S1", "B4"]
     (limit,) = found.limits
@@ -200,16 +198,7 @@ def test_a_gap_in_the_middle(monkeypatch):
 
 def test_one_value_between_gaps(monkeypatch):
     """A single value with a solution is still returned."""
-    solve_many = sweep.solve_many
-
-    def failing(beams, **options):
-        answers = solve_many(beams, **options)
-        pairs = zip(beams, answers, strict=True)
-        return [
-            answer if abs(beam.gamma - 5) < 0.1 else NotConverged("no") for beam, answer in pairs
-        ]
-
-    monkeypatch.setattr(sweep, "solve_many", failing)
+    failing_where(monkeypatch, lambda gamma: abs(gamma - 5) >= 0.1)
     found = loci(TIP, "gamma", np.linspace(0, 10, 11))
     assert np.isfinite(sorted_frequencies(found)).sum() == 5
     assert len(found.limits) == 2
