@@ -1,6 +1,8 @@
 """The picture without a browser: its sizes, its viewpoint, and the scene in a server."""
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,12 +15,11 @@ from beamviz.look import Look
 from beamviz.show import camera, sizes
 from beamviz.show.bodies import HIDDEN
 from beamviz.show.hosting import hosted
-from beamviz.show.motion import (
-    Shapes,
-)
+from beamviz.show.motion import Shapes
 from beamviz.show.pieces import Seen
 from beamviz.show.scene import Scene
 from beamviz.show.stage import placed
+from beamviz.show.viewing import Viewing
 
 # Sizes
 
@@ -151,3 +152,20 @@ def test_there_is_no_mass_without_a_mass_and_a_hoop_for_an_inward_beam():
         assert (scene.hub.drum.visible, scene.hub.hoop.visible) == (False, True)
         inner = np.linalg.norm(scene.hub.hoop.vertices[:, :2], axis=1).min()
         assert inner == pytest.approx(0.5, rel=1e-3)
+
+
+def test_a_viewpoint_that_a_page_overtook_is_chosen_again():
+    """A page that tells of its old viewpoint while it is sent two others may end with the first
+    of them; where a visitor has moved the camera, it stays."""
+    view: Any = SimpleNamespace(position=(0, 0, 3), look_at=(0, 0, 0), aspect=1.8, image_height=900)
+    viewing, shapes = Viewing(view, None), Shapes.at_rest(Beam(), "chordwise")
+    viewing.look_at(shapes, True, [0.0], settled=True)
+    wide = view.position, view.look_at
+    view.aspect = 1.0
+    assert viewing.reshaped
+    viewing.look_at(shapes, True, [0.0], settled=True)
+    assert not viewing.overtaken
+    view.position, view.look_at = wide
+    assert viewing.overtaken
+    view.position = (1.0, -2.0, 1.0)
+    assert not viewing.overtaken

@@ -194,8 +194,9 @@ class Session:
     async def resized(self, _: CameraHandle) -> None:
         """The camera moved; if the page changed its shape, choose the viewpoint anew."""
         if self.viewing.reshaped:
-            self.reset_view()
-        elif self.picture.zoomed:
+            self.viewing.take(None)
+        self.viewing.asked |= self.viewing.overtaken
+        if self.viewing.asked or self.picture.zoomed:
             self.wake()
 
     # What the animator does.

@@ -10,6 +10,7 @@ from beamviz.scene_file import Camera
 from beamviz.show import camera
 from beamviz.show.motion import Shapes
 
+SAME = 1e-3  # apart are two viewpoints that count as one
 LIFT = 0.1  # of half the height of the picture
 NEARER, FARTHER = 0.7, 1.15  # times the distance: the camera stays while the best one is between
 
@@ -20,7 +21,7 @@ class Viewing:
     def __init__(self, view: CameraHandle, given: Camera | None):
         self.view = view
         self.given = given  # a viewpoint that is given, until another is asked for
-        self.placed = Camera((1.0, 1.0, 1.0))  # where it was put last
+        self.placed = self.before = Camera((1.0, 1.0, 1.0))  # where it was put last, and before
         self.asked = True  # to be moved
         self.unsettled = False  # to be moved again when the answer has come
         self.seen: tuple = ()  # what the viewpoint was chosen for, and how far away it is
@@ -48,16 +49,20 @@ class Viewing:
         if self.asked or self.unsettled or (moved and self.given is None):
             self.seen, self.distance = seen, distance
             self.asked, self.unsettled = False, not settled
-            self.placed = self.given or lifted(position)
+            self.before, self.placed = self.placed, self.given or lifted(position)
             place(self.view, self.placed)
 
     @property
     def chosen(self) -> Camera | None:
         """Where the visitor looks from, or None where the beam has been fitted into the page."""
-        now = np.array([self.view.position, self.view.look_at])
-        if np.allclose(now, [self.placed.position, self.placed.look_at], atol=1e-3):
+        if self.at(self.placed):
             return self.given
-        return Camera(*now.round(4).tolist())
+        return Camera(*np.round([self.view.position, self.view.look_at], 4).tolist())
+
+    def at(self, camera: Camera) -> bool:
+        """Whether the camera is there."""
+        now, there = (self.view.position, self.view.look_at), (camera.position, camera.look_at)
+        return np.allclose(now, there, atol=SAME)
 
     @property
     def scale(self) -> float:
@@ -69,6 +74,12 @@ class Viewing:
     def reshaped(self) -> bool:
         """Whether the page has another shape than the viewpoint was chosen for."""
         return bool(self.seen) and self.view.aspect != self.seen[2] and self.given is None
+
+    @property
+    def overtaken(self) -> bool:
+        """Whether the page has the camera where it was put before: it told so while it was put
+        elsewhere, and viser does not send what the page seemed to have already."""
+        return self.at(self.before) and not self.at(self.placed)
 
 
 def lifted(position: np.ndarray) -> Camera:
