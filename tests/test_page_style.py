@@ -106,6 +106,17 @@ def luminance(colour: str) -> float:
     return sum(weight * p for weight, p in zip((0.2126, 0.7152, 0.0722), light, strict=True))
 
 
+def test_colours_of_lines_are_lighter_in_the_dark(phone):
+    """So that the blue of the method in use is read on a dark page, too."""
+    word = "document.querySelector('[aria-label=\"this method\"]')"
+    phone.wait(f"!!{word}")
+    for scheme, looks in (("light", "none"), ("dark", "brightness(1.25)")):
+        phone.evaluate(
+            f"document.documentElement.setAttribute('data-mantine-color-scheme', '{scheme}')"
+        )
+        assert phone.evaluate(f"getComputedStyle({word}).filter") == looks
+
+
 def test_the_page_has_a_name(phone):
     """That of the program, on its tab in the browser."""
     phone.wait("document.title === 'beamviz'")

@@ -56,7 +56,7 @@ def chosen(solution: Solution) -> str:
     """What was used, in a sentence."""
     name = escape(solution.model.method)
     return (
-        f'<div role="note"><b style="color:{COLOURS[name]}">{name}</b>: '
+        f'<div role="note" aria-label="this method"><b style="color:{COLOURS[name]}">{name}</b>: '
         f"{escape(used(solution))}<br>"
         f'<span style="opacity:.65">Choose it {escape(METHODS[name].choose)}.</span></div>'
     )

@@ -22,8 +22,13 @@ STYLE = f"""<style>
   color: var(--mantine-primary-color-4) !important;
 }}
 [data-mantine-color-scheme="dark"]
-  :is(.uplot canvas, [data-labels], [aria-label="key"], [aria-label="this beam"]) {{
+  :is(.uplot canvas, [data-labels], [aria-label="key"], [aria-label="this beam"],
+    [aria-label^="shapes"]) {{
   filter: brightness(1.4);
+}}
+[data-mantine-color-scheme="dark"]
+  :is([aria-label="this method"], [aria-label="time against error"]) {{
+  filter: brightness(1.25);
 }}
 [role="tab"] {{ padding-inline: 6px !important; font-size: 13px !important; }}
 p:has(> label) {{ letter-spacing: -.2px !important; }}
