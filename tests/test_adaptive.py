@@ -10,12 +10,13 @@ from beamviz import Beam, solve
 from beamviz.errors import NoEquilibrium
 from beamviz.mechanics import adaptive
 from beamviz.mechanics.adaptive import solve_on
-from beamviz.mechanics.hp import Stretch
-from beamviz.mechanics.layers import MAX_ORDER, lost_digits, segments
+from beamviz.mechanics.hp import Numbers, Stretch, inertia
+from beamviz.mechanics.layers import MAX_ORDER, lost_digits, segments, unstretched
 from beamviz.mechanics.mesh import mesh
 from beamviz.mechanics.physics import Physics
 from beamviz.mechanics.solve import solve_many
 from beamviz.mechanics.strain import CURVATURES, STRAIN_LAWS
+from beamviz.mechanics.stretch import equilibrium, least_margin, margin
 
 EXACT = 1e-11
 PHYSICS = Physics(STRAIN_LAWS["green"], CURVATURES["spatial"], chordwise=True, coriolis=False)
@@ -127,6 +128,32 @@ def test_where_order_is_not_enough_elements_are_halved(beam, tolerance, options)
     solution = solve(beam, tolerance=tolerance, **options)
     assert solution.stats.order <= MAX_ORDER
     assert np.all(solution.errors <= 1.01 * tolerance * solution.frequencies)
+
+
+def test_rounding_near_an_end_asks_for_no_finer_mesh():
+    """3e-4 below its limit no mesh mends it: the answer comes, and its bar says so."""
+    near = Beam(2, 1, 19.592256, -0.6, 30)
+    solution = solve(near, modes=3, strain="biot", plane="flapwise")
+    elsewhere = solve(near.replace(gamma=15), modes=3, strain="biot", plane="flapwise")
+    assert solution.stats.elements == 3
+    assert solution.square_errors[1] > 10 * elsewhere.square_errors[1]
+
+
+@settings(max_examples=100, deadline=None)
+@given(beam=beams(gamma=(0.1, 5), mu=(50, 500), delta=(-2, 2)), law=st.sampled_from([*STRAIN_LAWS]))
+def test_a_margin_is_no_less_than_what_it_is_at_least(beam, law):
+    """The bound that takes no eigenproblem, of one beam and of many."""
+    law, ends = STRAIN_LAWS[law], unstretched(beam).ends
+    points = mesh(ends, (8,) * (len(ends) - 1))
+    rho = inertia(points, beam)
+    f = equilibrium(points, rho, beam, law).f
+    load = (beam.gamma / beam.mu) ** 2
+    least = least_margin(points, rho, beam.delta, law, load, f)
+    assert least <= margin(points, rho, beam.delta, law, load, f) + 1e-12
+    many = Numbers(*(np.full((2, 1), number) for number in beam.numbers.values()))
+    loads = np.full((2, 1), load)
+    both = least_margin(points, inertia(points, many), many.delta, law, loads, np.stack((f, f)))
+    assert both == pytest.approx(least)
 
 
 @settings(max_examples=60, deadline=None)

@@ -22,11 +22,12 @@ def slope(function, f):
 @laws
 @given(f=stretches)
 def test_derivatives(law, f):
-    """e' and e'' are the derivatives of e, n = e e', and n' is the derivative of n."""
+    """The first three of e are its derivatives, n = e e', and n' is the derivative of n."""
     f = np.float64(f)
     assert law.force(f) == pytest.approx(law.strain(f) * law.first(f), rel=1e-15, abs=1e-300)
     assert law.first(f) == pytest.approx(slope(law.strain, f), rel=1e-14, abs=1e-15)
     assert law.second(f) == pytest.approx(slope(law.first, f), rel=1e-14, abs=1e-15)
+    assert law.third(f) == pytest.approx(slope(law.second, f), rel=1e-14, abs=1e-15)
     assert law.stiffness(f) == pytest.approx(slope(law.force, f), rel=1e-13, abs=1e-14)
 
 
@@ -53,6 +54,16 @@ def test_no_cancellation_near_one(law, power):
 def test_stretch_of_a_force(law, n):
     """The stretch a force gives carries that force; Hencky's roughly, near its greatest force."""
     assert law.force(law.stretch(n)) == pytest.approx(n, abs=3e-5)
+
+
+@laws
+def test_a_gentle_stretch_is_that_of_its_series(law):
+    """Three terms: what is missing falls with the fourth power of the force."""
+    n = np.array([0.02, 0.01])
+    f = law.gentle_stretch(n)
+    missing = abs(law.force(f) - n)
+    assert np.all(missing < 16 * n**4)
+    assert missing[1] < missing[0] / 14 + 1e-16
 
 
 @given(n=st.floats(0.4, 1e6))

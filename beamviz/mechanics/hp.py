@@ -58,7 +58,8 @@ def _with_mass(mesh: Mesh, alpha: float | np.ndarray, beta: float | np.ndarray) 
     to_mass = np.where(mesh.points < beta, mesh.weights, 0.0)
     carried = alpha * to_mass
     G = mesh.G + carried[..., None] * to_mass[..., None, :]
-    return Inertia(G, mesh.G1 + beta * carried, mesh.g + carried, to_mass, alpha, 1.0 + alpha)
+    total = 1.0 + alpha * (beta > 0)
+    return Inertia(G, mesh.G1 + beta * carried, mesh.g + carried, to_mass, alpha, total)
 
 
 @lru_cache(maxsize=64)
@@ -73,12 +74,12 @@ def _with_one_mass(mesh: Mesh, alpha: float, beta: float) -> Inertia:
 
 class Stretch(NamedTuple):
     """An equilibrium: the stretch f at the mesh points, the Newton iterations it took, how far f
-    may be off, relative, and how far the equilibrium is from its end: 1 at rest, 0 there."""
+    may be off, relative, and its margin: 1 at rest, 0 at the end, None where there is no end."""
 
     f: np.ndarray  # (..., n)
     iterations: int
     off: float
-    margin: float | np.ndarray = 1.0  # (...)
+    margin: float | np.ndarray | None = None  # (...)
 
 
 def diagonal(A: np.ndarray) -> np.ndarray:
@@ -167,9 +168,18 @@ def truncation(mesh: Mesh, stretch: Stretch, scale: np.ndarray, share: np.ndarra
     f = stretch.f
     tail = np.matvec(mesh.tails, f)
     lost = 4 * np.vecdot(tail, tail) / np.vecdot(mesh.weights, f) ** 2 + stretch.off / 2
-    lost = lost / stretch.margin**2 + EPS * (1 / stretch.margin - 1)
+    if stretch.margin is not None:
+        lost = lost / stretch.margin**2
     factor = TRUNCATION_FACTOR * np.maximum(f[..., 0], 1.0)
     return ((share.T + lost) * (scale.T * factor)).T  # the stack comes last, where f is a number
+
+
+def rounding_near_end(stretch: Stretch, scale: np.ndarray) -> np.ndarray | float:
+    """Estimated errors (..., families, k) of omega^2 from a stretch that rounding moves the more,
+    the nearer the end of its equilibrium is."""
+    if stretch.margin is None:
+        return 0.0
+    return (scale.T * (ROUNDING_FACTOR * EPS * (1 / stretch.margin - 1))).T
 
 
 def rounding(size: np.ndarray, times: np.ndarray | float) -> np.ndarray:

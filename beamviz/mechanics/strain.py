@@ -46,7 +46,7 @@ class StrainLaw:
         return least, math.inf if self.max_stretch == math.inf else self.force(self.max_stretch)
 
     @cached_property
-    def softening(self) -> tuple[float, float]:
+    def series(self) -> tuple[float, float]:
         """a and b in f = 1 + n - a n^2 + b n^3 - ..., the stretch that a small force gives: from
         n = e e', e(1) = 0 and e'(1) = 1."""
         second, third = float(self.second(1.0)), float(self.third(1.0))
@@ -55,7 +55,7 @@ class StrainLaw:
 
     def gentle_stretch(self, n: Any) -> Any:
         """`stretch` for a small force, to about 10 n^4."""
-        a, b = self.softening
+        a, b = self.series
         return 1 + n * (1 - n * (a - b * n))
 
 

@@ -27,7 +27,8 @@ NEWTON_ITERATIONS = 12
 NEWTON_STEP = 1e-7  # relative to the stretch at the clamp: quadratic, the next is below rounding
 SAME_TANGENT = 1e-3  # stretch within which a tangent is as good as new
 NEUMANN_TERMS = 3
-FAR_FROM_END = 0.25  # margin of beams solved together
+FAR_FROM_END = 0.1  # margin of beams solved together
+MOST = 0.7  # of a margin, that serves for all of it
 LARGEST_SHARE = 0.5  # of one pass in the next, that is believed
 TINY = 1e-300
 LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
@@ -81,13 +82,11 @@ def equilibrium(
         found = newton(points, rho, beam.delta, law, load, guess.f, enough)
         if found is not None and one:
             return found
-        if found is not None:
-            left = margin(points, rho, beam.delta, law, load, found.f)
-            if left > 0:
-                return found._replace(margin=left)
+        if found is not None and (left := _margin(points, rho, beam, law, load, found.f)) > 0:
+            return found._replace(margin=left)
     path = _follow(points, rho, beam.delta, law, load)
     if path.limit is None:
-        left = margin(points, rho, beam.delta, law, load, path.state)
+        left = _margin(points, rho, beam, law, load, path.state)
         return Stretch(path.state, path.iterations, 0.0, left)
     limit = _limit(beam, law, load)
     if limit < beam.gamma:
@@ -104,7 +103,8 @@ def _guess(points: Mesh, rho: Inertia, beam: Beam, law: StrainLaw, enough: float
     force = clamp_force(beam)
     if force < SMALL_FORCE:
         passes = 1 if force**2 < enough else 2
-        stretch = law.gentle_stretch if force < GENTLE_FORCE else law.stretch
+        gentle = force < GENTLE_FORCE and beam.delta >= 0  # inwards it may be larger elsewhere
+        stretch = law.gentle_stretch if gentle else law.stretch
         f = first_guess(points, rho, beam, stretch, passes)
         return Stretch(f, 0, force ** (passes + 1))
     if one_state(beam, law):
@@ -208,21 +208,14 @@ def newton_many(
             previous, size = size, abs(step).max(axis=-1)
             rate = size / np.where(previous > size, previous, np.maximum(size, 1e-300))
             converged = rate * size < NEWTON_STEP**2
+    sound = converged & (f.min(axis=-1) > law.min_stretch)
     one = one_state(beams, law)[:, 0]
-    left = 1.0 if one.all() else np.where(one, 1.0, _least_margin(mesh, rho, beams, law, load, f))
-    sound = converged & (f.min(axis=-1) > law.min_stretch) & (left > FAR_FROM_END)
-    f, left = np.where(sound[:, None], f, 1.0), np.where(sound, left, 1.0)
-    return Stretch(f, iteration, NEWTON_STEP**2, left), sound
-
-
-def _least_margin(
-    mesh: Mesh, rho: Inertia, beams: Numbers, law: StrainLaw, load: np.ndarray, f: np.ndarray
-) -> np.ndarray:
-    """What `margin` is at least (beams,): the trace of the pull against the least stiffness."""
-    trace = (diagonal(rho.G) / mesh.weights).sum(axis=-1)
-    with np.errstate(all="ignore"):  # where f ran away
-        fold = law.stiffness(f).min(axis=-1) - load[:, 0] * trace
-        return np.minimum(fold, _left_at_clamp(rho, beams.delta, law, load, f))
+    if one.all():
+        return Stretch(np.where(sound[:, None], f, 1.0), iteration, NEWTON_STEP**2), sound
+    f = np.where(sound[:, None], f, 1.0)
+    left = np.where(one, 1.0, least_margin(mesh, rho, beams.delta, law, load, f))
+    sound &= left > FAR_FROM_END
+    return Stretch(f, iteration, NEWTON_STEP**2, np.where(sound, left, 1.0)), sound
 
 
 def first_guess(
@@ -250,13 +243,21 @@ def first_guess(
 
 
 def _left_at_clamp(
-    rho: Inertia, delta: Any, law: StrainLaw, load: Any, f: np.ndarray
-) -> float | np.ndarray:
+    rho: Inertia, delta: float | np.ndarray, law: StrainLaw, load: Any, f: np.ndarray
+) -> Any:
     """The share (...) of its greatest force, in tension and compression, that the law has left at
-    the clamp: the force is largest there, and no Gauss point sees it. Of one beam or of many."""
+    the clamp, which no Gauss point sees. Of one beam or of many."""
     least, most = law.forces
     force = load * (np.vecdot(rho.g, f)[..., None] + delta * rho.total)
     return (1 - np.maximum(force / most, force / least))[..., 0]
+
+
+def _margin(
+    mesh: Mesh, rho: Inertia, beam: Beam, law: StrainLaw, load: float, f: np.ndarray
+) -> float:
+    """`margin`, or what it is at least where that is most of it."""
+    least = least_margin(mesh, rho, beam.delta, law, load, f)
+    return least if least > MOST else margin(mesh, rho, beam.delta, law, load, f)
 
 
 def margin(
@@ -270,3 +271,13 @@ def margin(
     scale = 1 / np.sqrt(mesh.weights)[:, None]
     tangent = np.diag(law.stiffness(f)) - load * scale * rho.G * scale.T
     return min(np.linalg.eigvalsh(tangent)[0], _left_at_clamp(rho, delta, law, load, f))
+
+
+def least_margin(
+    mesh: Mesh, rho: Inertia, delta: float | np.ndarray, law: StrainLaw, load: Any, f: np.ndarray
+) -> Any:
+    """What `margin` (...) is at least, of one beam or of many, without an eigenproblem: the
+    greatest pull is less than the trace of all of them."""
+    trace = (diagonal(rho.G) / mesh.weights).sum(axis=-1)
+    fold = law.stiffness(f).min(axis=-1) - (load * trace[..., None])[..., 0]
+    return np.minimum(fold, _left_at_clamp(rho, delta, law, load, f))

@@ -94,11 +94,11 @@ def _line(
     scene: str,
     beam: Beam,
     contestant: Contestant,
-    limits: dict[str, np.ndarray | str],
+    of_models: dict[str, np.ndarray | str],
     effort: Effort,
 ) -> list[Row]:
     """The rows of one contestant in one scene, coarse to fine; they end with the budget."""
-    exact, paper = limits[contestant.theory], limits[REFERENCE]
+    exact, paper = of_models[contestant.theory], of_models[REFERENCE]
     assert not isinstance(paper, str), "green strain always has an equilibrium outward"
     blank = Row(scene, contestant.name, contestant.theory, contestant.option, None, None, None)
     if contestant.absent:
