@@ -4,7 +4,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
-from browser import NO_BROWSER, Page, page, tab
+from browser import NO_BROWSER, Page, field, page, tab
 
 from beamviz.beam import Beam
 from beamviz.scene_file import SavedScene
@@ -18,13 +18,14 @@ pytestmark = [
 ]
 
 WIDTH, HEIGHT = 390, 844
+BEAM = Beam(alpha=1, beta=0.5, mu=123.4567)
 CANVAS = "document.querySelector('canvas[data-engine]')"
 
 
 @pytest.fixture(scope="module")
 def phone() -> Iterator[Page]:
     """A phone with the explorer."""
-    with explorer(SavedScene(Beam(alpha=1, beta=0.5))) as url, page(url, WIDTH, HEIGHT) as opened:
+    with explorer(SavedScene(BEAM)) as url, page(url, WIDTH, HEIGHT) as opened:
         opened.call(
             "Emulation.setDeviceMetricsOverride",
             width=WIDTH,
@@ -115,6 +116,13 @@ def test_colours_of_lines_are_lighter_in_the_dark(phone):
             f"document.documentElement.setAttribute('data-mantine-color-scheme', '{scheme}')"
         )
         assert phone.evaluate(f"getComputedStyle({word}).filter") == looks
+
+
+def test_all_digits_of_a_number_are_seen(phone):
+    """In the field beside its slider."""
+    box = field("slenderness μ")
+    assert phone.evaluate(f"{box}.value") == "123.4567"
+    assert phone.evaluate(f"{box}.scrollWidth <= {box}.clientWidth")
 
 
 def test_the_page_has_a_name(phone):

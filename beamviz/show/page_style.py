@@ -12,9 +12,9 @@ SECTION = '.mantine-Tabs-root[style*="border-top"]'  # results or lessons in it
 # viser styles its elements in place, so all of this has to insist. Grey words get a contrast of
 # more than 7 : 1 on either page. On a phone the sheet of controls stands below the scene rather
 # than over it, as wide as the screen (what is in it is no table, which a chart would widen again
-# and again), and results and lessons come before the controls. Six tabs fit in one row. Until
-# somebody moves the bar between them, results get more of the column than lessons, whose pages
-# are short.
+# and again), and results and lessons come before the controls. Six tabs fit in one row, and all
+# digits in the field beside a slider. Until somebody moves the bar between them, results get more
+# of the column than lessons, whose pages are short.
 STYLE = f"""<style>
 :root[data-mantine-color-scheme] {{ --mantine-color-dimmed: #4a5158; }}
 :root[data-mantine-color-scheme="dark"] {{ --mantine-color-dimmed: #b9c0c7; }}
@@ -32,6 +32,8 @@ STYLE = f"""<style>
 }}
 [role="tab"] {{ padding-inline: 6px !important; font-size: 13px !important; }}
 p:has(> label) {{ letter-spacing: -.2px !important; }}
+.mantine-Slider-root + .mantine-NumberInput-root,
+.mantine-Slider-root + .mantine-NumberInput-root input {{ width: 3.75rem !important; }}
 .mantine-Slider-markLabel {{ font-size: .7rem !important; transform: translateY(3px); }}
 [style*="flex: 0.5 1 0px"]:first-child {{ flex-grow: .58 !important; }}
 [style*="flex: 0.5 1 0px"]:last-child {{ flex-grow: .42 !important; }}
