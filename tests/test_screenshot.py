@@ -14,9 +14,10 @@ from readings import PAPER
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput, NoEquilibrium, Unavailable
 from beamviz.scene_file import SavedScene
-from beamviz.show import picture, studio
+from beamviz.show import figure, picture, studio
 from beamviz.show.browser import found_browser
 from beamviz.show.picture import screenshot
+from beamviz.show.shot import Shot
 
 browser = pytest.mark.browser
 needs_browser = pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER)
@@ -107,6 +108,14 @@ def test_every_kind_of_beam_can_be_drawn(beam, tmp_path, monkeypatch):
     for plane in ("chordwise", "flapwise"):
         screenshot(tmp_path / "a.png", SavedScene(beam, {"plane": plane}), width=320, height=180)
         assert 0.01 < blue_to_yellow(tmp_path / "a.png") < 0.5
+
+
+def test_matplotlib_draws_a_beam_one_cannot_see_through():
+    """Triangles leave no seams: but for its rim the beam is opaque."""
+    shot = Shot.of(SavedScene(Beam()))
+    drawn = figure.drawn(shot, shot.moment(0.0), 640, 360).astype(int)
+    beam = np.ptp(drawn[..., :3], axis=2) > 50
+    assert (drawn[beam, 3] > 250).mean() > 0.9
 
 
 def test_an_unstable_beam_is_grey(tmp_path, monkeypatch):

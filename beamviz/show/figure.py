@@ -91,7 +91,7 @@ def paint(
             list(view.project(triangles[order])),
             facecolors=lit[order],
             edgecolors=lit[order],
-            linewidths=0.4,
+            linewidths=1.0,  # less leaves seams between triangles that one can see through
         )
     )
     if shot.scene.look.ghosts:
