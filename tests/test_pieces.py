@@ -217,3 +217,21 @@ def test_a_ghost_has_the_faces_of_its_vertices():
 def test_an_equilibrium_is_straight(beam):
     """So its two ends are enough to draw it."""
     assert not Shapes.sampled(solve(beam)).centreline[:, 1].any()
+
+
+@given(BEAMS)
+@settings(max_examples=20)
+def test_the_strain_of_a_piece_is_how_much_longer_it_is(beam):
+    """That of the equilibrium, which is straight, and the mean over the piece."""
+    drawn = Drawn(beam, [1.0, 0.0, 0.0, 0.0, 0.0], 0.15, "axial strain")
+    longer = np.diff(drawn.pieces.centreline[:, 0]) / np.diff(drawn.pieces.x) - 1
+    assert drawn.pieces.strain == pytest.approx(longer, abs=1e-3 * max(longer.max(), 1e-9))
+
+
+@pytest.mark.parametrize("beta", [1e-4, 0.999, 0.9999])
+def test_a_mass_next_to_an_end_leaves_a_piece_on_either_side(beta):
+    """However little of the beam is there."""
+    drawn = Drawn(PAPER.replace(beta=beta), [0.0, 1.0, 0.0, 0.0, 0.0], 0.15, "displacement")
+    x = drawn.pieces.x
+    assert (x[0], x[-1], x[drawn.pieces.mass]) == (0.0, 1.0, beta)
+    assert np.diff(x).min() > 0
