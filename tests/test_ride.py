@@ -10,11 +10,13 @@ from visitor import visitor
 
 from beamviz.beam import Beam, Units
 from beamviz.mechanics.solve import solve
+from beamviz.scene_file import SavedScene
 from beamviz.show import ride_tab
 from beamviz.show.controls import Wanted
 from beamviz.show.measures import measure
 from beamviz.show.motion import Shapes
 from beamviz.show.ride import LARGEST, PER_SECOND, Ride, Run
+from beamviz.show.server import explorer
 from beamviz.study.runup import RunUp, response
 
 
@@ -172,3 +174,13 @@ def test_a_ride_in_the_page(url):
         guest.choose("force comes", "7 × per turn")
         guest.choose("speed γ", 5.0)
         guest.says(frequency(PAPER.replace(gamma=5, alpha=2)))
+
+
+def test_a_run_can_begin_at_an_unstable_beam():
+    """Its speed is left at once: the picture is grey until the first speed that holds."""
+    scene = SavedScene(Beam(delta=-1, gamma=10))
+    with explorer(scene) as url, visitor(url, first="Unstable") as guest:
+        guest.choose("Run up from rest", True)
+        guest.wait(lambda _: "Stop" in guest.controls)
+        guest.says("Stable equilibrium")
+        guest.wait(lambda _: guest.nodes["/stage/wheel/words"].get("visible") is False)

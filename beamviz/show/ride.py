@@ -163,6 +163,9 @@ class Ride:
         if run is None:
             return
         field = response(solution, run.per_rev * solution.beam.gamma, run.damping, shapes.x)
+        if not np.isfinite(field).all():  # unstable, as a beam may be before its run begins
+            self.field = np.zeros((0, 2))
+            return
         far = float(np.abs(field).max())
         share = min(far / max(float(np.nanmax(run.amplitudes)), 1e-300), 1.0)
         size = LARGEST * amplitude * np.sqrt(share) / max(far, 1e-300)
