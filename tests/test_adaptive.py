@@ -16,7 +16,7 @@ from beamviz.mechanics.mesh import mesh
 from beamviz.mechanics.physics import Physics
 from beamviz.mechanics.solve import solve_many
 from beamviz.mechanics.strain import CURVATURES, STRAIN_LAWS
-from beamviz.mechanics.stretch import equilibrium, least_margin, margin
+from beamviz.mechanics.stretch import equilibrium, hardly_stretches, least_margin, margin
 
 EXACT = 1e-11
 PHYSICS = Physics(STRAIN_LAWS["green"], CURVATURES["spatial"], chordwise=True, coriolis=False)
@@ -128,6 +128,16 @@ def test_where_order_is_not_enough_elements_are_halved(beam, tolerance, options)
     solution = solve(beam, tolerance=tolerance, **options)
     assert solution.stats.order <= MAX_ORDER
     assert np.all(solution.errors <= 1.01 * tolerance * solution.frequencies)
+
+
+@pytest.mark.parametrize("plane", ["chordwise", "flapwise"])
+def test_a_beam_that_stretches_inwards_of_its_clamp_has_layers(plane):
+    """The force at its clamp is small as long as it does not stretch; it does so fivefold."""
+    beam = Beam(0, 1, 44.77, -0.4, 30)
+    assert not hardly_stretches(beam)
+    solution = solve(beam, strain="biot", plane=plane)
+    assert solution.equilibrium.max_stretch > 5
+    assert solution.stats.order <= 20
 
 
 def test_rounding_near_an_end_asks_for_no_finer_mesh():

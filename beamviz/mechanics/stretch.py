@@ -20,7 +20,7 @@ from beamviz.mechanics.mesh import Mesh, mesh
 from beamviz.mechanics.newton import Path, Root, continue_load
 from beamviz.mechanics.strain import Function, StrainLaw
 
-SMALL_FORCE = 0.3  # n at the clamp below which a beam hardly stretches
+SMALL_FORCE = 0.3  # n below which a beam hardly stretches
 GENTLE_FORCE = 0.1  # below which a few terms of the stretch in n are as good as a guess needs
 MANY_PASSES = 6  # of a guess for beams that stretch far
 NEWTON_ITERATIONS = 12
@@ -37,15 +37,17 @@ LIMIT_ORDER = 12
 State = tuple[Mesh, np.ndarray]  # the stretch f (n,) at the points of a mesh
 
 
-def clamp_force(beam: Beam | Numbers) -> Any:
-    """The force n at the clamp, without what the stretch adds to it; of one beam or of many."""
-    moment = abs(0.5 + beam.delta) + beam.alpha * abs(beam.beta + beam.delta)
+def greatest_force(beam: Beam | Numbers) -> Any:
+    """What the force n is at most anywhere, without what the stretch adds; of one beam or of
+    many. Of an outward beam it is that at the clamp."""
+    hub: Any = abs(beam.delta)
+    moment = 0.5 + hub + beam.alpha * (beam.beta + hub)
     return (beam.gamma / beam.mu) ** 2 * moment
 
 
 def hardly_stretches(beam: Beam | Numbers) -> Any:
-    """Whether the force at the clamp is small; of one beam or of many."""
-    return clamp_force(beam) < SMALL_FORCE
+    """Whether the force is small all along; of one beam or of many."""
+    return greatest_force(beam) < SMALL_FORCE
 
 
 def one_state(beam: Beam | Numbers, law: StrainLaw) -> Any:
@@ -100,11 +102,10 @@ def equilibrium(
 def _guess(points: Mesh, rho: Inertia, beam: Beam, law: StrainLaw, enough: float) -> Stretch | None:
     """The stretch of a beam that hardly stretches, in one pass where that is `enough` near, or of
     one that has one state only; None of any other."""
-    force = clamp_force(beam)
+    force = greatest_force(beam)
     if force < SMALL_FORCE:
         passes = 1 if force**2 < enough else 2
-        gentle = force < GENTLE_FORCE and beam.delta >= 0  # inwards it may be larger elsewhere
-        stretch = law.gentle_stretch if gentle else law.stretch
+        stretch = law.gentle_stretch if force < GENTLE_FORCE else law.stretch
         f = first_guess(points, rho, beam, stretch, passes)
         return Stretch(f, 0, force ** (passes + 1))
     if one_state(beam, law):
