@@ -125,6 +125,16 @@ def test_an_unstable_beam_is_grey(tmp_path, monkeypatch):
     assert blue_to_yellow(tmp_path / "a.png") == 0
 
 
+@pytest.mark.parametrize("width", [160, 320, 1280])
+def test_words_fit_into_a_picture_of_any_size(width):
+    """Their letters, the only black in it, are no wider than the picture."""
+    shot = Shot.of(SavedScene(Beam(gamma=5, delta=-1)))
+    drawn = figure.drawn(shot, shot.moment(0.0), width, width * 9 // 16)
+    black = (drawn[..., :3].max(axis=2) < 90) & (drawn[..., 3] > 120)
+    columns = np.flatnonzero(black.any(axis=0))
+    assert 0.05 * width < columns[0] < columns[-1] < 0.95 * width
+
+
 def test_a_path_that_cannot_be_written_is_said_before_any_work(tmp_path, monkeypatch):
     """A missing folder, a folder itself, a wrong ending: no solve is tried."""
     monkeypatch.setattr(picture, "Shot", None)

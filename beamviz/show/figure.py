@@ -35,7 +35,8 @@ def drawn(shot: Shot, moment: Moment, width: int, height: int) -> np.ndarray:
     solid = bodies(shot, moment, shot.scale(width, height))
     paint(axes, View(shot, moment, width / height), moment, *solid)
     if shot.words:
-        figure.text(0.5, 0.8, shot.words, ha="center", fontsize=14)
+        letters = 14 * min(1.0, width / 640)  # the longest line takes four fifths of the picture
+        figure.text(0.5, 0.8, shot.words, ha="center", fontsize=letters)
     canvas.draw()
     return np.asarray(canvas.buffer_rgba()).copy()
 
