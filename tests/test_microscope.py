@@ -1,5 +1,8 @@
 """The microscope: the same two loci with Coriolis forces and without."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from charts import TIP, charted
 
@@ -7,7 +10,7 @@ from beamviz.mechanics.solve import solve
 from beamviz.show import microscope_tab
 from beamviz.show.chart import Chart
 from beamviz.show.measures import frequencies, measure
-from beamviz.show.microscope import Target, magnified
+from beamviz.show.microscope import Target, magnified, motion
 from beamviz.show.motion import Shapes
 
 PLAIN = measure("gamma", None), frequencies(None)
@@ -37,6 +40,36 @@ def test_the_microscope_shows_crossing_and_veering_of_the_same_two(tip):
     assert "least gap 0.241 at γ 4.650" in words
     assert "exchange their shapes" in words
     assert "nothing couples them" in microscope_tab.sentence(off, *PLAIN)
+
+
+def test_both_meetings_and_all_of_the_gap_are_in_view(tip):
+    """At the edges of the view the two loci are more than twice as far apart as where they are
+    nearest; of all the chart it is a small part."""
+    pairs = magnified(Target(tip.question, tip.events[0]))
+    for pair in pairs:
+        assert pair.values[0] < pair.at < pair.values[-1]
+        assert np.ptp(pair.values) < 0.2 * (tip.question.stop - tip.question.start)
+    a, b = pairs[1].branches
+    apart = abs(b.frequency - a.frequency)[[0, -1]]
+    assert pairs[1].event
+    assert apart.min() > 2 * pairs[1].event.gap
+
+
+def test_shapes_keep_their_signs_across_the_view(tip):
+    """A shape before the meeting and one after it are more like the one there than its opposite;
+    at a crossing, where the two could be mixed at will, they are taken beside it."""
+    off, on = magnified(Target(tip.question, tip.events[0]))
+    for motions in (*off.motions, *on.motions):
+        for end in (motions[0], motions[2]):
+            assert end.along @ motions[1].along + end.across @ motions[1].across >= 0
+    assert off.at not in off.values
+
+
+def test_a_branch_has_no_shape_where_it_is_not(tip):
+    """Above the modes that are solved for."""
+    assert tip.loci
+    branch = replace(tip.loci.branches[0], places=np.full(len(tip.loci.values), -1))
+    assert np.isnan(motion(branch, 0).along).all()
 
 
 def test_what_is_too_wide_for_a_veering_is_said(tip):
