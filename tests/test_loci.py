@@ -15,7 +15,7 @@ from beamviz.study import sweep
 from beamviz.study.candidates import TURN
 from beamviz.study.loci import closer
 from beamviz.study.meetings import CLOSE
-from beamviz.study.resonances import resonances
+from beamviz.study.resonances import _Seen, _sign_changes, resonances
 
 TIP = Beam(alpha=1, beta=1)
 
@@ -268,6 +268,17 @@ def test_resonances():
         frequencies = solve(TIP.replace(gamma=one.at), coriolis=True, tolerance=1e-9).frequencies
         assert one.frequency == one.per_rev * one.at
         assert abs(frequencies - one.frequency).min() < 1e-6 * one.frequency
+
+
+def test_a_resonance_on_a_value_of_the_sweep_is_seen_once():
+    """Exactly on the line, and a rounding error beside it."""
+    on = loci(TIP, "gamma", [1.0, 2.0, 3.0, 4.0])
+    line = 2 * on.values
+    for off in (0.0, 1e-15, -1e-15):
+        frequency = line + np.array([0.2, off, -0.2, -0.4])
+        on.branches[0].__dict__["frequency"] = frequency
+        (i,) = _sign_changes(frequency - line)
+        assert _Seen(2, on.branches[0], i, on.values).at == pytest.approx(2.0, abs=1e-12)
 
 
 def test_resonances_need_the_speed():

@@ -9,10 +9,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from beamviz.errors import Unavailable
 from beamviz.study import contestants, workprecision
 from beamviz.study.contestants import Contestant
-from beamviz.study.files import write
+from beamviz.study.files import write, writing_to
 from beamviz.study.lapack import bare
 from beamviz.study.scenes import SCENES
 from beamviz.study.workprecision import FULL, QUICK, Row, beaten, front, time_at
@@ -28,11 +27,8 @@ def benchmark(folder: Path, quick: bool, peers: bool, release: str) -> str:
 
     Raises Unavailable for a folder that cannot be written to.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
+    with writing_to(folder):
         (folder / f"{NAME}.json").touch()
-    except OSError as error:
-        raise unwritable(folder, error) from None
     everyone = [*contestants.METHODS, *(contestants.peers() if peers else [])]
     rows = workprecision.measured(everyone, QUICK if quick else FULL, say)
     say("bare LAPACK")
@@ -42,18 +38,13 @@ def benchmark(folder: Path, quick: bool, peers: bool, release: str) -> str:
         "eigh": {name: found.ratio_to_eigh for name, found in alone.items()},
     }
     about = surroundings(everyone, quick, release) | ratios
-    try:
+    with writing_to(folder):
         write(folder, {f"{NAME}.{ending}": data for ending, data in files(rows, about).items()})
-    except OSError as error:
-        raise unwritable(folder, error) from None
     return "\n".join(summary(rows, ratios))
 
 
-def unwritable(folder: Path, error: OSError) -> Unavailable:
-    return Unavailable(f"cannot write to {folder}: {error.strerror or error}; name another folder")
-
-
 def say(text: str) -> None:
+    """Progress, apart from what the command answers."""
     print(text, file=sys.stderr)
 
 

@@ -48,8 +48,9 @@ def resonances(loci: Loci, count: int) -> list[Resonance]:
 
 
 def _sign_changes(difference: np.ndarray) -> list[int]:
-    """The values behind which a difference changes its sign."""
-    return np.flatnonzero(difference[:-1] * difference[1:] < 0).tolist()
+    """The values behind which a difference changes its sign, or at which it has none."""
+    known, above = np.isfinite(difference), difference >= 0
+    return np.flatnonzero((above[:-1] != above[1:]) & known[:-1] & known[1:]).tolist()
 
 
 class _Seen:
@@ -62,7 +63,11 @@ class _Seen:
         curve = Polynomial.fit(x, y, len(x) - 1)
         self.k, self.branch = k, branch
         self.place = int(branch.places[i : i + 2].max())
-        self.at = float(brentq(curve, values[i], values[i + 1]))
+        ends = np.array(values[i : i + 2])
+        if np.prod(curve(ends)) < 0:
+            self.at = float(brentq(curve, *ends))
+        else:  # it is at an end, but for rounding
+            self.at = float(ends[abs(curve(ends)).argmin()])
         self.slope = float(curve.deriv()(self.at))
         self.shift = np.inf
 
