@@ -135,6 +135,18 @@ def test_words_fit_into_a_picture_of_any_size(width):
     assert 0.05 * width < columns[0] < columns[-1] < 0.95 * width
 
 
+@browser
+@needs_browser
+def test_words_fit_into_a_picture_by_a_browser(tmp_path):
+    """They stand on a white ground, which covers a part of a dark picture and leaves its rim."""
+    scene = SavedScene.of(Beam(gamma=5, delta=-1), dark=True)
+    screenshot(tmp_path / "a.png", scene, width=480, height=270)
+    white = pixels(tmp_path / "a.png")[..., :3].min(axis=2) > 0.8
+    columns = np.flatnonzero(white.any(axis=0))
+    assert 0.02 < white.mean() < 0.2
+    assert 0.05 * 480 < columns[0] < columns[-1] < 0.95 * 480
+
+
 def test_a_path_that_cannot_be_written_is_said_before_any_work(tmp_path, monkeypatch):
     """A missing folder, a folder itself, a wrong ending: no solve is tried."""
     monkeypatch.setattr(picture, "Shot", None)

@@ -26,6 +26,8 @@ DEADLINE = 90.0  # [s] for one picture; a software renderer needs about 5 for th
 LAG = 2  # pictures until labels and instanced bodies are where they were put
 LIGHT, DARK = (255, 255, 255), (20, 20, 20)  # as the page has them
 
+LETTERS, WIDE = 22, 0.032  # [pixels] high are letters, less where a picture is narrow
+TITLE = 0.065  # [lengths of the beam] at most: there is no more room between two of all modes
 Photographer = Callable[[Moment], np.ndarray]
 
 
@@ -47,7 +49,9 @@ def studio(shot: Shot, width: int, height: int, scale: int = 1) -> Iterator[Phot
         return
     clients: queue.Queue[ClientHandle] = queue.Queue()
     with hosted(pictures=True) as server:
-        set_up = Set(server.scene, shot, shot.scale(scale * width, scale * height))
+        length = shot.scale(scale * width, scale * height)
+        set_up = Set(server.scene, shot, length)
+        set_up.letter(scale * min(LETTERS, WIDE * width) / length)
         server.on_client_connect(clients.put)
         dark = "&darkMode" if shot.scene.look.dark else ""
         url = f"http://127.0.0.1:{server.get_port()}/?fixedDpr=1{dark}"
@@ -74,6 +78,14 @@ class Set:
         self.scene.stage.visible = not self.multiples
         if self.multiples:
             self.multiples.show(shot.shapes, shot.scene.look, scale)
+
+    def letter(self, height: float) -> None:
+        """Words and titles in letters of a height in the scene: on the screen they would have the
+        size that fits the window of the browser, and not the picture."""
+        titles = [one.title for one in self.multiples.scenes] if self.multiples else []
+        for label in (self.scene.words, *titles):
+            label.font_size_mode = "scene"
+            label.font_scene_height = min(height, TITLE) if titles else height
 
     def move(self, moment: Moment) -> None:
         """Put everything where it is at a moment."""
