@@ -147,6 +147,16 @@ def test_words_fit_into_a_picture_by_a_browser(tmp_path):
     assert 0.05 * 480 < columns[0] < columns[-1] < 0.95 * 480
 
 
+@browser
+@needs_browser
+def test_titles_of_all_modes_are_small_beside_the_beams(tmp_path):
+    """Black letters take a hundredth of the picture, the beams more."""
+    scene = SavedScene.of(Beam(gamma=5), together=True, ghosts=False)
+    screenshot(tmp_path / "a.png", scene, width=480, height=270)
+    black = (pixels(tmp_path / "a.png")[..., :3].max(axis=2) < 0.2).mean()
+    assert 0.0005 < black < 0.01 < blue_to_yellow(tmp_path / "a.png")
+
+
 def test_a_path_that_cannot_be_written_is_said_before_any_work(tmp_path, monkeypatch):
     """A missing folder, a folder itself, a wrong ending: no solve is tried."""
     monkeypatch.setattr(picture, "Shot", None)
