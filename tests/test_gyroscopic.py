@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from beamviz import Beam, solve
 from beamviz.errors import NotConverged
 from beamviz.mechanics.gyroscopic import gyroscopic
 
@@ -71,3 +72,14 @@ def test_two_unstable_families_are_refused():
     """Such a model has no stretched equilibrium: said, not guessed."""
     with pytest.raises(NotConverged, match="both families are unstable"):
         gyroscopic(*families(1, (5, 5), (-2.0, -2.0)), 3.0, COUNT)
+
+
+def test_where_a_mode_is_about_to_buckle_the_others_keep_their_digits():
+    """Next to its frequency, all but zero, rounding takes the others from Z' Z, not from Z."""
+    beam = Beam(alpha=1, beta=1.6e-14, gamma=4, delta=-0.6111255052738858, mu=21)
+    at, beside = (
+        solve(one, 3, coriolis=True, tolerance=1e-9) for one in (beam, beam.replace(delta=-0.6111))
+    )
+    assert abs(at.squares[0]) < 1e-9
+    assert at.frequencies[1:] == pytest.approx(beside.frequencies[1:], rel=1e-4)
+    assert np.all(at.square_errors[1:] < 1e-5 * at.squares[1:])

@@ -114,7 +114,8 @@ def _largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     else:
         nu, Y, _, _, _ = lapack.dsyevr(A.T, range="I", il=n - count + 1, iu=n)
         nu = nu[:count]
-    return 1 / nu[..., : -count - 1 : -1], Y[..., : -count - 1 : -1]
+    with np.errstate(divide="ignore"):  # one that rounding took, and whose inverse tells
+        return 1 / nu[..., : -count - 1 : -1], Y[..., : -count - 1 : -1]
 
 
 def _unstable(
