@@ -3,7 +3,6 @@
 import numpy as np
 from viser import CameraHandle, SceneApi
 
-from beamviz.beam import Beam
 from beamviz.look import Look
 from beamviz.scene_file import SavedScene
 from beamviz.show import colours
@@ -45,8 +44,8 @@ class LivePicture:
         """Draw an answer; repace: choose the pace anew; settled: it is the one to what is wanted,
         so that the camera need not move again."""
         self.answer, self.look = answer, look
-        if answer:
-            self.shapes = shapes_for(answer, self.shapes)
+        if answer and answer.shapes and not self.words:
+            self.shapes = answer.shapes
         if self.ride.shown and answer and answer.solution:
             self.ride.drive(answer.solution, self.shapes, look.amplitude)
         self.clock.fit(self.swinging, self.shapes.beam.gamma, keep=not repace)
@@ -143,18 +142,3 @@ class LivePicture:
         """Amplitude (m,) of every mode; none while the beam is driven."""
         modes = len(self.shapes.modes)
         return np.zeros(modes) if self.ride.driven else amplitudes(self.look, modes)
-
-
-def shapes_for(answer: Answer, last: Shapes) -> Shapes:
-    """What to draw: the answer. Where there is none, the last picture if it is of that beam at
-    another speed; else the beam at rest, so that hub and mass are those asked for."""
-    if answer.shapes and not answer.words:
-        return answer.shapes
-    if answer.beam is None or still(answer.beam) == still(last.beam):
-        return last
-    return Shapes.at_rest(answer.beam, answer.wanted.options["plane"])
-
-
-def still(beam: Beam) -> Beam:
-    """The beam without its rotation."""
-    return beam.replace(gamma=0.0)
