@@ -174,12 +174,10 @@ def truncation(mesh: Mesh, stretch: Stretch, scale: np.ndarray, share: np.ndarra
     return ((share.T + lost) * (scale.T * factor)).T  # the stack comes last, where f is a number
 
 
-def rounding_near_end(stretch: Stretch, scale: np.ndarray) -> np.ndarray | float:
+def rounding_near_end(margin: float | np.ndarray, scale: np.ndarray) -> np.ndarray:
     """Estimated errors (..., families, k) of omega^2 from a stretch that rounding moves the more,
     the nearer the end of its equilibrium is."""
-    if stretch.margin is None:
-        return 0.0
-    return (scale.T * (ROUNDING_FACTOR * EPS * (1 / stretch.margin - 1))).T
+    return (scale.T * (ROUNDING_FACTOR * EPS * (1 / margin - 1))).T
 
 
 def rounding(size: np.ndarray, times: np.ndarray | float) -> np.ndarray:

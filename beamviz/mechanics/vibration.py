@@ -61,7 +61,9 @@ def apart(
     if shift:  # compression cancels against the rest: what rounds is each unknown by itself
         added = (size - squares)[..., :1]
         size = np.vecmat(hp.diagonal(K) + added * hp.diagonal(M), v**2)
-    rounding = hp.rounding(size, times) + hp.rounding_near_end(stretch, scale)
+    rounding = hp.rounding(size, times)
+    if stretch.margin is not None:
+        rounding += hp.rounding_near_end(stretch.margin, scale)
     if physics.softening:
         soft = squares if physics.chordwise else squares[..., 1:, :]
         soft -= softening
@@ -128,5 +130,7 @@ def coupled(
     truncation = hp.truncation(points, stretch, scale, share)[..., 0, :]
     if not definite:  # as above
         size = size + np.vecmat(abs(hp.diagonal(K)), v**2).sum(axis=-2)
-    rounding = hp.rounding(size, times) + hp.rounding_near_end(stretch, scale[..., 0, :])
+    rounding = hp.rounding(size, times)
+    if stretch.margin is not None:
+        rounding += hp.rounding_near_end(stretch.margin, scale[..., 0, :])
     return Modes(kappa, s, None, fractions, squares, truncation, rounding)
