@@ -21,6 +21,7 @@ TIP_REACH = 4.0
 GRADING = 6.0  # ratio of neighbouring elements where the stretch falls off
 WAVES_PER_ELEMENT = 9.0
 NEGLIGIBLE_FORCE = 0.1  # n: the stretch is 1 for all that layers care
+NEAREST = 1e-5  # beyond the clamp: nearer, where the law ends is not known
 AT_END = 1e-13  # a mass this near the clamp or the tip sits on it, to rounding
 GRADED_ORDER = 8  # least order beside thin elements, for six digits
 MIN_ORDER, MAX_ORDER = 4, 30
@@ -40,6 +41,7 @@ class Segment(NamedTuple):
     N: tuple[float, float]
     f: tuple[float, float]
     slope: float  # -dN/dx at its end
+    brink: float  # how far before the clamp, did the beam go on, its law would carry no more
 
     @property
     def length(self) -> float:
@@ -84,8 +86,19 @@ def segments(beam: Beam, positions: Positions, law: StrainLaw) -> list[Segment]:
             N += beam.alpha * pull
         N_end, N = N, N + load * (b - a) * (means[k - 1] + beam.delta)
         f, f_end = _stretch(law, N / beam.mu**2), _stretch(law, N_end / beam.mu**2)
-        parts.append(Segment(a, b, (N, N_end), (f, f_end), pull))
+        brink = math.inf if a else _brink(N, beam, law)
+        parts.append(Segment(a, b, (N, N_end), (f, f_end), pull, brink))
     return parts[::-1]
+
+
+def _brink(N: float, beam: Beam, law: StrainLaw) -> float:
+    """How far before the clamp, where its tension is N, a beam would meet the end of its law."""
+    if N * beam.delta <= 0:  # |N| falls off beyond the clamp, or is level
+        return math.inf
+    least, most = law.forces
+    left = most * beam.mu**2 - N if N > 0 else N - least * beam.mu**2
+    slope = beam.gamma**2 * abs(beam.delta)
+    return max(left / slope, NEAREST) if left < slope else math.inf
 
 
 def more_digits(beam: Beam, positions: Positions, parts: list[Segment], physics: Physics) -> float:
@@ -137,6 +150,7 @@ def discretisation(
     for part, pull_at_ends in zip(parts, pulls, strict=True):
         layers += _layers(part, pull_at_ends, digits)
         fixed.append(part.end)
+        fixed += [part.start + distance for distance in _graded(part.brink, part.length)]
         if part.slope > 0:
             fixed += _falling(part, mu)
     candidates = []
@@ -233,10 +247,16 @@ def _stretch(law: StrainLaw, n: float) -> float:
 def _falling(part: Segment, mu: float) -> list[float]:
     """Breaks towards an end where a large stretch falls off: f ~ N^(1/3) has its singularity
     just beyond, as far as the force n needs to fall to -0.2, its least value."""
-    breaks = []
     distance = (part.N[1] + 0.2 * mu**2) / part.slope
-    while GRADING * distance < part.length:
-        breaks.append(part.end - distance)
+    return [part.end - near for near in _graded(distance, part.length)]
+
+
+def _graded(distance: float, length: float) -> list[float]:
+    """How far from its end an element of this length is broken, for a singularity at a distance
+    beyond the end."""
+    breaks = []
+    while GRADING * distance < length:
+        breaks.append(distance)
         distance *= GRADING
     return breaks
 

@@ -21,6 +21,7 @@ from beamviz.mechanics.newton import Path, Root, continue_load
 from beamviz.mechanics.strain import Function, StrainLaw
 
 SMALL_FORCE = 0.3  # n below which a beam hardly stretches
+LESS_INWARDS = 0.2
 GENTLE_FORCE = 0.1  # below which a few terms of the stretch in n are as good as a guess needs
 MANY_PASSES = 6  # of a guess for beams that stretch far
 NEWTON_ITERATIONS = 12
@@ -46,8 +47,9 @@ def greatest_force(beam: Beam | Numbers) -> Any:
 
 
 def hardly_stretches(beam: Beam | Numbers) -> Any:
-    """Whether the force is small all along; of one beam or of many."""
-    return greatest_force(beam) < SMALL_FORCE
+    """Whether the force is small all along; of one beam or of many. Less compression than
+    tension is small: green's law carries 0.19 of it."""
+    return greatest_force(beam) < SMALL_FORCE - LESS_INWARDS * (beam.delta < 0)
 
 
 def one_state(beam: Beam | Numbers, law: StrainLaw) -> Any:
