@@ -162,8 +162,8 @@ def truncation(mesh: Mesh, stretch: Stretch, scale: np.ndarray, share: np.ndarra
     that is off.
 
     A large stretch falls off all but singularly: more is lost then than what is seen to be. Near
-    the end of an equilibrium the stretch is off by what the load is, over the margin, and the
-    least omega^2, falling to zero there with the margin, by as much again.
+    the end of an equilibrium a load that is off moves the stretch by 1 / margin times as much, and
+    that the least omega^2, which falls to zero with the margin, as many times again.
     """
     f = stretch.f
     tail = np.matvec(mesh.tails, f)

@@ -4,6 +4,9 @@ Tension N against bending makes layers of width 1 / sqrt(N f^(2c-3)) at the clam
 sides of a concentrated mass; where the tension runs out, at a free tip, bending takes over
 within (N')^(-1/3). Gauss points crowd at the ends of an element, so order p resolves layers
 down to about 1/p^2 of it; only thinner ones get an element of their own.
+
+Two more things make it finer: a stretch that is all but singular just beyond an end wants a mesh
+graded towards it, and what softening takes from the lowest mode has to be there first.
 """
 
 import math

@@ -21,15 +21,15 @@ from beamviz.mechanics.newton import Path, Root, continue_load
 from beamviz.mechanics.strain import Function, StrainLaw
 
 SMALL_FORCE = 0.3  # n below which a beam hardly stretches
-LESS_INWARDS = 0.2
+LESS_INWARDS = 0.2  # so much less of compression, of which green's law carries 0.19 at most
 GENTLE_FORCE = 0.1  # below which a few terms of the stretch in n are as good as a guess needs
 MANY_PASSES = 6  # of a guess for beams that stretch far
 NEWTON_ITERATIONS = 12
 NEWTON_STEP = 1e-7  # relative to the stretch at the clamp: quadratic, the next is below rounding
 SAME_TANGENT = 1e-3  # stretch within which a tangent is as good as new
 NEUMANN_TERMS = 3
-FAR_FROM_END = 0.1  # margin of beams solved together
-MOST = 0.7  # of a margin, that serves for all of it
+FAR_FROM_END = 0.1  # least margin of beams solved together: nearer, its bound is too rough
+MOST = 0.7  # a bound of the margin that is as good as the margin
 LARGEST_SHARE = 0.5  # of one pass in the next, that is believed
 TINY = 1e-300
 LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
@@ -47,8 +47,7 @@ def greatest_force(beam: Beam | Numbers) -> Any:
 
 
 def hardly_stretches(beam: Beam | Numbers) -> Any:
-    """Whether the force is small all along; of one beam or of many. Less compression than
-    tension is small: green's law carries 0.19 of it."""
+    """Whether the force is small all along; of one beam or of many."""
     return greatest_force(beam) < SMALL_FORCE - LESS_INWARDS * (beam.delta < 0)
 
 
