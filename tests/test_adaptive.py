@@ -135,6 +135,7 @@ def test_a_beam_that_stretches_inwards_of_its_clamp_has_layers(plane):
     """The force at its clamp is small as long as it does not stretch; it does so fivefold."""
     beam = Beam(0, 1, 44.77, -0.4, 30)
     assert not hardly_stretches(beam)
+    assert not hardly_stretches(beam.replace(delta=-0.5))  # there it is none at all
     solution = solve(beam, strain="biot", plane=plane)
     assert solution.equilibrium.max_stretch > 5
     assert solution.stats.order <= 20
