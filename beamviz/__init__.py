@@ -10,9 +10,9 @@ from beamviz.beam import Beam, Units
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged, Unavailable
 
 if TYPE_CHECKING:
-    from beamviz.mechanics.solve import Solution, solve
-    from beamviz.scene_file import SavedScene
-    from beamviz.study.loci import loci
+    from beamviz.frequency_loci import loci
+    from beamviz.scene import SavedScene
+    from beamviz.solver import Solution, solve
 
 __version__ = "0.1.0"
 
@@ -35,13 +35,13 @@ __all__ = [
 ]
 
 ON_FIRST_USE = {
-    "SavedScene": "beamviz.scene_file",
-    "Solution": "beamviz.mechanics.solve",
-    "animate": "beamviz.show.film",
-    "export": "beamviz.show.export",
-    "loci": "beamviz.study.loci",
-    "screenshot": "beamviz.show.picture",
-    "solve": "beamviz.mechanics.solve",
+    "SavedScene": "beamviz.scene",
+    "Solution": "beamviz.solver",
+    "animate": "beamviz.exports.film",
+    "export": "beamviz.exports.export",
+    "loci": "beamviz.frequency_loci",
+    "screenshot": "beamviz.exports.screenshot",
+    "solve": "beamviz.solver",
 }
 
 

@@ -2,14 +2,14 @@
 
 import sys
 
-from beamviz.ending import Ended, ending
+from beamviz.signals import Ended, ending
 
 
 def main() -> int:
     """Run this process's command line; the exit code."""
     try:
         with ending():
-            from beamviz.cli import main
+            from beamviz.cli.commands import main
 
             return main()
     except Ended as end:

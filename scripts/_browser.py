@@ -13,7 +13,7 @@ from _environment import ROOT, run_quietly, say
 
 sys.path.insert(0, str(ROOT))
 
-from beamviz.show.browser import found_browser
+from beamviz.exports.browser import found_browser
 
 PLAYWRIGHT_PATH = """
 from playwright.sync_api import sync_playwright

@@ -19,11 +19,11 @@ from functools import partial
 import numpy as np
 
 from beamviz.beam import Beam
-from beamviz.mechanics import elements
-from beamviz.mechanics.physics import Physics
-from beamviz.mechanics.solve import solve, solve_many
-from beamviz.mechanics.strain import CURVATURES, STRAIN_LAWS
-from beamviz.study.lapack import bare, least
+from beamviz.benchmark.lapack import bare, least
+from beamviz.solver import solve, solve_many
+from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
+from beamviz.solver.fem import elements
+from beamviz.solver.physics import Physics
 
 PAPER = Physics(STRAIN_LAWS["green"], CURVATURES["spatial"], chordwise=True, coriolis=False)
 

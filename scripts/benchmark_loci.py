@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from beamviz import Beam, loci, solve
-from beamviz.mechanics.solve import solve_many
-from beamviz.study.lapack import least
-from beamviz.study.sweep import BESIDE
+from beamviz.benchmark.lapack import least
+from beamviz.frequency_loci.sweep import BESIDE
+from beamviz.solver import solve_many
 
 POINTS, MODES = 201, 6
 REPEATS = 10

@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 
 from beamviz import Beam, NotConverged, loci, solve
-from beamviz.mechanics.solve import solve_many
-from beamviz.study.lapack import least
-from beamviz.study.peers_exudyn import EXUDYN
+from beamviz.benchmark.exudyn import EXUDYN
+from beamviz.benchmark.lapack import least
+from beamviz.solver import solve_many
 
 POINTS, MODES = 201, 6
 MODEL: dict[str, Any] = {"strain": "biot", "curvature": "material"}

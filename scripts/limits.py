@@ -13,7 +13,7 @@ rho holds the mass: N, V and p step there. At the clamp u = w = theta = v = 0, a
 m = p = 0. Lambda is omega^2 + gamma^2 (in the plane of rotation). The tip's conditions are driven
 to zero by the secant rule; a root is the k-th of its family because its shape has k - 1 nodes.
 The two bending solutions that leave the clamp are made orthonormal after each step, so that their
-growth costs no digits. Scenes may be named; the results are beamviz/study/limits.json.
+growth costs no digits. Scenes may be named; the results are beamviz/benchmark/limits.json.
 """
 
 import json
@@ -28,12 +28,12 @@ import numpy as np
 from mpmath import fdot, mp, mpf
 
 from beamviz.beam import Beam
+from beamviz.benchmark.calculix import CALCULIX
+from beamviz.benchmark.cases import MODES, SCENES
 from beamviz.errors import NoEquilibrium, NotConverged
-from beamviz.mechanics.solve import solve
-from beamviz.study.peers_calculix import CALCULIX
-from beamviz.study.scenes import MODES, SCENES
+from beamviz.solver import solve
 
-FILE = Path(__file__).parent.parent / "beamviz" / "study" / "limits.json"
+FILE = Path(__file__).parent.parent / "beamviz" / "benchmark" / "limits.json"
 TERMS = 40  # of a Taylor series
 DIGITS, GUARD = 20, 16  # stored, and worked with beyond them
 SHARE = 0.15  # of the radius of convergence in one step: 0.15^40 = 1e-33

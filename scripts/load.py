@@ -33,8 +33,8 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from bare import CAMERA, PROTOCOL  # type: ignore[import-not-found]  # noqa: E402
 
 from beamviz.beam import Beam  # noqa: E402
-from beamviz.mechanics.solve import solve  # noqa: E402
-from beamviz.show.readout import significant  # noqa: E402
+from beamviz.explorer.page.readout import significant  # noqa: E402
+from beamviz.solver import solve  # noqa: E402
 
 SLIDER = "speed γ"
 PICTURE, TABLE, CELL = (
@@ -50,7 +50,7 @@ SERVE = """
 import sys
 from beamviz.beam import Beam
 from beamviz.scene_file import SavedScene
-from beamviz.show.server import serve
+from beamviz.explorer.app import serve
 visitors, processes = map(int, sys.argv[1:])
 scene = SavedScene(Beam(alpha=1, beta=0.5, gamma=10))
 serve(scene, port=0, visitors=visitors, processes=processes)

@@ -25,7 +25,7 @@ TABLE = 'aria-label="modes"'
 SERVE = """
 from beamviz.beam import Beam
 from beamviz.scene_file import SavedScene
-from beamviz.show.server import serve
+from beamviz.explorer.app import serve
 serve(SavedScene(Beam(alpha=1, beta=0.5, gamma=10)), port=0)
 """
 

@@ -13,7 +13,7 @@ from typing import Any
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
-from beamviz.show.browser import found_browser, opened
+from beamviz.exports.browser import found_browser, opened
 
 NO_BROWSER = "no Chrome, Chromium or Edge found (set BEAMVIZ_BROWSER to one)"
 

@@ -3,8 +3,8 @@
 from typing import Any
 
 from beamviz.beam import Beam
-from beamviz.show.chart import Chart, Question, computed
-from beamviz.show.controls import Wanted
+from beamviz.explorer.features.loci_chart import Chart, Question, computed
+from beamviz.explorer.request import Wanted
 
 TIP = Beam(alpha=1, beta=1, gamma=3)  # S1 meets B3 at gamma = 4.4641
 

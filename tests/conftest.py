@@ -46,7 +46,7 @@ mass = 0.5
 @pytest.fixture
 def run(capsys):
     """Run a command line; its exit code, stdout and stderr."""
-    from beamviz.cli import main
+    from beamviz.cli.commands import main
 
     def run(*arguments: str) -> tuple[int, str, str]:
         code = main(list(arguments))
@@ -70,8 +70,8 @@ def url(request: pytest.FixtureRequest) -> Iterator[str]:
     scene that the file calls FIRST."""
     from readings import PAPER
 
-    from beamviz.scene_file import SavedScene
-    from beamviz.show.server import explorer
+    from beamviz.explorer.app import explorer
+    from beamviz.scene import SavedScene
 
     with explorer(getattr(request.module, "FIRST", SavedScene(PAPER))) as address:
         yield address
@@ -80,7 +80,7 @@ def url(request: pytest.FixtureRequest) -> Iterator[str]:
 @pytest.fixture(scope="module")
 def animators() -> Iterator[list[Any]]:
     """The animators of all explorers that begin after this, in their order."""
-    from beamviz.show import server
+    from beamviz.explorer import app as server
 
     made: list[Any] = []
 

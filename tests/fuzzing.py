@@ -18,10 +18,10 @@ import numpy as np
 from hypothesis import strategies as st
 
 from beamviz.beam import LIMITS, SI_KEYS, SI_REQUIRED, Beam
-from beamviz.cli import main
+from beamviz.cli.commands import main
 from beamviz.errors import BeamvizError, InvalidInput
-from beamviz.mechanics.solve import CHOICES, solve
-from beamviz.study.loci import loci
+from beamviz.frequency_loci import loci
+from beamviz.solver import CHOICES, solve
 
 STUCK = 300.0  # [s] of processor time after which a sweep is taken for one without end
 EVERYDAY = {

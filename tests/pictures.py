@@ -8,8 +8,8 @@ from readings import PAPER
 from strategies import beams
 
 from beamviz.beam import Beam
-from beamviz.mechanics.solve import solve
-from beamviz.show.motion import Shapes, displacement
+from beamviz.drawing.modes import Shapes, displacement
+from beamviz.solver import solve
 
 BEAMS = beams(alpha=(0, 100), gamma=(0, 50), delta=(0, 5))
 

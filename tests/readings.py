@@ -3,8 +3,8 @@
 from typing import Any
 
 from beamviz.beam import Beam
-from beamviz.mechanics.solve import solve
-from beamviz.show.readout import significant
+from beamviz.explorer.page.readout import significant
+from beamviz.solver import solve
 
 PAPER = Beam(alpha=1, beta=0.5, gamma=10)  # where visitors start
 

@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from beamviz.study.candidates import columns_of
-from beamviz.study.loci import Loci
-from beamviz.study.meetings import Event, chart
-from beamviz.study.tracking import Points, Track
+from beamviz.frequency_loci import Loci
+from beamviz.frequency_loci.candidates import columns_of
+from beamviz.frequency_loci.crossings import Event, chart
+from beamviz.frequency_loci.tracking import Points, Track
 
 
 class Problem:

@@ -9,8 +9,8 @@ from typer.testing import CliRunner
 
 from beamviz import Beam, solve
 from beamviz.beam import LIMITS
-from beamviz.cli import app
-from beamviz.mechanics.solve import METHODS
+from beamviz.cli.commands import app
+from beamviz.solver import METHODS
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text()

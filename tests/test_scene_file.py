@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from beamviz.beam import LIMITS, Beam, Units
 from beamviz.errors import InvalidInput
-from beamviz.look import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, Look, within
-from beamviz.mechanics.solve import CHOICES
-from beamviz.scene_file import Camera, SavedScene
+from beamviz.scene import Camera, SavedScene
+from beamviz.solver import CHOICES
+from beamviz.view_options import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, Look, within
 
 REAL = """
 [si]

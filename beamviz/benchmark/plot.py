@@ -1,0 +1,225 @@
+"""Work against precision as a picture: a frame for each scene, and one for the models."""
+
+import re
+import textwrap
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from beamviz.benchmark.cases import SCENES
+from beamviz.benchmark.work_precision import REFERENCE, Row
+from beamviz.plotting.labels import Placer
+from beamviz.plotting.style import DPI, INK, STYLE, SYMBOLS
+
+WIDTH, HEIGHT = 9.0, 13.8  # [in]
+COLUMNS = 2
+FAILURES_WIDTH = 74  # characters
+MUTED = "#5A5A5A"
+PLATE: dict[str, Any] = {"fc": "white", "ec": "none", "alpha": 0.7, "pad": 0.6}  # under a name
+THIN: dict[str, Any] = {"lw": 0.9, "ms": 3.0, "zorder": 2}
+# Okabe & Ito: safe for the colour-blind. Same hue: same family; dashes and markers tell apart.
+LOOKS: dict[str, dict[str, Any]] = {
+    "auto": {"color": "#0072B2", "lw": 2.6, "ms": 5.5, "marker": "o", "zorder": 5},
+    "foac": {"color": "#0072B2", "marker": "s", "ls": (0, (4, 2)), **THIN},
+    "zoac": {"color": "#0072B2", "marker": "d", "ls": (0, (1, 1.5)), **THIN},
+    "ancf": {"color": "#D55E00", "lw": 1.5, "ms": 4, "marker": "o", "zorder": 4},
+    "ancf-planar": {"color": "#D55E00", "marker": "s", "ls": (0, (4, 2)), **THIN},
+    "linear": {"color": "#D55E00", "marker": "d", "ls": (0, (1, 1.5)), **THIN},
+    "chebyshev": {"color": "#007A5E", "lw": 1.5, "ms": 4, "marker": "o", "zorder": 4},
+    "power-series": {"color": "#007A5E", "marker": "s", "ls": (0, (4, 2)), **THIN},
+    "assumed-modes": {"color": "#007A5E", "marker": "d", "ls": (0, (1, 1.5)), **THIN},
+    "Exudyn": {"color": "#A8417F", "lw": 1.5, "ms": 4, "marker": "o", "zorder": 4},
+    "Exudyn, paper's energy": {"color": "#A8417F", "marker": "s", "ls": (0, (4, 2)), **THIN},
+    "OpenSees": {"color": "#555555", "lw": 1.2, "ms": 3.5, "marker": "o", "zorder": 3},
+    "CalculiX": {"color": "#555555", "marker": "s", "ls": (0, (4, 2)), **THIN},
+}
+THEORIES = {
+    "rigid": ("rigid tension: foac, linear, assumed-modes, power-series", "#007A5E", "s"),
+    "none": ("no stiffening: zoac", "#0072B2", "d"),
+    "biot": ("engineering strain, material curvature: Exudyn, OpenSees", "#A8417F", "o"),
+    "solid": ("a solid: CalculiX", "#555555", "^"),
+}
+REASONS = {  # part of a reason: what stands for it in the chart
+    "rounding eats": "rounding eats it",
+    "more terms may help": "too few terms",
+    "inverted beam": "inverted beam",
+    "static solver failed": "static solver fails",
+    "out of budget": "out of time",
+    "took more than": "out of time",
+    "not installed": "not installed",
+    "neighbours share": "shared gradient fails",
+}
+
+
+def draw(rows: list[Row], models: dict[str, dict[str, float | str]], words: str) -> Figure:
+    """The chart; `words` say below it on what it was measured."""
+    with rc_context({**STYLE, "font.size": 9}):
+        figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI)
+        FigureCanvasAgg(figure)
+        lines = -(-len(SCENES) // COLUMNS)
+        grid = figure.add_gridspec(
+            lines + 1,
+            COLUMNS,
+            left=0.085,
+            right=0.985,
+            top=0.925,
+            bottom=0.1,
+            hspace=0.43,
+            wspace=0.16,
+            height_ratios=[1.0] * lines + [0.62],
+        )
+        times = [row.seconds for row in rows if row.seconds is not None]
+        for k, scene in enumerate(SCENES):
+            axes = figure.add_subplot(grid[k // COLUMNS, k % COLUMNS])
+            here = [row for row in rows if row.scene == scene]
+            _frame(axes, scene, here)
+            axes.set_ylabel("" if k % COLUMNS else "relative error")
+            axes.set_xlim(0.5e3 * min(times), 3e3 * max(times))
+            _lines(axes, here)
+        _models(figure.add_subplot(grid[lines, :]), models)
+        _head(figure, words)
+    return figure
+
+
+def _head(figure: Figure, words: str) -> None:
+    figure.text(0.012, 0.988, "Time of a solve against its error", size=14, weight="bold", va="top")
+    figure.text(
+        0.012,
+        0.970,
+        "Lower left is better. Error: the largest of five frequencies, against the exact ones of"
+        " each method's own model.",
+        color=MUTED,
+        va="top",
+    )
+    figure.text(0.012, 0.008, words, color=MUTED, size=8, va="bottom")
+
+
+def _frame(axes: Axes, scene: str, rows: list[Row]) -> None:
+    """Axes of one scene, with its name above, and who has no answer there."""
+    failures = "; ".join(_failures(rows))
+    lines = textwrap.wrap(f"× {failures}", FAILURES_WIDTH) if failures else []
+    axes.set_title(_title(scene), loc="left", size=10, weight="bold", pad=6 + 8.5 * len(lines))
+    place: dict[str, Any] = {"transform": axes.transAxes, "va": "bottom"}
+    axes.text(0, 1.015, "\n".join(lines), size=7, linespacing=1.05, color=MUTED, **place)
+    axes.set(xscale="log", yscale="log", xlabel="processor time [ms]", ylim=(2e-16, 3))
+    axes.set_yticks([1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 1])
+    axes.set_xticks([0.1, 1, 10, 100, 1000], ["0.1", "1", "10", "100", "1000"])
+    axes.minorticks_off()
+    axes.grid(color="#E6E6E6", lw=0.6)
+    axes.set_axisbelow(True)
+
+
+def _title(scene: str) -> str:
+    """A scene and its numbers, but for the slenderness that all share."""
+    beam = SCENES[scene]
+    shown = [name for name in ("alpha", "beta", "gamma", "delta") if beam.numbers[name]]
+    if not beam.alpha:
+        shown.remove("beta")
+    return f"{scene}: " + ", ".join(f"{SYMBOLS[name]} {beam.numbers[name]:g}" for name in shown)
+
+
+def _lines(axes: Axes, rows: list[Row]) -> None:
+    """The lines of one scene with their names on them."""
+    ends = []
+    for name, look in LOOKS.items():
+        points = [
+            (1e3 * row.seconds, row.error)
+            for row in rows
+            if row.name == name and row.seconds is not None and row.error is not None
+        ]
+        if points:
+            x, y = np.array(points).T
+            axes.plot(x, np.minimum(y, 1.0), mfc="white" if look["lw"] < 1 else None, **look)
+            ends.append((name, *points[-1]))
+    if ends:
+        _names(axes, ends)
+
+
+def _names(axes: Axes, ends: list[tuple[str, float, float]]) -> None:
+    """The name of each line at its last point; the first one placed gets the best place."""
+    placer = Placer(axes)
+    for name, x, y in sorted(ends, key=lambda end: (end[0] != "auto", end[2])):
+        ours = name == "auto"
+        placer.note(
+            name,
+            x,
+            min(y, 1.0),
+            color=LOOKS[name]["color"],
+            weight="bold" if ours else "normal",
+            fontsize=9.5 if ours else 7.5,
+            bbox=PLATE,
+        )
+
+
+def _failures(rows: list[Row]) -> list[str]:
+    """Who has no answer, at which resolutions if not at all, in a few words for each reason."""
+    found: dict[str, list[str]] = {}
+    for name in LOOKS:
+        failed = [row for row in rows if row.name == name and row.reason]
+        for short in dict.fromkeys(_short(row.reason) for row in failed):
+            where = [row for row in failed if _short(row.reason) == short]
+            every = len(where) == sum(row.name == name for row in rows)
+            sizes = ", ".join(f"{row.resolution:g}" for row in where if row.resolution)
+            found.setdefault(short, []).append(name if every else f"{name} ({sizes})")
+    return [f"{', '.join(names)}: {short}" for short, names in found.items()]
+
+
+def _short(reason: str) -> str:
+    """A reason in a few words."""
+    if match := re.search(r"no equilibrium beyond gamma = ([\d.]+)", reason):
+        return f"no equilibrium beyond γ = {float(match[1]):.4g}"
+    return next((words for part, words in REASONS.items() if part in reason), reason)
+
+
+def _models(axes: Axes, models: dict[str, dict[str, float | str]]) -> None:
+    """How far the limit of each model is from the paper's model, scene by scene."""
+    axes.set_title(
+        "Another quantity: how far the exact answer of each model is from the paper's",
+        loc="left",
+        size=10,
+        weight="bold",
+    )
+    for place, (theory, (label, colour, marker)) in enumerate(THEORIES.items()):
+        points = [
+            (k + 0.08 * (place - 1.5), value)
+            for k, scene in enumerate(SCENES)
+            if isinstance(value := models[scene].get(theory, ""), float)
+        ]
+        if points:
+            x, y = zip(*points, strict=True)
+            axes.plot(x, y, marker=marker, color=colour, ls="", ms=7, label=label, mec="white")
+    axes.set(yscale="log", ylim=(1e-4, 1000), ylabel="model error", xlim=(-0.5, len(SCENES) - 0.5))
+    axes.set_xticks(range(len(SCENES)), list(SCENES))
+    axes.set_yticks([1e-4, 1e-2, 1, 100])
+    axes.minorticks_off()
+    axes.grid(axis="y", color="#E6E6E6", lw=0.6)
+    axes.set_axisbelow(True)
+    axes.legend(
+        loc="upper left",
+        bbox_to_anchor=(-0.02, -0.14),
+        ncols=2,
+        frameon=False,
+        fontsize=8,
+        labelcolor=INK,
+        handletextpad=0.3,
+    )
+    missing = [
+        f"{scene}: {_short(value)} ({THEORIES[theory][0].split(':')[0]})"
+        for scene, theories in models.items()
+        for theory, value in theories.items()
+        if isinstance(value, str) and theory != REFERENCE
+    ]
+    if missing:
+        axes.text(
+            0.99,
+            0.04,
+            "\n".join(missing),
+            transform=axes.transAxes,
+            ha="right",
+            size=7.5,
+            color=MUTED,
+        )

@@ -1,0 +1,348 @@
+"""The command line: data on stdout, messages on stderr, and one exit code for each kind of end.
+
+Heavy imports live inside the commands, so that each starts with what it needs.
+"""
+
+import contextlib
+import json
+import os
+import sys
+from collections.abc import Iterable
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any, Literal, TextIO
+
+import typer
+
+from beamviz import __version__
+from beamviz.beam import Beam, checked, whole
+from beamviz.cli.options import numeric, numeric_triple, takes_beam, takes_scene
+from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
+from beamviz.output import FORMATS, finite
+
+DIRECTION = numeric_triple(
+    "--from", "Look from this direction, 0,0,1 being above and 0,-1,0 beside the beam."
+)
+ZOOM = numeric("How much nearer than where the beam fills the picture.")
+
+EXIT_CODES = {InvalidInput: 2, NoEquilibrium: 3, NotConverged: 4}
+OTHER_FAILURE = 1
+INTERRUPTED = 130
+PORTS = (1, 65535)
+MAX_PER_REV = 100
+MAX_VISITORS = 1000
+MAX_PROCESSES = 64
+
+app = typer.Typer(add_completion=False)
+
+
+def show_version(wanted: bool) -> None:
+    """Print the version and end."""
+    if wanted:
+        print(f"beamviz {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def beamviz(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=show_version, is_eager=True, help="Show the version."),
+    ] = False,
+) -> None:
+    """A rotating beam with a concentrated mass: equilibrium, modes, and a live 3D explorer."""
+
+
+@app.command()
+@takes_beam
+def modes(
+    beam: Beam,
+    options: dict[str, Any],
+    modes: Annotated[int, numeric("How many modes.")] = 5,
+    format: Annotated[Literal["table", "json", "csv"], typer.Option(help="Output.")] = "table",
+) -> None:
+    """Equilibrium and modes of a beam."""
+    from beamviz.solver import solve
+
+    print(FORMATS[format](solve(beam, modes=modes, **options)))
+
+
+@app.command()
+@takes_beam
+def loci(
+    beam: Beam,
+    options: dict[str, Any],
+    over: Annotated[
+        Literal["gamma", "alpha", "beta", "delta", "mu"], typer.Option(help="The number to vary.")
+    ],
+    start: Annotated[float, numeric("Its first value.")],
+    stop: Annotated[float, numeric("Its last value.")],
+    points: Annotated[int, numeric("How many values.")] = 201,
+    modes: Annotated[int, numeric("How many modes at each.")] = 5,
+    format: Annotated[Literal["table", "json", "csv"], typer.Option(help="Output.")] = "table",
+    plot: Annotated[
+        Path | None,
+        typer.Option(help="The chart to write as well.", metavar="FILE.png|svg|pdf"),
+    ] = None,
+    per_rev: Annotated[int, numeric("Resonances with 1 .. N times the speed.")] = 0,
+) -> None:
+    """Frequencies along one of the five numbers, tracked, with their crossings and veerings."""
+    from beamviz.frequency_loci import loci
+    from beamviz.frequency_loci.resonances import resonances
+    from beamviz.output_loci import LOCI_FORMATS, unused, values_between
+
+    values = values_between(over, start, stop, points)
+    if plot:
+        from beamviz.plotting.loci import check_name, save
+
+        check_name(plot)
+    if words := unused(beam, over):
+        print(f"beamviz: {words}", file=sys.stderr)
+    found = loci(beam, over, values, modes, **options)
+    crossed = resonances(found, whole("per-rev", per_rev, 0, MAX_PER_REV))
+    if plot:
+        save(plot, found, crossed, per_rev)
+    print(LOCI_FORMATS[format](found, crossed))
+
+
+@app.command()
+@takes_scene
+def serve(
+    scene: Any,
+    scene_file: Annotated[
+        Path | None, typer.Argument(help="The same as --scene.", metavar="SCENE.toml")
+    ] = None,
+    host: Annotated[
+        str, typer.Option(help="Address to listen on; 0.0.0.0 lets others in who have the link.")
+    ] = "127.0.0.1",
+    port: Annotated[int, numeric("Port to listen on.")] = 8080,
+    open: Annotated[bool, typer.Option(help="Open the page in the default browser.")] = False,
+    visitors: Annotated[int, numeric("How many visitors at once.")] = 60,
+    public_url: Annotated[
+        str, typer.Option(help="Where a reverse proxy offers it.", metavar="https://NAME")
+    ] = "",
+    follow: Annotated[
+        bool,
+        typer.Option(
+            "--follow", help="Lecture: all see what one presenter does, by a second link."
+        ),
+    ] = False,
+    processes: Annotated[
+        int | None,
+        numeric(
+            "Processes that share the visitors (default: one for each core where others are let"
+            " in, else 1; with --follow, and on other systems than Linux, 1)."
+        ),
+    ] = None,
+) -> None:
+    """The explorer in a browser; Ctrl-C ends it."""
+    from beamviz.explorer.app import serve
+
+    serve(
+        scene,
+        host=host,
+        port=whole("port", port, *PORTS),
+        open_browser=open,
+        public=public_url,
+        visitors=whole("visitors", visitors, 1, MAX_VISITORS),
+        follow=follow,
+        processes=None if processes is None else whole("processes", processes, 1, MAX_PROCESSES),
+    )
+
+
+@app.command()
+@takes_scene
+def screenshot(
+    scene: Any,
+    path: Annotated[Path, typer.Argument(help="The picture to write.", metavar="OUT.png")],
+    direction: Annotated[Any, DIRECTION] = None,
+    zoom: Annotated[float, ZOOM] = 1.0,
+    width: Annotated[int, numeric("Width in pixels.")] = 1280,
+    height: Annotated[int, numeric("Height in pixels.")] = 720,
+    phase: Annotated[float, numeric("Moment of the vibration in cycles, 0 .. 1.")] = 0.25,
+    transparent: Annotated[
+        bool, typer.Option("--transparent", help="Leave the background out.")
+    ] = False,
+) -> None:
+    """The 3D scene as a picture, without a screen."""
+    from beamviz.exports.screenshot import screenshot
+
+    screenshot(
+        path,
+        scene,
+        width=width,
+        height=height,
+        phase=checked("phase", phase, 0, 1),
+        transparent=transparent,
+        direction=direction,
+        zoom=zoom,
+    )
+
+
+@app.command()
+@takes_scene
+def animate(
+    scene: Any,
+    path: Annotated[Path, typer.Argument(help="The film to write.", metavar="OUT.gif|webp|mp4")],
+    direction: Annotated[Any, DIRECTION] = None,
+    zoom: Annotated[float, ZOOM] = 1.0,
+    width: Annotated[int, numeric("Width in pixels.")] = 800,
+    height: Annotated[int, numeric("Height in pixels.")] = 450,
+    fps: Annotated[float, numeric("Frames in a second, 5 .. 50.")] = 25.0,
+    periods: Annotated[
+        int | None,
+        numeric("Periods of the first mode shown (default: as few as make a seamless loop)."),
+    ] = None,
+) -> None:
+    """The 3D scene as a film that ends where it began, without a screen."""
+    from beamviz.exports.film import animate
+
+    with contextlib.ExitStack() as stack:
+
+        def progress(count: int) -> Iterable[int]:
+            return stack.enter_context(
+                typer.progressbar(range(count), label="beamviz: frames", file=sys.stderr)
+            )
+
+        loop = animate(
+            path,
+            scene,
+            width=width,
+            height=height,
+            fps=fps,
+            periods=periods,
+            direction=direction,
+            zoom=zoom,
+            progress=progress,
+        )
+    if loop.words:
+        print(f"beamviz: {loop.words}", file=sys.stderr)
+
+
+@app.command()
+@takes_scene
+def export(
+    scene: Any,
+    path: Annotated[
+        Path,
+        typer.Argument(
+            help="html: a page with film, chart and table, without a network; glb: an animated"
+            " 3D model; csv, npz: frequencies, shapes and equilibrium.",
+            metavar="OUT.html|glb|csv|npz",
+        ),
+    ],
+) -> None:
+    """The scene or its numbers as a file for others."""
+    from beamviz.exports.export import export
+
+    export(path, scene)
+
+
+@app.command()
+def lessons(
+    format: Annotated[Literal["table", "json"], typer.Option(help="Output.")] = "table",
+) -> None:
+    """Lists the lessons of the explorer."""
+    from beamviz.output_lessons import FORMATS
+
+    print(FORMATS[format]())
+
+
+@app.command()
+def reproduce(
+    out: Annotated[Path, typer.Option(help="Folder to write to.", metavar="DIR")],
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="table1 .. table4, fig4 .. fig19, numbers (what the text prints), or all.",
+            metavar="NAME",
+            show_default="all",
+        ),
+    ] = None,
+) -> None:
+    """The paper's tables and figures, beside the numbers its text prints."""
+    from beamviz.paper.reproduce import ALL, reproduce
+
+    print(reproduce(names or [ALL], out))
+
+
+@app.command()
+def benchmark(
+    out: Annotated[Path, typer.Option(help="Folder to write to.", metavar="DIR")],
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Fewer resolutions and repeats: half a minute.")
+    ] = False,
+    peers: Annotated[
+        bool, typer.Option("--peers", help="Exudyn, OpenSees and CalculiX too, where installed.")
+    ] = False,
+) -> None:
+    """Speed against accuracy of every method: a chart, and the numbers as JSON."""
+    from beamviz.benchmark.report import benchmark
+
+    print(benchmark(out, quick=quick, peers=peers, release=__version__))
+
+
+@app.command()
+def stability(
+    out: Annotated[Path, typer.Option(help="Folder to write to.", metavar="DIR")],
+    quick: Annotated[bool, typer.Option("--quick", help="Coarser maps, in a few seconds.")] = False,
+) -> None:
+    """Where each method fails: maps over speed and hub radius, mass, slenderness, with commands."""
+    from beamviz.failure_maps.report import stability
+
+    print(stability(out, quick, lambda text: print(text, file=sys.stderr)))
+
+
+def one_thread() -> None:
+    """Keep numpy, not loaded yet, to one thread: these matrices are small, and threads that wait
+    for each other on a busy machine take ten times as long."""
+    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
+        os.environ[name] = "1"
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run a command line (by default this process's); the exit code (the README lists them)."""
+    given = sys.argv[1:] if arguments is None else arguments
+    one_thread()
+    try:
+        code = run(given or ["--help"])
+        print(end="", flush=True)
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except OSError as error:
+        silence(sys.stdout)
+        if not isinstance(error, BrokenPipeError):  # a reader that leaves early is no failure
+            print(f"beamviz: {error}", file=sys.stderr)
+        return OTHER_FAILURE
+    return code
+
+
+def silence(stream: TextIO) -> None:
+    """Send what is left in a stream's buffer nowhere, so that its last flush cannot fail."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def run(arguments: list[str]) -> int:
+    """Run a command; every failure becomes one line, and JSON where that was asked for."""
+    try:
+        return app(arguments, prog_name="beamviz", standalone_mode=False) or 0
+    except BeamvizError as error:
+        code = EXIT_CODES.get(type(error), OTHER_FAILURE)
+        limit = {"limit": finite(error.limit)} if isinstance(error, NoEquilibrium) else {}
+        return fail(code, error.kind, str(error), arguments, **limit)
+    except typer.TyperException as error:
+        return fail(error.exit_code, InvalidInput.kind, error.format_message(), arguments)
+    except OSError:
+        raise
+    except Exception as error:
+        message = f"unexpected {type(error).__name__}: {error}"
+        return fail(OTHER_FAILURE, "internal", message, arguments)
+
+
+def fail(code: int, kind: str, message: str, arguments: list[str], **details: float | None) -> int:
+    """Say what went wrong, in one line for people and as JSON for programs."""
+    line = " ".join(message.split())
+    print(f"beamviz: {line}", file=sys.stderr)
+    if "--format=json" in arguments or ("--format", "json") in pairwise(arguments):
+        print(json.dumps({"error": {"kind": kind, "message": line, **details}}))
+    return code

@@ -1,0 +1,115 @@
+"""In which units a visitor sees numbers: dimensionless, or kg, mm, rpm and Hz for a real beam."""
+
+import math
+from typing import Any, NamedTuple
+
+from beamviz.beam import LIMITS, Units
+from beamviz.plotting.style import SYMBOLS
+
+MILLIMETRES = 1000.0
+LABELS = {
+    "alpha": "mass α",
+    "beta": "position β",
+    "gamma": "speed γ",
+    "delta": "hub δ",
+    "mu": "slenderness μ",
+}
+
+
+class Measure(NamedTuple):
+    """How one number is shown: `factor` times it, in `unit` ("" for a dimensionless one)."""
+
+    label: str  # of its slider and its axis
+    symbol: str
+    unit: str = ""
+    factor: float = 1.0
+
+    def plain(self, shown: Any) -> Any:
+        """The dimensionless number behind a shown one; what is no number stays what it is."""
+        return shown / self.factor if isinstance(shown, int | float) else shown
+
+    def field(self, name: str) -> str:
+        """The label of a field for all digits: 'γ speed', or 'exact speed [rpm]'."""
+        return f"exact {self.label}" if self.unit else f"{self.symbol} {name}"
+
+    def range(
+        self, low: float, high: float, step: float, limits: tuple[float, float]
+    ) -> tuple[float, float, float]:
+        """A range and its step as shown, in round numbers that keep the limits."""
+        if not self.unit:
+            return low, high, step
+        least, most = (self.factor * limit for limit in limits)
+        low, high = (min(max(rounded(self.factor * end), least), most) for end in (low, high))
+        return low, high, neat(self.factor * step)
+
+    def text(self, value: float, digits: int) -> str:
+        """'γ = 4.464', or '42.63 rpm'."""
+        shown = significant(self.factor * value, digits)
+        return f"{shown} {self.unit}" if self.unit else f"{self.symbol} = {shown}"
+
+    def number(self, value: float, decimals: int) -> str:
+        """With that many decimals where dimensionless, with as many digits and one in units."""
+        shown = self.factor * value
+        return significant(shown, decimals + 1) if self.unit else f"{shown:.{decimals}f}"
+
+    @property
+    def head(self) -> str:
+        """'γ', or 'rpm': over a column of values."""
+        return self.unit or self.symbol
+
+
+def measure(name: str, units: Units | None) -> Measure:
+    """How one of the five numbers is shown; mu has no unit, as T* itself depends on it."""
+    unit, factor = UNITS[name], scale(name, units)
+    label, symbol = LABELS[name], SYMBOLS[name]
+    if units is None or factor is None:
+        return Measure(label, symbol)
+    return Measure(f"{label.split()[0]} [{unit}]", symbol, unit, factor)
+
+
+UNITS = {"alpha": "kg", "beta": "mm", "gamma": "rpm", "delta": "mm", "mu": ""}
+
+
+def scale(name: str, units: Units | None) -> float | None:
+    """What 1 is in the unit of a number, None where it stays dimensionless."""
+    if units is None or name == "mu":
+        return None
+    if name == "alpha":
+        return units.mass
+    return units.rpm(1.0) if name == "gamma" else MILLIMETRES * units.length
+
+
+def frequencies(units: Units | None) -> Measure:
+    """How frequencies are shown."""
+    if units is None:
+        return Measure("ω [1/T*]", "ω")
+    return Measure("Hz", "f", "Hz", units.hertz(1.0))
+
+
+def measures(units: Units | None) -> dict[str, Measure]:
+    """How all five numbers are shown."""
+    return {name: measure(name, units) for name in LIMITS}
+
+
+def significant(value: float, digits: int) -> str:
+    """A number with so many digits, all of those before the point, and no power of ten."""
+    return f"{value:.0f}" if abs(value) >= 10.0 ** (digits - 1) else f"{value:.{digits}g}"
+
+
+def rounded(value: float) -> float:
+    """A number with two digits, away from zero."""
+    if value == 0:
+        return 0.0
+    power = 10.0 ** (math.floor(math.log10(abs(value))) - 1)
+    return math.copysign(power * math.ceil(round(abs(value) / power, 9)), value)
+
+
+def neat(step: float) -> float:
+    """The largest of 1, 2 or 5 times a power of ten that is no more than `step`."""
+    power = 10.0 ** math.floor(math.log10(step))
+    return power * max(digit for digit in (1, 2, 5) if digit * power <= step * (1 + 1e-9))
+
+
+def places(step: float) -> int:
+    """The decimals that a value in such steps is shown with."""
+    return max(1 - math.floor(math.log10(step)), 0)

@@ -1,0 +1,91 @@
+"""Colour-blind-safe colours: along the beam by displacement or strain, and the fixed ones."""
+
+import numpy as np
+
+from beamviz.drawing.modes import Shapes, axial_strain, largest_strain
+
+RGB = tuple[int, int, int]
+
+HUB: RGB = (150, 160, 176)
+MARKER: RGB = (213, 94, 0)  # vermilion, Okabe & Ito
+MASS: RGB = (84, 92, 110)
+NODE: RGB = (204, 60, 140)
+GHOST: RGB = (140, 148, 160)
+BEFORE: RGB = (138, 148, 186)
+GRID: RGB = (140, 146, 156)
+GREYED: RGB = (165, 168, 174)
+
+# From still to far: blue, teal, yellow (the bright part of viridis).
+SEQUENTIAL = (
+    (62, 84, 150),
+    (44, 120, 142),
+    (34, 158, 134),
+    (94, 200, 98),
+    (186, 222, 40),
+    (253, 231, 37),
+)
+# From compressed over unstrained to stretched: blue, grey, vermilion.
+DIVERGING = ((16, 84, 168), (90, 150, 208), (204, 206, 208), (236, 148, 92), (204, 76, 2))
+MAPS = {"displacement": SEQUENTIAL, "axial strain": DIVERGING}
+STEPS = 4096  # of a map that is looked up: less than one level of a byte
+
+
+def mapped(values: np.ndarray, anchors: tuple[RGB, ...]) -> np.ndarray:
+    """Colours (n, 3) in 0 .. 1 (sRGB) for values (n,) in 0 .. 1, by interpolation of `anchors`."""
+    at = np.linspace(0.0, 1.0, len(anchors))
+    return np.stack([np.interp(values, at, channel) for channel in np.transpose(anchors)], 1) / 255
+
+
+def instanced(colours: np.ndarray) -> np.ndarray:
+    """sRGB colours in 0 .. 1 as bytes of linear light, which is what instanced meshes take
+    (every other colour of a scene is sRGB)."""
+    return np.rint(255 * linear(colours)).astype(np.uint8)
+
+
+def palette(anchors: tuple[RGB, ...]) -> np.ndarray:
+    """A colour map as bytes (STEPS, 3) of linear light."""
+    return instanced(mapped(np.linspace(0.0, 1.0, STEPS), anchors))
+
+
+def linear(colours: np.ndarray) -> np.ndarray:
+    """sRGB colours in 0 .. 1 as linear light."""
+    return np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
+
+
+def gradient(anchors: tuple[RGB, ...]) -> str:
+    """The map as a CSS gradient from left to right."""
+    return f"linear-gradient(90deg, {', '.join(f'rgb{colour}' for colour in anchors)})"
+
+
+def along(shapes: Shapes, name: str, moved: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
+    """sRGB colours (n - 1, 3) in 0 .. 1 by `name`, one of COLOURINGS."""
+    return ranged(shapes, name, moved, colour_range(shapes, name, amplitudes))
+
+
+def ranged(shapes: Shapes, name: str, moved: np.ndarray, largest: float) -> np.ndarray:
+    """The same, with the value at the end of the colour map."""
+    return mapped(scaled(shapes, name, moved, largest), MAPS[name])
+
+
+def painted(shapes: Shapes, name: str, moved: np.ndarray, largest: float) -> np.ndarray:
+    """The same as bytes (n - 1, 3) of linear light, looked up, since every frame needs them."""
+    places = scaled(shapes, name, moved, largest) * (STEPS - 1) + 0.5
+    return PALETTES[name][places.astype(int).clip(0, STEPS - 1)]
+
+
+def scaled(shapes: Shapes, name: str, moved: np.ndarray, largest: float) -> np.ndarray:
+    """Places (n - 1,) in 0 .. 1 of the colour map, for a beam displaced by `moved` (n, 2)."""
+    if name == "axial strain":
+        return 0.5 + 0.5 * axial_strain(shapes, moved) / largest
+    middle = moved[:-1] + moved[1:]
+    return np.hypot(middle[:, 0], middle[:, 1]) / (2 * largest)
+
+
+def colour_range(shapes: Shapes, name: str, amplitudes: np.ndarray) -> float:
+    """The value at the end of the colour map (never 0)."""
+    if name == "axial strain":
+        return max(largest_strain(shapes, amplitudes), 1e-9)
+    return max(float(np.minimum(amplitudes, shapes.limits).sum()), 1e-9)
+
+
+PALETTES = {name: palette(anchors) for name, anchors in MAPS.items()}

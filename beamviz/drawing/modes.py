@@ -1,0 +1,258 @@
+"""What moves and when: mode shapes sampled along the beam, and one slowed clock for all of them."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from typing import Any, Self
+
+import numpy as np
+
+from beamviz.beam import Beam
+from beamviz.drawing.beam_mesh import stations
+from beamviz.solver import Solution
+from beamviz.view_options import Look
+
+SAMPLES = np.linspace(0.0, 1.0, 401)
+PLACES = 100  # of the mass, for which stations are kept
+LAYER = 0.05  # of the beam: usual thickness of what is thin
+SOME = 8  # every so manieth station is enough to tell a mode from its opposite
+MAX_STRAIN = 0.6  # drawn stretching stays below it, so that a large picture never folds
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """A solution as a picture needs it, in lengths of the beam, measured from the clamp.
+
+    x: (n,) stations; centreline: (n, 2) the equilibrium, along and across the beam;
+    strain: (n - 1,) its axial strain; modes: (m, n, 2) with largest displacement 1;
+    limits: (m,) largest amplitude to draw; nodes: for each mode its x, (j,), and where
+    they are, (j, 2).
+    """
+
+    beam: Beam
+    plane: str
+    labels: tuple[str, ...]
+    frequencies: np.ndarray
+    x: np.ndarray
+    centreline: np.ndarray
+    strain: np.ndarray
+    modes: np.ndarray
+    limits: np.ndarray
+    nodes: Sequence[tuple[np.ndarray, np.ndarray]]
+
+    @classmethod
+    def sampled(cls, solution: Solution, previous: Self | None = None) -> Self:
+        """`solution` at its stations, with the signs of `previous`."""
+        x = sampling(solution.beam.beta)
+        raw = shapes_at(solution, x)
+        modes = normalisation(raw) * raw
+        stretching = np.abs(np.diff(modes[:, :, 0], axis=1) / np.diff(x)).max(axis=1)
+        equilibrium = solution.equilibrium
+        centreline = equilibrium.position(x)
+        return cls(
+            beam=solution.beam,
+            plane=solution.model.plane,
+            labels=solution.labels,
+            frequencies=solution.frequencies,
+            x=x,
+            centreline=centreline,
+            strain=equilibrium.stretch((x[:-1] + x[1:]) / 2) - 1.0,
+            modes=modes if previous is None else aligned(modes, x, previous),
+            limits=MAX_STRAIN / np.maximum(stretching, 1e-12),
+            nodes=Still(
+                x, solution.beam.beta, centreline, modes, solution.bending_fractions >= 0.5
+            ),
+        )
+
+    @classmethod
+    def at_rest(cls, beam: Beam, plane: str) -> Self:
+        """The undeformed beam without any mode, where there is no solution to show."""
+        x = sampling(beam.beta)
+        return cls(
+            beam=beam,
+            plane=plane,
+            labels=(),
+            frequencies=np.zeros(0),
+            x=x,
+            centreline=np.stack([x, 0 * x], 1),
+            strain=np.zeros(len(x) - 1),
+            modes=np.zeros((0, len(x), 2)),
+            limits=np.zeros(0),
+            nodes=(),
+        )
+
+    @cached_property
+    def strains(self) -> np.ndarray:
+        """A bound (m, n - 1) of |axial strain| of each mode over time."""
+        parts = [
+            sum(np.abs(axial_strain(self, part) - self.strain) for part in (mode.real, mode.imag))
+            for mode in self.modes
+        ]
+        return np.array(parts).reshape(len(self.modes), len(self.strain))
+
+    @cached_property
+    def mass(self) -> int:
+        """The station that carries the concentrated mass."""
+        return int(np.argmin(np.abs(self.x - self.beam.beta)))
+
+
+@lru_cache(PLACES)
+def sampling(mass: float) -> np.ndarray:
+    """Stations (n,), closer where layers may be thin: at the clamp and on both sides of the mass.
+    They are the same for all beams with the mass in this place, so that what is computed for such
+    stations need not be computed again."""
+    layers = np.exp(-SAMPLES / LAYER) + np.exp(-np.abs(SAMPLES - mass) / LAYER)
+    x = stations(SAMPLES, layers, mass)
+    x.flags.writeable = False
+    return x
+
+
+def shapes_at(solution: Solution, x: np.ndarray) -> np.ndarray:
+    """All modes (m, n, 2) at x (n,)."""
+    return np.moveaxis(solution.displacement(x), 2, 0)
+
+
+def normalisation(modes: np.ndarray) -> np.ndarray:
+    """Factors (m, 1, 1) that give modes (m, n, 2) the largest displacement 1 and a tip that
+    moves outwards or across first."""
+    tips = np.take_along_axis(modes[:, -1], np.abs(modes[:, -1]).argmax(axis=1)[:, None], 1)
+    turns = np.where(tips == 0, 1.0, np.conj(tips) / np.maximum(np.abs(tips), 1e-300))
+    return (turns / np.sqrt((np.abs(modes) ** 2).sum(2)).max(1, keepdims=True))[..., None]
+
+
+class Still(Sequence[tuple[np.ndarray, np.ndarray]]):
+    """Nodes of each mode, looked for when they are asked for: x (j,), and where they are (j, 2).
+
+    x: (n,) stations, one at the mass; centreline (n, 2) and modes (m, n, 2) are at these; bends:
+    (m,) whether a mode is rather one of bending.
+    """
+
+    def __init__(
+        self,
+        x: np.ndarray,
+        mass: float,
+        centreline: np.ndarray,
+        modes: np.ndarray,
+        bends: np.ndarray,
+    ):
+        self.x, self.mass, self.centreline, self.modes, self.bends = (
+            x,
+            mass,
+            centreline,
+            modes,
+            bends,
+        )
+        self.known: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+
+    def __len__(self) -> int:
+        return len(self.modes)
+
+    def __getitem__(self, k: Any) -> Any:
+        if not 0 <= k < len(self):
+            raise IndexError(k)
+        if k not in self.known:
+            x = still(self.x, self.mass, self.modes[k, :, int(self.bends[k])])
+            places = [np.interp(x, self.x, line) for line in self.centreline.T]
+            self.known[k] = x, np.stack(places, 1)
+        return self.known[k]
+
+
+def still(x: np.ndarray, mass: float, component: np.ndarray) -> np.ndarray:
+    """Nodes (j,) of a mode: where its larger component (n,), given at x (n,), changes sign. Between
+    stations it is taken for a parabola, which leaves 1e-5; through the mass, where its slope may
+    jump, goes none. (`Solution.nodes` has all digits, at the price of many solves.)"""
+    far = component[np.abs(component).argmax()]
+    v = (np.conj(far) / np.abs(far) * component).real  # with Coriolis forces out of step, perhaps
+    i = 1 + np.flatnonzero(v[1:-1] * v[2:] < 0)
+    third = np.where((i + 2 < len(x)) & (x[i + 1] != mass), i + 2, i - 1)
+    slope = (v[i + 1] - v[i]) / (x[i + 1] - x[i])
+    further = (v[third] - v[i + 1]) / (x[third] - x[i + 1])
+    bend = (further - slope) / (x[third] - x[i])
+    line = x[i] - v[i] / slope
+    return x[i] - v[i] / (slope + bend * (line - x[i + 1]))
+
+
+def aligned(modes: np.ndarray, x: np.ndarray, previous: Shapes) -> np.ndarray:
+    """`modes` (m, n, 2) with each sign (phase, if complex) as in `previous`.
+
+    The sign of a mode is free; without this the picture would flip while a slider moves.
+    """
+    turned, some = modes.copy(), slice(None, None, SOME)
+    for new, old in zip(turned, previous.modes, strict=False):
+        common = old[some]
+        if x is not previous.x:
+            common = np.stack([np.interp(x[some], previous.x, column) for column in old.T], 1)
+        overlap = np.vdot(common, new[some])
+        overlap = overlap if np.iscomplexobj(new) else overlap.real
+        if abs(overlap) > 1e-6:
+            new *= np.conj(overlap) / abs(overlap)
+    return turned
+
+
+def amplitudes(look: Look, count: int) -> np.ndarray:
+    """Amplitude (count,) of every mode, in lengths of the beam."""
+    return look.amplitude * np.array([*look.shares, *[0.0] * count][:count])
+
+
+def displacement(shapes: Shapes, phases: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
+    """Displacement (n, 2) of the centreline at phases (m,) [rad] for amplitudes (m,)."""
+    sizes = np.minimum(amplitudes, shapes.limits)
+    rows = shapes.modes.reshape(len(sizes), 2 * len(shapes.x))
+    if np.iscomplexobj(rows):
+        moved = ((sizes * np.exp(1j * phases)) @ rows).imag
+    else:
+        moved = (sizes * np.sin(phases)) @ rows
+    return moved.reshape(-1, 2)
+
+
+def axial_strain(shapes: Shapes, moved: np.ndarray) -> np.ndarray:
+    """Axial strain (n - 1,): that of the equilibrium and, to first order, of `moved` (n, 2)."""
+    step = np.diff(shapes.centreline, axis=0)
+    tangent = step / np.linalg.norm(step, axis=1, keepdims=True)
+    return shapes.strain + (np.diff(moved, axis=0) * tangent).sum(axis=1) / np.diff(shapes.x)
+
+
+def largest_strain(shapes: Shapes, amplitudes: np.ndarray) -> float:
+    """A bound of |axial strain| over time, for amplitudes (m,)."""
+    sizes = np.minimum(amplitudes, shapes.limits)
+    return float((np.abs(shapes.strain) + sizes @ shapes.strains).max())
+
+
+SLOWEST, FASTEST, TURN = 2.5, 0.6, 1.5  # [s] on screen, for one swing and for one turn
+
+
+def fitted_rate(frequencies: np.ndarray, gamma: float) -> float:
+    """The time [T*] to show in one second so that the slowest motion is seen and the fastest
+    can be followed, for the frequencies shown and the rotation gamma [1/T*]."""
+    seen = frequencies[np.isfinite(frequencies) & (frequencies > 0)]
+    longest = [2 * math.pi / gamma / TURN] if gamma > 0 else []
+    if len(seen):
+        longest += [2 * math.pi / seen.min() / SLOWEST, 2 * math.pi / seen.max() / FASTEST]
+    return min(longest, default=0.1)
+
+
+@dataclass
+class Clock:
+    """One slowed clock: rotation and every mode run on it, so their frequency ratios are true.
+
+    rate: time [T*] in one second on screen; angle [rad] of the hub; phases (m,) [rad].
+    """
+
+    rate: float = 0.1
+    angle: float = 0.0
+    phases: np.ndarray = field(default_factory=lambda: np.full(0, math.pi / 2))
+
+    def fit(self, frequencies: np.ndarray, gamma: float, *, keep: bool) -> None:
+        """Choose the rate; with `keep`, only where the present one shows too little or too much."""
+        best = fitted_rate(frequencies, gamma)
+        if not keep or not best / 4 < self.rate < best * 3:
+            self.rate = best
+
+    def advance(self, time: float, frequencies: np.ndarray, gamma: float) -> None:
+        """Move on by `time` [T*]; phases go on from where they are when frequencies change."""
+        if len(self.phases) != len(frequencies):
+            self.phases = np.full(len(frequencies), math.pi / 2)
+        swinging = np.where(np.isfinite(frequencies), frequencies, 0.0)
+        self.phases = (self.phases + time * swinging) % (2 * math.pi)
+        self.angle = (self.angle + time * gamma) % (2 * math.pi)

@@ -1,0 +1,104 @@
+"""Pictures, films, pages, models and numbers of what a visitor sees, made for them on request."""
+
+import tempfile
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from viser import ClientHandle
+
+from beamviz.errors import BeamvizError, InvalidInput
+from beamviz.explorer.page.inputs import Listener
+from beamviz.exports.export import export
+from beamviz.exports.film import animate
+from beamviz.exports.screenshot import screenshot
+from beamviz.scene import SavedScene
+from beamviz.server.log import Journal
+
+FILES = {
+    "picture (PNG)": "png",
+    "film (GIF)": "gif",
+    "film (MP4)": "mp4",
+    "page that plays offline (HTML)": "html",
+    "3D model (GLB)": "glb",
+    "numbers (CSV)": "csv",
+    "numbers (NPZ)": "npz",
+}
+PATIENCE = 12.0  # [s] that a message stays
+MAKING = threading.BoundedSemaphore(1)  # one file at a time, of all visitors
+
+journal = Journal(__name__)
+
+
+class Abandoned(Exception):
+    """The visitor has left."""
+
+
+class TakeAway:
+    """A choice of files, and a button that makes one."""
+
+    def __init__(self, client: ClientHandle, listener: Listener):
+        self.client, self.listener, self.gone = client, listener, False
+        with client.gui.add_folder("Take away", expand_by_default=False):
+            self.kind = client.gui.add_dropdown("file", tuple(FILES))
+            button = client.gui.add_button("Make and download", hint="Of what you see now")
+        button.on_click(lambda _: self.take())
+
+    def close(self) -> None:
+        """Stop working for who has left."""
+        self.gone = True
+
+    def take(self) -> None:
+        """Begin to make the file that is chosen, in a thread of its own."""
+        ending = FILES.get(self.kind.value)
+        if ending is None:
+            return
+        if not MAKING.acquire(blocking=False):
+            self.say("One file at a time", "Another one is being made: try again in a moment.")
+            return
+        threading.Thread(target=self.make, args=(ending,), name="take away").start()
+
+    def make(self, ending: str) -> None:
+        """Make the file and send it, or say why not."""
+        note = self.client.add_notification(f"Making beam.{ending}", "", loading=True)
+        try:
+            content = made(ending, self.listener.saved(), self.counted)
+            if not self.gone:
+                name = f"beam.{ending}"
+                self.client.send_file_download(name, content, save_immediately=True)
+        except Abandoned:
+            return
+        except InvalidInput as error:
+            self.say("There is nothing to make of this", str(error))
+        except BeamvizError as error:
+            self.say("It could not be made", str(error))
+        except Exception as error:  # a mistake of ours must not end a visitor's session
+            journal.failed("file", ending, error)
+            self.say("It could not be made", "an unexpected error, which the server has noted")
+        finally:
+            MAKING.release()
+            note.remove()
+
+    def counted(self, count: int) -> Iterator[int]:
+        """The frames up to a number, as long as somebody waits for them."""
+        for k in range(count):
+            if self.gone:
+                raise Abandoned
+            yield k
+
+    def say(self, title: str, words: str) -> None:
+        """Tell the visitor."""
+        self.client.add_notification(title, words, color="red", auto_close_seconds=PATIENCE)
+
+
+def made(ending: str, scene: SavedScene, counted: Callable[[int], Iterator[int]]) -> bytes:
+    """What a file of this ending holds."""
+    with tempfile.TemporaryDirectory(prefix="beamviz-") as folder:
+        path = Path(folder) / f"beam.{ending}"
+        if ending == "png":
+            screenshot(path, scene)
+        elif ending in ("gif", "mp4"):
+            animate(path, scene, progress=counted)
+        else:
+            export(path, scene)
+        return path.read_bytes()

@@ -1,0 +1,143 @@
+"""The guided panel: one lesson after the other, step by step, with a challenge checked live."""
+
+from typing import Any
+
+from viser import GuiApi
+
+from beamviz.explorer.features import lessons_html as guide_words
+from beamviz.explorer.features.lessons_html import STEPS
+from beamviz.explorer.page.inputs import assign, heard
+from beamviz.explorer.page.panel import Panel
+from beamviz.explorer.solver_job import Answer
+from beamviz.lessons.content import LESSONS, NAMES
+from beamviz.lessons.model import Lesson
+from beamviz.scene import SavedScene
+
+NONE = "choose one ..."
+BACK, RESET, NEXT = "‹ back", "reset", "next ›"
+CHALLENGE = len(STEPS) - 1
+
+
+class Guide:
+    """What a visitor reads. Its pages are an invitation (0) and the steps of every lesson."""
+
+    def __init__(self, gui: GuiApi, panel: Panel, home: SavedScene):
+        self.controls, self.home, self.lock = panel, home, panel.lock
+        self.page = 0
+        self.met: set[int] = set()
+        self.answer: Answer | None = None
+        self.panel = gui.add_panel()
+        with self.panel.add_tab("Lessons"):
+            self.choice = gui.add_dropdown("lesson", self.titles, hint="A question about the beam")
+            turn = gui.add_button_group("page", (BACK, RESET, NEXT))
+            self.text, self.standing = gui.add_html(""), gui.add_html("")
+        heard(self.choice, self.lock, self.choose)
+        turn.on_click(lambda event: self.turn(event.target.value))
+        self.panel.dock_below(panel.results)
+        self.begin(home)
+
+    @property
+    def titles(self) -> tuple[str, ...]:
+        """The choices of a lesson; those whose challenge has been met are ticked."""
+        ticks = ("✓ " if k in self.met else "" for k in range(len(LESSONS)))
+        named = zip(ticks, LESSONS, strict=True)
+        return (NONE, *(f"{k}  {tick}{one.title}" for k, (tick, one) in enumerate(named, 1)))
+
+    @property
+    def place(self) -> tuple[int, int] | None:
+        """Which lesson and which of its steps (from 0) is open, if one is."""
+        return divmod(self.page - 1, len(STEPS)) if self.page else None
+
+    @property
+    def lesson(self) -> Lesson | None:
+        """The lesson that is open."""
+        return LESSONS[self.place[0]] if self.place else None
+
+    # What the visitor chooses.
+
+    def begin(self, scene: SavedScene) -> None:
+        """Begin the lesson that has this scene, or none."""
+        k = next((k for k, lesson in enumerate(LESSONS) if lesson.scene == scene), None)
+        self.page = 0 if k is None else 1 + len(STEPS) * k
+        self.show()
+
+    def open(self, name: str) -> None:
+        """Begin the lesson of that name."""
+        self.go(1 + len(STEPS) * NAMES.index(name))
+
+    def choose(self, title: Any) -> None:
+        """A lesson was chosen by its title."""
+        if title in self.titles:
+            k = self.titles.index(title)
+            self.go(1 + len(STEPS) * (k - 1) if k else 0)
+
+    def turn(self, button: Any) -> None:
+        """One of the buttons was pressed."""
+        if button == RESET:
+            self.reset()
+        elif button in (BACK, NEXT):
+            self.step(1 if button == NEXT else -1)
+
+    def step(self, pages: int) -> None:
+        """Turn some pages on or back; behind the last one is the first."""
+        self.go(max(self.page + pages, 0) % (1 + len(STEPS) * len(LESSONS)))
+
+    def reset(self) -> None:
+        """The scene as it is at the start of the lesson, or was when the page was opened."""
+        scene = self.lesson.scene if self.lesson else self.home
+        self.controls.listener.load(scene.changed(dark=self.controls.choices["dark"].value))
+
+    def go(self, page: int) -> None:
+        """Open a page; a lesson begins with a scene of its own."""
+        if page:
+            prepare(LESSONS[(page - 1) // len(STEPS)])
+        with self.lock:
+            before, self.page = self.lesson, page
+            if self.lesson and self.lesson is not before:
+                self.panel.expand()
+                self.reset()
+            self.show()
+
+    # What is told.
+
+    def show(self) -> None:
+        """Show the page that is open."""
+        with self.lock:
+            assign(self.choice, self.titles[self.place[0] + 1 if self.place else 0])
+            if self.place and self.lesson:
+                self.text.content = guide_words.page(self.lesson, self.place[1])
+            else:
+                self.text.content = guide_words.invitation(len(LESSONS), len(self.met))
+            self.judge()
+
+    def follow(self, answer: Answer | None) -> None:
+        """Judge the beam that an answer is about."""
+        if answer is not self.answer:
+            with self.lock:
+                self.answer = answer
+                self.judge()
+
+    def judge(self) -> None:
+        """Say how the challenge stands, where it is open."""
+        content = ""
+        if self.place and self.place[1] == CHALLENGE and self.answer and self.answer.beam:
+            content = self.verdict(LESSONS[self.place[0]], self.answer)
+        if content != self.standing.content:
+            self.standing.content = content
+
+    def verdict(self, lesson: Lesson, answer: Answer) -> str:
+        """How the challenge of a lesson stands with an answer."""
+        assert answer.beam
+        verdict = lesson.check(answer.beam, answer.wanted.options)
+        if verdict.met and LESSONS.index(lesson) not in self.met:
+            self.met.add(LESSONS.index(lesson))
+            self.choice.options = self.titles
+            assign(self.choice, self.titles[LESSONS.index(lesson) + 1])
+        astray = verdict.words and not verdict.met
+        gauge = lesson.measured(answer.solution) if answer.solution and not astray else ""
+        return guide_words.standing(verdict, gauge)
+
+
+def prepare(lesson: Lesson) -> tuple[float, ...]:
+    """Compute the numbers of a lesson, here rather than in the thread that draws for all."""
+    return lesson.proof.numbers + lesson.challenge.answers

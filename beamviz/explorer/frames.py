@@ -1,0 +1,203 @@
+"""What draws for all visitors of a process, and answers them in turn where they are many.
+
+It runs on the event loop that sends and receives, not beside it: threads that compete for the
+interpreter cost more than the work itself as soon as visitors are many.
+"""
+
+import asyncio
+import contextlib
+import threading
+import time
+from concurrent.futures import Executor, ThreadPoolExecutor, wait
+from functools import partial
+
+from viser import ClientHandle, ViserServer
+
+from beamviz.explorer.session import Session
+from beamviz.explorer.solve_queue import Turns
+from beamviz.scene import SavedScene
+from beamviz.server.access import Door
+from beamviz.server.connection import presents
+from beamviz.server.log import Journal
+from beamviz.server.viser_private import dismiss, opening
+from beamviz.server.visitor_count import Attendance
+
+FRAMES = 25  # a second, for one visitor
+ALL_FRAMES = 800  # a second, for all visitors of all processes together
+FEWER_FRAMES = 12.8  # for one visitor, where some wait for answers
+CROWD = 8  # visitors; from here on they are answered in turn, and charts wait for a rest
+TOGETHER = 4  # answers or pictures in a row, which costs less; then messages come and go
+HOPS = 4  # of the event loop that a message takes to come in, or to go out
+PATIENCE = 5.0  # [s] for a picture to be finished when all ends
+
+journal = Journal(__name__)
+
+
+async def messages() -> None:
+    """Let messages come and go."""
+    for _ in range(HOPS):
+        await asyncio.sleep(0)
+
+
+class Animator:
+    """Draws for all visitors; it sleeps while nothing moves."""
+
+    def __init__(
+        self,
+        server: ViserServer,
+        scene: SavedScene,
+        pool: Executor,
+        charts: Executor,
+        door: Door,
+        attendance: Attendance,
+    ):
+        self.server, self.scene, self.charts, self.door = server, scene, charts, door
+        self.attendance = attendance
+        self.loop, self.changed = server.get_event_loop(), asyncio.Event()
+        self.thread: threading.Thread | None = None
+        self.turns = Turns(pool, self.crowded, self.rouse)
+        self.opener = ThreadPoolExecutor(1, "opener")
+        self.leader: int | None = None  # the presenter of a lecture
+        self.sessions: dict[int, Session] = {}
+        self.woken: dict[int, None] = {}  # those who wait to be drawn for, in order
+        self.drawn: set[int] = set()  # who has had a picture since the last round
+        self.stopped = False
+        self.running = asyncio.run_coroutine_threadsafe(self.run(), self.loop)
+        server.on_client_connect(self.join)
+        server.on_client_disconnect(self.left)
+
+    async def join(self, client: ClientHandle) -> None:
+        """Open a session for a new visitor, beside the pictures of the others."""
+        visitor = client.client_id
+        leading = self.door.presenter and presents(self.door, opening(self.server, visitor))
+        with contextlib.suppress(RuntimeError):  # all has ended meanwhile
+            opened = self.opener.submit(self.opened, client, leader=not leading)
+            session = await asyncio.wrap_future(opened)
+            self.sessions[visitor] = session
+            self.leader = visitor if leading else self.leader
+            if self.stopped or visitor not in self.server.get_clients():
+                self.leave(visitor)  # gone again while the session was built
+            self.wake(visitor)
+
+    def opened(self, client: ClientHandle, *, leader: bool) -> Session:
+        """A session, with a leader where there is a lecture."""
+        return Session(
+            client,
+            self.scene,
+            self.turns,
+            self.charts,
+            partial(self.wake, client.client_id),
+            self.crowded,
+            self.leading if self.door.presenter and leader else None,
+        )
+
+    def leading(self) -> Session | None:
+        """The session of the presenter, while there is one."""
+        return None if self.leader is None else self.sessions.get(self.leader)
+
+    def crowded(self) -> bool:
+        """Whether visitors are many."""
+        return len(self.sessions) >= CROWD
+
+    async def left(self, client: ClientHandle) -> None:
+        """Close the session of a visitor who has gone."""
+        self.leave(client.client_id)
+
+    def leave(self, visitor: int) -> None:
+        """Close the session of a visitor, by client id."""
+        session = self.sessions.pop(visitor, None)
+        if session:
+            session.close()
+
+    def wake(self, visitor: int) -> None:
+        """Draw what is new for a visitor, soon."""
+        self.woken[visitor] = None
+        if visitor == self.leader:
+            self.woken.update(dict.fromkeys(list(self.sessions)))
+        self.rouse()
+
+    def rouse(self) -> None:
+        """End the sleep, from any thread."""
+        if threading.current_thread() is self.thread:
+            self.changed.set()
+        else:
+            with contextlib.suppress(RuntimeError):  # all has ended
+                self.loop.call_soon_threadsafe(self.changed.set)
+
+    def stop(self) -> None:
+        """End all sessions."""
+        self.stopped = True
+        self.rouse()
+        wait([self.running], PATIENCE)
+        self.turns.close()
+        self.opener.shutdown(cancel_futures=True)
+        for visitor in list(self.sessions):
+            self.leave(visitor)
+
+    async def run(self) -> None:
+        """Draw steadily for those whose picture moves; in between, whatever is new, in order."""
+        self.thread, due = threading.current_thread(), time.monotonic()
+        while not self.stopped:
+            await self.sleep(due)
+            if time.monotonic() >= due:
+                step = self.step
+                await self.draw_all(step)
+                due = max(due + step, time.monotonic() + step / 5)
+            try:
+                self.turns.take(TOGETHER)
+            except Exception as error:  # nobody else's picture must stop for it
+                journal.failed("answering", "visitors in a crowd", error)
+            self.draw_next()
+            await messages()
+
+    @property
+    def step(self) -> float:
+        """Time [s] from one round of pictures to the next."""
+        rate = FEWER_FRAMES if self.turns.waiting else FRAMES
+        return max(1 / rate, self.attendance.total / ALL_FRAMES)
+
+    async def sleep(self, due: float) -> None:
+        """Wait until `due`, or as long as nothing moves, or until something is new."""
+        if self.woken or self.turns.waiting or self.stopped:
+            return
+        self.changed.clear()
+        moving = any(session.ticking for session in self.sessions.values())
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(due - time.monotonic() if moving else None):
+                await self.changed.wait()
+
+    async def draw_all(self, step: float) -> None:
+        """The next picture of everybody whose picture moves, unless they have had one but a moment
+        ago; where there is little time, unless they have had one, with an answer, since the last
+        round."""
+        scarce, had = bool(self.turns.waiting), self.drawn
+        self.drawn = set()
+        for k, (visitor, session) in enumerate(list(self.sessions.items())):
+            late = visitor not in had if scarce else time.monotonic() - session.seen > step / 2
+            if late and session.ticking:
+                self.tick(visitor, session)
+            if k % TOGETHER == TOGETHER - 1:
+                await asyncio.sleep(0)
+        await messages()
+
+    def draw_next(self) -> None:
+        """What is new for those who have waited longest."""
+        drawn = 0
+        for visitor in list(self.woken):  # at once: other threads wake more
+            del self.woken[visitor]
+            session = self.sessions.get(visitor)
+            if session and session.fresh:
+                self.tick(visitor, session)
+                self.drawn.add(visitor)
+                drawn += 1
+            if drawn == TOGETHER:
+                return
+
+    def tick(self, visitor: int, session: Session) -> None:
+        """Draw for one visitor; a mistake there must not stop the others' pictures."""
+        try:
+            session.tick(time.monotonic())
+        except Exception as error:
+            journal.failed("drawing", f"visitor {visitor}, who is sent off", error)
+            self.leave(visitor)
+            dismiss(self.server, visitor)  # their page connects again, to a new session

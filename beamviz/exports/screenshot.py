@@ -1,0 +1,43 @@
+"""A moment of a scene as a PNG."""
+
+import math
+from pathlib import Path
+
+from PIL import Image
+
+from beamviz.beam import whole
+from beamviz.errors import InvalidInput
+from beamviz.exports.files import ending, replaced
+from beamviz.exports.renderer import opaque, studio
+from beamviz.exports.solved_scene import Direction, Shot
+from beamviz.scene import SavedScene
+
+PIXELS = (64, 4096)
+
+
+def screenshot(
+    path: str | Path,
+    scene: SavedScene,
+    width: int = 1280,
+    height: int = 720,
+    phase: float = 0.25,
+    transparent: bool = False,
+    direction: Direction | None = None,
+    zoom: float = 1.0,
+) -> None:
+    """Write a scene as a PNG, its first mode shown at `phase` of its period (0.25 is its largest
+    displacement), through a browser, or through matplotlib where there is none.
+
+    direction, zoom: where to look from, in place of the camera of the scene. Raises InvalidInput,
+    Unavailable, and what `solve` raises; the file is either complete or untouched.
+    """
+    path = Path(path)
+    ending(path, [".png"])
+    width, height = whole("width", width, *PIXELS), whole("height", height, *PIXELS)
+    if not math.isfinite(phase):
+        raise InvalidInput(f"phase = {phase}: must be finite")
+    with replaced(path) as file:
+        shot = Shot.of(scene, direction, zoom)
+        with studio(shot, width, height, scale=2) as picture:
+            taken = picture(shot.moment(shot.time(phase)))
+        Image.fromarray(taken if transparent else opaque(taken, scene.look)).save(file, "PNG")

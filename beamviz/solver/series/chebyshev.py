@@ -1,0 +1,198 @@
+"""Chebyshev collocation of the differential equations about the stretched equilibrium.
+
+The equations of a straight beam with stretch f, tension N and a line density rho that holds the
+concentrated mass, each integrated from the end where its unknown is known:
+
+    equilibrium  mu^2 n(f) = gamma^2 R (u + delta),         u = J f
+    stretching   mu^2 n'(f) s = Lambda R u,                 u = J s
+    bending      a theta' = R f (N theta - V),              theta = J theta', w = J f theta
+                 V = Lambda R w
+
+with J = int from the clamp, R = int to the tip (rho in it where it acts on an inertia), a the
+bending rigidity and Lambda = omega^2 + gamma^2 (omega^2 across the plane). They hold at the
+Chebyshev points of the beam, or of both its parts where a mass sits between: integrals keep the
+digits that differentiation matrices lose (El-Gendi, Computer J. 12, 1969; Greengard, SIAM J. Numer.
+Anal. 28, 1991). Layers get no points of their own.
+"""
+
+from functools import lru_cache, partial
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from beamviz.beam import Beam
+from beamviz.errors import NotConverged
+from beamviz.solver import straight_beam as straight
+from beamviz.solver.constitutive import StrainLaw
+from beamviz.solver.continuation import Root, continue_load, newton
+from beamviz.solver.physics import Physics
+from beamviz.solver.series.families import Family, Modes, merged
+
+SPURIOUS = 1e-12  # share of the largest 1/omega^2 below which one is rounding
+REAL = 1e-6  # an eigenvalue is real whose imaginary part is a smaller share
+
+
+class Grid(NamedTuple):
+    """Chebyshev points of each part of the beam, its ends included, and integrals between them."""
+
+    ends: tuple[float, ...]  # of the parts
+    points: np.ndarray  # (n,)
+    weights: np.ndarray  # (n,) of the integral over the beam
+    from_clamp: np.ndarray  # (n, n): values -> integral from the clamp to each point
+    to_tip: np.ndarray  # (n, n): values -> integral from each point to the tip
+
+
+class State(NamedTuple):
+    """The straight equilibrium at the points."""
+
+    f: np.ndarray  # (n,) stretch
+    N: np.ndarray  # (n,) tension
+    iterations: int
+
+
+@lru_cache(maxsize=32)
+def grid(ends: tuple[float, ...], order: int) -> Grid:
+    """Polynomials of `order` on each part of the beam."""
+    xi = -np.cos(np.pi * np.arange(order + 1) / order)
+    to_coefficients = np.linalg.inv(chebyshev.chebvander(xi, order))
+    Q = chebyshev.chebvander(xi, order + 1) @ chebyshev.chebint(np.eye(order + 1), lbnd=-1)
+    Q = Q @ to_coefficients  # integrals from the left end to each point
+    parts, size = len(ends) - 1, order + 1
+    points, weights = np.empty(parts * size), np.empty(parts * size)
+    J = np.zeros((parts * size, parts * size))
+    for k, (a, b) in enumerate(pairwise(ends)):
+        here, half = slice(k * size, (k + 1) * size), (b - a) / 2
+        points[here], weights[here] = a + half * (xi + 1), half * Q[-1]
+        J[here, : k * size], J[here, here] = weights[: k * size], half * Q
+    arrays = (points, weights, J, weights - J)
+    for array in arrays:
+        array.setflags(write=False)
+    return Grid(ends, *arrays)
+
+
+def chebyshev_modes(
+    beam: Beam, physics: Physics, order: int, modes: int
+) -> tuple[Modes, Grid, State]:
+    """The lowest `modes` modes with polynomials of `order`, and the state they vibrate about.
+
+    Raises NoEquilibrium with the limit, NotConverged.
+    """
+    interior = beam.alpha > 0 and 0 < beam.beta < 1
+    on = grid((0.0, beam.beta, 1.0) if interior else (0.0, 1.0), order)
+    R = on.to_tip + beam.alpha * _carried(on, beam)
+    state = equilibrium(on, R, beam, physics.law)
+    bending = _bending(on, R, state, beam, physics, modes)
+    stretching = _stretching(on, R, state, beam, physics, modes)
+    return merged(bending, stretching, modes), on, state
+
+
+def _carried(on: Grid, beam: Beam) -> np.ndarray:
+    """(n, n): values -> the value at the mass, inboard of it; 0 outboard."""
+    size = len(on.points) // (len(on.ends) - 1)
+    inboard = size * on.ends.index(beam.beta) if beam.beta in on.ends else 0
+    carried = np.zeros((len(on.points), len(on.points)))
+    if inboard:
+        carried[:inboard, inboard - 1] = 1.0
+    return carried
+
+
+def equilibrium(on: Grid, R: np.ndarray, beam: Beam, law: StrainLaw) -> State:
+    """The stretch in balance with its own centrifugal force, followed from rest."""
+    RJ, pull = R @ on.from_clamp, beam.delta * R.sum(axis=1)
+
+    def solve_at(load: float, guess: np.ndarray) -> Root | None:
+        def increment(f: np.ndarray) -> np.ndarray:
+            n, slope = law.force(f), law.stiffness(f)
+            tangent = np.diag(slope) - load * RJ
+            return -np.linalg.solve(tangent, n - load * (RJ @ f + pull))
+
+        root = newton(increment, guess)
+        return root if root is not None and margin(load, root.state) > 0 else None
+
+    def margin(load: float, f: np.ndarray) -> float:
+        """1 at rest, 0 where the branch ends: the law's slope, and the beam's along itself."""
+        slope = law.stiffness(f)
+        if f.min() <= law.min_stretch or slope.min() <= 0:
+            return 0.0
+        softest = np.linalg.eigvals(RJ / slope[:, None]).real.max()
+        return min(slope.min(), 1 - load * softest)
+
+    load = (beam.gamma / beam.mu) ** 2
+    path = continue_load(solve_at, np.ones(len(on.points)), load, margin)
+    if path.limit is not None:
+        raise straight.no_equilibrium(beam, beam.mu * path.limit**0.5, law)
+    f = path.state
+    return State(f, beam.gamma**2 * (RJ @ f + pull), path.iterations)
+
+
+def _stretching(
+    on: Grid, R: np.ndarray, state: State, beam: Beam, physics: Physics, modes: int
+) -> Family:
+    """s = Lambda B s, softening taken into the operator."""
+    rigidity = straight.stretching_rigidity(state.f, beam.mu, physics.law)
+    J = on.from_clamp
+    B = (R @ J) / rigidity[:, None]
+    squares, s = _lowest(np.eye(len(B)) - beam.gamma**2 * B, B, modes)
+    return Family(squares, partial(interpolate, on, _normalised(on, beam, J @ s)))
+
+
+def _bending(
+    on: Grid, R: np.ndarray, state: State, beam: Beam, physics: Physics, modes: int
+) -> Family:
+    """A theta = Lambda B theta, softening taken into the operator."""
+    f, N = state.f, state.N
+    rigidity = straight.bending_rigidity(f, physics.curvature)
+    J = on.from_clamp
+    turn = (J / rigidity) @ on.to_tip  # f (N theta - V) -> theta, its sign turned
+    A = np.eye(len(f)) + turn * (f * N)
+    B = (turn * f) @ R @ (J * f)
+    softening = beam.gamma**2 if physics.chordwise else 0.0
+    squares, theta = _lowest(A - softening * B, B, modes)
+    w = _normalised(on, beam, J @ (f[:, None] * theta))
+    return Family(squares, partial(interpolate, on, w))
+
+
+def _lowest(A: np.ndarray, B: np.ndarray, modes: int) -> tuple[np.ndarray, np.ndarray]:
+    """The lowest real omega^2 of A y = omega^2 B y, through 1 / omega^2, and their y."""
+    inverse, y = np.linalg.eig(np.linalg.solve(A, B))
+    real = abs(inverse.imag) <= REAL * abs(inverse)
+    kept = np.flatnonzero(real & (abs(inverse) > SPURIOUS * abs(inverse).max()))
+    squares = 1 / inverse[kept].real
+    picks = squares.argsort()[:modes]
+    if len(picks) < modes:
+        raise NotConverged(
+            f"only {len(picks)} modes of a family came out real with {len(A)} points; more terms"
+            " may help"
+        )
+    return squares[picks], y[:, kept[picks]].real
+
+
+def _normalised(on: Grid, beam: Beam, shapes: np.ndarray) -> np.ndarray:
+    """Shapes (n, modes) of unit modal mass."""
+    at_mass = np.argmin(abs(on.points - beam.beta))
+    mass = on.weights @ shapes**2
+    if on.points[at_mass] == beam.beta:
+        mass = mass + beam.alpha * shapes[at_mass] ** 2
+    return shapes / np.sqrt(mass)
+
+
+def interpolate(on: Grid, values: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """The polynomials through values (n, ...) at x: (len(x), ...)."""
+    parts = values.reshape(len(on.ends) - 1, -1, *values.shape[1:])
+    part = np.clip(np.searchsorted(on.ends, x) - 1, 0, len(parts) - 1)
+    found = np.empty((len(x), *values.shape[1:]))
+    for k, (a, b) in enumerate(pairwise(on.ends)):
+        here = part == k
+        xi = 2 * (x[here] - a) / (b - a) - 1
+        order = parts.shape[1] - 1
+        nodes = -np.cos(np.pi * np.arange(order + 1) / order)
+        to_values = np.linalg.solve(chebyshev.chebvander(nodes, order), parts[k])
+        found[here] = chebyshev.chebvander(xi, order) @ to_values
+    return found
+
+
+def axial(on: Grid, f: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """u(x) and f(x) of the equilibrium."""
+    return interpolate(on, on.from_clamp @ f, x), interpolate(on, f, x)

@@ -1,0 +1,221 @@
+"""Power series: the rigid-tension beam by Frobenius series from the clamp, exact in their limit.
+
+Wright, Smith, Thresher & Wang (J. Appl. Mech. 49, 1982). With the tension of the reference length,
+N(x) a polynomial of degree two, w'''' - (N w')' = Lambda w has solutions sum c_k xi^k by
+recurrence. Two of them leave the clamp; at the mass N steps down and the shear with it, and the
+series begin anew; at the tip moment and shear vanish where Lambda is an eigenvalue. Lambda is
+omega^2 + gamma^2 in the plane of rotation, omega^2 across it. Stretching is sine and cosine.
+
+Both solutions grow as e^(length of the beam in bending layers), and their determinant is what
+little they differ by: digits fall with speed, and beyond gamma of about 40 too few are left.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre, polynomial
+
+from beamviz.beam import Beam
+from beamviz.errors import NotConverged
+from beamviz.solver import straight_beam as straight
+from beamviz.solver.physics import Physics
+from beamviz.solver.series.families import Family, Modes, Shapes, merged
+
+LEAST_STEP, RELATIVE_STEP = 0.4, 0.03  # of the scan, in the root of Lambda
+SCANNED = 24  # values of Lambda at a time
+MAX_SCANS = 40
+POLISHINGS, POLISHED = 40, 1e-14
+QUADRATURE = 60  # Gauss points on each part
+LONGEST = 24.0  # layers: e^-24 is what is left of a determinant, e^-36 is rounding
+SAMPLES = 200
+
+Function = Callable[[np.ndarray], np.ndarray]
+
+
+class Part(NamedTuple):
+    """A part of the beam whose tension is N = sum tension[i] xi^i, xi = x - start."""
+
+    start: float
+    length: float
+    tension: tuple[float, float, float]
+
+
+class Series(NamedTuple):
+    """The two solutions held by the clamp, for each Lambda."""
+
+    coefficients: list[np.ndarray]  # of each part: (terms, 2, k)
+    moment: np.ndarray  # (2, k) at the tip
+    shear: np.ndarray  # (2, k)
+
+
+@np.errstate(over="ignore", invalid="ignore")  # of a scan that finds no roots
+def power_series_modes(beam: Beam, physics: Physics, terms: int, modes: int) -> Modes:
+    """The lowest `modes` modes, w with `terms` powers on each part of the beam.
+
+    Raises NotConverged where rounding leaves no roots to find.
+    """
+    softening = beam.gamma**2
+    bending = _bending(beam, terms, modes, softening if physics.chordwise else 0.0)
+    stretching = _stretching(beam, modes, softening)
+    return merged(bending, stretching, modes)
+
+
+def parts(beam: Beam) -> list[Part]:
+    """The beam between clamp, mass and tip."""
+    load = beam.gamma**2
+    ends = sorted({0.0, beam.beta, 1.0}) if beam.alpha else [0.0, 1.0]
+    found = []
+    for a, b in pairwise(ends):
+        carried = beam.alpha * (beam.beta + beam.delta) if b <= beam.beta else 0.0
+        at_start = (1 - a) * ((1 + a) / 2 + beam.delta) + carried
+        tension = (load * at_start, -load * (a + beam.delta), -load / 2)
+        found.append(Part(a, b - a, tension))
+    return found
+
+
+def series(beam: Beam, terms: int, Lambda: np.ndarray) -> Series:
+    """Both solutions from the clamp to the tip for each Lambda (k,)."""
+    start = np.zeros((4, 2, len(Lambda)))  # w, w', w''/2, w'''/6
+    start[2, 0] = start[3, 1] = 1.0
+    coefficients = []
+    for part in parts(beam):
+        c = recurrence(part, start, terms, Lambda)
+        coefficients.append(c)
+        w, slope, moment, third = derivatives(c, part.length)
+        N: float = sum(t * part.length**i for i, t in enumerate(part.tension))
+        shear = N * slope - third
+        if part.start + part.length == beam.beta:
+            N -= beam.gamma**2 * beam.alpha * (beam.beta + beam.delta)
+            shear -= Lambda * beam.alpha * w
+        start = np.stack((w, slope, moment / 2, (N * slope - shear) / 6))
+    return Series(coefficients, moment, shear)
+
+
+def recurrence(part: Part, start: np.ndarray, terms: int, Lambda: np.ndarray) -> np.ndarray:
+    """Coefficients (terms, 2, k) of w in xi: w'''' = (N w')' + Lambda w, power by power."""
+    n0, n1, n2 = part.tension
+    c = np.zeros((terms, *start.shape[1:]))
+    c[:4] = start
+    for k in range(terms - 4):
+        bent = n0 * (k + 2) * c[k + 2] + n1 * (k + 1) * c[k + 1] + n2 * k * c[k]
+        c[k + 4] = ((k + 1) * bent + Lambda * c[k]) / ((k + 1) * (k + 2) * (k + 3) * (k + 4))
+    return c
+
+
+def derivatives(c: np.ndarray, xi: float) -> list[np.ndarray]:
+    """w, w', w'', w''' at xi: (2, k) each."""
+    found = []
+    for _ in range(4):
+        found.append(np.tensordot(xi ** np.arange(len(c)), c, 1))
+        c = c[1:] * np.arange(1, len(c))[:, None, None]
+    return found
+
+
+def _bending(beam: Beam, terms: int, modes: int, softening: float) -> Family:
+    """The roots of the determinant of moment and shear at the tip, and the shapes there."""
+
+    def determinant(s: np.ndarray) -> np.ndarray:
+        """Relative to its two products: what is left of them."""
+        tip = series(beam, terms, s * abs(s))
+        first, second = tip.moment[0] * tip.shear[1], tip.moment[1] * tip.shear[0]
+        return (first - second) / (abs(first) + abs(second))
+
+    s = _roots_of(determinant, beam, terms, modes)
+    tip = series(beam, terms, s * abs(s))
+    shares = np.stack((-tip.moment[1], tip.moment[0])) / np.hypot(*tip.moment)
+    coefficients = [(c * shares).sum(axis=1) for c in tip.coefficients]  # (terms, modes) each
+    shapes = _normalised(beam, partial(_piecewise, beam, coefficients))
+    return Family(s * abs(s) - softening, shapes)
+
+
+def _stretching(beam: Beam, modes: int, softening: float) -> Family:
+    """u = sin zx up to the mass, and a second sine from there on; Lambda = (mu z)^2."""
+    alpha, beta = beam.alpha, beam.beta
+
+    def slope_at_tip(z: np.ndarray) -> np.ndarray:
+        return np.cos(z) - alpha * z * np.sin(z * beta) * np.cos(z * (1 - beta))
+
+    grid = np.linspace(0, np.pi * (modes + 1), 2 * SCANNED * (modes + 1))
+    z = _polished(slope_at_tip, grid, slope_at_tip(grid))[:modes]
+
+    def shapes(x: np.ndarray) -> np.ndarray:
+        beyond = np.maximum(x - beta, 0.0)[:, None]
+        return np.sin(x[:, None] * z) - alpha * z * np.sin(z * beta) * np.sin(z * beyond)
+
+    return Family((beam.mu * z) ** 2 - softening, _normalised(beam, shapes))
+
+
+def _roots_of(determinant: Function, beam: Beam, terms: int, modes: int) -> np.ndarray:
+    """Its lowest `modes` roots s, Lambda = s |s|, by a scan whose steps grow.
+
+    Compression pulls Lambda below zero, by less than its square.
+    """
+    if (layers := _layers(beam)) > LONGEST:
+        raise NotConverged(
+            f"gamma = {beam.gamma:g}: rounding eats the power series: the two solutions that leave"
+            f" the clamp agree at the tip of a beam {layers:.0f} bending layers long, {LONGEST:g}"
+            " are the most; method foac solves the same model"
+        )
+    roots = np.empty(0)
+    last = min(0.0, *(part.tension[0] for part in parts(beam))) - LEAST_STEP
+    for _ in range(MAX_SCANS):
+        grid = _steps(last)
+        values = determinant(grid)
+        roots = np.append(roots, _polished(determinant, grid, values))
+        if len(roots) >= modes:
+            return roots[:modes]
+        last = grid[-1]
+    raise NotConverged(f"terms = {terms}: the power series has not converged; more terms may help")
+
+
+def _layers(beam: Beam) -> float:
+    """The length of the beam in widths of its bending layers: int sqrt(N) dx."""
+    x = (np.arange(SAMPLES) + 0.5) / SAMPLES
+    return float(np.sqrt(np.maximum(straight.rigid_tension(beam, x), 0.0)).mean())
+
+
+def _steps(start: float) -> np.ndarray:
+    """The next values of a scan: finer than bending modes lie apart."""
+    steps = [start]
+    for _ in range(SCANNED):
+        steps.append(steps[-1] + max(LEAST_STEP, RELATIVE_STEP * steps[-1]))
+    return np.array(steps)
+
+
+def _polished(function: Function, grid: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """The roots between points of the grid where the values change sign: false position with
+    the Illinois rule, all at once."""
+    k = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0)
+    a, b, fa, fb = grid[k], grid[k + 1], values[k], values[k + 1]
+    for _ in range(POLISHINGS):
+        c = b - fb * (b - a) / (fb - fa)
+        fc = function(c) if len(c) else c
+        crossed = np.sign(fc) * np.sign(fb) < 0
+        a, fa = np.where(crossed, b, a), np.where(crossed, fb, fa / 2)
+        done = abs(c - b) <= POLISHED * abs(c)
+        b, fb = c, fc
+        if np.all(done | (fc == 0)):
+            break
+    return b
+
+
+def _piecewise(beam: Beam, coefficients: list[np.ndarray], x: np.ndarray) -> np.ndarray:
+    """The series (terms, modes) of each part at x: (len(x), modes)."""
+    values = np.empty((len(x), coefficients[0].shape[1]))
+    for part, c in zip(parts(beam), coefficients, strict=True):
+        here = x >= part.start
+        values[here] = polynomial.polyval(x[here] - part.start, c).T
+    return values
+
+
+def _normalised(beam: Beam, shapes: Shapes) -> Shapes:
+    """Shapes of unit modal mass."""
+    points, weights = legendre.leggauss(QUADRATURE)
+    mass = beam.alpha * shapes(np.array([beam.beta]))[0] ** 2
+    for part in parts(beam):
+        x = part.start + part.length * (points + 1) / 2
+        mass = mass + part.length / 2 * weights @ shapes(x) ** 2
+    return lambda x: shapes(x) / np.sqrt(mass)

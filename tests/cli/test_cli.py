@@ -1,0 +1,330 @@
+"""The command line: what it prints, where, and the exit code of every kind of end."""
+
+import csv
+import io
+import json
+import math
+import signal
+import typing
+
+import pytest
+
+from beamviz import Beam, __version__, solve
+from beamviz.beam import LIMITS
+from beamviz.cli.options import beam_and_model
+from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.lessons.content import lesson
+from beamviz.output import decimals
+from beamviz.scene import SavedScene
+from beamviz.solver import CHOICES, MAX_MODES
+
+PAPER = ("--alpha", "1", "--beta", "0.5", "--gamma", "10")  # physics: green, spatial, mu 70
+
+
+def strict(text: str) -> typing.Any:
+    """JSON read by a parser that refuses NaN and Infinity."""
+
+    def refuse(constant):
+        raise AssertionError(f"{constant} is not JSON")
+
+    return json.loads(text, parse_constant=refuse)
+
+
+def test_version(run):
+    """The one version of the package."""
+    assert run("--version") == (0, f"beamviz {__version__}\n", "")
+
+
+@pytest.mark.parametrize("command", [[], ["--help"]])
+def test_without_a_command_the_commands_are_listed(run, command):
+    """Help is on stdout, and no error."""
+    code, out, err = run(*command)
+    assert (code, err) == (0, "")
+    assert all(name in out for name in ("modes", "serve", "screenshot"))
+
+
+@pytest.mark.parametrize("command", ["modes", "serve", "screenshot"])
+def test_help_names_every_shared_option(run, command, monkeypatch):
+    """Each command with a beam takes the whole beam and the whole model."""
+    monkeypatch.setenv("COLUMNS", "120")
+    code, out, _ = run(command, "--help")
+    assert code == 0
+    shared = ("alpha", "beta", "gamma", "delta", "mu", "si", "method", "strain", "curvature")
+    for name in (*shared, "coriolis", "no-coriolis", "plane", "elements", "tolerance"):
+        assert f"--{name}" in out
+
+
+def test_modes_as_json(run):
+    """Every key that programs rely on, with the published frequencies."""
+    code, out, err = run("modes", *PAPER, "--format", "json")
+    data = strict(out)
+    assert (code, err) == (0, "")
+    assert data["beam"] == {"alpha": 1, "beta": 0.5, "gamma": 10, "delta": 0, "mu": 70}
+    assert data["model"] == {
+        "method": "auto",
+        "strain": "green",
+        "curvature": "spatial",
+        "coriolis": False,
+        "plane": "chordwise",
+    }
+    assert data["equilibrium"].keys() == {"status", "iterations", "tip", "max_stretch"}
+    assert data["equilibrium"]["status"] == "stable"
+    assert data["stats"].keys() >= {"dof", "seconds"}
+    found = [mode["frequency"] for mode in data["modes"]]
+    expected = [4.3905981, 22.0954901, 76.8632663, 78.3525694, 111.1520304]
+    assert found == pytest.approx(expected, rel=1e-6)
+    assert [mode["index"] for mode in data["modes"]] == [1, 2, 3, 4, 5]
+    assert [mode["label"] for mode in data["modes"]] == ["B1", "B2", "S1", "B3", "B4"]
+    assert data["modes"][2].keys() == {
+        *("index", "label", "family", "frequency", "error", "bending_fraction", "nodes")
+    }
+
+
+def test_modes_as_csv_say_the_same_as_json(run, steel):
+    """One line for each mode, to full precision, with the SI columns of a beam in SI."""
+    beam = ("--si", steel, "--modes", "3")
+    rows = list(csv.DictReader(io.StringIO(run("modes", *beam, "--format", "csv")[1])))
+    modes = strict(run("modes", *beam, "--format", "json")[1])["modes"]
+    assert len(rows) == len(modes) == 3
+    for row, mode in zip(rows, modes, strict=True):
+        assert row["label"] == mode["label"]
+        assert row["growth_rate"] == ""
+        for name in ("frequency", "error", "bending_fraction", "hertz", "rad_per_s"):
+            assert float(row[name]) == mode[name]
+        assert [float(x) for x in row["nodes"].split()] == mode["nodes"]
+
+
+def test_modes_as_a_table(run):
+    """A person finds the beam, the equilibrium and the frequencies."""
+    code, out, err = run("modes", *PAPER)
+    assert (code, err) == (0, "")
+    assert "alpha 1, beta 0.5, gamma 10, delta 0, mu 70" in out
+    assert "stable" in out
+    assert "S1" in out
+    assert "76.86326" in out
+    assert max(map(len, out.splitlines())) <= 100
+    assert out.isascii()
+
+
+@pytest.mark.parametrize(
+    ("error", "places"), [(3e-7, 7), (1e-7, 7), (0.2, 1), (5, 0), (1e-15, 9), (math.nan, 9), (0, 9)]
+)
+def test_a_frequency_shows_the_digits_its_error_leaves(error, places):
+    """The last digit shown is the first one in doubt."""
+    assert decimals(error) == places
+
+
+def test_si_frequencies(run, steel):
+    """A file in SI gives Hz and rad/s too: those of the bar's dimensionless frequency."""
+    beam = Beam.from_toml(steel)
+    assert beam.units is not None
+    code, out, _ = run("modes", "--si", steel, "--format", "json")
+    data = strict(out)
+    assert code == 0
+    assert data["beam"] == beam.numbers
+    assert data["units"] == {"length": 2, "time": beam.units.time}
+    for mode in data["modes"]:
+        assert mode["rad_per_s"] == pytest.approx(mode["frequency"] / beam.units.time, rel=1e-14)
+        assert mode["hertz"] == pytest.approx(mode["rad_per_s"] / (2 * math.pi), rel=1e-14)
+    table = run("modes", "--si", steel)[1]
+    assert "[Hz]" in table
+    assert "238.7324 rpm" in table  # 25 rad/s
+
+
+def test_an_unstable_mode_has_a_growth_rate_and_no_frequency(run):
+    """Past buckling the first mode grows; the table says so in words."""
+    buckled = ("modes", "--delta", "-1", "--gamma", "5")
+    code, out, _ = run(*buckled, "--format", "json")
+    first, second = strict(out)["modes"][:2]
+    assert code == 0
+    assert strict(out)["equilibrium"]["status"] == "unstable"
+    assert first["frequency"] is None
+    assert first["growth_rate"] == pytest.approx(4.70847, rel=1e-4)
+    assert "growth_rate" not in second
+    assert "unstable" in run(*buckled)[1]
+    row = run(*buckled, "--format", "csv")[1].splitlines()[1]
+    assert row.startswith("1,B1,bending,,4.708")
+
+
+def test_the_model_reaches_the_solver(run):
+    """Each option of the model changes what is solved."""
+    options = ["--strain", "hencky", "--curvature", "material", "--plane", "flapwise"]
+    _, out, _ = run("modes", *PAPER, *options, "--tolerance", "1e-3", "--format", "json")
+    solution = solve(
+        Beam(alpha=1, beta=0.5, gamma=10),
+        strain="hencky",
+        curvature="material",
+        plane="flapwise",
+        tolerance=1e-3,
+    )
+    data = strict(out)
+    assert data["stats"]["dof"] == solution.stats.dof
+    found = [mode["frequency"] for mode in data["modes"]]
+    assert found == solution.frequencies.tolist()
+
+
+def test_the_choices_on_the_command_line_are_the_solver_s():
+    """Help and completion list exactly what solve() knows."""
+    hints = typing.get_type_hints(beam_and_model)
+    for name, known in CHOICES.items():
+        assert typing.get_args(hints[name]) == tuple(known)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--alpha", "-1"], "alpha = -1: must lie in 0 .. 100"),
+        (["--mu", "nan"], "mu = nan: must lie in 10 .. 10000"),
+        (["--beta", "half"], "beta = 'half': must be a number and lie in 0 .. 1"),
+        (
+            ["--gamma", "60", "--mu", "10"],
+            "gamma / mu = 6: must be at most 5 (gamma = 60, mu = 10)",
+        ),
+        (["--modes", "0"], f"modes = 0: must be a whole number in 1 .. {MAX_MODES}"),
+        (["--modes", "2.5"], f"modes = 2.5: must be a whole number in 1 .. {MAX_MODES}"),
+        (["--modes", "many"], f"modes = 'many': must be a whole number in 1 .. {MAX_MODES}"),
+        (["--tolerance", "0"], "tolerance = 0: must lie in 1e-12 .. 0.1"),
+        (
+            ["--elements", "8"],
+            "elements = 8: method auto takes no number of elements; methods that do: ancf, "
+            "ancf-planar, linear",
+        ),
+        (["--si", "none.toml"], "none.toml: No such file or directory"),
+        (
+            ["--si", "none.toml", "--gamma", "0"],
+            "--gamma 0 and --si none.toml exclude each other: the file gives all five numbers",
+        ),
+    ],
+)
+def test_wrong_input_is_one_exact_line(run, arguments, told):
+    """Exit code 2; the line names the number, the value given and the range; stdout stays empty."""
+    assert run("modes", *arguments) == (2, "", f"beamviz: {told}\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (["modes", "--alhpa", "1"], ["--alhpa", "--alpha"]),
+        (["modes", "--alpha"], ["--alpha"]),
+        (["modes", "--strain", "log"], ["--strain", "'log'", "green", "biot", "hencky"]),
+        (["modes", "--format", "xml"], ["--format", "'xml'", "table", "json", "csv"]),
+        (["modes", "1"], ["1"]),
+        (["mods"], ["mods"]),
+        (["screenshot"], ["OUT.png"]),
+        (["screenshot", "a.png", "--width", "9.5"], ["width = 9.5", "64 .. 4096"]),
+        (["screenshot", "a.png", "--height", "tall"], ["height = 'tall'", "64 .. 4096"]),
+        (["screenshot", "a.png", "--mode", "0"], ["mode = 0", f"1 .. {MAX_MODES}"]),
+        (["screenshot", "a.png", "--phase", "nan"], ["phase = nan", "0 .. 1"]),
+        (["screenshot", "a.png", "--from", "1,2"], ["--from", "1,2", "three numbers"]),
+        (["screenshot", "a.jpg"], ["a.jpg", ".png"]),
+        (["serve", "--port", "70000"], ["port = 70000", "1 .. 65535"]),
+    ],
+)
+def test_a_wrong_command_line_is_named(run, arguments, named):
+    """Exit code 2 and one line that holds what was given and what is known."""
+    code, out, err = run(*arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith("beamviz: ")
+    assert err.count("\n") == 1
+    assert [text for text in named if text not in err] == []
+
+
+@pytest.mark.parametrize("json_option", [["--format", "json"], ["--format=json"]])
+@pytest.mark.parametrize("wrong", [["--alpha", "-1"], ["--alhpa", "1"]])
+def test_wrong_input_is_json_too(run, wrong, json_option):
+    """With --format json a program reads the error where it reads the answer."""
+    code, out, err = run("modes", *wrong, *json_option)
+    error = strict(out)["error"]
+    assert code == 2
+    assert error["kind"] == "invalid-input"
+    assert err == f"beamviz: {error['message']}\n"
+
+
+def test_no_equilibrium_gives_its_limit(run):
+    """Exit code 3 with the largest gamma that has an equilibrium (hencky, alpha 0: 45.420)."""
+    code, out, err = run("modes", "--strain", "hencky", "--gamma", "50", "--format", "json")
+    error = strict(out)["error"]
+    assert code == 3
+    assert error["kind"] == "no-equilibrium"
+    assert error["limit"] == pytest.approx(45.420, abs=5e-4)
+    assert "no equilibrium beyond gamma = 45.42" in err
+
+
+def failing(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
+    """Let solve() raise an error."""
+
+    def fail(*arguments, **options):
+        raise error
+
+    monkeypatch.setattr("beamviz.solver.solve", fail)
+
+
+def test_a_limit_that_is_not_a_number_is_null(run, monkeypatch):
+    """JSON has no NaN, in errors either."""
+    failing(monkeypatch, NoEquilibrium("no equilibrium at any gamma", limit=math.nan))
+    code, out, _ = run("modes", "--format", "json")
+    assert (code, strict(out)["error"]["limit"]) == (3, None)
+
+
+def test_a_numerical_failure_is_told_apart(run, monkeypatch):
+    """Exit code 4, and what was tried."""
+    failing(monkeypatch, NotConverged("64 elements of order 20 did not reach 1e-12"))
+    code, out, err = run("modes", "--format", "json")
+    assert (code, err) == (4, "beamviz: 64 elements of order 20 did not reach 1e-12\n")
+    assert strict(out)["error"]["kind"] == "not-converged"
+
+
+def test_an_unexpected_error_is_one_line(run, monkeypatch):
+    """A fault of the program has exit code 1 and no traceback."""
+    failing(monkeypatch, ZeroDivisionError("division\nby zero"))
+    code, out, err = run("modes", "--format", "json")
+    assert (code, err) == (1, "beamviz: unexpected ZeroDivisionError: division by zero\n")
+    assert strict(out)["error"]["kind"] == "internal"
+
+
+def test_ctrl_c_is_quiet(run, monkeypatch):
+    """The shell's own code for it, and nothing to read; a shell's background jobs ignore it."""
+    failing(monkeypatch, KeyboardInterrupt())
+    assert run("modes") == (130, "", "")
+    monkeypatch.setattr(
+        "beamviz.cli.commands.app", lambda *_, **__: signal.raise_signal(signal.SIGINT)
+    )
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        assert run("modes") == (130, "", "")
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def test_the_command_line_goes_before_the_scene_file(run, tmp_path, monkeypatch):
+    """What is named on it is changed in the scene, also back to the usual value; nothing else is.
+    `serve SCENE.toml` and `--scene SCENE.toml` are the same."""
+    scenes = []
+    monkeypatch.setattr(
+        "beamviz.explorer.app.serve", lambda scene, **_: scenes.append(scene), raising=True
+    )
+    file = tmp_path / "scene.toml"
+    saved = SavedScene.of(alpha=1, gamma=10, coriolis=True, mode=3, dark=True)
+    file.write_text(saved.to_toml())
+    changed = ("--gamma", "20", "--no-coriolis", "--mode", "2", "--light")
+    assert run("serve", str(file))[0] == 0
+    assert run("serve", "--scene", str(file))[0] == 0
+    assert run("serve", str(file), *changed)[0] == 0
+    assert run("serve", "--lesson", "nodes", "--mode", "3")[0] == 0
+    assert scenes[:2] == [saved, saved]
+    assert scenes[2] == SavedScene.of(alpha=1, gamma=20, mode=2)
+    assert scenes[3] == lesson("nodes").scene.changed(mode=3)
+
+
+def test_a_wrong_scene_is_one_line(run, tmp_path):
+    """A file with an unknown key, an unknown lesson (all are listed), and both at once."""
+    file = tmp_path / "scene.toml"
+    file.write_text("[beam]\ngama = 1\n")
+    code, out, err = run("screenshot", "a.png", "--scene", str(file))
+    assert (code, out) == (2, "")
+    assert err == f"beamviz: {file} [beam]: unknown key 'gama'; known: {', '.join(LIMITS)}\n"
+    code, _, err = run("screenshot", "a.png", "--lesson", "magic")
+    assert code == 2
+    assert "lesson = magic: must be one of stiffening, " in err
+    code, _, err = run("screenshot", "a.png", "--lesson", "nodes", "--scene", str(file))
+    assert (code, "exclude each other" in err) == (2, True)

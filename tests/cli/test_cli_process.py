@@ -1,0 +1,89 @@
+"""The command line as a process of its own: its exit code, its pipes, and how fast it starts."""
+
+import os
+import subprocess
+import sys
+import time
+import typing
+from pathlib import Path
+
+import pytest
+
+from beamviz import __version__
+
+ROOT = Path(__file__).resolve().parents[2]
+BUFFERED = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+
+
+def process(*arguments: str, **settings: typing.Any) -> subprocess.CompletedProcess[str]:
+    """Run a command line as a process of its own."""
+    command = [sys.executable, "-m", "beamviz", *arguments]
+    settings = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **settings}
+    return subprocess.run(command, cwd=ROOT, env=BUFFERED, text=True, check=False, **settings)
+
+
+@pytest.mark.parametrize("command", [["modes"], ["modes", "--help"]])
+def test_a_reader_that_leaves_early_is_no_failure_to_talk_about(command):
+    """`beamviz modes | true` prints no traceback."""
+    program = subprocess.Popen(
+        [sys.executable, "-m", "beamviz", *command],
+        cwd=ROOT,
+        env=BUFFERED,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert program.stdout is not None
+    program.stdout.close()
+    assert program.stderr is not None
+    assert program.stderr.read() == ""
+    program.stderr.close()
+    assert program.wait() == 1
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_a_full_disk_is_one_line():
+    """Output that could not be written is an error, and says so."""
+    with open("/dev/full", "w") as full:
+        done = process("modes", stdout=full)
+    assert done.returncode == 1
+    assert done.stderr == "beamviz: [Errno 28] No space left on device\n"
+
+
+def test_as_a_module_the_exit_code_reaches_the_shell():
+    """`python -m beamviz` ends with the code of main()."""
+    assert process("--version").stdout == f"beamviz {__version__}\n"
+    assert process("modes", "--alpha", "-1").returncode == 2
+
+
+def test_modes_starts_light():
+    """Start-up loads of scipy its LAPACK only, and none of what draws or serves."""
+    script = """
+import sys
+from beamviz.cli import main
+main(["modes", "--format", "json"])
+print(*sys.modules, file=sys.stderr)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    loaded = set(done.stderr.split())
+    heavy = {"scipy.optimize", "scipy.sparse", "scipy.special", "scipy.integrate", "rich"}
+    assert "scipy.linalg" in loaded
+    assert loaded & {*heavy, "viser", "matplotlib", "trimesh"} == set()
+
+
+def seconds(command: list[str]) -> float:
+    """Wall time of a process."""
+    began = time.perf_counter()
+    subprocess.run(command, cwd=ROOT, stdout=subprocess.DEVNULL, check=True)
+    return time.perf_counter() - began
+
+
+def test_modes_starts_fast():
+    """A whole `beamviz modes` takes at most 1.5 times the imports it cannot do without."""
+    imports = [sys.executable, "-c", "import numpy, scipy.linalg, typer"]
+    modes = [sys.executable, "-m", "beamviz", "modes"]
+    pairs = [(seconds(modes), seconds(imports)) for _ in range(7)]  # interleaved: load hits both
+    ours, least = (min(times) for times in zip(*pairs, strict=True))
+    assert ours <= 1.5 * least, f"{ours:.3f} s against {least:.3f} s"

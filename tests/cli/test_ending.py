@@ -1,0 +1,240 @@
+"""Ctrl-C and SIGTERM at any moment: a quick end, no browser left, no file left, no traceback."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import matplotlib.image
+import pytest
+from bare import free_port, until
+from browser import NO_BROWSER
+
+from beamviz.exports.browser import found_browser
+from beamviz.signals import MOMENT, Ended, again, ending, undisturbed
+
+ROOT = Path(__file__).parents[2]
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+pytestmark = pytest.mark.skipif(not Path("/proc").is_dir(), reason="processes are seen in /proc")
+
+
+@pytest.fixture(autouse=True)
+def as_before() -> Iterator[None]:
+    """The signals of this process stay as they are."""
+    before = {number: signal.getsignal(number) for number in SIGNALS}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+def run(folder: Path, *arguments: str) -> subprocess.Popen:
+    """The command line with a folder of its own for temporary files."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "beamviz", *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(folder)},
+    )
+
+
+def ended(process: subprocess.Popen, after: float, number: signal.Signals) -> tuple[int, str]:
+    """Exit code and stderr of a process that gets a signal a while after its first own line,
+    and one more; what comes before that line is Python's start."""
+    with process:
+        try:
+            until(lambda: listening(process))
+            time.sleep(after)
+            process.send_signal(number)
+            time.sleep(0.05)
+            process.send_signal(number)  # to nobody, if it has ended
+            _, errors = process.communicate(timeout=30)
+        finally:
+            process.kill()
+    return process.returncode, errors
+
+
+def ends(number: int) -> list[tuple[int, str]]:
+    """Ways to end: asked to, done already, or (by the second signal) while Python took leave."""
+    return [(128 + number, ""), (0, ""), (-number, "")]
+
+
+def listening(process: subprocess.Popen) -> bool:
+    """Whether a process takes SIGTERM in hand, as it does in its first line."""
+    status = Path(f"/proc/{process.pid}/status").read_text()
+    (caught,) = [line for line in status.splitlines() if line.startswith("SigCgt")]
+    return bool(int(caught.split()[1], 16) & 1 << (signal.SIGTERM - 1))
+
+
+def mentioning(folder: Path) -> list[str]:
+    """The processes that have this folder in their command line."""
+    lines = []
+    for entry in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            line = entry.read_bytes().replace(b"\0", b" ").decode(errors="replace")
+        except OSError:
+            continue
+        if str(folder) in line:
+            lines.append(line)
+    return lines
+
+
+@pytest.mark.parametrize("after", [0.0, 0.1, 0.3, 0.6, 1.2])
+@pytest.mark.parametrize("number", SIGNALS)
+def test_the_server_ends_at_any_moment(tmp_path, number, after):
+    """While it loads, while it starts, while it serves."""
+    code, errors = ended(run(tmp_path, "serve", "--port", str(free_port())), after, number)
+    assert (code, errors) in ends(number)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.browser
+@pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER)
+@pytest.mark.parametrize("after", [0.0, 0.2, 0.5, 0.7, 0.9, 1.3, 2.4])
+def test_a_picture_given_up_leaves_no_browser_and_no_file(tmp_path, after):
+    """Before, while and after the browser starts; the picture is there whole or not at all."""
+    target = tmp_path / "out" / "picture.png"
+    target.parent.mkdir()
+    number = SIGNALS[int(10 * after) % 2]
+    process = run(tmp_path, "screenshot", str(target), "--width", "320", "--height", "180")
+    code, errors = ended(process, after, number)
+    assert (code, errors) in ends(number)
+    assert mentioning(tmp_path) == []
+    if target.exists():
+        assert matplotlib.image.imread(target).shape[:2] == (180, 320)
+    assert [path for path in tmp_path.rglob("*") if path.is_file() and path != target] == []
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_only_the_first_signal_counts(number):
+    """What puts things away is not disturbed by a second one."""
+    put_away = []
+
+    def work() -> None:
+        try:
+            signal.raise_signal(number)
+        finally:
+            signal.raise_signal(number)
+            put_away.append(True)
+
+    with pytest.raises(Ended) as caught, ending():
+        work()
+    assert (caught.value.code, put_away) == (128 + number, [True])
+
+
+def test_a_module_that_swallows_everything_while_it_loads_cannot_swallow_the_end(tmp_path):
+    """Some do, with a bare except around their optional parts."""
+    (tmp_path / "greedy.py").write_text(GREEDY)
+    done = subprocess.run(
+        [sys.executable, "-c", IMPORT_GREEDY],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        env={**os.environ, "PYTHONPATH": f"{ROOT}:{tmp_path}"},
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (0, "loaded\nended\n")
+
+
+GREEDY = """
+import os, signal
+try:
+    os.kill(os.getpid(), signal.SIGTERM)
+    sum(range(1000))
+except BaseException:
+    pass
+print("loaded")
+"""
+IMPORT_GREEDY = """
+import time
+from beamviz.ending import Ended, ending
+try:
+    with ending():
+        import greedy
+        time.sleep(10)
+except Ended:
+    print("ended")
+"""
+
+
+def test_a_signal_waits_until_what_is_started_is_known():
+    """Otherwise nobody would know what to end."""
+    known = []
+
+    def start() -> None:
+        signal.raise_signal(signal.SIGTERM)
+        known.append("process")
+
+    with pytest.raises(Ended), ending(), undisturbed():
+        start()
+    assert known == ["process"]
+
+
+def test_a_signal_put_off_waits_as_well():
+    """One that came while a module was loaded comes again: not while something is started."""
+    known = []
+
+    def start() -> None:
+        again(signal.SIGTERM)
+        time.sleep(4 * MOMENT)
+        known.append("process")
+
+    with pytest.raises(Ended), ending(), undisturbed():
+        start()
+    assert known == ["process"]
+
+
+def test_a_signal_that_python_swallows_comes_again(capsys):
+    """Nothing gets out of `__del__`, which runs at any moment: Python says so, and goes on."""
+
+    class Greedy:
+        def __del__(self) -> None:
+            signal.raise_signal(signal.SIGTERM)
+
+    def work() -> None:
+        Greedy()
+        time.sleep(10)
+
+    with pytest.raises(Ended), ending():
+        work()
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.browser
+@pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER)
+def test_a_browser_is_put_away_whenever_the_signal_comes(tmp_path):
+    """Even as `finally` begins, before its first line."""
+    done = subprocess.run(
+        [sys.executable, "-c", HASTY],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        env={**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(tmp_path)},
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (143, "")
+    assert mentioning(tmp_path) == []
+    assert list(tmp_path.iterdir()) == []
+
+
+HASTY = """
+import signal, sys
+from beamviz.ending import Ended, ending
+from beamviz.exports import browser
+
+def hasty(*given):
+    signal.raise_signal(signal.SIGTERM)
+    put_away(*given)
+
+put_away, browser.put_away = browser.put_away, hasty
+try:
+    with ending(), browser.opened(browser.found_browser(), "about:blank"):
+        pass
+except Ended as end:
+    sys.exit(end.code)
+"""

@@ -1,0 +1,309 @@
+"""`beamviz loci`: the JSON of the contract, tables, CSV, charts, and wrong input."""
+
+import csv
+import io
+import json
+import math
+import re
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from beamviz import Beam, loci
+from beamviz.frequency_loci.resonances import resonances
+from beamviz.output_loci import to_table
+from beamviz.plotting.loci import draw
+
+SWEEP = ("loci", "--over", "gamma", "--start", "0", "--stop", "10", "--alpha", "1")
+
+
+def strict(text):
+    """JSON read by a parser that refuses NaN and Infinity."""
+
+    def refuse(constant):
+        raise AssertionError(f"{constant} is not JSON")
+
+    return json.loads(text, parse_constant=refuse)
+
+
+def test_json(run):
+    """The keys of the contract, one entry for each value, and the crossing of physics 3.1."""
+    code, out, err = run(*SWEEP, "--points", "21", "--format", "json")
+    data = strict(out)
+    assert (code, err) == (0, "")
+    assert data["over"] == "gamma"
+    assert data["values"] == pytest.approx(np.linspace(0, 10, 21).tolist())
+    assert [branch["label"] for branch in data["branches"]] == ["B1", "B2", "B3", "S1", "B4"]
+    for branch in data["branches"]:
+        assert set(branch["family"]) == {"bending" if branch["label"][0] == "B" else "stretching"}
+        assert {len(branch[key]) for key in ("family", "frequency", "error", "growth_rate")} == {21}
+    (event,) = data["events"]
+    assert event["kind"] == "crossing"
+    assert event["branches"] == ["B3", "S1"]
+    assert event["at"] == pytest.approx(4.4641, abs=5e-5)
+    assert event["frequency"] == pytest.approx(60.559, abs=1e-3)
+    assert event["gap"] == 0
+    assert data["beam"] == {"alpha": 1, "beta": 1, "delta": 0, "mu": 70}
+    assert data["model"]["coriolis"] is False
+    assert len(data["confidence"]) == 20
+    assert data["complete"] is True
+    assert data["limits"] == []
+
+
+def test_a_search_that_was_ended_says_so(run, monkeypatch):
+    """In the JSON and in the table, where it does not say that nothing meets."""
+    monkeypatch.setattr("beamviz.frequency_loci.sweep.MAX_ADDED", 0)
+    found = loci(Beam(alpha=1), "gamma", np.linspace(0, 10, 5))
+    assert not found.complete
+    for events in (found.events, ()):
+        table = to_table(replace(found, events=events))
+        assert "The search for meetings was ended, with 6 values solved in all" in table
+        assert "No two" not in table
+    assert strict(run(*SWEEP, "--points", "5", "--format", "json")[1])["complete"] is False
+    assert loci(Beam(alpha=1), "gamma", np.linspace(0, 4, 5)).complete  # nothing to be searched
+
+
+def test_json_is_what_python_gives(run):
+    """The command line adds nothing to loci()."""
+    data = strict(run(*SWEEP, "--points", "11", "--coriolis", "--format", "json")[1])
+    found = loci(Beam(alpha=1), "gamma", np.linspace(0, 10, 11), coriolis=True)
+    for branch, row in zip(found.branches, data["branches"], strict=True):
+        assert row["frequency"] == pytest.approx(branch.frequency, rel=1e-9)
+        assert tuple(row["family"]) == branch.family
+    assert [event["gap"] for event in data["events"]] == pytest.approx([found.events[0].gap])
+
+
+def test_json_where_there_is_nothing(run):
+    """null, and the limit in a row of its own: no equilibrium, or growth instead of vibration."""
+    code, out, _ = run(
+        *("loci", "--over", "gamma", "--start", "40", "--stop", "50", "--points", "11"),
+        *("--strain", "hencky", "--format", "json"),
+    )
+    data = strict(out)
+    assert code == 0
+    assert all(branch["frequency"][-1] is None for branch in data["branches"])
+    assert all(branch["family"][-1] is None for branch in data["branches"])
+    (limit,) = data["limits"]
+    assert limit["kind"] == "no-equilibrium"
+    assert limit["start"] == pytest.approx(45.420, abs=1e-3)
+    inward = ("--delta", "-1", "--points", "5", "--format", "json")
+    first = strict(run("loci", "--over", "gamma", "--start", "0", "--stop", "8", *inward)[1])
+    assert first["branches"][0]["frequency"][-1] is None
+    assert first["branches"][0]["growth_rate"][-1] > 0
+    assert first["branches"][0]["family"][-1] == "bending"
+
+
+def test_csv_for_numpy(run):
+    """Numbers in all columns, nan where there is none; numpy and csv read it as it is."""
+    arguments = ("--over", "gamma", "--start", "0", "--stop", "8", "--delta", "-1", "--points", "5")
+    code, out, _ = run("loci", *arguments, "--format", "csv")
+    assert code == 0
+    table = np.genfromtxt(io.StringIO(out), delimiter=",", names=True)
+    assert table.dtype.names[:3] == ("gamma", "B1", "B2")
+    assert table["gamma"].tolist() == [0, 2, 4, 6, 8]
+    assert np.isnan(table["B1"]).tolist() == [False, False, True, True, True]
+    assert (table["B1_bending"] == 1).all()
+    assert np.loadtxt(io.StringIO(out), delimiter=",", skiprows=1).shape == (5, 11)
+    assert len(next(csv.reader(io.StringIO(out)))) == 11
+
+
+def test_table(run):
+    """A few rows of all, the meetings below them, and what differs from a label marked."""
+    code, out, _ = run(*SWEEP, "--coriolis")
+    assert code == 0
+    assert "Frequencies [1/T*], one value in 10 (--format csv has all)" in out
+    assert len(re.findall(r"^ +\d+(\.\d)?  ", out, re.MULTILINE)) == 21
+    assert re.search(r"veering +B3 S1 +4\.650\d{3} +61\.297\d\d +0\.241 +1\.000", out)
+    assert re.search(r"61\.\d+ s +62\.\d+ b", out)
+
+
+def test_table_of_an_unstable_beam(run):
+    """In words, in the cell and below the table."""
+    inward = ("--delta", "-1", "--points", "5")
+    out = run("loci", "--over", "gamma", "--start", "0", "--stop", "8", *inward)[1]
+    assert "unstable for gamma = 2.99604 .. 8" in out
+    assert "No two of these loci meet here." in out
+    assert re.search(r"^ +8 +unstable ", out, re.MULTILINE)
+
+
+def test_si_units(run, steel):
+    """rpm and Hz beside the numbers without dimension."""
+    arguments = ("--over", "gamma", "--start", "0", "--stop", "20", "--si", steel, "--points", "3")
+    data = strict(run("loci", *arguments, "--format", "json", "--per-rev", "2")[1])
+    time = data["units"]["time"]
+    assert data["rpm"] == pytest.approx([0, 300 / math.pi / time, 600 / math.pi / time])
+    first = data["branches"][0]
+    assert first["hertz"] == pytest.approx([f / (2 * math.pi * time) for f in first["frequency"]])
+    assert data["resonances"][0]["branch"] == "B1"
+    header = run("loci", *arguments, "--format", "csv")[1].splitlines()[0]
+    assert header.startswith("gamma,rpm,B1,")
+    assert ",B1_hertz," in header
+    assert "rpm" in run("loci", *arguments, "--per-rev", "2")[1]
+
+
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf", "PNG"])
+def test_plot(run, tmp_path, ending):
+    """A picture of its kind, beside the data on stdout."""
+    file = tmp_path / f"loci.{ending}"
+    code, out, err = run(*SWEEP, "--points", "21", "--plot", str(file), "--format", "csv")
+    assert (code, err) == (0, "")
+    assert out.startswith("gamma,B1")
+    start = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[ending.lower()]
+    assert file.read_bytes().startswith(start)
+
+
+def test_the_plot_shows_both_families(tmp_path, run):
+    """Blue for bending, vermilion for stretching, on white: more than a blank sheet."""
+    file = tmp_path / "loci.png"
+    run(*SWEEP, "--points", "21", "--plot", str(file))
+    picture = np.rint(255 * imread(file)[:, :, :3]).astype(int)
+    for colour in ((0, 114, 178), (213, 94, 0)):
+        assert (abs(picture - colour).max(axis=2) <= 2).sum() > 1000
+    assert (picture == 255).all(axis=2).mean() > 0.8
+
+
+def words(figure):
+    """The boxes [px] of all words in a figure, legend and numbers of the axes apart."""
+    renderer = figure.canvas.get_renderer()
+    figure.draw(renderer)
+    frames = [*figure.axes, *figure.axes[0].child_axes]
+    texts = [text for axes in frames for text in axes.texts if text.get_text()]
+    return {text: text.get_window_extent(renderer) for text in texts}
+
+
+@pytest.mark.parametrize(
+    ("beam", "over", "stop", "options"),
+    [
+        (Beam(alpha=1), "gamma", 20, {}),
+        (Beam(alpha=1), "gamma", 20, {"coriolis": True}),
+        (Beam(), "gamma", 60, {"strain": "hencky", "modes": 6}),
+        (Beam(delta=-1), "gamma", 10, {}),
+        (Beam(alpha=0.5, gamma=5), "beta", 1, {}),
+        (Beam(gamma=10), "alpha", 2, {"coriolis": True}),
+    ],
+)
+def test_words_in_the_plot_do_not_overlap(beam, over, stop, options):
+    """No label on another, none outside the picture, and each meeting is marked."""
+    found = loci(beam, over, np.linspace(0, stop, 101), **options)
+    figure = draw(found, resonances(found, 3) if over == "gamma" else [], 3 * (over == "gamma"))
+    boxes = words(figure)
+    assert len(boxes) >= len(found.branches)
+    for (one, a), (other, b) in combinations(boxes.items(), 2):
+        assert not a.overlaps(b), (one.get_text(), other.get_text())
+    for text, box in boxes.items():
+        assert 0 <= box.x0 <= box.x1 <= figure.bbox.x1, text.get_text()
+    marks = {"crossing": "o", "veering": "D"}
+    drawn = [line.get_marker() for line in figure.axes[0].lines]
+    for kind, mark in marks.items():
+        assert drawn.count(mark) == sum(event.kind == kind for event in found.events)
+
+
+def test_the_plot_says_what_is_missing():
+    """In words, in the part of the chart where it is missing."""
+    found = loci(Beam(), "gamma", np.linspace(0, 60, 61), strain="hencky")
+    (text,) = (t for t in draw(found).axes[0].texts if "equilibrium" in t.get_text())
+    assert text.get_text() == "no equilibrium\nbeyond γ = 45.420"
+    assert 45.42 < text.get_position()[0] < 60
+    found = loci(Beam(delta=-1), "gamma", np.linspace(0, 10, 61))
+    assert any("unstable\nbeyond γ = 2.996" in t.get_text() for t in draw(found).axes[0].texts)
+
+
+def test_a_veering_is_shown_closer():
+    """In a frame of its own, with the gap in numbers and each line named on both sides."""
+    found = loci(Beam(alpha=1), "gamma", np.linspace(0, 20, 101), coriolis=True)
+    (frame,) = draw(found).axes[0].child_axes
+    assert frame.get_title("left") == "veering at γ = 4.6502: gap 0.241"
+    assert sorted(text.get_text() for text in frame.texts) == ["B3", "B3", "S1", "S1"]
+
+
+WRONG = [
+    (("--start", "0", "--stop", "0"), "--start 0 --stop 0: stop must be above start"),
+    (("--start", "5", "--stop", "1"), "--start 5 --stop 1: stop must be above start"),
+    (("--start", "0", "--stop", "nan"), "--stop: gamma = nan: must lie in 0 .. 200"),
+    (("--start", "-1", "--stop", "5"), "--start: gamma = -1: must lie in 0 .. 200"),
+    (("--start", "0", "--stop", "fast"), "--stop: gamma = 'fast': must be a number"),
+    (
+        ("--start", "0", "--stop", "5", "--points", "1"),
+        "--points = 1: must be a whole number in 2 .. 10000",
+    ),
+    (("--start", "0", "--stop", "5", "--points", "2.5"), "--points = 2.5: must be a whole number"),
+    (("--start", "0", "--stop", "5", "--gamma", "500"), "gamma = 500: must lie in 0 .. 200"),
+    (
+        ("--start", "0", "--stop", "5", "--modes", "50"),
+        "modes = 50: must be a whole number in 1 .. 20",
+    ),
+    (("--start", "0", "--stop", "90", "--mu", "10"), "gamma / mu = "),
+    (
+        ("--start", "0", "--stop", "5", "--plot", "x.gif"),
+        "--plot x.gif: must end in .png, .svg, .pdf",
+    ),
+    (
+        ("--start", "0", "--stop", "5", "--per-rev", "-1"),
+        "per-rev = -1: must be a whole number in 0 .. 100",
+    ),
+    (("--start", "0"), "Missing option '--stop'"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "message"), WRONG)
+def test_wrong_input(run, arguments, message):
+    """One clear line on stderr, exit 2; with --format json an object on stdout too."""
+    code, out, err = run("loci", "--over", "gamma", *arguments)
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1
+    assert message in err
+    code, out, _ = run("loci", "--over", "gamma", *arguments, "--format", "json")
+    error = strict(out)["error"]
+    assert code == 2
+    assert error["kind"] == "invalid-input"
+    assert message in error["message"]
+
+
+def test_over_something_else(run):
+    """The message lists what can be varied."""
+    code, _, err = run("loci", "--over", "speed", "--start", "0", "--stop", "1")
+    assert code == 2
+    assert all(name in err for name in ("gamma", "alpha", "beta", "delta", "mu"))
+
+
+def test_a_slenderness_that_gets_impossible(run):
+    """gamma / mu may be 5 at most, over mu too."""
+    code, _, err = run("loci", "--over", "mu", "--start", "10", "--stop", "100", "--gamma", "150")
+    assert code == 2
+    assert "gamma / mu = 15: must be at most 5 (gamma = 150, mu = 10)" in err
+
+
+def test_per_rev_lines_need_the_speed(run):
+    """Over another number they make no sense."""
+    code, _, err = run("loci", "--over", "beta", "--start", "0", "--stop", "1", "--per-rev", "2")
+    assert code == 2
+    assert "per-rev lines need loci over gamma, not over beta" in err
+
+
+def test_no_equilibrium_anywhere(run):
+    """Exit 3 with the limit, as for modes."""
+    code, out, _ = run(
+        *("loci", "--over", "gamma", "--start", "100", "--stop", "110"),
+        *("--strain", "hencky", "--format", "json"),
+    )
+    assert code == 3
+    assert strict(out)["error"]["limit"] == pytest.approx(45.42, abs=0.01)
+
+
+def test_a_value_that_is_not_used_is_said(run):
+    """--gamma beside --over gamma does no harm, but nobody should rely on it."""
+    code, out, err = run(*SWEEP, "--points", "3", "--gamma", "5", "--format", "csv")
+    assert code == 0
+    assert err == "beamviz: --gamma 5 is not used: --over gamma varies it\n"
+    assert out == run(*SWEEP, "--points", "3", "--format", "csv")[1]
+
+
+def test_a_plot_that_cannot_be_written(run, tmp_path):
+    """One line and exit 1, no traceback."""
+    code, _, err = run(*SWEEP, "--points", "3", "--plot", str(tmp_path / "no" / "loci.png"))
+    assert code == 1
+    assert err.startswith("beamviz: cannot write ")
+    assert err.count("\n") == 1

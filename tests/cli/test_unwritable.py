@@ -1,0 +1,90 @@
+"""Where nothing may be written: one line with the remedy, exit code 1, and nothing left behind."""
+
+import ctypes
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SWEEP = ("--over", "gamma", "--start", "0", "--stop", "5", "--points", "3")
+COMMANDS = {
+    "screenshot": ("screenshot", "{}/a.png"),
+    "animate": ("animate", "{}/a.gif"),
+    "html": ("export", "{}/a.html"),
+    "glb": ("export", "{}/a.glb"),
+    "csv": ("export", "{}/a.csv"),
+    "npz": ("export", "{}/a.npz"),
+    "plot": (
+        "loci",
+        *["--over", "gamma", "--start", "0", "--stop", "5", "--points", "3", "--plot", "{}/a.png"],
+    ),
+    "reproduce": ("reproduce", "table1", "--out", "{}"),
+    "reproduce, a new folder": ("reproduce", "table1", "--out", "{}/new"),
+    "benchmark": ("benchmark", "--quick", "--out", "{}"),
+    "stability": ("stability", "--quick", "--out", "{}"),
+}
+REMEDY = "(choose another place|name another folder)"
+SAID = rf"beamviz: cannot write (to )?{{}}.*: .+; {REMEDY}\n"
+OVERRIDE, READ_SEARCH, DROP = 1, 2, 24  # capabilities, and what prctl calls giving one up
+
+RUN_ALL = """
+import contextlib, io, json, sys
+from beamviz.cli import main
+
+found = []
+for line in json.loads(sys.argv[1]):
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        code = main(line)
+    found.append((code, out.getvalue(), err.getvalue()))
+print(json.dumps(found))
+"""
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_path_in_what_is_no_folder(name, tmp_path, run):
+    """Not even root can write below a file."""
+    place = tmp_path / "file"
+    place.write_text("kept")
+    code, out, err = run(*(word.format(place) for word in COMMANDS[name]))
+    assert (code, out) == (1, "")
+    assert re.fullmatch(SAID.format(re.escape(str(place))), err), err
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+    assert place.read_text() == "kept"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="permissions are those of Unix")
+def test_a_folder_without_permission(tmp_path):
+    """Every command that writes, in a process that permissions bind, root or not."""
+    tmp_path.chmod(0o555)
+    lines = [[word.format(tmp_path) for word in line] for line in COMMANDS.values()]
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", RUN_ALL, json.dumps(lines)],
+            capture_output=True,
+            text=True,
+            timeout=120,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            preexec_fn=bound_by_permissions,
+            check=True,
+        )
+    finally:
+        tmp_path.chmod(0o755)
+    said = re.compile(SAID.format(re.escape(str(tmp_path))))
+    for name, (code, out, err) in zip(COMMANDS, json.loads(done.stdout), strict=True):
+        assert (name, code, out) == (name, 1, "")
+        assert said.fullmatch(err), (name, err)
+        assert "Permission denied" in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def bound_by_permissions() -> None:
+    """Let root, from here on, do no more than the owner of a file may."""
+    if os.geteuid() == 0:
+        for capability in (OVERRIDE, READ_SEARCH):
+            assert ctypes.CDLL(None).prctl(DROP, capability, 0, 0, 0) == 0

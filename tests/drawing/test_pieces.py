@@ -1,0 +1,237 @@
+"""The beam is drawn in as many pieces as the picture needs, and no more."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from readings import PAPER
+from strategies import beams
+
+from beamviz.beam import Beam
+from beamviz.drawing import camera, colours
+from beamviz.drawing.beam_view import Scene
+from beamviz.drawing.instances import HIDDEN
+from beamviz.drawing.modes import Shapes, displacement
+from beamviz.drawing.objects import placed
+from beamviz.drawing.overlay_beam import Ghost
+from beamviz.drawing.subdivision import COUNTS, DEVIATION, SCALE, STEP, Seen, counted, cut, density
+from beamviz.server.hosting import hosted
+from beamviz.solver import solve
+from beamviz.view_options import COLOURINGS, Look
+
+HEIGHT = 1080  # [pixels] of the picture
+PHASES = np.linspace(0, math.pi, 7)[1:]
+FINER = 12  # places on each piece that are looked at
+
+BEAMS = beams(alpha=(0, 10), gamma=(0, 100), mu=(40, 300))
+mixes = st.lists(st.sampled_from([0.0, 0.5, 1.0]), min_size=5, max_size=5)
+
+
+class Drawn:
+    """A beam with what is seen of it, and the exact curve."""
+
+    def __init__(
+        self, beam: Beam, shares: list[float], amplitude: float, colouring: str, **options: Any
+    ):
+        self.solution = solve(beam, **options)
+        self.shapes = Shapes.sampled(self.solution)
+        self.sizes = amplitude * np.array(shares)
+        self.eye = camera.viewpoint(self.shapes, True, 16 / 9)
+        self.scale = camera.scale(float(np.linalg.norm(self.eye)), HEIGHT)
+        self.seen = Seen.of(self.shapes, self.sizes, colouring, self.scale)
+        self.pieces = cut(self.shapes, self.seen)
+
+    @property
+    def need(self) -> float:
+        """Pieces it takes."""
+        return float(density(self.shapes, self.seen) @ np.diff(self.shapes.x))
+
+    def exact(self, x: np.ndarray) -> Shapes:
+        """The solver's own shapes at x, with the signs and sizes of the picture."""
+        raw = np.moveaxis(self.solution.displacement(x), 2, 0)
+        known = np.moveaxis(self.solution.displacement(self.shapes.x), 2, 0)
+        far = np.abs(known).reshape(len(known), -1).argmax(axis=1)
+        rows = np.arange(len(known))
+        factor = self.shapes.modes.reshape(len(known), -1)[rows, far]
+        factor = factor / known.reshape(len(known), -1)[rows, far]
+        centreline = self.solution.equilibrium.position(x)
+        modes = factor[:, None, None] * raw
+        return replace(self.shapes, x=x, centreline=centreline, modes=modes)
+
+    def projected(self, shapes: Shapes, phase: float) -> np.ndarray:
+        """The line (n, 2) of the beam on the screen [pixels], each mode at a phase of its own."""
+        phases = phase * (1 + np.arange(len(shapes.modes)) % 3)
+        line = shapes.centreline + displacement(shapes, phases, self.sizes)
+        points, _ = placed(shapes, line)
+        axes = camera.axes(self.eye)
+        away = (points - camera.target(self.shapes, True) - self.eye) @ axes
+        return away[:, :2] / away[:, 2:] * HEIGHT / (2 * math.tan(camera.FIELD_OF_VIEW / 2))
+
+    def deviation(self) -> float:
+        """How far [pixels] the exact curve gets from the pieces on the screen."""
+        x = self.pieces.x
+        inner = x[:-1, None] + np.linspace(0, 1, FINER + 1)[1:-1] * np.diff(x)[:, None]
+        curve, worst = self.exact(inner.ravel()), 0.0
+        for phase in PHASES:
+            ends = self.projected(self.pieces, phase)
+            seen = self.projected(curve, phase).reshape(*inner.shape, 2) - ends[:-1, None]
+            step = np.diff(ends, axis=0)[:, None]
+            cross = seen[..., 0] * step[..., 1] - seen[..., 1] * step[..., 0]
+            worst = max(worst, float((np.abs(cross) / np.linalg.norm(step, axis=2)).max()))
+        return worst
+
+    def steps(self) -> float:
+        """The largest difference in the colour map between neighbours on one side of the mass."""
+        pieces, worst = self.pieces, 0.0
+        for phase in PHASES:
+            phases = phase * (1 + np.arange(len(pieces.modes)) % 3)
+            moved = displacement(pieces, phases, self.sizes)
+            places = colours.scaled(pieces, self.seen.colouring, moved, self.seen.largest)
+            steps = np.abs(np.diff(places))
+            steps[pieces.mass - 1 : pieces.mass] = 0.0  # the stretch jumps at the mass
+            worst = max(worst, float(steps.max()))
+        return worst
+
+
+@pytest.mark.parametrize("coriolis", [False, True])
+@settings(max_examples=60)
+@given(beam=BEAMS, shares=mixes, amplitude=st.floats(0, 0.4), colouring=st.sampled_from(COLOURINGS))
+def test_the_picture_is_as_smooth_as_declared(coriolis, beam, shares, amplitude, colouring):
+    """On the screen the exact curve is nowhere farther from a piece than a fifth of a pixel, and
+    neighbours never differ by more than a fortieth of the colour map."""
+    drawn = Drawn(beam, shares, amplitude, colouring, coriolis=coriolis)
+    if drawn.need <= COUNTS[-1]:
+        assert drawn.deviation() <= 1.3 * DEVIATION  # parts swing nearer to the eye
+        assert drawn.steps() <= 1.1 * STEP
+
+
+def test_half_as_many_pieces_would_show(monkeypatch):
+    """In one mode at a time, along the plane of motion: one of the two bounds would not hold (but
+    for the rounding up to whole pieces on both sides of the mass)."""
+    halved = []
+    random = np.random.default_rng(1)
+    for k in range(60):
+        alpha, beta, gamma = random.uniform(0, 10), random.random(), random.uniform(0, 60)
+        beam = Beam(alpha=alpha, beta=beta, gamma=gamma, mu=random.uniform(40, 300))
+        one = np.eye(5)[k % 5].tolist()
+        drawn = Drawn(beam, one, random.uniform(0.05, 0.4), COLOURINGS[k % 2])
+        drawn.projected = flat.__get__(drawn)  # type: ignore[method-assign]
+        count = len(drawn.pieces.strain)
+        if count > COUNTS[0]:
+            with monkeypatch.context() as patch:
+                patch.setattr("beamviz.drawing.subdivision.COUNTS", (count // 2,))
+                drawn.pieces = cut(drawn.shapes, drawn.seen)
+            assert len(drawn.pieces.strain) == count // 2
+            halved.append(max(drawn.deviation() / DEVIATION, drawn.steps() / STEP))
+    assert len(halved) > 30
+    assert min(halved) > 0.85
+    assert np.mean(np.array(halved) > 1) > 0.9
+
+
+def flat(drawn: Drawn, shapes: Shapes, phase: float) -> np.ndarray:
+    """The line (n, 2) in its own plane [pixels]."""
+    phases = np.full(len(shapes.modes), phase)
+    return (shapes.centreline + displacement(shapes, phases, drawn.sizes)) * drawn.scale
+
+
+def count(beam: Beam, mode: int, amplitude: float = 0.15, scale: float = SCALE) -> int:
+    """Pieces of one mode (0: none)."""
+    shapes = Shapes.sampled(solve(beam))
+    sizes = amplitude * np.eye(6)[mode][1:]
+    return len(cut(shapes, Seen.of(shapes, sizes, "displacement", scale)).strain)
+
+
+def test_simple_pictures_take_few_pieces():
+    """A straight beam 16, its first mode 64, the fifth far more; and more from near."""
+    counts = [count(PAPER, mode) for mode in range(6)]
+    assert counts[:3] == [16, 64, 128]
+    assert count(PAPER, 5, 0.4) == 256
+    assert count(Beam(), 2, scale=20 * SCALE) > count(Beam(), 2)
+
+
+@given(st.floats(5, 256), st.sampled_from((0, *COUNTS)), st.lists(st.floats(0.92, 1.08)))
+def test_the_count_does_not_flicker(need, before, wobble):
+    """It is enough, at most twice the smallest that is; around one need it changes once."""
+    seen = [counted(math.ceil(need), before)]
+    for part in wobble:
+        wanted = min(math.ceil(need * part), COUNTS[-1])
+        seen.append(counted(wanted, seen[-1]))
+        assert wanted <= seen[-1] < 4 * max(wanted, COUNTS[0])
+    assert np.count_nonzero(np.diff(seen)) <= 1
+
+
+def test_the_count_follows_a_slider_and_rarely():
+    """The amplitude up and down again: the pieces get more and fewer, in one step each time."""
+    shapes, seen = Shapes.sampled(solve(PAPER)), [0]
+    for amplitude in 0.4 * np.sin(np.linspace(0, math.pi, 200)):
+        swing = Seen.of(shapes, amplitude * np.eye(5)[4], "axial strain", SCALE)
+        seen.append(len(cut(shapes, swing, seen[-1]).strain))
+    changes = np.diff(seen[1:])
+    assert seen[1] == seen[-1] == 16
+    assert max(seen) == 128
+    assert np.count_nonzero(changes > 0) == np.count_nonzero(changes < 0) == 3
+
+
+@given(BEAMS, st.integers(0, 4))
+def test_the_mass_lies_where_two_pieces_meet(beam, mode):
+    """For it is drawn there, and the stretch jumps there."""
+    pieces = Drawn(beam, np.eye(5)[mode].tolist(), 0.15, "displacement").pieces
+    assert pieces.x[[0, -1]].tolist() == [0.0, 1.0]
+    assert (np.diff(pieces.x) > 0).all()
+    assert np.abs(pieces.x - beam.beta).min() < 1e-8
+
+
+def test_the_scene_shows_one_set_of_pieces():
+    """When their number changes, both ways, the others have no size."""
+    shapes = Shapes.sampled(solve(PAPER))
+    with hosted() as server:
+        scene = Scene(server.scene)
+        for mode in (0, 4, 0, 1):
+            look = Look().only(mode)
+            scene.show(shapes, look, [mode])
+            scene.move(np.full(5, math.pi / 2), look.amplitude * np.eye(5)[mode], 0.0)
+            sizes = {k: np.asarray(node.batched_scales).max() for k, node in scene.beams.items()}
+            assert [k for k, size in sizes.items() if size > HIDDEN] == [scene.count]
+            assert scene.count == count(PAPER, mode + 1)
+
+
+def test_a_ghost_has_the_faces_of_its_vertices():
+    """When the number of its pieces changes, both ways."""
+    shapes = Shapes.sampled(solve(PAPER))
+    with hosted() as server:
+        ghost, rings = Ghost(server.scene), []
+        for mode in (4, 0, 3):
+            sizes = 0.15 * np.eye(5)[mode]
+            ghost.show(shapes, Look(), [mode], "", Seen.of(shapes, sizes, "displacement"))
+            ghost.move(np.full(5, math.pi / 2), sizes, 0.0)
+            assert ghost.body.faces.max() + 1 == len(ghost.body.vertices)
+            rings.append(len(ghost.body.vertices) // 4)
+        assert rings[0] > rings[1] < rings[2]
+
+
+@given(BEAMS)
+def test_an_equilibrium_is_straight(beam):
+    """So its two ends are enough to draw it."""
+    assert not Shapes.sampled(solve(beam)).centreline[:, 1].any()
+
+
+@given(BEAMS)
+@settings(max_examples=20)
+def test_the_strain_of_a_piece_is_how_much_longer_it_is(beam):
+    """That of the equilibrium, which is straight, and the mean over the piece."""
+    drawn = Drawn(beam, [1.0, 0.0, 0.0, 0.0, 0.0], 0.15, "axial strain")
+    longer = np.diff(drawn.pieces.centreline[:, 0]) / np.diff(drawn.pieces.x) - 1
+    assert drawn.pieces.strain == pytest.approx(longer, abs=1e-3 * max(longer.max(), 1e-9))
+
+
+@pytest.mark.parametrize("beta", [1e-4, 0.999, 0.9999])
+def test_a_mass_next_to_an_end_leaves_a_piece_on_either_side(beta):
+    """However little of the beam is there."""
+    drawn = Drawn(PAPER.replace(beta=beta), [0.0, 1.0, 0.0, 0.0, 0.0], 0.15, "displacement")
+    x = drawn.pieces.x
+    assert (x[0], x[-1], x[drawn.pieces.mass]) == (0.0, 1.0, beta)
+    assert np.diff(x).min() > 0

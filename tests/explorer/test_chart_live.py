@@ -1,0 +1,142 @@
+"""The loci chart and the microscope in a running explorer, and on the real page."""
+
+import math
+import time
+
+import pytest
+from browser import NO_BROWSER, Page, control, field, page, tab
+from charts import TIP, charted
+from visitor import calm, visitor
+
+from beamviz.explorer.features import loci_chart as charts
+from beamviz.explorer.features.loci_chart import FAMILIES, LANES, PER_REV
+from beamviz.explorer.page.readout import significant
+from beamviz.exports.browser import found_browser
+from beamviz.scene import SavedScene
+from beamviz.solver import solve
+
+FIRST = SavedScene(TIP)
+LINES = len(FAMILIES) * LANES
+
+
+def test_the_chart_follows_the_sliders(url):
+    """Another mass moves the meeting; the place of the beam follows the speed."""
+    with visitor(url) as guest:
+        guest.says("4.4641")
+        guest.choose("mass α", 2.0)
+        guest.says(f"{charted(TIP.replace(alpha=2)).events[0].at:.4f}")
+        guest.choose("speed γ", 7.25)
+        guest.says("this beam, γ = 7.25")
+
+
+def test_moving_along_the_axis_computes_no_chart(url, monkeypatch):
+    """Only the mark moves."""
+    with visitor(url) as guest:
+        guest.says("4.4641")
+        calm(guest, 0.7)
+        monkeypatch.setattr(charts, "loci", None)  # a call would end in words
+        guest.choose("speed γ", 6.5)
+        guest.says("this beam, γ = 6.5")
+        calm(guest, 0.7)
+        assert "unexpected" not in guest.text
+
+
+def test_choosing_a_meeting_moves_the_scene_there(url):
+    """The number is set, the beam solved again, and the microscope says what it sees."""
+    with visitor(url) as guest:
+        guest.says("4.4641")
+        guest.choose("go to", "1")
+        at = charted(TIP).events[0].at
+        there = solve(TIP.replace(gamma=at))
+        guest.says(significant(there.frequencies[0], there.errors[0]))
+        guest.says("least gap 0.241 at γ 4.650")
+        guest.choose("along", "mass α")
+        guest.says("at α")
+
+
+def test_nonsense_about_the_chart_changes_nothing(url):
+    """Unknown axes and meetings are ignored, and the session goes on."""
+    with visitor(url) as guest:
+        guest.says("4.4641")
+        guest.choose("along", "temperature")
+        guest.choose("go to", "99")
+        guest.choose("go to", 7)
+        guest.choose("per-rev lines", "maybe")
+        guest.choose("speed γ", 8.0)
+        guest.says("this beam, γ = 8")
+        guest.choose("mass α", math.nan)
+        guest.says("alpha = nan")
+        guest.choose("mass α", 1.5)
+        guest.says(f"{charted(TIP.replace(alpha=1.5, gamma=8)).events[0].at:.4f}")
+
+
+# The real page
+
+
+CHART = "Object.values(window.__viserTestpoints?.uplots || {})[0]?.chart"
+
+
+PICK = "Array.from(document.querySelectorAll('button')).filter(e => e.innerText === '1').pop()"
+
+
+def pick(shown: Page, axis: str) -> None:
+    """Choose another axis."""
+    shown.click(control("along"))
+    time.sleep(0.5)  # the list unfolds
+    options = "Array.from(document.querySelectorAll('[role=option]'))"
+    shown.click(f"{options}.find(e => e.innerText === '{axis}')")
+
+
+def mark_of(shown: Page) -> float:
+    """Where the upright line of the chart is."""
+    column = 1 + LINES + len(PER_REV)
+    return shown.evaluate(
+        f"(() => {{ const d = {CHART}.data;"
+        f" return d[0][d[{column}].findIndex(y => !Number.isNaN(y))]; }})()"
+    )
+
+
+def reaches(shown: Page, value: float) -> None:
+    """Wait until the mark of the beam is at a value."""
+    end = time.monotonic() + 30
+    while abs(mark_of(shown) - value) > 1e-6:
+        assert time.monotonic() < end, (mark_of(shown), value)
+        time.sleep(0.2)
+
+
+@pytest.mark.browser
+@pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER)
+def test_the_chart_on_the_page(url):
+    """It is drawn with names on its lines; the mark follows the slider; a chosen meeting moves
+    the scene; the microscope draws both cases; no console errors."""
+    with page(url, 1280, 860) as shown:
+        shown.wait("document.body?.innerText.includes('stretching')")
+        shown.click(tab("Loci"))
+        shown.wait(f"{CHART} && {CHART}.scales.y.max === 250")
+        frame, names = shown.wait(
+            f"""(() => {{
+              const names = document.querySelector('[data-labels] > div');
+              if (!names || !{CHART}.over.clientWidth) return null;
+              return [{CHART}.over, names].map(e => {{
+                const r = e.getBoundingClientRect(); return [r.left, r.top, r.right, r.bottom]; }});
+            }})()"""
+        )
+        assert names == pytest.approx(frame, abs=2)  # names stand where their lines end
+        reaches(shown, 3.0)
+        shown.drag(control("speed γ"), 0.06, 0.2)
+        speed = f"{field('speed γ')}.value"
+        moved = float(shown.wait(f"{speed} !== '3' && {speed}"))
+        assert moved > 4
+        reaches(shown, float(shown.evaluate(speed)))
+        shown.click(PICK)
+        reaches(shown, charted(TIP).events[0].at)
+        shown.wait(f"{speed} === '4.4641'")
+        pick(shown, "position β")
+        shown.wait(f"{CHART}.scales.x.min === 0 && {CHART}.scales.x.max === 1")
+        pick(shown, "speed γ")
+        shown.wait(f"{CHART}.scales.x.max === 20")
+        shown.click(PICK)
+        shown.click(tab("Microscope"))
+        shown.wait("document.body.innerText.includes('least gap 0.241 at γ 4.650')")
+        shown.wait("document.querySelectorAll('table[aria-label^=shapes] svg').length === 12")
+        assert shown.problems == []

@@ -1,0 +1,339 @@
+"""What a hall can do to the explorer, done to it: afterwards the others are served as before."""
+
+import contextlib
+import gc
+import logging
+import os
+import re
+import socket
+import struct
+import threading
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+import websockets.exceptions
+from bare import CAMERA, packed, until, wire
+from readings import PAPER, frequency
+from visitor import BEAM, Visitor, calm, redrawn, visitor
+
+from beamviz.beam import NAMES, Beam
+from beamviz.explorer import app as server
+from beamviz.explorer import frames as animator
+from beamviz.explorer import solver_job as solving
+from beamviz.explorer.app import Animator, explorer
+from beamviz.explorer.page.inputs import NUMBERS
+from beamviz.explorer.session import Session
+from beamviz.scene import SavedScene
+from beamviz.server import connection as guard
+from beamviz.server import viser_private as hardening
+from beamviz.solver import solve
+
+SCENE = SavedScene(PAPER)
+# Speeds at which the solver of these tests does not end by itself, is slow, or fails.
+ENDLESS, SLOW, BROKEN = 46.0, 47.0, 48.0
+ENOUGH = threading.Event()
+BAD = (float("nan"), float("inf"), -float("inf"), 1e300, -1e300, 2**63, -1, 0, "", "rubber",
+       "9" * 900, True, [], [1, 2], ["a"], [float("nan")] * 3, [1e300, 2, 3])  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def url(animators) -> Iterator[str]:
+    """A running explorer; it takes its time for one speed, and fails at another."""
+
+    def solved(beam: Beam, **options: Any) -> Any:
+        if beam.gamma == BROKEN:
+            raise ZeroDivisionError("a mistake of ours")
+        if beam.gamma == SLOW:
+            time.sleep(1.0)
+        if beam.gamma == ENDLESS:
+            ENOUGH.wait(120)
+        return solve(beam, **options)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(solving, "solve", solved)
+        with explorer(SCENE, room=200) as found:
+            yield found
+
+
+@pytest.fixture
+def other(url) -> Iterator[Visitor]:
+    """A visitor who has paused, and whose beam must be as it was when the test is over."""
+    with visitor(url) as guest:
+        calm(guest)
+        yield guest
+        calm(guest)
+        assert frequency(PAPER) in guest.text
+        assert "Stable equilibrium" in guest.text
+        guest.choose("playing", True)
+        guest.wait(redrawn)
+
+
+@pytest.fixture(autouse=True)
+def fresh_log() -> None:
+    """No line is left out because an earlier test has had it."""
+    for module in (animator, guard, hardening, solving):
+        module.journal.noted.clear()
+
+
+def vanish(line: socket.socket) -> None:
+    """Leave without a word, as a laptop that is shut does."""
+    line.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    line.shutdown(socket.SHUT_RDWR)
+
+
+def alone(animators: list[Animator], count: int = 1) -> None:
+    """Wait until only `count` sessions are left."""
+    until(lambda: len(animators[0].sessions) == count)
+
+
+def newest(animators: list[Animator]) -> Session:
+    """The session of the guest who came last, beside one other, once it is counted."""
+    until(lambda: len(animators[0].sessions) == 2)
+    return animators[0].sessions[max(animators[0].sessions)]
+
+
+# Visitors who leave
+
+
+def test_tabs_closed_in_the_middle_of_a_picture(url, other, animators):
+    """Ten visitors vanish while their beams move."""
+    for _ in range(10):
+        with visitor(url) as guest:
+            guest.wait(redrawn)
+            vanish(guest.socket.socket)
+    alone(animators)
+
+
+def test_tabs_closed_in_the_middle_of_a_solution(url, other, animators):
+    """What nobody waits for any more is not solved: a later visitor gets an answer at once."""
+    for _ in range(8):
+        with visitor(url) as guest:
+            guest.choose("γ speed", SLOW)
+            vanish(guest.socket.socket)
+    alone(animators)
+    start = time.monotonic()
+    with visitor(url) as guest:
+        guest.choose("speed γ", 12.0)
+        guest.says(frequency(PAPER.replace(gamma=12)))
+    assert time.monotonic() - start < 6
+
+
+def test_a_page_loaded_again_and_again(url, other, animators):
+    """Each load is a new visit that starts from the beginning."""
+    for _ in range(5):
+        with visitor(url) as guest:
+            assert frequency(PAPER) in guest.text
+    alone(animators)
+
+
+def test_a_thousand_visits_leave_nothing_behind(url, other, animators):
+    """1000 that only connect, every 50th of which opens a session and leaves without a word: no
+    session, thread or socket stays, and not one object for each of them."""
+    come_and_go(url, visits=100)  # what is built once, is built
+    alone(animators)
+    before = left()
+    come_and_go(url, visits=1000)
+    alone(animators)
+    until(lambda: all(now <= then for now, then in zip(left(), before, strict=True)))
+
+
+def come_and_go(url: str, visits: int, at_once: int = 50) -> None:
+    """Connect and disconnect."""
+    for _ in range(visits // at_once):
+        with contextlib.ExitStack() as open_lines:
+            lines = [open_lines.enter_context(wire(url)) for _ in range(at_once)]
+            for k in range(0, at_once, 50):
+                lines[k].send(packed(**CAMERA))
+                lines[k].recv(timeout=20)
+                vanish(lines[k].socket)
+
+
+def left() -> tuple[int, int, int]:
+    """Threads that run, but for viser's own pool, which grows to its size once; open files and
+    sockets; objects, in hundreds."""
+    names = [thread.name for thread in threading.enumerate()]
+    threads = sum(not name.startswith("ThreadPoolExecutor") for name in names)
+    gc.collect()
+    return threads, len(os.listdir("/proc/self/fd")), len(gc.get_objects()) // 100
+
+
+# Messages
+
+
+def test_messages_out_of_order(url, other):
+    """Controls moved before the page said where its camera is, and cameras without end."""
+    with wire(url) as line:
+        line.send(packed(type="GuiUpdateMessage", uuid="nobody", updates={"value": 1}))
+        line.send(packed(type="TransformControlsDragEndMessage", name="/stage", owner="client"))
+        line.send(packed(type="CommandTriggerMessage", uuid="nobody"))
+        for k in range(50):
+            line.send(
+                packed(**CAMERA | {"image_width": 1 + 600 * k, "image_height": 30001 - 600 * k})
+            )
+        line.recv(timeout=20)
+    with visitor(url) as guest:
+        assert BEAM in guest.nodes
+
+
+def test_a_flood_of_5000_values_ends_at_the_last(url, other):
+    """None of them is queued: the last is there soon, and the others are not held up."""
+    with visitor(url) as guest:
+        calm(guest)
+        start = time.monotonic()
+        for k in range(5000):
+            guest.choose("speed γ", 30 - 0.005 * k)
+        guest.says(frequency(PAPER.replace(gamma=30 - 0.005 * 4999)))
+        assert time.monotonic() - start < 15
+
+
+@pytest.mark.parametrize("bad", BAD, ids=lambda bad: str(bad)[:20])
+def test_no_control_takes_harm_from_a_bad_value(url, other, animators, caplog, capfd, bad):
+    """Every control is set three times to a value that makes no sense for most; the session goes
+    on, and the log has one line for each kind of mistake."""
+    with caplog.at_level(logging.WARNING), visitor(url) as guest:
+        guest.choose("playing", False)
+        for label in 3 * list(guest.controls):
+            guest.choose(label, bad)
+        session = newest(animators)
+        until(lambda: answered(guest, session, PAPER.replace(gamma=12)))
+    lines = [record.getMessage() for record in caplog.records]
+    assert all("\n" not in line for line in lines)
+    assert 1 <= len(lines) <= 2, lines
+    assert not [record for record in caplog.records if record.exc_info]
+    assert "Traceback" not in capfd.readouterr().err
+
+
+def answered(guest: Visitor, session: Session, beam: Beam) -> bool:
+    """Set the five numbers, and see whether the answer is there; a button pressed just before
+    may still put others in their place."""
+    for name, value in beam.numbers.items():
+        guest.choose(f"{NUMBERS[name][0][-1]} {NAMES[name]}", value)
+    time.sleep(0.3)
+    return session.picture.answer is not None and session.picture.answer.beam == beam
+
+
+# Work that fails or takes long
+
+
+def test_a_solver_that_fails_is_said_and_logged_in_one_line(url, other, caplog):
+    """The visitor reads that it was unexpected; the next number is solved."""
+    with visitor(url) as guest:
+        for _ in range(3):
+            guest.choose("γ speed", 12.0)
+            guest.wait(lambda _: "a mistake of ours" not in guest.text)
+            guest.choose("γ speed", BROKEN)
+            guest.says("unexpected: a mistake of ours")
+        guest.choose("γ speed", 12.0)
+        guest.says(frequency(PAPER.replace(gamma=12)))
+    lines = [record for record in caplog.records if "a mistake of ours" in record.getMessage()]
+    assert len(lines) == 1
+    assert lines[0].exc_info in (None, False)
+
+
+def test_a_slow_solver_does_not_stop_the_pictures(url, other):
+    """While one visitor waits, another sees frames and gets answers."""
+    other.choose("playing", True)
+    with visitor(url) as guest:
+        guest.choose("γ speed", SLOW)
+        frames, end = 0, time.monotonic() + 0.9
+        while time.monotonic() < end:
+            frames += redrawn(other.receive(1.0))
+        assert frames >= 5
+        guest.says(frequency(PAPER.replace(gamma=SLOW)))
+
+
+def test_solutions_without_end_stop_nobody_else(url, other):
+    """More visitors wait for such a one than solve at once: another one sees frames, and gets
+    answers as before."""
+    other.choose("playing", True)
+    with contextlib.ExitStack() as guests:
+        for _ in range(server.SOLVERS + 1):
+            guest = guests.enter_context(visitor(url))
+            guests.callback(vanish, guest.socket.socket)
+            guest.choose("γ speed", ENDLESS)
+        guests.callback(ENOUGH.set)
+        for gamma in (12.0, 13.0):
+            other.choose("speed γ", gamma)
+            other.says(frequency(PAPER.replace(gamma=gamma)))
+            for _ in range(5):
+                other.wait(redrawn)
+    other.choose("speed γ", PAPER.gamma)
+    other.says(frequency(PAPER))
+
+
+def test_solutions_without_end_stop_nobody_in_a_crowd(url, other, animators):
+    """Where all are answered in turn, such a one looks as quick as the last: another visitor sees
+    frames, and gets answers as before."""
+    with contextlib.ExitStack() as guests:
+        ENOUGH.clear()
+        crowd = [guests.enter_context(visitor(url)) for _ in range(animator.CROWD)]
+        for guest in crowd:
+            guests.callback(vanish, guest.socket.socket)
+        guests.callback(ENOUGH.set)
+        until(animators[0].crowded)
+        for guest in crowd[:3]:
+            guest.choose("speed γ", 11.0)
+            guest.says(frequency(PAPER.replace(gamma=11)))
+            guest.choose("γ speed", ENDLESS)
+        for gamma in (12.0, 13.0):
+            crowd[-1].choose("speed γ", gamma)
+            crowd[-1].says(frequency(PAPER.replace(gamma=gamma)))
+            for _ in range(20):
+                crowd[-1].wait(redrawn)
+        sessions = list(animators[0].sessions.values())
+        assert sum(session.solver.busy for session in sessions) >= 3
+    alone(animators)
+
+
+def test_the_server_ends_in_the_middle_of_a_solution_without_end(monkeypatch):
+    """Ctrl-C need not wait for it."""
+    begun, enough = threading.Event(), threading.Event()
+
+    def solved(beam: Beam, **options: Any) -> Any:
+        if beam.gamma == ENDLESS:
+            begun.set()
+            enough.wait()
+        return solve(beam, **options)
+
+    monkeypatch.setattr(solving, "solve", solved)
+    try:
+        with explorer(SCENE) as found, visitor(found) as guest:
+            guest.choose("γ speed", ENDLESS)
+            assert begun.wait(20)
+            vanish(guest.socket.socket)
+    finally:
+        enough.set()
+
+
+def test_drawing_that_fails_ends_that_visit_alone(url, other, animators, caplog):
+    """The page connects again, to a new session; the log has one line."""
+    with visitor(url) as guest:
+        session = newest(animators)
+        session.draw = lambda: 1 / 0
+        with pytest.raises(websockets.exceptions.ConnectionClosed):
+            guest.wait(lambda _: session.reset_view())  # a picture may be under way
+        assert guest.socket.close_code == 1011
+    alone(animators)
+    (line,) = [record.getMessage() for record in caplog.records if record.levelname == "ERROR"]
+    assert re.search(r"drawing: failed for visitor \d+, who is sent off: ZeroDivisionError", line)
+
+
+def test_clocks_that_jump_do_not_stop_the_picture(url, other, monkeypatch):
+    """The clock of the day jumps an hour back and a day forward."""
+    now = time.time
+    other.choose("playing", True)
+    for jump in (-3600, 86400):
+        monkeypatch.setattr(time, "time", lambda jump=jump: now() + jump)
+        for _ in range(5):
+            other.wait(redrawn)
+
+
+def test_a_machine_that_slept_goes_on_where_it_was(url, other, animators):
+    """Hours without a tick move the picture by a moment only."""
+    session = next(iter(animators[0].sessions.values()))
+    turns = session.clock.angle
+    session.tick(session.seen + 36000.0)
+    session.seen = time.monotonic()
+    assert (session.clock.angle - turns) % 6.3 <= 0.4 * session.picture.pace * 10 + 1e-9

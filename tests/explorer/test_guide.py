@@ -1,0 +1,277 @@
+"""The guided panel and the keys: lessons begun, turned through, met and reset by a visitor."""
+
+import contextlib
+import re
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from readings import PAPER, frequency
+from visitor import Visitor, visitor
+
+from beamviz.beam import Beam
+from beamviz.errors import InvalidInput
+from beamviz.explorer import solver_job as solving
+from beamviz.explorer.app import explorer
+from beamviz.explorer.features.lessons import BACK, NEXT, NONE, RESET
+from beamviz.explorer.features.lessons_html import marked
+from beamviz.explorer.url import arrive
+from beamviz.lessons.content import LESSONS, lesson
+from beamviz.scene import SavedScene
+
+
+@pytest.fixture
+def guest(url) -> Iterator[Visitor]:
+    """A new visitor."""
+    with visitor(url) as visiting:
+        yield visiting
+
+
+def begin(guest: Visitor, name: str) -> None:
+    """Choose a lesson by its title."""
+    number = [one.name for one in LESSONS].index(name) + 1
+    guest.choose("lesson", f"{number}  {lesson(name).title}")
+    guest.says(marked(lesson(name).question))
+
+
+def challenged(guest: Visitor, name: str) -> None:
+    """Begin a lesson and turn to its challenge; clicks that come together count as one."""
+    begin(guest, name)
+    for words in (lesson(name).proof.words, lesson(name).challenge.task):
+        guest.choose("page", NEXT)
+        guest.says(marked(words))
+
+
+def read(guest: Visitor) -> str:
+    """All the panel says, without its HTML."""
+    return re.sub("<[^>]*>", "", guest.text)
+
+
+# Pages
+
+
+def test_a_newcomer_is_invited(guest):
+    """And sees the scene the server was started with."""
+    guest.says(f"{len(LESSONS)} short lessons")
+    assert frequency(PAPER) in guest.text
+
+
+def test_next_leads_through_every_page_and_back_again(guest):
+    """Question, meaning with its number, challenge; then the next lesson; behind the last the
+    invitation."""
+    for one in LESSONS[:2]:
+        for words in (one.question, one.proof.words, one.challenge.task):
+            guest.choose("page", NEXT)
+            guest.says(marked(words))
+    guest.choose("page", BACK)
+    guest.says(LESSONS[1].proof.words)
+    begin(guest, LESSONS[-1].name)
+    for words in (LESSONS[-1].proof.words, LESSONS[-1].challenge.task, "New here?"):
+        guest.choose("page", NEXT)
+        guest.says(words)
+
+
+@pytest.mark.parametrize("one", LESSONS, ids=[one.name for one in LESSONS])
+def test_a_lesson_brings_its_scene(guest, one):
+    """The table is that of its beam and model."""
+    begin(guest, one.name)
+    guest.says(frequency(one.scene.beam, **one.scene.options))
+
+
+def test_a_lesson_fits_its_beam_into_the_picture(guest, monkeypatch):
+    """The camera is where it is for who begins with that scene, however late the answer comes."""
+    scene = lesson("buckling").scene
+    with explorer(scene) as address, visitor(address) as other:
+        wanted = other.camera
+    slow = partial(late, solving.solve)
+    monkeypatch.setattr(solving, "solve", slow)
+    begin(guest, "buckling")
+    guest.says(frequency(scene.beam))
+    guest.wait(lambda _: guest.camera == pytest.approx(wanted, rel=1e-6))
+
+
+def late(solve_: Callable, beam: Beam, **options):
+    """A solution after a while."""
+    time.sleep(0.4)
+    return solve_(beam, **options)
+
+
+def test_turning_a_page_leaves_the_beam_alone(guest):
+    """Only the next lesson has a scene of its own."""
+    begin(guest, "stiffening")
+    guest.choose("speed γ", 7.0)
+    moved = frequency(Beam(gamma=7), plane="flapwise")
+    guest.says(moved)
+    guest.choose("page", NEXT)
+    guest.says("proves it")
+    assert moved in guest.text
+
+
+def test_reset_brings_back_the_start_of_the_lesson(guest):
+    """By the button among its pages, by that among the controls, and by the key."""
+    begin(guest, "moving-mass")
+    start = frequency(lesson("moving-mass").scene.beam)
+    for again in (
+        lambda: guest.choose("page", RESET),
+        lambda: guest.choose("reset", "beam"),
+        lambda: guest.press("R"),
+    ):
+        guest.choose("position β", 0.3)
+        guest.says(frequency(Beam(alpha=1, beta=0.3)))
+        again()
+        guest.says(start)
+
+
+def test_without_a_lesson_reset_brings_back_the_first_scene(guest):
+    """What the server was started with."""
+    guest.choose("speed γ", 20.0)
+    guest.says(frequency(PAPER.replace(gamma=20)))
+    guest.choose("page", RESET)
+    guest.says(frequency(PAPER))
+
+
+def test_a_scene_that_is_that_of_a_lesson_begins_it():
+    """`beamviz serve --lesson nodes` opens the page there."""
+    with explorer(lesson("nodes").scene) as address, visitor(address) as guest:
+        guest.says(lesson("nodes").question)
+
+
+def test_nonsense_opens_nothing(guest):
+    """An unknown title, an unknown button."""
+    guest.choose("lesson", "13  Magic")
+    guest.choose("page", "tear out")
+    guest.choose("reset", "everything")
+    guest.choose("lesson", 7)
+    begin(guest, "nodes")
+
+
+# Challenges
+
+
+@pytest.mark.parametrize(
+    ("name", "label", "value"),
+    [("nodes", "position β", 0.785), ("crossing", "speed γ", 4.5), ("paradox", "speed γ", 3.5)],
+)
+def test_the_answer_is_checked_live(guest, name, label, value):
+    """Not yet, with what is measured; then right, with the computed answer, and a tick."""
+    challenged(guest, name)
+    guest.says("Not yet.")
+    assert "Now: " in read(guest)
+    guest.choose(label, value)
+    guest.says("Right!")
+    (answer,) = lesson(name).challenge.answers
+    assert f"{answer:.5g}" in guest.text
+    guest.choose("lesson", NONE)
+    guest.says(f"Challenges met: 1 of {len(LESSONS)}")
+
+
+def test_what_is_in_the_way_of_the_answer_is_said(guest):
+    """Another slenderness cannot meet the challenge."""
+    challenged(guest, "crossing")
+    guest.choose("slenderness μ", 80.0)
+    guest.choose("speed γ", 4.5)
+    guest.says("Put the slenderness μ back to 70 first.")
+    guest.choose("slenderness μ", 70.0)
+    guest.says("Right!")
+
+
+def test_beyond_the_last_equilibrium_the_challenge_still_answers(guest):
+    """Where there is no solution nothing is measured, and the answer is still judged."""
+    challenged(guest, "no-equilibrium")
+    guest.says("the root is stretched")
+    guest.choose("speed γ", 40.0)
+    guest.says("no equilibrium beyond gamma = 31.4887")
+    guest.says("Not yet.")
+    guest.choose("speed γ", 31.5)
+    guest.says("Right!")
+
+
+# Keys
+
+
+def test_keys_do_what_the_controls_do(guest):
+    """Modes, Coriolis, pages of a lesson; each has an entry in the list of keys."""
+    assert set("12345PNBRVHSCD") <= set(guest.commands)
+    guest.press("C")
+    with_coriolis = frequency(PAPER, coriolis=True)
+    guest.says(with_coriolis)
+    guest.press("N")
+    guest.says(LESSONS[0].question)
+    guest.press("B")
+    guest.says("New here?")
+    guest.press("Lesson: " + lesson("veering").title)
+    guest.says(marked(lesson("veering").question))
+
+
+def test_a_key_pauses_and_another_makes_it_dark(guest):
+    """The boxes of the panel follow."""
+    guest.press("P")
+    guest.wait(lambda _: guest.updated.get(guest.controls["playing"]) is False)
+    guest.press("D")
+    guest.wait(lambda _: guest.updated.get(guest.controls["dark page"]) is True)
+    guest.press("R")
+    guest.wait(lambda _: guest.updated.get(guest.controls["playing"]) is True)
+    assert guest.updated.get(guest.controls["dark page"]) is True
+
+
+# Links
+
+
+class Arrival:
+    """Stands in for guide and session: what a link asks of them."""
+
+    def __init__(self) -> None:
+        self.done: list = []
+
+    def open(self, name: str) -> None:
+        self.done.append(name)
+
+
+@pytest.mark.parametrize(
+    ("query", "done"),
+    [
+        ("", []),
+        ("fixedDpr=1&token=abc", []),
+        ("lesson=nodes", ["nodes"]),
+        ("lesson=nodes&dark=true", ["nodes", lesson("nodes").scene.changed(dark=True)]),
+        ("alpha=1&mode=3", [SavedScene.of(alpha=1, mode=3)]),
+        ("gamma=10.0&over=mu&dark=true", [SavedScene.of(gamma=10, over="mu", dark=True)]),
+        ("strain=hencky&shares=[0.5,%201]", [SavedScene.of(strain="hencky", shares=[0.5, 1.0])]),
+    ],
+)
+def test_a_link_is_followed(query, done):
+    """Lessons by name, scenes by their keys; what others read from it is left alone."""
+    arrival = Arrival()
+    arrive(query, arrival, arrival.done.append)  # type: ignore[arg-type]
+    assert arrival.done == done
+
+
+@pytest.mark.parametrize(
+    ("query", "words"),
+    [
+        ("lesson=magic", "must be one of stiffening"),
+        ("gama=3", "gama"),
+        ("alpha=-1", "alpha = -1: must lie in 0 .. 100"),
+        ("alpha=1%0Abeta=3", "alpha = "),  # a line end does not begin another key
+        ("a&" * 1000, "no more than"),
+    ],
+)
+def test_a_link_without_sense_is_refused(query, words):
+    """It says what is wrong and opens nothing."""
+    arrival = Arrival()
+    with pytest.raises(ValueError, match=words):
+        arrive(query, arrival, arrival.done.append)  # type: ignore[arg-type]
+    assert arrival.done == []
+
+
+@given(st.text(max_size=60))
+@settings(max_examples=200)
+def test_no_link_does_more_than_be_refused(query):
+    """Whatever is typed into the address: it is followed, or refused in words."""
+    arrival = Arrival()
+    with contextlib.suppress(InvalidInput):
+        arrive(query, arrival, arrival.done.append)  # type: ignore[arg-type]
+        assert all(isinstance(done, str | SavedScene) for done in arrival.done)

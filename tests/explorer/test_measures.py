@@ -1,0 +1,149 @@
+"""A real beam in the explorer: kg, mm, rpm and Hz wherever a number is shown."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from visitor import visitor
+
+from beamviz.beam import LIMITS, Beam, Units
+from beamviz.display_units import frequencies, measure, measures, neat, places, rounded
+from beamviz.explorer.features import loci_html as chart_words
+from beamviz.explorer.features.loci_chart import LANES, Charts, Point, Question, series, top
+from beamviz.explorer.features.resonance_list import MOST, resonance_list
+from beamviz.explorer.page.readout import significant
+from beamviz.explorer.request import Wanted
+from beamviz.frequency_loci import loci
+from beamviz.scene import SavedScene
+from beamviz.solver import solve
+
+RULER = Beam.from_si(
+    length=0.3,
+    density=7850,
+    area=25e-6,
+    second_moment=25e-12 / 12,
+    youngs_modulus=210e9,
+    rotation_speed=20 * math.pi,
+    mass=0.02,
+    mass_position=0.15,
+)
+FIRST = SavedScene(RULER)
+sizes = st.floats(1e-3, 1e3)
+
+
+def charted(beam: Beam, over: str):
+    """The chart of a beam, as the explorer computes it."""
+    return Charts.answered(None, Question.of(Wanted.of(beam, {}), over))  # type: ignore[arg-type]
+
+
+def hertz(beam: Beam) -> str:
+    """The first frequency as the table prints it."""
+    solution = solve(beam)
+    factor = frequencies(beam.units).factor
+    return significant(factor * solution.frequencies[0], factor * solution.errors[0])
+
+
+def test_the_numbers_of_a_real_beam_are_those_it_was_made_of():
+    """600 rpm, 20 g, 150 mm come back from gamma, alpha and beta."""
+    shown = measures(RULER.units)
+    values = {name: shown[name].factor * number for name, number in RULER.numbers.items()}
+    assert values["gamma"] == pytest.approx(600)
+    assert values["alpha"] == pytest.approx(0.02)
+    assert values["beta"] == pytest.approx(150)
+    assert shown["gamma"].text(RULER.gamma, 5) == "600 rpm"
+    assert shown["mu"].unit == ""
+    assert measure("gamma", None).text(4.4641, 4) == "γ = 4.464"
+
+
+@given(st.sampled_from(list(LIMITS)), sizes, sizes, sizes, st.floats(0.1, 50))
+def test_sliders_in_units_have_round_ends_within_the_limits(name, length, time, mass, high):
+    """Round, at least as wide as asked for unless a limit is nearer, a step of 1, 2 or 5."""
+    shown = measure(name, Units(length, time, mass))
+    least, most = LIMITS[name]
+    high = min(max(high, least + 0.1), most)
+    low, top_, step = shown.range(least, high, 0.01, LIMITS[name])
+    assert shown.plain(low) == pytest.approx(least)
+    if shown.unit:
+        assert shown.plain(top_) >= high * (1 - 1e-9)
+        assert shown.plain(top_) <= min(most, 1.1 * high) * (1 + 1e-9)
+        assert step <= shown.factor * 0.01 * (1 + 1e-9)
+        assert round(step / 10.0 ** math.floor(math.log10(step * 1.0000001))) in (1, 2, 5)
+
+
+def test_round_numbers():
+    """Two digits, away from zero; the next step below; decimals for that step."""
+    assert [rounded(v) for v in (0.0, 1.0, 431.2, -0.0234, 9.95)] == [0.0, 1.0, 440.0, -0.024, 10.0]
+    assert [neat(v) for v in (0.3, 0.5, 7.0, 1.0)] == pytest.approx([0.2, 0.5, 5.0, 1.0])
+    assert [places(v) for v in (0.2, 0.005, 5.0, 10.0)] == [2, 4, 1, 0]
+
+
+def test_the_chart_of_a_real_beam_is_in_rpm_and_hertz():
+    """x and y are those of the plain chart times their units; the axes end at round numbers."""
+    question = Question.of(Wanted.of(RULER, {}), "gamma")
+    without = replace(question, beam=question.beam.replace(units=None))
+    chart, plain = Charts.answered(None, question), Charts.answered(None, without)  # type: ignore[arg-type]
+    assert chart.loci
+    assert RULER.units
+    solution = solve(RULER)
+    x, *lines = series(chart, Point.of(solution, "gamma"), LANES, per_rev=True)
+    x0, *lines0 = series(plain, Point.of(solution, "gamma"), LANES, per_rev=True)
+    assert x == pytest.approx(RULER.units.rpm(x0))
+    curves = 3 * LANES
+    assert np.allclose(lines[:curves], RULER.units.hertz(np.array(lines0[:curves])), equal_nan=True)
+    end = RULER.units.hertz(top(chart.loci))
+    assert end == pytest.approx(rounded(end))
+    assert "this beam, 600 rpm:<br>" in chart_words.here(
+        Point.of(solution, "gamma"), *chart_words.shown(chart)
+    )
+    over_mu = charted(RULER, "mu")
+    assert chart_words.shown(over_mu)[1].unit == ""  # T* itself depends on mu
+
+
+def test_resonances_are_listed_in_rpm_and_hertz():
+    """Each is a crossing of its line: so many times per turn is its frequency."""
+    chart = charted(RULER, "gamma")
+    assert chart.loci
+    assert RULER.units
+    assert chart.resonances
+    for one in chart.resonances:
+        row = resonance_list([one], *chart_words.shown(chart))
+        assert one.frequency == pytest.approx(one.per_rev * one.at)
+        assert f"{RULER.units.rpm(one.at):.5g}" in row
+        assert f"{one.per_rev * RULER.units.rpm(one.at) / 60:.4g}" in row
+        again = solve(RULER.replace(gamma=one.at)).frequencies
+        assert np.abs(again - one.frequency).min() < 1e-6 * one.frequency
+    many = list(chart.resonances) * MOST
+    assert f"and {len(many) - MOST} more" in resonance_list(many, *chart_words.shown(chart))
+    assert "No line" in resonance_list([], *chart_words.shown(chart))
+    assert charted(RULER, "alpha").resonances == ()
+
+
+def test_sliders_of_a_real_beam_take_rpm_kg_and_millimetres(url):
+    """What is set in units is solved as the same beam made from SI values; no slider for mu."""
+    with visitor(url) as guest:
+        assert "slenderness μ" not in guest.controls
+        guest.choose("speed [rpm]", 300.0)
+        guest.choose("mass [kg]", 0.01)
+        guest.choose("position [mm]", 200.0)
+        assert RULER.units
+        assert RULER.units.mass
+        same = RULER.replace(
+            gamma=300 / RULER.units.rpm(1), alpha=0.01 / RULER.units.mass, beta=200 / 300
+        )
+        guest.says(hertz(same))
+        guest.says("300 rpm")
+        guest.choose("per-rev lines", True)
+        guest.choose("exact speed [rpm]", 450.0)
+        guest.says(hertz(same.replace(gamma=450 / RULER.units.rpm(1))))
+        at = charted(same, "gamma").resonances[-1].at
+        guest.says(f"{RULER.units.rpm(at):.5g}")
+
+
+def test_loci_in_units_are_the_loci():
+    """The units of a beam leave its dimensionless loci alone."""
+    values = np.linspace(0, 5, 6)
+    one, other = loci(RULER, "gamma", values), loci(RULER.replace(units=None), "gamma", values)
+    assert np.array_equal(one.branches[0].frequency, other.branches[0].frequency)

@@ -1,0 +1,130 @@
+"""The page on a phone held upright and in the dark: looked at in a browser without a window."""
+
+import time
+from collections.abc import Iterator
+
+import pytest
+from browser import NO_BROWSER, Page, field, page, tab
+
+from beamviz.beam import Beam
+from beamviz.explorer.app import explorer
+from beamviz.explorer.page.theme import SHEET
+from beamviz.exports.browser import found_browser
+from beamviz.scene import SavedScene
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER),
+]
+
+WIDTH, HEIGHT = 390, 844
+BEAM = Beam(alpha=1, beta=0.5, mu=123.4567)
+CANVAS = "document.querySelector('canvas[data-engine]')"
+
+
+@pytest.fixture(scope="module")
+def phone() -> Iterator[Page]:
+    """A phone with the explorer."""
+    with explorer(SavedScene(BEAM)) as url, page(url, WIDTH, HEIGHT) as opened:
+        opened.call(
+            "Emulation.setDeviceMetricsOverride",
+            width=WIDTH,
+            height=HEIGHT,
+            deviceScaleFactor=1,
+            mobile=True,
+        )
+        opened.wait("document.body?.innerText.includes('dark page')")
+        yield opened
+
+
+def place(phone: Page, element: str) -> list[float]:
+    """Left, top, width and height of an element, once it has stopped moving."""
+    script = (
+        f"(({{x, y, width, height}}) => [x, y, width, height])({element}.getBoundingClientRect())"
+    )
+    before = phone.evaluate(script)
+    for _ in range(40):
+        time.sleep(0.3)
+        now = phone.evaluate(script)
+        if now == before:
+            return now
+        before = now
+    raise TimeoutError(f"{element} does not come to rest")
+
+
+def test_on_a_phone_the_controls_stand_below_the_scene(phone):
+    """The scene has at least 40 % of the screen, and nothing lies over it."""
+    _, top, width, height = place(phone, f"document.querySelector('{SHEET}')")
+    assert width == WIDTH
+    assert top + height == pytest.approx(HEIGHT, abs=1)
+    canvas = place(phone, CANVAS)
+    assert canvas == pytest.approx([0, 0, WIDTH, top], abs=1)
+    assert top > 0.4 * HEIGHT
+
+
+def test_on_a_phone_results_come_before_the_controls(phone):
+    """The tab Modes is above the first slider."""
+    results = place(phone, "document.querySelector('[role=button][aria-label*=\"panel\"]')")
+    slider = place(phone, "document.querySelector('.mantine-Slider-root')")
+    assert results[1] < slider[1]
+
+
+def test_on_a_phone_a_chart_is_no_wider_than_the_screen(phone):
+    """The chart of loci fills the sheet, and nothing has to be scrolled sideways."""
+    results = "document.querySelector('[role=button][aria-label*=\"panel\"]')"
+    place(phone, results)
+    phone.click(results)
+    place(phone, tab("Loci"))
+    phone.click(tab("Loci"))
+    chart = "[...document.querySelectorAll('.uplot')].find(e => e.offsetWidth)"
+    phone.wait(f"{chart} && !!document.querySelector('[aria-label=\"meetings\"]')")
+    left, _, width, _ = place(phone, chart)
+    assert 0.9 * WIDTH < left + width <= WIDTH
+    viewport = f"document.querySelector('{SHEET} .mantine-ScrollArea-viewport')"
+    assert phone.evaluate(f"{viewport}.scrollWidth") == WIDTH
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_labels_have_contrast(phone, scheme):
+    """At least 7 : 1 on either page (WCAG AAA)."""
+    phone.evaluate(
+        f"document.documentElement.setAttribute('data-mantine-color-scheme', '{scheme}')"
+    )
+    text, page = (
+        luminance(phone.evaluate(f"getComputedStyle({element}).{what}"))
+        for element, what in (
+            ("document.querySelector('p:has(> label)')", "color"),
+            (f"document.querySelector('{SHEET}')", "backgroundColor"),
+        )
+    )
+    assert (max(text, page) + 0.05) / (min(text, page) + 0.05) > 7
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance of a colour like rgb(74, 81, 88)."""
+    parts = [int(part) / 255 for part in colour[colour.index("(") + 1 : -1].split(",")[:3]]
+    light = [p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts]
+    return sum(weight * p for weight, p in zip((0.2126, 0.7152, 0.0722), light, strict=True))
+
+
+def test_colours_of_lines_are_lighter_in_the_dark(phone):
+    """So that the blue of the method in use is read on a dark page, too."""
+    word = "document.querySelector('[aria-label=\"this method\"]')"
+    phone.wait(f"!!{word}")
+    for scheme, looks in (("light", "none"), ("dark", "brightness(1.25)")):
+        phone.evaluate(
+            f"document.documentElement.setAttribute('data-mantine-color-scheme', '{scheme}')"
+        )
+        assert phone.evaluate(f"getComputedStyle({word}).filter") == looks
+
+
+def test_all_digits_of_a_number_are_seen(phone):
+    """In the field beside its slider."""
+    box = field("slenderness μ")
+    assert phone.evaluate(f"{box}.value") == "123.4567"
+    assert phone.evaluate(f"{box}.scrollWidth <= {box}.clientWidth")
+
+
+def test_the_page_has_a_name(phone):
+    """That of the program, on its tab in the browser."""
+    phone.wait("document.title === 'beamviz'")

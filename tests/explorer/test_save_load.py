@@ -1,0 +1,142 @@
+"""Saving and loading in the page: a visitor's scene as a file, and every file that is none."""
+
+from functools import partial
+from typing import Any
+
+import pytest
+from visitor import Visitor, visitor
+
+from beamviz.beam import MAX_TOML_BYTES, Beam
+from beamviz.explorer.features import downloads as take_away
+from beamviz.explorer.page.readout import significant
+from beamviz.exports import film
+from beamviz.scene import SavedScene
+from beamviz.solver import solve
+
+FIRST = SavedScene.of(
+    Beam(alpha=1, beta=0.5, gamma=10), mode=3, dark=True, over="mu", position=(1.0, -4.0, 2.0)
+)
+
+
+def upload(guest: Visitor, content: bytes, parts: int = 1, name: str = "scene.toml") -> None:
+    """Send a file through the button, as a page does."""
+    button = guest.controls["Load scene"]
+    about = {"source_component_uuid": button, "transfer_uuid": name}
+    guest.send(
+        type="FileTransferStartUpload",
+        filename=name,
+        mime_type="text/plain",
+        part_count=parts,
+        size_bytes=parts * len(content),
+        **about,
+    )
+    for k in range(parts):
+        guest.send(type="FileTransferPart", part_index=k, content=content, **about)
+
+
+def saved(guest: Visitor) -> SavedScene:
+    """The scene in the file the visitor gets."""
+    guest.choose("Save scene", True)
+    (part,) = heard(guest, "FileTransferPart")
+    return SavedScene.from_bytes(part["content"], "saved")
+
+
+def heard(guest: Visitor, *kinds: str, timeout: float = 40) -> list[dict[str, Any]]:
+    """Wait for a message of each kind."""
+    found: dict[str, dict[str, Any]] = {}
+
+    def all_of(latest: list[dict[str, Any]]) -> bool:
+        found.update({one["type"]: one for one in latest})
+        return all(kind in found for kind in kinds)
+
+    guest.wait(all_of, timeout)
+    return [found[kind] for kind in kinds]
+
+
+def frequency(scene: SavedScene) -> str:
+    """The first frequency as the table prints it."""
+    solution = solve(scene.beam, **scene.options)
+    return significant(solution.frequencies[0], solution.errors[0])
+
+
+def test_what_is_saved_is_what_is_set(url):
+    """The scene served, then with what the visitor changed."""
+    with visitor(url) as guest:
+        assert saved(guest) == FIRST
+        guest.choose("speed γ", 20.0)
+        guest.choose("dark page", False)
+        guest.says(frequency(FIRST.changed(gamma=20)))
+        assert saved(guest) == FIRST.changed(gamma=20.0, dark=False)
+
+
+def test_a_loaded_scene_is_shown_and_the_controls_follow(url):
+    """Another beam, model and picture; saved again it is the same, to the camera."""
+    wanted = SavedScene.of(alpha=2, gamma=5, coriolis=True, shares=[0.5, 0.0, 1.0], over="delta")
+    with visitor(url) as guest:
+        upload(guest, wanted.to_toml().encode())
+        guest.says(frequency(wanted))
+        assert saved(guest) == wanted
+        guest.choose("speed γ", 6.0)
+        guest.says(frequency(wanted.changed(gamma=6)))
+        assert saved(guest) == wanted.changed(gamma=6.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "begin"),
+    [
+        ("picture (PNG)", b"\x89PNG"),
+        ("film (GIF)", b"GIF89a"),
+        ("page that plays offline (HTML)", b"<!"),
+        ("3D model (GLB)", b"glTF"),
+        ("numbers (CSV)", b"mode,label"),
+        ("numbers (NPZ)", b"PK"),
+    ],
+)
+def test_every_file_can_be_taken_away(url, monkeypatch, kind, begin):
+    """The button sends what the command line writes, whole."""
+    monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
+    monkeypatch.setattr(take_away, "animate", partial(film.animate, width=96, height=64, fps=5))
+    with visitor(url) as guest:
+        guest.choose("file", kind)
+        guest.choose("Make and download", True)
+        start, part = heard(guest, "FileTransferStartDownload", "FileTransferPart", timeout=120)
+        assert start["filename"].startswith("beam.")
+        assert part["content"][: len(begin)].lower() == begin.lower()
+        if start["part_count"] == 1:
+            assert len(part["content"]) == start["size_bytes"]
+
+
+def test_a_film_of_what_does_not_move_is_refused_in_words(url, monkeypatch):
+    """And the next file can be made."""
+    monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
+    still = SavedScene.of(shares=[0.0])
+    with visitor(url) as guest:
+        upload(guest, still.to_toml().encode())
+        guest.says(frequency(still))
+        guest.choose("file", "film (GIF)")
+        guest.choose("Make and download", True)
+        found = guest.wait(
+            lambda latest: [m for m in latest if "nothing moves" in str(m.get("props", m))], 60
+        )
+        assert found
+    assert take_away.MAKING.acquire(timeout=20)
+    take_away.MAKING.release()
+
+
+def test_a_file_that_is_no_scene_changes_nothing(url):
+    """The visitor reads why; the scene stays."""
+    with visitor(url) as guest:
+        upload(guest, b"[beam]\nalpha = -1\n")
+        (told,) = heard(guest, "NotificationShowMessage")
+        assert "alpha = -1: must lie in 0 .. 100" in str(told)
+        assert saved(guest) == FIRST
+
+
+def test_a_large_upload_is_turned_down_before_it_is_kept(url):
+    """Nothing of it stays in memory, the page hears that it is over, and why."""
+    with visitor(url) as guest:
+        upload(guest, b"#" * MAX_TOML_BYTES, parts=3)
+        ack, told = heard(guest, "FileTransferPartAck", "NotificationShowMessage")
+        assert ack["transferred_bytes"] == ack["total_bytes"] == 3 * MAX_TOML_BYTES
+        assert "larger than 64000 bytes" in str(told)
+        assert saved(guest) == FIRST

@@ -1,0 +1,75 @@
+"""Switches for the terms of the equations, and what they leave to be seen."""
+
+import pytest
+from readings import frequency
+from visitor import visitor
+
+from beamviz.beam import Beam
+from beamviz.explorer.app import explorer
+from beamviz.explorer.features.comparison_cases import Against, against
+from beamviz.explorer.features.comparison_tab import number
+from beamviz.explorer.request import Wanted
+from beamviz.scene import SavedScene
+from beamviz.solver import solve
+
+BEAM = Beam(alpha=1, beta=0.5, gamma=3)
+FIRST, WANTED = SavedScene(BEAM), Wanted.of(BEAM, {})
+
+
+@pytest.mark.parametrize(
+    ("label", "option"),
+    [("spin softening", "softening"), ("Coriolis", "coriolis"), ("stiffening", "stiffening")],
+)
+def test_a_term_is_switched_and_back(url, label, option):
+    """The frequencies are those of `solve` with that switch; how it was before stays beside."""
+    with visitor(url) as guest:
+        usual = WANTED.switched_on(option)
+        guest.choose(label, not usual)
+        if option == "stiffening":  # without it the beam is unstable at gamma = 3 already
+            guest.says("Unstable: the straight beam runs away in bending")
+        else:
+            guest.says(frequency(BEAM, **{option: not usual}))
+        guest.says("before<br>")
+        guest.says(number(solve(BEAM).frequencies[0]))
+        guest.choose(label, usual)
+        guest.says(frequency(BEAM))
+
+
+def test_the_mass_is_taken_off_and_put_back(url):
+    """Without it, alpha is 0; back on, it is what it was; a beam that had none gets one."""
+    with visitor(url) as guest:
+        guest.choose("mass α", 2.5)
+        guest.says(frequency(BEAM.replace(alpha=2.5)))
+        guest.choose("mass", False)
+        guest.says(frequency(BEAM.replace(alpha=0)))
+        guest.choose("mass", True)
+        guest.says(frequency(BEAM.replace(alpha=2.5)))
+    with explorer(SavedScene(Beam(gamma=3))) as address, visitor(address) as guest:
+        guest.choose("mass", True)
+        guest.says(frequency(Beam(alpha=1, gamma=3)))
+
+
+def test_the_switch_of_the_mass_follows_its_slider(url):
+    """alpha = 0 switches it off, any other value on."""
+    with visitor(url) as guest:
+        guest.choose("mass α", 0.0)
+        guest.wait(lambda _: guest.values.get("mass") is False)
+        guest.choose("mass α", 0.5)
+        guest.wait(lambda _: guest.values.get("mass") is True)
+
+
+def test_a_method_without_switches_says_which_have_them(url):
+    """The paper's elements treat all terms: the message names methods that can leave some out."""
+    with visitor(url) as guest:
+        guest.choose("spin softening", False)
+        guest.choose("method", "ancf")
+        guest.says("softening = False: method ancf takes no switched-off term")
+
+
+def test_all_terms_can_be_compared_with():
+    """Whatever is off is on in the other beam; where all are on, words say so."""
+    off = WANTED.changed("softening", False).changed("coriolis", True)
+    other = against("all terms on", off, None)
+    assert isinstance(other, Against)
+    assert other.wanted.options["softening"] is True
+    assert "on already" in str(against("all terms on", other.wanted, None))

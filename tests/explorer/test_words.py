@@ -1,0 +1,74 @@
+"""What the panel says, and choices that make no sense."""
+
+import math
+
+from pictures import PAPER
+
+from beamviz import messages as words
+from beamviz.beam import Beam, Units
+from beamviz.errors import NoEquilibrium
+from beamviz.explorer.page import readout
+from beamviz.explorer.request import Wanted
+from beamviz.solver import solve
+from beamviz.view_options import Look, within
+
+
+def test_the_table_shows_what_the_error_leaves():
+    """Digits beyond the error are not printed; SI beams get hertz; shown modes are marked."""
+    assert readout.significant(22.034491561, 3e-12) == "22.034492"
+    assert readout.significant(120.9019161, 7e-5) == "120.902"
+    solution = solve(PAPER)
+    html = readout.table(solution, [1])
+    assert html.count("<tr") == 6
+    assert html.count("rgba(") == 1
+    assert "stretching" in html
+    units = Units(length=1.0, time=0.01)
+    html = readout.table(solve(PAPER.replace(units=units)), [1])
+    hertz = units.hertz(solution.frequencies[0])
+    assert readout.significant(hertz, units.hertz(solution.errors[0])) in html
+
+
+def test_trouble_is_told_apart():
+    """No equilibrium names the limit, an unstable state its growth, a stable one says nothing."""
+    told = words.refused(NoEquilibrium("no equilibrium beyond gamma = 15.7", 15.7), Beam(gamma=20))
+    assert "γ = 20" in told
+    assert "15.7" in told
+    assert words.unstable(solve(PAPER)) == ""
+    buckled = solve(Beam(gamma=5, delta=-1))
+    assert buckled.equilibrium.status == "unstable"
+    assert "Unstable" in words.unstable(buckled)
+    assert "bending" in words.unstable(buckled)
+    assert f"{math.log(10) / buckled.growth_rates.max():.2g} T*" in words.unstable(buckled)
+
+
+def test_trouble_of_a_real_beam_is_told_in_its_units():
+    """rpm, milliseconds and a growth per second, not gamma and T*."""
+    units = Units(length=1.0, time=0.01)
+    error = NoEquilibrium("no equilibrium beyond gamma = 15.7", 15.7)
+    told = words.refused(error, Beam(gamma=20, units=units))
+    assert f"at {units.rpm(20):.6g} rpm" in told
+    assert f"up to {units.rpm(15.7):.0f} rpm" in told
+    buckled = solve(Beam(gamma=5, delta=-1, units=units))
+    rate = buckled.growth_rates.max()
+    assert f"tenfold in {1000 * 0.01 * math.log(10) / rate:.3g} ms" in words.unstable(buckled)
+    html = readout.table(buckled, [])
+    assert f"{rate / 0.01:.4g} t/s" in html
+    assert f"{buckled.errors[0] / 0.01:.0e}" in html
+    assert "T*" not in readout.pace(0.1, units)
+    assert "1 ms (1000 times slower)" in readout.pace(0.1, units)
+    assert "2000 ms (2 times faster)" in readout.pace(200.0, units)
+
+
+def test_choices_that_make_no_sense_change_nothing():
+    """A browser may send anything: not-a-number, too much, the wrong kind, an unknown choice."""
+    look = Look()
+    assert look.changed("pace", math.nan) == look
+    assert look.changed("pace", "fast") == look
+    assert look.changed("colouring", "rainbow") == look
+    assert look.changed("amplitude", 1e9).amplitude == within(1e9, 0.4, 0.0) == 0.4
+    assert look.share(3, -5).shares == (0.0, 1.0, 0.0, 0.0)
+    assert look.only(2).shares == (0.0, 0.0, 1.0)
+    wanted = Wanted.of(PAPER, {})
+    assert wanted.changed("strain", "rubber") is wanted
+    assert wanted.changed("nothing", 1.0) is wanted
+    assert wanted.changed("strain", "hencky").options["strain"] == "hencky"

@@ -1,0 +1,243 @@
+"""Exports, each opened by a reader of its kind: pages, models, numbers."""
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pygltflib
+import pytest
+import trimesh
+from browser import NO_BROWSER, page
+from readings import PAPER
+
+from beamviz.drawing.modes import displacement
+from beamviz.drawing.objects import placed
+from beamviz.drawing.subdivision import cut
+from beamviz.errors import InvalidInput, Unavailable
+from beamviz.exports.browser import found_browser
+from beamviz.exports.export import WRITERS, export
+from beamviz.exports.loop import looped
+from beamviz.exports.solved_scene import Shot
+from beamviz.output_numbers import STATIONS
+from beamviz.scene import SavedScene
+from beamviz.solver import solve
+
+FLOATS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}
+
+
+def values(gltf: pygltflib.GLTF2, index: int) -> np.ndarray:
+    """The numbers (n, k) of an accessor, within its limits."""
+    accessor = gltf.accessors[index]
+    view, blob = gltf.bufferViews[accessor.bufferView], gltf.binary_blob()
+    kind = {5126: np.float32, 5125: np.uint32}[accessor.componentType]
+    found = np.frombuffer(blob[view.byteOffset : view.byteOffset + view.byteLength], kind)
+    found = found.reshape(accessor.count, FLOATS[accessor.type])
+    assert found.min(axis=0) == pytest.approx(accessor.min)
+    assert found.max(axis=0) == pytest.approx(accessor.max)
+    return found
+
+
+def by_name(entries: list, name: str):
+    """The node or mesh of a name."""
+    return next(entry for entry in entries if entry.name == name)
+
+
+@pytest.fixture(scope="module", params=[False, True], ids=["plain", "coriolis"])
+def model(request, tmp_path_factory) -> tuple[Path, Shot]:
+    """A model of modes 1 and 3, and the shot it shows."""
+    scene = SavedScene.of(PAPER, coriolis=request.param, shares=[0.5, 0.0, 1.0], riding=False)
+    path = tmp_path_factory.mktemp("models") / "beam.glb"
+    export(path, scene)
+    return path, Shot.of(scene)
+
+
+def test_a_model_is_what_trimesh_reads(model):
+    """Hub, beam and mass; the beam is closed, and reaches from the clamp to its stretched tip."""
+    path, shot = model
+    read = trimesh.load(path)
+    assert set(read.geometry) == {"hub", "beam", "mass"}
+    beam = read.geometry["beam"]
+    assert beam.is_watertight
+    assert beam.bounds[0][0] == pytest.approx(0, abs=1e-6)
+    assert beam.bounds[1][0] == pytest.approx(shot.solution.equilibrium.tip[0], rel=1e-5)
+    assert read.geometry["mass"].is_watertight
+
+
+def test_a_model_swings_as_the_solution_does(model):
+    """At each key of the animation, morph targets and weights put the beam's axis and the mass
+    where the solution has them; the end is the beginning."""
+    path, shot = model
+    gltf = pygltflib.GLTF2().load(path)
+    primitive = by_name(gltf.meshes, "beam").primitives[0]
+    rest = values(gltf, primitive.attributes.POSITION)
+    targets = [values(gltf, target["POSITION"]) for target in primitive.targets]
+    (animation,) = gltf.animations
+    samplers = {
+        (gltf.nodes[c.target.node].name, c.target.path): animation.samplers[c.sampler]
+        for c in animation.channels
+    }
+    assert set(samplers) == {("beam", "weights"), ("mass", "translation"), ("wheel", "rotation")}
+    swing = samplers["beam", "weights"]
+    times = values(gltf, swing.input)[:, 0]
+    weights = values(gltf, swing.output).reshape(len(times), len(targets))
+    masses = values(gltf, samplers["mass", "translation"].output)
+    loop, shapes = looped(shot, ground=False), cut(shot.shapes, shot.seen())
+    assert times[-1] == pytest.approx(loop.seconds)
+    assert weights[-1] == pytest.approx(weights[0], abs=1e-6)
+    assert weights.min() == 0  # Blender takes no other: the beam would swing to one side only
+    assert weights.max() <= 1
+    for k in range(0, len(times), 7):
+        moment = loop.moment(times[k] / times[-1])
+        moved = displacement(shapes, moment.phases, shot.amplitudes)
+        axis = placed(shapes, shapes.centreline + moved)[0]
+        corners = rest + np.tensordot(weights[k], targets, 1)
+        assert corners.reshape(-1, 4, 3).mean(axis=1) == pytest.approx(axis, abs=1e-5)
+        assert masses[k] == pytest.approx(axis[shapes.mass], abs=1e-5)
+    turns = values(gltf, samplers["wheel", "rotation"].output)
+    assert np.linalg.norm(turns, axis=1) == pytest.approx(1)
+    assert abs(turns[0] @ turns[-1]) == pytest.approx(1)
+
+
+def test_a_model_keeps_the_rules_of_gltf(model):
+    """What the specification asks of the container and its views."""
+    blob = model[0].read_bytes()
+    gltf = pygltflib.GLTF2().load(model[0])
+    assert blob[:4] == b"glTF"
+    assert int.from_bytes(blob[4:8], "little") == 2
+    assert int.from_bytes(blob[8:12], "little") == len(blob)
+    assert gltf.buffers[0].byteLength == len(gltf.binary_blob())
+    assert all(view.byteOffset % 4 == 0 for view in gltf.bufferViews)
+    mesh = by_name(gltf.meshes, "beam")
+    colours = values(gltf, mesh.primitives[0].attributes.COLOR_0)
+    assert 0 <= colours.min() < colours.max() <= 1
+    names = mesh.extras["targetNames"]
+    assert names[:2] == ["B1", "B1-"]
+    assert len(names) == len(mesh.weights) == len(mesh.primitives[0].targets)
+    assert [material.name for material in gltf.materials] == ["hub", "beam", "mass"]
+    for mesh in gltf.meshes:
+        for primitive in mesh.primitives:
+            indices = values(gltf, primitive.indices)
+            assert indices.max() < gltf.accessors[primitive.attributes.POSITION].count
+
+
+def test_an_unstable_beam_is_a_still_model(tmp_path):
+    """Grey, without an animation."""
+    export(tmp_path / "a.glb", SavedScene.of(delta=-1, gamma=5))
+    gltf = pygltflib.GLTF2().load(tmp_path / "a.glb")
+    assert not gltf.animations
+    colours = values(gltf, by_name(gltf.meshes, "beam").primitives[0].attributes.COLOR_0)
+    assert np.ptp(colours, axis=0) == pytest.approx(0)
+
+
+@pytest.mark.parametrize("coriolis", [False, True])
+def test_csv_and_npz_hold_the_solution(tmp_path, coriolis):
+    """Read by numpy, both are what `solve` says, to the last digit."""
+    scene = SavedScene.of(PAPER.replace(beta=0.503), coriolis=coriolis)
+    solution = solve(scene.beam, coriolis=coriolis)
+    for ending in ("csv", "npz"):
+        export(tmp_path / f"a.{ending}", scene)
+    table = np.genfromtxt(
+        tmp_path / "a.csv", delimiter=",", names=True, dtype=None, encoding="utf-8"
+    )
+    arrays = np.load(tmp_path / "a.npz", allow_pickle=False)
+    x = arrays["x"]
+    assert len(x) == STATIONS + 1  # the mass lies between two of the stations
+    assert len(table) == 5 * len(x)
+    for k, label in enumerate(solution.labels):
+        rows = table[table["mode"] == k + 1]
+        assert set(rows["label"]) == {label}
+        assert set(rows["frequency"]) == {solution.frequencies[k]}
+        shape = np.column_stack([rows["shape_x"], rows["shape_y"]]).astype(complex)
+        if coriolis:
+            shape += 1j * np.column_stack([rows["shape_x_imag"], rows["shape_y_imag"]])
+        assert (shape == solution.shape(k, x)).all()
+        assert (rows["stretch"] == solution.equilibrium.stretch(x)).all()
+        assert (arrays["shapes"][k] == solution.shape(k, x)).all()
+    assert (arrays["frequencies"] == solution.frequencies).all()
+    assert (arrays["position"] == solution.equilibrium.position(x)).all()
+    assert tuple(arrays["labels"]) == solution.labels
+    assert dict(zip(arrays["beam_names"], arrays["beam"], strict=True)) == scene.beam.numbers
+
+
+def test_numbers_of_an_unstable_beam_are_left_empty(tmp_path):
+    """No frequency, but a growth rate."""
+    export(tmp_path / "a.csv", SavedScene.of(delta=-1, gamma=5))
+    first = (tmp_path / "a.csv").read_text().splitlines()[1].split(",")
+    assert first[3] == ""
+    assert float(first[5]) > 0
+
+
+@pytest.fixture(scope="module")
+def document(tmp_path_factory) -> Path:
+    """A page of a short film."""
+    path = tmp_path_factory.mktemp("pages") / "beam.html"
+    export(path, SavedScene.of(PAPER, mode=2, pace=2.0))
+    return path
+
+
+def test_a_page_needs_nothing_but_itself(document):
+    """The table, the chart and the scene are in it; nothing is loaded from elsewhere."""
+    text = document.read_text()
+    head = text[text.index("<aside") :]
+    solution = solve(PAPER)
+    for k, label in enumerate(solution.labels):
+        assert f"<b>{label}</b>" in head
+        assert f"{solution.frequencies[k]:.5f}"[:-1] in head
+    assert "<svg" in head
+    assert "gamma = 10.0" in head
+    assert re.findall("<title>(.*?)</title>", text) == [
+        "beamviz: α = 1, β = 0.5, γ = 10, δ = 0, μ = 70"
+    ]
+    assert not re.findall(r'<(?:script|link|img|iframe)[^>]+(?:src|href)="(?!data:)', text)
+
+
+@pytest.mark.browser
+@pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER)
+def test_a_page_plays_from_the_disk_without_a_network(document):
+    """In a browser that is offline the beam moves, and the page complains of nothing."""
+    beam = "window.__viserMutable?.nodeRefFromName?.['/stage/wheel/beam']"
+    place = f"""(() => {{ let mesh; {beam}?.traverse(n => {{
+        const data = n.matricesTexture?._data;  // pieces that are not seen have no size
+        if (data && Math.hypot(...data.slice(4, 7)) > 1e-5) mesh = data; }});
+      return mesh ? Array.from(mesh.slice(160, 176)).join() : ''; }})()"""
+    with page("about:blank", 400, 300) as shown:
+        shown.call("Network.enable")
+        shown.call(
+            "Network.emulateNetworkConditions",
+            offline=True, latency=0, downloadThroughput=0, uploadThroughput=0,
+        )  # fmt: skip
+        shown.call("Page.navigate", url=document.as_uri())
+        first = shown.wait(place, 120)
+        shown.wait(f"{place} !== {first!r}", 60)
+        assert shown.evaluate("document.querySelector('aside').innerText").count("bending") == 4
+        assert shown.problems == []
+
+
+def test_a_path_that_cannot_be_written_is_said_before_any_work(tmp_path, monkeypatch):
+    """A wrong ending, a missing folder; a disk that fills up leaves what was there."""
+    with pytest.raises(InvalidInput, match=r"must end in \.html, \.glb, \.csv or \.npz"):
+        export(tmp_path / "a.obj", SavedScene())
+    with pytest.raises(Unavailable, match="No such file or directory; choose another place"):
+        export(tmp_path / "missing" / "a.csv", SavedScene())
+    path = tmp_path / "a.csv"
+    path.write_text("before")
+
+    def full(file: Path, shot: Shot) -> None:
+        file.write_text("half")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setitem(WRITERS, ".csv", full)
+    with pytest.raises(Unavailable, match=r"cannot write .*a\.csv: No space left on device"):
+        export(path, SavedScene())
+    assert path.read_text() == "before"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_turn_of_the_hub_is_part_of_the_model_for_who_stands_beside_it():
+    """Whoever rides on the hub has no ground in the model that could turn."""
+    riding = Shot.of(SavedScene.of(PAPER, mode=2))
+    assert looped(riding, ground=False).angle == 0
+    beside = Shot.of(SavedScene.of(PAPER, mode=2, riding=False))
+    assert looped(beside, ground=False).angle % (2 * math.pi) == pytest.approx(0)
+    assert looped(beside, ground=False).angle > 0

@@ -1,0 +1,247 @@
+"""Films: decoded, not blank, ending where they began; and what stands in the way of one."""
+
+import contextlib
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import imageio_ffmpeg
+import numpy as np
+import pytest
+from bare import until
+from browser import NO_BROWSER
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from PIL import Image, ImageSequence
+
+from beamviz.errors import InvalidInput, Unavailable
+from beamviz.exports import encoders
+from beamviz.exports.browser import found_browser
+from beamviz.exports.film import animate
+from beamviz.exports.loop import looped
+from beamviz.exports.matplotlib_renderer import drawn
+from beamviz.exports.solved_scene import Shot
+from beamviz.scene import SavedScene
+
+BROWSER = os.environ.get("BEAMVIZ_BROWSER")
+SMALL = {"width": 192, "height": 108, "fps": 6.25}
+
+
+@pytest.fixture(autouse=True)
+def no_browser(monkeypatch):
+    """Drawn by matplotlib: the film is the same, and each frame takes a moment."""
+    monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
+
+
+def decoded(path: Path) -> np.ndarray:
+    """The frames (n, height, width, 3) of a film."""
+    if path.suffix == ".mp4":
+        raw = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
+        command = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-i", str(path), *raw]
+        done = subprocess.run(command, capture_output=True, check=True)
+        return np.frombuffer(done.stdout, np.uint8).reshape(-1, SMALL["height"], SMALL["width"], 3)
+    with Image.open(path) as film:
+        return np.array([np.asarray(f.convert("RGB")) for f in ImageSequence.Iterator(film)])
+
+
+def apart(one: np.ndarray, other: np.ndarray) -> float:
+    """Mean difference of two frames."""
+    return float(np.abs(one.astype(float) - other.astype(float)).mean())
+
+
+@pytest.mark.parametrize("kind", ["gif", "webp", "mp4"])
+def test_a_film_shows_a_beam_that_swings_and_closes(tmp_path, kind):
+    """As many frames as said, coloured; the step back to the start is one like the others."""
+    path = tmp_path / f"film.{kind}"
+    loop = animate(path, SavedScene.of(mode=2), **SMALL)
+    frames = decoded(path)
+    assert frames.shape == (round(SMALL["fps"] * loop.seconds), 108, 192, 3)
+    assert (np.ptp(frames, axis=3) > 60).mean() > 0.01
+    steps = [apart(a, b) for a, b in zip(frames, np.roll(frames, -1, axis=0), strict=True)]
+    assert min(steps) > 0
+    assert steps[-1] <= 1.5 * max(steps[:-1])
+    assert max(apart(frames[0], frame) for frame in frames) > 2 * max(steps) / 1.5
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.browser
+@pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER)
+def test_a_browser_takes_the_film(tmp_path, monkeypatch):
+    """The frames are those that matplotlib draws, or nearly; the ground stays white."""
+    monkeypatch.delenv("BEAMVIZ_BROWSER")
+    if named := BROWSER:
+        monkeypatch.setenv("BEAMVIZ_BROWSER", named)
+    small = {"width": 192, "height": 108, "fps": 5, "periods": 1}
+    scene = SavedScene.of(mode=1, pace=4.0, nodes=False)
+    animate(tmp_path / "browser.gif", scene, **small)
+    monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
+    animate(tmp_path / "figure.gif", scene, **small)
+    taken, figure = decoded(tmp_path / "browser.gif"), decoded(tmp_path / "figure.gif")
+    assert taken.shape == figure.shape
+    for one, other in zip(taken, figure, strict=True):
+        beams = np.ptp(one, axis=2) > 60, np.ptp(other, axis=2) > 60
+        assert (beams[0] & beams[1]).sum() > 0.7 * (beams[0] | beams[1]).sum()
+        assert np.ptp(np.median(one, axis=(0, 1))) <= 2  # a ground without a tint
+        assert np.percentile(one, 80) >= 244
+
+
+def test_a_gif_plays_for_ever_at_the_pace_asked_for(tmp_path):
+    """25 frames in a second are 40 ms each."""
+    path = tmp_path / "film.gif"
+    loop = animate(path, SavedScene.of(mode=2, pace=4.0), width=64, height=64, fps=25)
+    with Image.open(path) as film:
+        assert film.info["loop"] == 0
+        assert film.info["duration"] == 40
+        assert film.n_frames == round(25 * loop.seconds)
+
+
+@pytest.mark.parametrize(("kind", "fps"), [("gif", 8), ("gif", 40), ("webp", 30)])
+def test_every_frame_is_seen_as_long_as_its_share_of_the_film(tmp_path, kind, fps):
+    """Where a file cannot have so many frames in a second it has nearly as many: the film is made
+    for these, and its pace stays."""
+    encoder, path = encoders.ENCODERS[f".{kind}"], tmp_path / f"film.{kind}"
+    rate = encoder.rate(fps)
+    assert rate == pytest.approx(fps, rel=0.3)
+    frames = [np.full((16, 16, 3), 20 * k, np.uint8) for k in range(10)]
+    encoder.write(path, iter(frames), rate, frames)
+    with Image.open(path) as film:
+        durations = []
+        for frame in range(film.n_frames):
+            film.seek(frame)
+            film.load()
+            durations.append(film.info["duration"])
+    assert durations == pytest.approx([1000 / rate] * 10)
+
+
+scenes = st.builds(
+    lambda gamma, riding, shares, alpha: SavedScene.of(
+        alpha=alpha, beta=0.5, gamma=gamma, riding=riding, shares=shares
+    ),
+    st.sampled_from([0.0, 1.0, 7.3, 30.0]),
+    st.booleans(),
+    st.sampled_from([(1.0,), (0.0, 1.0), (0.5, 0.5), (0.2, 0.0, 1.0, 0.3)]),
+    st.floats(0, 3),
+)
+
+
+@given(scenes)
+@settings(max_examples=12, deadline=None)
+def test_after_the_last_frame_comes_the_first(scene):
+    """Every motion ends on a whole cycle, and the picture at the end is the one at the start."""
+    shot = Shot.of(scene)
+    loop = looped(shot)
+    turns = loop.phases[shot.shown] / (2 * math.pi)
+    assert turns == pytest.approx(np.rint(turns), abs=1e-9)
+    assert turns[0] == loop.periods
+    first, last = (drawn(shot, loop.moment(share), 128, 72) for share in (0.0, 1.0))
+    assert np.abs(first.astype(int) - last.astype(int)).max() <= 3
+    for name, change in loop.changes.items():
+        assert abs(change) <= 1
+        assert (name in loop.words) == (abs(change) > 5e-4)
+
+
+def test_one_mode_alone_runs_at_its_own_pace():
+    """Nothing has to be changed, one period is enough; more on request."""
+    shot = Shot.of(SavedScene.of(mode=1))
+    assert looped(shot).words == ""
+    assert looped(shot).periods == 1
+    assert looped(shot, 3).seconds == pytest.approx(3 * looped(shot).seconds)
+
+
+def test_what_cannot_be_filmed_is_said(tmp_path):
+    """Nothing moves, no clock, a mode that runs away, a size no player takes, too many frames."""
+    film = tmp_path / "a.gif"
+    for scene, words in (
+        (SavedScene.of(shares=[0.0]), "nothing moves"),
+        (SavedScene.of(pace=0.0), "pace = 0"),
+        (SavedScene.of(delta=-1, gamma=5, mode=1), "mode = 1: B1 does not swing but runs away"),
+    ):
+        with pytest.raises(InvalidInput, match=words):
+            animate(film, scene, **SMALL)
+    with pytest.raises(InvalidInput, match="must be at most 1000"):
+        animate(film, SavedScene(), periods=900, **SMALL)
+    with pytest.raises(InvalidInput, match="width = 65: must be even for MP4"):
+        animate(tmp_path / "a.mp4", SavedScene(), width=65, height=64)
+    with pytest.raises(InvalidInput, match=r"must end in \.gif, \.webp or \.mp4"):
+        animate(tmp_path / "a.avi", SavedScene())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_missing_encoder_is_said_before_any_work(tmp_path, monkeypatch):
+    """With the remedy."""
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    monkeypatch.setattr(encoders.shutil, "which", lambda name: None)
+    with pytest.raises(Unavailable, match=r"no ffmpeg found.*pip install imageio-ffmpeg"):
+        animate(tmp_path / "a.mp4", SavedScene())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_encoder_that_fails_says_why_and_leaves_nothing(tmp_path, monkeypatch):
+    """Its own last words, no half film."""
+    monkeypatch.setattr(encoders, "ffmpeg", lambda: "/bin/false")
+    with pytest.raises(Unavailable, match=r"cannot write .*a\.mp4: /bin/false failed"):
+        animate(tmp_path / "a.mp4", SavedScene(), **SMALL)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("kind", ["gif", "webp", "mp4"])
+def test_a_full_disk_leaves_nothing_behind(tmp_path, monkeypatch, kind):
+    """What was there before stays as it was."""
+    path = tmp_path / f"film.{kind}"
+    path.write_bytes(b"before")
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    encoder = encoders.ENCODERS[f".{kind}"]
+    monkeypatch.setitem(encoders.ENCODERS, f".{kind}", encoder._replace(write=full))
+    with pytest.raises(Unavailable, match="No space left on device; choose another place"):
+        animate(path, SavedScene(), **SMALL)
+    assert path.read_bytes() == b"before"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of another process")
+@pytest.mark.parametrize("kind", ["gif", "mp4"])
+def test_a_film_that_is_interrupted_leaves_nothing(tmp_path, kind):
+    """Ctrl-C while frames are drawn: what was there stays, and no half file is beside it."""
+    path = tmp_path / f"film.{kind}"
+    path.write_bytes(b"before")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "beamviz", "animate", str(path), "--periods", "12"],
+        stderr=subprocess.PIPE,
+    )
+    with process:
+        try:
+            until(lambda: len(list(tmp_path.iterdir())) == 2)  # the half file
+            time.sleep(1.0)
+            process.send_signal(signal.SIGINT)
+            _, errors = process.communicate(timeout=60)
+        finally:
+            process.kill()
+    assert process.returncode == 130
+    assert b"Traceback" not in errors
+    assert path.read_bytes() == b"before"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a terminal of its own")
+def test_progress_is_shown_where_somebody_watches(tmp_path):
+    """On a terminal a bar counts the frames up to all of them."""
+    screen, terminal = os.openpty()
+    command = [sys.executable, "-m", "beamviz", "animate", str(tmp_path / "film.gif")]
+    small = ["--width", "64", "--height", "64", "--fps", "5", "--periods", "1"]
+    process = subprocess.Popen([*command, *small], stderr=terminal)
+    os.close(terminal)
+    seen = b""
+    with process, contextlib.suppress(OSError):  # a terminal without a program reads as an error
+        while part := os.read(screen, 4096):
+            seen += part
+    os.close(screen)
+    assert process.returncode == 0
+    assert b"frames" in seen
+    assert b"100%" in seen

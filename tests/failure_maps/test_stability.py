@@ -1,0 +1,252 @@
+"""Where methods fail: what the maps must show, each claim by the solver itself."""
+
+import json
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from beamviz import Beam, NotConverged, solve
+from beamviz.cli.commands import app, main
+from beamviz.failure_maps import compute as stability_maps
+from beamviz.failure_maps import report as stability_report
+from beamviz.failure_maps import verdicts as kinds
+from beamviz.failure_maps.compute import PLANES, one_row, onset
+from beamviz.failure_maps.verdicts import CONTENDERS, GREEN, RIGID, Cell, cells, helped, judged
+from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
+from beamviz.solver.continuation import newton
+from beamviz.solver.fem import assembly, planar
+from beamviz.solver.fem.equilibrium import straight_equilibrium
+from beamviz.solver.fem.hermite import uniform
+
+NAMES = [contender.name for contender in CONTENDERS]
+SLENDER = 1000.0  # nearly rigid along itself: what is left is discretisation
+SPEEDS = np.geomspace(0.5, 200, 12)
+
+
+@cache
+def verdicts(**numbers):
+    """Every contender's verdict on a beam, by name."""
+    return dict(zip(NAMES, cells(Beam(**numbers)), strict=True))
+
+
+def kind(name, **numbers):
+    return verdicts(**numbers)[name].kind
+
+
+def test_zoac_falsely_loses_its_stability():
+    """At gamma = 3.516, the first frequency at rest (Kane, Ryan & Banerjee 1987)."""
+    assert onset(Beam(delta=1), SPEEDS, {"method": "zoac"}) == pytest.approx(3.5160153, abs=1e-4)
+    assert np.isnan(onset(Beam(delta=1), SPEEDS, GREEN))
+    assert kind("zoac", gamma=3.51, delta=1) == kinds.OTHER_MODEL
+    assert kind("zoac", gamma=3.52, delta=1) == kinds.FALSELY_UNSTABLE
+
+
+def test_rigid_tension_loses_its_stability_too():
+    """A linear bar in resonance with its own rotation: gamma = mu pi / 2, as biot's limit."""
+    assert onset(Beam(delta=1), SPEEDS, RIGID) == pytest.approx(70 * np.pi / 2, abs=1e-3)
+    assert kind("foac", gamma=115, delta=1) == kinds.FALSELY_UNSTABLE
+    assert kind("auto, biot strain", gamma=115, delta=1) == kinds.NO_EQUILIBRIUM
+
+
+@pytest.mark.parametrize(("delta", "hencky"), [(0.0, 45.420), (1.0, 31.4887)])
+def test_limit_curves(delta, hencky):
+    """biot ends at mu pi / 2 whatever delta, hencky at a fold or where its force law ends."""
+    row, buckling, losses = one_row(PLANES[0], np.array([120.0]), delta)
+    limits = dict(zip(NAMES, (cell.limit for cell in row[0]), strict=True))
+    assert limits["auto, biot strain"] == pytest.approx(70 * np.pi / 2, rel=1e-6)
+    assert limits["auto, hencky strain"] == pytest.approx(hencky, abs=1e-3)
+    assert np.isnan(limits["auto"])
+    assert np.isnan(buckling)
+    lost = {name for name, loss in zip(NAMES, losses, strict=True) if np.isfinite(loss)}
+    assert lost == {"linear", "foac", "zoac", "assumed-modes", "power-series"}
+
+
+@pytest.mark.parametrize("gamma", [40.0, 50.0])
+def test_what_the_paper_says_of_ansys(gamma):
+    """At delta 1 a logarithmic-strain beam has no equilibrium beyond 31.4887; the paper's has."""
+    found = verdicts(gamma=gamma, delta=1)
+    assert found["auto, hencky strain"].kind == kinds.NO_EQUILIBRIUM
+    assert found["auto, hencky strain"].limit == pytest.approx(31.4887, abs=1e-3)
+    assert found["auto"].kind == kinds.RIGHT
+    assert found["ancf"].discretisation < 5e-3
+
+
+@pytest.mark.parametrize(("mu", "gamma"), [(10000.0, 2.9939), (70.0, 2.9960)])
+def test_inward_beams_buckle(mu, gamma):
+    """delta -1: the straight state is truly unstable from there on, and methods say so."""
+    beam = Beam(delta=-1, mu=mu)
+    assert onset(beam, SPEEDS, GREEN) == pytest.approx(gamma, abs=1e-4)
+    after = verdicts(delta=-1, mu=mu, gamma=4)
+    assert {after[name].kind for name in NAMES} == {kinds.TRULY_UNSTABLE}
+    before = {name: cell.kind for name, cell in verdicts(delta=-1, mu=mu, gamma=2.5).items()}
+    assert kinds.TRULY_UNSTABLE not in before.values()
+
+
+def test_the_power_series_loses_its_digits():
+    """Right at low speed; further on twice the terms do not help; then it refuses."""
+    low, middle, high = (
+        verdicts(mu=SLENDER, delta=1, gamma=g)["power-series"] for g in (2, 25, 60)
+    )
+    assert low.kind == kinds.RIGHT
+    assert low.discretisation < 1e-8
+    assert middle.kind == high.kind == kinds.ROUNDED
+    assert "rounding" in high.says
+
+
+def test_assumed_modes_lose_their_digits():
+    """cosh cancels: beyond 12 functions each more makes the answer worse."""
+    beam = Beam(gamma=10, delta=1, mu=SLENDER)
+    exact = solve(beam, method="foac", tolerance=1e-9).squares
+    off = [
+        abs(solve(beam, method="assumed-modes", terms=terms).squares / exact - 1).max()
+        for terms in (12, 16, 20, 40)
+    ]
+    assert off[0] < 2e-4
+    assert all(after > 3 * before for before, after in pairwise(off))
+    assert kind("assumed-modes", alpha=30.0, beta=0.5, gamma=0.6, delta=1) == kinds.ROUNDED
+
+
+def test_uniform_elements_miss_the_layers():
+    """ancf's 20 elements are longer than the bending layers 1 / sqrt(N) at speed."""
+    slow, fast = (verdicts(mu=SLENDER, delta=1, gamma=g)["ancf"] for g in (5, 150))
+    assert slow.kind == kinds.RIGHT
+    assert fast.kind == kinds.INACCURATE
+    assert fast.model == pytest.approx(0, abs=1e-9)
+    beam = Beam(mu=SLENDER, delta=1, gamma=150)
+    exact = solve(beam, tolerance=1e-9).frequencies
+    off = [
+        abs(solve(beam, method="ancf", elements=n).frequencies / exact - 1).max() for n in (20, 80)
+    ]
+    assert off[0] == pytest.approx(fast.discretisation, rel=1e-3)
+    assert off[1] < off[0] / 20
+
+
+@pytest.mark.parametrize(
+    ("strain", "gamma", "delta"), [("biot", 150, 1), ("hencky", 40, 1), ("hencky", 60, 0)]
+)
+def test_newton_from_the_undeformed_state_finds_what_is_none(strain, gamma, delta):
+    """Beyond the limit a bare Newton still converges, to a beam turned inside out (f < 0): without
+    continuation nothing says so."""
+    model = planar_model(Beam(gamma=gamma, delta=delta), strain)
+    root = bare_newton(model)
+    assert root is not None
+    assert model.slopes(root.state)[:, 0].min() < -1
+    with pytest.raises(kinds.NoEquilibrium):
+        straight_equilibrium(model)
+
+
+def test_newton_from_the_undeformed_state_takes_longer():
+    """Where there is an equilibrium but far away, continuation needs fewer iterations in all."""
+    model = planar_model(Beam(gamma=200, delta=1), "green")
+    found = straight_equilibrium(model)
+    root = bare_newton(model)
+    assert root is not None
+    assert root.state == pytest.approx(found.q, abs=1e-8)
+    assert root.iterations > 2 * found.iterations
+
+
+def planar_model(beam, strain):
+    return planar.model(beam, uniform(20), STRAIN_LAWS[strain], CURVATURES["spatial"], "chordwise")
+
+
+def bare_newton(model):
+    """Newton-Raphson on the full load from the unstressed state, whatever the tangent is."""
+    load = model.beam.gamma**2
+
+    def increment(q):
+        K = assembly.dense(planar.along(model.tangent(q, load)))
+        dq = np.zeros_like(q)
+        dq[::2] = -np.linalg.solve(K, model.residual(q, load)[::2])
+        return dq
+
+    return newton(increment, model.unstressed, 200)
+
+
+def test_verdicts_from_the_errors_behind_them():
+    """Each answer, its model's and the reference's: the kind that they make together."""
+    beam = Beam(gamma=20, delta=1)
+    good, more = solve(beam), solve(beam, modes=10, tolerance=1e-9)
+    rigid, rigid_more = solve(beam, method="foac"), solve(beam, 10, method="foac")
+    gone, lost = kinds.NoEquilibrium("beyond", 3.0), NotConverged("no")
+    off = replace(good, squares=good.squares * 1.01)
+    unstable = replace(good, equilibrium=replace(good.equilibrium, status="unstable"))
+    assert judged(good, more, more).kind == kinds.RIGHT
+    assert judged(off, more, more).kind == kinds.INACCURATE
+    assert judged(rigid, rigid_more, more).kind == kinds.OTHER_MODEL
+    assert judged(unstable, more, more).kind == kinds.FALSELY_UNSTABLE
+    assert judged(unstable, more, unstable).kind == kinds.TRULY_UNSTABLE
+    assert judged(gone, gone, more) == Cell(kinds.NO_EQUILIBRIUM, says="beyond", limit=3.0)
+    assert judged(gone, more, more).kind == kinds.NOT_CONVERGED  # claims what is not so
+    assert judged(lost, more, more).kind == kinds.NOT_CONVERGED
+    assert judged(good, more, gone).kind == kinds.OTHER_MODEL  # an answer where there is none
+
+
+def test_whether_more_terms_help():
+    """Half the error does; an error that stays, or no answer still, does not."""
+    coarse, lost = Cell(kinds.INACCURATE, 1e-2), Cell(kinds.NOT_CONVERGED)
+    assert helped(coarse, Cell(kinds.RIGHT, 1e-5))
+    assert not helped(coarse, Cell(kinds.INACCURATE, 8e-3))
+    assert not helped(coarse, lost)
+    assert not helped(lost, lost)
+    assert helped(lost, Cell(kinds.RIGHT, 1e-5))
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """`beamviz stability --quick` on maps of a few cells."""
+    folder, small = tmp_path_factory.mktemp("stability"), pytest.MonkeyPatch()
+    small.setattr(stability_report, "QUICK", (5, 3))
+    result = CliRunner().invoke(app, ["stability", "--out", str(folder), "--quick"])
+    small.undo()
+    assert result.exit_code == 0, result.output
+    return folder, result.stdout
+
+
+def test_the_command_writes_maps_and_words(written):
+    """A picture of each plane, the data, and the page that is printed too."""
+    folder, printed = written
+    data = json.loads((folder / "stability.json").read_text())
+    for plane, found in zip(PLANES, data, strict=True):
+        assert (folder / f"stability-{plane.over}.png").read_bytes().startswith(b"\x89PNG")
+        picture = (folder / f"stability-{plane.over}.svg").read_text()
+        assert ("γ = 3.516" in picture) == (plane.over != "alpha")  # a mass lowers it
+        assert set(found["methods"]) == set(NAMES)
+    assert (folder / "stability.md").read_text().strip() in printed
+
+
+def test_every_failing_cell_has_its_command(written):
+    """As many commands as cells that fail, each naming its cell's numbers."""
+    data = json.loads((written[0] / "stability.json").read_text())
+    for found in data:
+        for method in found["methods"].values():
+            flat = [name for row in method["kinds"] for name in row]
+            failing = [name for name in flat if name not in stability_report.SOUND]
+            assert [row["kind"] for row in method["failing"]] == failing
+            for row in method["failing"]:
+                assert f"--gamma {row['gamma']:.10g} " in row["command"]
+                assert f"--{found['over']} {row[found['over']]:.10g} " in row["command"]
+
+
+@pytest.mark.parametrize(
+    ("name", "code", "shown"),
+    [("zoac", 0, "unstable"), ("auto, hencky strain", 3, "no equilibrium beyond gamma")],
+)
+def test_a_failing_cell_can_be_replayed(written, capsys, name, code, shown):
+    """The command of the fastest beam that fails shows the failure."""
+    data = json.loads((written[0] / "stability.json").read_text())
+    row = data[0]["methods"][name]["failing"][-1]
+    assert main(row["command"].split()[1:]) == code
+    said = capsys.readouterr()
+    assert shown in said.out + said.err
+
+
+def test_cells_lie_in_the_middle_of_their_places():
+    """Middles to four digits between edges that meet, on either scale."""
+    for logarithmic in (False, True):
+        places = stability_maps.edges(0.5, 200, 7, logarithmic)
+        inside = stability_maps.middles(0.5, 200, 7, logarithmic)
+        assert np.all((places[:-1] < inside) & (inside < places[1:]))

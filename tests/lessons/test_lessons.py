@@ -1,0 +1,326 @@
+"""The lessons: every number they show holds against the differential equations, and every
+challenge can be met, and only by its answer."""
+
+import json
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+from oracle import truth
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from beamviz.beam import Beam
+from beamviz.cli.commands import main
+from beamviz.errors import InvalidInput
+from beamviz.explorer.page.inputs import NUMBERS
+from beamviz.lessons.content import INWARD, LESSONS, ON_A_HUB, lesson
+from beamviz.lessons.model import LEAST_MASS, Lesson
+from beamviz.lessons.reference_values import BARE, MIDDLE, TIP
+from beamviz.solver import solve
+
+NAMED = {one.name: one for one in LESSONS}
+EACH = pytest.mark.parametrize("one", LESSONS, ids=NAMED)
+
+
+def proof(name: str) -> tuple[float, ...]:
+    """The numbers that prove a lesson."""
+    return NAMED[name].proof.numbers
+
+
+def answer(name: str) -> float:
+    """The only answer to a challenge."""
+    (value,) = NAMED[name].challenge.answers
+    return value
+
+
+# The numbers, against an independent solution
+
+
+@cache
+def omega(beam: Beam, k: int = 0, family: str = "bending", **options) -> float:
+    """Frequency k of a family by the oracle."""
+    found = truth(beam, **options)
+    return float(found.frequencies[[kind == family for kind in found.families]][k])
+
+
+def test_stiffening():
+    """B1 at gamma 10 and at rest; twice the latter at the answer."""
+    rest = omega(BARE)
+    assert proof("stiffening") == pytest.approx(
+        (omega(BARE.replace(gamma=10), plane="flapwise"), rest), rel=1e-6
+    )
+    assert omega(BARE.replace(gamma=answer("stiffening")), plane="flapwise") == pytest.approx(
+        2 * rest, rel=1e-6
+    )
+
+
+def test_two_planes():
+    """The squares differ by gamma^2; one is twice the other at the answer."""
+    beam = BARE.replace(gamma=10)
+    up, aside = (omega(beam, plane=plane) ** 2 for plane in ("flapwise", "chordwise"))
+    assert proof("two-planes") == pytest.approx((up, aside, 100), rel=1e-6)
+    beam = BARE.replace(gamma=answer("two-planes"))
+    assert omega(beam, plane="flapwise") == pytest.approx(2 * omega(beam), rel=1e-6)
+
+
+def test_moving_mass():
+    """MPE 2017/1568019, table 1, and Blevins; two thirds at the answer."""
+    assert proof("moving-mass") == pytest.approx((1.557298, 3.516015), abs=1e-6)
+    assert omega(TIP.replace(beta=answer("moving-mass"))) == pytest.approx(
+        2 / 3 * 3.516015, rel=1e-6
+    )
+
+
+def test_nodes():
+    """The paper: 22.0345 and 0.78344; a mass there changes nothing."""
+    bare, node, heavy = proof("nodes")
+    assert bare == pytest.approx(22.0344916, abs=1e-6)
+    assert node == answer("nodes") == pytest.approx(0.783445, abs=1e-6)
+    assert heavy == pytest.approx(omega(Beam(alpha=5, beta=node), 1), rel=1e-6)
+    assert heavy == pytest.approx(bare, abs=1e-5)
+
+
+def test_mode_shift():
+    """The closed forms of bending (Blevins) and stretching are equal at the answer."""
+    before, after, alpha = proof("mode-shift")
+    assert truth(TIP).families[int(before) - 1] == "stretching"
+    assert truth(TIP.replace(alpha=2)).families[int(after) - 1] == "stretching"
+    assert alpha == answer("mode-shift") == pytest.approx(1.5702506, abs=1e-6)
+    z = brentq(lambda z: z * math.tan(z) - 1 / alpha, 1e-6, math.pi / 2 - 1e-6)
+    b = math.sqrt(70 * z)
+    assert 1 / math.cosh(b) + math.cos(b) - alpha * b * (
+        math.sin(b) - math.cos(b) * math.tanh(b)
+    ) == pytest.approx(0, abs=1e-4)
+
+
+def test_crossing():
+    """gamma 4.4641 (green, spatial): bending and stretching agree there."""
+    at, frequency, gap = proof("crossing")
+    assert at == answer("crossing") == pytest.approx(4.4641, abs=5e-5)
+    beam = TIP.replace(gamma=at)
+    assert frequency == pytest.approx(omega(beam, 2), rel=1e-6)
+    assert frequency == pytest.approx(omega(beam, 0, "stretching"), rel=1e-6)
+    assert gap == 0
+
+
+def test_veering():
+    """Least gap 0.241 at gamma 4.650, and wider on both sides."""
+    gap, at = proof("veering")
+    assert at == answer("veering")
+    assert (gap, at) == pytest.approx((0.241, 4.650), abs=1e-3)
+
+    def oracle(gamma: float) -> float:
+        frequencies = truth(TIP.replace(gamma=gamma), coriolis=True).frequencies
+        return float(frequencies[3] - frequencies[2])
+
+    assert oracle(at) == pytest.approx(gap, rel=1e-4)
+    assert min(oracle(at - 0.02), oracle(at + 0.02)) > oracle(at)
+
+
+def test_resonance():
+    """omega is three times, and once, the speed."""
+    thrice, once = proof("resonance")
+    assert thrice == answer("resonance")
+    assert omega(BARE.replace(gamma=thrice), 1) == pytest.approx(3 * thrice, rel=1e-6)
+    assert omega(BARE.replace(gamma=once)) == pytest.approx(once, rel=1e-6)
+
+
+def test_paradox():
+    """Without stiffening omega^2 = omega_0^2 - gamma^2: it fails at omega_0 = 3.516."""
+    speed, true = proof("paradox")
+    assert speed == answer("paradox") == pytest.approx(3.5160153, abs=1e-6)
+    assert true == pytest.approx(omega(BARE.replace(gamma=speed)), rel=1e-6)
+
+
+def test_buckling():
+    """At the speed the static equations have a solution besides the straight one."""
+    speed, rest = proof("buckling")
+    assert speed == answer("buckling")
+    assert rest == pytest.approx(3.516015, abs=1e-6)
+    assert brentq(lambda gamma: tipping(INWARD.replace(gamma=gamma)), 2.5, 3.5) == pytest.approx(
+        speed, rel=1e-5
+    )
+
+
+def test_stretch_jump():
+    """Stretch on both sides of the mass, by integration from the tip."""
+    assert proof("stretch-jump") == pytest.approx(
+        [100 * (f - 1) for f in stretches(MIDDLE.replace(gamma=10))[:2]], rel=1e-6
+    )
+    assert stretches(MIDDLE.replace(gamma=answer("stretch-jump")))[0] == pytest.approx(
+        1.05, rel=1e-6
+    )
+
+
+def test_no_equilibrium():
+    """31.4887 at delta 1 and 45.420 at delta 0; green goes on."""
+    with_hub, without, root = proof("no-equilibrium")
+    assert with_hub == answer("no-equilibrium") == pytest.approx(31.4887, abs=1e-4)
+    assert without == pytest.approx(45.420, abs=1e-3)
+    assert root == pytest.approx(stretches(ON_A_HUB.replace(gamma=50))[2], rel=1e-6)
+
+
+# A straight beam by integration from its tip (green strain, spatial curvature)
+
+
+def stretch(N: float, mu: float) -> float:
+    """f where the axial force is N: (f^2 - 1) f / 2 = N / mu^2."""
+    return brentq(lambda f: (f * f - 1) * f / 2 - N / mu**2, 0.6, 10)
+
+
+def force(beam: Beam, X: float) -> float:
+    """By how much the mass makes N, going inward, jump at distance X from the axis."""
+    return beam.alpha * beam.gamma**2 * X
+
+
+def inward(beam: Beam, tip: float) -> tuple[list[float], float]:
+    """N just inside the mass, just outside it and at the clamp, and X there, for X(1) = tip."""
+
+    def slope(x, y):
+        return stretch(y[1], beam.mu), -(beam.gamma**2) * y[0]
+
+    def marched(start: float, end: float, y) -> np.ndarray:
+        return solve_ivp(slope, (start, end), y, rtol=1e-10, atol=1e-12).y[:, -1]
+
+    X, outside = marched(1, beam.beta, (tip, 0)) if beam.beta < 1 else (tip, 0.0)
+    inside = outside + force(beam, X)
+    clamp = marched(beam.beta, 0, (X, inside))
+    return [inside, outside, clamp[1]], clamp[0]
+
+
+@cache
+def at_tip(beam: Beam) -> float:
+    """X(1) for which the clamp is at delta."""
+    low, high = beam.delta + 0.7, beam.delta + 2
+    return brentq(lambda tip: inward(beam, tip)[1] - beam.delta, low, high, xtol=1e-13)
+
+
+def stretches(beam: Beam) -> list[float]:
+    """Stretch just inside the mass, just outside it and at the clamp."""
+    return [stretch(N, beam.mu) for N in inward(beam, at_tip(beam))[0]]
+
+
+def tipping(beam: Beam) -> float:
+    """Determinant of the moments and shears at the tip, for two independent static bendings."""
+
+    def slope(x, y):
+        X, N, w, theta, m, V = y
+        f = stretch(N, beam.mu)
+        return (
+            f,
+            -(beam.gamma**2) * X,
+            f * theta,
+            f**2 * m,
+            f * (N * theta - V),
+            -(beam.gamma**2) * w,
+        )
+
+    N = inward(beam, at_tip(beam))[0][2]
+    ends = [
+        solve_ivp(slope, (0, 1), (beam.delta, N, 0, 0, m, V), rtol=1e-10, atol=1e-12).y[4:, -1]
+        for m, V in ((1, 0), (0, 1))
+    ]
+    return float(np.linalg.det(ends))
+
+
+# The challenges
+
+
+@EACH
+def test_only_the_answer_meets_the_challenge(one: Lesson):
+    """Within the tolerance on both sides, not beyond it, and not where the lesson starts."""
+    name, within = one.challenge.number, one.challenge.within
+    for value in one.challenge.answers:
+        for away, met in ((0, True), (0.9, True), (-0.9, True), (1.2, False), (-1.2, False)):
+            beam = one.scene.beam.replace(**{name: value + away * within})
+            assert one.check(beam, one.scene.options).met is met
+    assert not one.check(one.scene.beam, one.scene.options).met
+
+
+@EACH
+def test_a_slider_can_meet_the_challenge(one: Lesson):
+    """One of its steps is near enough."""
+    _, low, high, step, _ = NUMBERS[one.challenge.number]
+    values = np.arange(round((high - low) / step) + 1) * step + low
+    for value in one.challenge.answers:
+        assert abs(values - value).min() <= one.challenge.within
+
+
+@EACH
+def test_anything_else_has_to_be_as_in_the_lesson(one: Lesson):
+    """Another hub, another slenderness, another law: named, with the value to go back to."""
+    beam = one.scene.beam.replace(**{one.challenge.number: one.challenge.answers[0]})
+    verdict = one.check(beam.replace(mu=71), one.scene.options)
+    assert verdict == (False, "Put the slenderness μ back to 70 first.")
+    other = "biot"
+    verdict = one.check(beam, {**one.scene.options, "strain": other})
+    assert not verdict.met
+    assert f"back to {one.scene.options.get('strain', 'green')} first" in verdict.words
+    if one.scene.options["coriolis"]:
+        verdict = one.check(beam, {"coriolis": False})
+        assert verdict == (False, "Put Coriolis back to on first.")
+
+
+def test_what_is_free_may_differ():
+    """Any mass that is felt, for the node; either plane, where both are compared."""
+    nodes, planes = NAMED["nodes"], NAMED["two-planes"]
+    beam = nodes.scene.beam.replace(beta=0.785)
+    assert nodes.check(beam.replace(alpha=3), {}).met
+    assert nodes.check(beam.replace(alpha=LEAST_MASS / 2), {}) == (
+        False,
+        "Make the mass α at least 0.5: a lighter one is hardly felt anywhere.",
+    )
+    assert planes.check(Beam(gamma=8), {"plane": "flapwise"}).met
+
+
+@EACH
+def test_the_gauge_measures_the_beam_as_it_is(one: Lesson):
+    """It says something else at the answer than at the start, in finite numbers."""
+    start = one.challenge.gauge(solve(one.scene.beam, **one.scene.options))
+    value = one.challenge.answers[0] - 0.5 * one.challenge.within
+    beam = one.scene.beam.replace(**{one.challenge.number: value})
+    there = one.challenge.gauge(solve(beam, **one.scene.options))
+    assert start != there
+    assert "nan" not in start + there
+
+
+@EACH
+def test_a_lesson_shows_its_mode_and_says_its_numbers(one: Lesson):
+    """The mode to look at exists, every place of the sentence is filled, terms are marked."""
+    assert sum(one.scene.look.shares) == 1
+    assert not set("{}") & set(one.proof.words)
+    assert "nan" not in one.proof.words
+    assert one.meaning.count("*") in (2, 4)
+
+
+def test_there_are_enough_lessons_with_names_of_their_own():
+    """At least eight."""
+    assert len(NAMED) == len(LESSONS) >= 8
+
+
+# The command line
+
+
+def test_an_unknown_lesson_lists_them_all():
+    """InvalidInput names it and every lesson."""
+    with pytest.raises(InvalidInput, match="lesson = magic: must be one of stiffening, ") as caught:
+        lesson("magic")
+    assert all(name in str(caught.value) for name in NAMED)
+
+
+def test_lessons_are_listed(capsys):
+    """As a table, and as JSON with everything in it."""
+    assert main(["lessons"]) == 0
+    table = capsys.readouterr().out
+    assert all(one.name in table and one.title in table for one in LESSONS)
+    assert max(map(len, table.splitlines())) <= 88
+    assert main(["lessons", "--format", "json"]) == 0
+    rows = json.loads(capsys.readouterr().out)["lessons"]
+    assert [row["name"] for row in rows] == list(NAMED)
+    row = rows[list(NAMED).index("veering")]
+    assert row["scene"]["model"]["coriolis"] is True
+    assert row["scene"]["beam"] == TIP.replace(gamma=2).numbers
+    assert row["challenge"]["answers"] == pytest.approx([4.650], abs=1e-3)
+    assert row["proof"]["words"] == "The gap never falls below 0.241, at γ = 4.650."

@@ -1,0 +1,313 @@
+"""loci(): branches and their labels, meetings of random beams, wrong input."""
+
+import gc
+import math
+import tracemalloc
+import weakref
+
+import numpy as np
+import pytest
+from sweeps import sorted_frequencies
+
+from beamviz import Beam, InvalidInput, loci, solve
+from beamviz.beam import LIMITS
+from beamviz.frequency_loci import closer, sweep
+from beamviz.frequency_loci.candidates import TURN
+from beamviz.frequency_loci.crossings import CLOSE
+from beamviz.frequency_loci.resonances import _Seen, _sign_changes, resonances
+
+TIP = Beam(alpha=1, beta=1)
+
+
+@pytest.mark.parametrize("coriolis", [False, True])
+@pytest.mark.parametrize(
+    ("beam", "over", "stop"),
+    [(TIP, "gamma", 40), (Beam(gamma=8), "alpha", 3), (Beam(alpha=2, gamma=5), "beta", 1)],
+)
+def test_branches_are_the_lowest_modes(beam, over, stop, coriolis):
+    """At every value the branches together are the modes that solve() gives, no more, no less."""
+    values = np.linspace(0, stop, 15)
+    found = loci(beam, over, values, modes=6, coriolis=coriolis)
+    rows = sorted_frequencies(found)
+    for value, row in zip(values, rows, strict=True):
+        exact = solve(beam.replace(**{over: value}), modes=6, coriolis=coriolis).frequencies
+        assert row[:6] == pytest.approx(exact, rel=2e-6)
+        assert np.isnan(row[6:]).all()
+
+
+def test_labels_without_coriolis():
+    """Nothing couples the families: a label holds along the whole branch."""
+    found = loci(Beam(alpha=20, gamma=5), "beta", np.linspace(0, 1, 81), modes=8)
+    for branch in found.branches:
+        for solution, place in zip(branch.solutions, branch.places, strict=True):
+            assert place < 0 or solution.labels[place] == branch.label
+
+
+def test_a_family_changes_along_a_branch_with_coriolis():
+    """Through the veering each branch keeps its place; bending becomes stretching and back."""
+    found = loci(TIP, "gamma", np.linspace(0, 10, 101), coriolis=True)
+    lower, upper = (next(b for b in found.branches if b.label == x) for x in ("B3", "S1"))
+    assert (lower.frequency < upper.frequency).all()
+    assert (lower.family[0], lower.family[-1]) == ("bending", "stretching")
+    assert (upper.family[0], upper.family[-1]) == ("stretching", "bending")
+    assert lower.bending_fraction[40] > 0.9 > 0.5 > lower.bending_fraction[52]
+
+
+@pytest.mark.parametrize("gamma", [1e-3, 0.05, 0.2])
+def test_the_gap_is_the_gyroscopic_coupling(gamma):
+    """To first order in the speed it is 2 gamma |int rho u w| of the uncoupled unit-mass shapes
+    (Manconi & Mace 2017); at rest there is none. However narrow, a veering is not a crossing."""
+    values = np.linspace(1, 2, 21)
+    (crossing,) = loci(Beam(gamma=0), "alpha", values, coriolis=True).events
+    there = solve(Beam(alpha=crossing.at))
+    x, w = np.polynomial.legendre.leggauss(40)
+    x, w = np.append((x + 1) / 2, 1.0), np.append(w / 2, crossing.at)
+    bending, stretching = (there.shape(there.labels.index(label), x) for label in ("B3", "S1"))
+    coupling = abs(w @ (bending[:, 1] * stretching[:, 0]))
+    (veering,) = loci(Beam(gamma=gamma), "alpha", values, coriolis=True).events
+    assert (crossing.kind, veering.kind) == ("crossing", "veering")
+    assert veering.gap == pytest.approx(2 * gamma * coupling, rel=1e-3)
+    assert veering.index == pytest.approx(1, abs=1e-3)
+
+
+def random_beam(chance):
+    """A beam, what to sweep and from where to where."""
+    over = chance.choice(list(LIMITS))
+    beam = Beam(
+        alpha=chance.choice([0, 10 ** chance.uniform(-1, 1.5)])
+        if over != "beta"
+        else 1 + chance.random(),
+        beta=chance.choice([1.0, chance.uniform(0.1, 1)]),
+        gamma=chance.uniform(0, 40),
+        delta=chance.choice([0, chance.uniform(0, 2)]),
+        mu=10 ** chance.uniform(1.6, 2.5),
+    )
+    low, high = {
+        "alpha": (0, 4),
+        "beta": (0.05, 1),
+        "gamma": (0, 50),
+        "delta": (0, 2),
+        "mu": (30, 250),
+    }[over]
+    return beam, str(over), low, high
+
+
+def truth(beam, over, values, modes):
+    """Crossings of families counted by frequency on a dense grid: no tracking, no shapes."""
+    tables = []
+    for value in values:
+        solution = solve(beam.replace(**{over: value}), modes=modes)
+        tables.append(dict(zip(solution.labels, solution.frequencies, strict=True)))
+    labels = sorted({label for table in tables for label in table})
+    crossings = []
+    for b in (label for label in labels if label[0] == "B"):
+        for s in (label for label in labels if label[0] == "S"):
+            sides = [
+                np.sign(t.get(b, math.inf) - t.get(s, math.inf)) if b in t or s in t else math.nan
+                for t in tables
+            ]
+            crossings += [
+                ({b, s}, values[i]) for i in range(len(values) - 1) if sides[i] * sides[i + 1] < 0
+            ]
+    return sorted(crossings, key=lambda crossing: crossing[1])
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_crossings_of_random_beams(seed):
+    """On a coarse grid: the crossings that a dense one shows, each in its dense step."""
+    beam, over, low, high = random_beam(np.random.default_rng(seed))
+    dense = np.linspace(low, high, 601)
+    wanted = truth(beam, over, dense, 5)
+    found = [e for e in loci(beam, over, np.linspace(low, high, 31)).events if e.kind == "crossing"]
+    assert [set(event.branches) for event in found] == [pair for pair, _ in wanted]
+    for event, (_, at) in zip(found, wanted, strict=True):
+        assert at - 1e-6 <= event.at <= at + (high - low) / 600 + 1e-6
+        (two,) = {tuple(sorted(event.branches))}
+        solution = solve(beam.replace(**{over: event.at}), modes=6, tolerance=1e-9)
+        f = [solution.frequencies[solution.labels.index(label)] for label in two]
+        assert f[0] == pytest.approx(f[1], rel=1e-5)
+        assert event.frequency == pytest.approx(f[0], rel=1e-5)
+
+
+def exchanged(first, last, k, modes):
+    """The share of mode k that is mode k + 1 at the other end, by mass-weighted shapes."""
+    x, w = np.polynomial.legendre.leggauss(40)
+    x, w = (x + 1) / 2, w / 2
+    shapes = []
+    for solution, mode in ((first, k), (last, k + 1)):
+        mass = solution.beam.alpha**0.5 * solution.shape(mode, np.array([solution.beam.beta]))
+        shapes.append(np.concatenate((np.sqrt(w)[:, None] * solution.shape(mode, x), mass)))
+    return abs((shapes[0].conj() * shapes[1]).sum()) ** 2
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_veerings_of_random_beams(seed):
+    """With Coriolis, on a dense grid: where the gap of two neighbours is least and small, and the
+    shapes are exchanged from the widest gap before to the widest after, there is a veering; where
+    they plainly are not, there is none."""
+    beam, over, low, high = random_beam(np.random.default_rng(100 + seed))
+    dense = np.linspace(low, high, 801)
+    solutions = [solve(beam.replace(**{over: x}), modes=5, coriolis=True) for x in dense]
+    f = np.array([solution.frequencies for solution in solutions])
+    found = [e.at for e in loci(beam, over, np.linspace(low, high, 41), coriolis=True).events]
+    for k in range(4):
+        gap = f[:, k + 1] - f[:, k]
+        for i in np.flatnonzero((gap[1:-1] < gap[:-2]) & (gap[1:-1] < gap[2:])) + 1:
+            start, stop = i, i
+            while start > 0 and gap[start - 1] >= gap[start]:
+                start -= 1
+            while stop < 800 and gap[stop + 1] >= gap[stop]:
+                stop += 1
+            share = exchanged(solutions[start], solutions[stop], k, 5)
+            near = [at for at in found if dense[i - 1] <= at <= dense[i + 1]]
+            if share > 0.6 and gap[i] < 0.8 * CLOSE * f[i, k]:
+                assert near, (k, dense[i], share)
+            if share < 0.5 * math.sin(TURN) ** 2 or gap[i] > 1.2 * CLOSE * f[i, k + 1]:
+                assert not near, (k, dense[i], share)
+
+
+def test_solutions_between_the_values_are_let_go(monkeypatch):
+    """A search for a hundred meetings would fill the memory with them."""
+    solve_many, solved, kept = sweep.solve_many, [], []
+
+    def watched(beams, **options):
+        gc.collect()
+        kept.append(sum(solution() is not None for solution in solved))
+        answers = solve_many(beams, **options)
+        solved.extend(map(weakref.ref, answers))
+        return answers
+
+    monkeypatch.setattr(sweep, "solve_many", watched)
+    found = loci(Beam(alpha=20, gamma=5), "beta", np.linspace(0, 1, 11))
+    assert found.solves == len(solved) > 20
+    assert max(kept) == 11
+
+
+@pytest.mark.parametrize(
+    ("over", "values", "words"),
+    [
+        ("gamma", [], "must be 2 .. 10000 numbers, not 0"),
+        ("gamma", [1], "must be 2 .. 10000 numbers, not 1"),
+        ("gamma", [[1, 2]], "an array of 2 dimensions"),
+        ("gamma", [2, 1], "must ascend, but 1 follows 2"),
+        ("gamma", [1, 1], "must ascend, but 1 follows 1"),
+        ("gamma", [0, math.nan, 1], "gamma = nan: must lie in 0 .. 200"),
+        ("gamma", [0, 201], "gamma = 201: must lie in 0 .. 200"),
+        ("gamma", ["fast", "slow"], "must be numbers"),
+        ("alpha", 10**400, "must be numbers"),
+        ("beta", [0, 1.5], "beta = 1.5: must lie in 0 .. 1"),
+        ("speed", [0, 1], "over = 'speed': must be one of alpha, beta, gamma, delta, mu"),
+    ],
+)
+def test_wrong_values(over, values, words):
+    """One clear line, before anything is solved."""
+    with pytest.raises(InvalidInput, match=words.replace("(", r"\(")):
+        loci(TIP, over, values)
+
+
+def test_a_sweep_into_the_impossible():
+    """Slenderness falls to where gamma / mu is above 5."""
+    with pytest.raises(InvalidInput, match=r"gamma / mu = 7.5: must be at most 5"):
+        loci(Beam(gamma=150), "mu", [20, 100])
+
+
+@pytest.mark.parametrize("modes", [0, 21, 2.5, "many"])
+def test_wrong_number_of_modes(modes):
+    """As for solve()."""
+    with pytest.raises(InvalidInput, match="modes = "):
+        loci(TIP, "gamma", [0, 1], modes=modes)
+
+
+@pytest.mark.parametrize("modes", [1, 20])
+def test_as_few_and_as_many_modes_as_there_can_be(modes):
+    """At the upper limit nothing beside the window is solved for."""
+    found = loci(TIP, "gamma", np.linspace(0, 10, 11), modes=modes)
+    assert np.isfinite(sorted_frequencies(found)).sum(axis=1).tolist() == [modes] * 11
+
+
+@pytest.mark.parametrize("elements", [1, 2, 20])
+def test_elements(elements):
+    """The paper's method, with so few elements that nothing beside the window can be had too."""
+    found = loci(TIP, "gamma", [0, 5, 10], modes=2, method="ancf", elements=elements)
+    exact = solve(TIP, modes=2, method="ancf", elements=elements).frequencies
+    assert sorted_frequencies(found)[0] == pytest.approx(exact)
+
+
+def test_flapwise():
+    """Out of the plane of rotation Coriolis forces couple nothing: the families cross."""
+    events = loci(TIP, "gamma", np.linspace(0, 10, 41), plane="flapwise", coriolis=True).events
+    assert {event.kind for event in events} == {"crossing"}
+
+
+def test_a_veering_seen_closer():
+    """Around its least gap, within four widths, the same veering."""
+    found = loci(TIP, "gamma", np.linspace(0, 10, 51), coriolis=True)
+    (event,) = found.events
+    near = closer(found, event)
+    (again,) = near.events
+    assert again.at == pytest.approx(event.at, abs=1e-4 * event.width)
+    assert again.gap == pytest.approx(event.gap, rel=1e-6)
+    assert near.values[[0, -1]] == pytest.approx(
+        [event.at - 4 * event.width, event.at + 4 * event.width]
+    )
+    two = {b.label: b.frequency for b in near.branches if b.label in again.branches}
+    assert np.ptp(two["S1"] - two["B3"]) > 2 * event.gap
+
+
+def test_resonances():
+    """Each lies on a locus and on a line of a whole multiple of the speed."""
+    found = resonances(loci(TIP, "gamma", np.linspace(0, 30, 16), coriolis=True), 4)
+    assert [(one.per_rev, one.branch) for one in found][:4] == [
+        (4, "B1"),
+        (3, "B1"),
+        (2, "B1"),
+        (1, "B1"),
+    ]
+    for one in found:
+        frequencies = solve(TIP.replace(gamma=one.at), coriolis=True, tolerance=1e-9).frequencies
+        assert one.frequency == one.per_rev * one.at
+        assert abs(frequencies - one.frequency).min() < 1e-6 * one.frequency
+
+
+def test_a_resonance_on_a_value_of_the_sweep_is_seen_once():
+    """Exactly on the line, and a rounding error beside it."""
+    on = loci(TIP, "gamma", [1.0, 2.0, 3.0, 4.0])
+    line = 2 * on.values
+    for off in (0.0, 1e-15, -1e-15):
+        frequency = line + np.array([0.2, off, -0.2, -0.4])
+        on.branches[0].__dict__["frequency"] = frequency
+        (i,) = _sign_changes(frequency - line)
+        assert _Seen(2, on.branches[0], i, on.values).at == pytest.approx(2.0, abs=1e-12)
+
+
+def test_resonances_need_the_speed():
+    """Over another number there are no per-rev lines."""
+    with pytest.raises(InvalidInput, match="per-rev lines need loci over gamma, not over alpha"):
+        resonances(loci(TIP, "alpha", [0, 1]), 3)
+
+
+@pytest.mark.parametrize("count", [41, 201])
+def test_modes_that_come_and_go_while_buckled_with_coriolis_are_no_meeting(count):
+    """A branch that is not there before a step has nothing to turn into; two that swing meet as
+    ever beside the one that buckles."""
+    found = loci(Beam(alpha=1, gamma=10), "delta", np.linspace(-1, 1, count), coriolis=True)
+    assert found.limits[0].kind == "unstable"
+    (event,) = found.events
+    assert (event.kind, event.branches) == ("veering", ("B3", "S1"))
+    assert event.at == pytest.approx(-0.6658, abs=2e-4)
+
+
+def test_a_chart_keeps_little_of_its_meshes():
+    """A matrix for each solution, the one that makes functions of x of what was found."""
+    hard = Beam(alpha=100, gamma=200, delta=20, mu=10000)
+    tracemalloc.start()
+    try:
+        found = loci(hard, "beta", np.linspace(0.1, 0.9, 9))
+        unknowns = max(solution.stats.dof for solution in found.branches[0].solutions) / 2
+        before = tracemalloc.get_traced_memory()[0]
+        del found
+        gc.collect()
+        kept = before - tracemalloc.get_traced_memory()[0]
+    finally:
+        tracemalloc.stop()
+    assert kept < 9 * 2 * 8 * unknowns**2

@@ -1,0 +1,214 @@
+"""Sweeps beyond what exists, is stable, or converges: the gaps, and where they begin and end."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from sweeps import sorted_frequencies
+
+from beamviz import loci
+from beamviz.beam import Beam
+from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.frequency_loci import limits as edges
+from beamviz.frequency_loci import sweep
+from beamviz.solver import solve
+
+TIP = Beam(alpha=1, beta=1)
+GAUSS = np.polynomial.legendre.leggauss(40)
+
+
+def failing_where(monkeypatch: pytest.MonkeyPatch, where: Callable[[float], bool]) -> None:
+    """Let no solution converge at some speeds gamma."""
+    solve_many = sweep.solve_many
+
+    def failing(beams, **options):
+        answers = solve_many(beams, **options)
+        pairs = zip(beams, answers, strict=True)
+        return [NotConverged("no") if where(beam.gamma) else answer for beam, answer in pairs]
+
+    monkeypatch.setattr(sweep, "solve_many", failing)
+
+
+def test_beyond_the_limit_of_equilibrium():
+    """physics: hencky, delta 0 ends at gamma 45.420; what exists before it is all there."""
+    found = loci(Beam(), "gamma", np.linspace(0, 60, 61), strain="hencky")
+    (limit,) = found.limits
+    assert (limit.kind, limit.stop) == ("no-equilibrium", 60)
+    assert limit.start == pytest.approx(45.420, abs=5e-4)
+    assert limit.message == "no equilibrium for gamma = 45.4203 .. 60"
+    exists = np.isfinite(sorted_frequencies(found)[:, :5]).all(axis=1)
+    assert exists.tolist() == [value < limit.start for value in found.values]
+    assert all(branch.family[-1] is None for branch in found.branches)
+    assert np.isnan(found.confidence[45:]).all()
+    assert (found.confidence[:45] > 0.9).all()
+
+
+@pytest.mark.parametrize(
+    ("beam", "over", "values"),
+    [
+        (Beam(gamma=30), "delta", np.linspace(0, 2, 11)),
+        (Beam(gamma=40, beta=0.9), "alpha", np.linspace(0, 1, 11)),
+        (Beam(gamma=40), "mu", np.linspace(40, 80, 11)),
+    ],
+)
+def test_limits_over_other_numbers(beam, over, values):
+    """The end of existence is found between two values: on one side of it there is one."""
+    (limit,) = loci(beam, over, values, strain="hencky").limits
+    edge = limit.stop if limit.start == values[0] else limit.start
+    sides = [beam.replace(**{over: edge * (1 + step)}) for step in (-1e-6, 1e-6)]
+    there = []
+    for side in sides:
+        try:
+            solve(side, strain="hencky")
+            there.append(True)
+        except NotConverged:  # so close to the end that numbers fail, physics does not
+            there.append(True)
+        except NoEquilibrium:
+            there.append(False)
+    assert sorted(there) == [False, True]
+
+
+def test_the_end_of_a_force_law_over_the_hub_radius():
+    """Hencky's ends at the root at f = e. There Phi(f) = ln f - (ln f)^2 / 2 falls by g (R^2 -
+    delta^2) / 2, R = r + delta, g = (gamma / mu)^2, to 0 at the tip; with s^2 = g (R^2 - delta^2)
+    the length is 1 = int_0^1 exp(s - 1) s ds / (g sqrt(delta^2 + s^2 / g))."""
+    g = (30 / 70) ** 2
+
+    def excess(delta: float) -> float:
+        s = (1 + GAUSS[0]) / 2
+        return GAUSS[1] / 2 @ (np.exp(s - 1) * s / np.sqrt(delta**2 + s**2 / g)) / g - 1
+
+    (limit,) = loci(Beam(gamma=30), "delta", np.linspace(0, 2, 11), strain="hencky").limits
+    assert limit.start == pytest.approx(brentq(excess, 1, 2, xtol=1e-14), rel=3e-9)
+
+
+def test_where_numerics_fail_before_physics_the_limit_is_that_of_physics():
+    """A beam pressed together does not converge just before its equilibrium ends: at the limit over
+    the hub radius the speed is that at which equilibria end, found from a faster beam."""
+    beam = Beam(alpha=0.0127587733, beta=0.9629133184, gamma=82.3011768324, mu=145.3672840086)
+    limit, _ = loci(beam, "delta", np.linspace(-2, 20, 21), 2).limits
+    with pytest.raises(NotConverged):
+        solve(beam.replace(delta=limit.stop + 1e-7))
+    with pytest.raises(NoEquilibrium) as caught:
+        solve(beam.replace(delta=limit.stop, gamma=100.0))
+    assert caught.value.limit == pytest.approx(beam.gamma, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("beam", "over", "stop", "options"),
+    [
+        (Beam(gamma=30, delta=1), "alpha", 2, {"strain": "hencky"}),
+        (Beam(gamma=44.66, alpha=0.04, beta=0.51, delta=0.95), "mu", 7000, {"strain": "hencky"}),
+        (Beam(alpha=0.36, beta=0.8, gamma=95.7, mu=485), "delta", 20, {"strain": "hencky"}),
+        (Beam(delta=-1), "gamma", 6, {}),
+    ],
+)
+def test_a_limit_is_found_in_a_few_solves(monkeypatch, beam, over, stop, options):
+    """Of an equilibrium, which takes long where there is none, or of stability."""
+    asked = np.linspace(10 if over == "mu" else 0, stop, 81)
+    solve_at, solved = sweep.Sweep.solve, []
+
+    def counted(self, values):
+        solved.extend(values)
+        return solve_at(self, values)
+
+    monkeypatch.setattr(sweep.Sweep, "solve", counted)
+    assert len(loci(beam, over, asked, **options).limits) == 1
+    assert len(solved) - len(asked) <= 12
+
+
+def test_where_convergence_comes_and_goes_limits_take_so_many_solves_and_no_more(monkeypatch):
+    """The first ones are located, and the others said to be about there."""
+    failing_where(monkeypatch, lambda gamma: gamma % 1 < 0.43)
+    monkeypatch.setattr(edges, "MAX_SOLVES", 50)
+    found = loci(TIP, "gamma", np.linspace(0.25, 20.25, 41), 1)
+    assert len(found.limits) == 21
+    assert found.solves < 41 + 50 + 20
+    assert found.limits[0].stop == pytest.approx(0.43, abs=1e-3)
+    assert found.limits[-2].stop == pytest.approx(19.5)  # between 19.25 and 19.75
+    assert "about 19" in found.limits[-2].message
+
+
+def test_a_limit_at_zero_is_found_in_a_few_solves(monkeypatch):
+    """A heavy mass ends the equilibrium wherever it is, but at the clamp itself it is held: the
+    change is at beta = 0, where nothing is exact relative to it."""
+    solve_many, solved = sweep.solve_many, []
+
+    def counted(beams, **options):
+        solved.extend(beams)
+        assert len(solved) < 60
+        return solve_many(beams, **options)
+
+    monkeypatch.setattr(sweep, "solve_many", counted)
+    heavy = Beam(alpha=3.9, gamma=37, delta=2.7, mu=115)
+    found = loci(heavy, "beta", np.linspace(0, 1, 5), 1, strain="hencky")
+    (limit,) = found.limits
+    assert (limit.kind, limit.stop) == ("no-equilibrium", 1.0)
+    assert 0 <= limit.start < 1e-11
+
+
+def test_loss_of_stability():
+    """physics: an inward beam, delta -1, buckles near gamma 2.97; the branch goes on, growing."""
+    found = loci(Beam(delta=-1), "gamma", np.linspace(0, 6, 61))
+    (limit,) = found.limits
+    assert (limit.kind, limit.stop) == ("unstable", 6)
+    assert limit.start == pytest.approx(2.97, abs=0.03)
+    below, above = (solve(Beam(delta=-1, gamma=limit.start * x)) for x in (1 - 1e-7, 1 + 1e-7))
+    assert (below.equilibrium.status, above.equilibrium.status) == ("stable", "unstable")
+    first = found.branches[0]
+    unstable = found.values > limit.start
+    assert np.isnan(first.frequency[unstable]).all()
+    assert (first.growth_rate[unstable] > 0).all()
+    assert (first.growth_rate[~unstable] == 0).all()
+    assert first.family[-1] == "bending"
+
+
+def test_modes_are_followed_through_buckling_with_coriolis():
+    """They turn into growing ones without a jump, whichever number is varied."""
+    found = loci(Beam(delta=-1), "gamma", np.linspace(0, 6, 61), coriolis=True)
+    assert found.limits[0].start == pytest.approx(2.996, abs=1e-3)
+    assert found.confidence.min() > 0.999
+    found = loci(
+        Beam(alpha=1, beta=0.6, gamma=20), "delta", np.linspace(-1.5, 1, 61), coriolis=True
+    )
+    assert found.confidence.min() > 0.9
+    assert found.solves < 130
+
+
+def test_a_state_between_two_others_is_named():
+    """Stable at rest, not resolved at gamma 50: in between the beam buckles, and is solved."""
+    found = loci(Beam(alpha=100, beta=0.2, delta=-2, mu=10000), "gamma", [0, 50, 100], 1)
+    unstable, unresolved = found.limits
+    assert [unstable.kind, unresolved.kind] == ["unstable", "not-converged"]
+    assert unstable.start == pytest.approx(0.55, abs=1e-3)
+    assert 20 < unstable.stop == unresolved.start < 30
+    assert unresolved.stop == 100
+
+
+def test_a_gap_in_the_middle(monkeypatch):
+    """Branches go on behind values that did not converge, and these are named, with ends no more
+    exact than such ends deserve."""
+    failing_where(monkeypatch, lambda gamma: 4.9 < gamma < 7.1)
+    found = loci(TIP, "gamma", np.linspace(0, 10, 21))
+    assert [branch.label for branch in found.branches] == ["B1", "B2", "B3", "S1", "B4"]
+    (limit,) = found.limits
+    assert limit.kind == "not-converged"
+    assert (limit.start, limit.stop) == pytest.approx((4.9, 7.1), abs=1e-4)
+    assert found.solves < 21 + 35
+    assert [event.branches for event in found.events] == [("B3", "S1")]
+
+
+def test_one_value_between_gaps(monkeypatch):
+    """A single value with a solution is still returned."""
+    failing_where(monkeypatch, lambda gamma: abs(gamma - 5) >= 0.1)
+    found = loci(TIP, "gamma", np.linspace(0, 10, 11))
+    assert np.isfinite(sorted_frequencies(found)).sum() == 5
+    assert len(found.limits) == 2
+
+
+def test_nowhere_an_equilibrium():
+    """The error of the first value, with the limit."""
+    with pytest.raises(NoEquilibrium) as caught:
+        loci(Beam(), "gamma", [100, 110], strain="hencky")
+    assert caught.value.limit == pytest.approx(45.42, abs=0.01)

@@ -1,0 +1,166 @@
+"""Pictures in rounds, charts after them, and what is sent with them: by counts, with stand-ins for
+visitors."""
+
+import asyncio
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+import zstandard
+from msgspec import msgpack
+from websockets.protocol import OPEN
+
+from beamviz.explorer.debounce import REST, Lag
+from beamviz.explorer.frames import ALL_FRAMES, FEWER_FRAMES, FRAMES, TOGETHER, Animator
+from beamviz.server import sending
+from beamviz.server.visitor_count import Attendance
+
+
+class Still:
+    """A session that counts its pictures."""
+
+    def __init__(self, *, ticking: bool = True, fresh: bool = False):
+        self.ticking, self.fresh, self.seen, self.pictures = ticking, fresh, 0.0, 0
+
+    def tick(self, now: float) -> None:
+        self.seen, self.pictures, self.fresh = now, self.pictures + 1, False
+
+
+def animator(*sessions: Still, waiting: int = 0) -> Animator:
+    """An animator that does not run by itself."""
+    made = Animator.__new__(Animator)
+    made.sessions = dict(enumerate(sessions))  # type: ignore[arg-type]
+    made.turns = SimpleNamespace(waiting=[None] * waiting)  # type: ignore[assignment]
+    made.woken, made.drawn, made.attendance = {}, set(), Attendance()
+    return made
+
+
+def test_a_round_has_one_picture_for_everybody():
+    """Where somebody waits: who has just had an answer has had theirs, and gets the next one."""
+    sessions = [Still(fresh=k < 2) for k in range(5)]
+    made = animator(*sessions, waiting=1)
+    made.woken = dict.fromkeys([0, 1])
+    made.draw_next()
+    assert [one.pictures for one in sessions] == [1, 1, 0, 0, 0]
+    asyncio.run(made.draw_all(made.step))
+    assert [one.pictures for one in sessions] == [1, 1, 1, 1, 1]
+    asyncio.run(made.draw_all(made.step))
+    assert [one.pictures for one in sessions] == [2, 2, 2, 2, 2]
+
+
+def test_who_rests_gets_none():
+    """Only what moves is drawn, and what is woken only if it is fresh."""
+    sessions = [Still(ticking=False), Still(ticking=False)]
+    made = animator(*sessions)
+    made.woken = dict.fromkeys([0, 1, 2])  # one has left
+    made.draw_next()
+    asyncio.run(made.draw_all(made.step))
+    assert [one.pictures for one in sessions] == [0, 0]
+    assert not made.woken
+
+
+def test_answers_are_drawn_a_few_at_a_time():
+    """In the order in which they came; then messages come and go."""
+    sessions = [Still(fresh=True) for _ in range(TOGETHER + 3)]
+    made = animator(*sessions)
+    made.woken = dict.fromkeys(reversed(range(len(sessions))))
+    made.draw_next()
+    assert [one.pictures for one in sessions] == [0] * 3 + [1] * TOGETHER
+    made.draw_next()
+    assert all(one.pictures == 1 for one in sessions)
+
+
+@pytest.mark.parametrize(
+    ("visitors", "waiting", "rate"),
+    [(1, 0, FRAMES), (1, 1, FEWER_FRAMES), (60, 0, ALL_FRAMES / 60), (60, 9, FEWER_FRAMES)],
+)
+def test_pictures_give_way_to_answers(visitors, waiting, rate):
+    """Fewer where somebody waits, and where visitors are many; the same for all."""
+    made = animator(Still(), waiting=waiting)
+    for _ in range(visitors):
+        made.attendance.enter()
+    assert 1 / made.step == pytest.approx(rate)
+
+
+def test_charts_follow_a_few_visitors_at_once():
+    """Once for each change, whether or not an answer is awaited."""
+    lag = Lag(crowded=lambda: False)
+    assert not lag.running
+    assert not lag.over(1.0, busy=False)
+    lag.begin(1.0)
+    assert lag.running
+    assert lag.over(1.0, busy=True)
+    assert not lag.running
+    assert not lag.over(2.0, busy=False)
+
+
+def test_charts_of_a_crowd_wait_until_an_edit_has_come_to_rest():
+    """Every change begins the rest anew, and an answer that is awaited will be a change."""
+    lag = Lag(crowded=lambda: True)
+    lag.begin(1.0)
+    lag.begin(1.0 + 0.8 * REST)
+    assert not lag.over(1.0 + 1.7 * REST, busy=False)
+    assert not lag.over(1.0 + 1.9 * REST, busy=True)
+    assert lag.running
+    assert lag.over(1.0 + 1.9 * REST, busy=False)
+
+
+class Outbox:
+    """Messages that wait; a picture is urgent."""
+
+    def __init__(self) -> None:
+        self.come, self.urgent, self.over = asyncio.Event(), asyncio.Event(), False
+        self.messages: list[dict[str, Any]] = []
+
+    def push(self, name: str, *, urgent: bool = False) -> None:
+        self.messages.append({"name": name})
+        self.come.set()
+        if urgent:
+            self.urgent.set()
+
+    def taken(self) -> tuple[list[dict[str, Any]], list[memoryview]]:
+        self.messages, found = [], self.messages
+        return found, []
+
+
+class Line:
+    """A connection that keeps what is sent."""
+
+    def __init__(self) -> None:
+        self.groups: list[list[str]] = []
+        self.protocol = SimpleNamespace(state=OPEN, send_binary=self.keep)
+        self.transport = SimpleNamespace(get_write_buffer_size=int)
+
+    def keep(self, data: bytes) -> None:
+        size = int.from_bytes(data[8:16], "little")
+        text = zstandard.ZstdDecompressor().decompress(data[16 : 16 + size])
+        self.groups.append([message["name"] for message in msgpack.decode(text)["messages"]])
+
+    def send_data(self) -> None:
+        """It is sent."""
+
+
+def test_what_is_no_picture_goes_with_the_next_one(monkeypatch):
+    """The first at once; what follows waits for a picture, which does not wait."""
+    monkeypatch.setattr(sending, "PAUSE", 60.0)
+    assert asyncio.run(sent()) == [["text"], ["echo", "another", "picture"], ["second"]]
+
+
+def test_what_is_no_picture_does_not_wait_for_ever(monkeypatch):
+    """Where no picture comes, it goes after a pause."""
+    monkeypatch.setattr(sending, "PAUSE", 0.01)
+    assert asyncio.run(sent(pause=0.1))[:2] == [["text"], ["echo", "another"]]
+
+
+async def sent(pause: float = 0.0) -> list[list[str]]:
+    """The groups in which some messages leave."""
+    outbox, line = Outbox(), Line()
+    task = asyncio.create_task(sending.send(line, outbox))  # type: ignore[arg-type]
+    for group in (["text"], ["echo", "another"], ["picture"], ["second"]):
+        for name in group:
+            outbox.push(name, urgent=name in ("picture", "second"))
+        await asyncio.sleep(pause)
+        for _ in range(20):
+            await asyncio.sleep(0)
+    task.cancel()
+    return line.groups

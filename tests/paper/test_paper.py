@@ -1,0 +1,292 @@
+"""What the paper prints, and what is found: its numbers, its statements, and the causes given."""
+
+import numpy as np
+import pytest
+from scipy.integrate import trapezoid
+from scipy.linalg import eigh
+from scipy.optimize import brentq
+
+from beamviz import Beam, solve
+from beamviz.frequency_loci import loci
+from beamviz.paper import figures, table_page, tables
+from beamviz.paper.data import FIGURES, TABLES, LociFigure, Statement
+from beamviz.paper.values import MODELS, as_csv, as_markdown, located, numbers, unit
+from beamviz.solver.fem.hermite import gauss, hermite
+
+LOCI = [figure for figure in FIGURES.values() if isinstance(figure, LociFigure)]
+MET = [(figure, meeting) for figure in LOCI for meeting in figure.meetings]
+
+# figure, printed number, the models within a unit of its last digit.
+FITS = [
+    ("fig5", "9.2", "material"),
+    ("fig6", "6.6", "material"),
+    ("fig6", "17.3", "material"),
+    ("fig7", "4.4", "both"),
+    ("fig7", "16.2", "material"),
+    ("fig8", "1.59", "neither"),
+    ("fig9", "0.92", "both"),
+    ("fig10", "0.48", "both"),
+    ("fig10", "1.74", "material"),
+    ("fig11", "0.09", "both"),
+    ("fig11", "0.225", "spatial"),
+    ("fig14", "4", "both"),
+    ("fig15", "3", "both"),
+    ("fig16", "22.0345", "both"),
+    ("fig16", "61.6982", "20 elements"),
+    ("fig17", "0.78344", "both"),
+    ("fig18", "22.0345", "both"),
+    ("fig19", "0.50355", "both"),
+    ("fig19", "0.86768", "both"),
+]
+
+
+@pytest.fixture(scope="module")
+def found():
+    """Every printed number beside what is found."""
+    return numbers()
+
+
+@pytest.fixture(scope="module")
+def computed():
+    """The rows of every table."""
+    return {name: tables.computed(table) for name, table in TABLES.items()}
+
+
+def test_every_table_and_figure_is_there():
+    """Tables 1 to 4 and figures 4 to 19, in order."""
+    assert list(TABLES) == [f"table{k}" for k in range(1, 5)]
+    assert list(FIGURES) == [f"fig{k}" for k in range(4, 20)]
+    assert all(scene.name == name for name, scene in {**TABLES, **FIGURES}.items())
+
+
+def test_captions_name_what_is_held_fixed():
+    """A caption gives the paper's parameters, and none of what is varied."""
+    assert "β = 0.5, δ = 0, μ = 70" in FIGURES["fig5"].caption
+    assert "γ" not in FIGURES["fig5"].caption
+    assert FIGURES["fig11"].caption == (
+        "First five frequencies over the mass location (α = 0.5, γ = 5, δ = 0, μ = 70)"
+    )
+    assert FIGURES["fig15"].caption.startswith("First five mode shapes (α = 2, β = 1")
+    assert FIGURES["fig12"].caption.startswith("First mode shape (β = 1")
+
+
+def test_which_model_fits_each_printed_number(found):
+    """Nine of eleven meetings fit the material measure, five the spatial one of eq. 16."""
+    assert [(row.figure, row.printed, row.fits) for row in found] == FITS
+    page = as_markdown(found)
+    assert "Of the 11 meetings the material measure fits 9, the spatial one" in page
+    assert "fits 5" in page
+
+
+def test_fits_are_within_a_unit_of_the_last_digit(found):
+    """A model is named exactly where it is that near."""
+    for row in found:
+        off = {name: abs(value - float(row.printed)) for name, value in row.values.items()}
+        near = {name for name in ("material", "spatial") if off[name] <= unit(row.printed)}
+        assert (row.fits == "both") == (near == {"material", "spatial"})
+        if row.fits in MODELS:
+            assert near == {row.fits}
+
+
+def test_numbers_as_csv(found):
+    """One line for each number, with all its models."""
+    lines = as_csv(found).splitlines()
+    assert lines[0].startswith("figure,quantity,paper,material,spatial,material_20,spatial_20,fits")
+    assert len(lines) == 1 + len(FITS)
+
+
+@pytest.mark.parametrize(("figure", "meeting"), MET, ids=lambda part: getattr(part, "at", part[0]))
+def test_a_meeting_is_a_crossing_at_equal_frequencies(figure, meeting):
+    """Where a printed meeting is located, a bending and the stretching frequency are the same,
+    and the two are the loci the paper counts."""
+    event = located(figure, meeting, MODELS["spatial"])
+    assert (event.kind, event.gap) == ("crossing", 0)
+    solution = solve(figure.beam.replace(**{figure.over: event.at}), 6, tolerance=1e-9)
+    low, high = (place - 1 for place in meeting.loci)
+    assert {solution.families[low], solution.families[high]} == {"bending", "stretching"}
+    pair = solution.frequencies[[low, high]]
+    assert pair == pytest.approx([event.frequency] * 2, rel=1e-7)
+
+
+@pytest.mark.parametrize("figure", LOCI, ids=lambda figure: figure.name)
+def test_charts_meet_where_the_numbers_say(figure):
+    """The meetings of a whole chart are those located around the printed values."""
+    met = figures.meetings(figure, figures.charts(figure))
+    printed = {row.printed: row for row in met if row.printed}
+    assert set(printed) == set(figure.meetings)
+    for meeting, row in printed.items():
+        for name, event in row.events.items():
+            assert event.at == pytest.approx(located(figure, meeting, MODELS[name]).at, rel=1e-6)
+
+
+def test_a_held_root_explains_1_59():
+    """With u'(0) = 0 held too, 20 cubic elements put the meeting of figure 8 at alpha = 1.584."""
+
+    def apart(alpha, held):
+        solution = solve(Beam(alpha=alpha), 5, method="ancf", elements=20)
+        bending = solution.frequencies[solution.labels.index("B3")]
+        return bar(alpha, held) - bending
+
+    assert brentq(apart, 1.4, 1.7, args=(False,)) == pytest.approx(1.5702, abs=5e-5)
+    assert brentq(apart, 1.4, 1.7, args=(True,)) == pytest.approx(1.584, abs=5e-4)
+
+
+def bar(alpha, held, mu=70.0, elements=20):
+    """The first stretching frequency at rest of a bar with a tip mass, of cubic elements."""
+    size = 2 * (elements + 1)
+    K, M = np.zeros((size, size)), np.zeros((size, size))
+    x, weights = gauss(4)
+    S, dS, _ = hermite(x, 1 / elements)
+    for e in range(elements):
+        at = np.s_[2 * e : 2 * e + 4]
+        K[at, at] += mu**2 * np.einsum("p,pi,pj->ij", weights / elements, dS, dS)
+        M[at, at] += np.einsum("p,pi,pj->ij", weights / elements, S, S)
+    M[-2, -2] += alpha
+    free = np.arange(2 if held else 1, size)
+    return np.sqrt(eigh(K[np.ix_(free, free)], M[np.ix_(free, free)], eigvals_only=True)[0])
+
+
+# ---------------------------------------------------------------------------------------------
+# Tables
+
+
+def test_rows_are_solves(computed):
+    """Every column is what solve() finds for its beam."""
+    table, row = TABLES["table2"], computed["table2"][-1]
+    beam = table.beam.replace(delta=row.delta, gamma=row.gamma)
+    assert (row.delta, row.gamma) == (1, 50)
+    for name in table.columns:
+        solution = solve(beam, 6, **tables.COLUMNS[name].options)
+        first, second = (solution.labels.index(label) for label in ("B1", "B2"))
+        assert row.frequencies[name] == tuple(solution.frequencies[[first, second]])
+    assert row.deviation("foac", 0) == pytest.approx(53.46691 / 39.74517 - 1, abs=1e-5)
+
+
+def test_hencky_ends_where_the_nonlinear_model_of_ansys_diverges(computed):
+    """At gamma 40 and 50 with delta 1 a hencky beam has no equilibrium; at 30 it still has."""
+    rows = computed["table4"]
+    assert [row.gamma for row in rows if "hencky" in row.limits] == [40, 50]
+    assert {round(row.limits["hencky"], 4) for row in rows if row.limits} == {31.4887}
+    page = table_page.as_markdown(TABLES["table4"], rows)
+    assert page.count("no equilibrium beyond γ = 31.4887") == 4
+    assert "no equilibrium at γ = 40 and 50, nor anywhere beyond γ = 31.4887" in page
+    last = tables.as_csv(TABLES["table4"], rows).splitlines()[-1].split(",")
+    assert last[-1] == "hencky 31.488726"
+    assert last[8] == ""
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_a_page_says_that_the_body_of_the_table_is_missing(name, computed):
+    """Nobody takes our numbers for the paper's."""
+    page = table_page.as_markdown(TABLES[name], computed[name])
+    assert "**The body of the paper's table is not available to this project.**" in page
+    assert all(tables.COLUMNS[column].title in page for column in TABLES[name].columns)
+
+
+def test_statements_about_the_tables(computed):
+    """Where the text holds and where it does not."""
+    pages = {name: table_page.as_markdown(TABLES[name], rows) for name, rows in computed.items()}
+    assert (
+        "| The frequencies rise with the speed. | True of ANCF, 20 elements, without"
+        in (pages["table1"])
+    )
+    assert "FOAC against ANCF, 20 elements: ω₁ +3.019\u00a0% at δ = 0, γ = 10" in pages["table1"]
+    assert (
+        "except for ω₂ at δ = 0: +0.639\u00a0% at γ = 20 but +0.220\u00a0% at 30" in pages["table3"]
+    )
+    assert "linear, 20 elements against FOAC: ω₁ +0.049\u00a0% at δ = 1, γ = 50" in pages["table4"]
+
+
+def test_exceptions_are_found():
+    """A frequency that falls and columns that approach each other are named."""
+    rows = [
+        tables.Row(0, gamma, {"ancf": (first, 1.0 + gamma), "foac": (2.0, 9.0)}, {})
+        for gamma, first in ((1, 1.0), (2, 0.5), (3, 0.6))
+    ]
+    rise = table_page.CHECKS["rise"](Statement("", "rise"), rows)
+    assert rise == "True of ANCF, 20 elements, except for ω₁ at δ = 0, γ = 1 .. 2."
+    part = table_page.CHECKS["part"](Statement("", "part"), rows)
+    assert "ω₁ at δ = 0: +300.000\u00a0% at γ = 2 but +233.333\u00a0% at 3" in part
+    agree = table_page.CHECKS["agree"](Statement("", "agree", (("foac", "ancf"),)), rows)
+    assert "ω₁ +300.000\u00a0% at δ = 0, γ = 2" in agree
+
+
+# ---------------------------------------------------------------------------------------------
+# The causes given for deviations
+
+
+def deviation(column, mu=70.0, gamma=10.0, **options):
+    """Relative deviations of the lowest two bending frequencies of a column from exact ones."""
+    beam = Beam(gamma=gamma, delta=1, mu=mu)
+    exact, other = (
+        bending(solve(beam, 6, **settings))
+        for settings in (
+            tables.COLUMNS["exact"].options,
+            {**tables.COLUMNS[column].options, **options},
+        )
+    )
+    return other / exact - 1
+
+
+def bending(solution):
+    """The lowest two bending frequencies."""
+    return solution.frequencies[[solution.labels.index(label) for label in ("B1", "B2")]]
+
+
+@pytest.mark.parametrize("column", ["foac", "material", "hencky"])
+def test_models_differ_by_the_stretch(column):
+    """FOAC, the material measure and hencky differ from the exact answer by what stretches: ten
+    times the slenderness leaves a hundredth, of hencky less since it differs at second order."""
+    near, far = deviation(column, mu=700.0), deviation(column, mu=70.0)
+    assert np.all(abs(near) < abs(far) / 90)
+    assert np.all(abs(far) > 1e-4)
+
+
+def test_linear_elements_converge_to_foac():
+    """What is left between linear finite elements and FOAC is their error, of order 4."""
+    left = [abs(deviation("linear", elements=n) - deviation("foac")) for n in (20, 40)]
+    assert np.all(left[1] < left[0] / 12)
+
+
+def test_the_paper_s_elements_fail_in_thin_layers():
+    """Their error grows with the tension, and falls with order 4 once they resolve the layers."""
+    slow, fast = (abs(deviation("ancf", gamma=gamma)) for gamma in (10, 50))
+    assert np.all(fast > 20 * slow)
+    fine, finer = (abs(deviation("ancf", gamma=50, elements=n)) for n in (80, 160))
+    assert np.all(finer < fine / 12)
+
+
+def test_the_curvature_measures_agree_at_rest():
+    """Without stretch there is one curvature."""
+    spatial, material = (
+        solve(Beam(alpha=1, beta=0.5), curvature=name, tolerance=1e-9).frequencies
+        for name in ("spatial", "material")
+    )
+    assert spatial == pytest.approx(material, rel=1e-9)
+
+
+# ---------------------------------------------------------------------------------------------
+# Shapes
+
+
+def test_the_mode_shift():
+    """The first stretching mode is the fourth at alpha 1 and the third at alpha 2 (figs. 14-15),
+    and passes at the crossing of figure 8."""
+    for name, place in (("fig14", 4), ("fig15", 3)):
+        (curve,) = (c for c in figures.curves(FIGURES[name]) if c.family == "stretching")
+        assert (curve.mode, FIGURES[name].stretching) == (place, (place,))
+    (event,) = loci(Beam(), "alpha", np.linspace(1, 2, 11)).events
+    assert event.branches == ("B3", "S1")
+
+
+def test_curves_rise_from_the_clamp_and_vanish_at_their_nodes():
+    """What is drawn has unit modal mass, starts upwards, and is zero where its rings are."""
+    for name in ("fig13", "fig14", "fig19"):
+        for curve in figures.curves(FIGURES[name]):
+            assert curve.y[0] == 0
+            assert curve.y[1] > 0
+            at_nodes = np.interp(curve.nodes, curve.x, curve.y)
+            assert abs(at_nodes).max(initial=0) < 1e-3
+            alpha = curve.solution.beam.alpha
+            mass = trapezoid(curve.y**2, curve.x) + alpha * curve.y[-1] ** 2
+            assert mass == pytest.approx(1, abs=1e-3)

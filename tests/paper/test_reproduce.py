@@ -1,0 +1,239 @@
+"""beamviz reproduce: every table and figure as files that are complete, right and readable."""
+
+import csv
+import re
+import time
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+from matplotlib.text import Annotation, Text
+
+from beamviz import Beam, solve
+from beamviz.cli.commands import main
+from beamviz.paper import figures, reproduce
+from beamviz.paper import plots as paper_plots
+from beamviz.paper.data import FIGURES, TABLES, LociFigure
+from beamviz.plotting.labels import Placer, apart
+
+LOCI = [figure for figure in FIGURES.values() if isinstance(figure, LociFigure)]
+FOUR = ("csv", "png", "svg")
+
+
+@pytest.fixture(scope="module")
+def everything(tmp_path_factory):
+    """The folder of `reproduce all`, and how long it took this process to compute it."""
+    folder = tmp_path_factory.mktemp("paper") / "new" / "folder"
+    start = time.process_time()
+    assert main(["reproduce", "all", "--out", str(folder)]) == 0
+    return folder, time.process_time() - start
+
+
+def drawn(figure):
+    """The picture of a figure with loci."""
+    found = figures.charts(figure)
+    return paper_plots.loci_plot(figure, found, figures.meetings(figure, found))
+
+
+def words(picture):
+    """Every note of a picture."""
+    return [text for text in picture.axes[0].texts if isinstance(text, Annotation)]
+
+
+def test_everything_is_there(everything):
+    """Four tables and sixteen figures, the numbers and the index, and nothing else."""
+    folder, _ = everything
+    expected = {f"{name}.{ending}" for name in (*TABLES, "numbers") for ending in ("csv", "md")}
+    expected |= {f"{name}.{ending}" for name in FIGURES for ending in FOUR}
+    assert {file.name for file in folder.iterdir()} == expected | {"index.md"}
+
+
+def test_it_takes_less_than_a_minute(everything):
+    """Time of this process, so that a busy machine changes nothing."""
+    assert everything[1] < 60
+
+
+def test_the_index_links_everything(everything):
+    """Every file is linked, every link leads to a file, and each figure is shown."""
+    folder, _ = everything
+    page = (folder / "index.md").read_text(encoding="utf-8")
+    linked = set(re.findall(r"\]\(([^)]+)\)", page))
+    assert linked == {file.name for file in folder.iterdir()} - {"index.md"}
+    assert page.count("![") == len(FIGURES)
+    assert "not available to this project" in page
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_pictures_can_be_read(name, everything):
+    """A PNG of the size of a column or more with something on it, and an SVG that is XML."""
+    folder, _ = everything
+    pixels = imread(folder / f"{name}.png")
+    assert pixels.shape[1] == 1440
+    assert 0.005 < (pixels[..., :3].min(axis=2) < 0.9).mean() < 0.2
+    assert ElementTree.parse(folder / f"{name}.svg").getroot().tag.endswith("svg")
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_numbers_of_figures(name, everything):
+    """A CSV of numbers, each row complete."""
+    folder, _ = everything
+    with (folder / f"{name}.csv").open(newline="") as file:
+        heading, *rows = csv.reader(file)
+    assert len(rows) in (figures.POINTS, 2 * figures.POINTS)
+    assert all(len(row) == len(heading) for row in rows)
+    assert all(float(cell) == float(cell) for row in rows for cell in row if cell[0] not in "sm")
+
+
+def test_loci_are_solves(everything):
+    """The frequencies of figure 5 at gamma 10, by both measures, are those of solve()."""
+    folder, _ = everything
+    with (folder / "fig5.csv").open(newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["gamma"] == "10"]
+    assert [row["curvature"] for row in rows] == ["spatial", "material"]
+    for row in rows:
+        solution = solve(Beam(alpha=1, beta=0.5, gamma=10), curvature=row["curvature"])
+        for label, frequency in zip(solution.labels, solution.frequencies, strict=True):
+            assert float(row[label]) == pytest.approx(frequency, rel=1e-6)
+
+
+def test_shapes_are_solves(everything):
+    """The last point of figure 13 is the tip of the second mode for each mass ratio."""
+    folder, _ = everything
+    with (folder / "fig13.csv").open(newline="") as file:
+        *_, last = csv.DictReader(file)
+    for alpha in (0, 0.5, 1, 2):
+        tip = solve(Beam(alpha=alpha), 2).shape(1, [1.0])[0, 1]
+        assert abs(float(last[f"mode2_B2_alpha{alpha:g}"])) == pytest.approx(abs(tip), rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("name", "notes"),
+    [
+        ("fig4", []),
+        ("fig6", ["paper 6.6\nmaterial 6.662\neq. 16 6.824", "paper 17.3\nmaterial 17.343"]),
+        ("fig8", ["paper 1.59\nhere 1.5703"]),
+        ("fig11", ["paper 0.09\nmaterial 0.0877\neq. 16 0.0872", "paper 0.225\nmaterial 0.22336"]),
+        ("fig16", ["paper 0.78344, 22.0345\nhere 0.783445, 22.0345", "paper 0.50355, 61.6982"]),
+        ("fig18", ["here 1.872", "paper 22.0345\nhere 22.0345"]),
+    ],
+)
+def test_what_the_paper_prints_stands_beside_ours(name, notes):
+    """Each meeting, node and constant is annotated with both numbers."""
+    text = "\n".join(note.get_text() for note in words(drawn(FIGURES[name])))
+    assert all(note in text for note in notes)
+    assert text.count("paper ") == sum(
+        len(part) for part in (FIGURES[name].meetings, FIGURES[name].nodes)
+    ) + (name == "fig18")
+
+
+@pytest.mark.parametrize("figure", LOCI, ids=lambda figure: figure.name)
+def test_notes_cover_nothing(figure):
+    """Notes lie in the frame, apart from each other and off the lines."""
+    picture = drawn(figure)
+    axes = picture.axes[0]
+    frame, lines = axes.get_window_extent(), Placer(axes).covered
+    notes = [note for note in words(picture) if note.arrow_patch]
+    boxes = [Text.get_window_extent(note, picture.canvas.get_renderer()) for note in notes]
+    assert len(boxes) == len(figure.nodes or figure.constants) + len(
+        figures.charts(figure)["spatial"].events
+    )
+    for k, box in enumerate(boxes):
+        assert frame.x0 <= box.x0
+        assert box.x1 <= frame.x1
+        assert frame.y0 <= box.y0
+        assert box.y1 <= frame.y1
+        assert not any(box.overlaps(other) for other in boxes[k + 1 :])
+        assert not ((lines > box.min) & (lines < box.max)).all(axis=1).any()
+
+
+def test_labels_at_the_ends_of_lines_are_kept_apart():
+    """Moved as little as needed, in their order; those with room stay."""
+    assert apart([3.0, 0.0, 0.1], 1.0) == pytest.approx([3.0, -0.45, 0.55])
+    assert apart([5.0, 1.0], 1.0) == [5.0, 1.0]
+    spread = apart([1.0, 1.0, 1.0, 1.2], 0.5)
+    assert np.diff(spread).min() == pytest.approx(0.5, abs=1e-3)
+
+
+def test_some_names_only(tmp_path, capsys):
+    """Only what is named is written; the index is of all that is there, in the paper's order."""
+    assert main(["reproduce", "table4", "--out", str(tmp_path)]) == 0
+    assert main(["reproduce", "fig19", "fig17", "fig19", "--out", str(tmp_path)]) == 0
+    out, err = capsys.readouterr()
+    assert out == f"{tmp_path / 'index.md'}\n" * 2
+    assert [line.split()[0] for line in err.splitlines()] == ["table4", "fig17", "fig19"]
+    index = (tmp_path / "index.md").read_text(encoding="utf-8")
+    assert re.findall(r"\((\w+)\.csv\)", index) == ["table4", "fig17", "fig19"]
+    assert len(list(tmp_path.iterdir())) == 2 + 3 + 3 + 1
+
+
+def test_the_same_files_every_time(tmp_path):
+    """Nothing depends on the time or on chance."""
+    for name in ("one", "two"):
+        reproduce.reproduce(["fig17", "fig5", "table4"], tmp_path / name)
+    for file in (tmp_path / "one").iterdir():
+        assert file.read_bytes() == (tmp_path / "two" / file.name).read_bytes()
+
+
+@pytest.mark.parametrize("wrong", ["fig3", "fig20", "table5", "Fig5", ""])
+def test_an_unknown_name(wrong, tmp_path, capsys):
+    """The names there are, exit 2, nothing written."""
+    assert main(["reproduce", "fig5", wrong, "--out", str(tmp_path / "new")]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith(f"beamviz: {wrong!r} is not in the paper: choose from table1, table2")
+    assert err.endswith("fig18, fig19, numbers, all\n")
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize("place", ["file", "file/below"])
+def test_a_folder_that_cannot_be_written_to(place, tmp_path, capsys):
+    """One line with the remedy and exit 1, before anything is computed."""
+    (tmp_path / "file").write_text("mine")
+    assert main(["reproduce", "all", "--out", str(tmp_path / place)]) == 1
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert re.fullmatch(r"beamviz: cannot write to .*: .*; name another folder\n", err)
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_a_folder_without_permission(tmp_path, capsys, monkeypatch):
+    """It is told before anything is computed."""
+
+    def denied(path, data):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "write_bytes", denied)
+    monkeypatch.setattr(reproduce, "files", lambda name: pytest.fail(f"{name} was computed"))
+    assert main(["reproduce", "all", "--out", str(tmp_path)]) == 1
+    line = f"beamviz: cannot write to {tmp_path}: Permission denied; name another folder\n"
+    assert capsys.readouterr().err == line
+
+
+def test_a_disk_that_is_full_leaves_no_half_files(tmp_path, capsys, monkeypatch):
+    """A figure whose files do not all fit is not there at all; what was there stays whole."""
+    assert main(["reproduce", "fig17", "--out", str(tmp_path)]) == 0
+    before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+    assert set(before) == {"fig17.csv", "fig17.png", "fig17.svg", "index.md"}
+    write = Path.write_bytes
+
+    def full(path, data):
+        if ".svg" in path.name:
+            write(path, data[: len(data) // 2])
+            raise OSError(28, "No space left on device")
+        return write(path, data)
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    assert main(["reproduce", "fig17", "fig19", "--out", str(tmp_path)]) == 1
+    assert "No space left on device; name another folder" in capsys.readouterr().err
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
+
+
+def test_all_is_what_there_is_without_names(monkeypatch, tmp_path):
+    """`beamviz reproduce --out DIR` asks for everything."""
+    asked = []
+    monkeypatch.setattr(reproduce, "reproduce", lambda names, out: asked.append((names, out)))
+    assert main(["reproduce", "--out", str(tmp_path)]) == 0
+    assert asked == [(["all"], tmp_path)]
+    assert reproduce.chosen(["all"]) == [*TABLES, *FIGURES, "numbers"]

@@ -1,0 +1,104 @@
+"""What visitors send that makes no sense, and beams without an answer: told, and nothing lost."""
+
+import math
+
+import pytest
+from readings import PAPER, frequency
+from visitor import visitor
+
+from beamviz.beam import Beam
+from beamviz.explorer.app import explorer
+from beamviz.explorer.page.panel import Panel
+from beamviz.scene import SavedScene
+from beamviz.solver import solve
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (math.nan, "alpha = nan: must lie in 0 .. 100"),
+        (1e9, "alpha = 1000000000: must lie in 0 .. 100"),
+        (-1.0, "alpha = -1: must lie in 0 .. 100"),
+        (math.inf, "alpha = inf: must lie in 0 .. 100"),
+    ],
+)
+def test_a_bad_number_is_named_and_loses_nothing(url, value, words):
+    """The message names the number, its value and its range; the next good one is solved."""
+    with visitor(url) as guest:
+        guest.choose("mass α", value)
+        guest.says(words)
+        guest.choose("mass α", 2.0)
+        guest.says(frequency(PAPER.replace(alpha=2)))
+        guest.says("Stable equilibrium")
+
+
+def test_nonsense_from_a_browser_does_not_end_a_session(url):
+    """Unknown choices, wrong kinds, unknown controls: ignored, and the session goes on."""
+    with visitor(url) as guest:
+        guest.choose("strain", "rubber")
+        guest.choose("colour", "rainbow")
+        guest.choose("amplitude", math.nan)
+        guest.choose("pace", -math.inf)
+        guest.choose("show", "99")
+        guest.choose("view", "upside down")
+        guest.choose("mode 3", 1e30)
+        guest.send(type="GuiUpdateMessage", uuid="nobody", updates={"value": 1})
+        guest.choose("speed γ", 12.0)
+        guest.says(frequency(PAPER.replace(gamma=12)))
+
+
+def test_no_equilibrium_is_said_where_the_beam_was_and_greys_it(url):
+    """biot has none at mu = 10, gamma = 20: the limit is named, the last picture stays, grey."""
+    with visitor(url) as guest:
+        guest.choose("strain", "biot")
+        guest.choose("slenderness μ", 10.0)
+        guest.choose("speed γ", 20.0)
+        guest.says("no equilibrium beyond gamma = 10.7")
+        guest.wait(lambda _: guest.nodes["/stage/wheel/words"].get("visible"))
+        assert "No equilibrium" in guest.nodes["/stage/wheel/words"]["text"]
+        assert "opacity:.35" in guest.text
+        guest.choose("speed γ", 5.0)
+        guest.says("Stable equilibrium")
+
+
+def test_an_unstable_state_is_said_with_its_growth(url):
+    """delta = -1, gamma = 5 without a mass: the straight beam buckles. Its modes are listed; the
+    picture stays the last good one, on its drum."""
+    with visitor(url) as guest:
+        guest.choose("mass α", 0.0)
+        guest.choose("speed γ", 5.0)
+        guest.says(frequency(Beam(beta=0.5, gamma=5)))
+        guest.choose("hub δ", -1.0)
+        guest.says("Unstable: the straight beam runs away in bending")
+        growth = solve(Beam(beta=0.5, gamma=5, delta=-1)).growth_rates.max()
+        guest.says(f"{growth:.4g} t/T*")
+        guest.wait(lambda _: guest.nodes["/stage/wheel/words"].get("visible"))
+        assert guest.nodes["/stage/wheel/hoop"]["visible"] is False
+        guest.choose("speed γ", 1.0)
+        guest.wait(lambda _: guest.nodes["/stage/wheel/hoop"]["visible"])
+
+
+def test_a_first_beam_without_equilibrium_is_shown_in_words():
+    """There is no last good picture then: the undeformed beam stands in, grey."""
+    beam = Beam(mu=10, gamma=20)
+    with (
+        explorer(SavedScene(beam, {"strain": "biot"})) as address,
+        visitor(address, first="No equilibrium") as guest,
+    ):
+        guest.says("no equilibrium beyond gamma = 15.7")
+        guest.wait(lambda _: guest.nodes["/stage/wheel/words"].get("visible"))
+
+
+def test_an_edit_that_comes_while_the_session_is_built_is_not_lost(monkeypatch):
+    """A page may send before the server has finished with it."""
+    put = Panel.put
+
+    def early(panel: Panel, scene: SavedScene) -> None:
+        put(panel, scene)
+        panel.listener.want("gamma", 21.0)
+        panel.listener.see("colouring", "axial strain")
+
+    monkeypatch.setattr(Panel, "put", early)
+    first = frequency(PAPER.replace(gamma=21))
+    with explorer(SavedScene(PAPER)) as address, visitor(address, first=first) as guest:
+        assert guest.says("axial strain, as drawn")

@@ -1,0 +1,115 @@
+"""A real browser that shows a page of another site, which tries to use the explorer behind it."""
+
+import threading
+from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
+
+import pytest
+from bare import PROTOCOL, address, bare
+from browser import NO_BROWSER, Page, page
+
+from beamviz.beam import Beam
+from beamviz.explorer.app import explorer
+from beamviz.exports.browser import found_browser
+from beamviz.scene import SavedScene
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER),
+]
+
+KEY = "the-key-of-this-run"
+SHOWN = "window.__viserMutable && document.querySelectorAll('canvas').length > 0"
+
+
+class Foreign(BaseHTTPRequestHandler):
+    """A page with nothing on it; what it does is told by the test."""
+
+    def do_GET(self) -> None:
+        body = b"<!doctype html><title>foreign</title><body></body>"
+        self.send_response(200)
+        self.send_header("Content-Type", "text/html")
+        self.end_headers()
+        self.wfile.write(body)
+
+    def log_message(self, *_: Any) -> None:
+        """Not on stderr."""
+
+
+@pytest.fixture(scope="module")
+def foreign() -> Iterator[Page]:
+    """A browser on a page of another origin, which even shares its cookies: they know no port."""
+    with ThreadingHTTPServer(("127.0.0.1", 0), Foreign) as site:
+        threading.Thread(target=site.serve_forever, daemon=True).start()
+        try:
+            with page(f"http://127.0.0.1:{site.server_port}/") as shown:
+                shown.wait("document.title === 'foreign'")
+                yield shown
+        finally:
+            site.shutdown()
+
+
+def opens(shown: Page, url: str) -> bool:
+    """Whether a script of the page can open a WebSocket to `url`."""
+    return shown.evaluate(f"""new Promise(done => {{
+        try {{
+            const socket = new WebSocket('{url.replace("http", "ws")}', ['{PROTOCOL}']);
+            socket.onopen = () => done(true);
+            socket.onerror = () => done(false);
+        }} catch (error) {{ done(false); }}
+    }})""")
+
+
+def framed(shown: Page, url: str) -> bool:
+    """Whether the page can show `url` in a frame, under whatever it draws over it."""
+    shown.evaluate(f"""(() => {{
+        const frame = document.createElement('iframe');
+        frame.onload = () => {{ frame.name = 'loaded'; }};
+        frame.src = '{url}';
+        document.body.replaceChildren(frame);
+    }})()""")
+    shown.wait("document.querySelector('iframe').name === 'loaded'")
+    tree = shown.call("Page.getFrameTree")["frameTree"]
+    return any(
+        "unreachableUrl" not in child["frame"] and child["frame"]["url"].startswith(url)
+        for child in tree.get("childFrames", [])
+    )
+
+
+def test_a_foreign_page_cannot_drive_a_session(foreign, url):
+    """With a bare viser server it can: any page of the web that is open in the same browser."""
+    with bare() as viser_server:
+        assert opens(foreign, address(viser_server))
+    assert not opens(foreign, url)
+
+
+def test_a_foreign_page_cannot_use_the_cookie_of_a_visitor(foreign):
+    """The browser holds the key, and the page cannot make it use it."""
+    with explorer(SavedScene(Beam()), visitor=KEY) as found, page(found) as shown:
+        shown.wait(SHOWN)
+        assert shown.evaluate("location.href") == found.split("?")[0]
+        assert shown.evaluate("document.cookie") == ""
+        assert opens(shown, found.split("?")[0])
+        shown.call("Page.navigate", url=foreign.evaluate("location.href"))
+        shown.wait("document.title === 'foreign'")
+        assert not opens(shown, found.split("?")[0])
+
+
+def test_a_foreign_page_cannot_put_the_explorer_in_a_frame(foreign, url):
+    """A frame under a foreign page's own buttons would steal clicks."""
+    with bare() as viser_server:
+        assert framed(foreign, address(viser_server) + "/")
+    assert not framed(foreign, url + "/")
+
+
+def test_our_own_page_cannot_be_made_to_talk_to_others(url):
+    """Should a script ever get into it, it has nobody to send what it finds."""
+    with bare() as other, bare() as viser_server:
+        with page(address(viser_server)) as shown:
+            shown.wait(SHOWN)
+            assert opens(shown, address(other))
+        with page(url) as shown:
+            shown.wait(SHOWN)
+            assert opens(shown, url)
+            assert not opens(shown, address(other))

@@ -1,0 +1,378 @@
+"""What a stranger may not do: each attack first on a bare viser server, then on the explorer."""
+
+import logging
+import socket
+import sys
+from collections.abc import Iterator
+from typing import Any
+from unittest import mock
+
+import pytest
+import viser
+import websockets.exceptions
+from bare import CAMERA, EVIL, address, arrived, bare, closed, got, loose, packed, until, wire
+from readings import PAPER
+from visitor import BEAM, redrawn, visitor
+
+from beamviz.errors import InvalidInput, Unavailable
+from beamviz.explorer import app as server
+from beamviz.explorer.app import explorer
+from beamviz.scene import SavedScene
+from beamviz.server import connection as guard
+from beamviz.server import viser_private as hardening
+from beamviz.server.access import Door, public_url
+from beamviz.server.hosting import hosted
+from beamviz.server.messages import MAX_BYTES, MAX_PART_BYTES, Senseless, checked
+
+KEY = "the-key-of-this-run"
+SCENE = SavedScene(PAPER)
+VIOLATION, TOO_BIG = 1008, 1009
+
+
+@pytest.fixture(autouse=True)
+def fresh_log() -> None:
+    """No line is left out because an earlier test has had it."""
+    for module in (guard, hardening):
+        module.journal.noted.clear()
+
+
+@pytest.fixture(scope="module")
+def open_url() -> Iterator[str]:
+    """An explorer that the network can reach, under an address of this machine."""
+    with explorer(SCENE, "0.0.0.0", visitor=KEY) as found:
+        yield f"http://127.0.0.1:{found.split(':')[2].split('/')[0]}"
+
+
+def refused(url: str, **options: Any) -> bool:
+    """Whether a WebSocket is turned away with 403."""
+    with (
+        pytest.raises(websockets.exceptions.InvalidStatus, match="403"),
+        wire(url, **options),
+    ):
+        pass
+    return True
+
+
+def unharmed(url: str) -> bool:
+    """Whether a visitor is served."""
+    with visitor(url) as guest:
+        return BEAM in guest.nodes
+
+
+# Origin and Host
+
+
+def test_a_page_of_another_site_may_not_connect_nor_ask(url):
+    """viser lets any page of the web in; here it gets 403, over WebSocket and over HTTP."""
+    with bare() as viser_server, wire(address(viser_server), origin=EVIL) as line:
+        line.send(packed(**CAMERA))
+        arrived(viser_server)
+        assert got(address(viser_server), Origin=EVIL)[0] == 200
+    assert refused(url, origin=EVIL)
+    assert refused(url, origin="null")
+    assert got(url, Origin=EVIL)[0] == 403
+    assert got(url, Origin=url)[0] == 200
+    assert unharmed(url)
+
+
+@pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example:{port}", "127.0.0.1:1"])
+def test_a_name_made_to_point_here_is_not_answered(url, host):
+    """DNS rebinding makes a foreign page same-origin; only the Host header gives it away."""
+    with bare() as viser_server:
+        here = address(viser_server)
+        name = host.format(port=viser_server.get_port())
+        assert got(here, Host=name)[0] == 200
+        with wire(here, additional_headers={"Host": name}, origin=f"http://{name}"):
+            pass
+    name = host.format(port=url.split(":")[2])
+    status, _, body = got(url, Host=name)
+    assert (status, b"does not answer to" in body) == (403, True)
+    assert refused(url, additional_headers={"Host": name}, origin=f"http://{name}")
+
+
+def test_two_hosts_in_one_request_are_none(url):
+    """What a proxy and a server could read differently is refused."""
+    place = url.removeprefix("http://")
+    with bare() as viser_server:
+        assert got(address(viser_server), Host="evil.example", host="localhost")[0] == 200
+    assert got(url, Host=place, host="evil.example")[0] == 403
+
+
+@pytest.mark.parametrize(
+    ("door", "host", "answered"),
+    [
+        (Door("127.0.0.1", 8080), "localhost:8080", True),
+        (Door("127.0.0.1", 8080), "[::1]:8080", True),
+        (Door("127.0.0.1", 80), "localhost", True),
+        (Door("127.0.0.1", 8080), "localhost", False),
+        (Door("127.0.0.1", 8080), "192.168.1.5:8080", False),
+        (Door("127.0.0.1", 8080), "user@127.0.0.1:8080", False),
+        (Door("127.0.0.1", 8080), "127.0.0.1:8080/x", False),
+        (Door("127.0.0.1", 8080), "127.0.0.1:80port", False),
+        (Door("0.0.0.0", 8080), "192.168.1.5:8080", True),
+        (Door("0.0.0.0", 8080), "evil.example:8080", False),
+        (Door("192.168.1.5", 8080), "192.168.1.5:8080", True),
+        (Door("192.168.1.5", 8080), "localhost:8080", False),
+        (Door("127.0.0.1", 8080, public="https://beams.example.org"), "beams.example.org", True),
+        (Door("127.0.0.1", 8080, public="https://beams.example.org"), "example.org", False),
+    ],
+)
+def test_a_server_answers_to_its_own_names_only(door, host, answered):
+    """Loopback names on loopback, addresses made of digits on a network, a proxy's own name."""
+    assert door.answers_to(host) is answered
+
+
+def test_behind_a_proxy_the_origin_is_the_proxys():
+    """https there, http here; the cookie is for https alone."""
+    door = Door("127.0.0.1", 8080, visitor=KEY, public=public_url("https://Beams.example.org/"))
+    headers = {"host": "beams.example.org", "cookie": f"beamviz-8080={KEY}"}
+    assert door.url == f"https://beams.example.org/?token={KEY}"
+    assert door.refused(headers | {"origin": "https://beams.example.org"}, "/") is None
+    assert door.refused(headers | {"origin": "http://beams.example.org"}, "/")
+    assert door.kept(headers, f"/?token={KEY}").endswith("; Secure")
+
+
+@pytest.mark.parametrize("text", ["beams.example.org", "ftp://x", "https://", "https://x/path"])
+def test_a_public_url_that_is_none_is_named(text):
+    """InvalidInput says what was given and what is needed."""
+    with pytest.raises(InvalidInput, match=r"public-url = .*must be a scheme and a host"):
+        public_url(text)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs a second address of its own")
+def test_only_this_machine_can_connect_unless_others_are_let_in(url):
+    """viser listens to all the network, at every address of the machine."""
+    with (
+        bare("0.0.0.0") as viser_server,
+        socket.create_connection(("127.0.0.2", viser_server.get_port()), timeout=10),
+    ):
+        pass
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(("127.0.0.2", int(url.rsplit(":", 1)[1])), timeout=10)
+
+
+# The key
+
+
+def test_on_a_network_nobody_comes_in_without_the_key(open_url):
+    """viser's default is to listen to all, and to let all in."""
+    with bare("0.0.0.0") as viser_server:
+        assert got(address(viser_server))[0] == 200
+        with wire(address(viser_server)):
+            pass
+    for path in ("/", "/?token=", "/?token=wrong", f"/?token={KEY}x", "/?token=%ff%fe"):
+        status, _, body = got(open_url, path)
+        assert (status, b"viser" in body) == (403, False)
+        assert refused(open_url, path=path)
+    assert refused(open_url, additional_headers={"Cookie": "beamviz=1; x"})
+
+
+def test_the_key_becomes_a_cookie_and_leaves_the_address(open_url):
+    """A projector shows the address; a script on the page cannot read the cookie."""
+    status, headers, _ = got(open_url, f"/?token={KEY}")
+    assert (status, headers["Location"]) == (303, "/")
+    cookie, _, rules = headers["Set-Cookie"].partition(";")
+    assert {"HttpOnly", "SameSite=Lax"} <= set(rules.replace(" ", "").split(";"))
+    assert got(open_url, Cookie=cookie)[0] == 200
+    assert got(open_url, Cookie=f"other=1; {cookie}; more=2")[0] == 200
+    with visitor(open_url, additional_headers={"Cookie": cookie}) as guest:
+        assert BEAM in guest.nodes
+    assert unharmed(f"{open_url}/?token={KEY}")
+    _, headers, _ = got(open_url, f"/?lesson=nodes&token={KEY}&dark=true")
+    assert headers["Location"] == "/?lesson=nodes&dark=true"
+
+
+def test_keys_are_compared_in_constant_time():
+    """Every key is compared, whole, also after one has matched."""
+    door = Door("0.0.0.0", 8080, visitor=KEY, presenter="another")
+    with mock.patch("hmac.compare_digest", side_effect=[True, False]) as compared:
+        assert door.holds(door.keys, KEY)
+    assert compared.call_count == 2
+
+
+@pytest.mark.parametrize(("host", "public"), [("0.0.0.0", ""), ("127.0.0.1", "https://x.example")])
+def test_a_server_that_others_can_reach_makes_a_key_and_says_so(host, public, capsys, monkeypatch):
+    """A new one each time, 128 bits; on loopback there is none."""
+    monkeypatch.setattr(server, "ended", lambda _: True)
+    for _ in range(2):
+        server.serve(SCENE, host=host, port=0, public=public, processes=1)
+    server.serve(SCENE, port=0)
+    first, second, local = capsys.readouterr().out.splitlines()
+    keys = [line.partition("?token=")[2].split()[0] for line in (first, second)]
+    assert keys[0] != keys[1]
+    assert min(map(len, keys)) >= 22
+    assert "whoever has this link can use it" in first
+    assert "token" not in local
+
+
+# Messages
+
+
+def test_no_visitor_can_open_a_public_tunnel(url):
+    """viser opens one for a single message, with its button hidden or not."""
+    with mock.patch("viser._viser.ViserTunnel") as tunnel:
+        tunnel.return_value.get_status.return_value = "connected"
+        with bare() as viser_server, wire(address(viser_server)) as line:
+            viser_server.gui.configure_theme(show_share_button=False)
+            line.send(packed(type="ShareUrlRequest"))
+            until(lambda: tunnel.called)
+            tunnel.return_value.on_connect.call_args[0][0](1)  # lets viser's thread go
+        tunnel.reset_mock()
+        assert closed(url, packed(type="ShareUrlRequest")) == VIOLATION
+        with hosted() as ours:
+            assert ours.request_share_url() is None
+        assert not tunnel.called
+
+
+def test_a_visitor_cannot_reach_into_the_server(url):
+    """viser sets whatever attribute of a control a message names."""
+    with bare() as viser_server, wire(address(viser_server)) as line:
+        slider = viser_server.gui.add_slider("x", 0.0, 1.0, 0.1, 0.5)
+        reach = {"removed": True, "update_cb": [], "min": 7}
+        updates = {name: value for name, value in reach.items() if hasattr(slider._impl, name)}
+        line.send(packed(type="GuiUpdateMessage", uuid=slider._impl.uuid, updates=updates))
+        until(lambda: slider._impl.removed)
+    for updates in ({"update_cb": []}, {"value": 1, "removed": True}, {}):
+        assert closed(url, packed(type="GuiUpdateMessage", uuid="x", updates=updates)) == VIOLATION
+
+
+def test_a_visitor_cannot_speak_to_the_others_through_the_server(url):
+    """viser passes "form" messages on to all, and keeps them for those who come later."""
+    message = packed(type="GuiFormDirtyMessage", uuid="x" * 100)
+    with bare() as viser_server, wire(address(viser_server)) as line:
+        buffer = viser_server._websock_server._broadcast_buffer.message_from_id
+        before = len(buffer)
+        line.send(message)
+        until(lambda: len(buffer) > before)
+    assert closed(url, message) == VIOLATION
+
+
+def test_a_visitor_cannot_fill_the_memory_with_a_file(url):
+    """viser takes files for any control, without a limit."""
+    start = {"source_component_uuid": "", "transfer_uuid": "t", "filename": "f", "mime_type": "x"}
+    start |= {"type": "FileTransferStartUpload", "part_count": 1000, "size_bytes": 10**12}
+    with bare() as viser_server, wire(address(viser_server)) as line:
+        slider = viser_server.gui.add_slider("x", 0.0, 1.0, 0.1, 0.5)
+        line.send(packed(**start | {"source_component_uuid": slider._impl.uuid}))
+        until(lambda: viser_server.gui._current_file_upload_states)
+    assert closed(url, packed(**start)) == VIOLATION
+
+
+def test_a_message_has_a_largest_size(url):
+    """viser reads up to 50 MB; nothing a page sends comes near our limit."""
+    huge = packed(type="GuiUpdateMessage", uuid="x", updates={"value": "x" * MAX_BYTES})
+    with bare() as viser_server, wire(address(viser_server)) as line:
+        line.send(packed(**CAMERA))
+        arrived(viser_server)
+        line.send(huge)
+        line.ping().wait(5)
+        assert viser_server.get_clients()
+    assert closed(url, huge) == VIOLATION
+    part = {"source_component_uuid": "", "transfer_uuid": "t", "part_index": 0}
+    part |= {"type": "FileTransferPart", "content": b"x" * MAX_PART_BYTES}
+    assert closed(url, packed(**part)) == TOO_BIG
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        "text instead of bytes",
+        b"",
+        b"\xc1",
+        b"\x81" * 5000,  # nested deeper than anyone can count
+        packed(no="type"),
+        packed(type=["GuiUpdateMessage"]),
+        packed(type="Message"),
+        packed(type="SetPositionMessage", name="/stage", position=(0, 0, 0)),
+        packed(type="GuiRemoveMessage", uuid="x"),
+        packed(type="ViewerCameraMessage"),
+        packed(**CAMERA | {"fov": float("nan")}),
+        packed(**CAMERA | {"position": (1e300, 0.0, 0.0)}),
+        packed(**CAMERA | {"image_height": 0}),
+        packed(**CAMERA | {"image_width": -5}),
+        packed(**CAMERA | {"look_at": (0.0, 0.0)}),
+        packed(**CAMERA | {"excluded_self_client": 1}),
+        packed(type="GuiUpdateMessage", uuid=5, updates={"value": 1}),
+        packed(type="GuiUpdateMessage", uuid="x", updates={"value": None}),
+        packed(type="GuiUpdateMessage", uuid="x", updates={"value": {"a": 1}}),
+        packed(type="GuiUpdateMessage", uuid="x", updates={"value": [[[1]]]}),
+        packed(type="GuiUpdateMessage", uuid="x", updates={"value": "x" * 2000}),
+        packed(type="GuiUpdateMessage", uuid="x", updates={"value": [1] * 100}),
+    ],
+)  # fmt: skip
+def test_what_is_no_message_of_ours_is_refused(message):
+    """Each of these is Senseless before viser sees it."""
+    with pytest.raises(Senseless):
+        checked(message)
+
+
+def test_a_senseless_message_ends_its_sender_and_nobody_else(url, caplog):
+    """One line in the log says whom and why; another visitor does not notice."""
+    with visitor(url) as other, caplog.at_level(logging.WARNING):
+        for _ in range(3):
+            assert closed(url, b"\xc1") == VIOLATION
+        lines = [record.getMessage() for record in caplog.records if "sent off" in record.message]
+        assert len(lines) == 1
+        assert "127.0.0.1: sent off, for a message that makes no sense" in lines[0]
+        other.choose("speed γ", 11.0)
+        other.wait(lambda latest: redrawn(latest))
+
+
+# Answers
+
+
+def test_every_answer_ties_the_pages_hands(url):
+    """No frames, no guessing of types, no referrer, no talking to others; and no version."""
+    with bare() as viser_server:
+        assert "Content-Security-Policy" in loose(got(address(viser_server))[1])
+        assert "websockets" in got(address(viser_server))[1]["Server"]
+    for path in ("/", "/nothing-here"):
+        assert not loose(got(url, path)[1])
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/../../../../../../../../etc/passwd",
+        "/%2e%2e/%2e%2e/%2e%2e/%2e%2e/%2e%2e/%2e%2e/%2e%2e/etc/passwd",
+        "/..%5c..%5c..%5cetc%5cpasswd",
+        "//etc/passwd",
+        "/assets/",
+        "/index.html/../..",
+    ],
+)
+def test_no_other_file_is_served_and_no_folder_listed(url, path):
+    """viser sees to this by itself; here it is watched."""
+    with bare() as viser_server:
+        assert got(address(viser_server), path)[0] == 404
+    assert got(url, path)[0] == 404
+
+
+def test_a_page_of_another_version_is_told_so(url, capsys):
+    """viser prints a line on stdout for each; here it gets an answer, and no visit."""
+    with pytest.raises(websockets.exceptions.InvalidStatus, match="400"):
+        websockets.sync.client.connect(
+            url.replace("http", "ws"), subprotocols=["viser-v0.1"], open_timeout=10
+        )
+    assert capsys.readouterr().out == ""
+
+
+# The protection itself
+
+
+@pytest.mark.parametrize(("package", "version"), [(viser, "1.1.2"), (websockets, "16.10.0")])
+def test_an_untested_version_is_refused(monkeypatch, package, version):
+    """The protection reaches into viser; where that was not tested, nothing is served."""
+    name = package.__name__
+    monkeypatch.setattr(package, "__version__", version)
+    words = rf"{name} {version} is not .* tested with: pip install '{name}==1"
+    with pytest.raises(Unavailable, match=words), hosted():
+        pass
+
+
+def test_a_server_built_around_the_protection_is_refused(monkeypatch):
+    """If viser no longer asks websockets for its server, that is noticed, and it is stopped."""
+    with mock.patch.object(viser, "ViserServer") as built:
+        with pytest.raises(Unavailable, match="unprotected"), hosted():
+            pass
+        assert built.return_value.stop.called

@@ -1,0 +1,207 @@
+"""`auto` does what the tolerance asks for and no more: stretch, orders, modes beside a sweep's."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from strategies import beams
+
+from beamviz import Beam, solve
+from beamviz.errors import NoEquilibrium
+from beamviz.solver import solve_many
+from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
+from beamviz.solver.hp import refinement as adaptive
+from beamviz.solver.hp.equilibrium import equilibrium, hardly_stretches, least_margin, margin
+from beamviz.solver.hp.matrices import Numbers, Stretch, inertia
+from beamviz.solver.hp.mesh import mesh
+from beamviz.solver.hp.mesh_design import MAX_ORDER, lost_digits, segments, unstretched
+from beamviz.solver.hp.refinement import solve_on
+from beamviz.solver.physics import Physics
+
+EXACT = 1e-11
+PHYSICS = Physics(STRAIN_LAWS["green"], CURVATURES["spatial"], chordwise=True, coriolis=False)
+
+
+def within_the_bars(coarse, fine):
+    off = abs(coarse.squares - fine.squares)
+    return np.all(off <= coarse.square_errors + fine.square_errors)
+
+
+def test_a_gentle_stretch_needs_no_newton():
+    """The guess is enough for a picture, one iteration for a table, and rounding is asked for."""
+    iterations = [
+        solve(Beam(alpha=1, gamma=5), tolerance=tolerance).equilibrium.iterations
+        for tolerance in (1e-3, 1e-6, 1e-11)
+    ]
+    assert iterations[0] == 0
+    assert iterations == sorted(iterations)
+    assert iterations[-1] >= 1
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    beam=beams(gamma=(0, 12), mu=(50, 500)),
+    tolerance=st.sampled_from((0.1, 1e-2, 1e-3, 1e-5)),
+    strain=st.sampled_from(("green", "biot", "hencky")),
+    coriolis=st.booleans(),
+    flapwise=st.booleans(),
+)
+def test_what_a_stretch_is_off_by_is_in_the_bars(beam, tolerance, strain, coriolis, flapwise):
+    """However roughly a stretch is found, the errors reported hold."""
+    plane = "flapwise" if flapwise else "chordwise"
+    options = {"strain": strain, "coriolis": coriolis, "plane": plane}
+    rough = solve(beam, tolerance=tolerance, **options)
+    assert within_the_bars(rough, solve(beam, tolerance=EXACT, **options))
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
+@pytest.mark.parametrize(
+    ("beam", "strain"),
+    [
+        (Beam(0.0, 0.1, 28.691018, -0.66, 19.0), "hencky"),  # 3e-4 below its limit
+        (Beam(4.4, 0.6, 6.3986495, -0.71, 18.0), "green"),  # 2e-4
+    ],
+)
+def test_near_a_limit_no_stretch_is_left_off(beam, strain, tolerance):
+    """There the tangent is all but singular: a small residual is a long way from equilibrium."""
+    rough = solve(beam, strain=strain, tolerance=tolerance)
+    assert within_the_bars(rough, solve(beam, strain=strain, tolerance=EXACT))
+
+
+@pytest.mark.parametrize(
+    ("beam", "strain"),
+    [
+        (Beam(0, 1, 50, -0.656, 25.8), "green"),
+        (Beam(0, 1, 50, -1.615, 96.8), "green"),
+        (Beam(1.4, 0.163, 50, -1.595, 67.7), "green"),
+        (Beam(1, 0.5, 100, -1.2, 20), "biot"),
+        (Beam(2, 0.7, 100, 1, 20), "hencky"),
+    ],
+)
+def test_towards_the_end_of_an_equilibrium_the_bars_hold(beam, strain):
+    """A fold, a beam pressed to nothing and a force the law does not carry: each solved by itself
+    and in a sweep."""
+    with pytest.raises(NoEquilibrium) as ended:
+        solve(beam, strain=strain)
+    speeds = ended.value.limit * (1 - np.geomspace(1e-4, 0.1, 12))
+    sweep = [beam.replace(gamma=gamma) for gamma in speeds]
+    together = solve_many(sweep, strain=strain, tolerance=1e-4)
+    for near, in_sweep in zip(sweep, together, strict=True):
+        fine = solve(near, strain=strain, tolerance=1e-8)
+        assert within_the_bars(in_sweep, fine)
+        assert within_the_bars(solve(near, strain=strain, tolerance=1e-4), fine)
+
+
+@settings(max_examples=100, deadline=None)
+@given(beam=beams(gamma=(0.1, 30)), off=st.floats(1e-6, 1e-3), outwards=st.booleans())
+def test_the_bars_hold_for_a_stretch_that_is_off(beam, off, outwards):
+    """A stretch wrong by a share of itself, all along the beam, and known to be."""
+    exact = adaptive.solve_straight(beam, 5, PHYSICS, EXACT)
+    points = mesh(tuple(exact.grid.breaks.tolist()), exact.grid.orders)
+
+    def wrong(*_):
+        return Stretch(exact.f * (1 + off if outwards else 1 - off), 0, off)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(adaptive, "equilibrium", wrong)
+        rough = adaptive.solve_on(points, beam, 5, PHYSICS, EXACT)
+    assert np.all(abs(rough.squares - exact.squares) <= rough.truncation + rough.rounding)
+
+
+@pytest.mark.parametrize(
+    ("beam", "tolerance", "options"),
+    [
+        (
+            Beam(0.0017162224, 0.9999850882, 195.643763, 7.81546017, 5581.03943),
+            1e-6,
+            {"strain": "biot", "curvature": "material"},
+        ),
+        (
+            Beam(0.0045099961, 0.9996084399, 198.408316, 8.49544911, 5664.11510),
+            3.5e-8,
+            {"strain": "hencky", "plane": "flapwise"},
+        ),
+    ],
+)
+def test_where_order_is_not_enough_elements_are_halved(beam, tolerance, options):
+    """A light mass just inside the tip of a very fast beam: the tolerance is met all the same."""
+    solution = solve(beam, tolerance=tolerance, **options)
+    assert solution.stats.order <= MAX_ORDER
+    assert np.all(solution.errors <= 1.01 * tolerance * solution.frequencies)
+
+
+@pytest.mark.parametrize("plane", ["chordwise", "flapwise"])
+def test_a_beam_that_stretches_inwards_of_its_clamp_has_layers(plane):
+    """The force at its clamp is small as long as it does not stretch; it does so fivefold."""
+    beam = Beam(0, 1, 44.77, -0.4, 30)
+    assert not hardly_stretches(beam)
+    assert not hardly_stretches(beam.replace(delta=-0.5))  # there it is none at all
+    solution = solve(beam, strain="biot", plane=plane)
+    assert solution.equilibrium.max_stretch > 5
+    assert solution.stats.order <= 20
+
+
+def test_rounding_near_an_end_asks_for_no_finer_mesh():
+    """3e-4 below its limit no mesh mends it: the answer comes, and its bar says so."""
+    near = Beam(2, 1, 19.592256, -0.6, 30)
+    solution = solve(near, modes=3, strain="biot", plane="flapwise")
+    elsewhere = solve(near.replace(gamma=15), modes=3, strain="biot", plane="flapwise")
+    assert solution.stats.elements == 3
+    assert solution.square_errors[1] > 10 * elsewhere.square_errors[1]
+
+
+@settings(max_examples=100, deadline=None)
+@given(beam=beams(gamma=(0.1, 5), mu=(50, 500), delta=(-2, 2)), law=st.sampled_from([*STRAIN_LAWS]))
+def test_a_margin_is_no_less_than_what_it_is_at_least(beam, law):
+    """The bound that takes no eigenproblem, of one beam and of many."""
+    law, ends = STRAIN_LAWS[law], unstretched(beam).ends
+    points = mesh(ends, (8,) * (len(ends) - 1))
+    rho = inertia(points, beam)
+    f = equilibrium(points, rho, beam, law).f
+    load = (beam.gamma / beam.mu) ** 2
+    least = least_margin(points, rho, beam.delta, law, load, f)
+    assert least <= margin(points, rho, beam.delta, law, load, f) + 1e-12
+    many = Numbers(*(np.full((2, 1), number) for number in beam.numbers.values()))
+    loads = np.full((2, 1), load)
+    both = least_margin(points, inertia(points, many), many.delta, law, loads, np.stack((f, f)))
+    assert both == pytest.approx(least)
+
+
+@settings(max_examples=60, deadline=None)
+@given(beam=beams(gamma=(20, 200), mu=(40, 500)))
+def test_the_digits_lost_to_softening_are_foreseen(beam):
+    """By the body that turns about its clamp, before anything is solved."""
+    law, measure = PHYSICS.law, PHYSICS.curvature
+    positions = adaptive.coarse(beam, law)[1]
+    parts = segments(beam, positions, law)
+    found = np.log10(1 + beam.gamma**2 / solve(beam, modes=1).squares[0])
+    assert lost_digits(beam, positions, parts, measure) == pytest.approx(found, abs=0.15)
+
+
+@pytest.mark.parametrize("tolerance", [0.1, 1e-3, 1e-5])
+@pytest.mark.parametrize(
+    "beam",
+    [Beam(gamma=200), Beam(alpha=1, beta=0.5, gamma=100), Beam(gamma=134, mu=27.5)],
+)
+def test_a_fast_beam_has_the_mesh_it_needs_at_once(beam, tolerance, monkeypatch):
+    """Though softening takes all but the last digits of its lowest mode."""
+    tried = []
+
+    def on(points, *rest):
+        tried.append(points)
+        return solve_on(points, *rest)
+
+    monkeypatch.setattr(adaptive, "solve_on", on)
+    solve(beam, tolerance=tolerance)
+    assert len(tried) == 1
+
+
+def test_modes_beside_a_sweeps_need_not_meet_the_tolerance():
+    """They come with fewer unknowns than the same modes asked for, and honest bars."""
+    sweep = [Beam(alpha=1, gamma=gamma) for gamma in np.linspace(1, 20, 40)]
+    asked, beside = solve_many(sweep, modes=8), solve_many(sweep, beside=2, modes=6)
+    assert sum(s.stats.dof for s in beside) < sum(s.stats.dof for s in asked)
+    for beam, six, eight in zip(sweep, beside, asked, strict=True):
+        assert six.labels == eight.labels
+        assert np.all(six.errors[:6] <= 1.01e-6 * six.frequencies[:6])
+        assert within_the_bars(six, solve(beam, modes=8, tolerance=EXACT))

@@ -1,0 +1,89 @@
+"""Honest error bars: a fixed sample of what scripts/measure_error_bars.py measures on thousands."""
+
+import json
+import os
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import pytest
+from error_bars import oracle_answer, verdict
+from error_bars_report import GOOD, page, summary
+from random_scenes import Scene, random_scene
+
+from beamviz import Beam
+
+ROOT = Path(__file__).parents[2]
+SAMPLE = range(60)
+COMMITTED = json.loads((ROOT / "assets" / "error_bars.json").read_text())
+PLAIN = {"strain": "green", "curvature": "spatial", "plane": "chordwise", "coriolis": False}
+SCENE = Scene(Beam(alpha=1, beta=0.5, gamma=10), PLAIN | {"modes": 5, "tolerance": 1e-6})
+
+
+@cache
+def answer():
+    return oracle_answer(SCENE)
+
+
+@pytest.mark.parametrize("seed", SAMPLE)
+def test_a_sample_of_random_scenes(seed):
+    """Every error within the reported one, every limit true, the branch that starts at rest."""
+    scene = random_scene(seed)
+    found = verdict(scene, oracle_answer(scene))
+    assert found["kind"] in GOOD, found
+
+
+def test_a_frequency_outside_its_bar_is_seen():
+    """The verdict turns when the truth moves by twice the reported error, and not by half."""
+    fair = verdict(SCENE, answer())
+    assert fair["kind"] == "within"
+    for share, kind in ((0.5, "within"), (2.0, "outside")):
+        moved = [
+            (omega**2 + share * 2 * omega * error)
+            for omega, error in zip(fair["sizes"], fair["reported"], strict=True)
+        ]
+        assert verdict(SCENE, answer() | {"squares": moved})["kind"] == kind
+
+
+def test_another_branch_is_seen():
+    """A stretch or a tip that is not the oracle's."""
+    assert verdict(SCENE, answer() | {"tip": 1.2})["kind"] == "wrong-branch"
+    assert verdict(SCENE, answer() | {"stretch": [1.2] * 9})["kind"] == "wrong-branch"
+
+
+def test_a_limit_is_held_against_the_oracle():
+    """Hencky at delta 1 ends at gamma 31.4887; a solver that answers beyond is seen."""
+    beyond = Scene(SCENE.beam.replace(alpha=0, gamma=40, delta=1), SCENE.options)
+    lawful = beyond._replace(options=beyond.options | {"strain": "hencky"})
+    assert verdict(lawful, oracle_answer(lawful))["kind"] == "no-equilibrium"
+    assert verdict(beyond, oracle_answer(lawful))["kind"] == "missed-limit"
+
+
+def test_the_committed_measurement():
+    """The goals held on the beams measured: the whole is too long for a test."""
+    assert COMMITTED["beams"] >= 5000
+    every = COMMITTED["groups"]["all"]
+    assert every["frequencies within"] >= 0.999
+    assert every["median reported / true"] <= 1000
+    bad = {"crash", "wrong-branch", "wrong-limit", "missed-limit"}
+    assert not bad & set(COMMITTED["kinds"])
+
+
+def test_the_page_lists_what_is_wrong():
+    """A scene outside its bars appears with the command that shows it."""
+    told = {"seed": 0, "command": SCENE.command, "coriolis": False, "inward": False}
+    row = told | verdict(SCENE, answer())
+    assert SCENE.command not in page(summary([row]))
+    wrong = row | {"kind": "outside", "off": [10 * error for error in row["reported"]]}
+    assert SCENE.command in page(summary([row, wrong]))
+
+
+def test_the_script_measures(tmp_path):
+    """Three beams, from a file of truths that is filled as it goes, and read the next time."""
+    command = [sys.executable, ROOT / "scripts" / "measure_error_bars.py", "--beams", "3"]
+    command += ["--truths", tmp_path / "truths", "--out", tmp_path]
+    for _ in range(2):
+        subprocess.run(command, check=True, capture_output=True, env=os.environ, timeout=120)
+        assert json.loads((tmp_path / "error_bars.json").read_text())["beams"] == 3
+        assert len((tmp_path / "truths").read_text().splitlines()) == 3

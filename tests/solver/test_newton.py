@@ -1,0 +1,232 @@
+"""Newton-Raphson and load continuation on problems whose answers are known in closed form."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from beamviz.errors import NotConverged
+from beamviz.solver.continuation import Root, continue_load, newton, vanishing_load
+
+
+def scalar(function, slope):
+    """The Newton increment of one equation in one unknown."""
+    return lambda q: -function(q) / slope(q)
+
+
+@given(c=st.floats(0.1, 100))
+def test_square_root(c):
+    """Newton finds the square root of c from c + 1 to rounding, in a few iterations."""
+    root = newton(scalar(lambda q: q * q - c, lambda q: 2 * q), np.array([c + 1]))
+    assert root is not None
+    assert root.state[0] == pytest.approx(math.sqrt(c), rel=1e-15)
+    assert root.iterations <= 12
+
+
+def test_no_root():
+    """Where nothing vanishes the answer is None, neither an exception nor a guess."""
+    assert newton(scalar(lambda q: q * q + 1, lambda q: 2 * q), np.array([0.7])) is None
+
+
+def test_number_of_iterations_is_bounded():
+    """A linear convergence that is too slow is given up."""
+    slow = scalar(lambda q: q**9, lambda q: 9 * q**8)
+    assert newton(slow, np.array([1.0])) is None
+    assert newton(slow, np.array([1.0]), max_iterations=300) is not None
+
+
+def test_singular_tangent():
+    """A tangent that cannot be solved ends the iteration without an answer."""
+
+    def increment(q):
+        raise np.linalg.LinAlgError
+
+    assert newton(increment, np.zeros(2)) is None
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_not_finite(value):
+    """A state that is no number is no answer, at once."""
+    calls = []
+
+    def increment(q):
+        calls.append(q)
+        return np.full(2, value)
+
+    assert newton(increment, np.zeros(2)) is None
+    assert len(calls) == 1
+
+
+def test_rounding_is_not_mistaken_for_failure():
+    """Increments that stop shrinking at the level of rounding end the iteration with an answer."""
+    noise = iter([0.1, 1e-4, 4e-10, 3e-10, 5e-10, 4e-10])
+    root = newton(lambda q: np.array([next(noise)]), np.zeros(1))
+    assert root is not None
+    assert root.iterations == 4
+
+
+def test_stalling_is_not_mistaken_for_an_answer():
+    """Increments that stop shrinking far above rounding are a failure."""
+    assert newton(lambda q: np.array([1e-6]), np.zeros(1)) is None
+
+
+class Curve:
+    """A path given by its load as a function of one state, and the slope of that function.
+
+    margin(load, q) is the slope relative to rest unless given; a step from q to a load is
+    solved only where reach(load, q) allows it.
+    """
+
+    def __init__(self, load, slope, margin=None, reach=lambda load, q: True):
+        self.load, self.slope, self.reach = load, slope, reach
+        self.margin = margin or (lambda load, q: slope(q) / slope(0.0))
+        self.solved: list[float] = []
+
+    def solve_at(self, load, guess):
+        self.solved.append(load)
+
+        def increment(q):
+            if self.slope(q[0]) <= 0:
+                raise np.linalg.LinAlgError
+            return np.array([(load - self.load(q[0])) / self.slope(q[0])])
+
+        root = newton(increment, guess) if self.reach(load, guess[0]) else None
+        return root if root is not None and self.slope(root.state[0]) > 0 else None
+
+    def follow(self, target):
+        return continue_load(
+            self.solve_at, np.zeros(1), target, lambda load, state: self.margin(load, state[0])
+        )
+
+
+def hardening():
+    return Curve(lambda q: q + q**3, lambda q: 1 + 3 * q**2)
+
+
+def line(**options):
+    return Curve(lambda q: q, lambda q: 1.0, **options)
+
+
+def test_target_within_reach():
+    """A hardening path reaches its load, and the first try is the whole load."""
+    curve = hardening()
+    path = curve.follow(10.0)
+    assert path.limit is None
+    assert path.state[0] == pytest.approx(2.0, rel=1e-14)
+    assert (curve.solved, path.steps, path.rejected) == ([10.0], 1, 0)
+
+
+def test_no_load():
+    """Without a load the start is the answer and nothing is solved."""
+    path = hardening().follow(0.0)
+    assert (path.limit, path.steps, path.iterations) == (None, 0, 0)
+    assert path.state.tolist() == [0]
+
+
+def test_fold():
+    """The load of q exp(-q) folds at 1/e: the limit is found to 1e-9 and never passed."""
+    curve = Curve(lambda q: q * math.exp(-q), lambda q: (1 - q) * math.exp(-q))
+    path = curve.follow(1.0)
+    assert path.limit == pytest.approx(math.exp(-1), rel=1e-9)
+    assert path.state[0] < 1
+    assert curve.load(path.state[0]) < math.exp(-1)
+    assert len(curve.solved) < 40
+
+
+@given(peak=st.floats(0.01, 100), bend=st.floats(0.2, 5), beyond=st.floats(1.001, 1e4))
+def test_folds_of_all_sizes(peak, bend, beyond):
+    """load = peak (1 - (1 - q / bend)^2): the limit is the peak, however far beyond the target."""
+    curve = Curve(
+        lambda q: peak * (1 - (1 - q / bend) ** 2), lambda q: 2 * peak * (1 - q / bend) / bend
+    )
+    assert curve.follow(beyond * peak).limit == pytest.approx(peak, rel=1e-9)
+
+
+@pytest.mark.parametrize("longest", [0.05, 1.0])
+@pytest.mark.parametrize("short", [0.3, 1e-2, 1e-4, 1e-6, 1e-8])
+def test_just_below_a_fold(short, longest):
+    """A load below the limit, however little, has an equilibrium and gets it, also after steps
+    that failed for being too long and with the limit in full sight."""
+    curve = Curve(
+        lambda q: q * (2 - q),
+        lambda q: 2 * (1 - q),
+        reach=lambda load, q: load - q * (2 - q) < longest,
+    )
+    path = curve.follow(1 - short)
+    assert path.limit is None
+    assert path.state[0] == pytest.approx(1 - math.sqrt(short), rel=1e-9)
+
+
+def test_runaway():
+    """q = load / (1 - load) runs away at load 1, where its stiffness falls to zero linearly."""
+    curve = Curve(lambda q: q / (1 + q), lambda q: (1 + q) ** -2)
+    assert curve.follow(5.0).limit == pytest.approx(1, rel=1e-9)
+
+
+def test_law_that_ends():
+    """A law that ends at q = 1 under a load of 3 ends the path there, its slope still positive."""
+    curve = Curve(lambda q: 3 * q, lambda q: 3.0 if q < 1 else -1.0, margin=lambda load, q: 1 - q)
+    assert curve.follow(10.0).limit == pytest.approx(3, rel=1e-9)
+
+
+def test_stop_without_a_limit():
+    """A path that stops while its margin is whole did not converge, and says how far it came."""
+    curve = line(reach=lambda load, q: load < 3)
+    with pytest.raises(NotConverged, match=r"followed to 0\.3 of the load .* no limit was found"):
+        curve.follow(10.0)
+
+
+def test_poor_guess_is_not_a_limit():
+    """Where only the step was too long the path goes on to its target."""
+    path = line(reach=lambda load, q: load - q < 0.3).follow(10.0)
+    assert path.limit is None
+    assert path.state[0] == pytest.approx(10)
+    assert path.rejected > 0
+
+
+def test_steps_grow_again():
+    """After a difficult start the steps double: 1000 loads of 0.01 take a dozen steps."""
+    path = line(reach=lambda load, q: load - q < 0.02 or q > 0.1).follow(10.0)
+    assert path.state[0] == pytest.approx(10)
+    assert path.steps < 20
+
+
+def test_margin_that_heads_for_zero_and_stays():
+    """A margin that falls in a straight line and then no further is no limit."""
+    curve = line(
+        margin=lambda load, q: max(1 - 0.9 * load, 0.05), reach=lambda load, q: load - q < 0.3
+    )
+    assert curve.follow(10.0).limit is None
+
+
+@given(
+    limit=st.floats(0.1, 100),
+    slope=st.floats(-2, 2),
+    curvature=st.floats(-2, 2),
+    first=st.floats(0.01, 0.5),
+)
+def test_vanishing_load(limit, slope, curvature, first):
+    """A load cubic in the margin is extrapolated to its limit exactly from four points."""
+    margins = first * 0.4 ** np.arange(4)
+    points = [(m, limit + slope * m + curvature * m**2 - m**3) for m in margins]
+    assert vanishing_load(points) == pytest.approx(limit, rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    "points", [[], [(0.5, 1.0)], [(0.5, 1.0), (0.5, 2.0)], [(0.4, 1.0), (0.5, 2.0)]]
+)
+def test_nothing_to_extrapolate(points):
+    """Without margins that fall no limit is in sight."""
+    assert vanishing_load(points) == math.inf
+
+
+def test_root_is_what_solve_at_returns():
+    """The iterations of accepted steps are added up."""
+
+    def solve_at(load, guess):
+        return Root(np.array([load]), 7) if load - guess[0] <= 0.5 else None
+
+    path = continue_load(solve_at, np.zeros(1), 1.0, lambda load, state: 1.0)
+    assert (path.iterations, path.steps, path.rejected) == (14, 2, 1)

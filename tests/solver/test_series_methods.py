@@ -1,0 +1,279 @@
+"""Assumed modes, power series and Chebyshev collocation: against the oracle, published values and
+the limits of other methods; rates declared and measured; where they fail they say so."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from oracle import QUICK, truth
+from published import TIP_MASS_FLAPWISE, UNIFORM_FLAPWISE
+
+from beamviz.beam import Beam
+from beamviz.errors import InvalidInput, NoEquilibrium, NotConverged
+from beamviz.solver import METHODS, solve
+
+RIGID = ("assumed-modes", "power-series")
+STIFF = 10000.0  # slenderness: tension is rigid to (gamma / mu)^2
+
+
+def off(found, exact):
+    """Relative distances of the frequencies of two solutions."""
+    return abs(found.frequencies / exact.frequencies - 1)
+
+
+@pytest.mark.parametrize("method", [*RIGID, "chebyshev"])
+@pytest.mark.parametrize("row", UNIFORM_FLAPWISE, ids=str)
+def test_uniform_beam_flapwise(method, row):
+    """Wright et al. 1982; one unit of the last digit."""
+    gamma, *published = row
+    found = solve(Beam(gamma=gamma, mu=STIFF), 3, method, plane="flapwise").frequencies
+    assert found == pytest.approx(published, abs=1e-3 if method != "assumed-modes" else 5e-3)
+
+
+@pytest.mark.parametrize("method", ["power-series", "chebyshev"])
+@pytest.mark.parametrize("row", TIP_MASS_FLAPWISE, ids=str)
+def test_tip_mass_flapwise(method, row):
+    """Wright et al. 1982; one unit of the last digit printed."""
+    gamma, first, second = row
+    found = solve(Beam(alpha=1, gamma=gamma, mu=STIFF), 2, method, plane="flapwise").frequencies
+    assert found[0] == pytest.approx(first, abs=1e-3 if first < 10 else 1e-2)
+    assert found[1] == pytest.approx(second, abs=1e-2)
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_chebyshev_against_the_oracle(seed):
+    """Random beams whose layers 60 polynomials resolve: all three strain laws, both curvatures."""
+    rng = np.random.default_rng([4, seed])
+    beam = Beam(
+        rng.choice([0.0, 10 ** rng.uniform(-2, 2)]),
+        rng.choice([1.0, rng.uniform(0.05, 0.95)]),
+        rng.uniform(0, 25),
+        rng.uniform(0, 2),
+        10 ** rng.uniform(1.7, 3),
+    )
+    model = {
+        "strain": str(rng.choice(["green", "biot", "hencky"])),
+        "curvature": str(rng.choice(["spatial", "material"])),
+        "plane": str(rng.choice(["chordwise", "flapwise"])),
+    }
+    try:
+        solution = solve(beam, method="chebyshev", terms=60, **model)
+    except NoEquilibrium:
+        with pytest.raises(NoEquilibrium):
+            solve(beam, **model)
+        return
+    expected = truth(beam, resolutions=QUICK, **model)
+    assert solution.families == expected.families
+    away = abs(solution.frequencies - expected.frequencies)
+    assert np.all(away <= 1e-8 * expected.frequencies + expected.differences)
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    alpha=st.sampled_from([0.0, 0.1, 1.0, 30.0]),
+    beta=st.floats(0.05, 1),
+    gamma=st.floats(0, 15),
+    delta=st.floats(-1, 1),
+    plane=st.sampled_from(["chordwise", "flapwise"]),
+)
+def test_power_series_are_exact_for_rigid_tension(alpha, beta, gamma, delta, plane):
+    """The limit of foac to 8 digits, unstable beams and interior masses included, with shapes;
+    as long as the beam is not much longer than its bending layers."""
+    tension = 0.5 + abs(delta) + alpha * abs(beta + delta)
+    beam = Beam(alpha, beta, min(gamma, 12 / tension**0.5), delta)
+    found = solve(beam, method="power-series", plane=plane, terms=120)
+    exact = solve(beam, method="foac", plane=plane, tolerance=1e-10)
+    slack = 1e-8 * (abs(exact.squares) + beam.gamma**2) + exact.square_errors
+    assert np.all(abs(found.squares - exact.squares) <= slack)
+    x = np.linspace(0, 1, 5)
+    apart = np.diff(exact.squares, prepend=-np.inf, append=np.inf)
+    for k in range(5):
+        if min(apart[k], apart[k + 1]) > 1.0:
+            assert abs(found.shape(k, x)) == pytest.approx(abs(exact.shape(k, x)), abs=1e-4)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    alpha=st.floats(0, 3),
+    beta=st.floats(0, 1),
+    gamma=st.floats(0, 30),
+    delta=st.floats(-1, 1),
+    terms=st.integers(6, 14),
+    coriolis=st.booleans(),
+)
+def test_error_bars_of_assumed_modes_hold(alpha, beta, gamma, delta, terms, coriolis):
+    """What is reported covers the distance to their limit, foac, few terms or lost digits alike."""
+    beam = Beam(alpha, beta, gamma, delta)
+    found = solve(beam, method="assumed-modes", terms=terms, coriolis=coriolis)
+    exact = solve(beam, method="foac", coriolis=coriolis, tolerance=1e-8)
+    covered = found.square_errors + exact.square_errors + 1e-9 * abs(exact.squares)
+    if found.labels == exact.labels:
+        assert np.all(abs(found.squares - exact.squares) <= covered)
+
+
+# beam, mode (from 0), declared order in 1 / terms of the frequency's error. A mass at the tip has
+# a shear force, and one anywhere an axial force, that no basis function has.
+ASSUMED_RATES = [
+    (Beam(gamma=2), 0, 4.8),
+    (Beam(gamma=10), 1, 4.4),
+    (Beam(alpha=1, gamma=2), 1, 3),
+    (Beam(alpha=1, gamma=2), 3, 1),
+    (Beam(alpha=1, beta=0.5, gamma=2), 2, 4),
+    (Beam(alpha=1, beta=0.5, gamma=10), 2, 1),
+]
+
+
+@pytest.mark.parametrize(("beam", "mode", "declared"), ASSUMED_RATES)
+def test_assumed_modes_converge_as_declared(beam, mode, declared):
+    """Algebraically, as long as cosh leaves digits."""
+    exact = solve(beam, method="foac", tolerance=1e-11)
+    errors = []
+    for terms in (5, 10):
+        solution = solve(beam, method="assumed-modes", terms=terms)
+        assert solution.labels[mode] == exact.labels[mode]
+        errors.append(off(solution, exact)[mode])
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(declared, abs=0.3)
+
+
+def test_assumed_modes_lose_their_digits():
+    """Beyond twelve functions cosh cancels: more terms, fewer digits, and the error bar says so."""
+    beam = Beam(gamma=2)
+    exact = solve(beam, method="foac", tolerance=1e-10)
+    ten, twenty = (solve(beam, method="assumed-modes", terms=n) for n in (10, 20))
+    assert off(ten, exact).max() < 1e-7
+    assert off(twenty, exact).max() > 1e-4
+    assert np.all(abs(twenty.frequencies - exact.frequencies) <= twenty.errors + exact.errors)
+
+
+# orders and beam: each 4 orders more divide the largest of five errors by at least 20
+CHEBYSHEV_SCENES = [
+    Beam(gamma=2),
+    Beam(alpha=1, gamma=10),
+    Beam(alpha=1, beta=0.5, gamma=10),
+    Beam(gamma=5, delta=-1),
+]
+
+
+@pytest.mark.parametrize("beam", CHEBYSHEV_SCENES, ids=str)
+def test_chebyshev_converges_exponentially(beam):
+    """Down to rounding, where the equations keep 12 digits."""
+    exact = solve(beam, tolerance=1e-11).squares
+    errors = np.array(
+        [
+            abs(solve(beam, method="chebyshev", terms=n).squares / exact - 1).max()
+            for n in (8, 12, 16, 24, 60)
+        ]
+    )
+    assert np.all(errors[:2] > 20 * errors[1:3])
+    assert np.all(errors[3:] < 1e-11)
+
+
+def test_chebyshev_needs_many_terms_for_layers():
+    """At gamma 50, delta 1 the layer at the clamp is 1/60 wide: 12 polynomials see it badly."""
+    beam = Beam(gamma=50, delta=1)
+    exact = solve(beam, tolerance=1e-10)
+    few, many = (solve(beam, method="chebyshev", terms=n) for n in (12, 48))
+    assert off(few, exact).max() > 1e-4
+    assert off(many, exact).max() < 1e-10
+    assert np.all(abs(few.frequencies - exact.frequencies) <= few.errors + exact.errors)
+
+
+def test_power_series_lose_their_digits():
+    """Digits fall with speed, the error bar says how far, and then there is no answer."""
+    lost = []
+    for gamma in (10, 20, 30, 40):
+        beam = Beam(gamma=gamma)
+        found = solve(beam, method="power-series", terms=200)
+        exact = solve(beam, method="foac", tolerance=1e-10)
+        lost.append(off(found, exact)[0])
+        assert np.all(abs(found.frequencies - exact.frequencies) <= found.errors + exact.errors)
+    assert lost[0] < 1e-11 < lost[1] < 1e-9 < lost[2] < 1e-6 < lost[3]
+    for gamma, terms in ((20, 40), (30, 60)):  # too few terms for any digit
+        found = solve(Beam(gamma=gamma), method="power-series", terms=terms)
+        exact = solve(Beam(gamma=gamma), method="foac", tolerance=1e-10)
+        here, there = found.labels.index("B1"), exact.labels.index("B1")
+        away = abs(found.squares[here] - exact.squares[there])
+        assert exact.squares[there] < away <= found.square_errors[here]
+    with pytest.raises(NotConverged, match="gamma = 60: rounding eats the power series"):
+        solve(Beam(gamma=60), method="power-series", terms=400)
+    with pytest.raises(NotConverged, match=r"terms = 40: .* more terms may help"):
+        solve(Beam(gamma=40), method="power-series", terms=40)
+    with pytest.raises(NotConverged, match=r"terms = 12: .* more terms may help"):
+        solve(Beam(), method="power-series", terms=12)
+
+
+@pytest.mark.parametrize(
+    ("method", "options", "model", "near"),
+    [
+        ("assumed-modes", {"terms": 10}, "foac", 1e-2),
+        ("assumed-modes", {"terms": 10, "coriolis": True}, "foac", 1e-2),
+        ("power-series", {}, "foac", 1e-7),
+        ("chebyshev", {}, "auto", 1e-7),
+    ],
+)
+def test_shapes_are_those_of_the_model(method, options, model, near):
+    """Of unit modal mass, on both sides of a mass, along the beam and across it."""
+    beam, x = Beam(alpha=0.5, beta=0.4, gamma=3), np.linspace(0, 1, 11)
+    found = solve(beam, method=method, **options)
+    options = {"coriolis": options.get("coriolis", False), "tolerance": 1e-9}
+    exact = solve(beam, method=model, **options)
+    assert found.labels == exact.labels
+    for k in range(5):
+        assert abs(found.shape(k, x)) == pytest.approx(abs(exact.shape(k, x)), abs=near)
+    assert found.equilibrium.tip == pytest.approx(exact.equilibrium.tip, abs=1e-9)
+    assert found.equilibrium.stretch(x) == pytest.approx(exact.equilibrium.stretch(x), abs=1e-8)
+
+
+def test_rigid_tension_misses_the_stretch():
+    """gamma 50, delta 1: 61.59 against 52.94 (physics of the stretched beam)."""
+    beam = Beam(gamma=50, delta=1)
+    assert solve(beam, method="assumed-modes", terms=11).frequencies[0] == pytest.approx(
+        61.59, rel=5e-3
+    )
+    assert solve(beam, method="chebyshev", terms=60).frequencies[0] == pytest.approx(
+        52.942507, abs=5e-7
+    )
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_method_has_a_source_and_a_reason(method):
+    """The table says where a method comes from and when to choose it."""
+    assert METHODS[method].source
+    assert METHODS[method].choose
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (
+            {"method": "power-series", "coriolis": True},
+            "coriolis = True: method power-series takes no Coriolis forces; methods that do:"
+            " auto, ancf, ancf-planar, linear, foac, zoac, assumed-modes",
+        ),
+        (
+            {"method": "chebyshev", "elements": 3},
+            "elements = 3: method chebyshev takes no number of elements; methods that do: ancf,"
+            " ancf-planar, linear",
+        ),
+        (
+            {"method": "ancf", "terms": 3},
+            "terms = 3: method ancf takes no number of terms; methods that do: assumed-modes,"
+            " power-series, chebyshev",
+        ),
+        ({"method": "assumed-modes", "terms": 4}, "modes = 5: at most 4 with terms = 4"),
+        ({"method": "chebyshev", "terms": 4}, "modes = 5: at most 4 with terms = 4"),
+        ({"method": "power-series", "terms": 5}, "terms = 5: must be a whole number in 6 .. 1000"),
+    ],
+)
+def test_what_a_method_does_not_treat_is_named(options, message):
+    """The error names the value, the method, and who can."""
+    with pytest.raises(InvalidInput) as caught:
+        solve(Beam(), **options)
+    assert str(caught.value) == message
+
+
+def test_coriolis_out_of_plane_asks_nothing():
+    """Flapwise there are no Coriolis forces to treat."""
+    options = {"method": "chebyshev", "plane": "flapwise"}
+    with_them = solve(Beam(gamma=3), coriolis=True, **options)
+    assert with_them.frequencies == pytest.approx(solve(Beam(gamma=3), **options).frequencies)

@@ -1,0 +1,114 @@
+"""Strain laws and curvature measures: derivatives, limits, and what the rows promise."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
+
+STEP = 1e-30
+laws = pytest.mark.parametrize("law", STRAIN_LAWS.values(), ids=STRAIN_LAWS.keys())
+stretches = st.floats(0.2, 8.0)
+
+
+def slope(function, f):
+    """The derivative of an analytic function by a complex step: exact to rounding."""
+    return function(f + 1j * STEP).imag / STEP
+
+
+@laws
+@given(f=stretches)
+def test_derivatives(law, f):
+    """The first three of e are its derivatives, n = e e', and n' is the derivative of n."""
+    f = np.float64(f)
+    assert law.force(f) == pytest.approx(law.strain(f) * law.first(f), rel=1e-15, abs=1e-300)
+    assert law.first(f) == pytest.approx(slope(law.strain, f), rel=1e-14, abs=1e-15)
+    assert law.second(f) == pytest.approx(slope(law.first, f), rel=1e-14, abs=1e-15)
+    assert law.third(f) == pytest.approx(slope(law.second, f), rel=1e-14, abs=1e-15)
+    assert law.stiffness(f) == pytest.approx(slope(law.force, f), rel=1e-13, abs=1e-14)
+
+
+@laws
+def test_unstrained(law):
+    """An unstretched beam has no strain and no force, and all laws agree to first order there."""
+    one = np.ones(3)
+    assert np.all(law.strain(one) == 0)
+    assert np.all(law.force(one) == 0)
+    assert np.all(law.stiffness(one) == 1)
+
+
+@laws
+@pytest.mark.parametrize("power", [20, 40, 52])
+def test_no_cancellation_near_one(law, power):
+    """A tiny stretch keeps its full relative accuracy: e = s + O(s^2) to the last digit."""
+    small = 2.0**-power
+    series = {"green": small + small**2 / 2, "biot": small, "hencky": math.log1p(small)}
+    assert law.strain(np.float64(1 + small)) == pytest.approx(series[law.name], rel=3e-16, abs=0)
+
+
+@laws
+@given(n=st.floats(-0.15, 0.25))
+def test_stretch_of_a_force(law, n):
+    """The stretch a force gives carries that force; Hencky's roughly, near its greatest force."""
+    assert law.force(law.stretch(n)) == pytest.approx(n, abs=3e-5)
+
+
+@laws
+def test_a_gentle_stretch_is_that_of_its_series(law):
+    """Three terms: what is missing falls with the fourth power of the force."""
+    n = np.array([0.02, 0.01])
+    f = law.gentle_stretch(n)
+    missing = abs(law.force(f) - n)
+    assert np.all(missing < 16 * n**4)
+    assert missing[1] < missing[0] / 14 + 1e-16
+
+
+@given(n=st.floats(0.4, 1e6))
+def test_hencky_stretches_no_further_than_its_law_goes(n):
+    """More than its greatest force leaves it near the stretch where that is carried."""
+    law = STRAIN_LAWS["hencky"]
+    assert 2 < law.stretch(n) <= law.max_stretch
+
+
+def test_green_carries_any_tension():
+    """A hardening beam has a stretch for every pull."""
+    law = STRAIN_LAWS["green"]
+    n = np.geomspace(0.1, 1e6, 40)
+    assert law.force(law.stretch(n)) == pytest.approx(n, rel=1e-12)
+
+
+@laws
+def test_shapes(law):
+    """Every function of a law keeps the shape and the kind of its argument."""
+    for f in (np.full((2, 3), 1.5), np.full(4, 1.5 + 0.1j)):
+        for function in (law.strain, law.first, law.second, law.force, law.stiffness):
+            assert function(f).shape == f.shape
+            assert function(f).dtype == f.dtype
+
+
+@pytest.mark.parametrize(
+    ("name", "low", "high"),
+    [("green", 1 / math.sqrt(3), math.inf), ("biot", 0, math.inf), ("hencky", 0, math.e)],
+)
+def test_limits(name, low, high):
+    """The force grows with the stretch inside the limits of a law and falls outside."""
+    law = STRAIN_LAWS[name]
+    assert law.min_stretch == pytest.approx(low, rel=1e-15)
+    assert law.max_stretch == pytest.approx(high, rel=1e-15)
+    inside = np.linspace(max(low, 0.01), min(high, 50.0), 1001)[1:-1]
+    assert np.all(law.stiffness(inside) > 0)
+    if low > 0:
+        assert law.stiffness(np.float64(low * 0.999)) < 0
+    if high < math.inf:
+        assert law.stiffness(np.float64(high * 1.001)) < 0
+
+
+def test_curvature_powers():
+    """A circle of radius R, stretched by f: 1 / R per deformed, f / R per reference length."""
+    f, R = 1.7, 2.5
+    cross = f**3 / R  # r = R (sin, 1 - cos)(f x / R): r' x r'' = f^3 / R
+    assert cross / f ** CURVATURES["spatial"].power == pytest.approx(1 / R)
+    assert cross / f ** CURVATURES["material"].power == pytest.approx(f / R)

@@ -1,0 +1,127 @@
+"""The layers of the package: every import points down, and the lower layers stay light."""
+
+import ast
+import subprocess
+import sys
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+LAYERS = (  # a module belongs to the layer that names it or the nearest of its parents
+    ("errors", "signals", "files"),
+    ("beam",),
+    ("solver",),
+    ("view_options", "scene", "messages", "presets"),
+    ("frequency_loci",),
+    ("plotting", "display_units"),
+    ("lessons",),
+    ("output", "output_loci", "output_lessons", "output_numbers"),
+    ("paper", "failure_maps"),
+    ("benchmark",),
+    ("server",),
+    ("drawing",),
+    ("exports",),
+    ("explorer",),
+    ("cli",),
+    ("__main__",),
+)
+
+
+def module_name(path: Path) -> str:
+    """beamviz/solver/hp/mesh.py is solver.hp.mesh; the package itself is "beamviz"."""
+    parts = path.relative_to(ROOT / "beamviz").with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts) or "beamviz"
+
+
+MODULES = {module_name(path): path for path in sorted((ROOT / "beamviz").rglob("*.py"))}
+
+
+def imports(path: Path) -> set[str]:
+    """Every module a file imports anywhere in it, lazily or for its types too."""
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            full = {f"{node.module}.{alias.name}" for alias in node.names}
+            inside = {name for name in full if name.removeprefix("beamviz.") in MODULES}
+            names |= inside or {str(node.module)}
+    return names
+
+
+def own_imports(module: str) -> set[str]:
+    """The modules of this package that one of its modules imports."""
+    return {name.removeprefix("beamviz.") for name in imports(MODULES[module])} & set(MODULES)
+
+
+def layer(module: str) -> int:
+    """The number of the layer of a module, 0 the lowest."""
+    named = {name: number for number, names in enumerate(LAYERS) for name in names}
+    while module not in named:
+        module = module.rpartition(".")[0]
+        assert module, "a new folder: add it to LAYERS"
+    return named[module]
+
+
+def test_imports_point_down():
+    """No module imports from a layer above its own."""
+    above = [
+        (module, name)
+        for module in MODULES
+        if module != "beamviz"
+        for name in own_imports(module) - {"beamviz"}
+        if layer(name) > layer(module)
+    ]
+    assert not above
+
+
+def test_no_import_cycles():
+    """Modules can be put in an order in which each imports only earlier ones."""
+    order = TopologicalSorter({module: own_imports(module) for module in MODULES})
+    assert len(list(order.static_order())) == len(MODULES)
+
+
+def test_solver_needs_numpy_and_scipy_only():
+    """The solver imports numpy, scipy, the standard library and its own package, nothing else."""
+    for module in (name for name in MODULES if name.startswith("solver")):
+        roots = {name.partition(".")[0] for name in imports(MODULES[module])}
+        assert roots - set(sys.stdlib_module_names) <= {"numpy", "scipy", "beamviz"}, module
+
+
+def test_methods_are_used_through_solve_only():
+    """Nothing above solve() imports a module of a method."""
+    for module in (name for name in MODULES if layer(name) > layer("solver")):
+        seen = {name for name in own_imports(module) if name.startswith("solver")}
+        assert seen <= {"solver", "solver.solution"}, module
+
+
+def loaded_by(statement: str) -> set[str]:
+    """The top-level packages a fresh interpreter has loaded after a statement."""
+    script = f"{statement}; import sys; print(*{{name.partition('.')[0] for name in sys.modules}})"
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    return set(done.stdout.split())
+
+
+def test_importing_the_package_loads_no_viewer_and_no_solver():
+    """`import beamviz` loads nothing that is not used."""
+    assert not loaded_by("import beamviz") & {"viser", "matplotlib", "trimesh", "scipy", "numpy"}
+
+
+def test_solving_loads_no_viewer():
+    """The solver and the command line load neither viser nor matplotlib."""
+    loaded = loaded_by(
+        "import beamviz.cli.commands; from beamviz import Beam, solve; solve(Beam())"
+    )
+    assert "scipy" in loaded
+    assert not loaded & {"viser", "matplotlib", "trimesh", "rich"}
+
+
+def test_no_submodule_has_the_name_of_a_public_function():
+    """A folder `loci` would replace the function `beamviz.loci` as soon as it is imported."""
+    import beamviz
+
+    assert all(hasattr(beamviz, name) for name in beamviz.__all__)
+    assert not set(beamviz.__all__) & set(MODULES)
+    assert not hasattr(beamviz, "nothing_of_that_name")
