@@ -48,7 +48,8 @@ def from_debian() -> str | None:
         return None
     say("no Chrome, Chromium or Edge found: installing Debian's Chromium")
     succeeded(["apt-get", "update"])  # may fail for one source and still do for ours
-    succeeded(["apt-get", "install", "--yes", "--no-install-recommends", "chromium"])
+    packages = ["chromium", "fonts-liberation"]  # else only DejaVu is there
+    succeeded(["apt-get", "install", "--yes", "--no-install-recommends", *packages])
     return working(found_browser())
 
 

@@ -17,21 +17,6 @@ hypothesis.settings.register_profile(
 )
 hypothesis.settings.load_profile("beamviz")
 
-# Tests of processes, browsers and visitors: on a busy machine one of them may come too late.
-LIVE = {
-    "test_bad_input", "test_ending", "test_faults", "test_following", "test_guide", "test_load",
-    "test_private", "test_security", "test_security_workers", "test_serving", "test_session",
-    "test_workers",
-}  # fmt: skip
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """What depends on how busy the machine is gets a second and a third try."""
-    for item in items:
-        if item.path.stem in LIVE or item.get_closest_marker("browser"):
-            item.add_marker(pytest.mark.flaky(reruns=2, reruns_delay=1))
-
-
 STEEL = """\
 length = 2.0
 density = 7850

@@ -47,6 +47,8 @@ def browser(monkeypatch):
 def checks(monkeypatch):
     """scripts/test.py, in this environment and without a browser."""
     module = loaded("test", monkeypatch)
+    for name in ("CI", "BEAMVIZ_BROWSER"):
+        monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(module, "ensure", lambda extra: Path(sys.executable))
     monkeypatch.setattr(module, "find_or_fetch", lambda python: None)
     return module
@@ -225,21 +227,44 @@ def test_debian_is_asked_as_root_only(monkeypatch):
     assert module.from_debian() is None
 
 
-def test_the_exit_code_says_whether_every_check_passed(checks, monkeypatch, capfd):
-    """One failure is a failure, and the checks after it still run."""
-    good, bad = ["timeit", "-n1", "-r1", "pass"], ["timeit", "-n1", "-r1", "raise SystemExit(3)"]
-    monkeypatch.setattr(checks, "CHECKS", {"lint": good, "tests": good})
+GOOD = ["timeit", "-n1", "-r1", "pass"]
+BAD = ["timeit", "-n1", "-r1", "raise SystemExit(3)"]
+
+
+@pytest.mark.parametrize("bad", ["types", "lint", "tests"])
+def test_the_exit_code_says_whether_every_check_passed(checks, monkeypatch, capfd, bad):
+    """One failure is a failure, in the background too, and the checks after it still run."""
+    every = dict.fromkeys(("types", "lint", "tests"), GOOD)
+    monkeypatch.setattr(checks, "CHECKS", every)
     assert checks.main([]) == 0
-    monkeypatch.setattr(checks, "CHECKS", {"lint": bad, "tests": good})
+    monkeypatch.setattr(checks, "CHECKS", every | {bad: BAD})
     assert checks.main([]) == 1
     told = capfd.readouterr().err
     assert "all checks passed" in told
-    assert "lint: FAILED" in told
-    assert told.rstrip().endswith("FAILED: lint")
+    assert "tests: passed" in told
+    assert f"{bad}: FAILED" in told
+    assert told.rstrip().endswith(f"FAILED: {bad}")
 
 
 def test_arguments_are_passed_on_to_pytest(checks, monkeypatch, capfd):
     """`scripts/test.py -k name` runs a part of the tests."""
-    monkeypatch.setattr(checks, "CHECKS", {"lint": ["timeit", "-n1"], "tests": ["timeit", "-n1"]})
+    monkeypatch.setattr(checks, "CHECKS", {"lint": GOOD, "tests": ["timeit", "-n1"]})
     assert checks.main(["raise SystemExit(3)"]) == 1
     assert capfd.readouterr().err.rstrip().endswith("FAILED: tests")
+
+
+def test_all_adds_the_slow_tests(checks):
+    """An expression of markers on the command line replaces the one of pyproject.toml."""
+    assert checks.pytest_options(["--all", "-k", "name"]) == ["-m", "", "-k", "name"]
+    assert checks.pytest_options(["-k", "name"]) == ["-k", "name"]
+
+
+def test_a_missing_browser_fails_where_every_test_must_run(checks, monkeypatch, capfd):
+    """With CI set, as .ci/run does; elsewhere, or where none is asked for, tests are skipped."""
+    monkeypatch.setattr(checks, "CHECKS", {"tests": GOOD})
+    assert checks.main([]) == 0
+    monkeypatch.setenv("CI", "true")
+    assert checks.main([]) == 1
+    assert capfd.readouterr().err.rstrip().endswith("FAILED: browser")
+    monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
+    assert checks.main([]) == 0
