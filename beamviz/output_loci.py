@@ -14,7 +14,7 @@ from beamviz.output import aligned, decimals, finite, plural
 
 if TYPE_CHECKING:
     from beamviz.frequency_loci import Branch, Loci
-    from beamviz.frequency_loci.resonances import Resonance
+    from beamviz.frequency_loci.forced_response import Resonance
 
 MAX_POINTS = 10_000
 ROWS = 21  # of a table, at most
@@ -152,7 +152,7 @@ def frequencies(loci: "Loci") -> list[str]:
 
 def column(branch: "Branch", rows: list[int]) -> list[str]:
     """A branch in the table: its label, then its frequencies with the digits they deserve."""
-    errors = [branch.error[i] for i in rows if branch.places[i] >= 0]
+    errors = [branch.error[i] for i in rows if branch.mode_index[i] >= 0]
     digits = min([MAX_DIGITS, *map(decimals, errors)])
     cells = [branch.label + "  "]
     for i in rows:
@@ -168,7 +168,7 @@ def column(branch: "Branch", rows: list[int]) -> list[str]:
 
 def meetings(loci: "Loci") -> list[str]:
     """The table of crossings and veerings, and a word if there may be more."""
-    more = [] if loci.complete else [loci.unfinished]
+    more = [loci.warning] if loci.warning else []
     if not loci.events:
         return more or ["No two of these loci meet here."]
     table = [

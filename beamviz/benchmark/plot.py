@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from beamviz.benchmark.cases import SCENES
 from beamviz.benchmark.work_precision import REFERENCE, Row
-from beamviz.plotting.labels import Placer
+from beamviz.plotting.labels import LabelPlacer
 from beamviz.plotting.style import DPI, INK, STYLE, SYMBOLS
 
 WIDTH, HEIGHT = 9.0, 13.8  # [in]
@@ -141,10 +141,10 @@ def _lines(axes: Axes, rows: list[Row]) -> None:
 
 def _names(axes: Axes, ends: list[tuple[str, float, float]]) -> None:
     """The name of each line at its last point; the first one placed gets the best place."""
-    placer = Placer(axes)
+    placer = LabelPlacer(axes)
     for name, x, y in sorted(ends, key=lambda end: (end[0] != "auto", end[2])):
         ours = name == "auto"
-        placer.note(
+        placer.annotate(
             name,
             x,
             min(y, 1.0),

@@ -88,20 +88,20 @@ def loci(
 ) -> None:
     """Frequencies along one of the five numbers, tracked, with their crossings and veerings."""
     from beamviz.frequency_loci import loci
-    from beamviz.frequency_loci.resonances import resonances
+    from beamviz.frequency_loci.forced_response import resonances
     from beamviz.output_loci import LOCI_FORMATS, unused, values_between
 
     values = values_between(over, start, stop, points)
     if plot:
-        from beamviz.plotting.loci import check_name, save
+        from beamviz.plotting.loci import check_suffix, save_chart
 
-        check_name(plot)
+        check_suffix(plot)
     if words := unused(beam, over):
         print(f"beamviz: {words}", file=sys.stderr)
     found = loci(beam, over, values, modes, **options)
     crossed = resonances(found, whole("per-rev", per_rev, 0, MAX_PER_REV))
     if plot:
-        save(plot, found, crossed, per_rev)
+        save_chart(plot, found, crossed, per_rev)
     print(LOCI_FORMATS[format](found, crossed))
 
 

@@ -104,7 +104,7 @@ def svg(loci: Loci, scene: SavedScene) -> str:
     """A loci chart as an element of a page, an upright line where the scene is."""
     text, value = io.StringIO(), np.array([getattr(scene.beam, scene.over)])
     with rc_context(chart_style.STYLE):
-        figure = plot.draw(loci)
+        figure = plot.draw_chart(loci)
         figure.axes[0].axvline(plot.Scales.of(loci).x(value)[0], color="0.5", lw=0.8, zorder=0)
         figure.savefig(text, format="svg", metadata={"Date": None})
     return text.getvalue()[text.getvalue().index("<svg") :]

@@ -25,11 +25,11 @@ class Branch:
     """One mode along a sweep: it keeps its label while its family may change.
 
     All its arrays have a row for each value; where the branch is not among the modes asked for,
-    place is -1, family None and the numbers are nan.
+    mode_index is -1, family None and the numbers are nan.
     """
 
     label: str
-    places: np.ndarray  # (values,) which mode of each solution it is, from 0
+    mode_index: np.ndarray  # (values,) which mode of each solution it is, from 0
     solutions: tuple[Solution | None, ...]  # per value, None where there is no equilibrium
 
     @cached_property
@@ -61,7 +61,7 @@ class Branch:
         """Family per value."""
         return tuple(
             None if solution is None or place < 0 else solution.families[place]
-            for solution, place in zip(self.solutions, self.places, strict=True)
+            for solution, place in zip(self.solutions, self.mode_index, strict=True)
         )
 
     def _each(self, numbers: Callable[[Solution], np.ndarray]) -> np.ndarray:
@@ -69,7 +69,7 @@ class Branch:
         return np.array(
             [
                 math.nan if solution is None or place < 0 else numbers(solution)[place]
-                for solution, place in zip(self.solutions, self.places, strict=True)
+                for solution, place in zip(self.solutions, self.mode_index, strict=True)
             ]
         )
 
@@ -92,11 +92,13 @@ class Loci:
     seconds: float
 
     @property
-    def unfinished(self) -> str:
-        """What there is to say of a search for meetings that is not complete."""
+    def warning(self) -> str:
+        """Warning where the search for crossings and veerings was incomplete; else empty."""
+        if self.complete:
+            return ""
         return (
-            f"The search for meetings was ended, with {self.solves} values solved in all: there may"
-            " be more, and these are less exact. Ask for a narrower range, or for fewer modes."
+            f"The search for crossings and veerings stopped after {self.solves} solves: there may"
+            " be more, and those listed are less accurate. Use a narrower range or fewer modes."
         )
 
     @property
@@ -143,11 +145,11 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
     )
 
 
-def closer(found: Loci, event: Event[str], widths: float = 4.0, points: int = 41) -> Loci:
+def close_up(found: Loci, event: Event[str], widths: float = 4.0, points: int = 41) -> Loci:
     """The loci around a veering, within some of its widths and the values it was found in."""
     low = max(event.at - widths * event.width, found.values[0])
     high = min(event.at + widths * event.width, found.values[-1])
-    modes = 1 + max(int(branch.places.max()) for branch in found.branches)
+    modes = 1 + max(int(branch.mode_index.max()) for branch in found.branches)
     values = np.linspace(low, high, points)
     return loci(found.beam, found.over, values, modes, **found.options)
 

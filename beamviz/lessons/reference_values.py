@@ -8,9 +8,8 @@ from scipy.optimize import brentq
 
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium
-from beamviz.frequency_loci import loci
-from beamviz.frequency_loci.crossings import Event
-from beamviz.frequency_loci.resonances import resonances
+from beamviz.frequency_loci import Event, loci
+from beamviz.frequency_loci.forced_response import resonances
 from beamviz.solver import Solution, solve
 
 BARE = Beam()  # at rest, without a mass

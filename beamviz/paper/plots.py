@@ -15,7 +15,7 @@ from beamviz.frequency_loci import Branch, Loci
 from beamviz.paper.data import LociFigure, ShapeFigure, parameters
 from beamviz.paper.figures import EQ_16, OTHER, Curve, Met
 from beamviz.paper.values import decimals
-from beamviz.plotting.labels import End, Placer, name_ends
+from beamviz.plotting.labels import EndLabel, LabelPlacer, label_line_ends
 from beamviz.plotting.style import AXES, COLOURS, DPI, FAINT, INK, OMEGAS, RING, STYLE
 from beamviz.solver import solve
 
@@ -54,8 +54,10 @@ def loci_plot(figure: LociFigure, found: dict[str, Loci], met: Sequence[Met]) ->
         axes.set(xlabel=AXES[figure.over], ylabel="frequency ω [1/T*]")
         axes.locator_params(nbins=10, steps=(1, 2, 5, 10))
         first = found[EQ_16].branches
-        name_ends(axes, [_end(row.frequency[-1], row.label, str(row.family[-1])) for row in first])
-        placer = Placer(axes)
+        label_line_ends(
+            axes, [_end(row.frequency[-1], row.label, str(row.family[-1])) for row in first]
+        )
+        placer = LabelPlacer(axes)
         for row in met:
             _crossing(axes, placer, row)
         if figure.constants:
@@ -90,12 +92,12 @@ def _branch(axes: Axes, values: np.ndarray, branch: Branch, style: dict[str, Any
             )
 
 
-def _end(height: float, label: str, family: str) -> End:
+def _end(height: float, label: str, family: str) -> EndLabel:
     """What a line is called at its right end."""
     return height, label, COLOURS[family], "bold"
 
 
-def _crossing(axes: Axes, placer: Placer, met: Met) -> None:
+def _crossing(axes: Axes, placer: LabelPlacer, met: Met) -> None:
     """A crossing by eq. 16, with the other measure, and a tick where it is printed."""
     event, other = met.events[EQ_16], met.events.get(OTHER)
     digits = decimals(met.printed.at) + 2 if met.printed else 3
@@ -108,22 +110,24 @@ def _crossing(axes: Axes, placer: Placer, met: Met) -> None:
         words.append(f"material {other.at:.{digits}f}")
     axes.plot(event.at, event.frequency, **RING, zorder=5)
     words.append(f"{'eq. 16' if other else 'here'} {event.at:.{digits}f}")
-    placer.note("\n".join(words), event.at, event.frequency)
+    placer.annotate("\n".join(words), event.at, event.frequency)
 
 
-def _unchanged(axes: Axes, placer: Placer, figure: LociFigure) -> None:
+def _unchanged(axes: Axes, placer: LabelPlacer, figure: LociFigure) -> None:
     """The frequencies without a mass, and where a mass at a node leaves them."""
     free = solve(figure.beam.replace(alpha=0), figure.modes, tolerance=1e-9)
     for mode, printed in figure.constants:
         omega = float(free.frequencies[mode - 1])
         axes.axhline(omega, color=FAINT, lw=0.8, ls=(0, (1, 2)), zorder=0)
         if figure.over == "alpha":
-            placer.note(f"{OMEGAS[mode - 1]} constant\npaper {printed}\nhere {omega:.4f}", 1, omega)
+            placer.annotate(
+                f"{OMEGAS[mode - 1]} constant\npaper {printed}\nhere {omega:.4f}", 1, omega
+            )
         for node in (node for node in figure.nodes if node.mode == mode):
             at = float(min(free.nodes[mode - 1], key=lambda x: abs(x - float(node.at))))
             axes.plot(at, omega, **RING, zorder=5)
             words = f"β, {OMEGAS[mode - 1]}\npaper {node.at}, {printed}\nhere {at:.6f}, {omega:.4f}"
-            placer.note(words, at, omega)
+            placer.annotate(words, at, omega)
 
 
 def _legend(picture: Figure, found: dict[str, Loci], met: Sequence[Met]) -> None:
@@ -170,13 +174,15 @@ def _overlaid(figure: ShapeFigure, found: Sequence[Curve]) -> Figure:
     )
     axes.locator_params(axis="y", nbins=7, steps=(1, 2, 5, 10))
     if len(found) > 1:
-        name_ends(axes, [_end(c.y[-1], f"α = {c.solution.beam.alpha:g}", c.family) for c in found])
-    placer = Placer(axes)
+        label_line_ends(
+            axes, [_end(c.y[-1], f"α = {c.solution.beam.alpha:g}", c.family) for c in found]
+        )
+    placer = LabelPlacer(axes)
     for curve in found:
         axes.plot(curve.nodes, 0 * curve.nodes, **RING, clip_on=False, zorder=5)
     for node in figure.nodes:
         at = float(min(found[0].nodes, key=lambda x: abs(x - float(node.at))))
-        placer.note(f"node\npaper {node.at}\nhere {at:.6f}", at, 0)
+        placer.annotate(f"node\npaper {node.at}\nhere {at:.6f}", at, 0)
     return picture
 
 

@@ -19,10 +19,10 @@ SAMPLES = 800  # of each line
 ASIDE = 6.0  # [pt] from the end of a line to its name
 COVERS, CROSSES, FORBIDDEN = 2.0, 40.0, 1e4  # costs in pt of distance: a sample, a line, a note
 
-End = tuple[float, str, Any, str]  # of a line: its height, its name, and its colour and weight
+EndLabel = tuple[float, str, Any, str]  # of a line: its height, its name, and its colour and weight
 
 
-class Placer:
+class LabelPlacer:
     """Places notes one after the other, away from the lines of a chart and from each other."""
 
     def __init__(self, axes: Axes):
@@ -30,7 +30,7 @@ class Placer:
         figure: Any = axes.get_figure(root=True)
         self.renderer = figure.canvas.get_renderer()
         self.point = figure.dpi / 72  # [px]
-        self.covered = np.vstack(
+        self.line_points = np.vstack(
             [self._pixels(np.column_stack(line.get_data())) for line in axes.lines]
         )
         self.taken: list[Bbox] = [text.get_window_extent(self.renderer) for text in axes.texts]
@@ -44,7 +44,7 @@ class Placer:
         fine = np.linspace(0, len(data) - 1, SAMPLES)
         return np.column_stack([np.interp(fine, np.arange(len(data)), side) for side in data.T])
 
-    def note(self, words: str, x: float, y: float, **look: Any) -> None:
+    def annotate(self, words: str, x: float, y: float, **look: Any) -> None:
         """Write words near a point of the chart, with a thin line between the two; `look` are
         properties of the text."""
         note: Any = self.axes.annotate(
@@ -84,7 +84,7 @@ class Placer:
         """How far a note there would be, and how much it would cover [pt]."""
         box = self._box(here, place, size)
         frame = self.axes.get_window_extent(self.renderer)
-        inside = ((self.covered > box.min) & (self.covered < box.max)).all(axis=1).sum()
+        inside = ((self.line_points > box.min) & (self.line_points < box.max)).all(axis=1).sum()
         forbidden = sum(box.overlaps(other) for other in self.taken)
         forbidden += box.x0 < frame.x0 or box.x1 > frame.x1
         forbidden += box.y0 < frame.y0 or box.y1 > frame.y1
@@ -101,7 +101,7 @@ class Placer:
         if length <= start:
             return False
         along = (there - here) / length
-        relative = self.covered - here
+        relative = self.line_points - here
         forward, aside = relative @ along, relative @ np.array([-along[1], along[0]])
         return bool(((forward > start) & (forward < length) & (abs(aside) < 2)).any())
 
@@ -118,12 +118,12 @@ def _beside(size: np.ndarray, angle: float, distance: float) -> np.ndarray:
     return (distance + reach) * way
 
 
-def name_ends(axes: Axes, ends: Sequence[End]) -> None:
+def label_line_ends(axes: Axes, ends: Sequence[EndLabel]) -> None:
     """Names of lines beside their right ends, kept apart."""
     low, high = axes.get_ylim()
     figure: Any = axes.get_figure(root=True)
     least = LINE / 72 * figure.dpi / axes.bbox.height * (high - low)
-    heights = apart([height for height, *_ in ends], least)
+    heights = spread_apart([height for height, *_ in ends], least)
     for (_, label, colour, weight), height in zip(ends, heights, strict=True):
         axes.annotate(
             label,
@@ -137,7 +137,7 @@ def name_ends(axes: Axes, ends: Sequence[End]) -> None:
         )
 
 
-def apart(places: list[float], least: float) -> list[float]:
+def spread_apart(places: list[float], least: float) -> list[float]:
     """Places moved as little as needed to be `least` apart, in their order."""
     order = np.argsort(places)
     spread = np.array(places, float)[order]

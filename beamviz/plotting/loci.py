@@ -14,10 +14,10 @@ from matplotlib.lines import Line2D
 
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.frequency_loci import Loci
+from beamviz.frequency_loci.forced_response import Resonance
 from beamviz.frequency_loci.limits import WORDS, Limit
-from beamviz.frequency_loci.resonances import Resonance
 from beamviz.plotting.files import write
-from beamviz.plotting.labels import Placer
+from beamviz.plotting.labels import LabelPlacer
 from beamviz.plotting.loci_labels import MARKS, MUTED, NOTED, end_labels, inside_labels, notes, zoom
 from beamviz.plotting.loci_lines import FAMILIES, Scales, draw_branch, lines_at
 from beamviz.plotting.style import DPI, FAINT, STYLE, SYMBOLS
@@ -30,20 +30,22 @@ SHADOW = "#EDEDED"
 PER_REV: dict[str, Any] = {"color": FAINT, "lw": 0.8, "ls": (0, (5, 3)), "zorder": 1}
 
 
-def check_name(path: Path) -> None:
+def check_suffix(path: Path) -> None:
     """InvalidInput for a picture that is none of KINDS."""
     if path.suffix.lower() not in KINDS:
         raise InvalidInput(f"--plot {path}: must end in {', '.join(KINDS)}")
 
 
-def save(path: Path, loci: Loci, resonances: Sequence[Resonance] = (), per_rev: int = 0) -> None:
+def save_chart(
+    path: Path, loci: Loci, resonances: Sequence[Resonance] = (), per_rev: int = 0
+) -> None:
     """Write the chart; the ending of the path says how. Raises InvalidInput, Unavailable."""
-    check_name(path)
+    check_suffix(path)
     kind = path.suffix.lower()[1:]
     dated = {"png": None, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]
     buffer = io.BytesIO()
     with rc_context(STYLE):
-        draw(loci, resonances, per_rev).savefig(buffer, format=kind, dpi=DPI, metadata=dated)
+        draw_chart(loci, resonances, per_rev).savefig(buffer, format=kind, dpi=DPI, metadata=dated)
     try:
         write(path.parent, {path.name: buffer.getvalue()})
     except OSError as error:
@@ -52,7 +54,7 @@ def save(path: Path, loci: Loci, resonances: Sequence[Resonance] = (), per_rev: 
         ) from None
 
 
-def draw(loci: Loci, resonances: Sequence[Resonance] = (), per_rev: int = 0) -> Figure:
+def draw_chart(loci: Loci, resonances: Sequence[Resonance] = (), per_rev: int = 0) -> Figure:
     """The chart: loci in the colours of their families, meetings, limits and per-rev lines."""
     scales = Scales.of(loci)
     with rc_context(STYLE):
@@ -143,7 +145,7 @@ def _marks(axes: Axes, scales: Scales, loci: Loci, resonances: Sequence[Resonanc
         axes.plot(scales.x(event.at), scales.y(event.frequency), **MARKS[event.kind], zorder=6)
     inside_labels(axes, scales, loci)
     veerings = [event for event in loci.events if event.kind == "veering"]
-    placer = Placer(axes)
+    placer = LabelPlacer(axes)
     noted = list(loci.events) if len(loci.events) <= NOTED else []
     for event in veerings if len(veerings) <= ZOOMED else ():
         if zoom(axes, placer, scales, loci, event) and event in noted:

@@ -9,9 +9,8 @@ from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.transforms import Bbox
 
-from beamviz.frequency_loci import Branch, Loci, closer
-from beamviz.frequency_loci.crossings import Event
-from beamviz.plotting.labels import Placer, name_ends
+from beamviz.frequency_loci import Branch, Event, Loci, close_up
+from beamviz.plotting.labels import LabelPlacer, label_line_ends
 from beamviz.plotting.loci_lines import FAMILIES, Scales, draw_branch, lines_at, upper
 from beamviz.plotting.style import INK
 
@@ -38,7 +37,7 @@ def end_labels(
         if np.isfinite(branch.frequency[-1])
     ]
     ends += others
-    name_ends(axes, [(*end, "normal" if end[2] == MUTED else "bold") for end in ends])
+    label_line_ends(axes, [(*end, "normal" if end[2] == MUTED else "bold") for end in ends])
 
 
 def inside_labels(axes: Axes, scales: Scales, loci: Loci) -> None:
@@ -84,13 +83,13 @@ def _room(
     return float(min(distances, default=np.inf))
 
 
-def notes(placer: Placer, scales: Scales, events: Sequence[Event[str]]) -> None:
+def notes(placer: LabelPlacer, scales: Scales, events: Sequence[Event[str]]) -> None:
     """What each meeting is, and where."""
     for event in events:
         words = [event.kind, scales.told(event.at)]
         if event.kind == "veering":
             words.append(gap(scales, event))
-        placer.note("\n".join(words), scales.x(event.at), scales.y(event.frequency))
+        placer.annotate("\n".join(words), scales.x(event.at), scales.y(event.frequency))
 
 
 def gap(scales: Scales, event: Event[str]) -> str:
@@ -98,12 +97,12 @@ def gap(scales: Scales, event: Event[str]) -> str:
     return f"gap {scales.y(event.gap):.3g}{scales.unit}"
 
 
-def zoom(axes: Axes, placer: Placer, scales: Scales, loci: Loci, event: Event[str]) -> bool:
+def zoom(axes: Axes, placer: LabelPlacer, scales: Scales, loci: Loci, event: Event[str]) -> bool:
     """A veering seen closer in a frame of its own, where there is room for one."""
     corner = _free(axes, placer)
     if corner is None:
         return False
-    near = closer(loci, event)
+    near = close_up(loci, event)
     if not near.events:
         return False
     frame = axes.inset_axes((*corner, *ZOOM_SIZE), zorder=8)
@@ -121,7 +120,7 @@ def zoom(axes: Axes, placer: Placer, scales: Scales, loci: Loci, event: Event[st
     return True
 
 
-def _free(axes: Axes, placer: Placer) -> tuple[float, float] | None:
+def _free(axes: Axes, placer: LabelPlacer) -> tuple[float, float] | None:
     """The lower left corner, as a share of the frame, of the emptiest place for a zoom."""
     box = axes.get_window_extent(placer.renderer)
     origin, extent = np.array([box.x0, box.y0]), np.array([box.width, box.height])
@@ -130,7 +129,7 @@ def _free(axes: Axes, placer: Placer) -> tuple[float, float] | None:
     def covered(corner: tuple[float, float]) -> int:
         low = origin + extent * corner
         high = low + extent * size
-        hidden = ((placer.covered > low) & (placer.covered < high)).all(axis=1).sum()
+        hidden = ((placer.line_points > low) & (placer.line_points < high)).all(axis=1).sum()
         clashes = (
             other.x1 > low[0] and other.x0 < high[0] and other.y1 > low[1] and other.y0 < high[1]
             for other in placer.taken
@@ -169,7 +168,7 @@ def _name_ends(frame: Axes, scales: Scales, near: Loci, loci: Loci, event: Event
 
 
 def _join(
-    axes: Axes, placer: Placer, corner: tuple[float, float], mark: tuple[float, float]
+    axes: Axes, placer: LabelPlacer, corner: tuple[float, float], mark: tuple[float, float]
 ) -> None:
     """A thin line from a zoom to its mark; the zoom is taken from now on."""
     low = np.array(corner)

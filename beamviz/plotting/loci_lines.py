@@ -8,8 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 
-from beamviz.frequency_loci import Branch, Loci
-from beamviz.frequency_loci.crossings import Event
+from beamviz.frequency_loci import Branch, Event, Loci
 from beamviz.plotting.style import AXES, COLOURS, SYMBOLS
 
 SHADES = 20  # of colour from one family to the other
@@ -76,11 +75,11 @@ def _height(loci: Loci, branch: Branch, event: Event[str]) -> float:
 def upper(loci: Loci, event: Event[str]) -> str:
     """The label of the upper one of two branches that veer."""
     two = [branch for branch in loci.branches if branch.label in event.branches]
-    both = np.flatnonzero(np.minimum(*(branch.places for branch in two)) >= 0)
+    both = np.flatnonzero(np.minimum(*(branch.mode_index for branch in two)) >= 0)
     if not len(both):
         return event.branches[1]
     nearest = both[abs(loci.values[both] - event.at).argmin()]
-    return max(two, key=lambda branch: branch.places[nearest]).label
+    return max(two, key=lambda branch: branch.mode_index[nearest]).label
 
 
 def lines_at(loci: Loci, value: float, scales: Scales) -> list[float]:

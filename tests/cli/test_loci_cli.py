@@ -13,9 +13,9 @@ import pytest
 from matplotlib.image import imread
 
 from beamviz import Beam, loci
-from beamviz.frequency_loci.resonances import resonances
+from beamviz.frequency_loci.forced_response import resonances
 from beamviz.output_loci import to_table
-from beamviz.plotting.loci import draw
+from beamviz.plotting.loci import draw_chart
 
 SWEEP = ("loci", "--over", "gamma", "--start", "0", "--stop", "10", "--alpha", "1")
 
@@ -60,7 +60,7 @@ def test_a_search_that_was_ended_says_so(run, monkeypatch):
     assert not found.complete
     for events in (found.events, ()):
         table = to_table(replace(found, events=events))
-        assert "The search for meetings was ended, with 6 values solved in all" in table
+        assert "The search for crossings and veerings stopped after 6 solves" in table
         assert "No two" not in table
     assert strict(run(*SWEEP, "--points", "5", "--format", "json")[1])["complete"] is False
     assert loci(Beam(alpha=1), "gamma", np.linspace(0, 4, 5)).complete  # nothing to be searched
@@ -188,7 +188,9 @@ def words(figure):
 def test_words_in_the_plot_do_not_overlap(beam, over, stop, options):
     """No label on another, none outside the picture, and each meeting is marked."""
     found = loci(beam, over, np.linspace(0, stop, 101), **options)
-    figure = draw(found, resonances(found, 3) if over == "gamma" else [], 3 * (over == "gamma"))
+    figure = draw_chart(
+        found, resonances(found, 3) if over == "gamma" else [], 3 * (over == "gamma")
+    )
     boxes = words(figure)
     assert len(boxes) >= len(found.branches)
     for (one, a), (other, b) in combinations(boxes.items(), 2):
@@ -204,17 +206,19 @@ def test_words_in_the_plot_do_not_overlap(beam, over, stop, options):
 def test_the_plot_says_what_is_missing():
     """In words, in the part of the chart where it is missing."""
     found = loci(Beam(), "gamma", np.linspace(0, 60, 61), strain="hencky")
-    (text,) = (t for t in draw(found).axes[0].texts if "equilibrium" in t.get_text())
+    (text,) = (t for t in draw_chart(found).axes[0].texts if "equilibrium" in t.get_text())
     assert text.get_text() == "no equilibrium\nbeyond γ = 45.420"
     assert 45.42 < text.get_position()[0] < 60
     found = loci(Beam(delta=-1), "gamma", np.linspace(0, 10, 61))
-    assert any("unstable\nbeyond γ = 2.996" in t.get_text() for t in draw(found).axes[0].texts)
+    assert any(
+        "unstable\nbeyond γ = 2.996" in t.get_text() for t in draw_chart(found).axes[0].texts
+    )
 
 
 def test_a_veering_is_shown_closer():
     """In a frame of its own, with the gap in numbers and each line named on both sides."""
     found = loci(Beam(alpha=1), "gamma", np.linspace(0, 20, 101), coriolis=True)
-    (frame,) = draw(found).axes[0].child_axes
+    (frame,) = draw_chart(found).axes[0].child_axes
     assert frame.get_title("left") == "veering at γ = 4.6502: gap 0.241"
     assert sorted(text.get_text() for text in frame.texts) == ["B3", "B3", "S1", "S1"]
 

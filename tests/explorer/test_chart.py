@@ -185,7 +185,7 @@ def test_a_search_for_meetings_that_was_ended_is_told(tip):
     for events in (tip.loci.events, ()):
         ended = replace(tip, loci=replace(tip.loci, complete=False, events=events))
         told = chart_words.meetings(ended, None)
-        assert "The search for meetings was ended" in told
+        assert "The search for crossings and veerings stopped" in told
         assert "No two" not in told
     assert "ended" not in chart_words.meetings(tip, None)
 

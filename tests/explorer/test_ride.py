@@ -15,7 +15,7 @@ from beamviz.explorer.app import explorer
 from beamviz.explorer.features import run_up_tab as ride_tab
 from beamviz.explorer.features.run_up import LARGEST, PER_SECOND, Ride, Run
 from beamviz.explorer.request import Wanted
-from beamviz.frequency_loci.run_up import RunUp, response
+from beamviz.frequency_loci.forced_response import RunUp, response
 from beamviz.scene import SavedScene
 from beamviz.solver import solve
 

@@ -11,10 +11,10 @@ from sweeps import sorted_frequencies
 
 from beamviz import Beam, InvalidInput, loci, solve
 from beamviz.beam import LIMITS
-from beamviz.frequency_loci import closer, sweep
+from beamviz.frequency_loci import close_up, sweep
 from beamviz.frequency_loci.candidates import TURN
 from beamviz.frequency_loci.crossings import CLOSE
-from beamviz.frequency_loci.resonances import _Seen, _sign_changes, resonances
+from beamviz.frequency_loci.forced_response import _Seen, _sign_changes, resonances
 
 TIP = Beam(alpha=1, beta=1)
 
@@ -39,7 +39,7 @@ def test_labels_without_coriolis():
     """Nothing couples the families: a label holds along the whole branch."""
     found = loci(Beam(alpha=20, gamma=5), "beta", np.linspace(0, 1, 81), modes=8)
     for branch in found.branches:
-        for solution, place in zip(branch.solutions, branch.places, strict=True):
+        for solution, place in zip(branch.solutions, branch.mode_index, strict=True):
             assert place < 0 or solution.labels[place] == branch.label
 
 
@@ -243,7 +243,7 @@ def test_a_veering_seen_closer():
     """Around its least gap, within four widths, the same veering."""
     found = loci(TIP, "gamma", np.linspace(0, 10, 51), coriolis=True)
     (event,) = found.events
-    near = closer(found, event)
+    near = close_up(found, event)
     (again,) = near.events
     assert again.at == pytest.approx(event.at, abs=1e-4 * event.width)
     assert again.gap == pytest.approx(event.gap, rel=1e-6)

@@ -9,7 +9,13 @@ from hypothesis import strategies as st
 
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
-from beamviz.frequency_loci.run_up import LOADS, quadrature, response, run_up, static_deflection
+from beamviz.frequency_loci.forced_response import (
+    LOADS,
+    quadrature,
+    response,
+    run_up,
+    static_deflection,
+)
 from beamviz.solver import solve
 
 TIP = np.ones(1)

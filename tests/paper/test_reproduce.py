@@ -16,7 +16,7 @@ from beamviz.cli.commands import main
 from beamviz.paper import figures, reproduce
 from beamviz.paper import plots as paper_plots
 from beamviz.paper.data import FIGURES, TABLES, LociFigure
-from beamviz.plotting.labels import Placer, apart
+from beamviz.plotting.labels import LabelPlacer, spread_apart
 
 LOCI = [figure for figure in FIGURES.values() if isinstance(figure, LociFigure)]
 FOUR = ("csv", "png", "svg")
@@ -133,7 +133,7 @@ def test_notes_cover_nothing(figure):
     """Notes lie in the frame, apart from each other and off the lines."""
     picture = drawn(figure)
     axes = picture.axes[0]
-    frame, lines = axes.get_window_extent(), Placer(axes).covered
+    frame, lines = axes.get_window_extent(), LabelPlacer(axes).line_points
     notes = [note for note in words(picture) if note.arrow_patch]
     boxes = [Text.get_window_extent(note, picture.canvas.get_renderer()) for note in notes]
     assert len(boxes) == len(figure.nodes or figure.constants) + len(
@@ -150,9 +150,9 @@ def test_notes_cover_nothing(figure):
 
 def test_labels_at_the_ends_of_lines_are_kept_apart():
     """Moved as little as needed, in their order; those with room stay."""
-    assert apart([3.0, 0.0, 0.1], 1.0) == pytest.approx([3.0, -0.45, 0.55])
-    assert apart([5.0, 1.0], 1.0) == [5.0, 1.0]
-    spread = apart([1.0, 1.0, 1.0, 1.2], 0.5)
+    assert spread_apart([3.0, 0.0, 0.1], 1.0) == pytest.approx([3.0, -0.45, 0.55])
+    assert spread_apart([5.0, 1.0], 1.0) == [5.0, 1.0]
+    spread = spread_apart([1.0, 1.0, 1.0, 1.2], 0.5)
     assert np.diff(spread).min() == pytest.approx(0.5, abs=1e-3)
 
 

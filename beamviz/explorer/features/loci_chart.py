@@ -14,7 +14,7 @@ from beamviz.errors import BeamvizError
 from beamviz.explorer.jobs import Latest
 from beamviz.explorer.request import MODES, Wanted
 from beamviz.frequency_loci import Branch, Event, Loci, loci
-from beamviz.frequency_loci.resonances import Resonance, resonances
+from beamviz.frequency_loci.forced_response import Resonance, resonances
 from beamviz.server.log import Journal
 from beamviz.solver.solution import BENDING, MIXED, STRETCHING, Solution
 

@@ -31,7 +31,7 @@ def labels(found: Loci, per_rev: bool) -> str:
     ends = sorted(
         (float(solution.frequencies[k]), solution.labels[k], COLOURS[solution.families[k]])
         for branch in found.branches
-        if (solution := branch.solutions[-1]) and (k := int(branch.places[-1])) >= 0
+        if (solution := branch.solutions[-1]) and (k := int(branch.mode_index[-1])) >= 0
         if math.isfinite(solution.frequencies[k])
     )
     places = apart([end for end, _, _ in ends], high * 13 / (HEIGHT - ABOVE - BELOW))
@@ -100,9 +100,9 @@ def here(point: Point | None, along: Measure, across: Measure) -> str:
 
 def meetings(chart: Chart, chosen: Event | None) -> str:
     """The table of the meetings."""
-    unfinished = "" if chart.loci is None or chart.loci.complete else chart.loci.unfinished
+    warning = chart.loci.warning if chart.loci else ""
     if not chart.events:
-        words = unfinished or ("" if chart.loci is None else "No two of these lines meet here.")
+        words = warning or ("" if chart.loci is None else "No two of these lines meet here.")
         return f'<div style="{SMALL}">{words}</div>' if words else ""
     along, across = shown(chart)
     heads = ("", "", "lines", f"at {along.head}", across.label, "least gap")
@@ -112,7 +112,7 @@ def meetings(chart: Chart, chosen: Event | None) -> str:
     return (
         table("meetings", heads, rows, marked=marked)
         + (f'<div style="{SMALL}">and {more} more</div>' if more > 0 else "")
-        + (f'<div style="{SMALL}">{unfinished}</div>' if unfinished else "")
+        + (f'<div style="{SMALL}">{warning}</div>' if warning else "")
     )
 
 

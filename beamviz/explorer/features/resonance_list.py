@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from beamviz.display_units import Measure
 from beamviz.explorer.page.html import SMALL, table
-from beamviz.frequency_loci.resonances import Resonance
+from beamviz.frequency_loci.forced_response import Resonance
 
 MOST = 12  # rows
 CAPTION = "Resonances: a force that comes so often in each turn excites the mode"

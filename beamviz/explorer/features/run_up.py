@@ -13,7 +13,7 @@ from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer.features.loci_chart import FULL, PER_REV, span
 from beamviz.explorer.jobs import Latest, stale
 from beamviz.explorer.request import Wanted
-from beamviz.frequency_loci.run_up import DAMPING, RunUp, response, run_up
+from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run_up
 from beamviz.server.log import Journal
 from beamviz.solver.solution import Solution
 from beamviz.view_options import within

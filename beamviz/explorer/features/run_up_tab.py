@@ -11,7 +11,7 @@ from beamviz.explorer.features.run_up import Ride, Run
 from beamviz.explorer.page.html import SMALL, table
 from beamviz.explorer.page.inputs import Listener, heard
 from beamviz.explorer.page.plot_style import COLOURS, LINE, MARK, add_plot, axes, dot
-from beamviz.frequency_loci.run_up import DAMPING, RunUp
+from beamviz.frequency_loci.forced_response import DAMPING, RunUp
 
 HEIGHT = 190  # [px]
 STYLES: tuple[uplot.Series, ...] = (

@@ -157,7 +157,7 @@ def motions_of(branch: Branch, places: tuple[int, int, int]) -> tuple[Motion, Mo
 
 def motion(branch: Branch, k: int) -> Motion:
     """The shape of a branch at value number k; nan where it has none."""
-    solution, place = branch.solutions[k], int(branch.places[k])
+    solution, place = branch.solutions[k], int(branch.mode_index[k])
     if solution is None or place < 0:
         return Motion(np.full(len(X), np.nan), np.full(len(X), np.nan), np.nan)
     along, across = components(solution, place)
