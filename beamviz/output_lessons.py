@@ -4,7 +4,7 @@ import json
 import textwrap
 from typing import Any
 
-from beamviz.lessons.content import LESSONS
+from beamviz.lessons import LESSONS
 from beamviz.lessons.model import Lesson
 
 WIDTH = 88
@@ -45,7 +45,7 @@ def fields(lesson: Lesson) -> dict[str, Any]:
             "task": challenge.task,
             "number": challenge.number,
             "within": challenge.within,
-            "answers": challenge.answers,
+            "answers": [challenge.answer],
         },
         "scene": lesson.scene.tables,
     }

@@ -191,7 +191,7 @@ def scene_and_changes(
     changes = {"mode": mode, "dark": dark}
     changed = {name: value for name, value in changes.items() if value is not None}
     if lesson:
-        from beamviz.lessons import content as lessons
+        from beamviz import lessons
 
         return lessons.lesson(lesson).scene, changed
     return SavedScene.from_toml(scene) if scene else SavedScene(), changed

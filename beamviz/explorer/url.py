@@ -16,7 +16,7 @@ from viser import ClientHandle
 from beamviz.errors import InvalidInput
 from beamviz.explorer.features.lessons import Guide
 from beamviz.explorer.page.script import running
-from beamviz.lessons.content import lesson
+from beamviz.lessons import lesson
 from beamviz.scene import KEYS, SavedScene
 from beamviz.server.access import PARAMETER
 

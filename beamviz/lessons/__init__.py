@@ -1,0 +1,345 @@
+"""The lessons, in the order in which they build on each other: LESSONS, lesson(name)."""
+
+from beamviz.beam import Beam
+from beamviz.errors import InvalidInput
+from beamviz.lessons import reference_values as values
+from beamviz.lessons.model import Challenge, Fact, Lesson
+from beamviz.lessons.reference_values import BARE, MIDDLE, TIP, frequency
+from beamviz.scene import SavedScene
+from beamviz.solver import solve
+
+INWARD = Beam(delta=-1)
+ON_A_HUB = Beam(delta=1)
+
+LESSONS = (
+    Lesson(
+        name="stiffening",
+        title="Spinning makes it stiffer",
+        question="Only the speed of rotation changes. Why does the beam vibrate faster?",
+        scene=SavedScene.of(plane="flapwise", mode=1),
+        do="Drag **speed γ** slowly from 0 up to 10.",
+        see="Row B1 of the table, the slowest mode: its frequency ω rises with the speed.",
+        meaning="Every piece of the rotating beam pulls outward, so the beam is under tension. A"
+        " taut string is harder to push aside than a slack one, and swings back faster:"
+        " *centrifugal stiffening*.",
+        proof=Fact(
+            "At γ = 10, ω of B1 is {:.3f}; at rest it is {:.3f}.",
+            lambda: (frequency(BARE.replace(gamma=10), plane="flapwise"), frequency(BARE)),
+        ),
+        challenge=Challenge(
+            "Find the speed at which B1 is twice as fast as at rest.",
+            "gamma",
+            0.1,
+            values.doubling_speed,
+            lambda s: f"B1 is {values.ratio_to_rest(s):.2f} times as fast as at rest",
+        ),
+    ),
+    Lesson(
+        name="two-planes",
+        title="Up and down, or side to side",
+        question="A helicopter blade vibrates up and down, and back and forth in the plane in which"
+        " it rotates. Which of the two is faster?",
+        scene=SavedScene.of(gamma=10, mode=1),
+        do="Open the folder **Model** and switch **plane** between flapwise (up and down) and"
+        " chordwise (side to side).",
+        see="B1 is slower side to side, as if the beam had become softer.",
+        meaning="A piece displaced in the plane of rotation is pulled radially outward, which is a"
+        " little further aside: the centrifugal force acts against the stiffness. Up and down it"
+        " has no such component. This *spin softening* takes exactly γ² from ω².",
+        proof=Fact(
+            "At γ = 10, ω² of B1 is {:.3f} up and down, {:.3f} side to side: {:.3f} less.",
+            lambda: (
+                up := frequency(BARE.replace(gamma=10), plane="flapwise") ** 2,
+                aside := frequency(BARE.replace(gamma=10)) ** 2,
+                up - aside,
+            ),
+        ),
+        challenge=Challenge(
+            "Find the speed at which B1 is twice as fast up and down as side to side.",
+            "gamma",
+            0.1,
+            values.double_planes_speed,
+            lambda s: f"it is {values.ratio_of_planes(s):.2f} times as fast",
+            free=("plane",),
+        ),
+    ),
+    Lesson(
+        name="moving-mass",
+        title="A mass moves along the beam",
+        question="The mass weighs as much as the beam. Does it matter where it sits?",
+        scene=SavedScene.of(alpha=1, beta=1, mode=1, over="beta"),
+        do="Drag **position β** from 1, the tip, down to 0, the hub.",
+        see="B1 in the table: most of the change happens in the outer half.",
+        meaning="A mass lowers a frequency by taking part in the motion. The tip moves most; near"
+        " the hub there is hardly any motion, and the mass has hardly any effect. What counts is"
+        " mass times displacement squared, its share of the *modal mass*.",
+        proof=Fact(
+            "ω of B1 is {:.4f} with the mass at the tip and {:.4f} with it at the hub.",
+            lambda: (frequency(TIP), frequency(TIP.replace(beta=0))),
+        ),
+        challenge=Challenge(
+            "Find the position at which the mass slows B1 to two thirds (0.667).",
+            "beta",
+            0.01,
+            values.two_thirds_position,
+            lambda s: f"B1 is {values.ratio_to_bare(s):.3f} times what it is without the mass",
+        ),
+    ),
+    Lesson(
+        name="nodes",
+        title="The mass that changes nothing",
+        question="Is there a place on the beam, away from the hub, where even a heavy mass has no"
+        " effect?",
+        scene=SavedScene.of(alpha=1, beta=0.5, mode=2, over="beta"),
+        do="The picture shows B2. Drag **position β**, then **mass α**, and watch B2 in the table.",
+        see="The pink ring: there the beam does not move. With the mass at the ring, making it"
+        " heavier no longer changes B2.",
+        meaning="In each mode, some places of the beam do not move at all, the *vibration nodes*. A"
+        " mass that does not move exerts no force, so it does not change this mode. Other modes"
+        " have their nodes elsewhere, and do change.",
+        proof=Fact(
+            "The bare beam has ω = {:.4f} and its node at {:.5f}. With a mass five times its own"
+            " there, ω is {:.4f}.",
+            lambda: (
+                frequency(BARE, "B2"),
+                values.node(),
+                frequency(Beam(alpha=5, beta=values.node()), "B2"),
+            ),
+        ),
+        challenge=Challenge(
+            "Put the mass where it does not change B2.",
+            "beta",
+            0.006,
+            values.node,
+            lambda s: f"the mass changes B2 by {100 * (values.ratio_to_bare(s, 'B2') - 1):+.2f} %",
+            free=("alpha",),
+        ),
+    ),
+    Lesson(
+        name="mode-shift",
+        title="Which one is the third mode?",
+        question="Modes are numbered by frequency. Does the third always have the same shape?",
+        scene=SavedScene.of(alpha=1, beta=1, mode=4, over="alpha"),
+        do="Drag **mass α** from 1 to 2. The picture shows mode 4: the beam stretches.",
+        see="S1 (stretching) and B3 (bending) change places in the table.",
+        meaning="A mass at the tip lowers S1, which moves the tip most, and hardly changes B3,"
+        " which leaves the tip almost at rest. Labels (S1, B3) belong to the shape, numbers only to"
+        " the order of the frequencies: the *mode shift*.",
+        proof=Fact(
+            "S1 is mode {:.0f} at α = 1 and mode {:.0f} at α = 2; the two are equal at α = {:.3f}.",
+            lambda: (
+                values.mode_number(TIP, "S1"),
+                values.mode_number(TIP.replace(alpha=2), "S1"),
+                values.crossing("alpha", 3).at,
+            ),
+        ),
+        challenge=Challenge(
+            "Find the mass at which S1 and B3 are equally fast.",
+            "alpha",
+            0.02,
+            lambda: values.crossing("alpha", 3).at,
+            lambda s: f"S1 and B3 are {values.difference(s):.2f} apart",
+        ),
+    ),
+    Lesson(
+        name="crossing",
+        title="Meeting without touching",
+        question="Two frequencies run into each other as the speed grows. What happens there?",
+        scene=SavedScene.of(alpha=1, beta=1, gamma=2, mode=4),
+        do="Open the tab **Loci**, left: every line is one mode (a *locus*). Drag **speed γ**"
+        " through the ring where S1 crosses B3.",
+        see="Both lines run straight on, and each keeps its shape: one stretches, one bends.",
+        meaning="Without Coriolis forces, stretching and bending of a straight beam are uncoupled,"
+        " so the two lines pass through each other: a *crossing*. A chart that only sorts the"
+        " frequencies draws two curves that turn away from each other, and is easily misread.",
+        proof=Fact(
+            "They cross at γ = {:.4f}, both with ω = {:.3f}: gap {:.0f}.",
+            lambda: (
+                (event := values.crossing("gamma", 10)).at,
+                event.frequency,
+                event.gap,
+            ),
+        ),
+        challenge=Challenge(
+            "Find the speed at which B3 crosses S1.",
+            "gamma",
+            0.05,
+            lambda: values.crossing("gamma", 10).at,
+            lambda s: f"S1 and B3 are {values.difference(s):.2f} apart",
+        ),
+    ),
+    Lesson(
+        name="veering",
+        title="The same two modes, now they avoid each other",
+        question="The last lesson left out one force. What does it do to the crossing?",
+        scene=SavedScene.of(alpha=1, beta=1, gamma=2, coriolis=True, mode=4),
+        do="**Coriolis** (folder Physical effects) is on now. In the tab **Loci**, choose the"
+        " veering under **go to**, then open the tab **Veering**.",
+        see="Magnified, the lines bend away before they touch. Stretching continues as bending, and"
+        " the other way round.",
+        meaning="A particle that moves along a rotating beam is pushed across it, as on a"
+        " merry-go-round: the *Coriolis force*. It couples stretching and bending, and frequencies"
+        " of coupled modes do not cross. The modes exchange their shapes instead: *veering*.",
+        proof=Fact(
+            "The gap never falls below {:.3f}, at γ = {:.3f}.",
+            lambda: (
+                (event := values.crossing("gamma", 10, coriolis=True)).gap,
+                event.at,
+            ),
+        ),
+        challenge=Challenge(
+            "Find the speed at which modes 3 and 4 come closest.",
+            "gamma",
+            0.1,
+            lambda: values.crossing("gamma", 10, coriolis=True).at,
+            lambda s: f"modes 3 and 4 are {values.gap(s):.3f} apart",
+        ),
+    ),
+    Lesson(
+        name="resonance",
+        title="Excited three times per revolution",
+        question="Wind and gravity load a blade at the same places in every revolution. At which"
+        " speed is that dangerous?",
+        scene=SavedScene.of(gamma=5, mode=2, per_rev=True),
+        do="Open the tab **Loci** and drag **speed γ** to where the dashed line 3γ intersects the"
+        " locus of B2.",
+        see="The dashed lines 1γ, 2γ, 3γ: the frequencies of forces that repeat one, two, three"
+        " times per revolution.",
+        meaning="A force at a mode's own frequency adds energy in every cycle: a *resonance*. A"
+        " chart of loci with these lines is a *Campbell diagram*; machines are kept away from its"
+        " intersections, or run through them fast.",
+        proof=Fact(
+            "3γ equals the frequency of B2 at γ = {:.3f}; 1γ equals that of B1 at γ = {:.3f}.",
+            lambda: (values.resonance(3, "B2"), values.resonance(1, "B1")),
+        ),
+        challenge=Challenge(
+            "Find the speed at which a force three times per revolution excites B2.",
+            "gamma",
+            0.1,
+            lambda: values.resonance(3, "B2"),
+            lambda s: (
+                f"B2 vibrates {values.labelled(s, 'B2') / s.beam.gamma:.2f} times per revolution"
+                if s.beam.gamma > 0
+                else "the beam does not rotate"
+            ),
+        ),
+    ),
+    Lesson(
+        name="paradox",
+        title="A theory that predicts collapse",
+        question="In the 1980s respected programs predicted that a spinning beam collapses."
+        " Does it?",
+        scene=SavedScene.of(gamma=2, method="zoac", mode=1),
+        do="The folder **Model** is set to **zoac**, the classical linear theory. Raise **speed γ**"
+        " beyond 4. Then set **method** to auto.",
+        see="B1 falls to zero and the page says: unstable. With auto the beam stays stable.",
+        meaning="The linear theory neglects that bending draws the tip inward, against the"
+        " centrifugal force. So it has the softening of the second lesson without the"
+        " stiffening of the first. Kane, Ryan and Banerjee showed it in 1987: *Kane's paradox*.",
+        proof=Fact(
+            "In the linear theory ω of B1 is 0 at γ = {:.3f}; its exact value there is {:.3f}.",
+            lambda: (
+                (speed := values.first_unstable(BARE, 5, method="zoac")),
+                frequency(BARE.replace(gamma=speed)),
+            ),
+        ),
+        challenge=Challenge(
+            "With zoac, find the speed at which the beam becomes unstable.",
+            "gamma",
+            0.05,
+            lambda: values.first_unstable(BARE, 5, method="zoac"),
+            lambda s: f"ω² of B1 is {s.squares[0]:.2f}",
+        ),
+    ),
+    Lesson(
+        name="buckling",
+        title="Pointing inward",
+        question="Clamp the beam to a rim so that it points at the axis. What does rotation do to"
+        " it now?",
+        scene=SavedScene.of(gamma=1, delta=-1, mode=1),
+        do="Hub δ is −1: the tip touches the axis. Raise **speed γ** from 1 to 3.5.",
+        see="B1 falls instead of rising, and reaches zero. Beyond, the page says: unstable.",
+        meaning="The centrifugal force now compresses the beam, like the load on a column. Beyond a"
+        " critical speed the straight beam is still in equilibrium, but the smallest disturbance"
+        " grows: *buckling*. This time it is real.",
+        proof=Fact(
+            "The straight beam buckles at γ = {:.3f}; ω of B1 at rest is {:.3f}.",
+            lambda: (values.first_unstable(INWARD, 5), frequency(INWARD)),
+        ),
+        challenge=Challenge(
+            "Find the speed at which it buckles.",
+            "gamma",
+            0.05,
+            lambda: values.first_unstable(INWARD, 5),
+            lambda s: f"ω² of B1 is {s.squares[0]:.2f}",
+        ),
+    ),
+    Lesson(
+        name="stretch-jump",
+        title="Where the strain jumps",
+        question="Rotation makes the beam longer. Equally so on both sides of the mass?",
+        scene=SavedScene.of(alpha=1, beta=0.5, gamma=10, colouring="axial strain", mode=1),
+        do="Orange is longer, blue is shorter than at rest. Drag **speed γ** up to 20.",
+        see="The inner half turns orange first, and the colour changes at once at the mass.",
+        meaning="Just inside the mass, the axial force carries the mass and the beam beyond it;"
+        " just outside, only the beam. The force has a step there, so the strain has one: a"
+        " *jump of the gradient*. A method that assumes a smooth strain needs very many elements"
+        " to approximate it.",
+        proof=Fact(
+            "At γ = 10 the beam is {:.2f} % longer just inside the mass, {:.2f} % just outside.",
+            lambda: tuple(
+                100 * strain for strain in values.strain_at_mass(solve(MIDDLE.replace(gamma=10)))
+            ),
+        ),
+        challenge=Challenge(
+            "Find the speed at which it is 5 % longer just inside the mass.",
+            "gamma",
+            0.1,
+            lambda: values.strain_speed(0.05),
+            lambda s: "just inside +{:.2f} %, just outside +{:.2f} %".format(
+                *(100 * strain for strain in values.strain_at_mass(s))
+            ),
+        ),
+    ),
+    Lesson(
+        name="no-equilibrium",
+        title="When the material law has a limit",
+        question="A program finds no equilibrium for a fast beam. Is the program wrong?",
+        scene=SavedScene.of(gamma=20, delta=1, strain="hencky", mode=1),
+        do="The folder **Model** is set to the law **hencky** (logarithmic strain). Raise"
+        " **speed γ** towards 40. Then set **strain** to green.",
+        see="The page says: no equilibrium, and gives the highest speed that has one. With green"
+        " there is an equilibrium.",
+        meaning="Under this law the axial force has a maximum, at a stretch of 2.72: a faster beam"
+        " needs a larger force at its root than the material can carry. This is a *limit point*;"
+        " no method can find an equilibrium beyond it. The paper saw a commercial program fail"
+        " in such a case and called it less stable than its own; with this law the program"
+        " would have been right.",
+        proof=Fact(
+            "hencky: an equilibrium up to γ = {:.3f} (with δ = 0: {:.3f}). green has one at"
+            " γ = 50 too, the root stretched {:.2f} times.",
+            lambda: (
+                values.last_equilibrium(ON_A_HUB, strain="hencky"),
+                values.last_equilibrium(BARE, strain="hencky"),
+                solve(ON_A_HUB.replace(gamma=50)).equilibrium.max_stretch,
+            ),
+        ),
+        challenge=Challenge(
+            "With hencky, find the highest speed with an equilibrium.",
+            "gamma",
+            0.1,
+            lambda: values.last_equilibrium(ON_A_HUB, strain="hencky"),
+            lambda s: f"the root is stretched {s.equilibrium.max_stretch:.2f} times",
+        ),
+    ),
+)
+
+NAMES = tuple(lesson.name for lesson in LESSONS)
+
+
+def lesson(name: str) -> Lesson:
+    """The lesson of that name; InvalidInput lists them all."""
+    for one in LESSONS:
+        if one.name == name:
+            return one
+    raise InvalidInput(f"lesson = {name}: must be one of {', '.join(NAMES)}")

@@ -1,4 +1,4 @@
-"""What a lesson is: words, a scene to start from, numbers that are computed, and a challenge."""
+"""A lesson: texts, a scene to start from, a computed proof and a challenge that is checked."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -11,14 +11,14 @@ from beamviz.plotting.style import SYMBOLS
 from beamviz.scene import SavedScene
 from beamviz.solver import Solution
 
-ACCURACY = ("elements", "tolerance")  # which change no answer that is right
+ACCURACY = ("elements", "tolerance")  # options that do not change a correct answer
 ON_OFF = {True: "on", False: "off"}
 LABELS = {"coriolis": "Coriolis", "softening": "spin softening"}
-LEAST_MASS = 0.5
+MIN_MASS = 0.5  # alpha, where a challenge leaves the mass free
 
 
 class Verdict(NamedTuple):
-    """Whether a challenge is met, and what to say about it."""
+    """Whether a challenge is met, and the reason."""
 
     met: bool
     words: str
@@ -26,7 +26,7 @@ class Verdict(NamedTuple):
 
 @dataclass(frozen=True)
 class Fact:
-    """A sentence with places for numbers, and how they are computed."""
+    """A sentence with placeholders, and the function that computes their numbers."""
 
     sentence: str
     compute: Callable[[], tuple[float, ...]]
@@ -44,30 +44,31 @@ class Fact:
 
 @dataclass(frozen=True)
 class Challenge:
-    """A value to be found for one number of the beam, while all else is as in the lesson.
+    """Find a value of one of the five numbers; everything else stays as in the lesson's scene.
 
-    within: how near to an answer is near enough. gauge: what to watch, measured on the beam as
-    it is. free: what may be changed as well.
+    number: "alpha", "beta", "gamma", "delta" or "mu"; within: accepted distance from the answer;
+    compute: returns the answer; gauge: describes the quantity to watch, measured on a solution;
+    free: numbers and options that may be changed as well.
     """
 
     task: str
     number: str
     within: float
-    compute: Callable[[], tuple[float, ...]]
+    compute: Callable[[], float]
     gauge: Callable[[Solution], str]
     free: tuple[str, ...] = ()
 
     @cached_property
-    def answers(self) -> tuple[float, ...]:
-        """The values that meet it, computed once."""
+    def answer(self) -> float:
+        """The value that meets the challenge, computed once."""
         return self.compute()
 
 
 @dataclass(frozen=True)
 class Lesson:
-    """A question about the beam, answered by playing with it.
+    """A question about the beam, answered by experiment.
 
-    Words between single stars are the field's terms, between double ones names on the page.
+    In the texts, *single stars* mark technical terms and **double stars** controls of the page.
     """
 
     name: str
@@ -81,36 +82,33 @@ class Lesson:
     scene: SavedScene
 
     def check(self, beam: Beam, options: Mapping[str, Any]) -> Verdict:
-        """Whether a beam, solved with `options`, meets the challenge."""
-        if words := self._astray(beam, options):
-            return Verdict(False, words)
+        """Whether `beam`, solved with the keywords `options` of `solve`, meets the challenge."""
+        if obstacle := self._obstacle(beam, options):
+            return Verdict(False, obstacle)
         number, within = self.challenge.number, self.challenge.within
-        value = getattr(beam, number)
-        answer = min(self.challenge.answers, key=lambda answer: abs(answer - value))
+        value, answer = getattr(beam, number), self.challenge.answer
         if abs(answer - value) > within:
             return Verdict(False, "")
-        words = f"{SYMBOLS[number]} = {value:.5g} is within {within:g} of {answer:.5g}."
-        return Verdict(True, words)
+        symbol = SYMBOLS[number]
+        return Verdict(True, f"{symbol} = {value:.5g} is within {within:g} of {answer:.5g}.")
 
     def measured(self, solution: Solution) -> str:
-        """What the gauge says of a beam, "" where it cannot tell."""
+        """The challenge's gauge for a solution, "" where it is undefined."""
         try:
             words = self.challenge.gauge(solution)
         except BeamvizError:
             return ""
         return "" if "nan" in words else words
 
-    def _astray(self, beam: Beam, options: Mapping[str, Any]) -> str:
-        """What has to be put back before the challenge can be met, or ""."""
-        free, own = self.challenge.free, self.scene
-        if "alpha" in free and beam.alpha < LEAST_MASS:
-            return (
-                f"Make the mass α at least {LEAST_MASS:g}: a lighter one is hardly felt anywhere."
-            )
-        for name, start in own.beam.numbers.items():
+    def _obstacle(self, beam: Beam, options: Mapping[str, Any]) -> str:
+        """The change that has to be undone before the challenge can be met, or ""."""
+        free = self.challenge.free
+        if "alpha" in free and beam.alpha < MIN_MASS:
+            return f"Make the mass α at least {MIN_MASS:g}: a lighter one has little effect."
+        for name, start in self.scene.beam.numbers.items():
             if name not in (*free, self.challenge.number) and getattr(beam, name) != start:
                 return f"Put the {NAMES[name]} {SYMBOLS[name]} back to {start:g} first."
-        for name, choice in own.options.items():
+        for name, choice in self.scene.options.items():
             if name not in (*free, *ACCURACY) and options.get(name, choice) != choice:
                 return f"Put {LABELS.get(name, name)} back to {ON_OFF.get(choice, choice)} first."
         return ""

@@ -13,7 +13,7 @@ from beamviz import Beam, __version__, solve
 from beamviz.beam import LIMITS
 from beamviz.cli.options import beam_and_model
 from beamviz.errors import NoEquilibrium, NotConverged
-from beamviz.lessons.content import lesson
+from beamviz.lessons import lesson
 from beamviz.output import decimals
 from beamviz.scene import SavedScene
 from beamviz.solver import CHOICES, MAX_MODES

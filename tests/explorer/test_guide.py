@@ -19,7 +19,7 @@ from beamviz.explorer.app import explorer
 from beamviz.explorer.features.lessons import BACK, NEXT, NONE, RESET
 from beamviz.explorer.features.lessons_html import marked
 from beamviz.explorer.url import arrive
-from beamviz.lessons.content import LESSONS, lesson
+from beamviz.lessons import LESSONS, lesson
 from beamviz.scene import SavedScene
 
 
@@ -162,7 +162,7 @@ def test_the_answer_is_checked_live(guest, name, label, value):
     assert "Now: " in read(guest)
     guest.choose(label, value)
     guest.says("Right!")
-    (answer,) = lesson(name).challenge.answers
+    answer = lesson(name).challenge.answer
     assert f"{answer:.5g}" in guest.text
     guest.choose("lesson", NONE)
     guest.says(f"Challenges met: 1 of {len(LESSONS)}")

@@ -7,7 +7,7 @@ from browser import NO_BROWSER, Page, button, field, page, says
 
 from beamviz.explorer.app import explorer
 from beamviz.exports.browser import found_browser
-from beamviz.lessons.content import lesson
+from beamviz.lessons import lesson
 from beamviz.scene import SavedScene
 
 pytestmark = [

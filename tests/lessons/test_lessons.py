@@ -15,8 +15,8 @@ from beamviz.beam import Beam
 from beamviz.cli.commands import main
 from beamviz.errors import InvalidInput
 from beamviz.explorer.page.inputs import NUMBERS
-from beamviz.lessons.content import INWARD, LESSONS, ON_A_HUB, lesson
-from beamviz.lessons.model import LEAST_MASS, Lesson
+from beamviz.lessons import INWARD, LESSONS, ON_A_HUB, lesson
+from beamviz.lessons.model import MIN_MASS, Lesson
 from beamviz.lessons.reference_values import BARE, MIDDLE, TIP
 from beamviz.solver import solve
 
@@ -31,8 +31,7 @@ def proof(name: str) -> tuple[float, ...]:
 
 def answer(name: str) -> float:
     """The only answer to a challenge."""
-    (value,) = NAMED[name].challenge.answers
-    return value
+    return NAMED[name].challenge.answer
 
 
 # The numbers, against an independent solution
@@ -232,10 +231,9 @@ def tipping(beam: Beam) -> float:
 def test_only_the_answer_meets_the_challenge(one: Lesson):
     """Within the tolerance on both sides, not beyond it, and not where the lesson starts."""
     name, within = one.challenge.number, one.challenge.within
-    for value in one.challenge.answers:
-        for away, met in ((0, True), (0.9, True), (-0.9, True), (1.2, False), (-1.2, False)):
-            beam = one.scene.beam.replace(**{name: value + away * within})
-            assert one.check(beam, one.scene.options).met is met
+    for away, met in ((0, True), (0.9, True), (-0.9, True), (1.2, False), (-1.2, False)):
+        beam = one.scene.beam.replace(**{name: one.challenge.answer + away * within})
+        assert one.check(beam, one.scene.options).met is met
     assert not one.check(one.scene.beam, one.scene.options).met
 
 
@@ -244,14 +242,13 @@ def test_a_slider_can_meet_the_challenge(one: Lesson):
     """One of its steps is near enough."""
     _, low, high, step, _ = NUMBERS[one.challenge.number]
     values = np.arange(round((high - low) / step) + 1) * step + low
-    for value in one.challenge.answers:
-        assert abs(values - value).min() <= one.challenge.within
+    assert abs(values - one.challenge.answer).min() <= one.challenge.within
 
 
 @EACH
 def test_anything_else_has_to_be_as_in_the_lesson(one: Lesson):
     """Another hub, another slenderness, another law: named, with the value to go back to."""
-    beam = one.scene.beam.replace(**{one.challenge.number: one.challenge.answers[0]})
+    beam = one.scene.beam.replace(**{one.challenge.number: one.challenge.answer})
     verdict = one.check(beam.replace(mu=71), one.scene.options)
     assert verdict == (False, "Put the slenderness μ back to 70 first.")
     other = "biot"
@@ -268,9 +265,9 @@ def test_what_is_free_may_differ():
     nodes, planes = NAMED["nodes"], NAMED["two-planes"]
     beam = nodes.scene.beam.replace(beta=0.785)
     assert nodes.check(beam.replace(alpha=3), {}).met
-    assert nodes.check(beam.replace(alpha=LEAST_MASS / 2), {}) == (
+    assert nodes.check(beam.replace(alpha=MIN_MASS / 2), {}) == (
         False,
-        "Make the mass α at least 0.5: a lighter one is hardly felt anywhere.",
+        "Make the mass α at least 0.5: a lighter one has little effect.",
     )
     assert planes.check(Beam(gamma=8), {"plane": "flapwise"}).met
 
@@ -279,7 +276,7 @@ def test_what_is_free_may_differ():
 def test_the_gauge_measures_the_beam_as_it_is(one: Lesson):
     """It says something else at the answer than at the start, in finite numbers."""
     start = one.challenge.gauge(solve(one.scene.beam, **one.scene.options))
-    value = one.challenge.answers[0] - 0.5 * one.challenge.within
+    value = one.challenge.answer - 0.5 * one.challenge.within
     beam = one.scene.beam.replace(**{one.challenge.number: value})
     there = one.challenge.gauge(solve(beam, **one.scene.options))
     assert start != there

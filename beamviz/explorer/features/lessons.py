@@ -9,7 +9,7 @@ from beamviz.explorer.features.lessons_html import STEPS
 from beamviz.explorer.page.inputs import assign, heard
 from beamviz.explorer.page.panel import Panel
 from beamviz.explorer.solver_job import Answer
-from beamviz.lessons.content import LESSONS, NAMES
+from beamviz.lessons import LESSONS, NAMES
 from beamviz.lessons.model import Lesson
 from beamviz.scene import SavedScene
 
@@ -140,4 +140,4 @@ class Guide:
 
 def prepare(lesson: Lesson) -> tuple[float, ...]:
     """Compute the numbers of a lesson, here rather than in the thread that draws for all."""
-    return lesson.proof.numbers + lesson.challenge.answers
+    return (*lesson.proof.numbers, lesson.challenge.answer)

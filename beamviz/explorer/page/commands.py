@@ -10,7 +10,7 @@ from viser import GuiApi
 from beamviz.explorer.features.lessons import Guide
 from beamviz.explorer.page.panel import BESIDE, RIDING, Panel
 from beamviz.explorer.request import MODES
-from beamviz.lessons.content import LESSONS
+from beamviz.lessons import LESSONS
 
 KEYS = (
     ("P", "pause or play"),
