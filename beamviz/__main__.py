@@ -2,17 +2,17 @@
 
 import sys
 
-from beamviz.signals import Ended, ending
+from beamviz.signals import Terminated, terminate_on_signal
 
 
 def main() -> int:
     """Run this process's command line; the exit code."""
     try:
-        with ending():
+        with terminate_on_signal():
             from beamviz.cli.commands import main
 
             return main()
-    except Ended as end:
+    except Terminated as end:
         return end.code
 
 

@@ -14,7 +14,7 @@ PATIENCE, MOMENT = 5.0, 0.05  # [s]
 Handler = Callable[[int, FrameType | None], None]
 
 
-class Ended(BaseException):
+class Terminated(BaseException):
     """A signal asked the process to end; `code` is its exit code."""
 
     def __init__(self, number: int):
@@ -23,17 +23,17 @@ class Ended(BaseException):
 
 
 @contextlib.contextmanager
-def ending() -> Iterator[None]:
-    """Within, SIGINT or SIGTERM raises Ended, so that what is open is closed; further ones change
-    nothing for a while, up to the end of the process, so that closing it is not disturbed."""
+def terminate_on_signal() -> Iterator[None]:
+    """Within, SIGINT or SIGTERM raises Terminated, so that what is open is closed; further ones
+    change nothing for a while, up to the end of the process."""
     asked: list[float] = []
 
     def end(number: int, frame: FrameType | None) -> None:
         if importing(frame):
-            again(number)
+            reraise(number)
         elif not asked or time.monotonic() - asked[-1] > PATIENCE:
             asked.append(time.monotonic())
-            raise Ended(number)
+            raise Terminated(number)
 
     before = handled_by(end)
     try:
@@ -46,14 +46,14 @@ def ending() -> Iterator[None]:
 
 @contextlib.contextmanager
 def unswallowed(asked: list[float]) -> Iterator[None]:
-    """Within, an Ended raised where Python lets nothing out (in `__del__`, say, which runs at any
+    """Within, a Terminated raised where Python ignores exceptions (in `__del__`, which runs at any
     moment) is not lost: its signal comes again."""
     usual = sys.unraisablehook
 
     def swallowed(lost: Any) -> None:
-        if isinstance(lost.exc_value, Ended):
+        if isinstance(lost.exc_value, Terminated):
             asked.clear()
-            again(lost.exc_value.number)
+            reraise(lost.exc_value.number)
         else:
             usual(lost)
 
@@ -71,7 +71,7 @@ def importing(frame: FrameType | None) -> bool:
     return frame is not None
 
 
-def again(number: int) -> None:
+def reraise(number: int) -> None:
     """Let a signal come once more in a moment, to whoever handles it then."""
     if hasattr(signal, "setitimer"):  # not on Windows, where the next Ctrl-C has to do
         signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(number))
@@ -79,17 +79,17 @@ def again(number: int) -> None:
 
 
 @contextlib.contextmanager
-def undisturbed() -> Iterator[None]:
+def defer_signals() -> Iterator[None]:
     """Within, a signal waits: what is started here is known to who must end it."""
     waiting: list[int] = []
-    with handled(lambda number, _: waiting.append(number)):
+    with handle_signals(lambda number, _: waiting.append(number)):
         yield
     for number in waiting[:1]:
         signal.raise_signal(number)
 
 
 @contextlib.contextmanager
-def handled(handler: Handler) -> Iterator[None]:
+def handle_signals(handler: Handler) -> Iterator[None]:
     """Within, both signals are handled by `handler`."""
     before = handled_by(handler)
     try:

@@ -49,7 +49,7 @@ START = Beam(alpha=1, beta=0.5, gamma=10)
 SERVE = """
 import sys
 from beamviz.beam import Beam
-from beamviz.scene_file import SavedScene
+from beamviz.scene import SavedScene
 from beamviz.explorer.app import serve
 visitors, processes = map(int, sys.argv[1:])
 scene = SavedScene(Beam(alpha=1, beta=0.5, gamma=10))

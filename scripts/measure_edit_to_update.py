@@ -24,7 +24,7 @@ from visitor import Visitor, redrawn, visitor  # type: ignore[import-not-found] 
 TABLE = 'aria-label="modes"'
 SERVE = """
 from beamviz.beam import Beam
-from beamviz.scene_file import SavedScene
+from beamviz.scene import SavedScene
 from beamviz.explorer.app import serve
 serve(SavedScene(Beam(alpha=1, beta=0.5, gamma=10)), port=0)
 """

@@ -10,7 +10,7 @@ from beamviz.drawing.instances import HIDDEN, add_bodies, ball, box, put, sleeve
 from beamviz.drawing.modes import Shapes, amplitudes, displacement
 from beamviz.drawing.objects import Ghosts, Ground, Hub, Nodes, light, placed, turned
 from beamviz.drawing.subdivision import Seen, cut
-from beamviz.server.viser_private import assigned, oriented, positioned
+from beamviz.server.viser_private import set_orientation, set_position, set_properties
 from beamviz.view_options import Look
 
 
@@ -65,7 +65,7 @@ class Scene:
         beam = shapes.beam
         self.section = sizes.section(beam, look.thicken)
         middle = [0.0, 0.0, self.height] - camera.target(shapes, look.riding)
-        positioned(self.stage, middle)
+        set_position(self.stage, middle)
         self.ground.show(beam, riding=look.riding)
         self.hub.show(beam)
         self.ground.grid.visible = self.alone
@@ -88,7 +88,7 @@ class Scene:
         self.words.visible = bool(words)
         if words:
             self.words.text = words
-            positioned(self.words, (beam.delta + 0.5, 0.0, 0.12))
+            set_position(self.words, (beam.delta + 0.5, 0.0, 0.12))
 
     def move(self, phases: np.ndarray, amplitudes: np.ndarray, angle: float) -> None:
         """Put the beam where it is at phases (m,) [rad] for amplitudes (m,), the hub turned by
@@ -108,9 +108,9 @@ class Scene:
         put(self.ends, *(part[:: len(paint) - 1] for part in (*body, paint)))  # sleeves are open
         self.nodes.move(points, body[1])
         place = points[shapes.mass : shapes.mass + 1].astype(np.float32)
-        assigned(self.mass, {"batched_positions": place})
-        oriented(self.ground.grid, turned(-angle if self.look.riding else 0.0))
-        oriented(self.wheel, turned(0.0 if self.look.riding else angle))
+        set_properties(self.mass, {"batched_positions": place})
+        set_orientation(self.ground.grid, turned(-angle if self.look.riding else 0.0))
+        set_orientation(self.wheel, turned(0.0 if self.look.riding else angle))
 
     @property
     def beam(self) -> BatchedMeshHandle:
@@ -121,7 +121,7 @@ class Scene:
         """Go on with another count of pieces: those of the last one vanish in the same frame."""
         if self.count and self.count != count:
             gone = np.full((self.count, 3), HIDDEN, np.float32)
-            assigned(self.beam, {"batched_scales": gone})
+            set_properties(self.beam, {"batched_scales": gone})
         self.count = count
 
     def paint(self, moved: np.ndarray, largest: float) -> np.ndarray:

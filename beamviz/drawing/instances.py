@@ -4,7 +4,7 @@ import numpy as np
 import trimesh
 from viser import BatchedMeshHandle, SceneApi
 
-from beamviz.server.viser_private import assigned
+from beamviz.server.viser_private import set_properties
 
 HIDDEN = 1e-6  # size of what is not shown
 
@@ -68,4 +68,4 @@ def put(
         "batched_scales": lengths.astype(np.float32),
         "batched_colors": paint,
     }
-    assigned(bodies, placed)
+    set_properties(bodies, placed)

@@ -13,7 +13,7 @@ from beamviz.drawing import colours, sizes
 from beamviz.drawing.instances import HIDDEN, add_bodies, box
 from beamviz.drawing.modes import Shapes
 from beamviz.drawing.subdivision import SCALE
-from beamviz.server.viser_private import assigned, positioned
+from beamviz.server.viser_private import set_position, set_properties
 
 HUB_HEIGHT = 0.14
 HOOP = 0.05
@@ -159,9 +159,9 @@ class Ghosts:
         body = 0.97 * size  # not in the same faces as the beam
         body[0], size[0] = end - start, 1.0
         vertices = BOX * body + [start, 0.0, 0.0]
-        assigned(self.stretched, {"vertices": vertices.astype(np.float32)})
+        set_properties(self.stretched, {"vertices": vertices.astype(np.float32)})
         edges = EDGES * size + [shapes.beam.delta + 0.5, 0.0, 0.0]
-        assigned(self.outline, {"points": edges.astype(np.float32)})
+        set_properties(self.outline, {"points": edges.astype(np.float32)})
 
 
 def place_of(x: float, units: Units | None) -> str:
@@ -180,7 +180,7 @@ def reshape(body: MeshHandle, vertices: np.ndarray, faces: np.ndarray) -> None:
     shape = {"vertices": vertices.astype(np.float32)}
     if len(faces) != len(body.faces):
         shape["faces"] = faces.astype(np.uint32)
-    assigned(body, shape)
+    set_properties(body, shape)
 
 
 def unit_edges() -> np.ndarray:
@@ -247,8 +247,8 @@ class Nodes:
                 section[0] * across + section[1] * np.abs(normal)
             )
             self.labels[k].text = f"{label} node at {place_of(x, shapes.beam.units)}"
-            positioned(self.labels[k], points[0] - [0.0, 0.0, scales[k][2] / 2 + 0.05])
-        assigned(self.collars, {"batched_scales": scales})
+            set_position(self.labels[k], points[0] - [0.0, 0.0, scales[k][2] / 2 + 0.05])
+        set_properties(self.collars, {"batched_scales": scales})
         count = len(marks) if labels else 0
         for k in range(min(count, self.count), max(count, self.count)):
             self.labels[k].visible = k < count
@@ -264,4 +264,4 @@ class Nodes:
         turns[:, 0] = 1.0
         turns[: len(share)] = wxyz[piece]
         centres[: len(share)] = (1 - share) * points[piece] + share * points[piece + 1]
-        assigned(self.collars, {"batched_positions": centres, "batched_wxyzs": turns})
+        set_properties(self.collars, {"batched_positions": centres, "batched_wxyzs": turns})

@@ -11,7 +11,7 @@ from beamviz.drawing import colours, sizes
 from beamviz.drawing.modes import Shapes, displacement
 from beamviz.drawing.objects import BOX, SIDES, Nodes, placed, reshape
 from beamviz.drawing.subdivision import Seen, cut
-from beamviz.server.viser_private import positioned
+from beamviz.server.viser_private import set_position
 from beamviz.view_options import Look
 
 OPACITY = 0.3
@@ -47,7 +47,7 @@ class Ghost:
         self.title.text = title
         points, _ = placed(shapes, shapes.centreline)
         top = points[shapes.mass if shapes.beam.alpha > 0 else -1] + ABOVE
-        positioned(self.title, top + [0.0, 0.0, self.mass.radius])
+        set_position(self.title, top + [0.0, 0.0, self.mass.radius])
 
     def hide(self) -> None:
         """Draw nothing."""
@@ -60,4 +60,4 @@ class Ghost:
         points, normal = placed(shapes, shapes.centreline + moved)
         reshape(self.body, *tube.swept(points, normal, *self.section))
         self.nodes.move(points, tube.segments(points, normal, *self.section)[1])
-        positioned(self.mass, points[shapes.mass])
+        set_position(self.mass, points[shapes.mass])

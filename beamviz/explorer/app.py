@@ -18,12 +18,18 @@ from beamviz.explorer.frames import Animator
 from beamviz.explorer.page.theme import theme
 from beamviz.explorer.visitor_camera import LIFT, lifted, place
 from beamviz.scene import SavedScene
-from beamviz.server.access import LOOPBACK, PARAMETER, VISITORS, Door, public_url
-from beamviz.server.hosting import hosted, listening
-from beamviz.server.processes import team, usual
-from beamviz.server.viser_private import check_versions
-from beamviz.server.visitor_count import Attendance
-from beamviz.signals import handled
+from beamviz.server import run_server
+from beamviz.server.access import (
+    KEY_PARAMETER,
+    LOOPBACK,
+    MAX_VISITORS,
+    Access,
+    VisitorCount,
+    public_url,
+)
+from beamviz.server.processes import listening_sockets, team, usual
+from beamviz.server.viser_private import check_attributes
+from beamviz.signals import handle_signals
 from beamviz.solver import solve
 
 SOLVERS = 2  # at once, for all visitors together
@@ -40,7 +46,7 @@ def serve(
     port: int = 8080,
     open_browser: bool = False,
     public: str = "",
-    visitors: int = VISITORS,
+    visitors: int = MAX_VISITORS,
     follow: bool = False,
     processes: int | None = None,
 ) -> None:
@@ -59,18 +65,23 @@ def serve(
     shared = bool(public) or host not in LOOPBACK
     key = secrets.token_urlsafe(KEY_BYTES) if shared else ""
     presenter = secrets.token_urlsafe(KEY_BYTES) if follow else ""
-    door = {"visitor": key, "presenter": presenter, "public": public, "room": visitors}
+    access = {
+        "visitor_key": key,
+        "presenter_key": presenter,
+        "public": public,
+        "max_visitors": visitors,
+    }
     count = usual(processes, shared=shared, follow=follow)
     gc.freeze()  # all that is loaded stays: no collection of garbage has to look through it again
     with stopping() as stopped:
-        served = alone(scene, host, port, stopped, door)
+        served = alone(scene, host, port, stopped, access)
         if count > 1:
-            served = together(scene, host, port, stopped, door, count)
+            served = together(scene, host, port, stopped, access, count)
         with served as (url, wait):
             words = "whoever has this link can use it; " if key else ""
             print(f"beamviz is at {url} ({words}Ctrl-C ends it)", flush=True)
             if presenter:
-                lead = f"{url.split('?')[0].rstrip('/')}/?{PARAMETER}={presenter}"
+                lead = f"{url.split('?')[0].rstrip('/')}/?{KEY_PARAMETER}={presenter}"
                 print(f"the presenter's link, for nobody else: {lead}", flush=True)
             if open_browser:
                 webbrowser.open(lead if presenter else url)
@@ -79,29 +90,34 @@ def serve(
 
 @contextlib.contextmanager
 def alone(
-    scene: SavedScene, host: str, port: int, stopped: Stopped, door: dict[str, Any]
+    scene: SavedScene, host: str, port: int, stopped: Stopped, access: dict[str, Any]
 ) -> Served:
     """The explorer in this process."""
-    with explorer(scene, host, port, **door) as url:
+    with explorer(scene, host, port, **access) as url:
         yield url, partial(until_ended, stopped)
 
 
 @contextlib.contextmanager
 def together(
-    scene: SavedScene, host: str, port: int, stopped: Stopped, door: dict[str, Any], processes: int
+    scene: SavedScene,
+    host: str,
+    port: int,
+    stopped: Stopped,
+    access: dict[str, Any],
+    processes: int,
 ) -> Served:
     """The explorer in several processes."""
-    check_versions()
-    attendance = Attendance(processes)
+    check_attributes()
+    visitor_count = VisitorCount(processes)
 
     def run(number: int, listener: socket.socket, ready: Callable[[], None]) -> None:
-        attendance.number = number
-        with explorer(scene, host, attendance=attendance, listener=listener, **door):
+        visitor_count.number = number
+        with explorer(scene, host, visitor_count=visitor_count, listener=listener, **access):
             ready()
             until_ended(stopped)
 
-    with listening(host, port) as lines, team(lines, attendance, run) as workers:
-        url = Door(host, lines[0].getsockname()[1], **door).url
+    with listening_sockets(host, port) as lines, team(lines, visitor_count, run) as workers:
+        url = Access(host, lines[0].getsockname()[1], **access).url
         yield url, lambda: workers.serve(lambda: not stopped.empty())
 
 
@@ -110,15 +126,15 @@ def explorer(
     scene: SavedScene,
     host: str = "127.0.0.1",
     port: int = 0,
-    attendance: Attendance | None = None,
+    visitor_count: VisitorCount | None = None,
     listener: socket.socket | None = None,
-    **door: Any,
+    **access: Any,
 ) -> Iterator[str]:
-    """A running explorer, by its URL, which holds the key if one is needed; attendance and
-    listener: see hosted; door: keywords of Door."""
-    attendance = attendance or Attendance()
+    """A running explorer, by its URL, which holds the key if one is needed; visitor_count and
+    listener: see run_server; access: keywords of Access."""
+    visitor_count = visitor_count or VisitorCount()
     with (
-        hosted(host, port, attendance=attendance, listener=listener, **door) as server,
+        run_server(host, port, visitor_count=visitor_count, listener=listener, **access) as server,
         Threads(SOLVERS, "solver") as pool,
         Threads(CHARTERS, "charter") as charts,
     ):
@@ -126,8 +142,8 @@ def explorer(
         rest = Shapes.at_rest(scene.beam, scene.options["plane"])
         fitted = lifted(camera.viewpoint(rest, scene.look.riding, aspect=1.0, lift=LIFT))
         place(server.initial_camera, scene.camera or fitted)
-        entrance = Door(host, server.get_port(), **door)
-        animator = Animator(server, scene, pool, charts, entrance, attendance)
+        entrance = Access(host, server.get_port(), **access)
+        animator = Animator(server, scene, pool, charts, entrance, visitor_count)
         try:
             yield entrance.url
         finally:
@@ -141,7 +157,7 @@ def stopping() -> Iterator[Stopped]:
     A SimpleQueue, whose put may interrupt its own get; an Event is not made for that.
     """
     stopped: Stopped = queue.SimpleQueue()
-    with handled(lambda number, _: stopped.put(number)):
+    with handle_signals(lambda number, _: stopped.put(number)):
         yield stopped
 
 

@@ -16,11 +16,10 @@ from viser import ClientHandle, ViserServer
 from beamviz.explorer.session import Session
 from beamviz.explorer.solve_queue import Turns
 from beamviz.scene import SavedScene
-from beamviz.server.access import Door
+from beamviz.server.access import Access, VisitorCount
 from beamviz.server.connection import presents
-from beamviz.server.log import Journal
-from beamviz.server.viser_private import dismiss, opening
-from beamviz.server.visitor_count import Attendance
+from beamviz.server.log import RateLimitedLog
+from beamviz.server.viser_private import disconnect, handshake_request
 
 FRAMES = 25  # a second, for one visitor
 ALL_FRAMES = 800  # a second, for all visitors of all processes together
@@ -30,7 +29,7 @@ TOGETHER = 4  # answers or pictures in a row, which costs less; then messages co
 HOPS = 4  # of the event loop that a message takes to come in, or to go out
 PATIENCE = 5.0  # [s] for a picture to be finished when all ends
 
-journal = Journal(__name__)
+log = RateLimitedLog(__name__)
 
 
 async def messages() -> None:
@@ -48,11 +47,11 @@ class Animator:
         scene: SavedScene,
         pool: Executor,
         charts: Executor,
-        door: Door,
-        attendance: Attendance,
+        access: Access,
+        visitor_count: VisitorCount,
     ):
-        self.server, self.scene, self.charts, self.door = server, scene, charts, door
-        self.attendance = attendance
+        self.server, self.scene, self.charts, self.access = server, scene, charts, access
+        self.visitor_count = visitor_count
         self.loop, self.changed = server.get_event_loop(), asyncio.Event()
         self.thread: threading.Thread | None = None
         self.turns = Turns(pool, self.crowded, self.rouse)
@@ -69,7 +68,8 @@ class Animator:
     async def join(self, client: ClientHandle) -> None:
         """Open a session for a new visitor, beside the pictures of the others."""
         visitor = client.client_id
-        leading = self.door.presenter and presents(self.door, opening(self.server, visitor))
+        request = handshake_request(self.server, visitor)
+        leading = self.access.presenter_key and presents(self.access, request)
         with contextlib.suppress(RuntimeError):  # all has ended meanwhile
             opened = self.opener.submit(self.opened, client, leader=not leading)
             session = await asyncio.wrap_future(opened)
@@ -88,7 +88,7 @@ class Animator:
             self.charts,
             partial(self.wake, client.client_id),
             self.crowded,
-            self.leading if self.door.presenter and leader else None,
+            self.leading if self.access.presenter_key and leader else None,
         )
 
     def leading(self) -> Session | None:
@@ -146,7 +146,7 @@ class Animator:
             try:
                 self.turns.take(TOGETHER)
             except Exception as error:  # nobody else's picture must stop for it
-                journal.failed("answering", "visitors in a crowd", error)
+                log.error("answering", "visitors in a crowd", error)
             self.draw_next()
             await messages()
 
@@ -154,7 +154,7 @@ class Animator:
     def step(self) -> float:
         """Time [s] from one round of pictures to the next."""
         rate = FEWER_FRAMES if self.turns.waiting else FRAMES
-        return max(1 / rate, self.attendance.total / ALL_FRAMES)
+        return max(1 / rate, self.visitor_count.total / ALL_FRAMES)
 
     async def sleep(self, due: float) -> None:
         """Wait until `due`, or as long as nothing moves, or until something is new."""
@@ -198,6 +198,6 @@ class Animator:
         try:
             session.tick(time.monotonic())
         except Exception as error:
-            journal.failed("drawing", f"visitor {visitor}, who is sent off", error)
+            log.error("drawing", f"visitor {visitor}, who is sent off", error)
             self.leave(visitor)
-            dismiss(self.server, visitor)  # their page connects again, to a new session
+            disconnect(self.server, visitor)  # their page connects again, to a new session

@@ -13,12 +13,12 @@ from beamviz.explorer.jobs import Latest
 from beamviz.explorer.request import Wanted
 from beamviz.explorer.solve_queue import Turns
 from beamviz.messages import refused, unstable
-from beamviz.server.log import Journal
+from beamviz.server.log import RateLimitedLog
 from beamviz.solver import Solution, solve
 
 QUICK = 0.02  # [s] of processor time
 
-journal = Journal(__name__)
+log = RateLimitedLog(__name__)
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def answered(wanted: Wanted, previous: Shapes | None) -> Answer:
     except BeamvizError as error:
         return Answer(wanted, beam, words=refused(error, beam), message=str(error))
     except Exception as error:  # a mistake of ours must not end a visitor's session
-        journal.failed("solution", wanted, error)
+        log.error("solution", wanted, error)
         return Answer(wanted, beam, words="No solution", message=f"unexpected: {error}")
 
 

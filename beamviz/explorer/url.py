@@ -18,13 +18,13 @@ from beamviz.explorer.features.lessons import Guide
 from beamviz.explorer.page.script import running
 from beamviz.lessons import lesson
 from beamviz.scene import KEYS, SavedScene
-from beamviz.server.access import PARAMETER
+from beamviz.server.access import KEY_PARAMETER
 
 PATIENCE = 20.0  # [s] for a page to answer
 PAUSE = 0.2  # [s] between two questions
 SHOWN = 12.0  # [s] that a message stays
-# What others read from the same link: the door its key, viser's page its switches.
-OTHERS = {PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "logCamera"}
+# What others read from the same link: the access its key, viser's page its switches.
+OTHERS = {KEY_PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "logCamera"}
 # The page knows the key under a longer name, which only viser needs to know.
 NOTE = (
     "localStorage.setItem(Object.keys(localStorage).find(name => name.endsWith('{key}')),"

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-from beamviz.signals import undisturbed
+from beamviz.signals import defer_signals
 
 NAMES = (
     "chromium",
@@ -56,7 +56,7 @@ def opened(browser: str, url: str, width: int = 1280, height: int = 720) -> Iter
     with tempfile.TemporaryDirectory(prefix="beamviz-", ignore_cleanup_errors=True) as profile:
         away = None
         try:
-            with undisturbed():  # or a signal could come before the process is known
+            with defer_signals():  # or a signal could come before the process is known
                 process = started(browser, url, profile, width, height)
                 away = partial(put_away, process, Path(profile))
                 atexit.register(away)  # should a signal come as `finally` begins

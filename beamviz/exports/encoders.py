@@ -13,7 +13,7 @@ import numpy as np
 from PIL import Image
 
 from beamviz.errors import InvalidInput, Unavailable
-from beamviz.signals import undisturbed
+from beamviz.signals import defer_signals
 
 NO_FFMPEG = (
     "no ffmpeg found, which MP4 needs: pip install imageio-ffmpeg (.webp and .gif need nothing)"
@@ -108,7 +108,7 @@ def write_mp4(file: Path, frames: Frames, fps: float, sample: list[np.ndarray]) 
 @contextlib.contextmanager
 def running(command: list[str], said: IO[bytes]) -> Iterator[subprocess.Popen]:
     """A program that is fed through its stdin and ended on leaving; it complains into `said`."""
-    with undisturbed():
+    with defer_signals():
         process = subprocess.Popen(
             command,
             stdin=subprocess.PIPE,

@@ -22,7 +22,7 @@ from beamviz.plotting import loci as plot
 from beamviz.plotting import style as chart_style
 from beamviz.plotting.style import SYMBOLS
 from beamviz.scene import SavedScene
-from beamviz.server.hosting import hosted
+from beamviz.server import run_server
 
 FRAME_RATE = 30.0  # [1/s]
 MAX_FRAMES = 360
@@ -31,7 +31,7 @@ MAX_FRAMES = 360
 def write_html(file: Path, shot: Shot) -> None:
     """The page of viser, which holds all it needs, with the recorded film and a panel of ours."""
     look = shot.scene.look
-    with hosted() as server:
+    with run_server() as server:
         aside = panel(shot)
         fitted = lifted(camera.viewpoint(shot.shapes, look.riding, 1.0, LIFT))
         place(server.initial_camera, shot.scene.camera or fitted)

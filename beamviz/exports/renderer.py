@@ -19,7 +19,7 @@ from beamviz.errors import Unavailable
 from beamviz.exports.browser import found_browser, opened
 from beamviz.exports.matplotlib_renderer import drawn
 from beamviz.exports.solved_scene import Moment, Shot
-from beamviz.server.hosting import hosted
+from beamviz.server import run_server
 from beamviz.view_options import Look
 
 DEADLINE = 90.0  # [s] for one picture; a software renderer needs about 5 for the first
@@ -48,7 +48,7 @@ def studio(shot: Shot, width: int, height: int, scale: int = 1) -> Iterator[Phot
         yield lambda moment: drawn(shot, moment, width, height)
         return
     clients: queue.Queue[ClientHandle] = queue.Queue()
-    with hosted(pictures=True) as server:
+    with run_server(pictures=True) as server:
         length = shot.scale(scale * width, scale * height)
         set_up = Set(server.scene, shot, length)
         set_up.letter(scale * min(LETTERS, WIDE * width) / length)

@@ -2,6 +2,7 @@
 
 import hmac
 import ipaddress
+import mmap
 import socket
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,8 +13,9 @@ from beamviz.errors import InvalidInput
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 ANY_ADDRESS = ("0.0.0.0", "::")
 HTTP_PORT = 80
-VISITORS = 60
-PARAMETER = "token"
+MAX_VISITORS = 60
+KEY_PARAMETER = "token"
+ITEM = 8  # bytes of a count
 
 
 @dataclass(frozen=True)
@@ -26,31 +28,37 @@ class Refusal:
 
 
 @dataclass(frozen=True)
-class Door:
+class Access:
     """What a server bound to host:port answers to; each check returns a Refusal, or None.
 
-    visitor: the key that every visitor needs ("": none); presenter: the key of who leads
+    visitor_key: the key that every visitor needs ("": none); presenter_key: the key of who leads
     ("": nobody does); public: the URL under which a reverse proxy passes requests on.
     """
 
     host: str
     port: int
-    visitor: str = ""
-    presenter: str = ""
+    visitor_key: str = ""
+    presenter_key: str = ""
     public: str = ""
-    room: int = VISITORS
+    max_visitors: int = MAX_VISITORS
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """The keys that open this door; with none, it is open to whoever reaches it."""
-        return tuple(key for key in (self.visitor, self.presenter) if key) if self.visitor else ()
+        """The keys that open this access; with none, it is open to whoever reaches it."""
+        return (
+            tuple(key for key in (self.visitor_key, self.presenter_key) if key)
+            if self.visitor_key
+            else ()
+        )
 
     @property
     def url(self) -> str:
         """The link that visitors need."""
         name = reachable() if self.host in ANY_ADDRESS else self.host
         here = f"http://{f'[{name}]' if ':' in name else name}:{self.port}"
-        return (self.public or here) + (f"/?{PARAMETER}={self.visitor}" if self.visitor else "")
+        return (self.public or here) + (
+            f"/?{KEY_PARAMETER}={self.visitor_key}" if self.visitor_key else ""
+        )
 
     @property
     def cookie(self) -> str:
@@ -67,14 +75,14 @@ class Door:
             return Refusal(403, "Not from here", "A page of another site may not use this one.")
         if self.keys and not self.holds(self.keys, given(headers, path, self.cookie)):
             return Refusal(403, "A key is missing", "Ask who runs this page for its complete link,"
-                           f" which ends in ?{PARAMETER}= and a key.")  # fmt: skip
+                           f" which ends in ?{KEY_PARAMETER}= and a key.")  # fmt: skip
         return None
 
     def full(self, visitors: int) -> Refusal | None:
         """Whether one more is too many."""
-        if visitors < self.room:
+        if visitors < self.max_visitors:
             return None
-        words = f"The limit here is {self.room} at once. This page tries again by itself."
+        words = f"The limit here is {self.max_visitors} at once. This page tries again by itself."
         return Refusal(503, "The room is full", words)
 
     def answers_to(self, host: str) -> bool:
@@ -106,7 +114,7 @@ class Door:
     def presents(self, headers: Mapping[str, str], path: str) -> bool:
         """Whether a request that came in holds the presenter's key."""
         key = given(headers, path, self.cookie)
-        return bool(self.presenter) and self.holds((self.presenter,), key)
+        return bool(self.presenter_key) and self.holds((self.presenter_key,), key)
 
     def kept(self, headers: Mapping[str, str], path: str) -> str:
         """The Set-Cookie header for a key given in the path, "" where none was.
@@ -114,8 +122,8 @@ class Door:
         Lax, not Strict: a link in a mail must work, and it leads back here without the key.
         """
         parts = urlsplit(path)
-        key = parse_qs(parts.query).get(PARAMETER, [""])[0]
-        if not self.holds((self.visitor, self.presenter), key):
+        key = parse_qs(parts.query).get(KEY_PARAMETER, [""])[0]
+        if not self.holds((self.visitor_key, self.presenter_key), key):
             return ""
         secure = "; Secure" if self.scheme(headers.get("host", "")) == "https" else ""
         return f"{self.cookie}={key}; Path=/; HttpOnly; SameSite=Lax{secure}"
@@ -130,13 +138,13 @@ class Door:
 def without_key(path: str) -> str:
     """Where a link with a key leads once the key is kept: the page, with the rest of its query."""
     pairs = parse_qsl(urlsplit(path).query, keep_blank_values=True)
-    rest = urlencode([(name, value) for name, value in pairs if name != PARAMETER])
+    rest = urlencode([(name, value) for name, value in pairs if name != KEY_PARAMETER])
     return f"/?{rest}" if rest else "/"
 
 
 def given(headers: Mapping[str, str], path: str, cookie: str) -> str:
     """The key in a request: in its path, else in its cookie, else ""."""
-    if keys := parse_qs(urlsplit(path).query).get(PARAMETER):
+    if keys := parse_qs(urlsplit(path).query).get(KEY_PARAMETER):
         return keys[0]
     pairs = (pair.strip().partition("=") for pair in headers.get("cookie", "").split(";"))
     return next((value for name, _, value in pairs if name == cookie), "")
@@ -186,3 +194,24 @@ def public_url(text: str) -> str:
             f"public-url = {text}: must be a scheme and a host, like https://beams.example.org"
         )
     return f"{parts.scheme}://{parts.netloc}"
+
+
+class VisitorCount:
+    """A count for each process, in memory they share: each changes its own, all see the total."""
+
+    def __init__(self, processes: int = 1):
+        self.counts = memoryview(mmap.mmap(-1, ITEM * processes)).cast("q")
+        self.number = 0  # of this process
+
+    @property
+    def total(self) -> int:
+        """Visitors in all processes."""
+        return sum(self.counts)
+
+    def enter(self) -> None:
+        """One more has come to this process."""
+        self.counts[self.number] += 1
+
+    def leave(self) -> None:
+        """One has gone."""
+        self.counts[self.number] -= 1

@@ -1,4 +1,4 @@
-"""What every connection passes: the door, the headers that tie a page's hands, the inbox."""
+"""What every connection passes: the access, the headers that tie a page's hands, the inbox."""
 
 import contextlib
 import html
@@ -11,8 +11,8 @@ from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from beamviz.server.access import Door, Refusal, without_key
-from beamviz.server.log import Journal
+from beamviz.server.access import Access, Refusal, VisitorCount, without_key
+from beamviz.server.log import RateLimitedLog
 from beamviz.server.messages import (
     MAX_PART_BYTES,
     MAX_PICTURE_BYTES,
@@ -23,7 +23,6 @@ from beamviz.server.messages import (
     Senseless,
 )
 from beamviz.server.viser_private import PROTOCOL
-from beamviz.server.visitor_count import Attendance
 
 POLICY_VIOLATION, TRY_AGAIN_LATER = 1008, 1013
 PATIENCE = 10.0  # [s] for a request to come, and for a silent visitor to answer a ping
@@ -52,7 +51,7 @@ HEADERS = {
     "Cache-Control": "no-store",
 }
 
-journal = Journal(__name__)
+log = RateLimitedLog(__name__)
 
 Handler = Callable[[ServerConnection], Awaitable[None]]
 
@@ -70,7 +69,7 @@ class Connection(ServerConnection):
             return await self.inbox.next()
         except Senseless as error:
             words = f"sent off, for a message that makes no sense: {error}"
-            journal.note(peer(self), "senseless", words)
+            log.warn(peer(self), "senseless", words)
             await self.close(POLICY_VIOLATION, "a message that makes no sense")
             raise self.protocol.close_exc from None
 
@@ -82,17 +81,17 @@ class Photographer(Connection):
 
 
 class Guard:
-    """Stands between viser's server and the network: a door, whom it has let in, whether pictures
+    """Stands between viser's server and the network: a access, whom it has let in, whether pictures
     may come in as well, and what connections come from if not from the network itself."""
 
     def __init__(
         self,
-        door: Door,
-        attendance: Attendance,
+        access: Access,
+        visitor_count: VisitorCount,
         pictures: bool = False,
         listener: socket.socket | None = None,
     ):
-        self.door, self.attendance = door, attendance
+        self.access, self.visitor_count = access, visitor_count
         self.pictures, self.listener = pictures, listener
 
     def serve(self, handler: Handler, *place: Any, **options: Any) -> Any:
@@ -118,18 +117,18 @@ class Guard:
     ) -> Response | None:
         """Turn a request away, or let viser answer it (None: a WebSocket may open)."""
         headers = read(request)
-        if refusal := self.door.refused(headers, request.path):
+        if refusal := self.access.refused(headers, request.path):
             title = refusal.title.lower()
-            journal.note(peer(connection), title, f"turned away: {title}")
+            log.warn(peer(connection), title, f"turned away: {title}")
             return turned_away(refusal)
         opening = headers.get("upgrade", "").lower() == "websocket"
         if opening and headers.get("sec-websocket-protocol") != PROTOCOL:
             return turned_away(Refusal(400, "An old page", "Reload it."))
-        if not self.door.presents(headers, request.path) and (
-            refusal := self.door.full(self.attendance.total)
+        if not self.access.presents(headers, request.path) and (
+            refusal := self.access.full(self.visitor_count.total)
         ):
             return turned_away(refusal)
-        if not opening and (cookie := self.door.kept(headers, request.path)):
+        if not opening and (cookie := self.access.kept(headers, request.path)):
             headers = {"Location": without_key(request.path), "Set-Cookie": cookie}
             return reply(303, "See Other", b"", headers)
         return page(connection, request)
@@ -150,17 +149,17 @@ class Guard:
         """Let a visitor in for as long as they stay, unless others were faster."""
         request = connection.request
         assert request
-        if presents(self.door, request):
+        if presents(self.access, request):
             await served(connection, handler)
             return
-        self.attendance.enter()
+        self.visitor_count.enter()
         try:
-            if self.door.full(self.attendance.total - 1):
+            if self.access.full(self.visitor_count.total - 1):
                 await connection.close(TRY_AGAIN_LATER, "the room is full")
             else:
                 await served(connection, handler)
         finally:
-            self.attendance.leave()
+            self.visitor_count.leave()
 
 
 async def served(connection: ServerConnection, handler: Handler) -> None:
@@ -169,9 +168,9 @@ async def served(connection: ServerConnection, handler: Handler) -> None:
         await handler(connection)
 
 
-def presents(door: Door, request: Request | None) -> bool:
+def presents(access: Access, request: Request | None) -> bool:
     """Whether who came with a request holds the presenter's key."""
-    return request is not None and door.presents(read(request), request.path)
+    return request is not None and access.presents(read(request), request.path)
 
 
 def read(request: Request) -> dict[str, str]:

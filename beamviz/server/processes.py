@@ -6,6 +6,7 @@ worker serves a page, and which its WebSocket, makes no difference to them.
 """
 
 import contextlib
+import errno
 import multiprocessing
 import os
 import selectors
@@ -17,8 +18,9 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from beamviz.errors import BeamvizError, InvalidInput, Unavailable
-from beamviz.server.visitor_count import Attendance
+from beamviz.server.access import VisitorCount
 
+BACKLOG = 128  # connections that wait to be taken in
 WORD = b"."  # sent when a worker is ready, and with each connection
 START = 60.0  # [s] for a worker to be ready
 PATIENCE = 5.0  # [s] for workers to end; one that dies sooner than that is not replaced
@@ -113,15 +115,15 @@ def work(number: int, run: Run, handed: Handed, others: list[socket.socket]) -> 
 class Team:
     """The workers, and who of them gets the next connection."""
 
-    def __init__(self, listeners: list[socket.socket], attendance: Attendance, run: Run):
-        self.listeners, self.attendance, self.run = listeners, attendance, run
+    def __init__(self, listeners: list[socket.socket], visitor_count: VisitorCount, run: Run):
+        self.listeners, self.visitor_count, self.run = listeners, visitor_count, run
         self.workers: list[Worker] = []
-        for number in range(len(attendance.counts)):
+        for number in range(len(visitor_count.counts)):
             self.workers.append(self.hired(number))
 
     def hired(self, number: int) -> Worker:
         """A new worker."""
-        self.attendance.counts[number] = 0
+        self.visitor_count.counts[number] = 0
         mine = [*self.listeners, *(worker.pipe for worker in self.workers)]
         return Worker(number, self.run, self.listeners[0].getsockname(), mine)
 
@@ -150,7 +152,7 @@ class Team:
         except OSError:  # gone already, or no more files can be open
             time.sleep(0.01)
             return
-        counts = self.attendance.counts
+        counts = self.visitor_count.counts
         with line:
             fewest = sorted(self.workers, key=lambda one: (counts[one.number], one.handed))
             any(worker.take(line) for worker in fewest)
@@ -181,9 +183,9 @@ class Team:
 
 
 @contextlib.contextmanager
-def team(listeners: list[socket.socket], attendance: Attendance, run: Run) -> Iterator[Team]:
+def team(listeners: list[socket.socket], visitor_count: VisitorCount, run: Run) -> Iterator[Team]:
     """Workers that are ready, and ended on leaving."""
-    hired = Team(listeners, attendance, run)
+    hired = Team(listeners, visitor_count, run)
     try:
         for worker in hired.workers:
             worker.wait()
@@ -203,3 +205,49 @@ def alarm() -> Iterator[socket.socket]:
             yield bell
         finally:
             signal.set_wakeup_fd(before)
+
+
+def claimed(host: str, port: int) -> int:
+    """The port, found free by binding to it once; Unavailable says what is in the way."""
+    with contextlib.ExitStack() as stack:
+        (first, *_) = bound(host, port, stack)
+        return int(first.getsockname()[1])
+
+
+@contextlib.contextmanager
+def listening_sockets(host: str, port: int) -> Iterator[list[socket.socket]]:
+    """Sockets that listen on all addresses of a host, closed on leaving; port 0 takes a free one.
+    Raises Unavailable as well."""
+    with contextlib.ExitStack() as stack:
+        lines = bound(host, port, stack)
+        for line in lines:
+            line.listen(BACKLOG)
+            line.setblocking(False)
+        yield lines
+
+
+def bound(host: str, port: int, stack: contextlib.ExitStack) -> list[socket.socket]:
+    """Sockets on all addresses of a host that this machine has, on the same port."""
+    lines: list[socket.socket] = []
+    try:
+        for family, kind, protocol, _, address in dict.fromkeys(
+            socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+        ):
+            line = stack.enter_context(socket.socket(family, kind, protocol))
+            line.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            if family == socket.AF_INET6:
+                line.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
+            port = port or (lines[0].getsockname()[1] if lines else 0)
+            try:
+                line.bind((address[0], port, *address[2:]))
+            except OSError as error:
+                if not lines or error.errno != errno.EADDRNOTAVAIL:
+                    raise
+            else:
+                lines.append(line)
+    except (OSError, OverflowError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise Unavailable(
+            f"cannot serve on {host}:{port} ({reason}): choose another --port or --host"
+        ) from None
+    return lines

@@ -27,21 +27,21 @@ from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request
 
 from beamviz.errors import Unavailable
-from beamviz.server.log import Journal
-from beamviz.signals import undisturbed
+from beamviz.server.log import RateLimitedLog
+from beamviz.signals import defer_signals
 
 TESTED = {"viser": "1.1.1", "websockets": "16.1"}  # what their versions begin with
 PROTOCOL = f"viser-v{viser.__version__}"
 INTERNAL_ERROR = 1011
 
-journal = Journal(__name__)
+log = RateLimitedLog(__name__)
 
 Serve = Callable[..., Any]  # as websockets.asyncio.server.serve
 Send = Callable[[ServerConnection, "Outbox"], Awaitable[None]]
 Upload = _messages.FileTransferStartUpload
 
 
-def check_versions() -> None:
+def check_attributes() -> None:
     """Raises Unavailable for versions that this was not tested with."""
     found = {"viser": viser.__version__, "websockets": websockets.__version__}
     for name, tested in TESTED.items():
@@ -59,10 +59,10 @@ def check_versions() -> None:
 def running(host: str, port: int, serve: Serve, send: Send) -> Iterator[viser.ViserServer]:
     """A viser server, stopped on leaving: it hears the network through `serve` and sends to each
     visitor by `send`. Raises Unavailable for versions that this was not tested with."""
-    check_versions()
+    check_attributes()
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # who left mid-picture
     with contextlib.ExitStack() as stack:
-        with undisturbed(), silence(), heard_through(serve):
+        with defer_signals(), silence(), heard_through(serve):
             server = viser.ViserServer(host=host, port=port, verbose=False)
             stack.callback(stopped, server)
         with lean(send), mock.patch.object(server, "request_share_url", return_value=None):
@@ -101,13 +101,13 @@ def silence() -> Iterator[None]:
 # Visitors
 
 
-def opening(server: viser.ViserServer, visitor: int) -> Request | None:
+def handshake_request(server: viser.ViserServer, visitor: int) -> Request | None:
     """The request that a visitor, by client id, came with; None for one who has left."""
     connection = server._websock_server._live_connections.get(visitor)
     return connection.request if connection else None
 
 
-def dismiss(server: viser.ViserServer, visitor: int) -> None:
+def disconnect(server: viser.ViserServer, visitor: int) -> None:
     """End the connection of a visitor, by client id."""
     connection = server._websock_server._live_connections.get(visitor)
     if connection:
@@ -115,7 +115,7 @@ def dismiss(server: viser.ViserServer, visitor: int) -> None:
         asyncio.run_coroutine_threadsafe(closing, server.get_event_loop())
 
 
-def uploads_announced(client: viser.ClientHandle, welcome: Callable[[Upload], bool]) -> None:
+def filter_uploads(client: viser.ClientHandle, welcome: Callable[[Upload], bool]) -> None:
     """Ask `welcome` about every file before viser hears of it, which would keep all parts of it in
     memory, as many as a visitor cares to announce. One that is not welcome is over at once, as far
     as the page knows."""
@@ -224,7 +224,7 @@ def lifted(value: Any, arrays: list[memoryview]) -> Any:
 # Properties, assigned without viser's own checks, copies and callbacks
 
 
-def assigned(node: viser.SceneNodeHandle, properties: dict[str, np.ndarray]) -> None:
+def set_properties(node: viser.SceneNodeHandle, properties: dict[str, np.ndarray]) -> None:
     """Assign several properties of a node in one message, unread and unchecked: a third of the
     cost, where every visitor's beam is assigned 25 times a second."""
     for name, value in properties.items():
@@ -233,14 +233,14 @@ def assigned(node: viser.SceneNodeHandle, properties: dict[str, np.ndarray]) -> 
     node._impl.api._queue_scene_message(message)
 
 
-def oriented(node: viser.SceneNodeHandle, wxyz: tuple[float, float, float, float]) -> None:
+def set_orientation(node: viser.SceneNodeHandle, wxyz: tuple[float, float, float, float]) -> None:
     """Turn a node in the same way, unless it stands so already."""
     if node._impl.wxyz.tolist() != list(wxyz):
         node._impl.wxyz[:] = wxyz
         node._impl.api._queue_scene_message(_messages.SetOrientationMessage(node.name, wxyz))
 
 
-def positioned(node: viser.SceneNodeHandle, position: Iterable[float]) -> None:
+def set_position(node: viser.SceneNodeHandle, position: Iterable[float]) -> None:
     """Move a node in the same way, unless it is there already."""
     place: Any = tuple(map(float, position))
     if tuple(node._impl.position.tolist()) != place:
@@ -248,7 +248,7 @@ def positioned(node: viser.SceneNodeHandle, position: Iterable[float]) -> None:
         node._impl.api._queue_scene_message(_messages.SetPositionMessage(node.name, place))
 
 
-def written(text: viser.GuiHtmlHandle, content: str) -> None:
+def set_html(text: viser.GuiHtmlHandle, content: str) -> None:
     """Write a text in the same way, unless it says so already."""
     state: Any = text._impl
     if state.props.content != content:
@@ -258,12 +258,12 @@ def written(text: viser.GuiHtmlHandle, content: str) -> None:
         )
 
 
-def unshared(control: viser.GuiInputHandle) -> None:
+def stop_sync(control: viser.GuiInputHandle) -> None:
     """Spare a control the messages to other visitors about each change: it is one visitor's."""
     control._impl.sync_cb = None
 
 
-def shown(control: viser.GuiInputHandle, value: Any) -> None:
+def set_value(control: viser.GuiInputHandle, value: Any) -> None:
     """Show a value in a control without calling back who listens to it: asynchronous listeners
     cost more than the rest of an edit, and what the program sets is none of their business."""
     state = control._impl
@@ -284,4 +284,4 @@ def told(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
     frame = error.__traceback__.tb_frame if error and error.__traceback__ else None
     visitor = frame.f_locals.get("client_id") if frame else None  # of viser's callback
     words = f"a message was ignored: {error or context['message']}"
-    journal.note(f"visitor {visitor}", type(error).__name__, words)
+    log.warn(f"visitor {visitor}", type(error).__name__, words)

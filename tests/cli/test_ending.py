@@ -14,7 +14,7 @@ from bare import free_port, until
 from browser import NO_BROWSER
 
 from beamviz.exports.browser import found_browser
-from beamviz.signals import MOMENT, Ended, again, ending, undisturbed
+from beamviz.signals import MOMENT, Terminated, defer_signals, reraise, terminate_on_signal
 
 ROOT = Path(__file__).parents[2]
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -122,7 +122,7 @@ def test_only_the_first_signal_counts(number):
             signal.raise_signal(number)
             put_away.append(True)
 
-    with pytest.raises(Ended) as caught, ending():
+    with pytest.raises(Terminated) as caught, terminate_on_signal():
         work()
     assert (caught.value.code, put_away) == (128 + number, [True])
 
@@ -152,12 +152,12 @@ print("loaded")
 """
 IMPORT_GREEDY = """
 import time
-from beamviz.ending import Ended, ending
+from beamviz.signals import Terminated, terminate_on_signal
 try:
-    with ending():
+    with terminate_on_signal():
         import greedy
         time.sleep(10)
-except Ended:
+except Terminated:
     print("ended")
 """
 
@@ -170,7 +170,7 @@ def test_a_signal_waits_until_what_is_started_is_known():
         signal.raise_signal(signal.SIGTERM)
         known.append("process")
 
-    with pytest.raises(Ended), ending(), undisturbed():
+    with pytest.raises(Terminated), terminate_on_signal(), defer_signals():
         start()
     assert known == ["process"]
 
@@ -180,11 +180,11 @@ def test_a_signal_put_off_waits_as_well():
     known = []
 
     def start() -> None:
-        again(signal.SIGTERM)
+        reraise(signal.SIGTERM)
         time.sleep(4 * MOMENT)
         known.append("process")
 
-    with pytest.raises(Ended), ending(), undisturbed():
+    with pytest.raises(Terminated), terminate_on_signal(), defer_signals():
         start()
     assert known == ["process"]
 
@@ -200,7 +200,7 @@ def test_a_signal_that_python_swallows_comes_again(capsys):
         Greedy()
         time.sleep(10)
 
-    with pytest.raises(Ended), ending():
+    with pytest.raises(Terminated), terminate_on_signal():
         work()
     assert capsys.readouterr().err == ""
 
@@ -224,7 +224,7 @@ def test_a_browser_is_put_away_whenever_the_signal_comes(tmp_path):
 
 HASTY = """
 import signal, sys
-from beamviz.ending import Ended, ending
+from beamviz.signals import Terminated, terminate_on_signal
 from beamviz.exports import browser
 
 def hasty(*given):
@@ -233,8 +233,8 @@ def hasty(*given):
 
 put_away, browser.put_away = browser.put_away, hasty
 try:
-    with ending(), browser.opened(browser.found_browser(), "about:blank"):
+    with terminate_on_signal(), browser.opened(browser.found_browser(), "about:blank"):
         pass
-except Ended as end:
+except Terminated as end:
     sys.exit(end.code)
 """

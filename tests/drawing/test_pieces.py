@@ -19,7 +19,7 @@ from beamviz.drawing.modes import Shapes, displacement
 from beamviz.drawing.objects import placed
 from beamviz.drawing.overlay_beam import Ghost
 from beamviz.drawing.subdivision import COUNTS, DEVIATION, SCALE, STEP, Seen, counted, cut, density
-from beamviz.server.hosting import hosted
+from beamviz.server import run_server
 from beamviz.solver import solve
 from beamviz.view_options import COLOURINGS, Look
 
@@ -188,7 +188,7 @@ def test_the_mass_lies_where_two_pieces_meet(beam, mode):
 def test_the_scene_shows_one_set_of_pieces():
     """When their number changes, both ways, the others have no size."""
     shapes = Shapes.sampled(solve(PAPER))
-    with hosted() as server:
+    with run_server() as server:
         scene = Scene(server.scene)
         for mode in (0, 4, 0, 1):
             look = Look().only(mode)
@@ -202,7 +202,7 @@ def test_the_scene_shows_one_set_of_pieces():
 def test_a_ghost_has_the_faces_of_its_vertices():
     """When the number of its pieces changes, both ways."""
     shapes = Shapes.sampled(solve(PAPER))
-    with hosted() as server:
+    with run_server() as server:
         ghost, rings = Ghost(server.scene), []
         for mode in (4, 0, 3):
             sizes = 0.15 * np.eye(5)[mode]

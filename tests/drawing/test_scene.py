@@ -18,7 +18,7 @@ from beamviz.drawing.modes import Shapes
 from beamviz.drawing.objects import placed
 from beamviz.drawing.subdivision import Seen
 from beamviz.explorer.visitor_camera import Viewing
-from beamviz.server.hosting import hosted
+from beamviz.server import run_server
 from beamviz.view_options import Look
 
 # Sizes
@@ -76,7 +76,7 @@ def test_the_beam_is_inside_the_picture_and_fills_it(beam, riding, aspect, lift)
 def test_the_scene_draws_a_beam_and_greys_it():
     """Pieces lie on the beam, the mass on its station; words grey all of it and stand above."""
     shapes = sampled()
-    with hosted() as server:
+    with run_server() as server:
         scene = Scene(server.scene)
         scene.show(shapes, Look(), [1])
         scene.move(np.full(5, np.pi / 2), 0.15 * np.eye(5)[1], angle=0.3)
@@ -98,7 +98,7 @@ def test_the_scene_draws_a_beam_and_greys_it():
 def test_labels_of_nodes_can_be_read_and_leave_room():
     """Thirteen pixels high on a laptop as on a phone; four of them share the beam."""
     shapes = sampled(Beam())
-    with hosted() as server:
+    with run_server() as server:
         scene = Scene(server.scene)
         for scale in (250.0, 500.0):
             for mode in (1, 4):
@@ -113,7 +113,7 @@ def test_labels_of_nodes_can_be_read_and_leave_room():
 def test_the_frame_of_view_turns_the_hub_or_the_ground():
     """Riding, the ground turns backwards under a still hub; beside it, the hub turns."""
     shapes = sampled()
-    with hosted() as server:
+    with run_server() as server:
         scene = Scene(server.scene)
         for riding in (True, False):
             scene.show(shapes, Look(riding=riding), [0])
@@ -129,7 +129,7 @@ def test_flapwise_motion_is_out_of_the_plane_of_rotation():
     """Across is z flapwise and y chordwise; the thickness turns with it."""
     for plane, axis in (("chordwise", 1), ("flapwise", 2)):
         shapes = sampled(PAPER, plane=plane)
-        with hosted() as server:
+        with run_server() as server:
             scene = Scene(server.scene)
             scene.show(shapes, Look(), [0])
             scene.move(np.full(5, np.pi / 2), 0.15 * np.eye(5)[0], angle=0.0)
@@ -142,7 +142,7 @@ def test_flapwise_motion_is_out_of_the_plane_of_rotation():
 
 def test_there_is_no_mass_without_a_mass_and_a_hoop_for_an_inward_beam():
     """alpha = 0 hides the sphere; delta < 0 swaps the drum for a hoop."""
-    with hosted() as server:
+    with run_server() as server:
         scene = Scene(server.scene)
         scene.show(sampled(Beam()), Look(), [0])
         assert scene.mass.batched_scales is not None

@@ -33,7 +33,7 @@ from beamviz.explorer.features.loci_chart import LANES, Charts, Point, Question,
 from beamviz.explorer.features.mass_drag import Grip, nearest
 from beamviz.explorer.request import Wanted
 from beamviz.explorer.solve_queue import Turns
-from beamviz.server.hosting import hosted
+from beamviz.server import run_server
 from beamviz.solver import solve
 from beamviz.view_options import Look
 
@@ -104,7 +104,7 @@ def test_both_beams_run_on_one_clock(layout):
     """After the same time each mode has moved on by its own frequency, from the same phase."""
     shapes = Shapes.sampled(solve(PAPER))
     clock = Clock(phases=np.linspace(0, 1, 5))
-    with hosted() as server:
+    with run_server() as server:
         comparison = compared(server.scene, "twice the mass")
         comparison.stack(layout)
         comparison.show(shapes, clock, Look(), [1])
@@ -135,7 +135,7 @@ def test_both_beams_run_on_one_clock(layout):
 def test_a_comparison_leaves_when_it_is_given_up():
     """Nothing of it is seen any more, whichever way it was drawn."""
     shapes = Shapes.sampled(solve(PAPER))
-    with hosted() as server:
+    with run_server() as server:
         comparison = compared(server.scene, "twice the mass")
         for layout in (OVERLAID, STACKED):
             comparison.stack(layout)
@@ -156,7 +156,7 @@ def test_a_comparison_leaves_when_it_is_given_up():
 def test_small_multiples_show_each_mode_by_itself():
     """Five scenes above each other; in the k-th the beam moves as mode k; titles name them."""
     shapes = Shapes.sampled(solve(PAPER))
-    with hosted() as server:
+    with run_server() as server:
         multiples = Multiples(server.scene)
         multiples.show(shapes, Look(together=True))
         multiples.move(np.full(5, math.pi / 2), 0.15, 0.0)
@@ -237,7 +237,7 @@ def test_no_line_of_sight_is_no_place():
 def test_a_place_on_the_stretched_beam_is_its_reference_point(riding):
     """Riding on the hub or beside it, turned: what is seen on the beam is where it is on it."""
     shapes = Shapes.sampled(solve(PAPER.replace(delta=0.5, gamma=40)))
-    with hosted() as server:
+    with run_server() as server:
         scene = Scene(server.scene)
         scene.show(shapes, Look(riding=riding), [0])
         scene.move(np.zeros(5), np.zeros(5), angle=0.7)

@@ -53,7 +53,7 @@ def url(animators) -> Iterator[str]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(solving, "solve", solved)
-        with explorer(SCENE, room=200) as found:
+        with explorer(SCENE, max_visitors=200) as found:
             yield found
 
 
@@ -74,7 +74,7 @@ def other(url) -> Iterator[Visitor]:
 def fresh_log() -> None:
     """No line is left out because an earlier test has had it."""
     for module in (animator, guard, hardening, solving):
-        module.journal.noted.clear()
+        module.log.reported.clear()
 
 
 def vanish(line: socket.socket) -> None:

@@ -21,7 +21,7 @@ PRESENTER = "the-presenters-key"
 @pytest.fixture
 def url(animators) -> Iterator[str]:
     """An explorer in lecture mode."""
-    with explorer(SavedScene(PAPER), presenter=PRESENTER) as found:
+    with explorer(SavedScene(PAPER), presenter_key=PRESENTER) as found:
         yield found
 
 

@@ -13,7 +13,7 @@ from websockets.protocol import OPEN
 from beamviz.explorer.debounce import REST, Lag
 from beamviz.explorer.frames import ALL_FRAMES, FEWER_FRAMES, FRAMES, TOGETHER, Animator
 from beamviz.server import sending
-from beamviz.server.visitor_count import Attendance
+from beamviz.server.access import VisitorCount
 
 
 class Still:
@@ -31,7 +31,7 @@ def animator(*sessions: Still, waiting: int = 0) -> Animator:
     made = Animator.__new__(Animator)
     made.sessions = dict(enumerate(sessions))  # type: ignore[arg-type]
     made.turns = SimpleNamespace(waiting=[None] * waiting)  # type: ignore[assignment]
-    made.woken, made.drawn, made.attendance = {}, set(), Attendance()
+    made.woken, made.drawn, made.visitor_count = {}, set(), VisitorCount()
     return made
 
 
@@ -78,7 +78,7 @@ def test_pictures_give_way_to_answers(visitors, waiting, rate):
     """Fewer where somebody waits, and where visitors are many; the same for all."""
     made = animator(Still(), waiting=waiting)
     for _ in range(visitors):
-        made.attendance.enter()
+        made.visitor_count.enter()
     assert 1 / made.step == pytest.approx(rate)
 
 

@@ -18,7 +18,7 @@ from beamviz.explorer.page.readout import significant
 from beamviz.explorer.request import Wanted
 from beamviz.explorer.solve_queue import Turns
 from beamviz.scene import SavedScene
-from beamviz.server.hosting import hosted
+from beamviz.server import run_server
 from beamviz.solver import Solution, solve
 
 # Each visitor has a session of their own
@@ -136,7 +136,7 @@ def test_wishes_that_came_in_between_are_skipped(monkeypatch):
 def test_what_the_program_sets_is_not_a_choice():
     """A slider that follows its field must not set the field back."""
     heard_values: list[float] = []
-    with hosted() as server_:
+    with run_server() as server_:
         slider = server_.gui.add_slider("x", 0.0, 1.0, 0.1, 0.0)
         heard(slider, threading.RLock(), heard_values.append)
         assign(slider, 0.5)

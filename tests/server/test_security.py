@@ -19,9 +19,9 @@ from beamviz.explorer import app as server
 from beamviz.explorer.app import explorer
 from beamviz.scene import SavedScene
 from beamviz.server import connection as guard
+from beamviz.server import run_server
 from beamviz.server import viser_private as hardening
-from beamviz.server.access import Door, public_url
-from beamviz.server.hosting import hosted
+from beamviz.server.access import Access, public_url
 from beamviz.server.messages import MAX_BYTES, MAX_PART_BYTES, Senseless, checked
 
 KEY = "the-key-of-this-run"
@@ -33,13 +33,13 @@ VIOLATION, TOO_BIG = 1008, 1009
 def fresh_log() -> None:
     """No line is left out because an earlier test has had it."""
     for module in (guard, hardening):
-        module.journal.noted.clear()
+        module.log.reported.clear()
 
 
 @pytest.fixture(scope="module")
 def open_url() -> Iterator[str]:
     """An explorer that the network can reach, under an address of this machine."""
-    with explorer(SCENE, "0.0.0.0", visitor=KEY) as found:
+    with explorer(SCENE, "0.0.0.0", visitor_key=KEY) as found:
         yield f"http://127.0.0.1:{found.split(':')[2].split('/')[0]}"
 
 
@@ -99,37 +99,39 @@ def test_two_hosts_in_one_request_are_none(url):
 
 
 @pytest.mark.parametrize(
-    ("door", "host", "answered"),
+    ("access", "host", "answered"),
     [
-        (Door("127.0.0.1", 8080), "localhost:8080", True),
-        (Door("127.0.0.1", 8080), "[::1]:8080", True),
-        (Door("127.0.0.1", 80), "localhost", True),
-        (Door("127.0.0.1", 8080), "localhost", False),
-        (Door("127.0.0.1", 8080), "192.168.1.5:8080", False),
-        (Door("127.0.0.1", 8080), "user@127.0.0.1:8080", False),
-        (Door("127.0.0.1", 8080), "127.0.0.1:8080/x", False),
-        (Door("127.0.0.1", 8080), "127.0.0.1:80port", False),
-        (Door("0.0.0.0", 8080), "192.168.1.5:8080", True),
-        (Door("0.0.0.0", 8080), "evil.example:8080", False),
-        (Door("192.168.1.5", 8080), "192.168.1.5:8080", True),
-        (Door("192.168.1.5", 8080), "localhost:8080", False),
-        (Door("127.0.0.1", 8080, public="https://beams.example.org"), "beams.example.org", True),
-        (Door("127.0.0.1", 8080, public="https://beams.example.org"), "example.org", False),
+        (Access("127.0.0.1", 8080), "localhost:8080", True),
+        (Access("127.0.0.1", 8080), "[::1]:8080", True),
+        (Access("127.0.0.1", 80), "localhost", True),
+        (Access("127.0.0.1", 8080), "localhost", False),
+        (Access("127.0.0.1", 8080), "192.168.1.5:8080", False),
+        (Access("127.0.0.1", 8080), "user@127.0.0.1:8080", False),
+        (Access("127.0.0.1", 8080), "127.0.0.1:8080/x", False),
+        (Access("127.0.0.1", 8080), "127.0.0.1:80port", False),
+        (Access("0.0.0.0", 8080), "192.168.1.5:8080", True),
+        (Access("0.0.0.0", 8080), "evil.example:8080", False),
+        (Access("192.168.1.5", 8080), "192.168.1.5:8080", True),
+        (Access("192.168.1.5", 8080), "localhost:8080", False),
+        (Access("127.0.0.1", 8080, public="https://beams.example.org"), "beams.example.org", True),
+        (Access("127.0.0.1", 8080, public="https://beams.example.org"), "example.org", False),
     ],
 )
-def test_a_server_answers_to_its_own_names_only(door, host, answered):
+def test_a_server_answers_to_its_own_names_only(access, host, answered):
     """Loopback names on loopback, addresses made of digits on a network, a proxy's own name."""
-    assert door.answers_to(host) is answered
+    assert access.answers_to(host) is answered
 
 
 def test_behind_a_proxy_the_origin_is_the_proxys():
     """https there, http here; the cookie is for https alone."""
-    door = Door("127.0.0.1", 8080, visitor=KEY, public=public_url("https://Beams.example.org/"))
+    access = Access(
+        "127.0.0.1", 8080, visitor_key=KEY, public=public_url("https://Beams.example.org/")
+    )
     headers = {"host": "beams.example.org", "cookie": f"beamviz-8080={KEY}"}
-    assert door.url == f"https://beams.example.org/?token={KEY}"
-    assert door.refused(headers | {"origin": "https://beams.example.org"}, "/") is None
-    assert door.refused(headers | {"origin": "http://beams.example.org"}, "/")
-    assert door.kept(headers, f"/?token={KEY}").endswith("; Secure")
+    assert access.url == f"https://beams.example.org/?token={KEY}"
+    assert access.refused(headers | {"origin": "https://beams.example.org"}, "/") is None
+    assert access.refused(headers | {"origin": "http://beams.example.org"}, "/")
+    assert access.kept(headers, f"/?token={KEY}").endswith("; Secure")
 
 
 @pytest.mark.parametrize("text", ["beams.example.org", "ftp://x", "https://", "https://x/path"])
@@ -184,9 +186,9 @@ def test_the_key_becomes_a_cookie_and_leaves_the_address(open_url):
 
 def test_keys_are_compared_in_constant_time():
     """Every key is compared, whole, also after one has matched."""
-    door = Door("0.0.0.0", 8080, visitor=KEY, presenter="another")
+    access = Access("0.0.0.0", 8080, visitor_key=KEY, presenter_key="another")
     with mock.patch("hmac.compare_digest", side_effect=[True, False]) as compared:
-        assert door.holds(door.keys, KEY)
+        assert access.holds(access.keys, KEY)
     assert compared.call_count == 2
 
 
@@ -219,7 +221,7 @@ def test_no_visitor_can_open_a_public_tunnel(url):
             tunnel.return_value.on_connect.call_args[0][0](1)  # lets viser's thread go
         tunnel.reset_mock()
         assert closed(url, packed(type="ShareUrlRequest")) == VIOLATION
-        with hosted() as ours:
+        with run_server() as ours:
             assert ours.request_share_url() is None
         assert not tunnel.called
 
@@ -366,13 +368,13 @@ def test_an_untested_version_is_refused(monkeypatch, package, version):
     name = package.__name__
     monkeypatch.setattr(package, "__version__", version)
     words = rf"{name} {version} is not .* tested with: pip install '{name}==1"
-    with pytest.raises(Unavailable, match=words), hosted():
+    with pytest.raises(Unavailable, match=words), run_server():
         pass
 
 
 def test_a_server_built_around_the_protection_is_refused(monkeypatch):
     """If viser no longer asks websockets for its server, that is noticed, and it is stopped."""
     with mock.patch.object(viser, "ViserServer") as built:
-        with pytest.raises(Unavailable, match="unprotected"), hosted():
+        with pytest.raises(Unavailable, match="unprotected"), run_server():
             pass
         assert built.return_value.stop.called

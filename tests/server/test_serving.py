@@ -129,7 +129,7 @@ def test_an_interrupt_ends_the_server_cleanly(ending):
 
 SERVE = """
 from beamviz.beam import Beam
-from beamviz.scene_file import SavedScene
+from beamviz.scene import SavedScene
 from beamviz.explorer.app import serve
 serve(SavedScene(Beam(alpha=1, beta=0.5, gamma=10)), port=0)
 """

@@ -68,7 +68,7 @@ def framed(message: bytes) -> bytes:
 
 def test_a_full_room_says_so_and_lets_the_next_one_in():
     """Two may be there; the third page is told to wait, and comes in when one has left."""
-    with explorer(SCENE, room=2) as found:
+    with explorer(SCENE, max_visitors=2) as found:
         with visitor(found), visitor(found):
             status, headers, body = got(found)
             assert (status, headers["Retry-After"]) == (503, "10")

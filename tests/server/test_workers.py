@@ -20,8 +20,8 @@ from beamviz.errors import InvalidInput, Unavailable
 from beamviz.explorer.app import serve
 from beamviz.scene import SavedScene
 from beamviz.server import processes as workers
-from beamviz.server.hosting import listening
-from beamviz.server.visitor_count import Attendance
+from beamviz.server.access import VisitorCount
+from beamviz.server.processes import listening_sockets
 
 ROOT = Path(__file__).parents[2]
 
@@ -166,7 +166,7 @@ def test_a_host_that_does_not_exist_is_refused():
 
 def test_all_addresses_of_a_host_are_listened_to():
     """localhost has two where the machine speaks IPv6, on one port."""
-    with listening("localhost", 0) as found:
+    with listening_sockets("localhost", 0) as found:
         assert len({line.getsockname()[1] for line in found}) == 1
         assert {line.getsockname()[0] for line in found} >= {"127.0.0.1"}
 
@@ -198,17 +198,17 @@ def test_other_systems_have_one(monkeypatch):
 
 def test_each_process_counts_its_own_visitors():
     """All see the sum, in processes too."""
-    attendance = Attendance(2)
-    attendance.enter()
+    visitor_count = VisitorCount(2)
+    visitor_count.enter()
     if (child := os.fork()) == 0:
-        attendance.number = 1
-        attendance.enter()
-        attendance.enter()
+        visitor_count.number = 1
+        visitor_count.enter()
+        visitor_count.enter()
         os._exit(0)
     os.waitpid(child, 0)
-    attendance.leave()
-    assert attendance.total == 2
-    assert attendance.counts.tolist() == [0, 2]
+    visitor_count.leave()
+    assert visitor_count.total == 2
+    assert visitor_count.counts.tolist() == [0, 2]
 
 
 def test_a_page_is_the_same_from_every_process(hall):

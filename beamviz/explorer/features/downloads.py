@@ -13,7 +13,7 @@ from beamviz.exports.export import export
 from beamviz.exports.film import animate
 from beamviz.exports.screenshot import screenshot
 from beamviz.scene import SavedScene
-from beamviz.server.log import Journal
+from beamviz.server.log import RateLimitedLog
 
 FILES = {
     "picture (PNG)": "png",
@@ -27,7 +27,7 @@ FILES = {
 PATIENCE = 12.0  # [s] that a message stays
 MAKING = threading.BoundedSemaphore(1)  # one file at a time, of all visitors
 
-journal = Journal(__name__)
+log = RateLimitedLog(__name__)
 
 
 class Abandoned(Exception):
@@ -73,7 +73,7 @@ class TakeAway:
         except BeamvizError as error:
             self.say("It could not be made", str(error))
         except Exception as error:  # a mistake of ours must not end a visitor's session
-            journal.failed("file", ending, error)
+            log.error("file", ending, error)
             self.say("It could not be made", "an unexpected error, which the server has noted")
         finally:
             MAKING.release()

@@ -15,7 +15,7 @@ from beamviz.explorer.jobs import Latest
 from beamviz.explorer.request import MODES, Wanted
 from beamviz.frequency_loci import Branch, Event, Loci, loci
 from beamviz.frequency_loci.forced_response import Resonance, resonances
-from beamviz.server.log import Journal
+from beamviz.server.log import RateLimitedLog
 from beamviz.solver.solution import BENDING, MIXED, STRETCHING, Solution
 
 POINTS = 81
@@ -35,7 +35,7 @@ REAL_SPEED = 5.0  # real beams turn slowly
 FULL = 0.8
 ROUND = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
 
-journal = Journal(__name__)
+log = RateLimitedLog(__name__)
 
 
 def span(beam: Beam, over: str) -> tuple[float, float]:
@@ -115,7 +115,7 @@ class Charts(Latest[Question, Chart]):
         except BeamvizError as error:
             return Chart(wanted, words=str(error))
         except Exception as error:  # a mistake of ours must not end a visitor's session
-            journal.failed("chart", wanted, error)
+            log.error("chart", wanted, error)
             return Chart(wanted, words=f"unexpected: {error}")
 
 

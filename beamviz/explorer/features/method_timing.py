@@ -10,7 +10,7 @@ from beamviz.errors import BeamvizError
 from beamviz.explorer.jobs import Latest, stale
 from beamviz.explorer.request import Wanted
 from beamviz.explorer.solver_job import Answer
-from beamviz.server.log import Journal
+from beamviz.server.log import RateLimitedLog
 from beamviz.solver import METHODS, Solution, solve
 
 EXACT = 1e-11  # relative tolerance of what all are held against
@@ -27,7 +27,7 @@ OPTION = {
     **dict.fromkeys(("assumed-modes", "power-series", "chebyshev"), "terms"),
 }
 
-journal = Journal(__name__)
+log = RateLimitedLog(__name__)
 
 
 class Effort(NamedTuple):
@@ -101,7 +101,7 @@ class Trials(Latest[Wanted, Efforts]):
         try:
             return efforts(wanted)
         except Exception as error:  # a mistake of ours must not end a visitor's session
-            journal.failed("trial of methods", wanted, error)
+            log.error("trial of methods", wanted, error)
             return Efforts(wanted, (), f"unexpected: {error}")
 
 

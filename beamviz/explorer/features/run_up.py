@@ -14,7 +14,7 @@ from beamviz.explorer.features.loci_chart import FULL, PER_REV, span
 from beamviz.explorer.jobs import Latest, stale
 from beamviz.explorer.request import Wanted
 from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run_up
-from beamviz.server.log import Journal
+from beamviz.server.log import RateLimitedLog
 from beamviz.solver.solution import Solution
 from beamviz.view_options import within
 
@@ -22,7 +22,7 @@ PER_SECOND = 6.0  # speeds of the run that are passed; they are close together n
 LARGEST = 2.0  # times the amplitude set for the picture: how far the highest peak is drawn
 USUAL_DAMPING = 0.02
 
-journal = Journal(__name__)
+log = RateLimitedLog(__name__)
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Runs(Latest[Ask, Run]):
         except BeamvizError as error:
             return Run(wanted, words=str(error))
         except Exception as error:  # a mistake of ours must not end a visitor's session
-            journal.failed("run-up", wanted, error)
+            log.error("run-up", wanted, error)
             return Run(wanted, words=f"unexpected: {error}")
 
 

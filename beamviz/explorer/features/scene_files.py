@@ -6,7 +6,7 @@ from beamviz.beam import MAX_TOML_BYTES
 from beamviz.errors import InvalidInput
 from beamviz.explorer.page.inputs import Listener
 from beamviz.scene import SavedScene
-from beamviz.server.viser_private import Upload, uploads_announced
+from beamviz.server.viser_private import Upload, filter_uploads
 
 NAME = "scene.toml"
 PATIENCE = 12.0  # [s] that a message stays
@@ -24,7 +24,7 @@ class SaveLoad:
             )
         save.on_click(lambda _: self.save())
         load.on_upload(self.load)
-        uploads_announced(client, self.welcome)
+        filter_uploads(client, self.welcome)
 
     def save(self) -> None:
         """Send the scene as a file."""

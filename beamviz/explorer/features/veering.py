@@ -10,7 +10,7 @@ from beamviz.errors import BeamvizError
 from beamviz.explorer.features.loci_chart import Question
 from beamviz.explorer.jobs import Latest
 from beamviz.frequency_loci import Branch, Event, Loci, loci
-from beamviz.server.log import Journal
+from beamviz.server.log import RateLimitedLog
 from beamviz.solver.solution import Solution
 
 WIDE, FINE = 40, 40  # points: even, so that no meeting is one of them
@@ -20,7 +20,7 @@ ROOM = 5.0  # times the distance at which the gap has doubled, or the shift by C
 BESIDE = 1e-3  # of the view: so far from a crossing, where both are one, the shapes are taken
 X = np.linspace(0.0, 1.0, 61)
 
-journal = Journal(__name__)
+log = RateLimitedLog(__name__)
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class Closeups(Latest[Target, Closeup]):
         except BeamvizError as error:
             return Closeup(wanted, words=str(error))
         except Exception as error:  # a mistake of ours must not end a visitor's session
-            journal.failed("close-up", wanted, error)
+            log.error("close-up", wanted, error)
             return Closeup(wanted, words=f"unexpected: {error}")
 
 

@@ -14,7 +14,7 @@ from beamviz.explorer.features.comparison import Comparison
 from beamviz.explorer.features.method_timing import Weighing
 from beamviz.explorer.features.run_up import Ride
 from beamviz.scene import SavedScene
-from beamviz.server.viser_private import shown, unshared
+from beamviz.server.viser_private import set_value, stop_sync
 
 # For each number: label, everyday range and step of its slider (dimensionless), what it means.
 NUMBERS = {
@@ -186,10 +186,10 @@ def heard(control: GuiInputHandle, lock: threading.RLock, take: Callable[[Any], 
                 take(control.value)
 
     control.on_update(hear)
-    unshared(control)
+    stop_sync(control)
 
 
 def assign(control: GuiInputHandle, value: Any) -> None:
     """Show a value in a control."""
     if not isinstance(value, float) or math.isfinite(value):
-        shown(control, value)
+        set_value(control, value)

@@ -22,7 +22,7 @@ from beamviz.explorer.page.theme import add_style
 from beamviz.explorer.request import CHOICES, MODES, Wanted
 from beamviz.explorer.solver_job import Answer
 from beamviz.scene import SavedScene
-from beamviz.server.viser_private import written
+from beamviz.server.viser_private import set_html
 from beamviz.view_options import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, Look
 
 MODEL = {
@@ -191,10 +191,10 @@ class Panel:
     def show(self, answer: Answer, shown: list[int]) -> None:
         """Tell what came of a wish."""
         self.terms.show(answer.wanted)
-        written(self.state, readout.state(answer))
+        set_html(self.state, readout.state(answer))
         if answer.solution:
             self.known = readout.table(answer.solution, shown)
-        written(self.table, self.known if answer.solution else readout.faded(self.known))
+        set_html(self.table, self.known if answer.solution else readout.faded(self.known))
 
     def weigh(self, answer: Answer | None, measured: Efforts | None) -> None:
         """Tell what the method took, and what every other takes."""
@@ -204,5 +204,5 @@ class Panel:
         self, colouring: str, largest: float, rate: float, units: Units | None
     ) -> None:
         """Tell the colours and the pace of the picture."""
-        written(self.legend, readout.legend(colouring, largest, units))
-        written(self.pace, readout.pace(rate, units))
+        set_html(self.legend, readout.legend(colouring, largest, units))
+        set_html(self.pace, readout.pace(rate, units))
