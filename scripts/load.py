@@ -30,7 +30,7 @@ from websockets.asyncio.client import ClientConnection, connect
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from bare import CAMERA, PROTOCOL  # type: ignore[import-not-found]  # noqa: E402
+from live.server import CAMERA_MESSAGE, PROTOCOL  # type: ignore[import-not-found]  # noqa: E402
 
 from beamviz.beam import Beam  # noqa: E402
 from beamviz.explorer.page.readout import significant  # noqa: E402
@@ -76,7 +76,7 @@ class Guest:
         """Come, drag and watch until cancelled."""
         place = url.replace("http://", "ws://")
         async with connect(place, subprotocols=[PROTOCOL], compression=None, max_size=None) as line:
-            await line.send(msgspec.msgpack.encode(CAMERA))
+            await line.send(msgspec.msgpack.encode(CAMERA_MESSAGE))
             dragging = asyncio.create_task(self.drag(line))
             try:
                 async for data in line:

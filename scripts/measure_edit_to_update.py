@@ -19,7 +19,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from visitor import Visitor, redrawn, visitor  # type: ignore[import-not-found]  # noqa: E402
+from live.visitor import Visitor, beam_moved, visitor  # type: ignore[import-not-found]  # noqa: E402
 
 TABLE = 'aria-label="modes"'
 SERVE = """
@@ -49,7 +49,7 @@ def main() -> None:
             report("edit while playing", edited(guest, edits, retabled))
             guest.choose("playing", False)
             quiet(guest)
-            report("edit while paused", edited(guest, edits, redrawn))
+            report("edit while paused", edited(guest, edits, beam_moved))
     finally:
         process.terminate()
         process.wait()
@@ -64,7 +64,7 @@ def report(name: str, rows: dict[str, tuple[float, str]]) -> None:
 def retabled(messages: list[dict[str, Any]]) -> bool:
     """Whether a group of messages brings a new table of modes with the beam."""
     texts = [str(m.get("updates", {}).get("content", "")) for m in messages]
-    return redrawn(messages) and any(TABLE in text for text in texts)
+    return beam_moved(messages) and any(TABLE in text for text in texts)
 
 
 def edited(
@@ -90,7 +90,7 @@ def moving_picture(guest: Visitor, seconds: float = 4.0) -> dict[str, tuple[floa
     """Frames and bytes a second while playing."""
     end, before, frames = time.monotonic() + seconds, guest.received, 0
     while time.monotonic() < end:
-        frames += redrawn(guest.receive(seconds))
+        frames += beam_moved(guest.receive(seconds))
     return {
         "frames": (frames / seconds, "1/s"),
         "traffic": ((guest.received - before) / seconds / 1000, "kB/s"),

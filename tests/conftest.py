@@ -53,7 +53,7 @@ def steel(tmp_path: Path) -> str:
 def url(request: pytest.FixtureRequest) -> Iterator[str]:
     """A running explorer for all tests of a file; every visitor starts from PAPER, or from the
     scene that the file calls FIRST."""
-    from readings import PAPER
+    from live.visitor import PAPER
 
     from beamviz.explorer.app import explorer
     from beamviz.scene import SavedScene

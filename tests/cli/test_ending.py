@@ -10,8 +10,8 @@ from pathlib import Path
 
 import matplotlib.image
 import pytest
-from bare import free_port, until
-from browser import NO_BROWSER
+from live.browser import NO_BROWSER
+from live.server import free_port, wait_until
 
 from beamviz.exports.browser import found_browser
 from beamviz.signals import MOMENT, Terminated, defer_signals, reraise, terminate_on_signal
@@ -47,7 +47,7 @@ def ended(process: subprocess.Popen, after: float, number: signal.Signals) -> tu
     and one more; what comes before that line is Python's start."""
     with process:
         try:
-            until(lambda: listening(process))
+            wait_until(lambda: listening(process))
             time.sleep(after)
             process.send_signal(number)
             time.sleep(0.05)

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from drawing.shapes import BEAMS, PAPER, sampled, single_mode
 from hypothesis import given, settings
-from pictures import BEAMS, PAPER, alone, sampled
 
 from beamviz.beam import Beam
 from beamviz.drawing import colours
@@ -24,9 +24,9 @@ def test_a_quarter_of_a_period_shows_the_mode_itself():
     for k in range(3):
         shape = solution.shape(k, shapes.x)
         scaled = 0.15 * shape / np.linalg.norm(shape, axis=1).max()
-        drawn = alone(shapes, k, 0.25)
+        drawn = single_mode(shapes, k, 0.25)
         assert np.allclose(drawn, scaled, atol=1e-12) or np.allclose(drawn, -scaled, atol=1e-12)
-        assert np.allclose(alone(shapes, k, 0.0), 0, atol=1e-12)
+        assert np.allclose(single_mode(shapes, k, 0.0), 0, atol=1e-12)
 
 
 def test_the_node_of_mode_2_stays_still():
@@ -36,9 +36,9 @@ def test_the_node_of_mode_2_stays_still():
     assert x == pytest.approx([0.783445], abs=1e-5)
     assert np.allclose(place, [[0.783445, 0.0]], atol=1e-5)
     for phase in np.linspace(0, 1, 7):
-        moved = alone(shapes, 1, phase)[:, 1]
+        moved = single_mode(shapes, 1, phase)[:, 1]
         assert abs(np.interp(0.783445, shapes.x, moved)) < 2e-5
-    assert abs(alone(shapes, 1, 0.25)[:, 1]).max() == pytest.approx(0.15)
+    assert abs(single_mode(shapes, 1, 0.25)[:, 1]).max() == pytest.approx(0.15)
 
 
 def test_one_clock_keeps_the_ratio_of_frequencies():
@@ -100,7 +100,7 @@ def test_signs_follow_a_flipped_picture():
 def test_with_coriolis_a_point_goes_round():
     """Complex shapes: a quarter of a period apart the tip is displaced across, then along."""
     shapes = sampled(Beam(alpha=1, beta=0.5, gamma=10), coriolis=True)
-    across, along = alone(shapes, 0, 0.25)[-1], alone(shapes, 0, 0.0)[-1]
+    across, along = single_mode(shapes, 0, 0.25)[-1], single_mode(shapes, 0, 0.0)[-1]
     assert abs(across[1]) == pytest.approx(0.15, rel=0.01)
     assert abs(across[0]) < 1e-9
     assert abs(along[1]) < 1e-9
@@ -123,9 +123,9 @@ def test_strain_is_that_of_the_equilibrium_plus_that_of_the_motion():
     middle = (shapes.x[:-1] + shapes.x[1:]) / 2
     still = np.zeros_like(shapes.centreline)
     assert np.allclose(axial_strain(shapes, still), solution.equilibrium.stretch(middle) - 1)
-    assert np.allclose(axial_strain(shapes, alone(shapes, 0, 0.25)), shapes.strain, atol=1e-9)
+    assert np.allclose(axial_strain(shapes, single_mode(shapes, 0, 0.25)), shapes.strain, atol=1e-9)
     stretching = shapes.labels.index("S1")
-    moved = alone(shapes, stretching, 0.25)
+    moved = single_mode(shapes, stretching, 0.25)
     slope = np.diff(moved[:, 0]) / np.diff(shapes.x)
     assert np.allclose(axial_strain(shapes, moved), shapes.strain + slope)
     bound = largest_strain(shapes, 0.15 * np.eye(5)[stretching])
@@ -137,7 +137,7 @@ def test_a_large_picture_of_stretching_never_folds():
     shapes = sampled(Beam(mu=12), modes=8)
     assert sum(label.startswith("S") for label in shapes.labels) >= 3
     for k in range(8):
-        along = (shapes.centreline + alone(shapes, k, 0.75, 0.4))[:, 0]
+        along = (shapes.centreline + single_mode(shapes, k, 0.75, 0.4))[:, 0]
         assert (np.diff(along) > 0).all()
 
 
@@ -181,10 +181,10 @@ def test_colours_tell_how_far_and_how_long():
     """Still is the low end, the farthest point the high end; unstrained is the middle."""
     shapes = sampled(Beam())
     amplitudes = 0.15 * np.eye(5)[0]
-    painted = colours.along(shapes, "displacement", alone(shapes, 0, 0.25), amplitudes)
+    painted = colours.along(shapes, "displacement", single_mode(shapes, 0, 0.25), amplitudes)
     assert np.allclose(painted[0] * 255, colours.SEQUENTIAL[0], atol=3)
     assert np.allclose(painted[-1] * 255, colours.SEQUENTIAL[-1], atol=6)
-    strained = colours.along(shapes, "axial strain", alone(shapes, 0, 0.25), amplitudes)
+    strained = colours.along(shapes, "axial strain", single_mode(shapes, 0, 0.25), amplitudes)
     assert np.allclose(strained * 255, colours.DIVERGING[2], atol=1)
 
 

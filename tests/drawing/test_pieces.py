@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from readings import PAPER
+from live.visitor import PAPER
 from strategies import beams
 
 from beamviz.beam import Beam

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from drawing.shapes import BEAMS, PAPER, sampled, single_mode
 from hypothesis import given
 from hypothesis import strategies as st
-from pictures import BEAMS, PAPER, alone, sampled
 
 from beamviz.beam import Beam
 from beamviz.drawing import camera, sizes
@@ -81,7 +81,7 @@ def test_the_scene_draws_a_beam_and_greys_it():
         scene.show(shapes, Look(), [1])
         scene.move(np.full(5, np.pi / 2), 0.15 * np.eye(5)[1], angle=0.3)
         drawn = scene.shapes
-        points, _ = placed(drawn, drawn.centreline + alone(drawn, 1, 0.25))
+        points, _ = placed(drawn, drawn.centreline + single_mode(drawn, 1, 0.25))
         middle = (points[:-1] + points[1:]) / 2
         assert np.allclose(scene.beam.batched_positions, middle, atol=1e-6)
         assert np.allclose(scene.mass.batched_positions, points[[drawn.mass]], atol=1e-6)

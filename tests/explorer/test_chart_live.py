@@ -4,9 +4,9 @@ import math
 import time
 
 import pytest
-from browser import NO_BROWSER, Page, control, field, page, tab
 from charts import TIP, charted
-from visitor import calm, visitor
+from live.browser import NO_BROWSER, Page, control, field, page, tab
+from live.visitor import pause, visitor
 
 from beamviz.explorer.features import loci_chart as charts
 from beamviz.explorer.features.loci_chart import FAMILIES, LANES, PER_REV
@@ -33,11 +33,11 @@ def test_moving_along_the_axis_computes_no_chart(url, monkeypatch):
     """Only the mark moves."""
     with visitor(url) as guest:
         guest.says("4.4641")
-        calm(guest, 0.7)
+        pause(guest, 0.7)
         monkeypatch.setattr(charts, "loci", None)  # a call would end in words
         guest.choose("speed γ", 6.5)
         guest.says("this beam, γ = 6.5")
-        calm(guest, 0.7)
+        pause(guest, 0.7)
         assert "unexpected" not in guest.text
 
 

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from readings import PAPER
-from visitor import Visitor, visitor
+from live.visitor import PAPER, Visitor, visitor
 
 from beamviz.beam import Beam
 from beamviz.drawing import camera

@@ -14,9 +14,8 @@ from typing import Any
 
 import pytest
 import websockets.exceptions
-from bare import CAMERA, packed, until, wire
-from readings import PAPER, frequency
-from visitor import BEAM, Visitor, calm, redrawn, visitor
+from live.server import CAMERA_MESSAGE, encoded, raw_socket, wait_until
+from live.visitor import BEAM, PAPER, Visitor, beam_moved, frequency_text, pause, visitor
 
 from beamviz.beam import NAMES, Beam
 from beamviz.explorer import app as server
@@ -61,13 +60,13 @@ def url(animators) -> Iterator[str]:
 def other(url) -> Iterator[Visitor]:
     """A visitor who has paused, and whose beam must be as it was when the test is over."""
     with visitor(url) as guest:
-        calm(guest)
+        pause(guest)
         yield guest
-        calm(guest)
-        assert frequency(PAPER) in guest.text
+        pause(guest)
+        assert frequency_text(PAPER) in guest.text
         assert "Stable equilibrium" in guest.text
         guest.choose("playing", True)
-        guest.wait(redrawn)
+        guest.wait(beam_moved)
 
 
 @pytest.fixture(autouse=True)
@@ -85,12 +84,12 @@ def vanish(line: socket.socket) -> None:
 
 def alone(animators: list[Animator], count: int = 1) -> None:
     """Wait until only `count` sessions are left."""
-    until(lambda: len(animators[0].sessions) == count)
+    wait_until(lambda: len(animators[0].sessions) == count)
 
 
 def newest(animators: list[Animator]) -> Session:
     """The session of the guest who came last, beside one other, once it is counted."""
-    until(lambda: len(animators[0].sessions) == 2)
+    wait_until(lambda: len(animators[0].sessions) == 2)
     return animators[0].sessions[max(animators[0].sessions)]
 
 
@@ -101,7 +100,7 @@ def test_tabs_closed_in_the_middle_of_a_picture(url, other, animators):
     """Ten visitors vanish while their beams move."""
     for _ in range(10):
         with visitor(url) as guest:
-            guest.wait(redrawn)
+            guest.wait(beam_moved)
             vanish(guest.socket.socket)
     alone(animators)
 
@@ -116,7 +115,7 @@ def test_tabs_closed_in_the_middle_of_a_solution(url, other, animators):
     start = time.monotonic()
     with visitor(url) as guest:
         guest.choose("speed γ", 12.0)
-        guest.says(frequency(PAPER.replace(gamma=12)))
+        guest.says(frequency_text(PAPER.replace(gamma=12)))
     assert time.monotonic() - start < 6
 
 
@@ -124,7 +123,7 @@ def test_a_page_loaded_again_and_again(url, other, animators):
     """Each load is a new visit that starts from the beginning."""
     for _ in range(5):
         with visitor(url) as guest:
-            assert frequency(PAPER) in guest.text
+            assert frequency_text(PAPER) in guest.text
     alone(animators)
 
 
@@ -136,16 +135,16 @@ def test_a_thousand_visits_leave_nothing_behind(url, other, animators):
     before = left()
     come_and_go(url, visits=1000)
     alone(animators)
-    until(lambda: all(now <= then for now, then in zip(left(), before, strict=True)))
+    wait_until(lambda: all(now <= then for now, then in zip(left(), before, strict=True)))
 
 
 def come_and_go(url: str, visits: int, at_once: int = 50) -> None:
     """Connect and disconnect."""
     for _ in range(visits // at_once):
         with contextlib.ExitStack() as open_lines:
-            lines = [open_lines.enter_context(wire(url)) for _ in range(at_once)]
+            lines = [open_lines.enter_context(raw_socket(url)) for _ in range(at_once)]
             for k in range(0, at_once, 50):
-                lines[k].send(packed(**CAMERA))
+                lines[k].send(encoded(**CAMERA_MESSAGE))
                 lines[k].recv(timeout=20)
                 vanish(lines[k].socket)
 
@@ -164,13 +163,15 @@ def left() -> tuple[int, int, int]:
 
 def test_messages_out_of_order(url, other):
     """Controls moved before the page said where its camera is, and cameras without end."""
-    with wire(url) as line:
-        line.send(packed(type="GuiUpdateMessage", uuid="nobody", updates={"value": 1}))
-        line.send(packed(type="TransformControlsDragEndMessage", name="/stage", owner="client"))
-        line.send(packed(type="CommandTriggerMessage", uuid="nobody"))
+    with raw_socket(url) as line:
+        line.send(encoded(type="GuiUpdateMessage", uuid="nobody", updates={"value": 1}))
+        line.send(encoded(type="TransformControlsDragEndMessage", name="/stage", owner="client"))
+        line.send(encoded(type="CommandTriggerMessage", uuid="nobody"))
         for k in range(50):
             line.send(
-                packed(**CAMERA | {"image_width": 1 + 600 * k, "image_height": 30001 - 600 * k})
+                encoded(
+                    **CAMERA_MESSAGE | {"image_width": 1 + 600 * k, "image_height": 30001 - 600 * k}
+                )
             )
         line.recv(timeout=20)
     with visitor(url) as guest:
@@ -180,11 +181,11 @@ def test_messages_out_of_order(url, other):
 def test_a_flood_of_5000_values_ends_at_the_last(url, other):
     """None of them is queued: the last is there soon, and the others are not held up."""
     with visitor(url) as guest:
-        calm(guest)
+        pause(guest)
         start = time.monotonic()
         for k in range(5000):
             guest.choose("speed γ", 30 - 0.005 * k)
-        guest.says(frequency(PAPER.replace(gamma=30 - 0.005 * 4999)))
+        guest.says(frequency_text(PAPER.replace(gamma=30 - 0.005 * 4999)))
         assert time.monotonic() - start < 15
 
 
@@ -197,7 +198,7 @@ def test_no_control_takes_harm_from_a_bad_value(url, other, animators, caplog, c
         for label in 3 * list(guest.controls):
             guest.choose(label, bad)
         session = newest(animators)
-        until(lambda: answered(guest, session, PAPER.replace(gamma=12)))
+        wait_until(lambda: answered(guest, session, PAPER.replace(gamma=12)))
     lines = [record.getMessage() for record in caplog.records]
     assert all("\n" not in line for line in lines)
     assert 1 <= len(lines) <= 2, lines
@@ -226,7 +227,7 @@ def test_a_solver_that_fails_is_said_and_logged_in_one_line(url, other, caplog):
             guest.choose("γ speed", BROKEN)
             guest.says("unexpected: a mistake of ours")
         guest.choose("γ speed", 12.0)
-        guest.says(frequency(PAPER.replace(gamma=12)))
+        guest.says(frequency_text(PAPER.replace(gamma=12)))
     lines = [record for record in caplog.records if "a mistake of ours" in record.getMessage()]
     assert len(lines) == 1
     assert lines[0].exc_info in (None, False)
@@ -239,9 +240,9 @@ def test_a_slow_solver_does_not_stop_the_pictures(url, other):
         guest.choose("γ speed", SLOW)
         frames, end = 0, time.monotonic() + 0.9
         while time.monotonic() < end:
-            frames += redrawn(other.receive(1.0))
+            frames += beam_moved(other.receive(1.0))
         assert frames >= 5
-        guest.says(frequency(PAPER.replace(gamma=SLOW)))
+        guest.says(frequency_text(PAPER.replace(gamma=SLOW)))
 
 
 def test_solutions_without_end_stop_nobody_else(url, other):
@@ -256,11 +257,11 @@ def test_solutions_without_end_stop_nobody_else(url, other):
         guests.callback(ENOUGH.set)
         for gamma in (12.0, 13.0):
             other.choose("speed γ", gamma)
-            other.says(frequency(PAPER.replace(gamma=gamma)))
+            other.says(frequency_text(PAPER.replace(gamma=gamma)))
             for _ in range(5):
-                other.wait(redrawn)
+                other.wait(beam_moved)
     other.choose("speed γ", PAPER.gamma)
-    other.says(frequency(PAPER))
+    other.says(frequency_text(PAPER))
 
 
 def test_solutions_without_end_stop_nobody_in_a_crowd(url, other, animators):
@@ -272,16 +273,16 @@ def test_solutions_without_end_stop_nobody_in_a_crowd(url, other, animators):
         for guest in crowd:
             guests.callback(vanish, guest.socket.socket)
         guests.callback(ENOUGH.set)
-        until(animators[0].crowded)
+        wait_until(animators[0].crowded)
         for guest in crowd[:3]:
             guest.choose("speed γ", 11.0)
-            guest.says(frequency(PAPER.replace(gamma=11)))
+            guest.says(frequency_text(PAPER.replace(gamma=11)))
             guest.choose("γ speed", ENDLESS)
         for gamma in (12.0, 13.0):
             crowd[-1].choose("speed γ", gamma)
-            crowd[-1].says(frequency(PAPER.replace(gamma=gamma)))
+            crowd[-1].says(frequency_text(PAPER.replace(gamma=gamma)))
             for _ in range(20):
-                crowd[-1].wait(redrawn)
+                crowd[-1].wait(beam_moved)
         sessions = list(animators[0].sessions.values())
         assert sum(session.solver.busy for session in sessions) >= 3
     alone(animators)
@@ -327,7 +328,7 @@ def test_clocks_that_jump_do_not_stop_the_picture(url, other, monkeypatch):
     for jump in (-3600, 86400):
         monkeypatch.setattr(time, "time", lambda jump=jump: now() + jump)
         for _ in range(5):
-            other.wait(redrawn)
+            other.wait(beam_moved)
 
 
 def test_a_machine_that_slept_goes_on_where_it_was(url, other, animators):

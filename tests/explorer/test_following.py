@@ -4,9 +4,8 @@ import time
 from collections.abc import Iterator
 
 import pytest
-from bare import until
-from readings import PAPER, frequency
-from visitor import visitor
+from live.server import wait_until
+from live.visitor import PAPER, frequency_text, visitor
 
 from beamviz.explorer import app as server
 from beamviz.explorer import solver_job as solving
@@ -32,7 +31,7 @@ def test_all_see_what_the_presenter_does(url, animators, monkeypatch):
         monkeypatch.setattr(solving, "solve", lambda *a, **o: (solved.append(a), solve(*a, **o))[1])
         lead.choose("speed γ", 21.0)
         for guest in (one, other):
-            guest.says(frequency(PAPER.replace(gamma=21)))
+            guest.says(frequency_text(PAPER.replace(gamma=21)))
         lead.choose("colour", "axial strain")
         for guest in (one, other):
             guest.says("axial strain, as drawn")
@@ -40,40 +39,40 @@ def test_all_see_what_the_presenter_does(url, animators, monkeypatch):
         sessions = list(animators[-1].sessions.values())
         assert len({id(session.look) for session in sessions}) == 1
         lead.choose("playing", False)
-        until(lambda: not any(session.moving for session in sessions))
-        until(lambda: len({session.clock.angle for session in sessions}) == 1)
+        wait_until(lambda: not any(session.moving for session in sessions))
+        wait_until(lambda: len({session.clock.angle for session in sessions}) == 1)
 
 
 def test_the_controls_follow_as_well(url):
     """A student's slider stands where the presenter's does."""
     with visitor(f"{url}/?token={PRESENTER}") as lead, visitor(url) as one:
         lead.choose("speed γ", 21.0)
-        one.says(frequency(PAPER.replace(gamma=21)))
-        until(lambda: one.receive(5) and one.values.get("speed γ") == 21.0)
+        one.says(frequency_text(PAPER.replace(gamma=21)))
+        wait_until(lambda: one.receive(5) and one.values.get("speed γ") == 21.0)
 
 
 def test_a_student_leaves_to_explore_and_comes_back(url):
     """From where the presenter is; nobody else moves; and back with one tick."""
     with visitor(f"{url}/?token={PRESENTER}") as lead, visitor(url) as one, visitor(url) as other:
         lead.choose("speed γ", 21.0)
-        one.says(frequency(PAPER.replace(gamma=21)))
+        one.says(frequency_text(PAPER.replace(gamma=21)))
         one.choose("mass α", 2.0)
-        one.says(frequency(PAPER.replace(gamma=21, alpha=2)))
+        one.says(frequency_text(PAPER.replace(gamma=21, alpha=2)))
         lead.choose("speed γ", 22.0)
-        other.says(frequency(PAPER.replace(gamma=22)))
-        assert frequency(PAPER.replace(gamma=21, alpha=2)) in one.text
-        assert frequency(PAPER.replace(gamma=21, alpha=2)) not in lead.text + other.text
+        other.says(frequency_text(PAPER.replace(gamma=22)))
+        assert frequency_text(PAPER.replace(gamma=21, alpha=2)) in one.text
+        assert frequency_text(PAPER.replace(gamma=21, alpha=2)) not in lead.text + other.text
         one.choose(LABEL, True)
-        one.says(frequency(PAPER.replace(gamma=22)))
+        one.says(frequency_text(PAPER.replace(gamma=22)))
 
 
 def test_a_student_cannot_lead(url):
     """Without the key there is nothing to lead with."""
     with visitor(f"{url}/?token=guessed") as one, visitor(url) as other:
         one.choose("speed γ", 21.0)
-        one.says(frequency(PAPER.replace(gamma=21)))
+        one.says(frequency_text(PAPER.replace(gamma=21)))
         time.sleep(0.5)
-        assert frequency(PAPER.replace(gamma=21)) not in other.text
+        assert frequency_text(PAPER.replace(gamma=21)) not in other.text
         assert LABEL in one.controls
 
 
@@ -83,13 +82,13 @@ def test_a_presenter_who_leaves_and_returns_leads_again(url, animators):
         with visitor(f"{url}/?token={PRESENTER}") as lead:
             assert LABEL not in lead.controls
             lead.choose("speed γ", 21.0)
-            one.says(frequency(PAPER.replace(gamma=21)))
+            one.says(frequency_text(PAPER.replace(gamma=21)))
             lead.choose("playing", False)
-        until(lambda: len(animators[-1].sessions) == 1)
-        assert frequency(PAPER.replace(gamma=21)) in one.text
+        wait_until(lambda: len(animators[-1].sessions) == 1)
+        assert frequency_text(PAPER.replace(gamma=21)) in one.text
         with visitor(f"{url}/?token={PRESENTER}") as lead:
             lead.choose("speed γ", 5.0)
-            one.says(frequency(PAPER.replace(gamma=5)))
+            one.says(frequency_text(PAPER.replace(gamma=5)))
 
 
 def test_the_presenters_link_is_printed_beside_the_other(capsys, monkeypatch):

@@ -9,8 +9,7 @@ from functools import partial
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from readings import PAPER, frequency
-from visitor import Visitor, visitor
+from live.visitor import PAPER, Visitor, frequency_text, visitor
 
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
@@ -56,7 +55,7 @@ def read(guest: Visitor) -> str:
 def test_a_newcomer_is_invited(guest):
     """And sees the scene the server was started with."""
     guest.says(f"{len(LESSONS)} short lessons")
-    assert frequency(PAPER) in guest.text
+    assert frequency_text(PAPER) in guest.text
 
 
 def test_next_leads_through_every_page_and_back_again(guest):
@@ -78,7 +77,7 @@ def test_next_leads_through_every_page_and_back_again(guest):
 def test_a_lesson_brings_its_scene(guest, one):
     """The table is that of its beam and model."""
     begin(guest, one.name)
-    guest.says(frequency(one.scene.beam, **one.scene.options))
+    guest.says(frequency_text(one.scene.beam, **one.scene.options))
 
 
 def test_a_lesson_fits_its_beam_into_the_picture(guest, monkeypatch):
@@ -89,7 +88,7 @@ def test_a_lesson_fits_its_beam_into_the_picture(guest, monkeypatch):
     slow = partial(late, solving.solve)
     monkeypatch.setattr(solving, "solve", slow)
     begin(guest, "buckling")
-    guest.says(frequency(scene.beam))
+    guest.says(frequency_text(scene.beam))
     guest.wait(lambda _: guest.camera == pytest.approx(wanted, rel=1e-6))
 
 
@@ -103,7 +102,7 @@ def test_turning_a_page_leaves_the_beam_alone(guest):
     """Only the next lesson has a scene of its own."""
     begin(guest, "stiffening")
     guest.choose("speed γ", 7.0)
-    moved = frequency(Beam(gamma=7), plane="flapwise")
+    moved = frequency_text(Beam(gamma=7), plane="flapwise")
     guest.says(moved)
     guest.choose("page", NEXT)
     guest.says("proves it")
@@ -113,14 +112,14 @@ def test_turning_a_page_leaves_the_beam_alone(guest):
 def test_reset_brings_back_the_start_of_the_lesson(guest):
     """By the button among its pages, by that among the controls, and by the key."""
     begin(guest, "moving-mass")
-    start = frequency(lesson("moving-mass").scene.beam)
+    start = frequency_text(lesson("moving-mass").scene.beam)
     for again in (
         lambda: guest.choose("page", RESET),
         lambda: guest.choose("reset", "beam"),
         lambda: guest.press("R"),
     ):
         guest.choose("position β", 0.3)
-        guest.says(frequency(Beam(alpha=1, beta=0.3)))
+        guest.says(frequency_text(Beam(alpha=1, beta=0.3)))
         again()
         guest.says(start)
 
@@ -128,9 +127,9 @@ def test_reset_brings_back_the_start_of_the_lesson(guest):
 def test_without_a_lesson_reset_brings_back_the_first_scene(guest):
     """What the server was started with."""
     guest.choose("speed γ", 20.0)
-    guest.says(frequency(PAPER.replace(gamma=20)))
+    guest.says(frequency_text(PAPER.replace(gamma=20)))
     guest.choose("page", RESET)
-    guest.says(frequency(PAPER))
+    guest.says(frequency_text(PAPER))
 
 
 def test_a_scene_that_is_that_of_a_lesson_begins_it():
@@ -196,7 +195,7 @@ def test_keys_do_what_the_controls_do(guest):
     """Modes, Coriolis, pages of a lesson; each has an entry in the list of keys."""
     assert set("12345PNBRVHSCD") <= set(guest.commands)
     guest.press("C")
-    with_coriolis = frequency(PAPER, coriolis=True)
+    with_coriolis = frequency_text(PAPER, coriolis=True)
     guest.says(with_coriolis)
     guest.press("N")
     guest.says(LESSONS[0].question)

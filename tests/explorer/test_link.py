@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 import pytest
-from browser import NO_BROWSER, Page, button, field, page, says
+from live.browser import NO_BROWSER, Page, button, field, page, says
 
 from beamviz.explorer.app import explorer
 from beamviz.exports.browser import found_browser

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from visitor import visitor
+from live.visitor import visitor
 
 from beamviz.beam import LIMITS, Beam, Units
 from beamviz.display_units import frequencies, measure, measures, neat, places, rounded

@@ -7,8 +7,8 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
-from browser import NO_BROWSER, Page, button, control, field, page, says
-from readings import frequency
+from live.browser import NO_BROWSER, Page, button, control, field, page, says
+from live.visitor import frequency_text
 
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
@@ -48,7 +48,7 @@ def shown() -> Iterator[Page]:
     scene = SavedScene.of(START, playing=False)
     with explorer(scene) as url, page(url, 1280, 900) as opened:
         opened.wait(f"{NODES} && {NODES}['/stage/wheel/beam'] && {PIECES}")
-        opened.wait(says(frequency(START)))
+        opened.wait(says(frequency_text(START)))
         settled(opened)
         yield opened
 
@@ -75,7 +75,7 @@ def test_the_page_loads_without_complaint(shown):
     assert shown.problems == []
     text = shown.evaluate("document.querySelector('table').innerText")
     for mode in range(5):
-        assert frequency(START, mode) in text
+        assert frequency_text(START, mode) in text
 
 
 def test_mode_2_shows_its_node(shown):
@@ -123,14 +123,14 @@ def test_dragging_a_slider_changes_beam_and_table(shown):
     shown.drag(control("slenderness μ"), 0.33, 0.1)
     mu = value(shown, "slenderness μ")
     assert 10 <= mu < 50
-    shown.wait(says(frequency(Beam(mu=mu))))
+    shown.wait(says(frequency_text(Beam(mu=mu))))
     settled(shown)
     assert thickness(shown) / size == pytest.approx(70 / mu, rel=1e-3)
     before = pieces(shown)
     shown.drag(control("mass α"), 0.02, 0.6)
     alpha = value(shown, "mass α")
     assert alpha > 1
-    shown.wait(says(frequency(Beam(alpha=alpha, mu=mu))))
+    shown.wait(says(frequency_text(Beam(alpha=alpha, mu=mu))))
     after = settled(shown)
     assert after.shape != before.shape or not np.allclose(after, before, atol=1e-3)
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from browser import NO_BROWSER, Page, button, field, page
+from live.browser import NO_BROWSER, Page, button, field, page
 
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer

@@ -6,7 +6,7 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
-from browser import NO_BROWSER, Page, page
+from live.browser import NO_BROWSER, Page, page
 from scipy import ndimage
 
 from beamviz.beam import Beam

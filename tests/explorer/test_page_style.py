@@ -4,7 +4,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
-from browser import NO_BROWSER, Page, field, page, tab
+from live.browser import NO_BROWSER, Page, field, page, tab
 
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer

@@ -4,7 +4,7 @@ import math
 import re
 
 import pytest
-from visitor import Visitor, visitor
+from live.visitor import Visitor, visitor
 
 from beamviz.beam import Beam
 from beamviz.display_units import significant as digits

@@ -5,8 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from readings import PAPER, frequency
-from visitor import visitor
+from live.visitor import PAPER, frequency_text, visitor
 
 from beamviz.beam import Beam, Units
 from beamviz.display_units import measure
@@ -166,14 +165,14 @@ def test_a_ride_in_the_page(url):
         guest.choose("Stop", True)
         guest.wait(lambda _: "Run up from rest" in guest.controls)
         guest.choose("speed γ", 4.0)
-        guest.says(frequency(PAPER.replace(gamma=4)))
+        guest.says(frequency_text(PAPER.replace(gamma=4)))
         assert 'aria-label="run-up"' in guest.text
         guest.choose("mass α", 2.0)
         guest.wait(lambda _: 'aria-label="run-up"' not in guest.text)
         guest.choose("damping ζ [%]", "nonsense")
         guest.choose("force comes", "7 × per turn")
         guest.choose("speed γ", 5.0)
-        guest.says(frequency(PAPER.replace(gamma=5, alpha=2)))
+        guest.says(frequency_text(PAPER.replace(gamma=5, alpha=2)))
 
 
 def test_a_run_can_begin_at_an_unstable_beam():

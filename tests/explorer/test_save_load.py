@@ -4,7 +4,7 @@ from functools import partial
 from typing import Any
 
 import pytest
-from visitor import Visitor, visitor
+from live.visitor import Visitor, visitor
 
 from beamviz.beam import MAX_TOML_BYTES, Beam
 from beamviz.explorer.features import downloads as take_away

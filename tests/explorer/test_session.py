@@ -7,8 +7,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
-from readings import PAPER, frequency
-from visitor import BEAM, calm, redrawn, visitor
+from live.visitor import BEAM, PAPER, beam_moved, frequency_text, pause, visitor
 
 from beamviz.beam import Beam, Units
 from beamviz.explorer import solver_job as solving
@@ -28,7 +27,7 @@ def test_a_visitor_gets_table_and_picture_at_once(url):
     """The first answer holds all five modes of the starting beam."""
     with visitor(url) as guest:
         for mode in range(5):
-            assert frequency(PAPER, mode) in guest.text
+            assert frequency_text(PAPER, mode) in guest.text
         assert "Stable equilibrium" in guest.text
         assert BEAM in guest.nodes
 
@@ -37,19 +36,19 @@ def test_one_visitor_does_not_move_the_beam_of_another(url):
     """A slider of one changes nothing for the other."""
     with visitor(url) as one, visitor(url) as other:
         one.choose("speed γ", 20.0)
-        one.says(frequency(PAPER.replace(gamma=20)))
-        calm(other)
-        assert frequency(PAPER) in other.text
-        assert frequency(PAPER.replace(gamma=20)) not in other.text
+        one.says(frequency_text(PAPER.replace(gamma=20)))
+        pause(other)
+        assert frequency_text(PAPER) in other.text
+        assert frequency_text(PAPER.replace(gamma=20)) not in other.text
 
 
 def test_sliders_and_exact_fields_agree(url):
     """A field beyond the everyday range of its slider is solved, and widens the slider."""
     with visitor(url) as guest:
         guest.choose("γ speed", 120.0)
-        guest.says(frequency(PAPER.replace(gamma=120)))
+        guest.says(frequency_text(PAPER.replace(gamma=120)))
         guest.choose("mass α", 2.5)
-        guest.says(frequency(PAPER.replace(gamma=120, alpha=2.5)))
+        guest.says(frequency_text(PAPER.replace(gamma=120, alpha=2.5)))
 
 
 def test_a_hint_says_what_a_slider_does_to_the_beam(url):
@@ -66,11 +65,11 @@ def test_every_part_of_the_model_can_be_chosen(url):
     """Plane, strain law and curvature change the answer to what solve gives."""
     with visitor(url) as guest:
         guest.choose("plane", "flapwise")
-        guest.says(frequency(PAPER, plane="flapwise"))
+        guest.says(frequency_text(PAPER, plane="flapwise"))
         guest.choose("curvature", "material")
-        guest.says(frequency(PAPER, plane="flapwise", curvature="material"))
+        guest.says(frequency_text(PAPER, plane="flapwise", curvature="material"))
         guest.choose("strain", "hencky")
-        guest.says(frequency(PAPER, plane="flapwise", curvature="material", strain="hencky"))
+        guest.says(frequency_text(PAPER, plane="flapwise", curvature="material", strain="hencky"))
 
 
 def test_hertz_are_shown_for_a_beam_in_si_units():
@@ -100,9 +99,9 @@ def test_only_the_latest_of_many_edits_is_kept(url, monkeypatch):
     with visitor(url) as guest:
         for k in range(400):
             guest.choose("speed γ", 30 - 0.05 * k)
-        guest.says(frequency(PAPER.replace(gamma=30 - 0.05 * 399)))
-        calm(guest)
-        assert frequency(PAPER.replace(gamma=30 - 0.05 * 399)) in guest.text
+        guest.says(frequency_text(PAPER.replace(gamma=30 - 0.05 * 399)))
+        pause(guest)
+        assert frequency_text(PAPER.replace(gamma=30 - 0.05 * 399)) in guest.text
     assert len(solved) < 300
 
 
@@ -150,11 +149,11 @@ def test_an_edit_is_seen_soon(url):
     """Half of the edits are drawn within half a second, however busy the machine; what it is
     on a quiet one is measured by scripts/measure_edit_to_update.py."""
     with visitor(url) as guest:
-        calm(guest)
+        pause(guest)
         times = []
         for k in range(15):
             start = time.perf_counter()
             guest.choose("speed γ", 11.0 + 0.1 * k)
-            guest.wait(redrawn)
+            guest.wait(beam_moved)
             times.append(time.perf_counter() - start)
         assert statistics.median(times) < 0.5

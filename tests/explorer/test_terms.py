@@ -1,8 +1,7 @@
 """Switches for the terms of the equations, and what they leave to be seen."""
 
 import pytest
-from readings import frequency
-from visitor import visitor
+from live.visitor import frequency_text, visitor
 
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
@@ -28,25 +27,25 @@ def test_a_term_is_switched_and_back(url, label, option):
         if option == "stiffening":  # without it the beam is unstable at gamma = 3 already
             guest.says("Unstable: the straight beam runs away in bending")
         else:
-            guest.says(frequency(BEAM, **{option: not usual}))
+            guest.says(frequency_text(BEAM, **{option: not usual}))
         guest.says("before<br>")
         guest.says(number(solve(BEAM).frequencies[0]))
         guest.choose(label, usual)
-        guest.says(frequency(BEAM))
+        guest.says(frequency_text(BEAM))
 
 
 def test_the_mass_is_taken_off_and_put_back(url):
     """Without it, alpha is 0; back on, it is what it was; a beam that had none gets one."""
     with visitor(url) as guest:
         guest.choose("mass α", 2.5)
-        guest.says(frequency(BEAM.replace(alpha=2.5)))
+        guest.says(frequency_text(BEAM.replace(alpha=2.5)))
         guest.choose("mass", False)
-        guest.says(frequency(BEAM.replace(alpha=0)))
+        guest.says(frequency_text(BEAM.replace(alpha=0)))
         guest.choose("mass", True)
-        guest.says(frequency(BEAM.replace(alpha=2.5)))
+        guest.says(frequency_text(BEAM.replace(alpha=2.5)))
     with explorer(SavedScene(Beam(gamma=3))) as address, visitor(address) as guest:
         guest.choose("mass", True)
-        guest.says(frequency(Beam(alpha=1, gamma=3)))
+        guest.says(frequency_text(Beam(alpha=1, gamma=3)))
 
 
 def test_the_switch_of_the_mass_follows_its_slider(url):

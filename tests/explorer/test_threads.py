@@ -5,7 +5,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
-from bare import until
+from live.server import wait_until
 
 from beamviz.explorer import executor as threads
 from beamviz.explorer.executor import Threads
@@ -24,11 +24,11 @@ def test_work_is_done_in_order_and_so_many_at_once(going):
     pool, begun = Threads(2, "test"), []
     for k in range(6):
         pool.submit(lambda k: (begun.append(k), going.wait(20)), k)
-    until(lambda: len(begun) == 2)
+    wait_until(lambda: len(begun) == 2)
     time.sleep(0.1)
     assert begun == [0, 1]
     going.set()
-    until(lambda: len(begun) == 6)
+    wait_until(lambda: len(begun) == 6)
     assert sorted(begun[2:4]) == [2, 3]
     assert sorted(begun[4:]) == [4, 5]
 
@@ -41,7 +41,7 @@ def test_long_work_stops_nobody(going, monkeypatch):
         pool.submit(going.wait, 60)
     for k in range(20):
         pool.submit(done.append, k)
-    until(lambda: len(done) == 20)
+    wait_until(lambda: len(done) == 20)
     assert sorted(done) == list(range(20))
     assert len(pool.begun) == 9
 
@@ -51,7 +51,7 @@ def test_threads_end_when_there_is_nothing_to_do(going):
     pool = Threads(3, "test that ends")
     futures = [pool.submit(pow, 2, k) for k in range(50)]
     assert [future.result(20) for future in futures] == [2**k for k in range(50)]
-    until(lambda: not [one for one in threading.enumerate() if one.name == "test that ends"])
+    wait_until(lambda: not [one for one in threading.enumerate() if one.name == "test that ends"])
     assert not pool.begun
 
 
@@ -70,5 +70,5 @@ def test_the_end_waits_for_nothing(going):
         pool.submit(going.wait, 60)
         pool.submit(done.append, 1)
     going.set()
-    until(lambda: not pool.begun)
+    wait_until(lambda: not pool.begun)
     assert not done

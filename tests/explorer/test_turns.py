@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from bare import until
+from live.server import wait_until
 
 from beamviz.explorer import solve_queue as turns
 from beamviz.explorer.solve_queue import Turns
@@ -78,7 +78,7 @@ def test_who_has_chosen_what_is_slow_goes_to_a_thread(crowd, pool):
     crowd.take(1)
     assert done.wait(20)
     crowd.submit(done.clear, lambda: quick[0])
-    until(lambda: not done.is_set())
+    wait_until(lambda: not done.is_set())
     assert len(pool.given) == 2
     assert not crowd.waiting
 
@@ -99,6 +99,6 @@ def test_what_takes_long_in_spite_of_all_holds_up_nobody(crowd, monkeypatch):
         assert done == [1, 2, 3]
     finally:
         enough.set()
-    until(lambda: sorted(done) == [-1, -1, 1, 2, 3])
+    wait_until(lambda: sorted(done) == [-1, -1, 1, 2, 3])
     crowd.close()
-    until(lambda: helpers() == before)
+    wait_until(lambda: helpers() == before)

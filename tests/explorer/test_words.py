@@ -2,7 +2,7 @@
 
 import math
 
-from pictures import PAPER
+from live.visitor import PAPER
 
 from beamviz import messages as words
 from beamviz.beam import Beam, Units

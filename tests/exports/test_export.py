@@ -8,8 +8,8 @@ import numpy as np
 import pygltflib
 import pytest
 import trimesh
-from browser import NO_BROWSER, page
-from readings import PAPER
+from live.browser import NO_BROWSER, page
+from live.visitor import PAPER
 
 from beamviz.drawing.modes import displacement
 from beamviz.drawing.objects import placed

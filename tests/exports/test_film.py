@@ -12,10 +12,10 @@ from pathlib import Path
 import imageio_ffmpeg
 import numpy as np
 import pytest
-from bare import until
-from browser import NO_BROWSER
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from live.browser import NO_BROWSER
+from live.server import wait_until
 from PIL import Image, ImageSequence
 
 from beamviz.errors import InvalidInput, Unavailable
@@ -217,7 +217,7 @@ def test_a_film_that_is_interrupted_leaves_nothing(tmp_path, kind):
     )
     with process:
         try:
-            until(lambda: len(list(tmp_path.iterdir())) == 2)  # the half file
+            wait_until(lambda: len(list(tmp_path.iterdir())) == 2)  # the half file
             time.sleep(1.0)
             process.send_signal(signal.SIGINT)
             _, errors = process.communicate(timeout=60)

@@ -8,8 +8,8 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
-from browser import NO_BROWSER
-from readings import PAPER
+from live.browser import NO_BROWSER
+from live.visitor import PAPER
 
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput, NoEquilibrium, Unavailable

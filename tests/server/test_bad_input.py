@@ -3,8 +3,7 @@
 import math
 
 import pytest
-from readings import PAPER, frequency
-from visitor import visitor
+from live.visitor import PAPER, frequency_text, visitor
 
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
@@ -28,7 +27,7 @@ def test_a_bad_number_is_named_and_loses_nothing(url, value, words):
         guest.choose("mass α", value)
         guest.says(words)
         guest.choose("mass α", 2.0)
-        guest.says(frequency(PAPER.replace(alpha=2)))
+        guest.says(frequency_text(PAPER.replace(alpha=2)))
         guest.says("Stable equilibrium")
 
 
@@ -44,7 +43,7 @@ def test_nonsense_from_a_browser_does_not_end_a_session(url):
         guest.choose("mode 3", 1e30)
         guest.send(type="GuiUpdateMessage", uuid="nobody", updates={"value": 1})
         guest.choose("speed γ", 12.0)
-        guest.says(frequency(PAPER.replace(gamma=12)))
+        guest.says(frequency_text(PAPER.replace(gamma=12)))
 
 
 def test_no_equilibrium_is_said_where_the_beam_was_and_greys_it(url):
@@ -67,7 +66,7 @@ def test_an_unstable_state_is_said_with_its_growth(url):
     with visitor(url) as guest:
         guest.choose("mass α", 0.0)
         guest.choose("speed γ", 5.0)
-        guest.says(frequency(Beam(beta=0.5, gamma=5)))
+        guest.says(frequency_text(Beam(beta=0.5, gamma=5)))
         guest.choose("hub δ", -1.0)
         guest.says("Unstable: the straight beam runs away in bending")
         growth = solve(Beam(beta=0.5, gamma=5, delta=-1)).growth_rates.max()
@@ -99,6 +98,6 @@ def test_an_edit_that_comes_while_the_session_is_built_is_not_lost(monkeypatch):
         panel.listener.see("colouring", "axial strain")
 
     monkeypatch.setattr(Panel, "put", early)
-    first = frequency(PAPER.replace(gamma=21))
+    first = frequency_text(PAPER.replace(gamma=21))
     with explorer(SavedScene(PAPER)) as address, visitor(address, first=first) as guest:
         assert guest.says("axial strain, as drawn")

@@ -6,8 +6,8 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
 import pytest
-from bare import PROTOCOL, address, bare
-from browser import NO_BROWSER, Page, page
+from live.browser import NO_BROWSER, Page, page
+from live.server import PROTOCOL, plain_viser_server, url_of
 
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
@@ -79,8 +79,8 @@ def framed(shown: Page, url: str) -> bool:
 
 def test_a_foreign_page_cannot_drive_a_session(foreign, url):
     """With a bare viser server it can: any page of the web that is open in the same browser."""
-    with bare() as viser_server:
-        assert opens(foreign, address(viser_server))
+    with plain_viser_server() as viser_server:
+        assert opens(foreign, url_of(viser_server))
     assert not opens(foreign, url)
 
 
@@ -98,18 +98,18 @@ def test_a_foreign_page_cannot_use_the_cookie_of_a_visitor(foreign):
 
 def test_a_foreign_page_cannot_put_the_explorer_in_a_frame(foreign, url):
     """A frame under a foreign page's own buttons would steal clicks."""
-    with bare() as viser_server:
-        assert framed(foreign, address(viser_server) + "/")
+    with plain_viser_server() as viser_server:
+        assert framed(foreign, url_of(viser_server) + "/")
     assert not framed(foreign, url + "/")
 
 
 def test_our_own_page_cannot_be_made_to_talk_to_others(url):
     """Should a script ever get into it, it has nobody to send what it finds."""
-    with bare() as other, bare() as viser_server:
-        with page(address(viser_server)) as shown:
+    with plain_viser_server() as other, plain_viser_server() as viser_server:
+        with page(url_of(viser_server)) as shown:
             shown.wait(SHOWN)
-            assert opens(shown, address(other))
+            assert opens(shown, url_of(other))
         with page(url) as shown:
             shown.wait(SHOWN)
             assert opens(shown, url)
-            assert not opens(shown, address(other))
+            assert not opens(shown, url_of(other))

@@ -1,9 +1,8 @@
 """What is one visitor's is nobody else's: shown on a bare viser server, then refused by ours."""
 
 import viser
-from bare import address, bare, closed, packed, until, wire
-from readings import PAPER, frequency
-from visitor import BEAM, Visitor, settled, visitor
+from live.server import close_code, encoded, plain_viser_server, raw_socket, url_of, wait_until
+from live.visitor import BEAM, PAPER, Visitor, final_text, frequency_text, visitor
 
 from beamviz.explorer import app as server
 from beamviz.explorer.app import explorer
@@ -14,60 +13,60 @@ VIOLATION = 1008
 
 def test_a_visitor_cannot_change_another_ones_controls(url):
     """Controls that viser shares, one visitor can move for all; ours are private, every one."""
-    with bare() as viser_server, wire(address(viser_server)) as line:
+    with plain_viser_server() as viser_server, raw_socket(url_of(viser_server)) as line:
         slider = viser_server.gui.add_slider("x", 0.0, 1.0, 0.1, 0.5)
-        line.send(packed(type="GuiUpdateMessage", uuid=slider._impl.uuid, updates={"value": 1.0}))
-        until(lambda: slider.value == 1.0)
+        line.send(encoded(type="GuiUpdateMessage", uuid=slider._impl.uuid, updates={"value": 1.0}))
+        wait_until(lambda: slider.value == 1.0)
     with visitor(url) as one, visitor(url) as other:
         assert one.controls
         assert not set(one.controls.values()) & set(other.controls.values())
         for guest in (one, other):
             guest.choose("playing", False)
-            settled(guest)
+            final_text(guest)
         before = other.text
         for uuid in other.controls.values():
             one.send(type="GuiUpdateMessage", uuid=uuid, updates={"value": 1})
-        assert settled(other) == before
+        assert final_text(other) == before
 
 
 def test_a_visitor_cannot_remove_another_ones_controls(url):
     """viser takes a control away from all on a message of one: here its sender is sent off."""
-    with bare() as viser_server, wire(address(viser_server)) as line:
+    with plain_viser_server() as viser_server, raw_socket(url_of(viser_server)) as line:
         slider = viser_server.gui.add_slider("x", 0.0, 1.0, 0.1, 0.5)
         updates = {"removed": True}
-        line.send(packed(type="GuiUpdateMessage", uuid=slider._impl.uuid, updates=updates))
-        until(lambda: slider._impl.removed)
+        line.send(encoded(type="GuiUpdateMessage", uuid=slider._impl.uuid, updates=updates))
+        wait_until(lambda: slider._impl.removed)
     with visitor(url) as other:
         uuid = other.controls["speed γ"]
         for message in (
-            packed(type="GuiUpdateMessage", uuid=uuid, updates=updates),
-            packed(type="GuiRemoveMessage", uuid=uuid),
-            packed(type="RemoveSceneNodeMessage", name=BEAM),
+            encoded(type="GuiUpdateMessage", uuid=uuid, updates=updates),
+            encoded(type="GuiRemoveMessage", uuid=uuid),
+            encoded(type="RemoveSceneNodeMessage", name=BEAM),
         ):
-            assert closed(url, message) == VIOLATION
+            assert close_code(url, message) == VIOLATION
         other.choose("speed γ", 11.0)
-        other.says(frequency(PAPER.replace(gamma=11.0)))
+        other.says(frequency_text(PAPER.replace(gamma=11.0)))
 
 
 def test_a_visitor_hears_nothing_of_another(url):
     """viser tells all of what one does; here not a control, nor a text, nor a picture of it."""
-    with bare() as viser_server, wire(address(viser_server)) as one:
+    with plain_viser_server() as viser_server, raw_socket(url_of(viser_server)) as one:
         slider = viser_server.gui.add_slider("x", 0.0, 1.0, 0.1, 0.5)
-        with wire(address(viser_server)) as other:
+        with raw_socket(url_of(viser_server)) as other:
             other.send(
-                packed(type="GuiUpdateMessage", uuid=slider._impl.uuid, updates={"value": 1.0})
+                encoded(type="GuiUpdateMessage", uuid=slider._impl.uuid, updates={"value": 1.0})
             )
-            until(lambda: slider.value == 1.0)
+            wait_until(lambda: slider.value == 1.0)
             eavesdropper = Visitor(one)
             eavesdropper.wait(lambda _: slider._impl.uuid in eavesdropper.updated)
     with visitor(url) as one, visitor(url) as other:
         for guest in (one, other):
             guest.choose("playing", False)
-            settled(guest)
+            final_text(guest)
         before = one.received
         other.choose("speed γ", 11.0)
-        other.says(frequency(PAPER.replace(gamma=11.0)))
-        settled(one)
+        other.says(frequency_text(PAPER.replace(gamma=11.0)))
+        final_text(one)
         assert one.received == before
         assert not {*one.texts, *one.updated} & {*other.texts, *other.updated}
 

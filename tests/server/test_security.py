@@ -10,9 +10,20 @@ from unittest import mock
 import pytest
 import viser
 import websockets.exceptions
-from bare import CAMERA, EVIL, address, arrived, bare, closed, got, loose, packed, until, wire
-from readings import PAPER
-from visitor import BEAM, redrawn, visitor
+from live.server import (
+    CAMERA_MESSAGE,
+    FOREIGN_ORIGIN,
+    close_code,
+    encoded,
+    http_get,
+    missing_headers,
+    plain_viser_server,
+    raw_socket,
+    url_of,
+    wait_for_client,
+    wait_until,
+)
+from live.visitor import BEAM, PAPER, beam_moved, visitor
 
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.explorer import app as server
@@ -47,7 +58,7 @@ def refused(url: str, **options: Any) -> bool:
     """Whether a WebSocket is turned away with 403."""
     with (
         pytest.raises(websockets.exceptions.InvalidStatus, match="403"),
-        wire(url, **options),
+        raw_socket(url, **options),
     ):
         pass
     return True
@@ -64,28 +75,31 @@ def unharmed(url: str) -> bool:
 
 def test_a_page_of_another_site_may_not_connect_nor_ask(url):
     """viser lets any page of the web in; here it gets 403, over WebSocket and over HTTP."""
-    with bare() as viser_server, wire(address(viser_server), origin=EVIL) as line:
-        line.send(packed(**CAMERA))
-        arrived(viser_server)
-        assert got(address(viser_server), Origin=EVIL)[0] == 200
-    assert refused(url, origin=EVIL)
+    with (
+        plain_viser_server() as viser_server,
+        raw_socket(url_of(viser_server), origin=FOREIGN_ORIGIN) as line,
+    ):
+        line.send(encoded(**CAMERA_MESSAGE))
+        wait_for_client(viser_server)
+        assert http_get(url_of(viser_server), Origin=FOREIGN_ORIGIN)[0] == 200
+    assert refused(url, origin=FOREIGN_ORIGIN)
     assert refused(url, origin="null")
-    assert got(url, Origin=EVIL)[0] == 403
-    assert got(url, Origin=url)[0] == 200
+    assert http_get(url, Origin=FOREIGN_ORIGIN)[0] == 403
+    assert http_get(url, Origin=url)[0] == 200
     assert unharmed(url)
 
 
 @pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example:{port}", "127.0.0.1:1"])
 def test_a_name_made_to_point_here_is_not_answered(url, host):
     """DNS rebinding makes a foreign page same-origin; only the Host header gives it away."""
-    with bare() as viser_server:
-        here = address(viser_server)
+    with plain_viser_server() as viser_server:
+        here = url_of(viser_server)
         name = host.format(port=viser_server.get_port())
-        assert got(here, Host=name)[0] == 200
-        with wire(here, additional_headers={"Host": name}, origin=f"http://{name}"):
+        assert http_get(here, Host=name)[0] == 200
+        with raw_socket(here, additional_headers={"Host": name}, origin=f"http://{name}"):
             pass
     name = host.format(port=url.split(":")[2])
-    status, _, body = got(url, Host=name)
+    status, _, body = http_get(url, Host=name)
     assert (status, b"does not answer to" in body) == (403, True)
     assert refused(url, additional_headers={"Host": name}, origin=f"http://{name}")
 
@@ -93,9 +107,9 @@ def test_a_name_made_to_point_here_is_not_answered(url, host):
 def test_two_hosts_in_one_request_are_none(url):
     """What a proxy and a server could read differently is refused."""
     place = url.removeprefix("http://")
-    with bare() as viser_server:
-        assert got(address(viser_server), Host="evil.example", host="localhost")[0] == 200
-    assert got(url, Host=place, host="evil.example")[0] == 403
+    with plain_viser_server() as viser_server:
+        assert http_get(url_of(viser_server), Host="evil.example", host="localhost")[0] == 200
+    assert http_get(url, Host=place, host="evil.example")[0] == 403
 
 
 @pytest.mark.parametrize(
@@ -145,7 +159,7 @@ def test_a_public_url_that_is_none_is_named(text):
 def test_only_this_machine_can_connect_unless_others_are_let_in(url):
     """viser listens to all the network, at every address of the machine."""
     with (
-        bare("0.0.0.0") as viser_server,
+        plain_viser_server("0.0.0.0") as viser_server,
         socket.create_connection(("127.0.0.2", viser_server.get_port()), timeout=10),
     ):
         pass
@@ -158,12 +172,12 @@ def test_only_this_machine_can_connect_unless_others_are_let_in(url):
 
 def test_on_a_network_nobody_comes_in_without_the_key(open_url):
     """viser's default is to listen to all, and to let all in."""
-    with bare("0.0.0.0") as viser_server:
-        assert got(address(viser_server))[0] == 200
-        with wire(address(viser_server)):
+    with plain_viser_server("0.0.0.0") as viser_server:
+        assert http_get(url_of(viser_server))[0] == 200
+        with raw_socket(url_of(viser_server)):
             pass
     for path in ("/", "/?token=", "/?token=wrong", f"/?token={KEY}x", "/?token=%ff%fe"):
-        status, _, body = got(open_url, path)
+        status, _, body = http_get(open_url, path)
         assert (status, b"viser" in body) == (403, False)
         assert refused(open_url, path=path)
     assert refused(open_url, additional_headers={"Cookie": "beamviz=1; x"})
@@ -171,16 +185,16 @@ def test_on_a_network_nobody_comes_in_without_the_key(open_url):
 
 def test_the_key_becomes_a_cookie_and_leaves_the_address(open_url):
     """A projector shows the address; a script on the page cannot read the cookie."""
-    status, headers, _ = got(open_url, f"/?token={KEY}")
+    status, headers, _ = http_get(open_url, f"/?token={KEY}")
     assert (status, headers["Location"]) == (303, "/")
     cookie, _, rules = headers["Set-Cookie"].partition(";")
     assert {"HttpOnly", "SameSite=Lax"} <= set(rules.replace(" ", "").split(";"))
-    assert got(open_url, Cookie=cookie)[0] == 200
-    assert got(open_url, Cookie=f"other=1; {cookie}; more=2")[0] == 200
+    assert http_get(open_url, Cookie=cookie)[0] == 200
+    assert http_get(open_url, Cookie=f"other=1; {cookie}; more=2")[0] == 200
     with visitor(open_url, additional_headers={"Cookie": cookie}) as guest:
         assert BEAM in guest.nodes
     assert unharmed(f"{open_url}/?token={KEY}")
-    _, headers, _ = got(open_url, f"/?lesson=nodes&token={KEY}&dark=true")
+    _, headers, _ = http_get(open_url, f"/?lesson=nodes&token={KEY}&dark=true")
     assert headers["Location"] == "/?lesson=nodes&dark=true"
 
 
@@ -214,13 +228,13 @@ def test_no_visitor_can_open_a_public_tunnel(url):
     """viser opens one for a single message, with its button hidden or not."""
     with mock.patch("viser._viser.ViserTunnel") as tunnel:
         tunnel.return_value.get_status.return_value = "connected"
-        with bare() as viser_server, wire(address(viser_server)) as line:
+        with plain_viser_server() as viser_server, raw_socket(url_of(viser_server)) as line:
             viser_server.gui.configure_theme(show_share_button=False)
-            line.send(packed(type="ShareUrlRequest"))
-            until(lambda: tunnel.called)
+            line.send(encoded(type="ShareUrlRequest"))
+            wait_until(lambda: tunnel.called)
             tunnel.return_value.on_connect.call_args[0][0](1)  # lets viser's thread go
         tunnel.reset_mock()
-        assert closed(url, packed(type="ShareUrlRequest")) == VIOLATION
+        assert close_code(url, encoded(type="ShareUrlRequest")) == VIOLATION
         with run_server() as ours:
             assert ours.request_share_url() is None
         assert not tunnel.called
@@ -228,51 +242,54 @@ def test_no_visitor_can_open_a_public_tunnel(url):
 
 def test_a_visitor_cannot_reach_into_the_server(url):
     """viser sets whatever attribute of a control a message names."""
-    with bare() as viser_server, wire(address(viser_server)) as line:
+    with plain_viser_server() as viser_server, raw_socket(url_of(viser_server)) as line:
         slider = viser_server.gui.add_slider("x", 0.0, 1.0, 0.1, 0.5)
         reach = {"removed": True, "update_cb": [], "min": 7}
         updates = {name: value for name, value in reach.items() if hasattr(slider._impl, name)}
-        line.send(packed(type="GuiUpdateMessage", uuid=slider._impl.uuid, updates=updates))
-        until(lambda: slider._impl.removed)
+        line.send(encoded(type="GuiUpdateMessage", uuid=slider._impl.uuid, updates=updates))
+        wait_until(lambda: slider._impl.removed)
     for updates in ({"update_cb": []}, {"value": 1, "removed": True}, {}):
-        assert closed(url, packed(type="GuiUpdateMessage", uuid="x", updates=updates)) == VIOLATION
+        assert (
+            close_code(url, encoded(type="GuiUpdateMessage", uuid="x", updates=updates))
+            == VIOLATION
+        )
 
 
 def test_a_visitor_cannot_speak_to_the_others_through_the_server(url):
     """viser passes "form" messages on to all, and keeps them for those who come later."""
-    message = packed(type="GuiFormDirtyMessage", uuid="x" * 100)
-    with bare() as viser_server, wire(address(viser_server)) as line:
+    message = encoded(type="GuiFormDirtyMessage", uuid="x" * 100)
+    with plain_viser_server() as viser_server, raw_socket(url_of(viser_server)) as line:
         buffer = viser_server._websock_server._broadcast_buffer.message_from_id
         before = len(buffer)
         line.send(message)
-        until(lambda: len(buffer) > before)
-    assert closed(url, message) == VIOLATION
+        wait_until(lambda: len(buffer) > before)
+    assert close_code(url, message) == VIOLATION
 
 
 def test_a_visitor_cannot_fill_the_memory_with_a_file(url):
     """viser takes files for any control, without a limit."""
     start = {"source_component_uuid": "", "transfer_uuid": "t", "filename": "f", "mime_type": "x"}
     start |= {"type": "FileTransferStartUpload", "part_count": 1000, "size_bytes": 10**12}
-    with bare() as viser_server, wire(address(viser_server)) as line:
+    with plain_viser_server() as viser_server, raw_socket(url_of(viser_server)) as line:
         slider = viser_server.gui.add_slider("x", 0.0, 1.0, 0.1, 0.5)
-        line.send(packed(**start | {"source_component_uuid": slider._impl.uuid}))
-        until(lambda: viser_server.gui._current_file_upload_states)
-    assert closed(url, packed(**start)) == VIOLATION
+        line.send(encoded(**start | {"source_component_uuid": slider._impl.uuid}))
+        wait_until(lambda: viser_server.gui._current_file_upload_states)
+    assert close_code(url, encoded(**start)) == VIOLATION
 
 
 def test_a_message_has_a_largest_size(url):
     """viser reads up to 50 MB; nothing a page sends comes near our limit."""
-    huge = packed(type="GuiUpdateMessage", uuid="x", updates={"value": "x" * MAX_BYTES})
-    with bare() as viser_server, wire(address(viser_server)) as line:
-        line.send(packed(**CAMERA))
-        arrived(viser_server)
+    huge = encoded(type="GuiUpdateMessage", uuid="x", updates={"value": "x" * MAX_BYTES})
+    with plain_viser_server() as viser_server, raw_socket(url_of(viser_server)) as line:
+        line.send(encoded(**CAMERA_MESSAGE))
+        wait_for_client(viser_server)
         line.send(huge)
         line.ping().wait(5)
         assert viser_server.get_clients()
-    assert closed(url, huge) == VIOLATION
+    assert close_code(url, huge) == VIOLATION
     part = {"source_component_uuid": "", "transfer_uuid": "t", "part_index": 0}
     part |= {"type": "FileTransferPart", "content": b"x" * MAX_PART_BYTES}
-    assert closed(url, packed(**part)) == TOO_BIG
+    assert close_code(url, encoded(**part)) == TOO_BIG
 
 
 @pytest.mark.parametrize(
@@ -282,24 +299,24 @@ def test_a_message_has_a_largest_size(url):
         b"",
         b"\xc1",
         b"\x81" * 5000,  # nested deeper than anyone can count
-        packed(no="type"),
-        packed(type=["GuiUpdateMessage"]),
-        packed(type="Message"),
-        packed(type="SetPositionMessage", name="/stage", position=(0, 0, 0)),
-        packed(type="GuiRemoveMessage", uuid="x"),
-        packed(type="ViewerCameraMessage"),
-        packed(**CAMERA | {"fov": float("nan")}),
-        packed(**CAMERA | {"position": (1e300, 0.0, 0.0)}),
-        packed(**CAMERA | {"image_height": 0}),
-        packed(**CAMERA | {"image_width": -5}),
-        packed(**CAMERA | {"look_at": (0.0, 0.0)}),
-        packed(**CAMERA | {"excluded_self_client": 1}),
-        packed(type="GuiUpdateMessage", uuid=5, updates={"value": 1}),
-        packed(type="GuiUpdateMessage", uuid="x", updates={"value": None}),
-        packed(type="GuiUpdateMessage", uuid="x", updates={"value": {"a": 1}}),
-        packed(type="GuiUpdateMessage", uuid="x", updates={"value": [[[1]]]}),
-        packed(type="GuiUpdateMessage", uuid="x", updates={"value": "x" * 2000}),
-        packed(type="GuiUpdateMessage", uuid="x", updates={"value": [1] * 100}),
+        encoded(no="type"),
+        encoded(type=["GuiUpdateMessage"]),
+        encoded(type="Message"),
+        encoded(type="SetPositionMessage", name="/stage", position=(0, 0, 0)),
+        encoded(type="GuiRemoveMessage", uuid="x"),
+        encoded(type="ViewerCameraMessage"),
+        encoded(**CAMERA_MESSAGE | {"fov": float("nan")}),
+        encoded(**CAMERA_MESSAGE | {"position": (1e300, 0.0, 0.0)}),
+        encoded(**CAMERA_MESSAGE | {"image_height": 0}),
+        encoded(**CAMERA_MESSAGE | {"image_width": -5}),
+        encoded(**CAMERA_MESSAGE | {"look_at": (0.0, 0.0)}),
+        encoded(**CAMERA_MESSAGE | {"excluded_self_client": 1}),
+        encoded(type="GuiUpdateMessage", uuid=5, updates={"value": 1}),
+        encoded(type="GuiUpdateMessage", uuid="x", updates={"value": None}),
+        encoded(type="GuiUpdateMessage", uuid="x", updates={"value": {"a": 1}}),
+        encoded(type="GuiUpdateMessage", uuid="x", updates={"value": [[[1]]]}),
+        encoded(type="GuiUpdateMessage", uuid="x", updates={"value": "x" * 2000}),
+        encoded(type="GuiUpdateMessage", uuid="x", updates={"value": [1] * 100}),
     ],
 )  # fmt: skip
 def test_what_is_no_message_of_ours_is_refused(message):
@@ -312,12 +329,12 @@ def test_a_senseless_message_ends_its_sender_and_nobody_else(url, caplog):
     """One line in the log says whom and why; another visitor does not notice."""
     with visitor(url) as other, caplog.at_level(logging.WARNING):
         for _ in range(3):
-            assert closed(url, b"\xc1") == VIOLATION
+            assert close_code(url, b"\xc1") == VIOLATION
         lines = [record.getMessage() for record in caplog.records if "sent off" in record.message]
         assert len(lines) == 1
         assert "127.0.0.1: sent off, for a message that makes no sense" in lines[0]
         other.choose("speed γ", 11.0)
-        other.wait(lambda latest: redrawn(latest))
+        other.wait(lambda latest: beam_moved(latest))
 
 
 # Answers
@@ -325,11 +342,11 @@ def test_a_senseless_message_ends_its_sender_and_nobody_else(url, caplog):
 
 def test_every_answer_ties_the_pages_hands(url):
     """No frames, no guessing of types, no referrer, no talking to others; and no version."""
-    with bare() as viser_server:
-        assert "Content-Security-Policy" in loose(got(address(viser_server))[1])
-        assert "websockets" in got(address(viser_server))[1]["Server"]
+    with plain_viser_server() as viser_server:
+        assert "Content-Security-Policy" in missing_headers(http_get(url_of(viser_server))[1])
+        assert "websockets" in http_get(url_of(viser_server))[1]["Server"]
     for path in ("/", "/nothing-here"):
-        assert not loose(got(url, path)[1])
+        assert not missing_headers(http_get(url, path)[1])
 
 
 @pytest.mark.parametrize(
@@ -345,9 +362,9 @@ def test_every_answer_ties_the_pages_hands(url):
 )
 def test_no_other_file_is_served_and_no_folder_listed(url, path):
     """viser sees to this by itself; here it is watched."""
-    with bare() as viser_server:
-        assert got(address(viser_server), path)[0] == 404
-    assert got(url, path)[0] == 404
+    with plain_viser_server() as viser_server:
+        assert http_get(url_of(viser_server), path)[0] == 404
+    assert http_get(url, path)[0] == 404
 
 
 def test_a_page_of_another_version_is_told_so(url, capsys):

@@ -5,11 +5,19 @@ import sys
 from collections.abc import Callable, Iterator
 
 import pytest
-import readings
 import websockets.exceptions
-from bare import CAMERA, EVIL, closed, free_port, got, loose, packed, wire
-from served import Explorer
-from visitor import BEAM, Visitor, calm, visitor
+from live.server import (
+    CAMERA_MESSAGE,
+    FOREIGN_ORIGIN,
+    ServeProcess,
+    close_code,
+    encoded,
+    free_port,
+    http_get,
+    missing_headers,
+    raw_socket,
+)
+from live.visitor import BEAM, PAPER, Visitor, frequency_text, pause, visitor
 
 from beamviz.server.messages import MAX_BYTES, MAX_PART_BYTES
 
@@ -39,7 +47,7 @@ class Hall:
         """Status of a page, and whether it is viser's."""
 
         def attack() -> tuple[int, bool]:
-            status, _, body = got(self.url, path, **headers)
+            status, _, body = http_get(self.url, path, **headers)
             return status, b"viser" in body
 
         return self.everywhere(attack)
@@ -49,7 +57,7 @@ class Hall:
 
         def attack() -> str:
             try:
-                with wire(self.url, **options):
+                with raw_socket(self.url, **options):
                     return "open"
             except websockets.exceptions.InvalidStatus as error:
                 return str(error.response.status_code)
@@ -58,7 +66,7 @@ class Hall:
 
     def sent(self, message: bytes) -> set[int]:
         """With which code a message of somebody with the key ends their connection."""
-        return self.everywhere(lambda: closed(self.url, message, **self.invited))
+        return self.everywhere(lambda: close_code(self.url, message, **self.invited))
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +74,7 @@ def hall(tmp_path_factory) -> Iterator[Hall]:
     """Two processes, open to the network."""
     options = ("--host", "0.0.0.0", "--port", str(free_port()))
     folder = tmp_path_factory.mktemp("hall")
-    with Explorer(folder, *options, processes=PROCESSES) as explorer:
+    with ServeProcess(folder, *options, processes=PROCESSES) as explorer:
         assert len(explorer.workers) == PROCESSES
         yield Hall(explorer.url)
 
@@ -80,7 +88,7 @@ def guests(hall) -> Iterator[list[Visitor]]:
 
 def frequency(gamma: float) -> str:
     """The first frequency as the table prints it."""
-    return readings.frequency(readings.PAPER.replace(gamma=gamma))
+    return frequency_text(PAPER.replace(gamma=gamma))
 
 
 def test_with_the_key_all_of_them_open(hall):
@@ -98,7 +106,7 @@ def test_without_the_key_none_of_them_opens(hall, key):
     assert hall.opened(path=path) == {"403"}
 
 
-@pytest.mark.parametrize("origin", [EVIL, "null"])
+@pytest.mark.parametrize("origin", [FOREIGN_ORIGIN, "null"])
 def test_a_page_of_another_site_is_turned_away_by_all(hall, origin):
     """Even if its browser has the key."""
     assert hall.asked(Origin=origin, **hall.cookie) == {(403, False)}
@@ -123,13 +131,13 @@ def test_a_name_made_to_point_here_is_answered_by_none(hall, host):
         ({"type": "GuiUpdateMessage", "uuid": "x", "updates": {"update_cb": []}}, VIOLATION),
         ({"type": "GuiUpdateMessage", "uuid": "x", "updates": {"value": LONG}}, VIOLATION),
         ({"type": "FileTransferPart", "content": b"x" * MAX_PART_BYTES} | HUGE, TOO_BIG),
-        (CAMERA | {"position": (1e300, 0.0, 0.0)}, VIOLATION),
+        (CAMERA_MESSAGE | {"position": (1e300, 0.0, 0.0)}, VIOLATION),
     ],
     ids=lambda value: str(value)[:40],
 )  # fmt: skip
 def test_a_message_that_no_page_sends_ends_its_sender(hall, message, code):
     """In whichever process they are."""
-    assert hall.sent(packed(**message)) == {code}
+    assert hall.sent(encoded(**message)) == {code}
 
 
 def test_nobody_changes_or_removes_what_is_another_ones(hall, guests):
@@ -140,8 +148,8 @@ def test_nobody_changes_or_removes_what_is_another_ones(hall, guests):
         guest.says(frequency(20.0 + k))
         before.append(guest.controls["speed γ"])
     for uuid in before:
-        change = packed(type="GuiUpdateMessage", uuid=uuid, updates={"value": 11.0})
-        removal = packed(type="GuiUpdateMessage", uuid=uuid, updates={"removed": True})
+        change = encoded(type="GuiUpdateMessage", uuid=uuid, updates={"value": 11.0})
+        removal = encoded(type="GuiUpdateMessage", uuid=uuid, updates={"removed": True})
         for _ in range(2):
             with visitor(hall.url, **hall.invited) as stranger:
                 stranger.socket.send(change)
@@ -149,7 +157,7 @@ def test_nobody_changes_or_removes_what_is_another_ones(hall, guests):
                 stranger.says(frequency(33.0))  # so that was read
         assert hall.sent(removal) == {VIOLATION}
     for k, guest in enumerate(guests):
-        calm(guest)
+        pause(guest)
         assert frequency(20.0 + k) in guest.text
         guest.choose("speed γ", 21.0 + k)
         guest.says(frequency(21.0 + k))
@@ -167,4 +175,4 @@ def test_every_answer_of_all_ties_the_pages_hands(hall):
     """Whether it is the page, a refusal or nothing."""
     for path, headers in (("/", hall.cookie), ("/nothing-here", hall.cookie), ("/", {})):
         for _ in range(2 * PROCESSES):
-            assert not loose(got(hall.url, path, **headers)[1])
+            assert not missing_headers(http_get(hall.url, path, **headers)[1])

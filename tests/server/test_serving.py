@@ -11,9 +11,8 @@ import time
 
 import pytest
 import websockets.exceptions
-from bare import until
-from readings import PAPER
-from visitor import BEAM, calm, visitor
+from live.server import wait_until
+from live.visitor import BEAM, PAPER, pause, visitor
 
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.explorer import app as server
@@ -33,7 +32,7 @@ def test_nothing_is_computed_while_nothing_moves(monkeypatch):
     monkeypatch.setattr(server.Animator, "sleep", counted)
     with explorer(SavedScene(PAPER)) as address:
         with visitor(address) as guest:
-            calm(guest)
+            pause(guest)
             count = len(woken)
             assert load(0.6) < 0.02
             assert len(woken) == count
@@ -145,4 +144,4 @@ def test_no_thread_is_left_behind():
     def names_left() -> set[str]:
         return {thread.name.split("_")[0] for thread in set(threading.enumerate()) - before}
 
-    until(lambda: not {"opener", "solver", "charter"} & names_left())
+    wait_until(lambda: not {"opener", "solver", "charter"} & names_left())

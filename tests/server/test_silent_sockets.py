@@ -5,9 +5,8 @@ import struct
 
 import pytest
 import websockets.exceptions
-from bare import CAMERA, got, packed, until, wire
-from readings import PAPER, frequency
-from visitor import BEAM, visitor
+from live.server import CAMERA_MESSAGE, encoded, http_get, raw_socket, wait_until
+from live.visitor import BEAM, PAPER, frequency_text, visitor
 
 from beamviz.explorer.app import explorer
 from beamviz.scene import SavedScene
@@ -26,7 +25,7 @@ def test_half_open_sockets_are_given_up(monkeypatch):
         for line in silent[:15]:
             line.sendall(b"GET / HTTP/1.1\r\nHost: ")
         guest.choose("speed γ", 12.0)
-        guest.says(frequency(PAPER.replace(gamma=12)))
+        guest.says(frequency_text(PAPER.replace(gamma=12)))
         for line in silent:
             line.settimeout(10)
             while line.recv(1000):
@@ -41,10 +40,10 @@ def test_a_visitor_who_never_reads_is_given_up(monkeypatch, animators):
         deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         deaf.connect(("127.0.0.1", int(found.rsplit(":", 1)[1])))
         deaf.sendall(handshake(found))
-        deaf.sendall(framed(packed(**CAMERA)))
+        deaf.sendall(framed(encoded(**CAMERA_MESSAGE)))
         sessions = animators[-1].sessions
-        until(lambda: len(sessions) == 2)
-        until(lambda: guest.receive(5) and len(sessions) == 1, timeout=20)
+        wait_until(lambda: len(sessions) == 2)
+        wait_until(lambda: guest.receive(5) and len(sessions) == 1, timeout=20)
 
 
 def handshake(url: str) -> bytes:
@@ -70,12 +69,12 @@ def test_a_full_room_says_so_and_lets_the_next_one_in():
     """Two may be there; the third page is told to wait, and comes in when one has left."""
     with explorer(SCENE, max_visitors=2) as found:
         with visitor(found), visitor(found):
-            status, headers, body = got(found)
+            status, headers, body = http_get(found)
             assert (status, headers["Retry-After"]) == (503, "10")
             assert b"The room is full" in body
             assert b'http-equiv="refresh"' in body
-            with pytest.raises(websockets.exceptions.InvalidStatus, match="503"), wire(found):
+            with pytest.raises(websockets.exceptions.InvalidStatus, match="503"), raw_socket(found):
                 pass
-        until(lambda: got(found)[0] == 200)
+        wait_until(lambda: http_get(found)[0] == 200)
         with visitor(found) as guest:
             assert BEAM in guest.nodes

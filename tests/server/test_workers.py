@@ -11,10 +11,8 @@ from pathlib import Path
 
 import pytest
 import websockets.exceptions
-from bare import free_port, got, until, wire
-from readings import PAPER, frequency
-from served import Explorer
-from visitor import BEAM, visitor
+from live.server import ServeProcess, free_port, http_get, raw_socket, wait_until
+from live.visitor import BEAM, PAPER, frequency_text, visitor
 
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.explorer.app import serve
@@ -49,10 +47,10 @@ def caught(pid: int) -> bool:
 
 
 @pytest.fixture(scope="module")
-def hall(tmp_path_factory) -> Iterator[Explorer]:
+def hall(tmp_path_factory) -> Iterator[ServeProcess]:
     """Two processes with room for five."""
     folder = tmp_path_factory.mktemp("hall")
-    with Explorer(folder, "--port", str(free_port()), "--visitors", "5") as explorer:
+    with ServeProcess(folder, "--port", str(free_port()), "--visitors", "5") as explorer:
         yield explorer
 
 
@@ -65,8 +63,8 @@ def test_visitors_are_shared_evenly_and_have_private_scenes(hall):
         for k, guest in enumerate(guests):
             guest.choose("speed γ", 20.0 + k)
         for k, guest in enumerate(guests):
-            guest.says(frequency(PAPER.replace(gamma=20 + k)))
-    until(lambda: [lines(pid) for pid in hall.workers] == before)
+            guest.says(frequency_text(PAPER.replace(gamma=20 + k)))
+    wait_until(lambda: [lines(pid) for pid in hall.workers] == before)
 
 
 def test_the_room_is_full_for_all_processes_together(hall):
@@ -75,11 +73,14 @@ def test_the_room_is_full_for_all_processes_together(hall):
         for _ in range(5):
             stack.enter_context(visitor(hall.url))
         for _ in range(4):  # by whichever process
-            assert got(hall.url)[0] == 503
-            with pytest.raises(websockets.exceptions.InvalidStatus, match="503"), wire(hall.url):
+            assert http_get(hall.url)[0] == 503
+            with (
+                pytest.raises(websockets.exceptions.InvalidStatus, match="503"),
+                raw_socket(hall.url),
+            ):
                 pass
         stack.close()
-    until(lambda: got(hall.url)[0] == 200)
+    wait_until(lambda: http_get(hall.url)[0] == 200)
     with visitor(hall.url) as guest:
         assert BEAM in "".join(guest.nodes)
 
@@ -90,25 +91,27 @@ def test_a_worker_that_dies_is_replaced(hall):
     with visitor(hall.url) as one, visitor(hall.url) as other:
         before = hall.workers
         os.kill(before[0], signal.SIGKILL)
-        until(lambda: len(hall.workers) == 2 and hall.workers != before)
+        wait_until(lambda: len(hall.workers) == 2 and hall.workers != before)
         cut = 0
         for guest in (one, other):
             try:
                 guest.choose("speed γ", 31.0)
-                guest.says(frequency(PAPER.replace(gamma=31)))
+                guest.says(frequency_text(PAPER.replace(gamma=31)))
             except websockets.exceptions.ConnectionClosed:
                 cut += 1
         assert cut == 1
         with visitor(hall.url) as again:
             again.choose("speed γ", 32.0)
-            again.says(frequency(PAPER.replace(gamma=32)))
-    until(lambda: hall.process.stderr and "died (exit code -9)" in hall.process.stderr.readline())
+            again.says(frequency_text(PAPER.replace(gamma=32)))
+    wait_until(
+        lambda: hall.process.stderr and "died (exit code -9)" in hall.process.stderr.readline()
+    )
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_all_end_together_and_leave_nothing(tmp_path, number):
     """Even with visitors in the middle of a picture; a Ctrl-C reaches all of them at once."""
-    with Explorer(tmp_path, "--port", str(free_port())) as explorer:
+    with ServeProcess(tmp_path, "--port", str(free_port())) as explorer:
         team = explorer.workers
         assert len(team) == 2
         with contextlib.suppress(websockets.exceptions.ConnectionClosed), visitor(explorer.url):
@@ -125,30 +128,30 @@ def test_all_end_together_and_leave_nothing(tmp_path, number):
 @pytest.mark.parametrize("after", [0.0, 0.2, 0.5, 0.8, 1.1])
 def test_they_end_at_any_moment(tmp_path, after):
     """While they load, while they start; nothing is left, and no traceback."""
-    explorer = Explorer(tmp_path, "--port", str(free_port()), processes=3)
+    explorer = ServeProcess(tmp_path, "--port", str(free_port()), processes=3)
     with explorer.process as process:
-        until(lambda: caught(process.pid))
+        wait_until(lambda: caught(process.pid))
         time.sleep(after)
         team = explorer.workers
         code, errors = explorer.end(signal.SIGTERM)
     assert code in (0, 128 + signal.SIGTERM, -signal.SIGTERM)
     assert errors == ""
-    until(lambda: not any(map(alive, team)))
+    wait_until(lambda: not any(map(alive, team)))
     assert list(tmp_path.iterdir()) == []
 
 
 def test_workers_do_not_outlive_the_first_process(tmp_path):
     """Even where that was killed and could not tell them."""
-    with Explorer(tmp_path, "--port", str(free_port())) as explorer:
+    with ServeProcess(tmp_path, "--port", str(free_port())) as explorer:
         team = explorer.workers
         explorer.process.kill()
-        until(lambda: not any(map(alive, team)))
+        wait_until(lambda: not any(map(alive, team)))
 
 
 def test_a_port_in_use_is_one_line(tmp_path, hall):
     """The same line and code as with one process."""
     port = hall.url.rsplit(":", 1)[1]
-    second = Explorer(tmp_path, "--port", port)
+    second = ServeProcess(tmp_path, "--port", port)
     with second.process as process:
         out, errors = process.communicate(timeout=30)
     assert (process.returncode, out) == (1, "")
@@ -213,4 +216,4 @@ def test_each_process_counts_its_own_visitors():
 
 def test_a_page_is_the_same_from_every_process(hall):
     """It may come from one and open its WebSocket at another."""
-    assert len({got(hall.url)[2] for _ in range(4)}) == 1
+    assert len({http_get(hall.url)[2] for _ in range(4)}) == 1

@@ -11,8 +11,13 @@ import zstandard
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
+from beamviz.beam import Beam
+from beamviz.explorer.page.readout import significant
+from beamviz.solver import solve
+
 BEAM = "/stage/wheel/beam"
-TIMEOUT = 20.0
+TIMEOUT = 60.0  # [s], on a busy machine
+PAPER = Beam(alpha=1, beta=0.5, gamma=10)  # where visitors start
 
 
 class Visitor:
@@ -126,19 +131,19 @@ class Visitor:
         return self.wait(lambda _: words in self.text, timeout)
 
 
-def redrawn(messages: list[dict[str, Any]]) -> bool:
+def beam_moved(messages: list[dict[str, Any]]) -> bool:
     """Whether a group of messages moves the beam."""
     moved = [message.get("name", "") for message in messages if "updates" in message]
     return any(name.startswith(BEAM) for name in moved)
 
 
-def calm(guest: Visitor, quiet: float = 0.3) -> None:
+def pause(guest: Visitor, quiet: float = 0.3) -> None:
     """Pause, and take in what is still on its way."""
     guest.choose("playing", False)
-    settled(guest, quiet)
+    final_text(guest, quiet)
 
 
-def settled(guest: Visitor, quiet: float = 0.5) -> str:
+def final_text(guest: Visitor, quiet: float = 0.5) -> str:
     """What the panel says once nothing more comes."""
     end = time.monotonic() + TIMEOUT
     with contextlib.suppress(TimeoutError):
@@ -159,5 +164,11 @@ def visitor(url: str, first: str = "B1", **options: Any) -> Iterator[Visitor]:
         **options,
     ) as socket:
         guest = Visitor(socket)
-        guest.wait(lambda latest: redrawn(latest) and first in guest.text)
+        guest.wait(lambda latest: beam_moved(latest) and first in guest.text)
         yield guest
+
+
+def frequency_text(beam: Beam, mode: int = 0, **options: Any) -> str:
+    """A frequency as the table of modes prints it."""
+    solution = solve(beam, **options)
+    return significant(solution.frequencies[mode], solution.errors[mode])

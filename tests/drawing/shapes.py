@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 import numpy as np
-from readings import PAPER
+from live.visitor import PAPER
 from strategies import beams
 
 from beamviz.beam import Beam
@@ -19,7 +19,7 @@ def sampled(beam: Beam = PAPER, **options: Any) -> Shapes:
     return Shapes.sampled(solve(beam, **options))
 
 
-def alone(shapes: Shapes, mode: int, phase: float, size: float = 0.15) -> np.ndarray:
+def single_mode(shapes: Shapes, mode: int, phase: float, size: float = 0.15) -> np.ndarray:
     """Displacement with one mode (from 0) at `phase` of its period."""
     m = len(shapes.modes)
     return displacement(shapes, np.full(m, 2 * math.pi * phase), size * np.eye(m)[mode])

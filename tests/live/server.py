@@ -1,11 +1,15 @@
-"""A viser server as it comes, to show what the explorer's is protected from, and raw requests."""
+"""Servers under test (viser's own, `beamviz serve` as a process), and raw requests to them."""
 
 import contextlib
 import http.client
 import io
+import os
 import socket
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import msgspec.msgpack
@@ -14,9 +18,10 @@ import websockets.exceptions
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
+ROOT = Path(__file__).resolve().parents[2]
 PROTOCOL = f"viser-v{viser.__version__}"
-EVIL = "http://evil.example"
-CAMERA = {
+FOREIGN_ORIGIN = "http://evil.example"
+CAMERA_MESSAGE = {
     "type": "ViewerCameraMessage",
     "wxyz": (1.0, 0.0, 0.0, 0.0),
     "position": (0.0, -3.0, 2.0),
@@ -38,7 +43,7 @@ def free_port(host: str = "127.0.0.1") -> int:
 
 
 @contextlib.contextmanager
-def bare(host: str = "127.0.0.1") -> Iterator[viser.ViserServer]:
+def plain_viser_server(host: str = "127.0.0.1") -> Iterator[viser.ViserServer]:
     """viser's own server."""
     with contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=host, port=free_port(host), verbose=False)
@@ -49,13 +54,13 @@ def bare(host: str = "127.0.0.1") -> Iterator[viser.ViserServer]:
             server.stop()
 
 
-def address(server: viser.ViserServer) -> str:
+def url_of(server: viser.ViserServer) -> str:
     """Where a server of viser's is."""
     return f"http://127.0.0.1:{server.get_port()}"
 
 
 @contextlib.contextmanager
-def wire(url: str, path: str = "", **options: Any) -> Iterator[Connection]:
+def raw_socket(url: str, path: str = "", **options: Any) -> Iterator[Connection]:
     """A bare WebSocket, as anybody can open one."""
     with connect(
         url.replace("http://", "ws://").split("/?")[0] + path,
@@ -67,15 +72,15 @@ def wire(url: str, path: str = "", **options: Any) -> Iterator[Connection]:
         yield socket_
 
 
-def packed(**message: Any) -> bytes:
+def encoded(**message: Any) -> bytes:
     """One message as it goes over the wire."""
     return msgspec.msgpack.encode(message)
 
 
-def closed(url: str, message: bytes | str, **options: Any) -> int:
+def close_code(url: str, message: bytes | str, **options: Any) -> int:
     """Send a message; the code with which the explorer ends the connection."""
-    with wire(url, **options) as line:
-        line.send(packed(**CAMERA))
+    with raw_socket(url, **options) as line:
+        line.send(encoded(**CAMERA_MESSAGE))
         line.send(message)
         with contextlib.suppress(websockets.exceptions.ConnectionClosed):
             while True:
@@ -83,12 +88,12 @@ def closed(url: str, message: bytes | str, **options: Any) -> int:
         return line.close_code or 0
 
 
-def arrived(server: viser.ViserServer) -> None:
+def wait_for_client(server: viser.ViserServer) -> None:
     """Wait until viser knows a visitor."""
-    until(server.get_clients)
+    wait_until(server.get_clients)
 
 
-def until(done: Callable[[], Any], timeout: float = 40.0) -> Any:
+def wait_until(done: Callable[[], Any], timeout: float = 40.0) -> Any:
     """Wait until something is true; its value."""
     end = time.monotonic() + timeout
     while not (value := done()):
@@ -98,7 +103,7 @@ def until(done: Callable[[], Any], timeout: float = 40.0) -> Any:
     return value
 
 
-def got(url: str, path: str = "/", **headers: str) -> tuple[int, dict[str, str], bytes]:
+def http_get(url: str, path: str = "/", **headers: str) -> tuple[int, dict[str, str], bytes]:
     """Status, headers and body of a plain request; Host as given, if it is."""
     place = url.removeprefix("http://").split("/")[0]
     caller = http.client.HTTPConnection(place, timeout=10)
@@ -113,7 +118,7 @@ def got(url: str, path: str = "/", **headers: str) -> tuple[int, dict[str, str],
         caller.close()
 
 
-def loose(headers: dict[str, str]) -> set[str]:
+def missing_headers(headers: dict[str, str]) -> set[str]:
     """What the headers of an answer leave a page, or tell of the server, against the rules."""
     rules = {
         "X-Frame-Options": "DENY",
@@ -125,3 +130,44 @@ def loose(headers: dict[str, str]) -> set[str]:
     if not all(words in policy for words in ("default-src 'none'", "frame-ancestors 'none'")):
         found.add("Content-Security-Policy")
     return found | headers.keys() & {"Server"}
+
+
+class ServeProcess:
+    """A running `beamviz serve`: its process, its URL, its folder for temporary files."""
+
+    def __init__(self, folder: Path, *options: str, processes: int = 2):
+        self.folder, self.processes = folder, processes
+        command = ["serve", "--alpha", "1", "--beta", "0.5", "--gamma", "10", *options]
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "beamviz", *command, "--processes", str(processes)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(folder)},
+        )
+
+    def __enter__(self) -> "ServeProcess":
+        assert self.process.stdout
+        line = self.process.stdout.readline()
+        self.url = next(word for word in line.split() if word.startswith("http"))
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with self.process:
+            self.process.terminate()
+
+    @property
+    def workers(self) -> list[int]:
+        """The processes it has started."""
+        return child_pids(self.process.pid)
+
+    def end(self, number: int) -> tuple[int, str]:
+        """Exit code and stderr after a signal."""
+        self.process.send_signal(number)
+        _, errors = self.process.communicate(timeout=20)
+        return self.process.returncode, errors
+
+
+def child_pids(parent: int) -> list[int]:
+    """The processes that one has started."""
+    return [int(pid) for pid in Path(f"/proc/{parent}/task/{parent}/children").read_text().split()]
