@@ -1,19 +1,21 @@
-"""Solutions of beams along one parameter as points to track: shapes at common places."""
+"""Mode shapes as mass-weighted vectors: followed along a sweep, or matched between two beams."""
 
 import math
 from collections.abc import Sequence
 from functools import lru_cache
 from operator import attrgetter
+from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
-from beamviz.frequency_loci.tracking import Points
+from beamviz.frequency_loci.tracking import LOST, Points
 from beamviz.solver import displacements
 from beamviz.solver.solution import Solution
 
 PLACES = 16  # plus two for each mode, and some for a buckled beam
 
-_numbers = attrgetter("alpha", "beta", "gamma")
+_numbers = attrgetter("alpha", "beta")
 
 
 @lru_cache(maxsize=8)
@@ -46,19 +48,57 @@ def sampled(at: np.ndarray, solutions: Sequence[Solution], count: int) -> Points
     if not solutions:
         return Points(at, *(np.empty((0, 0, 0)[:d]) for d in (2, 3, 3)))
     squares = np.array([solution.squares for solution in solutions])
-    x, w = _gauss(count)
-    alpha, beta, gamma = np.array([_numbers(solution.beam) for solution in solutions]).T
-    here, masses = _with_own(x, beta), _with_own(w, alpha)
-    fields = displacements(solutions, here)
-    turning = np.iscomplexobj(fields) and gamma.any()
-    if np.iscomplexobj(fields):
-        fields = _real(fields, squares)
-    vectors = fields.swapaxes(1, 3) * np.sqrt(masses)[:, None, None, :]
+    vectors, gyroscopic = _mass_weighted(solutions, squares, count)
+    gamma = np.array([solution.beam.gamma for solution in solutions])
     n, m = squares.shape
-    if not turning:
+    if not (gyroscopic and gamma.any()):
         shapes = vectors.reshape(n, m, -1)
         return Points(at, squares, shapes, shapes)
     return Points(at, squares, *_gyroscopic(vectors, squares, gamma))
+
+
+class ModeMatch(NamedTuple):
+    """Correspondence of the modes of two solutions."""
+
+    partner: (
+        np.ndarray
+    )  # (m1,) the mode of the second for each of the first, -1 where none is alike
+    mac: np.ndarray  # (m1, m2) mass-weighted modal assurance criterion, 0 .. 1
+
+
+def match_modes(first: Solution, second: Solution) -> ModeMatch:
+    """Match the modes of two solutions by the correlation of their mass-weighted shapes.
+
+    The solutions may differ in beam, model and number of modes. The assignment has the largest sum
+    of the MAC; pairs below LOST are no pairs.
+    """
+    count = max(places([first]), places([second]))
+    vectors = []
+    for solution in (first, second):
+        rows = _mass_weighted([solution], solution.squares[None], count)[0][0]
+        rows = rows.reshape(len(rows), -1)
+        vectors.append(rows / np.linalg.norm(rows, axis=1, keepdims=True))
+    mac = (vectors[0] @ vectors[1].T) ** 2
+    partner = np.full(len(mac), -1)
+    rows, columns = linear_sum_assignment(mac, maximize=True)
+    alike = mac[rows, columns] >= LOST
+    partner[rows[alike]] = columns[alike]
+    return ModeMatch(partner, mac)
+
+
+def _mass_weighted(
+    solutions: Sequence[Solution], squares: np.ndarray, count: int
+) -> tuple[np.ndarray, bool]:
+    """u and w (n, m, 2, k) of all modes at `count` Gauss points and at the mass, times the roots of
+    weights and masses; and whether the modes are those of a gyroscopic eigenproblem."""
+    x, w = _gauss(count)
+    alpha, beta = np.array([_numbers(solution.beam) for solution in solutions]).T
+    here, masses = _with_own(x, beta), _with_own(w, alpha)
+    fields = displacements(solutions, here)
+    gyroscopic = np.iscomplexobj(fields)
+    if gyroscopic:
+        fields = _real(fields, squares)
+    return fields.swapaxes(1, 3) * np.sqrt(masses)[:, None, None, :], gyroscopic
 
 
 def _with_own(common: np.ndarray, own: np.ndarray) -> np.ndarray:
