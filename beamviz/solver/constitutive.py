@@ -3,6 +3,14 @@
 With r(x) the position of the neutral axis and f = |r'| its stretch, the energy per reference
 length is mu^2 e(f)^2 / 2 + k^2 / 2 with k = (r' x r'') / f^c. A law is the function e, a
 measure is the power c. Every function is vectorised and analytic: f may be complex.
+
+About a straight state r = (u(x), 0) with f = u' the tangent of the paper (eq. 44) is exactly
+    stretching: int mu^2 n'(f) du'^2             - gamma^2 int rho du^2
+    bending:    int (f w'' - f' w')^2 / f^(2c) + mu^2 n(f) / f w'^2  [- gamma^2 int rho w^2],
+the last term in the chordwise plane only. Written with the angle theta = w'/f, which stays
+continuous where a concentrated mass makes f jump, bending becomes
+    int f^(4 - 2c) theta'^2 + N f theta^2,   N = mu^2 n(f),
+with c = 3 for the spatial curvature and c = 2 for the material one.
 """
 
 import math
@@ -12,6 +20,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+
+from beamviz.beam import Beam
+from beamviz.errors import NoEquilibrium
 
 Function = Callable[[Any], Any]  # of a number or an array, to the same
 
@@ -138,3 +149,35 @@ _CURVATURES = (
 
 STRAIN_LAWS = {law.name: law for law in _STRAIN_LAWS}
 CURVATURES = {measure.name: measure for measure in _CURVATURES}
+
+
+def axial_stiffness(f: np.ndarray, mu: float | np.ndarray, law: StrainLaw) -> np.ndarray:
+    """mu^2 n'(f), the coefficient of du'^2."""
+    return mu**2 * law.stiffness(f)
+
+
+def bending_stiffness(f: np.ndarray, curvature: Curvature) -> np.ndarray:
+    """f^(4 - 2c), the coefficient of theta'^2."""
+    return f ** (4 - 2 * curvature.power)
+
+
+def tension_stiffness(f: np.ndarray, mu: float | np.ndarray, law: StrainLaw) -> np.ndarray:
+    """N f, the coefficient of theta^2."""
+    return mu**2 * law.force(f) * f
+
+
+def rigid_tension(beam: Beam, x: np.ndarray) -> np.ndarray:
+    """N(x) / EI L^2 of a beam that does not stretch; at the mass itself, the tension inboard."""
+    distributed = (1 - x) * ((1 + x) / 2 + beam.delta)
+    carried = np.where(x <= beam.beta, beam.alpha * (beam.beta + beam.delta), 0.0)
+    return beam.gamma**2 * (distributed + carried)
+
+
+def no_equilibrium(beam: Beam, limit: float, law: StrainLaw) -> NoEquilibrium:
+    """The error of a beam whose gamma lies beyond the `limit` up to which a state exists."""
+    return NoEquilibrium(
+        f"gamma = {beam.gamma:.6g}: no equilibrium beyond gamma = {limit:.6g}"
+        f" ({law.name} strain, alpha = {beam.alpha:g}, beta = {beam.beta:g},"
+        f" delta = {beam.delta:g}, mu = {beam.mu:g})",
+        limit,
+    )

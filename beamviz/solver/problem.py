@@ -1,67 +1,239 @@
-"""What a method is: a way to solve, its source, when to choose it, and what it does not treat."""
+"""What is asked of a solve: the problem, validated, and the methods it can be given to."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import NamedTuple
+import difflib
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, fields
+from functools import lru_cache
+from typing import Any, NamedTuple
 
-from beamviz.beam import Beam
-from beamviz.solver.physics import Physics
-from beamviz.solver.solution import Model, Solution
+import numpy as np
 
-TOLERANCE = 1e-6  # relative error of each frequency, where none is asked for
+from beamviz.beam import checked, whole
+from beamviz.errors import InvalidInput
+from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS, Curvature, StrainLaw
+
+PLANES = ("chordwise", "flapwise")
+MAX_MODES = 20
+TOLERANCES = (1e-12, 0.1)  # least and greatest relative error that may be asked for
 
 
-class Task(NamedTuple):
-    """What is asked of a method."""
+@dataclass(frozen=True)
+class Problem:
+    """What is solved for every beam: the theory, the method and its resolution.
 
-    beam: Beam
-    model: Model
-    physics: Physics
-    modes: int
-    tolerance: float
-    elements: int | None
-    terms: int | None
-    start: float  # clock at the call
+    The fields are the keywords of `beamviz.solve`, which documents them; `parse_options`
+    validates them.
+    """
+
+    modes: int = 5
+    method: str = "auto"
+    strain: str = "green"
+    curvature: str = "spatial"
+    coriolis: bool = False
+    plane: str = "chordwise"
+    tolerance: float = 1e-6
+    elements: int | None = None
+    terms: int | None = None
+    stiffening: bool = True
+    softening: bool = True
+
+    @property
+    def strain_law(self) -> StrainLaw:
+        """The axial strain e(f) and its derivatives."""
+        return STRAIN_LAWS[self.strain]
+
+    @property
+    def curvature_measure(self) -> Curvature:
+        """The measure of bending."""
+        return CURVATURES[self.curvature]
+
+    @property
+    def chordwise(self) -> bool:
+        """Whether the beam bends in the plane of rotation, where the centrifugal force softens."""
+        return self.plane == "chordwise"
+
+    @property
+    def gyroscopic(self) -> bool:
+        """Whether Coriolis forces couple stretching and bending."""
+        return self.coriolis and self.plane == "chordwise"
+
+    @property
+    def stiffens(self) -> bool:
+        """Whether the tension stiffens bending."""
+        return self.stiffening and self.method != "zoac"
+
+    @property
+    def rigid_tension(self) -> bool:
+        """Whether the method takes the tension of the unstretched reference length."""
+        return METHODS[self.method].rigid_tension
 
 
 class Feature(NamedTuple):
-    """Something a task may ask for that not every method treats."""
+    """Something a problem may ask for that not every method treats."""
 
     noun: str
-    asked: Callable[[Task], bool]
-    value: Callable[[Task], str]  # what the task gave, in words
+    requested: Callable[[Problem], bool]
+    value: Callable[[Problem], str]  # the option as it was given
 
 
 ELEMENTS = Feature(
     "number of elements",
-    lambda task: task.elements is not None,
-    lambda task: f"elements = {task.elements!r}",
+    lambda problem: problem.elements is not None,
+    lambda problem: f"elements = {problem.elements!r}",
 )
 TERMS = Feature(
     "number of terms",
-    lambda task: task.terms is not None,
-    lambda task: f"terms = {task.terms!r}",
+    lambda problem: problem.terms is not None,
+    lambda problem: f"terms = {problem.terms!r}",
 )
 CORIOLIS = Feature(
-    "Coriolis forces",
-    lambda task: task.physics.coriolis and task.physics.chordwise,
-    lambda task: "coriolis = True",
+    "Coriolis forces", lambda problem: problem.gyroscopic, lambda problem: "coriolis = True"
 )
-
-
 SWITCHES = Feature(
     "switched-off term",
-    lambda task: not (task.physics.stiffening and task.physics.softening),
-    lambda task: f"{'softening' if task.physics.stiffening else 'stiffening'} = False",
+    lambda problem: not (problem.stiffening and problem.softening),
+    lambda problem: f"{'softening' if problem.stiffening else 'stiffening'} = False",
 )
 
 
 @dataclass(frozen=True)
 class Method:
-    """A way to solve: its name, where it comes from, when to choose it, what it does not treat."""
+    """A row of the table of methods: name, source, when to choose it, what it does not treat.
+
+    package: the folder under beamviz/solver that solves it, imported when it is first used.
+    rigid_tension: the tension is that of the unstretched reference length (first-order coupling).
+    """
 
     name: str
     source: str
     choose: str
-    solve: Callable[[Task], Solution]
-    refuses: tuple[Feature, ...]
+    package: str
+    unsupported: tuple[Feature, ...]
+    rigid_tension: bool = False
+
+
+METHODS = {
+    row.name: row
+    for row in (
+        Method(
+            "auto",
+            "this program: high-order elements in gradient and curvature, split at the mass",
+            "always, unless another method is what you study: fastest to any accuracy",
+            "hp",
+            unsupported=(ELEMENTS, TERMS),
+        ),
+        Method(
+            "ancf",
+            "the paper's cubic elements (2017), stretching and bending solved separately",
+            "to see the paper's own numbers; 20 elements are the paper's",
+            "fem",
+            unsupported=(TERMS, SWITCHES),
+        ),
+        Method(
+            "ancf-planar",
+            "the paper's cubic elements through the full planar tangent (eqs. 40-48)",
+            "to check ancf: the same answer with all unknowns at once",
+            "fem",
+            unsupported=(TERMS, SWITCHES),
+        ),
+        Method(
+            "linear",
+            "linear finite elements with prestress and spin softening, as general codes do it",
+            "to see what a linear prestressed analysis says; its limit is foac's",
+            "fem",
+            unsupported=(TERMS, SWITCHES),
+            rigid_tension=True,
+        ),
+        Method(
+            "foac",
+            "first-order coupling: tension of the rigid reference length (Hong et al.; Yoo & Shin)",
+            "to see the classical model of slender rotating beams, right while f is near 1",
+            "hp",
+            unsupported=(ELEMENTS, TERMS),
+            rigid_tension=True,
+        ),
+        Method(
+            "zoac",
+            "no coupling: the linear model without stiffening, the paradox of Kane et al. (1987)",
+            "to see it fail: it falsely loses stability at gamma = 3.516",
+            "hp",
+            unsupported=(ELEMENTS, TERMS),
+            rigid_tension=True,
+        ),
+        Method(
+            "assumed-modes",
+            "modes of the beam at rest as a basis, rigid tension (Yoo & Shin 1998)",
+            "to see how the classical papers computed: few terms, 3 to 6 digits at low speed",
+            "series",
+            unsupported=(ELEMENTS, SWITCHES),
+            rigid_tension=True,
+        ),
+        Method(
+            "power-series",
+            "Frobenius series from the clamp, rigid tension (Wright et al. 1982)",
+            "to check foac at low speed: exact there, without a digit left at high speed",
+            "series",
+            unsupported=(ELEMENTS, CORIOLIS, SWITCHES),
+            rigid_tension=True,
+        ),
+        Method(
+            "chebyshev",
+            "Chebyshev collocation of the differential equations (El-Gendi 1969; Greengard 1991)",
+            "to check auto by other equations; wasteful where layers are thin",
+            "series",
+            unsupported=(ELEMENTS, CORIOLIS, SWITCHES),
+        ),
+    )
+}
+
+CHOICES: dict[str, Collection[str]] = {
+    "method": METHODS,
+    "strain": STRAIN_LAWS,
+    "curvature": CURVATURES,
+    "plane": PLANES,
+}
+OPTIONS = tuple(entry.name for entry in fields(Problem))
+
+
+def parse_options(options: dict[str, Any]) -> Problem:
+    """The problem that the keywords of `solve` describe; InvalidInput names the one that is wrong.
+
+    Valid combinations are remembered: a slider or a sweep gives the same ones again and again.
+    """
+    try:
+        return _problem(**options)
+    except TypeError:  # an unknown keyword, or a value that cannot be hashed
+        for name in options:
+            if name not in OPTIONS:
+                near = difflib.get_close_matches(name, OPTIONS, n=1, cutoff=0.5)
+                hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(OPTIONS)}"
+                raise InvalidInput(f"unknown option {name!r}: {hint}") from None
+        return _validated(Problem(**options))
+
+
+@lru_cache(maxsize=256, typed=True)
+def _problem(**options: Any) -> Problem:
+    return _validated(Problem(**options))
+
+
+def _validated(given: Problem) -> Problem:
+    """The problem in plain Python numbers; InvalidInput where an option is wrong."""
+    values = {name: getattr(given, name) for name in OPTIONS}
+    for name, known in CHOICES.items():
+        if not isinstance(values[name], str) or values[name] not in known:
+            raise InvalidInput(f"{name} = {values[name]!r}: must be one of {', '.join(known)}")
+    for name in ("coriolis", "stiffening", "softening"):
+        if not isinstance(values[name], bool | np.bool_):
+            raise InvalidInput(f"{name} = {values[name]!r}: must be True or False")
+        values[name] = bool(values[name])
+    values["modes"] = whole("modes", given.modes, 1, MAX_MODES)
+    values["tolerance"] = checked("tolerance", given.tolerance, *TOLERANCES)
+    problem = Problem(**values)
+    for feature in METHODS[problem.method].unsupported:
+        if feature.requested(problem):
+            able = [row.name for row in METHODS.values() if feature not in row.unsupported]
+            raise InvalidInput(
+                f"{feature.value(problem)}: method {problem.method} takes no {feature.noun};"
+                f" methods that do: {', '.join(able)}"
+            )
+    return problem

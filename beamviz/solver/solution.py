@@ -1,7 +1,7 @@
-"""What a solve returns: equilibrium, modes, errors, and how it was done.
+"""What a solve returns: equilibrium, modes, errors, and what the computation took.
 
-A solution knows its method's degrees of freedom only through functions of x, so nothing
-above it needs them.
+A solution knows its method's degrees of freedom only through functions of x, so nothing above it
+needs them.
 """
 
 from collections.abc import Callable
@@ -12,32 +12,20 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from beamviz.beam import Beam
-from beamviz.solver.roots import bisect
+from beamviz.solver.problem import Problem
 
 BENDING, STRETCHING, MIXED = "bending", "stretching", "mixed"
 PURE = 0.9  # share of the kinetic energy that makes a mode one of its family
 NODE_GRID = 401
 VISIBLE = 1e-7  # share of its amplitude that a mode must reach before it can have a node
+BISECTIONS = 52
 
-Status = Literal["stable", "unstable"]
 Axial = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # x -> u, f
-Displacement = Callable[[np.ndarray], np.ndarray]  # x -> (len(x), 2, modes)
-
-
-class Model(NamedTuple):
-    """What was solved: the method asked for, the beam theory, the plane, the terms kept."""
-
-    method: str
-    strain: str
-    curvature: str
-    coriolis: bool
-    plane: str
-    stiffening: bool = True
-    softening: bool = True
+Fields = Callable[[np.ndarray], np.ndarray]  # x -> (len(x), 2, modes)
 
 
 class Stats(NamedTuple):
-    """What it took: unknowns solved for (both families), wall time, method, resolution."""
+    """What it took: unknowns of both families, wall time [s], discretisation, resolution."""
 
     dof: int
     seconds: float
@@ -50,9 +38,14 @@ class Stats(NamedTuple):
 class Equilibrium:
     """The state the modes vibrate about; lengths in units of L, x the reference coordinate."""
 
-    status: Status
+    stable: bool
     iterations: int
     axial: Axial
+
+    @property
+    def status(self) -> Literal["stable", "unstable"]:
+        """Whether every mode is stable."""
+        return "stable" if self.stable else "unstable"
 
     def position(self, x: np.ndarray) -> np.ndarray:
         """Position (len(x), 2) of the points x, measured from the clamp."""
@@ -66,7 +59,7 @@ class Equilibrium:
     @cached_property
     def tip(self) -> np.ndarray:
         """Position (2,) of the tip."""
-        return self.position(np.ones(1))[0]
+        return _read_only(self.position(np.ones(1))[0])
 
     @cached_property
     def max_stretch(self) -> float:
@@ -74,88 +67,125 @@ class Equilibrium:
         return float(self.stretch(np.linspace(0, 1, NODE_GRID)).max())
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Solution:
-    """Equilibrium and modes of one beam; frequencies in units of 1/T*."""
+    """Equilibrium and modes of one beam; frequencies in units of 1/T*. Its arrays are read-only."""
 
     beam: Beam
-    model: Model
+    problem: Problem
     equilibrium: Equilibrium
     stats: Stats
-    squares: np.ndarray  # (modes,) omega^2, ascending; negative where unstable
-    estimate: Callable[[], np.ndarray]  # -> square_errors; may cost more than the solve
-    bending_fractions: np.ndarray  # (modes,) share of the kinetic energy across the beam
-    displacement: Displacement
+    omega_squared: np.ndarray  # (modes,) ascending; negative where unstable
+    estimate_errors: Callable[[], np.ndarray]  # -> omega_squared_errors; may cost more than a solve
+    bending_energy_fraction: np.ndarray  # (modes,) share of the kinetic energy across the beam
+    fields: Fields  # displacement up to a constant factor of modulus 1 of each mode
+
+    def __post_init__(self) -> None:
+        _read_only(self.omega_squared)
+        _read_only(self.bending_energy_fraction)
+
+    def __repr__(self) -> str:
+        numbers = ", ".join(f"{name}={value:g}" for name, value in self.beam.numbers.items())
+        lowest = ", ".join(f"{frequency:.6g}" for frequency in self.frequencies[:5])
+        more = ", ..." if len(self.frequencies) > 5 else ""
+        return (
+            f"<Solution of Beam({numbers}) by {self.problem.method}:"
+            f" {self.equilibrium.status}, frequencies [{lowest}{more}]>"
+        )
 
     @cached_property
     def frequencies(self) -> np.ndarray:
         """Frequencies (modes,) in units of 1/T*; nan where unstable."""
-        return np.sqrt(np.where(self.squares >= 0, self.squares, np.nan))
+        return _read_only(np.sqrt(np.where(self.omega_squared >= 0, self.omega_squared, np.nan)))
 
     @cached_property
     def growth_rates(self) -> np.ndarray:
         """Growth rates (modes,) in units of 1/T*; 0 where stable."""
-        return np.sqrt(np.maximum(-self.squares, 0.0))
+        return _read_only(np.sqrt(np.maximum(-self.omega_squared, 0.0)))
 
     @cached_property
-    def square_errors(self) -> np.ndarray:
-        """Estimated absolute errors (modes,) of omega^2; infinite where nothing is known."""
-        return self.estimate()
+    def omega_squared_errors(self) -> np.ndarray:
+        """Estimated absolute errors (modes,) of omega^2; infinite where no estimate exists."""
+        return _read_only(self.estimate_errors())
 
     @cached_property
     def errors(self) -> np.ndarray:
         """Estimated absolute errors (modes,) of frequency or growth rate."""
-        size = abs(self.squares)
-        return self.square_errors / (
-            np.sqrt(size) + np.sqrt(np.maximum(size - self.square_errors, 0.0))
-        )
+        size, error = abs(self.omega_squared), self.omega_squared_errors
+        return _read_only(error / (np.sqrt(size) + np.sqrt(np.maximum(size - error, 0.0))))
 
     @cached_property
     def families(self) -> tuple[str, ...]:
-        """Family of each mode by its share of kinetic energy."""
+        """Family of each mode by its share of kinetic energy: bending, stretching or mixed."""
         return tuple(
             BENDING if share >= PURE else STRETCHING if share <= 1 - PURE else MIXED
-            for share in self.bending_fractions
+            for share in self.bending_energy_fraction
         )
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
         """B1, S1 ...: counted within the family; a mixed mode counts where its larger share is."""
-        letters = ["B" if share >= 0.5 else "S" for share in self.bending_fractions]
+        letters = ["B" if share >= 0.5 else "S" for share in self.bending_energy_fraction]
         return tuple(f"{a}{letters[: k + 1].count(a)}" for k, a in enumerate(letters))
 
     def shape(self, k: int, x: np.ndarray) -> np.ndarray:
         """Displacement (len(x), 2) of mode k (from 0) along and across the beam at x in [0, 1].
 
-        Unit modal mass; across means in the plane chordwise, out of it flapwise. Complex with
-        Coriolis: the displacement at phase p is the real part of shape * exp(i p).
+        Unit modal mass; across means in the plane chordwise, out of it flapwise. With Coriolis
+        forces complex: the displacement at phase p is the real part of shape * exp(i p). The
+        larger component (across where it has at least half of the kinetic energy) is real, and
+        its tip displacement positive. Raises IndexError for a mode that was not solved for.
         """
-        if not 0 <= k < len(self.squares):
-            raise IndexError(f"mode {k}: this solution has modes 0 .. {len(self.squares) - 1}")
-        return self.displacement(_points(x))[:, :, k]
+        if not 0 <= k < len(self.omega_squared):
+            raise IndexError(
+                f"mode {k}: this solution has modes 0 .. {len(self.omega_squared) - 1}"
+            )
+        return self.displacement(x)[:, :, k]
+
+    def displacement(self, x: np.ndarray) -> np.ndarray:
+        """`shape` of all modes: (len(x), 2, modes)."""
+        return self.fields(_points(x)) * self._phase
+
+    @cached_property
+    def _larger(self) -> np.ndarray:
+        """The larger component (modes,) of each mode: 0 along the beam, 1 across it."""
+        return (self.bending_energy_fraction >= 0.5).astype(int)
+
+    @cached_property
+    def _phase(self) -> np.ndarray:
+        """The factor (modes,) of modulus 1 that makes the larger component real, positive at the
+        tip (where no mode of a family alone has a node: it would be at rest all along)."""
+        tip = np.take_along_axis(self.fields(np.ones(1))[0], self._larger[None], axis=0)[0]
+        size = abs(tip)
+        return np.where(size > 0, tip.conj(), 1.0) / np.where(size > 0, size, 1.0)
 
     @cached_property
     def nodes(self) -> tuple[np.ndarray, ...]:
         """Vibration nodes of each mode: where its larger component is always zero."""
-        return tuple(self._nodes(k) for k in range(len(self.squares)))
+        return tuple(_read_only(self._nodes(k)) for k in range(len(self.omega_squared)))
 
     def _nodes(self, k: int) -> np.ndarray:
-        column = int(self.bending_fractions[k] >= 0.5)
-
         def component(x: np.ndarray) -> np.ndarray:
-            values = self.shape(k, x)[:, column]
-            return values.imag if np.iscomplexobj(values) and column else values.real
+            return self.shape(k, x)[:, self._larger[k]].real
 
         x = _node_grid(self.beam.beta)
         values = component(x)
         seen = np.maximum.accumulate(abs(values)) > VISIBLE * abs(values).max()
         before = np.flatnonzero(np.diff(np.sign(values)) * seen[:-1])
-        return bisect(component, x[before], x[before + 1])
+        return _bisect(component, x[before], x[before + 1])
 
 
-def status(squares: np.ndarray) -> Status:
-    """What the lowest omega^2 (modes,), ascending, says of the state."""
-    return "stable" if squares[0] >= 0 else "unstable"
+def _bisect(
+    function: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray
+) -> np.ndarray:
+    """The roots (k,) of a function that changes sign between low and high (k,), all at once
+    (scipy.optimize would double the time a command takes to start)."""
+    sign = np.sign(function(low))
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        same = np.sign(function(middle)) == sign
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return (low + high) / 2
 
 
 def _node_grid(beta: float) -> np.ndarray:
@@ -172,3 +202,9 @@ def _points(x: np.ndarray) -> np.ndarray:
     if x.size and not (x.min() >= 0 and x.max() <= 1):
         raise ValueError(f"x = {x.min():g} .. {x.max():g}: reference points must lie in 0 .. 1")
     return x
+
+
+def _read_only(array: np.ndarray) -> np.ndarray:
+    """The array, locked: a solution may be shared."""
+    array.setflags(write=False)
+    return array

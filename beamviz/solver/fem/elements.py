@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from beamviz.beam import Beam, whole
 from beamviz.errors import InvalidInput
 from beamviz.solver import eigen
+from beamviz.solver.eigen import gyroscopic_modes
 from beamviz.solver.fem import assembly, planar
 from beamviz.solver.fem import straight as cubic
 from beamviz.solver.fem.equilibrium import Equilibrium, straight_equilibrium
 from beamviz.solver.fem.hermite import interpolate, uniform
-from beamviz.solver.gyroscopic import gyroscopic
-from beamviz.solver.physics import Physics
+from beamviz.solver.problem import Problem
 
 PAPER_ELEMENTS = 20
 MAX_ELEMENTS = 1000
@@ -35,48 +35,48 @@ class Assembled(NamedTuple):
     m: NDArray  # (2N, 2N) mass matrix of one component
 
 
-Assemble = Callable[[Beam, Physics, int], Assembled]
+Assemble = Callable[[Beam, Problem, int], Assembled]
 
 
 class ElementModes(NamedTuple):
     """The lowest modes: omega^2, shapes as value and slope at each node."""
 
     assembled: Assembled
-    squares: NDArray  # (modes,)
-    bending_fractions: NDArray  # (modes,)
+    omega_squared: NDArray  # (modes,)
+    bending_energy_fraction: NDArray  # (modes,)
     along: NDArray  # (2N, modes), complex with Coriolis as is the next
     across: NDArray  # (2N, modes)
 
 
-def split(beam: Beam, physics: Physics, elements: int) -> Assembled:
+def split(beam: Beam, problem: Problem, elements: int) -> Assembled:
     """Half the coordinates twice (cubic.py), about the equilibrium of the full residual."""
-    model, state = planar_equilibrium(beam, physics, elements)
+    model, state = planar_equilibrium(beam, problem, elements)
     q = state.q[::2]
-    cubics = cubic.Cubics.between(model.elements.nodes, beam, physics.law)
+    cubics = cubic.Cubics.between(model.elements.nodes, beam, problem.strain_law)
     load = beam.gamma**2
-    softening = load if physics.chordwise else 0.0
+    softening = load if problem.chordwise else 0.0
     Ka = assembly.dense(assembly.band(cubics.along(q, load)))
-    Kb = assembly.dense(assembly.band(cubics.across(q, softening, physics.curvature)))
+    Kb = assembly.dense(assembly.band(cubics.across(q, softening, problem.curvature_measure)))
     return _assembled(model, state, Ka, Kb)
 
 
-def full(beam: Beam, physics: Physics, elements: int) -> Assembled:
+def full(beam: Beam, problem: Problem, elements: int) -> Assembled:
     """The full planar tangent (planar.py)."""
-    model, state = planar_equilibrium(beam, physics, elements)
+    model, state = planar_equilibrium(beam, problem, elements)
     K = model.tangent(state.q, beam.gamma**2)
     Ka, Kb = assembly.dense(planar.along(K)), assembly.dense(planar.across(K))
     return _assembled(model, state, Ka, Kb)
 
 
-def linear(beam: Beam, physics: Physics, elements: int) -> Assembled:
+def linear(beam: Beam, problem: Problem, elements: int) -> Assembled:
     """Linear statics under the load of the reference length, then vibration with its prestress.
 
     The bending elements are the same; the tension is mu^2 u' of the linear bar.
     """
     nodes = uniform(elements)
-    cubics = cubic.Cubics.between(nodes, beam, physics.law)
+    cubics = cubic.Cubics.between(nodes, beam, problem.strain_law)
     load = beam.gamma**2
-    softening = load if physics.chordwise else 0.0
+    softening = load if problem.chordwise else 0.0
     rest = np.column_stack((nodes, np.ones_like(nodes))).ravel()
     m = assembly.dense(assembly.band(cubics.m))
     K = assembly.dense(assembly.band(cubics.along(rest, 0.0)))
@@ -88,11 +88,13 @@ def linear(beam: Beam, physics: Physics, elements: int) -> Assembled:
 
 
 def planar_equilibrium(
-    beam: Beam, physics: Physics, elements: int
+    beam: Beam, problem: Problem, elements: int
 ) -> tuple[planar.Model, Equilibrium]:
     """The beam on its elements and the straight state of the full residual."""
-    plane = "chordwise" if physics.chordwise else "flapwise"
-    model = planar.model(beam, uniform(elements), physics.law, physics.curvature, plane)
+    plane = "chordwise" if problem.chordwise else "flapwise"
+    model = planar.model(
+        beam, uniform(elements), problem.strain_law, problem.curvature_measure, plane
+    )
     return model, straight_equilibrium(model)
 
 
@@ -104,7 +106,7 @@ def _assembled(model: planar.Model, state: Equilibrium, Ka: NDArray, Kb: NDArray
 
 
 def solve_elements(
-    beam: Beam, modes: int, physics: Physics, assemble: Assemble, elements: int | None
+    beam: Beam, modes: int, problem: Problem, assemble: Assemble, elements: int | None
 ) -> ElementModes:
     """Equilibrium and the lowest `modes` modes on uniform elements, by `split` or `full`.
 
@@ -113,35 +115,35 @@ def solve_elements(
     elements = whole("elements", PAPER_ELEMENTS if elements is None else elements, 1, MAX_ELEMENTS)
     if modes > 2 * elements:
         raise InvalidInput(f"modes = {modes}: at most {2 * elements} with elements = {elements}")
-    assembled = assemble(beam, physics, elements)
-    coupled = physics.coriolis and physics.chordwise and beam.gamma > 0
-    squares, along, across = (_coupled if coupled else _uncoupled)(assembled, beam, modes)
+    assembled = assemble(beam, problem, elements)
+    coupled = problem.gyroscopic and beam.gamma > 0
+    omega_squared, along, across = (_coupled if coupled else _uncoupled)(assembled, beam, modes)
     fractions = ((assembled.m @ across) * across.conj()).sum(axis=0).real
-    return ElementModes(assembled, squares, fractions, along, across)
+    return ElementModes(assembled, omega_squared, fractions, along, across)
 
 
 def _uncoupled(assembled: Assembled, beam: Beam, modes: int) -> tuple[NDArray, NDArray, NDArray]:
     """omega^2 and shapes (2N, modes) along and across, the families apart."""
     m = assembled.m
-    bending, V, _ = eigen.lowest(assembled.Kb, m[2:, 2:], modes)
-    stretching, U, _ = eigen.lowest(assembled.Ka, m[1:, 1:], modes)
-    squares = np.concatenate((bending, stretching))
-    picks = squares.argsort()[:modes]
+    bending, V, _ = eigen.symmetric_modes(assembled.Kb, m[2:, 2:], modes)
+    stretching, U, _ = eigen.symmetric_modes(assembled.Ka, m[1:, 1:], modes)
+    omega_squared = np.concatenate((bending, stretching))
+    picks = omega_squared.argsort()[:modes]
     shapes = np.zeros((2, len(m), 2 * modes))
     shapes[1, 2:, :modes], shapes[0, 1:, modes:] = V, U
-    return squares[picks], *shapes[:, :, picks]
+    return omega_squared[picks], *shapes[:, :, picks]
 
 
 def _coupled(assembled: Assembled, beam: Beam, modes: int) -> tuple[NDArray, NDArray, NDArray]:
     """As `_uncoupled`, with Coriolis forces."""
     m = assembled.m
     F = np.linalg.cholesky(m).T
-    squares, U, V, *_ = gyroscopic(
+    omega_squared, U, V, *_ = gyroscopic_modes(
         assembled.Ka, F[:, 1:], assembled.Kb, F[:, 2:], beam.gamma, modes
     )
     shapes = np.zeros((2, len(m), modes), complex)
     shapes[0, 1:], shapes[1, 2:] = U, V
-    return squares, *shapes
+    return omega_squared, *shapes
 
 
 def displacement(found: ElementModes, x: NDArray) -> NDArray:

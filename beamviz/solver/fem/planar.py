@@ -92,15 +92,15 @@ def modes(model: Model, q: NDArray, count: int) -> tuple[NDArray, NDArray]:
     M = assembly.dense(model.mass)
     free = np.delete(np.arange(len(q)), CLAMPED)
     families = [free] if q[1::2].any() else [free[free % 2 == 0], free[free % 2 == 1]]
-    squares, shapes = [], []
+    omega_squared, shapes = [], []
     for family in families:
         block = np.ix_(family, family)
-        values, V, _ = eigen.lowest(K[block], M[block], count)
-        squares.append(values)
+        values, V, _ = eigen.symmetric_modes(K[block], M[block], count)
+        omega_squared.append(values)
         shapes.append(np.zeros((len(q), V.shape[1])))
         shapes[-1][family] = V
-    order = np.argsort(np.concatenate(squares))[:count]
-    return np.concatenate(squares)[order], np.hstack(shapes)[:, order]
+    order = np.argsort(np.concatenate(omega_squared))[:count]
+    return np.concatenate(omega_squared)[order], np.hstack(shapes)[:, order]
 
 
 def along(A: NDArray) -> NDArray:

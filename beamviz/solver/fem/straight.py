@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.beam import Beam
-from beamviz.solver import straight_beam as straight
+from beamviz.solver import constitutive
 from beamviz.solver.constitutive import Curvature, StrainLaw
 from beamviz.solver.fem import inertia
 from beamviz.solver.fem.ancf import AXIAL_DEGREE
@@ -44,7 +44,7 @@ class Cubics:
 
     def along(self, q: NDArray, load: float) -> NDArray:
         """Elements of the tangent for stretching: (n, 4, 4)."""
-        rigidity = straight.stretching_rigidity(self.stretch(q), self.beam.mu, self.law)
+        rigidity = constitutive.axial_stiffness(self.stretch(q), self.beam.mu, self.law)
         return form(self.dS, self.weights * rigidity) - load * self.m
 
     def across(self, q: NDArray, load: float, curvature: Curvature) -> NDArray:
@@ -53,8 +53,8 @@ class Cubics:
         df = (self.ddS @ pairs(q)[:, :, None])[..., 0]
         angle = self.dS / f[..., None]  # theta = w'/f
         slope = (self.ddS - df[..., None] * angle) / f[..., None]
-        bending = self.weights * straight.bending_rigidity(f, curvature)
-        tension = self.weights * straight.tension_rigidity(f, self.beam.mu, self.law)
+        bending = self.weights * constitutive.bending_stiffness(f, curvature)
+        tension = self.weights * constitutive.tension_stiffness(f, self.beam.mu, self.law)
         return form(slope, bending) + form(angle, tension) - load * self.m
 
     def prestressed(self, u: NDArray, load: float) -> NDArray:

@@ -30,7 +30,7 @@ from beamviz.solver.hp.mesh_design import (
 )
 from beamviz.solver.hp.modes import apart, coupled
 from beamviz.solver.hp.refinement import StraightModes, coarse, excess
-from beamviz.solver.physics import Physics
+from beamviz.solver.problem import Problem
 
 ATTEMPTS = 2  # what is left then needs care of its own
 FEWER_DIGITS = 0.15
@@ -48,24 +48,25 @@ np.empty(2**24, np.int8)
 
 
 def solve_straight_many(
-    beams: list[Beam], modes: int, beside: int, physics: Physics, tolerance: float
+    beams: list[Beam], problem: Problem, extra_modes: int
 ) -> list[StraightModes | None]:
     """Many neighbouring beams at once, assembled together on meshes of the same orders; and
-    `beside` modes more, which need not meet the tolerance.
+    `extra_modes` modes more, which need not meet the tolerance.
 
     None where the common orders do not meet the tolerance, or where a beam needs more care
     (near a limit, an inward beam with Coriolis forces): `solve_straight` answers for those.
     """
     found: list[StraightModes | None] = [None] * len(beams)
+    modes, tolerance, beside = problem.modes, problem.tolerance, extra_modes
     table = np.array([_numbers(beam) for beam in beams]).reshape(-1, len(LIMITS))
-    waiting = np.flatnonzero(_simple(hp.Numbers(*table.T), physics))
+    waiting = np.flatnonzero(_simple(hp.Numbers(*table.T), problem))
     digits = -math.log10(tolerance) - FEWER_DIGITS
     for _ in range(ATTEMPTS):
         left: dict[int, float] = {}  # place: by how much the tolerance is missed
-        discretised = partial(_discretised, beams, modes, physics, digits)
+        discretised = partial(_discretised, beams, modes, problem, digits)
         for places, points in _common_meshes(table, waiting, discretised):
             try:
-                several = _solve_many_on(points, table[places], modes, beside, physics, tolerance)
+                several = _solve_many_on(points, table[places], modes, beside, problem, tolerance)
             except np.linalg.LinAlgError:  # one of them buckles: each by itself
                 continue
             for k, modes_of_one, over in zip(places.tolist(), *several, strict=True):
@@ -117,18 +118,18 @@ def _own_meshes(places: np.ndarray, discretised: Discretised) -> Iterator[tuple[
 
 
 def _discretised(
-    beams: list[Beam], modes: int, physics: Physics, digits: float, place: int
+    beams: list[Beam], modes: int, problem: Problem, digits: float, place: int
 ) -> Discretisation | None:
     """The breaks and orders a beam needs; None where it has no equilibrium or buckles too
     finely."""
     beam = beams[place]
     try:
-        positions = _positions(beam, physics)
+        positions = _positions(beam, problem)
     except (NoEquilibrium, NotConverged):
         return None
-    parts = segments(beam, positions, physics.law)
-    digits += more_digits(beam, positions, parts, physics)
-    breaks, orders = discretisation(parts, beam.mu, modes, physics.curvature, digits)
+    parts = segments(beam, positions, problem.strain_law)
+    digits += more_digits(beam, positions, parts, problem)
+    breaks, orders = discretisation(parts, beam.mu, modes, problem.curvature_measure, digits)
     return (breaks, orders) if sum(orders) <= MAX_UNKNOWNS else None
 
 
@@ -137,17 +138,17 @@ def _chunks(places: np.ndarray) -> list[np.ndarray]:
     return np.array_split(places, math.ceil(len(places) / CHUNK)) if len(places) else []
 
 
-def _positions(beam: Beam, physics: Physics) -> Positions:
+def _positions(beam: Beam, problem: Problem) -> Positions:
     """Where the beam is in equilibrium, roughly."""
-    return unstretched(beam) if hardly_stretches(beam) else coarse(beam, physics.law)[1]
+    return unstretched(beam) if hardly_stretches(beam) else coarse(beam, problem.strain_law)[1]
 
 
-def _simple(beams: hp.Numbers, physics: Physics) -> np.ndarray:
+def _simple(beams: hp.Numbers, problem: Problem) -> np.ndarray:
     """Which beams can be solved together with others."""
-    if physics.tension != "equilibrium":
+    if problem.rigid_tension:
         return np.zeros(len(beams.delta), bool)
-    simple = hardly_stretches(beams) | one_state(beams, physics.law)
-    return simple & (beams.gamma > 0) & (beams.delta >= 0) if physics.couples else simple
+    simple = hardly_stretches(beams) | one_state(beams, problem.strain_law)
+    return simple & (beams.gamma > 0) & (beams.delta >= 0) if problem.gyroscopic else simple
 
 
 def _shared(numbers: hp.Numbers) -> hp.Numbers:
@@ -158,7 +159,7 @@ def _shared(numbers: hp.Numbers) -> hp.Numbers:
 
 
 def _solve_many_on(
-    points: Mesh, table: np.ndarray, modes: int, beside: int, physics: Physics, tolerance: float
+    points: Mesh, table: np.ndarray, modes: int, beside: int, problem: Problem, tolerance: float
 ) -> tuple[list[StraightModes], list[float]]:
     """Equilibrium and modes of many beams, the rows of a table (beams, 5), on one mesh or on a
     mesh each; and by how much each misses the tolerance, infinite where Newton did not converge or
@@ -167,17 +168,17 @@ def _solve_many_on(
     numbers = hp.Numbers(*table.T[:, :, None])
     rho = hp.inertia(points, _shared(numbers) if points.breaks.ndim == 1 else numbers)
     load = (numbers.gamma / numbers.mu) ** 2
-    law = physics.law
+    law = problem.strain_law
     passes = 2 if hardly_stretches(numbers).all() else MANY_PASSES
     guess = first_guess(points, rho, numbers, law.stretch, passes)
     stretch, sound = newton_many(points, rho, numbers, law, load, guess)
     f, gamma, iterations = stretch.f, numbers.gamma, stretch.iterations
-    forms = hp.forms(points, rho, numbers, f, law, physics.curvature, physics.stiffening)
-    if physics.couples:
-        vibration = coupled(points, rho, stretch, gamma, forms, count, physics.softening, tolerance)
+    forms = hp.forms(points, rho, numbers, f, law, problem.curvature_measure, problem.stiffens)
+    if problem.gyroscopic:
+        vibration = coupled(points, rho, stretch, gamma, forms, count, problem.softening, tolerance)
     else:
         shift = eigen.COMPRESSED if table[:, 3].min() < 0 else 0.0
-        vibration = apart(points, stretch, gamma[..., None] ** 2, forms, count, physics, shift)
+        vibration = apart(points, stretch, gamma[..., None] ** 2, forms, count, problem, shift)
     together = StraightModes(points.grid, f, iterations, *vibration)
     over = np.where(sound, excess(together, tolerance, modes), math.inf)
     fields = (repeat(None) if field is None else field for field in vibration)

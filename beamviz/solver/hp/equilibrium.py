@@ -13,7 +13,7 @@ from scipy.linalg import lapack
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
-from beamviz.solver import straight_beam as straight
+from beamviz.solver import constitutive
 from beamviz.solver.constitutive import Function, StrainLaw
 from beamviz.solver.continuation import Path, Root, continue_load
 from beamviz.solver.hp.matrices import Inertia, Numbers, Stretch, diagonal, inertia
@@ -93,7 +93,7 @@ def equilibrium(
         return Stretch(path.state, path.iterations, 0.0, left)
     limit = _limit(beam, law, load)
     if limit < beam.gamma:
-        raise straight.no_equilibrium(beam, limit, law)
+        raise constitutive.no_equilibrium(beam, limit, law)
     raise NotConverged(
         f"gamma = {beam.gamma:.9g}: so close to the limit of equilibrium, gamma = {limit:.9g},"
         f" that the mesh of {points.elements} elements does not reach it"

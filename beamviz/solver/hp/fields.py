@@ -4,43 +4,43 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
+from beamviz.beam import Beam
 from beamviz.solver.hp.mesh import each_from_clamp
 from beamviz.solver.hp.refinement import StraightModes, solve_straight
-from beamviz.solver.physics import Tension
-from beamviz.solver.problem import Task
-from beamviz.solver.solution import Displacement, Equilibrium, Solution, Stats, status
+from beamviz.solver.problem import Problem
+from beamviz.solver.solution import Equilibrium, Solution, Stats
 
 
-def hp_solution(task: Task, tension: Tension = "equilibrium", stiffening: bool = True) -> Solution:
-    """The straight scene on as few unknowns as the tolerance asks for."""
-    physics = task.physics
-    if tension != "equilibrium":
-        stiffening = stiffening and physics.stiffening
-        physics = physics._replace(tension=tension, stiffening=stiffening)
-    return as_solution(task, solve_straight(task.beam, task.modes, physics, task.tolerance))
+def hp_solution(beam: Beam, problem: Problem, start: float) -> Solution:
+    """The straight beam on as few unknowns as the tolerance asks for."""
+    found = solve_straight(beam, problem.modes, problem, problem.tolerance)
+    return as_solution(beam, problem, found, start)
 
 
-def as_solution(task: Task, found: StraightModes) -> Solution:
+def as_solution(beam: Beam, problem: Problem, found: StraightModes, start: float) -> Solution:
     """What was found on a mesh, as functions of x."""
     grid = found.grid
     return Solution(
-        beam=task.beam,
-        model=task.model,
-        equilibrium=Equilibrium(status(found.squares), found.iterations, partial(_axial, found)),
+        beam=beam,
+        problem=problem,
+        equilibrium=Equilibrium(
+            bool(found.omega_squared[0] >= 0), found.iterations, partial(_axial, found)
+        ),
         stats=Stats(
             2 * len(found.f),
-            time.perf_counter() - task.start,
+            time.perf_counter() - start,
             "hp",
             grid.elements,
             max(grid.orders),
         ),
-        squares=found.squares,
-        estimate=partial(np.add, found.truncation, found.rounding),
-        bending_fractions=found.bending_fractions,
-        displacement=Fields(found),
+        omega_squared=found.omega_squared,
+        estimate_errors=partial(np.add, found.truncation, found.rounding),
+        bending_energy_fraction=found.bending_energy_fraction,
+        fields=Fields(found),
     )
 
 
@@ -67,19 +67,17 @@ def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
     places x (solutions, len(x)) of their own; of those on one mesh, or on alike ones, at once."""
     groups: dict[object, list[int]] = {}
     for k, solution in enumerate(solutions):
-        fields = solution.displacement
+        fields = solution.fields
         key: object = k
         if isinstance(fields, Fields):
             key = fields.found.grid.orders, fields.found.picks is None
         groups.setdefault(key, []).append(k)
     places = np.concatenate(list(groups.values()))
-    found = [
-        _alike([solutions[k].displacement for k in group], x[group]) for group in groups.values()
-    ]
+    found = [_alike([solutions[k].fields for k in group], x[group]) for group in groups.values()]
     return np.concatenate(found)[places.argsort()]
 
 
-def _alike(each: list[Displacement], x: np.ndarray) -> np.ndarray:
+def _alike(each: list[Any], x: np.ndarray) -> np.ndarray:
     """Fields (several, len(x), 2, modes) of modes found on meshes of the same orders, or of one
     solution of any kind."""
     found = [fields.found for fields in each if isinstance(fields, Fields)]

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from beamviz.beam import Beam
-from beamviz.solver import straight_beam as straight
+from beamviz.solver import constitutive
 from beamviz.solver.constitutive import Curvature, StrainLaw
 from beamviz.solver.hp.mesh import Mesh
 
@@ -115,8 +115,8 @@ def forms(
     cancels where a slender beam hardly stretches.
     """
     w, n = mesh.weights, f.shape[-1]
-    bent = w * straight.bending_rigidity(f, curvature)
-    d = w * straight.stretching_rigidity(f, beam.mu, law)
+    bent = w * constitutive.bending_stiffness(f, curvature)
+    d = w * constitutive.axial_stiffness(f, beam.mu, law)
     across = f[..., None] * mesh.J  # kappa -> w' = f theta
     rigidity = np.zeros((*f.shape[:-1], 2, 2 * n))
     rigidity[..., 0, :n], rigidity[..., 1, :n] = bent, d

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from beamviz.beam import Beam
 from beamviz.solver.constitutive import Curvature, StrainLaw
-from beamviz.solver.physics import Physics
+from beamviz.solver.problem import Problem
 
 LAYER_REACH = 2.0  # widths per digit: exp(-2 * 12) of a layer's energy is left after 12
 TIP_REACH = 4.0
@@ -104,11 +104,11 @@ def _brink(N: float, beam: Beam, law: StrainLaw) -> float:
     return max(left / slope, NEAREST) if left < slope else math.inf
 
 
-def more_digits(beam: Beam, positions: Positions, parts: list[Segment], physics: Physics) -> float:
+def more_digits(beam: Beam, positions: Positions, parts: list[Segment], problem: Problem) -> float:
     """Digits that a mesh needs beyond those asked for: where softening takes some, and where a
     stretch falls off."""
-    softened = physics.chordwise and physics.softening and physics.stiffening and beam.delta >= 0
-    lost = lost_digits(beam, positions, parts, physics.curvature) if softened else 0.0
+    softened = problem.chordwise and problem.softening and problem.stiffens and beam.delta >= 0
+    lost = lost_digits(beam, positions, parts, problem.curvature_measure) if softened else 0.0
     return max(0.0, lost + DIGITS_OF_STRETCH * math.log10(parts[0].f[0]) - SPARE_DIGITS)
 
 

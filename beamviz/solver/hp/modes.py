@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from beamviz.solver import eigen
-from beamviz.solver.gyroscopic import gyroscopic
+from beamviz.solver.eigen import gyroscopic_modes
 from beamviz.solver.hp import matrices as hp
 from beamviz.solver.hp.matrices import EPS
 from beamviz.solver.hp.mesh import Mesh
-from beamviz.solver.physics import Physics
+from beamviz.solver.problem import Problem
 
 
 class Modes(NamedTuple):
@@ -25,8 +25,8 @@ class Modes(NamedTuple):
     kappa: np.ndarray  # (..., n, modes) slope of the rotation
     s: np.ndarray  # (..., n, modes) gradient along the beam
     picks: np.ndarray | None
-    bending_fractions: np.ndarray  # (..., modes) share of the kinetic energy
-    squares: np.ndarray  # (..., modes) omega^2, ascending
+    bending_energy_fraction: np.ndarray  # (..., modes) share of the kinetic energy
+    omega_squared: np.ndarray  # (..., modes) omega^2, ascending
     truncation: np.ndarray  # (..., modes) error of omega^2 from the order of the mesh
     rounding: np.ndarray  # (..., modes) error of omega^2 from rounding
 
@@ -42,7 +42,7 @@ def apart(
     softening: float | np.ndarray,
     forms: hp.Forms,
     modes: int,
-    physics: Physics,
+    problem: Problem,
     shift: float,
 ) -> Modes:
     """The lowest modes of families that nothing couples.
@@ -52,34 +52,34 @@ def apart(
     """
     if shift:
         K, M = _both(forms.K, forms.d), _both(forms.M, forms.G)
-        squares, v, size = eigen.lowest(K, M, modes, shift)
+        omega_squared, v, size = eigen.symmetric_modes(K, M, modes, shift)
     else:
-        squares, v, size = eigen.lowest_of_families(*forms[:4], modes)
-    scale = abs(squares) + eigen.COMPRESSED
+        omega_squared, v, size = eigen.lowest_of_families(*forms[:4], modes)
+    scale = abs(omega_squared) + eigen.COMPRESSED
     share = hp.share_lost(hp.lost_to_order(points, forms, v), scale)
     truncation = hp.truncation(points, stretch, scale, share)
     times = size / size[..., :1]  # rounding falls on the high ones
     if shift:  # compression cancels against the rest: what rounds is each unknown by itself
-        added = (size - squares)[..., :1]
+        added = (size - omega_squared)[..., :1]
         size = np.vecmat(hp.diagonal(K) + added * hp.diagonal(M), v**2)
     rounding = hp.rounding(size, times)
     if stretch.margin is not None:
         rounding += hp.rounding_near_end(stretch.margin, scale)
-    if physics.softening:
-        soft = squares if physics.chordwise else squares[..., 1:, :]
+    if problem.softening:
+        soft = omega_squared if problem.chordwise else omega_squared[..., 1:, :]
         soft -= softening
     kappa, s = v[..., 0, :, :], v[..., 1, :, :]
-    picks, places = _ascending(squares, modes)
-    fractions = (picks < squares.shape[-1]).astype(float)
-    squares, truncation = squares.take(places), truncation.take(places)
-    return Modes(kappa, s, picks, fractions, squares, truncation, rounding.take(places))
+    picks, places = _ascending(omega_squared, modes)
+    fractions = (picks < omega_squared.shape[-1]).astype(float)
+    omega_squared, truncation = omega_squared.take(places), truncation.take(places)
+    return Modes(kappa, s, picks, fractions, omega_squared, truncation, rounding.take(places))
 
 
-def _ascending(squares: np.ndarray, modes: int) -> tuple[np.ndarray, np.ndarray]:
-    """Of two families' squares (..., 2, k) the lowest `modes`: places (..., modes) among those of
+def _ascending(omega_squared: np.ndarray, modes: int) -> tuple[np.ndarray, np.ndarray]:
+    """Of two families' omega_squared (..., 2, k) the lowest `modes`: places (..., modes) among those of
     the beam, laid end to end, and among those of all beams."""
-    stack, both = squares.shape[:-2], 2 * squares.shape[-1]
-    picks = squares.reshape(*stack, both).argsort(axis=-1)[..., :modes]
+    stack, both = omega_squared.shape[:-2], 2 * omega_squared.shape[-1]
+    picks = omega_squared.reshape(*stack, both).argsort(axis=-1)[..., :modes]
     if not stack:
         return picks, picks
     return picks, picks + both * np.arange(len(picks))[:, None]
@@ -119,14 +119,14 @@ def coupled(
     F = hp.weighted_displacements(points, rho, stretch.f)
     (Kb, Ka), (Fb, Fa) = np.moveaxis(K, -3, 0), np.moveaxis(F, -3, 0)
     most = tolerance / (10 * hp.ROUNDING_FACTOR * EPS)
-    squares, s, kappa, times, definite = gyroscopic(Ka, Fa, Kb, Fb, speed, modes, most)
-    size = abs(squares) + gamma**2
+    omega_squared, s, kappa, times, definite = gyroscopic_modes(Ka, Fa, Kb, Fb, speed, modes, most)
+    size = abs(omega_squared) + gamma**2
     v = np.stack((kappa, s), axis=-3)
     v = v.real + v.imag  # a family swings in one phase
     scale = size[..., None, :] + eigen.COMPRESSED
     share = hp.share_lost(hp.lost_to_order(points, forms, v), scale).sum(axis=-2, keepdims=True)
     stored = (v * (K @ v)).sum(axis=(-3, -2))
-    share *= (2 * abs(squares) / (abs(squares) + abs(stored)))[..., None, :]
+    share *= (2 * abs(omega_squared) / (abs(omega_squared) + abs(stored)))[..., None, :]
     fractions = ((Fb @ v[..., 0, :, :]) ** 2).sum(axis=-2)
     truncation = hp.truncation(points, stretch, scale, share)[..., 0, :]
     if not definite:  # as above
@@ -134,4 +134,4 @@ def coupled(
     rounding = hp.rounding(size, times)
     if stretch.margin is not None:
         rounding += hp.rounding_near_end(stretch.margin, scale[..., 0, :])
-    return Modes(kappa, s, None, fractions, squares, truncation, rounding)
+    return Modes(kappa, s, None, fractions, omega_squared, truncation, rounding)

@@ -16,10 +16,9 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from beamviz.beam import Beam
-from beamviz.solver import eigen
-from beamviz.solver import straight_beam as straight
-from beamviz.solver.gyroscopic import gyroscopic
-from beamviz.solver.physics import Physics
+from beamviz.solver import constitutive, eigen
+from beamviz.solver.eigen import gyroscopic_modes
+from beamviz.solver.problem import Problem
 from beamviz.solver.series.families import Family, Modes, merged
 
 NEWTON_ITERATIONS = 8
@@ -40,11 +39,11 @@ class Forms(NamedTuple):
     F: np.ndarray  # (points, terms)
 
 
-def assumed_modes(beam: Beam, physics: Physics, terms: int, modes: int) -> Modes:
+def assumed_modes(beam: Beam, problem: Problem, terms: int, modes: int) -> Modes:
     """The lowest `modes` modes on `terms` functions across the beam and as many along it."""
     x, weights = quadrature(beam, terms)
     across, along = clamped_free(terms, x), fixed_free(terms, x)
-    N = straight.rigid_tension(beam, x)
+    N = constitutive.rigid_tension(beam, x)
     Kb = (across.curvature.T * weights) @ across.curvature
     Kb += (across.slope.T * (weights * N)) @ across.slope
     Ka = beam.mu**2 * (along.slope.T * weights) @ along.slope
@@ -52,8 +51,8 @@ def assumed_modes(beam: Beam, physics: Physics, terms: int, modes: int) -> Modes
     roots = np.sqrt(np.append(weights, beam.alpha))[:, None]
     Fb = roots * np.vstack((across.value, clamped_free(terms, at_mass).value))
     Fa = roots * np.vstack((along.value, fixed_free(terms, at_mass).value))
-    solve = _coupled if physics.coriolis and physics.chordwise and beam.gamma else _uncoupled
-    return solve(beam, physics, Forms(Ka, Fa), Forms(Kb, Fb), modes)
+    solve = _coupled if problem.gyroscopic and beam.gamma else _uncoupled
+    return solve(beam, problem, Forms(Ka, Fa), Forms(Kb, Fb), modes)
 
 
 def quadrature(beam: Beam, terms: int) -> tuple[np.ndarray, np.ndarray]:
@@ -94,14 +93,14 @@ def fixed_free(terms: int, x: np.ndarray) -> Basis:
     return Basis(sines, z * cosines, -(z**2) * sines)
 
 
-def _uncoupled(beam: Beam, physics: Physics, along: Forms, across: Forms, modes: int) -> Modes:
+def _uncoupled(beam: Beam, problem: Problem, along: Forms, across: Forms, modes: int) -> Modes:
     """The families apart; the softening is a multiple of M and shifts omega^2 alone."""
     shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
     softening = beam.gamma**2
-    bending, V, _ = eigen.lowest(across.K, across.F.T @ across.F, modes, shift)
-    if physics.chordwise:
+    bending, V, _ = eigen.symmetric_modes(across.K, across.F.T @ across.F, modes, shift)
+    if problem.chordwise:
         bending = bending - softening
-    stretching, U, _ = eigen.lowest(along.K, along.F.T @ along.F, modes)
+    stretching, U, _ = eigen.symmetric_modes(along.K, along.F.T @ along.F, modes)
     return merged(
         Family(bending, partial(_shapes, clamped_free, V)),
         Family(stretching - softening, partial(_shapes, fixed_free, U)),
@@ -109,16 +108,16 @@ def _uncoupled(beam: Beam, physics: Physics, along: Forms, across: Forms, modes:
     )
 
 
-def _coupled(beam: Beam, physics: Physics, along: Forms, across: Forms, modes: int) -> Modes:
+def _coupled(beam: Beam, problem: Problem, along: Forms, across: Forms, modes: int) -> Modes:
     """Both families at once, with Coriolis forces."""
     softening = beam.gamma**2
     Ka, Kb = (form.K - softening * form.F.T @ form.F for form in (along, across))
-    squares, U, V, *_ = gyroscopic(Ka, along.F, Kb, across.F, beam.gamma, modes)
+    omega_squared, U, V, *_ = gyroscopic_modes(Ka, along.F, Kb, across.F, beam.gamma, modes)
 
     def displacement(x: np.ndarray) -> np.ndarray:
         return np.stack((_shapes(fixed_free, U, x), _shapes(clamped_free, V, x)), axis=1)
 
-    return Modes(squares, (abs(across.F @ V) ** 2).sum(axis=0), displacement)
+    return Modes(omega_squared, (abs(across.F @ V) ** 2).sum(axis=0), displacement)
 
 
 def _shapes(

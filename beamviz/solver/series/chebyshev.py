@@ -24,10 +24,10 @@ from numpy.polynomial import chebyshev
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
-from beamviz.solver import straight_beam as straight
+from beamviz.solver import constitutive
 from beamviz.solver.constitutive import StrainLaw
 from beamviz.solver.continuation import Root, continue_load, newton
-from beamviz.solver.physics import Physics
+from beamviz.solver.problem import Problem
 from beamviz.solver.series.families import Family, Modes, merged
 
 SPURIOUS = 1e-12  # share of the largest 1/omega^2 below which one is rounding
@@ -73,7 +73,7 @@ def grid(ends: tuple[float, ...], order: int) -> Grid:
 
 
 def chebyshev_modes(
-    beam: Beam, physics: Physics, order: int, modes: int
+    beam: Beam, problem: Problem, order: int, modes: int
 ) -> tuple[Modes, Grid, State]:
     """The lowest `modes` modes with polynomials of `order`, and the state they vibrate about.
 
@@ -82,9 +82,9 @@ def chebyshev_modes(
     interior = beam.alpha > 0 and 0 < beam.beta < 1
     on = grid((0.0, beam.beta, 1.0) if interior else (0.0, 1.0), order)
     R = on.to_tip + beam.alpha * _carried(on, beam)
-    state = equilibrium(on, R, beam, physics.law)
-    bending = _bending(on, R, state, beam, physics, modes)
-    stretching = _stretching(on, R, state, beam, physics, modes)
+    state = equilibrium(on, R, beam, problem.strain_law)
+    bending = _bending(on, R, state, beam, problem, modes)
+    stretching = _stretching(on, R, state, beam, problem, modes)
     return merged(bending, stretching, modes), on, state
 
 
@@ -122,36 +122,36 @@ def equilibrium(on: Grid, R: np.ndarray, beam: Beam, law: StrainLaw) -> State:
     load = (beam.gamma / beam.mu) ** 2
     path = continue_load(solve_at, np.ones(len(on.points)), load, margin)
     if path.limit is not None:
-        raise straight.no_equilibrium(beam, beam.mu * path.limit**0.5, law)
+        raise constitutive.no_equilibrium(beam, beam.mu * path.limit**0.5, law)
     f = path.state
     return State(f, beam.gamma**2 * (RJ @ f + pull), path.iterations)
 
 
 def _stretching(
-    on: Grid, R: np.ndarray, state: State, beam: Beam, physics: Physics, modes: int
+    on: Grid, R: np.ndarray, state: State, beam: Beam, problem: Problem, modes: int
 ) -> Family:
     """s = Lambda B s, softening taken into the operator."""
-    rigidity = straight.stretching_rigidity(state.f, beam.mu, physics.law)
+    rigidity = constitutive.axial_stiffness(state.f, beam.mu, problem.strain_law)
     J = on.from_clamp
     B = (R @ J) / rigidity[:, None]
-    squares, s = _lowest(np.eye(len(B)) - beam.gamma**2 * B, B, modes)
-    return Family(squares, partial(interpolate, on, _normalised(on, beam, J @ s)))
+    omega_squared, s = _lowest(np.eye(len(B)) - beam.gamma**2 * B, B, modes)
+    return Family(omega_squared, partial(interpolate, on, _normalised(on, beam, J @ s)))
 
 
 def _bending(
-    on: Grid, R: np.ndarray, state: State, beam: Beam, physics: Physics, modes: int
+    on: Grid, R: np.ndarray, state: State, beam: Beam, problem: Problem, modes: int
 ) -> Family:
     """A theta = Lambda B theta, softening taken into the operator."""
     f, N = state.f, state.N
-    rigidity = straight.bending_rigidity(f, physics.curvature)
+    rigidity = constitutive.bending_stiffness(f, problem.curvature_measure)
     J = on.from_clamp
     turn = (J / rigidity) @ on.to_tip  # f (N theta - V) -> theta, its sign turned
     A = np.eye(len(f)) + turn * (f * N)
     B = (turn * f) @ R @ (J * f)
-    softening = beam.gamma**2 if physics.chordwise else 0.0
-    squares, theta = _lowest(A - softening * B, B, modes)
+    softening = beam.gamma**2 if problem.chordwise else 0.0
+    omega_squared, theta = _lowest(A - softening * B, B, modes)
     w = _normalised(on, beam, J @ (f[:, None] * theta))
-    return Family(squares, partial(interpolate, on, w))
+    return Family(omega_squared, partial(interpolate, on, w))
 
 
 def _lowest(A: np.ndarray, B: np.ndarray, modes: int) -> tuple[np.ndarray, np.ndarray]:
@@ -159,14 +159,14 @@ def _lowest(A: np.ndarray, B: np.ndarray, modes: int) -> tuple[np.ndarray, np.nd
     inverse, y = np.linalg.eig(np.linalg.solve(A, B))
     real = abs(inverse.imag) <= REAL * abs(inverse)
     kept = np.flatnonzero(real & (abs(inverse) > SPURIOUS * abs(inverse).max()))
-    squares = 1 / inverse[kept].real
-    picks = squares.argsort()[:modes]
+    omega_squared = 1 / inverse[kept].real
+    picks = omega_squared.argsort()[:modes]
     if len(picks) < modes:
         raise NotConverged(
             f"only {len(picks)} modes of a family came out real with {len(A)} points; more terms"
             " may help"
         )
-    return squares[picks], y[:, kept[picks]].real
+    return omega_squared[picks], y[:, kept[picks]].real
 
 
 def _normalised(on: Grid, beam: Beam, shapes: np.ndarray) -> np.ndarray:

@@ -20,8 +20,8 @@ from numpy.polynomial import legendre, polynomial
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
-from beamviz.solver import straight_beam as straight
-from beamviz.solver.physics import Physics
+from beamviz.solver import constitutive
+from beamviz.solver.problem import Problem
 from beamviz.solver.series.families import Family, Modes, Shapes, merged
 
 LEAST_STEP, RELATIVE_STEP = 0.4, 0.03  # of the scan, in the root of Lambda
@@ -52,13 +52,13 @@ class Series(NamedTuple):
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of a scan that finds no roots
-def power_series_modes(beam: Beam, physics: Physics, terms: int, modes: int) -> Modes:
+def power_series_modes(beam: Beam, problem: Problem, terms: int, modes: int) -> Modes:
     """The lowest `modes` modes, w with `terms` powers on each part of the beam.
 
     Raises NotConverged where rounding leaves no roots to find.
     """
     softening = beam.gamma**2
-    bending = _bending(beam, terms, modes, softening if physics.chordwise else 0.0)
+    bending = _bending(beam, terms, modes, softening if problem.chordwise else 0.0)
     stretching = _stretching(beam, modes, softening)
     return merged(bending, stretching, modes)
 
@@ -174,7 +174,7 @@ def _roots_of(determinant: Function, beam: Beam, terms: int, modes: int) -> np.n
 def _layers(beam: Beam) -> float:
     """The length of the beam in widths of its bending layers: int sqrt(N) dx."""
     x = (np.arange(SAMPLES) + 0.5) / SAMPLES
-    return float(np.sqrt(np.maximum(straight.rigid_tension(beam, x), 0.0)).mean())
+    return float(np.sqrt(np.maximum(constitutive.rigid_tension(beam, x), 0.0)).mean())
 
 
 def _steps(start: float) -> np.ndarray:
