@@ -20,7 +20,7 @@ SI_COLUMNS = ("hertz", "rad_per_s")
 
 def to_json(solution: "Solution") -> str:
     """The solution as JSON (documented in the README); what is not a number becomes null."""
-    beam, model, units = solution.beam, solution.model, solution.beam.units
+    beam, model, units = solution.beam, solution.problem, solution.beam.units
     data: dict[str, Any] = {
         "beam": beam.numbers,
         "model": {
@@ -59,7 +59,7 @@ def mode_row(solution: "Solution", k: int) -> dict[str, Any]:
         "family": solution.families[k],
         "frequency": frequency,
         "error": finite(solution.errors[k]),
-        "bending_fraction": finite(solution.bending_fractions[k]),
+        "bending_fraction": finite(solution.bending_energy_fraction[k]),
         "nodes": [float(x) for x in solution.nodes[k]],
     }
     if frequency is None:
@@ -96,7 +96,7 @@ FORMATS = {"table": to_table, "json": to_json, "csv": to_csv}
 
 def heading(solution: "Solution") -> list[str]:
     """What was solved, and the state the modes vibrate about."""
-    beam, model, state = solution.beam, solution.model, solution.equilibrium
+    beam, model, state = solution.beam, solution.problem, solution.equilibrium
     lines = [
         "Beam         " + ", ".join(f"{name} {beam.numbers[name]:.7g}" for name in beam.numbers)
     ]
@@ -134,7 +134,7 @@ def columns(solution: "Solution") -> list[list[str]]:
     if any(map(math.isnan, omega)):
         rates = solution.growth_rates
         table.append(["growth rate [1/T*]", *(f"{rate:.6g}" if rate else "-" for rate in rates)])
-    table.append(["bending", *(f"{100 * part:.0f} %" for part in solution.bending_fractions)])
+    table.append(["bending", *(f"{100 * part:.0f} %" for part in solution.bending_energy_fraction)])
     table.append(["nodes x/L", *(" ".join(f"{x:.5f}" for x in xs) or "-" for xs in solution.nodes)])
     return table
 

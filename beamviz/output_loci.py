@@ -49,7 +49,7 @@ def unused(beam: Beam, over: str) -> str:
 
 def to_json(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
     """The loci as JSON (documented in the README); what is not a number becomes null."""
-    beam, model = loci.beam, loci.model
+    beam, model = loci.beam, loci.problem
     data: dict[str, Any] = {
         "beam": {name: beam.numbers[name] for name in beam.numbers if name != loci.over},
         "model": model._asdict(),
@@ -121,7 +121,7 @@ LOCI_FORMATS = {"table": to_table, "json": to_json, "csv": to_csv}
 
 def heading(loci: "Loci") -> list[str]:
     """What was swept, and what was held."""
-    beam, model = loci.beam, loci.model
+    beam, model = loci.beam, loci.problem
     held = (f"{name} {beam.numbers[name]:.7g}" for name in beam.numbers if name != loci.over)
     coriolis = "with" if model.coriolis else "without"
     lines = [

@@ -48,7 +48,7 @@ def write_npz(file: Path, solution: Solution) -> None:
             beam=np.array(list(beam.numbers.values())),
             beam_names=np.array(list(beam.numbers)),
             units=np.array([beam.units.length, beam.units.time] if beam.units else []),
-            model=np.array(json.dumps(solution.model._asdict())),
+            model=np.array(json.dumps(solution.problem.model)),
             status=np.array(solution.equilibrium.status),
             labels=np.array(solution.labels),
             families=np.array(solution.families),
@@ -79,7 +79,7 @@ def quantities(solution: Solution) -> tuple[np.ndarray, ...]:
         solution.frequencies,
         solution.errors,
         solution.growth_rates,
-        solution.bending_fractions,
+        solution.bending_energy_fraction,
     )
 
 

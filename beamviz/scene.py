@@ -18,7 +18,7 @@ from beamviz.beam import (
     whole,
 )
 from beamviz.errors import InvalidInput
-from beamviz.solver import DEFAULTS, Options, solve_many
+from beamviz.solver import OPTIONS, Problem, solve_many
 from beamviz.view_options import MAX_SHARES, Look
 
 FAR = 1000.0  # beam lengths; no camera is further away
@@ -54,7 +54,7 @@ def names(kind: type) -> tuple[str, ...]:
 # [chart], so that a link and `SavedScene.of` need no tables; [si] stands for [beam] and [units].
 TABLES = {
     "beam": tuple(LIMITS),
-    "model": tuple(name for name in Options._fields if name != "modes"),
+    "model": tuple(name for name in OPTIONS if name != "modes"),
     "look": (*names(Look), "mode"),
     "camera": names(Camera),
     "chart": ("over", "per_rev"),
@@ -83,7 +83,7 @@ class SavedScene:
 
     def __post_init__(self) -> None:
         known(self.options, TABLES["model"], "the model")
-        options = {key: self.options.get(key, getattr(DEFAULTS, key)) for key in TABLES["model"]}
+        options = {key: self.options.get(key, getattr(Problem, key)) for key in TABLES["model"]}
         solve_many([], **options)  # which checks them
         object.__setattr__(self, "options", options)
         if self.over not in LIMITS:

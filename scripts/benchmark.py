@@ -21,11 +21,10 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.benchmark.lapack import bare, least
 from beamviz.solver import solve, solve_many
-from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
 from beamviz.solver.fem import elements
-from beamviz.solver.physics import Physics
+from beamviz.solver.problem import Problem
 
-PAPER = Physics(STRAIN_LAWS["green"], CURVATURES["spatial"], chordwise=True, coriolis=False)
+PAPER = Problem()
 
 SCENES = {
     "at rest": Beam(),

@@ -264,7 +264,7 @@ class Straight:
     def squares(self) -> list[Any]:
         """omega^2 of the lowest modes of both families, ascending."""
         found = []
-        for label, rough in zip(self.rough.labels, self.rough.squares, strict=True):
+        for label, rough in zip(self.rough.labels, self.rough.omega_squared, strict=True):
             start = mpf(float(rough)) + self.gamma**2
             if label[0] == "B":
                 Lambda = secant(self.determinant, start)

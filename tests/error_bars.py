@@ -114,9 +114,9 @@ def compared(
     """True error, reported error and the oracle's own doubt of each frequency (modes,): of
     omega^2 where the two disagree on its sign."""
     squares, doubt = np.array(answer["squares"]), np.array(answer["differences"])
-    off = abs(solution.squares - squares)
-    root = np.sqrt(abs(solution.squares)) + np.sqrt(abs(squares))
-    alike = (solution.squares < 0) == (squares < 0)
+    off = abs(solution.omega_squared - squares)
+    root = np.sqrt(abs(solution.omega_squared)) + np.sqrt(abs(squares))
+    alike = (solution.omega_squared < 0) == (squares < 0)
     scale = np.where(alike & (root > 0), root, 1.0)
-    reported = np.where(alike, solution.errors, solution.square_errors)
+    reported = np.where(alike, solution.errors, solution.omega_squared_errors)
     return off / scale, reported, doubt / scale

@@ -97,7 +97,7 @@ def solve_beam(beam: Beam, options: dict[str, Any]) -> None:
         return
     assert np.all(solution.errors >= 0)
     assert np.all((solution.frequencies >= 0) | np.isnan(solution.frequencies))
-    if solution.model.method == "auto":
+    if solution.problem.method == "auto":
         compared(solution, beam, options)
 
 

@@ -33,7 +33,7 @@ class Contestant(NamedTuple):
 
 def _squares(method: str, option: str, beam: Beam, resolution: Any, modes: int) -> np.ndarray:
     options: dict[str, Any] = {option: resolution}
-    return solve(beam, modes, method, **options).squares
+    return solve(beam, modes, method, **options).omega_squared
 
 
 def _own(name: str, theory: str, option: str, resolutions: tuple[float, ...]) -> Contestant:

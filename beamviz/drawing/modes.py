@@ -52,7 +52,7 @@ class Shapes:
         centreline = equilibrium.position(x)
         return cls(
             beam=solution.beam,
-            plane=solution.model.plane,
+            plane=solution.problem.plane,
             labels=solution.labels,
             frequencies=solution.frequencies,
             x=x,
@@ -61,7 +61,7 @@ class Shapes:
             modes=modes if previous is None else aligned(modes, x, previous),
             limits=MAX_STRAIN / np.maximum(stretching, 1e-12),
             nodes=Still(
-                x, solution.beam.beta, centreline, modes, solution.bending_fractions >= 0.5
+                x, solution.beam.beta, centreline, modes, solution.bending_energy_fraction >= 0.5
             ),
         )
 

@@ -6,10 +6,10 @@ from typing import Any, Self
 from beamviz import solver as solve
 from beamviz.beam import Beam, Units
 from beamviz.scene import SavedScene
-from beamviz.solver import DEFAULTS, PLANES
+from beamviz.solver import PLANES, Problem
 
 MODES = 5
-SWITCHES = {name: getattr(DEFAULTS, name) for name in ("stiffening", "softening", "coriolis")}
+SWITCHES = {name: getattr(Problem, name) for name in ("stiffening", "softening", "coriolis")}
 CHOICES = {name: tuple(choices) for name, choices in solve.CHOICES.items()}
 
 

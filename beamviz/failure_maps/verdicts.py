@@ -159,7 +159,7 @@ def distance(one: Answer, other: Answer, listed: Solution) -> float:
     if not (isinstance(one, Solution) and isinstance(other, Solution)):
         return np.inf
     ours, theirs = (
-        dict(zip(answer.labels, answer.squares, strict=True)) for answer in (one, other)
+        dict(zip(answer.labels, answer.omega_squared, strict=True)) for answer in (one, other)
     )
     return max(apart(ours.get(label), theirs.get(label)) for label in listed.labels)
 

@@ -16,8 +16,8 @@ from beamviz.frequency_loci.crossings import Event, chart
 from beamviz.frequency_loci.limits import Limit, limits
 from beamviz.frequency_loci.sweep import Sweep, checked_values
 from beamviz.frequency_loci.tracking import Track
-from beamviz.solver import MAX_MODES
-from beamviz.solver.solution import Model, Solution
+from beamviz.solver import MAX_MODES, Problem
+from beamviz.solver.solution import Solution
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Branch:
 
     @cached_property
     def _squares(self) -> np.ndarray:
-        return self._each(lambda solution: solution.squares)
+        return self._each(lambda solution: solution.omega_squared)
 
     @cached_property
     def error(self) -> np.ndarray:
@@ -54,7 +54,7 @@ class Branch:
     @cached_property
     def bending_fraction(self) -> np.ndarray:
         """Share (values,) of the kinetic energy across the beam."""
-        return self._each(lambda solution: solution.bending_fractions)
+        return self._each(lambda solution: solution.bending_energy_fraction)
 
     @cached_property
     def family(self) -> tuple[str | None, ...]:
@@ -79,7 +79,7 @@ class Loci:
     """Frequencies along one number, mode by mode, and where they meet."""
 
     beam: Beam
-    model: Model
+    problem: Problem
     options: dict[str, Any]  # those of solve() that were given
     over: str
     values: np.ndarray
@@ -120,14 +120,14 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
     sweep = Sweep(beam, over, whole("modes", modes, 1, MAX_MODES), options)
     answers = sweep.solve(values)
     solutions = tuple(answer if isinstance(answer, Solution) else None for answer in answers)
-    model = next((solution.model for solution in solutions if solution), None)
-    if model is None:
+    problem = next((solution.problem for solution in solutions if solution), None)
+    if problem is None:
         raise next(answer for answer in answers if isinstance(answer, BeamvizError))
     parts = [_part(sweep, run, values[run]) for run in _runs(solutions)]
     names, places = _named(parts, sweep, len(values))
     return Loci(
         beam=beam,
-        model=model,
+        problem=problem,
         options=options,
         over=over,
         values=values,

@@ -108,7 +108,7 @@ def response(solution: Solution, frequency: float, damping: float, x: np.ndarray
     omega^2 M has the inverse sum of phi phi^H / (n (p - omega)) and, for the same modes turning the
     other way, of their conjugates. nan where a mode is unstable, as nothing settles then.
     """
-    if solution.squares[0] < 0:
+    if solution.omega_squared[0] < 0:
         return np.full((len(x), 2), np.nan + 0j)
     modes = _Modes.of(solution)
     swing = np.sqrt(1 - damping**2)
@@ -134,7 +134,7 @@ class _Modes(NamedTuple):
         beam, omega = solution.beam, solution.frequencies
         x, weight = quadrature(beam)
         u, w = np.moveaxis(solution.displacement(x), 1, 0)  # (len(x), modes) each
-        along, across = LOADS[solution.model.plane]
+        along, across = LOADS[solution.problem.plane]
         mass = weight @ (abs(u) ** 2 + abs(w) ** 2)
         turning = weight @ (w.conj() * u - u.conj() * w)  # phi^H G phi, 0 for real shapes
         return cls(

@@ -100,7 +100,9 @@ class Search:
             answer = self._answer(place)
             if not isinstance(answer, Solution):
                 raise Between(place)
-            return float(np.arcsinh(answer.squares[0]))  # a straighter line: it may reach -1e9
+            return float(
+                np.arcsinh(answer.omega_squared[0])
+            )  # a straighter line: it may reach -1e9
 
         return brentq(lowest, low, high, xtol=FINEST * self.length, rtol=PRECISION)
 

@@ -35,8 +35,8 @@ def places(solutions: Sequence[Solution]) -> int:
     """
     if not solutions:
         return 0
-    growth = math.sqrt(max(-min(solution.squares[0] for solution in solutions), 0.0))
-    return PLACES + 2 * len(solutions[0].squares) + math.ceil(math.sqrt(growth / 2))
+    growth = math.sqrt(max(-min(solution.omega_squared[0] for solution in solutions), 0.0))
+    return PLACES + 2 * len(solutions[0].omega_squared) + math.ceil(math.sqrt(growth / 2))
 
 
 def sampled(at: np.ndarray, solutions: Sequence[Solution], count: int) -> Points:
@@ -47,7 +47,7 @@ def sampled(at: np.ndarray, solutions: Sequence[Solution], count: int) -> Points
     """
     if not solutions:
         return Points(at, *(np.empty((0, 0, 0)[:d]) for d in (2, 3, 3)))
-    squares = np.array([solution.squares for solution in solutions])
+    squares = np.array([solution.omega_squared for solution in solutions])
     vectors, gyroscopic = _mass_weighted(solutions, squares, count)
     gamma = np.array([solution.beam.gamma for solution in solutions])
     n, m = squares.shape
@@ -75,7 +75,7 @@ def match_modes(first: Solution, second: Solution) -> ModeMatch:
     count = max(places([first]), places([second]))
     vectors = []
     for solution in (first, second):
-        rows = _mass_weighted([solution], solution.squares[None], count)[0][0]
+        rows = _mass_weighted([solution], solution.omega_squared[None], count)[0][0]
         rows = rows.reshape(len(rows), -1)
         vectors.append(rows / np.linalg.norm(rows, axis=1, keepdims=True))
     mac = (vectors[0] @ vectors[1].T) ** 2

@@ -83,7 +83,7 @@ class Sweep:
         if isinstance(elements, int):  # what is no number, solve_many refuses
             most = min(most, 2 * elements)
         beside = max(min(BESIDE, most - self.modes), 0)
-        return solve_many(beams, beside=beside, modes=self.modes, **self.options)
+        return solve_many(beams, extra_modes=beside, modes=self.modes, **self.options)
 
     @property
     def spent(self) -> bool:

@@ -248,7 +248,7 @@ LESSONS = (
             "gamma",
             0.05,
             lambda: values.first_unstable(BARE, 5, method="zoac"),
-            lambda s: f"ω² of B1 is {s.squares[0]:.2f}",
+            lambda s: f"ω² of B1 is {s.omega_squared[0]:.2f}",
         ),
     ),
     Lesson(
@@ -271,7 +271,7 @@ LESSONS = (
             "gamma",
             0.05,
             lambda: values.first_unstable(INWARD, 5),
-            lambda s: f"ω² of B1 is {s.squares[0]:.2f}",
+            lambda s: f"ω² of B1 is {s.omega_squared[0]:.2f}",
         ),
     ),
     Lesson(

@@ -35,7 +35,7 @@ def mode_number(beam: Beam, label: str) -> int:
 
 def ratio_to_rest(solution: Solution) -> float:
     """Lowest frequency over that of the same beam at rest."""
-    rest = frequency(solution.beam.replace(gamma=0), plane=solution.model.plane)
+    rest = frequency(solution.beam.replace(gamma=0), plane=solution.problem.plane)
     return float(solution.frequencies[0]) / rest
 
 

@@ -155,7 +155,7 @@ def _marks(axes: Axes, scales: Scales, loci: Loci, resonances: Sequence[Resonanc
 
 def _head(figure: Figure, loci: Loci, resonances: Sequence[Resonance], per_rev: int) -> None:
     """What is held fixed, the model, and what colours and marks mean."""
-    beam, model = loci.beam, loci.model
+    beam, model = loci.beam, loci.problem
     held = ", ".join(f"{SYMBOLS[n]} = {beam.numbers[n]:.5g}" for n in SYMBOLS if n != loci.over)
     title = f"Loci over {SYMBOLS[loci.over]} at {held}".replace("-", "−")
     coriolis = "with" if model.coriolis else "without"

@@ -14,6 +14,7 @@ from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS, Curvature, Stra
 
 PLANES = ("chordwise", "flapwise")
 MAX_MODES = 20
+MODEL = ("method", "strain", "curvature", "coriolis", "plane", "stiffening", "softening")
 TOLERANCES = (1e-12, 0.1)  # least and greatest relative error that may be asked for
 
 
@@ -36,6 +37,11 @@ class Problem:
     terms: int | None = None
     stiffening: bool = True
     softening: bool = True
+
+    @property
+    def model(self) -> dict[str, Any]:
+        """The method and the terms of the theory by name, without the resolution."""
+        return {name: getattr(self, name) for name in MODEL}
 
     @property
     def strain_law(self) -> StrainLaw:

@@ -83,8 +83,8 @@ def test_the_solver_agrees_with_the_limits(scene, theory):
             solve(SCENES[scene], MODES, **MODELS[theory])
         return
     found = solve(SCENES[scene], MODES, tolerance=1e-9, **MODELS[theory])
-    assert np.all(abs(found.squares - exact) <= found.square_errors)
-    assert error(found.squares, exact) < 1e-8
+    assert np.all(abs(found.omega_squared - exact) <= found.omega_squared_errors)
+    assert error(found.omega_squared, exact) < 1e-8
 
 
 def test_the_limits_are_the_independent_values():
@@ -191,7 +191,8 @@ def test_modes_on_few_terms_are_the_methods_own():
         squares = contestant.squares(Beam(gamma=2), contestant.resolutions[-2], 3)
         options = {contestant.option: contestant.resolutions[-2]}
         assert (
-            squares.tolist() == solve(Beam(gamma=2), 3, contestant.name, **options).squares.tolist()
+            squares.tolist()
+            == solve(Beam(gamma=2), 3, contestant.name, **options).omega_squared.tolist()
         )
 
 

@@ -89,7 +89,7 @@ def test_nothing_is_seen_to_happen_between_stations(plane, alpha, beta, gamma, d
     except NoEquilibrium:
         return
     shapes, x = Shapes.sampled(solution), np.linspace(0, 1, 4001)
-    bends = solution.bending_fractions > 0.5
+    bends = solution.bending_energy_fraction > 0.5
     exact, there = (solution.displacement(at)[:, 1, bends].T for at in (x, shapes.x))
     across = shapes.modes[bends, :, 1]
     far = np.abs(there).argmax(axis=1)[:, None]

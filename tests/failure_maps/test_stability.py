@@ -100,9 +100,9 @@ def test_the_power_series_loses_its_digits():
 def test_assumed_modes_lose_their_digits():
     """cosh cancels: beyond 12 functions each more makes the answer worse."""
     beam = Beam(gamma=10, delta=1, mu=SLENDER)
-    exact = solve(beam, method="foac", tolerance=1e-9).squares
+    exact = solve(beam, method="foac", tolerance=1e-9).omega_squared
     off = [
-        abs(solve(beam, method="assumed-modes", terms=terms).squares / exact - 1).max()
+        abs(solve(beam, method="assumed-modes", terms=terms).omega_squared / exact - 1).max()
         for terms in (12, 16, 20, 40)
     ]
     assert off[0] < 2e-4
@@ -172,7 +172,7 @@ def test_verdicts_from_the_errors_behind_them():
     good, more = solve(beam), solve(beam, modes=10, tolerance=1e-9)
     rigid, rigid_more = solve(beam, method="foac"), solve(beam, 10, method="foac")
     gone, lost = kinds.NoEquilibrium("beyond", 3.0), NotConverged("no")
-    off = replace(good, squares=good.squares * 1.01)
+    off = replace(good, omega_squared=good.omega_squared * 1.01)
     unstable = replace(good, equilibrium=replace(good.equilibrium, status="unstable"))
     assert judged(good, more, more).kind == kinds.RIGHT
     assert judged(off, more, more).kind == kinds.INACCURATE

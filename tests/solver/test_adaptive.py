@@ -9,22 +9,22 @@ from strategies import beams
 from beamviz import Beam, solve
 from beamviz.errors import NoEquilibrium
 from beamviz.solver import solve_many
-from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
+from beamviz.solver.constitutive import STRAIN_LAWS
 from beamviz.solver.hp import refinement as adaptive
 from beamviz.solver.hp.equilibrium import equilibrium, hardly_stretches, least_margin, margin
 from beamviz.solver.hp.matrices import Numbers, Stretch, inertia
 from beamviz.solver.hp.mesh import mesh
 from beamviz.solver.hp.mesh_design import MAX_ORDER, lost_digits, segments, unstretched
 from beamviz.solver.hp.refinement import solve_on
-from beamviz.solver.physics import Physics
+from beamviz.solver.problem import Problem
 
 EXACT = 1e-11
-PHYSICS = Physics(STRAIN_LAWS["green"], CURVATURES["spatial"], chordwise=True, coriolis=False)
+PROBLEM = Problem()
 
 
 def within_the_bars(coarse, fine):
-    off = abs(coarse.squares - fine.squares)
-    return np.all(off <= coarse.square_errors + fine.square_errors)
+    off = abs(coarse.omega_squared - fine.omega_squared)
+    return np.all(off <= coarse.omega_squared_errors + fine.omega_squared_errors)
 
 
 def test_a_gentle_stretch_needs_no_newton():
@@ -96,7 +96,7 @@ def test_towards_the_end_of_an_equilibrium_the_bars_hold(beam, strain):
 @given(beam=beams(gamma=(0.1, 30)), off=st.floats(1e-6, 1e-3), outwards=st.booleans())
 def test_the_bars_hold_for_a_stretch_that_is_off(beam, off, outwards):
     """A stretch wrong by a share of itself, all along the beam, and known to be."""
-    exact = adaptive.solve_straight(beam, 5, PHYSICS, EXACT)
+    exact = adaptive.solve_straight(beam, 5, PROBLEM, EXACT)
     points = mesh(tuple(exact.grid.breaks.tolist()), exact.grid.orders)
 
     def wrong(*_):
@@ -104,8 +104,10 @@ def test_the_bars_hold_for_a_stretch_that_is_off(beam, off, outwards):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(adaptive, "equilibrium", wrong)
-        rough = adaptive.solve_on(points, beam, 5, PHYSICS, EXACT)
-    assert np.all(abs(rough.squares - exact.squares) <= rough.truncation + rough.rounding)
+        rough = adaptive.solve_on(points, beam, 5, PROBLEM, EXACT)
+    assert np.all(
+        abs(rough.omega_squared - exact.omega_squared) <= rough.truncation + rough.rounding
+    )
 
 
 @pytest.mark.parametrize(
@@ -147,7 +149,7 @@ def test_rounding_near_an_end_asks_for_no_finer_mesh():
     solution = solve(near, modes=3, strain="biot", plane="flapwise")
     elsewhere = solve(near.replace(gamma=15), modes=3, strain="biot", plane="flapwise")
     assert solution.stats.elements == 3
-    assert solution.square_errors[1] > 10 * elsewhere.square_errors[1]
+    assert solution.omega_squared_errors[1] > 10 * elsewhere.omega_squared_errors[1]
 
 
 @settings(max_examples=100, deadline=None)
@@ -171,10 +173,10 @@ def test_a_margin_is_no_less_than_what_it_is_at_least(beam, law):
 @given(beam=beams(gamma=(20, 200), mu=(40, 500)))
 def test_the_digits_lost_to_softening_are_foreseen(beam):
     """By the body that turns about its clamp, before anything is solved."""
-    law, measure = PHYSICS.law, PHYSICS.curvature
+    law, measure = PROBLEM.strain_law, PROBLEM.curvature_measure
     positions = adaptive.coarse(beam, law)[1]
     parts = segments(beam, positions, law)
-    found = np.log10(1 + beam.gamma**2 / solve(beam, modes=1).squares[0])
+    found = np.log10(1 + beam.gamma**2 / solve(beam, modes=1).omega_squared[0])
     assert lost_digits(beam, positions, parts, measure) == pytest.approx(found, abs=0.15)
 
 
@@ -199,7 +201,7 @@ def test_a_fast_beam_has_the_mesh_it_needs_at_once(beam, tolerance, monkeypatch)
 def test_modes_beside_a_sweeps_need_not_meet_the_tolerance():
     """They come with fewer unknowns than the same modes asked for, and honest bars."""
     sweep = [Beam(alpha=1, gamma=gamma) for gamma in np.linspace(1, 20, 40)]
-    asked, beside = solve_many(sweep, modes=8), solve_many(sweep, beside=2, modes=6)
+    asked, beside = solve_many(sweep, modes=8), solve_many(sweep, extra_modes=2, modes=6)
     assert sum(s.stats.dof for s in beside) < sum(s.stats.dof for s in asked)
     for beam, six, eight in zip(sweep, beside, asked, strict=True):
         assert six.labels == eight.labels

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from beamviz import Beam, solve
 from beamviz.errors import NotConverged
-from beamviz.solver.gyroscopic import gyroscopic
+from beamviz.solver.eigen import gyroscopic_modes
 
 COUNT = 4
 
@@ -49,15 +49,15 @@ def test_modes_solve_the_equation_of_motion(seed, sizes, softest, gamma):
     among those of the doubled system, whose lowest it has."""
     parts = families(seed, sizes, softest)
     M, G, K, exponents = doubled(*parts, gamma)
-    found = gyroscopic(*parts, gamma, COUNT)
-    s = np.sqrt(-found.squares + 0j)
+    found = gyroscopic_modes(*parts, gamma, COUNT)
+    s = np.sqrt(-found.omega_squared + 0j)
     q = np.concatenate((found.a, found.b))
     residual = K @ q + 2 * gamma * (G @ q) * s + (M @ q) * s**2
     size = np.abs(K).max() + 2 * gamma * abs(s) + abs(s) ** 2
     assert np.all(np.abs(residual).max(axis=0) < 1e-6 * size)
     assert np.abs((q.conj() * (M @ q)).sum(axis=0) - 1).max() < 1e-9
     lowest = np.sort((-(exponents**2)).real)[: 2 * COUNT : 2]
-    assert found.squares == pytest.approx(lowest, rel=1e-6, abs=1e-6)
+    assert found.omega_squared == pytest.approx(lowest, rel=1e-6, abs=1e-6)
 
 
 def test_a_buckled_beam_does_not_flutter():
@@ -71,7 +71,7 @@ def test_a_buckled_beam_does_not_flutter():
 def test_two_unstable_families_are_refused():
     """Such a model has no stretched equilibrium: said, not guessed."""
     with pytest.raises(NotConverged, match="both families are unstable"):
-        gyroscopic(*families(1, (5, 5), (-2.0, -2.0)), 3.0, COUNT)
+        gyroscopic_modes(*families(1, (5, 5), (-2.0, -2.0)), 3.0, COUNT)
 
 
 def test_where_a_mode_is_about_to_buckle_the_others_keep_their_digits():
@@ -80,6 +80,6 @@ def test_where_a_mode_is_about_to_buckle_the_others_keep_their_digits():
     at, beside = (
         solve(one, 3, coriolis=True, tolerance=1e-9) for one in (beam, beam.replace(delta=-0.6111))
     )
-    assert abs(at.squares[0]) < 1e-9
+    assert abs(at.omega_squared[0]) < 1e-9
     assert at.frequencies[1:] == pytest.approx(beside.frequencies[1:], rel=1e-4)
-    assert np.all(at.square_errors[1:] < 1e-5 * at.squares[1:])
+    assert np.all(at.omega_squared_errors[1:] < 1e-5 * at.omega_squared[1:])

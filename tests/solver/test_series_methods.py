@@ -83,10 +83,10 @@ def test_power_series_are_exact_for_rigid_tension(alpha, beta, gamma, delta, pla
     beam = Beam(alpha, beta, min(gamma, 12 / tension**0.5), delta)
     found = solve(beam, method="power-series", plane=plane, terms=120)
     exact = solve(beam, method="foac", plane=plane, tolerance=1e-10)
-    slack = 1e-8 * (abs(exact.squares) + beam.gamma**2) + exact.square_errors
-    assert np.all(abs(found.squares - exact.squares) <= slack)
+    slack = 1e-8 * (abs(exact.omega_squared) + beam.gamma**2) + exact.omega_squared_errors
+    assert np.all(abs(found.omega_squared - exact.omega_squared) <= slack)
     x = np.linspace(0, 1, 5)
-    apart = np.diff(exact.squares, prepend=-np.inf, append=np.inf)
+    apart = np.diff(exact.omega_squared, prepend=-np.inf, append=np.inf)
     for k in range(5):
         if min(apart[k], apart[k + 1]) > 1.0:
             assert abs(found.shape(k, x)) == pytest.approx(abs(exact.shape(k, x)), abs=1e-4)
@@ -106,9 +106,11 @@ def test_error_bars_of_assumed_modes_hold(alpha, beta, gamma, delta, terms, cori
     beam = Beam(alpha, beta, gamma, delta)
     found = solve(beam, method="assumed-modes", terms=terms, coriolis=coriolis)
     exact = solve(beam, method="foac", coriolis=coriolis, tolerance=1e-8)
-    covered = found.square_errors + exact.square_errors + 1e-9 * abs(exact.squares)
+    covered = (
+        found.omega_squared_errors + exact.omega_squared_errors + 1e-9 * abs(exact.omega_squared)
+    )
     if found.labels == exact.labels:
-        assert np.all(abs(found.squares - exact.squares) <= covered)
+        assert np.all(abs(found.omega_squared - exact.omega_squared) <= covered)
 
 
 # beam, mode (from 0), declared order in 1 / terms of the frequency's error. A mass at the tip has
@@ -157,10 +159,10 @@ CHEBYSHEV_SCENES = [
 @pytest.mark.parametrize("beam", CHEBYSHEV_SCENES, ids=str)
 def test_chebyshev_converges_exponentially(beam):
     """Down to rounding, where the equations keep 12 digits."""
-    exact = solve(beam, tolerance=1e-11).squares
+    exact = solve(beam, tolerance=1e-11).omega_squared
     errors = np.array(
         [
-            abs(solve(beam, method="chebyshev", terms=n).squares / exact - 1).max()
+            abs(solve(beam, method="chebyshev", terms=n).omega_squared / exact - 1).max()
             for n in (8, 12, 16, 24, 60)
         ]
     )
@@ -192,8 +194,8 @@ def test_power_series_lose_their_digits():
         found = solve(Beam(gamma=gamma), method="power-series", terms=terms)
         exact = solve(Beam(gamma=gamma), method="foac", tolerance=1e-10)
         here, there = found.labels.index("B1"), exact.labels.index("B1")
-        away = abs(found.squares[here] - exact.squares[there])
-        assert exact.squares[there] < away <= found.square_errors[here]
+        away = abs(found.omega_squared[here] - exact.omega_squared[there])
+        assert exact.omega_squared[there] < away <= found.omega_squared_errors[here]
     with pytest.raises(NotConverged, match="gamma = 60: rounding eats the power series"):
         solve(Beam(gamma=60), method="power-series", terms=400)
     with pytest.raises(NotConverged, match=r"terms = 40: .* more terms may help"):

@@ -46,7 +46,7 @@ def test_both_ways_through_the_papers_elements_agree(beam, coriolis, flapwise):
     options = {"coriolis": coriolis, "plane": "flapwise" if flapwise else "chordwise"}
     split = solve(beam, method="ancf", elements=8, **options)
     full = solve(beam, method="ancf-planar", elements=8, **options)
-    assert split.squares == pytest.approx(full.squares, rel=1e-8, abs=1e-8)
+    assert split.omega_squared == pytest.approx(full.omega_squared, rel=1e-8, abs=1e-8)
     assert split.labels == full.labels
 
 
@@ -82,8 +82,10 @@ def test_the_planes_differ_by_gamma_squared(beam):
     flap = solve(beam, modes=8, plane="flapwise")
     for label in set(chord.labels) & set(flap.labels) - {"S1", "S2", "S3", "S4", "S5"}:
         i, k = chord.labels.index(label), flap.labels.index(label)
-        slack = chord.square_errors[i] + flap.square_errors[k]
-        assert flap.squares[k] - chord.squares[i] == pytest.approx(beam.gamma**2, abs=slack + 1e-9)
+        slack = chord.omega_squared_errors[i] + flap.omega_squared_errors[k]
+        assert flap.omega_squared[k] - chord.omega_squared[i] == pytest.approx(
+            beam.gamma**2, abs=slack + 1e-9
+        )
 
 
 @settings(max_examples=25, deadline=None)
@@ -166,7 +168,10 @@ def test_an_inward_beam_buckles(method):
 def test_beams_that_stretch_far_keep_honest_error_bars(beam, tolerance):
     """Where the stretch falls off all but singularly, more is lost than meets the eye."""
     rough, fine = solve(beam, tolerance=tolerance), solve(beam, tolerance=1e-12)
-    assert np.all(abs(rough.squares - fine.squares) <= rough.square_errors + fine.square_errors)
+    assert np.all(
+        abs(rough.omega_squared - fine.omega_squared)
+        <= rough.omega_squared_errors + fine.omega_squared_errors
+    )
 
 
 def test_an_error_that_cannot_be_known_is_infinite():
@@ -191,11 +196,11 @@ def test_unstable_beams_keep_honest_error_bars(beam, coriolis):
     """However far beyond buckling: all modes asked for, errors that are positive and hold."""
     rough, fine = (solve(beam, coriolis=coriolis, tolerance=t) for t in (1e-3, 1e-9))
     assert rough.equilibrium.status == "unstable"
-    assert len(rough.squares) == 5
-    assert np.all(rough.square_errors >= 0)
-    off = abs(rough.squares - fine.squares)
-    slack = 1e-9 * abs(fine.squares) if coriolis else 0
-    assert np.all(off <= rough.square_errors + fine.square_errors + slack)
+    assert len(rough.omega_squared) == 5
+    assert np.all(rough.omega_squared_errors >= 0)
+    off = abs(rough.omega_squared - fine.omega_squared)
+    slack = 1e-9 * abs(fine.omega_squared) if coriolis else 0
+    assert np.all(off <= rough.omega_squared_errors + fine.omega_squared_errors + slack)
 
 
 @pytest.mark.parametrize("beam", INWARD)
@@ -210,7 +215,9 @@ def test_coriolis_at_the_point_of_buckling_loses_no_mode():
     """Where omega_1 is all but zero the other modes are still there."""
     for gamma in (2.99603, 2.996038663, 2.99605):
         solution = solve(Beam(gamma=gamma, delta=-1), coriolis=True)
-        assert solution.squares[1:] == pytest.approx([457.4348, 3738.020, 12099.08, 14487.45], 1e-5)
+        assert solution.omega_squared[1:] == pytest.approx(
+            [457.4348, 3738.020, 12099.08, 14487.45], 1e-5
+        )
 
 
 def test_a_growing_shape_moves_as_one():
@@ -338,5 +345,8 @@ def test_buckled_beams_keep_their_digits(gamma):
     """Errors of a compressed beam hold though its stiffness is indefinite."""
     beam = Beam(alpha=6, beta=0.25, gamma=gamma, delta=-1.9, mu=200)
     rough, fine = (solve(beam, modes=20, tolerance=tolerance) for tolerance in (1e-6, 1e-11))
-    assert (abs(rough.squares - fine.squares) <= rough.square_errors + fine.square_errors).all()
+    assert (
+        abs(rough.omega_squared - fine.omega_squared)
+        <= rough.omega_squared_errors + fine.omega_squared_errors
+    ).all()
     assert rough.equilibrium.status == "unstable"

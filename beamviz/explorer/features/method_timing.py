@@ -87,7 +87,7 @@ def paired(solution: Solution, exact: Solution) -> Iterator[tuple[float, float]]
     for k, label in enumerate(exact.labels):
         if label in solution.labels:
             j = solution.labels.index(label)
-            if exact.squares[k] >= 0 and solution.squares[j] >= 0:
+            if exact.omega_squared[k] >= 0 and solution.omega_squared[j] >= 0:
                 yield float(solution.frequencies[j]), float(exact.frequencies[k])
             else:
                 yield float(solution.growth_rates[j]), float(exact.growth_rates[k])

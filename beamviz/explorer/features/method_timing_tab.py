@@ -54,7 +54,7 @@ class EffortsTab:
 
 def chosen(solution: Solution) -> str:
     """What was used, in a sentence."""
-    name = escape(solution.model.method)
+    name = escape(solution.problem.method)
     return (
         f'<div role="note" aria-label="this method"><b style="color:{COLOURS[name]}">{name}</b>: '
         f"{escape(used(solution))}<br>"
@@ -74,7 +74,7 @@ def used(solution: Solution) -> str:
 
 def relative_error(solution: Solution) -> float:
     """The largest estimated relative error of a frequency or growth rate."""
-    sizes = np.where(solution.squares >= 0, solution.frequencies, solution.growth_rates)
+    sizes = np.where(solution.omega_squared >= 0, solution.frequencies, solution.growth_rates)
     return float(np.max(solution.errors / np.maximum(sizes, 1e-300)))
 
 
@@ -85,7 +85,7 @@ def chart(measured: Efforts, solution: Solution | None) -> str:
     good = [point for point in measured.points if math.isfinite(point.error)]
     times = [point.seconds for point in good]
     span = 10 ** math.floor(math.log10(min(times))), 10 ** math.ceil(math.log10(max(times)))
-    here = solution.model.method if solution else ""
+    here = solution.problem.method if solution else ""
     order = sorted(COLOURS, key=lambda name: name == here)  # the one in use on top
     lines = "".join(
         line([p for p in good if p.method == name], name == here, span) for name in order

@@ -146,7 +146,7 @@ def pair(found: Loci, meeting: Event | None, event: Event, centre: float) -> Pai
     branches = branches_of(found, meeting or event, at)
     k = int(np.argmin(abs(found.values - at)))
     motions = tuple(motions_of(branch, (0, k, len(found.values) - 1)) for branch in branches)
-    return Pair(found.model.coriolis, meeting, at, found.values, branches, motions)
+    return Pair(found.problem.coriolis, meeting, at, found.values, branches, motions)
 
 
 def motions_of(branch: Branch, places: tuple[int, int, int]) -> tuple[Motion, Motion, Motion]:
@@ -162,7 +162,7 @@ def motion(branch: Branch, k: int) -> Motion:
         return Motion(np.full(len(X), np.nan), np.full(len(X), np.nan), np.nan)
     along, across = components(solution, place)
     size = np.sqrt(along**2 + across**2).max()
-    return Motion(along / size, across / size, float(solution.bending_fractions[place]))
+    return Motion(along / size, across / size, float(solution.bending_energy_fraction[place]))
 
 
 def components(solution: Solution, mode: int) -> tuple[np.ndarray, np.ndarray]:
