@@ -9,16 +9,14 @@ from viser import CameraHandle, ClientHandle
 
 from beamviz.explorer import url as link
 from beamviz.explorer.debounce import Lag
-from beamviz.explorer.features.comparison import Comparison
-from beamviz.explorer.features.comparison_cases import BEFORE, NOTHING
-from beamviz.explorer.features.downloads import TakeAway
+from beamviz.explorer.features.comparison import BEFORE, NOTHING, Comparison
+from beamviz.explorer.features.files import SaveLoad, TakeAway
 from beamviz.explorer.features.lessons import Guide
-from beamviz.explorer.features.loci_job import Charting
+from beamviz.explorer.features.loci_tab import Charting
 from beamviz.explorer.features.mass_drag import Grip
 from beamviz.explorer.features.method_timing import Weighing
 from beamviz.explorer.features.presenter import Following, Leader
 from beamviz.explorer.features.run_up import Ride
-from beamviz.explorer.features.scene_files import SaveLoad
 from beamviz.explorer.live_view import LivePicture
 from beamviz.explorer.page.commands import Commands
 from beamviz.explorer.page.panel import Panel

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from beamviz.beam import LIMITS, MAX_GAMMA_OVER_MU, Beam
-from beamviz.explorer.features import loci_html as chart_words
 from beamviz.explorer.features import loci_tab as chart_tab
+from beamviz.explorer.features import loci_tab as chart_words
 from beamviz.explorer.features.loci_chart import (
     FAMILIES,
     LANES,

@@ -17,15 +17,17 @@ from beamviz.drawing.all_modes import Multiples, heights, title
 from beamviz.drawing.beam_view import Scene
 from beamviz.drawing.modes import Clock, Shapes, displacement
 from beamviz.drawing.objects import placed
-from beamviz.explorer.features import comparison_tab as compare_tab
+from beamviz.explorer.features import comparison as compare_tab
 from beamviz.explorer.features import loci_tab as chart_tab
-from beamviz.explorer.features.comparison import OVERLAID, STACKED, Comparison
-from beamviz.explorer.features.comparison_cases import (
+from beamviz.explorer.features.comparison import (
     BEFORE,
     CHOICES,
     NOTHING,
+    OVERLAID,
     RULES,
+    STACKED,
     Against,
+    Comparison,
     against,
 )
 from beamviz.explorer.features.loci_chart import LANES, Charts, Point, Question, series

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from beamviz.beam import Beam
-from beamviz.explorer.features import method_timing_tab as efforts_tab
+from beamviz.explorer.features import method_timing as efforts_tab
 from beamviz.explorer.features.method_timing import OPTION, RESOLUTIONS, Weighing, distance, efforts
 from beamviz.explorer.request import Wanted
 from beamviz.explorer.solver_job import answered

@@ -15,8 +15,7 @@ from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
 from beamviz.explorer import solver_job as solving
 from beamviz.explorer.app import explorer
-from beamviz.explorer.features.lessons import BACK, NEXT, NONE, RESET
-from beamviz.explorer.features.lessons_html import marked
+from beamviz.explorer.features.lessons import BACK, NEXT, NONE, RESET, marked
 from beamviz.explorer.url import arrive
 from beamviz.lessons import LESSONS, lesson
 from beamviz.scene import SavedScene

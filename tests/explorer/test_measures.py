@@ -11,9 +11,9 @@ from live.visitor import visitor
 
 from beamviz.beam import LIMITS, Beam, Units
 from beamviz.display_units import frequencies, measure, measures, neat, places, rounded
-from beamviz.explorer.features import loci_html as chart_words
+from beamviz.explorer.features import loci_tab as chart_words
 from beamviz.explorer.features.loci_chart import LANES, Charts, Point, Question, series, top
-from beamviz.explorer.features.resonance_list import MOST, resonance_list
+from beamviz.explorer.features.loci_tab import MOST, resonance_list
 from beamviz.explorer.page.readout import significant
 from beamviz.explorer.request import Wanted
 from beamviz.frequency_loci import loci

@@ -8,7 +8,7 @@ from charts import TIP, charted
 
 from beamviz.display_units import frequencies, measure
 from beamviz.drawing.modes import Shapes
-from beamviz.explorer.features import veering_tab as microscope_tab
+from beamviz.explorer.features import veering as microscope_tab
 from beamviz.explorer.features.loci_chart import Chart
 from beamviz.explorer.features.veering import Target, magnified, motion
 from beamviz.solver import solve
@@ -68,7 +68,7 @@ def test_shapes_keep_their_signs_across_the_view(tip):
 def test_a_branch_has_no_shape_where_it_is_not(tip):
     """Above the modes that are solved for."""
     assert tip.loci
-    branch = replace(tip.loci.branches[0], places=np.full(len(tip.loci.values), -1))
+    branch = replace(tip.loci.branches[0], mode_index=np.full(len(tip.loci.values), -1))
     assert np.isnan(motion(branch, 0).along).all()
 
 

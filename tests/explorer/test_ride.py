@@ -11,7 +11,7 @@ from beamviz.beam import Beam, Units
 from beamviz.display_units import measure
 from beamviz.drawing.modes import Shapes
 from beamviz.explorer.app import explorer
-from beamviz.explorer.features import run_up_tab as ride_tab
+from beamviz.explorer.features import run_up as ride_tab
 from beamviz.explorer.features.run_up import LARGEST, PER_SECOND, Ride, Run
 from beamviz.explorer.request import Wanted
 from beamviz.frequency_loci.forced_response import RunUp, response

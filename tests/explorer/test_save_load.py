@@ -7,7 +7,7 @@ import pytest
 from live.visitor import Visitor, visitor
 
 from beamviz.beam import MAX_TOML_BYTES, Beam
-from beamviz.explorer.features import downloads as take_away
+from beamviz.explorer.features import files as take_away
 from beamviz.explorer.page.readout import significant
 from beamviz.exports import film
 from beamviz.scene import SavedScene

@@ -5,8 +5,7 @@ from live.visitor import frequency_text, visitor
 
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
-from beamviz.explorer.features.comparison_cases import Against, against
-from beamviz.explorer.features.comparison_tab import number
+from beamviz.explorer.features.comparison import Against, against, number
 from beamviz.explorer.request import Wanted
 from beamviz.scene import SavedScene
 from beamviz.solver import solve

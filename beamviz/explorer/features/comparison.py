@@ -1,21 +1,98 @@
 """A second beam beside the one of the scene, on the same clock: as a ghost in it, or above it."""
 
+import math
+import threading
 from collections.abc import Callable
-from typing import Any
+from dataclasses import replace
+from html import escape
+from typing import Any, NamedTuple
 
 import numpy as np
-from viser import SceneApi
+from viser import GuiApi, SceneApi
 
+from beamviz.display_units import frequencies
 from beamviz.drawing.all_modes import Titled, add_title
 from beamviz.drawing.modes import Clock, Shapes, amplitudes
 from beamviz.drawing.overlay_beam import Ghost
 from beamviz.drawing.subdivision import SCALE, Seen
-from beamviz.explorer.features.comparison_cases import BEFORE, CHOICES, NOTHING, Against, against
 from beamviz.explorer.jobs import stale
-from beamviz.explorer.request import Wanted
+from beamviz.explorer.page.html import SMALL, table
+from beamviz.explorer.page.inputs import Listener, heard
+from beamviz.explorer.request import SWITCHES, Wanted
 from beamviz.explorer.solve_queue import Turns
 from beamviz.explorer.solver_job import Answer, Solver
+from beamviz.solver.solution import Solution
 from beamviz.view_options import Look
+
+NOTHING, BEFORE = "nothing", "how it was before"
+
+
+class Against(NamedTuple):
+    """Another beam to compare with: what it is called, and what to solve for it."""
+
+    title: str
+    wanted: Wanted
+
+
+def method(wanted: Wanted) -> Against:
+    """The paper's elements, or the exact solution where these are chosen already."""
+    if wanted.options.get("method", "auto") == "ancf":
+        return Against("exact", with_options(wanted, method="auto"))
+    return Against("paper's ANCF, 20 elements", with_options(wanted, method="ancf"))
+
+
+def coriolis(wanted: Wanted) -> Against | str:
+    """With Coriolis forces, or without where they are on."""
+    if wanted.options["plane"] == "flapwise":
+        return "Coriolis forces act in the plane of rotation only: choose chordwise under Model."
+    on = not wanted.options.get("coriolis", False)
+    return Against(f"Coriolis {'on' if on else 'off'}", with_options(wanted, coriolis=on))
+
+
+def twice(wanted: Wanted) -> Against | str:
+    """Twice the mass."""
+    if wanted.numbers["alpha"] == 0:
+        return "There is no mass to double: give the beam one first."
+    double = replace(wanted, numbers={**wanted.numbers, "alpha": 2 * wanted.numbers["alpha"]})
+    return Against("twice the mass", double)
+
+
+def all_terms(wanted: Wanted) -> Against | str:
+    """Every term of the equations."""
+    terms = {"stiffening": True, "softening": True, "coriolis": True}
+    whole = with_options(wanted, **terms)
+    return "All terms are on already." if on(wanted) == on(whole) else Against("all terms", whole)
+
+
+def on(wanted: Wanted) -> tuple[bool, ...]:
+    """Which terms are on."""
+    return tuple(wanted.switched_on(name) for name in SWITCHES)
+
+
+def with_options(wanted: Wanted, **options: object) -> Wanted:
+    """The same beam by other keywords of `solve`."""
+    return replace(wanted, options={**wanted.options, **options})
+
+
+RULES: dict[str, Callable[[Wanted], Against | str]] = {
+    "the paper's elements": method,
+    "Coriolis on / off": coriolis,
+    "twice the mass": twice,
+    "all terms on": all_terms,
+}
+CHOICES = (NOTHING, BEFORE, *RULES)
+
+
+def against(choice: str, wanted: Wanted, kept: Wanted | None) -> Against | str:
+    """What to compare a beam with; words where there is nothing ("" where nothing is chosen)."""
+    if choice == NOTHING:
+        return ""
+    if choice != BEFORE:
+        return RULES[choice](wanted)
+    if kept is None:
+        return "Nothing is kept yet: press the button below, then change the beam."
+    return Against("before", kept)
+
 
 OVERLAID, STACKED = "as a ghost", "side by side"
 APART = 0.5  # of the two scenes, in lengths of the beam
@@ -167,3 +244,73 @@ class Comparison:
         """Nothing more is solved."""
         if self.solver:
             self.solver.close()
+
+
+THIS = "this beam"
+INVITATION = (
+    "A second beam on the same clock: see what one change does. "
+    "Or drag the mass in the picture: how it was before stays as a ghost."
+)
+
+
+class CompareTab:
+    """Hands on what to compare with, and shows both beams' frequencies."""
+
+    def __init__(self, gui: GuiApi, lock: threading.RLock, listener: Listener):
+        comparison = listener.comparison
+        self.choice = gui.add_dropdown("compare with", CHOICES, hint="The second beam")
+        heard(self.choice, lock, comparison.choose)
+        layout = gui.add_button_group("drawn", (OVERLAID, STACKED))
+        layout.on_click(lambda event: comparison.stack(event.target.value))
+        self.table = gui.add_html("")
+        gui.add_button(
+            "Keep this beam", hint="Then change it: the kept one stays as it was"
+        ).on_click(lambda _: listener.keep())
+
+    def show(self, answer: Answer | None, comparison: Comparison) -> None:
+        """Tell both beams' frequencies, or why there are none."""
+        if self.choice.value != comparison.choice:
+            self.choice.value = comparison.choice  # type: ignore[misc]  # as in sliders.assign
+        other, second = comparison.other, comparison.answer
+        if isinstance(other, str):
+            self.table.content = note(other or INVITATION)
+        elif second and second.solution is None:
+            self.table.content = note(f"{other.title}: {second.message}")
+        elif second and second.solution and answer and answer.solution:
+            pair = [(THIS, answer.solution), (escape(other.title), second.solution)]
+            self.table.content = compared(*(pair[::-1] if comparison.choice == BEFORE else pair))
+
+
+def note(words: str) -> str:
+    """Words in place of a table."""
+    return f'<div role="note" style="{SMALL}">{escape(words)}</div>'
+
+
+def compared(first: tuple[str, Solution], second: tuple[str, Solution]) -> str:
+    """The modes by name: frequencies of two beams with their titles, and the change in per cent."""
+    (one, this), (two, other) = first, second
+    head = frequencies(this.beam.units).label
+    heads = ("mode", f"{one}<br>{head}", f"{two}<br>{head}", "change")
+    labels = dict.fromkeys((*this.labels, *other.labels))
+    rows = [row(label, value(this, label), value(other, label)) for label in labels]
+    return table("comparison", heads, rows)
+
+
+def row(label: str, first: float, second: float) -> tuple[str, ...]:
+    """One mode."""
+    change = 100 * (second / first - 1) if first > 0 else math.nan
+    changed = f"{change:+.2g} %" if math.isfinite(change) else "–"
+    return f"<b>{label}</b>", number(first), number(second), changed
+
+
+def value(solution: Solution, label: str) -> float:
+    """The frequency of a mode as shown, nan where it has none or is not among those solved."""
+    if label not in solution.labels:
+        return math.nan
+    factor = frequencies(solution.beam.units).factor
+    return factor * float(solution.frequencies[solution.labels.index(label)])
+
+
+def number(frequency: float) -> str:
+    """A frequency, or a dash."""
+    return f"{frequency:.6g}" if math.isfinite(frequency) else "–"

@@ -1,37 +1,204 @@
 """The tab with the loci chart: its controls, the chart, and what there is to say of it."""
 
+import contextlib
+import math
 import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from html import escape
 from typing import Any
 
 from viser import GuiApi, uplot
 
-from beamviz.display_units import LABELS, frequencies
+from beamviz.display_units import LABELS, Measure, frequencies, measure
+from beamviz.errors import InvalidInput
 from beamviz.explorer.features.loci_chart import (
     FAMILIES,
     LANES,
     PER_REV,
+    SPANS,
     Chart,
+    Charts,
     Point,
+    Question,
     roomy,
     series,
     top,
 )
-from beamviz.explorer.features.loci_html import (
-    HEIGHT,
-    MAX_MEETINGS,
-    RIGHT,
-    gaps,
-    here,
-    key,
-    labels,
-    meetings,
-    shown,
-)
-from beamviz.explorer.features.resonance_list import resonance_list
+from beamviz.explorer.features.veering import Closeups, MicroscopeTab, Target, same
+from beamviz.explorer.jobs import stale
+from beamviz.explorer.page.html import SMALL, table
 from beamviz.explorer.page.inputs import Listener, assign, heard
-from beamviz.explorer.page.plot_style import COLOURS, FAINT, LINE, MARK, add_plot, axes, dot, scales
-from beamviz.explorer.request import MODES
-from beamviz.frequency_loci import Event
+from beamviz.explorer.page.plot_style import (
+    ABOVE,
+    BELOW,
+    COLOURS,
+    FAINT,
+    LEFT,
+    LINE,
+    MARK,
+    add_plot,
+    apart,
+    axes,
+    dot,
+    scales,
+)
+from beamviz.explorer.request import MODES, Wanted
+from beamviz.explorer.solver_job import Answer
+from beamviz.frequency_loci import Event, Loci
+from beamviz.frequency_loci.forced_response import Resonance
+from beamviz.plotting.style import SYMBOLS
+
+SIGNS = {"crossing": "○", "veering": "●"}
+VERBS = {"crossing": "cross", "veering": "veer"}
+MAX_MEETINGS = 8
+LETTERS = 11  # [px]
+HEIGHT, RIGHT = 210, 32  # [px] of the chart, and of its margin at the right
+FRAME = (10.25, 8.25, 12)  # [px] around the chart: left, right, below
+
+
+def shown(chart: Chart) -> tuple[Measure, Measure]:
+    """How the number along the chart and the frequencies are shown."""
+    units = chart.loci.units if chart.loci else chart.question.beam.units
+    return measure(chart.question.over, units), frequencies(units)
+
+
+def labels(found: Loci, per_rev: bool) -> str:
+    """The names that modes have at the right end, put over the chart that stands above: where
+    two loci have exchanged their shapes, they have exchanged their names."""
+    high = top(found)
+    ends = sorted(
+        (float(solution.frequencies[k]), solution.labels[k], COLOURS[solution.families[k]])
+        for branch in found.branches
+        if (solution := branch.solutions[-1]) and (k := int(branch.mode_index[-1])) >= 0
+        if math.isfinite(solution.frequencies[k])
+    )
+    places = apart([end for end, _, _ in ends], high * 13 / (HEIGHT - ABOVE - BELOW))
+    names = [
+        f'<b style="position:absolute;left:100%;margin-left:4px;color:{colour};'
+        f'bottom:calc({100 * place / high:.2f}% - .65em)">{escape(label)}</b>'
+        for place, (_, label, colour) in zip(places, ends, strict=True)
+    ]
+    if per_rev and found.over == "gamma":
+        names += per_rev_labels(float(found.values[-1]), high)
+    return (
+        '<div aria-hidden="true" data-labels style="position:relative;height:0;'
+        'pointer-events:none;font-size:11px;line-height:1.3">'
+        f'<div style="position:absolute;left:{LEFT + FRAME[0]}px;right:{RIGHT + FRAME[1]}px;'
+        f'bottom:{BELOW + FRAME[2]}px;height:{HEIGHT - ABOVE - BELOW}px">'
+        + "".join(names)
+        + "</div></div>"
+    )
+
+
+def per_rev_labels(stop: float, high: float) -> list[str]:
+    """The names of the per-rev lines, near their upper ends; where they would touch, some."""
+    names, below, height = [], -math.inf, HEIGHT - ABOVE - BELOW
+    for k in PER_REV:
+        x = min(0.97 * stop, 0.94 * high / k)
+        right, up = x / stop, k * x / high
+        crowded = right > 0.9 and (up - below) * height < LETTERS
+        if not crowded:
+            below = up
+            names.append(
+                f'<span style="position:absolute;color:#6b7177;left:{100 * right:.2f}%;'
+                f'bottom:{100 * up:.2f}%;transform:translate(-110%,0)">{k}γ</span>'
+            )
+    return names
+
+
+def key(chart: Chart, second: Chart | None) -> str:
+    """What colours and marks mean."""
+    if chart.loci is None:
+        return ""
+    seen = {str(family) for branch in chart.loci.branches for family in branch.family if family}
+    parts = [f'<b style="color:{COLOURS[f]}">━</b> {f}' for f in FAMILIES if f in seen]
+    if second:
+        parts.append(f'<b style="color:{FAINT}">╍</b> compared with')
+    kinds = {event.kind for event in chart.events}
+    parts += [f"{SIGNS[kind]} {VERBS[kind]}" for kind in SIGNS if kind in kinds]
+    return f'<div aria-label="key" style="{SMALL};opacity:.8">{" &ensp;".join(parts)}</div>'
+
+
+def here(point: Point | None, along: Measure, across: Measure) -> str:
+    """The modes of the beam of the scene: the upright line of the chart."""
+    if point is None:
+        return ""
+    modes = " &ensp;".join(
+        f'<span style="white-space:nowrap"><b style="color:{COLOURS[family]}">{label}</b>'
+        f" {across.factor * frequency:.4g}</span>"
+        for label, family, frequency in zip(*point.names, point.frequencies, strict=True)
+        if math.isfinite(frequency)
+    )
+    value = along.text(point.value, 5)
+    unit = f" {across.unit}" if across.unit else ""
+    return (
+        f'<div aria-label="this beam" style="{SMALL}">┊ this beam, {value}:<br>{modes}{unit}</div>'
+    )
+
+
+def meetings(chart: Chart, chosen: Event | None) -> str:
+    """The table of the meetings."""
+    warning = chart.loci.warning if chart.loci else ""
+    if not chart.events:
+        words = warning or ("" if chart.loci is None else "No two of these lines meet here.")
+        return f'<div style="{SMALL}">{words}</div>' if words else ""
+    along, across = shown(chart)
+    heads = ("", "", "lines", f"at {along.head}", across.label, "least gap")
+    rows = [row(k, event, along, across) for k, event in enumerate(chart.events[:MAX_MEETINGS])]
+    marked = [k for k, event in enumerate(chart.events) if event == chosen]
+    more = len(chart.events) - MAX_MEETINGS
+    return (
+        table("meetings", heads, rows, marked=marked)
+        + (f'<div style="{SMALL}">and {more} more</div>' if more > 0 else "")
+        + (f'<div style="{SMALL}">{warning}</div>' if warning else "")
+    )
+
+
+def row(k: int, event: Event, along: Measure, across: Measure) -> tuple[object, ...]:
+    """One meeting."""
+    a, b = event.branches
+    gap = "0" if event.kind == "crossing" else f"{across.factor * event.gap:.3g}"
+    return (
+        k + 1,
+        f"{SIGNS[event.kind]} {VERBS[event.kind]}",
+        f"<b>{escape(a)}, {escape(b)}</b>",
+        along.number(event.at, 4),
+        across.number(event.frequency, 3),
+        gap,
+    )
+
+
+def gaps(chart: Chart) -> str:
+    """Why a line ends, or why there is none."""
+    limits = chart.loci.limits if chart.loci else ()
+    over = chart.question.over
+    named = [limit.message.replace(f"{over} =", f"{SYMBOLS[over]} =") for limit in limits]
+    words = [chart.words] if chart.words else named
+    return "".join(f'<div role="note" style="{SMALL}"><b>Gap:</b> {escape(w)}</div>' for w in words)
+
+
+MOST = 12  # rows
+CAPTION = "Resonances: a force that comes so often in each turn excites the mode"
+
+
+def resonance_list(found: Sequence[Resonance], along: Measure, across: Measure) -> str:
+    """The table of resonances in the units of `along` (speed) and `across` (frequency), the
+    fastest ones first: there the modes are told apart best."""
+    if not found:
+        return f'<div style="{SMALL}">No line 1γ .. 5γ meets a mode here.</div>'
+    heads = ("per turn", "mode", f"at {along.head}", across.label)
+    rows = [
+        (f"{one.per_rev} ×", f"<b>{one.branch}</b>", along.number(one.at, 4),
+         across.number(one.frequency, 3))
+        for one in reversed(found)
+    ]  # fmt: skip
+    more = len(rows) - MOST
+    shown = table("resonances", heads, rows[:MOST], CAPTION)
+    return shown + (
+        f'<div style="{SMALL}">and {more} more at lower speeds</div>' if more > 0 else ""
+    )
+
 
 AXES = {LABELS[name]: name for name in ("gamma", "alpha", "beta", "delta", "mu")}
 SECOND_LANES = 4  # lines of one family of a second chart there is room for at first
@@ -141,3 +308,104 @@ def styles(room: int, second_room: int = 0) -> tuple[uplot.Series, ...]:
     lines.append({"stroke": MARK, "width": 0, "points": dot("#ffffff", MARK, 7)})
     lines.append({"stroke": MARK, "width": 0, "points": dot(MARK, MARK, 7)})
     return tuple(lines)
+
+
+class Charting:
+    """Follows the scene, one step behind it: `follow` hears of a new answer, `draw` shows what
+    has been computed since."""
+
+    def __init__(self, pool: Executor, wake: Callable[[], None], over: str, per_rev: bool):
+        self.wake, self.over, self.per_rev = wake, over, per_rev
+        self.chosen: Event | None = None
+        self.charts, self.closeups = Charts(pool, wake), Closeups(pool, wake)
+        self.others = Charts(pool, wake)  # of the beam that is compared with
+        self.answer: Answer | None = None
+        self.other: Wanted | None = None
+        self.drawn: tuple = ()
+
+    # What the visitor chooses, from any thread.
+
+    def sweep(self, over: str) -> None:
+        """Another axis."""
+        if over in SPANS and over != self.over:
+            self.over, self.chosen = over, None
+            self.wake()
+
+    def take(self, over: str, per_rev: bool) -> None:
+        """Axis and per-rev lines of a scene."""
+        self.sweep(over)
+        self.show_per_rev(per_rev)
+
+    def show_per_rev(self, shown: bool) -> None:
+        """Per-rev lines, or none."""
+        self.per_rev = bool(shown)
+        self.wake()
+
+    def choose(self, number: int) -> tuple[str, float] | None:
+        """Take a meeting under the microscope; the number to set and its value there."""
+        chart = self.charts.answer
+        if chart is None or not 0 <= number < len(chart.events):
+            return None
+        self.chosen = chart.events[number]
+        self.wake()
+        return chart.question.over, self.chosen.at
+
+    # What the animator does.
+
+    @property
+    def state(self) -> tuple:
+        """What the tabs depend on."""
+        return (
+            self.answer, self.over, self.per_rev, self.chosen,
+            self.charts.answer, self.closeups.answer, self.other, self.others.answer,
+        )  # fmt: skip
+
+    @property
+    def fresh(self) -> bool:
+        """Whether something waits to be drawn."""
+        return stale(self.drawn, self.state)
+
+    def follow(self, answer: Answer | None, other: Wanted | None) -> None:
+        """Ask for the chart around what the scene shows, and for that of the `other` beam on the
+        same axis, unless they are there already."""
+        self.answer, self.other = answer, other
+        if answer is None:
+            return
+        with contextlib.suppress(InvalidInput):  # the panel says so; the last chart stays
+            question = Question.of(answer.wanted, self.over)
+            if question != self.charts.wanted:
+                self.charts.want(question)
+            if other and (second := question.asked_of(other)) != self.others.wanted:
+                self.others.want(second)
+
+    def draw(self, loci: ChartTab, microscope: MicroscopeTab) -> None:
+        """Show the latest of everything."""
+        self.follow(self.answer, self.other)
+        chart = self.charts.answer
+        if chart is not None and not self.charts.busy:
+            self.look_closer(chart)
+        self.drawn = self.state
+        if chart is None:
+            return
+        solution = self.answer.solution if self.answer else None
+        point = Point.of(solution, chart.question.over) if solution else None
+        second = self.others.answer if self.other else None
+        loci.show(chart, point, self.per_rev, self.chosen, second)
+        closeup = self.closeups.answer if self.chosen else None
+        microscope.show(closeup, lost=self.chosen is not None and self.chosen not in chart.events)
+
+    def look_closer(self, chart: Chart) -> None:
+        """Keep the chosen meeting under the microscope while the chart changes."""
+        if self.chosen is None or chart.loci is None or chart.question.over != self.over:
+            return
+        question = chart.question
+        self.chosen = same(chart.loci, self.chosen, question.stop - question.start) or self.chosen
+        target = Target(question, self.chosen)
+        if self.chosen in chart.events and target != self.closeups.wanted:
+            self.closeups.want(target)
+
+    def close(self) -> None:
+        """Nothing more is computed."""
+        self.charts.close()
+        self.closeups.close()
+        self.others.close()

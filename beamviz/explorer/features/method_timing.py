@@ -1,13 +1,20 @@
 """What each method takes, in time, and gives, in accuracy, for the beam that is shown."""
 
+import math
+import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
+from html import escape
 from typing import Any, NamedTuple
 
 import numpy as np
+from viser import GuiApi
 
 from beamviz.errors import BeamvizError
 from beamviz.explorer.jobs import Latest, stale
+from beamviz.explorer.page.html import SMALL
+from beamviz.explorer.page.inputs import heard
+from beamviz.explorer.page.plot_style import apart
 from beamviz.explorer.request import Wanted
 from beamviz.explorer.solver_job import Answer
 from beamviz.server.log import RateLimitedLog
@@ -147,3 +154,185 @@ class Weighing:
     def close(self) -> None:
         """Nothing more is measured."""
         self.trials.close()
+
+
+WIDTH, HEIGHT = 345, 222  # [px] of the chart
+LEFT, RIGHT, ABOVE, BELOW = 42, 88, 10, 34
+ERRORS = (FLOOR, 1.0)
+COLOURS = dict(
+    zip(
+        METHODS,
+        ("#0072B2", "#D55E00", "#E69F00", "#CC79A7", "#009E73", "#999999", "#56B4E9", "#B59F00")
+        + ("#8C6BB1",),
+        strict=True,
+    )
+)
+INVITATION = "Try another method under <b>Model</b> on the right, and see what it costs."
+NOTE = (
+    "Right is slow, up is wrong: the largest distance of a frequency from the exact one. "
+    "A line that stays high is a model that leaves something out. "
+    "The ring is the scene: the time it took just now, the error it estimates."
+)
+
+
+class EffortsTab:
+    """Shows what a method takes and gives."""
+
+    def __init__(self, gui: GuiApi, lock: threading.RLock, weighing: Weighing):
+        self.words = gui.add_html("")
+        self.all = gui.add_checkbox(
+            "all methods", weighing.on, hint="Measure them all, again for every beam you show"
+        )
+        heard(self.all, lock, weighing.switch)
+        self.chart = gui.add_html("")
+
+    def show(self, solution: Solution | None, measured: Efforts | None) -> None:
+        """Tell what the method of the scene took, and draw all that were measured."""
+        told = "" if measured else INVITATION  # the chart shows it, and needs the room
+        self.words.content = (
+            f'<div style="{SMALL}">{chosen(solution) if solution else ""}{told}</div>'
+        )
+        self.chart.content = chart(measured, solution) if measured else ""
+
+
+def chosen(solution: Solution) -> str:
+    """What was used, in a sentence."""
+    name = escape(solution.model.method)
+    return (
+        f'<div role="note" aria-label="this method"><b style="color:{COLOURS[name]}">{name}</b>: '
+        f"{escape(used(solution))}<br>"
+        f'<span style="opacity:.65">Choose it {escape(METHODS[name].choose)}.</span></div>'
+    )
+
+
+def used(solution: Solution) -> str:
+    """Elements, order, unknowns, time and the largest relative error of a mode."""
+    stats = solution.stats
+    parts = f"{stats.elements} element{'s' if stats.elements > 1 else ''}, order {stats.order}"
+    return (
+        f"{parts}, {stats.dof} unknowns, {1000 * stats.seconds:.2g} ms,"
+        f" error {relative_error(solution):.0e}"
+    )
+
+
+def relative_error(solution: Solution) -> float:
+    """The largest estimated relative error of a frequency or growth rate."""
+    sizes = np.where(solution.omega_squared >= 0, solution.frequencies, solution.growth_rates)
+    return float(np.max(solution.errors / np.maximum(sizes, 1e-300)))
+
+
+def chart(measured: Efforts, solution: Solution | None) -> str:
+    """Time against error of all methods, both logarithmic, and what failed in words."""
+    if measured.words:
+        return f'<div role="note" style="{SMALL}">{escape(measured.words)}</div>'
+    good = [point for point in measured.points if math.isfinite(point.error)]
+    times = [point.seconds for point in good]
+    span = 10 ** math.floor(math.log10(min(times))), 10 ** math.ceil(math.log10(max(times)))
+    here = solution.model.method if solution else ""
+    order = sorted(COLOURS, key=lambda name: name == here)  # the one in use on top
+    lines = "".join(
+        line([p for p in good if p.method == name], name == here, span) for name in order
+    )
+    lines += names(good, here) + (live(solution, span) if solution else "")
+    return (
+        f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="time against error" '
+        'style="width:calc(100% - 1.5em);margin:.2em .75em;overflow:visible" '
+        f'font-family="sans-serif" font-size="10.5" fill="currentColor">{frame(span)}{lines}</svg>'
+        f'<div style="{SMALL};opacity:.8">{NOTE}</div>{failures(measured.points)}'
+    )
+
+
+def across(seconds: float, span: tuple[float, float]) -> float:
+    """Where a time stands."""
+    low, high = map(math.log10, span)
+    return LEFT + (math.log10(seconds) - low) / (high - low) * (WIDTH - LEFT - RIGHT)
+
+
+def above(error: float) -> float:
+    """Where an error stands."""
+    low, high = map(math.log10, ERRORS)
+    share = (math.log10(min(max(error, ERRORS[0]), ERRORS[1])) - low) / (high - low)
+    return HEIGHT - BELOW - share * (HEIGHT - ABOVE - BELOW)
+
+
+def frame(span: tuple[float, float]) -> str:
+    """Grid and axes."""
+    marks = []
+    for power in range(-12, 1, 3):
+        y = above(10.0**power)
+        words = "1" if power == 0 else f"10<tspan dy=-4 font-size=8>{power}</tspan>"
+        marks.append(f'<path d="M{LEFT} {y:.1f}H{WIDTH - RIGHT}"/>')
+        marks.append(f'<text x="{LEFT - 5}" y="{y + 4:.1f}" text-anchor="end">{words}</text>')
+    low, high = (round(math.log10(end)) for end in span)
+    for power in range(low, high + 1):
+        x, bottom = across(10.0**power, span), HEIGHT - BELOW
+        marks.append(f'<path d="M{x:.1f} {ABOVE}V{bottom}"/>')
+        ms = f"{10.0 ** (power + 3):g} ms"
+        marks.append(f'<text x="{x:.1f}" y="{bottom + 14}" text-anchor="middle">{ms}</text>')
+    middle = (LEFT + WIDTH - RIGHT) / 2
+    marks.append(f'<text x="{middle}" y="{HEIGHT - 4}" text-anchor="middle">time of a solve</text>')
+    marks.append(
+        f'<text transform="translate(10 {(HEIGHT - BELOW + ABOVE) / 2}) rotate(-90)" '
+        'text-anchor="middle">error</text>'
+    )
+    return f'<g stroke="currentColor" stroke-opacity=".18" stroke-width=".7">{"".join(marks)}</g>'
+
+
+def line(points: list[Effort], here: bool, span: tuple[float, float]) -> str:
+    """One method: its resolutions joined, its name at the last."""
+    if not points:
+        return ""
+    name = points[0].method
+    places = [(across(p.seconds, span), above(p.error)) for p in points]
+    path = " ".join(f"{x:.1f},{y:.1f}" for x, y in places)
+    dots = "".join(
+        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{4 if here else 2.5}">'
+        f"<title>{name}, {p.resolution}: {1000 * p.seconds:.2g} ms, error {p.error:.0e}</title>"
+        "</circle>"
+        for p, (x, y) in zip(points, places, strict=True)
+    )
+    return (
+        f'<g fill="{COLOURS[name]}"><polyline points="{path}" fill="none" '
+        f'stroke="{COLOURS[name]}" stroke-width="{2.5 if here else 1.2}"/>{dots}</g>'
+    )
+
+
+def live(solution: Solution, span: tuple[float, float]) -> str:
+    """A ring at what the scene itself took and estimates."""
+    seconds = min(max(solution.stats.seconds, span[0]), span[1])
+    x, y = across(seconds, span), above(relative_error(solution))
+    return (
+        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="6" fill="none" stroke="currentColor" '
+        f'stroke-width="1.6"><title>this scene: {escape(used(solution))}</title></circle>'
+    )
+
+
+def names(points: list[Effort], here: str) -> str:
+    """The names of the methods at the right, each at the height where its line ends."""
+    finest = {point.method: above(point.error) for point in points}
+    ends = sorted(finest.items(), key=lambda end: end[1])
+    places = within(apart([y for _, y in ends], 13), HEIGHT - BELOW, 13)
+    return "".join(
+        f'<text x="{WIDTH - RIGHT + 6}" y="{y + 3.5:.1f}" fill="{COLOURS[name]}" '
+        f'font-weight="{700 if name == here else 400}">{name}</text>'
+        for (name, _), y in zip(ends, places, strict=True)
+    )
+
+
+def within(places: list[float], most: float, least: float) -> list[float]:
+    """Ascending places moved down until none is above `most` or nearer than `least` to the next."""
+    moved = []
+    for place in reversed(places):
+        moved.append(min(place, most))
+        most = moved[-1] - least
+    return moved[::-1]
+
+
+def failures(points: tuple[Effort, ...]) -> str:
+    """Which methods have no place on the chart, and why."""
+    reasons = {point.method: point.reason for point in points if point.reason}
+    rows = "".join(
+        f'<li><b style="color:{COLOURS[name]}">{name}</b>: {escape(reason)}</li>'
+        for name, reason in reasons.items()
+    )
+    return f'<ul style="{SMALL};padding-left:1.2em">{rows}</ul>' if rows else ""

@@ -9,7 +9,7 @@ from viser import GuiApi
 
 from beamviz.drawing.modes import Clock
 from beamviz.errors import InvalidInput
-from beamviz.explorer.features.loci_job import Charting
+from beamviz.explorer.features.loci_tab import Charting
 from beamviz.explorer.page.inputs import assign, heard
 from beamviz.explorer.page.panel import Panel
 from beamviz.explorer.solver_job import Solver

@@ -10,9 +10,6 @@ from viser import GuiApi, GuiEvent, GuiInputHandle, GuiNumberHandle, GuiSliderHa
 
 from beamviz.beam import LIMITS, NAMES, Beam
 from beamviz.display_units import LABELS, measures, places
-from beamviz.explorer.features.comparison import Comparison
-from beamviz.explorer.features.method_timing import Weighing
-from beamviz.explorer.features.run_up import Ride
 from beamviz.scene import SavedScene
 from beamviz.server.viser_private import set_value, stop_sync
 
@@ -63,11 +60,11 @@ class Listener(Protocol):
         """A meeting (from 0) of the loci chart."""
 
     @property
-    def comparison(self) -> Comparison:
+    def comparison(self) -> Any:
         """What hears of the second beam."""
 
     @property
-    def weighing(self) -> Weighing:
+    def weighing(self) -> Any:
         """What hears whether to measure all methods."""
 
     def keep(self) -> None:
@@ -83,7 +80,7 @@ class Listener(Protocol):
         """Show another scene."""
 
     @property
-    def ride(self) -> Ride:
+    def ride(self) -> Any:
         """What hears of the run-up."""
 
     def run_up(self) -> None:

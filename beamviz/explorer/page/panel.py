@@ -8,13 +8,12 @@ from typing import Any
 from viser import GuiApi, GuiInputHandle, GuiSliderHandle
 
 from beamviz.beam import Units
-from beamviz.explorer.features.comparison_tab import CompareTab
+from beamviz.explorer.features.comparison import CompareTab
 from beamviz.explorer.features.loci_tab import ChartTab
-from beamviz.explorer.features.method_timing import Efforts
-from beamviz.explorer.features.method_timing_tab import EffortsTab
+from beamviz.explorer.features.method_timing import Efforts, EffortsTab
 from beamviz.explorer.features.real_beam import RealBeams
-from beamviz.explorer.features.run_up_tab import RideTab
-from beamviz.explorer.features.veering_tab import MicroscopeTab
+from beamviz.explorer.features.run_up import RideTab
+from beamviz.explorer.features.veering import MicroscopeTab
 from beamviz.explorer.page import readout
 from beamviz.explorer.page.effects import Terms
 from beamviz.explorer.page.inputs import Listener, Numbers, assign, heard
