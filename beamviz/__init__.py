@@ -11,7 +11,7 @@ from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverg
 
 if TYPE_CHECKING:
     from beamviz.frequency_loci import loci
-    from beamviz.scene import SavedScene
+    from beamviz.scene import Scene
     from beamviz.solver import Solution, solve
 
 __version__ = "0.1.0"
@@ -22,7 +22,7 @@ __all__ = [
     "InvalidInput",
     "NoEquilibrium",
     "NotConverged",
-    "SavedScene",
+    "Scene",
     "Solution",
     "Unavailable",
     "Units",
@@ -35,7 +35,7 @@ __all__ = [
 ]
 
 ON_FIRST_USE = {
-    "SavedScene": "beamviz.scene",
+    "Scene": "beamviz.scene",
     "Solution": "beamviz.solver",
     "animate": "beamviz.exports.film",
     "export": "beamviz.exports.export",

@@ -1,4 +1,4 @@
-"""The beam: five dimensionless numbers, their limits, and the way from and to SI units."""
+"""The beam: its five dimensionless numbers, their limits, and conversion from and to SI units."""
 
 import math
 import tomllib
@@ -10,37 +10,113 @@ from typing import Any, Self
 
 from beamviz.errors import InvalidInput
 
-LIMITS = {
-    "alpha": (0.0, 100.0),
-    "beta": (0.0, 1.0),
-    "gamma": (0.0, 200.0),
-    "delta": (-2.0, 20.0),
-    "mu": (10.0, 10000.0),
+
+@dataclass(frozen=True)
+class Parameter:
+    """One of the five dimensionless numbers of a beam, for every place that describes it.
+
+    label: its name; short_label: its name beside a slider; formula, definition: the paper's
+    definition for charts (Unicode) and for terminals (ASCII); si_formula: the same in the keywords
+    of `Beam.from_si`; limits: the range accepted; slider: everyday range and step; hint: its
+    meaning and its effect.
+    """
+
+    symbol: str
+    label: str
+    short_label: str
+    formula: str
+    definition: str
+    si_formula: str
+    limits: tuple[float, float]
+    default: float
+    slider: tuple[float, float, float]
+    hint: str
+
+    @property
+    def axis_label(self) -> str:
+        """The label of a chart's axis: "rotation speed γ = Ω T*"."""
+        return f"{self.label} {self.symbol} = {self.formula}"
+
+    @property
+    def slider_label(self) -> str:
+        """The label of a slider: "speed γ"."""
+        return f"{self.short_label} {self.symbol}"
+
+
+PARAMETERS = {
+    "alpha": Parameter(
+        symbol="α",
+        label="mass ratio",
+        short_label="mass",
+        formula="m / (ρ A L)",
+        definition="m / (rho A L)",
+        si_formula="mass / (density area length)",
+        limits=(0.0, 100.0),
+        default=0.0,
+        slider=(0.0, 5.0, 0.01),
+        hint="The concentrated mass over the mass of the beam. Larger: lower frequencies, except of"
+        " modes with a node at the mass",
+    ),
+    "beta": Parameter(
+        symbol="β",
+        label="mass location",
+        short_label="position",
+        formula="d / L",
+        definition="d / L",
+        si_formula="mass_position / length",
+        limits=(0.0, 1.0),
+        default=1.0,
+        slider=(0.0, 1.0, 0.005),
+        hint="Position of the mass: 0 at the hub, 1 at the tip. You can drag the mass itself, too",
+    ),
+    "gamma": Parameter(
+        symbol="γ",
+        label="rotation speed",
+        short_label="speed",
+        formula="Ω T*",
+        definition="Omega T*",
+        si_formula="rotation_speed T*",
+        limits=(0.0, 200.0),
+        default=0.0,
+        slider=(0.0, 50.0, 0.1),
+        hint="Rotation speed in radians per T*. Higher: more tension in the beam, a longer beam and"
+        " higher bending frequencies",
+    ),
+    "delta": Parameter(
+        symbol="δ",
+        label="hub radius",
+        short_label="hub",
+        formula="a / L",
+        definition="a / L",
+        si_formula="hub_radius / length",
+        limits=(-2.0, 20.0),
+        default=0.0,
+        slider=(-1.0, 3.0, 0.01),
+        hint="Radius of the hub over the length of the beam. Larger: more tension. Below 0 the beam"
+        " points inward and is compressed",
+    ),
+    "mu": Parameter(
+        symbol="μ",
+        label="slenderness",
+        short_label="slenderness",
+        formula="√(A L² / I)",
+        definition="sqrt(A L^2 / I)",
+        si_formula="length sqrt(area / second_moment)",
+        limits=(10.0, 10000.0),
+        default=70.0,
+        slider=(10.0, 200.0, 1.0),
+        hint="√12 times length over thickness of a rectangular section. Larger: higher stretching"
+        " frequencies beside bending, and less stretch at the same speed",
+    ),
 }
 MAX_GAMMA_OVER_MU = 5.0
-ROUNDING = 1e-12  # so that mu = gamma / 5 is a beam
-
-NAMES = {
-    "alpha": "mass ratio",
-    "beta": "mass location",
-    "gamma": "speed",
-    "delta": "hub radius",
-    "mu": "slenderness",
-}
-
-FROM_SI = {
-    "alpha": "mass / (density area length)",
-    "beta": "mass_position / length",
-    "gamma": "rotation_speed T*",
-    "delta": "hub_radius / length",
-    "mu": "length sqrt(area / second_moment)",
-}
+ROUNDING = 1e-12  # relative, so that mu = gamma / 5 is accepted
 
 
 @dataclass(frozen=True)
 class Units:
     """The physical size of a dimensionless beam: its length L [m], its time T* [s] and, where it
-    is known, its mass rho A L [kg]."""
+    is check_keys, its mass rho A L [kg]."""
 
     length: float
     time: float
@@ -70,22 +146,23 @@ class Beam:
     Raises InvalidInput (a ValueError) that names the number, its value and its limits.
     """
 
-    alpha: float = 0.0
-    beta: float = 1.0
-    gamma: float = 0.0
-    delta: float = 0.0
-    mu: float = 70.0
+    alpha: float = PARAMETERS["alpha"].default
+    beta: float = PARAMETERS["beta"].default
+    gamma: float = PARAMETERS["gamma"].default
+    delta: float = PARAMETERS["delta"].default
+    mu: float = PARAMETERS["mu"].default
     units: Units | None = None
 
     def __post_init__(self) -> None:
-        for name, (low, high) in LIMITS.items():
-            value = getattr(self, name)
-            if not (type(value) is float and low <= value <= high and value):  # a sweep has many
-                object.__setattr__(self, name, checked(name, value, low, high))
+        for name, parameter in PARAMETERS.items():
+            (low, high), value = parameter.limits, getattr(self, name)
+            if not (type(value) is float and low <= value <= high and value):  # fast
+                object.__setattr__(self, name, check_float(name, value, low, high))
         if self.gamma > MAX_GAMMA_OVER_MU * self.mu * (1 + ROUNDING):
+            gamma, mu = exact_text(self.gamma), exact_text(self.mu)
             raise InvalidInput(
-                f"gamma / mu = {shown(self.gamma / self.mu)}: must be at most"
-                f" {MAX_GAMMA_OVER_MU:g} (gamma = {shown(self.gamma)}, mu = {shown(self.mu)})"
+                f"gamma / mu = {exact_text(self.gamma / self.mu)}: must be at most"
+                f" {MAX_GAMMA_OVER_MU:g} (gamma = {gamma}, mu = {mu})"
             )
 
     def replace(self, **changes: Any) -> Self:
@@ -95,7 +172,7 @@ class Beam:
     @property
     def numbers(self) -> dict[str, float]:
         """The five numbers by name."""
-        return {name: getattr(self, name) for name in LIMITS}
+        return {name: getattr(self, name) for name in PARAMETERS}
 
     @classmethod
     def from_si(
@@ -122,7 +199,7 @@ class Beam:
             "second_moment": second_moment,
             "youngs_modulus": youngs_modulus,
         }
-        L, rho, A, I, E = (checked(name, value, 0.0, math.inf) for name, value in sizes.items())
+        L, rho, A, I, E = (check_float(name, value, 0.0, math.inf) for name, value in sizes.items())
         for name, value in sizes.items():
             if value == 0:
                 raise InvalidInput(f"{name} = 0: must be above 0")
@@ -133,20 +210,21 @@ class Beam:
         if mass_position is None:
             mass_position = L
         numbers = {
-            "alpha": checked("mass", mass, 0.0, math.inf) / (rho * A * L),
-            "beta": checked("mass_position", mass_position, 0.0, L) / L,
-            "gamma": checked("rotation_speed", rotation_speed, 0.0, math.inf) * time,
-            "delta": checked("hub_radius", hub_radius, -math.inf, math.inf) / L,
+            "alpha": check_float("mass", mass, 0.0, math.inf) / (rho * A * L),
+            "beta": check_float("mass_position", mass_position, 0.0, L) / L,
+            "gamma": check_float("rotation_speed", rotation_speed, 0.0, math.inf) * time,
+            "delta": check_float("hub_radius", hub_radius, -math.inf, math.inf) / L,
             "mu": L * math.sqrt(A / I),
         }
-        for name, formula in FROM_SI.items():
-            checked(f"{formula} = {name}", numbers[name], *LIMITS[name])
+        for name, parameter in PARAMETERS.items():
+            check_float(f"{parameter.si_formula} = {name}", numbers[name], *parameter.limits)
         return cls(**numbers, units=Units(length=L, time=time, mass=rho * A * L))
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
-        """A beam from a TOML file holding the keywords of `from_si`."""
-        return cls.from_si(**read_si(Path(path)))
+        """A beam from a TOML file with the keywords of `from_si`; InvalidInput names the file and
+        the mistake."""
+        return cls.from_si(**check_si_keys(read_toml(Path(path)), str(path)))
 
 
 SI_KEYS = {
@@ -164,79 +242,77 @@ SI_REQUIRED = ("length", "density", "area", "second_moment", "youngs_modulus")
 MAX_TOML_BYTES = 64_000
 
 
-def read_si(path: Path) -> dict[str, float]:
-    """The SI keywords in a TOML file; InvalidInput names the file and what is wrong in it."""
-    return si_keywords(read_toml(path), str(path))
-
-
-def si_keywords(data: dict[str, Any], where: str) -> dict[str, float]:
-    """`data` as keywords of `from_si`; InvalidInput names the key that is unknown or missing."""
-    known(data, SI_KEYS, where)
+def check_si_keys(data: dict[str, Any], source: str) -> dict[str, float]:
+    """`data` if its keys are keywords of `from_si`, else InvalidInput for the key that is unknown
+    or missing."""
+    check_keys(data, SI_KEYS, source)
     missing = [key for key in SI_REQUIRED if key not in data]
     if missing:
-        raise InvalidInput(f"{where}: missing key {missing[0]!r} [{SI_KEYS[missing[0]]}]")
+        raise InvalidInput(f"{source}: missing key {missing[0]!r} [{SI_KEYS[missing[0]]}]")
     return data
 
 
-def known(data: dict[str, Any], keys: Collection[str], where: str) -> None:
-    """InvalidInput for the first key of `data` that is none of `keys`."""
-    unknown = sorted(set(data) - set(keys))
-    if unknown:
-        raise InvalidInput(f"{where}: unknown key {unknown[0]!r}; known: {', '.join(keys)}")
-
-
 def read_toml(path: Path) -> dict[str, Any]:
-    """What a small TOML file holds; InvalidInput where it cannot be read, is large or no TOML."""
+    """The contents of a small TOML file; InvalidInput where it cannot be read, is too large or not
+    TOML."""
     try:
         with path.open("rb") as file:
             text = file.read(MAX_TOML_BYTES + 1)
     except OSError as error:
         raise InvalidInput(f"{path}: {error.strerror or error}") from None
-    return parsed_toml(text, str(path))
+    return parse_toml(text, str(path))
 
 
-def parsed_toml(text: bytes, name: str) -> dict[str, Any]:
-    """What the TOML of a file called `name` holds."""
+def parse_toml(text: bytes, name: str) -> dict[str, Any]:
+    """The contents of a TOML file called `name`, given as its bytes."""
     if len(text) > MAX_TOML_BYTES:
         raise InvalidInput(f"{name}: larger than {MAX_TOML_BYTES} bytes, not a file of beamviz")
     try:
-        return tomllib.loads(text.decode("utf-8-sig"))  # some editors begin with a mark
+        return tomllib.loads(text.decode("utf-8-sig"))  # some editors write a byte-order mark
     except (ValueError, RecursionError) as error:
         raise InvalidInput(f"{name}: not a TOML file ({error})") from None
 
 
-def checked(name: str, value: object, low: float, high: float) -> float:
-    """`value` as a float within low .. high, or InvalidInput naming it."""
+def check_keys(data: Collection[str], keys: Collection[str], source: str) -> None:
+    """InvalidInput for the first key of `data` that is not among `keys`."""
+    unknown = sorted(set(data) - set(keys))
+    if unknown:
+        raise InvalidInput(f"{source}: unknown key {unknown[0]!r}; known: {', '.join(keys)}")
+
+
+def check_float(name: str, value: object, low: float, high: float) -> float:
+    """`value` as a float in low .. high, or InvalidInput with its name and the range."""
     if isinstance(value, bool) or not isinstance(value, (float, int, Real)):
-        raise InvalidInput(f"{name} = {value!r}: must be a number and {allowed(low, high)}")
+        raise InvalidInput(f"{name} = {value!r}: must be a number and {range_text(low, high)}")
     try:
         number = float(value)
     except OverflowError:
         number = math.inf
     if not (math.isfinite(number) and low <= number <= high):
-        raise InvalidInput(f"{name} = {shown(number)}: must {allowed(low, high)}")
+        raise InvalidInput(f"{name} = {exact_text(number)}: must {range_text(low, high)}")
     return number + 0.0  # -0.0 becomes 0.0
 
 
-def whole(name: str, value: object, low: int, high: int) -> int:
-    """`value` as an integer within low .. high, or InvalidInput naming it."""
-    wanted = f"must be a whole number in {low} .. {high}"
+def check_int(name: str, value: object, low: int, high: int) -> int:
+    """`value` as an integer in low .. high, or InvalidInput with its name and the range."""
+    rule = f"must be a whole number in {low} .. {high}"
     try:
-        number = checked(name, value, low, high)
+        number = check_float(name, value, low, high)
     except InvalidInput as error:
-        raise InvalidInput(f"{str(error).split(': must')[0]}: {wanted}") from None
+        raise InvalidInput(f"{str(error).split(': must')[0]}: {rule}") from None
     if number != int(number):
-        raise InvalidInput(f"{name} = {shown(number)}: {wanted}")
+        raise InvalidInput(f"{name} = {exact_text(number)}: {rule}")
     return int(number)
 
 
-def allowed(low: float, high: float) -> str:
-    """The words for a range."""
+def range_text(low: float, high: float) -> str:
+    """A range in words."""
     if math.isfinite(high):
         return f"lie in {low:g} .. {high:g}"
     return "be 0 or more" if low == 0 else "be finite"
 
 
-def shown(number: float) -> str:
-    """The shortest text of exactly this number, so that no value seems to be its own limit."""
+def exact_text(number: float) -> str:
+    """The shortest text of exactly this number, so that a value outside a limit never reads like
+    the limit."""
     return repr(number).removesuffix(".0")

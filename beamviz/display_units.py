@@ -3,17 +3,9 @@
 import math
 from typing import Any, NamedTuple
 
-from beamviz.beam import LIMITS, Units
-from beamviz.plotting.style import SYMBOLS
+from beamviz.beam import PARAMETERS, Units
 
 MILLIMETRES = 1000.0
-LABELS = {
-    "alpha": "mass α",
-    "beta": "position β",
-    "gamma": "speed γ",
-    "delta": "hub δ",
-    "mu": "slenderness μ",
-}
 
 
 class Measure(NamedTuple):
@@ -61,10 +53,10 @@ class Measure(NamedTuple):
 def measure(name: str, units: Units | None) -> Measure:
     """How one of the five numbers is shown; mu has no unit, as T* itself depends on it."""
     unit, factor = UNITS[name], scale(name, units)
-    label, symbol = LABELS[name], SYMBOLS[name]
+    parameter = PARAMETERS[name]
     if units is None or factor is None:
-        return Measure(label, symbol)
-    return Measure(f"{label.split()[0]} [{unit}]", symbol, unit, factor)
+        return Measure(parameter.slider_label, parameter.symbol)
+    return Measure(f"{parameter.short_label} [{unit}]", parameter.symbol, unit, factor)
 
 
 UNITS = {"alpha": "kg", "beta": "mm", "gamma": "rpm", "delta": "mm", "mu": ""}
@@ -88,7 +80,7 @@ def frequencies(units: Units | None) -> Measure:
 
 def measures(units: Units | None) -> dict[str, Measure]:
     """How all five numbers are shown."""
-    return {name: measure(name, units) for name in LIMITS}
+    return {name: measure(name, units) for name in PARAMETERS}
 
 
 def significant(value: float, digits: int) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from beamviz.beam import LIMITS, Beam, checked, shown, whole
+from beamviz.beam import PARAMETERS, Beam, check_float, check_int, exact_text
 from beamviz.errors import InvalidInput
 from beamviz.output import aligned, decimals, finite, plural
 
@@ -26,15 +26,17 @@ def values_between(over: str, start: object, stop: object, points: object) -> li
     """Equally spaced values of a number; InvalidInput names the option that is wrong."""
     first, last = bound("--start", over, start), bound("--stop", over, stop)
     if last <= first:
-        raise InvalidInput(f"--start {shown(first)} --stop {shown(last)}: stop must be above start")
-    count = whole("--points", points, 2, MAX_POINTS)
+        raise InvalidInput(
+            f"--start {exact_text(first)} --stop {exact_text(last)}: stop must be above start"
+        )
+    count = check_int("--points", points, 2, MAX_POINTS)
     return [first + (last - first) * i / (count - 1) for i in range(count - 1)] + [last]
 
 
 def bound(option: str, over: str, value: object) -> float:
     """One end of the values."""
     try:
-        return checked(over, value, *LIMITS[over])
+        return check_float(over, value, *PARAMETERS[over].limits)
     except InvalidInput as error:
         raise InvalidInput(f"{option}: {error}") from None
 
@@ -44,7 +46,7 @@ def unused(beam: Beam, over: str) -> str:
     given = beam.numbers[over]
     if beam.units or given == getattr(Beam, over):
         return ""
-    return f"--{over} {shown(given)} is not used: --over {over} varies it"
+    return f"--{over} {exact_text(given)} is not used: --over {over} varies it"
 
 
 def to_json(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:

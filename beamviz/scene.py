@@ -1,37 +1,44 @@
-"""A scene as data: a beam, its model, what to see of it and from where; as TOML."""
+"""A scene as data: the beam, its model, the view options and the camera; as TOML and as a link."""
 
 import json
+import math
+import tomllib
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Self
+from urllib.parse import parse_qsl
 
 from beamviz.beam import (
-    LIMITS,
+    PARAMETERS,
     SI_KEYS,
     Beam,
     Units,
-    checked,
-    known,
-    parsed_toml,
+    check_float,
+    check_int,
+    check_keys,
+    check_si_keys,
+    parse_toml,
     read_toml,
-    si_keywords,
-    whole,
 )
 from beamviz.errors import InvalidInput
 from beamviz.solver import OPTIONS, Problem, solve_many
-from beamviz.view_options import MAX_SHARES, Look
 
-FAR = 1000.0  # beam lengths; no camera is further away
-HEADING = """\
+MAX_DISTANCE = 1000.0  # of the camera, in beam lengths
+COLOURINGS = ("displacement", "axial strain")
+MAX_AMPLITUDE = 0.4
+MAX_PACE = 4.0
+UPPER_LIMITS = {"pace": MAX_PACE, "amplitude": MAX_AMPLITUDE}
+MAX_SHARES = 20
+TOML_HEADER = """\
 # A scene of beamviz: `beamviz serve FILE`, `beamviz screenshot OUT.png --scene FILE`.
-# Every key may be left out. shares: how much of mode 1, 2 ... is shown.
+# Every key is optional. shares: the contribution of mode 1, 2 ... to the motion, each 0 .. 1.
 """
 
 
 @dataclass(frozen=True)
 class Camera:
-    """Where one looks from and at, in beam lengths from the middle of the scene: x along the
-    beam, z along the axis of rotation."""
+    """Position and target of the camera, in beam lengths from the middle of the scene: x along the
+    beam, z along the axis of rotation. Raises InvalidInput."""
 
     position: tuple[float, float, float]
     look_at: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -40,56 +47,142 @@ class Camera:
         for name, point in asdict(self).items():
             if not isinstance(point, list | tuple) or len(point) != 3:
                 raise InvalidInput(f"{name} = {point!r}: must be three numbers")
-            object.__setattr__(self, name, tuple(checked(name, x, -FAR, FAR) for x in point))
+            checked = (check_float(name, x, -MAX_DISTANCE, MAX_DISTANCE) for x in point)
+            object.__setattr__(self, name, tuple(checked))
         if self.position == self.look_at:
             raise InvalidInput(f"position = {list(self.position)}: must differ from look_at")
 
 
+@dataclass(frozen=True)
+class ViewOptions:
+    """What is drawn of a beam, and how it moves.
+
+    shares: contributions of mode 1, 2 ... to the motion, each 0 .. 1; amplitude: largest
+    displacement drawn, in beam lengths, 0 .. 0.4; pace: playback speed, 0 .. 4 times the default;
+    rotating_frame: the camera rotates with the hub; ghosts: outlines of the beam at rest and
+    stretched; nodes: vibration nodes; thicken: draw a slender beam thicker than it is; all_modes:
+    every mode in a picture of its own.
+
+    Raises InvalidInput, which names the option, its value and the values allowed.
+    """
+
+    shares: tuple[float, ...] = (0.0, 1.0)
+    amplitude: float = 0.15
+    playing: bool = True
+    pace: float = 1.0
+    rotating_frame: bool = True
+    colouring: str = COLOURINGS[0]
+    ghosts: bool = True
+    nodes: bool = True
+    thicken: bool = False
+    all_modes: bool = False
+    dark: bool = False
+
+    def __post_init__(self) -> None:
+        for entry in fields(self):
+            value = check_option(entry.name, entry.default, getattr(self, entry.name))
+            object.__setattr__(self, entry.name, value)
+
+    def changed(self, name: str, value: Any) -> Self:
+        """With one option changed as a browser sent it: numbers are clamped to their range, an
+        invalid value changes nothing."""
+        old = getattr(self, name)
+        if name in UPPER_LIMITS:
+            value = clip(value, UPPER_LIMITS[name], old)
+        changes: dict[str, Any] = {name: bool(value) if isinstance(old, bool) else value}
+        try:
+            return replace(self, **changes)
+        except InvalidInput:
+            return self
+
+    def share(self, mode: int, value: Any) -> Self:
+        """With the share of one mode (0-based) changed."""
+        shares = list(self.shares) + [0.0] * (mode + 1 - len(self.shares))
+        shares[mode] = clip(value, 1.0, shares[mode])
+        return replace(self, shares=tuple(shares))
+
+    def only(self, mode: int) -> Self:
+        """With one mode (0-based) shown alone."""
+        return replace(self, shares=(0.0,) * mode + (1.0,), all_modes=False)
+
+
+def check_option(name: str, default: Any, value: Any) -> Any:
+    """`value` as the view option `name`, of the type of its default; else InvalidInput."""
+    if isinstance(default, bool):
+        return check_bool(name, value)
+    if isinstance(default, float):
+        return check_float(name, value, 0.0, UPPER_LIMITS[name])
+    if isinstance(default, str):
+        return check_choice(name, value, COLOURINGS)
+    if not isinstance(value, list | tuple) or len(value) > MAX_SHARES:
+        raise InvalidInput(f"{name} = {value!r}: must be a list of at most {MAX_SHARES} numbers")
+    return tuple(check_float(name, share, 0.0, 1.0) for share in value)
+
+
+def check_bool(name: str, value: Any) -> bool:
+    """`value` if it is true or false, else InvalidInput."""
+    if not isinstance(value, bool):
+        raise InvalidInput(f"{name} = {value!r}: must be true or false")
+    return value
+
+
+def check_choice(name: str, value: Any, choices: Any) -> str:
+    """`value` if it is one of `choices`, else InvalidInput."""
+    if value not in tuple(choices):
+        raise InvalidInput(f"{name} = {value!r}: must be one of {', '.join(choices)}")
+    return value
+
+
+def clip(value: Any, upper: float, old: float) -> float:
+    """`value` clamped to 0 .. upper, or `old` where it is not a finite number."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        return old
+    return min(max(float(value), 0.0), upper)
+
+
 def names(kind: type) -> tuple[str, ...]:
-    """The fields of a dataclass."""
+    """The field names of a dataclass."""
     return tuple(entry.name for entry in fields(kind))
 
 
-# The tables of a file and their keys. No key is in two of [beam], [model], [look], [camera] and
-# [chart], so that a link and `SavedScene.of` need no tables; [si] stands for [beam] and [units].
+# The tables of a file and their keys. [beam], [model], [view], [camera] and [chart] share no key,
+# so that a link and `Scene.of` need no tables; [si] stands for [beam] and [units] together.
 TABLES = {
-    "beam": tuple(LIMITS),
+    "beam": tuple(PARAMETERS),
     "model": tuple(name for name in OPTIONS if name != "modes"),
-    "look": (*names(Look), "mode"),
+    "view": (*names(ViewOptions), "mode"),
     "camera": names(Camera),
     "chart": ("over", "per_rev"),
     "units": names(Units),
     "si": tuple(SI_KEYS),
 }
-OWN = ("units", "si")  # not among the keys of a scene
-KEYS = tuple(key for table, keys in TABLES.items() if table not in OWN for key in keys)
+FILE_ONLY = ("units", "si")
+KEYS = tuple(key for table, keys in TABLES.items() if table not in FILE_ONLY for key in keys)
 
 
 @dataclass(frozen=True)
-class SavedScene:
-    """Everything that makes a scene of the explorer, and a picture or film of it.
+class Scene:
+    """Everything that determines a picture or film of the explorer.
 
     options: keywords of `solve` that describe the model; camera: None fits the beam into the
-    picture; over, per_rev: axis of the loci chart, and whether it has per-rev lines.
-    Raises InvalidInput for whatever makes no sense.
+    picture; over, per_rev: abscissa of the loci chart, and whether it has per-rev lines.
+    Raises InvalidInput for a value outside its range and for an unknown option.
     """
 
     beam: Beam = field(default_factory=Beam)
     options: dict[str, Any] = field(default_factory=dict)
-    look: Look = field(default_factory=Look)
+    view: ViewOptions = field(default_factory=ViewOptions)
     camera: Camera | None = None
     over: str = "gamma"
     per_rev: bool = False
 
     def __post_init__(self) -> None:
-        known(self.options, TABLES["model"], "the model")
+        check_keys(self.options, TABLES["model"], "the model")
         options = {key: self.options.get(key, getattr(Problem, key)) for key in TABLES["model"]}
-        solve_many([], **options)  # which checks them
+        solve_many([], **options)  # validates the options
         object.__setattr__(self, "options", options)
-        if self.over not in LIMITS:
-            raise InvalidInput(f"over = {self.over!r}: must be one of {', '.join(LIMITS)}")
-        if not isinstance(self.per_rev, bool):
-            raise InvalidInput(f"per_rev = {self.per_rev!r}: must be true or false")
+        check_choice("over", self.over, PARAMETERS)
+        check_bool("per_rev", self.per_rev)
 
     @classmethod
     def of(cls, beam: Beam | None = None, **values: Any) -> Self:
@@ -97,19 +190,19 @@ class SavedScene:
         return cls(beam or Beam()).changed(**values)
 
     def changed(self, **values: Any) -> Self:
-        """With other values of some keys; `mode` (from 1) shows that mode alone."""
-        known(values, KEYS, "a scene")
-        own = {
+        """With other values of some keys; `mode` (1-based) shows that mode alone."""
+        check_keys(values, KEYS, "a scene")
+        by_table = {
             table: {key: values[key] for key in keys if key in values}
             for table, keys in TABLES.items()
         }
         return replace(
             self,
-            beam=self.beam.replace(**own["beam"]),
-            options={**self.options, **own["model"]},
-            look=seen(self.look, own["look"]),
-            camera=placed(self.camera, own["camera"]),
-            **own["chart"],
+            beam=self.beam.replace(**by_table["beam"]),
+            options={**self.options, **by_table["model"]},
+            view=change_view(self.view, by_table["view"]),
+            camera=change_camera(self.camera, by_table["camera"]),
+            **by_table["chart"],
         )
 
     @property
@@ -117,84 +210,107 @@ class SavedScene:
         """Every key with its value, by table."""
         return {
             "beam": self.beam.numbers,
-            "units": filled(self.beam.units),
+            "units": without_none(self.beam.units),
             "model": {key: value for key, value in self.options.items() if value is not None},
-            "look": asdict(self.look),
-            "camera": filled(self.camera),
+            "view": asdict(self.view),
+            "camera": without_none(self.camera),
             "chart": {"over": self.over, "per_rev": self.per_rev},
         }
 
     def to_toml(self) -> str:
         """The scene as the text of a TOML file."""
-        return HEADING + "".join(
+        return TOML_HEADER + "".join(
             f"\n[{table}]\n"
-            + "".join(f"{key} = {json.dumps(value)}\n" for key, value in it.items())
-            for table, it in self.tables.items()
-            if it
+            + "".join(f"{key} = {json.dumps(value)}\n" for key, value in values.items())
+            for table, values in self.tables.items()
+            if values
         )
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
-        """The scene in a TOML file; InvalidInput names the file and what is wrong in it."""
+        """The scene in a TOML file; InvalidInput names the file and the mistake."""
         return cls.from_tables(read_toml(Path(path)), str(path))
 
     @classmethod
     def from_bytes(cls, text: bytes, name: str) -> Self:
-        """The scene in what a file called `name` holds."""
-        return cls.from_tables(parsed_toml(text, name), name)
+        """The scene in the contents of a TOML file called `name`."""
+        return cls.from_tables(parse_toml(text, name), name)
 
     @classmethod
     def from_tables(cls, tables: dict[str, Any], name: str) -> Self:
         """The scene in the tables of a file called `name`."""
-        known(tables, TABLES, name)
+        check_keys(tables, TABLES, name)
         for table, values in tables.items():
             if not isinstance(values, dict):
                 raise InvalidInput(f"{name}: {table} = {values!r}: must be a table [{table}]")
-            known(values, TABLES[table], f"{name} [{table}]")
-        values = {k: v for table in tables if table not in OWN for k, v in tables[table].items()}
+            check_keys(values, TABLES[table], f"{name} [{table}]")
+        values = {
+            key: value
+            for table in tables
+            if table not in FILE_ONLY
+            for key, value in tables[table].items()
+        }
         try:
-            return cls.of(measured(tables), **values)
+            return cls.of(beam_with_units(tables), **values)
         except InvalidInput as error:
             raise InvalidInput(f"{name}: {error}") from None
 
 
-def seen(look: Look, values: dict[str, Any]) -> Look:
-    """`look` with other values of some keys, of which `mode` stands for shares."""
+def parse_query(query: str) -> dict[str, Any]:
+    """The keys and values of a link's query, as in "alpha=1&mode=3": each value as in TOML, or else
+    the text itself. InvalidInput where it has more keys than a scene."""
+    try:
+        pairs = parse_qsl(query, keep_blank_values=True, max_num_fields=2 * len(KEYS))
+    except ValueError:
+        raise InvalidInput(f"a scene has no more than {len(KEYS)} keys") from None
+    return {key: parse_value(text) for key, text in pairs}
+
+
+def parse_value(text: str) -> Any:
+    """The value written as in TOML, or else the text itself."""
+    try:
+        values = tomllib.loads(f"value = {text}")
+    except (tomllib.TOMLDecodeError, RecursionError):
+        return text
+    return values["value"] if len(values) == 1 else text
+
+
+def change_view(view: ViewOptions, values: dict[str, Any]) -> ViewOptions:
+    """`view` with other values of some keys; `mode` is short for the shares of one mode."""
     if "mode" in values:
         if "shares" in values:
             raise InvalidInput("mode and shares exclude each other")
-        mode = whole("mode", values.pop("mode"), 1, MAX_SHARES)
-        look = look.only(mode - 1)
-    return replace(look, **values)
+        view = view.only(check_int("mode", values["mode"], 1, MAX_SHARES) - 1)
+    return replace(view, **{key: value for key, value in values.items() if key != "mode"})
 
 
-def placed(camera: Camera | None, values: dict[str, Any]) -> Camera | None:
+def change_camera(camera: Camera | None, values: dict[str, Any]) -> Camera | None:
     """`camera` with other values of some keys."""
     if not values:
         return camera
     if camera is None and "position" not in values:
         raise InvalidInput("the camera has a look_at but no position")
-    return Camera(**{**filled(camera), **values})
+    return Camera(**{**without_none(camera), **values})
 
 
-def measured(tables: dict[str, Any]) -> Beam:
-    """The beam of SI units in the tables of a file, or the usual one, with its units."""
+def beam_with_units(tables: dict[str, Any]) -> Beam:
+    """The beam of the table [si], or the default beam with the units of the table [units]."""
     if "si" in tables:
         if other := {"beam", "units"} & set(tables):
             raise InvalidInput(f"[si] and [{min(other)}] exclude each other")
-        return Beam.from_si(**si_keywords(tables["si"], "[si]"))
+        return Beam.from_si(**check_si_keys(tables["si"], "[si]"))
     units = tables.get("units", {})
     if not units:
         return Beam()
     for key in ("length", "time"):
         if key not in units:
-            raise InvalidInput(f"[units] misses {key}")
+            raise InvalidInput(f"[units]: missing key {key!r}")
     for key, value in units.items():
-        if checked(key, value, 0.0, float("inf")) == 0:
+        if check_float(key, value, 0.0, math.inf) == 0:
             raise InvalidInput(f"{key} = 0: must be above 0")
     return Beam(units=Units(**units))
 
 
-def filled(entry: Any) -> dict[str, Any]:
-    """The fields of a dataclass that have a value."""
+def without_none(entry: Any) -> dict[str, Any]:
+    """The fields of a dataclass that have a value; {} for None."""
     return {k: v for k, v in asdict(entry).items() if v is not None} if entry else {}

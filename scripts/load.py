@@ -49,10 +49,10 @@ START = Beam(alpha=1, beta=0.5, gamma=10)
 SERVE = """
 import sys
 from beamviz.beam import Beam
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.explorer.app import serve
 visitors, processes = map(int, sys.argv[1:])
-scene = SavedScene(Beam(alpha=1, beta=0.5, gamma=10))
+scene = Scene(Beam(alpha=1, beta=0.5, gamma=10))
 serve(scene, port=0, visitors=visitors, processes=processes)
 """
 Row = tuple[str, float, str]

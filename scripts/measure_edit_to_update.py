@@ -24,9 +24,9 @@ from live.visitor import Visitor, beam_moved, visitor  # type: ignore[import-not
 TABLE = 'aria-label="modes"'
 SERVE = """
 from beamviz.beam import Beam
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.explorer.app import serve
-serve(SavedScene(Beam(alpha=1, beta=0.5, gamma=10)), port=0)
+serve(Scene(Beam(alpha=1, beta=0.5, gamma=10)), port=0)
 """
 
 

@@ -56,9 +56,9 @@ def url(request: pytest.FixtureRequest) -> Iterator[str]:
     from live.visitor import PAPER
 
     from beamviz.explorer.app import explorer
-    from beamviz.scene import SavedScene
+    from beamviz.scene import Scene
 
-    with explorer(getattr(request.module, "FIRST", SavedScene(PAPER))) as address:
+    with explorer(getattr(request.module, "FIRST", Scene(PAPER))) as address:
         yield address
 
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from hypothesis import strategies as st
 
-from beamviz.beam import LIMITS, SI_KEYS, SI_REQUIRED, Beam
+from beamviz.beam import PARAMETERS, SI_KEYS, SI_REQUIRED, Beam
 from beamviz.cli.commands import main
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.frequency_loci import loci
@@ -51,8 +51,10 @@ def within(low: float, high: float) -> st.SearchStrategy[float]:
 @st.composite
 def beams(draw: Callable) -> Beam:
     """Beams of the whole accepted range."""
-    numbers = {name: draw(within(*LIMITS[name])) for name in ("alpha", "beta", "delta", "mu")}
-    gamma = draw(within(0.0, min(LIMITS["gamma"][1], 5 * numbers["mu"])))
+    numbers = {
+        name: draw(within(*PARAMETERS[name].limits)) for name in ("alpha", "beta", "delta", "mu")
+    }
+    gamma = draw(within(0.0, min(PARAMETERS["gamma"].limits[1], 5 * numbers["mu"])))
     return Beam(gamma=gamma, **numbers)
 
 
@@ -85,7 +87,9 @@ def make_beam(values: dict[str, Any]) -> None:
     except InvalidInput as error:
         told(error, *values)
     else:
-        assert all(low <= beam.numbers[name] <= high for name, (low, high) in LIMITS.items())
+        assert all(
+            one.limits[0] <= beam.numbers[name] <= one.limits[1] for name, one in PARAMETERS.items()
+        )
 
 
 def solve_beam(beam: Beam, options: dict[str, Any]) -> None:
@@ -127,9 +131,9 @@ def solve_oddly(beam: Beam, options: dict[str, Any]) -> None:
 def ranges(draw: Callable, *, wide: bool) -> tuple[Beam, str, tuple[float, float]]:
     """A beam, one of its numbers, and where that runs from and to: over any part of what is
     accepted, or over some of it for a beam as they are in the explorer."""
-    over = draw(st.sampled_from(list(LIMITS)))
+    over = draw(st.sampled_from(list(PARAMETERS)))
     if wide:
-        beam, (low, high) = draw(beams()), LIMITS[over]
+        beam, (low, high) = draw(beams()), PARAMETERS[over].limits
     else:
         numbers = {name: draw(st.floats(*EVERYDAY[name])) for name in EVERYDAY}
         beam, (low, high) = Beam(**numbers), EVERYDAY[over]
@@ -225,7 +229,7 @@ def read_toml(text: bytes) -> None:
         try:
             Beam.from_toml(path)
         except InvalidInput as error:
-            told(error, "beam.toml", *SI_KEYS, *LIMITS, "T*")
+            told(error, "beam.toml", *SI_KEYS, *PARAMETERS, "T*")
 
 
 WORDS = st.one_of(
@@ -310,12 +314,15 @@ def command(line: list[str]) -> None:
 
 
 CASES: dict[str, tuple[Callable[..., None], tuple[st.SearchStrategy, ...]]] = {
-    "Beam": (make_beam, (st.dictionaries(st.sampled_from(list(LIMITS)), NONSENSE, min_size=1),)),
+    "Beam": (
+        make_beam,
+        (st.dictionaries(st.sampled_from(list(PARAMETERS)), NONSENSE, min_size=1),),
+    ),
     "solve": (solve_beam, (beams(), OPTIONS)),
     "solve, odd keywords": (solve_oddly, (beams(), ODD_OPTIONS)),
     "loci": (sweep, (ranges(wide=False), *SWEPT)),
     "loci, wild": (sweep, (ranges(wide=True), *SWEPT)),
-    "loci, odd ranges": (sweep_oddly, (beams(), st.sampled_from(list(LIMITS)), ODD_RANGES)),
+    "loci, odd ranges": (sweep_oddly, (beams(), st.sampled_from(list(PARAMETERS)), ODD_RANGES)),
     "TOML": (read_toml, (TOML,)),
     "command line": (command, (LINES,)),
 }

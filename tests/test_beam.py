@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from beamviz import Beam, BeamvizError, InvalidInput, Units
-from beamviz.beam import LIMITS
+from beamviz.beam import PARAMETERS
 
 STEEL = {
     "length": 2.0,
@@ -25,7 +25,8 @@ STEEL = {
 
 def numbers_of_beams(shrunk: float = 0.0) -> st.SearchStrategy[dict[str, float]]:
     """Five numbers that make a beam; `shrunk` keeps them this fraction away from their limits."""
-    limits = {**LIMITS, "gamma": (0.0, 50.0)}  # gamma / mu <= 5 for every mu
+    limits = {name: one.limits for name, one in PARAMETERS.items()}
+    limits |= {"gamma": (0.0, 50.0)}  # gamma / mu <= 5 for every mu
     return st.fixed_dictionaries(
         {
             name: st.floats(low + shrunk * (high - low), high - shrunk * (high - low))
@@ -40,10 +41,10 @@ def test_numbers_within_the_limits_make_a_beam(numbers):
     assert Beam(**numbers).numbers == numbers
 
 
-@given(st.sampled_from(list(LIMITS)), st.floats())
+@given(st.sampled_from(list(PARAMETERS)), st.floats())
 def test_a_number_outside_its_limits_is_named(name, value):
     """The message names the number, the value given and the range allowed."""
-    low, high = LIMITS[name]
+    low, high = PARAMETERS[name].limits
     if low <= value <= high:
         return
     with pytest.raises(InvalidInput) as caught:

@@ -11,7 +11,7 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("errors", "signals", "files"),
     ("beam",),
     ("solver",),
-    ("view_options", "scene", "messages", "presets"),
+    ("scene", "messages", "presets"),
     ("frequency_loci",),
     ("plotting", "display_units"),
     ("lessons",),

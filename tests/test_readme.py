@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from beamviz import Beam, solve
-from beamviz.beam import LIMITS
+from beamviz.beam import PARAMETERS
 from beamviz.cli.commands import app
 from beamviz.solver import METHODS
 
@@ -77,7 +77,8 @@ def test_the_files_it_names_can_be_written(command):
 def test_the_tables_name_every_method_and_limit():
     """Methods and limits are those of the code."""
     assert set(re.findall(r"^\| `([a-z-]+)` \|", README, re.MULTILINE)) == set(METHODS)
-    for name, (low, high) in LIMITS.items():
+    for name, parameter in PARAMETERS.items():
+        low, high = parameter.limits
         assert re.search(rf"^\| {name} \|.*\| {low:g} \.\. {high:g}", README, re.MULTILINE)
 
 

@@ -7,11 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from beamviz.beam import LIMITS, Beam, Units
+from beamviz.beam import PARAMETERS, Beam, Units
 from beamviz.errors import InvalidInput
-from beamviz.scene import Camera, SavedScene
+from beamviz.scene import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, Camera, Scene, ViewOptions, clip
 from beamviz.solver import CHOICES
-from beamviz.view_options import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, Look, within
 
 REAL = """
 [si]
@@ -32,18 +31,20 @@ def between(low: float, high: float) -> st.SearchStrategy[float]:
 points = st.tuples(*[between(-1000, 1000)] * 3)
 beams = st.builds(
     Beam,
-    **{name: between(*LIMITS[name]) for name in ("alpha", "beta", "delta")},
+    **{name: between(*PARAMETERS[name].limits) for name in ("alpha", "beta", "delta")},
     gamma=between(0, 50),
     mu=between(10, 10000),
     units=st.none() | st.builds(Units, between(1e-3, 1e3), between(1e-6, 1e3), between(1e-3, 1e6)),
 )
 looks = st.builds(
-    Look,
+    ViewOptions,
     shares=st.lists(between(0, 1), max_size=20),
     amplitude=between(0, MAX_AMPLITUDE),
     pace=between(0, MAX_PACE),
     colouring=st.sampled_from(COLOURINGS),
-    **dict.fromkeys(("playing", "riding", "ghosts", "nodes", "thicken", "dark"), st.booleans()),
+    **dict.fromkeys(
+        ("playing", "rotating_frame", "ghosts", "nodes", "thicken", "dark"), st.booleans()
+    ),
 )
 models = st.fixed_dictionaries(
     {name: st.sampled_from(sorted(CHOICES[name])) for name in ("strain", "curvature", "plane")},
@@ -53,7 +54,7 @@ cameras = st.none() | points.flatmap(
     lambda at: points.filter(lambda point: point != at).map(lambda point: Camera(point, at))
 )
 scenes = st.builds(
-    SavedScene, beams, models, looks, cameras, st.sampled_from(sorted(LIMITS)), st.booleans()
+    Scene, beams, models, looks, cameras, st.sampled_from(sorted(PARAMETERS)), st.booleans()
 )
 
 
@@ -61,28 +62,28 @@ scenes = st.builds(
 @settings(max_examples=60, deadline=None)
 def test_a_saved_scene_comes_back_as_it_was(scene):
     """Through TOML, to the last bit."""
-    assert SavedScene.from_bytes(scene.to_toml().encode(), "scene.toml") == scene
+    assert Scene.from_bytes(scene.to_toml().encode(), "scene.toml") == scene
 
 
 def test_a_file_needs_to_say_only_what_is_not_as_usual(tmp_path):
     """Two lines make a scene; `mode` shows one mode alone."""
     path = tmp_path / "scene.toml"
-    path.write_text("[beam]\ngamma = 10\n[look]\nmode = 3\n")
-    assert SavedScene.from_toml(path) == SavedScene.of(gamma=10, mode=3)
-    assert SavedScene.from_toml(path).look.shares == (0.0, 0.0, 1.0)
-    assert SavedScene.from_bytes(b"", "empty.toml") == SavedScene()
+    path.write_text("[beam]\ngamma = 10\n[view]\nmode = 3\n")
+    assert Scene.from_toml(path) == Scene.of(gamma=10, mode=3)
+    assert Scene.from_toml(path).view.shares == (0.0, 0.0, 1.0)
+    assert Scene.from_bytes(b"", "empty.toml") == Scene()
 
 
 def test_a_beam_in_si_units_keeps_them(tmp_path):
     """[si] gives the beam of from_si; once saved, the units are in the file."""
     path = tmp_path / "scene.toml"
     path.write_text(REAL)
-    scene = SavedScene.from_toml(path)
+    scene = Scene.from_toml(path)
     path.write_text(REAL.replace("[si]\n", ""))
     assert scene.beam == Beam.from_toml(path)
     assert scene.beam.units is not None
     path.write_text(scene.to_toml())
-    assert SavedScene.from_toml(path) == scene
+    assert Scene.from_toml(path) == scene
 
 
 WRONG = {
@@ -98,20 +99,20 @@ WRONG = {
     '[model]\nmethod = "magic"': ["method = 'magic'", "auto, ancf"],
     "[model]\nelements = 20": ["elements = 20", "method auto"],
     "[model]\ncoriolis = 1": ["coriolis = 1"],
-    "[look]\nshares = [2]": ["shares = 2: must lie in 0 .. 1"],
-    "[look]\nshares = 1": ["shares = 1", "list of at most 20"],
-    "[look]\nmode = 0": ["mode = 0", "1 .. 20"],
-    "[look]\nmode = 1\nshares = [1]": ["exclude each other"],
-    '[look]\ndark = "yes"': ["dark = 'yes'", "true or false"],
-    '[look]\ncolouring = "pink"': ["colouring = 'pink'", "displacement, axial strain"],
-    "[look]\npace = 9": ["pace = 9: must lie in 0 .. 4"],
+    "[view]\nshares = [2]": ["shares = 2: must lie in 0 .. 1"],
+    "[view]\nshares = 1": ["shares = 1", "list of at most 20"],
+    "[view]\nmode = 0": ["mode = 0", "1 .. 20"],
+    "[view]\nmode = 1\nshares = [1]": ["exclude each other"],
+    '[view]\ndark = "yes"': ["dark = 'yes'", "true or false"],
+    '[view]\ncolouring = "pink"': ["colouring = 'pink'", "displacement, axial strain"],
+    "[view]\npace = 9": ["pace = 9: must lie in 0 .. 4"],
     "[camera]\nlook_at = [0, 0, 0]": ["no position"],
     "[camera]\nposition = [0, 1]": ["position = [0, 1]: must be three numbers"],
     "[camera]\nposition = [0, 0, 0]": ["must differ from look_at"],
     "[camera]\nposition = [0, 0, 1e9]": ["position = 1000000000: must lie in -1000 .. 1000"],
     '[chart]\nover = "time"': ["over = 'time'", "alpha, beta"],
     "[chart]\nper_rev = 1": ["per_rev = 1", "true or false"],
-    "[units]\nlength = 1": ["[units] misses time"],
+    "[units]\nlength = 1": ["[units]: missing key 'time'"],
     "[units]\nlength = 1\ntime = 0": ["time = 0: must be above 0"],
     REAL + "[beam]\nalpha = 1": ["[si] and [beam] exclude each other"],
     "[si]\nlength = 1": ["missing key 'density' [kg/m^3]"],
@@ -123,7 +124,7 @@ WRONG = {
 def test_a_wrong_file_is_refused_in_one_sentence(text):
     """The file, the value and what is allowed are named."""
     with pytest.raises(InvalidInput) as refused:
-        SavedScene.from_bytes(text.encode(), "lecture.toml")
+        Scene.from_bytes(text.encode(), "lecture.toml")
     for words in ["lecture.toml", *WRONG[text]]:
         assert words in str(refused.value)
 
@@ -133,29 +134,29 @@ def test_a_file_that_cannot_be_a_scene_is_not_read_to_its_end(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_bytes(b"#" * 70_000)
     with pytest.raises(InvalidInput, match="larger than 64000 bytes"):
-        SavedScene.from_toml(path)
+        Scene.from_toml(path)
     with pytest.raises(InvalidInput, match="No such file"):
-        SavedScene.from_toml(tmp_path / "none.toml")
+        Scene.from_toml(tmp_path / "none.toml")
     with pytest.raises(InvalidInput, match="directory"):
-        SavedScene.from_toml(tmp_path)
+        Scene.from_toml(tmp_path)
     with pytest.raises(InvalidInput, match="not a TOML file"):
-        SavedScene.from_bytes(b"\xff\xfe[beam]", "scene.toml")
+        Scene.from_bytes(b"\xff\xfe[beam]", "scene.toml")
 
 
 def test_what_a_browser_sends_is_clamped_or_ignored():
-    """A Look never holds what makes no sense."""
-    look = Look()
-    assert look.changed("amplitude", 7.0).amplitude == MAX_AMPLITUDE
-    assert look.changed("amplitude", math.inf) == look
-    assert look.changed("colouring", "pink") == look
-    assert look.changed("shares", "all") == look
-    assert within(math.nan, 1.0, 0.5) == 0.5
+    """A ViewOptions never holds what makes no sense."""
+    view = ViewOptions()
+    assert view.changed("amplitude", 7.0).amplitude == MAX_AMPLITUDE
+    assert view.changed("amplitude", math.inf) == view
+    assert view.changed("colouring", "pink") == view
+    assert view.changed("shares", "all") == view
+    assert clip(math.nan, 1.0, 0.5) == 0.5
 
 
 def test_a_scene_file_is_plain_text_a_person_can_read(tmp_path: Path):
     """One key a line under the tables a person would look for."""
-    lines = SavedScene.of(alpha=1, mode=2).to_toml().splitlines()
+    lines = Scene.of(alpha=1, mode=2).to_toml().splitlines()
     tables = [line for line in lines if line.startswith("[")]
-    assert tables == ["[beam]", "[model]", "[look]", "[chart]"]
+    assert tables == ["[beam]", "[model]", "[view]", "[chart]"]
     assert "alpha = 1.0" in lines
     assert "shares = [0.0, 1.0]" in lines

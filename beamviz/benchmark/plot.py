@@ -10,10 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from beamviz.beam import PARAMETERS
 from beamviz.benchmark.cases import SCENES
 from beamviz.benchmark.work_precision import REFERENCE, Row
 from beamviz.plotting.labels import LabelPlacer
-from beamviz.plotting.style import DPI, INK, STYLE, SYMBOLS
+from beamviz.plotting.style import DPI, INK, STYLE
 
 WIDTH, HEIGHT = 9.0, 13.8  # [in]
 COLUMNS = 2
@@ -119,7 +120,9 @@ def _title(scene: str) -> str:
     shown = [name for name in ("alpha", "beta", "gamma", "delta") if beam.numbers[name]]
     if not beam.alpha:
         shown.remove("beta")
-    return f"{scene}: " + ", ".join(f"{SYMBOLS[name]} {beam.numbers[name]:g}" for name in shown)
+    return f"{scene}: " + ", ".join(
+        f"{PARAMETERS[name].symbol} {beam.numbers[name]:g}" for name in shown
+    )
 
 
 def _lines(axes: Axes, rows: list[Row]) -> None:

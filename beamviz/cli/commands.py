@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, TextIO
 import typer
 
 from beamviz import __version__
-from beamviz.beam import Beam, checked, whole
+from beamviz.beam import Beam, check_float, check_int
 from beamviz.cli.options import numeric, numeric_triple, takes_beam, takes_scene
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
 from beamviz.output import FORMATS, finite
@@ -99,7 +99,7 @@ def loci(
     if words := unused(beam, over):
         print(f"beamviz: {words}", file=sys.stderr)
     found = loci(beam, over, values, modes, **options)
-    crossed = resonances(found, whole("per-rev", per_rev, 0, MAX_PER_REV))
+    crossed = resonances(found, check_int("per-rev", per_rev, 0, MAX_PER_REV))
     if plot:
         save_chart(plot, found, crossed, per_rev)
     print(LOCI_FORMATS[format](found, crossed))
@@ -141,12 +141,14 @@ def serve(
     serve(
         scene,
         host=host,
-        port=whole("port", port, *PORTS),
+        port=check_int("port", port, *PORTS),
         open_browser=open,
         public=public_url,
-        visitors=whole("visitors", visitors, 1, MAX_VISITORS),
+        visitors=check_int("visitors", visitors, 1, MAX_VISITORS),
         follow=follow,
-        processes=None if processes is None else whole("processes", processes, 1, MAX_PROCESSES),
+        processes=None
+        if processes is None
+        else check_int("processes", processes, 1, MAX_PROCESSES),
     )
 
 
@@ -172,7 +174,7 @@ def screenshot(
         scene,
         width=width,
         height=height,
-        phase=checked("phase", phase, 0, 1),
+        phase=check_float("phase", phase, 0, 1),
         transparent=transparent,
         direction=direction,
         zoom=zoom,

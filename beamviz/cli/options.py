@@ -10,20 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from beamviz.beam import LIMITS, NAMES, Beam
+from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from beamviz.scene import SavedScene
+    from beamviz.scene import Scene
 
 KEYWORD = inspect.Parameter.KEYWORD_ONLY
-DEFINITIONS = {
-    "alpha": "m / (rho A L)",
-    "beta": "d / L",
-    "gamma": "Omega T*",
-    "delta": "a / L",
-    "mu": "sqrt(A L^2 / I)",
-}
 
 
 def number(text: str | float) -> float | str:
@@ -57,10 +50,10 @@ def triple(text: str) -> tuple[float, float, float]:
 
 def beam_number(name: str) -> Any:
     """The option for one of the five numbers; Beam has its default."""
-    low, high = LIMITS[name]
-    default = getattr(Beam, name)
-    meaning = f"{NAMES[name].capitalize()} {DEFINITIONS[name]}, {low:g} .. {high:g}"
-    return numeric(f"{meaning} (default {default:g}).", rich_help_panel="Beam")
+    parameter = PARAMETERS[name]
+    low, high = parameter.limits
+    meaning = f"{parameter.label.capitalize()} {parameter.definition}, {low:g} .. {high:g}"
+    return numeric(f"{meaning} (default {parameter.default:g}).", rich_help_panel="Beam")
 
 
 def model(help: str) -> Any:
@@ -182,9 +175,9 @@ def scene_and_changes(
         int | None, seen("Mode to show alone (default 2).", parser=number, metavar="NUMBER")
     ] = None,
     dark: Annotated[bool | None, seen("Background (default light).", "--dark/--light")] = None,
-) -> tuple["SavedScene", dict[str, Any]]:
+) -> tuple["Scene", dict[str, Any]]:
     """The scene of a file, of a lesson or the usual one, and what is to be changed in it."""
-    from beamviz.scene import SavedScene
+    from beamviz.scene import Scene
 
     if scene and lesson:
         raise InvalidInput(f"--scene {scene} and --lesson {lesson} exclude each other")
@@ -194,7 +187,7 @@ def scene_and_changes(
         from beamviz import lessons
 
         return lessons.lesson(lesson).scene, changed
-    return SavedScene.from_toml(scene) if scene else SavedScene(), changed
+    return Scene.from_toml(scene) if scene else Scene(), changed
 
 
 def takes_scene(command: Callable[..., None]) -> Callable[..., None]:

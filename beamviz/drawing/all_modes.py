@@ -4,10 +4,10 @@ import numpy as np
 from viser import LabelHandle, SceneApi
 
 from beamviz.display_units import frequencies
-from beamviz.drawing.beam_view import Scene
+from beamviz.drawing.beam_view import BeamView
 from beamviz.drawing.modes import Shapes
 from beamviz.drawing.subdivision import SCALE, Seen
-from beamviz.view_options import Look
+from beamviz.scene import ViewOptions
 
 SPACING = 0.42  # of two beams above each other, in lengths of the beam
 ABOVE = 0.14  # of the hub: its title
@@ -27,18 +27,24 @@ class Titled:
     """A scene above or below others, with a title."""
 
     def __init__(self, api: SceneApi, root: str):
-        self.scene = Scene(api, root, alone=False)
+        self.scene = BeamView(api, root, alone=False)
         self.title = add_title(api, root, "")
 
     def show(
-        self, shapes: Shapes, look: Look, shown: list[int], title: str, height: float, seen: Seen
+        self,
+        shapes: Shapes,
+        view: ViewOptions,
+        shown: list[int],
+        title: str,
+        height: float,
+        seen: Seen,
     ) -> None:
         """Draw a beam at a height, cut for what is `seen` of it."""
         self.scene.height = height
-        self.scene.show(shapes, look, shown, seen=seen)
+        self.scene.show(shapes, view, shown, seen=seen)
         self.scene.stage.visible = True
         self.title.text = title
-        self.title.position = (shapes.beam.delta if look.riding else 0.0, 0.0, ABOVE)
+        self.title.position = (shapes.beam.delta if view.rotating_frame else 0.0, 0.0, ABOVE)
 
     def hide(self) -> None:
         """Draw nothing."""
@@ -53,15 +59,15 @@ class Multiples:
         self.scenes: list[Titled] = []
         self.count = 0  # of the scenes shown
 
-    def show(self, shapes: Shapes, look: Look, scale: float = SCALE) -> None:
+    def show(self, shapes: Shapes, view: ViewOptions, scale: float = SCALE) -> None:
         """One scene for each mode; a length of the beam takes `scale` pixels."""
         self.count = len(shapes.modes)
         while len(self.scenes) < self.count:
             self.scenes.append(Titled(self.api, f"/mode {len(self.scenes) + 1}"))
-        for k, own in enumerate(look.amplitude * np.eye(self.count)):
-            seen = Seen.of(shapes, own, look.colouring, scale)
+        for k, own in enumerate(view.amplitude * np.eye(self.count)):
+            seen = Seen.of(shapes, own, view.colouring, scale)
             height = heights(self.count)[k]
-            self.scenes[k].show(shapes, look, [k], title(shapes, k), height, seen)
+            self.scenes[k].show(shapes, view, [k], title(shapes, k), height, seen)
         for scene in self.scenes[self.count :]:
             scene.hide()
 

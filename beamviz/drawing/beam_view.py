@@ -10,11 +10,11 @@ from beamviz.drawing.instances import HIDDEN, add_bodies, ball, box, put, sleeve
 from beamviz.drawing.modes import Shapes, amplitudes, displacement
 from beamviz.drawing.objects import Ghosts, Ground, Hub, Nodes, light, placed, turned
 from beamviz.drawing.subdivision import Seen, cut
+from beamviz.scene import ViewOptions
 from beamviz.server.viser_private import set_orientation, set_position, set_properties
-from beamviz.view_options import Look
 
 
-class Scene:
+class BeamView:
     """Draws one beam: `show` takes what changes with the beam, `move` what changes with time.
 
     root: where its nodes hang; alone: with light, ground and post, which a second scene beside it
@@ -51,34 +51,34 @@ class Scene:
     def show(
         self,
         shapes: Shapes,
-        look: Look,
+        view: ViewOptions,
         shown: list[int],
         *,
         words: str = "",
         seen: Seen | None = None,
     ) -> None:
         """Draw a beam and the nodes of its modes `shown`; `words` grey it and say why; it is cut
-        for what is `seen` of it, if that is not what the look says."""
-        seen = seen or Seen.of(shapes, amplitudes(look, len(shapes.modes)), look.colouring)
+        for what is `seen` of it, if that is not what the view options say."""
+        seen = seen or Seen.of(shapes, amplitudes(view, len(shapes.modes)), view.colouring)
         shapes = cut(shapes, seen, self.count)
-        self.shapes, self.look, self.greyed = shapes, look, bool(words)
+        self.shapes, self.view, self.greyed = shapes, view, bool(words)
         beam = shapes.beam
-        self.section = sizes.section(beam, look.thicken)
-        middle = [0.0, 0.0, self.height] - camera.target(shapes, look.riding)
+        self.section = sizes.section(beam, view.thicken)
+        middle = [0.0, 0.0, self.height] - camera.target(shapes, view.rotating_frame)
         set_position(self.stage, middle)
-        self.ground.show(beam, riding=look.riding)
+        self.ground.show(beam, rotating_frame=view.rotating_frame)
         self.hub.show(beam)
         self.ground.grid.visible = self.alone
         self.hub.post.visible = self.alone and beam.delta >= 0
-        self.ghosts.show(shapes, self.section, visible=look.ghosts)
+        self.ghosts.show(shapes, self.section, visible=view.ghosts)
         self.nodes.show(
             shapes,
             self.section,
-            shown if look.nodes and len(shown) == 1 and not words else [],
-            labels=not look.together,
+            shown if view.nodes and len(shown) == 1 and not words else [],
+            labels=not view.all_modes,
             scale=seen.scale,
         )
-        radius = sizes.mass_radius(beam, look.thicken) if beam.alpha > 0 else HIDDEN
+        radius = sizes.mass_radius(beam, view.thicken) if beam.alpha > 0 else HIDDEN
         if (radius, self.greyed) != self.ball:
             self.ball = radius, self.greyed
             self.mass.batched_scales = np.full((1, 3), radius)
@@ -94,7 +94,7 @@ class Scene:
         """Put the beam where it is at phases (m,) [rad] for amplitudes (m,), the hub turned by
         angle [rad]; seen from the hub, it is the ground that turns."""
         moved = displacement(self.shapes, phases, amplitudes)
-        largest = colours.colour_range(self.shapes, self.look.colouring, amplitudes)
+        largest = colours.colour_range(self.shapes, self.view.colouring, amplitudes)
         self.displace(moved, largest, angle)
 
     def displace(self, moved: np.ndarray, largest: float, angle: float) -> None:
@@ -109,8 +109,8 @@ class Scene:
         self.nodes.move(points, body[1])
         place = points[shapes.mass : shapes.mass + 1].astype(np.float32)
         set_properties(self.mass, {"batched_positions": place})
-        set_orientation(self.ground.grid, turned(-angle if self.look.riding else 0.0))
-        set_orientation(self.wheel, turned(0.0 if self.look.riding else angle))
+        set_orientation(self.ground.grid, turned(-angle if self.view.rotating_frame else 0.0))
+        set_orientation(self.wheel, turned(0.0 if self.view.rotating_frame else angle))
 
     @property
     def beam(self) -> BatchedMeshHandle:
@@ -129,4 +129,4 @@ class Scene:
         if self.greyed:
             grey = np.array([colours.GREYED]) / 255
             return colours.instanced(np.tile(grey, (len(moved) - 1, 1)))
-        return colours.painted(self.shapes, self.look.colouring, moved, largest)
+        return colours.painted(self.shapes, self.view.colouring, moved, largest)

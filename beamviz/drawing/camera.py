@@ -30,17 +30,19 @@ def span(shapes: Shapes) -> tuple[float, float]:
     return min(-rim, mass - radius), max(along[-1], mass + radius)
 
 
-def target(shapes: Shapes, riding: bool) -> np.ndarray:
+def target(shapes: Shapes, rotating_frame: bool) -> np.ndarray:
     """The point (3,) of the hub's frame that is put in the middle of the picture: the middle of
     the beam when riding on the hub, the axis when standing beside it."""
-    return np.array([shapes.beam.delta + sum(span(shapes)) / 2 if riding else 0.0, 0.0, 0.0])
+    return np.array(
+        [shapes.beam.delta + sum(span(shapes)) / 2 if rotating_frame else 0.0, 0.0, 0.0]
+    )
 
 
-def corners(shapes: Shapes, riding: bool) -> np.ndarray:
+def corners(shapes: Shapes, rotating_frame: bool) -> np.ndarray:
     """Points (n, 3), relative to `target`, that must be inside the picture."""
     beam, (left, right) = shapes.beam, span(shapes)
     radius = mass_radius(beam) if beam.alpha > 0 else 0.0
-    if riding:
+    if rotating_frame:
         half, side, height = (right - left) / 2, max(ROOM, radius), max(0.75 * ROOM, radius)
         return np.array(
             [(x, y, z) for x in (-half, half) for y in (-side, side) for z in (-height, height)]
@@ -88,7 +90,7 @@ def axes(position: np.ndarray) -> np.ndarray:
 
 def viewpoint(
     shapes: Shapes,
-    riding: bool,
+    rotating_frame: bool,
     aspect: float,
     lift: float = 0.0,
     heights: Sequence[float] = (0.0,),
@@ -98,7 +100,9 @@ def viewpoint(
     where the scene puts `target`, and is free in its upper part: `lift` of half its height.
     heights: of the scenes that stand above each other, where there are several; direction: the
     usual one where none is given."""
-    direction = direction or (RIDING_FROM[shapes.plane] if riding else BESIDE_FROM)
+    direction = direction or (RIDING_FROM[shapes.plane] if rotating_frame else BESIDE_FROM)
     tall = math.tan(FIELD_OF_VIEW / 2)
-    points = np.concatenate([corners(shapes, riding) + [0, 0, height] for height in heights])
+    points = np.concatenate(
+        [corners(shapes, rotating_frame) + [0, 0, height] for height in heights]
+    )
     return framing(points, direction, tall * aspect, tall * (1 - lift))

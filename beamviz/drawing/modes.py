@@ -10,8 +10,8 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.drawing.beam_mesh import stations
+from beamviz.scene import ViewOptions
 from beamviz.solver import Solution
-from beamviz.view_options import Look
 
 SAMPLES = np.linspace(0.0, 1.0, 401)
 PLACES = 100  # of the mass, for which stations are kept
@@ -190,9 +190,9 @@ def aligned(modes: np.ndarray, x: np.ndarray, previous: Shapes) -> np.ndarray:
     return turned
 
 
-def amplitudes(look: Look, count: int) -> np.ndarray:
+def amplitudes(view: ViewOptions, count: int) -> np.ndarray:
     """Amplitude (count,) of every mode, in lengths of the beam."""
-    return look.amplitude * np.array([*look.shares, *[0.0] * count][:count])
+    return view.amplitude * np.array([*view.shares, *[0.0] * count][:count])
 
 
 def displacement(shapes: Shapes, phases: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:

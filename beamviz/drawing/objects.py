@@ -63,14 +63,14 @@ class Ground:
             shadow_opacity=0.25,
         )
 
-    def show(self, beam: Beam, *, riding: bool) -> None:
+    def show(self, beam: Beam, *, rotating_frame: bool) -> None:
         """Lay it under `beam`, as far as one sees."""
-        known = beam.delta, sizes.ground(beam), riding
+        known = beam.delta, sizes.ground(beam), rotating_frame
         if known == self.known:
             return
         self.known, reach = known, 1.0 + abs(beam.delta) + FADED
         self.grid.width = self.grid.height = 2 * reach
-        self.grid.fade_distance = FADED if riding else reach
+        self.grid.fade_distance = FADED if rotating_frame else reach
         self.grid.position = (0.0, 0.0, sizes.ground(beam))
 
 

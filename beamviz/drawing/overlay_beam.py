@@ -11,8 +11,8 @@ from beamviz.drawing import colours, sizes
 from beamviz.drawing.modes import Shapes, displacement
 from beamviz.drawing.objects import BOX, SIDES, Nodes, placed, reshape
 from beamviz.drawing.subdivision import Seen, cut
+from beamviz.scene import ViewOptions
 from beamviz.server.viser_private import set_position
-from beamviz.view_options import Look
 
 OPACITY = 0.3
 ROOT = "/stage/wheel/ghost"
@@ -34,16 +34,18 @@ class Ghost:
         self.title = api.add_label(f"{ROOT}/title", "", anchor="bottom-center")
         self.count = 0  # of its pieces
 
-    def show(self, shapes: Shapes, look: Look, shown: list[int], title: str, seen: Seen) -> None:
+    def show(
+        self, shapes: Shapes, view: ViewOptions, shown: list[int], title: str, seen: Seen
+    ) -> None:
         """Draw a beam and the nodes of its modes `shown` (from 0), cut for what is `seen`."""
         shapes = cut(shapes, replace(seen, largest=np.inf), self.count)
         self.count = len(shapes.strain)
-        thickness, breadth = sizes.section(shapes.beam, look.thicken)
+        thickness, breadth = sizes.section(shapes.beam, view.thicken)
         self.shapes, self.section = shapes, (INSIDE * thickness, INSIDE * breadth)
         self.root.visible = True
         self.mass.visible = shapes.beam.alpha > 0
-        self.mass.radius = INSIDE * sizes.mass_radius(shapes.beam, look.thicken)
-        self.nodes.show(shapes, self.section, shown if look.nodes else [], labels=False)
+        self.mass.radius = INSIDE * sizes.mass_radius(shapes.beam, view.thicken)
+        self.nodes.show(shapes, self.section, shown if view.nodes else [], labels=False)
         self.title.text = title
         points, _ = placed(shapes, shapes.centreline)
         top = points[shapes.mass if shapes.beam.alpha > 0 else -1] + ABOVE

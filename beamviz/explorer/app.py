@@ -17,7 +17,7 @@ from beamviz.explorer.executor import Threads
 from beamviz.explorer.frames import Animator
 from beamviz.explorer.page.theme import theme
 from beamviz.explorer.visitor_camera import LIFT, lifted, place
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.server import run_server
 from beamviz.server.access import (
     KEY_PARAMETER,
@@ -41,7 +41,7 @@ Served = Iterator[tuple[str, Callable[[], None]]]  # a URL, and what waits for t
 
 
 def serve(
-    scene: SavedScene,
+    scene: Scene,
     host: str = "127.0.0.1",
     port: int = 8080,
     open_browser: bool = False,
@@ -89,9 +89,7 @@ def serve(
 
 
 @contextlib.contextmanager
-def alone(
-    scene: SavedScene, host: str, port: int, stopped: Stopped, access: dict[str, Any]
-) -> Served:
+def alone(scene: Scene, host: str, port: int, stopped: Stopped, access: dict[str, Any]) -> Served:
     """The explorer in this process."""
     with explorer(scene, host, port, **access) as url:
         yield url, partial(until_ended, stopped)
@@ -99,7 +97,7 @@ def alone(
 
 @contextlib.contextmanager
 def together(
-    scene: SavedScene,
+    scene: Scene,
     host: str,
     port: int,
     stopped: Stopped,
@@ -123,7 +121,7 @@ def together(
 
 @contextlib.contextmanager
 def explorer(
-    scene: SavedScene,
+    scene: Scene,
     host: str = "127.0.0.1",
     port: int = 0,
     visitor_count: VisitorCount | None = None,
@@ -138,9 +136,9 @@ def explorer(
         Threads(SOLVERS, "solver") as pool,
         Threads(CHARTERS, "charter") as charts,
     ):
-        theme(server, dark=scene.look.dark)
+        theme(server, dark=scene.view.dark)
         rest = Shapes.at_rest(scene.beam, scene.options["plane"])
-        fitted = lifted(camera.viewpoint(rest, scene.look.riding, aspect=1.0, lift=LIFT))
+        fitted = lifted(camera.viewpoint(rest, scene.view.rotating_frame, aspect=1.0, lift=LIFT))
         place(server.initial_camera, scene.camera or fitted)
         entrance = Access(host, server.get_port(), **access)
         animator = Animator(server, scene, pool, charts, entrance, visitor_count)

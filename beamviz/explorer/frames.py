@@ -15,7 +15,7 @@ from viser import ClientHandle, ViserServer
 
 from beamviz.explorer.session import Session
 from beamviz.explorer.solve_queue import Turns
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.server.access import Access, VisitorCount
 from beamviz.server.connection import presents
 from beamviz.server.log import RateLimitedLog
@@ -44,7 +44,7 @@ class Animator:
     def __init__(
         self,
         server: ViserServer,
-        scene: SavedScene,
+        scene: Scene,
         pool: Executor,
         charts: Executor,
         access: Access,

@@ -5,34 +5,33 @@ from viser import CameraHandle, SceneApi
 
 from beamviz.drawing import colours
 from beamviz.drawing.all_modes import Multiples, heights
-from beamviz.drawing.beam_view import Scene
+from beamviz.drawing.beam_view import BeamView
 from beamviz.drawing.modes import Clock, Shapes, amplitudes
 from beamviz.drawing.subdivision import SCALE, Seen, between
 from beamviz.explorer.features.comparison import Comparison
 from beamviz.explorer.features.run_up import Ride
 from beamviz.explorer.solver_job import Answer
 from beamviz.explorer.visitor_camera import Viewing
-from beamviz.scene import SavedScene
-from beamviz.view_options import Look
+from beamviz.scene import Scene, ViewOptions
 
 ZOOMED = 1.25  # times larger or smaller: worth other pieces
 
 
 class LivePicture:
     """The scene, or all modes in its place, with the beam compared with, on one clock: `show`
-    takes up what is new, `move` lets time pass. answer, look: what was taken up last."""
+    takes up what is new, `move` lets time pass. answer, view: what was taken up last."""
 
     def __init__(
         self,
         api: SceneApi,
         camera: CameraHandle,
-        first: SavedScene,
+        first: Scene,
         comparison: Comparison,
         ride: Ride,
     ):
-        self.comparison, self.ride, self.look = comparison, ride, first.look
+        self.comparison, self.ride, self.view = comparison, ride, first.view
         self.viewing = Viewing(camera, first.camera)
-        self.scene, self.multiples = Scene(api), Multiples(api)
+        self.scene, self.multiples = BeamView(api), Multiples(api)
         self.answer: Answer | None = None
         self.shapes = Shapes.at_rest(first.beam, first.options["plane"])
         self.clock = Clock()
@@ -40,35 +39,37 @@ class LivePicture:
 
     # What is drawn.
 
-    def show(self, answer: Answer | None, look: Look, *, repace: bool, settled: bool) -> None:
+    def show(
+        self, answer: Answer | None, view: ViewOptions, *, repace: bool, settled: bool
+    ) -> None:
         """Draw an answer; repace: choose the pace anew; settled: it is the one to what is wanted,
         so that the camera need not move again."""
-        self.answer, self.look = answer, look
+        self.answer, self.view = answer, view
         if answer and answer.shapes and not self.words:
             self.shapes = answer.shapes
         if self.ride.shown and answer and answer.solution:
-            self.ride.drive(answer.solution, self.shapes, look.amplitude)
+            self.ride.drive(answer.solution, self.shapes, view.amplitude)
         self.clock.fit(self.swinging, self.shapes.beam.gamma, keep=not repace)
         self.scale = self.viewing.scale
         self.show_second()
-        self.scene.show(self.shapes, look, self.shown, words=self.words, seen=self.sight)
+        self.scene.show(self.shapes, view, self.shown, words=self.words, seen=self.sight)
         self.show_multiples()
         levels = heights(self.multiples.count) or self.comparison.levels
-        self.viewing.look_at(self.shapes, look.riding, levels, settled=settled)
+        self.viewing.look_at(self.shapes, view.rotating_frame, levels, settled=settled)
 
     def show_second(self) -> None:
         """The beam compared with."""
         if self.answer:
             self.comparison.follow(self.answer.wanted)
-        self.comparison.show(self.shapes, self.clock, self.look, self.shown, self.scale)
+        self.comparison.show(self.shapes, self.clock, self.view, self.shown, self.scale)
         self.scene.height = self.comparison.levels[0]
 
     def show_multiples(self) -> None:
         """All modes in place of the one scene, where that is wanted."""
-        together = self.look.together and len(self.shapes.modes) > 0 and not self.words
+        together = self.view.all_modes and len(self.shapes.modes) > 0 and not self.words
         self.scene.stage.visible = not together
         if together:
-            self.multiples.show(self.shapes, self.look, self.scale)
+            self.multiples.show(self.shapes, self.view, self.scale)
         else:
             self.multiples.hide()
 
@@ -87,7 +88,7 @@ class LivePicture:
         else:
             self.scene.move(self.clock.phases, self.amplitudes, self.clock.angle)
         self.comparison.move(time, self.shapes, self.amplitudes)
-        self.multiples.move(self.clock.phases, self.look.amplitude, self.clock.angle)
+        self.multiples.move(self.clock.phases, self.view.amplitude, self.clock.angle)
 
     # What is to be seen in it.
 
@@ -104,14 +105,14 @@ class LivePicture:
     @property
     def pace(self) -> float:
         """Time [T*] that passes in one second."""
-        return self.clock.rate * self.look.pace
+        return self.clock.rate * self.view.pace
 
     @property
     def shown(self) -> list[int]:
         """The modes (from 0) in the picture."""
         if self.ride.driven:
             return []
-        if self.look.together:
+        if self.view.all_modes:
             return list(range(len(self.shapes.modes)))
         return [k for k in range(len(self.shapes.modes)) if self.amplitudes[k] > 0]
 
@@ -125,20 +126,20 @@ class LivePicture:
     @property
     def largest(self) -> float:
         """The value at the end of the colour map."""
-        colouring = self.look.colouring
+        colouring = self.view.colouring
         if self.ride.driven:
-            return self.ride.largest(self.shapes, colouring, self.look.amplitude)
+            return self.ride.largest(self.shapes, colouring, self.view.amplitude)
         return colours.colour_range(self.shapes, colouring, self.amplitudes)
 
     @property
     def sight(self) -> Seen:
         """What the picture shows of the beam."""
         if self.ride.driven:
-            return Seen(self.ride.field[None], self.scale, self.look.colouring, self.largest)
-        return Seen.of(self.shapes, self.amplitudes, self.look.colouring, self.scale)
+            return Seen(self.ride.field[None], self.scale, self.view.colouring, self.largest)
+        return Seen.of(self.shapes, self.amplitudes, self.view.colouring, self.scale)
 
     @property
     def amplitudes(self) -> np.ndarray:
         """Amplitude (m,) of every mode; none while the beam is driven."""
         modes = len(self.shapes.modes)
-        return np.zeros(modes) if self.ride.driven else amplitudes(self.look, modes)
+        return np.zeros(modes) if self.ride.driven else amplitudes(self.view, modes)

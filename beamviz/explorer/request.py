@@ -5,7 +5,7 @@ from typing import Any, Self
 
 from beamviz import solver as solve
 from beamviz.beam import Beam, Units
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.solver import PLANES, Problem
 
 MODES = 5
@@ -27,9 +27,9 @@ class Wanted:
         return cls(beam.numbers, {"plane": PLANES[0], "modes": MODES, **options}, beam.units)
 
     @classmethod
-    def by(cls, scene: SavedScene) -> Self:
+    def by(cls, scene: Scene) -> Self:
         """What a scene shows, as a starting point."""
-        modes = max(MODES, len(scene.look.shares))
+        modes = max(MODES, len(scene.view.shares))
         return cls.of(scene.beam, {**scene.options, "modes": modes})
 
     def beam(self) -> Beam:

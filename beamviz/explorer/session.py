@@ -24,8 +24,7 @@ from beamviz.explorer.page.theme import theme
 from beamviz.explorer.request import Wanted
 from beamviz.explorer.solve_queue import Turns
 from beamviz.explorer.solver_job import Solver
-from beamviz.scene import TABLES, SavedScene
-from beamviz.view_options import Look
+from beamviz.scene import TABLES, Scene, ViewOptions
 
 LONGEST_STEP = 0.2  # [s] the clock never jumps further, even after a stall
 
@@ -37,7 +36,7 @@ class Session:
     def __init__(
         self,
         client: ClientHandle,
-        scene: SavedScene,
+        scene: Scene,
         turns: Turns,
         charts: Executor,
         wake: Callable[[], None],
@@ -45,7 +44,7 @@ class Session:
         leader: Leader | None = None,
     ):
         self.client, self.wake, self.lock = client, wake, threading.RLock()
-        self.look = scene.look  # what is wanted to be seen
+        self.view = scene.view  # what is wanted to be seen
         self.repace = True  # choose the pace anew
         self.following: Following | None = None  # edits may come while the rest is built
         self.lag, self.seen = Lag(crowded), 0.0
@@ -56,7 +55,7 @@ class Session:
         self.comparison = Comparison(client.scene, turns, wake)
         self.picture = LivePicture(client.scene, client.camera, scene, self.comparison, self.ride)
         self.viewing, self.clock = self.picture.viewing, self.picture.clock
-        self.panel = Panel(client.gui, Wanted.by(scene), self.look, self)
+        self.panel = Panel(client.gui, Wanted.by(scene), self.view, self)
         self.panel.put(scene)
         self.guide = Guide(client.gui, self.panel, scene)
         Commands(client.gui, self.panel, self.guide)
@@ -66,7 +65,7 @@ class Session:
             self.following = Following(self, client.gui, leader)
         self.held = False  # the mass is being dragged
         self.grip = Grip(self.picture.scene, lambda: client.camera.position, self)
-        theme(client, dark=scene.look.dark)
+        theme(client, dark=scene.view.dark)
         client.camera.on_update(self.resized)
         link.follow(client, self.guide, self.load)
 
@@ -85,9 +84,9 @@ class Session:
 
     def see(self, name: str, value: Any) -> None:
         """Another choice of the picture."""
-        if name in ("riding", "together"):
+        if name in ("rotating_frame", "all_modes"):
             self.viewing.let_go()
-        self.store(lambda look: look.changed(name, value), repace=name == "together")
+        self.store(lambda view: view.changed(name, value), repace=name == "all_modes")
 
     def keep(self) -> None:
         """Keep the beam as it is, to compare with."""
@@ -96,14 +95,14 @@ class Session:
     def share(self, mode: int, value: Any) -> None:
         """Another share of one mode; the pace is chosen anew."""
         self.ride.shown = False
-        self.store(lambda look: look.share(mode, value), repace=True)
+        self.store(lambda view: view.share(mode, value), repace=True)
 
     def only(self, mode: int) -> None:
         """One mode alone; the pace is chosen anew."""
         self.ride.shown = False
         with self.lock:
-            self.store(lambda look: look.only(mode), repace=True)
-            self.panel.show_shares(self.look)
+            self.store(lambda view: view.only(mode), repace=True)
+            self.panel.show_shares(self.view)
 
     def reset(self) -> None:
         """The beam back to what the lesson, or the page, began with."""
@@ -138,7 +137,7 @@ class Session:
         if self.ride.riding:
             self.ride.stop()
             return
-        self.see("together", False)
+        self.see("all_modes", False)
         self.panel.loci.show_lines()
         self.ride.start(self.solver.wanted)
 
@@ -156,15 +155,15 @@ class Session:
         self.held = False
         self.wake()
 
-    def saved(self) -> SavedScene:
+    def saved(self) -> Scene:
         """All that is set, as a scene; InvalidInput where that is none."""
         wanted, charting = self.solver.wanted, self.charting
         options = {name: wanted.options[name] for name in TABLES["model"] if name in wanted.options}
-        return SavedScene(
-            wanted.beam(), options, self.look, self.viewing.chosen, charting.over, charting.per_rev
+        return Scene(
+            wanted.beam(), options, self.view, self.viewing.chosen, charting.over, charting.per_rev
         )
 
-    def load(self, scene: SavedScene) -> None:
+    def load(self, scene: Scene) -> None:
         """Show another scene; the pace is chosen anew."""
         self.explore()
         with self.panel.lock, self.lock:
@@ -174,13 +173,13 @@ class Session:
             self.viewing.take(scene.camera)
             self.ride.forget()
             self.comparison.forget()
-            self.store(lambda _: scene.look, repace=True)
+            self.store(lambda _: scene.view, repace=True)
 
-    def store(self, change: Callable[[Look], Look], *, repace: bool = False) -> None:
-        """Keep a changed look for the next tick."""
+    def store(self, change: Callable[[ViewOptions], ViewOptions], *, repace: bool = False) -> None:
+        """Keep a changed view for the next tick."""
         self.explore()
         with self.lock:
-            self.look = change(self.look)
+            self.view = change(self.view)
             self.repace = self.repace or repace
         self.wake()
 
@@ -202,7 +201,7 @@ class Session:
     @property
     def moving(self) -> bool:
         """Whether the picture changes with time."""
-        playing = self.look.playing and self.look.pace > 0
+        playing = self.view.playing and self.view.pace > 0
         return (playing or self.ride.riding) and not (self.picture.words or self.held)
 
     @property
@@ -221,7 +220,7 @@ class Session:
         """Whether the scene itself waits to be drawn."""
         return (
             self.viewing.asked
-            or self.look is not self.picture.look
+            or self.view is not self.picture.view
             or self.solver.answer is not self.picture.answer
             or self.comparison.fresh
             or self.ride.fresh
@@ -257,16 +256,16 @@ class Session:
             self.panel.numbers.follow("gamma", gamma)
 
     def draw(self) -> None:
-        """Take up the latest answer and look, and tell the panel."""
+        """Take up the latest answer and view, and tell the panel."""
         with self.lock:
-            look, answer = self.look, self.solver.answer
+            view, answer = self.view, self.solver.answer
             settled = answer is not None and answer.wanted is self.solver.wanted
             repace, self.repace = self.repace, self.repace and not settled
-        dark = self.picture.look.dark
-        self.picture.show(answer, look, repace=repace, settled=settled)
+        dark = self.picture.view.dark
+        self.picture.show(answer, view, repace=repace, settled=settled)
         self.tell()
-        if look.dark != dark:
-            theme(self.client, dark=look.dark)
+        if view.dark != dark:
+            theme(self.client, dark=view.dark)
 
     def tell(self) -> None:
         """Tell the panel what the picture shows."""
@@ -278,7 +277,7 @@ class Session:
         self.ride.drawn = self.ride.state
         beam = picture.shapes.beam
         self.panel.ride.show(self.ride, beam.gamma)
-        self.panel.show_picture(picture.look.colouring, picture.largest, picture.pace, beam.units)
+        self.panel.show_picture(picture.view.colouring, picture.largest, picture.pace, beam.units)
 
     def follow(self, now: float) -> None:
         """Have the charts follow what is shown, and draw what has come of it."""

@@ -6,10 +6,7 @@ A server is not told the query of the page that connects to it, so the page is a
 import secrets
 import threading
 import time
-import tomllib
 from collections.abc import Callable
-from typing import Any
-from urllib.parse import parse_qsl
 
 from viser import ClientHandle
 
@@ -17,7 +14,7 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer.features.lessons import Guide
 from beamviz.explorer.page.script import running
 from beamviz.lessons import lesson
-from beamviz.scene import KEYS, SavedScene
+from beamviz.scene import Scene, parse_query
 from beamviz.server.access import KEY_PARAMETER
 
 PATIENCE = 20.0  # [s] for a page to answer
@@ -32,7 +29,7 @@ NOTE = (
 )
 
 
-def follow(client: ClientHandle, guide: Guide, load: Callable[[SavedScene], None]) -> None:
+def follow(client: ClientHandle, guide: Guide, load: Callable[[Scene], None]) -> None:
     """Show what the visitor's link asks for, from a thread of its own."""
 
     def run() -> None:
@@ -64,28 +61,15 @@ def asked(client: ClientHandle) -> str:
     return query.lstrip("?")
 
 
-def arrive(query: str, guide: Guide, load: Callable[[SavedScene], None]) -> None:
+def arrive(query: str, guide: Guide, load: Callable[[Scene], None]) -> None:
     """Open the lesson and load the scene of a query; InvalidInput where it makes no sense."""
-    try:
-        pairs = dict(parse_qsl(query, keep_blank_values=True, max_num_fields=2 * len(KEYS)))
-    except ValueError:
-        raise InvalidInput(f"a scene has no more than {len(KEYS)} keys") from None
-    values = {key: text for key, text in pairs.items() if key not in OTHERS}
-    name = values.pop("lesson", "")
+    values = {key: value for key, value in parse_query(query).items() if key not in OTHERS}
+    name = str(values.pop("lesson", ""))
     if not (name or values):
         return
-    scene = lesson(name).scene if name else SavedScene()
-    scene = scene.changed(**{key: literal(text) for key, text in values.items()})
+    scene = lesson(name).scene if name else Scene()
+    scene = scene.changed(**values)
     if name:
         guide.open(name)
     if values:
         load(scene)
-
-
-def literal(text: str) -> Any:
-    """A value written as in TOML, or else the word itself."""
-    try:
-        values = tomllib.loads(f"value = {text}")
-    except (tomllib.TOMLDecodeError, RecursionError):
-        return text
-    return values["value"] if len(values) == 1 else text

@@ -36,14 +36,14 @@ class Viewing:
         self.given = None
 
     def look_at(
-        self, shapes: Shapes, riding: bool, levels: Sequence[float], *, settled: bool
+        self, shapes: Shapes, rotating_frame: bool, levels: Sequence[float], *, settled: bool
     ) -> None:
         """Move the camera where there is need to: scenes stand at heights `levels`. Until the
         answer is `settled`, the one to what is wanted, it has to be moved again."""
         aspect = self.view.aspect
-        position = camera.viewpoint(shapes, riding, aspect, LIFT, levels)
+        position = camera.viewpoint(shapes, rotating_frame, aspect, LIFT, levels)
         distance = float(np.linalg.norm(position))
-        seen = (riding, shapes.plane, aspect, len(levels))
+        seen = (rotating_frame, shapes.plane, aspect, len(levels))
         stays = NEARER * self.distance < distance < FARTHER * self.distance
         moved = seen != self.seen or not stays
         if self.asked or self.unsettled or (moved and self.given is None):

@@ -8,7 +8,7 @@ from beamviz.exports.gltf_model import write_glb
 from beamviz.exports.html_page import write_html
 from beamviz.exports.solved_scene import Shot
 from beamviz.output_numbers import write_csv, write_npz
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 
 WRITERS: dict[str, Callable[[Path, Shot], None]] = {
     ".html": write_html,
@@ -18,7 +18,7 @@ WRITERS: dict[str, Callable[[Path, Shot], None]] = {
 }
 
 
-def export(path: str | Path, scene: SavedScene) -> None:
+def export(path: str | Path, scene: Scene) -> None:
     """Write a scene as .html (one page with film, chart and table that needs no network), .glb
     (an animated model), .csv or .npz (frequencies, shapes and equilibrium), by the ending.
 

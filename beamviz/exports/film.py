@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from beamviz.beam import checked, whole
+from beamviz.beam import check_float, check_int
 from beamviz.errors import InvalidInput
 from beamviz.exports.encoders import ENCODERS
 from beamviz.exports.files import ending, replaced
@@ -13,7 +13,7 @@ from beamviz.exports.loop import Loop, looped
 from beamviz.exports.renderer import opaque, studio
 from beamviz.exports.screenshot import PIXELS
 from beamviz.exports.solved_scene import Direction, Shot
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 
 FRAME_RATES = (5.0, 50.0)  # [1/s]; a GIF cannot be faster
 MAX_FRAMES = 1000
@@ -23,7 +23,7 @@ Progress = Callable[[int], Iterable[int]]
 
 def animate(
     path: str | Path,
-    scene: SavedScene,
+    scene: Scene,
     width: int = 800,
     height: int = 450,
     fps: float = 25.0,
@@ -42,10 +42,10 @@ def animate(
     """
     path = Path(path)
     encoder = ENCODERS[ending(path, tuple(ENCODERS))]
-    size = whole("width", width, *PIXELS), whole("height", height, *PIXELS)
-    fps = encoder.rate(checked("fps", fps, *FRAME_RATES))
+    size = check_int("width", width, *PIXELS), check_int("height", height, *PIXELS)
+    fps = encoder.rate(check_float("fps", fps, *FRAME_RATES))
     encoder.check(*size)
-    periods = None if periods is None else whole("periods", periods, 1, MAX_FRAMES)
+    periods = None if periods is None else check_int("periods", periods, 1, MAX_FRAMES)
     with replaced(path) as file:
         shot = Shot.of(scene, direction, zoom)
         loop = looped(shot, periods)
@@ -59,7 +59,7 @@ def animate(
 
             def frames(numbers: Iterable[int]) -> Iterator[np.ndarray]:
                 for k in numbers:
-                    yield opaque(picture(loop.moment(k / count)), scene.look)
+                    yield opaque(picture(loop.moment(k / count)), scene.view)
 
             sample = frames(np.linspace(0, count, encoder.sample, endpoint=False).astype(int))
             encoder.write(file, frames(progress(count)), fps, list(sample))

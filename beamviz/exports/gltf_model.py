@@ -96,8 +96,8 @@ def weights(shot: Shot, moments: list[Moment]) -> np.ndarray:
 
 def beam_mesh(gltf: Gltf, shot: Shot, start: np.ndarray) -> int:
     """The beam at its equilibrium, coloured by how far each place of it swings."""
-    shapes, look = cut(shot.shapes, shot.seen()), shot.scene.look
-    section = sizes.section(shapes.beam, look.thicken)
+    shapes, view = cut(shot.shapes, shot.seen()), shot.scene.view
+    section = sizes.section(shapes.beam, view.thicken)
 
     def surface(moved: np.ndarray) -> np.ndarray:
         return tube.swept(*placed(shapes, shapes.centreline + moved), *section)[0]
@@ -140,7 +140,7 @@ def hub_mesh(gltf: Gltf, shot: Shot) -> int:
 
 def mass_mesh(gltf: Gltf, shot: Shot) -> int:
     """The concentrated mass, around the origin."""
-    radius = sizes.mass_radius(shot.scene.beam, shot.scene.look.thicken)
+    radius = sizes.mass_radius(shot.scene.beam, shot.scene.view.thicken)
     ball = trimesh.creation.icosphere(subdivisions=3, radius=radius)
     return solid(gltf, "mass", ball, colours.MASS, smooth=True)
 

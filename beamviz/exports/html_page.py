@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib import rc_context
 
+from beamviz.beam import PARAMETERS
 from beamviz.drawing import camera
 from beamviz.errors import BeamvizError
 from beamviz.explorer.features.loci_chart import Question, computed
@@ -20,8 +21,7 @@ from beamviz.exports.solved_scene import Moment, Shot
 from beamviz.frequency_loci import Loci
 from beamviz.plotting import loci as plot
 from beamviz.plotting import style as chart_style
-from beamviz.plotting.style import SYMBOLS
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.server import run_server
 
 FRAME_RATE = 30.0  # [1/s]
@@ -30,18 +30,18 @@ MAX_FRAMES = 360
 
 def write_html(file: Path, shot: Shot) -> None:
     """The page of viser, which holds all it needs, with the recorded film and a panel of ours."""
-    look = shot.scene.look
+    view = shot.scene.view
     with run_server() as server:
         aside = panel(shot)
-        fitted = lifted(camera.viewpoint(shot.shapes, look.riding, 1.0, LIFT))
+        fitted = lifted(camera.viewpoint(shot.shapes, view.rotating_frame, 1.0, LIFT))
         place(server.initial_camera, shot.scene.camera or fitted)
         stage, recorder = Set(server.scene, shot), server.get_scene_serializer()
         for moment, seconds in moments(shot):
             stage.move(moment)
             recorder.insert_sleep(seconds)
-        page = recorder.as_html(dark_mode=look.dark)
+        page = recorder.as_html(dark_mode=view.dark)
     head, body = page.index("</head>"), page.rindex("</body>")
-    mode = "dark" if look.dark else "light"
+    mode = "dark" if view.dark else "light"
     title = f"<title>beamviz: {escape(heading(shot.scene))}</title>"
     top = re.sub("<title>.*?</title>", title, page[:head])  # of two, browsers take the first
     file.write_text(
@@ -75,14 +75,16 @@ def panel(shot: Shot) -> str:
     )
 
 
-def heading(scene: SavedScene) -> str:
+def heading(scene: Scene) -> str:
     """The five numbers."""
-    return ", ".join(f"{SYMBOLS[name]} = {x:.6g}" for name, x in scene.beam.numbers.items())
+    return ", ".join(
+        f"{PARAMETERS[name].symbol} = {x:.6g}" for name, x in scene.beam.numbers.items()
+    )
 
 
-def unusual(scene: SavedScene) -> dict[str, object]:
+def unusual(scene: Scene) -> dict[str, object]:
     """The choices of the model that are not as usual."""
-    usual = SavedScene().options
+    usual = Scene().options
     return {
         name: "on" if value is True else "off" if value is False else value
         for name, value in scene.options.items()
@@ -90,7 +92,7 @@ def unusual(scene: SavedScene) -> dict[str, object]:
     }
 
 
-def chart(scene: SavedScene) -> str:
+def chart(scene: Scene) -> str:
     """The loci around the scene as an SVG picture, or why there are none."""
     try:
         loci = computed(Question.of(Wanted.by(scene), scene.over))
@@ -100,7 +102,7 @@ def chart(scene: SavedScene) -> str:
     return f'<figure title="click to enlarge" onclick="{enlarge}">{svg(loci, scene)}</figure>'
 
 
-def svg(loci: Loci, scene: SavedScene) -> str:
+def svg(loci: Loci, scene: Scene) -> str:
     """A loci chart as an element of a page, an upright line where the scene is."""
     text, value = io.StringIO(), np.array([getattr(scene.beam, scene.over)])
     with rc_context(chart_style.STYLE):

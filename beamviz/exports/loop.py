@@ -52,7 +52,7 @@ def looped(shot: Shot, periods: int | None = None, *, ground: bool = True) -> Lo
     """
     motions = moving(shot, ground=ground)
     rates = np.array(list(motions.values()))
-    rate = shot.scene.look.pace * fitted_rate(
+    rate = shot.scene.view.pace * fitted_rate(
         shot.shapes.frequencies[shot.shown], shot.scene.beam.gamma
     )
     if rate == 0:
@@ -62,7 +62,7 @@ def looped(shot: Shot, periods: int | None = None, *, ground: bool = True) -> Lo
     whole = cycles(rates, n)
     changes = whole / (n * rates / rates[0]) - 1
     turned = dict(zip(motions, 2 * math.pi * whole, strict=True))
-    quarters = QUARTERS if shot.scene.look.riding else 1
+    quarters = QUARTERS if shot.scene.view.rotating_frame else 1
     return Loop(
         seconds=float(n * period / rate),
         periods=n,
@@ -84,9 +84,9 @@ def moving(shot: Shot, *, ground: bool) -> dict[str, float]:
             )
         if frequency > 0:
             motions[label] = frequency
-    look, gamma = shot.scene.look, shot.scene.beam.gamma
-    if gamma > 0 and (ground or not look.riding):
-        motions[ROTATION] = gamma * (QUARTERS if look.riding else 1)
+    view, gamma = shot.scene.view, shot.scene.beam.gamma
+    if gamma > 0 and (ground or not view.rotating_frame):
+        motions[ROTATION] = gamma * (QUARTERS if view.rotating_frame else 1)
     if not motions:
         raise InvalidInput("nothing moves in this scene: show a mode, or let the beam turn")
     return motions

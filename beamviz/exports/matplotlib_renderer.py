@@ -47,11 +47,11 @@ class View:
 
     def __init__(self, shot: Shot, moment: Moment, aspect: float):
         self.shot, seen = shot, shot.camera(aspect)
-        target = camera.target(shot.shapes, shot.scene.look.riding)
+        target = camera.target(shot.shapes, shot.scene.view.rotating_frame)
         self.position = np.array(seen.position) + target
         self.axes = camera.axes(np.subtract(seen.position, seen.look_at))
         self.wheel = Rotation.from_euler(
-            "z", 0.0 if shot.scene.look.riding else moment.angle
+            "z", 0.0 if shot.scene.view.rotating_frame else moment.angle
         ).as_matrix()
 
     def depth(self, points: np.ndarray) -> np.ndarray:
@@ -74,8 +74,8 @@ def paint(
     ahead = (view.depth(triangles) > NEAR).all(axis=1)
     triangles, colour = triangles[ahead], colour[ahead]
     low = sizes.ground(beam)
-    middle = camera.target(shot.shapes, shot.scene.look.riding)[:2]
-    ground = grid(middle, low, -moment.angle if shot.scene.look.riding else 0.0)
+    middle = camera.target(shot.shapes, shot.scene.view.rotating_frame)[:2]
+    ground = grid(middle, low, -moment.angle if shot.scene.view.rotating_frame else 0.0)
     ground = ground[(view.depth(ground) > NEAR).all(axis=1)]
     axes.add_collection(thin(view.project(ground), 0.4, zorder=0))
     fallen = triangles - (triangles[..., 2:] - low) / SUN[2] * SUN
@@ -96,8 +96,8 @@ def paint(
             linewidths=1.0,  # less leaves seams between triangles that one can see through
         )
     )
-    if shot.scene.look.ghosts:
-        section = np.array([1.0, *sizes.section(beam, shot.scene.look.thicken)])
+    if shot.scene.view.ghosts:
+        section = np.array([1.0, *sizes.section(beam, shot.scene.view.thicken)])
         if shot.shapes.plane == "flapwise":
             section = section[[0, 2, 1]]
         outline = (EDGES * section + [beam.delta + 0.5, 0.0, 0.0]) @ view.wheel.T
@@ -135,11 +135,11 @@ def grid(middle: np.ndarray, low: float, angle: float) -> np.ndarray:
 def bodies(shot: Shot, moment: Moment, scale: float) -> tuple[np.ndarray, np.ndarray]:
     """Triangles (n, 3, 3) of hub, beam and mass, and their colours (n, 3); a length of the beam
     takes `scale` pixels."""
-    shapes, look = cut(shot.shapes, shot.seen(scale)), shot.scene.look
+    shapes, view = cut(shot.shapes, shot.seen(scale)), shot.scene.view
     moved = displacement(shapes, moment.phases, shot.amplitudes)
     points, normal = placed(shapes, shapes.centreline + moved)
-    vertices, triangles = tube.swept(points, normal, *sizes.section(shapes.beam, look.thicken))
-    along = colours.along(shapes, look.colouring, moved, shot.amplitudes)
+    vertices, triangles = tube.swept(points, normal, *sizes.section(shapes.beam, view.thicken))
+    along = colours.along(shapes, view.colouring, moved, shot.amplitudes)
     if shot.words:
         along = np.tile(np.array(colours.GREYED) / 255, (len(along), 1))
     painted = np.concatenate([np.repeat(along, 8, axis=0), np.repeat(along[[0, -1]], 2, axis=0)])
@@ -150,7 +150,7 @@ def bodies(shot: Shot, moment: Moment, scale: float) -> tuple[np.ndarray, np.nda
     parts.append((hub, np.tile(np.array(colours.HUB) / 255, (len(hub), 1))))
     if shapes.beam.alpha > 0:
         ball = trimesh.creation.icosphere(
-            subdivisions=3, radius=sizes.mass_radius(shapes.beam, look.thicken)
+            subdivisions=3, radius=sizes.mass_radius(shapes.beam, view.thicken)
         )
         mass = (ball.vertices + points[shapes.mass])[ball.faces]
         parts.append((mass, np.tile(np.array(colours.MASS) / 255, (len(mass), 1))))

@@ -13,14 +13,14 @@ from viser.transforms import SO3
 
 from beamviz.drawing import camera
 from beamviz.drawing.all_modes import Multiples
-from beamviz.drawing.beam_view import Scene
+from beamviz.drawing.beam_view import BeamView
 from beamviz.drawing.subdivision import SCALE
 from beamviz.errors import Unavailable
 from beamviz.exports.browser import found_browser, opened
 from beamviz.exports.matplotlib_renderer import drawn
 from beamviz.exports.solved_scene import Moment, Shot
+from beamviz.scene import ViewOptions
 from beamviz.server import run_server
-from beamviz.view_options import Look
 
 DEADLINE = 90.0  # [s] for one picture; a software renderer needs about 5 for the first
 LAG = 2  # pictures until labels and instanced bodies are where they were put
@@ -40,7 +40,7 @@ def studio(shot: Shot, width: int, height: int, scale: int = 1) -> Iterator[Phot
     Raises Unavailable where the browser fails.
     """
     browser = found_browser()
-    if browser is None and shot.together:
+    if browser is None and shot.all_modes:
         raise Unavailable("all modes at once need a browser: install one, or set BEAMVIZ_BROWSER")
     if browser is None:
         words = "no browser found (set BEAMVIZ_BROWSER), drawn by matplotlib"
@@ -53,7 +53,7 @@ def studio(shot: Shot, width: int, height: int, scale: int = 1) -> Iterator[Phot
         set_up = Set(server.scene, shot, length)
         set_up.letter(scale * min(LETTERS, WIDE * width) / length)
         server.on_client_connect(clients.put)
-        dark = "&darkMode" if shot.scene.look.dark else ""
+        dark = "&darkMode" if shot.scene.view.dark else ""
         url = f"http://127.0.0.1:{server.get_port()}/?fixedDpr=1{dark}"
         with opened(browser, url, 320, 240):
 
@@ -71,13 +71,13 @@ class Set:
     """What stands before the camera; a length of the beam takes `scale` pixels."""
 
     def __init__(self, api: SceneApi, shot: Shot, scale: float = SCALE):
-        self.shot, self.scene = shot, Scene(api)
-        self.multiples = Multiples(api) if shot.together else None
+        self.shot, self.scene = shot, BeamView(api)
+        self.multiples = Multiples(api) if shot.all_modes else None
         seen = shot.seen(scale)
-        self.scene.show(shot.shapes, shot.scene.look, shot.shown, words=shot.words, seen=seen)
+        self.scene.show(shot.shapes, shot.scene.view, shot.shown, words=shot.words, seen=seen)
         self.scene.stage.visible = not self.multiples
         if self.multiples:
-            self.multiples.show(shot.shapes, shot.scene.look, scale)
+            self.multiples.show(shot.shapes, shot.scene.view, scale)
 
     def letter(self, height: float) -> None:
         """Words and titles in letters of a height in the scene: on the screen they would have the
@@ -91,7 +91,7 @@ class Set:
         """Put everything where it is at a moment."""
         self.scene.move(moment.phases, self.shot.amplitudes, moment.angle)
         if self.multiples:
-            amplitude = self.shot.scene.look.amplitude
+            amplitude = self.shot.scene.view.amplitude
             self.multiples.move(moment.phases, amplitude, moment.angle)
 
 
@@ -132,7 +132,7 @@ def averaged(picture: np.ndarray, scale: int) -> np.ndarray:
     return np.rint(np.concatenate([colour, alpha], -1)).astype(np.uint8)
 
 
-def opaque(picture: np.ndarray, look: Look) -> np.ndarray:
+def opaque(picture: np.ndarray, view: ViewOptions) -> np.ndarray:
     """A picture (h, w, 4) on the background, (h, w, 3)."""
-    alpha, ground = picture[..., 3:] / 255, np.array(DARK if look.dark else LIGHT)
+    alpha, ground = picture[..., 3:] / 255, np.array(DARK if view.dark else LIGHT)
     return np.rint(picture[..., :3] * alpha + ground * (1 - alpha)).astype(np.uint8)

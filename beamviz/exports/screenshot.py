@@ -5,19 +5,19 @@ from pathlib import Path
 
 from PIL import Image
 
-from beamviz.beam import whole
+from beamviz.beam import check_int
 from beamviz.errors import InvalidInput
 from beamviz.exports.files import ending, replaced
 from beamviz.exports.renderer import opaque, studio
 from beamviz.exports.solved_scene import Direction, Shot
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 
 PIXELS = (64, 4096)
 
 
 def screenshot(
     path: str | Path,
-    scene: SavedScene,
+    scene: Scene,
     width: int = 1280,
     height: int = 720,
     phase: float = 0.25,
@@ -33,11 +33,11 @@ def screenshot(
     """
     path = Path(path)
     ending(path, [".png"])
-    width, height = whole("width", width, *PIXELS), whole("height", height, *PIXELS)
+    width, height = check_int("width", width, *PIXELS), check_int("height", height, *PIXELS)
     if not math.isfinite(phase):
         raise InvalidInput(f"phase = {phase}: must be finite")
     with replaced(path) as file:
         shot = Shot.of(scene, direction, zoom)
         with studio(shot, width, height, scale=2) as picture:
             taken = picture(shot.moment(shot.time(phase)))
-        Image.fromarray(taken if transparent else opaque(taken, scene.look)).save(file, "PNG")
+        Image.fromarray(taken if transparent else opaque(taken, scene.view)).save(file, "PNG")

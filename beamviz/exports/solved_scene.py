@@ -6,7 +6,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from beamviz.beam import checked
+from beamviz.beam import check_float
 from beamviz.drawing import camera
 from beamviz.drawing.all_modes import heights
 from beamviz.drawing.modes import Shapes, amplitudes
@@ -14,7 +14,7 @@ from beamviz.drawing.subdivision import SCALE, Seen
 from beamviz.errors import InvalidInput
 from beamviz.explorer.request import Wanted
 from beamviz.messages import unstable
-from beamviz.scene import Camera, SavedScene
+from beamviz.scene import Camera, Scene
 from beamviz.solver import Solution, solve
 
 Direction = tuple[float, float, float]
@@ -34,7 +34,7 @@ class Shot:
     """A scene with its solution. Time runs in T* from a moment at which every mode has its
     largest displacement; `words` say what is wrong with the equilibrium, if anything is."""
 
-    scene: SavedScene
+    scene: Scene
     solution: Solution
     shapes: Shapes
     words: str
@@ -42,24 +42,24 @@ class Shot:
     zoom: float = 1.0
 
     @classmethod
-    def of(cls, scene: SavedScene, direction: Direction | None = None, zoom: float = 1.0) -> Self:
+    def of(cls, scene: Scene, direction: Direction | None = None, zoom: float = 1.0) -> Self:
         """Solve a scene; raises what `solve` raises. direction, zoom: where to look from to the
         middle of the scene, in place of its camera."""
         if direction and not any(direction):
             raise InvalidInput("from = 0,0,0: must be a direction")
-        zoom = checked("zoom", zoom, *ZOOMS)
+        zoom = check_float("zoom", zoom, *ZOOMS)
         solution = solve(scene.beam, **Wanted.by(scene).options)
         return cls(scene, solution, Shapes.sampled(solution), unstable(solution), direction, zoom)
 
     @property
     def amplitudes(self) -> np.ndarray:
         """Amplitude (m,) of every mode."""
-        return amplitudes(self.scene.look, len(self.shapes.modes))
+        return amplitudes(self.scene.view, len(self.shapes.modes))
 
     @property
     def shown(self) -> list[int]:
         """The modes (from 0) in the picture."""
-        if self.together:
+        if self.all_modes:
             return list(range(len(self.shapes.modes)))
         return np.flatnonzero(self.amplitudes).tolist()
 
@@ -75,9 +75,9 @@ class Shot:
         return (phase - 0.25) * 2 * math.pi / moving[0] if len(moving) else 0.0
 
     @property
-    def together(self) -> bool:
+    def all_modes(self) -> bool:
         """Whether every mode has a picture of its own."""
-        return self.scene.look.together and not self.words
+        return self.scene.view.all_modes and not self.words
 
     def camera(self, aspect: float) -> Camera:
         """Where to look from in a picture with width / height = `aspect`."""
@@ -85,9 +85,11 @@ class Shot:
         if given and not self.direction:
             away = np.subtract(given.position, given.look_at) / self.zoom
             return Camera((given.look_at + away).tolist(), given.look_at)
-        levels = heights(len(self.shapes.modes)) if self.together else (0.0,)
-        riding = self.scene.look.riding
-        position = camera.viewpoint(self.shapes, riding, aspect, 0.0, levels, self.from_above())
+        levels = heights(len(self.shapes.modes)) if self.all_modes else (0.0,)
+        rotating_frame = self.scene.view.rotating_frame
+        position = camera.viewpoint(
+            self.shapes, rotating_frame, aspect, 0.0, levels, self.from_above()
+        )
         return Camera((position * (1 + self.reach) / self.zoom).tolist())
 
     def scale(self, width: int, height: int) -> float:
@@ -98,7 +100,7 @@ class Shot:
 
     def seen(self, scale: float = SCALE) -> Seen:
         """What a picture shows of the beam."""
-        return Seen.of(self.shapes, self.amplitudes, self.scene.look.colouring, scale)
+        return Seen.of(self.shapes, self.amplitudes, self.scene.view.colouring, scale)
 
     @property
     def reach(self) -> float:

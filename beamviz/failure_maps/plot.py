@@ -17,13 +17,13 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from scipy import ndimage
 
-from beamviz.beam import Beam
+from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import NoEquilibrium
 from beamviz.failure_maps import verdicts as kinds
 from beamviz.failure_maps.compute import FASTEST, SLOWEST, Map, edges
 from beamviz.failure_maps.verdicts import CONTENDERS, attempt
 from beamviz.paper.plots import saved
-from beamviz.plotting.style import AXES, FAINT, INK, STYLE
+from beamviz.plotting.style import FAINT, INK, STYLE
 
 COLUMNS = 4
 WIDTH, HEIGHT = 11.0, 8.2  # [in]
@@ -74,9 +74,9 @@ def sheet(found: Map) -> Figure:
     for k, axes in enumerate(grid[: len(CONTENDERS)]):
         panel(axes, found, k)
     for axes in grid[-COLUMNS:]:
-        axes.set_xlabel(AXES["gamma"])
+        axes.set_xlabel(PARAMETERS["gamma"].axis_label)
     for axes in grid[::COLUMNS]:
-        axes.set_ylabel(AXES[found.plane.over])
+        axes.set_ylabel(PARAMETERS[found.plane.over].axis_label)
     for axes in grid[len(CONTENDERS) :]:
         legend(axes, found)
     figure.text(0.012, 0.967, title(found), va="center", weight="bold", size=12)
@@ -86,7 +86,7 @@ def sheet(found: Map) -> Figure:
 
 def title(found: Map) -> str:
     """What the sheet shows."""
-    return f"Where methods fail: speed γ and {AXES[found.plane.over]}"
+    return f"Where methods fail: speed γ and {PARAMETERS[found.plane.over].axis_label}"
 
 
 def subtitle(found: Map) -> str:

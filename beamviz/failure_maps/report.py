@@ -7,11 +7,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from beamviz.beam import PARAMETERS
 from beamviz.failure_maps.compute import FULL, QUICK, Map, command, maps
 from beamviz.failure_maps.verdicts import CONTENDERS, KINDS, OUTSIDE, RIGHT, TRULY_UNSTABLE
 from beamviz.paper.markdown import lines
 from beamviz.plotting.files import Files, write, writing_to
-from beamviz.plotting.style import SYMBOLS
 
 PAGE = "stability.md"
 SOUND = (RIGHT, TRULY_UNSTABLE, OUTSIDE)
@@ -92,7 +92,7 @@ def words(found: list[Map]) -> str:
     """Counts of each kind, and for each method and kind the slowest beam that shows it."""
     parts = ["# Where methods fail", "", "Shares of the cells of each map [%].", ""]
     for one in found:
-        parts += [f"## Speed γ and {SYMBOLS[one.plane.over]} ({one.plane.held})", ""]
+        parts += [f"## Speed γ and {PARAMETERS[one.plane.over].symbol} ({one.plane.held})", ""]
         parts += [shares(one), "", "```", *examples(one), "```", ""]
     return "\n".join(parts)
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beamviz.beam import Beam, Units, whole
+from beamviz.beam import Beam, Units, check_int
 from beamviz.errors import BeamvizError
 from beamviz.frequency_loci.crossings import Event, chart
 from beamviz.frequency_loci.limits import Limit, limits
@@ -117,7 +117,7 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
     """
     start = time.perf_counter()
     values = checked_values(over, values)
-    sweep = Sweep(beam, over, whole("modes", modes, 1, MAX_MODES), options)
+    sweep = Sweep(beam, over, check_int("modes", modes, 1, MAX_MODES), options)
     answers = sweep.solve(values)
     solutions = tuple(answer if isinstance(answer, Solution) else None for answer in answers)
     problem = next((solution.problem for solution in solutions if solution), None)

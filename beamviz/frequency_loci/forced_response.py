@@ -16,7 +16,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from scipy.optimize import brentq
 
-from beamviz.beam import Beam, checked, whole
+from beamviz.beam import Beam, check_float, check_int
 from beamviz.errors import InvalidInput
 from beamviz.frequency_loci import Branch, Loci, loci
 from beamviz.solver import solve_many
@@ -205,8 +205,8 @@ def run_up(
     options: as for solve(). Raises InvalidInput, and NoEquilibrium or NotConverged where that is
     so at all speeds.
     """
-    per_rev = whole("per_rev", per_rev, 1, MAX_PER_REV)
-    damping = checked("damping", damping, *DAMPING)
+    per_rev = check_int("per_rev", per_rev, 1, MAX_PER_REV)
+    damping = check_float("damping", damping, *DAMPING)
     even = np.linspace(0.0, stop, SPEEDS)
     found = loci(beam, "gamma", even, modes=modes, **options)
     own = tuple(one for one in resonances(found, per_rev) if one.per_rev == per_rev)

@@ -76,7 +76,7 @@ class Search:
 
     def edges(self, low: float, high: float) -> list[Edge]:
         """Where the state changes between two solved values, and to what; in the middle where
-        there is no room to look."""
+        there is no room to view."""
         before, after = self.sweep.answers[low], self.sweep.answers[high]
         if state(before) == state(after):
             return []

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beamviz.beam import LIMITS, Beam, checked
+from beamviz.beam import PARAMETERS, Beam, check_float
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
 from beamviz.frequency_loci.mode_vectors import places, sampled
 from beamviz.frequency_loci.tracking import Points
@@ -23,8 +23,8 @@ Answer = Solution | BeamvizError
 
 def checked_values(over: str, values: ArrayLike) -> np.ndarray:
     """The values of a sweep as an array; InvalidInput where they do not make one."""
-    if over not in LIMITS:
-        raise InvalidInput(f"over = {over!r}: must be one of {', '.join(LIMITS)}")
+    if over not in PARAMETERS:
+        raise InvalidInput(f"over = {over!r}: must be one of {', '.join(PARAMETERS)}")
     try:
         array = np.asarray(values, float)
     except (TypeError, ValueError, OverflowError):
@@ -33,7 +33,7 @@ def checked_values(over: str, values: ArrayLike) -> np.ndarray:
         count = len(array) if array.ndim == 1 else f"an array of {array.ndim} dimensions"
         raise InvalidInput(f"values of {over}: must be 2 .. {MAX_POINTS} numbers, not {count}")
     for value in array if not np.isfinite(array).all() else array[[0, -1]]:
-        checked(over, float(value), *LIMITS[over])
+        check_float(over, float(value), *PARAMETERS[over].limits)
     falls = np.flatnonzero(np.diff(array) <= 0)
     if len(falls):
         first, second = array[falls[0] : falls[0] + 2]

@@ -5,7 +5,7 @@ from beamviz.errors import InvalidInput
 from beamviz.lessons import reference_values as values
 from beamviz.lessons.model import Challenge, Fact, Lesson
 from beamviz.lessons.reference_values import BARE, MIDDLE, TIP, frequency
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.solver import solve
 
 INWARD = Beam(delta=-1)
@@ -16,7 +16,7 @@ LESSONS = (
         name="stiffening",
         title="Spinning makes it stiffer",
         question="Only the speed of rotation changes. Why does the beam vibrate faster?",
-        scene=SavedScene.of(plane="flapwise", mode=1),
+        scene=Scene.of(plane="flapwise", mode=1),
         do="Drag **speed γ** slowly from 0 up to 10.",
         see="Row B1 of the table, the slowest mode: its frequency ω rises with the speed.",
         meaning="Every piece of the rotating beam pulls outward, so the beam is under tension. A"
@@ -39,7 +39,7 @@ LESSONS = (
         title="Up and down, or side to side",
         question="A helicopter blade vibrates up and down, and back and forth in the plane in which"
         " it rotates. Which of the two is faster?",
-        scene=SavedScene.of(gamma=10, mode=1),
+        scene=Scene.of(gamma=10, mode=1),
         do="Open the folder **Model** and switch **plane** between flapwise (up and down) and"
         " chordwise (side to side).",
         see="B1 is slower side to side, as if the beam had become softer.",
@@ -67,7 +67,7 @@ LESSONS = (
         name="moving-mass",
         title="A mass moves along the beam",
         question="The mass weighs as much as the beam. Does it matter where it sits?",
-        scene=SavedScene.of(alpha=1, beta=1, mode=1, over="beta"),
+        scene=Scene.of(alpha=1, beta=1, mode=1, over="beta"),
         do="Drag **position β** from 1, the tip, down to 0, the hub.",
         see="B1 in the table: most of the change happens in the outer half.",
         meaning="A mass lowers a frequency by taking part in the motion. The tip moves most; near"
@@ -90,7 +90,7 @@ LESSONS = (
         title="The mass that changes nothing",
         question="Is there a place on the beam, away from the hub, where even a heavy mass has no"
         " effect?",
-        scene=SavedScene.of(alpha=1, beta=0.5, mode=2, over="beta"),
+        scene=Scene.of(alpha=1, beta=0.5, mode=2, over="beta"),
         do="The picture shows B2. Drag **position β**, then **mass α**, and watch B2 in the table.",
         see="The pink ring: there the beam does not move. With the mass at the ring, making it"
         " heavier no longer changes B2.",
@@ -119,7 +119,7 @@ LESSONS = (
         name="mode-shift",
         title="Which one is the third mode?",
         question="Modes are numbered by frequency. Does the third always have the same shape?",
-        scene=SavedScene.of(alpha=1, beta=1, mode=4, over="alpha"),
+        scene=Scene.of(alpha=1, beta=1, mode=4, over="alpha"),
         do="Drag **mass α** from 1 to 2. The picture shows mode 4: the beam stretches.",
         see="S1 (stretching) and B3 (bending) change places in the table.",
         meaning="A mass at the tip lowers S1, which moves the tip most, and hardly changes B3,"
@@ -145,7 +145,7 @@ LESSONS = (
         name="crossing",
         title="Meeting without touching",
         question="Two frequencies run into each other as the speed grows. What happens there?",
-        scene=SavedScene.of(alpha=1, beta=1, gamma=2, mode=4),
+        scene=Scene.of(alpha=1, beta=1, gamma=2, mode=4),
         do="Open the tab **Loci**, left: every line is one mode (a *locus*). Drag **speed γ**"
         " through the ring where S1 crosses B3.",
         see="Both lines run straight on, and each keeps its shape: one stretches, one bends.",
@@ -172,7 +172,7 @@ LESSONS = (
         name="veering",
         title="The same two modes, now they avoid each other",
         question="The last lesson left out one force. What does it do to the crossing?",
-        scene=SavedScene.of(alpha=1, beta=1, gamma=2, coriolis=True, mode=4),
+        scene=Scene.of(alpha=1, beta=1, gamma=2, coriolis=True, mode=4),
         do="**Coriolis** (folder Physical effects) is on now. In the tab **Loci**, choose the"
         " veering under **go to**, then open the tab **Veering**.",
         see="Magnified, the lines bend away before they touch. Stretching continues as bending, and"
@@ -200,7 +200,7 @@ LESSONS = (
         title="Excited three times per revolution",
         question="Wind and gravity load a blade at the same places in every revolution. At which"
         " speed is that dangerous?",
-        scene=SavedScene.of(gamma=5, mode=2, per_rev=True),
+        scene=Scene.of(gamma=5, mode=2, per_rev=True),
         do="Open the tab **Loci** and drag **speed γ** to where the dashed line 3γ intersects the"
         " locus of B2.",
         see="The dashed lines 1γ, 2γ, 3γ: the frequencies of forces that repeat one, two, three"
@@ -229,7 +229,7 @@ LESSONS = (
         title="A theory that predicts collapse",
         question="In the 1980s respected programs predicted that a spinning beam collapses."
         " Does it?",
-        scene=SavedScene.of(gamma=2, method="zoac", mode=1),
+        scene=Scene.of(gamma=2, method="zoac", mode=1),
         do="The folder **Model** is set to **zoac**, the classical linear theory. Raise **speed γ**"
         " beyond 4. Then set **method** to auto.",
         see="B1 falls to zero and the page says: unstable. With auto the beam stays stable.",
@@ -256,7 +256,7 @@ LESSONS = (
         title="Pointing inward",
         question="Clamp the beam to a rim so that it points at the axis. What does rotation do to"
         " it now?",
-        scene=SavedScene.of(gamma=1, delta=-1, mode=1),
+        scene=Scene.of(gamma=1, delta=-1, mode=1),
         do="Hub δ is −1: the tip touches the axis. Raise **speed γ** from 1 to 3.5.",
         see="B1 falls instead of rising, and reaches zero. Beyond, the page says: unstable.",
         meaning="The centrifugal force now compresses the beam, like the load on a column. Beyond a"
@@ -278,7 +278,7 @@ LESSONS = (
         name="stretch-jump",
         title="Where the strain jumps",
         question="Rotation makes the beam longer. Equally so on both sides of the mass?",
-        scene=SavedScene.of(alpha=1, beta=0.5, gamma=10, colouring="axial strain", mode=1),
+        scene=Scene.of(alpha=1, beta=0.5, gamma=10, colouring="axial strain", mode=1),
         do="Orange is longer, blue is shorter than at rest. Drag **speed γ** up to 20.",
         see="The inner half turns orange first, and the colour changes at once at the mass.",
         meaning="Just inside the mass, the axial force carries the mass and the beam beyond it;"
@@ -305,7 +305,7 @@ LESSONS = (
         name="no-equilibrium",
         title="When the material law has a limit",
         question="A program finds no equilibrium for a fast beam. Is the program wrong?",
-        scene=SavedScene.of(gamma=20, delta=1, strain="hencky", mode=1),
+        scene=Scene.of(gamma=20, delta=1, strain="hencky", mode=1),
         do="The folder **Model** is set to the law **hencky** (logarithmic strain). Raise"
         " **speed γ** towards 40. Then set **strain** to green.",
         see="The page says: no equilibrium, and gives the highest speed that has one. With green"

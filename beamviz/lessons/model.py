@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from beamviz.beam import NAMES, Beam
+from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import BeamvizError
-from beamviz.plotting.style import SYMBOLS
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.solver import Solution
 
 ACCURACY = ("elements", "tolerance")  # options that do not change a correct answer
@@ -79,7 +78,7 @@ class Lesson:
     meaning: str
     proof: Fact
     challenge: Challenge
-    scene: SavedScene
+    scene: Scene
 
     def check(self, beam: Beam, options: Mapping[str, Any]) -> Verdict:
         """Whether `beam`, solved with the keywords `options` of `solve`, meets the challenge."""
@@ -89,7 +88,7 @@ class Lesson:
         value, answer = getattr(beam, number), self.challenge.answer
         if abs(answer - value) > within:
             return Verdict(False, "")
-        symbol = SYMBOLS[number]
+        symbol = PARAMETERS[number].symbol
         return Verdict(True, f"{symbol} = {value:.5g} is within {within:g} of {answer:.5g}.")
 
     def measured(self, solution: Solution) -> str:
@@ -107,7 +106,8 @@ class Lesson:
             return f"Make the mass α at least {MIN_MASS:g}: a lighter one has little effect."
         for name, start in self.scene.beam.numbers.items():
             if name not in (*free, self.challenge.number) and getattr(beam, name) != start:
-                return f"Put the {NAMES[name]} {SYMBOLS[name]} back to {start:g} first."
+                parameter = PARAMETERS[name]
+                return f"Put the {parameter.label} {parameter.symbol} back to {start:g} first."
         for name, choice in self.scene.options.items():
             if name not in (*free, *ACCURACY) and options.get(name, choice) != choice:
                 return f"Put {LABELS.get(name, name)} back to {ON_OFF.get(choice, choice)} first."

@@ -7,8 +7,7 @@ of its figures are not available to this project: nothing here stands in for the
 
 from typing import Literal, NamedTuple
 
-from beamviz.beam import NAMES, Beam
-from beamviz.plotting.style import SYMBOLS
+from beamviz.beam import PARAMETERS, Beam
 
 TITLE = (
     "Modal characteristics of a rotating flexible beam with a concentrated mass based on the"
@@ -83,7 +82,7 @@ class LociFigure(NamedTuple):
     @property
     def caption(self) -> str:
         """What the figure shows."""
-        first = f"First {COUNTS[self.modes]} frequencies over the {NAMES[self.over]}"
+        first = f"First {COUNTS[self.modes]} frequencies over the {PARAMETERS[self.over].label}"
         return f"{first} ({parameters(self)})"
 
 
@@ -115,14 +114,14 @@ ORDINALS = {1: "First", 2: "Second", 3: "Third"}
 def parameters(figure: Figure) -> str:
     """The numbers held fixed in a figure: α = 1, β = 0.5, δ = 0, μ = 70."""
     if isinstance(figure, LociFigure):
-        return described(figure.beam, tuple(name for name in NAMES if name != figure.over))
+        return described(figure.beam, tuple(name for name in PARAMETERS if name != figure.over))
     beam = figure.beam.replace(alpha=figure.alphas[0])
-    return described(beam, tuple(NAMES)[len(figure.alphas) > 1 :])
+    return described(beam, tuple(PARAMETERS)[len(figure.alphas) > 1 :])
 
 
 def described(beam: Beam, names: tuple[str, ...]) -> str:
     """α = 1, β = 0.5."""
-    return ", ".join(f"{SYMBOLS[name]} = {getattr(beam, name):g}" for name in names)
+    return ", ".join(f"{PARAMETERS[name].symbol} = {getattr(beam, name):g}" for name in names)
 
 
 NODES = (Node(2, "0.78344"), Node(3, "0.50355"), Node(3, "0.86768"))

@@ -11,12 +11,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from beamviz.beam import PARAMETERS
 from beamviz.frequency_loci import Branch, Loci
 from beamviz.paper.data import LociFigure, ShapeFigure, parameters
 from beamviz.paper.figures import EQ_16, OTHER, Curve, Met
 from beamviz.paper.values import decimals
 from beamviz.plotting.labels import EndLabel, LabelPlacer, label_line_ends
-from beamviz.plotting.style import AXES, COLOURS, DPI, FAINT, INK, OMEGAS, RING, STYLE
+from beamviz.plotting.style import COLOURS, DPI, FAINT, INK, OMEGAS, RING, STYLE
 from beamviz.solver import solve
 
 WIDTH, HEIGHT = 7.2, 4.8  # [in]
@@ -51,7 +52,7 @@ def loci_plot(figure: LociFigure, found: dict[str, Loci], met: Sequence[Met]) ->
             for branch in chart.branches:
                 _branch(axes, chart.values, branch, LINES[name])
         axes.set(xlim=(0, figure.stop), ylim=(0, 1.05 * axes.dataLim.y1))
-        axes.set(xlabel=AXES[figure.over], ylabel="frequency ω [1/T*]")
+        axes.set(xlabel=PARAMETERS[figure.over].axis_label, ylabel="frequency ω [1/T*]")
         axes.locator_params(nbins=10, steps=(1, 2, 5, 10))
         first = found[EQ_16].branches
         label_line_ends(

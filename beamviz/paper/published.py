@@ -3,10 +3,10 @@
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from beamviz.beam import Beam
+from beamviz.beam import PARAMETERS, Beam
 from beamviz.paper.claims import RIGID, Claim, labelled, lowest, met
 from beamviz.paper.data import FIGURES, LociFigure
-from beamviz.plotting.style import OMEGAS, SYMBOLS
+from beamviz.plotting.style import OMEGAS
 
 # gamma, omega 1..3 (alpha 0); gamma, omega 1, 2 (alpha = beta = 1): flapwise, delta 0.
 UNIFORM = """
@@ -122,7 +122,7 @@ def meetings() -> tuple[Claim, ...]:
             Claim(
                 f"meeting-{name}-{meeting.at}",
                 f"figure {name[3:]}, loci {meeting.loci[0]}/{meeting.loci[1]}",
-                f"{SYMBOLS[figure.over]} (material, spatial)",
+                f"{PARAMETERS[figure.over].symbol} (material, spatial)",
                 tuple(values),
                 partial(met, figure, meeting, "material", "spatial"),
             )
@@ -140,7 +140,7 @@ def printed_meetings() -> tuple[Claim, ...]:
         Claim(
             f"paper-{figure.name}-{meeting.at}",
             f"figure {figure.name[3:]}, loci {meeting.loci[0]}/{meeting.loci[1]}",
-            SYMBOLS[figure.over],
+            PARAMETERS[figure.over].symbol,
             (meeting.at,),
             partial(met, figure, meeting, "material"),
             *reasons.get(meeting.at, ()),

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.beam import Beam
+from beamviz.beam import PARAMETERS, Beam
 from beamviz.frequency_loci import Event, loci
 from beamviz.paper.data import (
     ELEMENTS,
@@ -20,7 +20,7 @@ from beamviz.paper.data import (
     ShapeFigure,
 )
 from beamviz.paper.markdown import lines
-from beamviz.plotting.style import OMEGAS, SYMBOLS
+from beamviz.plotting.style import OMEGAS
 from beamviz.solver import solve
 
 TOLERANCE = 1e-9
@@ -97,7 +97,7 @@ def _of(figure: LociFigure | ShapeFigure) -> Iterator[Number]:
 def _meeting(figure: LociFigure, meeting: Meeting) -> Number:
     values = {name: located(figure, meeting, options).at for name, options in MODELS.items()}
     off = {name: abs(values[name] - float(meeting.at)) for name in ("material", "spatial")}
-    quantity = f"loci {meeting.loci[0]}/{meeting.loci[1]} meet at {SYMBOLS[figure.over]}"
+    quantity = f"loci {meeting.loci[0]}/{meeting.loci[1]} meet at {PARAMETERS[figure.over].symbol}"
     if abs(values["material"] - values["spatial"]) <= TOLERANCE * 10:
         why = f"off by {off['spatial']:.2g}; at rest the measures are the same"
     else:

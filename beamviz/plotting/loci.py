@@ -12,6 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from beamviz.beam import PARAMETERS
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.frequency_loci import Loci
 from beamviz.frequency_loci.forced_response import Resonance
@@ -20,7 +21,7 @@ from beamviz.plotting.files import write
 from beamviz.plotting.labels import LabelPlacer
 from beamviz.plotting.loci_labels import MARKS, MUTED, NOTED, end_labels, inside_labels, notes, zoom
 from beamviz.plotting.loci_lines import FAMILIES, Scales, draw_branch, lines_at
-from beamviz.plotting.style import DPI, FAINT, STYLE, SYMBOLS
+from beamviz.plotting.style import DPI, FAINT, STYLE
 
 KINDS = (".png", ".svg", ".pdf")
 WIDTH, HEIGHT = 7.6, 5.2  # [in]
@@ -156,8 +157,10 @@ def _marks(axes: Axes, scales: Scales, loci: Loci, resonances: Sequence[Resonanc
 def _head(figure: Figure, loci: Loci, resonances: Sequence[Resonance], per_rev: int) -> None:
     """What is held fixed, the model, and what colours and marks mean."""
     beam, model = loci.beam, loci.problem
-    held = ", ".join(f"{SYMBOLS[n]} = {beam.numbers[n]:.5g}" for n in SYMBOLS if n != loci.over)
-    title = f"Loci over {SYMBOLS[loci.over]} at {held}".replace("-", "−")
+    held = ", ".join(
+        f"{PARAMETERS[n].symbol} = {beam.numbers[n]:.5g}" for n in PARAMETERS if n != loci.over
+    )
+    title = f"Loci over {PARAMETERS[loci.over].symbol} at {held}".replace("-", "−")
     coriolis = "with" if model.coriolis else "without"
     theory = (
         f"{model.strain} strain, {model.curvature} curvature, {model.plane}, {coriolis} Coriolis"

@@ -8,8 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 
+from beamviz.beam import PARAMETERS
 from beamviz.frequency_loci import Branch, Event, Loci
-from beamviz.plotting.style import AXES, COLOURS, SYMBOLS
+from beamviz.plotting.style import COLOURS
 
 SHADES = 20  # of colour from one family to the other
 FAMILIES = LinearSegmentedColormap.from_list(
@@ -36,7 +37,14 @@ class Scales(NamedTuple):
             y, ylabel, unit = units.hertz, "frequency [Hz]", " Hz"
         if units and loci.over == "gamma":
             return cls(units.rpm, y, "rotation speed [rpm]", ylabel, "{:.5g} rpm", unit)
-        return cls(_same, y, AXES[loci.over], ylabel, SYMBOLS[loci.over] + " = {:#.5g}", unit)
+        return cls(
+            _same,
+            y,
+            PARAMETERS[loci.over].axis_label,
+            ylabel,
+            PARAMETERS[loci.over].symbol + " = {:#.5g}",
+            unit,
+        )
 
     def told(self, value: float) -> str:
         """A value of x in words."""

@@ -14,13 +14,5 @@ STYLE: Any = {
     "axes.linewidth": 0.8,
     "svg.hashsalt": "beamviz",  # the same picture is the same file
 }
-SYMBOLS = {"alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "mu": "μ"}
 OMEGAS = ("ω₁", "ω₂", "ω₃", "ω₄", "ω₅")
-AXES = {
-    "alpha": "mass ratio α = m / (ρ A L)",
-    "beta": "mass location β = d / L",
-    "gamma": "rotation speed γ = Ω T*",
-    "delta": "hub radius δ = a / L",
-    "mu": "slenderness μ = √(A L² / I)",
-}
 RING: dict[str, Any] = {"marker": "o", "ls": "", "ms": 5.5, "mfc": "white", "mec": INK, "mew": 1.1}

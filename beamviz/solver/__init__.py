@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
-from beamviz.beam import Beam, whole
+from beamviz.beam import Beam, check_int
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 from beamviz.solver.hp.batch import solve_straight_many
 from beamviz.solver.hp.fields import as_solution, hp_solution
@@ -74,7 +74,7 @@ def solve_many(
     start = time.perf_counter()
     beams = list(beams)
     problem = parse_options({**vars(Problem()), **options})
-    extra_modes = whole("extra_modes", extra_modes, 0, MAX_MODES)
+    extra_modes = check_int("extra_modes", extra_modes, 0, MAX_MODES)
     together: list[Any] = [None] * len(beams)
     if problem.method == "auto":
         together = solve_straight_many(beams, problem, extra_modes)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.beam import checked, whole
+from beamviz.beam import check_float, check_int
 from beamviz.errors import InvalidInput
 from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS, Curvature, StrainLaw
 
@@ -232,8 +232,8 @@ def _validated(given: Problem) -> Problem:
         if not isinstance(values[name], bool | np.bool_):
             raise InvalidInput(f"{name} = {values[name]!r}: must be True or False")
         values[name] = bool(values[name])
-    values["modes"] = whole("modes", given.modes, 1, MAX_MODES)
-    values["tolerance"] = checked("tolerance", given.tolerance, *TOLERANCES)
+    values["modes"] = check_int("modes", given.modes, 1, MAX_MODES)
+    values["tolerance"] = check_float("tolerance", given.tolerance, *TOLERANCES)
     problem = Problem(**values)
     for feature in METHODS[problem.method].unsupported:
         if feature.requested(problem):

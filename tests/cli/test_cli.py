@@ -10,12 +10,12 @@ import typing
 import pytest
 
 from beamviz import Beam, __version__, solve
-from beamviz.beam import LIMITS
+from beamviz.beam import PARAMETERS
 from beamviz.cli.options import beam_and_model
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.lessons import lesson
 from beamviz.output import decimals
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.solver import CHOICES, MAX_MODES
 
 PAPER = ("--alpha", "1", "--beta", "0.5", "--gamma", "10")  # physics: green, spatial, mu 70
@@ -304,7 +304,7 @@ def test_the_command_line_goes_before_the_scene_file(run, tmp_path, monkeypatch)
         "beamviz.explorer.app.serve", lambda scene, **_: scenes.append(scene), raising=True
     )
     file = tmp_path / "scene.toml"
-    saved = SavedScene.of(alpha=1, gamma=10, coriolis=True, mode=3, dark=True)
+    saved = Scene.of(alpha=1, gamma=10, coriolis=True, mode=3, dark=True)
     file.write_text(saved.to_toml())
     changed = ("--gamma", "20", "--no-coriolis", "--mode", "2", "--light")
     assert run("serve", str(file))[0] == 0
@@ -312,7 +312,7 @@ def test_the_command_line_goes_before_the_scene_file(run, tmp_path, monkeypatch)
     assert run("serve", str(file), *changed)[0] == 0
     assert run("serve", "--lesson", "nodes", "--mode", "3")[0] == 0
     assert scenes[:2] == [saved, saved]
-    assert scenes[2] == SavedScene.of(alpha=1, gamma=20, mode=2)
+    assert scenes[2] == Scene.of(alpha=1, gamma=20, mode=2)
     assert scenes[3] == lesson("nodes").scene.changed(mode=3)
 
 
@@ -322,7 +322,7 @@ def test_a_wrong_scene_is_one_line(run, tmp_path):
     file.write_text("[beam]\ngama = 1\n")
     code, out, err = run("screenshot", "a.png", "--scene", str(file))
     assert (code, out) == (2, "")
-    assert err == f"beamviz: {file} [beam]: unknown key 'gama'; known: {', '.join(LIMITS)}\n"
+    assert err == f"beamviz: {file} [beam]: unknown key 'gama'; known: {', '.join(PARAMETERS)}\n"
     code, _, err = run("screenshot", "a.png", "--lesson", "magic")
     assert code == 2
     assert "lesson = magic: must be one of stiffening, " in err

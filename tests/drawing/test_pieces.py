@@ -13,15 +13,15 @@ from strategies import beams
 
 from beamviz.beam import Beam
 from beamviz.drawing import camera, colours
-from beamviz.drawing.beam_view import Scene
+from beamviz.drawing.beam_view import BeamView
 from beamviz.drawing.instances import HIDDEN
 from beamviz.drawing.modes import Shapes, displacement
 from beamviz.drawing.objects import placed
 from beamviz.drawing.overlay_beam import Ghost
 from beamviz.drawing.subdivision import COUNTS, DEVIATION, SCALE, STEP, Seen, counted, cut, density
+from beamviz.scene import COLOURINGS, ViewOptions
 from beamviz.server import run_server
 from beamviz.solver import solve
-from beamviz.view_options import COLOURINGS, Look
 
 HEIGHT = 1080  # [pixels] of the picture
 PHASES = np.linspace(0, math.pi, 7)[1:]
@@ -189,11 +189,11 @@ def test_the_scene_shows_one_set_of_pieces():
     """When their number changes, both ways, the others have no size."""
     shapes = Shapes.sampled(solve(PAPER))
     with run_server() as server:
-        scene = Scene(server.scene)
+        scene = BeamView(server.scene)
         for mode in (0, 4, 0, 1):
-            look = Look().only(mode)
-            scene.show(shapes, look, [mode])
-            scene.move(np.full(5, math.pi / 2), look.amplitude * np.eye(5)[mode], 0.0)
+            view = ViewOptions().only(mode)
+            scene.show(shapes, view, [mode])
+            scene.move(np.full(5, math.pi / 2), view.amplitude * np.eye(5)[mode], 0.0)
             sizes = {k: np.asarray(node.batched_scales).max() for k, node in scene.beams.items()}
             assert [k for k, size in sizes.items() if size > HIDDEN] == [scene.count]
             assert scene.count == count(PAPER, mode + 1)
@@ -206,7 +206,7 @@ def test_a_ghost_has_the_faces_of_its_vertices():
         ghost, rings = Ghost(server.scene), []
         for mode in (4, 0, 3):
             sizes = 0.15 * np.eye(5)[mode]
-            ghost.show(shapes, Look(), [mode], "", Seen.of(shapes, sizes, "displacement"))
+            ghost.show(shapes, ViewOptions(), [mode], "", Seen.of(shapes, sizes, "displacement"))
             ghost.move(np.full(5, math.pi / 2), sizes, 0.0)
             assert ghost.body.faces.max() + 1 == len(ghost.body.vertices)
             rings.append(len(ghost.body.vertices) // 4)

@@ -12,14 +12,14 @@ from hypothesis import strategies as st
 
 from beamviz.beam import Beam
 from beamviz.drawing import camera, sizes
-from beamviz.drawing.beam_view import Scene
+from beamviz.drawing.beam_view import BeamView
 from beamviz.drawing.instances import HIDDEN
 from beamviz.drawing.modes import Shapes
 from beamviz.drawing.objects import placed
 from beamviz.drawing.subdivision import Seen
 from beamviz.explorer.visitor_camera import Viewing
+from beamviz.scene import ViewOptions
 from beamviz.server import run_server
-from beamviz.view_options import Look
 
 # Sizes
 
@@ -58,11 +58,11 @@ def test_an_inward_beam_points_from_the_rim_to_the_axis():
 
 
 @given(BEAMS, st.booleans(), st.floats(0.5, 3.0), st.sampled_from([0.0, 0.25]))
-def test_the_beam_is_inside_the_picture_and_fills_it(beam, riding, aspect, lift):
+def test_the_beam_is_inside_the_picture_and_fills_it(beam, rotating_frame, aspect, lift):
     """Every corner is inside; the nearest fit touches an edge to within 10 %."""
     shapes = Shapes.at_rest(beam, "chordwise")
-    position = camera.viewpoint(shapes, riding, aspect, lift)
-    seen = (camera.corners(shapes, riding) - position) @ camera.axes(position)
+    position = camera.viewpoint(shapes, rotating_frame, aspect, lift)
+    seen = (camera.corners(shapes, rotating_frame) - position) @ camera.axes(position)
     tall = math.tan(camera.FIELD_OF_VIEW / 2)
     wide = np.abs(seen[:, 0] / seen[:, 2]).max() / (tall * aspect)
     high = np.abs(seen[:, 1] / seen[:, 2]).max() / (tall * (1 - lift))
@@ -77,8 +77,8 @@ def test_the_scene_draws_a_beam_and_greys_it():
     """Pieces lie on the beam, the mass on its station; words grey all of it and stand above."""
     shapes = sampled()
     with run_server() as server:
-        scene = Scene(server.scene)
-        scene.show(shapes, Look(), [1])
+        scene = BeamView(server.scene)
+        scene.show(shapes, ViewOptions(), [1])
         scene.move(np.full(5, np.pi / 2), 0.15 * np.eye(5)[1], angle=0.3)
         drawn = scene.shapes
         points, _ = placed(drawn, drawn.centreline + single_mode(drawn, 1, 0.25))
@@ -88,7 +88,7 @@ def test_the_scene_draws_a_beam_and_greys_it():
         assert len(np.unique(scene.beam.batched_colors, axis=0)) > 20
         assert scene.nodes.labels[0].text == f"B2 node at {shapes.nodes[1][0][0]:.3f}"
         assert scene.words.visible is False
-        scene.show(shapes, Look(), [1], words="No equilibrium")
+        scene.show(shapes, ViewOptions(), [1], words="No equilibrium")
         scene.move(np.full(5, np.pi / 2), 0.15 * np.eye(5)[1], angle=0.3)
         assert len(np.unique(scene.beam.batched_colors, axis=0)) == 1
         assert bool(scene.words.visible) is not False
@@ -99,12 +99,12 @@ def test_labels_of_nodes_can_be_read_and_leave_room():
     """Thirteen pixels high on a laptop as on a phone; four of them share the beam."""
     shapes = sampled(Beam())
     with run_server() as server:
-        scene = Scene(server.scene)
+        scene = BeamView(server.scene)
         for scale in (250.0, 500.0):
             for mode in (1, 4):
-                look = Look().only(mode)
-                seen = Seen.of(shapes, 0.15 * np.eye(5)[mode], look.colouring, scale)
-                scene.show(shapes, look, [mode], seen=seen)
+                view = ViewOptions().only(mode)
+                seen = Seen.of(shapes, 0.15 * np.eye(5)[mode], view.colouring, scale)
+                scene.show(shapes, view, [mode], seen=seen)
                 heights = {tag.font_scene_height for tag in scene.nodes.labels if tag.visible}
                 (height,) = heights
                 assert height * scale == pytest.approx(13) if mode == 1 else height <= 0.0301
@@ -114,15 +114,17 @@ def test_the_frame_of_view_turns_the_hub_or_the_ground():
     """Riding, the ground turns backwards under a still hub; beside it, the hub turns."""
     shapes = sampled()
     with run_server() as server:
-        scene = Scene(server.scene)
-        for riding in (True, False):
-            scene.show(shapes, Look(riding=riding), [0])
+        scene = BeamView(server.scene)
+        for rotating_frame in (True, False):
+            scene.show(shapes, ViewOptions(rotating_frame=rotating_frame), [0])
             scene.move(np.zeros(5), np.zeros(5), angle=0.3)
             still, moving = (
-                (scene.wheel, scene.ground.grid) if riding else (scene.ground.grid, scene.wheel)
+                (scene.wheel, scene.ground.grid)
+                if rotating_frame
+                else (scene.ground.grid, scene.wheel)
             )
             assert np.allclose(still.wxyz, [1, 0, 0, 0])
-            assert moving.wxyz[3] == pytest.approx(math.sin(-0.15 if riding else 0.15))
+            assert moving.wxyz[3] == pytest.approx(math.sin(-0.15 if rotating_frame else 0.15))
 
 
 def test_flapwise_motion_is_out_of_the_plane_of_rotation():
@@ -130,8 +132,8 @@ def test_flapwise_motion_is_out_of_the_plane_of_rotation():
     for plane, axis in (("chordwise", 1), ("flapwise", 2)):
         shapes = sampled(PAPER, plane=plane)
         with run_server() as server:
-            scene = Scene(server.scene)
-            scene.show(shapes, Look(), [0])
+            scene = BeamView(server.scene)
+            scene.show(shapes, ViewOptions(), [0])
             scene.move(np.full(5, np.pi / 2), 0.15 * np.eye(5)[0], angle=0.0)
             assert np.abs(scene.beam.batched_positions[:, axis]).max() > 0.1
             assert np.abs(scene.beam.batched_positions[:, 3 - axis]).max() == 0
@@ -143,12 +145,12 @@ def test_flapwise_motion_is_out_of_the_plane_of_rotation():
 def test_there_is_no_mass_without_a_mass_and_a_hoop_for_an_inward_beam():
     """alpha = 0 hides the sphere; delta < 0 swaps the drum for a hoop."""
     with run_server() as server:
-        scene = Scene(server.scene)
-        scene.show(sampled(Beam()), Look(), [0])
+        scene = BeamView(server.scene)
+        scene.show(sampled(Beam()), ViewOptions(), [0])
         assert scene.mass.batched_scales is not None
         assert np.allclose(scene.mass.batched_scales, HIDDEN)
         assert (scene.hub.drum.visible, scene.hub.hoop.visible) == (True, False)
-        scene.show(Shapes.at_rest(Beam(delta=-0.5), "chordwise"), Look(), [])
+        scene.show(Shapes.at_rest(Beam(delta=-0.5), "chordwise"), ViewOptions(), [])
         assert (scene.hub.drum.visible, scene.hub.hoop.visible) == (False, True)
         inner = np.linalg.norm(scene.hub.hoop.vertices[:, :2], axis=1).min()
         assert inner == pytest.approx(0.5, rel=1e-3)

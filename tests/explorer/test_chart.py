@@ -10,7 +10,7 @@ from charts import TIP, charted
 from hypothesis import given
 from hypothesis import strategies as st
 
-from beamviz.beam import LIMITS, MAX_GAMMA_OVER_MU, Beam
+from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam
 from beamviz.explorer.features import loci_tab as chart_tab
 from beamviz.explorer.features import loci_tab as chart_words
 from beamviz.explorer.features.loci_chart import (
@@ -48,7 +48,7 @@ def drawn(chart: Chart, beam: Beam = TIP, *, per_rev: bool = False) -> tuple[np.
 
 @given(
     st.fixed_dictionaries(
-        {name: st.floats(*LIMITS[name]) for name in LIMITS},
+        {name: st.floats(*PARAMETERS[name].limits) for name in PARAMETERS},
     ),
     st.sampled_from(list(SPANS)),
 )

@@ -12,10 +12,10 @@ from beamviz.explorer.features import loci_chart as charts
 from beamviz.explorer.features.loci_chart import FAMILIES, LANES, PER_REV
 from beamviz.explorer.page.readout import significant
 from beamviz.exports.browser import found_browser
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.solver import solve
 
-FIRST = SavedScene(TIP)
+FIRST = Scene(TIP)
 LINES = len(FAMILIES) * LANES
 
 

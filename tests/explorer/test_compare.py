@@ -14,7 +14,7 @@ from live.visitor import PAPER, Visitor, visitor
 from beamviz.beam import Beam
 from beamviz.drawing import camera
 from beamviz.drawing.all_modes import Multiples, heights, title
-from beamviz.drawing.beam_view import Scene
+from beamviz.drawing.beam_view import BeamView
 from beamviz.drawing.modes import Clock, Shapes, displacement
 from beamviz.drawing.objects import placed
 from beamviz.explorer.features import comparison as compare_tab
@@ -34,9 +34,9 @@ from beamviz.explorer.features.loci_chart import LANES, Charts, Point, Question,
 from beamviz.explorer.features.mass_drag import Grip, nearest
 from beamviz.explorer.request import Wanted
 from beamviz.explorer.solve_queue import Turns
+from beamviz.scene import ViewOptions
 from beamviz.server import run_server
 from beamviz.solver import solve
-from beamviz.view_options import Look
 
 WANTED = Wanted.of(PAPER, {})
 GHOST = "/stage/wheel/ghost"
@@ -108,7 +108,7 @@ def test_both_beams_run_on_one_clock(layout):
     with run_server() as server:
         comparison = compared(server.scene, "twice the mass")
         comparison.stack(layout)
-        comparison.show(shapes, clock, Look(), [1])
+        comparison.show(shapes, clock, ViewOptions(), [1])
         twice = solve(PAPER.replace(alpha=2))
         comparison.move(0.01, shapes, 0.15 * np.eye(5)[1])
         for k, label in enumerate(twice.labels):
@@ -140,7 +140,7 @@ def test_a_comparison_leaves_when_it_is_given_up():
         comparison = compared(server.scene, "twice the mass")
         for layout in (OVERLAID, STACKED):
             comparison.stack(layout)
-            comparison.show(shapes, Clock(phases=np.zeros(5)), Look(), [1])
+            comparison.show(shapes, Clock(phases=np.zeros(5)), ViewOptions(), [1])
         assert comparison.ghost
         assert comparison.scene
         assert (comparison.ghost.root.visible, comparison.scene.scene.stage.visible) == (
@@ -149,7 +149,7 @@ def test_a_comparison_leaves_when_it_is_given_up():
         )
         comparison.choose(NOTHING)
         comparison.follow(WANTED)
-        comparison.show(shapes, Clock(phases=np.zeros(5)), Look(), [1])
+        comparison.show(shapes, Clock(phases=np.zeros(5)), ViewOptions(), [1])
         assert comparison.scene.scene.stage.visible is False
         assert comparison.levels == [0.0]
 
@@ -159,7 +159,7 @@ def test_small_multiples_show_each_mode_by_itself():
     shapes = Shapes.sampled(solve(PAPER))
     with run_server() as server:
         multiples = Multiples(server.scene)
-        multiples.show(shapes, Look(together=True))
+        multiples.show(shapes, ViewOptions(all_modes=True))
         multiples.move(np.full(5, math.pi / 2), 0.15, 0.0)
         levels = [part.scene.stage.position[2] for part in multiples.scenes]
         assert levels == heights(5) == sorted(levels, reverse=True)
@@ -234,17 +234,17 @@ def test_no_line_of_sight_is_no_place():
     assert nearest(origin, x, np.array([0.0, -3.0, 1.0]), np.full(3, np.nan)) is None
 
 
-@pytest.mark.parametrize("riding", [True, False])
-def test_a_place_on_the_stretched_beam_is_its_reference_point(riding):
+@pytest.mark.parametrize("rotating_frame", [True, False])
+def test_a_place_on_the_stretched_beam_is_its_reference_point(rotating_frame):
     """Riding on the hub or beside it, turned: what is seen on the beam is where it is on it."""
     shapes = Shapes.sampled(solve(PAPER.replace(delta=0.5, gamma=40)))
     with run_server() as server:
-        scene = Scene(server.scene)
-        scene.show(shapes, Look(riding=riding), [0])
+        scene = BeamView(server.scene)
+        scene.show(shapes, ViewOptions(rotating_frame=rotating_frame), [0])
         scene.move(np.zeros(5), np.zeros(5), angle=0.7)
         eye = np.array([0.3, -3.0, 2.0])
         grip = Grip(scene, lambda: eye, None)  # type: ignore[arg-type]
-        turn = 0.0 if riding else 0.7
+        turn = 0.0 if rotating_frame else 0.7
         for k in (10, 64, 120):
             radius = shapes.beam.delta + shapes.centreline[k, 0]
             point = np.array(scene.stage.position) + radius * np.array(

@@ -17,19 +17,18 @@ import websockets.exceptions
 from live.server import CAMERA_MESSAGE, encoded, raw_socket, wait_until
 from live.visitor import BEAM, PAPER, Visitor, beam_moved, frequency_text, pause, visitor
 
-from beamviz.beam import NAMES, Beam
+from beamviz.beam import PARAMETERS, Beam
 from beamviz.explorer import app as server
 from beamviz.explorer import frames as animator
 from beamviz.explorer import solver_job as solving
 from beamviz.explorer.app import Animator, explorer
-from beamviz.explorer.page.inputs import NUMBERS
 from beamviz.explorer.session import Session
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.server import connection as guard
 from beamviz.server import viser_private as hardening
 from beamviz.solver import solve
 
-SCENE = SavedScene(PAPER)
+SCENE = Scene(PAPER)
 # Speeds at which the solver of these tests does not end by itself, is slow, or fails.
 ENDLESS, SLOW, BROKEN = 46.0, 47.0, 48.0
 ENOUGH = threading.Event()
@@ -210,7 +209,7 @@ def answered(guest: Visitor, session: Session, beam: Beam) -> bool:
     """Set the five numbers, and see whether the answer is there; a button pressed just before
     may still put others in their place."""
     for name, value in beam.numbers.items():
-        guest.choose(f"{NUMBERS[name][0][-1]} {NAMES[name]}", value)
+        guest.choose(f"{PARAMETERS[name].symbol} {PARAMETERS[name].label}", value)
     time.sleep(0.3)
     return session.picture.answer is not None and session.picture.answer.beam == beam
 

@@ -11,7 +11,7 @@ from beamviz.explorer import app as server
 from beamviz.explorer import solver_job as solving
 from beamviz.explorer.app import explorer
 from beamviz.explorer.features.presenter import LABEL
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.solver import solve
 
 PRESENTER = "the-presenters-key"
@@ -20,7 +20,7 @@ PRESENTER = "the-presenters-key"
 @pytest.fixture
 def url(animators) -> Iterator[str]:
     """An explorer in lecture mode."""
-    with explorer(SavedScene(PAPER), presenter_key=PRESENTER) as found:
+    with explorer(Scene(PAPER), presenter_key=PRESENTER) as found:
         yield found
 
 
@@ -37,7 +37,7 @@ def test_all_see_what_the_presenter_does(url, animators, monkeypatch):
             guest.says("axial strain, as drawn")
         assert len(solved) == 1
         sessions = list(animators[-1].sessions.values())
-        assert len({id(session.look) for session in sessions}) == 1
+        assert len({id(session.view) for session in sessions}) == 1
         lead.choose("playing", False)
         wait_until(lambda: not any(session.moving for session in sessions))
         wait_until(lambda: len({session.clock.angle for session in sessions}) == 1)
@@ -94,7 +94,7 @@ def test_a_presenter_who_leaves_and_returns_leads_again(url, animators):
 def test_the_presenters_link_is_printed_beside_the_other(capsys, monkeypatch):
     """Two links, two keys."""
     monkeypatch.setattr(server, "ended", lambda _: True)
-    server.serve(SavedScene(PAPER), port=0, follow=True, public="https://beams.example.org")
+    server.serve(Scene(PAPER), port=0, follow=True, public="https://beams.example.org")
     first, second = capsys.readouterr().out.splitlines()
     keys = [line.partition("?token=")[2].split()[0] for line in (first, second)]
     assert "presenter" in second

@@ -18,7 +18,7 @@ from beamviz.explorer.app import explorer
 from beamviz.explorer.features.lessons import BACK, NEXT, NONE, RESET, marked
 from beamviz.explorer.url import arrive
 from beamviz.lessons import LESSONS, lesson
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 
 
 @pytest.fixture
@@ -235,9 +235,9 @@ class Arrival:
         ("fixedDpr=1&token=abc", []),
         ("lesson=nodes", ["nodes"]),
         ("lesson=nodes&dark=true", ["nodes", lesson("nodes").scene.changed(dark=True)]),
-        ("alpha=1&mode=3", [SavedScene.of(alpha=1, mode=3)]),
-        ("gamma=10.0&over=mu&dark=true", [SavedScene.of(gamma=10, over="mu", dark=True)]),
-        ("strain=hencky&shares=[0.5,%201]", [SavedScene.of(strain="hencky", shares=[0.5, 1.0])]),
+        ("alpha=1&mode=3", [Scene.of(alpha=1, mode=3)]),
+        ("gamma=10.0&over=mu&dark=true", [Scene.of(gamma=10, over="mu", dark=True)]),
+        ("strain=hencky&shares=[0.5,%201]", [Scene.of(strain="hencky", shares=[0.5, 1.0])]),
     ],
 )
 def test_a_link_is_followed(query, done):
@@ -272,4 +272,4 @@ def test_no_link_does_more_than_be_refused(query):
     arrival = Arrival()
     with contextlib.suppress(InvalidInput):
         arrive(query, arrival, arrival.done.append)  # type: ignore[arg-type]
-        assert all(isinstance(done, str | SavedScene) for done in arrival.done)
+        assert all(isinstance(done, str | Scene) for done in arrival.done)

@@ -8,7 +8,7 @@ from live.browser import NO_BROWSER, Page, button, field, page, says
 from beamviz.explorer.app import explorer
 from beamviz.exports.browser import found_browser
 from beamviz.lessons import lesson
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 
 pytestmark = [
     pytest.mark.browser,
@@ -19,7 +19,7 @@ pytestmark = [
 @pytest.fixture(scope="module")
 def served() -> Iterator[str]:
     """A running explorer."""
-    with explorer(SavedScene()) as url:
+    with explorer(Scene()) as url:
         yield url
 
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from live.visitor import visitor
 
-from beamviz.beam import LIMITS, Beam, Units
+from beamviz.beam import PARAMETERS, Beam, Units
 from beamviz.display_units import frequencies, measure, measures, neat, places, rounded
 from beamviz.explorer.features import loci_tab as chart_words
 from beamviz.explorer.features.loci_chart import LANES, Charts, Point, Question, series, top
@@ -17,7 +17,7 @@ from beamviz.explorer.features.loci_tab import MOST, resonance_list
 from beamviz.explorer.page.readout import significant
 from beamviz.explorer.request import Wanted
 from beamviz.frequency_loci import loci
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.solver import solve
 
 RULER = Beam.from_si(
@@ -30,7 +30,7 @@ RULER = Beam.from_si(
     mass=0.02,
     mass_position=0.15,
 )
-FIRST = SavedScene(RULER)
+FIRST = Scene(RULER)
 sizes = st.floats(1e-3, 1e3)
 
 
@@ -58,13 +58,13 @@ def test_the_numbers_of_a_real_beam_are_those_it_was_made_of():
     assert measure("gamma", None).text(4.4641, 4) == "γ = 4.464"
 
 
-@given(st.sampled_from(list(LIMITS)), sizes, sizes, sizes, st.floats(0.1, 50))
+@given(st.sampled_from(list(PARAMETERS)), sizes, sizes, sizes, st.floats(0.1, 50))
 def test_sliders_in_units_have_round_ends_within_the_limits(name, length, time, mass, high):
     """Round, at least as wide as asked for unless a limit is nearer, a step of 1, 2 or 5."""
     shown = measure(name, Units(length, time, mass))
-    least, most = LIMITS[name]
+    least, most = PARAMETERS[name].limits
     high = min(max(high, least + 0.1), most)
-    low, top_, step = shown.range(least, high, 0.01, LIMITS[name])
+    low, top_, step = shown.range(least, high, 0.01, PARAMETERS[name].limits)
     assert shown.plain(low) == pytest.approx(least)
     if shown.unit:
         assert shown.plain(top_) >= high * (1 - 1e-9)

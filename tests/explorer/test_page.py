@@ -13,7 +13,7 @@ from live.visitor import frequency_text
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
 from beamviz.exports.browser import found_browser
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 
 pytestmark = [
     pytest.mark.browser,
@@ -45,7 +45,7 @@ COLLARS = bodies("/stage/wheel/nodes", "matricesTexture", 16)
 @pytest.fixture(scope="module")
 def shown() -> Iterator[Page]:
     """One page that the tests of this file use in turn; it starts paused at full swing."""
-    scene = SavedScene.of(START, playing=False)
+    scene = Scene.of(START, playing=False)
     with explorer(scene) as url, page(url, 1280, 900) as opened:
         opened.wait(f"{NODES} && {NODES}['/stage/wheel/beam'] && {PIECES}")
         opened.wait(says(frequency_text(START)))
@@ -165,7 +165,7 @@ def test_a_beam_in_equilibrium_is_coloured(shown):
 
 def test_no_equilibrium_is_said_on_the_page_and_greys_the_beam(shown):
     """biot beyond its limit: in words, with the limit; every piece in the same grey."""
-    with explorer(SavedScene(Beam(mu=10, gamma=20), {"strain": "biot"})) as url:
+    with explorer(Scene(Beam(mu=10, gamma=20), {"strain": "biot"})) as url:
         shown.call("Page.navigate", url=url)
         shown.wait(says("No equilibrium"))
         shown.wait(says("no equilibrium beyond gamma = 15.7"))

@@ -12,9 +12,8 @@ from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
 from beamviz.exports.browser import found_browser
 from beamviz.presets import RULER
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene, ViewOptions
 from beamviz.solver import solve
-from beamviz.view_options import Look
 
 pytestmark = [
     pytest.mark.browser,
@@ -30,7 +29,7 @@ KNOWN = "Unable to preventDefault inside passive event listener invocation."
 @pytest.fixture(scope="module")
 def shown() -> Iterator[Page]:
     """One page, paused at rest: mode 1 with no amplitude."""
-    scene = SavedScene(START, look=Look(playing=False, shares=(1.0,), amplitude=0.0))
+    scene = Scene(START, view=ViewOptions(playing=False, shares=(1.0,), amplitude=0.0))
     with explorer(scene) as url, page(url, 1280, 860) as opened:
         opened.wait(f"!!({NODES} && {NODES}['/stage/wheel/mass'])")
         opened.wait("document.body?.innerText.includes('Stable equilibrium')")

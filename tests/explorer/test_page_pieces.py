@@ -12,7 +12,7 @@ from scipy import ndimage
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
 from beamviz.exports.browser import found_browser
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 
 pytestmark = [
     pytest.mark.browser,
@@ -64,7 +64,7 @@ def unbroken(shown: Page, file: Path) -> None:
 def test_the_beam_stays_whole_while_its_pieces_change(tmp_path):
     """From few to many and back, paused and in motion: in every frame there is one set of pieces
     and it is a whole beam in the picture."""
-    scene = SavedScene(Beam(mu=40)).changed(playing=False, nodes=False)
+    scene = Scene(Beam(mu=40)).changed(playing=False, nodes=False)
     with explorer(scene) as url, page(url, 1280, 900) as shown:
         shown.wait(f"{NODES} && {SIZED}.length === 1")
         shown.wait("document.body.innerText.includes('Stable equilibrium')")

@@ -10,7 +10,7 @@ from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
 from beamviz.explorer.page.theme import SHEET
 from beamviz.exports.browser import found_browser
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 
 pytestmark = [
     pytest.mark.browser,
@@ -25,7 +25,7 @@ CANVAS = "document.querySelector('canvas[data-engine]')"
 @pytest.fixture(scope="module")
 def phone() -> Iterator[Page]:
     """A phone with the explorer."""
-    with explorer(SavedScene(BEAM)) as url, page(url, WIDTH, HEIGHT) as opened:
+    with explorer(Scene(BEAM)) as url, page(url, WIDTH, HEIGHT) as opened:
         opened.call(
             "Emulation.setDeviceMetricsOverride",
             width=WIDTH,

@@ -15,7 +15,7 @@ from beamviz.explorer.features import run_up as ride_tab
 from beamviz.explorer.features.run_up import LARGEST, PER_SECOND, Ride, Run
 from beamviz.explorer.request import Wanted
 from beamviz.frequency_loci.forced_response import RunUp, response
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.solver import solve
 
 
@@ -177,7 +177,7 @@ def test_a_ride_in_the_page(url):
 
 def test_a_run_can_begin_at_an_unstable_beam():
     """Its speed is left at once: the picture is grey until the first speed that holds."""
-    scene = SavedScene(Beam(delta=-1, gamma=10))
+    scene = Scene(Beam(delta=-1, gamma=10))
     with explorer(scene) as url, visitor(url, first="Unstable") as guest:
         guest.choose("Run up from rest", True)
         guest.wait(lambda _: "Stop" in guest.controls)

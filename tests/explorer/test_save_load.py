@@ -10,10 +10,10 @@ from beamviz.beam import MAX_TOML_BYTES, Beam
 from beamviz.explorer.features import files as take_away
 from beamviz.explorer.page.readout import significant
 from beamviz.exports import film
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.solver import solve
 
-FIRST = SavedScene.of(
+FIRST = Scene.of(
     Beam(alpha=1, beta=0.5, gamma=10), mode=3, dark=True, over="mu", position=(1.0, -4.0, 2.0)
 )
 
@@ -34,11 +34,11 @@ def upload(guest: Visitor, content: bytes, parts: int = 1, name: str = "scene.to
         guest.send(type="FileTransferPart", part_index=k, content=content, **about)
 
 
-def saved(guest: Visitor) -> SavedScene:
+def saved(guest: Visitor) -> Scene:
     """The scene in the file the visitor gets."""
     guest.choose("Save scene", True)
     (part,) = heard(guest, "FileTransferPart")
-    return SavedScene.from_bytes(part["content"], "saved")
+    return Scene.from_bytes(part["content"], "saved")
 
 
 def heard(guest: Visitor, *kinds: str, timeout: float = 40) -> list[dict[str, Any]]:
@@ -53,7 +53,7 @@ def heard(guest: Visitor, *kinds: str, timeout: float = 40) -> list[dict[str, An
     return [found[kind] for kind in kinds]
 
 
-def frequency(scene: SavedScene) -> str:
+def frequency(scene: Scene) -> str:
     """The first frequency as the table prints it."""
     solution = solve(scene.beam, **scene.options)
     return significant(solution.frequencies[0], solution.errors[0])
@@ -71,7 +71,7 @@ def test_what_is_saved_is_what_is_set(url):
 
 def test_a_loaded_scene_is_shown_and_the_controls_follow(url):
     """Another beam, model and picture; saved again it is the same, to the camera."""
-    wanted = SavedScene.of(alpha=2, gamma=5, coriolis=True, shares=[0.5, 0.0, 1.0], over="delta")
+    wanted = Scene.of(alpha=2, gamma=5, coriolis=True, shares=[0.5, 0.0, 1.0], over="delta")
     with visitor(url) as guest:
         upload(guest, wanted.to_toml().encode())
         guest.says(frequency(wanted))
@@ -109,7 +109,7 @@ def test_every_file_can_be_taken_away(url, monkeypatch, kind, begin):
 def test_a_film_of_what_does_not_move_is_refused_in_words(url, monkeypatch):
     """And the next file can be made."""
     monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
-    still = SavedScene.of(shares=[0.0])
+    still = Scene.of(shares=[0.0])
     with visitor(url) as guest:
         upload(guest, still.to_toml().encode())
         guest.says(frequency(still))

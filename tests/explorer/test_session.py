@@ -16,7 +16,7 @@ from beamviz.explorer.page.inputs import assign, heard
 from beamviz.explorer.page.readout import significant
 from beamviz.explorer.request import Wanted
 from beamviz.explorer.solve_queue import Turns
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.server import run_server
 from beamviz.solver import Solution, solve
 
@@ -76,7 +76,7 @@ def test_hertz_are_shown_for_a_beam_in_si_units():
     """The table is in Hz, and the speed is told in revolutions per minute."""
     units = Units(length=1.0, time=0.01)
     beam = Beam(alpha=1, beta=0.5, gamma=10, units=units)
-    with explorer(SavedScene(beam)) as address, visitor(address) as guest:
+    with explorer(Scene(beam)) as address, visitor(address) as guest:
         solution = solve(beam)
         hertz, error = units.hertz(solution.frequencies[0]), units.hertz(solution.errors[0])
         assert significant(hertz, error) in guest.text

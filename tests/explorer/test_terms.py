@@ -7,11 +7,11 @@ from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
 from beamviz.explorer.features.comparison import Against, against, number
 from beamviz.explorer.request import Wanted
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.solver import solve
 
 BEAM = Beam(alpha=1, beta=0.5, gamma=3)
-FIRST, WANTED = SavedScene(BEAM), Wanted.of(BEAM, {})
+FIRST, WANTED = Scene(BEAM), Wanted.of(BEAM, {})
 
 
 @pytest.mark.parametrize(
@@ -42,7 +42,7 @@ def test_the_mass_is_taken_off_and_put_back(url):
         guest.says(frequency_text(BEAM.replace(alpha=0)))
         guest.choose("mass", True)
         guest.says(frequency_text(BEAM.replace(alpha=2.5)))
-    with explorer(SavedScene(Beam(gamma=3))) as address, visitor(address) as guest:
+    with explorer(Scene(Beam(gamma=3))) as address, visitor(address) as guest:
         guest.choose("mass", True)
         guest.says(frequency_text(Beam(alpha=1, gamma=3)))
 

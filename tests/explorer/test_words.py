@@ -9,8 +9,8 @@ from beamviz.beam import Beam, Units
 from beamviz.errors import NoEquilibrium
 from beamviz.explorer.page import readout
 from beamviz.explorer.request import Wanted
+from beamviz.scene import ViewOptions, clip
 from beamviz.solver import solve
-from beamviz.view_options import Look, within
 
 
 def test_the_table_shows_what_the_error_leaves():
@@ -61,13 +61,13 @@ def test_trouble_of_a_real_beam_is_told_in_its_units():
 
 def test_choices_that_make_no_sense_change_nothing():
     """A browser may send anything: not-a-number, too much, the wrong kind, an unknown choice."""
-    look = Look()
-    assert look.changed("pace", math.nan) == look
-    assert look.changed("pace", "fast") == look
-    assert look.changed("colouring", "rainbow") == look
-    assert look.changed("amplitude", 1e9).amplitude == within(1e9, 0.4, 0.0) == 0.4
-    assert look.share(3, -5).shares == (0.0, 1.0, 0.0, 0.0)
-    assert look.only(2).shares == (0.0, 0.0, 1.0)
+    view = ViewOptions()
+    assert view.changed("pace", math.nan) == view
+    assert view.changed("pace", "fast") == view
+    assert view.changed("colouring", "rainbow") == view
+    assert view.changed("amplitude", 1e9).amplitude == clip(1e9, 0.4, 0.0) == 0.4
+    assert view.share(3, -5).shares == (0.0, 1.0, 0.0, 0.0)
+    assert view.only(2).shares == (0.0, 0.0, 1.0)
     wanted = Wanted.of(PAPER, {})
     assert wanted.changed("strain", "rubber") is wanted
     assert wanted.changed("nothing", 1.0) is wanted

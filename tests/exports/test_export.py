@@ -20,7 +20,7 @@ from beamviz.exports.export import WRITERS, export
 from beamviz.exports.loop import looped
 from beamviz.exports.solved_scene import Shot
 from beamviz.output_numbers import STATIONS
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.solver import solve
 
 FLOATS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}
@@ -46,7 +46,7 @@ def by_name(entries: list, name: str):
 @pytest.fixture(scope="module", params=[False, True], ids=["plain", "coriolis"])
 def model(request, tmp_path_factory) -> tuple[Path, Shot]:
     """A model of modes 1 and 3, and the shot it shows."""
-    scene = SavedScene.of(PAPER, coriolis=request.param, shares=[0.5, 0.0, 1.0], riding=False)
+    scene = Scene.of(PAPER, coriolis=request.param, shares=[0.5, 0.0, 1.0], rotating_frame=False)
     path = tmp_path_factory.mktemp("models") / "beam.glb"
     export(path, scene)
     return path, Shot.of(scene)
@@ -123,7 +123,7 @@ def test_a_model_keeps_the_rules_of_gltf(model):
 
 def test_an_unstable_beam_is_a_still_model(tmp_path):
     """Grey, without an animation."""
-    export(tmp_path / "a.glb", SavedScene.of(delta=-1, gamma=5))
+    export(tmp_path / "a.glb", Scene.of(delta=-1, gamma=5))
     gltf = pygltflib.GLTF2().load(tmp_path / "a.glb")
     assert not gltf.animations
     colours = values(gltf, by_name(gltf.meshes, "beam").primitives[0].attributes.COLOR_0)
@@ -133,7 +133,7 @@ def test_an_unstable_beam_is_a_still_model(tmp_path):
 @pytest.mark.parametrize("coriolis", [False, True])
 def test_csv_and_npz_hold_the_solution(tmp_path, coriolis):
     """Read by numpy, both are what `solve` says, to the last digit."""
-    scene = SavedScene.of(PAPER.replace(beta=0.503), coriolis=coriolis)
+    scene = Scene.of(PAPER.replace(beta=0.503), coriolis=coriolis)
     solution = solve(scene.beam, coriolis=coriolis)
     for ending in ("csv", "npz"):
         export(tmp_path / f"a.{ending}", scene)
@@ -162,7 +162,7 @@ def test_csv_and_npz_hold_the_solution(tmp_path, coriolis):
 
 def test_numbers_of_an_unstable_beam_are_left_empty(tmp_path):
     """No frequency, but a growth rate."""
-    export(tmp_path / "a.csv", SavedScene.of(delta=-1, gamma=5))
+    export(tmp_path / "a.csv", Scene.of(delta=-1, gamma=5))
     first = (tmp_path / "a.csv").read_text().splitlines()[1].split(",")
     assert first[3] == ""
     assert float(first[5]) > 0
@@ -172,7 +172,7 @@ def test_numbers_of_an_unstable_beam_are_left_empty(tmp_path):
 def document(tmp_path_factory) -> Path:
     """A page of a short film."""
     path = tmp_path_factory.mktemp("pages") / "beam.html"
-    export(path, SavedScene.of(PAPER, mode=2, pace=2.0))
+    export(path, Scene.of(PAPER, mode=2, pace=2.0))
     return path
 
 
@@ -217,9 +217,9 @@ def test_a_page_plays_from_the_disk_without_a_network(document):
 def test_a_path_that_cannot_be_written_is_said_before_any_work(tmp_path, monkeypatch):
     """A wrong ending, a missing folder; a disk that fills up leaves what was there."""
     with pytest.raises(InvalidInput, match=r"must end in \.html, \.glb, \.csv or \.npz"):
-        export(tmp_path / "a.obj", SavedScene())
+        export(tmp_path / "a.obj", Scene())
     with pytest.raises(Unavailable, match="No such file or directory; choose another place"):
-        export(tmp_path / "missing" / "a.csv", SavedScene())
+        export(tmp_path / "missing" / "a.csv", Scene())
     path = tmp_path / "a.csv"
     path.write_text("before")
 
@@ -229,15 +229,15 @@ def test_a_path_that_cannot_be_written_is_said_before_any_work(tmp_path, monkeyp
 
     monkeypatch.setitem(WRITERS, ".csv", full)
     with pytest.raises(Unavailable, match=r"cannot write .*a\.csv: No space left on device"):
-        export(path, SavedScene())
+        export(path, Scene())
     assert path.read_text() == "before"
     assert list(tmp_path.iterdir()) == [path]
 
 
 def test_a_turn_of_the_hub_is_part_of_the_model_for_who_stands_beside_it():
     """Whoever rides on the hub has no ground in the model that could turn."""
-    riding = Shot.of(SavedScene.of(PAPER, mode=2))
-    assert looped(riding, ground=False).angle == 0
-    beside = Shot.of(SavedScene.of(PAPER, mode=2, riding=False))
+    rotating_frame = Shot.of(Scene.of(PAPER, mode=2))
+    assert looped(rotating_frame, ground=False).angle == 0
+    beside = Shot.of(Scene.of(PAPER, mode=2, rotating_frame=False))
     assert looped(beside, ground=False).angle % (2 * math.pi) == pytest.approx(0)
     assert looped(beside, ground=False).angle > 0

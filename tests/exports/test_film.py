@@ -25,7 +25,7 @@ from beamviz.exports.film import animate
 from beamviz.exports.loop import looped
 from beamviz.exports.matplotlib_renderer import drawn
 from beamviz.exports.solved_scene import Shot
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 
 BROWSER = os.environ.get("BEAMVIZ_BROWSER")
 SMALL = {"width": 192, "height": 108, "fps": 6.25}
@@ -57,7 +57,7 @@ def apart(one: np.ndarray, other: np.ndarray) -> float:
 def test_a_film_shows_a_beam_that_swings_and_closes(tmp_path, kind):
     """As many frames as said, coloured; the step back to the start is one like the others."""
     path = tmp_path / f"film.{kind}"
-    loop = animate(path, SavedScene.of(mode=2), **SMALL)
+    loop = animate(path, Scene.of(mode=2), **SMALL)
     frames = decoded(path)
     assert frames.shape == (round(SMALL["fps"] * loop.seconds), 108, 192, 3)
     assert (np.ptp(frames, axis=3) > 60).mean() > 0.01
@@ -76,7 +76,7 @@ def test_a_browser_takes_the_film(tmp_path, monkeypatch):
     if named := BROWSER:
         monkeypatch.setenv("BEAMVIZ_BROWSER", named)
     small = {"width": 192, "height": 108, "fps": 5, "periods": 1}
-    scene = SavedScene.of(mode=1, pace=4.0, nodes=False)
+    scene = Scene.of(mode=1, pace=4.0, nodes=False)
     animate(tmp_path / "browser.gif", scene, **small)
     monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
     animate(tmp_path / "figure.gif", scene, **small)
@@ -92,7 +92,7 @@ def test_a_browser_takes_the_film(tmp_path, monkeypatch):
 def test_a_gif_plays_for_ever_at_the_pace_asked_for(tmp_path):
     """25 frames in a second are 40 ms each."""
     path = tmp_path / "film.gif"
-    loop = animate(path, SavedScene.of(mode=2, pace=4.0), width=64, height=64, fps=25)
+    loop = animate(path, Scene.of(mode=2, pace=4.0), width=64, height=64, fps=25)
     with Image.open(path) as film:
         assert film.info["loop"] == 0
         assert film.info["duration"] == 40
@@ -118,8 +118,8 @@ def test_every_frame_is_seen_as_long_as_its_share_of_the_film(tmp_path, kind, fp
 
 
 scenes = st.builds(
-    lambda gamma, riding, shares, alpha: SavedScene.of(
-        alpha=alpha, beta=0.5, gamma=gamma, riding=riding, shares=shares
+    lambda gamma, rotating_frame, shares, alpha: Scene.of(
+        alpha=alpha, beta=0.5, gamma=gamma, rotating_frame=rotating_frame, shares=shares
     ),
     st.sampled_from([0.0, 1.0, 7.3, 30.0]),
     st.booleans(),
@@ -146,7 +146,7 @@ def test_after_the_last_frame_comes_the_first(scene):
 
 def test_one_mode_alone_runs_at_its_own_pace():
     """Nothing has to be changed, one period is enough; more on request."""
-    shot = Shot.of(SavedScene.of(mode=1))
+    shot = Shot.of(Scene.of(mode=1))
     assert looped(shot).words == ""
     assert looped(shot).periods == 1
     assert looped(shot, 3).seconds == pytest.approx(3 * looped(shot).seconds)
@@ -156,18 +156,18 @@ def test_what_cannot_be_filmed_is_said(tmp_path):
     """Nothing moves, no clock, a mode that runs away, a size no player takes, too many frames."""
     film = tmp_path / "a.gif"
     for scene, words in (
-        (SavedScene.of(shares=[0.0]), "nothing moves"),
-        (SavedScene.of(pace=0.0), "pace = 0"),
-        (SavedScene.of(delta=-1, gamma=5, mode=1), "mode = 1: B1 does not swing but runs away"),
+        (Scene.of(shares=[0.0]), "nothing moves"),
+        (Scene.of(pace=0.0), "pace = 0"),
+        (Scene.of(delta=-1, gamma=5, mode=1), "mode = 1: B1 does not swing but runs away"),
     ):
         with pytest.raises(InvalidInput, match=words):
             animate(film, scene, **SMALL)
     with pytest.raises(InvalidInput, match="must be at most 1000"):
-        animate(film, SavedScene(), periods=900, **SMALL)
+        animate(film, Scene(), periods=900, **SMALL)
     with pytest.raises(InvalidInput, match="width = 65: must be even for MP4"):
-        animate(tmp_path / "a.mp4", SavedScene(), width=65, height=64)
+        animate(tmp_path / "a.mp4", Scene(), width=65, height=64)
     with pytest.raises(InvalidInput, match=r"must end in \.gif, \.webp or \.mp4"):
-        animate(tmp_path / "a.avi", SavedScene())
+        animate(tmp_path / "a.avi", Scene())
     assert list(tmp_path.iterdir()) == []
 
 
@@ -176,7 +176,7 @@ def test_a_missing_encoder_is_said_before_any_work(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     monkeypatch.setattr(encoders.shutil, "which", lambda name: None)
     with pytest.raises(Unavailable, match=r"no ffmpeg found.*pip install imageio-ffmpeg"):
-        animate(tmp_path / "a.mp4", SavedScene())
+        animate(tmp_path / "a.mp4", Scene())
     assert list(tmp_path.iterdir()) == []
 
 
@@ -184,7 +184,7 @@ def test_an_encoder_that_fails_says_why_and_leaves_nothing(tmp_path, monkeypatch
     """Its own last words, no half film."""
     monkeypatch.setattr(encoders, "ffmpeg", lambda: "/bin/false")
     with pytest.raises(Unavailable, match=r"cannot write .*a\.mp4: /bin/false failed"):
-        animate(tmp_path / "a.mp4", SavedScene(), **SMALL)
+        animate(tmp_path / "a.mp4", Scene(), **SMALL)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -200,7 +200,7 @@ def test_a_full_disk_leaves_nothing_behind(tmp_path, monkeypatch, kind):
     encoder = encoders.ENCODERS[f".{kind}"]
     monkeypatch.setitem(encoders.ENCODERS, f".{kind}", encoder._replace(write=full))
     with pytest.raises(Unavailable, match="No space left on device; choose another place"):
-        animate(path, SavedScene(), **SMALL)
+        animate(path, Scene(), **SMALL)
     assert path.read_bytes() == b"before"
     assert list(tmp_path.iterdir()) == [path]
 

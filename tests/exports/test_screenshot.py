@@ -19,7 +19,7 @@ from beamviz.exports import screenshot as picture
 from beamviz.exports.browser import found_browser
 from beamviz.exports.screenshot import screenshot
 from beamviz.exports.solved_scene import Shot
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 
 browser = pytest.mark.browser
 needs_browser = pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER)
@@ -46,8 +46,8 @@ def photographs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """Mode 1, and mode 2 without background, as a browser takes them."""
     folder = tmp_path_factory.mktemp("photographs")
     first, second = folder / "a.png", folder / "b.png"
-    screenshot(first, SavedScene.of(PAPER, mode=1), width=480, height=270)
-    screenshot(second, SavedScene.of(PAPER, mode=2), width=480, height=270, transparent=True)
+    screenshot(first, Scene.of(PAPER, mode=1), width=480, height=270)
+    screenshot(second, Scene.of(PAPER, mode=2), width=480, height=270, transparent=True)
     return first, second
 
 
@@ -80,7 +80,7 @@ def test_both_ways_show_the_beam_in_the_same_place(photographs, tmp_path, monkey
     """The coloured pixels of the browser's picture and of matplotlib's mostly coincide."""
     monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
     drawing = tmp_path / "b.png"
-    screenshot(drawing, SavedScene.of(PAPER, mode=1), width=480, height=270)
+    screenshot(drawing, Scene.of(PAPER, mode=1), width=480, height=270)
     one, other = (np.ptp(pixels(p)[..., :3], axis=2) > 0.25 for p in (photographs[0], drawing))
     assert (one & other).sum() > 0.8 * (one | other).sum()
 
@@ -89,10 +89,10 @@ def test_matplotlib_draws_where_there_is_no_browser(tmp_path, monkeypatch, capsy
     """The same scene, said on stderr and nowhere else."""
     monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
     first, second, later, again = (tmp_path / f"{name}.png" for name in "abcd")
-    screenshot(first, SavedScene.of(PAPER, mode=1), width=480, height=270)
-    screenshot(second, SavedScene.of(PAPER, mode=2), width=480, height=270)
-    screenshot(later, SavedScene.of(PAPER, mode=1), width=480, height=270, phase=0.75)
-    screenshot(again, SavedScene.of(PAPER, mode=1), width=480, height=270)
+    screenshot(first, Scene.of(PAPER, mode=1), width=480, height=270)
+    screenshot(second, Scene.of(PAPER, mode=2), width=480, height=270)
+    screenshot(later, Scene.of(PAPER, mode=1), width=480, height=270, phase=0.75)
+    screenshot(again, Scene.of(PAPER, mode=1), width=480, height=270)
     assert pixels(first).shape == (270, 480, 3)
     assert blue_to_yellow(first) > 0.02
     assert differing(first, second) > 0.01
@@ -108,13 +108,13 @@ def test_every_kind_of_beam_can_be_drawn(beam, tmp_path, monkeypatch):
     """Inward, on a large hub, thick, thin."""
     monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
     for plane in ("chordwise", "flapwise"):
-        screenshot(tmp_path / "a.png", SavedScene(beam, {"plane": plane}), width=320, height=180)
+        screenshot(tmp_path / "a.png", Scene(beam, {"plane": plane}), width=320, height=180)
         assert 0.01 < blue_to_yellow(tmp_path / "a.png") < 0.5
 
 
 def test_matplotlib_draws_a_beam_one_cannot_see_through():
     """Triangles leave no seams: but for its rim the beam is opaque."""
-    shot = Shot.of(SavedScene(Beam()))
+    shot = Shot.of(Scene(Beam()))
     drawn = figure.drawn(shot, shot.moment(0.0), 640, 360).astype(int)
     beam = np.ptp(drawn[..., :3], axis=2) > 50
     assert (drawn[beam, 3] > 250).mean() > 0.9
@@ -123,14 +123,14 @@ def test_matplotlib_draws_a_beam_one_cannot_see_through():
 def test_an_unstable_beam_is_grey(tmp_path, monkeypatch):
     """delta = -1, gamma = 5: drawn, without the colours of a vibration."""
     monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
-    screenshot(tmp_path / "a.png", SavedScene(Beam(gamma=5, delta=-1)), width=480, height=270)
+    screenshot(tmp_path / "a.png", Scene(Beam(gamma=5, delta=-1)), width=480, height=270)
     assert blue_to_yellow(tmp_path / "a.png") == 0
 
 
 @pytest.mark.parametrize("width", [160, 320, 1280])
 def test_words_fit_into_a_picture_of_any_size(width):
     """Their letters, the only black in it, are no wider than the picture."""
-    shot = Shot.of(SavedScene(Beam(gamma=5, delta=-1)))
+    shot = Shot.of(Scene(Beam(gamma=5, delta=-1)))
     drawn = figure.drawn(shot, shot.moment(0.0), width, width * 9 // 16)
     black = (drawn[..., :3].max(axis=2) < 90) & (drawn[..., 3] > 120)
     columns = np.flatnonzero(black.any(axis=0))
@@ -141,7 +141,7 @@ def test_words_fit_into_a_picture_of_any_size(width):
 @needs_browser
 def test_words_fit_into_a_picture_by_a_browser(tmp_path):
     """They stand on a white ground, which covers a part of a dark picture and leaves its rim."""
-    scene = SavedScene.of(Beam(gamma=5, delta=-1), dark=True)
+    scene = Scene.of(Beam(gamma=5, delta=-1), dark=True)
     screenshot(tmp_path / "a.png", scene, width=480, height=270)
     white = pixels(tmp_path / "a.png")[..., :3].min(axis=2) > 0.8
     columns = np.flatnonzero(white.any(axis=0))
@@ -153,7 +153,7 @@ def test_words_fit_into_a_picture_by_a_browser(tmp_path):
 @needs_browser
 def test_titles_of_all_modes_are_small_beside_the_beams(tmp_path):
     """Letters, the only black there is, take less than a hundredth of it, the beams more."""
-    scene = SavedScene.of(Beam(gamma=5), together=True, ghosts=False)
+    scene = Scene.of(Beam(gamma=5), all_modes=True, ghosts=False)
     screenshot(tmp_path / "a.png", scene, width=480, height=270)
     black = (pixels(tmp_path / "a.png")[..., :3].max(axis=2) < 0.2).mean()
     assert 0 < black < 0.01 < blue_to_yellow(tmp_path / "a.png")
@@ -163,14 +163,14 @@ def test_a_path_that_cannot_be_written_is_said_before_any_work(tmp_path, monkeyp
     """A missing folder, a folder itself, a wrong ending: no solve is tried."""
     monkeypatch.setattr(picture, "Shot", None)
     with pytest.raises(Unavailable, match=r"cannot write .*missing/a\.png: No such file"):
-        screenshot(tmp_path / "missing" / "a.png", SavedScene(PAPER))
+        screenshot(tmp_path / "missing" / "a.png", Scene(PAPER))
     (tmp_path / "folder.png").mkdir()
     with pytest.raises(Unavailable, match="it is a folder"):
-        screenshot(tmp_path / "folder.png", SavedScene(PAPER))
+        screenshot(tmp_path / "folder.png", Scene(PAPER))
     with pytest.raises(InvalidInput, match=r"must end in \.png"):
-        screenshot(tmp_path / "a.jpg", SavedScene(PAPER))
+        screenshot(tmp_path / "a.jpg", Scene(PAPER))
     with pytest.raises(InvalidInput, match=r"width = 5: must be a whole number in 64 \.\. 4096"):
-        screenshot(tmp_path / "a.png", SavedScene(PAPER), width=5)
+        screenshot(tmp_path / "a.png", Scene(PAPER), width=5)
 
 
 def test_no_half_file_is_left_by_a_failure(tmp_path):
@@ -178,7 +178,7 @@ def test_no_half_file_is_left_by_a_failure(tmp_path):
     path = tmp_path / "a.png"
     path.write_bytes(b"before")
     with pytest.raises(NoEquilibrium):
-        screenshot(path, SavedScene(Beam(mu=10, gamma=20), {"strain": "biot"}))
+        screenshot(path, Scene(Beam(mu=10, gamma=20), {"strain": "biot"}))
     assert path.read_bytes() == b"before"
     assert list(tmp_path.iterdir()) == [path]
 
@@ -193,7 +193,7 @@ def test_a_browser_that_hangs_is_given_up(tmp_path, monkeypatch):
     monkeypatch.setattr(studio, "DEADLINE", 1.0)
     start = time.monotonic()
     with pytest.raises(Unavailable, match="BEAMVIZ_BROWSER"):
-        screenshot(tmp_path / "a.png", SavedScene(PAPER))
+        screenshot(tmp_path / "a.png", Scene(PAPER))
     assert time.monotonic() - start < 15
     with pytest.raises(ProcessLookupError):
         os.kill(int((tmp_path / "pid").read_text()), 0)
@@ -203,7 +203,7 @@ def test_a_browser_that_hangs_is_given_up(tmp_path, monkeypatch):
 def test_a_stretching_beam_stays_in_the_picture(tmp_path, monkeypatch):
     """From above, a mass at the tip that swings along the beam is seen whole at its farthest."""
     monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
-    scene = SavedScene.of(alpha=1, mode=3)
+    scene = Scene.of(alpha=1, mode=3)
     path = tmp_path / "a.png"
     screenshot(path, scene, width=320, height=180, direction=(0.0, 0.0, 1.0))
     right = pixels(path)[:, -3:]

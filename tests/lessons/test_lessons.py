@@ -11,10 +11,9 @@ from oracle import truth
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from beamviz.beam import Beam
+from beamviz.beam import PARAMETERS, Beam
 from beamviz.cli.commands import main
 from beamviz.errors import InvalidInput
-from beamviz.explorer.page.inputs import NUMBERS
 from beamviz.lessons import INWARD, LESSONS, ON_A_HUB, lesson
 from beamviz.lessons.model import MIN_MASS, Lesson
 from beamviz.lessons.reference_values import BARE, MIDDLE, TIP
@@ -240,7 +239,7 @@ def test_only_the_answer_meets_the_challenge(one: Lesson):
 @EACH
 def test_a_slider_can_meet_the_challenge(one: Lesson):
     """One of its steps is near enough."""
-    _, low, high, step, _ = NUMBERS[one.challenge.number]
+    low, high, step = PARAMETERS[one.challenge.number].slider
     values = np.arange(round((high - low) / step) + 1) * step + low
     assert abs(values - one.challenge.answer).min() <= one.challenge.within
 
@@ -286,7 +285,7 @@ def test_the_gauge_measures_the_beam_as_it_is(one: Lesson):
 @EACH
 def test_a_lesson_shows_its_mode_and_says_its_numbers(one: Lesson):
     """The mode to look at exists, every place of the sentence is filled, terms are marked."""
-    assert sum(one.scene.look.shares) == 1
+    assert sum(one.scene.view.shares) == 1
     assert not set("{}") & set(one.proof.words)
     assert "nan" not in one.proof.words
     assert one.meaning.count("*") in (2, 4)

@@ -10,7 +10,7 @@ import pytest
 from sweeps import sorted_frequencies
 
 from beamviz import Beam, InvalidInput, loci, solve
-from beamviz.beam import LIMITS
+from beamviz.beam import PARAMETERS
 from beamviz.frequency_loci import close_up, sweep
 from beamviz.frequency_loci.candidates import TURN
 from beamviz.frequency_loci.crossings import CLOSE
@@ -72,7 +72,7 @@ def test_the_gap_is_the_gyroscopic_coupling(gamma):
 
 def random_beam(chance):
     """A beam, what to sweep and from where to where."""
-    over = chance.choice(list(LIMITS))
+    over = chance.choice(list(PARAMETERS))
     beam = Beam(
         alpha=chance.choice([0, 10 ** chance.uniform(-1, 1.5)])
         if over != "beta"

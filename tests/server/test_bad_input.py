@@ -8,7 +8,7 @@ from live.visitor import PAPER, frequency_text, visitor
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
 from beamviz.explorer.page.panel import Panel
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.solver import solve
 
 
@@ -81,7 +81,7 @@ def test_a_first_beam_without_equilibrium_is_shown_in_words():
     """There is no last good picture then: the undeformed beam stands in, grey."""
     beam = Beam(mu=10, gamma=20)
     with (
-        explorer(SavedScene(beam, {"strain": "biot"})) as address,
+        explorer(Scene(beam, {"strain": "biot"})) as address,
         visitor(address, first="No equilibrium") as guest,
     ):
         guest.says("no equilibrium beyond gamma = 15.7")
@@ -92,12 +92,12 @@ def test_an_edit_that_comes_while_the_session_is_built_is_not_lost(monkeypatch):
     """A page may send before the server has finished with it."""
     put = Panel.put
 
-    def early(panel: Panel, scene: SavedScene) -> None:
+    def early(panel: Panel, scene: Scene) -> None:
         put(panel, scene)
         panel.listener.want("gamma", 21.0)
         panel.listener.see("colouring", "axial strain")
 
     monkeypatch.setattr(Panel, "put", early)
     first = frequency_text(PAPER.replace(gamma=21))
-    with explorer(SavedScene(PAPER)) as address, visitor(address, first=first) as guest:
+    with explorer(Scene(PAPER)) as address, visitor(address, first=first) as guest:
         assert guest.says("axial strain, as drawn")

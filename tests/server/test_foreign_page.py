@@ -12,7 +12,7 @@ from live.server import PROTOCOL, plain_viser_server, url_of
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
 from beamviz.exports.browser import found_browser
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 
 pytestmark = [
     pytest.mark.browser,
@@ -86,7 +86,7 @@ def test_a_foreign_page_cannot_drive_a_session(foreign, url):
 
 def test_a_foreign_page_cannot_use_the_cookie_of_a_visitor(foreign):
     """The browser holds the key, and the page cannot make it use it."""
-    with explorer(SavedScene(Beam()), visitor_key=KEY) as found, page(found) as shown:
+    with explorer(Scene(Beam()), visitor_key=KEY) as found, page(found) as shown:
         shown.wait(SHOWN)
         assert shown.evaluate("location.href") == found.split("?")[0]
         assert shown.evaluate("document.cookie") == ""

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from beamviz.explorer.app import explorer
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "scripts"))
 
@@ -21,7 +21,7 @@ VISITORS, SECONDS = 12, 4.0
 def visit() -> tuple[list[Guest], dict[str, float]]:
     """Twelve visitors who drag for a while, and the rows of the script."""
     guests = [Guest() for _ in range(VISITORS)]
-    with explorer(SavedScene(START)) as url:
+    with explorer(Scene(START)) as url:
         rows = asyncio.run(hall(url, guests, SECONDS, os.getpid()))
     return guests, {key: value for key, value, _ in rows}
 

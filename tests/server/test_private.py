@@ -6,7 +6,7 @@ from live.visitor import BEAM, PAPER, Visitor, final_text, frequency_text, visit
 
 from beamviz.explorer import app as server
 from beamviz.explorer.app import explorer
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 
 VIOLATION = 1008
 
@@ -78,7 +78,7 @@ def test_no_control_is_shared(monkeypatch):
     monkeypatch.setattr(
         server, "Animator", lambda *given: (made.append(given[0]), animator(*given))[1]
     )
-    with explorer(SavedScene(PAPER)) as found, visitor(found) as guest:
+    with explorer(Scene(PAPER)) as found, visitor(found) as guest:
         assert guest.controls
         assert not made[0].gui._gui_input_handle_from_uuid
         assert not made[0].gui._command_handle_from_uuid

@@ -28,7 +28,7 @@ from live.visitor import BEAM, PAPER, beam_moved, visitor
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.explorer import app as server
 from beamviz.explorer.app import explorer
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.server import connection as guard
 from beamviz.server import run_server
 from beamviz.server import viser_private as hardening
@@ -36,7 +36,7 @@ from beamviz.server.access import Access, public_url
 from beamviz.server.messages import MAX_BYTES, MAX_PART_BYTES, Senseless, checked
 
 KEY = "the-key-of-this-run"
-SCENE = SavedScene(PAPER)
+SCENE = Scene(PAPER)
 VIOLATION, TOO_BIG = 1008, 1009
 
 

@@ -17,7 +17,7 @@ from live.visitor import BEAM, PAPER, pause, visitor
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.explorer import app as server
 from beamviz.explorer.app import explorer, serve
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 
 
 def test_nothing_is_computed_while_nothing_moves(monkeypatch):
@@ -30,7 +30,7 @@ def test_nothing_is_computed_while_nothing_moves(monkeypatch):
         return sleep(animator, due)
 
     monkeypatch.setattr(server.Animator, "sleep", counted)
-    with explorer(SavedScene(PAPER)) as address:
+    with explorer(Scene(PAPER)) as address:
         with visitor(address) as guest:
             pause(guest)
             count = len(woken)
@@ -51,7 +51,7 @@ def load(seconds: float) -> float:
 
 def test_a_visitor_who_leaves_is_forgotten(animators):
     """Their session is closed, and the animator keeps none of it."""
-    with explorer(SavedScene(PAPER)) as address:
+    with explorer(Scene(PAPER)) as address:
         with visitor(address):
             assert len(animators[-1].sessions) == 1
         end = time.monotonic() + 5
@@ -79,7 +79,7 @@ def test_a_busy_port_is_said_in_one_line():
         taken.listen()
         port = taken.getsockname()[1]
         with pytest.raises(Unavailable, match=rf"127\.0\.0\.1:{port} .*--port") as caught:
-            serve(SavedScene(PAPER), port=port)
+            serve(Scene(PAPER), port=port)
         assert "\n" not in str(caught.value)
 
 
@@ -88,14 +88,14 @@ def test_a_host_that_is_not_here_is_said_at_once(host):
     """viser would wait for ever on it."""
     start = time.monotonic()
     with pytest.raises(Unavailable, match="--host"):
-        serve(SavedScene(PAPER), host=host, port=0)
+        serve(Scene(PAPER), host=host, port=0)
     assert time.monotonic() - start < 15
 
 
 def test_options_that_make_no_sense_are_refused_before_serving():
     """An unknown strain law raises what solve raises."""
     with pytest.raises(InvalidInput, match="rubber"):
-        serve(SavedScene(PAPER, {"strain": "rubber"}), port=0)
+        serve(Scene(PAPER, {"strain": "rubber"}), port=0)
 
 
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
@@ -128,16 +128,16 @@ def test_an_interrupt_ends_the_server_cleanly(ending):
 
 SERVE = """
 from beamviz.beam import Beam
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.explorer.app import serve
-serve(SavedScene(Beam(alpha=1, beta=0.5, gamma=10)), port=0)
+serve(Scene(Beam(alpha=1, beta=0.5, gamma=10)), port=0)
 """
 
 
 def test_no_thread_is_left_behind():
     """After an explorer has ended, neither what opens sessions nor its solvers run."""
     before = set(threading.enumerate())
-    with explorer(SavedScene(PAPER)) as address, visitor(address):
+    with explorer(Scene(PAPER)) as address, visitor(address):
         names = {thread.name.split("_")[0] for thread in set(threading.enumerate()) - before}
         assert "opener" in names
 

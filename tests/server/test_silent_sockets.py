@@ -9,11 +9,11 @@ from live.server import CAMERA_MESSAGE, encoded, http_get, raw_socket, wait_unti
 from live.visitor import BEAM, PAPER, frequency_text, visitor
 
 from beamviz.explorer.app import explorer
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.server import connection as guard
 from beamviz.server import viser_private as hardening
 
-SCENE = SavedScene(PAPER)
+SCENE = Scene(PAPER)
 
 
 def test_half_open_sockets_are_given_up(monkeypatch):

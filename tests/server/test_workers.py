@@ -16,7 +16,7 @@ from live.visitor import BEAM, PAPER, frequency_text, visitor
 
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.explorer.app import serve
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.server import processes as workers
 from beamviz.server.access import VisitorCount
 from beamviz.server.processes import listening_sockets
@@ -163,7 +163,7 @@ def test_a_host_that_does_not_exist_is_refused():
     """Before any process is started."""
     threads = threading.active_count()
     with pytest.raises(Unavailable, match=r"cannot serve on no\.such\.host"):
-        serve(SavedScene(PAPER), host="no.such.host.invalid", port=0, processes=2)
+        serve(Scene(PAPER), host="no.such.host.invalid", port=0, processes=2)
     assert threading.active_count() == threads
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 from strategies import beams
 
-from beamviz.beam import LIMITS, MAX_GAMMA_OVER_MU, Beam
+from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam
 from beamviz.errors import InvalidInput, NoEquilibrium, NotConverged
 from beamviz.solver import Solution, solve, solve_many
 
@@ -21,7 +21,11 @@ STRAIGHT = Beam(alpha=1, beta=0.5, gamma=10)  # the beam of the README
 CORNERS = [
     Beam(alpha, beta, min(gamma, MAX_GAMMA_OVER_MU * mu), delta, mu)
     for alpha, beta, gamma, delta, mu in itertools.product(
-        LIMITS["alpha"], (0.0, 1e-6, 0.5, 1 - 1e-6, 1.0), LIMITS["gamma"], (0.0, 20.0), LIMITS["mu"]
+        PARAMETERS["alpha"].limits,
+        (0.0, 1e-6, 0.5, 1 - 1e-6, 1.0),
+        PARAMETERS["gamma"].limits,
+        (0.0, 20.0),
+        PARAMETERS["mu"].limits,
     )
 ]
 

@@ -21,8 +21,8 @@ from beamviz.explorer.page.inputs import Listener, heard
 from beamviz.explorer.request import SWITCHES, Wanted
 from beamviz.explorer.solve_queue import Turns
 from beamviz.explorer.solver_job import Answer, Solver
+from beamviz.scene import ViewOptions
 from beamviz.solver.solution import Solution
-from beamviz.view_options import Look
 
 NOTHING, BEFORE = "nothing", "how it was before"
 
@@ -178,14 +178,14 @@ class Comparison:
             self.solver.want(self.other.wanted)
 
     def show(
-        self, main: Shapes, clock: Clock, look: Look, shown: list[int], scale: float = SCALE
+        self, main: Shapes, clock: Clock, view: ViewOptions, shown: list[int], scale: float = SCALE
     ) -> None:
         """Draw the other beam beside `main`, the modes `shown` (from 0) of it; a length of the
         beam takes `scale` pixels."""
         new = self.drawn[:2] != self.state[:2]
         self.drawn, answer = self.state, self.answer
         good = answer.shapes if answer and not answer.words else None
-        self.shapes = None if look.together else good
+        self.shapes = None if view.all_modes else good
         if self.shapes is None or isinstance(self.other, str):
             self.hide()
             return
@@ -193,11 +193,11 @@ class Comparison:
             self.clock.phases = self.partner(main, clock.phases, np.pi / 2)
             self.clock.angle = clock.angle
         own = [self.shapes.labels.index(label) for label in self.common(main, shown)]
-        sizes = self.partner(main, amplitudes(look, len(main.modes)), 0.0)
-        seen = Seen.of(self.shapes, sizes, look.colouring, scale)
-        self.draw(look, own, self.other.title, seen)
+        sizes = self.partner(main, amplitudes(view, len(main.modes)), 0.0)
+        seen = Seen.of(self.shapes, sizes, view.colouring, scale)
+        self.draw(view, own, self.other.title, seen)
 
-    def draw(self, look: Look, shown: list[int], title: str, seen: Seen) -> None:
+    def draw(self, view: ViewOptions, shown: list[int], title: str, seen: Seen) -> None:
         """In one of the two ways; what is needed for it is built when first needed."""
         assert self.shapes
         self.hide()
@@ -205,11 +205,11 @@ class Comparison:
             if self.scene is None:
                 self.scene = Titled(self.api, "/other")
                 self.name = add_title(self.api, "/stage", "this beam")
-            self.scene.show(self.shapes, look, shown, title, self.levels[1], seen)
+            self.scene.show(self.shapes, view, shown, title, self.levels[1], seen)
             self.name.visible, self.name.position = True, self.scene.title.position
         else:
             self.ghost = self.ghost or Ghost(self.api)
-            self.ghost.show(self.shapes, look, shown, title, seen)
+            self.ghost.show(self.shapes, view, shown, title, seen)
 
     def hide(self) -> None:
         """Draw nothing."""

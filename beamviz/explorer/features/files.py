@@ -13,7 +13,7 @@ from beamviz.explorer.page.inputs import Listener
 from beamviz.exports.export import export
 from beamviz.exports.film import animate
 from beamviz.exports.screenshot import screenshot
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import Upload, filter_uploads
 
@@ -48,7 +48,7 @@ class SaveLoad:
         """Take up the scene in a file; one that is none changes nothing and says why."""
         file = event.target.value
         try:
-            self.listener.load(SavedScene.from_bytes(file.content, file.name))
+            self.listener.load(Scene.from_bytes(file.content, file.name))
         except InvalidInput as error:
             self.refuse("The scene stays as it is", str(error))
 
@@ -141,7 +141,7 @@ class TakeAway:
         self.client.add_notification(title, words, color="red", auto_close_seconds=PATIENCE)
 
 
-def made(ending: str, scene: SavedScene, counted: Callable[[int], Iterator[int]]) -> bytes:
+def made(ending: str, scene: Scene, counted: Callable[[int], Iterator[int]]) -> bytes:
     """What a file of this ending holds."""
     with tempfile.TemporaryDirectory(prefix="beamviz-") as folder:
         path = Path(folder) / f"beam.{ending}"

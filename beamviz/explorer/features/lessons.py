@@ -12,7 +12,7 @@ from beamviz.explorer.page.readout import GOOD
 from beamviz.explorer.solver_job import Answer
 from beamviz.lessons import LESSONS, NAMES
 from beamviz.lessons.model import Lesson, Verdict
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 
 STEPS = ("try it", "why", "challenge")
 SMALL = "font-size:.85em;line-height:1.45;margin:.35em .75em .5em"
@@ -124,7 +124,7 @@ CHALLENGE = len(STEPS) - 1
 class Guide:
     """What a visitor reads. Its pages are an invitation (0) and the steps of every lesson."""
 
-    def __init__(self, gui: GuiApi, panel: Panel, home: SavedScene):
+    def __init__(self, gui: GuiApi, panel: Panel, home: Scene):
         self.controls, self.home, self.lock = panel, home, panel.lock
         self.page = 0
         self.met: set[int] = set()
@@ -158,7 +158,7 @@ class Guide:
 
     # What the visitor chooses.
 
-    def begin(self, scene: SavedScene) -> None:
+    def begin(self, scene: Scene) -> None:
         """Begin the lesson that has this scene, or none."""
         k = next((k for k, lesson in enumerate(LESSONS) if lesson.scene == scene), None)
         self.page = 0 if k is None else 1 + len(STEPS) * k

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from beamviz.beam import LIMITS, MAX_GAMMA_OVER_MU, Beam
+from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam
 from beamviz.display_units import frequencies, measure
 from beamviz.errors import BeamvizError
 from beamviz.explorer.jobs import Latest
@@ -40,7 +40,7 @@ log = RateLimitedLog(__name__)
 
 def span(beam: Beam, over: str) -> tuple[float, float]:
     """Where the axis of a number begins and ends for a beam."""
-    (least, most), (low, high) = LIMITS[over], SPANS[over]
+    (least, most), (low, high) = PARAMETERS[over].limits, SPANS[over]
     if over == "gamma":
         high = REAL_SPEED if beam.units else high
         most = min(most, MAX_GAMMA_OVER_MU * beam.mu)

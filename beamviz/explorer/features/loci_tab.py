@@ -10,7 +10,8 @@ from typing import Any
 
 from viser import GuiApi, uplot
 
-from beamviz.display_units import LABELS, Measure, frequencies, measure
+from beamviz.beam import PARAMETERS
+from beamviz.display_units import Measure, frequencies, measure
 from beamviz.errors import InvalidInput
 from beamviz.explorer.features.loci_chart import (
     FAMILIES,
@@ -47,7 +48,6 @@ from beamviz.explorer.request import MODES, Wanted
 from beamviz.explorer.solver_job import Answer
 from beamviz.frequency_loci import Event, Loci
 from beamviz.frequency_loci.forced_response import Resonance
-from beamviz.plotting.style import SYMBOLS
 
 SIGNS = {"crossing": "○", "veering": "●"}
 VERBS = {"crossing": "cross", "veering": "veer"}
@@ -173,7 +173,7 @@ def gaps(chart: Chart) -> str:
     """Why a line ends, or why there is none."""
     limits = chart.loci.limits if chart.loci else ()
     over = chart.question.over
-    named = [limit.message.replace(f"{over} =", f"{SYMBOLS[over]} =") for limit in limits]
+    named = [limit.message.replace(f"{over} =", f"{PARAMETERS[over].symbol} =") for limit in limits]
     words = [chart.words] if chart.words else named
     return "".join(f'<div role="note" style="{SMALL}"><b>Gap:</b> {escape(w)}</div>' for w in words)
 
@@ -200,7 +200,7 @@ def resonance_list(found: Sequence[Resonance], along: Measure, across: Measure) 
     )
 
 
-AXES = {LABELS[name]: name for name in ("gamma", "alpha", "beta", "delta", "mu")}
+AXES = {PARAMETERS[name].slider_label: name for name in ("gamma", "alpha", "beta", "delta", "mu")}
 SECOND_LANES = 4  # lines of one family of a second chart there is room for at first
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from viser import BatchedMeshHandle, SceneNodeDragEvent
 from viser.transforms import SO3
 
-from beamviz.drawing.beam_view import Scene
+from beamviz.drawing.beam_view import BeamView
 
 DIGITS = 3  # of the position: finer than a pointer is
 PARALLEL = 1e-3  # a line of sight so nearly along the beam tells no place on it
@@ -29,7 +29,7 @@ class Holder(Protocol):
 class Grip:
     """Turns a drag of the mass into places along the beam."""
 
-    def __init__(self, scene: Scene, eye: Callable[[], np.ndarray], holder: Holder):
+    def __init__(self, scene: BeamView, eye: Callable[[], np.ndarray], holder: Holder):
         self.scene, self.eye, self.holder = scene, eye, holder
         self.offset: float | None = None  # from the middle of the mass to where it was taken
         scene.mass.on_drag(self.dragged)

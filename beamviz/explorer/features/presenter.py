@@ -13,8 +13,7 @@ from beamviz.explorer.features.loci_tab import Charting
 from beamviz.explorer.page.inputs import assign, heard
 from beamviz.explorer.page.panel import Panel
 from beamviz.explorer.solver_job import Solver
-from beamviz.scene import SavedScene
-from beamviz.view_options import Look
+from beamviz.scene import Scene, ViewOptions
 
 LABEL = "follow the presenter"
 FIRST = -1.0  # above all other controls
@@ -26,12 +25,12 @@ class Led(Protocol):
     solver: Solver
     charting: Charting
     panel: Panel
-    look: Look
+    view: ViewOptions
     clock: Clock
     lock: threading.RLock
     wake: Callable[[], None]
 
-    def saved(self) -> SavedScene:
+    def saved(self) -> Scene:
         """All that is set."""
 
 
@@ -59,7 +58,7 @@ class Following:
         lead, session = self.led_by, self.session
         return lead is not None and (
             lead.solver.answer is not session.solver.answer
-            or lead.look is not session.look
+            or lead.view is not session.view
             or lead.charting.charts.answer is not session.charting.charts.answer
         )
 
@@ -90,12 +89,12 @@ class Following:
             session.solver.adopt(lead.solver)
             session.charting.take(lead.charting.over, lead.charting.per_rev)
             session.charting.charts.adopt(lead.charting.charts)
-            session.look = lead.look
+            session.view = lead.view
             self.show(lead)
 
     def show(self, lead: Led) -> None:
         """Put the controls where the leader's are, if they have moved."""
-        state = (lead.solver.wanted, lead.look, lead.charting.over, lead.charting.per_rev)
+        state = (lead.solver.wanted, lead.view, lead.charting.over, lead.charting.per_rev)
         if state != self.put:
             self.put = state
             with contextlib.suppress(InvalidInput):  # numbers that are no beam stay unshown

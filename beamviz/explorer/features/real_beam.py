@@ -8,11 +8,11 @@ from typing import Any
 
 from viser import GuiApi, GuiInputHandle
 
-from beamviz.beam import LIMITS, MAX_GAMMA_OVER_MU, SI_REQUIRED, Beam, checked
+from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, SI_REQUIRED, Beam, check_float
 from beamviz.errors import InvalidInput
 from beamviz.explorer.page.inputs import Listener, assign
 from beamviz.presets import REAL_BEAMS, RPM, RealBeam
-from beamviz.scene import SavedScene
+from beamviz.scene import Scene
 
 # For each keyword of `Beam.from_si`: its label, and one of its units in SI.
 FIELDS = {
@@ -118,28 +118,28 @@ class Form:
             self.window.close()
 
 
-def current(listener: Listener) -> SavedScene:
+def current(listener: Listener) -> Scene:
     """The scene as it is; the usual one where what is set is none."""
     try:
         return listener.saved()
     except InvalidInput:
-        return SavedScene()
+        return Scene()
 
 
 def made(texts: dict[str, Any]) -> Beam:
     """The beam of the fields; InvalidInput names a field, in its own unit, and what is allowed."""
     values: dict[str, Any] = read(texts)
     for name in SI_REQUIRED:
-        if checked(FIELDS[name][0], number(FIELDS[name][0], texts[name]), 0.0, LARGEST) == 0:
+        if check_float(FIELDS[name][0], number(FIELDS[name][0], texts[name]), 0.0, LARGEST) == 0:
             raise InvalidInput(f"{FIELDS[name][0]} = 0: must be above 0")
     slenderness = values["length"] * math.sqrt(values["area"] / values["second_moment"])
-    low, high = LIMITS["mu"]
+    low, high = PARAMETERS["mu"].limits
     if not low <= slenderness <= high:
         raise InvalidInput(f"L √(A / I) = {slenderness:.4g}: must lie in {low:g} .. {high:g}")
     bare = Beam.from_si(**{name: values[name] for name in SI_REQUIRED})
     for name, (low, high) in ranges(bare).items():
         label, unit = FIELDS[name]
-        checked(label, number(label, texts[name]), low / unit, high / unit)
+        check_float(label, number(label, texts[name]), low / unit, high / unit)
     return Beam.from_si(**values)
 
 
@@ -147,12 +147,12 @@ def ranges(bare: Beam) -> dict[str, tuple[float, float]]:
     """What a beam allows, in SI, of the hub, the speed and the mass it is given."""
     assert bare.units
     assert bare.units.mass
-    fastest = min(LIMITS["gamma"][1], MAX_GAMMA_OVER_MU * bare.mu)
-    low, high = LIMITS["delta"]
+    fastest = min(PARAMETERS["gamma"].limits[1], MAX_GAMMA_OVER_MU * bare.mu)
+    low, high = PARAMETERS["delta"].limits
     return {
         "hub_radius": (low * bare.units.length, high * bare.units.length),
         "rotation_speed": (0.0, fastest / bare.units.time),
-        "mass": (0.0, LIMITS["alpha"][1] * bare.units.mass),
+        "mass": (0.0, PARAMETERS["alpha"].limits[1] * bare.units.mass),
         "mass_position": (0.0, bare.units.length),
     }
 

@@ -20,9 +20,9 @@ from beamviz.explorer.page.inputs import Listener, heard
 from beamviz.explorer.page.plot_style import COLOURS, LINE, MARK, add_plot, axes, dot
 from beamviz.explorer.request import Wanted
 from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run_up
+from beamviz.scene import clip
 from beamviz.server.log import RateLimitedLog
 from beamviz.solver.solution import Solution
-from beamviz.view_options import within
 
 PER_SECOND = 6.0  # speeds of the run that are passed; they are close together near resonances
 LARGEST = 2.0  # times the amplitude set for the picture: how far the highest peak is drawn
@@ -92,7 +92,7 @@ class Ride:
 
     def damp(self, damping: Any) -> None:
         """Another damping ratio."""
-        damping = max(within(damping, DAMPING[1], self.damping), DAMPING[0])
+        damping = max(clip(damping, DAMPING[1], self.damping), DAMPING[0])
         if damping != self.damping:
             self.damping = damping
             self.forget()

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from viser import GuiApi, uplot
 
-from beamviz.beam import LIMITS
+from beamviz.beam import PARAMETERS
 from beamviz.display_units import Measure, frequencies, measure
 from beamviz.errors import BeamvizError
 from beamviz.explorer.features.loci_chart import FAMILIES, Question, filled, lanes, roomy
@@ -103,7 +103,7 @@ def magnified(target: Target) -> tuple[Pair, ...]:
 
 def around(question: Question, at: float, reach: float, count: int) -> np.ndarray:
     """Values (count,) to both sides of `at`, within what the number may be."""
-    low, high = LIMITS[question.over]
+    low, high = PARAMETERS[question.over].limits
     return np.linspace(max(at - reach, low), min(at + reach, high, question.stop), count)
 
 

@@ -39,8 +39,8 @@ class Commands:
         self.add("Lesson: previous page", "B", partial(guide.step, -1))
         self.add("Reset the beam", "R", guide.reset)
         self.add("Reset the view", "V", listener.reset_view)
-        self.add(RIDING.capitalize(), "H", partial(listener.see, "riding", True))
-        self.add(BESIDE.capitalize(), "S", partial(listener.see, "riding", False))
+        self.add(RIDING.capitalize(), "H", partial(listener.see, "rotating_frame", True))
+        self.add(BESIDE.capitalize(), "S", partial(listener.see, "rotating_frame", False))
         self.add("Coriolis forces on or off", "C", self.toggle_coriolis)
         self.add("Dark or light page", "D", partial(self.toggle, "dark"))
         with gui.add_folder("Keys", expand_by_default=False):

@@ -8,25 +8,10 @@ from typing import Any, Protocol
 
 from viser import GuiApi, GuiEvent, GuiInputHandle, GuiNumberHandle, GuiSliderHandle
 
-from beamviz.beam import LIMITS, NAMES, Beam
-from beamviz.display_units import LABELS, measures, places
-from beamviz.scene import SavedScene
+from beamviz.beam import PARAMETERS, Beam
+from beamviz.display_units import measures, places
+from beamviz.scene import Scene
 from beamviz.server.viser_private import set_value, stop_sync
-
-# For each number: label, everyday range and step of its slider (dimensionless), what it means.
-NUMBERS = {
-    "alpha": (LABELS["alpha"], 0.0, 5.0, 0.01, "How heavy the mass is, beside the beam itself."
-              " More: slower vibration, but not where the mass sits at a node"),
-    "beta": (LABELS["beta"], 0.0, 1.0, 0.005, "Where the mass sits: 0 at the hub, 1 at the tip."
-             " Further out it moves more, and is felt more. You can drag the mass itself, too"),
-    "gamma": (LABELS["gamma"], 0.0, 50.0, 0.1, "How fast it turns, in radians per T*."
-              " Faster: the beam is pulled taut and longer, and vibrates faster"),
-    "delta": (LABELS["delta"], -1.0, 3.0, 0.01, "How large the hub is, beside the length of the"
-              " beam. Larger: more pull. Below 0 the beam points inward, and is pressed together"),
-    "mu": (LABELS["mu"], 10.0, 200.0, 1.0, "How slender the beam is: √12 times its length over"
-           " its thickness. More: stretching gets faster beside bending, and the pull stretches"
-           " the beam less"),
-}  # fmt: skip
 
 
 class Listener(Protocol):
@@ -73,10 +58,10 @@ class Listener(Protocol):
     def remember(self) -> None:
         """Keep it unless it is compared with something else."""
 
-    def saved(self) -> SavedScene:
+    def saved(self) -> Scene:
         """All that is set, as a scene; InvalidInput where that is none."""
 
-    def load(self, scene: SavedScene) -> None:
+    def load(self, scene: Scene) -> None:
         """Show another scene."""
 
     @property
@@ -99,22 +84,24 @@ class Numbers:
         lock: threading.RLock,
     ):
         self.listener, self.lock, self.measures = listener, lock, measures(beam.units)
-        self.sliders = {name: self.add_slider(gui, name) for name in NUMBERS}
+        self.sliders = {name: self.add_slider(gui, name) for name in PARAMETERS}
         with gui.add_folder("Exact, over the full range", expand_by_default=False):
-            self.fields = {name: self.add_field(gui, name) for name in NUMBERS}
+            self.fields = {name: self.add_field(gui, name) for name in PARAMETERS}
         self.show(beam)
 
     def add_slider(self, gui: GuiApi, name: str) -> GuiSliderHandle[float]:
         """The slider."""
-        label, low, high, step, hint = NUMBERS[name]
+        parameter = PARAMETERS[name]
+        low, high, step = parameter.slider
+        label, hint = parameter.slider_label, parameter.hint
         slider = gui.add_slider(label, low, high, step, low, hint=hint)
         heard(slider, self.lock, partial(self.moved, name))
         return slider
 
     def add_field(self, gui: GuiApi, name: str) -> GuiNumberHandle[float]:
         """The field."""
-        low, high = LIMITS[name]
-        field = gui.add_number(name, low, min=low, max=high, step=NUMBERS[name][3])
+        low, high = PARAMETERS[name].limits
+        field = gui.add_number(name, low, min=low, max=high, step=PARAMETERS[name].slider[2])
         heard(field, self.lock, partial(self.typed, name))
         return field
 
@@ -130,15 +117,17 @@ class Numbers:
         """Label and range of a slider and its field, and the value in them. The slider covers
         four times the value of a real beam, and the full range where it must."""
         slider, field, measure = self.sliders[name], self.fields[name], self.measures[name]
-        slider.label, field.label = measure.label, measure.field(NAMES[name])
+        slider.label, field.label = measure.label, measure.field(PARAMETERS[name].label)
         field.precision = 8 if measure.unit == "" else 4
-        field.min, field.max = (measure.factor * limit for limit in LIMITS[name])
-        _, low, high, step, _ = NUMBERS[name]
+        field.min, field.max = (measure.factor * limit for limit in PARAMETERS[name].limits)
+        low, high, step = PARAMETERS[name].slider
         if real and value > 0 and name in ("alpha", "gamma"):
             low, high, step = 0.0, 4 * value, value / 100
         if not low <= value <= high:
-            low, high = LIMITS[name]
-        slider.min, slider.max, slider.step = measure.range(low, high, step, LIMITS[name])
+            low, high = PARAMETERS[name].limits
+        slider.min, slider.max, slider.step = measure.range(
+            low, high, step, PARAMETERS[name].limits
+        )
         slider.precision = 4 if measure.unit == "" else places(slider.step)
         for control in (slider, field):
             assign(control, measure.factor * value)
@@ -164,7 +153,9 @@ class Numbers:
         self.listener.want(name, self.measures[name].plain(value))
         slider = self.sliders[name]
         if not slider.min <= value <= slider.max:
-            slider.min, slider.max = (self.measures[name].factor * end for end in LIMITS[name])
+            slider.min, slider.max = (
+                self.measures[name].factor * end for end in PARAMETERS[name].limits
+            )
         assign(slider, value)
 
 

@@ -20,9 +20,8 @@ from beamviz.explorer.page.inputs import Listener, Numbers, assign, heard
 from beamviz.explorer.page.theme import add_style
 from beamviz.explorer.request import CHOICES, MODES, Wanted
 from beamviz.explorer.solver_job import Answer
-from beamviz.scene import SavedScene
+from beamviz.scene import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, Scene, ViewOptions
 from beamviz.server.viser_private import set_html
-from beamviz.view_options import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, Look
 
 MODEL = {
     "method": "How the beam is cut up and solved",
@@ -38,7 +37,7 @@ RIDING, BESIDE = "ride on the hub", "stand beside it"
 class Panel:
     """Two panels: results over the scene on the left, controls docked on the right."""
 
-    def __init__(self, gui: GuiApi, wanted: Wanted, look: Look, listener: Listener):
+    def __init__(self, gui: GuiApi, wanted: Wanted, view: ViewOptions, listener: Listener):
         self.listener = listener
         self.lock = threading.RLock()
         self.known = ""  # the last table
@@ -52,9 +51,9 @@ class Panel:
             self.numbers = Numbers(gui, wanted.beam(), listener, self.lock)
             RealBeams(gui, self.lock, listener)
         with gui.add_folder("Motion"):
-            self.add_motion(gui, look)
+            self.add_motion(gui, view)
         with gui.add_folder("Picture"):
-            self.add_picture(gui, look)
+            self.add_picture(gui, view)
         with gui.add_folder("Terms on or off", expand_by_default=False):
             self.terms = Terms(gui, wanted, self.numbers, listener, self.lock)
         with gui.add_folder("Model", expand_by_default=False):
@@ -83,16 +82,16 @@ class Panel:
         results.dock_left()
         results.set_width(370)
 
-    def add_motion(self, gui: GuiApi, look: Look) -> None:
+    def add_motion(self, gui: GuiApi, view: ViewOptions) -> None:
         """Clock, amplitude, mix of modes and frame of view."""
-        play = gui.add_checkbox("playing", look.playing)
+        play = gui.add_checkbox("playing", view.playing)
         self.follow(play, "playing")
         speed = gui.add_slider(
             "pace",
             0.0,
             MAX_PACE,
             0.05,
-            look.pace,
+            view.pace,
             hint="Speed of the one clock of rotation and vibration",
         )
         self.follow(speed, "pace")
@@ -102,46 +101,48 @@ class Panel:
             0.0,
             MAX_AMPLITUDE,
             0.01,
-            look.amplitude,
+            view.amplitude,
             hint="Largest displacement drawn, over the length of the beam",
         )
         self.follow(size, "amplitude")
         with gui.add_folder("Mix several modes", expand_by_default=False):
-            self.shares = [self.add_share(gui, k, look) for k in range(MODES)]
-        view = gui.add_button_group("view", (RIDING, BESIDE))
-        view.on_click(lambda event: self.listener.see("riding", event.target.value == RIDING))
+            self.shares = [self.add_share(gui, k, view) for k in range(MODES)]
+        frame = gui.add_button_group("view", (RIDING, BESIDE))
+        frame.on_click(
+            lambda event: self.listener.see("rotating_frame", event.target.value == RIDING)
+        )
 
-    def add_share(self, gui: GuiApi, mode: int, look: Look) -> GuiSliderHandle:
+    def add_share(self, gui: GuiApi, mode: int, view: ViewOptions) -> GuiSliderHandle:
         """How much of one mode is in the picture."""
-        share = look.shares[mode] if mode < len(look.shares) else 0.0
+        share = view.shares[mode] if mode < len(view.shares) else 0.0
         slider = gui.add_slider(
             f"mode {mode + 1}", 0.0, 1.0, 0.05, share, hint=f"How much of mode {mode + 1} is in it"
         )
         heard(slider, self.lock, partial(self.listener.share, mode))
         return slider
 
-    def add_picture(self, gui: GuiApi, look: Look) -> None:
+    def add_picture(self, gui: GuiApi, view: ViewOptions) -> None:
         """What is drawn, and how."""
         self.follow(
-            gui.add_dropdown("colour", COLOURINGS, initial_value=look.colouring),
+            gui.add_dropdown("colour", COLOURINGS, initial_value=view.colouring),
             "colouring",
         )
         self.follow(
             gui.add_checkbox(
                 "ghosts",
-                look.ghosts,
+                view.ghosts,
                 hint="Outline: undeformed. Pale: stretched by the rotation, not vibrating",
             ),
             "ghosts",
         )
         self.follow(
-            gui.add_checkbox("nodes", look.nodes, hint="Places that stay still in a mode"), "nodes"
+            gui.add_checkbox("nodes", view.nodes, hint="Places that stay still in a mode"), "nodes"
         )
         self.follow(
-            gui.add_checkbox("thicken", look.thicken, hint="Draw a thin beam thicker than it is"),
+            gui.add_checkbox("thicken", view.thicken, hint="Draw a thin beam thicker than it is"),
             "thicken",
         )
-        dark = gui.add_checkbox("dark page", look.dark)
+        dark = gui.add_checkbox("dark page", view.dark)
         self.follow(dark, "dark")
         reset = gui.add_button_group("reset", (BEAM, VIEW), hint="Back to how it was at first")
         reset.on_click(lambda event: self.reset(event.target.value))
@@ -162,7 +163,7 @@ class Panel:
     def pick(self, number: Any) -> None:
         """One mode alone, by its number, or all of them."""
         if number == ALL:
-            self.listener.see("together", True)
+            self.listener.see("all_modes", True)
         elif number in [str(k + 1) for k in range(MODES)]:
             self.listener.only(int(number) - 1)
 
@@ -173,18 +174,18 @@ class Panel:
         elif what == VIEW:
             self.listener.reset_view()
 
-    def show_shares(self, look: Look) -> None:
-        """Put the sliders of the mix where `look` has them."""
+    def show_shares(self, view: ViewOptions) -> None:
+        """Put the sliders of the mix where `view` has them."""
         for k, slider in enumerate(self.shares):
-            assign(slider, look.shares[k] if k < len(look.shares) else 0.0)
+            assign(slider, view.shares[k] if k < len(view.shares) else 0.0)
 
-    def put(self, scene: SavedScene) -> None:
+    def put(self, scene: Scene) -> None:
         """Put every control where `scene` has it."""
         self.numbers.show(scene.beam)
-        for name, value in {**scene.options, **asdict(scene.look)}.items():
+        for name, value in {**scene.options, **asdict(scene.view)}.items():
             if name in self.choices:
                 assign(self.choices[name], value)
-        self.show_shares(scene.look)
+        self.show_shares(scene.view)
         self.loci.put(scene.over, scene.per_rev)
 
     def show(self, answer: Answer, shown: list[int]) -> None:

@@ -1,4 +1,4 @@
-"""How the live charts look: colours, lines, marks and axes they share."""
+"""How the live charts view: colours, lines, marks and axes they share."""
 
 import numpy as np
 from viser import GuiApi, GuiUplotHandle, uplot

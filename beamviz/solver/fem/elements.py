@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from beamviz.beam import Beam, whole
+from beamviz.beam import Beam, check_int
 from beamviz.errors import InvalidInput
 from beamviz.solver import eigen
 from beamviz.solver.eigen import gyroscopic_modes
@@ -112,7 +112,9 @@ def solve_elements(
 
     Raises InvalidInput, NoEquilibrium with the limit, NotConverged.
     """
-    elements = whole("elements", PAPER_ELEMENTS if elements is None else elements, 1, MAX_ELEMENTS)
+    elements = check_int(
+        "elements", PAPER_ELEMENTS if elements is None else elements, 1, MAX_ELEMENTS
+    )
     if modes > 2 * elements:
         raise InvalidInput(f"modes = {modes}: at most {2 * elements} with elements = {elements}")
     assembled = assemble(beam, problem, elements)

@@ -8,7 +8,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from beamviz.beam import LIMITS, Beam
+from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver import eigen
 from beamviz.solver.hp import matrices as hp
@@ -39,7 +39,7 @@ CHUNK = 32  # beams that share a mesh: it is as fine as the hardest of them need
 Discretisation = tuple[tuple[float, ...], tuple[int, ...]]  # breaks and orders
 Discretised = Callable[[int], Discretisation | None]  # of the beam at a place
 
-_numbers = attrgetter(*LIMITS)
+_numbers = attrgetter(*PARAMETERS)
 
 # A sweep takes and frees arrays of about a megabyte. The C library of Linux gives these back to the
 # system, and each of their pages is fetched anew at a fault, up to a fifth of a sweep's time. Once
@@ -58,7 +58,7 @@ def solve_straight_many(
     """
     found: list[StraightModes | None] = [None] * len(beams)
     modes, tolerance, beside = problem.modes, problem.tolerance, extra_modes
-    table = np.array([_numbers(beam) for beam in beams]).reshape(-1, len(LIMITS))
+    table = np.array([_numbers(beam) for beam in beams]).reshape(-1, len(PARAMETERS))
     waiting = np.flatnonzero(_simple(hp.Numbers(*table.T), problem))
     digits = -math.log10(tolerance) - FEWER_DIGITS
     for _ in range(ATTEMPTS):

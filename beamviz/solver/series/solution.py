@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from beamviz.beam import Beam, whole
+from beamviz.beam import Beam, check_int
 from beamviz.errors import InvalidInput
 from beamviz.solver.hp.refinement import errors_against_reference
 from beamviz.solver.problem import Problem
@@ -28,7 +28,7 @@ def solve(beam: Beam, problem: Problem, start: float) -> Solution:
 
 def _assumed_modes(beam: Beam, problem: Problem, start: float) -> Solution:
     """`terms` functions across the beam and as many along it."""
-    terms = whole("terms", ASSUMED if problem.terms is None else problem.terms, 1, MAX_ASSUMED)
+    terms = check_int("terms", ASSUMED if problem.terms is None else problem.terms, 1, MAX_ASSUMED)
     if problem.modes > terms:
         raise InvalidInput(f"modes = {problem.modes}: at most {terms} with terms = {terms}")
     found = assumed_modes(beam, problem, terms, problem.modes)
@@ -38,14 +38,14 @@ def _assumed_modes(beam: Beam, problem: Problem, start: float) -> Solution:
 def _power_series(beam: Beam, problem: Problem, start: float) -> Solution:
     """`terms` powers of x on each part of the beam."""
     terms = POWERS if problem.terms is None else problem.terms
-    terms = whole("terms", terms, MIN_POWERS, MAX_POWERS)
+    terms = check_int("terms", terms, MIN_POWERS, MAX_POWERS)
     found = power_series_modes(beam, problem, terms, problem.modes)
     return _solution(beam, problem, start, found, terms, 2)
 
 
 def _chebyshev(beam: Beam, problem: Problem, start: float) -> Solution:
     """Polynomials of order `terms` on each part of the beam."""
-    order = whole("terms", ORDER if problem.terms is None else problem.terms, 2, MAX_ORDER)
+    order = check_int("terms", ORDER if problem.terms is None else problem.terms, 2, MAX_ORDER)
     if problem.modes > order:
         raise InvalidInput(f"modes = {problem.modes}: at most {order} with terms = {order}")
     found, on, state = chebyshev_modes(beam, problem, order, problem.modes)
