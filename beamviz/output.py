@@ -4,7 +4,7 @@ import csv
 import io
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -179,3 +179,18 @@ def foot(solution: "Solution") -> str:
 def plural(count: int, noun: str) -> str:
     """1 element, 2 elements."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def csv_text(heading: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A CSV file as text."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(heading)
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def markdown_table(heading: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table in markdown."""
+    lines = (heading, ["---"] * len(heading), *rows)
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)

@@ -263,7 +263,7 @@ def reproduce(
     ] = None,
 ) -> None:
     """The paper's tables and figures, beside the numbers its text prints."""
-    from beamviz.paper.reproduce import ALL, reproduce
+    from beamviz.paper import ALL, reproduce
 
     print(reproduce(names or [ALL], out))
 

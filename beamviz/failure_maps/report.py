@@ -10,7 +10,7 @@ from typing import Any
 from beamviz.beam import PARAMETERS
 from beamviz.failure_maps.compute import FULL, QUICK, Map, command, maps
 from beamviz.failure_maps.verdicts import CONTENDERS, KINDS, OUTSIDE, RIGHT, TRULY_UNSTABLE
-from beamviz.paper.markdown import lines
+from beamviz.output import markdown_table
 from beamviz.plotting.files import Files, write, writing_to
 
 PAGE = "stability.md"
@@ -105,7 +105,7 @@ def shares(found: Map) -> str:
         count = Counter(kinds)
         cells = [f"{100 * count[kind] / len(kinds):.0f}" if count[kind] else "" for kind in KINDS]
         rows.append([contender.name, *cells])
-    return "\n".join(lines(["method", *KINDS], rows))
+    return markdown_table(["method", *KINDS], rows)
 
 
 def examples(found: Map) -> list[str]:

@@ -1,126 +1,359 @@
-"""The paper's figures, computed: what each one shows, as numbers."""
+"""The paper's figures: their beams, the numbers its text prints, and the same numbers computed.
 
-import csv
-import io
+The curves of the figures are not available to this project; `plots` computes and draws them.
+"""
+
 from collections.abc import Iterator
-from itertools import product
-from typing import NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from beamviz.beam import PARAMETERS, Beam
 from beamviz.frequency_loci import Event, Loci, loci
-from beamviz.paper.data import LociFigure, Meeting, ShapeFigure
+from beamviz.output import csv_text, markdown_table
+from beamviz.paper.tables import TOLERANCE, described
+from beamviz.plotting.style import OMEGAS
 from beamviz.solver import solve
-from beamviz.solver.solution import Solution
 
-POINTS = 201
-EQ_16, OTHER = "spatial", "material"  # the curvature measures
-
-
-class Met(NamedTuple):
-    """A crossing by curvature measure, and what the paper prints of it."""
-
-    events: dict[str, Event]
-    printed: Meeting | None
+COUNTS = {3: "three", 5: "five"}
+ORDINALS = {1: "First", 2: "Second", 3: "Third"}
 
 
-class Curve(NamedTuple):
-    """One mode shape of unit modal mass: its larger component, rising from the clamp."""
+class PrintedCrossing(NamedTuple):
+    """Two loci, numbered by frequency from 1, that cross at a printed value of the parameter, and
+    where they cross as located independently of this project, with either curvature measure."""
 
-    solution: Solution
-    mode: int  # counted from 1
-    x: np.ndarray
-    y: np.ndarray
+    loci: tuple[int, int]
+    at: str
+    material: str
+    spatial: str
+    explanation: str = ""  # of a printed value that neither curvature measure gives
 
     @property
-    def family(self) -> str:
-        """bending or stretching."""
-        return self.solution.families[self.mode - 1]
+    def branches(self) -> set[str]:
+        """Labels: locus k is bending mode k until the first stretching mode crosses it."""
+        return {f"B{self.loci[0]}", "S1"}
+
+
+class PrintedNode(NamedTuple):
+    """A vibration node of a mode, counted from 1, of the beam at rest without a mass."""
+
+    mode: int
+    at: str
+
+
+class PrintedConstant(NamedTuple):
+    """A frequency at rest that a mass at a node of its mode does not change."""
+
+    mode: int
+    frequency: str
+
+
+class LociFigure(NamedTuple):
+    """Frequencies of the lowest modes as one parameter of a beam grows from 0."""
+
+    name: str
+    beam: Beam
+    over: str
+    stop: float
+    modes: int = 5
+    crossings: tuple[PrintedCrossing, ...] = ()
+    nodes: tuple[PrintedNode, ...] = ()
+    constants: tuple[PrintedConstant, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
-    def label(self) -> str:
-        """B1, S1 ..."""
-        return self.solution.labels[self.mode - 1]
+    def parameters(self) -> str:
+        """The parameters held fixed: α = 1, β = 0.5, δ = 0, μ = 70."""
+        return described(self.beam, tuple(name for name in PARAMETERS if name != self.over))
 
     @property
-    def nodes(self) -> np.ndarray:
-        """Where it stands still."""
-        return self.solution.nodes[self.mode - 1]
+    def caption(self) -> str:
+        """Quantity and fixed parameters."""
+        first = f"First {COUNTS[self.modes]} frequencies over the {PARAMETERS[self.over].label}"
+        return f"{first} ({self.parameters})"
 
 
-def charts(figure: LociFigure) -> dict[str, Loci]:
-    """The loci of a figure by curvature measure; at rest the measures are the same."""
-    values = np.linspace(0, figure.stop, POINTS)
-    at_rest = figure.over != "gamma" and figure.beam.gamma == 0
-    return {
-        name: loci(figure.beam, figure.over, values, figure.modes, curvature=name)
-        for name in ((EQ_16,) if at_rest else (EQ_16, OTHER))
-    }
+class ShapeFigure(NamedTuple):
+    """Shapes of some modes, counted from 1, of a beam with some mass ratios at its tip."""
+
+    name: str
+    beam: Beam
+    modes: tuple[int, ...]
+    alphas: tuple[float, ...]
+    stretching: int | None = None  # the stretching mode by the text
+    nodes: tuple[PrintedNode, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def parameters(self) -> str:
+        """The parameters held fixed."""
+        beam = self.beam.replace(alpha=self.alphas[0])
+        return described(beam, tuple(PARAMETERS)[len(self.alphas) > 1 :])
+
+    @property
+    def caption(self) -> str:
+        """Quantity and fixed parameters."""
+        one = f"{ORDINALS[self.modes[0]]} mode shape"
+        shapes = one if len(self.modes) == 1 else f"First {COUNTS[len(self.modes)]} mode shapes"
+        return f"{shapes} ({self.parameters})"
 
 
-def meetings(figure: LociFigure, found: dict[str, Loci]) -> list[Met]:
-    """Every crossing of the charts."""
-    printed = {_nearest(found[EQ_16], _pair(row), float(row.at)): row for row in figure.meetings}
-    return [
-        Met(
-            {name: _nearest(chart, set(event.branches), event.at) for name, chart in found.items()},
-            printed.get(event),
-        )
-        for event in found[EQ_16].events
-    ]
+Figure = LociFigure | ShapeFigure
+
+NODES = (PrintedNode(2, "0.78344"), PrintedNode(3, "0.50355"), PrintedNode(3, "0.86768"))
+CONSTANTS = (PrintedConstant(2, "22.0345"), PrintedConstant(3, "61.6982"))
+OWN_RANGE = ("The text does not give the range of the axis; it is ours.",)
+OWN_MASSES = ("The text does not give the mass ratios drawn; they are ours.",)
+NO_MASS = ("The nodes in the text are those of the beam without a mass, which is drawn.",)
+HELD_ROOT = "likely from a root that holds the length of r' too: 1.584 with 20 elements"
 
 
-def _pair(meeting: Meeting) -> set[str]:
-    """The branches of a printed meeting: locus k is bending mode k until S1 crosses it."""
-    return {f"B{meeting.loci[0]}", "S1"}
+def _over_speed(name: str, beta: float, *crossings: PrintedCrossing) -> LociFigure:
+    """Frequencies over the rotation speed of a beam with alpha = 1."""
+    return LociFigure(name, Beam(1, beta), "gamma", 20, crossings=crossings, notes=OWN_RANGE)
 
 
-def _nearest(chart: Loci, pair: set[str], at: float) -> Event:
-    """The event of two branches nearest to a value."""
-    events = (event for event in chart.events if set(event.branches) == pair)
+def _over_mass(name: str, gamma: float, *crossings: PrintedCrossing) -> LociFigure:
+    """Frequencies over the mass ratio of a tip mass."""
+    return LociFigure(name, Beam(gamma=gamma), "alpha", 2, crossings=crossings, notes=OWN_RANGE)
+
+
+FIGURES: dict[str, Figure] = {
+    figure.name: figure
+    for figure in (
+        _over_speed("fig4", 0.3),
+        _over_speed("fig5", 0.5, PrintedCrossing((3, 4), "9.2", "9.206", "9.373")),
+        _over_speed(
+            "fig6",
+            0.8,
+            PrintedCrossing((3, 4), "6.6", "6.662", "6.824"),
+            PrintedCrossing((2, 3), "17.3", "17.343", "17.589"),
+        ),
+        _over_speed(
+            "fig7",
+            1,
+            PrintedCrossing((3, 4), "4.4", "4.406", "4.464"),
+            PrintedCrossing((2, 3), "16.2", "16.215", "16.319"),
+        ),
+        _over_mass("fig8", 0, PrintedCrossing((3, 4), "1.59", "1.570", "1.570", HELD_ROOT)),
+        _over_mass("fig9", 5, PrintedCrossing((3, 4), "0.92", "0.921", "0.929")),
+        _over_mass(
+            "fig10",
+            10,
+            PrintedCrossing((3, 4), "0.48", "0.477", "0.485"),
+            PrintedCrossing((2, 3), "1.74", "1.747", "1.758"),
+        ),
+        LociFigure(
+            "fig11",
+            Beam(alpha=0.5, gamma=5),
+            "beta",
+            1,
+            crossings=(
+                PrintedCrossing((4, 5), "0.09", "0.0877", "0.0872"),
+                PrintedCrossing((4, 5), "0.225", "0.2234", "0.2242"),
+            ),
+        ),
+        ShapeFigure("fig12", Beam(), (1,), (0, 0.5, 1, 2), notes=OWN_MASSES),
+        ShapeFigure("fig13", Beam(), (2,), (0, 0.5, 1, 2), notes=OWN_MASSES),
+        ShapeFigure("fig14", Beam(), (1, 2, 3, 4, 5), (1,), stretching=4),
+        ShapeFigure("fig15", Beam(), (1, 2, 3, 4, 5), (2,), stretching=3),
+        LociFigure("fig16", Beam(alpha=0.5), "beta", 1, modes=3, nodes=NODES, constants=CONSTANTS),
+        ShapeFigure("fig17", Beam(), (2,), (0,), nodes=NODES[:1], notes=NO_MASS),
+        LociFigure(
+            "fig18", Beam(beta=0.78344), "alpha", 2, constants=CONSTANTS[:1], notes=OWN_RANGE
+        ),
+        ShapeFigure("fig19", Beam(), (3,), (0,), nodes=NODES[1:], notes=NO_MASS),
+    )
+}
+
+# The printed numbers, computed.
+
+NEIGHBOURHOOD = np.linspace(0.8, 1.25, 10)  # times a printed crossing: where its loci are solved
+MASS_RATIOS = np.linspace(0, 2, 9)  # of a mass at a node
+MODELS: dict[str, dict[str, Any]] = {
+    "material": {"curvature": "material", "tolerance": TOLERANCE},
+    "spatial": {"curvature": "spatial", "tolerance": TOLERANCE},
+    "material_20": {"curvature": "material", "method": "ancf", "elements": 20},
+    "spatial_20": {"curvature": "spatial", "method": "ancf", "elements": 20},
+}
+
+
+class PrintedNumber(NamedTuple):
+    """A number printed in the text, its value in each of MODELS, and what explains the rest."""
+
+    figure: str
+    kind: Literal["crossing", "node", "constant", "mode"]
+    quantity: str
+    printed: str
+    values: dict[str, float]
+    decimals: int  # shown
+    remark: str
+
+    @property
+    def fits(self) -> str:
+        """The models within a unit of the last printed digit, the exact ones before others."""
+        close = [
+            name
+            for name, value in self.values.items()
+            if abs(value - float(self.printed)) <= last_digit(self.printed)
+        ]
+        if {"material", "spatial"} <= set(close):
+            return "both"
+        return close[0].replace("material_20", "20 elements") if close else "neither"
+
+
+def decimals(printed: str) -> int:
+    """The number of decimals of a printed number."""
+    return len(printed.partition(".")[2])
+
+
+def last_digit(printed: str) -> float:
+    """A unit of the last printed digit."""
+    return 10.0 ** -decimals(printed)
+
+
+def printed_numbers() -> list[PrintedNumber]:
+    """All numbers that the text prints, in the order of the figures, with their values."""
+    return [number for figure in FIGURES.values() for number in _numbers(figure)]
+
+
+def _numbers(figure: Figure) -> Iterator[PrintedNumber]:
+    if isinstance(figure, LociFigure):
+        yield from (_crossing(figure, crossing) for crossing in figure.crossings)
+        yield from (_constant(figure, *constant) for constant in figure.constants)
+    else:
+        yield from (_node(figure, node) for node in figure.nodes)
+        if figure.stretching:
+            yield _stretching_mode(figure, figure.stretching)
+
+
+def nearest_event(found: Loci, branches: set[str], at: float) -> Event:
+    """The event of two branches nearest to a value of the parameter."""
+    events = (event for event in found.events if set(event.branches) == branches)
     return min(events, key=lambda event: abs(event.at - at))
 
 
-def curves(figure: ShapeFigure) -> list[Curve]:
-    """The mode shapes of a figure."""
-    solutions = [
-        solve(figure.beam.replace(alpha=alpha), max(figure.modes), tolerance=1e-9)
-        for alpha in figure.alphas
+def locate(figure: LociFigure, crossing: PrintedCrossing, **options: Any) -> Event:
+    """Where the two loci of a printed crossing cross, with options of `solve`."""
+    at = float(crossing.at)
+    found = loci(figure.beam, figure.over, at * NEIGHBOURHOOD, figure.modes, **options)
+    return nearest_event(found, crossing.branches, at)
+
+
+def _crossing(figure: LociFigure, crossing: PrintedCrossing) -> PrintedNumber:
+    values = {name: locate(figure, crossing, **options).at for name, options in MODELS.items()}
+    off = {name: abs(values[name] - float(crossing.at)) for name in ("material", "spatial")}
+    quantity = (
+        f"loci {crossing.loci[0]}/{crossing.loci[1]} cross at {PARAMETERS[figure.over].symbol}"
+    )
+    if abs(values["material"] - values["spatial"]) <= TOLERANCE * 10:
+        remark = f"off by {off['spatial']:.2g}; at rest the measures are the same"
+    else:
+        remark = f"off by {off['material']:.2g} (material) and {off['spatial']:.2g} (spatial)"
+    remark += f"; {crossing.explanation}" if crossing.explanation else ""
+    return PrintedNumber(figure.name, "crossing", quantity, crossing.at, values, 4, remark)
+
+
+def _node(figure: ShapeFigure, node: PrintedNode) -> PrintedNumber:
+    values = {
+        name: nearest_node(solve(figure.beam, node.mode, **options).nodes[node.mode - 1], node)
+        for name, options in MODELS.items()
+    }
+    quantity = f"node of mode {node.mode}"
+    remark = "at rest the measures are the same"
+    return PrintedNumber(figure.name, "node", quantity, node.at, values, 6, remark)
+
+
+def nearest_node(nodes: np.ndarray, printed: PrintedNode) -> float:
+    """The vibration node nearest to a printed one."""
+    return float(nodes[abs(nodes - float(printed.at)).argmin()])
+
+
+def _constant(figure: LociFigure, mode: int, printed: str) -> PrintedNumber:
+    values = {
+        name: float(solve(Beam(), mode, **options).frequencies[mode - 1])
+        for name, options in MODELS.items()
+    }
+    change = max(_relative_change(mode, float(node.at)) for node in NODES if node.mode == mode)
+    remark = (
+        f"a mass of α up to {MASS_RATIOS[-1]:g} at the printed node changes it by about"
+        f" {change:.0e} of itself"
+    )
+    if abs(values["spatial"] - float(printed)) > last_digit(printed):
+        remark = f"20 elements give it, the exact value is {values['spatial']:.6f}; {remark}"
+    quantity = f"constant {OMEGAS[mode - 1]}"
+    return PrintedNumber(figure.name, "constant", quantity, printed, values, 6, remark)
+
+
+def _relative_change(mode: int, beta: float) -> float:
+    """The largest relative change of a bending frequency at rest by masses at beta."""
+    frequencies = []
+    for alpha in MASS_RATIOS:
+        solution = solve(Beam(alpha=float(alpha), beta=beta), mode + 1, tolerance=TOLERANCE)
+        frequencies.append(solution.frequencies[solution.labels.index(f"B{mode}")])
+    return float(np.ptp(frequencies) / frequencies[0])
+
+
+def _stretching_mode(figure: ShapeFigure, printed: int) -> PrintedNumber:
+    beam = figure.beam.replace(alpha=figure.alphas[0])
+    values = {
+        name: float(solve(beam, len(figure.modes), **options).labels.index("S1") + 1)
+        for name, options in MODELS.items()
+    }
+    quantity = f"place of the stretching mode, α = {beam.alpha:g}"
+    remark = "the mode shift is the crossing of figure 8"
+    return PrintedNumber(figure.name, "mode", quantity, str(printed), values, 0, remark)
+
+
+def to_csv(numbers: list[PrintedNumber]) -> str:
+    """One line for each number."""
+    heading = ["figure", "quantity", "paper", *MODELS, "fits", "remark"]
+    return csv_text(
+        heading,
+        (
+            [row.figure, row.quantity, row.printed]
+            + [f"{row.values[name]:.10g}" for name in MODELS]
+            + [row.fits, row.remark]
+            for row in numbers
+        ),
+    )
+
+
+def to_markdown(numbers: list[PrintedNumber]) -> str:
+    """The numbers as a page."""
+    heading = ["figure", "quantity", "paper", "material", "spatial"]
+    heading += ["material, 20 elements", "spatial, 20 elements", "fits", "remark"]
+    body = [
+        [row.figure.removeprefix("fig"), row.quantity, row.printed]
+        + [f"{row.values[name]:.{row.decimals}f}" for name in MODELS]
+        + [row.fits, row.remark]
+        for row in numbers
     ]
-    return [_curve(solution, mode) for solution, mode in product(solutions, figure.modes)]
+    fits = [row.fits for row in numbers if row.kind == "crossing"]
+    verdict = VERDICT.format(
+        crossings=len(fits),
+        material=sum(fit in ("material", "both") for fit in fits),
+        spatial=sum(fit in ("spatial", "both") for fit in fits),
+    )
+    table = markdown_table(heading, body)
+    return "\n\n".join([f"# {TITLE}", SUMMARY, table, verdict, VEERING]) + "\n"
 
 
-def _curve(solution: Solution, mode: int) -> Curve:
-    x = np.linspace(0, 1, POINTS)
-    shape = solution.shape(mode - 1, x)[:, int(solution.families[mode - 1] == "bending")]
-    return Curve(solution, mode, x, np.sign(shape[1]) * shape + 0.0)
-
-
-def loci_csv(found: dict[str, Loci]) -> str:
-    """One line for each value and curvature measure, one column for each branch."""
-    first = found[EQ_16]
-    labels = [branch.label for branch in first.branches]
-    return _csv([first.over, "curvature", *labels], _loci_lines(found))
-
-
-def _loci_lines(found: dict[str, Loci]) -> Iterator[list[str]]:
-    for name, chart in found.items():
-        for value, *row in zip(
-            chart.values, *(branch.frequency for branch in chart.branches), strict=True
-        ):
-            yield [f"{value:.10g}", name, *(f"{omega:.10g}" for omega in row)]
-
-
-def shapes_csv(found: list[Curve]) -> str:
-    """One line for each point, one column for each curve."""
-    heading = [f"mode{c.mode}_{c.label}_alpha{c.solution.beam.alpha:g}" for c in found]
-    table = np.column_stack([found[0].x, *(curve.y for curve in found)])
-    return _csv(["x", *heading], ([f"{value:.10g}" for value in row] for row in table))
-
-
-def _csv(heading: list[str], rows: Iterator[list[str]]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(heading)
-    writer.writerows(rows)
-    return text.getvalue()
+TITLE = "Crossings, nodes and constant frequencies"
+SUMMARY = (
+    "Every such number in the paper's text beside the exact answer for both curvature measures,"
+    " and beside the paper's 20 cubic elements. A value fits when it is within a unit of the last"
+    " printed digit."
+)
+VERDICT = (
+    "Of the {crossings} crossings the material measure fits {material}, the spatial one of eq. 16"
+    " fits {spatial}. They differ where the beam is stretched: a stretch f leaves EI/f² of the"
+    " bending stiffness with the material measure and EI/f⁴ with the spatial one, so with eq. 16"
+    " the bending loci climb more slowly and cross the stretching one later. The printed crossings"
+    " speak for a computation with the material measure, although eq. 16 is the spatial one."
+)
+VEERING = (
+    "What the text calls veering is crossing: without Coriolis nothing couples stretching to"
+    " bending about a straight state, and the gap of every crossing above is 0."
+)

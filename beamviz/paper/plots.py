@@ -1,146 +1,275 @@
-"""The paper's figures as pictures."""
+"""The paper's figures computed, as CSV files, and drawn."""
 
 import io
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure as Picture
 from matplotlib.lines import Line2D
 
 from beamviz.beam import PARAMETERS
-from beamviz.frequency_loci import Branch, Loci
-from beamviz.paper.data import LociFigure, ShapeFigure, parameters
-from beamviz.paper.figures import EQ_16, OTHER, Curve, Met
-from beamviz.paper.values import decimals
+from beamviz.frequency_loci import Branch, Event, Loci, loci
+from beamviz.output import csv_text
+from beamviz.paper.figures import (
+    Figure,
+    LociFigure,
+    PrintedCrossing,
+    ShapeFigure,
+    decimals,
+    nearest_event,
+    nearest_node,
+)
+from beamviz.paper.tables import TOLERANCE
 from beamviz.plotting.labels import EndLabel, LabelPlacer, label_line_ends
 from beamviz.plotting.style import COLOURS, DPI, FAINT, INK, OMEGAS, RING, STYLE
 from beamviz.solver import solve
+from beamviz.solver.solution import Solution
+
+POINTS = 201
+SPATIAL, MATERIAL = "spatial", "material"  # the curvature measures; eq. 16 is the spatial one
 
 WIDTH, HEIGHT = 7.2, 4.8  # [in]
-LEFT = 0.095  # of the width: left end of every frame
+LEFT = 0.095  # left end of every frame, as a fraction of the width
+TITLE_INSET = 0.12  # [in] from the upper edge
 LINES: dict[str, dict[str, Any]] = {
-    EQ_16: {"lw": 1.6, "ls": "-"},
-    OTHER: {"lw": 0.9, "ls": (0, (4, 2.5))},
+    SPATIAL: {"lw": 1.6, "ls": "-"},
+    MATERIAL: {"lw": 0.9, "ls": (0, (4, 2.5))},
 }
 DOT: dict[str, Any] = {"marker": "o", "ls": "", "ms": 3.2, "color": INK}
-MARKS = {EQ_16: RING, OTHER: DOT}
-LABELS = {EQ_16: "spatial curvature (eq. 16)", OTHER: "material curvature"}
 TICK: dict[str, Any] = {"marker": "|", "ls": "", "ms": 13, "mew": 1.2, "color": INK}
+MARKERS = {SPATIAL: RING, MATERIAL: DOT}
+LABELS = {SPATIAL: "spatial curvature (eq. 16)", MATERIAL: "material curvature"}
 
 
-def saved(picture: Figure) -> dict[str, bytes]:
-    """The picture as the bytes of files, by the ending of their names."""
+class Crossing(NamedTuple):
+    """A crossing of two loci by curvature measure, and the number printed for it."""
+
+    events: dict[str, Event]
+    printed: PrintedCrossing | None
+
+
+class Curve(NamedTuple):
+    """One mode shape of unit modal mass: its larger component, positive beside the clamp."""
+
+    solution: Solution
+    mode: int  # counted from 1
+    x: np.ndarray
+    y: np.ndarray
+
+    @property
+    def family(self) -> str:
+        """bending or stretching."""
+        return self.solution.families[self.mode - 1]
+
+    @property
+    def nodes(self) -> np.ndarray:
+        """Its vibration nodes."""
+        return self.solution.nodes[self.mode - 1]
+
+
+def figure_files(figure: Figure) -> dict[str, bytes]:
+    """The contents of a figure's files by extension: png, svg and csv."""
+    if isinstance(figure, LociFigure):
+        by_curvature = compute_loci(figure)
+        picture = draw_loci(figure, by_curvature, crossings(figure, by_curvature))
+        text = loci_csv(by_curvature)
+    else:
+        curves = compute_curves(figure)
+        picture = draw_curves(figure, curves)
+        text = curves_csv(curves)
+    return {**saved(picture), "csv": text.encode()}
+
+
+def saved(picture: Picture) -> dict[str, bytes]:
+    """The picture as the contents of a PNG and an SVG file, by extension."""
     files = {}
-    for ending in ("png", "svg"):
+    for extension in ("png", "svg"):
         buffer = io.BytesIO()
-        dated = {"Date": None} if ending == "svg" else None
+        undated = {"Date": None} if extension == "svg" else None
         with rc_context(STYLE):
-            picture.savefig(buffer, format=ending, dpi=DPI, metadata=dated)
-        files[ending] = buffer.getvalue()
+            picture.savefig(buffer, format=extension, dpi=DPI, metadata=undated)
+        files[extension] = buffer.getvalue()
     return files
 
 
-def loci_plot(figure: LociFigure, found: dict[str, Loci], met: Sequence[Met]) -> Figure:
-    """Frequencies with their crossings, and what the paper prints of them."""
+def compute_loci(figure: LociFigure) -> dict[str, Loci]:
+    """The loci of a figure by curvature measure; at rest the measures are the same."""
+    values = np.linspace(0, figure.stop, POINTS)
+    at_rest = figure.over != "gamma" and figure.beam.gamma == 0
+    return {
+        name: loci(figure.beam, figure.over, values, figure.modes, curvature=name)
+        for name in ((SPATIAL,) if at_rest else (SPATIAL, MATERIAL))
+    }
+
+
+def crossings(figure: LociFigure, by_curvature: dict[str, Loci]) -> list[Crossing]:
+    """Every crossing of a figure, with the printed ones assigned to the nearest."""
+    spatial = by_curvature[SPATIAL]
+    printed = {
+        nearest_event(spatial, crossing.branches, float(crossing.at)): crossing
+        for crossing in figure.crossings
+    }
+    return [
+        Crossing(
+            {
+                name: nearest_event(found, set(event.branches), event.at)
+                for name, found in by_curvature.items()
+            },
+            printed.get(event),
+        )
+        for event in spatial.events
+    ]
+
+
+def compute_curves(figure: ShapeFigure) -> list[Curve]:
+    """The mode shapes of a figure."""
+    x = np.linspace(0, 1, POINTS)
+    curves = []
+    for alpha in figure.alphas:
+        solution = solve(figure.beam.replace(alpha=alpha), max(figure.modes), tolerance=TOLERANCE)
+        for mode in figure.modes:
+            shape = solution.shape(mode - 1, x)[:, int(solution.families[mode - 1] == "bending")]
+            curves.append(Curve(solution, mode, x, np.sign(shape[1]) * shape + 0.0))
+    return curves
+
+
+def loci_csv(by_curvature: dict[str, Loci]) -> str:
+    """One line for each value and curvature measure, one column for each branch."""
+    first = by_curvature[SPATIAL]
+    rows = (
+        [f"{value:.10g}", name, *(f"{branch.frequency[k]:.10g}" for branch in found.branches)]
+        for name, found in by_curvature.items()
+        for k, value in enumerate(found.values)
+    )
+    return csv_text([first.over, "curvature", *(branch.label for branch in first.branches)], rows)
+
+
+def curves_csv(curves: Sequence[Curve]) -> str:
+    """One line for each point, one column for each curve."""
+    heading = [
+        f"mode{curve.mode}_{curve.solution.labels[curve.mode - 1]}"
+        f"_alpha{curve.solution.beam.alpha:g}"
+        for curve in curves
+    ]
+    table = np.column_stack([curves[0].x, *(curve.y for curve in curves)])
+    return csv_text(["x", *heading], ([f"{value:.10g}" for value in row] for row in table))
+
+
+def draw_loci(
+    figure: LociFigure, by_curvature: dict[str, Loci], marked: Sequence[Crossing]
+) -> Picture:
+    """Frequencies with their crossings, and the numbers printed in the paper."""
     with rc_context(STYLE):
-        picture, axes = _sheet(figure, HEIGHT)
-        for name, chart in found.items():
-            for branch in chart.branches:
-                _branch(axes, chart.values, branch, LINES[name])
+        picture = _titled_picture(figure, HEIGHT)
+        axes = _single_frame(picture, 0.52)
+        for name, found in by_curvature.items():
+            for branch in found.branches:
+                _draw_branch(axes, found.values, branch, LINES[name])
         axes.set(xlim=(0, figure.stop), ylim=(0, 1.05 * axes.dataLim.y1))
         axes.set(xlabel=PARAMETERS[figure.over].axis_label, ylabel="frequency ω [1/T*]")
         axes.locator_params(nbins=10, steps=(1, 2, 5, 10))
-        first = found[EQ_16].branches
         label_line_ends(
-            axes, [_end(row.frequency[-1], row.label, str(row.family[-1])) for row in first]
+            axes,
+            [
+                _end_label(branch.frequency[-1], branch.label, str(branch.family[-1]))
+                for branch in by_curvature[SPATIAL].branches
+            ],
         )
         placer = LabelPlacer(axes)
-        for row in met:
-            _crossing(axes, placer, row)
+        for crossing in marked:
+            _mark_crossing(axes, placer, crossing)
         if figure.constants:
-            _unchanged(axes, placer, figure)
-        _legend(picture, found, met)
+            _mark_constants(axes, placer, figure)
+        _draw_legend(picture, by_curvature, marked)
     return picture
 
 
-def _sheet(
-    figure: LociFigure | ShapeFigure, height: float, right: float = 0.92
-) -> tuple[Figure, Axes]:
-    """A picture with one frame, and above it what is held fixed."""
-    picture = Figure(figsize=(WIDTH, height))
+def draw_curves(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
+    """Mode shapes: one mode in one frame, several modes in frames one above the other."""
+    with rc_context(STYLE):
+        if len(figure.modes) > 1:
+            return _draw_stacked(figure, curves)
+        return _draw_overlaid(figure, curves)
+
+
+def _titled_picture(figure: Figure, height: float) -> Picture:
+    """An empty picture with the name and the fixed parameters of a figure above."""
+    picture = Picture(figsize=(WIDTH, height))
     FigureCanvasAgg(picture)
-    low, high = 0.5 / height, 1 - (0.52 if isinstance(figure, LociFigure) else 0.32) / height
-    axes = picture.add_axes((LEFT, low, right - LEFT, high - low))
-    picture.text(0.012, 1 - 0.12 / height, _title(figure), va="center", weight="bold")
-    return picture, axes
+    title = f"Figure {figure.name.removeprefix('fig')}:  {figure.parameters}"
+    picture.text(0.012, 1 - TITLE_INSET / height, title, va="center", weight="bold")
+    return picture
 
 
-def _title(figure: LociFigure | ShapeFigure) -> str:
-    return f"Figure {figure.name.removeprefix('fig')}:  {parameters(figure)}"
+def _single_frame(picture: Picture, head: float, right: float = 0.92) -> Axes:
+    """One frame below a head [in], up to a fraction of the width."""
+    height = picture.get_figheight()
+    low, high = 0.5 / height, 1 - head / height
+    return picture.add_axes((LEFT, low, right - LEFT, high - low))
 
 
-def _branch(axes: Axes, values: np.ndarray, branch: Branch, style: dict[str, Any]) -> None:
-    """One locus in the colour of its family."""
+def _draw_branch(axes: Axes, values: np.ndarray, branch: Branch, style: dict[str, Any]) -> None:
+    """One locus in the colours of its family."""
     family = np.array(branch.family, object)
     for name, colour in COLOURS.items():
         if name in branch.family:
-            axes.plot(
-                values, np.where(family == name, branch.frequency, np.nan), color=colour, **style
-            )
+            frequency = np.where(family == name, branch.frequency, np.nan)
+            axes.plot(values, frequency, color=colour, **style)
 
 
-def _end(height: float, label: str, family: str) -> EndLabel:
-    """What a line is called at its right end."""
+def _end_label(height: float, label: str, family: str) -> EndLabel:
+    """The label of a line at its right end."""
     return height, label, COLOURS[family], "bold"
 
 
-def _crossing(axes: Axes, placer: LabelPlacer, met: Met) -> None:
-    """A crossing by eq. 16, with the other measure, and a tick where it is printed."""
-    event, other = met.events[EQ_16], met.events.get(OTHER)
-    digits = decimals(met.printed.at) + 2 if met.printed else 3
-    words = []
-    if met.printed:
-        axes.plot(float(met.printed.at), event.frequency, **TICK, zorder=4)
-        words.append(f"paper {met.printed.at}")
+def _mark_crossing(axes: Axes, placer: LabelPlacer, crossing: Crossing) -> None:
+    """A ring at the crossing by eq. 16, a dot at the other measure's, a tick where printed."""
+    event, other = crossing.events[SPATIAL], crossing.events.get(MATERIAL)
+    digits = decimals(crossing.printed.at) + 2 if crossing.printed else 3
+    lines = []
+    if crossing.printed:
+        axes.plot(float(crossing.printed.at), event.frequency, **TICK, zorder=4)
+        lines.append(f"paper {crossing.printed.at}")
     if other:
         axes.plot(other.at, other.frequency, **DOT, zorder=6)
-        words.append(f"material {other.at:.{digits}f}")
+        lines.append(f"material {other.at:.{digits}f}")
     axes.plot(event.at, event.frequency, **RING, zorder=5)
-    words.append(f"{'eq. 16' if other else 'here'} {event.at:.{digits}f}")
-    placer.annotate("\n".join(words), event.at, event.frequency)
+    lines.append(f"{'eq. 16' if other else 'here'} {event.at:.{digits}f}")
+    placer.annotate("\n".join(lines), event.at, event.frequency)
 
 
-def _unchanged(axes: Axes, placer: LabelPlacer, figure: LociFigure) -> None:
-    """The frequencies without a mass, and where a mass at a node leaves them."""
-    free = solve(figure.beam.replace(alpha=0), figure.modes, tolerance=1e-9)
+def _mark_constants(axes: Axes, placer: LabelPlacer, figure: LociFigure) -> None:
+    """The frequencies without a mass, and the nodes at which a mass does not change them."""
+    free = solve(figure.beam.replace(alpha=0), figure.modes, tolerance=TOLERANCE)
     for mode, printed in figure.constants:
-        omega = float(free.frequencies[mode - 1])
+        omega, symbol = float(free.frequencies[mode - 1]), OMEGAS[mode - 1]
         axes.axhline(omega, color=FAINT, lw=0.8, ls=(0, (1, 2)), zorder=0)
         if figure.over == "alpha":
-            placer.annotate(
-                f"{OMEGAS[mode - 1]} constant\npaper {printed}\nhere {omega:.4f}", 1, omega
-            )
+            placer.annotate(f"{symbol} constant\npaper {printed}\nhere {omega:.4f}", 1, omega)
         for node in (node for node in figure.nodes if node.mode == mode):
-            at = float(min(free.nodes[mode - 1], key=lambda x: abs(x - float(node.at))))
+            at = nearest_node(free.nodes[mode - 1], node)
             axes.plot(at, omega, **RING, zorder=5)
-            words = f"β, {OMEGAS[mode - 1]}\npaper {node.at}, {printed}\nhere {at:.6f}, {omega:.4f}"
-            placer.annotate(words, at, omega)
+            text = f"β, {symbol}\npaper {node.at}, {printed}\nhere {at:.6f}, {omega:.4f}"
+            placer.annotate(text, at, omega)
 
 
-def _legend(picture: Figure, found: dict[str, Loci], met: Sequence[Met]) -> None:
-    """What colours, lines and marks mean, of those drawn."""
-    families = {name for chart in found.values() for row in chart.branches for name in row.family}
+def _draw_legend(
+    picture: Picture, by_curvature: dict[str, Loci], marked: Sequence[Crossing]
+) -> None:
+    """Colours, lines and markers, those drawn only."""
+    branches = [branch for found in by_curvature.values() for branch in found.branches]
+    families = {name for branch in branches for name in branch.family}
     rows = [Line2D([], [], color=c, lw=1.6, label=n) for n, c in COLOURS.items() if n in families]
-    for name, label in LABELS.items() if OTHER in found else ():
-        mark = MARKS[name] if met else {}
-        rows.append(Line2D([], [], label=label, **{**mark, "color": INK, **LINES[name]}))
-    if met and OTHER not in found:
+    for name, label in LABELS.items() if MATERIAL in by_curvature else ():
+        marker = MARKERS[name] if marked else {}
+        rows.append(Line2D([], [], label=label, **{**marker, "color": INK, **LINES[name]}))
+    if marked and MATERIAL not in by_curvature:
         rows.append(Line2D([], [], label="crossing", **RING))
-    if any(row.printed for row in met):
+    if any(crossing.printed for crossing in marked):
         rows.append(Line2D([], [], label="in the paper", **TICK))
     picture.legend(
         handles=rows,
@@ -155,65 +284,50 @@ def _legend(picture: Figure, found: dict[str, Loci], met: Sequence[Met]) -> None
     )
 
 
-def shape_plot(figure: ShapeFigure, found: Sequence[Curve]) -> Figure:
-    """Mode shapes: several of one mode in one frame, several modes one above the other."""
-    with rc_context(STYLE):
-        return _stacked(figure, found) if len(figure.modes) > 1 else _overlaid(figure, found)
-
-
-def _overlaid(figure: ShapeFigure, found: Sequence[Curve]) -> Figure:
+def _draw_overlaid(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
     """One mode for each mass ratio."""
-    picture, axes = _sheet(figure, 3.6, right=0.9)
+    picture = _titled_picture(figure, 3.6)
+    axes = _single_frame(picture, 0.32, right=0.9)
     axes.axhline(0, color=FAINT, lw=0.8, zorder=0)
-    for curve, shade in zip(found, np.linspace(1, 0.4, len(found))[::-1], strict=True):
-        axes.plot(curve.x, curve.y, color=COLOURS[curve.family], alpha=shade, lw=1.6)
-    axes.set(
-        xlim=(0, 1),
-        ylim=axes.get_ylim(),
-        xlabel="x / L",
-        ylabel="displacement across, unit modal mass",
-    )
+    for curve, opacity in zip(curves, np.linspace(1, 0.4, len(curves))[::-1], strict=True):
+        axes.plot(curve.x, curve.y, color=COLOURS[curve.family], alpha=opacity, lw=1.6)
+    axes.set(xlim=(0, 1), ylim=axes.get_ylim())
+    axes.set(xlabel="x / L", ylabel="displacement across, unit modal mass")
     axes.locator_params(axis="y", nbins=7, steps=(1, 2, 5, 10))
-    if len(found) > 1:
-        label_line_ends(
-            axes, [_end(c.y[-1], f"α = {c.solution.beam.alpha:g}", c.family) for c in found]
-        )
+    if len(curves) > 1:
+        alphas = [f"α = {curve.solution.beam.alpha:g}" for curve in curves]
+        ends = zip(curves, alphas, strict=True)
+        label_line_ends(axes, [_end_label(c.y[-1], alpha, c.family) for c, alpha in ends])
     placer = LabelPlacer(axes)
-    for curve in found:
+    for curve in curves:
         axes.plot(curve.nodes, 0 * curve.nodes, **RING, clip_on=False, zorder=5)
     for node in figure.nodes:
-        at = float(min(found[0].nodes, key=lambda x: abs(x - float(node.at))))
+        at = nearest_node(curves[0].nodes, node)
         placer.annotate(f"node\npaper {node.at}\nhere {at:.6f}", at, 0)
     return picture
 
 
-def _stacked(figure: ShapeFigure, found: Sequence[Curve]) -> Figure:
+def _draw_stacked(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
     """One frame for each mode."""
-    picture = Figure(figsize=(WIDTH, 5.6))
-    FigureCanvasAgg(picture)
-    picture.text(0.012, 1 - 0.12 / 5.6, _title(figure), va="center", weight="bold")
+    picture = _titled_picture(figure, 5.6)
     frames = picture.subplots(
-        len(found),
+        len(curves),
         sharex=True,
         gridspec_kw={"left": LEFT, "right": 0.77, "top": 0.94, "bottom": 0.09},
     )
-    most = 1.15 * max(abs(curve.y).max() for curve in found)
-    for axes, curve in zip(frames, found, strict=True):
+    largest = 1.15 * max(abs(curve.y).max() for curve in curves)
+    for axes, curve in zip(frames, curves, strict=True):
+        colour = COLOURS[curve.family]
         axes.axhline(0, color=FAINT, lw=0.8, zorder=0)
-        axes.plot(curve.x, curve.y, color=COLOURS[curve.family], lw=1.6)
+        axes.plot(curve.x, curve.y, color=colour, lw=1.6)
         axes.plot(curve.nodes, 0 * curve.nodes, **RING, clip_on=False, zorder=5)
-        axes.set(xlim=(0, 1), ylim=(-most, most), yticks=[-1, 0, 1])
+        axes.set(xlim=(0, 1), ylim=(-largest, largest), yticks=[-1, 0, 1])
+        label = curve.solution.labels[curve.mode - 1]
         omega = curve.solution.frequencies[curve.mode - 1]
-        words = [f"mode {curve.mode}: {curve.label}, {curve.family}", f"ω = {omega:.4f}"]
-        words += ["stretching in the paper"] * (curve.mode in figure.stretching)
-        axes.text(
-            1.03,
-            0.5,
-            "\n".join(words),
-            color=COLOURS[curve.family],
-            va="center",
-            transform=axes.transAxes,
-        )
+        lines = [f"mode {curve.mode}: {label}, {curve.family}", f"ω = {omega:.4f}"]
+        lines += ["stretching in the paper"] * (curve.mode == figure.stretching)
+        text = "\n".join(lines)
+        axes.text(1.03, 0.5, text, color=colour, va="center", transform=axes.transAxes)
     frames[-1].set_xlabel("x / L")
     picture.supylabel("displacement: across the beam (bending), along it (stretching)", size=9)
     return picture

@@ -1,22 +1,31 @@
-"""The paper's tables, computed: its own elements, the exact answer, and the models it compares."""
+"""The paper's tables: their beams, the computed frequencies, and a page and a CSV file of each.
 
-import csv
-import io
+"Modal characteristics of a rotating flexible beam with a concentrated mass based on the absolute
+nodal coordinate formulation", Nonlinear Dynamics (2017). The bodies of its tables are not available
+to this project: each table is computed with the paper's own elements, exactly, and with the models
+the paper compares, and the statements its text makes are checked against these numbers.
+"""
+
 import math
-from itertools import product
+from collections.abc import Callable
+from itertools import pairwise, product
 from typing import Any, NamedTuple
 
+from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import NoEquilibrium
-from beamviz.paper.data import ELEMENTS, Table
+from beamviz.output import csv_text, markdown_table
+from beamviz.plotting.style import OMEGAS
 from beamviz.solver import solve
 
-ENOUGH = 6  # modes among which there are two bending ones
 TOLERANCE = 1e-9
-EXACT = "exact"  # the column all others deviate from
+SOLVED_MODES = 6  # enough to contain two bending modes
+MODES = (0, 1)  # the bending modes in a table
+EXACT = "exact"  # the reference column
+FIXED_SPACE = "\N{NO-BREAK SPACE}"
 
 
 class Column(NamedTuple):
-    """A way to fill a column, and why it deviates from the exact answer."""
+    """Options of `solve` for one column, and why it deviates from the exact solution."""
 
     title: str
     options: dict[str, Any]
@@ -26,7 +35,7 @@ class Column(NamedTuple):
 COLUMNS = {
     "ancf": Column(
         "ANCF, 20 elements",
-        {"method": "ancf", "elements": ELEMENTS},
+        {"method": "ancf", "elements": 20},
         "The tension N makes bending layers of width √(EI/N) at clamp and mass, which uniform"
         " cubic elements resolve the worse the thinner they are; at δ = 0, ω₁² is the small rest"
         " of two terms near γ², which magnifies what is missed.",
@@ -45,7 +54,7 @@ COLUMNS = {
     ),
     "linear": Column(
         "linear, 20 elements",
-        {"method": "linear", "elements": ELEMENTS},
+        {"method": "linear", "elements": 20},
         "Prestressed linear finite elements converge to FOAC: the same cause, and the error of"
         " 20 elements.",
     ),
@@ -59,7 +68,8 @@ COLUMNS = {
 
 
 class Row(NamedTuple):
-    """The lowest two bending frequencies of one beam by column; a limit where there are none."""
+    """The two lowest bending frequencies of one beam by column; limits of gamma where a column has
+    no equilibrium."""
 
     delta: float
     gamma: float
@@ -73,7 +83,198 @@ class Row(NamedTuple):
         return self.frequencies[column][mode] / self.frequencies[reference][mode] - 1
 
 
-def computed(table: Table) -> list[Row]:
+# Checks of the statements that the text makes about its tables.
+
+
+def largest_difference(rows: list[Row], *pairs: tuple[str, str]) -> str:
+    """How far pairs of columns differ."""
+    differences = (
+        f"{COLUMNS[column].title} against {COLUMNS[reference].title}: "
+        + "; ".join(f"{OMEGAS[mode]} {_largest(rows, column, reference, mode)}" for mode in MODES)
+        for column, reference in pairs
+    )
+    return f"Largest differences: {'. '.join(differences)}."
+
+
+def rising(rows: list[Row], column: str) -> str:
+    """Whether the frequencies of a column rise with the speed at each hub radius."""
+    exceptions = [
+        f"{OMEGAS[mode]} at δ = {after.delta:g}, γ = {before.gamma:g} .. {after.gamma:g}"
+        for before, after in _successive(rows)
+        for mode in MODES
+        if after.frequencies[column][mode] <= before.frequencies[column][mode]
+    ]
+    return f"True of {COLUMNS[column].title}" + _except(exceptions)
+
+
+def diverging(rows: list[Row], column: str, reference: str) -> str:
+    """Whether the deviation of a column grows with the speed at each hub radius."""
+    exceptions = [
+        f"{OMEGAS[mode]} at δ = {after.delta:g}: {percent(first)} at γ = {before.gamma:g} but"
+        f" {percent(second)} at {after.gamma:g}"
+        for before, after in _successive(rows)
+        for mode in MODES
+        for first, second in [[row.deviation(column, mode, reference) for row in (before, after)]]
+        if abs(second) < abs(first)
+    ]
+    titles = f"{COLUMNS[column].title} against {COLUMNS[reference].title}"
+    return f"True of {titles}{_except(exceptions)}"
+
+
+def existence(rows: list[Row], column: str, other: str) -> str:
+    """Where a strain law has no equilibrium and the other column has one."""
+    ended = [row for row in rows if column in row.limits and other in row.frequencies]
+    speeds = " and ".join(f"{row.gamma:g}" for row in ended)
+    return (
+        f"With {column} strain there is no equilibrium at γ = {speeds}, nor anywhere beyond"
+        f" γ = {ended[0].limits[column]:.4f}. If ANSYS's law is logarithmic (likely, not tested"
+        " here), there is nothing to converge to, and no question of stability; green strain"
+        " hardens and always has an equilibrium."
+    )
+
+
+def percent(deviation: float) -> str:
+    """A deviation in percent, its number and sign kept on one line: +3.026 %."""
+    if abs(deviation) < 5e-6:
+        return f"<0.001{FIXED_SPACE}%"
+    return f"{100 * deviation:+.3f}{FIXED_SPACE}%".replace("-", "−")
+
+
+def _largest(rows: list[Row], column: str, reference: str, mode: int) -> str:
+    """The largest deviation of a column, and where it is."""
+    solved = [row for row in rows if column in row.frequencies]
+    row = max(solved, key=lambda row: abs(row.deviation(column, mode, reference)))
+    largest = percent(row.deviation(column, mode, reference))
+    return f"{largest} at δ = {row.delta:g}, γ = {row.gamma:g}"
+
+
+def _successive(rows: list[Row]) -> list[tuple[Row, Row]]:
+    return [(a, b) for a, b in pairwise(rows) if a.delta == b.delta]
+
+
+def _except(exceptions: list[str]) -> str:
+    return f", except for {'; '.join(exceptions)}." if exceptions else ", without exception."
+
+
+class Statement(NamedTuple):
+    """A statement of the text about a table, shortened, and the check that answers it."""
+
+    text: str
+    check: Callable[..., str]  # (rows, *columns) -> the finding
+    columns: tuple[Any, ...]
+
+
+class Table(NamedTuple):
+    """The two lowest chordwise bending frequencies of a beam at some speeds and hub radii."""
+
+    name: str
+    beam: Beam
+    deltas: tuple[float, ...]
+    gammas: tuple[float, ...]
+    columns: tuple[str, ...]
+    compared: str  # the models the paper compares its own with
+    statements: tuple[Statement, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def caption(self) -> str:
+        """Quantity and fixed parameters."""
+        return (
+            f"First and second chordwise bending frequencies"
+            f" ({described(self.beam, ('alpha', 'beta', 'mu'))},"
+            f" δ = {', '.join(map(str, self.deltas))})"
+        )
+
+
+def described(beam: Beam, names: tuple[str, ...]) -> str:
+    """Some parameters of a beam: α = 1, β = 0.5."""
+    return ", ".join(f"{PARAMETERS[name].symbol} = {getattr(beam, name):g}" for name in names)
+
+
+COMPARED = ("ancf", EXACT, "material", "foac", "linear")
+RISING = Statement("The frequencies rise with the speed.", rising, ("ancf",))
+DIVERGING = Statement("The deviation grows with the speed.", diverging, ("foac", "ancf"))
+NO_SLENDERNESS = "The caption leaves the slenderness out; it is taken to be 70, as elsewhere."
+LONGER_ARM = (
+    "At δ = 0 the longer arm of the load makes up for much of what the stretch takes from the"
+    " stiffness: ω₂ of FOAC deviates little, and not steadily."
+)
+TABLES = {
+    table.name: table
+    for table in (
+        Table(
+            "table1",
+            Beam(alpha=1),
+            (0,),
+            tuple(range(11)),
+            COMPARED,
+            "references [30] and [13], which FOAC stands in for",
+            (
+                Statement(
+                    "The discrepancy is trivial for γ from 0 to 10.",
+                    largest_difference,
+                    (("foac", "ancf"), ("foac", "material")),
+                ),
+                RISING,
+            ),
+            ("The text gives the speeds as 0 to 10; the steps of 1 are ours.",),
+        ),
+        Table(
+            "table2",
+            Beam(alpha=1),
+            (0, 1),
+            (0, 1, 2, 3, 4, 5, 10, 20, 50),
+            COMPARED,
+            "reference [13], which FOAC stands in for",
+            (DIVERGING,),
+            ("The text lists the speeds as values of μ; γ is meant, μ is 70.", LONGER_ARM),
+        ),
+        Table(
+            "table3",
+            Beam(beta=0),
+            (0, 1, 5),
+            (2, 10, 20, 30, 40, 50),
+            COMPARED,
+            "references [29] and [31], which linear finite elements stand in for, and FOAC",
+            (
+                RISING,
+                DIVERGING,
+                Statement(
+                    "References [29], [31] and FOAC are nearly the same.",
+                    largest_difference,
+                    (("linear", "foac"),),
+                ),
+            ),
+            (NO_SLENDERNESS, LONGER_ARM),
+        ),
+        Table(
+            "table4",
+            Beam(beta=0),
+            (1,),
+            (2, 10, 20, 30, 40, 50),
+            (*COMPARED, "hencky"),
+            "FOAC and the nonlinear and linear models of ANSYS, which hencky strain and linear"
+            " finite elements stand in for",
+            (
+                Statement(
+                    "FOAC and the linear model of ANSYS are nearly the same.",
+                    largest_difference,
+                    (("linear", "foac"),),
+                ),
+                Statement(
+                    "The nonlinear model of ANSYS diverges at γ = 40 and 50, so the paper's"
+                    " is more stable.",
+                    existence,
+                    ("hencky", "ancf"),
+                ),
+            ),
+            (NO_SLENDERNESS,),
+        ),
+    )
+}
+
+
+def compute(table: Table) -> list[Row]:
     """All rows of a table."""
     return [_row(table, delta, gamma) for delta, gamma in product(table.deltas, table.gammas)]
 
@@ -83,32 +284,79 @@ def _row(table: Table, delta: float, gamma: float) -> Row:
     row = Row(delta, gamma, {}, {})
     for name in table.columns:
         try:
-            solution = solve(beam, ENOUGH, **COLUMNS[name].options)
+            solution = solve(beam, SOLVED_MODES, **COLUMNS[name].options)
         except NoEquilibrium as error:
             row.limits[name] = error.limit
         else:
-            found = dict(zip(solution.labels, solution.frequencies.tolist(), strict=True))
-            row.frequencies[name] = found["B1"], found["B2"]
+            by_label = dict(zip(solution.labels, solution.frequencies.tolist(), strict=True))
+            row.frequencies[name] = by_label["B1"], by_label["B2"]
     return row
 
 
-def as_csv(table: Table, rows: list[Row]) -> str:
+def to_csv(table: Table, rows: list[Row]) -> str:
     """One line for each frequency: the columns, then their relative deviations from the exact
-    answer; a column without equilibrium is empty and its limit is in the last column."""
-    text = io.StringIO()
+    solution; a column without equilibrium is empty and its limit is in the last column."""
     others = [name for name in table.columns if name != EXACT]
-    heading = ["delta", "gamma", "mode", *table.columns, *(f"{name}_deviation" for name in others)]
-    writer = csv.DictWriter(text, [*heading, "largest_gamma"], restval="", lineterminator="\n")
-    writer.writeheader()
-    for row, mode in product(rows, (0, 1)):
-        line = {"delta": f"{row.delta:g}", "gamma": f"{row.gamma:g}", "mode": str(mode + 1)}
-        for name, pair in row.frequencies.items():
-            line[name] = f"{pair[mode]:.10g}"
-            if name != EXACT:
-                line[f"{name}_deviation"] = f"{row.deviation(name, mode):.3e}"
-        if row.limits:
-            line["largest_gamma"] = " ".join(
-                f"{name} {row.limits[name]:.6f}" for name in row.limits
-            )
-        writer.writerow(line)
-    return text.getvalue()
+    deviations = [f"{name}_deviation" for name in others]
+    heading = ["delta", "gamma", "mode", *table.columns, *deviations, "largest_gamma"]
+    lines = []
+    for row, mode in product(rows, MODES):
+        frequencies = {name: f"{pair[mode]:.10g}" for name, pair in row.frequencies.items()}
+        solved = [name in row.frequencies for name in others]
+        lines.append(
+            [
+                *(f"{row.delta:g}", f"{row.gamma:g}", mode + 1),
+                *(frequencies.get(name, "") for name in table.columns),
+                *(
+                    f"{row.deviation(name, mode):.3e}" if there else ""
+                    for name, there in zip(others, solved, strict=True)
+                ),
+                " ".join(f"{name} {limit:.6f}" for name, limit in row.limits.items()),
+            ]
+        )
+    return csv_text(heading, lines)
+
+
+def to_markdown(table: Table, rows: list[Row]) -> str:
+    """The page of a table: frequencies, deviations with their causes, statements of the text."""
+    heading = ["δ", "γ", *(COLUMNS[name].title for name in table.columns)]
+    parts = [
+        f"# Table {table.name.removeprefix('table')}",
+        f"{table.caption}. The paper compares its model with {table.compared}.",
+        "**The body of the paper's table is not available to this project.** None of its entries"
+        " is shown; every number below is computed. In brackets: deviation from the exact answer"
+        " (green strain, the spatial curvature of eq. 16).",
+    ]
+    for mode in MODES:
+        body = [
+            [
+                f"{row.delta:g}",
+                f"{row.gamma:g}",
+                *(_cell(row, name, mode) for name in table.columns),
+            ]
+            for row in rows
+        ]
+        parts += [f"## {OMEGAS[mode]}", markdown_table(heading, body)]
+    causes = [
+        [COLUMNS[name].title, *(_largest(rows, name, EXACT, mode) for mode in MODES)]
+        + [COLUMNS[name].cause]
+        for name in table.columns
+        if name != EXACT
+    ]
+    findings = [[text, check(rows, *columns)] for text, check, columns in table.statements]
+    parts += [
+        "## Largest deviations, and their causes",
+        markdown_table(["column", *OMEGAS[:2], "cause"], causes),
+        "## What the text says, and what is found",
+        markdown_table(["the text, shortened", "found"], findings),
+        "## Notes",
+        "\n".join(f"- {note}" for note in table.notes),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def _cell(row: Row, name: str, mode: int) -> str:
+    if name in row.limits:
+        return f"no equilibrium beyond γ = {row.limits[name]:.4f}"
+    value = f"{row.frequencies[name][mode]:.4f}"
+    return value if name == EXACT else f"{value} ({percent(row.deviation(name, mode))})"
