@@ -8,13 +8,22 @@ from scipy.optimize import brentq
 
 from beamviz import Beam, solve
 from beamviz.frequency_loci import loci
-from beamviz.paper import figures, table_page, tables
-from beamviz.paper.data import FIGURES, TABLES, LociFigure, Statement
-from beamviz.paper.values import MODELS, as_csv, as_markdown, located, numbers, unit
+from beamviz.paper import plots, tables
+from beamviz.paper.figures import (
+    FIGURES,
+    MODELS,
+    LociFigure,
+    last_digit,
+    locate,
+    printed_numbers,
+    to_csv,
+    to_markdown,
+)
+from beamviz.paper.tables import TABLES
 from beamviz.solver.fem.hermite import gauss, hermite
 
 LOCI = [figure for figure in FIGURES.values() if isinstance(figure, LociFigure)]
-MET = [(figure, meeting) for figure in LOCI for meeting in figure.meetings]
+CROSSINGS = [(figure, crossing) for figure in LOCI for crossing in figure.crossings]
 
 # figure, printed number, the models within a unit of its last digit.
 FITS = [
@@ -43,13 +52,13 @@ FITS = [
 @pytest.fixture(scope="module")
 def found():
     """Every printed number beside what is found."""
-    return numbers()
+    return printed_numbers()
 
 
 @pytest.fixture(scope="module")
 def computed():
     """The rows of every table."""
-    return {name: tables.computed(table) for name, table in TABLES.items()}
+    return {name: tables.compute(table) for name, table in TABLES.items()}
 
 
 def test_every_table_and_figure_is_there():
@@ -71,10 +80,10 @@ def test_captions_name_what_is_held_fixed():
 
 
 def test_which_model_fits_each_printed_number(found):
-    """Nine of eleven meetings fit the material measure, five the spatial one of eq. 16."""
+    """Nine of eleven crossings fit the material measure, five the spatial one of eq. 16."""
     assert [(row.figure, row.printed, row.fits) for row in found] == FITS
-    page = as_markdown(found)
-    assert "Of the 11 meetings the material measure fits 9, the spatial one" in page
+    page = to_markdown(found)
+    assert "Of the 11 crossings the material measure fits 9, the spatial one" in page
     assert "fits 5" in page
 
 
@@ -82,41 +91,43 @@ def test_fits_are_within_a_unit_of_the_last_digit(found):
     """A model is named exactly where it is that near."""
     for row in found:
         off = {name: abs(value - float(row.printed)) for name, value in row.values.items()}
-        near = {name for name in ("material", "spatial") if off[name] <= unit(row.printed)}
+        near = {name for name in ("material", "spatial") if off[name] <= last_digit(row.printed)}
         assert (row.fits == "both") == (near == {"material", "spatial"})
         if row.fits in MODELS:
             assert near == {row.fits}
 
 
-def test_numbers_as_csv(found):
+def test_numbers_to_csv(found):
     """One line for each number, with all its models."""
-    lines = as_csv(found).splitlines()
+    lines = to_csv(found).splitlines()
     assert lines[0].startswith("figure,quantity,paper,material,spatial,material_20,spatial_20,fits")
     assert len(lines) == 1 + len(FITS)
 
 
-@pytest.mark.parametrize(("figure", "meeting"), MET, ids=lambda part: getattr(part, "at", part[0]))
-def test_a_meeting_is_a_crossing_at_equal_frequencies(figure, meeting):
-    """Where a printed meeting is located, a bending and the stretching frequency are the same,
-    and the two are the loci the paper counts."""
-    event = located(figure, meeting, MODELS["spatial"])
+@pytest.mark.parametrize(
+    ("figure", "crossing"), CROSSINGS, ids=lambda part: getattr(part, "at", part[0])
+)
+def test_a_printed_crossing_has_equal_frequencies(figure, crossing):
+    """Where a printed crossing is located, a bending and the stretching frequency are equal, and
+    the two are the loci numbered in the paper."""
+    event = locate(figure, crossing, **MODELS["spatial"])
     assert (event.kind, event.gap) == ("crossing", 0)
     solution = solve(figure.beam.replace(**{figure.over: event.at}), 6, tolerance=1e-9)
-    low, high = (place - 1 for place in meeting.loci)
+    low, high = (place - 1 for place in crossing.loci)
     assert {solution.families[low], solution.families[high]} == {"bending", "stretching"}
     pair = solution.frequencies[[low, high]]
     assert pair == pytest.approx([event.frequency] * 2, rel=1e-7)
 
 
 @pytest.mark.parametrize("figure", LOCI, ids=lambda figure: figure.name)
-def test_charts_meet_where_the_numbers_say(figure):
-    """The meetings of a whole chart are those located around the printed values."""
-    met = figures.meetings(figure, figures.charts(figure))
-    printed = {row.printed: row for row in met if row.printed}
-    assert set(printed) == set(figure.meetings)
-    for meeting, row in printed.items():
+def test_figures_cross_where_the_numbers_say(figure):
+    """The crossings of a whole figure are those located around the printed values."""
+    found = plots.crossings(figure, plots.compute_loci(figure))
+    printed = {row.printed: row for row in found if row.printed}
+    assert set(printed) == set(figure.crossings)
+    for crossing, row in printed.items():
         for name, event in row.events.items():
-            assert event.at == pytest.approx(located(figure, meeting, MODELS[name]).at, rel=1e-6)
+            assert event.at == pytest.approx(locate(figure, crossing, **MODELS[name]).at, rel=1e-6)
 
 
 def test_a_held_root_explains_1_59():
@@ -167,10 +178,10 @@ def test_hencky_ends_where_the_nonlinear_model_of_ansys_diverges(computed):
     rows = computed["table4"]
     assert [row.gamma for row in rows if "hencky" in row.limits] == [40, 50]
     assert {round(row.limits["hencky"], 4) for row in rows if row.limits} == {31.4887}
-    page = table_page.as_markdown(TABLES["table4"], rows)
+    page = tables.to_markdown(TABLES["table4"], rows)
     assert page.count("no equilibrium beyond γ = 31.4887") == 4
     assert "no equilibrium at γ = 40 and 50, nor anywhere beyond γ = 31.4887" in page
-    last = tables.as_csv(TABLES["table4"], rows).splitlines()[-1].split(",")
+    last = tables.to_csv(TABLES["table4"], rows).splitlines()[-1].split(",")
     assert last[-1] == "hencky 31.488726"
     assert last[8] == ""
 
@@ -178,14 +189,14 @@ def test_hencky_ends_where_the_nonlinear_model_of_ansys_diverges(computed):
 @pytest.mark.parametrize("name", TABLES)
 def test_a_page_says_that_the_body_of_the_table_is_missing(name, computed):
     """Nobody takes our numbers for the paper's."""
-    page = table_page.as_markdown(TABLES[name], computed[name])
+    page = tables.to_markdown(TABLES[name], computed[name])
     assert "**The body of the paper's table is not available to this project.**" in page
     assert all(tables.COLUMNS[column].title in page for column in TABLES[name].columns)
 
 
 def test_statements_about_the_tables(computed):
     """Where the text holds and where it does not."""
-    pages = {name: table_page.as_markdown(TABLES[name], rows) for name, rows in computed.items()}
+    pages = {name: tables.to_markdown(TABLES[name], rows) for name, rows in computed.items()}
     assert (
         "| The frequencies rise with the speed. | True of ANCF, 20 elements, without"
         in (pages["table1"])
@@ -198,17 +209,17 @@ def test_statements_about_the_tables(computed):
 
 
 def test_exceptions_are_found():
-    """A frequency that falls and columns that approach each other are named."""
+    """A frequency that falls and a deviation that shrinks are named."""
     rows = [
         tables.Row(0, gamma, {"ancf": (first, 1.0 + gamma), "foac": (2.0, 9.0)}, {})
         for gamma, first in ((1, 1.0), (2, 0.5), (3, 0.6))
     ]
-    rise = table_page.CHECKS["rise"](Statement("", "rise"), rows)
+    rise = tables.rising(rows, "ancf")
     assert rise == "True of ANCF, 20 elements, except for ω₁ at δ = 0, γ = 1 .. 2."
-    part = table_page.CHECKS["part"](Statement("", "part"), rows)
-    assert "ω₁ at δ = 0: +300.000\u00a0% at γ = 2 but +233.333\u00a0% at 3" in part
-    agree = table_page.CHECKS["agree"](Statement("", "agree", (("foac", "ancf"),)), rows)
-    assert "ω₁ +300.000\u00a0% at δ = 0, γ = 2" in agree
+    growing = tables.diverging(rows, "foac", "ancf")
+    assert "ω₁ at δ = 0: +300.000\u00a0% at γ = 2 but +233.333\u00a0% at 3" in growing
+    largest = tables.largest_difference(rows, ("foac", "ancf"))
+    assert "ω₁ +300.000\u00a0% at δ = 0, γ = 2" in largest
 
 
 # ---------------------------------------------------------------------------------------------
@@ -273,8 +284,8 @@ def test_the_mode_shift():
     """The first stretching mode is the fourth at alpha 1 and the third at alpha 2 (figs. 14-15),
     and passes at the crossing of figure 8."""
     for name, place in (("fig14", 4), ("fig15", 3)):
-        (curve,) = (c for c in figures.curves(FIGURES[name]) if c.family == "stretching")
-        assert (curve.mode, FIGURES[name].stretching) == (place, (place,))
+        (curve,) = (c for c in plots.compute_curves(FIGURES[name]) if c.family == "stretching")
+        assert (curve.mode, FIGURES[name].stretching) == (place, place)
     (event,) = loci(Beam(), "alpha", np.linspace(1, 2, 11)).events
     assert event.branches == ("B3", "S1")
 
@@ -282,7 +293,7 @@ def test_the_mode_shift():
 def test_curves_rise_from_the_clamp_and_vanish_at_their_nodes():
     """What is drawn has unit modal mass, starts upwards, and is zero where its rings are."""
     for name in ("fig13", "fig14", "fig19"):
-        for curve in figures.curves(FIGURES[name]):
+        for curve in plots.compute_curves(FIGURES[name]):
             assert curve.y[0] == 0
             assert curve.y[1] > 0
             at_nodes = np.interp(curve.nodes, curve.x, curve.y)
