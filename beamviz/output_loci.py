@@ -54,7 +54,7 @@ def to_json(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
     beam, model = loci.beam, loci.problem
     data: dict[str, Any] = {
         "beam": {name: beam.numbers[name] for name in beam.numbers if name != loci.over},
-        "model": model._asdict(),
+        "model": model.model,
         "over": loci.over,
         "values": loci.values.tolist(),
         "branches": [branch_row(loci, branch) for branch in loci.branches],
