@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from functools import lru_cache
+from itertools import combinations
 from operator import attrgetter
 from typing import NamedTuple
 
@@ -70,7 +71,8 @@ def match_modes(first: Solution, second: Solution) -> ModeMatch:
     """Match the modes of two solutions by the correlation of their mass-weighted shapes.
 
     The solutions may differ in beam, model and number of modes. The assignment has the largest sum
-    of the MAC; pairs below LOST are no pairs.
+    of the MAC; pairs below LOST are no pairs. Two modes that are mixtures of the same two shapes
+    keep their order.
     """
     count = max(places([first]), places([second]))
     vectors = []
@@ -83,6 +85,10 @@ def match_modes(first: Solution, second: Solution) -> ModeMatch:
     rows, columns = linear_sum_assignment(mac, maximize=True)
     alike = mac[rows, columns] >= LOST
     partner[rows[alike]] = columns[alike]
+    for i, j in combinations(rows[alike], 2):
+        a, b = partner[i], partner[j]
+        if a > b and min(mac[i, b], mac[j, a]) >= LOST:
+            partner[i], partner[j] = b, a
     return ModeMatch(partner, mac)
 
 

@@ -30,6 +30,6 @@ def test_at_a_veering_two_modes_share_two_shapes():
     beam = TIP.replace(gamma=4.65)
     mixed, plain = solve(beam, coriolis=True), solve(beam)
     partner, mac = match_modes(mixed, plain)
-    assert sorted(partner.tolist()) == list(range(5))
+    assert partner.tolist() == list(range(5))
     assert mac[2:4, 2:4] == pytest.approx(0.5, abs=0.05)
     assert plain.frequencies[partner] == pytest.approx(mixed.frequencies, rel=0.02)
