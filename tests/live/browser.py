@@ -1,11 +1,15 @@
-"""A real page in a browser without a window, driven through the DevTools protocol."""
+"""Pages in a headless browser, driven through the DevTools protocol.
 
+One browser serves the whole run; every page is a window with a storage of its own.
+"""
+
+import atexit
 import base64
 import contextlib
 import itertools
 import json
+import os
 import time
-import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,16 +20,14 @@ from websockets.sync.connection import Connection
 from beamviz.exports.browser import found_browser, opened
 
 NO_BROWSER = "no Chrome, Chromium or Edge found (set BEAMVIZ_BROWSER to one)"
+PROFILE = "BEAMVIZ_TEST_BROWSER"  # environment variable: profile folder of the running browser
 
 
-class Page:
-    """One page; `problems` collects its console errors and uncaught exceptions."""
+class Target:
+    """What a DevTools connection drives: the browser itself, or one of its pages."""
 
     def __init__(self, socket: Connection):
         self.socket, self.numbers = socket, itertools.count(1)
-        self.problems: list[str] = []
-        for domain in ("Runtime", "Log", "Page"):
-            self.call(f"{domain}.enable")
 
     def call(self, method: str, **params: Any) -> dict[str, Any]:
         """The result of one DevTools command; events that arrive before it are noted."""
@@ -38,6 +40,19 @@ class Page:
                     raise RuntimeError(f"{method}: {message['error']['message']}")
                 return message["result"]
             self.note(message)
+
+    def note(self, message: dict[str, Any]) -> None:
+        """Events of the browser are not needed."""
+
+
+class Page(Target):
+    """One page; `problems` collects its console errors and uncaught exceptions."""
+
+    def __init__(self, socket: Connection):
+        super().__init__(socket)
+        self.problems: list[str] = []
+        for domain in ("Runtime", "Log", "Page"):
+            self.call(f"{domain}.enable")
 
     def note(self, message: dict[str, Any]) -> None:
         """Keep what the page complains about."""
@@ -64,7 +79,7 @@ class Page:
         while not (value := self.evaluate(script)):
             if time.monotonic() > end:
                 raise TimeoutError(f"not true within {timeout:g} s: {script}")
-            time.sleep(0.1)
+            time.sleep(0.03)
         return value
 
     def mouse(self, kind: str, x: float, y: float, buttons: int = 0) -> None:
@@ -93,7 +108,7 @@ class Page:
         self.mouse("mousePressed", places[0], y, 1)
         for x in places[1:]:
             self.mouse("mouseMoved", x, y, 1)
-            time.sleep(0.06)
+            time.sleep(0.02)
         self.mouse("mouseReleased", places[-1], y)
 
     def box(self, script: str) -> list[float]:
@@ -146,28 +161,48 @@ def tab(name: str) -> str:
     return element("[role=tab]", name)
 
 
-@contextlib.contextmanager
-def page(url: str, width: int = 1280, height: int = 720) -> Iterator[Page]:
-    """A page that has started to load `url`, watched from its first moment."""
+def start_browser() -> None:
+    """Start the browser of this run, unless it is running; it ends with this process."""
+    if PROFILE in os.environ:
+        return
     browser = found_browser()
     if browser is None:
         raise RuntimeError(NO_BROWSER)
-    with (
-        opened(browser, "about:blank", width, height) as profile,
-        connect(debugger(profile), max_size=None, close_timeout=1) as socket,
-    ):
-        shown = Page(socket)
-        shown.call("Page.navigate", url=url)
-        yield shown
+    stack = contextlib.ExitStack()
+    os.environ[PROFILE] = str(stack.enter_context(opened(browser, "about:blank")))
+    atexit.register(stack.close)
 
 
-def debugger(profile: Path) -> str:
-    """The DevTools address of the first page of a browser that has just been started."""
-    for _ in range(300):
-        with contextlib.suppress(OSError, StopIteration):
-            port = (profile / "DevToolsActivePort").read_text().splitlines()[0]
-            with urllib.request.urlopen(f"http://127.0.0.1:{port}/json") as reply:
-                targets = json.load(reply)
-            return next(t["webSocketDebuggerUrl"] for t in targets if t["type"] == "page")
-        time.sleep(0.1)
+def browser_address() -> str:
+    """The DevTools address of the running browser."""
+    file = Path(os.environ[PROFILE]) / "DevToolsActivePort"
+    for _ in range(600):
+        with contextlib.suppress(OSError, ValueError):
+            port, path = file.read_text().splitlines()
+            return f"ws://127.0.0.1:{port}{path}"
+        time.sleep(0.05)
     raise TimeoutError("the browser did not start within 30 s")
+
+
+def connected(address: str) -> Connection:
+    """A DevTools connection."""
+    return connect(address, max_size=None, close_timeout=1)
+
+
+@contextlib.contextmanager
+def page(url: str, width: int = 1280, height: int = 720) -> Iterator[Page]:
+    """A page of this size that has started to load `url`, watched from its first moment."""
+    start_browser()
+    address = browser_address()
+    with connected(address) as socket:
+        browser = Target(socket)
+        context = browser.call("Target.createBrowserContext", disposeOnDetach=True)
+        made = browser.call("Target.createTarget", url="about:blank", newWindow=True, **context)
+        root = address.partition("/devtools/")[0]
+        with connected(f"{root}/devtools/page/{made['targetId']}") as socket_of_page:
+            shown = Page(socket_of_page)
+            size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+            shown.call("Emulation.setDeviceMetricsOverride", **size)
+            shown.call("Emulation.setFocusEmulationEnabled", enabled=True)  # never throttled
+            shown.call("Page.navigate", url=url)
+            yield shown
