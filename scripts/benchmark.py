@@ -19,7 +19,7 @@ from functools import partial
 import numpy as np
 
 from beamviz.beam import Beam
-from beamviz.benchmark.lapack import bare, least
+from beamviz.benchmark.work_precision import lapack_times, least_time
 from beamviz.solver import solve, solve_many
 from beamviz.solver.fem import elements
 from beamviz.solver.problem import Problem
@@ -40,10 +40,11 @@ def default_solves() -> None:
     head = f"{'default solve':32}{'us':>8}{'unknowns':>10}"
     print(f"{head}{'/ eigh':>8}{'/ LAPACK alone':>16}{'inside':>8}")
     for name, beam in SCENES.items():
-        found = bare(beam)
+        found = lapack_times(beam)
         print(
             f"{name:32}{1e6 * found.solve:8.0f}{solve(beam).stats.dof:10}"
-            f"{found.ratio_to_eigh:8.1f}{found.ratio:16.1f}{1 / found.share:8.1f}"
+            f"{found.solve / found.eigh:8.1f}{found.solve / found.lapack:16.1f}"
+            f"{1 / found.share:8.1f}"
         )
 
 
@@ -52,7 +53,7 @@ def paper_elements() -> None:
     print(f"\n{'ancf, equilibrium and assembly':32}{'ms':>8}{'us / element':>14}{'/ 20':>8}")
     first = 0.0
     for n in (20, 40, 80, 160, 320):
-        seconds = least(partial(elements.planar_equilibrium, beam, PAPER, n), 20)
+        seconds = least_time(partial(elements.planar_equilibrium, beam, PAPER, n), 20)
         per_element = 1e6 * seconds / n
         first = first or per_element
         print(f"{n:4} elements{1e3 * seconds:28.2f}{per_element:14.1f}{per_element / first:8.2f}")
@@ -67,8 +68,8 @@ def sweeps() -> None:
     print(f"\n{'201 points, 6 modes':32}{'ms':>8}{'one by one':>14}{'ratio':>8}")
     for name, alpha, beta in (("no mass", 0, 1), ("mass at the tip", 1, 1), ("at 0.5", 1, 0.5)):
         beams = [Beam(alpha, beta, gamma) for gamma in np.linspace(0, 15, 201)]
-        together = least(partial(solve_many, beams, modes=6), 10)
-        apart = least(partial(one_by_one, beams), 3)
+        together = least_time(partial(solve_many, beams, modes=6), 10)
+        apart = least_time(partial(one_by_one, beams), 3)
         print(f"{name:32}{1e3 * together:8.1f}{1e3 * apart:14.1f}{apart / together:8.1f}")
 
 

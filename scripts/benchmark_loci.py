@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from beamviz import Beam, loci, solve
-from beamviz.benchmark.lapack import least
+from beamviz.benchmark.work_precision import least_time
 from beamviz.frequency_loci.sweep import BESIDE
 from beamviz.solver import solve_many
 
@@ -66,8 +66,11 @@ def main() -> None:
         values = np.linspace(0, case.stop, POINTS)
         beams = [case.beam.replace(**{case.over: value}) for value in values]
         together = partial(solve_many, beams, modes=MODES + BESIDE, **case.options)
-        whole, solving = least(partial(chart, case, values), REPEATS), least(together, REPEATS)
-        apart = least(partial(separate, beams, case.options), 2)
+        whole, solving = (
+            least_time(partial(chart, case, values), REPEATS),
+            least_time(together, REPEATS),
+        )
+        apart = least_time(partial(separate, beams, case.options), 2)
         print(
             f"{case.name:30}{chart(case, values):9}{1e3 * whole:8.1f}{solving / whole:9.0%}"
             f"{1e3 * apart:10.1f}{apart / whole:7.2f}"

@@ -20,17 +20,18 @@ from typing import Any
 import numpy as np
 
 from beamviz import Beam, NotConverged, loci, solve
-from beamviz.benchmark.exudyn import EXUDYN
-from beamviz.benchmark.lapack import least
+from beamviz.benchmark.external import PEERS
+from beamviz.benchmark.work_precision import least_time
 from beamviz.solver import solve_many
 
+EXUDYN = PEERS[0]
 POINTS, MODES = 201, 6
 MODEL: dict[str, Any] = {"strain": "biot", "curvature": "material"}
 
 
 def peer_sweep(beams: list[Beam], elements: int) -> None:
     for beam in beams:
-        EXUDYN[0].solve(beam, elements, MODES)
+        EXUDYN.omega_squared(beam, elements, MODES)
 
 
 def one_by_one(beams: list[Beam]) -> None:
@@ -41,29 +42,29 @@ def one_by_one(beams: list[Beam]) -> None:
 def main() -> int:
     """Print one line for each way to sweep."""
     try:
-        version = EXUDYN[0].version()
+        version = EXUDYN.version()
     except PackageNotFoundError:
-        print(f"Exudyn is not installed: {EXUDYN[0].how}", file=sys.stderr)
+        print(f"Exudyn is not installed: {EXUDYN.install}", file=sys.stderr)
         return 1
     beam, speeds = Beam(alpha=1), np.linspace(0, 15, POINTS)
     beams = [beam.replace(gamma=gamma) for gamma in speeds]
     exact = solve(beams[-1], MODES, tolerance=1e-9, **MODEL).frequencies
-    chart = least(partial(loci, beam, "gamma", speeds, MODES, **MODEL), 10)
-    ours = least(partial(solve_many, beams, modes=MODES, **MODEL), 10)
+    chart = least_time(partial(loci, beam, "gamma", speeds, MODES, **MODEL), 10)
+    ours = least_time(partial(solve_many, beams, modes=MODES, **MODEL), 10)
     error = abs(solve(beams[-1], MODES, **MODEL).frequencies / exact - 1).max()
     print(f"{'201 speeds, 6 modes':34}{'ms':>9}{'error':>10}{'/ auto':>9}")
     print(f"{'auto':34}{1e3 * ours:9.1f}{error:10.0e}{1:9.1f}")
-    apart = least(partial(one_by_one, beams), 2)
+    apart = least_time(partial(one_by_one, beams), 2)
     print(f"{'auto, 201 separate solves':34}{1e3 * apart:9.1f}{error:10.0e}{apart / ours:9.1f}")
     print(f"{'auto, tracked with meetings':34}{1e3 * chart:9.1f}{error:10.0e}{chart / ours:9.1f}")
     for elements in (5, 10, 20):
         name = f"Exudyn {version}, {elements} elements"
         try:
-            theirs = least(partial(peer_sweep, beams, elements), 1)
+            theirs = least_time(partial(peer_sweep, beams, elements), 1)
         except NotConverged as failure:
             print(f"{name:34}failed: {failure}")
             continue
-        squares = EXUDYN[0].solve(beams[-1], elements, MODES)
+        squares = EXUDYN.omega_squared(beams[-1], elements, MODES)
         error = abs(np.sqrt(squares) / exact - 1).max()
         print(f"{name:34}{1e3 * theirs:9.1f}{error:10.0e}{theirs / ours:9.1f}")
     return 0

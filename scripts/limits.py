@@ -28,8 +28,8 @@ import numpy as np
 from mpmath import fdot, mp, mpf
 
 from beamviz.beam import Beam
-from beamviz.benchmark.calculix import CALCULIX
 from beamviz.benchmark.cases import MODES, SCENES
+from beamviz.benchmark.external import calculix
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver import solve
 
@@ -307,7 +307,7 @@ def limits(scene: str) -> dict[str, list[str] | str]:
 def solid(scene: str) -> list[str] | str:
     """omega^2 of CalculiX on its finest mesh: about five digits of the limit of a solid."""
     try:
-        squares = CALCULIX.solve(SCENES[scene], SOLID_ELEMENTS, MODES)
+        squares = calculix(SCENES[scene], SOLID_ELEMENTS, MODES)
     except NotConverged as error:
         return str(error)
     return [f"{value:.7g}" for value in squares]

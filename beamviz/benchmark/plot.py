@@ -1,4 +1,4 @@
-"""Work against precision as a picture: a frame for each scene, and one for the models."""
+"""The chart of work against precision: a frame for each scene, and one for the models."""
 
 import re
 import textwrap
@@ -18,12 +18,12 @@ from beamviz.plotting.style import DPI, INK, STYLE
 
 WIDTH, HEIGHT = 9.0, 13.8  # [in]
 COLUMNS = 2
-FAILURES_WIDTH = 74  # characters
+FAILURES_WIDTH = 74  # [characters]
 MUTED = "#5A5A5A"
-PLATE: dict[str, Any] = {"fc": "white", "ec": "none", "alpha": 0.7, "pad": 0.6}  # under a name
+LABEL_BOX: dict[str, Any] = {"fc": "white", "ec": "none", "alpha": 0.7, "pad": 0.6}
 THIN: dict[str, Any] = {"lw": 0.9, "ms": 3.0, "zorder": 2}
 # Okabe & Ito: safe for the colour-blind. Same hue: same family; dashes and markers tell apart.
-LOOKS: dict[str, dict[str, Any]] = {
+LINE_STYLES: dict[str, dict[str, Any]] = {
     "auto": {"color": "#0072B2", "lw": 2.6, "ms": 5.5, "marker": "o", "zorder": 5},
     "foac": {"color": "#0072B2", "marker": "s", "ls": (0, (4, 2)), **THIN},
     "zoac": {"color": "#0072B2", "marker": "d", "ls": (0, (1, 1.5)), **THIN},
@@ -44,7 +44,7 @@ THEORIES = {
     "biot": ("engineering strain, material curvature: Exudyn, OpenSees", "#A8417F", "o"),
     "solid": ("a solid: CalculiX", "#555555", "^"),
 }
-REASONS = {  # part of a reason: what stands for it in the chart
+REASONS = {  # part of a reason: its short form in the chart
     "rounding eats": "rounding eats it",
     "more terms may help": "too few terms",
     "inverted beam": "inverted beam",
@@ -56,8 +56,8 @@ REASONS = {  # part of a reason: what stands for it in the chart
 }
 
 
-def draw(rows: list[Row], models: dict[str, dict[str, float | str]], words: str) -> Figure:
-    """The chart; `words` say below it on what it was measured."""
+def draw(rows: list[Row], models: dict[str, dict[str, float | str]], caption: str) -> Figure:
+    """The chart; the caption below it names the machine and the versions."""
     with rc_context({**STYLE, "font.size": 9}):
         figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI)
         FigureCanvasAgg(figure)
@@ -81,12 +81,12 @@ def draw(rows: list[Row], models: dict[str, dict[str, float | str]], words: str)
             axes.set_ylabel("" if k % COLUMNS else "relative error")
             axes.set_xlim(0.5e3 * min(times), 3e3 * max(times))
             _lines(axes, here)
-        _models(figure.add_subplot(grid[lines, :]), models)
-        _head(figure, words)
+        _model_errors(figure.add_subplot(grid[lines, :]), models)
+        _texts(figure, caption)
     return figure
 
 
-def _head(figure: Figure, words: str) -> None:
+def _texts(figure: Figure, caption: str) -> None:
     figure.text(0.012, 0.988, "Time of a solve against its error", size=14, weight="bold", va="top")
     figure.text(
         0.012,
@@ -96,11 +96,11 @@ def _head(figure: Figure, words: str) -> None:
         color=MUTED,
         va="top",
     )
-    figure.text(0.012, 0.008, words, color=MUTED, size=8, va="bottom")
+    figure.text(0.012, 0.008, caption, color=MUTED, size=8, va="bottom")
 
 
 def _frame(axes: Axes, scene: str, rows: list[Row]) -> None:
-    """Axes of one scene, with its name above, and who has no answer there."""
+    """Axes of one scene, with its name and the solvers without an answer above."""
     failures = "; ".join(_failures(rows))
     lines = textwrap.wrap(f"× {failures}", FAILURES_WIDTH) if failures else []
     axes.set_title(_title(scene), loc="left", size=10, weight="bold", pad=6 + 8.5 * len(lines))
@@ -115,7 +115,7 @@ def _frame(axes: Axes, scene: str, rows: list[Row]) -> None:
 
 
 def _title(scene: str) -> str:
-    """A scene and its numbers, but for the slenderness that all share."""
+    """A scene and its numbers, without the slenderness that all share."""
     beam = SCENES[scene]
     shown = [name for name in ("alpha", "beta", "gamma", "delta") if beam.numbers[name]]
     if not beam.alpha:
@@ -128,7 +128,7 @@ def _title(scene: str) -> str:
 def _lines(axes: Axes, rows: list[Row]) -> None:
     """The lines of one scene with their names on them."""
     ends = []
-    for name, look in LOOKS.items():
+    for name, style in LINE_STYLES.items():
         points = [
             (1e3 * row.seconds, row.error)
             for row in rows
@@ -136,14 +136,14 @@ def _lines(axes: Axes, rows: list[Row]) -> None:
         ]
         if points:
             x, y = np.array(points).T
-            axes.plot(x, np.minimum(y, 1.0), mfc="white" if look["lw"] < 1 else None, **look)
+            axes.plot(x, np.minimum(y, 1.0), mfc="white" if style["lw"] < 1 else None, **style)
             ends.append((name, *points[-1]))
     if ends:
-        _names(axes, ends)
+        _line_labels(axes, ends)
 
 
-def _names(axes: Axes, ends: list[tuple[str, float, float]]) -> None:
-    """The name of each line at its last point; the first one placed gets the best place."""
+def _line_labels(axes: Axes, ends: list[tuple[str, float, float]]) -> None:
+    """The name of each line at its last point; auto is placed first and so gets the best place."""
     placer = LabelPlacer(axes)
     for name, x, y in sorted(ends, key=lambda end: (end[0] != "auto", end[2])):
         ours = name == "auto"
@@ -151,17 +151,17 @@ def _names(axes: Axes, ends: list[tuple[str, float, float]]) -> None:
             name,
             x,
             min(y, 1.0),
-            color=LOOKS[name]["color"],
+            color=LINE_STYLES[name]["color"],
             weight="bold" if ours else "normal",
             fontsize=9.5 if ours else 7.5,
-            bbox=PLATE,
+            bbox=LABEL_BOX,
         )
 
 
 def _failures(rows: list[Row]) -> list[str]:
-    """Who has no answer, at which resolutions if not at all, in a few words for each reason."""
+    """Solvers without an answer, by reason; with the resolutions where only some have none."""
     found: dict[str, list[str]] = {}
-    for name in LOOKS:
+    for name in LINE_STYLES:
         failed = [row for row in rows if row.name == name and row.reason]
         for short in dict.fromkeys(_short(row.reason) for row in failed):
             where = [row for row in failed if _short(row.reason) == short]
@@ -175,13 +175,13 @@ def _short(reason: str) -> str:
     """A reason in a few words."""
     if match := re.search(r"no equilibrium beyond gamma = ([\d.]+)", reason):
         return f"no equilibrium beyond γ = {float(match[1]):.4g}"
-    return next((words for part, words in REASONS.items() if part in reason), reason)
+    return next((short for part, short in REASONS.items() if part in reason), reason)
 
 
-def _models(axes: Axes, models: dict[str, dict[str, float | str]]) -> None:
-    """How far the limit of each model is from the paper's model, scene by scene."""
+def _model_errors(axes: Axes, models: dict[str, dict[str, float | str]]) -> None:
+    """Distance of the exact answer of each model from the paper's model, by scene."""
     axes.set_title(
-        "Another quantity: how far the exact answer of each model is from the paper's",
+        "Model error: distance of the exact answer of each model from the paper's model",
         loc="left",
         size=10,
         weight="bold",

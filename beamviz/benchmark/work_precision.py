@@ -1,51 +1,53 @@
 """Work against precision: the time of a solve against the error of its frequencies.
 
 The discretisation error is the largest relative error of the five lowest frequencies against the
-exact ones of the method's own model (limits.json); the model error is the distance of these from
-the exact ones of the paper's model. They are two quantities and never added: how far an answer is
-from the paper's model is a third, of its own. Time is that of the processor, the least of many
-calls after a first one, in one thread, assembly included: it is what a calm machine takes, whatever
-else runs. A program of its own is timed as a whole.
+exact ones of the method's own model (limits.json). The model error is the distance of these from
+the exact ones of the paper's model. They are two quantities and are never added; the distance of
+an answer from the paper's model is a third. Time is processor time, the least of many calls after
+a first one, in one thread, assembly included, so that the load of the machine does not change it.
+For another program it is that of its whole process.
 """
 
 import json
 import os
 import time
 from collections.abc import Callable, Iterable
+from functools import partial
 from importlib import resources
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.linalg import eigh, lapack
 
 from beamviz.beam import Beam
-from beamviz.benchmark.cases import MODES, SCENES
-from beamviz.benchmark.solvers import Contestant
+from beamviz.benchmark.cases import MODES, SCENES, Solver
 from beamviz.errors import BeamvizError
+from beamviz.solver import solve
 
 REFERENCE = "green"  # the paper's model
-FLOOR = 1e-15
+FLOOR = 1e-15  # errors are drawn on a logarithmic axis
+EXACT = 1e-13  # an error that no finer resolution need improve
+REPEATS = 400
+ROUTINES = ("dsygv", "dsygvd", "dsygvx", "dsyev", "dsyevd")
+
+Limits = dict[str, dict[str, np.ndarray | str]]  # scene, theory -> omega^2 (modes,) or a reason
 
 
 class Effort(NamedTuple):
-    """How long to measure: seconds of repeats for every row, and of one call at the most. Of the
-    resolutions each, or every second one."""
+    """How long to measure: `seconds` of repeats for each row, at most `budget` seconds for one
+    call, and only every `stride`-th resolution, the finest included."""
 
     seconds: float
     budget: float
-    every: int = 1
-
-    def chosen(self, resolutions: tuple[float, ...]) -> tuple[float, ...]:
-        return resolutions[:: -self.every][::-1]
+    stride: int = 1
 
 
 FULL, QUICK = Effort(0.2, 4.0), Effort(0.03, 0.5, 2)
-EXACT = 1e-13  # an error that no finer resolution need improve
-REPEATS = 400
 
 
 class Row(NamedTuple):
-    """One solve: its time [s], its error and how far it is from the paper's model, or the reason it
-    has none."""
+    """One solve: its time [s], its error and its distance from the paper's model, or the reason
+    why it has none."""
 
     scene: str
     name: str
@@ -56,9 +58,6 @@ class Row(NamedTuple):
     error: float | None
     from_paper: float | None = None
     reason: str = ""
-
-
-Limits = dict[str, dict[str, np.ndarray | str]]  # scene, theory -> omega^2 (modes,) or a reason
 
 
 def limits() -> Limits:
@@ -73,143 +72,189 @@ def limits() -> Limits:
     }
 
 
-def error(squares: np.ndarray, exact: np.ndarray) -> float:
+def paper_limit(theories: dict[str, np.ndarray | str]) -> np.ndarray:
+    """The exact omega^2 (modes,) of the paper's model in one scene."""
+    values = theories[REFERENCE]
+    assert not isinstance(values, str), "green strain always has an equilibrium outward"
+    return values
+
+
+def relative_error(omega_squared: np.ndarray, exact: np.ndarray) -> float:
     """The largest relative error of a frequency or growth rate, from omega^2 (modes,)."""
-    return float(max(abs(squares - exact).max() and (abs(squares / exact - 1) / 2).max(), FLOOR))
+    off = abs(omega_squared - exact).max()
+    return float(max(off and (abs(omega_squared / exact - 1) / 2).max(), FLOOR))
 
 
-def measured(
-    contestants: Iterable[Contestant], effort: Effort, say: Callable[[str], None]
+def measure(
+    solvers: Iterable[Solver], effort: Effort, progress: Callable[[str], None]
 ) -> list[Row]:
-    """A row for every scene, contestant and resolution."""
-    exact, everyone, rows = limits(), list(contestants), []
-    for scene, beam in SCENES.items():
-        for one in everyone:
-            say(f"{scene}: {one.name}")
-            rows += _line(scene, beam, one, exact[scene], effort)
+    """A row for every scene, solver and resolution."""
+    exact, all_solvers, rows = limits(), list(solvers), []
+    for scene in SCENES:
+        for solver in all_solvers:
+            progress(f"{scene}: {solver.name}")
+            rows += _rows_of(scene, solver, exact[scene], effort)
     return rows
 
 
-def _line(
-    scene: str,
-    beam: Beam,
-    contestant: Contestant,
-    of_models: dict[str, np.ndarray | str],
-    effort: Effort,
+def _rows_of(
+    scene: str, solver: Solver, theories: dict[str, np.ndarray | str], effort: Effort
 ) -> list[Row]:
-    """The rows of one contestant in one scene, coarse to fine; they end with the budget."""
-    exact, paper = of_models[contestant.theory], of_models[REFERENCE]
-    assert not isinstance(paper, str), "green strain always has an equilibrium outward"
-    blank = Row(scene, contestant.name, contestant.theory, contestant.option, None, None, None)
-    if contestant.absent:
-        return [blank._replace(reason=contestant.absent)]
+    """The rows of one solver in one scene, coarse to fine; the budget ends them."""
+    exact = theories[solver.theory]
+    blank = Row(scene, solver.name, solver.theory, solver.option, None, None, None)
+    if missing := solver.missing:
+        return [blank._replace(reason=missing)]
     if isinstance(exact, str):
         return [blank._replace(reason=exact)]
     rows: list[Row] = []
     spent = 0.0
-    for resolution in effort.chosen(contestant.resolutions):
+    for resolution in solver.resolutions[:: -effort.stride][::-1]:
         row = blank._replace(resolution=resolution)
         if spent > effort.budget:
             rows.append(row._replace(reason=f"out of budget: the coarser one took {spent:.1f} s"))
             continue
-        start = clock()
-        rows.append(_measure(row, beam, contestant, exact, paper, effort))
-        spent = rows[-1].seconds or clock() - start
+        start = processor_time()
+        rows.append(_measure_row(row, solver, exact, paper_limit(theories), effort))
+        spent = rows[-1].seconds or processor_time() - start
         if (found := rows[-1].error) and found < EXACT:
             break
     return rows
 
 
-def _measure(
-    row: Row,
-    beam: Beam,
-    contestant: Contestant,
-    exact: np.ndarray,
-    paper: np.ndarray,
-    effort: Effort,
+def _measure_row(
+    row: Row, solver: Solver, exact: np.ndarray, paper: np.ndarray, effort: Effort
 ) -> Row:
-    """The first call warms up and is the check, the fastest of the others is the time."""
+    """The first call warms up and gives the errors, the fastest of the others the time."""
+    work = partial(solver.omega_squared, SCENES[row.scene], row.resolution, MODES)
     try:
-        squares = contestant.squares(beam, row.resolution, MODES)
+        omega_squared = work()
     except BeamvizError as failure:
         return row._replace(reason=str(failure))
     return row._replace(
-        seconds=least(lambda: contestant.squares(beam, row.resolution, MODES), effort),
-        error=error(squares, exact),
-        from_paper=error(squares, paper),
+        seconds=least_time(work, seconds=effort.seconds),
+        error=relative_error(omega_squared, exact),
+        from_paper=relative_error(omega_squared, paper),
     )
 
 
-def least(work: Callable[[], object], effort: Effort) -> float:
-    """The least time [s] of the calls that fit, and of one at least."""
+def least_time(
+    work: Callable[[], object], repeats: int = REPEATS, seconds: float = float("inf")
+) -> float:
+    """The least processor time [s] of the calls that fit into `seconds`, and of one at least."""
     times: list[float] = []
-    began = clock()
-    while not times or (len(times) < REPEATS and clock() - began < effort.seconds):
-        start = clock()
+    began = processor_time()
+    while not times or (len(times) < repeats and processor_time() - began < seconds):
+        start = processor_time()
         work()
-        times.append(clock() - start)
+        times.append(processor_time() - start)
     return min(times)
 
 
-def clock() -> float:
+def processor_time() -> float:
     """Processor time [s] of this process and the programs it has run."""
     times = os.times()
     return time.process_time() + times.children_user + times.children_system
 
 
+class LapackTimes(NamedTuple):
+    """Times [s] of a default solve; of its eigenproblems alone, repeated while caches are warm, by
+    LAPACK's routines and by scipy.linalg.eigh (all modes); and the share of the fastest solve that
+    is spent in LAPACK."""
+
+    solve: float
+    lapack: float
+    eigh: float
+    share: float
+
+
+def lapack_times(beam: Beam, repeats: int = REPEATS) -> LapackTimes:
+    """A default solve beside the eigenproblems in it: LAPACK's time is the least that any solver
+    of them would take, that of scipy.linalg.eigh is where anyone would start."""
+    shares = []
+    for _ in range(repeats):
+        with LapackRecorder() as recorder:
+            start = processor_time()
+            solve(beam)
+            total = processor_time() - start
+        shares.append((total, recorder.seconds / total))
+    return LapackTimes(
+        least_time(partial(solve, beam), repeats),
+        sum(least_time(problem, repeats) for problem in recorder.problems),
+        sum(least_time(partial(eigh, *one.args), repeats) for one in recorder.problems),
+        min(shares)[1],
+    )
+
+
+class LapackRecorder:
+    """Within `with`, times every call of LAPACK's eigensolvers and keeps its arguments."""
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+        self.problems: list[partial[tuple]] = []
+
+    def __enter__(self) -> "LapackRecorder":
+        self.routines = {name: getattr(lapack, name) for name in ROUTINES}
+        for name, routine in self.routines.items():
+            setattr(lapack, name, partial(self._call, routine))
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for name, routine in self.routines.items():
+            setattr(lapack, name, routine)
+
+    def _call(self, routine: Callable[..., tuple], *matrices: Any, **options: Any) -> tuple:
+        kept = [matrix.copy(order="K") for matrix in matrices]  # LAPACK may overwrite them
+        self.problems.append(partial(routine, *kept, **options | {"overwrite_a": False}))
+        start = processor_time()
+        answer = routine(*matrices, **options)
+        self.seconds += processor_time() - start
+        return answer
+
+
 def model_errors() -> dict[str, dict[str, float | str]]:
-    """Scene, theory -> how far its exact frequencies are from the paper's model, or a reason."""
-    found: dict[str, dict[str, float | str]] = {}
-    for scene, theories in limits().items():
-        reference = theories[REFERENCE]
-        assert not isinstance(reference, str), "green strain always has an equilibrium outward"
-        found[scene] = {
-            theory: values if isinstance(values, str) else error(values, reference)
+    """Scene, theory -> distance of its exact frequencies from the paper's model, or a reason."""
+    return {
+        scene: {
+            theory: values
+            if isinstance(values, str)
+            else relative_error(values, paper_limit(theories))
             for theory, values in theories.items()
             if theory != REFERENCE
         }
-    return found
+        for scene, theories in limits().items()
+    }
 
 
-def front(rows: list[Row], name: str) -> list[tuple[float, float]]:
-    """(error, seconds) of a contestant's rows that nothing of its own beats, errors falling."""
+def pareto_front(rows: list[Row], name: str) -> list[tuple[float, float]]:
+    """(error, seconds) of the rows of a solver that no other row of it beats, errors falling."""
     points = sorted(
         (row.seconds, row.error)
         for row in rows
         if row.name == name and row.seconds is not None and row.error is not None
     )
     kept: list[tuple[float, float]] = []
-    for seconds, error_of_row in points:
-        if not kept or error_of_row < kept[-1][0]:
-            kept.append((error_of_row, seconds))
+    for seconds, error in points:
+        if not kept or error < kept[-1][0]:
+            kept.append((error, seconds))
     return kept
 
 
-def beaten(rows: list[Row], name: str) -> list[tuple[Row, Row]]:
-    """Each row of a contestant with one of another that is sooner and no farther from the paper's
-    model: none where it is on the Pareto front."""
+def dominated(rows: list[Row], name: str) -> list[tuple[Row, Row]]:
+    """Each row of a solver with one of another solver that is faster and at least as close to the
+    paper's model; none where the solver is on the Pareto front."""
     timed = [(row, row.seconds, row.from_paper) for row in rows]
     points = [(row, s, e) for row, s, e in timed if s is not None and e is not None]
     return [
         (row, other)
-        for row, seconds, off in points
+        for row, seconds, distance in points
         if row.name == name
-        for other, sooner, nearer in points
-        if other.name != name and other.scene == row.scene and sooner < seconds and nearer <= off
+        for other, faster, closer in points
+        if other.name != name and other.scene == row.scene
+        if faster < seconds and closer <= distance
     ]
 
 
-def time_at(points: list[tuple[float, float]], wanted: float) -> float | None:
-    """The time to an error: that of the first point at least as good, none interpolated."""
-    return next((seconds for error_of_point, seconds in points if error_of_point <= wanted), None)
-
-
-def as_json(rows: list[Row], about: dict[str, Any]) -> str:
-    """Everything measured, and about what and where."""
-    data = {
-        **about,
-        "scenes": {scene: beam.numbers for scene, beam in SCENES.items()},
-        "rows": [row._asdict() for row in rows],
-        "model_errors": model_errors(),
-    }
-    return json.dumps(data, indent=1) + "\n"
+def time_to_error(points: list[tuple[float, float]], target: float) -> float | None:
+    """The time of the first point of a front with at most this error, none interpolated."""
+    return next((seconds for error, seconds in points if error <= target), None)

@@ -279,7 +279,7 @@ def benchmark(
     ] = False,
 ) -> None:
     """Speed against accuracy of every method: a chart, and the numbers as JSON."""
-    from beamviz.benchmark.report import benchmark
+    from beamviz.benchmark import benchmark
 
     print(benchmark(out, quick=quick, peers=peers, release=__version__))
 

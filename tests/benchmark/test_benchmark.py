@@ -1,0 +1,268 @@
+"""The benchmark: its exact values, its rows, its chart, its command and the committed numbers."""
+
+import importlib.util
+import json
+import os
+import re
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import pytest
+from published import INDEPENDENT
+
+from beamviz import benchmark
+from beamviz.beam import Beam
+from beamviz.benchmark import TARGETS, front_report, plot, work_precision
+from beamviz.benchmark.cases import METHODS, MODES, SCENES, Solver
+from beamviz.benchmark.external import PEERS
+from beamviz.benchmark.work_precision import (
+    Effort,
+    Row,
+    dominated,
+    limits,
+    measure,
+    pareto_front,
+    relative_error,
+    time_to_error,
+)
+from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.solver import METHODS as METHOD_NAMES
+from beamviz.solver import solve
+
+ROOT = Path(__file__).parents[2]
+MODELS = {
+    "green": {},
+    "biot": {"strain": "biot", "curvature": "material"},
+    "rigid": {"method": "foac"},
+    "none": {"method": "zoac"},
+}
+LITTLE = Effort(0.0, 1.0)
+
+
+@pytest.mark.parametrize(("scene", "theory"), [("slow", "green"), ("inner mass", "rigid")])
+def test_the_stored_limits_are_those_of_the_script(scene, theory):
+    """The first mode computed anew in extended precision, to sixteen digits."""
+    spec = importlib.util.spec_from_file_location("limits", ROOT / "scripts" / "limits.py")
+    assert spec is not None
+    assert spec.loader is not None
+    script = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(script)
+    (square,) = script.Straight(SCENES[scene], script.THEORIES[theory], 1).squares()
+    assert float(square) == pytest.approx(limits()[scene][theory][0], rel=1e-15, abs=0)
+
+
+@pytest.mark.parametrize("theory", MODELS)
+@pytest.mark.parametrize("scene", SCENES)
+def test_the_solver_agrees_with_the_limits(scene, theory):
+    """Every scene in every model: the frequencies within the reported error, or no equilibrium."""
+    exact = limits()[scene][theory]
+    if isinstance(exact, str):
+        with pytest.raises(NoEquilibrium):
+            solve(SCENES[scene], MODES, **MODELS[theory])
+        return
+    found = solve(SCENES[scene], MODES, tolerance=1e-9, **MODELS[theory])
+    assert np.all(abs(found.omega_squared - exact) <= found.omega_squared_errors)
+    assert relative_error(found.omega_squared, exact) < 1e-8
+
+
+def test_the_limits_are_the_independent_values():
+    """Seven digits known before (tests/published.py), of the scenes that are there too."""
+    compared = 0
+    for alpha, beta, gamma, delta, bending, stretching in INDEPENDENT:
+        for scene, beam in SCENES.items():
+            if beam == Beam(alpha, beta, gamma, delta):
+                exact = np.sqrt(limits()[scene]["green"])
+                known = np.array([*bending, stretching])
+                distances = abs(exact / known[:, None] - 1).min(axis=1)
+                assert np.all(distances[known <= exact.max()] < 1e-7)
+                compared += 1
+    assert compared == 3
+
+
+def test_errors_are_relative_and_count_growth_rates():
+    """Half the relative error of omega^2, whatever its sign; never zero on a log axis."""
+    assert relative_error(np.array([4.0, 101.0]), np.array([4.0, 100.0])) == pytest.approx(0.005)
+    assert relative_error(np.array([-4.04]), np.array([-4.0])) == pytest.approx(0.005)
+    assert relative_error(np.ones(2), np.ones(2)) == work_precision.FLOOR
+
+
+def row(name: str, seconds: float | None, error: float | None, reason: str = "") -> Row:
+    return Row("slow", name, "green", "terms", 1.0, seconds, error, error, reason)
+
+
+def test_a_front_leaves_out_points_that_are_slower_and_worse():
+    """The time to an error is that of a point, not between two."""
+    rows = [row("a", 1.0, 1e-2), row("a", 2.0, 1e-1), row("a", 3.0, 1e-5), row("b", 0.1, 1e-9)]
+    points = pareto_front([*rows, row("a", None, None, "failed")], "a")
+    assert points == [(1e-2, 1.0), (1e-5, 3.0)]
+    assert [time_to_error(points, target) for target in (1e-2, 1e-4, 1e-6)] == [1.0, 3.0, None]
+
+
+def test_a_row_is_dominated_by_one_that_is_faster_and_as_close_to_the_model():
+    """Of the same scene, by another method, in both at once."""
+    ours = row("auto", 1.0, 1e-6)
+    others = [row("faster", 0.5, 1e-5), row("closer", 2.0, 1e-9), row("auto", 0.5, 1e-9)]
+    others += [row("a", 0.5, 1e-9)._replace(scene="fast"), row("c", None, None, "no")]
+    others += [row("b", 0.5, 1e-9)._replace(from_paper=0.1)]
+    assert not dominated([ours, *others], "auto")
+    better = row("d", 0.5, 1e-6)
+    assert dominated([ours, better, *others], "auto") == [(ours, better)]
+    assert next(front_report([ours, better], "auto")).startswith("slow: d, terms 1, is faster")
+
+
+def fake(omega_squared, **details) -> Solver:
+    return Solver("fake", "green", "terms", (1, 2, 3), omega_squared, **details)
+
+
+MISSING = fake(None, version=partial(version, "no-such-package"), install="buy it")
+
+
+def test_rows_that_fail_stay_with_their_reason():
+    """A failure, a budget spent and a missing program are rows like others."""
+
+    def fails_twice(beam, resolution, modes):
+        if resolution < 3:
+            raise NotConverged(f"terms = {resolution}: no")
+        return limits()["slow"]["green"]
+
+    rows = [r for r in measure([fake(fails_twice)], LITTLE, print) if r.scene == "slow"]
+    assert [r.reason for r in rows] == ["terms = 1: no", "terms = 2: no", ""]
+    assert rows[2].seconds is not None
+    assert rows[2].error == work_precision.FLOOR
+    inexact = fake(lambda beam, resolution, modes: 1.01 * limits()["slow"]["green"])
+    spent = measure([inexact], Effort(0.0, 0.0), print)[:3]
+    assert spent[0].seconds is not None
+    assert all("out of budget" in r.reason for r in spent[1:])
+    found = {(r.reason, r.seconds) for r in measure([MISSING], LITTLE, print)}
+    assert found == {("not installed: buy it", None)}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("peer", PEERS, ids=lambda peer: peer.name)
+def test_peers_converge_to_the_limits_they_are_measured_against(peer):
+    """Without and with an inner mass: finer is closer, and the finest is within 1 %."""
+    if peer.missing:
+        pytest.skip(f"{peer.name}: {peer.missing}")
+    for scene in ("slow", "inner mass"):
+        exact = limits()[scene][peer.theory]
+        coarse, fine = (
+            relative_error(peer.omega_squared(SCENES[scene], n, MODES), exact)
+            for n in peer.resolutions[1:3]
+        )
+        assert fine < 0.01
+        assert fine < coarse
+
+
+def test_methods_are_called_with_their_own_option():
+    """Each row is what solve() gives for that option."""
+    beam = Beam(gamma=2)
+    for solver in METHODS:
+        resolution = solver.resolutions[-2]
+        found = solver.omega_squared(beam, resolution, 3)
+        options = {solver.option: resolution}
+        assert found.tolist() == solve(beam, 3, solver.name, **options).omega_squared.tolist()
+
+
+@pytest.fixture(scope="module")
+def committed() -> tuple[list[Row], dict]:
+    """The measurement in assets/."""
+    data = json.loads((ROOT / "assets" / "benchmark.json").read_text())
+    return [Row(**values) for values in data["rows"]], data
+
+
+def ratios(rows: list[Row], name: str, target: float) -> list[float]:
+    """Time to an error as a multiple of auto's, in the scenes where both reach it."""
+    found = []
+    for scene in SCENES:
+        here = [r for r in rows if r.scene == scene]
+        ours, theirs = (time_to_error(pareto_front(here, one), target) for one in ("auto", name))
+        if ours and theirs:
+            found.append(theirs / ours)
+    return found
+
+
+def test_the_committed_measurement_is_complete(committed):
+    """Every method, peer and scene is in it, with machine, versions and date."""
+    rows, data = committed
+    assert set(METHOD_NAMES) | {peer.name for peer in PEERS} == {r.name for r in rows}
+    assert {r.scene for r in rows} == set(SCENES) == set(data["bare_lapack"])
+    assert data["scenes"] == {scene: beam.numbers for scene, beam in SCENES.items()}
+    assert {"date", "machine", "versions"} <= set(data)
+    assert (data["threads"], data["effort"]) == ("1", "full")
+    assert all(r.reason or (r.seconds and r.error and r.from_paper) for r in rows)
+
+
+def test_the_readme_says_what_was_measured(committed):
+    """The ratios of its section "How fast" are those of the committed measurement."""
+    rows, data = committed
+    text = " ".join((ROOT / "README.md").read_text().split())
+    span = r"(\d+) to (\d+) times"
+    for pattern, target in ((f"1e-4 in five .*? {span} faster", 1e-4), (f"{span} to 1e-3", 1e-3)):
+        exudyn = ratios(rows, "Exudyn", target) + ratios(rows, "Exudyn, paper's energy", target)
+        match = re.search(pattern, text)
+        assert match is not None
+        assert [int(n) for n in match.groups()] == [round(min(exudyn)), round(max(exudyn))]
+    bare, eigh = data["bare_lapack"].values(), data["eigh"].values()
+    assert f"{min(bare):.1f} to {max(bare):.1f} times the bare LAPACK time" in text
+    assert f"{min(eigh):.1f} to {max(eigh):.1f} times what `scipy.linalg.eigh` takes" in text
+    assert "no method that stretches the beam gets to any of these errors sooner" in text
+    for name in {r.name for r in rows} - {"auto", "foac", "zoac"}:
+        for target in (1e-2, 1e-3, *TARGETS):
+            assert all(ratio >= 1 for ratio in ratios(rows, name, target)), name
+    assert "none is both sooner and as near to the paper's model" in text
+    assert not dominated(rows, "auto")
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """One scene, two methods and a peer that is not installed, hardly measured."""
+    scene = {"slow": SCENES["slow"]}
+    monkeypatch.setattr(work_precision, "SCENES", scene)
+    monkeypatch.setattr(benchmark, "SCENES", scene)
+    monkeypatch.setattr(benchmark, "METHODS", (METHODS[0], METHODS[7]))
+    monkeypatch.setattr(benchmark, "PEERS", (MISSING,))
+    monkeypatch.setattr(benchmark, "QUICK", LITTLE)
+    monkeypatch.setattr(benchmark, "LAPACK_REPEATS", {True: 2})
+    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
+        monkeypatch.setenv(name, os.environ.get(name, "1"))
+
+
+def test_the_command_writes_chart_and_numbers(small, tmp_path, run):
+    """PNG, SVG and JSON; ratios on stdout, progress on stderr."""
+    code, out, err = run("benchmark", "--out", str(tmp_path), "--quick", "--peers")
+    assert code == 0, err
+    names = {file.name for file in tmp_path.iterdir()}
+    assert names == {f"benchmark.{ending}" for ending in ("png", "svg", "json")}
+    data = json.loads((tmp_path / "benchmark.json").read_text())
+    assert {r["name"] for r in data["rows"]} == {"auto", "power-series", "fake"}
+    missing = [r["reason"] for r in data["rows"] if r["name"] == "fake"]
+    assert missing == ["not installed: buy it"]
+    assert data["machine"]["cores"] >= 1
+    assert data["bare_lapack"]["slow"] > 0 < data["eigh"]["slow"]
+    assert "time to error 1e-06 / auto" in out
+    assert "no answer" in out
+    assert "on the Pareto front" in out or "is faster and as" in out
+    assert "slow: auto" in err
+
+
+def test_a_folder_that_cannot_be_written_is_one_line(small, tmp_path, run):
+    """Exit code 1 before anything is measured."""
+    (tmp_path / "file").write_text("")
+    code, out, err = run("benchmark", "--out", str(tmp_path / "file"))
+    assert (code, out) == (1, "")
+    assert err.startswith("beamviz: cannot write to ")
+    assert err.count("\n") == 1
+
+
+def test_the_chart_names_every_line_and_every_failure():
+    """Names on the lines, reasons above the frame."""
+    rows = []
+    for k, name in enumerate(plot.LINE_STYLES):
+        rows += [row(name, 1e-3 * (k + 1), 1e-3), row(name, 1e-2 * (k + 1), 10.0 ** -(4 + k))]
+    rows.append(row("auto", None, None, "gamma = 2: no equilibrium beyond gamma = 1.5 (green)"))
+    figure = plot.draw(rows, work_precision.model_errors(), "measured here")
+    texts = [text.get_text() for text in figure.axes[0].texts]
+    assert set(plot.LINE_STYLES) <= set(texts)
+    assert "× auto (1): no equilibrium beyond γ = 1.5" in texts
