@@ -88,6 +88,12 @@ def significant(value: float, digits: int) -> str:
     return f"{value:.0f}" if abs(value) >= 10.0 ** (digits - 1) else f"{value:.{digits}g}"
 
 
+def rounded_to_error(value: float, error: float) -> str:
+    """`value` with the decimals its error leaves, at most six."""
+    decimals = 6 if error <= 0 else min(max(-math.ceil(math.log10(2 * error)), 0), 6)
+    return f"{value:.{decimals}f}"
+
+
 def rounded(value: float) -> float:
     """A number with two digits, away from zero."""
     if value == 0:

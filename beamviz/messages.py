@@ -39,6 +39,6 @@ def refused(error: BeamvizError, beam: Beam | None) -> str:
         )
         return f"No equilibrium: the beam does not hold at {speed.text(beam.gamma, 6)}{held}"
     return {
-        "invalid-input": "These numbers describe no beam",
+        "invalid-input": "A value is out of range",
         "not-converged": "The calculation did not converge",
     }.get(error.kind, "No solution")

@@ -23,6 +23,7 @@ from beamviz.beam import (
 from beamviz.errors import InvalidInput
 from beamviz.solver import OPTIONS, Problem, solve_many
 
+MODES = 5  # solved for a scene, and more where its view shows more
 MAX_DISTANCE = 1000.0  # of the camera, in beam lengths
 COLOURINGS = ("displacement", "axial strain")
 MAX_AMPLITUDE = 0.4
@@ -204,6 +205,11 @@ class Scene:
             camera=change_camera(self.camera, by_table["camera"]),
             **by_table["chart"],
         )
+
+    @property
+    def solver_options(self) -> dict[str, Any]:
+        """Keywords of `solve` for this scene: its model, and as many modes as it shows."""
+        return {**self.options, "modes": max(MODES, len(self.view.shares))}
 
     @property
     def tables(self) -> dict[str, dict[str, Any]]:

@@ -30,10 +30,10 @@ from websockets.asyncio.client import ClientConnection, connect
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
+from beamviz.display_units import rounded_to_error  # noqa: E402
 from live.server import CAMERA_MESSAGE, PROTOCOL  # type: ignore[import-not-found]  # noqa: E402
 
 from beamviz.beam import Beam  # noqa: E402
-from beamviz.explorer.page.readout import significant  # noqa: E402
 from beamviz.solver import solve  # noqa: E402
 
 SLIDER = "speed γ"
@@ -129,7 +129,7 @@ class Guest:
 def first_frequencies() -> dict[str, int]:
     """Which edit a table answers: the text of its first frequency."""
     solutions = [solve(START.replace(gamma=speed)) for speed in SPEEDS]
-    return {significant(s.frequencies[0], s.errors[0]): k for k, s in enumerate(solutions)}
+    return {rounded_to_error(s.frequencies[0], s.errors[0]): k for k, s in enumerate(solutions)}
 
 
 async def hall(

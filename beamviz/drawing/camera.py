@@ -5,9 +5,11 @@ from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
+from viser import CameraHandle, InitialCameraConfig
 
 from beamviz.drawing.modes import Shapes
 from beamviz.drawing.sizes import hub_radius, mass_radius
+from beamviz.scene import Camera
 
 FIELD_OF_VIEW = math.radians(24)  # vertical
 RIDING_FROM = {"chordwise": (-0.3, -1.0, 0.8), "flapwise": (-0.3, -1.0, 0.45)}
@@ -16,6 +18,9 @@ ROOM = 0.2  # kept on both sides of the beam for its motion
 HOOP = 0.1  # wall of the hoop that an inward beam is clamped to, and room
 SCALES = (100.0, 1e5)  # [pixels] of a length of the beam that are told apart
 RIM = 0.3  # of a large hub, this much is kept in the picture
+LIFT = 0.1  # of half the height of a page: free above the beam, for a label
+NEARER, FARTHER = 0.7, 1.15  # times the distance: a camera stays while the best one is between
+SAME = 1e-3  # distance of two viewpoints that count as one
 DIRECTIONS = 16  # from which one looks, of which the unit vectors are kept
 
 
@@ -106,3 +111,81 @@ def viewpoint(
         [corners(shapes, rotating_frame) + [0, 0, height] for height in heights]
     )
     return framing(points, direction, tall * aspect, tall * (1 - lift))
+
+
+def fitted(
+    shapes: Shapes, rotating_frame: bool, aspect: float, heights: Sequence[float] = (0.0,)
+) -> Camera:
+    """The camera of a page: it looks at a point a little above the beam, where labels stand."""
+    position = viewpoint(shapes, rotating_frame, aspect, LIFT, heights)
+    lift = LIFT * math.tan(FIELD_OF_VIEW / 2) * float(np.linalg.norm(position))
+    target = np.array([0.0, 0.0, lift])
+    return Camera((position + target).tolist(), target.tolist())
+
+
+def place(view: CameraHandle | InitialCameraConfig, camera: Camera) -> None:
+    """Move a camera of viser."""
+    view.position, view.look_at = camera.position, camera.look_at
+    view.fov = FIELD_OF_VIEW
+
+
+class PageCamera:
+    """The camera of a page: it stays where the visitor moves it, and is fitted again when asked
+    to and when what it shows has changed."""
+
+    def __init__(self, view: CameraHandle):
+        self.view = view
+        self.given: Camera | None = None  # a viewpoint in place of the one that fits
+        self.placed = self.before = Camera((1.0, 1.0, 1.0))  # where it was put last, and before
+        self.asked = True  # to be moved
+        self.unsettled = False  # to be moved again when the answer has come
+        self.fitted_to: tuple = ()  # what the viewpoint was chosen for, and its distance
+        self.distance = 0.0
+
+    def take(self, given: Camera | None) -> None:
+        """Look from a viewpoint, None for the one that fits."""
+        self.given, self.asked = given, True
+
+    def look_at(
+        self, shapes: Shapes, rotating_frame: bool, heights: Sequence[float], *, settled: bool
+    ) -> None:
+        """Move the camera where there is need to: scenes stand at `heights`. Until the answer is
+        `settled`, the one to the latest request, it has to be moved again."""
+        camera = fitted(shapes, rotating_frame, self.view.aspect, heights)
+        distance = math.dist(camera.position, camera.look_at)
+        fitted_to = (rotating_frame, shapes.plane, self.view.aspect, len(heights))
+        stays = NEARER * self.distance < distance < FARTHER * self.distance
+        moved = fitted_to != self.fitted_to or not stays
+        if self.asked or self.unsettled or (moved and self.given is None):
+            self.fitted_to, self.distance = fitted_to, distance
+            self.asked, self.unsettled = False, not settled
+            self.before, self.placed = self.placed, self.given or camera
+            place(self.view, self.placed)
+
+    @property
+    def chosen(self) -> Camera | None:
+        """Where the visitor looks from, or None where the beam has been fitted into the page."""
+        if self.is_at(self.placed):
+            return self.given
+        return Camera(*np.round([self.view.position, self.view.look_at], 4).tolist())
+
+    def is_at(self, camera: Camera) -> bool:
+        """Whether the page has its camera there."""
+        now, there = (self.view.position, self.view.look_at), (camera.position, camera.look_at)
+        return np.allclose(now, there, atol=SAME)
+
+    @property
+    def scale(self) -> float:
+        """Pixels that a length of the beam takes in the middle of the picture."""
+        return scale(math.dist(self.view.position, self.view.look_at), self.view.image_height)
+
+    @property
+    def reshaped(self) -> bool:
+        """Whether the page has another shape than the viewpoint was chosen for."""
+        return bool(self.fitted_to) and self.view.aspect != self.fitted_to[2] and self.given is None
+
+    @property
+    def overtaken(self) -> bool:
+        """Whether the page has the camera where it was put before: it told so while it was put
+        elsewhere, and viser does not send what the page seemed to have already."""
+        return self.is_at(self.before) and not self.is_at(self.placed)

@@ -1,4 +1,4 @@
-"""The explorer as a server: a session for each visitor, one animator for all of them."""
+"""The explorer as a server: a session for each visitor, one frame_loop for all of them."""
 
 import contextlib
 import gc
@@ -13,10 +13,9 @@ from typing import Any
 from beamviz.drawing import camera
 from beamviz.drawing.modes import Shapes
 from beamviz.errors import NoEquilibrium, NotConverged
-from beamviz.explorer.executor import Threads
-from beamviz.explorer.frames import Animator
-from beamviz.explorer.page.theme import theme
-from beamviz.explorer.visitor_camera import LIFT, lifted, place
+from beamviz.explorer.frames import FrameLoop
+from beamviz.explorer.jobs import WorkerPool
+from beamviz.explorer.page.style import theme
 from beamviz.scene import Scene
 from beamviz.server import run_server
 from beamviz.server.access import (
@@ -133,19 +132,19 @@ def explorer(
     visitor_count = visitor_count or VisitorCount()
     with (
         run_server(host, port, visitor_count=visitor_count, listener=listener, **access) as server,
-        Threads(SOLVERS, "solver") as pool,
-        Threads(CHARTERS, "charter") as charts,
+        WorkerPool(SOLVERS, "solver") as pool,
+        WorkerPool(CHARTERS, "charter") as charts,
     ):
         theme(server, dark=scene.view.dark)
         rest = Shapes.at_rest(scene.beam, scene.options["plane"])
-        fitted = lifted(camera.viewpoint(rest, scene.view.rotating_frame, aspect=1.0, lift=LIFT))
-        place(server.initial_camera, scene.camera or fitted)
+        fitted = camera.fitted(rest, scene.view.rotating_frame, aspect=1.0)
+        camera.place(server.initial_camera, scene.camera or fitted)
         entrance = Access(host, server.get_port(), **access)
-        animator = Animator(server, scene, pool, charts, entrance, visitor_count)
+        frame_loop = FrameLoop(server, scene, pool, charts, entrance, visitor_count)
         try:
             yield entrance.url
         finally:
-            animator.stop()
+            frame_loop.stop()
 
 
 @contextlib.contextmanager

@@ -8,13 +8,13 @@ import asyncio
 import contextlib
 import threading
 import time
-from concurrent.futures import Executor, ThreadPoolExecutor, wait
+from concurrent.futures import ThreadPoolExecutor, wait
 from functools import partial
 
 from viser import ClientHandle, ViserServer
 
+from beamviz.explorer.jobs import SolveQueue, WorkerPool
 from beamviz.explorer.session import Session
-from beamviz.explorer.solve_queue import Turns
 from beamviz.scene import Scene
 from beamviz.server.access import Access, VisitorCount
 from beamviz.server.connection import presents
@@ -25,36 +25,36 @@ FRAMES = 25  # a second, for one visitor
 ALL_FRAMES = 800  # a second, for all visitors of all processes together
 FEWER_FRAMES = 12.8  # for one visitor, where some wait for answers
 CROWD = 8  # visitors; from here on they are answered in turn, and charts wait for a rest
-TOGETHER = 4  # answers or pictures in a row, which costs less; then messages come and go
+BATCH = 4  # answers or pictures in a row, which costs less; then messages come and go
 HOPS = 4  # of the event loop that a message takes to come in, or to go out
 PATIENCE = 5.0  # [s] for a picture to be finished when all ends
 
 log = RateLimitedLog(__name__)
 
 
-async def messages() -> None:
+async def exchange_messages() -> None:
     """Let messages come and go."""
     for _ in range(HOPS):
         await asyncio.sleep(0)
 
 
-class Animator:
+class FrameLoop:
     """Draws for all visitors; it sleeps while nothing moves."""
 
     def __init__(
         self,
         server: ViserServer,
         scene: Scene,
-        pool: Executor,
-        charts: Executor,
+        pool: WorkerPool,
+        background: WorkerPool,
         access: Access,
         visitor_count: VisitorCount,
     ):
-        self.server, self.scene, self.charts, self.access = server, scene, charts, access
+        self.server, self.scene, self.background, self.access = server, scene, background, access
         self.visitor_count = visitor_count
         self.loop, self.changed = server.get_event_loop(), asyncio.Event()
         self.thread: threading.Thread | None = None
-        self.turns = Turns(pool, self.crowded, self.rouse)
+        self.queue = SolveQueue(pool, self.crowded, self.rouse)
         self.opener = ThreadPoolExecutor(1, "opener")
         self.leader: int | None = None  # the presenter of a lecture
         self.sessions: dict[int, Session] = {}
@@ -84,8 +84,8 @@ class Animator:
         return Session(
             client,
             self.scene,
-            self.turns,
-            self.charts,
+            self.queue,
+            self.background,
             partial(self.wake, client.client_id),
             self.crowded,
             self.leading if self.access.presenter_key and leader else None,
@@ -129,7 +129,7 @@ class Animator:
         self.stopped = True
         self.rouse()
         wait([self.running], PATIENCE)
-        self.turns.close()
+        self.queue.close()
         self.opener.shutdown(cancel_futures=True)
         for visitor in list(self.sessions):
             self.leave(visitor)
@@ -144,24 +144,24 @@ class Animator:
                 await self.draw_all(step)
                 due = max(due + step, time.monotonic() + step / 5)
             try:
-                self.turns.take(TOGETHER)
+                self.queue.run_batch(BATCH)
             except Exception as error:  # nobody else's picture must stop for it
                 log.error("answering", "visitors in a crowd", error)
             self.draw_next()
-            await messages()
+            await exchange_messages()
 
     @property
     def step(self) -> float:
         """Time [s] from one round of pictures to the next."""
-        rate = FEWER_FRAMES if self.turns.waiting else FRAMES
+        rate = FEWER_FRAMES if self.queue.waiting else FRAMES
         return max(1 / rate, self.visitor_count.total / ALL_FRAMES)
 
     async def sleep(self, due: float) -> None:
         """Wait until `due`, or as long as nothing moves, or until something is new."""
-        if self.woken or self.turns.waiting or self.stopped:
+        if self.woken or self.queue.waiting or self.stopped:
             return
         self.changed.clear()
-        moving = any(session.ticking for session in self.sessions.values())
+        moving = any(session.needs_tick for session in self.sessions.values())
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(due - time.monotonic() if moving else None):
                 await self.changed.wait()
@@ -170,15 +170,15 @@ class Animator:
         """The next picture of everybody whose picture moves, unless they have had one but a moment
         ago; where there is little time, unless they have had one, with an answer, since the last
         round."""
-        scarce, had = bool(self.turns.waiting), self.drawn
+        scarce, had = bool(self.queue.waiting), self.drawn
         self.drawn = set()
         for k, (visitor, session) in enumerate(list(self.sessions.items())):
-            late = visitor not in had if scarce else time.monotonic() - session.seen > step / 2
-            if late and session.ticking:
+            late = visitor not in had if scarce else time.monotonic() - session.last_tick > step / 2
+            if late and session.needs_tick:
                 self.tick(visitor, session)
-            if k % TOGETHER == TOGETHER - 1:
+            if k % BATCH == BATCH - 1:
                 await asyncio.sleep(0)
-        await messages()
+        await exchange_messages()
 
     def draw_next(self) -> None:
         """What is new for those who have waited longest."""
@@ -186,11 +186,11 @@ class Animator:
         for visitor in list(self.woken):  # at once: other threads wake more
             del self.woken[visitor]
             session = self.sessions.get(visitor)
-            if session and session.fresh:
+            if session and session.outdated:
                 self.tick(visitor, session)
                 self.drawn.add(visitor)
                 drawn += 1
-            if drawn == TOGETHER:
+            if drawn == BATCH:
                 return
 
     def tick(self, visitor: int, session: Session) -> None:

@@ -1,69 +1,328 @@
-"""The latest wish of one visitor, answered on threads shared by all."""
+"""Background jobs: the latest request of a visitor wins, on worker threads shared by all.
 
+A `Job` computes one kind of result for one visitor. It runs on a `WorkerPool`, whose threads
+persist and on which a long job of one visitor delays nobody else; solves go through the
+`SolveQueue`, which runs them in batches while visitors are many.
+"""
+
+import contextlib
+import math
 import threading
-from abc import ABC, abstractmethod
+import time
+from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Executor
-from typing import Generic, Self, TypeVar
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 
-State = tuple[object, ...]
-W = TypeVar("W")
-A = TypeVar("A")
+from beamviz.beam import Beam
+from beamviz.drawing.modes import Shapes
+from beamviz.errors import BeamvizError, InvalidInput
+from beamviz.explorer.state import Case
+from beamviz.messages import refused, unstable
+from beamviz.server.log import RateLimitedLog
+from beamviz.solver import Solution, solve
+
+LONG = 2.0  # [s] a job that has run for this long no longer counts as one of those at work
+QUICK = 0.02  # [s] of processor time
+BATCH_TIMEOUT = 0.25  # [s] that the frame loop waits for a batch of solves
+
+log = RateLimitedLog(__name__)
+
+Q = TypeVar("Q")
+R = TypeVar("R")
+Work = Callable[[], None]
 
 
-class Latest(ABC, Generic[W, A]):
-    """Answers the latest wish; wishes that came while it was busy are skipped but for the last.
+class WorkerPool:
+    """Runs work in order of submission, `workers` pieces at a time.
 
-    answer: the last answer given, None before the first; `ready` is called after each.
+    Work that has taken `long` seconds no longer counts: an idle thread goes on in its place. All
+    threads are started here, and one more for each piece of long work. They are daemons: the end
+    of the process does not wait for them. Work must not raise.
     """
 
-    def __init__(self, pool: Executor, ready: Callable[[], None]):
-        self.lock = threading.RLock()
-        self.pool, self.ready = pool, ready
-        self.wanted: W | None = None
-        self.answer: A | None = None
-        self.busy = self.closed = False
+    def __init__(self, workers: int, name: str, long: float = LONG):
+        self.workers, self.name, self.long = workers, name, long
+        self.changed = threading.Condition()
+        self.waiting: deque[Work] = deque()
+        self.started: dict[threading.Thread, float] = {}  # when each busy thread began its work
+        self.idle = 0
+        self.closed = False
+        for _ in range(workers + 1):
+            self.add_thread()
 
-    @abstractmethod
-    def answered(self, wanted: W) -> A:
-        """The answer to one wish."""
+    def __enter__(self) -> Self:
+        return self
 
-    def want(self, wanted: W) -> None:
-        """Ask for an answer to `wanted`, soon, in place of any earlier wish."""
-        with self.lock:
-            self.wanted = wanted
-            if not (self.busy or self.closed):
-                self.busy = True
-                self.line_up()
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
-    def line_up(self) -> None:
-        """Have the wish answered that is the latest when its time has come."""
-        self.pool.submit(self.work)
-
-    def adopt(self, other: Self) -> None:
-        """Take over another's wish, and its answer as far as it has one."""
-        with self.lock:
-            self.wanted, self.answer = other.wanted, other.answer
-
-    def work(self) -> None:
-        """Answer the latest wish, and line up again if there is another by then."""
-        wanted = self.wanted
-        if self.closed or wanted is None:
-            return
-        answer = self.answered(wanted)
-        with self.lock:
-            self.answer = answer
-            self.busy = self.wanted is not wanted and not self.closed
-            if self.busy:
-                self.line_up()
-        self.ready()
+    def submit(self, work: Work) -> None:
+        """Run `work` as soon as a worker is free."""
+        with self.changed:
+            if not self.closed:
+                self.waiting.append(work)
+                self.changed.notify()
 
     def close(self) -> None:
-        """No more answers."""
+        """Drop what waits and end the idle threads; work that is running ends by itself."""
+        with self.changed:
+            self.closed = True
+            self.waiting.clear()
+            self.changed.notify_all()
+
+    def add_thread(self) -> None:
+        """Start a thread, which is idle at first."""
+        self.idle += 1
+        threading.Thread(target=self.run, name=self.name, daemon=True).start()
+
+    def run(self) -> None:
+        """Do work until the pool is closed or has threads to spare."""
+        thread = threading.current_thread()
+        while work := self.next_work(thread):
+            work()
+            with self.changed:
+                del self.started[thread]
+                if self.idle > self.workers:
+                    return  # the substitute of long work, or its replacement
+                self.idle += 1
+
+    def next_work(self, thread: threading.Thread) -> Work | None:
+        """Wait for work and for room to do it; None when the pool is closed."""
+        with self.changed:
+            while not (self.closed or (self.waiting and self.delay() <= 0)):
+                self.changed.wait(self.delay() if self.waiting else None)
+            self.idle -= 1
+            if self.closed:
+                return None
+            self.started[thread] = time.monotonic()
+            if self.idle == 0:
+                self.add_thread()
+            return self.waiting.popleft()
+
+    def delay(self) -> float:
+        """Time [s] until one more piece of work may start, as far as is known now."""
+        latest = sorted(self.started.values())[-self.workers :]
+        return latest[0] + self.long - time.monotonic() if len(latest) == self.workers else 0.0
+
+
+class SolveQueue:
+    """Hands solves to worker threads while visitors are few. While they are many, quick solves
+    wait here, and the frame loop has them run in batches: threads that compete with it for the
+    interpreter lock would take longer."""
+
+    def __init__(
+        self,
+        pool: WorkerPool,
+        crowded: Callable[[], bool] = lambda: False,
+        notify: Callable[[], None] = lambda: None,
+    ):
+        self.pool, self.crowded, self.notify = pool, crowded, notify
+        self.waiting: deque[tuple[Work, Callable[[], bool]]] = deque()
+        self.batch_pool = WorkerPool(1, "solver batch", BATCH_TIMEOUT)
+
+    def submit(self, work: Work, is_quick: Callable[[], bool]) -> None:
+        """Run `work` soon; `notify` is called when it waits for a batch."""
+        if self.crowded() and is_quick():
+            self.waiting.append((work, is_quick))
+            self.notify()
+        else:
+            self.pool.submit(work)
+
+    def run_batch(self, count: int) -> None:
+        """Run up to `count` of the waiting solves and wait for them, BATCH_TIMEOUT at most: what
+        takes longer than it seemed goes on in the background."""
+        end, done, running = time.monotonic() + BATCH_TIMEOUT, threading.Semaphore(0), 0
+        while self.waiting and running < count:
+            work, is_quick = self.waiting.popleft()
+            if is_quick():
+                self.batch_pool.submit(partial(run_and_release, work, done))
+                running += 1
+            else:  # another method was chosen meanwhile
+                self.pool.submit(work)
+        while running and done.acquire(timeout=max(end - time.monotonic(), 0.0)):
+            running -= 1
+
+    def close(self) -> None:
+        """Run nothing more."""
+        self.waiting.clear()
+        self.batch_pool.close()
+
+
+def run_and_release(work: Work, done: threading.Semaphore) -> None:
+    """Run `work`, then tell who waits for it."""
+    work()
+    done.release()
+
+
+@dataclass(frozen=True)
+class Answer(Generic[Q, R]):
+    """What came of a request: a result, or the error that says why there is none."""
+
+    request: Q
+    result: R | None = None
+    error: BeamvizError | None = None
+
+    @property
+    def message(self) -> str:
+        """Why there is no result, "" where there is one."""
+        return str(self.error) if self.error else ""
+
+
+class Job(Generic[Q, R]):
+    """Computes the latest request of one visitor; those that came while it was busy are skipped
+    but for the last.
+
+    name: what is computed, for the log; compute: the result of a request, called on a worker
+    thread; ready: called after each answer. answer: the last one, None before the first; latest:
+    the last request; busy: whether a request is being computed.
+    """
+
+    kind: ClassVar[type[Answer]] = Answer
+
+    def __init__(
+        self,
+        name: str,
+        compute: Callable[[Q], R],
+        submit: Callable[[Work], None],
+        ready: Callable[[], None],
+    ):
+        self.name, self.compute, self.submit, self.ready = name, compute, submit, ready
+        self.lock = threading.RLock()
+        self.latest: Q | None = None
+        self.answer: Answer[Q, R] | None = None
+        self.busy = self.closed = False
+
+    @property
+    def result(self) -> R | None:
+        """The result of the last answer, if it has one."""
+        return self.answer.result if self.answer else None
+
+    @property
+    def stale(self) -> bool:
+        """Whether the last answer is not the one to the latest request."""
+        return self.answer is None or self.answer.request is not self.latest
+
+    def request(self, request: Q) -> None:
+        """Compute `request` in place of any earlier one, unless it is the latest already."""
+        with self.lock:
+            if request == self.latest or self.closed:
+                return
+            self.latest = request
+            if not self.busy:
+                self.busy = True
+                self.submit(self.run)
+
+    def adopt(self, other: "Job[Q, R]") -> None:
+        """Take over the answer of another visitor's job."""
+        with self.lock:
+            if other.answer is not None:
+                self.answer, self.latest = other.answer, other.answer.request
+
+    def run(self) -> None:
+        """Compute the latest request, and again if there is another one by then."""
+        request = self.latest
+        if self.closed or request is None:
+            return
+        answer = self.answered(request)
+        with self.lock:
+            self.answer = answer
+            self.busy = self.latest is not request and not self.closed
+            if self.busy:
+                self.submit(self.run)
+        self.ready()
+
+    def answered(self, request: Q) -> Answer[Q, R]:
+        """The answer to a request. A mistake of ours is logged and ends nobody's session."""
+        try:
+            return self.kind(request, self.compute(request))
+        except BeamvizError as error:
+            return self.kind(request, error=error)
+        except Exception as error:
+            log.error(self.name, request, error)
+            return self.kind(request, error=BeamvizError(f"unexpected: {error}"))
+
+    def close(self) -> None:
+        """Compute nothing more."""
         with self.lock:
             self.closed = True
 
 
-def stale(drawn: State, state: State) -> bool:
-    """Whether what was drawn last is not this state: each part has to be the very same thing."""
-    return len(state) != len(drawn) or any(a is not b for a, b in zip(state, drawn, strict=True))
+# The solution of the case that a visitor has entered
+
+
+@dataclass(frozen=True)
+class SolverAnswer(Answer[Case, "Solved"]):
+    """What came of a case."""
+
+    @property
+    def solution(self) -> Solution | None:
+        """The solution, if there is one."""
+        return self.result.solution if self.result else None
+
+    @property
+    def shapes(self) -> Shapes | None:
+        """The solution as the scene draws it, if there is one."""
+        return self.result.shapes if self.result else None
+
+    @cached_property
+    def beam(self) -> Beam | None:
+        """The beam of the case, None where its numbers are no beam."""
+        with contextlib.suppress(InvalidInput):
+            return self.request.beam()
+        return None
+
+    @cached_property
+    def warning(self) -> str:
+        """Why the scene is greyed, on a few short lines; "" for a stable equilibrium."""
+        if self.error:
+            return refused(self.error, self.beam)
+        return unstable(self.result.solution) if self.result else ""
+
+    @property
+    def message(self) -> str:
+        """What is wrong in full, "" for a stable equilibrium."""
+        return str(self.error) if self.error else self.warning
+
+
+class Solved(NamedTuple):
+    """A solution, and its shapes as the scene draws them."""
+
+    solution: Solution
+    shapes: Shapes
+
+
+class SolveJob(Job[Case, Solved]):
+    """Solves the latest case of one visitor. Shapes keep the signs of the last stable ones."""
+
+    kind = SolverAnswer
+    answer: SolverAnswer | None
+
+    def __init__(self, queue: SolveQueue, ready: Callable[[], None]):
+        super().__init__("solution", self.solved, self.enqueue, ready)
+        self.queue = queue
+        self.shapes: Shapes | None = None
+        self.options: dict[str, Any] | None = None  # the last keywords solved with, and
+        self.seconds = math.inf  # the processor time that took
+
+    def enqueue(self, work: Work) -> None:
+        """Have the latest case solved."""
+        self.queue.submit(work, self.is_quick)
+
+    def is_quick(self) -> bool:
+        """Whether the latest case will take a moment, as the last one with its options did."""
+        latest = self.latest
+        return self.seconds < QUICK and latest is not None and self.options == latest.options
+
+    def solved(self, case: Case) -> Solved:
+        """Solve a case."""
+        start = time.thread_time()
+        try:
+            solution = solve(case.beam(), **case.options)
+            shapes = Shapes.sampled(solution, self.shapes)
+        finally:
+            self.options, self.seconds = case.options, time.thread_time() - start
+        if not unstable(solution):
+            self.shapes = shapes
+        return Solved(solution, shapes)

@@ -1,299 +1,320 @@
-"""One visitor: what is wanted, what came of it, and what they are told of it."""
+"""A visitor's session: the scene, the page and the features, drawn by the frame loop.
 
-import threading
+A move of a slider becomes a picture at these stations:
+
+1. `visitor.on_edit`: viser passes on the value;
+2. `Visitor.change`: the state is replaced, and the controls show it;
+3. `Job.request`: the new case becomes the latest request of the solver job;
+4. `SolveQueue` or `WorkerPool`: it waits for a worker;
+5. `Job.run`: the case is solved, and its shapes are sampled;
+6. `FrameLoop.wake`: the visitor is noted as one whose picture is out of date;
+7. `Session.tick`: the frame loop takes up the answer;
+8. `SceneView.show` and `move`: the picture, and the texts of the page.
+"""
+
 from collections.abc import Callable
-from concurrent.futures import Executor
-from typing import Any
+from dataclasses import replace
 
+import numpy as np
 from viser import CameraHandle, ClientHandle
 
-from beamviz.explorer import url as link
-from beamviz.explorer.debounce import Lag
-from beamviz.explorer.features.comparison import BEFORE, NOTHING, Comparison
-from beamviz.explorer.features.files import SaveLoad, TakeAway
-from beamviz.explorer.features.lessons import Guide
+from beamviz.drawing import colours
+from beamviz.drawing.all_modes import Multiples, heights
+from beamviz.drawing.beam_view import BeamView
+from beamviz.drawing.modes import Clock, Shapes, amplitudes
+from beamviz.drawing.subdivision import SCALE, Seen, between
+from beamviz.explorer.features.comparison import CompareTab, Comparison
+from beamviz.explorer.features.files import Downloads, SceneFiles, open_link
+from beamviz.explorer.features.lessons import Lessons
 from beamviz.explorer.features.loci_tab import Charting
-from beamviz.explorer.features.mass_drag import Grip
-from beamviz.explorer.features.method_timing import Weighing
-from beamviz.explorer.features.presenter import Following, Leader
-from beamviz.explorer.features.run_up import Ride
-from beamviz.explorer.live_view import LivePicture
-from beamviz.explorer.page.commands import Commands
+from beamviz.explorer.features.mass_drag import MassDrag
+from beamviz.explorer.features.method_timing import MethodTiming
+from beamviz.explorer.features.presenter import Presenter
+from beamviz.explorer.features.real_beam import RealBeams
+from beamviz.explorer.features.run_up import RunUpDemo
+from beamviz.explorer.jobs import SolveQueue, SolverAnswer, WorkerPool
 from beamviz.explorer.page.panel import Panel
-from beamviz.explorer.page.theme import theme
-from beamviz.explorer.request import Wanted
-from beamviz.explorer.solve_queue import Turns
-from beamviz.explorer.solver_job import Solver
-from beamviz.scene import TABLES, Scene, ViewOptions
+from beamviz.explorer.page.style import theme
+from beamviz.explorer.state import State
+from beamviz.explorer.visitor import Feature, Visitor
+from beamviz.scene import Scene
 
 LONGEST_STEP = 0.2  # [s] the clock never jumps further, even after a stall
+REST = 0.3  # [s] that a slider has to rest before the charts of a crowd follow
+ZOOMED = 1.25  # ratio of scales from which on the beam is divided anew
+
+
+class SceneView:
+    """What a visitor sees of a beam: the scene, or all modes in its place, with the beam compared
+    with, on one clock. `show` draws a state and an answer, `move` lets time pass.
+
+    shapes: what is drawn; solved: the last answer of this scene that has a solution.
+    """
+
+    def __init__(self, visitor: Visitor, comparison: Comparison, run_up: RunUpDemo):
+        api, state = visitor.client.scene, visitor.state
+        self.camera, self.comparison, self.run_up = visitor.camera, comparison, run_up
+        self.state, self.answer = state, visitor.answer
+        self.scene, self.all_modes, self.clock = BeamView(api), Multiples(api), Clock()
+        self.scale = SCALE  # [pixels] of a beam length, for which the beam is divided
+        self.open(state)
+
+    def open(self, state: State) -> None:
+        """Begin with the scene that was loaded last: nothing of it is solved."""
+        self.opened = state.scene
+        self.solved: SolverAnswer | None = None
+        self.is_stable = False  # a stable answer of this scene has been drawn
+        self.is_pending = True  # no answer to this scene has come
+        self.choose_pace = True
+        self.shapes = Shapes.at_rest(state.scene.beam, state.case.options["plane"])
+
+    def show(self, state: State, answer: SolverAnswer | None) -> None:
+        """Draw an answer. Until it is the one to the case of the state, the camera and the pace
+        are chosen again with the next one."""
+        settled = answer is not None and answer.request == state.case
+        if state.scene is not self.opened:
+            shapes = self.shapes  # until the first answer
+            self.open(state)
+            self.shapes = shapes
+        before, after = self.state.view, state.view
+        if (after.shares, after.all_modes) != (before.shares, before.all_modes):
+            self.choose_pace = True
+        self.is_pending = self.is_pending and not settled
+        self.state, self.answer = state, answer
+        if answer and not self.is_pending:
+            self.take(answer)
+        self.run_up.take(answer, self.shapes)
+        self.clock.fit(self.frequencies, self.shapes.beam.gamma, keep=not self.choose_pace)
+        self.choose_pace = self.choose_pace and not settled
+        self.draw(settled=settled)
+
+    def take(self, answer: SolverAnswer) -> None:
+        """Take up the shapes of an answer. Where it has no stable ones, the last stable ones of
+        the scene stay; where there are none, the unloaded beam is shown."""
+        self.solved = answer if answer.solution else self.solved
+        if answer.shapes and not answer.warning:
+            self.shapes, self.is_stable = answer.shapes, True
+        elif not self.is_stable:
+            beam = answer.beam or self.opened.beam
+            self.shapes = Shapes.at_rest(beam, answer.request.options["plane"])
+
+    def draw(self, *, settled: bool) -> None:
+        """Draw the scene, or all modes in its place, and the beam compared with."""
+        view, self.scale = self.state.view, self.camera.scale
+        self.comparison.draw(self.shapes, self.clock, self.shown_modes, self.scale)
+        self.scene.height = self.comparison.levels[0]
+        self.scene.show(self.shapes, view, self.shown_modes, words=self.warning, seen=self.seen)
+        together = view.all_modes and len(self.shapes.modes) > 0 and not self.warning
+        self.scene.stage.visible = not together
+        if together:
+            self.all_modes.show(self.shapes, view, self.scale)
+        else:
+            self.all_modes.hide()
+        levels = heights(self.all_modes.count) or self.comparison.levels
+        self.camera.given = self.state.camera
+        self.camera.look_at(self.shapes, view.rotating_frame, levels, settled=settled)
+
+    def move(self, time: float) -> None:
+        """Move everything to where the clock is, `time` [T*] later than before."""
+        if self.run_up.driven:
+            moved = self.run_up.displaced(time, self.shapes.beam.gamma)
+            moved = between(self.shapes.x, moved, self.scene.shapes.x)
+            self.scene.displace(moved, self.largest, self.clock.angle)
+        else:
+            self.scene.move(self.clock.phases, self.amplitudes, self.clock.angle)
+        self.comparison.move(time, self.shapes, self.amplitudes)
+        self.all_modes.move(self.clock.phases, self.state.view.amplitude, self.clock.angle)
+
+    @property
+    def warning(self) -> str:
+        """Why there is no stable equilibrium, or ""."""
+        return self.answer.warning if self.answer else ""
+
+    @property
+    def zoomed(self) -> bool:
+        """Whether the camera has come so much nearer, or gone, that the beam is to be divided
+        anew."""
+        return not 1 / ZOOMED < self.camera.scale / self.scale < ZOOMED
+
+    @property
+    def pace(self) -> float:
+        """Time [T*] that passes in one second."""
+        return self.clock.rate * self.state.view.pace
+
+    @property
+    def shown_modes(self) -> list[int]:
+        """The modes (from 0) in the picture."""
+        if self.run_up.driven:
+            return []
+        if self.state.view.all_modes:
+            return list(range(len(self.shapes.modes)))
+        return [k for k in range(len(self.shapes.modes)) if self.amplitudes[k] > 0]
+
+    @property
+    def frequencies(self) -> np.ndarray:
+        """The frequencies in the picture."""
+        if self.run_up.driven:
+            return np.array([self.run_up.per_rev * self.shapes.beam.gamma])
+        return self.shapes.frequencies[self.shown_modes]
+
+    @property
+    def largest(self) -> float:
+        """The value at the end of the colour map."""
+        view = self.state.view
+        if self.run_up.driven:
+            return self.run_up.largest(self.shapes, view.colouring, view.amplitude)
+        return colours.colour_range(self.shapes, view.colouring, self.amplitudes)
+
+    @property
+    def seen(self) -> Seen:
+        """For what the beam is divided."""
+        colouring = self.state.view.colouring
+        if self.run_up.driven:
+            return Seen(self.run_up.field[None], self.scale, colouring, self.largest)
+        return Seen.of(self.shapes, self.amplitudes, colouring, self.scale)
+
+    @property
+    def amplitudes(self) -> np.ndarray:
+        """Amplitude (m,) of every mode; zero while a force drives the beam."""
+        modes = len(self.shapes.modes)
+        return np.zeros(modes) if self.run_up.driven else amplitudes(self.state.view, modes)
 
 
 class Session:
-    """A visitor's scene and controls. Callbacks only store what is wanted; `tick`, called by
-    the one animator thread, does all the drawing."""
+    """The page of one visitor. Callbacks change the visitor's state; `tick`, called by the frame
+    loop, does all the drawing. crowded: whether visitors are many; leader: gives the session of
+    the presenter, for those who can follow one."""
 
     def __init__(
         self,
         client: ClientHandle,
         scene: Scene,
-        turns: Turns,
-        charts: Executor,
+        queue: SolveQueue,
+        background: WorkerPool,
         wake: Callable[[], None],
         crowded: Callable[[], bool],
-        leader: Leader | None = None,
+        leader: Callable[[], "Session | None"] | None = None,
     ):
-        self.client, self.wake, self.lock = client, wake, threading.RLock()
-        self.view = scene.view  # what is wanted to be seen
-        self.repace = True  # choose the pace anew
-        self.following: Following | None = None  # edits may come while the rest is built
-        self.lag, self.seen = Lag(crowded), 0.0
-        self.solver = Solver(turns, Wanted.by(scene), wake)
-        self.charting = Charting(charts, wake, scene.over, scene.per_rev)
-        self.weighing = Weighing(charts, wake)
-        self.ride = Ride(charts, wake)
-        self.comparison = Comparison(client.scene, turns, wake)
-        self.picture = LivePicture(client.scene, client.camera, scene, self.comparison, self.ride)
-        self.viewing, self.clock = self.picture.viewing, self.picture.clock
-        self.panel = Panel(client.gui, Wanted.by(scene), self.view, self)
-        self.panel.put(scene)
-        self.guide = Guide(client.gui, self.panel, scene)
-        Commands(client.gui, self.panel, self.guide)
-        SaveLoad(client, self)
-        self.take_away = TakeAway(client, self)
-        if leader:
-            self.following = Following(self, client.gui, leader)
-        self.held = False  # the mass is being dragged
-        self.grip = Grip(self.picture.scene, lambda: client.camera.position, self)
+        state = replace(State.of(scene), following=leader is not None)
+        self.visitor = visitor = Visitor(client, state, queue, background, wake)
+        self.crowded, self.last_tick = crowded, 0.0
+        self.charts_due = 0.0  # [s] when the charts follow
+        self.panel = panel = Panel(visitor)
+        add_tab = panel.results.add_tab
+        self.comparison, self.run_up = Comparison(visitor), RunUpDemo(visitor)
+        with panel.beam_folder:
+            RealBeams(visitor)
+        with add_tab("Loci") as loci, add_tab("Microscope") as microscope:
+            pass
+        self.charting = Charting(visitor, loci, microscope)
+        with add_tab("Compare"):
+            compare_tab = CompareTab(visitor, self.comparison)
+        with add_tab("Run-up"):
+            self.run_up.add_tab()
+        with add_tab("Methods"):
+            timing = MethodTiming(visitor)
+        self.lessons = Lessons(visitor, panel.results)
+        panel.add_commands()
+        SceneFiles(visitor)
+        self.downloads = Downloads(visitor)
+        self.presenter = Presenter(self, leader) if leader else None
+        self.view = SceneView(visitor, self.comparison, self.run_up)
+        MassDrag(visitor, self.view.scene)
+        self.features: list[Feature] = [
+            self.charting, compare_tab, self.run_up, timing, self.lessons
+        ]  # fmt: skip
         theme(client, dark=scene.view.dark)
-        client.camera.on_update(self.resized)
-        link.follow(client, self.guide, self.load)
-
-    # What the panel hands on, from any thread (sliders.Listener says what).
-
-    def want(self, name: str, value: Any) -> None:
-        """Another number or keyword is wanted."""
-        self.explore()
-        with self.lock:
-            if name == "plane":
-                self.viewing.let_go()
-            wanted = self.solver.wanted.changed(name, value)
-            if wanted != self.solver.wanted:
-                self.solver.want(wanted)
-                self.ride.stop() if name == "gamma" else self.ride.forget()
-
-    def see(self, name: str, value: Any) -> None:
-        """Another choice of the picture."""
-        if name in ("rotating_frame", "all_modes"):
-            self.viewing.let_go()
-        self.store(lambda view: view.changed(name, value), repace=name == "all_modes")
-
-    def keep(self) -> None:
-        """Keep the beam as it is, to compare with."""
-        self.comparison.keep(self.solver.wanted)
-
-    def share(self, mode: int, value: Any) -> None:
-        """Another share of one mode; the pace is chosen anew."""
-        self.ride.shown = False
-        self.store(lambda view: view.share(mode, value), repace=True)
-
-    def only(self, mode: int) -> None:
-        """One mode alone; the pace is chosen anew."""
-        self.ride.shown = False
-        with self.lock:
-            self.store(lambda view: view.only(mode), repace=True)
-            self.panel.show_shares(self.view)
-
-    def reset(self) -> None:
-        """The beam back to what the lesson, or the page, began with."""
-        self.guide.reset()
-
-    def reset_view(self) -> None:
-        """The camera back to where the beam fills the picture."""
-        self.viewing.take(None)
-        self.wake()
-
-    def sweep(self, over: str) -> None:
-        """Another axis of the loci chart."""
-        self.charting.sweep(over)
-
-    def show_per_rev(self, shown: bool) -> None:
-        """Per-rev lines in the loci chart, or none."""
-        self.charting.show_per_rev(shown)
-
-    def meet(self, number: int) -> None:
-        """Move the beam to a meeting (from 0) of the loci chart."""
-        if target := self.charting.choose(number):
-            self.panel.numbers.put(*target)
-
-    def remember(self) -> None:
-        """Keep it unless it is compared with something else."""
-        if self.comparison.choice in (NOTHING, BEFORE):
-            self.keep()
-
-    def run_up(self) -> None:
-        """Start the run-up, or stop it."""
-        self.explore()
-        if self.ride.riding:
-            self.ride.stop()
-            return
-        self.see("all_modes", False)
-        self.panel.loci.show_lines()
-        self.ride.start(self.solver.wanted)
-
-    def hold(self) -> None:
-        """The mass was taken: time stands still, and how the beam was stays to be seen."""
-        self.held = True
-        self.remember()
-
-    def drag(self, beta: float) -> None:
-        """The mass was dragged along the beam."""
-        self.panel.numbers.put("beta", beta)
-
-    def release(self) -> None:
-        """The mass was let go."""
-        self.held = False
-        self.wake()
-
-    def saved(self) -> Scene:
-        """All that is set, as a scene; InvalidInput where that is none."""
-        wanted, charting = self.solver.wanted, self.charting
-        options = {name: wanted.options[name] for name in TABLES["model"] if name in wanted.options}
-        return Scene(
-            wanted.beam(), options, self.view, self.viewing.chosen, charting.over, charting.per_rev
-        )
-
-    def load(self, scene: Scene) -> None:
-        """Show another scene; the pace is chosen anew."""
-        self.explore()
-        with self.panel.lock, self.lock:
-            self.panel.put(scene)
-            self.solver.want(Wanted.by(scene))
-            self.charting.take(scene.over, scene.per_rev)
-            self.viewing.take(scene.camera)
-            self.ride.forget()
-            self.comparison.forget()
-            self.store(lambda _: scene.view, repace=True)
-
-    def store(self, change: Callable[[ViewOptions], ViewOptions], *, repace: bool = False) -> None:
-        """Keep a changed view for the next tick."""
-        self.explore()
-        with self.lock:
-            self.view = change(self.view)
-            self.repace = self.repace or repace
-        self.wake()
-
-    def explore(self) -> None:
-        """Whoever moves a control goes their own way."""
-        if self.following:
-            self.following.explore()
-
-    async def resized(self, _: CameraHandle) -> None:
-        """The camera moved; if the page changed its shape, choose the viewpoint anew."""
-        if self.viewing.reshaped:
-            self.viewing.take(None)
-        self.viewing.asked |= self.viewing.overtaken
-        if self.viewing.asked or self.picture.zoomed:
-            self.wake()
-
-    # What the animator does.
+        client.camera.on_update(self.camera_moved)
+        open_link(visitor, self.lessons)
 
     @property
-    def moving(self) -> bool:
+    def clock(self) -> Clock:
+        """The clock of the scene."""
+        return self.view.clock
+
+    async def camera_moved(self, _: CameraHandle) -> None:
+        """If the page changed its shape, choose the viewpoint anew."""
+        camera = self.visitor.camera
+        if camera.reshaped:
+            camera.take(None)
+        camera.asked |= camera.overtaken
+        if camera.asked or self.view.zoomed:
+            self.visitor.wake()
+
+    @property
+    def is_moving(self) -> bool:
         """Whether the picture changes with time."""
-        playing = self.view.playing and self.view.pace > 0
-        return (playing or self.ride.riding) and not (self.picture.words or self.held)
+        view = self.view.state.view
+        playing = view.playing and view.pace > 0
+        return (playing or self.run_up.running) and not (self.view.warning or self.visitor.dragging)
 
     @property
-    def ticking(self) -> bool:
+    def needs_tick(self) -> bool:
         """Whether the next frame is needed, whatever happens until then."""
-        return self.moving or self.fresh or self.lag.running
+        visitor = self.visitor
+        return self.is_moving or self.outdated or visitor.chart_answer is not visitor.answer
 
     @property
-    def fresh(self) -> bool:
+    def outdated(self) -> bool:
         """Whether something waits to be drawn."""
-        behind = self.following is not None and self.following.behind
-        return self.changed or self.charting.fresh or self.weighing.fresh or behind
+        behind = self.presenter is not None and self.presenter.behind
+        return self.scene_outdated or behind or any(one.outdated for one in self.features)
 
     @property
-    def changed(self) -> bool:
+    def scene_outdated(self) -> bool:
         """Whether the scene itself waits to be drawn."""
+        visitor, view = self.visitor, self.view
         return (
-            self.viewing.asked
-            or self.view is not self.picture.view
-            or self.solver.answer is not self.picture.answer
-            or self.comparison.fresh
-            or self.ride.fresh
-            or self.picture.zoomed
+            visitor.camera.asked
+            or visitor.state.view is not view.state.view
+            or visitor.state.scene is not view.opened
+            or visitor.solver.answer is not view.answer
+            or self.comparison.outdated
+            or self.run_up.scene_outdated
+            or view.zoomed
         )
 
     def tick(self, now: float) -> None:
-        """Bring the picture up to `now` [s]."""
-        elapsed, self.seen = min(now - self.seen, LONGEST_STEP), now
-        if self.following:
-            self.following.step()
-        if self.ride.riding:
-            self.ride_on(elapsed)
-        if changed := self.changed:
-            self.lag.begin(now)
-        with self.client.atomic():
-            if changed:
+        """Bring the page up to `now` [s]."""
+        elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
+        if self.presenter:
+            self.presenter.step()
+        self.run_up.step(elapsed)
+        with self.visitor.client.atomic():
+            if self.scene_outdated:
                 self.draw()
-            time = elapsed * self.picture.pace if self.moving else 0.0
-            self.picture.advance(time)
-            if self.following:
-                self.following.keep_time()
-            self.picture.move(time)
-        self.client.flush()
-        self.follow(now)
-
-    def ride_on(self, elapsed: float) -> None:
-        """A little faster."""
-        gamma = self.ride.advance(elapsed)
-        if gamma is not None:
-            with self.lock:
-                self.solver.want(self.solver.wanted.changed("gamma", gamma))
-            self.panel.numbers.follow("gamma", gamma)
+                self.charts_due = now + (REST if self.crowded() else 0.0)
+            time = elapsed * self.view.pace if self.is_moving else 0.0
+            self.view.clock.advance(time, self.view.shapes.frequencies, self.view.shapes.beam.gamma)
+            if self.presenter:
+                self.presenter.keep_time()
+            self.view.move(time)
+        self.visitor.client.flush()
+        self.update_features(now)
 
     def draw(self) -> None:
-        """Take up the latest answer and view, and tell the panel."""
-        with self.lock:
-            view, answer = self.view, self.solver.answer
-            settled = answer is not None and answer.wanted is self.solver.wanted
-            repace, self.repace = self.repace, self.repace and not settled
-        dark = self.picture.view.dark
-        self.picture.show(answer, view, repace=repace, settled=settled)
-        self.tell()
-        if view.dark != dark:
-            theme(self.client, dark=view.dark)
+        """Take up the latest answer and state."""
+        visitor, view = self.visitor, self.view
+        dark = view.state.view.dark
+        with visitor.lock:
+            state, visitor.answer = visitor.state, visitor.solver.answer
+        view.show(state, visitor.answer)
+        if visitor.answer:
+            self.panel.show_answer(visitor.answer, view.solved, view.shown_modes)
+        self.panel.show_picture(view.largest, view.pace, view.shapes.beam.units)
+        if state.view.dark != dark:
+            theme(visitor.client, dark=state.view.dark)
 
-    def tell(self) -> None:
-        """Tell the panel what the picture shows."""
-        picture = self.picture
-        if picture.answer:
-            self.panel.show(picture.answer, picture.shown)
-            self.guide.follow(picture.answer)
-            self.panel.compare.show(picture.answer, self.comparison)
-        self.ride.drawn = self.ride.state
-        beam = picture.shapes.beam
-        self.panel.ride.show(self.ride, beam.gamma)
-        self.panel.show_picture(picture.view.colouring, picture.largest, picture.pace, beam.units)
-
-    def follow(self, now: float) -> None:
-        """Have the charts follow what is shown, and draw what has come of it."""
-        if self.lag.over(now, busy=self.solver.busy):
-            self.charting.follow(self.picture.answer, self.comparison.second)
-            self.weighing.follow(self.picture.answer)
-        if self.charting.fresh:
-            self.charting.draw(self.panel.loci, self.panel.microscope)
-        if self.weighing.fresh:
-            self.panel.weigh(*self.weighing.shown())
+    def update_features(self, now: float) -> None:
+        """Bring the tabs up to date; in a crowd, charts wait until the slider rests."""
+        visitor = self.visitor
+        if now >= self.charts_due and not (visitor.solver.busy and self.crowded()):
+            visitor.chart_answer = visitor.answer
+        for feature in self.features:
+            if feature.outdated:
+                feature.update()
 
     def close(self) -> None:
-        """Nothing more is solved."""
-        self.solver.close()
-        self.take_away.close()
-        self.charting.close()
-        self.comparison.close()
-        self.ride.close()
-        self.weighing.close()
+        """Compute nothing more."""
+        self.downloads.close()
+        self.visitor.close()

@@ -11,14 +11,12 @@ from matplotlib import rc_context
 from beamviz.beam import PARAMETERS
 from beamviz.drawing import camera
 from beamviz.errors import BeamvizError
-from beamviz.explorer.features.loci_chart import Question, computed
-from beamviz.explorer.page import readout
-from beamviz.explorer.request import Wanted
-from beamviz.explorer.visitor_camera import LIFT, lifted, place
+from beamviz.exports.html_tables import solution_table
 from beamviz.exports.loop import looped
 from beamviz.exports.renderer import Set
 from beamviz.exports.solved_scene import Moment, Shot
 from beamviz.frequency_loci import Loci
+from beamviz.frequency_loci.chart_range import loci_around
 from beamviz.plotting import loci as plot
 from beamviz.plotting import style as chart_style
 from beamviz.scene import Scene
@@ -33,8 +31,8 @@ def write_html(file: Path, shot: Shot) -> None:
     view = shot.scene.view
     with run_server() as server:
         aside = panel(shot)
-        fitted = lifted(camera.viewpoint(shot.shapes, view.rotating_frame, 1.0, LIFT))
-        place(server.initial_camera, shot.scene.camera or fitted)
+        fitted = camera.fitted(shot.shapes, view.rotating_frame, 1.0)
+        camera.place(server.initial_camera, shot.scene.camera or fitted)
         stage, recorder = Set(server.scene, shot), server.get_scene_serializer()
         for moment, seconds in moments(shot):
             stage.move(moment)
@@ -68,7 +66,7 @@ def panel(shot: Shot) -> str:
         f"<h1>{escape(heading(scene))}</h1>"
         + (f"<p>{escape(model)}</p>" if model else "")
         + words
-        + readout.table(shot.solution, shot.shown)
+        + solution_table(shot.solution, shot.shown)
         + chart(scene)
         + f"<details><summary>The scene as a file</summary><pre>{escape(scene.to_toml())}</pre>"
         "</details>"
@@ -95,7 +93,7 @@ def unusual(scene: Scene) -> dict[str, object]:
 def chart(scene: Scene) -> str:
     """The loci around the scene as an SVG picture, or why there are none."""
     try:
-        loci = computed(Question.of(Wanted.by(scene), scene.over))
+        loci = loci_around(scene.beam, scene.over, **scene.solver_options)
     except BeamvizError as error:
         return f"<p class=wrong>{escape(str(error))}</p>"
     enlarge = "this.classList.toggle('large')"

@@ -12,7 +12,6 @@ from beamviz.drawing.all_modes import heights
 from beamviz.drawing.modes import Shapes, amplitudes
 from beamviz.drawing.subdivision import SCALE, Seen
 from beamviz.errors import InvalidInput
-from beamviz.explorer.request import Wanted
 from beamviz.messages import unstable
 from beamviz.scene import Camera, Scene
 from beamviz.solver import Solution, solve
@@ -48,7 +47,7 @@ class Shot:
         if direction and not any(direction):
             raise InvalidInput("from = 0,0,0: must be a direction")
         zoom = check_float("zoom", zoom, *ZOOMS)
-        solution = solve(scene.beam, **Wanted.by(scene).options)
+        solution = solve(scene.beam, **scene.solver_options)
         return cls(scene, solution, Shapes.sampled(solution), unstable(solution), direction, zoom)
 
     @property

@@ -8,11 +8,11 @@ from typing import Any
 import msgspec.msgpack
 import viser
 import zstandard
+from beamviz.display_units import rounded_to_error
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
 from beamviz.beam import Beam
-from beamviz.explorer.page.readout import significant
 from beamviz.solver import solve
 
 BEAM = "/stage/wheel/beam"
@@ -171,4 +171,4 @@ def visitor(url: str, first: str = "B1", **options: Any) -> Iterator[Visitor]:
 def frequency_text(beam: Beam, mode: int = 0, **options: Any) -> str:
     """A frequency as the table of modes prints it."""
     solution = solve(beam, **options)
-    return significant(solution.frequencies[mode], solution.errors[mode])
+    return rounded_to_error(solution.frequencies[mode], solution.errors[mode])

@@ -1,190 +1,137 @@
 """A second beam beside the one of the scene, on the same clock: as a ghost in it, or above it."""
 
 import math
-import threading
 from collections.abc import Callable
 from dataclasses import replace
 from html import escape
 from typing import Any, NamedTuple
 
 import numpy as np
-from viser import GuiApi, SceneApi
 
 from beamviz.display_units import frequencies
 from beamviz.drawing.all_modes import Titled, add_title
 from beamviz.drawing.modes import Clock, Shapes, amplitudes
 from beamviz.drawing.overlay_beam import Ghost
 from beamviz.drawing.subdivision import SCALE, Seen
-from beamviz.explorer.jobs import stale
-from beamviz.explorer.page.html import SMALL, table
-from beamviz.explorer.page.inputs import Listener, heard
-from beamviz.explorer.request import SWITCHES, Wanted
-from beamviz.explorer.solve_queue import Turns
-from beamviz.explorer.solver_job import Answer, Solver
+from beamviz.explorer.jobs import SolveJob, SolverAnswer
+from beamviz.explorer.page.html import SMALL
+from beamviz.explorer.state import EARLIER, NO_COMPARISON, TERMS, Case, State
+from beamviz.explorer.visitor import Feature, Visitor, on_press
+from beamviz.exports.html_tables import table
 from beamviz.scene import ViewOptions
 from beamviz.solver.solution import Solution
-
-NOTHING, BEFORE = "nothing", "how it was before"
 
 
 class Against(NamedTuple):
     """Another beam to compare with: what it is called, and what to solve for it."""
 
     title: str
-    wanted: Wanted
+    case: Case
 
 
-def method(wanted: Wanted) -> Against:
+def method(case: Case) -> Against:
     """The paper's elements, or the exact solution where these are chosen already."""
-    if wanted.options.get("method", "auto") == "ancf":
-        return Against("exact", with_options(wanted, method="auto"))
-    return Against("paper's ANCF, 20 elements", with_options(wanted, method="ancf"))
+    if case.options.get("method", "auto") == "ancf":
+        return Against("exact", case.with_options(method="auto"))
+    return Against("paper's ANCF, 20 elements", case.with_options(method="ancf"))
 
 
-def coriolis(wanted: Wanted) -> Against | str:
+def coriolis(case: Case) -> Against | str:
     """With Coriolis forces, or without where they are on."""
-    if wanted.options["plane"] == "flapwise":
+    if case.options["plane"] == "flapwise":
         return "Coriolis forces act in the plane of rotation only: choose chordwise under Model."
-    on = not wanted.options.get("coriolis", False)
-    return Against(f"Coriolis {'on' if on else 'off'}", with_options(wanted, coriolis=on))
+    on = not case.options.get("coriolis", False)
+    return Against(f"Coriolis {'on' if on else 'off'}", case.with_options(coriolis=on))
 
 
-def twice(wanted: Wanted) -> Against | str:
+def twice(case: Case) -> Against | str:
     """Twice the mass."""
-    if wanted.numbers["alpha"] == 0:
+    if case.numbers["alpha"] == 0:
         return "There is no mass to double: give the beam one first."
-    double = replace(wanted, numbers={**wanted.numbers, "alpha": 2 * wanted.numbers["alpha"]})
+    double = replace(case, numbers={**case.numbers, "alpha": 2 * case.numbers["alpha"]})
     return Against("twice the mass", double)
 
 
-def all_terms(wanted: Wanted) -> Against | str:
+def all_terms(case: Case) -> Against | str:
     """Every term of the equations."""
     terms = {"stiffening": True, "softening": True, "coriolis": True}
-    whole = with_options(wanted, **terms)
-    return "All terms are on already." if on(wanted) == on(whole) else Against("all terms", whole)
+    whole = case.with_options(**terms)
+    return "All terms are on already." if on(case) == on(whole) else Against("all terms", whole)
 
 
-def on(wanted: Wanted) -> tuple[bool, ...]:
+def on(case: Case) -> tuple[bool, ...]:
     """Which terms are on."""
-    return tuple(wanted.switched_on(name) for name in SWITCHES)
+    return tuple(case.is_on(name) for name in TERMS)
 
 
-def with_options(wanted: Wanted, **options: object) -> Wanted:
-    """The same beam by other keywords of `solve`."""
-    return replace(wanted, options={**wanted.options, **options})
-
-
-RULES: dict[str, Callable[[Wanted], Against | str]] = {
+RULES: dict[str, Callable[[Case], Against | str]] = {
     "the paper's elements": method,
     "Coriolis on / off": coriolis,
     "twice the mass": twice,
     "all terms on": all_terms,
 }
-CHOICES = (NOTHING, BEFORE, *RULES)
+CHOICES = (NO_COMPARISON, EARLIER, *RULES)
 
 
-def against(choice: str, wanted: Wanted, kept: Wanted | None) -> Against | str:
-    """What to compare a beam with; words where there is nothing ("" where nothing is chosen)."""
-    if choice == NOTHING:
+def against(state: State, case: Case | None = None) -> Against | str:
+    """What to compare a case with, that of the state if none is given; words where there is
+    nothing ("" where nothing is chosen)."""
+    if state.comparison == NO_COMPARISON:
         return ""
-    if choice != BEFORE:
-        return RULES[choice](wanted)
-    if kept is None:
+    if state.comparison != EARLIER:
+        return RULES[state.comparison](case or state.case)
+    if state.kept is None:
         return "Nothing is kept yet: press the button below, then change the beam."
-    return Against("before", kept)
+    return Against("before", state.kept)
 
 
 OVERLAID, STACKED = "as a ghost", "side by side"
 APART = 0.5  # of the two scenes, in lengths of the beam
 
 
-class Comparison:
-    """What to compare with, solved and drawn. Callbacks choose; the animator draws and moves."""
+class Comparison(Feature):
+    """What to compare with, solved and drawn. The scene draws and moves it."""
 
-    def __init__(self, api: SceneApi, turns: Turns, wake: Callable[[], None]):
-        self.api, self.turns, self.wake = api, turns, wake
-        self.choice, self.stacked = NOTHING, False
-        self.kept: Wanted | None = None
+    def __init__(self, visitor: Visitor):
+        super().__init__(visitor)
+        self.api = visitor.client.scene
         self.other: Against | str = ""
-        self.solver: Solver | None = None
-        self.drawn: tuple = ()
+        self.solver: SolveJob | None = None
         self.clock = Clock()
         self.shapes: Shapes | None = None
         self.ghost: Ghost | None = None
         self.scene: Titled | None = None
 
-    # What the visitor chooses, from any thread.
-
-    def choose(self, choice: Any) -> None:
-        """Compare with something else."""
-        if choice in CHOICES:
-            self.choice = choice
-            self.wake()
-
-    def stack(self, layout: Any) -> None:
-        """Side by side, or as a ghost."""
-        self.stacked = layout == STACKED
-        self.wake()
-
-    def keep(self, wanted: Wanted) -> None:
-        """Keep a beam as it is now, to see what comes of a change."""
-        self.kept, self.choice = wanted, BEFORE
-        self.wake()
-
-    def forget(self) -> None:
-        """Another scene begins: how the last one was is of no use."""
-        self.kept = None
-        if self.choice == BEFORE:
-            self.choose(NOTHING)
-
-    # What the animator does.
-
     @property
-    def answer(self) -> Answer | None:
+    def answer(self) -> SolverAnswer | None:
         """What came of the other beam, None while there is none."""
         if self.solver is None or isinstance(self.other, str):
             return None
         answer = self.solver.answer
-        return answer if answer and answer.wanted == self.other.wanted else None
+        return answer if answer and answer.request == self.other.case else None
 
     @property
-    def second(self) -> Wanted | None:
-        """What is compared with, None where nothing is."""
-        return None if isinstance(self.other, str) else self.other.wanted
-
-    @property
-    def state(self) -> tuple:
+    def inputs(self) -> tuple:
         """What the picture depends on."""
-        return self.choice, self.stacked, self.kept, self.answer
-
-    @property
-    def fresh(self) -> bool:
-        """Whether something waits to be drawn."""
-        return stale(self.drawn, self.state)
+        state = self.visitor.state
+        return state.comparison, state.side_by_side, state.kept, self.answer
 
     @property
     def levels(self) -> list[float]:
         """Heights of the scene and of the one above it."""
-        return [-APART / 2, APART / 2] if self.shapes and self.stacked else [0.0]
+        return [-APART / 2, APART / 2] if self.shapes and self.visitor.state.side_by_side else [0.0]
 
-    def follow(self, wanted: Wanted) -> None:
-        """Solve what the wanted beam is to be compared with."""
-        self.other = against(self.choice, wanted, self.kept)
-        if isinstance(self.other, str):
-            return
-        if self.solver is None:
-            self.solver = Solver(self.turns, self.other.wanted, self.wake)
-        elif self.solver.wanted != self.other.wanted:
-            self.solver.want(self.other.wanted)
-
-    def show(
-        self, main: Shapes, clock: Clock, view: ViewOptions, shown: list[int], scale: float = SCALE
-    ) -> None:
+    def draw(self, main: Shapes, clock: Clock, shown: list[int], scale: float = SCALE) -> None:
         """Draw the other beam beside `main`, the modes `shown` (from 0) of it; a length of the
         beam takes `scale` pixels."""
-        new = self.drawn[:2] != self.state[:2]
-        self.drawn, answer = self.state, self.answer
-        good = answer.shapes if answer and not answer.words else None
+        state = self.visitor.state
+        self.other = against(state)
+        if not isinstance(self.other, str):
+            self.solver = self.solver or self.visitor.solve_job()
+            self.solver.request(self.other.case)
+        new, self.shown = self.shown[:2] != self.inputs[:2], self.inputs
+        good = self.answer.shapes if self.answer and not self.answer.warning else None
+        view = state.view
         self.shapes = None if view.all_modes else good
         if self.shapes is None or isinstance(self.other, str):
             self.hide()
@@ -195,13 +142,13 @@ class Comparison:
         own = [self.shapes.labels.index(label) for label in self.common(main, shown)]
         sizes = self.partner(main, amplitudes(view, len(main.modes)), 0.0)
         seen = Seen.of(self.shapes, sizes, view.colouring, scale)
-        self.draw(view, own, self.other.title, seen)
+        self.draw_other(view, own, self.other.title, seen)
 
-    def draw(self, view: ViewOptions, shown: list[int], title: str, seen: Seen) -> None:
+    def draw_other(self, view: ViewOptions, shown: list[int], title: str, seen: Seen) -> None:
         """In one of the two ways; what is needed for it is built when first needed."""
         assert self.shapes
         self.hide()
-        if self.stacked:
+        if self.visitor.state.side_by_side:
             if self.scene is None:
                 self.scene = Titled(self.api, "/other")
                 self.name = add_title(self.api, "/stage", "this beam")
@@ -225,7 +172,7 @@ class Comparison:
         if shapes is None:
             return
         self.clock.advance(time, shapes.frequencies, shapes.beam.gamma)
-        moving = self.scene.scene if self.stacked and self.scene else self.ghost
+        moving = self.scene.scene if self.visitor.state.side_by_side and self.scene else self.ghost
         assert moving
         moving.move(self.clock.phases, self.partner(main, amplitudes, 0.0), self.clock.angle)
 
@@ -240,11 +187,6 @@ class Comparison:
         labels = self.shapes.labels if self.shapes else ()
         return np.array([known.get(label, otherwise) for label in labels])
 
-    def close(self) -> None:
-        """Nothing more is solved."""
-        if self.solver:
-            self.solver.close()
-
 
 THIS = "this beam"
 INVITATION = (
@@ -253,32 +195,43 @@ INVITATION = (
 )
 
 
-class CompareTab:
-    """Hands on what to compare with, and shows both beams' frequencies."""
+class CompareTab(Feature):
+    """Chooses what to compare with, and shows both beams' frequencies."""
 
-    def __init__(self, gui: GuiApi, lock: threading.RLock, listener: Listener):
-        comparison = listener.comparison
-        self.choice = gui.add_dropdown("compare with", CHOICES, hint="The second beam")
-        heard(self.choice, lock, comparison.choose)
+    def __init__(self, visitor: Visitor, comparison: Comparison):
+        super().__init__(visitor)
+        self.comparison, gui = comparison, visitor.client.gui
+        choice = gui.add_dropdown("compare with", CHOICES, hint="The second beam")
+        visitor.bind(choice, lambda state: state.comparison, choose)
         layout = gui.add_button_group("drawn", (OVERLAID, STACKED))
-        layout.on_click(lambda event: comparison.stack(event.target.value))
+        on_press(layout, lambda name: visitor.change(
+            lambda state: state.changed("side_by_side", name == STACKED)
+        ))  # fmt: skip
         self.table = gui.add_html("")
-        gui.add_button(
-            "Keep this beam", hint="Then change it: the kept one stays as it was"
-        ).on_click(lambda _: listener.keep())
+        keep = gui.add_button("Keep this beam", hint="Then change it: the kept one stays as it was")
+        on_press(keep, lambda _: visitor.change(State.keep))
 
-    def show(self, answer: Answer | None, comparison: Comparison) -> None:
+    @property
+    def inputs(self) -> tuple:
+        """Both answers, and what is compared with."""
+        return self.visitor.answer, self.comparison.answer, self.comparison.other
+
+    def show(self) -> None:
         """Tell both beams' frequencies, or why there are none."""
-        if self.choice.value != comparison.choice:
-            self.choice.value = comparison.choice  # type: ignore[misc]  # as in sliders.assign
-        other, second = comparison.other, comparison.answer
+        answer, other, second = self.visitor.answer, self.comparison.other, self.comparison.answer
         if isinstance(other, str):
             self.table.content = note(other or INVITATION)
         elif second and second.solution is None:
             self.table.content = note(f"{other.title}: {second.message}")
         elif second and second.solution and answer and answer.solution:
             pair = [(THIS, answer.solution), (escape(other.title), second.solution)]
-            self.table.content = compared(*(pair[::-1] if comparison.choice == BEFORE else pair))
+            before = self.visitor.state.comparison == EARLIER
+            self.table.content = compared(*(pair[::-1] if before else pair))
+
+
+def choose(state: State, choice: Any) -> State:
+    """Compare with something else."""
+    return replace(state, comparison=choice) if choice in CHOICES else state
 
 
 def note(words: str) -> str:

@@ -1,15 +1,17 @@
 """The guided panel: one lesson after the other, step by step, with a challenge checked live."""
 
 import re
+from dataclasses import replace
+from functools import partial
 from html import escape
 from typing import Any
 
-from viser import GuiApi
+from viser import PanelHandle
 
-from beamviz.explorer.page.inputs import assign, heard
-from beamviz.explorer.page.panel import Panel
-from beamviz.explorer.page.readout import GOOD
-from beamviz.explorer.solver_job import Answer
+from beamviz.explorer.jobs import SolverAnswer
+from beamviz.explorer.page.html import GOOD
+from beamviz.explorer.visitor import Feature, Visitor, on_edit
+from beamviz.explorer.visitor import show as assign
 from beamviz.lessons import LESSONS, NAMES
 from beamviz.lessons.model import Lesson, Verdict
 from beamviz.scene import Scene
@@ -121,23 +123,25 @@ BACK, RESET, NEXT = "‹ back", "reset", "next ›"
 CHALLENGE = len(STEPS) - 1
 
 
-class Guide:
+class Lessons(Feature):
     """What a visitor reads. Its pages are an invitation (0) and the steps of every lesson."""
 
-    def __init__(self, gui: GuiApi, panel: Panel, home: Scene):
-        self.controls, self.home, self.lock = panel, home, panel.lock
+    def __init__(self, visitor: Visitor, results: PanelHandle):
+        super().__init__(visitor)
+        gui, self.lock = visitor.client.gui, visitor.lock
         self.page = 0
         self.met: set[int] = set()
-        self.answer: Answer | None = None
+        self.answer: SolverAnswer | None = None
         self.panel = gui.add_panel()
         with self.panel.add_tab("Lessons"):
             self.choice = gui.add_dropdown("lesson", self.titles, hint="A question about the beam")
             turn = gui.add_button_group("page", (BACK, RESET, NEXT))
             self.text, self.standing = gui.add_html(""), gui.add_html("")
-        heard(self.choice, self.lock, self.choose)
+        on_edit(self.choice, self.choose)
         turn.on_click(lambda event: self.turn(event.target.value))
-        self.panel.dock_below(panel.results)
-        self.begin(home)
+        self.panel.dock_below(results)
+        self.begin(visitor.state.scene)
+        self.add_commands()
 
     @property
     def titles(self) -> tuple[str, ...]:
@@ -162,7 +166,12 @@ class Guide:
         """Begin the lesson that has this scene, or none."""
         k = next((k for k, lesson in enumerate(LESSONS) if lesson.scene == scene), None)
         self.page = 0 if k is None else 1 + len(STEPS) * k
-        self.show()
+        self.first = scene
+        self.show_page()
+
+    def opened(self, name: str, _: object) -> None:
+        """A command of a lesson was run."""
+        self.open(name)
 
     def open(self, name: str) -> None:
         """Begin the lesson of that name."""
@@ -187,8 +196,15 @@ class Guide:
 
     def reset(self) -> None:
         """The scene as it is at the start of the lesson, or was when the page was opened."""
-        scene = self.lesson.scene if self.lesson else self.home
-        self.controls.listener.load(scene.changed(dark=self.controls.choices["dark"].value))
+        self.visitor.reset()
+
+    def add_commands(self) -> None:
+        """Keys that turn the pages, and a command for each lesson."""
+        add = self.visitor.client.gui.add_command
+        add("Lesson: next page", hotkey="N").on_trigger(lambda _: self.step(1))
+        add("Lesson: previous page", hotkey="B").on_trigger(lambda _: self.step(-1))
+        for one in LESSONS:
+            add(f"Lesson: {one.title}").on_trigger(partial(self.opened, one.name))
 
     def go(self, page: int) -> None:
         """Open a page; a lesson begins with a scene of its own."""
@@ -198,12 +214,20 @@ class Guide:
             before, self.page = self.lesson, page
             if self.lesson and self.lesson is not before:
                 self.panel.expand()
-                self.reset()
-            self.show()
+                dark = self.visitor.state.view.dark
+                self.visitor.load(self.lesson.scene.changed(dark=dark), home=self.lesson.scene)
+            elif before and not self.lesson:
+                self.visitor.change(lambda state: replace(state, home=self.first))
+            self.show_page()
 
     # What is told.
 
-    def show(self) -> None:
+    @property
+    def inputs(self) -> tuple:
+        """The answer that is judged."""
+        return (self.visitor.answer,)
+
+    def show_page(self) -> None:
         """Show the page that is open."""
         with self.lock:
             assign(self.choice, self.titles[self.place[0] + 1 if self.place else 0])
@@ -213,12 +237,11 @@ class Guide:
                 self.text.content = invitation(len(LESSONS), len(self.met))
             self.judge()
 
-    def follow(self, answer: Answer | None) -> None:
+    def show(self) -> None:
         """Judge the beam that an answer is about."""
-        if answer is not self.answer:
-            with self.lock:
-                self.answer = answer
-                self.judge()
+        with self.lock:
+            self.answer = self.visitor.answer
+            self.judge()
 
     def judge(self) -> None:
         """Say how the challenge stands, where it is open."""
@@ -228,10 +251,10 @@ class Guide:
         if content != self.standing.content:
             self.standing.content = content
 
-    def verdict(self, lesson: Lesson, answer: Answer) -> str:
+    def verdict(self, lesson: Lesson, answer: SolverAnswer) -> str:
         """How the challenge of a lesson stands with an answer."""
         assert answer.beam
-        verdict = lesson.check(answer.beam, answer.wanted.options)
+        verdict = lesson.check(answer.beam, answer.request.options)
         if verdict.met and LESSONS.index(lesson) not in self.met:
             self.met.add(LESSONS.index(lesson))
             self.choice.options = self.titles

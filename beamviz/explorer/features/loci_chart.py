@@ -8,55 +8,24 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam
+from beamviz.beam import Beam
 from beamviz.display_units import frequencies, measure
-from beamviz.errors import BeamvizError
-from beamviz.explorer.jobs import Latest
-from beamviz.explorer.request import MODES, Wanted
+from beamviz.explorer.state import Case
 from beamviz.frequency_loci import Branch, Event, Loci, loci
+from beamviz.frequency_loci.chart_range import POINTS, SPANS, chart_range
 from beamviz.frequency_loci.forced_response import Resonance, resonances
-from beamviz.server.log import RateLimitedLog
+from beamviz.scene import MODES
 from beamviz.solver.solution import BENDING, MIXED, STRETCHING, Solution
 
-POINTS = 81
 FAMILIES = (BENDING, STRETCHING, MIXED)
 LANES = 16  # lines of one family there is room for at first
 PER_REV = (1, 2, 3, 4, 5)
-# Where an axis begins and ends at first. It is doubled until the beam lies in its lower 80 %,
-# so that it stays as it is during most of a drag.
-SPANS = {
-    "alpha": (0.0, 2.0),
-    "beta": (0.0, 1.0),
-    "gamma": (0.0, 20.0),
-    "delta": (0.0, 1.0),
-    "mu": (10.0, 100.0),
-}
-REAL_SPEED = 5.0  # real beams turn slowly
-FULL = 0.8
 ROUND = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
-
-log = RateLimitedLog(__name__)
-
-
-def span(beam: Beam, over: str) -> tuple[float, float]:
-    """Where the axis of a number begins and ends for a beam."""
-    (least, most), (low, high) = PARAMETERS[over].limits, SPANS[over]
-    if over == "gamma":
-        high = REAL_SPEED if beam.units else high
-        most = min(most, MAX_GAMMA_OVER_MU * beam.mu)
-    if over == "mu":
-        least = max(least, beam.gamma / MAX_GAMMA_OVER_MU)
-    value = getattr(beam, over)
-    while value > FULL * high and high < most:
-        high *= 2
-    while value < low and low > least:
-        low = 2 * low - (low == 0)
-    return max(low, least), min(high, most)
 
 
 @dataclass(frozen=True)
 class Question:
-    """A chart that is wanted: `beam` has the start of the range for the number swept over."""
+    """A chart to compute: `beam` has the start of the range for the number swept over."""
 
     beam: Beam
     over: str
@@ -65,16 +34,16 @@ class Question:
     options: dict[str, Any]
 
     @classmethod
-    def of(cls, wanted: Wanted, over: str) -> Self:
-        """The chart around what is wanted; InvalidInput where that is no beam."""
-        beam = wanted.beam()
-        start, stop = span(beam, over)
-        return cls(beam.replace(**{over: start}), over, start, stop, wanted.options)
+    def of(cls, case: Case, over: str) -> Self:
+        """The chart around a case; InvalidInput where that is no beam."""
+        beam = case.beam()
+        start, stop = chart_range(beam, over)
+        return cls(beam.replace(**{over: start}), over, start, stop, case.options)
 
-    def asked_of(self, wanted: Wanted) -> Self:
+    def asked_of(self, case: Case) -> Self:
         """The same chart of another beam."""
-        beam = wanted.beam().replace(**{self.over: self.start})
-        return replace(self, beam=beam, options=wanted.options)
+        beam = case.beam().replace(**{self.over: self.start})
+        return replace(self, beam=beam, options=case.options)
 
 
 @dataclass(frozen=True)
@@ -103,20 +72,11 @@ class Chart:
         return lanes(self.loci.branches if self.loci else ())
 
 
-class Charts(Latest[Question, Chart]):
-    """The latest chart of one visitor."""
-
-    def answered(self, wanted: Question) -> Chart:
-        """Compute a chart."""
-        try:
-            found = computed(wanted)
-            lines = len(PER_REV) if wanted.over == "gamma" else 0
-            return Chart(wanted, found, resonances=tuple(resonances(found, lines)))
-        except BeamvizError as error:
-            return Chart(wanted, words=str(error))
-        except Exception as error:  # a mistake of ours must not end a visitor's session
-            log.error("chart", wanted, error)
-            return Chart(wanted, words=f"unexpected: {error}")
+def charted(question: Question) -> Chart:
+    """Compute a chart."""
+    found = computed(question)
+    lines = len(PER_REV) if question.over == "gamma" else 0
+    return Chart(question, found, resonances=tuple(resonances(found, lines)))
 
 
 def computed(question: Question) -> Loci:

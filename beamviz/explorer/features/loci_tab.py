@@ -2,35 +2,32 @@
 
 import contextlib
 import math
-import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
 from html import escape
 from typing import Any
 
-from viser import GuiApi, uplot
+from viser import GuiTabHandle, uplot
 
 from beamviz.beam import PARAMETERS
 from beamviz.display_units import Measure, frequencies, measure
 from beamviz.errors import InvalidInput
+from beamviz.explorer.features.comparison import against
 from beamviz.explorer.features.loci_chart import (
     FAMILIES,
     LANES,
     PER_REV,
-    SPANS,
     Chart,
-    Charts,
     Point,
     Question,
+    charted,
     roomy,
     series,
     top,
 )
-from beamviz.explorer.features.veering import Closeups, MicroscopeTab, Target, same
-from beamviz.explorer.jobs import stale
-from beamviz.explorer.page.html import SMALL, table
-from beamviz.explorer.page.inputs import Listener, assign, heard
-from beamviz.explorer.page.plot_style import (
+from beamviz.explorer.features.veering import Closeup, MicroscopeTab, Target, magnified, same
+from beamviz.explorer.jobs import Answer
+from beamviz.explorer.page.html import SMALL
+from beamviz.explorer.page.style import (
     ABOVE,
     BELOW,
     COLOURS,
@@ -44,10 +41,12 @@ from beamviz.explorer.page.plot_style import (
     dot,
     scales,
 )
-from beamviz.explorer.request import MODES, Wanted
-from beamviz.explorer.solver_job import Answer
+from beamviz.explorer.state import Case
+from beamviz.explorer.visitor import Feature, Visitor, on_press
+from beamviz.exports.html_tables import table
 from beamviz.frequency_loci import Event, Loci
 from beamviz.frequency_loci.forced_response import Resonance
+from beamviz.scene import MODES
 
 SIGNS = {"crossing": "○", "veering": "●"}
 VERBS = {"crossing": "cross", "veering": "veer"}
@@ -207,19 +206,24 @@ SECOND_LANES = 4  # lines of one family of a second chart there is room for at f
 class ChartTab:
     """Shows a chart and hands on the choices made about it."""
 
-    def __init__(self, gui: GuiApi, lock: threading.RLock, listener: Listener):
-        self.listener, self.room, self.second_room = listener, LANES, 0
+    def __init__(self, visitor: Visitor, choose: Callable[[int], None]):
+        self.choose, self.room, self.second_room = choose, LANES, 0
+        gui = visitor.client.gui
         self.known: tuple = ()  # what the axes were built for
         self.axis = axis = gui.add_dropdown(
             "along", tuple(AXES), hint="The number the chart runs over"
         )
-        heard(axis, lock, lambda label: listener.sweep(AXES.get(label, "")))
+        visitor.bind(
+            axis,
+            lambda state: PARAMETERS[state.over].slider_label,
+            lambda state, label: state.changed("over", AXES.get(label, "")),
+        )
         self.per_rev = gui.add_checkbox(
             "per-rev lines",
             False,
             hint="ω = 1, 2 ... 5 times γ: where a line meets one, each turn can excite that mode",
         )
-        heard(self.per_rev, lock, listener.show_per_rev)
+        visitor.bind_key(self.per_rev, "per_rev")
         nothing = series(Chart.nothing(), None, LANES, per_rev=False)
         self.plot = add_plot(
             gui,
@@ -231,22 +235,12 @@ class ChartTab:
         )
         self.labels, self.table = gui.add_html(""), gui.add_html("")
         self.go = gui.add_button_group("go to", ("1",), visible=False, hint="Move the beam there")
-        self.go.on_click(lambda event: self.pick(event.target.value))
-
-    def put(self, over: str, per_rev: bool) -> None:
-        """Put the controls where a scene has them."""
-        assign(self.axis, next(label for label, name in AXES.items() if name == over))
-        assign(self.per_rev, per_rev)
-
-    def show_lines(self) -> None:
-        """Draw the per-rev lines, as if they had been asked for."""
-        assign(self.per_rev, True)
-        self.listener.show_per_rev(True)
+        on_press(self.go, self.pick)
 
     def pick(self, number: Any) -> None:
         """A meeting was chosen, by its number."""
         if number in self.go.options:
-            self.listener.meet(int(number) - 1)
+            self.choose(int(number) - 1)
 
     def show(
         self,
@@ -310,102 +304,92 @@ def styles(room: int, second_room: int = 0) -> tuple[uplot.Series, ...]:
     return tuple(lines)
 
 
-class Charting:
-    """Follows the scene, one step behind it: `follow` hears of a new answer, `draw` shows what
-    has been computed since."""
+class Charting(Feature):
+    """Follows the scene, one step behind it."""
 
-    def __init__(self, pool: Executor, wake: Callable[[], None], over: str, per_rev: bool):
-        self.wake, self.over, self.per_rev = wake, over, per_rev
+    def __init__(self, visitor: Visitor, loci: GuiTabHandle, microscope: GuiTabHandle):
+        super().__init__(visitor)
         self.chosen: Event | None = None
-        self.charts, self.closeups = Charts(pool, wake), Closeups(pool, wake)
-        self.others = Charts(pool, wake)  # of the beam that is compared with
-        self.answer: Answer | None = None
-        self.other: Wanted | None = None
-        self.drawn: tuple = ()
+        self.charts = visitor.job("chart", charted)
+        self.others = visitor.job("chart", charted)  # of the beam that is compared with
+        self.closeups = visitor.job("close-up", magnified)
+        with loci:
+            self.tab = ChartTab(visitor, self.choose)
+        with microscope:
+            self.microscope = MicroscopeTab(visitor.client.gui)
 
-    # What the visitor chooses, from any thread.
-
-    def sweep(self, over: str) -> None:
-        """Another axis."""
-        if over in SPANS and over != self.over:
-            self.over, self.chosen = over, None
-            self.wake()
-
-    def take(self, over: str, per_rev: bool) -> None:
-        """Axis and per-rev lines of a scene."""
-        self.sweep(over)
-        self.show_per_rev(per_rev)
-
-    def show_per_rev(self, shown: bool) -> None:
-        """Per-rev lines, or none."""
-        self.per_rev = bool(shown)
-        self.wake()
-
-    def choose(self, number: int) -> tuple[str, float] | None:
-        """Take a meeting under the microscope; the number to set and its value there."""
-        chart = self.charts.answer
+    def choose(self, number: int) -> None:
+        """Take a meeting (from 0) under the microscope, and move the beam there."""
+        chart = self.charts.result
         if chart is None or not 0 <= number < len(chart.events):
-            return None
-        self.chosen = chart.events[number]
-        self.wake()
-        return chart.question.over, self.chosen.at
-
-    # What the animator does.
+            return
+        self.chosen = event = chart.events[number]
+        self.visitor.change(lambda state: state.changed(chart.question.over, event.at))
 
     @property
-    def state(self) -> tuple:
+    def inputs(self) -> tuple:
         """What the tabs depend on."""
+        state = self.visitor.state
         return (
-            self.answer, self.over, self.per_rev, self.chosen,
-            self.charts.answer, self.closeups.answer, self.other, self.others.answer,
+            self.visitor.chart_answer, state.over, state.per_rev, state.comparison,
+            state.kept, self.chosen, self.charts.answer, self.closeups.answer, self.others.answer,
         )  # fmt: skip
 
-    @property
-    def fresh(self) -> bool:
-        """Whether something waits to be drawn."""
-        return stale(self.drawn, self.state)
+    def other(self) -> Case | None:
+        """What is compared with, None where nothing is."""
+        answer, state = self.visitor.chart_answer, self.visitor.state
+        other = against(state, answer.request) if answer else ""
+        return None if isinstance(other, str) else other.case
 
-    def follow(self, answer: Answer | None, other: Wanted | None) -> None:
-        """Ask for the chart around what the scene shows, and for that of the `other` beam on the
-        same axis, unless they are there already."""
-        self.answer, self.other = answer, other
+    def request(self) -> None:
+        """Ask for the chart around what the scene shows, and for that of the other beam on the
+        same axis."""
+        answer, other = self.visitor.chart_answer, self.other()
         if answer is None:
             return
         with contextlib.suppress(InvalidInput):  # the panel says so; the last chart stays
-            question = Question.of(answer.wanted, self.over)
-            if question != self.charts.wanted:
-                self.charts.want(question)
-            if other and (second := question.asked_of(other)) != self.others.wanted:
-                self.others.want(second)
+            question = Question.of(answer.request, self.visitor.state.over)
+            self.charts.request(question)
+            if other:
+                self.others.request(question.asked_of(other))
 
-    def draw(self, loci: ChartTab, microscope: MicroscopeTab) -> None:
+    def show(self) -> None:
         """Show the latest of everything."""
-        self.follow(self.answer, self.other)
-        chart = self.charts.answer
+        state, answer = self.visitor.state, self.visitor.chart_answer
+        self.request()
+        chart = drawable(self.charts.answer)
+        if self.chosen and chart and chart.question.over != state.over:
+            self.chosen = None
         if chart is not None and not self.charts.busy:
             self.look_closer(chart)
-        self.drawn = self.state
         if chart is None:
             return
-        solution = self.answer.solution if self.answer else None
+        solution = answer.solution if answer else None
         point = Point.of(solution, chart.question.over) if solution else None
-        second = self.others.answer if self.other else None
-        loci.show(chart, point, self.per_rev, self.chosen, second)
-        closeup = self.closeups.answer if self.chosen else None
-        microscope.show(closeup, lost=self.chosen is not None and self.chosen not in chart.events)
+        second = drawable(self.others.answer) if self.other() else None
+        self.tab.show(chart, point, state.per_rev, self.chosen, second)
+        found = self.closeups.answer if self.chosen else None
+        closeup = (found.result or Closeup(found.request, words=found.message)) if found else None
+        lost = self.chosen is not None and self.chosen not in chart.events
+        self.microscope.show(closeup, lost=lost)
 
     def look_closer(self, chart: Chart) -> None:
         """Keep the chosen meeting under the microscope while the chart changes."""
-        if self.chosen is None or chart.loci is None or chart.question.over != self.over:
+        if (
+            self.chosen is None
+            or chart.loci is None
+            or chart.question.over != self.visitor.state.over
+        ):
             return
         question = chart.question
         self.chosen = same(chart.loci, self.chosen, question.stop - question.start) or self.chosen
         target = Target(question, self.chosen)
-        if self.chosen in chart.events and target != self.closeups.wanted:
-            self.closeups.want(target)
+        if self.chosen in chart.events:
+            self.closeups.request(target)
 
-    def close(self) -> None:
-        """Nothing more is computed."""
-        self.charts.close()
-        self.closeups.close()
-        self.others.close()
+
+def drawable(answer: Answer[Question, Chart] | None) -> Chart | None:
+    """The chart of an answer, or an empty one with the reason."""
+    if answer is None:
+        return None
+    return answer.result or Chart(answer.request, words=answer.message)

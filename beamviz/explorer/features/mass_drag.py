@@ -1,36 +1,22 @@
 """The mass as a handle: where along the beam a pointer drags it."""
 
-from collections.abc import Callable
-from typing import Protocol
-
 import numpy as np
 from viser import BatchedMeshHandle, SceneNodeDragEvent
 from viser.transforms import SO3
 
 from beamviz.drawing.beam_view import BeamView
+from beamviz.explorer.state import State
+from beamviz.explorer.visitor import Visitor
 
 DIGITS = 3  # of the position: finer than a pointer is
 PARALLEL = 1e-3  # a line of sight so nearly along the beam tells no place on it
 
 
-class Holder(Protocol):
-    """Who hears what happens to the mass."""
-
-    def hold(self) -> None:
-        """It was taken."""
-
-    def drag(self, beta: float) -> None:
-        """It was dragged to a place along the beam."""
-
-    def release(self) -> None:
-        """It was let go."""
-
-
-class Grip:
+class MassDrag:
     """Turns a drag of the mass into places along the beam."""
 
-    def __init__(self, scene: BeamView, eye: Callable[[], np.ndarray], holder: Holder):
-        self.scene, self.eye, self.holder = scene, eye, holder
+    def __init__(self, visitor: Visitor, scene: BeamView):
+        self.scene, self.visitor = scene, visitor
         self.offset: float | None = None  # from the middle of the mass to where it was taken
         scene.mass.on_drag(self.dragged)
 
@@ -38,7 +24,8 @@ class Grip:
         """A step of a drag; on the server's loop, so that steps come in order."""
         if event.phase == "end":
             self.offset = None
-            self.holder.release()
+            self.visitor.dragging = False
+            self.visitor.wake()
             return
         place = self.place(np.asarray(event.end_position, float))
         if place is None:
@@ -46,8 +33,10 @@ class Grip:
         if self.offset is None:
             shapes = self.scene.shapes
             self.offset = place - shapes.centreline[shapes.mass, 0]
-            self.holder.hold()
-        self.holder.drag(self.position(place - self.offset))
+            self.visitor.dragging = True
+            self.visitor.change(State.keep_for_comparison)
+        beta = self.position(place - self.offset)
+        self.visitor.change(lambda state: state.changed("beta", beta))
 
     def place(self, seen: np.ndarray) -> float | None:
         """How far from the clamp, along the beam, a line of sight through a point (3,) passes
@@ -55,7 +44,7 @@ class Grip:
         turn = SO3(np.asarray(self.scene.wheel.wxyz))
         along = turn.apply(np.array([1.0, 0.0, 0.0]))
         clamp = np.asarray(self.scene.stage.position) + self.scene.shapes.beam.delta * along
-        return nearest(clamp, along, np.asarray(self.eye()), seen)
+        return nearest(clamp, along, np.asarray(self.visitor.client.camera.position), seen)
 
     def position(self, place: float) -> float:
         """The beta whose place in the stretched beam is `place`."""

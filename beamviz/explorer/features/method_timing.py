@@ -1,23 +1,17 @@
 """What each method takes, in time, and gives, in accuracy, for the beam that is shown."""
 
 import math
-import threading
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor
+from collections.abc import Iterator
 from html import escape
 from typing import Any, NamedTuple
 
 import numpy as np
-from viser import GuiApi
 
 from beamviz.errors import BeamvizError
-from beamviz.explorer.jobs import Latest, stale
 from beamviz.explorer.page.html import SMALL
-from beamviz.explorer.page.inputs import heard
-from beamviz.explorer.page.plot_style import apart
-from beamviz.explorer.request import Wanted
-from beamviz.explorer.solver_job import Answer
-from beamviz.server.log import RateLimitedLog
+from beamviz.explorer.page.style import apart
+from beamviz.explorer.state import Case
+from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.solver import METHODS, Solution, solve
 
 EXACT = 1e-11  # relative tolerance of what all are held against
@@ -34,8 +28,6 @@ OPTION = {
     **dict.fromkeys(("assumed-modes", "power-series", "chebyshev"), "terms"),
 }
 
-log = RateLimitedLog(__name__)
-
 
 class Effort(NamedTuple):
     """One solve: its time [s], and the largest relative distance of a frequency from the exact
@@ -49,21 +41,17 @@ class Effort(NamedTuple):
 
 
 class Efforts(NamedTuple):
-    """Every method at some resolutions, for one wish; why there is nothing to compare with."""
+    """Every method at some resolutions; why there is nothing to compare with."""
 
-    wanted: Wanted
     points: tuple[Effort, ...]
     words: str = ""
 
 
-def efforts(wanted: Wanted) -> Efforts:
-    """All methods, timed on the beam that is wanted and held against its exact frequencies."""
-    try:
-        beam = wanted.beam()
-        options = {**wanted.options, "method": "auto"}
-        exact = solve(beam, **{**options, "tolerance": EXACT})
-    except BeamvizError as error:
-        return Efforts(wanted, (), str(error))
+def efforts(case: Case) -> Efforts:
+    """All methods, timed on a case and held against its exact frequencies."""
+    beam = case.beam()
+    options = {**case.options, "method": "auto"}
+    exact = solve(beam, **{**options, "tolerance": EXACT})
 
     def tried(method: str, resolution: float) -> Effort:
         option = OPTION[method]
@@ -77,7 +65,7 @@ def efforts(wanted: Wanted) -> Efforts:
         return Effort(method, shown, min(run.stats.seconds for run in runs), error, reason)
 
     points = [tried(method, r) for method in METHODS for r in RESOLUTIONS[OPTION[method]]]
-    return Efforts(wanted, tuple(points))
+    return Efforts(tuple(points))
 
 
 def distance(solution: Solution, exact: Solution) -> tuple[float, str]:
@@ -100,62 +88,6 @@ def paired(solution: Solution, exact: Solution) -> Iterator[tuple[float, float]]
                 yield float(solution.growth_rates[j]), float(exact.growth_rates[k])
 
 
-class Trials(Latest[Wanted, Efforts]):
-    """Tries all methods for the latest wish of one visitor."""
-
-    def answered(self, wanted: Wanted) -> Efforts:
-        """Try all methods."""
-        try:
-            return efforts(wanted)
-        except Exception as error:  # a mistake of ours must not end a visitor's session
-            log.error("trial of methods", wanted, error)
-            return Efforts(wanted, (), f"unexpected: {error}")
-
-
-class Weighing:
-    """Follows the scene while it is asked to; `draw` shows what has been measured since."""
-
-    def __init__(self, pool: Executor, wake: Callable[[], None]):
-        self.trials, self.wake = Trials(pool, wake), wake
-        self.on = False
-        self.answer: Answer | None = None
-        self.drawn: tuple = ()
-
-    def switch(self, on: Any) -> None:
-        """Measure all methods for every beam that is shown, or stop."""
-        self.on = bool(on)
-        self.wake()
-
-    @property
-    def state(self) -> tuple:
-        """What the tab depends on."""
-        return self.answer, self.on, self.trials.answer
-
-    @property
-    def fresh(self) -> bool:
-        """Whether something waits to be drawn."""
-        return stale(self.drawn, self.state)
-
-    def follow(self, answer: Answer | None) -> None:
-        """Hear of what the scene shows."""
-        self.answer = answer
-
-    def shown(self) -> tuple[Answer | None, Efforts | None]:
-        """What to draw; asks for what is missing."""
-        self.drawn = self.state
-        if not (self.on and self.answer):
-            return self.answer, None
-        wanted = self.answer.wanted
-        beside = Wanted(wanted.numbers, {**wanted.options, "method": "auto"}, wanted.units)
-        if beside != self.trials.wanted:
-            self.trials.want(beside)
-        return self.answer, self.trials.answer
-
-    def close(self) -> None:
-        """Nothing more is measured."""
-        self.trials.close()
-
-
 WIDTH, HEIGHT = 345, 222  # [px] of the chart
 LEFT, RIGHT, ABOVE, BELOW = 42, 88, 10, 34
 ERRORS = (FLOOR, 1.0)
@@ -175,19 +107,31 @@ NOTE = (
 )
 
 
-class EffortsTab:
-    """Shows what a method takes and gives."""
+class MethodTiming(Feature):
+    """Shows what a method takes and gives; measures all methods while asked to."""
 
-    def __init__(self, gui: GuiApi, lock: threading.RLock, weighing: Weighing):
+    def __init__(self, visitor: Visitor):
+        super().__init__(visitor)
+        self.trials, gui = visitor.job("trial of methods", efforts), visitor.client.gui
         self.words = gui.add_html("")
-        self.all = gui.add_checkbox(
-            "all methods", weighing.on, hint="Measure them all, again for every beam you show"
-        )
-        heard(self.all, lock, weighing.switch)
+        hint = "Measure them all, again for every beam you show"
+        visitor.bind_key(gui.add_checkbox("all methods", False, hint=hint), "time_methods")
         self.chart = gui.add_html("")
 
-    def show(self, solution: Solution | None, measured: Efforts | None) -> None:
+    @property
+    def inputs(self) -> tuple:
+        """What the tab depends on."""
+        visitor = self.visitor
+        return visitor.chart_answer, visitor.state.time_methods, self.trials.answer
+
+    def show(self) -> None:
         """Tell what the method of the scene took, and draw all that were measured."""
+        answer, measured = self.visitor.chart_answer, None
+        if answer and self.visitor.state.time_methods:
+            self.trials.request(answer.request.with_options(method="auto"))
+            found = self.trials.answer
+            measured = found and (found.result or Efforts((), found.message))
+        solution = answer.solution if answer else None
         told = "" if measured else INVITATION  # the chart shows it, and needs the room
         self.words.content = (
             f'<div style="{SMALL}">{chosen(solution) if solution else ""}{told}</div>'
@@ -197,7 +141,7 @@ class EffortsTab:
 
 def chosen(solution: Solution) -> str:
     """What was used, in a sentence."""
-    name = escape(solution.model.method)
+    name = escape(solution.problem.method)
     return (
         f'<div role="note" aria-label="this method"><b style="color:{COLOURS[name]}">{name}</b>: '
         f"{escape(used(solution))}<br>"
@@ -228,7 +172,7 @@ def chart(measured: Efforts, solution: Solution | None) -> str:
     good = [point for point in measured.points if math.isfinite(point.error)]
     times = [point.seconds for point in good]
     span = 10 ** math.floor(math.log10(min(times))), 10 ** math.ceil(math.log10(max(times)))
-    here = solution.model.method if solution else ""
+    here = solution.problem.method if solution else ""
     order = sorted(COLOURS, key=lambda name: name == here)  # the one in use on top
     lines = "".join(
         line([p for p in good if p.method == name], name == here, span) for name in order

@@ -1,19 +1,13 @@
 """Lecture mode: a visitor sees the presenter's scene, until they go exploring, and again after."""
 
-import contextlib
-import threading
 from collections.abc import Callable
-from typing import Any, Protocol
-
-from viser import GuiApi
+from dataclasses import replace
+from typing import Protocol
 
 from beamviz.drawing.modes import Clock
-from beamviz.errors import InvalidInput
 from beamviz.explorer.features.loci_tab import Charting
-from beamviz.explorer.page.inputs import assign, heard
-from beamviz.explorer.page.panel import Panel
-from beamviz.explorer.solver_job import Solver
-from beamviz.scene import Scene, ViewOptions
+from beamviz.explorer.state import State
+from beamviz.explorer.visitor import Visitor
 
 LABEL = "follow the presenter"
 FIRST = -1.0  # above all other controls
@@ -22,83 +16,50 @@ FIRST = -1.0  # above all other controls
 class Led(Protocol):
     """What a session has that another one can take over."""
 
-    solver: Solver
+    visitor: Visitor
     charting: Charting
-    panel: Panel
-    view: ViewOptions
-    clock: Clock
-    lock: threading.RLock
-    wake: Callable[[], None]
 
-    def saved(self) -> Scene:
-        """All that is set."""
+    @property
+    def clock(self) -> Clock:
+        """The clock of its scene."""
 
 
-Leader = Callable[[], Led | None]
+class Presenter:
+    """Keeps a session in line with its leader's while its visitor follows; nothing is solved for
+    it then."""
 
-
-class Following:
-    """Keeps one session in line with its leader's while `on`; nothing is solved for it then."""
-
-    def __init__(self, session: Led, gui: GuiApi, leader: Leader):
-        self.session, self.leader, self.on = session, leader, True
-        self.put: tuple[Any, ...] = ()  # what the controls were last put to
+    def __init__(self, session: Led, leader: Callable[[], Led | None]):
+        self.session, self.leader = session, leader
         hint = "Move any control to explore by yourself; tick this to come back"
-        self.box = gui.add_checkbox(LABEL, True, hint=hint, order=FIRST)
-        heard(self.box, threading.RLock(), self.turn)
+        gui, visitor = session.visitor.client.gui, session.visitor
+        visitor.bind_key(gui.add_checkbox(LABEL, True, hint=hint, order=FIRST), "following")
 
     @property
     def led_by(self) -> Led | None:
         """Whom to follow now."""
-        return self.leader() if self.on else None
+        return self.leader() if self.session.visitor.state.following else None
 
     @property
     def behind(self) -> bool:
         """Whether the leader has gone on."""
         lead, session = self.led_by, self.session
         return lead is not None and (
-            lead.solver.answer is not session.solver.answer
-            or lead.view is not session.view
+            lead.visitor.solver.answer is not session.visitor.solver.answer
+            or lead.visitor.state.view is not session.visitor.state.view
             or lead.charting.charts.answer is not session.charting.charts.answer
         )
 
-    def turn(self, on: bool) -> None:
-        """Follow, or explore from where the presenter is."""
-        if on:
-            self.on = True
-            self.session.wake()
-        else:
-            self.explore()
-
-    def explore(self) -> None:
-        """No longer follow; what was still on its way is solved here."""
-        if not self.on:
-            return
-        self.on = False
-        assign(self.box, False)
-        solver = self.session.solver
-        if solver.answer is None or solver.answer.wanted is not solver.wanted:
-            solver.want(solver.wanted)
-
     def step(self) -> None:
-        """Take over what the leader wants and has, and how it looks."""
+        """Take over the state and the answers of the leader."""
         lead, session = self.led_by, self.session
         if lead is None:
             return
-        with session.panel.lock, session.lock:
-            session.solver.adopt(lead.solver)
-            session.charting.take(lead.charting.over, lead.charting.per_rev)
+        with session.visitor.lock:
+            session.visitor.solver.adopt(lead.visitor.solver)
             session.charting.charts.adopt(lead.charting.charts)
-            session.view = lead.view
-            self.show(lead)
-
-    def show(self, lead: Led) -> None:
-        """Put the controls where the leader's are, if they have moved."""
-        state = (lead.solver.wanted, lead.view, lead.charting.over, lead.charting.per_rev)
-        if state != self.put:
-            self.put = state
-            with contextlib.suppress(InvalidInput):  # numbers that are no beam stay unshown
-                self.session.panel.put(lead.saved())
+            state = followed(session.visitor.state, lead.visitor.state)
+            if state is not session.visitor.state:
+                session.visitor.follow(state)
 
     def keep_time(self) -> None:
         """The same moment of the same vibration as the leader's."""
@@ -106,3 +67,11 @@ class Following:
             clock, theirs = self.session.clock, lead.clock
             if len(clock.phases) == len(theirs.phases):
                 clock.phases, clock.angle, clock.rate = theirs.phases, theirs.angle, theirs.rate
+
+
+def followed(own: State, lead: State) -> State:
+    """A follower's state with what the presenter shows; the same one where nothing differs."""
+    names = ("scene", "case", "view", "over", "per_rev")
+    if all(getattr(own, name) is getattr(lead, name) for name in names):
+        return own
+    return replace(own, **{name: getattr(lead, name) for name in names})

@@ -1,16 +1,16 @@
 """A window to enter a real beam: one of three to start from, its sizes, and what is wrong."""
 
 import math
-import threading
 from dataclasses import replace
 from html import escape
 from typing import Any
 
-from viser import GuiApi, GuiInputHandle
+from viser import GuiInputHandle
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, SI_REQUIRED, Beam, check_float
 from beamviz.errors import InvalidInput
-from beamviz.explorer.page.inputs import Listener, assign
+from beamviz.explorer.visitor import Visitor
+from beamviz.explorer.visitor import show as assign
 from beamviz.presets import REAL_BEAMS, RPM, RealBeam
 from beamviz.scene import Scene
 
@@ -34,8 +34,8 @@ SMALL = "font-size:.8em;line-height:1.45;margin:.2em .75em .4em"
 class RealBeams:
     """Enter a real beam, and leave its units again."""
 
-    def __init__(self, gui: GuiApi, lock: threading.RLock, listener: Listener):
-        self.gui, self.lock, self.listener = gui, lock, listener
+    def __init__(self, visitor: Visitor):
+        self.visitor, gui = visitor, visitor.client.gui
         units = gui.add_button_group(
             "units", (PLAIN, OPEN), hint="A real beam is shown in kg, mm, rpm and Hz"
         )
@@ -51,23 +51,24 @@ class RealBeams:
 
     def open(self) -> None:
         """The window, in place of one that is open."""
-        with self.lock:
+        with self.visitor.lock:
             if self.form:
                 self.form.close()
-            self.form = Form(self.gui, self.listener)
+            self.form = Form(self.visitor)
 
     def leave(self) -> None:
         """The same beam without units."""
-        scene = current(self.listener)
+        scene = current(self.visitor)
         if scene.beam.units:
-            self.listener.load(replace(scene, beam=scene.beam.replace(units=None)))
+            self.visitor.load(replace(scene, beam=scene.beam.replace(units=None)))
 
 
 class Form:
     """The window."""
 
-    def __init__(self, gui: GuiApi, listener: Listener):
-        self.listener, self.plane = listener, REAL_BEAMS[0].plane
+    def __init__(self, visitor: Visitor):
+        self.visitor, self.plane = visitor, REAL_BEAMS[0].plane
+        gui = visitor.client.gui
         self.window = gui.add_modal("A real beam")
         with self.window:
             names = tuple(one.name for one in REAL_BEAMS)
@@ -107,9 +108,9 @@ class Form:
                 f'<div role="alert" style="{SMALL};color:#d9480f">{escape(str(error))}</div>'
             )
             return
-        scene = current(self.listener)
+        scene = current(self.visitor)
         options = {**scene.options, "plane": self.plane}
-        self.listener.load(replace(scene, beam=beam, options=options, camera=None))
+        self.visitor.load(replace(scene, beam=beam, options=options, camera=None))
         self.close()
 
     def close(self) -> None:
@@ -118,10 +119,10 @@ class Form:
             self.window.close()
 
 
-def current(listener: Listener) -> Scene:
+def current(visitor: Visitor) -> Scene:
     """The scene as it is; the usual one where what is set is none."""
     try:
-        return listener.saved()
+        return visitor.to_scene()
     except InvalidInput:
         return Scene()
 

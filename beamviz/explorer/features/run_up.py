@@ -1,156 +1,158 @@
 """The run-up in the page: the speed rises, and the beam shows how far the force drives it there."""
 
-import threading
 from collections.abc import Callable
-from concurrent.futures import Executor
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
-from viser import GuiApi, uplot
+from viser import uplot
 
 from beamviz.beam import Beam
 from beamviz.display_units import Measure, frequencies, measure
 from beamviz.drawing.modes import Shapes
-from beamviz.errors import BeamvizError, InvalidInput
-from beamviz.explorer.features.loci_chart import FULL, PER_REV, span
-from beamviz.explorer.jobs import Latest, stale
-from beamviz.explorer.page.html import SMALL, table
-from beamviz.explorer.page.inputs import Listener, heard
-from beamviz.explorer.page.plot_style import COLOURS, LINE, MARK, add_plot, axes, dot
-from beamviz.explorer.request import Wanted
+from beamviz.errors import InvalidInput
+from beamviz.explorer.features.loci_chart import PER_REV
+from beamviz.explorer.jobs import Answer, SolverAnswer
+from beamviz.explorer.page.html import SMALL
+from beamviz.explorer.page.style import COLOURS, LINE, MARK, add_plot, axes, dot
+from beamviz.explorer.state import Case, State
+from beamviz.explorer.visitor import Feature, Visitor, on_press
+from beamviz.exports.html_tables import table
+from beamviz.frequency_loci.chart_range import FULL, chart_range
 from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run_up
 from beamviz.scene import clip
-from beamviz.server.log import RateLimitedLog
 from beamviz.solver.solution import Solution
 
 PER_SECOND = 6.0  # speeds of the run that are passed; they are close together near resonances
 LARGEST = 2.0  # times the amplitude set for the picture: how far the highest peak is drawn
-USUAL_DAMPING = 0.02
-
-log = RateLimitedLog(__name__)
 
 
 @dataclass(frozen=True)
 class Ask:
-    """A run that is wanted."""
+    """A run-up to compute."""
 
-    beam: Beam
-    options: dict[str, Any]
+    case: Case
     per_rev: int
     damping: float
 
     def computed(self) -> RunUp:
         """The run, as far as the loci chart keeps its axis."""
-        stop = FULL * span(self.beam, "gamma")[1]
-        return run_up(self.beam, self.per_rev, self.damping, stop, **self.options)
+        beam = self.case.beam()
+        stop = FULL * chart_range(beam, "gamma")[1]
+        return run_up(beam, self.per_rev, self.damping, stop, **self.case.options)
 
 
-@dataclass(frozen=True)
-class Run:
-    """What came of it: the run, or in `words` why there is none."""
+class RunUpDemo(Feature):
+    """The speed on its way up. The visitor starts and stops it; the frame loop advances it."""
 
-    ask: Ask
-    run: RunUp | None = None
-    words: str = ""
-
-
-class Runs(Latest[Ask, Run]):
-    """The latest run of one visitor."""
-
-    def answered(self, wanted: Ask) -> Run:
-        """Compute a run."""
-        try:
-            return Run(wanted, wanted.computed())
-        except BeamvizError as error:
-            return Run(wanted, words=str(error))
-        except Exception as error:  # a mistake of ours must not end a visitor's session
-            log.error("run-up", wanted, error)
-            return Run(wanted, words=f"unexpected: {error}")
-
-
-class Ride:
-    """The speed on its way up. Callbacks choose, start and stop; the animator advances."""
-
-    def __init__(self, pool: Executor, wake: Callable[[], None]):
-        self.runs, self.wake = Runs(pool, wake), wake
-        self.per_rev, self.damping = 1, USUAL_DAMPING
+    def __init__(self, visitor: Visitor):
+        super().__init__(visitor)
+        self.runs = visitor.job("run-up", Ask.computed)
         self.asked: Ask | None = None
         self.place: float | None = None  # among the speeds of the run, None while it stands
-        self.shown = False  # the picture shows the response, not a mode
-        self.drawn: tuple = ()
+        self.gamma: object = None  # the speed that was set last
+        self.shares: tuple = ()  # of the modes in the picture, when the run-up began
+        self.drawn: tuple = ()  # what the scene has taken up
         self.phase = 0.0  # [rad] of the force
         self.field: np.ndarray = np.zeros((0, 2))
 
-    # What the visitor chooses, from any thread.
+    def add_tab(self) -> None:
+        """Build the controls and the chart."""
+        self.tab = RideTab(self.visitor, self.start_or_stop)
 
-    def choose(self, per_rev: int) -> None:
-        """How often the force comes in a turn."""
-        if per_rev in PER_REV:
-            self.per_rev = per_rev
-            self.forget()
-
-    def damp(self, damping: Any) -> None:
-        """Another damping ratio."""
-        damping = max(clip(damping, DAMPING[1], self.damping), DAMPING[0])
-        if damping != self.damping:
-            self.damping = damping
-            self.forget()
-
-    def start(self, wanted: Wanted) -> None:
-        """Ride from rest; what is no beam is told by the table of modes."""
+    def start_or_stop(self) -> None:
+        """Start from rest, or stay at the speed that was reached; what is no beam is told by the
+        table of modes."""
+        if self.running:
+            self.stop()
+            return
+        state = self.visitor.state
         try:
-            beam = wanted.beam()
+            state.case.beam()
         except InvalidInput:
             return
-        self.asked = Ask(beam, wanted.options, self.per_rev, self.damping)
-        self.place, self.shown = 0.0, True
-        self.runs.want(self.asked)
+        self.asked = Ask(state.case, state.force_per_rev, state.damping)
+        self.place, self.gamma = 0.0, state.case.numbers["gamma"]
+        self.shares = state.view.shares
+        self.visitor.change(
+            lambda state: state.changed("all_modes", False).changed("per_rev", True)
+        )
+        self.runs.request(self.asked)
 
     def stop(self) -> None:
         """Stay at the speed that was reached."""
-        if self.place is not None:
-            self.place = None
-            self.wake()
+        self.place = None
+        self.visitor.wake()
 
-    def forget(self) -> None:
-        """The run does not hold any more."""
-        if self.asked is not None:
-            self.place = self.asked = None
-            self.wake()
+    # What the frame loop does.
 
-    # What the animator does.
+    def step(self, elapsed: float) -> None:
+        """Raise the speed, `elapsed` seconds later. Another speed stops the run-up; another beam,
+        model or force ends it."""
+        with self.visitor.lock:
+            state, asked = self.visitor.state, self.asked
+            if asked is None:
+                return
+            start = asked.case.numbers["gamma"]
+            case = state.case.changed("gamma", start)
+            if (case, state.force_per_rev, state.damping) != (
+                asked.case, asked.per_rev, asked.damping
+            ):  # fmt: skip
+                self.place = self.asked = None
+            elif state.case.numbers["gamma"] != self.gamma:
+                self.place = None
+            if state.view.shares != self.shares:
+                self.shares = ()
+            gamma = self.advance(elapsed) if self.running else None
+            if gamma is not None:
+                self.gamma = gamma
+                self.visitor.follow(state.changed("gamma", gamma))
 
     @property
-    def fresh(self) -> bool:
-        """Whether something waits to be drawn."""
-        return stale(self.drawn, self.state)
+    def scene_outdated(self) -> bool:
+        """Whether the scene has not taken up what came of the run."""
+        return self.drawn != (self.found, self.running)
 
     @property
-    def state(self) -> tuple:
+    def inputs(self) -> tuple:
         """What the tab depends on."""
-        return self.found, self.riding
+        return self.found, self.running, self.visitor.answer
+
+    def show(self) -> None:
+        """Show the run, with the beam of the scene on it."""
+        answer = self.visitor.answer
+        self.tab.show(self.found, answer.beam if answer else None, running=self.running)
 
     @property
     def driven(self) -> bool:
         """Whether the picture shows a response: there is a run, and the first of it is taken up."""
-        return self.shown and self.run is not None and self.field.size > 0
+        return self.shares != () and self.run is not None and self.field.size > 0
 
     @property
-    def found(self) -> Run | None:
+    def found(self) -> Answer[Ask, RunUp] | None:
         """What came of the run that was asked for."""
         answer = self.runs.answer
-        return answer if answer and answer.ask is self.asked else None
+        return answer if answer and answer.request == self.asked else None
 
     @property
     def run(self) -> RunUp | None:
         """The run itself."""
-        return self.found.run if self.found else None
+        return self.found.result if self.found else None
 
     @property
-    def riding(self) -> bool:
+    def running(self) -> bool:
         """Whether the speed is rising."""
         return self.place is not None and self.run is not None
+
+    @property
+    def per_rev(self) -> int:
+        """Periods of the force in a revolution."""
+        return self.asked.per_rev if self.asked else self.visitor.state.force_per_rev
+
+    def take(self, answer: SolverAnswer | None, shapes: Shapes) -> None:
+        """Take up what came of the run, and a solution on its way."""
+        self.drawn = (self.found, self.running)
+        if self.shares != () and answer and answer.solution:
+            self.drive(answer.solution, shapes, self.visitor.state.view.amplitude)
 
     def advance(self, elapsed: float) -> float | None:
         """The speed gamma `elapsed` seconds later; None where the ride is over."""
@@ -189,10 +191,6 @@ class Ride:
         self.phase = (self.phase + time * self.per_rev * gamma) % (2 * np.pi)
         return (self.field * np.exp(1j * self.phase)).real
 
-    def close(self) -> None:
-        """Nothing more is computed."""
-        self.runs.close()
-
 
 HEIGHT = 190  # [px]
 STYLES: tuple[uplot.Series, ...] = (
@@ -217,34 +215,40 @@ NOTE = (
 class RideTab:
     """Hands on the force and shows the run."""
 
-    def __init__(self, gui: GuiApi, lock: threading.RLock, listener: Listener):
-        ride = listener.ride
-        force = gui.add_dropdown("force comes", tuple(OFTEN), hint="Along which line kγ to ride")
-        heard(force, lock, lambda label: ride.choose(OFTEN.get(label, 0)))
+    def __init__(self, visitor: Visitor, start_or_stop: Callable[[], None]):
+        gui = visitor.client.gui
+        force = gui.add_dropdown("force comes", tuple(OFTEN), hint="Along which line kγ to run up")
+        visitor.bind(
+            force,
+            lambda state: next(k for k, v in OFTEN.items() if v == state.force_per_rev),
+            lambda state, label: replace(
+                state, force_per_rev=OFTEN.get(label, state.force_per_rev)
+            ),
+        )
         damping = gui.add_slider(
             "damping ζ [%]",
             100 * DAMPING[0],
             100 * DAMPING[1],
             0.1,
-            100 * ride.damping,
+            100 * DAMPING[0],
             hint="Damping ratio of every mode: at 100 % a beam let go would just not swing",
         )
-        heard(damping, lock, lambda value: ride.damp(percent(value)))
+        visitor.bind(damping, lambda state: 100 * state.damping, damped)
         self.button = gui.add_button("Run up from rest")
-        self.button.on_click(lambda _: listener.run_up())
+        on_press(self.button, lambda _: start_or_stop())
         nothing = (np.array([0.0, 1.0]), np.ones(2), np.ones(2), np.ones(2))
         self.plot = add_plot(gui, nothing, STYLES, plain_axes(""), HEIGHT, visible=False)
         self.table = gui.add_html(f'<div style="{SMALL}">{NOTE}</div>')
         self.known: RunUp | None = None
 
-    def show(self, ride: Ride, gamma: float) -> None:
-        """Show the run, with the beam of the scene at its speed gamma on it."""
-        self.button.label = "Stop" if ride.riding else "Run up from rest"
-        run = ride.run
+    def show(self, found: Answer | None, beam: Beam | None, *, running: bool) -> None:
+        """Show what came of a run, with the beam of the scene on it."""
+        self.button.label = "Stop" if running else "Run up from rest"
+        run: RunUp | None = found.result if found else None
         self.plot.visible = run is not None
         if run is None:
             self.known = None
-            self.table.content = words(ride.found)
+            self.table.content = words(found)
             return
         along = measure("gamma", run.beam.units)
         if run is not self.known:
@@ -252,7 +256,7 @@ class RideTab:
             self.plot.axes = plain_axes(along.label)
             self.plot.scales = scales(run, along)
             self.table.content = met(run, along) + f'<div style="{SMALL}">{NOTE}</div>'
-        self.plot.data = series(run, along, gamma)
+        self.plot.data = series(run, along, beam.gamma if beam else 0.0)
 
 
 def plain_axes(label: str) -> tuple[uplot.Axis, ...]:
@@ -261,14 +265,15 @@ def plain_axes(label: str) -> tuple[uplot.Axis, ...]:
     return x, {**y, "grid": {"show": False}, "ticks": {"show": False}}
 
 
-def percent(value: object) -> object:
-    """A per cent as a share; what is no number stays what it is."""
-    return value / 100 if isinstance(value, int | float) else value
+def damped(state: State, percent: object) -> State:
+    """With another damping ratio, in per cent."""
+    ratio = percent / 100 if isinstance(percent, int | float) else percent
+    return replace(state, damping=max(clip(ratio, DAMPING[1], state.damping), DAMPING[0]))
 
 
-def words(found: Run | None) -> str:
+def words(found: Answer | None) -> str:
     """Why there is no run, or what one is."""
-    return f'<div role="note" style="{SMALL}">{found.words if found else NOTE}</div>'
+    return f'<div role="note" style="{SMALL}">{found.message if found else NOTE}</div>'
 
 
 def scales(run: RunUp, along: Measure) -> dict[str, uplot.Scale]:

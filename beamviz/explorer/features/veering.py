@@ -10,13 +10,10 @@ from viser import GuiApi, uplot
 
 from beamviz.beam import PARAMETERS
 from beamviz.display_units import Measure, frequencies, measure
-from beamviz.errors import BeamvizError
 from beamviz.explorer.features.loci_chart import FAMILIES, Question, filled, lanes, roomy
-from beamviz.explorer.jobs import Latest
 from beamviz.explorer.page.html import SMALL
-from beamviz.explorer.page.plot_style import COLOURS, FAINT, LINE, MARK, add_plot, axes, dot, scales
+from beamviz.explorer.page.style import COLOURS, FAINT, LINE, MARK, add_plot, axes, dot, scales
 from beamviz.frequency_loci import Branch, Event, Loci, loci
-from beamviz.server.log import RateLimitedLog
 from beamviz.solver.solution import Solution
 
 WIDE, FINE = 40, 40  # points: even, so that no meeting is one of them
@@ -25,8 +22,6 @@ LEAST = 0.004  # of that range: the narrowest view is twice as wide
 ROOM = 5.0  # times the distance at which the gap has doubled, or the shift by Coriolis forces
 BESIDE = 1e-3  # of the view: so far from a crossing, where both are one, the shapes are taken
 X = np.linspace(0.0, 1.0, 61)
-
-log = RateLimitedLog(__name__)
 
 
 @dataclass(frozen=True)
@@ -71,21 +66,7 @@ class Closeup:
     words: str = ""
 
 
-class Closeups(Latest[Target, Closeup]):
-    """The latest close-up of one visitor."""
-
-    def answered(self, wanted: Target) -> Closeup:
-        """Look at one meeting."""
-        try:
-            return Closeup(wanted, magnified(wanted))
-        except BeamvizError as error:
-            return Closeup(wanted, words=str(error))
-        except Exception as error:  # a mistake of ours must not end a visitor's session
-            log.error("close-up", wanted, error)
-            return Closeup(wanted, words=f"unexpected: {error}")
-
-
-def magnified(target: Target) -> tuple[Pair, ...]:
+def magnified(target: Target) -> Closeup:
     """The two loci of a meeting without and with Coriolis forces, over the same values."""
     question, event = target.question, target.event
     reach = REACH * (question.stop - question.start)
@@ -95,10 +76,11 @@ def magnified(target: Target) -> tuple[Pair, ...]:
     centre, half = view(found, meetings, event, question)
     places = [one.at + (BESIDE * half if one.kind == "crossing" else 0) for one in meetings if one]
     values = np.union1d(around(question, centre, half, FINE), places)
-    return tuple(
+    pairs = tuple(
         pair(chart(question, values, coriolis), meeting, event, centre)
         for coriolis, meeting in zip((False, True), meetings, strict=True)
     )
+    return Closeup(target, pairs)
 
 
 def around(question: Question, at: float, reach: float, count: int) -> np.ndarray:

@@ -1,34 +1,87 @@
-"""Small text and small tables of the panels, as HTML."""
+"""Texts of the page as HTML: the state of the equilibrium, the legend and the pace."""
 
-from collections.abc import Collection, Iterable, Sequence
+from html import escape
+
+from beamviz.beam import Units
+from beamviz.display_units import significant
+from beamviz.drawing import colours
+from beamviz.drawing.modes import Shapes
+from beamviz.explorer.jobs import SolverAnswer
+from beamviz.exports.html_tables import TIME
+from beamviz.messages import duration
 
 SMALL = "font-size:.8em;line-height:1.5;margin:.2em .75em .3em"
-HEAD = "font-weight:500;vertical-align:bottom"
-MARKED = "background:rgba(204,60,140,.14)"
+GOOD, BAD = "#2b8a3e", "#d9480f"
+FADED = "opacity:.65"
+ROUNDING = 1e-9  # [%]
+NOTHING = 1e-8  # [lengths of the beam] a smaller displacement is none
+LINES = "4.25em"  # room for three, so that nothing below moves when there are more than two
+PACE = f"font-size:.8em;margin:-.3em .75em .5em;{FADED}"
 
 
-def table(
-    name: str,
-    heads: Sequence[str],
-    rows: Iterable[Sequence[object]],
-    caption: str = "",
-    marked: Collection[int] = (),
-) -> str:
-    """A table of numbers, called `name` for those who hear the page; rows (from 0) may be
-    marked."""
-    title = f'<caption style="text-align:left;opacity:.8">{caption}</caption>' if caption else ""
+def equilibrium_state(answer: SolverAnswer) -> str:
+    """One or two lines: all is well, or what is wrong in full."""
+    if answer.shapes and not answer.warning:
+        title, text, colour = "Stable equilibrium", wellbeing(answer.shapes), GOOD
+    else:
+        title, _, rest = answer.warning.partition("\n")
+        text, colour = rest if answer.message == answer.warning else answer.message, BAD
     return (
-        f'<table aria-label="{name}" style="width:calc(100% - 1.5em);margin:.2em .75em .4em;'
-        "border-collapse:collapse;font-size:.8em;font-variant-numeric:tabular-nums;"
-        f'line-height:1.6;text-align:right">{title}<tr style="opacity:.65;line-height:1.3">'
-        + "".join(f'<th style="{HEAD}">{head}</th>' for head in heads)
-        + "</tr>"
-        + "".join(line(cells, k in marked) for k, cells in enumerate(rows))
-        + "</table>"
+        f'<div role="status" style="border-left:4px solid {colour};padding:.1em .6em;'
+        f"min-height:{LINES};margin:.2em .75em .5em;font-size:.85em;line-height:1.35"
+        f'"><b>{escape(title)}</b>'
+        + (f'<br><span style="{FADED}">{escape(text)}</span>' if text else "")
+        + "</div>"
     )
 
 
-def line(cells: Sequence[object], marked: bool) -> str:
-    """A row of a table."""
-    style = f' style="{MARKED}"' if marked else ""
-    return f"<tr{style}>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+def wellbeing(shapes: Shapes) -> str:
+    """What the rotation does to the beam."""
+    beam, change = shapes.beam, 100 * (shapes.centreline[-1, 0] - 1)
+    if beam.gamma == 0:
+        return "at rest: no rotation"
+    if abs(change) < ROUNDING:
+        return "in this model the rotation does not stretch the beam"
+    turning = f"{beam.units.rpm(beam.gamma):.4g} rpm; " if beam.units else ""
+    longer = "longer" if change > 0 else "shorter"
+    far = f" ({abs(change) / 100 * 1000 * beam.units.length:.2g} mm)" if beam.units else ""
+    return f"{turning}the rotation makes the beam {significant(abs(change), 2)} % {longer}{far}"
+
+
+def faded(content: str) -> str:
+    """Content that no longer holds."""
+    return f'<div style="opacity:.35">{content}</div>' if content else ""
+
+
+def legend(name: str, largest: float, units: Units | None) -> str:
+    """The colour map `name` with the values at its ends."""
+    anchors: tuple[colours.RGB, ...]
+    if name == "axial strain":
+        ends = (f"\u2212{largest:.2g} shorter", "0", f"longer +{largest:.2g}")
+        anchors, title = colours.DIVERGING, "axial strain, as drawn"
+    else:
+        far = f"{significant(1000 * largest * units.length, 2)} mm" if units else f"{largest:.2g} L"
+        ends = ("0 at rest", "", far if largest > NOTHING else "")
+        anchors, title = colours.SEQUENTIAL, "displacement, as drawn"
+    return (
+        '<div aria-label="legend" style="font-size:.8em;margin:.2em .75em .6em">'
+        f'<span style="{FADED}">{title}</span>'
+        f'<div style="height:.7em;border-radius:3px;background:{colours.gradient(anchors)}"></div>'
+        '<div style="display:flex;justify-content:space-between">'
+        + "".join(f"<span>{end}</span>" for end in ends)
+        + "</div></div>"
+    )
+
+
+def pace(rate: float, units: Units | None) -> str:
+    """How slow the clock is."""
+    if units:
+        faster = rate * units.time
+        much = (
+            f"{significant(1 / faster, 3)} times slower"
+            if faster < 1
+            else f"{significant(faster, 3)} times faster"
+        )
+        text = f"one second here = {duration(rate, units)} ({much})"
+        return f'<div style="{PACE}">{text}</div>'
+    return f'<div title="{TIME}" style="{PACE}">one second here = {duration(rate, None)}</div>'

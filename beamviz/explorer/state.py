@@ -1,0 +1,145 @@
+"""The state of one visitor, as one frozen record that every widget shows and every edit replaces.
+
+Nothing a browser sends is trusted: a value that makes no sense leaves the state as it is, but for
+the five numbers, which are kept as they were sent and checked when the beam is solved.
+"""
+
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Self
+
+from beamviz.beam import PARAMETERS, Beam, Units
+from beamviz.scene import TABLES as SCENE_KEYS
+from beamviz.scene import Camera, Scene, ViewOptions
+from beamviz.solver import CHOICES as SOLVER_CHOICES
+
+TERMS = ("stiffening", "softening", "coriolis")  # of the equations, each on or off
+CHOICES = {name: tuple(choices) for name, choices in SOLVER_CHOICES.items()}
+NO_COMPARISON, EARLIER = "nothing", "how it was before"
+SWITCHES = ("per_rev", "side_by_side", "time_methods", "following")
+VIEW_KEYS = tuple(entry.name for entry in fields(ViewOptions))
+
+
+@dataclass(frozen=True)
+class Case:
+    """A beam and its model as a visitor entered them: the five numbers, which may be no beam, and
+    the keywords of `solve`."""
+
+    numbers: dict[str, float]
+    options: dict[str, Any]
+    units: Units | None = None
+
+    @classmethod
+    def of(cls, scene: Scene) -> Self:
+        """The case that a scene shows."""
+        return cls(scene.beam.numbers, scene.solver_options, scene.beam.units)
+
+    def beam(self) -> Beam:
+        """The beam. Raises InvalidInput, which names the number that is out of range."""
+        return Beam(**self.numbers, units=self.units)
+
+    def is_on(self, term: str) -> bool:
+        """Whether one of TERMS is part of the equations."""
+        return bool(self.options[term])
+
+    def changed(self, name: str, value: Any) -> Self:
+        """With one number or keyword of `solve` changed."""
+        if name in self.numbers:
+            return replace(self, numbers={**self.numbers, name: value})
+        if name in TERMS:
+            return self.with_options(**{name: bool(value)})
+        if name in CHOICES and value in CHOICES[name]:
+            return self.with_options(**{name: value})
+        return self
+
+    def with_options(self, **options: Any) -> Self:
+        """With other keywords of `solve`."""
+        return replace(self, options={**self.options, **options})
+
+
+@dataclass(frozen=True)
+class State:
+    """All that a visitor has chosen.
+
+    scene: the one that was loaded last; home: the one that a reset returns to; camera: a given
+    viewpoint, None to fit the beam into the page; over: the number along the loci chart; per_rev:
+    whether it has per-rev lines; comparison, kept: with what the beam is compared, and the case
+    that was kept for it; force_per_rev, damping: periods of the force in a revolution and damping
+    ratio of the run-up; time_methods: time all methods for each beam; following: follow the
+    presenter.
+    """
+
+    scene: Scene
+    home: Scene
+    case: Case
+    view: ViewOptions = field(default_factory=ViewOptions)
+    camera: Camera | None = None
+    over: str = "gamma"
+    per_rev: bool = False
+    comparison: str = NO_COMPARISON
+    kept: Case | None = None
+    side_by_side: bool = False
+    force_per_rev: int = 1
+    damping: float = 0.02
+    time_methods: bool = False
+    following: bool = False
+
+    @classmethod
+    def of(cls, scene: Scene) -> Self:
+        """The state in which a page opens on a scene."""
+        return cls(scene, scene, Case.of(scene)).loaded(scene)
+
+    def loaded(self, scene: Scene) -> Self:
+        """With another scene; what was kept of the last one is of no use."""
+        return replace(
+            self,
+            scene=scene,
+            case=Case.of(scene),
+            view=scene.view,
+            camera=scene.camera,
+            over=scene.over,
+            per_rev=scene.per_rev,
+            comparison=NO_COMPARISON if self.comparison == EARLIER else self.comparison,
+            kept=None,
+        )
+
+    def to_scene(self) -> Scene:
+        """The scene. Raises InvalidInput where the numbers are no beam."""
+        options = {name: self.case.options[name] for name in SCENE_KEYS["model"]}
+        beam, chart = self.case.beam(), (self.over, self.per_rev)
+        return Scene(beam, options, self.view, self.camera, *chart)
+
+    def value(self, name: str) -> Any:
+        """The value of a number, a keyword of `solve`, a view option or a field."""
+        for part in (self.case.numbers, self.case.options, vars(self.view)):
+            if name in part:
+                return part[name]
+        return getattr(self, name)
+
+    def changed(self, name: str, value: Any) -> Self:
+        """With the value of that name as a browser sent it. A given viewpoint is given up where
+        the beam would leave the picture."""
+        camera = None if name in ("plane", "rotating_frame", "all_modes") else self.camera
+        if name in VIEW_KEYS:
+            return replace(self, view=self.view.changed(name, value), camera=camera)
+        if name in SWITCHES:
+            switch: dict[str, Any] = {name: bool(value)}
+            return replace(self, **switch)
+        if name == "over":
+            return replace(self, over=value) if value in PARAMETERS else self
+        return replace(self, case=self.case.changed(name, value), camera=camera)
+
+    def share(self, mode: int, value: Any) -> Self:
+        """With another share of one mode (from 0)."""
+        return replace(self, view=self.view.share(mode, value))
+
+    def only(self, mode: int) -> Self:
+        """With one mode (from 0) alone."""
+        return replace(self, view=self.view.only(mode))
+
+    def keep(self) -> Self:
+        """Keep the case, to compare the next ones with."""
+        return replace(self, kept=self.case, comparison=EARLIER)
+
+    def keep_for_comparison(self) -> Self:
+        """Keep the case unless it is compared with something else."""
+        return self.keep() if self.comparison in (NO_COMPARISON, EARLIER) else self

@@ -1,0 +1,212 @@
+"""One visitor: their state, the controls that show and edit it, and the jobs done for them.
+
+A feature gets a `Visitor`: it reads `state`, edits it by `change`, binds its controls to it, and
+has its results computed by a `job`. State is never read out of a control.
+"""
+
+import math
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from viser import ClientHandle, GuiButtonGroupHandle, GuiButtonHandle, GuiEvent, GuiInputHandle
+
+from beamviz.drawing.camera import PageCamera
+from beamviz.explorer.jobs import Job, SolveJob, SolveQueue, SolverAnswer, WorkerPool
+from beamviz.explorer.state import State
+from beamviz.scene import Scene
+from beamviz.server.viser_private import set_value, stop_sync
+
+MESSAGE_SECONDS = 12.0
+SAME = 1e-9  # relative: a number shown in other units comes back with a rounding error
+
+Get = Callable[[State], Any]
+Set = Callable[[State, Any], State]
+
+
+class Visitor:
+    """The store of one visitor's state.
+
+    client: their viser client; state: what they have chosen, replaced by each edit; solver: the
+    job that solves the case of the state; answer: what the scene shows of it, chart_answer: what
+    the charts follow, which wait for a slider to rest while visitors are many; wake: has the frame
+    loop draw what is new; dragging: the mass is being dragged, and time stands still.
+    """
+
+    def __init__(
+        self,
+        client: ClientHandle,
+        state: State,
+        queue: SolveQueue,
+        background: WorkerPool,
+        wake: Callable[[], None],
+    ):
+        self.client, self.state, self.wake = client, state, wake
+        self.queue, self.background = queue, background
+        self.lock, self.camera = threading.RLock(), PageCamera(client.camera)
+        self.camera.take(state.camera)
+        self.renderers: list[Callable[[State], None]] = []
+        self.jobs: list[Job] = []
+        self.answer: SolverAnswer | None = None
+        self.chart_answer: SolverAnswer | None = None
+        self.dragging = False
+        self.solver = self.solve_job()
+        self.solver.request(state.case)
+
+    # State
+
+    def change(self, edit: Callable[[State], State]) -> None:
+        """Edit the state for the visitor, from any thread; an edit ends presenter mode."""
+        with self.lock:
+            state = edit(self.state)
+            if state.following and self.state.following:
+                state = replace(state, following=False)
+            self.follow(state)
+
+    def follow(self, state: State) -> None:
+        """Take another state: show it in all controls, and solve its case."""
+        with self.lock:
+            self.state = state
+            for render in self.renderers:
+                render(state)
+            if not state.following:
+                self.solver.request(state.case)
+        self.wake()
+
+    def render(self, renderer: Callable[[State], None]) -> None:
+        """Call `renderer` with the state, now and after each change."""
+        with self.lock:
+            self.renderers.append(renderer)
+            renderer(self.state)
+
+    def load(self, scene: Scene, home: Scene | None = None) -> None:
+        """Show another scene; `home` is the one that a reset returns to from now on."""
+        with self.lock:
+            self.change(lambda state: replace(state.loaded(scene), home=home or state.home))
+            self.camera.take(scene.camera)
+        self.wake()
+
+    def reset(self) -> None:
+        """Show the scene that the lesson, or the page, began with, in the colours of the page."""
+        state = self.state
+        self.load(state.home.changed(dark=state.view.dark))
+
+    def reset_view(self) -> None:
+        """Fit the beam into the page."""
+        with self.lock:
+            self.change(lambda state: replace(state, camera=None))
+            self.camera.take(None)
+        self.wake()
+
+    def to_scene(self) -> Scene:
+        """The scene as it is now, from where the visitor looks. Raises InvalidInput where the
+        numbers are no beam."""
+        return replace(self.state.to_scene(), camera=self.camera.chosen)
+
+    # Controls
+
+    def bind(self, control: GuiInputHandle, get: Get, edit: Set) -> None:
+        """Show `get(state)` in a control; what the visitor sets it to becomes
+        `edit(state, value)`."""
+        on_edit(control, lambda value: self.change(lambda state: edit(state, value)))
+        self.render(lambda state: show(control, get(state)))
+
+    def bind_key(self, control: GuiInputHandle, key: str) -> None:
+        """Bind a control to the value that has this name in `State.value`."""
+        self.bind(control, lambda state: state.value(key), lambda state, x: state.changed(key, x))
+
+    def notify(self, title: str, message: str) -> None:
+        """Tell the visitor what went wrong."""
+        self.client.add_notification(
+            title, message, color="red", auto_close_seconds=MESSAGE_SECONDS
+        )
+
+    # Jobs
+
+    def job(self, name: str, compute: Callable[[Any], Any]) -> Job:
+        """A background job of this visitor, closed when they leave."""
+        return self.added(Job(name, compute, self.background.submit, self.wake))
+
+    def solve_job(self) -> SolveJob:
+        """A job that solves cases, closed when the visitor leaves."""
+        return self.added(SolveJob(self.queue, self.wake))
+
+    def added(self, job: Any) -> Any:
+        """The same job, noted."""
+        self.jobs.append(job)
+        return job
+
+    def close(self) -> None:
+        """Compute nothing more."""
+        for job in self.jobs:
+            job.close()
+
+
+class Feature:
+    """A part of the page with a display of its own: subclasses have `inputs`, what the display
+    depends on, and `show`, which brings it up to date. The frame loop calls `update`."""
+
+    shown: tuple[object, ...] = ()
+
+    def __init__(self, visitor: Visitor):
+        self.visitor = visitor
+
+    @property
+    def inputs(self) -> tuple[object, ...]:
+        """What the display depends on; compared by identity."""
+        raise NotImplementedError
+
+    def show(self) -> None:
+        """Bring the display up to date."""
+        raise NotImplementedError
+
+    @property
+    def outdated(self) -> bool:
+        """Whether an input is another object than when it was shown."""
+        inputs = self.inputs
+        return len(inputs) != len(self.shown) or any(
+            one is not other for one, other in zip(inputs, self.shown, strict=True)
+        )
+
+    def update(self) -> None:
+        """Show the inputs of this moment."""
+        self.shown = self.inputs
+        self.show()
+
+
+def on_edit(control: GuiInputHandle, take: Callable[[Any], None]) -> None:
+    """Pass each value that a visitor sets a control to on to `take`.
+
+    viser runs plain callbacks on many threads in no order, where a change could be overtaken by
+    the one before it; asynchronous ones run one after the other. What the program sets has no
+    client, and is no edit.
+    """
+
+    async def edited(event: GuiEvent) -> None:
+        if event.client is not None:
+            take(control.value)
+
+    control.on_update(edited)
+    stop_sync(control)
+
+
+def on_press(button: GuiButtonHandle | GuiButtonGroupHandle, act: Callable[[Any], None]) -> None:
+    """Call `act` with the value of a button, or of the pressed button of a group; it must be
+    quick, as it runs on the event loop, one press after the other."""
+
+    async def pressed(event: GuiEvent) -> None:
+        act(event.target.value)
+
+    button.on_click(pressed)
+
+
+def show(control: GuiInputHandle, value: Any) -> None:
+    """Show a value in a control, unless it is there already; what is no number stays unshown."""
+    if isinstance(value, float):
+        old = control.value
+        if not math.isfinite(value) or (
+            isinstance(old, int | float) and math.isclose(old, value, rel_tol=SAME)
+        ):
+            return
+    set_value(control, value)
