@@ -80,17 +80,17 @@ def url(request: pytest.FixtureRequest) -> Iterator[str]:
 
 
 @pytest.fixture(scope="module")
-def animators() -> Iterator[list[Any]]:
-    """The animators of all explorers that begin after this, in their order."""
+def frame_loops() -> Iterator[list[Any]]:
+    """The frame_loops of all explorers that begin after this, in their order."""
     from beamviz.explorer import app as server
 
     made: list[Any] = []
 
-    class Watched(server.Animator):
+    class Watched(server.FrameLoop):
         def __init__(self, *given: Any):
             super().__init__(*given)
             made.append(self)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(server, "Animator", Watched)
+        patch.setattr(server, "FrameLoop", Watched)
         yield made

@@ -32,19 +32,19 @@ from beamviz.explorer.features.comparison import (
 )
 from beamviz.explorer.features.loci_chart import LANES, Charts, Point, Question, series
 from beamviz.explorer.features.mass_drag import Grip, nearest
-from beamviz.explorer.request import Wanted
+from beamviz.explorer.state import Case
 from beamviz.explorer.solve_queue import Turns
 from beamviz.scene import ViewOptions
 from beamviz.server import run_server
 from beamviz.solver import solve
 
-WANTED = Wanted.of(PAPER, {})
+WANTED = Case.of(Scene(PAPER))
 GHOST = "/stage/wheel/ghost"
 unit = st.floats(-1, 1)
 points = st.tuples(unit, unit, unit).map(np.array)
 
 
-def compared(api: Any, choice: str, wanted: Wanted = WANTED) -> Comparison:
+def compared(api: Any, choice: str, wanted: Case = WANTED) -> Comparison:
     """A comparison that has its answer."""
     with ThreadPoolExecutor(1) as pool:
         comparison = Comparison(api, Turns(pool), lambda: None)
@@ -56,7 +56,7 @@ def compared(api: Any, choice: str, wanted: Wanted = WANTED) -> Comparison:
 # What is compared
 
 
-def other(choice: str, wanted: Wanted) -> Wanted:
+def other(choice: str, wanted: Case) -> Case:
     """What a beam is compared with."""
     found = against(choice, wanted, None)
     assert isinstance(found, Against)

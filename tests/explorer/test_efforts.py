@@ -10,11 +10,11 @@ import pytest
 from beamviz.beam import Beam
 from beamviz.explorer.features import method_timing as efforts_tab
 from beamviz.explorer.features.method_timing import OPTION, RESOLUTIONS, Weighing, distance, efforts
-from beamviz.explorer.request import Wanted
+from beamviz.explorer.state import Case
 from beamviz.explorer.solver_job import answered
 from beamviz.solver import METHODS, solve
 
-PAPER = Wanted.of(Beam(alpha=1, beta=0.5, gamma=10), {})
+PAPER = Case.of(Scene(Beam(alpha=1, beta=0.5, gamma=10)))
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +86,7 @@ def test_what_was_used_is_said():
 
 def test_where_there_is_no_equilibrium_nothing_is_measured():
     """The words are those of the solver."""
-    found = efforts(Wanted.of(Beam(gamma=60), {"strain": "hencky"}))
+    found = efforts(Case.of(Beam(gamma=60), {"strain": "hencky"}))
     assert not found.points
     assert "no equilibrium beyond gamma = 45.42" in efforts_tab.chart(found, None)
 

@@ -19,9 +19,9 @@ from live.visitor import BEAM, PAPER, Visitor, beam_moved, frequency_text, pause
 
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.explorer import app as server
-from beamviz.explorer import frames as animator
-from beamviz.explorer import solver_job as solving
-from beamviz.explorer.app import Animator, explorer
+from beamviz.explorer import frames as frame_loop
+from beamviz.explorer import jobs
+from beamviz.explorer.app import FrameLoop, explorer
 from beamviz.explorer.session import Session
 from beamviz.scene import Scene
 from beamviz.server import connection as guard
@@ -37,7 +37,7 @@ BAD = (float("nan"), float("inf"), -float("inf"), 1e300, -1e300, 2**63, -1, 0, "
 
 
 @pytest.fixture(scope="module")
-def url(animators) -> Iterator[str]:
+def url(frame_loops) -> Iterator[str]:
     """A running explorer; it takes its time for one speed, and fails at another."""
 
     def solved(beam: Beam, **options: Any) -> Any:
@@ -50,7 +50,7 @@ def url(animators) -> Iterator[str]:
         return solve(beam, **options)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(solving, "solve", solved)
+        patch.setattr(jobs, "solve", solved)
         with explorer(SCENE, max_visitors=200) as found:
             yield found
 
@@ -71,7 +71,7 @@ def other(url) -> Iterator[Visitor]:
 @pytest.fixture(autouse=True)
 def fresh_log() -> None:
     """No line is left out because an earlier test has had it."""
-    for module in (animator, guard, hardening, solving):
+    for module in (frame_loop, guard, hardening, solving):
         module.log.reported.clear()
 
 
@@ -81,36 +81,36 @@ def vanish(line: socket.socket) -> None:
     line.shutdown(socket.SHUT_RDWR)
 
 
-def alone(animators: list[Animator], count: int = 1) -> None:
+def alone(frame_loops: list[FrameLoop], count: int = 1) -> None:
     """Wait until only `count` sessions are left."""
-    wait_until(lambda: len(animators[0].sessions) == count)
+    wait_until(lambda: len(frame_loops[0].sessions) == count)
 
 
-def newest(animators: list[Animator]) -> Session:
+def newest(frame_loops: list[FrameLoop]) -> Session:
     """The session of the guest who came last, beside one other, once it is counted."""
-    wait_until(lambda: len(animators[0].sessions) == 2)
-    return animators[0].sessions[max(animators[0].sessions)]
+    wait_until(lambda: len(frame_loops[0].sessions) == 2)
+    return frame_loops[0].sessions[max(frame_loops[0].sessions)]
 
 
 # Visitors who leave
 
 
-def test_tabs_closed_in_the_middle_of_a_picture(url, other, animators):
+def test_tabs_closed_in_the_middle_of_a_picture(url, other, frame_loops):
     """Ten visitors vanish while their beams move."""
     for _ in range(10):
         with visitor(url) as guest:
             guest.wait(beam_moved)
             vanish(guest.socket.socket)
-    alone(animators)
+    alone(frame_loops)
 
 
-def test_tabs_closed_in_the_middle_of_a_solution(url, other, animators):
+def test_tabs_closed_in_the_middle_of_a_solution(url, other, frame_loops):
     """What nobody waits for any more is not solved: a later visitor gets an answer at once."""
     for _ in range(8):
         with visitor(url) as guest:
             guest.choose("γ speed", SLOW)
             vanish(guest.socket.socket)
-    alone(animators)
+    alone(frame_loops)
     start = time.monotonic()
     with visitor(url) as guest:
         guest.choose("speed γ", 12.0)
@@ -118,22 +118,22 @@ def test_tabs_closed_in_the_middle_of_a_solution(url, other, animators):
     assert time.monotonic() - start < 6
 
 
-def test_a_page_loaded_again_and_again(url, other, animators):
+def test_a_page_loaded_again_and_again(url, other, frame_loops):
     """Each load is a new visit that starts from the beginning."""
     for _ in range(5):
         with visitor(url) as guest:
             assert frequency_text(PAPER) in guest.text
-    alone(animators)
+    alone(frame_loops)
 
 
-def test_a_thousand_visits_leave_nothing_behind(url, other, animators):
+def test_a_thousand_visits_leave_nothing_behind(url, other, frame_loops):
     """1000 that only connect, every 50th of which opens a session and leaves without a word: no
     session, thread or socket stays, and not one object for each of them."""
     come_and_go(url, visits=100)  # what is built once, is built
-    alone(animators)
+    alone(frame_loops)
     before = left()
     come_and_go(url, visits=1000)
-    alone(animators)
+    alone(frame_loops)
     wait_until(lambda: all(now <= then for now, then in zip(left(), before, strict=True)))
 
 
@@ -189,14 +189,14 @@ def test_a_flood_of_5000_values_ends_at_the_last(url, other):
 
 
 @pytest.mark.parametrize("bad", BAD, ids=lambda bad: str(bad)[:20])
-def test_no_control_takes_harm_from_a_bad_value(url, other, animators, caplog, capfd, bad):
+def test_no_control_takes_harm_from_a_bad_value(url, other, frame_loops, caplog, capfd, bad):
     """Every control is set three times to a value that makes no sense for most; the session goes
     on, and the log has one line for each kind of mistake."""
     with caplog.at_level(logging.WARNING), visitor(url) as guest:
         guest.choose("playing", False)
         for label in 3 * list(guest.controls):
             guest.choose(label, bad)
-        session = newest(animators)
+        session = newest(frame_loops)
         wait_until(lambda: answered(guest, session, PAPER.replace(gamma=12)))
     lines = [record.getMessage() for record in caplog.records]
     assert all("\n" not in line for line in lines)
@@ -263,16 +263,16 @@ def test_solutions_without_end_stop_nobody_else(url, other):
     other.says(frequency_text(PAPER))
 
 
-def test_solutions_without_end_stop_nobody_in_a_crowd(url, other, animators):
+def test_solutions_without_end_stop_nobody_in_a_crowd(url, other, frame_loops):
     """Where all are answered in turn, such a one looks as quick as the last: another visitor sees
     frames, and gets answers as before."""
     with contextlib.ExitStack() as guests:
         ENOUGH.clear()
-        crowd = [guests.enter_context(visitor(url)) for _ in range(animator.CROWD)]
+        crowd = [guests.enter_context(visitor(url)) for _ in range(frame_loop.CROWD)]
         for guest in crowd:
             guests.callback(vanish, guest.socket.socket)
         guests.callback(ENOUGH.set)
-        wait_until(animators[0].crowded)
+        wait_until(frame_loops[0].crowded)
         for guest in crowd[:3]:
             guest.choose("speed γ", 11.0)
             guest.says(frequency_text(PAPER.replace(gamma=11)))
@@ -282,9 +282,9 @@ def test_solutions_without_end_stop_nobody_in_a_crowd(url, other, animators):
             crowd[-1].says(frequency_text(PAPER.replace(gamma=gamma)))
             for _ in range(20):
                 crowd[-1].wait(beam_moved)
-        sessions = list(animators[0].sessions.values())
+        sessions = list(frame_loops[0].sessions.values())
         assert sum(session.solver.busy for session in sessions) >= 3
-    alone(animators)
+    alone(frame_loops)
 
 
 def test_the_server_ends_in_the_middle_of_a_solution_without_end(monkeypatch):
@@ -297,7 +297,7 @@ def test_the_server_ends_in_the_middle_of_a_solution_without_end(monkeypatch):
             enough.wait()
         return solve(beam, **options)
 
-    monkeypatch.setattr(solving, "solve", solved)
+    monkeypatch.setattr(jobs, "solve", solved)
     try:
         with explorer(SCENE) as found, visitor(found) as guest:
             guest.choose("γ speed", ENDLESS)
@@ -307,15 +307,15 @@ def test_the_server_ends_in_the_middle_of_a_solution_without_end(monkeypatch):
         enough.set()
 
 
-def test_drawing_that_fails_ends_that_visit_alone(url, other, animators, caplog):
+def test_drawing_that_fails_ends_that_visit_alone(url, other, frame_loops, caplog):
     """The page connects again, to a new session; the log has one line."""
     with visitor(url) as guest:
-        session = newest(animators)
+        session = newest(frame_loops)
         session.draw = lambda: 1 / 0
         with pytest.raises(websockets.exceptions.ConnectionClosed):
             guest.wait(lambda _: session.reset_view())  # a picture may be under way
         assert guest.socket.close_code == 1011
-    alone(animators)
+    alone(frame_loops)
     (line,) = [record.getMessage() for record in caplog.records if record.levelname == "ERROR"]
     assert re.search(r"drawing: failed for visitor \d+, who is sent off: ZeroDivisionError", line)
 
@@ -330,9 +330,9 @@ def test_clocks_that_jump_do_not_stop_the_picture(url, other, monkeypatch):
             other.wait(beam_moved)
 
 
-def test_a_machine_that_slept_goes_on_where_it_was(url, other, animators):
+def test_a_machine_that_slept_goes_on_where_it_was(url, other, frame_loops):
     """Hours without a tick move the picture by a moment only."""
-    session = next(iter(animators[0].sessions.values()))
+    session = next(iter(frame_loops[0].sessions.values()))
     turns = session.clock.angle
     session.tick(session.seen + 36000.0)
     session.seen = time.monotonic()

@@ -8,7 +8,7 @@ from live.server import wait_until
 from live.visitor import PAPER, frequency_text, visitor
 
 from beamviz.explorer import app as server
-from beamviz.explorer import solver_job as solving
+from beamviz.explorer import jobs
 from beamviz.explorer.app import explorer
 from beamviz.explorer.features.presenter import LABEL
 from beamviz.scene import Scene
@@ -18,17 +18,17 @@ PRESENTER = "the-presenters-key"
 
 
 @pytest.fixture
-def url(animators) -> Iterator[str]:
+def url(frame_loops) -> Iterator[str]:
     """An explorer in lecture mode."""
     with explorer(Scene(PAPER), presenter_key=PRESENTER) as found:
         yield found
 
 
-def test_all_see_what_the_presenter_does(url, animators, monkeypatch):
+def test_all_see_what_the_presenter_does(url, frame_loops, monkeypatch):
     """Numbers, answers, look and clock are the presenter's, and are solved once for all."""
     with visitor(f"{url}/?token={PRESENTER}") as lead, visitor(url) as one, visitor(url) as other:
         solved = []
-        monkeypatch.setattr(solving, "solve", lambda *a, **o: (solved.append(a), solve(*a, **o))[1])
+        monkeypatch.setattr(jobs, "solve", lambda *a, **o: (solved.append(a), solve(*a, **o))[1])
         lead.choose("speed γ", 21.0)
         for guest in (one, other):
             guest.says(frequency_text(PAPER.replace(gamma=21)))
@@ -36,7 +36,7 @@ def test_all_see_what_the_presenter_does(url, animators, monkeypatch):
         for guest in (one, other):
             guest.says("axial strain, as drawn")
         assert len(solved) == 1
-        sessions = list(animators[-1].sessions.values())
+        sessions = list(frame_loops[-1].sessions.values())
         assert len({id(session.view) for session in sessions}) == 1
         lead.choose("playing", False)
         wait_until(lambda: not any(session.moving for session in sessions))
@@ -76,7 +76,7 @@ def test_a_student_cannot_lead(url):
         assert LABEL in one.controls
 
 
-def test_a_presenter_who_leaves_and_returns_leads_again(url, animators):
+def test_a_presenter_who_leaves_and_returns_leads_again(url, frame_loops):
     """Meanwhile the last scene stays."""
     with visitor(url) as one:
         with visitor(f"{url}/?token={PRESENTER}") as lead:
@@ -84,7 +84,7 @@ def test_a_presenter_who_leaves_and_returns_leads_again(url, animators):
             lead.choose("speed γ", 21.0)
             one.says(frequency_text(PAPER.replace(gamma=21)))
             lead.choose("playing", False)
-        wait_until(lambda: len(animators[-1].sessions) == 1)
+        wait_until(lambda: len(frame_loops[-1].sessions) == 1)
         assert frequency_text(PAPER.replace(gamma=21)) in one.text
         with visitor(f"{url}/?token={PRESENTER}") as lead:
             lead.choose("speed γ", 5.0)

@@ -13,7 +13,7 @@ from live.visitor import PAPER, Visitor, frequency_text, visitor
 
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
-from beamviz.explorer import solver_job as solving
+from beamviz.explorer import jobs
 from beamviz.explorer.app import explorer
 from beamviz.explorer.features.lessons import BACK, NEXT, NONE, RESET, marked
 from beamviz.explorer.url import arrive
@@ -84,8 +84,8 @@ def test_a_lesson_fits_its_beam_into_the_picture(guest, monkeypatch):
     scene = lesson("buckling").scene
     with explorer(scene) as address, visitor(address) as other:
         wanted = other.camera
-    slow = partial(late, solving.solve)
-    monkeypatch.setattr(solving, "solve", slow)
+    slow = partial(late, jobs.solve)
+    monkeypatch.setattr(jobs, "solve", slow)
     begin(guest, "buckling")
     guest.says(frequency_text(scene.beam))
     guest.wait(lambda _: guest.camera == pytest.approx(wanted, rel=1e-6))

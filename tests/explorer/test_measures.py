@@ -14,8 +14,8 @@ from beamviz.display_units import frequencies, measure, measures, neat, places, 
 from beamviz.explorer.features import loci_tab as chart_words
 from beamviz.explorer.features.loci_chart import LANES, Charts, Point, Question, series, top
 from beamviz.explorer.features.loci_tab import MOST, resonance_list
-from beamviz.explorer.page.readout import significant
-from beamviz.explorer.request import Wanted
+from beamviz.display_units import rounded_to_error
+from beamviz.explorer.state import Case
 from beamviz.frequency_loci import loci
 from beamviz.scene import Scene
 from beamviz.solver import solve
@@ -36,7 +36,7 @@ sizes = st.floats(1e-3, 1e3)
 
 def charted(beam: Beam, over: str):
     """The chart of a beam, as the explorer computes it."""
-    return Charts.answered(None, Question.of(Wanted.of(beam, {}), over))  # type: ignore[arg-type]
+    return Charts.answered(None, Question.of(Case.of(Scene(beam)), over))  # type: ignore[arg-type]
 
 
 def hertz(beam: Beam) -> str:
@@ -82,7 +82,7 @@ def test_round_numbers():
 
 def test_the_chart_of_a_real_beam_is_in_rpm_and_hertz():
     """x and y are those of the plain chart times their units; the axes end at round numbers."""
-    question = Question.of(Wanted.of(RULER, {}), "gamma")
+    question = Question.of(Case.of(Scene(RULER)), "gamma")
     without = replace(question, beam=question.beam.replace(units=None))
     chart, plain = Charts.answered(None, question), Charts.answered(None, without)  # type: ignore[arg-type]
     assert chart.loci

@@ -13,7 +13,7 @@ from beamviz.drawing.modes import Shapes
 from beamviz.explorer.app import explorer
 from beamviz.explorer.features import run_up as ride_tab
 from beamviz.explorer.features.run_up import LARGEST, PER_SECOND, Ride, Run
-from beamviz.explorer.request import Wanted
+from beamviz.explorer.state import Case
 from beamviz.frequency_loci.forced_response import RunUp, response
 from beamviz.scene import Scene
 from beamviz.solver import solve
@@ -24,7 +24,7 @@ def ridden(beam: Beam = PAPER, per_rev: int = 2, **options: bool) -> Ride:
     with ThreadPoolExecutor(1) as pool:
         ride = Ride(pool, lambda: None)
         ride.choose(per_rev)
-        ride.start(Wanted.of(beam, options))
+        ride.start(Case.of(beam, options))
     return ride
 
 

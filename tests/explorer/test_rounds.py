@@ -11,7 +11,7 @@ from msgspec import msgpack
 from websockets.protocol import OPEN
 
 from beamviz.explorer.debounce import REST, Lag
-from beamviz.explorer.frames import ALL_FRAMES, FEWER_FRAMES, FRAMES, TOGETHER, Animator
+from beamviz.explorer.frames import ALL_FRAMES, FEWER_FRAMES, FRAMES, TOGETHER, FrameLoop
 from beamviz.server import sending
 from beamviz.server.access import VisitorCount
 
@@ -26,9 +26,9 @@ class Still:
         self.seen, self.pictures, self.fresh = now, self.pictures + 1, False
 
 
-def animator(*sessions: Still, waiting: int = 0) -> Animator:
-    """An animator that does not run by itself."""
-    made = Animator.__new__(Animator)
+def frame_loop(*sessions: Still, waiting: int = 0) -> FrameLoop:
+    """An frame_loop that does not run by itself."""
+    made = FrameLoop.__new__(FrameLoop)
     made.sessions = dict(enumerate(sessions))  # type: ignore[arg-type]
     made.turns = SimpleNamespace(waiting=[None] * waiting)  # type: ignore[assignment]
     made.woken, made.drawn, made.visitor_count = {}, set(), VisitorCount()
@@ -38,7 +38,7 @@ def animator(*sessions: Still, waiting: int = 0) -> Animator:
 def test_a_round_has_one_picture_for_everybody():
     """Where somebody waits: who has just had an answer has had theirs, and gets the next one."""
     sessions = [Still(fresh=k < 2) for k in range(5)]
-    made = animator(*sessions, waiting=1)
+    made = frame_loop(*sessions, waiting=1)
     made.woken = dict.fromkeys([0, 1])
     made.draw_next()
     assert [one.pictures for one in sessions] == [1, 1, 0, 0, 0]
@@ -51,7 +51,7 @@ def test_a_round_has_one_picture_for_everybody():
 def test_who_rests_gets_none():
     """Only what moves is drawn, and what is woken only if it is fresh."""
     sessions = [Still(ticking=False), Still(ticking=False)]
-    made = animator(*sessions)
+    made = frame_loop(*sessions)
     made.woken = dict.fromkeys([0, 1, 2])  # one has left
     made.draw_next()
     asyncio.run(made.draw_all(made.step))
@@ -62,7 +62,7 @@ def test_who_rests_gets_none():
 def test_answers_are_drawn_a_few_at_a_time():
     """In the order in which they came; then messages come and go."""
     sessions = [Still(fresh=True) for _ in range(TOGETHER + 3)]
-    made = animator(*sessions)
+    made = frame_loop(*sessions)
     made.woken = dict.fromkeys(reversed(range(len(sessions))))
     made.draw_next()
     assert [one.pictures for one in sessions] == [0] * 3 + [1] * TOGETHER
@@ -76,7 +76,7 @@ def test_answers_are_drawn_a_few_at_a_time():
 )
 def test_pictures_give_way_to_answers(visitors, waiting, rate):
     """Fewer where somebody waits, and where visitors are many; the same for all."""
-    made = animator(Still(), waiting=waiting)
+    made = frame_loop(Still(), waiting=waiting)
     for _ in range(visitors):
         made.visitor_count.enter()
     assert 1 / made.step == pytest.approx(rate)

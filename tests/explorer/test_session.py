@@ -10,11 +10,11 @@ from typing import Any
 from live.visitor import BEAM, PAPER, beam_moved, frequency_text, pause, visitor
 
 from beamviz.beam import Beam, Units
-from beamviz.explorer import solver_job as solving
+from beamviz.explorer import jobs
 from beamviz.explorer.app import explorer
-from beamviz.explorer.page.inputs import assign, heard
-from beamviz.explorer.page.readout import significant
-from beamviz.explorer.request import Wanted
+from beamviz.explorer.visitor import on_edit, show
+from beamviz.display_units import rounded_to_error
+from beamviz.explorer.state import Case
 from beamviz.explorer.solve_queue import Turns
 from beamviz.scene import Scene
 from beamviz.server import run_server
@@ -95,7 +95,7 @@ def test_only_the_latest_of_many_edits_is_kept(url, monkeypatch):
         solved.append(beam)
         return solve(beam, **options)
 
-    monkeypatch.setattr(solving, "solve", counted)
+    monkeypatch.setattr(jobs, "solve", counted)
     with visitor(url) as guest:
         for k in range(400):
             guest.choose("speed γ", 30 - 0.05 * k)
@@ -114,11 +114,11 @@ def test_wishes_that_came_in_between_are_skipped(monkeypatch):
         gate.wait(10)
         return solve(beam, **options)
 
-    monkeypatch.setattr(solving, "solve", slow)
+    monkeypatch.setattr(jobs, "solve", slow)
     ready = threading.Semaphore(0)
-    wanted = Wanted.of(PAPER, {})
+    wanted = Case.of(Scene(PAPER))
     with ThreadPoolExecutor(2) as pool:
-        solver = solving.Solver(Turns(pool), wanted, ready.release)
+        solver = jobs.Solver(Turns(pool), wanted, ready.release)
         while not solved:
             time.sleep(0.01)
         for k in range(100):

@@ -6,12 +6,12 @@ from live.visitor import frequency_text, visitor
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
 from beamviz.explorer.features.comparison import Against, against, number
-from beamviz.explorer.request import Wanted
+from beamviz.explorer.state import Case
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
 BEAM = Beam(alpha=1, beta=0.5, gamma=3)
-FIRST, WANTED = Scene(BEAM), Wanted.of(BEAM, {})
+FIRST, WANTED = Scene(BEAM), Case.of(Scene(BEAM))
 
 
 @pytest.mark.parametrize(

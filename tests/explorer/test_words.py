@@ -7,8 +7,8 @@ from live.visitor import PAPER
 from beamviz import messages as words
 from beamviz.beam import Beam, Units
 from beamviz.errors import NoEquilibrium
-from beamviz.explorer.page import readout
-from beamviz.explorer.request import Wanted
+from beamviz.explorer.page import html
+from beamviz.explorer.state import Case
 from beamviz.scene import ViewOptions, clip
 from beamviz.solver import solve
 
@@ -68,7 +68,7 @@ def test_choices_that_make_no_sense_change_nothing():
     assert view.changed("amplitude", 1e9).amplitude == clip(1e9, 0.4, 0.0) == 0.4
     assert view.share(3, -5).shares == (0.0, 1.0, 0.0, 0.0)
     assert view.only(2).shares == (0.0, 0.0, 1.0)
-    wanted = Wanted.of(PAPER, {})
+    wanted = Case.of(Scene(PAPER))
     assert wanted.changed("strain", "rubber") is wanted
     assert wanted.changed("nothing", 1.0) is wanted
     assert wanted.changed("strain", "hencky").options["strain"] == "hencky"

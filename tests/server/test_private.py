@@ -74,9 +74,9 @@ def test_a_visitor_hears_nothing_of_another(url):
 def test_no_control_is_shared(monkeypatch):
     """The server's own scope, which any visitor could change for all, holds none."""
     made: list[viser.ViserServer] = []
-    animator = server.Animator
+    frame_loop = server.FrameLoop
     monkeypatch.setattr(
-        server, "Animator", lambda *given: (made.append(given[0]), animator(*given))[1]
+        server, "FrameLoop", lambda *given: (made.append(given[0]), frame_loop(*given))[1]
     )
     with explorer(Scene(PAPER)) as found, visitor(found) as guest:
         assert guest.controls

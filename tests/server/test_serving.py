@@ -21,15 +21,15 @@ from beamviz.scene import Scene
 
 
 def test_nothing_is_computed_while_nothing_moves(monkeypatch):
-    """A paused visitor, and none at all, cost no time: the animator does not even wake."""
+    """A paused visitor, and none at all, cost no time: the frame_loop does not even wake."""
     woken: list[float] = []
-    sleep = server.Animator.sleep
+    sleep = server.FrameLoop.sleep
 
-    def counted(animator: server.Animator, due: float) -> set[int]:
+    def counted(frame_loop: server.FrameLoop, due: float) -> set[int]:
         woken.append(due)
-        return sleep(animator, due)
+        return sleep(frame_loop, due)
 
-    monkeypatch.setattr(server.Animator, "sleep", counted)
+    monkeypatch.setattr(server.FrameLoop, "sleep", counted)
     with explorer(Scene(PAPER)) as address:
         with visitor(address) as guest:
             pause(guest)
@@ -49,15 +49,15 @@ def load(seconds: float) -> float:
     return (time.process_time() - start) / seconds
 
 
-def test_a_visitor_who_leaves_is_forgotten(animators):
-    """Their session is closed, and the animator keeps none of it."""
+def test_a_visitor_who_leaves_is_forgotten(frame_loops):
+    """Their session is closed, and the frame_loop keeps none of it."""
     with explorer(Scene(PAPER)) as address:
         with visitor(address):
-            assert len(animators[-1].sessions) == 1
+            assert len(frame_loops[-1].sessions) == 1
         end = time.monotonic() + 5
-        while animators[-1].sessions and time.monotonic() < end:
+        while frame_loops[-1].sessions and time.monotonic() < end:
             time.sleep(0.02)
-        assert not animators[-1].sessions
+        assert not frame_loops[-1].sessions
 
 
 def test_a_page_of_another_site_cannot_open_a_session(url):

@@ -33,7 +33,7 @@ def test_half_open_sockets_are_given_up(monkeypatch):
             line.close()
 
 
-def test_a_visitor_who_never_reads_is_given_up(monkeypatch, animators):
+def test_a_visitor_who_never_reads_is_given_up(monkeypatch, frame_loops):
     """A page that was put to sleep stops answering pings; memory must not wait for it."""
     monkeypatch.setattr(guard, "PATIENCE", 0.5)
     with explorer(SCENE) as found, visitor(found) as guest, socket.socket() as deaf:
@@ -41,7 +41,7 @@ def test_a_visitor_who_never_reads_is_given_up(monkeypatch, animators):
         deaf.connect(("127.0.0.1", int(found.rsplit(":", 1)[1])))
         deaf.sendall(handshake(found))
         deaf.sendall(framed(encoded(**CAMERA_MESSAGE)))
-        sessions = animators[-1].sessions
+        sessions = frame_loops[-1].sessions
         wait_until(lambda: len(sessions) == 2)
         wait_until(lambda: guest.receive(5) and len(sessions) == 1, timeout=20)
 
