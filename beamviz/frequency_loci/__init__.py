@@ -1,95 +1,152 @@
-"""loci(beam, over=..., values=...): frequencies along one of the five numbers, mode by mode."""
+"""loci(beam, over=..., values=...): frequencies along one of the five parameters, mode by mode."""
 
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beamviz.beam import Beam, Units, check_int
-from beamviz.errors import BeamvizError
-from beamviz.frequency_loci.crossings import Event, chart
+from beamviz.beam import Beam, Units, whole
+from beamviz.errors import BeamvizError, InvalidInput
+from beamviz.frequency_loci.crossings import Event, track_and_locate
 from beamviz.frequency_loci.limits import Limit, limits
-from beamviz.frequency_loci.sweep import Sweep, checked_values
+from beamviz.frequency_loci.sweep import ModeMatch as ModeMatch
+from beamviz.frequency_loci.sweep import Sweep, check_values
+from beamviz.frequency_loci.sweep import match_modes as match_modes
 from beamviz.frequency_loci.tracking import Track
 from beamviz.solver import MAX_MODES, Problem
 from beamviz.solver.solution import Solution
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Branch:
     """One mode along a sweep: it keeps its label while its family may change.
 
-    All its arrays have a row for each value; where the branch is not among the modes asked for,
-    mode_index is -1, family None and the numbers are nan.
+    All arrays have one entry for each value and are read-only. Where the branch is not among the
+    requested modes mode_index is -1, family None and the numbers are nan.
     """
 
     label: str
     mode_index: np.ndarray  # (values,) which mode of each solution it is, from 0
-    solutions: tuple[Solution | None, ...]  # per value, None where there is no equilibrium
+    solutions: tuple[Solution | None, ...]  # per value, None where there is none
 
     @cached_property
     def frequency(self) -> np.ndarray:
-        """Frequencies (values,); nan also where unstable."""
-        return np.sqrt(np.where(self._squares >= 0, self._squares, np.nan))
+        """Frequencies (values,) in units of 1/T*; nan also where unstable."""
+        return _read_only(np.sqrt(np.where(self.omega_squared >= 0, self.omega_squared, np.nan)))
 
     @cached_property
     def growth_rate(self) -> np.ndarray:
-        """Growth rates (values,); 0 where stable."""
-        return np.sqrt(np.maximum(-self._squares, 0.0))
+        """Growth rates (values,) in units of 1/T*; 0 where stable."""
+        return _read_only(np.sqrt(np.maximum(-self.omega_squared, 0.0)))
 
     @cached_property
-    def _squares(self) -> np.ndarray:
-        return self._each(lambda solution: solution.omega_squared)
+    def omega_squared(self) -> np.ndarray:
+        """Squared frequencies (values,); negative where unstable."""
+        return self._collect(lambda solution: solution.omega_squared)
 
     @cached_property
     def error(self) -> np.ndarray:
         """Estimated absolute errors (values,) of frequency or growth rate."""
-        return self._each(lambda solution: solution.errors)
+        return self._collect(lambda solution: solution.errors)
 
     @cached_property
     def bending_fraction(self) -> np.ndarray:
         """Share (values,) of the kinetic energy across the beam."""
-        return self._each(lambda solution: solution.bending_energy_fraction)
+        return self._collect(lambda solution: solution.bending_energy_fraction)
 
     @cached_property
     def family(self) -> tuple[str | None, ...]:
-        """Family per value."""
+        """Family per value: "bending", "stretching" or "mixed"."""
         return tuple(
-            None if solution is None or place < 0 else solution.families[place]
-            for solution, place in zip(self.solutions, self.mode_index, strict=True)
+            None if solution is None or k < 0 else solution.families[k]
+            for solution, k in zip(self.solutions, self.mode_index, strict=True)
         )
 
-    def _each(self, numbers: Callable[[Solution], np.ndarray]) -> np.ndarray:
-        """A number of this branch for each value."""
-        return np.array(
-            [
-                math.nan if solution is None or place < 0 else numbers(solution)[place]
-                for solution, place in zip(self.solutions, self.mode_index, strict=True)
-            ]
+    def __repr__(self) -> str:
+        present = int((self.mode_index >= 0).sum())
+        return f"Branch({self.label!r}, at {present} of {len(self.solutions)} values)"
+
+    def _collect(self, quantity: Callable[[Solution], np.ndarray]) -> np.ndarray:
+        """A quantity of this mode at each value."""
+        numbers = (
+            math.nan if solution is None or k < 0 else quantity(solution)[k]
+            for solution, k in zip(self.solutions, self.mode_index.tolist(), strict=True)
         )
+        return _read_only(np.fromiter(numbers, float, len(self.solutions)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Loci:
-    """Frequencies along one number, mode by mode, and where they meet."""
+    """Frequencies along one parameter, mode by mode, with their crossings and veerings."""
 
     beam: Beam
     problem: Problem
     options: dict[str, Any]  # those of solve() that were given
     over: str
-    values: np.ndarray
+    values: np.ndarray  # (values,)
     branches: tuple[Branch, ...]
-    events: tuple[Event[str], ...]
+    events: tuple[Event, ...]  # crossings and veerings, by ascending value
     limits: tuple[Limit, ...]
-    complete: bool  # whether all meetings were looked for; the search has an end
-    confidence: np.ndarray  # (values - 1,) of each step: least MAC, nan where there is a gap
-    solves: int  # values solved: those asked for, and between them for meetings and limits
+    complete: bool  # False if the search for crossings stopped early
+    confidence: np.ndarray  # (values - 1,) of each step: least MAC, nan across a gap
+    solves: int  # number of values solved, those between the requested ones included
     seconds: float
+
+    def __getitem__(self, label: str) -> Branch:
+        """The branch with a label; KeyError lists the labels there are."""
+        for branch in self.branches:
+            if branch.label == label:
+                return branch
+        labels = ", ".join(branch.label for branch in self.branches)
+        raise KeyError(f"no branch {label!r}; branches: {labels}")
+
+    def __repr__(self) -> str:
+        kinds = [event.kind for event in self.events]
+        return (
+            f"Loci(over {self.over} = {self.values[0]:g} .. {self.values[-1]:g},"
+            f" {len(self.values)} values, branches {' '.join(one.label for one in self.branches)},"
+            f" {kinds.count('crossing')} crossings, {kinds.count('veering')} veerings,"
+            f" {len(self.limits)} limits)"
+        )
+
+    def labels_at(self, value: float) -> tuple[str, ...]:
+        """The labels of the branches that the lowest modes at a value belong to, by frequency.
+
+        At the values of the sweep this is the tracked assignment. Between them the order of the
+        branches changes at the crossings only. Empty where neither neighbouring value has a
+        solution. Raises InvalidInput for a value outside the sweep.
+        """
+        first, last = self.values[[0, -1]].tolist()
+        if not first <= value <= last:
+            raise InvalidInput(f"{self.over} = {value:g}: must lie in {first:g} .. {last:g}")
+        crossings = [event for event in self.events if event.kind == "crossing"]
+        nearest = int(np.searchsorted(self.values, value))
+        found: list[tuple[float, tuple[str, ...]]] = []
+        for k in {nearest, nearest - 1 if self.values[nearest] > value else nearest}:
+            start, labels = float(self.values[k]), self._labels[k]
+            between = [e for e in crossings if min(start, value) < e.at < max(start, value)]
+            for event in between if start < value else between[::-1]:
+                a, b = event.branches
+                labels = tuple({a: b, b: a}.get(label, label) for label in labels)
+            # A crossing on a value of the sweep leaves the order there to rounding.
+            clearance = min((abs(event.at - start) for event in crossings), default=math.inf)
+            found.append((clearance if labels else -1.0, labels))
+        return max(found)[1]
+
+    @cached_property
+    def _labels(self) -> tuple[tuple[str, ...], ...]:
+        """For each value the labels of its modes by frequency."""
+        index = np.array([branch.mode_index for branch in self.branches]).T
+        order = index.argsort(axis=1, kind="stable")
+        return tuple(
+            tuple(self.branches[b].label for b in row[here[row] >= 0])
+            for row, here in zip(order, index, strict=True)
+        )
 
     @property
     def warning(self) -> str:
@@ -108,45 +165,45 @@ class Loci:
 
 
 def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: Any) -> Loci:
-    """The lowest `modes` frequencies of a beam along ascending `values` of one of its numbers.
+    """The lowest `modes` frequencies of a beam along ascending values of one of its parameters.
 
     over: "alpha", "beta", "gamma", "delta" or "mu"; the beam's own value of it is not used.
-    options: as for solve(). Values without equilibrium, or without a stable one, leave a gap
-    that `limits` names. Raises InvalidInput, and NoEquilibrium or NotConverged where that is so
-    for every value.
+    values: 2 .. 10000 of them. modes: 1 .. 20. options: as for solve(). Values without equilibrium,
+    or without a stable one, are reported in `limits`. Raises InvalidInput, and NoEquilibrium or
+    NotConverged where that is the outcome at every value.
     """
     start = time.perf_counter()
-    values = checked_values(over, values)
-    sweep = Sweep(beam, over, check_int("modes", modes, 1, MAX_MODES), options)
-    answers = sweep.solve(values)
-    solutions = tuple(answer if isinstance(answer, Solution) else None for answer in answers)
+    values = check_values(over, values)
+    sweep = Sweep(beam, over, whole("modes", modes, 1, MAX_MODES), options)
+    outcomes = sweep.solve(values)
+    solutions = tuple(outcome if isinstance(outcome, Solution) else None for outcome in outcomes)
     problem = next((solution.problem for solution in solutions if solution), None)
     if problem is None:
-        raise next(answer for answer in answers if isinstance(answer, BeamvizError))
-    parts = [_part(sweep, run, values[run]) for run in _runs(solutions)]
-    names, places = _named(parts, sweep, len(values))
+        raise next(outcome for outcome in outcomes if isinstance(outcome, BeamvizError))
+    runs = [_track_run(sweep, run, values[run]) for run in _runs(solutions)]
+    labels, rows = _label_branches(runs, sweep, len(values))
     return Loci(
         beam=beam,
         problem=problem,
         options=options,
         over=over,
         values=values,
-        branches=tuple(Branch(label, row, solutions) for label, row in places.items()),
+        branches=tuple(Branch(label, _read_only(row), solutions) for label, row in rows.items()),
         events=tuple(
-            _labelled(event, *(names[k, number] for number in event.branches))
-            for k, part in enumerate(parts)
-            for event in part.events
+            replace(event, branches=tuple(labels[k, number] for number in event.branches))
+            for k, run in enumerate(runs)
+            for event in run.events
         ),
-        complete=not sweep.spent,
         limits=tuple(limits(sweep, values)),
-        confidence=_confidence(parts, len(values)),
+        complete=not sweep.exhausted,
+        confidence=_confidence(runs, len(values)),
         solves=sweep.solves,
         seconds=time.perf_counter() - start,
     )
 
 
-def close_up(found: Loci, event: Event[str], widths: float = 4.0, points: int = 41) -> Loci:
-    """The loci around a veering, within some of its widths and the values it was found in."""
+def close_up(found: Loci, event: Event, widths: float = 4.0, points: int = 41) -> Loci:
+    """The loci within some widths of a veering, inside the range it was found in."""
     low = max(event.at - widths * event.width, found.values[0])
     high = min(event.at + widths * event.width, found.values[-1])
     modes = 1 + max(int(branch.mode_index.max()) for branch in found.branches)
@@ -154,66 +211,65 @@ def close_up(found: Loci, event: Event[str], widths: float = 4.0, points: int = 
     return loci(found.beam, found.over, values, modes, **found.options)
 
 
+class _Run(NamedTuple):
+    """Consecutive values with solutions, tracked."""
+
+    values: slice
+    rows: np.ndarray  # of the values among the points of the track
+    track: Track
+    events: list[Event]
+
+
 def _runs(solutions: Sequence[Solution | None]) -> list[slice]:
-    """The stretches of values that have solutions."""
+    """The runs of consecutive values that have solutions."""
     exists = np.array([False, *(solution is not None for solution in solutions), False])
     edges = np.flatnonzero(exists[1:] != exists[:-1])
     return [slice(start, stop) for start, stop in edges.reshape(-1, 2).tolist()]
 
 
-class Part(NamedTuple):
-    """One stretch of values with solutions, tracked."""
-
-    run: slice  # of the values
-    rows: np.ndarray  # their places among the points of the track
-    track: Track
-    events: list[Event[int]]
-
-
-def _part(sweep: Sweep, run: slice, values: np.ndarray) -> Part:
+def _track_run(sweep: Sweep, run: slice, values: np.ndarray) -> _Run:
     """Track the modes over values that all have solutions."""
-    track, events = chart(sweep.solved_points(values), sweep.modes, sweep.points)
-    return Part(run, np.searchsorted(track.points.at, values), track, events)
+    track, events = track_and_locate(sweep.solved_points(values), sweep.modes, sweep.points)
+    return _Run(run, np.searchsorted(track.points.at, values), track, events)
 
 
-def _named(
-    parts: list[Part], sweep: Sweep, count: int
+def _label_branches(
+    runs: list[_Run], sweep: Sweep, count: int
 ) -> tuple[dict[tuple[int, int], str], dict[str, np.ndarray]]:
-    """A label for each branch (part, number), and for each label its places (count,).
+    """A label for each branch (run, number), and for each label its mode_index (count,).
 
-    A branch has the label of its mode where it first appears. It goes on where a later branch
+    A branch has the label of its mode where it first appears. It continues where a later branch
     appears under the same label, across a gap say; a second one beside it gets a prime.
     """
-    names: dict[tuple[int, int], str] = {}
-    places: dict[str, np.ndarray] = {}
-    for k, part in enumerate(parts):
-        branch = part.track.branch[:, : sweep.modes]
+    labels: dict[tuple[int, int], str] = {}
+    rows: dict[str, np.ndarray] = {}
+    for k, run in enumerate(runs):
+        branch = run.track.branch[:, : sweep.modes]
         numbers, first = np.unique(branch, return_index=True)
-        for number, at in sorted(
-            zip(numbers.tolist(), first.tolist(), strict=True), key=lambda x: x[1]
-        ):
-            value = part.track.points.at[at // sweep.modes]
-            label = sweep.labels(float(value))[at % sweep.modes]
-            here = branch[part.rows] == number
+        for i in first.argsort().tolist():
+            number, (point, mode) = int(numbers[i]), divmod(int(first[i]), sweep.modes)
+            label = sweep.labels(float(run.track.points.at[point]))[mode]
+            here = branch[run.rows] == number
             row = np.full(count, -1)
-            row[part.run] = np.where(here.any(axis=1), here.argmax(axis=1), -1)
-            while label in places and (np.minimum(places[label], row) >= 0).any():
+            row[run.values] = np.where(here.any(axis=1), here.argmax(axis=1), -1)
+            while label in rows and (np.minimum(rows[label], row) >= 0).any():
                 label += "'"
-            names[k, number] = label
-            places[label] = np.maximum(places.get(label, row), row)
-    return names, places
+            labels[k, number] = label
+            rows[label] = np.maximum(rows.get(label, row), row)
+    return labels, rows
 
 
-def _labelled(event: Event[int], a: str, b: str) -> Event[str]:
-    """An event with the labels of its branches."""
-    return Event(**{**vars(event), "branches": (a, b)})
-
-
-def _confidence(parts: list[Part], count: int) -> np.ndarray:
+def _confidence(runs: list[_Run], count: int) -> np.ndarray:
     """The least MAC between neighbouring values (count - 1,), nan across a gap."""
     confidence = np.full(count - 1, np.nan)
-    for part in parts:
-        if len(part.rows) > 1:
-            least = np.minimum.reduceat(part.track.confidence, part.rows[:-1])
-            confidence[part.run.start : part.run.stop - 1] = least
-    return confidence
+    for run in runs:
+        if len(run.rows) > 1:
+            least = np.minimum.reduceat(run.track.confidence, run.rows[:-1])
+            confidence[run.values.start : run.values.stop - 1] = least
+    return _read_only(confidence)
+
+
+def _read_only(array: np.ndarray) -> np.ndarray:
+    """The array, no longer writable."""
+    array.flags.writeable = False
+    return array

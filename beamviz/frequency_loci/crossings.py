@@ -1,39 +1,64 @@
-"""Crossings and veerings: every meeting of two loci, located and measured."""
+"""Crossings and veerings: every approach of two loci, located and measured.
+
+Two modes near their least gap are a 2 x 2 problem in the shapes they have beside it. Its entries
+are smooth however sharply the loci veer, so few points locate the gap. With half the difference d
+of its diagonal and its coupling c,
+
+    omega_b^2 - omega_a^2 = 2 sqrt(d^2 + |c|^2).
+"""
 
 import math
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
-from typing import Generic, Literal, TypeVar
+from typing import Any, Literal, NamedTuple, TypeVar
 
 import numpy as np
+from numpy.polynomial import polynomial
+from scipy.optimize import brentq
 
-from beamviz.frequency_loci.candidates import (
+from beamviz.frequency_loci.tracking import (
+    BranchTable,
     Candidate,
-    Columns,
+    Points,
+    SolveAt,
+    Track,
+    branch_table,
     candidates,
-    columns_of,
-    hidden,
-    unclear,
+    follow,
+    steps_to_halve,
 )
-from beamviz.frequency_loci.tracking import Points, SolveAt, Track, follow
-from beamviz.frequency_loci.two_mode_reduction import Place, Search, least_gap, together
 
-# A veering is a least gap below CLOSE of the frequency, around which the shapes turn into each
-# other by candidates.TURN or more, and whose veering index reaches INDEX.
+# A veering is a least gap below CLOSE of the frequency, around which the shapes rotate into each
+# other by tracking.ROTATED or more, and whose veering index reaches MIN_INDEX.
 CLOSE = 0.1
-INDEX = 0.5
-
-STEP = 0.02  # of the width of a veering: half the distance its rates are taken over
+MIN_INDEX = 0.5
+DIFFERENCE_STEP = 0.02  # of the width of a veering: half the distance its rates are taken over
 MAX_ROUNDS = 16
 
-Name = TypeVar("Name")  # of a branch: its number in a track, or its label
+TOUCHING = 1e-8  # of omega^2: a smaller gap is rounding
+NEAREST = 6  # points the entries are interpolated from
+CAPTURED = 0.7  # least share of the two shapes in a point that is used
+MAX_SOLVES = 8
+SETTLED = 1e-4  # of the width of a veering: a smaller shift is not solved again
+FINEST = 1e-6  # of the interval it was seen in: nor is a smaller shift than this
+ROUGH = 1e-3  # of the interval: a shift that no longer shrinks below this is rounding
+SPACING = 1e-3  # of the interval: least distance of the points interpolated from
+SAME = 1e-3  # of a gap: a smaller change by the last solve ends the search
+SAMPLES = 33  # of an interpolated gap, again and again around the minimum
+MAX_ZOOMS = 12
+FLAT = 1e-9  # of the gap: a smaller difference is rounding
+FLOOR = 1e-12  # omega^2, where an interpolation falls below 0
+
+Result = TypeVar("Result")
+Search = Generator[np.ndarray, Points, Result]  # requests points at some values
 
 
 @dataclass(frozen=True)
-class Event(Generic[Name]):
-    """Two branches that meet: the gap between their frequencies is least at `at`."""
+class Event:
+    """A crossing or veering of two branches: their gap is least at `at`."""
 
     kind: Literal["crossing", "veering"]
-    branches: tuple[Name, Name]
+    branches: tuple[Any, Any]  # labels; numbers of the track until these have labels
     at: float
     frequency: float  # mean of the two
     gap: float  # 0 for a crossing
@@ -42,87 +67,118 @@ class Event(Generic[Name]):
     width: float  # at this distance the gap is sqrt(2) times the least; 0 for a crossing
 
 
-def chart(points: Points, window: int, solve_at: SolveAt) -> tuple[Track, list[Event[int]]]:
-    """Follow the lowest `window` modes through a sweep and find every meeting of two of them."""
-    track, loci = _seen(points, window, solve_at)
+class Approach(NamedTuple):
+    """Where two frequencies come closest."""
+
+    at: float
+    frequency: float  # mean of the two
+    gap: float  # 0 where the loci touch
+    width: float  # |c / d'|: at this distance the gap is sqrt(2) times the least
+    modes: tuple[int, int]  # indices of the two among all modes
+
+
+def track_and_locate(points: Points, window: int, solve_at: SolveAt) -> tuple[Track, list[Event]]:
+    """Follow the lowest `window` modes through a sweep and locate all their crossings and veerings.
+
+    The branches of the events are numbers of the track.
+    """
+    track, table = _resolved(points, window, solve_at)
     for _ in range(MAX_ROUNDS):
-        some = candidates(loci)
-        found = together([_search(candidate, track.points, loci) for candidate in some], solve_at)
-        odd = [
-            (candidate, place)
-            for candidate, (place, _) in zip(some, found, strict=True)
-            if place and candidate.crosses != (place.gap == 0)
+        seen = candidates(table)
+        searches = [_locate(candidate, track.points, table) for candidate in seen]
+        found = _run_together(searches, solve_at)
+        misjudged = [
+            (candidate, approach)
+            for candidate, (approach, _) in zip(seen, found, strict=True)
+            if approach and candidate.crosses != (approach.gap == 0)
         ]
-        if not odd:
+        if not misjudged:
             break
-        track = _exchanged(track, loci, *odd[0])
-        loci = columns_of(track, window)
-    asked = set(track.branch[:, :window].ravel().tolist())
-    events = [event for _, event in found if event and asked.issuperset(event.branches)]
+        track = _exchange(track, table, *misjudged[0])
+        table = branch_table(track, window)
+    lowest = set(track.branch[:, :window].ravel().tolist())
+    events = [event for _, event in found if event and lowest.issuperset(event.branches)]
     return track, sorted(events, key=lambda event: event.at)
 
 
-def _seen(points: Points, window: int, solve_at: SolveAt) -> tuple[Track, Columns]:
-    """The track, with points added until they show every meeting of two loci."""
+def _resolved(points: Points, window: int, solve_at: SolveAt) -> tuple[Track, BranchTable]:
+    """The track, with points added until they show every approach of two loci."""
     for _ in range(MAX_ROUNDS):
         track = follow(points, window, solve_at)
-        loci = columns_of(track, window)
-        more = np.union1d(hidden(loci), unclear(loci))
-        if not len(more):
+        table = branch_table(track, window)
+        more = steps_to_halve(table)
+        found = solve_at(more) if len(more) else None
+        if found is None or not len(found.at):
             break
-        found = solve_at(more)
-        if not len(found.at):
-            break
-        points = track.points.merged(found)
-    return track, loci
+        points = track.points.merge(found)
+    return track, table
 
 
-def _exchanged(track: Track, loci: Columns, candidate: Candidate, place: Place) -> Track:
-    """The track with two branches exchanged behind a place.
+def _exchange(track: Track, table: BranchTable, candidate: Candidate, approach: Approach) -> Track:
+    """The track with two branches exchanged beyond an approach.
 
     Modes that couple elsewhere may cross where their coupling vanishes (Perkins & Mote 1986).
     """
-    a, b = loci.branches[[candidate.a, candidate.b]]
-    behind = (track.points.at > place.at)[:, None]
-    is_a, is_b = behind & (track.branch == a), behind & (track.branch == b)
+    a, b = table.branches[[candidate.a, candidate.b]]
+    beyond = (track.points.at > approach.at)[:, None]
+    is_a, is_b = beyond & (track.branch == a), beyond & (track.branch == b)
     return replace(track, branch=np.where(is_a, b, np.where(is_b, a, track.branch)))
 
 
-def _search(
-    candidate: Candidate, points: Points, loci: Columns
-) -> Search[tuple[Place | None, Event[int] | None]]:
-    """The place of a candidate's least gap, and the meeting if it is one."""
+def _run_together(searches: Sequence[Search[Result]], solve_at: SolveAt) -> list[Result]:
+    """The results of several searches, which are solved for in common batches."""
+    results: dict[int, Result] = {}
+    active: dict[int, Points | None] = dict.fromkeys(range(len(searches)))
+    while active:
+        requests: dict[int, np.ndarray] = {}
+        for k, reply in active.items():
+            try:
+                requests[k] = searches[k].send(reply)  # type: ignore[arg-type]  # None: start
+            except StopIteration as end:
+                results[k] = end.value
+        if not requests:
+            break
+        found = solve_at(np.unique(np.concatenate(list(requests.values()))))
+        active = {k: found.take(np.isin(found.at, values)) for k, values in requests.items()}
+    return [results[k] for k in range(len(searches))]
+
+
+def _locate(
+    candidate: Candidate, points: Points, table: BranchTable
+) -> Search[tuple[Approach | None, Event | None]]:
+    """The approach of two candidates, and the event if it is a crossing or veering."""
     a, b, low, high, _ = candidate
-    shapes = points.shapes[low, loci.places[low, [a, b]]]
+    shapes = points.shapes[low, table.mode_index[low, [a, b]]]
     around = points.take(slice(max(low - 2, 0), high + 3))
-    place = yield from least_gap(around, shapes, points.at[low], points.at[high])
-    if place is None or place.ranks[place.gap > 0] >= loci.window:
-        return None, None  # outside what was asked for; a crossing on its edge is not
-    numbers = int(loci.branches[a]), int(loci.branches[b])
-    if place.gap == 0:
-        return place, Event("crossing", numbers, *place[:3], 0.0, 0.0, 0.0)
-    if place.gap > CLOSE * place.frequency:
-        return place, None
-    coupling, index = yield from _veering(place, shapes, points.at[0], points.at[-1])
-    if index < INDEX:
-        return place, None
-    return place, Event("veering", numbers, *place[:3], coupling, index, place.width)
+    approach = yield from _least_gap(around, shapes, points.at[low], points.at[high])
+    if approach is None or approach.modes[approach.gap > 0] >= table.window:
+        return None, None  # outside the window; a crossing on its edge is inside
+    numbers = int(table.branches[a]), int(table.branches[b])
+    if approach.gap == 0:
+        return approach, Event("crossing", numbers, *approach[:3], 0.0, 0.0, 0.0)
+    if approach.gap > CLOSE * approach.frequency:
+        return approach, None
+    coupling, index = yield from _veering_index(approach, shapes, points.at[0], points.at[-1])
+    if index < MIN_INDEX:
+        return approach, None
+    return approach, Event("veering", numbers, *approach[:3], coupling, index, approach.width)
 
 
-def _veering(
-    place: Place, shapes: np.ndarray, start: float, stop: float
+def _veering_index(
+    approach: Approach, shapes: np.ndarray, start: float, stop: float
 ) -> Search[tuple[float, float]]:
-    """s_ab and the veering index of a pair (du Bois, Adhikari & Lieven 2011), from how the modes
-    turn about its least gap: at the rate s_ab / (lambda_b - lambda_a) into each other."""
-    h = min(STEP * place.width, place.at - start, stop - place.at)
-    beside = yield place.at + np.array([-h, h])
+    """s_ab and the veering index of a pair (du Bois, Adhikari & Lieven 2011), from the rates at
+    which the modes rotate into each other at the least gap, s_ab / (lambda_b - lambda_a)."""
+    h = min(DIFFERENCE_STEP * approach.width, approach.at - start, stop - approach.at)
+    beside = yield approach.at + np.array([-h, h])
     if len(beside.at) < 2:
         return math.nan, 0.0
     O = beside.shapes[0].conj() @ beside.duals[1].T
     own = np.diagonal(O)
     O = O * own.conj() / np.maximum(abs(own), np.finfo(float).tiny)
     rates = abs(O - O.conj().T) / (4 * h)
-    squares, slope = beside.squares.mean(axis=0), np.diff(beside.squares, axis=0)[0] / (2 * h)
+    squares = beside.omega_squared.mean(axis=0)
+    slope = np.diff(beside.omega_squared, axis=0)[0] / (2 * h)
     i, j = np.sort((abs(shapes.conj() @ beside.duals[0].T) ** 2).sum(axis=0).argsort()[-2:])
     s = rates[i, j] * (squares[j] - squares[i])
     if not s:
@@ -130,3 +186,118 @@ def _veering(
     mdf = rates[i, j] ** 2 / (rates[[i, j]] ** 2).sum(axis=1)
     csq = s**2 / (s**2 + ((slope[i] - slope[j]) / 2) ** 2)
     return float(s), float(mdf.prod() * csq)
+
+
+def _least_gap(
+    points: Points, reference: np.ndarray, low: float, high: float
+) -> Search[Approach | None]:
+    """The least gap within low .. high of the two modes that have the shapes `reference` (2, d).
+
+    points: some around it. None where the gap is least at an end.
+    """
+    entries, interval = _reduce(reference, points), high - low
+    approach, shift = Approach((low + high) / 2, 0.0, math.inf, 0.0, (0, 1)), math.inf
+    for _ in range(MAX_SOLVES):
+        if len(entries) < 2:
+            return None
+        previous, approach = approach, _closest(entries, approach.at, low, high)
+        last, shift = shift, abs(approach.at - previous.at)
+        fine = max(SETTLED * min(approach.width, interval), FINEST * interval)
+        settled = abs(approach.gap - previous.gap) <= SAME * approach.gap
+        if settled and (shift <= fine or last / 2 < shift < ROUGH * interval):
+            break
+        value = approach.at
+        if value in entries[:, 0]:  # at an end, or already solved: halve the widest interval
+            p = entries[:, 0].real
+            p = np.unique(np.concatenate(([low, high], p[(p > low) & (p < high)])))
+            widest = int(np.diff(p).argmax())
+            value = float(p[widest] + p[widest + 1]) / 2
+        more = yield np.array([value])
+        if not len(more.at):
+            break
+        entries = np.vstack((entries, _reduce(reference, more)))
+    return None if approach.gap and approach.at in (low, high) else approach
+
+
+def _reduce(reference: np.ndarray, points: Points) -> np.ndarray:
+    """Parameter, mean, d, c and the indices (n, 6) of the two modes nearest to two shapes.
+
+    Points in which the shapes are not recovered are left out.
+    """
+    B = reference.conj() @ points.duals.swapaxes(1, 2)
+    modes = (abs(B) ** 2).sum(axis=1).argsort(axis=1)[:, :-3:-1]
+    U, size, V = np.linalg.svd(np.take_along_axis(B, modes[:, None, :], axis=2))
+    Q = U @ V
+    squares = np.take_along_axis(points.omega_squared, modes, axis=1)
+    H = (Q * squares[:, None, :]) @ Q.conj().swapaxes(1, 2)
+    mean, d = (H[:, 0, 0] + H[:, 1, 1]) / 2, (H[:, 0, 0] - H[:, 1, 1]) / 2
+    entries = np.column_stack((points.at, mean, d, H[:, 0, 1], np.sort(modes)))
+    return entries[size[:, 1] ** 2 > CAPTURED]
+
+
+def _closest(entries: np.ndarray, near: float, low: float, high: float) -> Approach:
+    """Where the two frequencies come closest by the entries known so far."""
+    local = _interpolate(entries, near, SPACING * (high - low))
+    at = local.closest(low, high)
+    frequency, gap = map(float, local.frequencies(at))
+    touching = local.uncoupled or gap <= TOUCHING * frequency
+    i, j = entries[abs(entries[:, 0] - at).argmin(), -2:].real.astype(int).tolist()
+    return Approach(at, frequency, 0.0 if touching else gap, local.width(at), (i, j))
+
+
+class TwoModes(NamedTuple):
+    """The 2 x 2 problem: its entries as polynomials in (p - centre) / scale."""
+
+    centre: float
+    scale: float
+    coefficients: np.ndarray  # (order, 3): mean, d, c
+    uncoupled: bool  # c vanishes everywhere
+
+    def entries(self, p: float | np.ndarray) -> np.ndarray:
+        """Mean, d and c at p: (3, ...)."""
+        return polynomial.polyval((p - self.centre) / self.scale, self.coefficients)
+
+    def frequencies(self, p: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and difference of the two frequencies at p."""
+        mean, d, c = self.entries(p)
+        r = np.hypot(abs(d), 0.0 if self.uncoupled else abs(c))
+        low, high = (np.sqrt(np.maximum(mean.real + side * r, FLOOR)) for side in (-1, 1))
+        return (low + high) / 2, 2 * r / (low + high)
+
+    def closest(self, low: float, high: float) -> float:
+        """Where the two frequencies come closest: at the root of d if nothing couples them."""
+
+        def d(p: float) -> float:
+            return float(self.entries(p)[1].real)
+
+        if self.uncoupled and d(low) * d(high) <= 0:
+            return brentq(d, low, high, xtol=1e-14 * (high - low))
+        for _ in range(MAX_ZOOMS):
+            p = np.linspace(low, high, SAMPLES)
+            gap = self.frequencies(p)[1]
+            k = int(gap.argmin())
+            low, high = p[max(k - 1, 0)], p[min(k + 1, SAMPLES - 1)]
+            if gap.max() - gap[k] <= FLAT * gap[k]:
+                break
+        return float(p[k])
+
+    def width(self, p: float) -> float:
+        """|c / d'| at p."""
+        slope = polynomial.polyder(self.coefficients[:, 1].real)
+        rate = polynomial.polyval((p - self.centre) / self.scale, slope) / self.scale
+        return float(abs(self.entries(p)[2]) / max(abs(rate), np.finfo(float).tiny))
+
+
+def _interpolate(entries: np.ndarray, near: float, spacing: float) -> TwoModes:
+    """The polynomials through the nearest points that are at least `spacing` apart: closer ones
+    would make polynomials of the solver's rounding."""
+    p = entries[:, 0].real
+    nearest: list[int] = []
+    for k in np.argsort(abs(p - near)).tolist():
+        if len(nearest) < NEAREST and all(abs(p[k] - p[j]) >= spacing for j in nearest):
+            nearest.append(k)
+    p, values = p[nearest], entries[nearest, 1:4]
+    scale = np.ptp(p)
+    coefficients = np.linalg.solve(polynomial.polyvander((p - near) / scale, len(p) - 1), values)
+    uncoupled = bool((abs(values[:, 2]) <= TOUCHING * abs(values[:, 0])).all())
+    return TwoModes(near, scale, coefficients, uncoupled)

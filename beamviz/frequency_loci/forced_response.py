@@ -1,20 +1,20 @@
-"""Running up through resonances: steady vibration under a force that comes per_rev times a turn.
+"""Resonances with multiples of the speed, and the steady response while running up through them.
 
-The force acts on every particle in proportion to its mass, as weight does on a beam that turns in a
-vertical plane: seen from the beam it goes round once a turn, along it and across it (out of the
-plane of rotation: across it only). Here it may go round 2, 3 ... times a turn. The response is
-linear and steady, as if each speed were held until the beam has settled, and every mode has the
-same damping ratio. 1 is the deflection of the tip at rest under the same force held still.
+The force acts on every particle in proportion to its mass, as weight does on a beam that rotates in
+a vertical plane: seen from the beam it goes round once per revolution, along it and across it (out
+of the plane of rotation: across it only). Here it may go round 2, 3 ... times per revolution. The
+response is linear and steady, as if each speed were held until the beam has settled, and every mode
+has the same damping ratio. Amplitudes are in units of the deflection of the tip at rest under the
+same force held still.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial import Polynomial
-from scipy.optimize import brentq
 
 from beamviz.beam import Beam, check_float, check_int
 from beamviz.errors import InvalidInput
@@ -22,12 +22,27 @@ from beamviz.frequency_loci import Branch, Loci, loci
 from beamviz.solver import solve_many
 from beamviz.solver.solution import Solution
 
-MAX_SOLVES = 6
-SETTLED = 1e-10  # of the largest speed: a smaller shift is not solved again
+STENCILS = (6, 4)  # points of the interpolation of omega^2; the difference of the two is its error
+SAFETY = 10.0  # times that error
+SAMPLES = 8  # of the interpolation in each interval
+COARSE = 1 / 40  # of the sweep: longer intervals are always halved
+FINEST = 1e-6  # of the sweep: shorter intervals are not
+EDGE = 1e-6  # of an interval: how close to the end of an equilibrium resonances are looked for
+MAX_ROUNDS = 30
+MAX_CORRECTIONS = 6
+SETTLED = 1e-10  # of the largest speed: a smaller correction is the last one
+
+LOADS = {"chordwise": (1j, -1.0), "flapwise": (0.0, -1.0)}  # along, across; times exp(i omega t)
+DAMPING = (0.001, 0.2)  # least and greatest damping ratio
+MAX_PER_REV = 20
+SPEEDS = 81  # evenly spaced
+NEAR = np.sinh(np.linspace(-3.5, 3.5, 33)) / 2  # in half widths of a resonance
+GAUSS_X, GAUSS_W = np.polynomial.legendre.leggauss(64)
+TIP = np.ones(1)
 
 
 class Resonance(NamedTuple):
-    """omega = per_rev gamma: a force that turns with the beam per_rev times excites a mode."""
+    """omega = per_rev gamma: a force of per_rev periods per revolution excites a mode."""
 
     per_rev: int
     branch: str
@@ -35,69 +50,179 @@ class Resonance(NamedTuple):
     frequency: float
 
 
-def resonances(loci: Loci, count: int) -> list[Resonance]:
-    """The intersections of loci over gamma with the lines omega = k gamma, k = 1 .. count.
+def resonances(found: Loci, count: int) -> list[Resonance]:
+    """The intersections of loci over gamma with the per-rev lines omega = k gamma, k = 1 .. count.
 
-    Raises InvalidInput for loci over another number.
+    Between the speeds of the loci omega^2 is interpolated, and solved for at more speeds until its
+    intersections with the lines are certain: close pairs and coarse sweeps are resolved. Raises
+    InvalidInput for loci over another parameter.
     """
-    if count and loci.over != "gamma":
-        raise InvalidInput(f"per-rev lines need loci over gamma, not over {loci.over}")
-    seen = [
-        _Seen(k, branch, i, loci.values)
-        for branch in loci.branches
-        for k in range(1, count + 1)
-        for i in _sign_changes(branch.frequency - k * loci.values)
+    if count and found.over != "gamma":
+        raise InvalidInput(f"per-rev lines need loci over gamma, not over {found.over}")
+    lines = range(1, count + 1)
+    curves = [curve for branch in found.branches for curve in _curves(found, branch)]
+    solved: dict[float, dict[str, float]] = {}
+    speeds = _speeds_beside_limits(found)
+    for _ in range(MAX_ROUNDS if count else 0):
+        solved |= _solve(found, speeds)
+        curves = [curve.with_points(solved) for curve in curves]
+        uncertain = {speed for curve in curves for speed in curve.uncertain(lines)}
+        speeds = np.array(sorted(uncertain - solved.keys()))
+        if not len(speeds):
+            break
+    roots = [root for curve in curves for k in lines for root in curve.roots(k)]
+    for _ in range(MAX_CORRECTIONS):
+        moving = [root for root in roots if abs(root.shift) > SETTLED * found.values[-1]]
+        solved = _solve(found, np.unique([root.at for root in moving]))
+        for root in moving:
+            root.correct(solved[root.at])
+    located = [
+        Resonance(root.per_rev, root.label, root.at, root.per_rev * root.at) for root in roots
     ]
-    for _ in range(MAX_SOLVES):
-        moving = [one for one in seen if one.shift > SETTLED * loci.values[-1]]
-        beams = [loci.beam.replace(gamma=one.at) for one in moving]
-        modes = 1 + max((one.place for one in moving), default=0)
-        for one, answer in zip(moving, solve_many(beams, modes=modes, **loci.options), strict=True):
-            one.move(answer)
-    found = [Resonance(one.k, one.branch.label, one.at, one.k * one.at) for one in seen]
-    return sorted(found, key=lambda resonance: resonance.at)
+    return sorted(located, key=lambda resonance: resonance.at)
 
 
-def _sign_changes(difference: np.ndarray) -> list[int]:
-    """The values behind which a difference changes its sign, or at which it has none."""
-    known, above = np.isfinite(difference), difference >= 0
-    return np.flatnonzero((above[:-1] != above[1:]) & known[:-1] & known[1:]).tolist()
+def _solve(found: Loci, speeds: np.ndarray) -> dict[float, dict[str, float]]:
+    """omega^2 by branch at each of some speeds (n,); nothing where there is no solution."""
+    beams = [found.beam.replace(gamma=float(speed)) for speed in speeds]
+    modes = 1 + max(int(branch.mode_index.max()) for branch in found.branches)
+    outcomes = solve_many(beams, modes=modes, **found.options)
+    return {
+        speed: dict(zip(found.labels_at(speed), outcome.omega_squared.tolist(), strict=False))
+        if isinstance(outcome, Solution)
+        else {}
+        for speed, outcome in zip(speeds.tolist(), outcomes, strict=True)
+    }
 
 
-class _Seen:
-    """An intersection seen between two values, moved to where it is by chords."""
-
-    def __init__(self, k: int, branch: Branch, i: int, values: np.ndarray):
-        near = slice(max(i - 1, 0), i + 3)
-        known = np.isfinite(branch.frequency[near])
-        x, y = values[near][known], (branch.frequency[near] - k * values[near])[known]
-        curve = Polynomial.fit(x, y, len(x) - 1)
-        self.k, self.branch = k, branch
-        self.place = int(branch.mode_index[i : i + 2].max())
-        ends = np.array(values[i : i + 2])
-        if np.prod(curve(ends)) < 0:
-            self.at = float(brentq(curve, *ends))
-        else:  # it is at an end, but for rounding
-            self.at = float(ends[abs(curve(ends)).argmin()])
-        self.slope = float(curve.deriv()(self.at))
-        self.shift = np.inf
-
-    def move(self, answer: object) -> None:
-        """Move by one more solution, the one here."""
-        shift = 0.0
-        if isinstance(answer, Solution):
-            off = answer.frequencies - self.k * self.at
-            shift = float(off[np.nanargmin(abs(off))] / self.slope)
-        self.at, self.shift = self.at - shift, abs(shift)
+def _speeds_beside_limits(found: Loci) -> np.ndarray:
+    """Speeds just outside the parts without equilibrium, towards which a frequency may vanish."""
+    values, speeds = found.values, []
+    for limit in found.limits:
+        if limit.kind != "unstable":
+            below = values[values < limit.start][-1:]
+            above = values[values > limit.stop][:1]
+            speeds += [*(limit.start + EDGE * (below - limit.start))]
+            speeds += [*(limit.stop + EDGE * (above - limit.stop))]
+    return np.array(speeds)
 
 
-LOADS = {"chordwise": (1j, -1.0), "flapwise": (0.0, -1.0)}  # along, across; times exp(i omega t)
-DAMPING = (0.001, 0.2)
-MAX_PER_REV = 20
-SPEEDS = 81  # evenly spread
-NEAR = np.sinh(np.linspace(-3.5, 3.5, 33)) / 2  # in half widths of a resonance
-GAUSS_X, GAUSS_W = np.polynomial.legendre.leggauss(64)
-TIP = np.ones(1)
+def _curves(found: Loci, branch: Branch) -> Iterator["_Curve"]:
+    """The parts of a branch that are among the requested modes."""
+    x, y = found.values, branch.omega_squared
+    padded = np.isfinite([np.nan, *y, np.nan])
+    edges = np.flatnonzero(padded[1:] != padded[:-1])
+    crossings = [e for e in found.events if e.kind == "crossing" and branch.label in e.branches]
+    for start, stop in edges.reshape(-1, 2).tolist():
+        low, high = x[max(start - 1, 0)], x[min(stop, len(x) - 1)]
+        curve = _Curve(branch.label, low, high, np.ptp(x), x[start:stop], y[start:stop])
+        # Where it enters or leaves the requested modes it crosses the one above them.
+        outside = [e for e in crossings if low < e.at < x[start] or x[stop - 1] < e.at < high]
+        yield curve.with_points({e.at: {branch.label: e.frequency**2} for e in outside})
+
+
+@dataclass(frozen=True)
+class _Curve:
+    """omega^2 of a branch over neighbouring speeds, by piecewise polynomial interpolation."""
+
+    label: str
+    low: float  # speeds between which it may be extended
+    high: float
+    length: float  # of the sweep
+    x: np.ndarray  # (n,) speeds
+    y: np.ndarray  # (n,) omega^2
+
+    def with_points(self, solved: dict[float, dict[str, float]]) -> "_Curve":
+        """The curve with omega^2 at more speeds."""
+        more = [
+            (speed, branches[self.label])
+            for speed, branches in solved.items()
+            if self.low < speed < self.high and self.label in branches
+        ]
+        x, y = np.array([*zip(self.x, self.y, strict=True), *more]).T
+        x, first = np.unique(x, return_index=True)
+        return replace(self, x=x, y=y[first])
+
+    @cached_property
+    def _sampled(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Speeds, omega^2 and the error of its interpolation, (SAMPLES (n - 1) + 1,) each."""
+        x, n = self.x, len(self.x)
+        s = x[:-1, None] + np.diff(x)[:, None] * np.arange(SAMPLES) / SAMPLES
+        fine, rough = (_interpolate(x, self.y, s, width) for width in STENCILS)
+        error = abs(fine - rough).max(axis=1) if n >= STENCILS[0] else np.full(n - 1, np.inf)
+        error = np.pad(error, 1, mode="edge")
+        error = np.maximum(np.maximum(error[:-2], error[2:]), error[1:-1])
+        return (
+            np.append(s, x[-1]),
+            np.append(fine, self.y[-1]),
+            np.append(np.repeat(error, SAMPLES), error[-1]),
+        )
+
+    def uncertain(self, lines: range) -> list[float]:
+        """Middles of the intervals in which an intersection with a line may be overlooked."""
+        step = np.diff(self.x)
+        if not len(step):
+            return []
+        s, omega_squared, error = self._sampled
+        halve = step > COARSE * self.length
+        for k in lines:
+            G = omega_squared - (k * s) ** 2
+            changes, size = np.diff(G >= 0), abs(G)
+            sides = np.maximum(size[:-2], size[2:])
+            # At a lowest sample the minimum may be deeper, by much less than the rise beside it.
+            rise = np.where(np.minimum(size[:-2], size[2:]) >= size[1:-1], sides - size[1:-1], 0.0)
+            doubtful = size - np.pad(rise, 1) / 2 <= SAFETY * error
+            doubtful &= ~(np.append(changes, False) | np.append(False, changes))
+            halve |= doubtful[:-1].reshape(-1, SAMPLES).any(axis=1)
+        halve &= step > FINEST * self.length
+        return ((self.x[:-1] + self.x[1:]) / 2)[halve].tolist()
+
+    def roots(self, k: int) -> Iterator["_Root"]:
+        """The intersections with the line omega = k gamma."""
+        if len(self.x) < 2:
+            return
+        s, omega_squared, _ = self._sampled
+        G = omega_squared - (k * s) ** 2
+        for i in np.flatnonzero(np.diff(G >= 0)).tolist():
+            slope = (G[i + 1] - G[i]) / (s[i + 1] - s[i])
+            yield _Root(k, self.label, float(s[i] - G[i] / slope), float(slope))
+
+
+def _interpolate(x: np.ndarray, y: np.ndarray, s: np.ndarray, width: int) -> np.ndarray:
+    """y at s (n - 1, samples) in each interval of x (n,), through the `width` nearest points."""
+    n, width = len(x), min(width, len(x))
+    first = np.clip(np.arange(n - 1) - width // 2 + 1, 0, n - width)
+    nodes = first[:, None] + np.arange(width)
+    X, Y = x[nodes], y[nodes]
+    result = np.zeros_like(s)
+    for j in range(width):
+        others = np.delete(X, j, axis=1)
+        basis = (s[:, :, None] - others[:, None]) / (X[:, j, None] - others)[:, None]
+        result += basis.prod(axis=2) * Y[:, j, None]
+    return result
+
+
+@dataclass
+class _Root:
+    """An intersection of a branch with a per-rev line, located by the secant method."""
+
+    per_rev: int
+    label: str
+    at: float
+    slope: float  # of omega^2 - (per_rev gamma)^2
+    shift: float = np.inf  # the last correction
+    residual: float = np.nan  # before it
+
+    def correct(self, omega_squared: float | None) -> None:
+        """Correct by omega^2 solved for at the present speed; None ends it."""
+        if omega_squared is None:
+            self.shift = 0.0
+            return
+        residual = omega_squared - (self.per_rev * self.at) ** 2
+        if np.isfinite(self.shift) and residual != self.residual:
+            self.slope = (residual - self.residual) / self.shift
+        self.shift, self.residual = -residual / self.slope, residual
+        self.at += self.shift
 
 
 def response(solution: Solution, frequency: float, damping: float, x: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Where along a sweep equilibrium, stability or convergence begin and end."""
+"""Limits of a sweep: where equilibrium, stability or convergence begin and end."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -11,28 +11,27 @@ from scipy.interpolate import barycentric_interpolate
 from scipy.optimize import brentq
 
 from beamviz.errors import NoEquilibrium, NotConverged
-from beamviz.frequency_loci.sweep import Answer, Sweep
+from beamviz.frequency_loci.sweep import Outcome, Sweep
 from beamviz.solver.solution import Solution
 
 PRECISION = 1e-9  # relative: how exactly the end of an equilibrium or of stability is located
 FINEST = 1e-12  # of the sweep: nor more exactly than this
-ROUGH = 1e-5  # of the sweep: how exactly the end of what numerics can do is located
-SHORT = 0.1  # of the way to where an equilibrium is expected: beyond it nothing is learnt
-EXTRAPOLATED = 3  # places
-MAX_SOLVES = 300  # for all edges of a sweep; one takes about 10, and few sweeps have more than 4
+ROUGH = 1e-5  # of the sweep: how exactly the end of convergence is located
+OVERSHOOT = 0.1  # of the interval left: how far beyond the extrapolated limit it is bracketed
+EXTRAPOLATED = 3  # values
+MAX_SOLVES = 300  # for all limits of a sweep; one takes about 10, and few sweeps have more than 4
 
-STABLE = "stable"
 WORDS = {
     NoEquilibrium.kind: "no equilibrium",
     NotConverged.kind: "not converged",
     "unstable": "unstable",
 }
 
-Edge = tuple[float, str]  # where the state changes, and to what
+Change = tuple[float, str]  # where the state changes, and to which
 
 
 class Limit(NamedTuple):
-    """A part of a sweep that has no equilibrium, is unstable, or did not converge."""
+    """A part of a sweep without equilibrium, without stability or without convergence."""
 
     kind: str  # "no-equilibrium", "unstable", "not-converged"
     start: float
@@ -41,137 +40,131 @@ class Limit(NamedTuple):
 
 
 def limits(sweep: Sweep, values: np.ndarray) -> Iterator[Limit]:
-    """The parts of solved values without equilibrium, stability or convergence."""
-    search = Search(sweep, float(np.ptp(values)), MAX_SOLVES)
-    edges = [(float(values[0]), state(sweep.answers[float(values[0])]))]
+    """The parts of solved values (n,) without equilibrium, stability or convergence."""
+    search = _Search(sweep, float(np.ptp(values)), MAX_SOLVES)
+    changes = [(float(values[0]), _state(sweep.outcomes[float(values[0])]))]
     for low, high in pairwise(values.tolist()):
-        edges += search.edges(low, high)
-    ends = [*(place for place, _ in edges[1:]), float(values[-1])]
-    for (start, kind), stop in zip(edges, ends, strict=True):
-        if kind != STABLE:
-            about = "" if search.room > 0 else "about "  # some edges are halfway between two values
-            words = f"{WORDS[kind]} for {sweep.over} = {about}{start:.6g} .. {stop:.6g}"
-            yield Limit(kind, start, stop, words)
+        changes += search.changes(low, high)
+    ends = [*(at for at, _ in changes[1:]), float(values[-1])]
+    for (start, kind), stop in zip(changes, ends, strict=True):
+        if kind != "stable":
+            about = "" if search.remaining > 0 else "about "  # some are halfway between two values
+            message = f"{WORDS[kind]} for {sweep.over} = {about}{start:.6g} .. {stop:.6g}"
+            yield Limit(kind, start, stop, message)
 
 
-def state(answer: Answer) -> str:
-    """What an answer is: "stable", "unstable", or the kind of its error."""
-    return answer.equilibrium.status if isinstance(answer, Solution) else answer.kind
+def _state(outcome: Outcome) -> str:
+    """ "stable", "unstable", or the kind of the error."""
+    return outcome.equilibrium.status if isinstance(outcome, Solution) else outcome.kind
 
 
-class Between(Exception):
-    """A third state at a place between two others."""
+class _ThirdState(Exception):
+    """A third state between two others."""
 
-    def __init__(self, place: float):
-        self.place = place
+    def __init__(self, at: float):
+        self.at = at
 
 
 @dataclass
-class Search:
-    """Looks between solved values of a sweep, as long as there is room for more solves."""
+class _Search:
+    """Search between solved values of a sweep, with a limited number of solves."""
 
     sweep: Sweep
     length: float  # of the sweep
-    room: int
+    remaining: int  # solves
 
-    def edges(self, low: float, high: float) -> list[Edge]:
-        """Where the state changes between two solved values, and to what; in the middle where
-        there is no room to view."""
-        before, after = self.sweep.answers[low], self.sweep.answers[high]
-        if state(before) == state(after):
+    def changes(self, low: float, high: float) -> list[Change]:
+        """Where the state changes between two solved values, and to which; halfway once no solves
+        remain."""
+        before, after = self.sweep.outcomes[low], self.sweep.outcomes[high]
+        if _state(before) == _state(after):
             return []
-        if self.room <= 0:
-            return [((low + high) / 2, state(after))]
+        if self.remaining <= 0:
+            return [((low + high) / 2, _state(after))]
         try:
             if isinstance(before, Solution) and isinstance(after, Solution):
-                place = self._buckling(low, high)
+                at = self._onset_of_instability(low, high)
             elif self.sweep.over == "gamma" and isinstance(after, NoEquilibrium):
-                place = min(max(after.limit, low), high)
+                at = min(max(after.limit, low), high)
             else:
-                place = self._end(low, high)
-        except Between as third:
-            return self.edges(low, third.place) + self.edges(third.place, high)
-        return [(place, state(after))]
+                at = self._end_of_equilibrium(low, high)
+        except _ThirdState as third:
+            return self.changes(low, third.at) + self.changes(third.at, high)
+        return [(at, _state(after))]
 
-    def _buckling(self, low: float, high: float) -> float:
-        """Where stability begins or ends: the lowest omega^2 vanishes."""
+    def _onset_of_instability(self, low: float, high: float) -> float:
+        """Where the lowest omega^2 vanishes."""
 
-        def lowest(place: float) -> float:
-            answer = self._answer(place)
-            if not isinstance(answer, Solution):
-                raise Between(place)
+        def lowest(value: float) -> float:
+            outcome = self._outcome(value)
+            if not isinstance(outcome, Solution):
+                raise _ThirdState(value)
             return float(
-                np.arcsinh(answer.omega_squared[0])
+                np.arcsinh(outcome.omega_squared[0])
             )  # a straighter line: it may reach -1e9
 
         return brentq(lowest, low, high, xtol=FINEST * self.length, rtol=PRECISION)
 
-    def _end(self, low: float, high: float) -> float:
-        """Where the equilibrium, or convergence, begins or ends: by halves, or nearly to where the
-        last speed with an equilibrium becomes that of the beam, by what is known of it."""
-        before, after = self._answer(low), self._answer(high)
-        coarse = ROUGH * self.length if _numeric(before) or _numeric(after) else 0.0
+    def _end_of_equilibrium(self, low: float, high: float) -> float:
+        """Where the equilibrium, or convergence, begins or ends: by bisection, or faster by
+        extrapolation of the excess of the beam's speed over the last one with an equilibrium."""
+        before, after = self._outcome(low), self._outcome(high)
+        numerical = isinstance(before, NotConverged) or isinstance(after, NotConverged)
+        coarse = ROUGH * self.length if numerical else 0.0
         start, stop, root = low, high, math.nan
-        beyond = [self._beyond(place) for place in (low, high) if self._ended(place)]
-        while stop - start > max(fine := self._fine(start, stop), coarse) and self.room > 0:
-            place = (start + stop) / 2
+        excesses = [self._excess(value) for value in (low, high) if self._has_ended(value)]
+        while self.remaining > 0:
+            fine = max(PRECISION * max(abs(start), abs(stop)), FINEST * self.length)
+            if stop - start <= max(fine, coarse):
+                break
+            value = (start + stop) / 2
             if start < root < stop:
-                place = root + SHORT * ((stop if self._ended(stop) else start) - root)
-            answer = self._answer(place)
-            if _alike(answer, before, after):
-                start = place
-            elif _alike(answer, after, before):
-                stop = place
+                value = root + OVERSHOOT * ((stop if self._has_ended(stop) else start) - root)
+            outcome = self._outcome(value)
+            if _is_like(outcome, before, after):
+                start = value
+            elif _is_like(outcome, after, before):
+                stop = value
             else:
-                raise Between(place)
-            if self._ended(place):
-                beyond.append(self._beyond(place))
-                last, root = root, _root(beyond)
+                raise _ThirdState(value)
+            if self._has_ended(value):
+                excesses.append(self._excess(value))
+                last, root = root, _extrapolate(excesses)
                 if start < root < stop and abs(root - last) <= fine:
                     return root
         return (start + stop) / 2
 
-    def _fine(self, start: float, stop: float) -> float:
-        """How exactly an edge between two values is located."""
-        return max(PRECISION * max(abs(start), abs(stop)), FINEST * self.length)
+    def _outcome(self, value: float) -> Outcome:
+        """The outcome at a value, solved if it was not."""
+        if value not in self.sweep.outcomes:
+            self.remaining -= 1
+            self.sweep.solve(np.array([value]))
+        return self.sweep.outcomes[value]
 
-    def _answer(self, place: float) -> Answer:
-        """The answer at a place."""
-        if place not in self.sweep.answers:
-            self.room -= 1
-            self.sweep.solve(np.array([place]))
-        return self.sweep.answers[place]
+    def _has_ended(self, value: float) -> bool:
+        """Whether there is no equilibrium at a value."""
+        return isinstance(self._outcome(value), NoEquilibrium)
 
-    def _ended(self, place: float) -> bool:
-        """Whether there is no equilibrium at a place."""
-        return isinstance(self._answer(place), NoEquilibrium)
-
-    def _beyond(self, place: float) -> tuple[float, float]:
-        """By how much the speed at a place is beyond the last with an equilibrium; the place."""
-        answer = self._answer(place)
-        assert isinstance(answer, NoEquilibrium)
-        return self.sweep.at(place).gamma - answer.limit, place
+    def _excess(self, value: float) -> tuple[float, float]:
+        """By how much the speed exceeds the last one with an equilibrium, and the value."""
+        outcome = self._outcome(value)
+        assert isinstance(outcome, NoEquilibrium)
+        return self.sweep.at(value).gamma - outcome.limit, value
 
 
-def _root(beyond: Sequence[tuple[float, float]]) -> float:
-    """The place that would be beyond by nothing, by those that are least; nan if they are few."""
-    much, places = np.array(sorted(beyond)[:EXTRAPOLATED]).reshape(-1, 2).T
-    if len(much) < 2 or not np.diff(much).all():
+def _extrapolate(excesses: Sequence[tuple[float, float]]) -> float:
+    """The value without excess, by those with the least; nan if they are too few."""
+    excess, values = np.array(sorted(excesses)[:EXTRAPOLATED]).reshape(-1, 2).T
+    if len(excess) < 2 or not np.diff(excess).all():
         return math.nan
-    return float(barycentric_interpolate(much, places, 0.0))
+    return float(barycentric_interpolate(excess, values, 0.0))
 
 
-def _numeric(answer: Answer) -> bool:
-    """Whether it is the numerics that have come to an end, and not the beam."""
-    return isinstance(answer, NotConverged)
+def _is_like(outcome: Outcome, one: Outcome, other: Outcome) -> bool:
+    """Whether an outcome has the state of one rather than of another.
 
-
-def _alike(answer: Answer, one: Answer, other: Answer) -> bool:
-    """Whether an answer is of the kind of one rather than of another.
-
-    At the end of an equilibrium all that counts is whether there is one: close to it numerics
-    fail first.
+    At the end of an equilibrium only its existence counts: numerics may fail close to it.
     """
     if isinstance(one, NoEquilibrium) != isinstance(other, NoEquilibrium):
-        return isinstance(answer, NoEquilibrium) == isinstance(one, NoEquilibrium)
-    return state(answer) == state(one)
+        return isinstance(outcome, NoEquilibrium) == isinstance(one, NoEquilibrium)
+    return _state(outcome) == _state(one)

@@ -1,125 +1,254 @@
-"""Solutions along one number of a beam."""
+"""Solutions along one parameter of a beam, and their mode shapes as mass-weighted vectors."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Any
+from functools import cached_property, lru_cache
+from operator import attrgetter
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import linear_sum_assignment
 
-from beamviz.beam import PARAMETERS, Beam, check_float
+from beamviz.beam import LIMITS, Beam, checked
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
-from beamviz.frequency_loci.mode_vectors import places, sampled
-from beamviz.frequency_loci.tracking import Points
-from beamviz.solver import MAX_MODES, solve_many
+from beamviz.frequency_loci.tracking import LOST, Points
+from beamviz.solver import MAX_MODES, displacements, solve_many
 from beamviz.solver.solution import Solution
 
-BESIDE = 2  # modes solved for beyond those asked for: what enters and leaves the window
+EXTRA_MODES = 2  # solved for beyond those requested: they may enter and leave the lowest ones
 MAX_POINTS = 10_000
-MAX_ADDED = 4000  # values solved to find meetings; random extreme beams take up to 1000
+MAX_ADDED = 4000  # values solved to locate crossings; random extreme beams take up to 1000
+GAUSS_POINTS = 16  # of a mode vector, plus two for each mode, and some for a buckled beam
 
-Answer = Solution | BeamvizError
+Outcome = Solution | BeamvizError  # of one value
+_mass = attrgetter("alpha", "beta")
 
 
-def checked_values(over: str, values: ArrayLike) -> np.ndarray:
-    """The values of a sweep as an array; InvalidInput where they do not make one."""
-    if over not in PARAMETERS:
-        raise InvalidInput(f"over = {over!r}: must be one of {', '.join(PARAMETERS)}")
+def check_values(over: str, values: ArrayLike) -> np.ndarray:
+    """The values of a sweep as an array (n,); InvalidInput unless they are 2 .. MAX_POINTS
+    ascending numbers within the limits of the parameter."""
+    if over not in LIMITS:
+        raise InvalidInput(f"over = {over!r}: must be one of {', '.join(LIMITS)}")
     try:
-        array = np.asarray(values, float)
+        array = np.array(values, float)
     except (TypeError, ValueError, OverflowError):
         raise InvalidInput(f"values of {over}: must be numbers") from None
     if array.ndim != 1 or not 2 <= len(array) <= MAX_POINTS:
         count = len(array) if array.ndim == 1 else f"an array of {array.ndim} dimensions"
         raise InvalidInput(f"values of {over}: must be 2 .. {MAX_POINTS} numbers, not {count}")
     for value in array if not np.isfinite(array).all() else array[[0, -1]]:
-        check_float(over, float(value), *PARAMETERS[over].limits)
+        checked(over, float(value), *LIMITS[over])
     falls = np.flatnonzero(np.diff(array) <= 0)
     if len(falls):
         first, second = array[falls[0] : falls[0] + 2]
         raise InvalidInput(f"values of {over}: must ascend, but {second:g} follows {first:g}")
+    array.flags.writeable = False
     return array
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """A beam with one number set free, and what is kept of each value that was solved."""
+    """A beam with one parameter set free, and the outcome of each value solved so far."""
 
     beam: Beam
     over: str
     modes: int
     options: dict[str, Any]
-    answers: dict[float, Answer] = field(default_factory=dict)  # of `solve`
-    between: dict[float, tuple[str, ...]] = field(default_factory=dict)  # of `points`: the labels
+    outcomes: dict[float, Outcome] = field(default_factory=dict)  # of `solve`
+    added: dict[float, tuple[str, ...]] = field(default_factory=dict)  # labels, of `points`
 
     def at(self, value: float) -> Beam:
-        """The beam with this value of the free number."""
+        """The beam with this value of the free parameter."""
         return self.beam.replace(**{self.over: float(value)})
 
-    def solve(self, values: np.ndarray) -> list[Answer]:
-        """The answer at each of ascending values: a solution, or the error that says why not."""
+    def solve(self, values: np.ndarray) -> list[Outcome]:
+        """Solution, or NoEquilibrium or NotConverged, at each of ascending values (n,)."""
         beams = [self.at(value) for value in values]
-        answers: list[Answer] = []
-        if self.over == "gamma" and self.may_end:
-            # The fastest tells how many have an equilibrium at all.
-            answers = self._solved(beams[-1:])
-            if isinstance(answers[0], NoEquilibrium):
-                beyond = int((values > answers[0].limit).sum())
-                answers *= beyond
-            beams = beams[: len(beams) - len(answers)]
-        answers = self._solved(beams) + answers
-        self.answers.update(zip(values.tolist(), answers, strict=True))
-        return answers
+        beyond: list[Outcome] = []
+        if self.over == "gamma" and self._may_lose_equilibrium:
+            # The highest speed gives the limit; speeds beyond it need no solve.
+            beyond = self._solve_many(beams[-1:])
+            if isinstance(beyond[0], NoEquilibrium):
+                beyond *= int((values > beyond[0].limit).sum())
+            beams = beams[: len(beams) - len(beyond)]
+        outcomes = self._solve_many(beams) + beyond
+        self.outcomes.update(zip(values.tolist(), outcomes, strict=True))
+        return outcomes
 
     @property
-    def may_end(self) -> bool:
+    def _may_lose_equilibrium(self) -> bool:
         """Whether the equilibrium may end as the speed grows: Green's law carries any tension."""
         return self.options.get("strain", "green") != "green" or self.beam.delta < 0
 
-    def _solved(self, beams: list[Beam]) -> list[Answer]:
-        """The answers for some beams, with a few modes more than asked for."""
+    def _solve_many(self, beams: list[Beam]) -> list[Outcome]:
+        """Outcomes with EXTRA_MODES more modes than requested, as far as the method has them."""
         most = MAX_MODES
         elements = self.options.get("elements")
-        if isinstance(elements, int):  # what is no number, solve_many refuses
+        if isinstance(elements, int):  # anything else is refused by solve_many
             most = min(most, 2 * elements)
-        beside = max(min(BESIDE, most - self.modes), 0)
-        return solve_many(beams, extra_modes=beside, modes=self.modes, **self.options)
+        extra = max(min(EXTRA_MODES, most - self.modes), 0)
+        return solve_many(beams, extra_modes=extra, modes=self.modes, **self.options)
 
     @property
-    def spent(self) -> bool:
-        """Whether no more values are solved to find meetings."""
-        return len(self.between) > MAX_ADDED
+    def exhausted(self) -> bool:
+        """Whether the search for crossings has used up its solves."""
+        return len(self.added) > MAX_ADDED
 
     @property
     def solves(self) -> int:
-        """How many values have been solved, for whatever reason."""
-        return len(self.answers.keys() | self.between.keys())
+        """Number of values solved, for whatever purpose."""
+        return len(self.outcomes.keys() | self.added.keys())
 
     def points(self, values: np.ndarray) -> Points:
-        """What exists at ascending values, as points to track; nothing once enough is spent."""
-        if self.spent:
+        """Solve at more values and return those with a solution; none once exhausted.
+
+        Solutions are not kept, only the labels of their modes.
+        """
+        if self.exhausted:
             values = values[:0]
-        answers = self._solved([self.at(value) for value in values])
-        for value, answer in zip(values.tolist(), answers, strict=True):
-            self.between[value] = answer.labels if isinstance(answer, Solution) else ()
-        return self._points(values, answers)
+        outcomes = self._solve_many([self.at(value) for value in values])
+        for value, outcome in zip(values.tolist(), outcomes, strict=True):
+            self.added[value] = outcome.labels if isinstance(outcome, Solution) else ()
+        return self._as_points(values, outcomes)
 
     def solved_points(self, values: np.ndarray) -> Points:
-        """What exists at values asked for, as points to track."""
-        return self._points(values, [self.answers[value] for value in values.tolist()])
+        """The values (n,), already solved, that have a solution."""
+        return self._as_points(values, [self.outcomes[value] for value in values.tolist()])
 
-    def _points(self, values: np.ndarray, answers: list[Answer]) -> Points:
-        """Those of some answers that are solutions, as points."""
-        there = [k for k, answer in enumerate(answers) if isinstance(answer, Solution)]
-        solutions = [answer for answer in answers if isinstance(answer, Solution)]
-        return sampled(values[there], solutions, self.places)
+    def _as_points(self, values: np.ndarray, outcomes: list[Outcome]) -> Points:
+        """Points of the outcomes that are solutions."""
+        exists = [isinstance(outcome, Solution) for outcome in outcomes]
+        solutions = [outcome for outcome in outcomes if isinstance(outcome, Solution)]
+        return mode_points(values[exists], solutions, self._gauss_points)
+
+    @cached_property
+    def _gauss_points(self) -> int:
+        """Length of the mode vectors of the whole sweep, by the values solved first."""
+        return gauss_points([one for one in self.outcomes.values() if isinstance(one, Solution)])
 
     def labels(self, value: float) -> tuple[str, ...]:
         """The labels of the modes at a solved value."""
-        answer = self.answers.get(value)
-        return answer.labels if isinstance(answer, Solution) else self.between[value]
+        outcome = self.outcomes.get(value)
+        return outcome.labels if isinstance(outcome, Solution) else self.added[value]
 
-    @cached_property
-    def places(self) -> int:
-        """How many places all shapes of the sweep are taken at, by what was solved first."""
-        return places([found for found in self.answers.values() if isinstance(found, Solution)])
+
+class ModeMatch(NamedTuple):
+    """Correspondence of the modes of two solutions."""
+
+    partner: np.ndarray  # (m1,) mode of the second for each of the first, -1 where none is alike
+    mac: np.ndarray  # (m1, m2) mass-weighted modal assurance criterion, 0 .. 1
+
+
+def match_modes(first: Solution, second: Solution) -> ModeMatch:
+    """Match the modes of two solutions by the correlation of their mass-weighted shapes.
+
+    The solutions may differ in beam, model and number of modes. The assignment has the largest sum
+    of the MAC; pairs below LOST are no pairs.
+    """
+    count = max(gauss_points([first]), gauss_points([second]))
+    vectors = []
+    for solution in (first, second):
+        rows = _mass_weighted([solution], solution.omega_squared[None], count)[0][0]
+        rows = rows.reshape(len(rows), -1)
+        vectors.append(rows / np.linalg.norm(rows, axis=1, keepdims=True))
+    mac = (vectors[0] @ vectors[1].T) ** 2
+    partner = np.full(len(mac), -1)
+    rows, columns = linear_sum_assignment(mac, maximize=True)
+    alike = mac[rows, columns] >= LOST
+    partner[rows[alike]] = columns[alike]
+    return ModeMatch(partner, mac)
+
+
+def gauss_points(solutions: Sequence[Solution]) -> int:
+    """Number of Gauss points that keep the modes of solutions orthogonal.
+
+    A beam under the thrust P that grows at the rate g ~ P / 2 has waves of numbers up to
+    k = sqrt(P) = sqrt(2 g). Products of two are waves of number 2 k, which n points integrate from
+    n = k / 2 on (they are exact to degree 2 n, and exp(2 i k x) over 0 .. 1 is a polynomial of
+    degree k but for what falls off fast): sqrt(g / 2) points.
+    """
+    if not solutions:
+        return 0
+    growth = math.sqrt(max(-min(solution.omega_squared[0] for solution in solutions), 0.0))
+    return GAUSS_POINTS + 2 * len(solutions[0].squares) + math.ceil(math.sqrt(growth / 2))
+
+
+@lru_cache(maxsize=8)
+def _gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss points in 0 .. 1 and their weights."""
+    x, w = np.polynomial.legendre.leggauss(count)
+    return (x + 1) / 2, w / 2
+
+
+def mode_points(at: np.ndarray, solutions: Sequence[Solution], count: int) -> Points:
+    """The modes of solutions, equal in number, as points.
+
+    Shapes are taken at `count` Gauss points of the whole beam and at the mass, times the roots of
+    the weights and of the mass, so inner products are modal masses.
+    """
+    if not solutions:
+        return Points(at, *(np.empty((0, 0, 0)[:d]) for d in (2, 3, 3)))
+    squares = np.array([solution.omega_squared for solution in solutions])
+    vectors, gyroscopic = _mass_weighted(solutions, squares, count)
+    gamma = np.array([solution.beam.gamma for solution in solutions])
+    if gyroscopic and gamma.any():
+        return Points(at, squares, *_gyroscopic(vectors, squares, gamma))
+    shapes = vectors.reshape(*squares.shape, -1)
+    return Points(at, squares, shapes, shapes)
+
+
+def _mass_weighted(
+    solutions: Sequence[Solution], squares: np.ndarray, count: int
+) -> tuple[np.ndarray, bool]:
+    """u and w (n, m, 2, count + 1) of all modes at Gauss points and at the mass, times the roots of
+    weights and masses; and whether the modes are those of a gyroscopic eigenproblem."""
+    x, w = _gauss(count)
+    alpha, beta = np.array([_mass(solution.beam) for solution in solutions]).T
+    stations, masses = (
+        np.column_stack((np.broadcast_to(common, (len(own), count)), own))
+        for common, own in ((x, beta), (w, alpha))
+    )
+    fields = displacements(solutions, stations)
+    gyroscopic = np.iscomplexobj(fields)
+    if gyroscopic:
+        fields = _real(fields, squares)
+    return fields.swapaxes(1, 3) * np.sqrt(masses)[:, None, None, :], gyroscopic
+
+
+def _real(fields: np.ndarray, squares: np.ndarray) -> np.ndarray:
+    """Real u and w (n, k, 2, m) of modes (u, i w), stable and of any phase, or (u, w), unstable."""
+    u, w = fields[:, :, 0], fields[:, :, 1]
+    stable = (squares >= 0)[:, None, :]
+    return np.stack((u.real + u.imag, np.where(stable, w.imag - w.real, w.real)), axis=2)
+
+
+def _gyroscopic(
+    vectors: np.ndarray, squares: np.ndarray, gamma: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Shapes and duals in the product in which modes of M q" + 2 gamma G q' + K q = 0 are
+    orthogonal, (omega_i + omega_j) phi_i* M phi_j - 2 i gamma phi_i* G phi_j.
+
+    It follows from the equation of mode j times phi_i*, less that of mode i times phi_j*. An
+    unstable mode is (u, w) in place of (u, i w), its omega the growth rate. It is orthogonal to
+    both modes of a pair +-omega: to their sum and to their difference, either half of the product.
+    Those are added so that the product does not vanish at the onset of instability.
+    """
+    omega = np.sqrt(abs(squares))[:, :, None]
+    root = np.sqrt(gamma)[:, None, None]
+    stable = (squares >= 0)[:, :, None]
+    u, w = vectors[:, :, 0], vectors[:, :, 1]
+    across = (w**2).sum(axis=2, keepdims=True) > (u**2).sum(axis=2, keepdims=True)
+    half = np.where(stable | ~across, 1.0, -1.0)
+    fast_u, fast_w = omega * u, np.where(stable, omega, -omega) * w
+    shapes, duals = (
+        np.concatenate(parts, axis=2)
+        for parts in (
+            (fast_u, w, root * w, half * fast_w, half * u, half * root * u),
+            (u, fast_w, -2 * root * u, half * w, half * fast_u, -2 * half * root * w),
+        )
+    )
+    norms = (shapes * duals).sum(axis=2, keepdims=True)
+    size = np.sqrt(np.maximum(abs(norms), np.finfo(float).tiny))
+    return shapes / size, duals / size * np.sign(norms)
