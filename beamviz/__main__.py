@@ -9,7 +9,7 @@ def main() -> int:
     """Run this process's command line; the exit code."""
     try:
         with terminate_on_signal():
-            from beamviz.cli.commands import main
+            from beamviz.cli import main
 
             return main()
     except Terminated as end:

@@ -1,188 +1,71 @@
-"""A solution as text: a table to read, JSON and CSV for programs."""
+"""Records as text and as files: tables to read in a terminal, JSON, CSV, NPZ and markdown."""
 
 import csv
 import io
 import json
 import math
+import textwrap
 from collections.abc import Iterable, Sequence
+from dataclasses import is_dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 if TYPE_CHECKING:
+    from beamviz.beam import Beam
+    from beamviz.frequency_loci import Branch, Loci
+    from beamviz.frequency_loci.forced_response import Resonance
+    from beamviz.lessons.model import Lesson
     from beamviz.solver import Solution
 
 MAX_DECIMALS = 9
-COLUMNS = (
+LEFT_ALIGNED = ("label", "family", "nodes x/L")
+MAX_LOCI_ROWS = 21
+MAX_LOCI_DECIMALS = 5
+FAMILY_LETTERS = {"bending": "b", "stretching": "s", "mixed": "m"}
+LESSON_WIDTH = 88
+STATIONS = 201  # equally spaced along the beam; the position of the mass is added to them
+MODEL_KEYS = ("method", "strain", "curvature", "coriolis", "plane")
+EQUILIBRIUM_KEYS = ("status", "iterations", "tip", "max_stretch")
+STATS_KEYS = ("dof", "seconds", "method", "elements", "order")
+MODE_COLUMNS = [
     *("index", "label", "family", "frequency", "growth_rate"),
     *("error", "bending_fraction", "nodes"),
-)
-SI_COLUMNS = ("hertz", "rad_per_s")
+]
+SI_COLUMNS = ["hertz", "rad_per_s"]
+FIELD_COLUMNS = [
+    *("mode", "label", "family", "frequency", "error", "growth_rate", "bending_fraction"),
+    *("x", "position_x", "position_y", "stretch", "shape_x", "shape_y"),
+]
+IMAGINARY_COLUMNS = ["shape_x_imag", "shape_y_imag"]  # of complex modes, with Coriolis forces
 
 
-def to_json(solution: "Solution") -> str:
-    """The solution as JSON (documented in the README); what is not a number becomes null."""
-    beam, model, units = solution.beam, solution.problem, solution.beam.units
-    data: dict[str, Any] = {
-        "beam": beam.numbers,
-        "model": {
-            "method": model.method,
-            "strain": model.strain,
-            "curvature": model.curvature,
-            "coriolis": model.coriolis,
-            "plane": model.plane,
-        },
-        "equilibrium": {
-            "status": solution.equilibrium.status,
-            "iterations": solution.equilibrium.iterations,
-            "tip": [finite(value) for value in solution.equilibrium.tip],
-            "max_stretch": finite(solution.equilibrium.max_stretch),
-        },
-        "modes": [mode_row(solution, k) for k in range(len(solution.frequencies))],
-        "stats": {
-            "dof": solution.stats.dof,
-            "seconds": solution.stats.seconds,
-            "method": solution.stats.method,
-            "elements": solution.stats.elements,
-            "order": solution.stats.order,
-        },
-    }
-    if units:
-        data["units"] = {"length": units.length, "time": units.time}
-    return json.dumps(data, indent=2, allow_nan=False)
+# Any records.
 
 
-def mode_row(solution: "Solution", k: int) -> dict[str, Any]:
-    """Mode k (0-based) by the names of the JSON; SI frequencies for a beam given in SI."""
-    frequency = finite(solution.frequencies[k])
-    row = {
-        "index": k + 1,
-        "label": solution.labels[k],
-        "family": solution.families[k],
-        "frequency": frequency,
-        "error": finite(solution.errors[k]),
-        "bending_fraction": finite(solution.bending_energy_fraction[k]),
-        "nodes": [float(x) for x in solution.nodes[k]],
-    }
-    if frequency is None:
-        row["growth_rate"] = finite(solution.growth_rates[k])
-    if units := solution.beam.units:
-        row["hertz"] = None if frequency is None else units.hertz(frequency)
-        row["rad_per_s"] = None if frequency is None else units.angular_frequency(frequency)
-    return row
+def json_text(data: Any, indent: int | None = 2) -> str:
+    """Any data of `plain` as JSON."""
+    return json.dumps(plain(data), indent=indent, allow_nan=False, ensure_ascii=False)
 
 
-def finite(value: float) -> float | None:
-    """A plain float, or None for NaN and infinity, which JSON does not have."""
-    return float(value) if math.isfinite(value) else None
+def plain(value: Any) -> Any:
+    """A value in the types of JSON: records as dicts, arrays as lists; None for NaN and infinity,
+    which JSON does not have."""
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    elif is_dataclass(value) and not isinstance(value, type):
+        value = vars(value)
+    elif hasattr(value, "_asdict"):
+        value = value._asdict()
+    if isinstance(value, dict):
+        return {key: plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def to_csv(solution: "Solution") -> str:
-    """One line for each mode under the names of the JSON; nodes are separated by spaces."""
-    rows = [mode_row(solution, k) for k in range(len(solution.frequencies))]
-    columns = [*COLUMNS, *(SI_COLUMNS if solution.beam.units else ())]
-    text = io.StringIO()
-    writer = csv.DictWriter(text, columns, restval="", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows({**row, "nodes": " ".join(map(repr, row["nodes"]))} for row in rows)
-    return text.getvalue().rstrip("\n")
-
-
-def to_table(solution: "Solution") -> str:
-    """The beam, its equilibrium and its modes, to be read in a terminal."""
-    return "\n".join([*heading(solution), "", *aligned(columns(solution)), "", foot(solution)])
-
-
-FORMATS = {"table": to_table, "json": to_json, "csv": to_csv}
-
-
-def heading(solution: "Solution") -> list[str]:
-    """What was solved, and the state the modes vibrate about."""
-    beam, model, state = solution.beam, solution.problem, solution.equilibrium
-    lines = [
-        "Beam         " + ", ".join(f"{name} {beam.numbers[name]:.7g}" for name in beam.numbers)
-    ]
-    if units := beam.units:
-        speed = units.rpm(beam.gamma)
-        lines.append(
-            f"SI units     L = {units.length:g} m, T* = {units.time:.7g} s, {speed:.7g} rpm"
-        )
-    coriolis = "with" if model.coriolis else "without"
-    lines.append(
-        f"Model        {model.strain} strain, {model.curvature} curvature,"
-        f" {model.plane}, {coriolis} Coriolis"
-    )
-    x, y = state.tip
-    lines.append(
-        f"Equilibrium  {state.status}, tip at ({x:.7g}, {y:.7g}) L from the clamp,"
-        f" greatest stretch {state.max_stretch:.7g}"
-    )
-    return lines
-
-
-def columns(solution: "Solution") -> list[list[str]]:
-    """The table of modes, column by column, each with its heading first."""
-    omega, error, units = solution.frequencies, solution.errors, solution.beam.units
-    table = [
-        ["mode", *(str(k + 1) for k in range(len(omega)))],
-        ["label", *solution.labels],
-        ["family", *solution.families],
-        ["frequency [1/T*]", *quantities(omega, error)],
-        ["error", *(f"{e:.0e}" if math.isfinite(e) else "-" for e in error)],
-    ]
-    if units:
-        for name, scaled in (("[Hz]", units.hertz), ("[rad/s]", units.angular_frequency)):
-            table.append([name, *quantities(scaled(omega), scaled(error))])
-    if any(map(math.isnan, omega)):
-        rates = solution.growth_rates
-        table.append(["growth rate [1/T*]", *(f"{rate:.6g}" if rate else "-" for rate in rates)])
-    table.append(["bending", *(f"{100 * part:.0f} %" for part in solution.bending_energy_fraction)])
-    table.append(["nodes x/L", *(" ".join(f"{x:.5f}" for x in xs) or "-" for xs in solution.nodes)])
-    return table
-
-
-def quantities(values: Iterable[float], errors: Iterable[float]) -> list[str]:
-    """Numbers with the digits their errors leave, their decimal points below each other."""
-    places = [decimals(error) for error in errors]
-    return [
-        "unstable" if math.isnan(value) else f"{value:.{place}f}" + " " * (max(places) - place)
-        for value, place in zip(values, places, strict=True)
-    ]
-
-
-def decimals(error: float) -> int:
-    """How many decimals a number with this absolute error deserves."""
-    if not (math.isfinite(error) and error > 0):
-        return MAX_DECIMALS
-    return min(MAX_DECIMALS, max(0, -math.floor(math.log10(error))))
-
-
-def aligned(table: list[list[str]]) -> Iterable[str]:
-    """The lines of a table: words to the left, numbers to the right."""
-    words = ("label", "family", "nodes x/L")
-    widths = [max(map(len, column)) for column in table]
-    for row in zip(*table, strict=True):
-        cells = (
-            cell.ljust(width) if column[0] in words else cell.rjust(width)
-            for cell, width, column in zip(row, widths, table, strict=True)
-        )
-        yield "  ".join(cells).rstrip()
-
-
-def foot(solution: "Solution") -> str:
-    """What the answer took."""
-    stats = solution.stats
-    return (
-        f"{stats.method}: {plural(stats.elements, 'element')} of order {stats.order},"
-        f" {stats.dof} unknowns, {1000 * stats.seconds:.3g} ms"
-    )
-
-
-def plural(count: int, noun: str) -> str:
-    """1 element, 2 elements."""
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
-
-
-def csv_text(heading: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A CSV file as text."""
+def csv_text(heading: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
+    """A heading and rows as CSV, floats with all their digits, None as an empty cell."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(heading)
@@ -191,6 +74,369 @@ def csv_text(heading: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def markdown_table(heading: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table in markdown."""
+    """A heading and rows of cells as a table in markdown."""
     lines = (heading, ["---"] * len(heading), *rows)
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
+
+
+def aligned_table(columns: list[list[str]]) -> list[str]:
+    """The lines of a table given by columns, each with its heading first; numbers align right."""
+    widths = [max(map(len, column)) for column in columns]
+    justify = [str.ljust if column[0] in LEFT_ALIGNED else str.rjust for column in columns]
+    return [
+        "  ".join(
+            align(cell, width) for align, cell, width in zip(justify, cells, widths, strict=True)
+        ).rstrip()
+        for cells in zip(*columns, strict=True)
+    ]
+
+
+def column(heading: str, values: Iterable[Any], spec: str = "") -> list[str]:
+    """A heading and formatted values."""
+    return [heading, *(format(value, spec) for value in values)]
+
+
+def significant_decimals(error: float) -> int:
+    """The decimals, at most 9, that are significant in a number with this absolute error."""
+    if not (math.isfinite(error) and error > 0):
+        return MAX_DECIMALS
+    return min(MAX_DECIMALS, max(0, -math.floor(math.log10(error))))
+
+
+def significant_column(values: Iterable[float], errors: Iterable[float]) -> list[str]:
+    """Numbers with their significant decimals, decimal points aligned; NaN is "unstable"."""
+    decimals = [significant_decimals(error) for error in errors]
+    return [
+        "unstable" if math.isnan(value) else f"{value:.{places}f}" + " " * (max(decimals) - places)
+        for value, places in zip(values, decimals, strict=True)
+    ]
+
+
+def plural(count: int, noun: str) -> str:
+    """1 element, 2 elements."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+# A solution.
+
+
+def solution_json(solution: "Solution") -> str:
+    """Beam, model, equilibrium, modes and statistics of a solution as JSON."""
+    state, stats, units = solution.equilibrium, solution.stats, solution.beam.units
+    model = solution.problem.model
+    data = {
+        "beam": solution.beam.numbers,
+        "model": {key: model[key] for key in MODEL_KEYS},
+        "equilibrium": {key: getattr(state, key) for key in EQUILIBRIUM_KEYS},
+        "modes": mode_records(solution),
+        "stats": {key: getattr(stats, key) for key in STATS_KEYS},
+    }
+    if units:
+        data["units"] = {"length": units.length, "time": units.time}
+    return json_text(data)
+
+
+def mode_records(solution: "Solution") -> list[dict[str, Any]]:
+    """Each mode under the keys of the JSON; with frequencies in Hz and rad/s for a beam in SI."""
+    records = []
+    for k, frequency in enumerate(solution.frequencies):
+        record = {
+            "index": k + 1,
+            "label": solution.labels[k],
+            "family": solution.families[k],
+            "frequency": frequency,
+            "error": solution.errors[k],
+            "bending_fraction": solution.bending_energy_fraction[k],
+            "nodes": solution.nodes[k],
+        }
+        if math.isnan(frequency):
+            record["growth_rate"] = solution.growth_rates[k]
+        if units := solution.beam.units:
+            record["hertz"] = units.hertz(frequency)
+            record["rad_per_s"] = units.angular_frequency(frequency)
+        records.append(plain(record))
+    return records
+
+
+def solution_csv(solution: "Solution") -> str:
+    """One line for each mode under the keys of the JSON; nodes are separated by spaces."""
+    columns = MODE_COLUMNS + (SI_COLUMNS if solution.beam.units else [])
+    records = mode_records(solution)
+    for record in records:
+        record["nodes"] = " ".join(map(repr, record["nodes"]))
+    return csv_text(columns, ([record.get(key) for key in columns] for record in records))
+
+
+def solution_table(solution: "Solution") -> str:
+    """The beam, its equilibrium and its modes, to be read in a terminal."""
+    beam, state, stats = solution.beam, solution.equilibrium, solution.stats
+    heading = ["Beam         " + described_numbers(beam)]
+    if units := beam.units:
+        heading.append(
+            f"SI units     L = {units.length:g} m, T* = {units.time:.7g} s,"
+            f" {units.rpm(beam.gamma):.7g} rpm"
+        )
+    x, y = state.tip
+    heading += [
+        described_model(solution.problem.model),
+        f"Equilibrium  {state.status}, tip at ({x:.7g}, {y:.7g}) L from the clamp,"
+        f" greatest stretch {state.max_stretch:.7g}",
+    ]
+    footer = (
+        f"{stats.method}: {plural(stats.elements, 'element')} of order {stats.order},"
+        f" {stats.dof} unknowns, {1000 * stats.seconds:.3g} ms"
+    )
+    return "\n".join([*heading, "", *aligned_table(mode_columns(solution)), "", footer])
+
+
+def described_numbers(beam: "Beam", without: str = "") -> str:
+    """The numbers of a beam by name, but one."""
+    numbers = beam.numbers.items()
+    return ", ".join(f"{name} {value:.7g}" for name, value in numbers if name != without)
+
+
+def described_model(model: dict[str, Any]) -> str:
+    """The line of the model above a table."""
+    coriolis = "with" if model["coriolis"] else "without"
+    return (
+        f"Model        {model['strain']} strain, {model['curvature']} curvature,"
+        f" {model['plane']}, {coriolis} Coriolis"
+    )
+
+
+def mode_columns(solution: "Solution") -> list[list[str]]:
+    """The table of modes by columns, each with its heading first."""
+    frequencies, errors, units = solution.frequencies, solution.errors, solution.beam.units
+    columns = [
+        ["mode", *(str(k + 1) for k in range(len(frequencies)))],
+        ["label", *solution.labels],
+        ["family", *solution.families],
+        ["frequency [1/T*]", *significant_column(frequencies, errors)],
+        ["error", *(f"{error:.0e}" if math.isfinite(error) else "-" for error in errors)],
+    ]
+    if units:
+        for name, convert in (("[Hz]", units.hertz), ("[rad/s]", units.angular_frequency)):
+            columns.append([name, *significant_column(convert(frequencies), convert(errors))])
+    if np.isnan(frequencies).any():
+        rates = (f"{rate:.6g}" if rate else "-" for rate in solution.growth_rates)
+        columns.append(["growth rate [1/T*]", *rates])
+    columns.append(["bending", *(f"{100 * s:.0f} %" for s in solution.bending_energy_fraction)])
+    nodes = (" ".join(f"{x:.5f}" for x in positions) or "-" for positions in solution.nodes)
+    columns.append(["nodes x/L", *nodes])
+    return columns
+
+
+SOLUTION_FORMATS = {"table": solution_table, "json": solution_json, "csv": solution_csv}
+
+
+def field_arrays(solution: "Solution") -> dict[str, np.ndarray]:
+    """Everything in a solution as arrays: (modes,), and along the beam (stations,), position
+    (stations, 2), shapes (modes, stations, 2); lengths in L, unit modal mass."""
+    beam, state = solution.beam, solution.equilibrium
+    x = np.union1d(np.linspace(0.0, 1.0, STATIONS), [beam.beta])
+    return {
+        "beam": np.array(list(beam.numbers.values())),
+        "beam_names": np.array(list(beam.numbers)),
+        "units": np.array([beam.units.length, beam.units.time] if beam.units else []),
+        "model": np.array(json.dumps(solution.problem.model)),
+        "status": np.array(state.status),
+        "labels": np.array(solution.labels),
+        "families": np.array(solution.families),
+        "frequencies": solution.frequencies,
+        "errors": solution.errors,
+        "growth_rates": solution.growth_rates,
+        "bending_fractions": solution.bending_energy_fraction,
+        "x": x,
+        "position": state.position(x),
+        "stretch": state.stretch(x),
+        "shapes": np.moveaxis(solution.displacement(x), 2, 0),
+    }
+
+
+def fields_csv(solution: "Solution") -> str:
+    """The same, one line for each mode and station; a number that is not finite is left empty."""
+    arrays = field_arrays(solution)
+    heading, shapes = FIELD_COLUMNS, [arrays["shapes"]]
+    if np.iscomplexobj(shapes[0]):
+        heading, shapes = FIELD_COLUMNS + IMAGINARY_COLUMNS, [shapes[0].real, shapes[0].imag]
+    state = [arrays[key] for key in ("x", "position", "stretch")]
+    modes = ("frequencies", "errors", "growth_rates", "bending_fractions")
+    rows = (
+        [k + 1, label, family, *plain([arrays[key][k] for key in modes]), *plain(row)]
+        for k, (label, family) in enumerate(zip(solution.labels, solution.families, strict=True))
+        for row in np.column_stack([*state, *(part[k] for part in shapes)])
+    )
+    return csv_text(heading, rows)
+
+
+# Frequency loci.
+
+
+def loci_json(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
+    """Sweep, branches, crossings and veerings as JSON."""
+    numbers = loci.beam.numbers
+    data = {
+        "beam": {name: value for name, value in numbers.items() if name != loci.over},
+        "model": loci.problem.model,
+        "over": loci.over,
+        "values": loci.values,
+        "branches": [branch_record(loci, branch) for branch in loci.branches],
+        "events": loci.events,
+        "limits": loci.limits,
+        "complete": loci.complete,
+        "confidence": loci.confidence,
+        "stats": {"solves": loci.solves, "seconds": loci.seconds},
+    }
+    if resonances:
+        data["resonances"] = resonances
+    if units := loci.units:
+        data["units"] = {"length": units.length, "time": units.time}
+        if loci.over == "gamma":
+            data["rpm"] = units.rpm(loci.values)
+    return json_text(data)
+
+
+def branch_record(loci: "Loci", branch: "Branch") -> dict[str, Any]:
+    """A branch under the keys of the JSON; one entry for each value."""
+    keys = ("label", "family", "frequency", "growth_rate", "error", "bending_fraction")
+    record = {key: getattr(branch, key) for key in keys}
+    return record | ({"hertz": loci.units.hertz(branch.frequency)} if loci.units else {})
+
+
+def loci_csv(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
+    """One line for each value, every column a number: frequencies, then bending fractions."""
+    columns = {loci.over: loci.values}
+    if loci.units and loci.over == "gamma":
+        columns["rpm"] = loci.units.rpm(loci.values)
+    columns |= {branch.label: branch.frequency for branch in loci.branches}
+    if loci.units:
+        columns |= {f"{b.label}_hertz": loci.units.hertz(b.frequency) for b in loci.branches}
+    columns |= {f"{branch.label}_bending": branch.bending_fraction for branch in loci.branches}
+    return csv_text(columns, zip(*(column.tolist() for column in columns.values()), strict=True))
+
+
+def loci_table(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
+    """The sweep, its frequencies and its events, to be read in a terminal."""
+    heading = [
+        "Beam         " + described_numbers(loci.beam, without=loci.over),
+        f"Sweep        {loci.over} = {loci.values[0]:.7g} .. {loci.values[-1]:.7g},"
+        f" {len(loci.values)} values",
+        described_model(loci.problem.model),
+    ]
+    if units := loci.units:
+        heading.append(f"SI units     L = {units.length:g} m, T* = {units.time:.7g} s")
+    confidence = [value for value in loci.confidence if math.isfinite(value)]
+    footer = f"least MAC from value to value {min(confidence):.4f}, " if confidence else ""
+    footer += f"{plural(loci.solves, 'solve')}, {1000 * loci.seconds:.3g} ms"
+    limits = [limit.message for limit in loci.limits]
+    events, crossed = event_lines(loci), resonance_lines(loci, resonances)
+    parts = [heading, frequency_lines(loci), events, crossed, limits, [footer]]
+    return "\n\n".join("\n".join(part) for part in parts if part)
+
+
+def frequency_lines(loci: "Loci") -> list[str]:
+    """The table of frequencies, thinned to at most MAX_LOCI_ROWS values."""
+    count = len(loci.values)
+    step = math.ceil((count - 1) / (MAX_LOCI_ROWS - 1))
+    rows = [*range(0, count - 1, step), count - 1]
+    columns = [[loci.over, *(f"{loci.values[i]:.7g}" for i in rows)]]
+    columns += [branch_column(branch, rows) for branch in loci.branches]
+    thinned = f", one value in {step} (--format csv has all)" if step > 1 else ""
+    lines = [f"Frequencies [1/T*]{thinned}", *aligned_table(columns)]
+    if any(cell[-1:] in FAMILY_LETTERS.values() for column in columns[1:] for cell in column[1:]):
+        lines.append("b, s, m: bending, stretching or mixed there, unlike the label")
+    return lines
+
+
+def branch_column(branch: "Branch", rows: list[int]) -> list[str]:
+    """The label of a branch, then its frequencies with their significant decimals; a letter marks
+    a family other than the label's."""
+    errors = [branch.error[i] for i in rows if branch.mode_index[i] >= 0]
+    decimals = min([MAX_LOCI_DECIMALS, *map(significant_decimals, errors)])
+    cells = [branch.label + "  "]
+    for i in rows:
+        value, family = branch.frequency[i], branch.family[i]
+        if family is None:
+            cells.append("-  ")
+            continue
+        text = "unstable" if math.isnan(value) else f"{value:.{decimals}f}"
+        letter = FAMILY_LETTERS[family]
+        cells.append(f"{text} {letter if letter != branch.label[0].lower() else ' '}")
+    return cells
+
+
+def event_lines(loci: "Loci") -> list[str]:
+    """The table of crossings and veerings, and a note if there may be more."""
+    note = [] if loci.complete else [loci.unfinished]
+    if not loci.events:
+        return note or ["No two of these loci meet here."]
+    events = loci.events
+    columns = [
+        column("event", (event.kind for event in events)),
+        column("branches", (" ".join(event.branches) for event in events)),
+        column(f"at {loci.over}", (event.at for event in events), ".6f"),
+        column("frequency", (event.frequency for event in events), ".5f"),
+        column("gap", (event.gap for event in events), ".3g"),
+        column("veering index", (event.index for event in events), ".3f"),
+    ]
+    return aligned_table(columns) + note
+
+
+def resonance_lines(loci: "Loci", resonances: Sequence["Resonance"]) -> list[str]:
+    """The table of resonances; with rpm for a beam in SI."""
+    if not resonances:
+        return []
+    columns = [
+        column("per rev", (one.per_rev for one in resonances)),
+        column("branch", (one.branch for one in resonances)),
+        column("at gamma", (one.at for one in resonances), ".6f"),
+        column("frequency", (one.frequency for one in resonances), ".5f"),
+    ]
+    if loci.units:
+        columns.append(column("rpm", (loci.units.rpm(one.at) for one in resonances), ".6g"))
+    return ["Resonances, frequency = per rev x speed", *aligned_table(columns)]
+
+
+LOCI_FORMATS = {"table": loci_table, "json": loci_json, "csv": loci_csv}
+
+
+# Lessons.
+
+
+def lessons_table(lessons: Sequence["Lesson"]) -> str:
+    """Name, title and question of each lesson."""
+    width = 2 + max(len(lesson.name) for lesson in lessons)
+    wrap = textwrap.TextWrapper(LESSON_WIDTH, " " * width, " " * width)
+    return "\n".join(
+        line
+        for lesson in lessons
+        for line in (f"{lesson.name:<{width}}{lesson.title}", *wrap.wrap(lesson.question))
+    )
+
+
+def lessons_json(lessons: Sequence["Lesson"]) -> str:
+    """Every lesson with its texts, computed numbers and scene."""
+    return json_text({"lessons": [lesson_record(lesson) for lesson in lessons]})
+
+
+def lesson_record(lesson: "Lesson") -> dict[str, Any]:
+    """A lesson under the keys of the JSON; texts without the marks of emphasis."""
+    texts = {key: getattr(lesson, key).replace("*", "") for key in ("do", "see", "meaning")}
+    challenge = lesson.challenge
+    return {
+        "name": lesson.name,
+        "title": lesson.title,
+        "question": lesson.question,
+        **texts,
+        "proof": {"words": lesson.proof.words, "numbers": lesson.proof.numbers},
+        "challenge": {
+            "task": challenge.task,
+            "number": challenge.number,
+            "within": challenge.within,
+            "answers": [challenge.answer],
+        },
+        "scene": lesson.scene.tables,
+    }
+
+
+LESSONS_FORMATS = {"table": lessons_table, "json": lessons_json}

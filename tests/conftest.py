@@ -48,7 +48,7 @@ mass = 0.5
 @pytest.fixture
 def run(capsys):
     """Run a command line; its exit code, stdout and stderr."""
-    from beamviz.cli.commands import main
+    from beamviz.cli import main
 
     def run(*arguments: str) -> tuple[int, str, str]:
         code = main(list(arguments))

@@ -18,7 +18,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from beamviz.beam import PARAMETERS, SI_KEYS, SI_REQUIRED, Beam
-from beamviz.cli.commands import main
+from beamviz.cli import main
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.frequency_loci import loci
 from beamviz.solver import CHOICES, solve

@@ -1,0 +1,66 @@
+"""The command line: data on stdout, messages on stderr, one exit code for each kind of failure."""
+
+import json
+import math
+import os
+import sys
+from itertools import pairwise
+
+from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
+
+EXIT_CODES = {InvalidInput: 2, NoEquilibrium: 3, NotConverged: 4}
+OTHER_FAILURE = 1
+INTERRUPTED = 130
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run a command line (by default this process's) and return its exit code: 0 done, 1 any other
+    failure, 2 invalid input, 3 no equilibrium, 4 not converged, 130 interrupted."""
+    given = sys.argv[1:] if arguments is None else arguments
+    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
+        os.environ[name] = "1"  # small matrices: more threads only wait for each other
+    try:
+        code = run(given or ["--help"])
+        print(end="", flush=True)
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or its last flush fails
+        if not isinstance(error, BrokenPipeError):  # a reader that leaves early is no failure
+            print(f"beamviz: {error}", file=sys.stderr)
+        return OTHER_FAILURE
+    return code
+
+
+def run(arguments: list[str]) -> int:
+    """Run a command and return its exit code; OSError passes, every other failure is reported."""
+    import typer
+
+    from beamviz.cli.commands import app
+
+    try:
+        return app(arguments, prog_name="beamviz", standalone_mode=False) or 0
+    except BeamvizError as error:
+        code = EXIT_CODES.get(type(error), OTHER_FAILURE)
+        limit = {}
+        if isinstance(error, NoEquilibrium):
+            limit["limit"] = error.limit if math.isfinite(error.limit) else None
+        return report(code, error.kind, str(error), arguments, **limit)
+    except typer.TyperException as error:
+        return report(error.exit_code, InvalidInput.kind, error.format_message(), arguments)
+    except OSError:
+        raise
+    except Exception as error:
+        message = f"unexpected {type(error).__name__}: {error}"
+        return report(OTHER_FAILURE, "internal", message, arguments)
+
+
+def report(
+    code: int, kind: str, message: str, arguments: list[str], **details: float | None
+) -> int:
+    """Report a failure: one line on stderr, and JSON on stdout with --format json."""
+    line = " ".join(message.split())
+    print(f"beamviz: {line}", file=sys.stderr)
+    if "--format=json" in arguments or ("--format", "json") in pairwise(arguments):
+        print(json.dumps({"error": {"kind": kind, "message": line, **details}}))
+    return code

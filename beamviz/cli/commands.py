@@ -1,39 +1,33 @@
-"""The command line: data on stdout, messages on stderr, and one exit code for each kind of end.
-
-Heavy imports live inside the commands, so that each starts with what it needs.
-"""
+"""The commands. Heavy imports are inside them, so that each starts with what it needs."""
 
 import contextlib
-import json
-import os
 import sys
 from collections.abc import Iterable
-from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal, TextIO
+from typing import Annotated, Any, Literal
 
 import typer
 
 from beamviz import __version__
-from beamviz.beam import Beam, check_float, check_int
-from beamviz.cli.options import numeric, numeric_triple, takes_beam, takes_scene
-from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
-from beamviz.output import FORMATS, finite
+from beamviz.beam import PARAMETERS, Beam, check_float, check_int, exact_text
+from beamviz.cli.options import number, sweep_values, takes_beam, takes_scene, triple
 
-DIRECTION = numeric_triple(
+DIRECTION = triple(
     "--from", "Look from this direction, 0,0,1 being above and 0,-1,0 beside the beam."
 )
-ZOOM = numeric("How much nearer than where the beam fills the picture.")
+ZOOM = number("How much nearer than where the beam fills the picture.")
 
-EXIT_CODES = {InvalidInput: 2, NoEquilibrium: 3, NotConverged: 4}
-OTHER_FAILURE = 1
-INTERRUPTED = 130
 PORTS = (1, 65535)
 MAX_PER_REV = 100
 MAX_VISITORS = 1000
 MAX_PROCESSES = 64
 
 app = typer.Typer(add_completion=False)
+
+
+def show(text: str) -> None:
+    """Print a result with one newline at its end."""
+    print(text.removesuffix("\n"))
 
 
 def show_version(wanted: bool) -> None:
@@ -58,13 +52,14 @@ def beamviz(
 def modes(
     beam: Beam,
     options: dict[str, Any],
-    modes: Annotated[int, numeric("How many modes.")] = 5,
+    modes: Annotated[int, number("How many modes.")] = 5,
     format: Annotated[Literal["table", "json", "csv"], typer.Option(help="Output.")] = "table",
 ) -> None:
     """Equilibrium and modes of a beam."""
+    from beamviz.output import SOLUTION_FORMATS
     from beamviz.solver import solve
 
-    print(FORMATS[format](solve(beam, modes=modes, **options)))
+    show(SOLUTION_FORMATS[format](solve(beam, modes=modes, **options)))
 
 
 @app.command()
@@ -75,34 +70,36 @@ def loci(
     over: Annotated[
         Literal["gamma", "alpha", "beta", "delta", "mu"], typer.Option(help="The number to vary.")
     ],
-    start: Annotated[float, numeric("Its first value.")],
-    stop: Annotated[float, numeric("Its last value.")],
-    points: Annotated[int, numeric("How many values.")] = 201,
-    modes: Annotated[int, numeric("How many modes at each.")] = 5,
+    start: Annotated[float, number("Its first value.")],
+    stop: Annotated[float, number("Its last value.")],
+    points: Annotated[int, number("How many values.")] = 201,
+    modes: Annotated[int, number("How many modes at each.")] = 5,
     format: Annotated[Literal["table", "json", "csv"], typer.Option(help="Output.")] = "table",
     plot: Annotated[
         Path | None,
         typer.Option(help="The chart to write as well.", metavar="FILE.png|svg|pdf"),
     ] = None,
-    per_rev: Annotated[int, numeric("Resonances with 1 .. N times the speed.")] = 0,
+    per_rev: Annotated[int, number("Resonances with 1 .. N times the speed.")] = 0,
 ) -> None:
     """Frequencies along one of the five numbers, tracked, with their crossings and veerings."""
     from beamviz.frequency_loci import loci
     from beamviz.frequency_loci.forced_response import resonances
-    from beamviz.output_loci import LOCI_FORMATS, unused, values_between
+    from beamviz.output import LOCI_FORMATS
 
-    values = values_between(over, start, stop, points)
+    values = sweep_values(over, start, stop, points)
     if plot:
         from beamviz.plotting.loci import check_suffix, save_chart
 
         check_suffix(plot)
-    if words := unused(beam, over):
-        print(f"beamviz: {words}", file=sys.stderr)
+    given = beam.numbers[over]
+    if not beam.units and given != PARAMETERS[over].default:
+        note = f"--{over} {exact_text(given)} is not used: --over {over} varies it"
+        print(f"beamviz: {note}", file=sys.stderr)
     found = loci(beam, over, values, modes, **options)
     crossed = resonances(found, check_int("per-rev", per_rev, 0, MAX_PER_REV))
     if plot:
         save_chart(plot, found, crossed, per_rev)
-    print(LOCI_FORMATS[format](found, crossed))
+    show(LOCI_FORMATS[format](found, crossed))
 
 
 @app.command()
@@ -115,9 +112,9 @@ def serve(
     host: Annotated[
         str, typer.Option(help="Address to listen on; 0.0.0.0 lets others in who have the link.")
     ] = "127.0.0.1",
-    port: Annotated[int, numeric("Port to listen on.")] = 8080,
+    port: Annotated[int, number("Port to listen on.")] = 8080,
     open: Annotated[bool, typer.Option(help="Open the page in the default browser.")] = False,
-    visitors: Annotated[int, numeric("How many visitors at once.")] = 60,
+    visitors: Annotated[int, number("How many visitors at once.")] = 60,
     public_url: Annotated[
         str, typer.Option(help="Where a reverse proxy offers it.", metavar="https://NAME")
     ] = "",
@@ -129,7 +126,7 @@ def serve(
     ] = False,
     processes: Annotated[
         int | None,
-        numeric(
+        number(
             "Processes that share the visitors (default: one for each core where others are let"
             " in, else 1; with --follow, and on other systems than Linux, 1)."
         ),
@@ -159,9 +156,9 @@ def screenshot(
     path: Annotated[Path, typer.Argument(help="The picture to write.", metavar="OUT.png")],
     direction: Annotated[Any, DIRECTION] = None,
     zoom: Annotated[float, ZOOM] = 1.0,
-    width: Annotated[int, numeric("Width in pixels.")] = 1280,
-    height: Annotated[int, numeric("Height in pixels.")] = 720,
-    phase: Annotated[float, numeric("Moment of the vibration in cycles, 0 .. 1.")] = 0.25,
+    width: Annotated[int, number("Width in pixels.")] = 1280,
+    height: Annotated[int, number("Height in pixels.")] = 720,
+    phase: Annotated[float, number("Moment of the vibration in cycles, 0 .. 1.")] = 0.25,
     transparent: Annotated[
         bool, typer.Option("--transparent", help="Leave the background out.")
     ] = False,
@@ -188,12 +185,12 @@ def animate(
     path: Annotated[Path, typer.Argument(help="The film to write.", metavar="OUT.gif|webp|mp4")],
     direction: Annotated[Any, DIRECTION] = None,
     zoom: Annotated[float, ZOOM] = 1.0,
-    width: Annotated[int, numeric("Width in pixels.")] = 800,
-    height: Annotated[int, numeric("Height in pixels.")] = 450,
-    fps: Annotated[float, numeric("Frames in a second, 5 .. 50.")] = 25.0,
+    width: Annotated[int, number("Width in pixels.")] = 800,
+    height: Annotated[int, number("Height in pixels.")] = 450,
+    fps: Annotated[float, number("Frames in a second, 5 .. 50.")] = 25.0,
     periods: Annotated[
         int | None,
-        numeric("Periods of the first mode shown (default: as few as make a seamless loop)."),
+        number("Periods of the first mode shown (default: as few as make a seamless loop)."),
     ] = None,
 ) -> None:
     """The 3D scene as a film that ends where it began, without a screen."""
@@ -245,9 +242,10 @@ def lessons(
     format: Annotated[Literal["table", "json"], typer.Option(help="Output.")] = "table",
 ) -> None:
     """Lists the lessons of the explorer."""
-    from beamviz.output_lessons import FORMATS
+    from beamviz.lessons import LESSONS
+    from beamviz.output import LESSONS_FORMATS
 
-    print(FORMATS[format]())
+    print(LESSONS_FORMATS[format](LESSONS))
 
 
 @app.command()
@@ -293,58 +291,3 @@ def stability(
     from beamviz.failure_maps.report import stability
 
     print(stability(out, quick, lambda text: print(text, file=sys.stderr)))
-
-
-def one_thread() -> None:
-    """Keep numpy, not loaded yet, to one thread: these matrices are small, and threads that wait
-    for each other on a busy machine take ten times as long."""
-    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
-        os.environ[name] = "1"
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Run a command line (by default this process's); the exit code (the README lists them)."""
-    given = sys.argv[1:] if arguments is None else arguments
-    one_thread()
-    try:
-        code = run(given or ["--help"])
-        print(end="", flush=True)
-    except KeyboardInterrupt:
-        return INTERRUPTED
-    except OSError as error:
-        silence(sys.stdout)
-        if not isinstance(error, BrokenPipeError):  # a reader that leaves early is no failure
-            print(f"beamviz: {error}", file=sys.stderr)
-        return OTHER_FAILURE
-    return code
-
-
-def silence(stream: TextIO) -> None:
-    """Send what is left in a stream's buffer nowhere, so that its last flush cannot fail."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
-
-
-def run(arguments: list[str]) -> int:
-    """Run a command; every failure becomes one line, and JSON where that was asked for."""
-    try:
-        return app(arguments, prog_name="beamviz", standalone_mode=False) or 0
-    except BeamvizError as error:
-        code = EXIT_CODES.get(type(error), OTHER_FAILURE)
-        limit = {"limit": finite(error.limit)} if isinstance(error, NoEquilibrium) else {}
-        return fail(code, error.kind, str(error), arguments, **limit)
-    except typer.TyperException as error:
-        return fail(error.exit_code, InvalidInput.kind, error.format_message(), arguments)
-    except OSError:
-        raise
-    except Exception as error:
-        message = f"unexpected {type(error).__name__}: {error}"
-        return fail(OTHER_FAILURE, "internal", message, arguments)
-
-
-def fail(code: int, kind: str, message: str, arguments: list[str], **details: float | None) -> int:
-    """Say what went wrong, in one line for people and as JSON for programs."""
-    line = " ".join(message.split())
-    print(f"beamviz: {line}", file=sys.stderr)
-    if "--format=json" in arguments or ("--format", "json") in pairwise(arguments):
-        print(json.dumps({"error": {"kind": kind, "message": line, **details}}))
-    return code

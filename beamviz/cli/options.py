@@ -1,72 +1,74 @@
-"""The options every command with a beam shares: the five numbers or an SI file, and the model."""
+"""Options that several commands share: the beam, its model and the scene."""
 
 import functools
 import inspect
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from beamviz.beam import PARAMETERS, Beam
+from beamviz.beam import PARAMETERS, Beam, check_float, check_int, exact_text
 from beamviz.errors import InvalidInput
 
 if TYPE_CHECKING:
     from beamviz.scene import Scene
 
-KEYWORD = inspect.Parameter.KEYWORD_ONLY
+MAX_POINTS = 10_000  # of a sweep
 
 
-def number(text: str | float) -> float | str:
-    """A number, or the text as it is: the check that knows the range names both."""
+def parse_number(text: str | float) -> float | str:
+    """A number; other text is returned as it is, for the range check to name it."""
     for kind in (int, float):
         try:
-            return kind(str(text))  # a default comes as a number, and int() would cut it off
+            return kind(str(text))  # int() of a default such as 0.25 would truncate it
         except ValueError:
             continue
     return text
 
 
-def numeric(help: str, **settings: Any) -> Any:
-    """An option that takes a number; what uses it checks its range."""
-    return typer.Option(help=help, parser=number, metavar="NUMBER", **settings)
+def number(help: str, **settings: Any) -> Any:
+    """An option that takes a number; the function that uses it checks the range."""
+    return typer.Option(help=help, parser=parse_number, metavar="NUMBER", **settings)
 
 
-def numeric_triple(name: str, help: str) -> Any:
-    """An option that takes three numbers between commas."""
-    return typer.Option(name, help=help, parser=triple, metavar="X,Y,Z")
+def triple(name: str, help: str) -> Any:
+    """An option that takes three comma-separated numbers."""
+    return typer.Option(name, help=help, parser=parse_triple, metavar="X,Y,Z")
 
 
-def triple(text: str) -> tuple[float, float, float]:
-    """Three numbers between commas."""
-    parts = [number(part) for part in text.split(",")]
+def parse_triple(text: str) -> tuple[float, float, float]:
+    """Three comma-separated numbers; typer.BadParameter for anything else."""
+    parts = [parse_number(part) for part in text.split(",")]
     if len(parts) != 3 or not all(isinstance(x, int | float) and math.isfinite(x) for x in parts):
         raise typer.BadParameter(f"{text}: must be three numbers between commas, as 0,-1,0.5")
     x, y, z = map(float, parts)
     return x, y, z
 
 
-def beam_number(name: str) -> Any:
-    """The option for one of the five numbers; Beam has its default."""
-    parameter = PARAMETERS[name]
-    low, high = parameter.limits
-    meaning = f"{parameter.label.capitalize()} {parameter.definition}, {low:g} .. {high:g}"
-    return numeric(f"{meaning} (default {parameter.default:g}).", rich_help_panel="Beam")
+def parameter(name: str) -> Any:
+    """The option of one of the five numbers."""
+    one = PARAMETERS[name]
+    low, high = one.limits
+    label = f"{one.label.capitalize()} {one.definition}"
+    return number(
+        f"{label}, {low:g} .. {high:g} (default {one.default:g}).", rich_help_panel="Beam"
+    )
 
 
 def model(help: str) -> Any:
-    """An option that chooses the model."""
+    """An option of the model."""
     return typer.Option(help=help, rich_help_panel="Model")
 
 
 def beam_and_model(
-    alpha: Annotated[float | None, beam_number("alpha")] = None,
-    beta: Annotated[float | None, beam_number("beta")] = None,
-    gamma: Annotated[float | None, beam_number("gamma")] = None,
-    delta: Annotated[float | None, beam_number("delta")] = None,
-    mu: Annotated[float | None, beam_number("mu")] = None,
+    alpha: Annotated[float | None, parameter("alpha")] = None,
+    beta: Annotated[float | None, parameter("beta")] = None,
+    gamma: Annotated[float | None, parameter("gamma")] = None,
+    delta: Annotated[float | None, parameter("delta")] = None,
+    mu: Annotated[float | None, parameter("mu")] = None,
     si: Annotated[
         Path | None,
         typer.Option(
@@ -108,123 +110,129 @@ def beam_and_model(
     ] = "chordwise",
     elements: Annotated[
         int | None,
-        numeric("Elements of ancf, ancf-planar and linear (default 20).", rich_help_panel="Model"),
+        number("Elements of ancf, ancf-planar and linear (default 20).", rich_help_panel="Model"),
     ] = None,
     terms: Annotated[
         int | None,
-        numeric(
+        number(
             "Terms of assumed-modes (default 10), power-series (80) and chebyshev (32).",
             rich_help_panel="Model",
         ),
     ] = None,
     tolerance: Annotated[
-        float,
-        numeric("Relative error asked of each frequency.", rich_help_panel="Model"),
+        float, number("Relative error asked of each frequency.", rich_help_panel="Model")
     ] = 1e-6,
 ) -> tuple[Beam, dict[str, Any]]:
-    """The beam, and the keywords of solve() that describe its model."""
-    numbers = {"alpha": alpha, "beta": beta, "gamma": gamma, "delta": delta, "mu": mu}
-    given: dict[str, Any] = {name: value for name, value in numbers.items() if value is not None}
-    options = {
-        "method": method,
-        "strain": strain,
-        "curvature": curvature,
-        "coriolis": coriolis,
-        "plane": plane,
-        "elements": elements,
-        "terms": terms,
-        "tolerance": tolerance,
-    }
+    """The beam, and the keywords of `solve` that describe its model."""
+    options: dict[str, Any] = dict(locals())
+    numbers = {name: options.pop(name) for name in PARAMETERS}
+    given = {name: value for name, value in numbers.items() if value is not None}
+    del options["si"]
     if si is None:
         return Beam(**given), options
-    if given:
-        name, value = next(iter(given.items()))
+    for name, value in given.items():
         raise InvalidInput(
             f"--{name} {value} and --si {si} exclude each other: the file gives all five numbers"
         )
     return Beam.from_toml(si), options
 
 
-def takes_beam(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command the shared options; it receives `beam` and `options` made of them."""
-    shared = inspect.signature(beam_and_model).parameters
-    own = inspect.signature(command).parameters
-
-    @functools.wraps(command)
-    def wrapper(**values: Any) -> None:
-        beam, options = beam_and_model(**{name: values.pop(name) for name in shared})
-        command(beam=beam, options=options, **values)
-
-    return declared(wrapper, [own[name] for name in own if name not in ("beam", "options")], shared)
-
-
-def seen(help: str, *names: str, **settings: Any) -> Any:
-    """An option that chooses what is seen."""
+def scene_option(help: str, *names: str, **settings: Any) -> Any:
+    """An option of the scene."""
     return typer.Option(*names, help=help, rich_help_panel="Scene", **settings)
 
 
-def scene_and_changes(
+def scene_from_options(
+    context: typer.Context,
     scene: Annotated[
         Path | None,
-        seen("A scene saved by the explorer; other options go before it.", metavar="FILE.toml"),
+        scene_option(
+            "A scene saved by the explorer; other options override it.", metavar="FILE.toml"
+        ),
     ] = None,
     lesson: Annotated[
-        str | None, seen("The scene of a lesson, in place of a file.", metavar="NAME")
+        str | None, scene_option("The scene of a lesson, in place of a file.", metavar="NAME")
     ] = None,
     mode: Annotated[
-        int | None, seen("Mode to show alone (default 2).", parser=number, metavar="NUMBER")
+        int | None,
+        scene_option("Mode to show alone (default 2).", parser=parse_number, metavar="NUMBER"),
     ] = None,
-    dark: Annotated[bool | None, seen("Background (default light).", "--dark/--light")] = None,
-) -> tuple["Scene", dict[str, Any]]:
-    """The scene of a file, of a lesson or the usual one, and what is to be changed in it."""
+    dark: Annotated[
+        bool | None, scene_option("Background (default light).", "--dark/--light")
+    ] = None,
+    **beam_options: Any,
+) -> tuple["Scene"]:
+    """The scene of a file, of a lesson or the default one, with the options of the command line."""
     from beamviz.scene import Scene
 
-    if scene and lesson:
-        raise InvalidInput(f"--scene {scene} and --lesson {lesson} exclude each other")
-    changes = {"mode": mode, "dark": dark}
-    changed = {name: value for name, value in changes.items() if value is not None}
+    beam, _ = beam_and_model(**beam_options)  # also rejects --si beside one of the five numbers
+    file = context.params.get("scene_file") or scene
+    if file and lesson:
+        raise InvalidInput(f"--scene {file} and --lesson {lesson} exclude each other")
     if lesson:
         from beamviz import lessons
 
-        return lessons.lesson(lesson).scene, changed
-    return Scene.from_toml(scene) if scene else Scene(), changed
+        start = lessons.lesson(lesson).scene
+    else:
+        start = Scene.from_toml(file) if file else Scene()
+    if beam_options.pop("si"):
+        start = replace(start, beam=beam)
+    changes = {name: value for name, value in beam_options.items() if is_given(context, name)}
+    changes |= {k: v for k, v in {"mode": mode, "dark": dark}.items() if v is not None}
+    return (start.changed(**changes),)
 
 
-def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command the options of scene and beam; it receives a `scene` made of them."""
-    of_scene = inspect.signature(scene_and_changes).parameters
-    of_beam = inspect.signature(beam_and_model).parameters
-    own = inspect.signature(command).parameters
-
-    @functools.wraps(command)
-    def wrapper(context: typer.Context, **values: Any) -> None:
-        seen = {name: values.pop(name) for name in of_scene}
-        seen["scene"] = values.pop("scene_file", None) or seen["scene"]
-        scene, changes = scene_and_changes(**seen)
-        numbers_and_model = {name: values.pop(name) for name in of_beam}
-        beam, _ = beam_and_model(**numbers_and_model)  # where --si excludes the numbers
-        if numbers_and_model.pop("si"):
-            scene = replace(scene, beam=beam)
-        given = {k: v for k, v in numbers_and_model.items() if named(context, k)}
-        command(scene=scene.changed(**given, **changes), **values)
-
-    context = inspect.Parameter("context", KEYWORD, annotation=typer.Context)
-    listed = [context, *(own[name] for name in own if name != "scene")]
-    return declared(wrapper, listed, {**of_scene, **of_beam})
-
-
-def named(context: typer.Context, name: str) -> bool:
-    """Whether the command line gives an option, be it with its usual value."""
+def is_given(context: typer.Context, name: str) -> bool:
+    """Whether the command line gives an option, even with its default value."""
     source = context.get_parameter_source(name)
     return source is not None and source.name == "COMMANDLINE"
 
 
-def declared(
-    wrapper: Callable[..., None],
-    own: Sequence[inspect.Parameter],
-    shared: Mapping[str, inspect.Parameter],
-) -> Callable[..., None]:
-    """`wrapper` as a command with its own parameters and the shared ones."""
-    every = [entry.replace(kind=KEYWORD) for entry in (*own, *shared.values())]
-    wrapper.__signature__ = inspect.Signature(every)  # type: ignore[attr-defined]
-    return wrapper
+def shared_options(
+    build: Callable[..., tuple], *extra: Callable[..., Any]
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """A decorator that adds the options of `build` (and, for its **keywords, of `extra`) to a
+    command, which receives the values that `build` makes of them as its first arguments."""
+    shared = {
+        name: entry.replace(kind=inspect.Parameter.KEYWORD_ONLY)
+        for function in (build, *extra)
+        for name, entry in inspect.signature(function).parameters.items()
+        if entry.kind is not inspect.Parameter.VAR_KEYWORD
+    }
+
+    def decorate(command: Callable[..., None]) -> Callable[..., None]:
+        own = [
+            entry.replace(kind=inspect.Parameter.KEYWORD_ONLY)
+            for entry in inspect.signature(command).parameters.values()
+            if entry.name not in ("beam", "options", "scene")
+        ]
+
+        @functools.wraps(command)
+        def wrapper(**values: Any) -> None:
+            received = build(**{name: values.pop(name) for name in shared})
+            command(*received, **values)
+
+        wrapper.__signature__ = inspect.Signature([*own, *shared.values()])  # type: ignore[attr-defined]
+        return wrapper
+
+    return decorate
+
+
+takes_beam = shared_options(beam_and_model)
+takes_scene = shared_options(scene_from_options, beam_and_model)
+
+
+def sweep_values(over: str, start: object, stop: object, points: object) -> list[float]:
+    """Equally spaced values of one of the five numbers; InvalidInput names the wrong option."""
+    ends = []
+    for option, value in (("--start", start), ("--stop", stop)):
+        try:
+            ends.append(check_float(over, value, *PARAMETERS[over].limits))
+        except InvalidInput as error:
+            raise InvalidInput(f"{option}: {error}") from None
+    first, last = ends
+    if last <= first:
+        texts = exact_text(first), exact_text(last)
+        raise InvalidInput("--start {} --stop {}: stop must be above start".format(*texts))
+    steps = check_int("--points", points, 2, MAX_POINTS) - 1
+    return [first + (last - first) * i / steps for i in range(steps)] + [last]

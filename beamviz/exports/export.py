@@ -3,18 +3,32 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from beamviz.exports.files import ending, replaced
+import numpy as np
+
 from beamviz.exports.gltf_model import write_glb
 from beamviz.exports.html_page import write_html
 from beamviz.exports.solved_scene import Shot
-from beamviz.output_numbers import write_csv, write_npz
+from beamviz.files import check_suffix, replaced
+from beamviz.output import field_arrays, fields_csv
 from beamviz.scene import Scene
+
+
+def write_csv(file: Path, shot: Shot) -> None:
+    """The fields of every mode along the beam."""
+    file.write_text(fields_csv(shot.solution))
+
+
+def write_npz(file: Path, shot: Shot) -> None:
+    """The same as arrays."""
+    with file.open("wb") as stream:  # given a path, numpy would add a suffix
+        np.savez_compressed(stream, **field_arrays(shot.solution))
+
 
 WRITERS: dict[str, Callable[[Path, Shot], None]] = {
     ".html": write_html,
     ".glb": write_glb,
-    ".csv": lambda file, shot: write_csv(file, shot.solution),
-    ".npz": lambda file, shot: write_npz(file, shot.solution),
+    ".csv": write_csv,
+    ".npz": write_npz,
 }
 
 
@@ -26,6 +40,6 @@ def export(path: str | Path, scene: Scene) -> None:
     untouched.
     """
     path = Path(path)
-    write = WRITERS[ending(path, tuple(WRITERS))]
+    write = WRITERS[check_suffix(path, tuple(WRITERS))]
     with replaced(path) as file:
         write(file, Shot.of(scene))

@@ -8,11 +8,11 @@ import numpy as np
 from beamviz.beam import check_float, check_int
 from beamviz.errors import InvalidInput
 from beamviz.exports.encoders import ENCODERS
-from beamviz.exports.files import ending, replaced
 from beamviz.exports.loop import Loop, looped
 from beamviz.exports.renderer import opaque, studio
 from beamviz.exports.screenshot import PIXELS
 from beamviz.exports.solved_scene import Direction, Shot
+from beamviz.files import check_suffix, replaced
 from beamviz.scene import Scene
 
 FRAME_RATES = (5.0, 50.0)  # [1/s]; a GIF cannot be faster
@@ -41,7 +41,7 @@ def animate(
     complete or untouched.
     """
     path = Path(path)
-    encoder = ENCODERS[ending(path, tuple(ENCODERS))]
+    encoder = ENCODERS[check_suffix(path, tuple(ENCODERS))]
     size = check_int("width", width, *PIXELS), check_int("height", height, *PIXELS)
     fps = encoder.rate(check_float("fps", fps, *FRAME_RATES))
     encoder.check(*size)

@@ -7,9 +7,9 @@ from PIL import Image
 
 from beamviz.beam import check_int
 from beamviz.errors import InvalidInput
-from beamviz.exports.files import ending, replaced
 from beamviz.exports.renderer import opaque, studio
 from beamviz.exports.solved_scene import Direction, Shot
+from beamviz.files import check_suffix, replaced
 from beamviz.scene import Scene
 
 PIXELS = (64, 4096)
@@ -32,7 +32,7 @@ def screenshot(
     Unavailable, and what `solve` raises; the file is either complete or untouched.
     """
     path = Path(path)
-    ending(path, [".png"])
+    check_suffix(path, [".png"])
     width, height = check_int("width", width, *PIXELS), check_int("height", height, *PIXELS)
     if not math.isfinite(phase):
         raise InvalidInput(f"phase = {phase}: must be finite")

@@ -10,8 +10,8 @@ from typing import Any
 from beamviz.beam import PARAMETERS
 from beamviz.failure_maps.compute import FULL, QUICK, Map, command, maps
 from beamviz.failure_maps.verdicts import CONTENDERS, KINDS, OUTSIDE, RIGHT, TRULY_UNSTABLE
+from beamviz.files import Files, writable_folder, write_files
 from beamviz.output import markdown_table
-from beamviz.plotting.files import Files, write, writing_to
 
 PAGE = "stability.md"
 SOUND = (RIGHT, TRULY_UNSTABLE, OUTSIDE)
@@ -19,10 +19,10 @@ SOUND = (RIGHT, TRULY_UNSTABLE, OUTSIDE)
 
 def stability(out: Path, quick: bool, say: Callable[[str], None]) -> str:
     """Compute every map, write pictures and stability.json, and return the page of words."""
-    with writing_to(out):
-        write(out, {PAGE: b""})  # says before all the work whether this folder will do
+    with writable_folder(out):
+        write_files(out, {PAGE: b""})  # says before all the work whether this folder will do
         found = maps(QUICK if quick else FULL, say)
-        write(out, contents(found))
+        write_files(out, contents(found))
     return words(found)
 
 

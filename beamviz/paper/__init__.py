@@ -10,10 +10,10 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from beamviz.errors import InvalidInput
+from beamviz.files import Files, writable_folder, write_files
 from beamviz.paper import figures, tables
 from beamviz.paper.figures import FIGURES
 from beamviz.paper.tables import TABLES
-from beamviz.plotting.files import Files, write, writing_to
 
 NUMBERS = "numbers"
 ALL = "all"
@@ -43,14 +43,16 @@ def reproduce(names: Sequence[str], folder: Path) -> Path:
         if name not in (*NAMES, ALL):
             known = ", ".join((*NAMES, ALL))
             raise InvalidInput(f"{name!r} is not in the paper: choose from {known}")
-    with writing_to(folder):
-        write(folder, index(folder))  # fails before any computation if the folder is not writable
+    with writable_folder(folder):
+        write_files(
+            folder, index(folder)
+        )  # fails before any computation if the folder is not writable
         for name in NAMES:
             if name in names or ALL in names:
                 start = time.perf_counter()
-                write(folder, files(name))
+                write_files(folder, files(name))
                 print(f"{name}  {time.perf_counter() - start:.1f} s", file=sys.stderr)
-        write(folder, index(folder))
+        write_files(folder, index(folder))
     return folder / INDEX
 
 

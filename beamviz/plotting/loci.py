@@ -14,10 +14,10 @@ from matplotlib.lines import Line2D
 
 from beamviz.beam import PARAMETERS
 from beamviz.errors import InvalidInput, Unavailable
+from beamviz.files import write_files
 from beamviz.frequency_loci import Loci
 from beamviz.frequency_loci.forced_response import Resonance
 from beamviz.frequency_loci.limits import WORDS, Limit
-from beamviz.plotting.files import write
 from beamviz.plotting.labels import LabelPlacer
 from beamviz.plotting.loci_labels import MARKS, MUTED, NOTED, end_labels, inside_labels, notes, zoom
 from beamviz.plotting.loci_lines import FAMILIES, Scales, draw_branch, lines_at
@@ -48,7 +48,7 @@ def save_chart(
     with rc_context(STYLE):
         draw_chart(loci, resonances, per_rev).savefig(buffer, format=kind, dpi=DPI, metadata=dated)
     try:
-        write(path.parent, {path.name: buffer.getvalue()})
+        write_files(path.parent, {path.name: buffer.getvalue()})
     except OSError as error:
         raise Unavailable(
             f"cannot write {path}: {error.strerror or error}; choose another place"

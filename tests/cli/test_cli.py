@@ -14,7 +14,7 @@ from beamviz.beam import PARAMETERS
 from beamviz.cli.options import beam_and_model
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.lessons import lesson
-from beamviz.output import decimals
+from beamviz.output import significant_decimals as decimals
 from beamviz.scene import Scene
 from beamviz.solver import CHOICES, MAX_MODES
 

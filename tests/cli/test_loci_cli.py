@@ -14,7 +14,7 @@ from matplotlib.image import imread
 
 from beamviz import Beam, loci
 from beamviz.frequency_loci.forced_response import resonances
-from beamviz.output_loci import to_table
+from beamviz.output import loci_table as to_table
 from beamviz.plotting.loci import draw_chart
 
 SWEEP = ("loci", "--over", "gamma", "--start", "0", "--stop", "10", "--alpha", "1")

@@ -19,7 +19,7 @@ from beamviz.exports.browser import found_browser
 from beamviz.exports.export import WRITERS, export
 from beamviz.exports.loop import looped
 from beamviz.exports.solved_scene import Shot
-from beamviz.output_numbers import STATIONS
+from beamviz.output import STATIONS
 from beamviz.scene import Scene
 from beamviz.solver import solve
 

@@ -10,7 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 from beamviz import Beam, NotConverged, solve
-from beamviz.cli.commands import app, main
+from beamviz.cli import main
+from beamviz.cli.commands import app
 from beamviz.failure_maps import compute as stability_maps
 from beamviz.failure_maps import report as stability_report
 from beamviz.failure_maps import verdicts as kinds

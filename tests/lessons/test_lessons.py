@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from beamviz.beam import PARAMETERS, Beam
-from beamviz.cli.commands import main
+from beamviz.cli import main
 from beamviz.errors import InvalidInput
 from beamviz.lessons import INWARD, LESSONS, ON_A_HUB, lesson
 from beamviz.lessons.model import MIN_MASS, Lesson

@@ -11,7 +11,7 @@ from matplotlib.image import imread
 from matplotlib.text import Annotation, Text
 
 from beamviz import Beam, paper, solve
-from beamviz.cli.commands import main
+from beamviz.cli import main
 from beamviz.paper import plots
 from beamviz.paper.figures import FIGURES, LociFigure
 from beamviz.paper.tables import TABLES

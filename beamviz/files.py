@@ -1,0 +1,71 @@
+"""Files that are either complete or absent, and the errors of writing them."""
+
+import contextlib
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from beamviz.errors import InvalidInput, Unavailable
+
+Files = dict[str, bytes]  # contents by name
+
+
+def check_suffix(path: Path, suffixes: Sequence[str]) -> str:
+    """The suffix of a path in lower case, as ".png"; InvalidInput where it is not in `suffixes`."""
+    if path.suffix.lower() not in suffixes:
+        *others, last = suffixes
+        choices = f"{', '.join(others)} or {last}" if others else last
+        raise InvalidInput(f"{path}: must end in {choices}")
+    return path.suffix.lower()
+
+
+@contextlib.contextmanager
+def replaced(path: Path) -> Iterator[Path]:
+    """A temporary file beside `path`, of the same suffix, renamed to `path` once it is complete.
+
+    Raises Unavailable where it cannot be written, at once or later (a full disk).
+    """
+    if path.is_dir():
+        raise Unavailable(f"cannot write {path}: it is a folder")
+    part = temporary(path)
+    try:
+        part.open("xb").close()
+        yield part
+        part.replace(path)
+    except OSError as error:
+        raise Unavailable(
+            f"cannot write {path}: {error.strerror or error}; choose another place"
+        ) from None
+    finally:
+        with contextlib.suppress(OSError):  # it was renamed, or never there
+            part.unlink()
+
+
+def temporary(path: Path) -> Path:
+    """The name of a hidden file of this process beside `path`."""
+    return path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
+
+
+@contextlib.contextmanager
+def writable_folder(folder: Path) -> Iterator[None]:
+    """Create a folder for files written within; Unavailable where it cannot be written to."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        yield
+    except OSError as error:
+        raise Unavailable(
+            f"cannot write to {folder}: {error.strerror or error}; name another folder"
+        ) from None
+
+
+def write_files(folder: Path, contents: Files) -> None:
+    """Write files by name; each appears under its name only when all are complete."""
+    parts = {name: temporary(folder / name) for name in contents}
+    try:
+        for name, part in parts.items():
+            part.write_bytes(contents[name])
+        for name, part in parts.items():
+            part.replace(folder / name)
+    finally:
+        for part in parts.values():
+            part.unlink(missing_ok=True)
