@@ -367,7 +367,7 @@ def branch_column(branch: "Branch", rows: list[int]) -> list[str]:
 
 def event_lines(loci: "Loci") -> list[str]:
     """The table of crossings and veerings, and a note if there may be more."""
-    note = [] if loci.complete else [loci.unfinished]
+    note = [loci.warning] if loci.warning else []
     if not loci.events:
         return note or ["No two of these loci meet here."]
     events = loci.events

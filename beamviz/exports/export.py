@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,8 +21,9 @@ def write_csv(file: Path, shot: Shot) -> None:
 
 def write_npz(file: Path, shot: Shot) -> None:
     """The same as arrays."""
+    arrays: dict[str, Any] = field_arrays(shot.solution)
     with file.open("wb") as stream:  # given a path, numpy would add a suffix
-        np.savez_compressed(stream, **field_arrays(shot.solution))
+        np.savez_compressed(stream, **arrays)
 
 
 WRITERS: dict[str, Callable[[Path, Shot], None]] = {
