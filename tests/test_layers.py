@@ -15,7 +15,7 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("frequency_loci",),
     ("plotting", "display_units"),
     ("lessons",),
-    ("output"),
+    ("output",),
     ("paper", "failure_maps"),
     ("benchmark",),
     ("server",),

@@ -22,7 +22,8 @@ from beamviz.benchmark.work_precision import (
     pareto_front,
     time_to_error,
 )
-from beamviz.plotting.files import write, writing_to
+from beamviz.files import writable_folder, write_files
+from beamviz.output import json_text
 
 NAME = "benchmark"
 TARGETS = (1e-2, 1e-4, 1e-6)
@@ -35,7 +36,7 @@ def benchmark(folder: Path, quick: bool, peers: bool, release: str) -> str:
     `release` is the version of beamviz that they name. Raises Unavailable, before anything is
     measured, for a folder that cannot be written to.
     """
-    with writing_to(folder):
+    with writable_folder(folder):
         (folder / f"{NAME}.json").touch()
     solvers = METHODS + (PEERS if peers else ())
     rows = work_precision.measure(solvers, QUICK if quick else FULL, progress)
@@ -46,8 +47,10 @@ def benchmark(folder: Path, quick: bool, peers: bool, release: str) -> str:
         "eigh": {scene: found.solve / found.eigh for scene, found in times.items()},
     }
     about = environment(solvers, quick, release) | ratios
-    with writing_to(folder):
-        write(folder, {f"{NAME}.{ending}": data for ending, data in files(rows, about).items()})
+    with writable_folder(folder):
+        write_files(
+            folder, {f"{NAME}.{ending}": data for ending, data in files(rows, about).items()}
+        )
     return "\n".join(summary(rows, ratios))
 
 
@@ -93,7 +96,7 @@ def files(rows: list[Row], about: dict[str, Any]) -> dict[str, bytes]:
         "model_errors": models,
     }
     figure = draw(rows, models, caption(about))
-    return saved(figure) | {"json": (json.dumps(data, indent=1) + "\n").encode()}
+    return saved(figure) | {"json": (json_text(data, indent=1) + "\n").encode()}
 
 
 def caption(about: dict[str, Any]) -> str:

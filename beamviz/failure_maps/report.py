@@ -1,6 +1,5 @@
 """The maps of where methods fail as data, as words, and as files."""
 
-import json
 import math
 from collections import Counter
 from collections.abc import Callable
@@ -11,7 +10,7 @@ from beamviz.beam import PARAMETERS
 from beamviz.failure_maps.compute import FULL, QUICK, Map, command, maps
 from beamviz.failure_maps.verdicts import CONTENDERS, KINDS, OUTSIDE, RIGHT, TRULY_UNSTABLE
 from beamviz.files import Files, writable_folder, write_files
-from beamviz.output import markdown_table
+from beamviz.output import json_text, markdown_table
 
 PAGE = "stability.md"
 SOUND = (RIGHT, TRULY_UNSTABLE, OUTSIDE)
@@ -30,7 +29,7 @@ def contents(found: list[Map]) -> Files:
     """Pictures, data and words, by file name."""
     from beamviz.failure_maps.plot import pictures
 
-    data = json.dumps([as_data(one) for one in found]) + "\n"
+    data = json_text([as_data(one) for one in found], indent=None) + "\n"
     named = {PAGE: words(found).encode(), "stability.json": data.encode()}
     for one in found:
         for ending, picture in pictures(one).items():
