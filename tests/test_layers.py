@@ -23,7 +23,7 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("exports",),
     ("explorer",),
     ("cli",),
-    ("__main__",),
+    ("__main__", "beamviz"),
 )
 
 

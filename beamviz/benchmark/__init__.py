@@ -1,6 +1,5 @@
 """beamviz benchmark: measure every method, write the chart and the numbers, report the ratios."""
 
-import json
 import os
 import platform
 import sys
