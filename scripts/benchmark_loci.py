@@ -17,7 +17,7 @@ import numpy as np
 
 from beamviz import Beam, loci, solve
 from beamviz.benchmark.work_precision import least_time
-from beamviz.frequency_loci.sweep import BESIDE
+from beamviz.frequency_loci.sweep import EXTRA_MODES
 from beamviz.solver import solve_many
 
 POINTS, MODES = 201, 6
@@ -65,7 +65,7 @@ def main() -> None:
     for case in CASES:
         values = np.linspace(0, case.stop, POINTS)
         beams = [case.beam.replace(**{case.over: value}) for value in values]
-        together = partial(solve_many, beams, modes=MODES + BESIDE, **case.options)
+        together = partial(solve_many, beams, modes=MODES + EXTRA_MODES, **case.options)
         whole, solving = (
             least_time(partial(chart, case, values), REPEATS),
             least_time(together, REPEATS),

@@ -1,13 +1,12 @@
-"""Small eigenproblems along a parameter, with known meetings, for the tests of tracking."""
+"""Small eigenproblems along a parameter, with known crossings and veerings, for tracking tests."""
 
 from collections.abc import Callable
 
 import numpy as np
 
-from beamviz.frequency_loci import Loci
-from beamviz.frequency_loci.candidates import columns_of
-from beamviz.frequency_loci.crossings import Event, chart
-from beamviz.frequency_loci.tracking import Points, Track
+from beamviz.frequency_loci import Event, Loci
+from beamviz.frequency_loci.crossings import track_and_locate
+from beamviz.frequency_loci.tracking import Points, Track, branch_table
 
 
 class Problem:
@@ -24,26 +23,26 @@ class Problem:
         shapes = np.array([V.T[: self.modes] for _, V in pairs])
         return Points(np.asarray(values, float), squares, shapes, shapes)
 
-    def chart(self, values: np.ndarray, window: int) -> tuple[Track, list[Event[int]]]:
-        """The sweep over some values, with the meetings of its lowest `window` modes."""
-        return chart(self(values), window, self)
+    def chart(self, values: np.ndarray, window: int) -> tuple[Track, list[Event]]:
+        """The sweep over some values, with the crossings and veerings of its lowest modes."""
+        return track_and_locate(self(values), window, self)
 
 
 def crossing(at: float, coupling: float = 0.0) -> Problem:
-    """Two modes that would meet at a place, kept apart by their coupling."""
+    """Two modes that would cross at a value, kept apart by their coupling."""
     return Problem(
         lambda p: np.array([[100 + 20 * (p - at), coupling], [coupling, 100 - 20 * (p - at)]])
     )
 
 
-def turned(angle: float) -> np.ndarray:
+def rotation(angle: float) -> np.ndarray:
     """The rotation (2, 2) by an angle."""
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 
 
 def frequencies(track: Track, window: int) -> np.ndarray:
-    """The frequencies (n, branches) of a track, branch by branch; nan where one is not there."""
-    return columns_of(track, window).frequencies
+    """The frequencies (n, branches) of a track, branch by branch; nan where one is absent."""
+    return branch_table(track, window).frequencies
 
 
 def sorted_frequencies(found: Loci) -> np.ndarray:

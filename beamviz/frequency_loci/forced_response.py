@@ -75,7 +75,7 @@ def resonances(found: Loci, count: int) -> list[Resonance]:
         moving = [root for root in roots if abs(root.shift) > SETTLED * found.values[-1]]
         solved = _solve(found, np.unique([root.at for root in moving]))
         for root in moving:
-            root.correct(solved[root.at])
+            root.correct(solved[root.at].get(root.label))
     located = [
         Resonance(root.per_rev, root.label, root.at, root.per_rev * root.at) for root in roots
     ]

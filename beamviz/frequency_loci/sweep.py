@@ -172,7 +172,7 @@ def gauss_points(solutions: Sequence[Solution]) -> int:
     if not solutions:
         return 0
     growth = math.sqrt(max(-min(solution.omega_squared[0] for solution in solutions), 0.0))
-    return GAUSS_POINTS + 2 * len(solutions[0].squares) + math.ceil(math.sqrt(growth / 2))
+    return GAUSS_POINTS + 2 * len(solutions[0].omega_squared) + math.ceil(math.sqrt(growth / 2))
 
 
 @lru_cache(maxsize=8)

@@ -12,9 +12,9 @@ from sweeps import sorted_frequencies
 from beamviz import Beam, InvalidInput, loci, solve
 from beamviz.beam import PARAMETERS
 from beamviz.frequency_loci import close_up, sweep
-from beamviz.frequency_loci.candidates import TURN
 from beamviz.frequency_loci.crossings import CLOSE
 from beamviz.frequency_loci.forced_response import _Seen, _sign_changes, resonances
+from beamviz.frequency_loci.tracking import ROTATED
 
 TIP = Beam(alpha=1, beta=1)
 
@@ -162,7 +162,7 @@ def test_veerings_of_random_beams(seed):
             near = [at for at in found if dense[i - 1] <= at <= dense[i + 1]]
             if share > 0.6 and gap[i] < 0.8 * CLOSE * f[i, k]:
                 assert near, (k, dense[i], share)
-            if share < 0.5 * math.sin(TURN) ** 2 or gap[i] > 1.2 * CLOSE * f[i, k + 1]:
+            if share < 0.5 * math.sin(ROTATED) ** 2 or gap[i] > 1.2 * CLOSE * f[i, k + 1]:
                 assert not near, (k, dense[i], share)
 
 

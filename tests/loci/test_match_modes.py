@@ -3,7 +3,7 @@
 import pytest
 
 from beamviz.beam import Beam
-from beamviz.frequency_loci.mode_vectors import match_modes
+from beamviz.frequency_loci import match_modes
 from beamviz.solver import solve
 
 TIP = Beam(alpha=1, beta=1)

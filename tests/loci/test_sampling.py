@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from beamviz import Beam, solve
-from beamviz.frequency_loci.mode_vectors import PLACES, places, sampled
+from beamviz.frequency_loci.sweep import GAUSS_POINTS, gauss_points, mode_points
 
 HEAVY = Beam(alpha=2, beta=0.7, mu=500)
 
@@ -20,7 +20,7 @@ def test_modes_of_one_point_are_orthonormal(method, coriolis, delta):
     A beam far inward is in some ten half-waves, and its modes are still told apart."""
     beams = [HEAVY.replace(gamma=gamma, delta=delta) for gamma in (5, 40)]
     solutions = [solve(beam, 7, method=method, coriolis=coriolis) for beam in beams]
-    points = sampled(np.array([5.0, 40.0]), solutions, places(solutions))
+    points = mode_points(np.array([5.0, 40.0]), solutions, gauss_points(solutions))
     products = points.shapes @ points.duals.swapaxes(1, 2)
     assert products == pytest.approx(np.tile(np.eye(7), (2, 1, 1)), abs=3e-3)
 
@@ -29,7 +29,7 @@ def test_the_finest_of_all_shapes_are_told_apart():
     """Without a mass nothing depends on its place: a hundred half-waves are found again."""
     buckled = Beam(gamma=200, delta=-1.9, mu=7000)
     solutions = [solve(buckled.replace(beta=beta), 7) for beta in (0.2, 0.3)]
-    points = sampled(np.array([0.2, 0.3]), solutions, places(solutions))
+    points = mode_points(np.array([0.2, 0.3]), solutions, gauss_points(solutions))
     products = points.shapes[0] @ points.duals[1].T
     assert abs(products) == pytest.approx(np.eye(7), abs=1e-2)
 
@@ -44,6 +44,6 @@ def test_there_are_places_for_the_shortest_waves_and_hardly_more(growth):
         x, w = np.polynomial.legendre.leggauss(count)
         return abs(w / 2 @ np.sin(k * (x + 1) / 2) ** 2 - exact)
 
-    count = places([SimpleNamespace(squares=np.array([-(growth**2)]))])  # type: ignore[list-item]
+    count = gauss_points([SimpleNamespace(squares=np.array([-(growth**2)]))])  # type: ignore[list-item]
     assert error(count) < 1e-6
-    assert error(round(0.9 * (count - PLACES - 2))) > 1e-3
+    assert error(round(0.9 * (count - GAUSS_POINTS - 2))) > 1e-3

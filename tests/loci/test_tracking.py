@@ -10,9 +10,16 @@ from hypothesis import strategies as st
 from scipy.linalg import block_diag, expm
 from scipy.optimize import minimize_scalar
 
-from beamviz.frequency_loci.candidates import Columns, candidates
-from beamviz.frequency_loci.tracking import CLEAR, Points, assignment, follow, inner_products
-from tests.sweeps import Problem, crossing, frequencies, turned
+from beamviz.frequency_loci.tracking import (
+    CLEAR,
+    BranchTable,
+    Points,
+    assignment,
+    candidates,
+    follow,
+    inner_products,
+)
+from tests.sweeps import Problem, crossing, frequencies, rotation
 
 
 def spinning() -> Problem:
@@ -200,7 +207,9 @@ def test_modes_that_couple_cross_where_their_coupling_vanishes():
     there is no gap, and the branches go through each other."""
 
     def stiffness(p):
-        return 100 * np.eye(2) + turned(0.3 + 0.2 * p) @ np.diag([p, -p]) @ turned(0.3 + 0.2 * p).T
+        return (
+            100 * np.eye(2) + rotation(0.3 + 0.2 * p) @ np.diag([p, -p]) @ rotation(0.3 + 0.2 * p).T
+        )
 
     track, (event,) = Problem(stiffness).chart(np.linspace(-1.03, 1, 41), 2)
     assert (event.kind, event.gap) == ("crossing", 0)
@@ -259,7 +268,7 @@ def test_what_enters_and_leaves_the_window():
     track, events = problem.chart(grid(41), 2)
     assert [event.kind for event in events] == ["crossing", "crossing"]
     assert [event.at for event in events] == pytest.approx([-1 / math.sqrt(18), 1 / math.sqrt(18)])
-    lowest = np.sort(track.points.squares, axis=1)[:, :2]
+    lowest = np.sort(track.points.omega_squared, axis=1)[:, :2]
     found = frequencies(track, 2) ** 2
     assert [
         set(np.round(row[~np.isnan(row)], 6)) >= set(np.round(low, 6))
@@ -291,9 +300,9 @@ def test_signs_do_not_matter(seed):
     problem = crossing(0.137, 0.3)
     points = problem(grid(15))
     chance = np.random.default_rng(seed)
-    phases = np.exp(2j * math.pi * chance.random(points.squares.shape))[:, :, None]
+    phases = np.exp(2j * math.pi * chance.random(points.omega_squared.shape))[:, :, None]
     turned_points = Points(
-        points.at, points.squares, points.shapes * phases, points.shapes * phases
+        points.at, points.omega_squared, points.shapes * phases, points.shapes * phases
     )
     assert abs(inner_products(turned_points)) == pytest.approx(abs(inner_products(points)))
     track = follow(turned_points, 2, problem)
@@ -303,13 +312,13 @@ def test_signs_do_not_matter(seed):
 def test_a_branch_that_enters_meets_nothing_where_it_is_not():
     """A shape that turns into one that was not among the modes before: no two loci to compare."""
     turned = np.array([[[0.0, 1.2], [-1.2, 0.0]]])
-    absent = Columns(
+    absent = BranchTable(
         at=np.array([0.0, 1.0]),
         branches=np.array([0, 1]),
-        places=np.array([[2, 0], [0, 1]]),
+        mode_index=np.array([[2, 0], [0, 1]]),
         frequencies=np.array([[np.nan, 1.0], [1.0, 2.0]]),
-        turns=turned,
-        held=np.zeros((1, 2, 2)),
+        rotation=turned,
+        recovered=np.zeros((1, 2, 2)),
         window=2,
     )
     assert candidates(absent) == []
