@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beamviz.beam import Beam, Units, whole
+from beamviz.beam import Beam, Units, check_int
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.frequency_loci.crossings import Event, track_and_locate
-from beamviz.frequency_loci.limits import Limit, limits
+from beamviz.frequency_loci.limits import Limit, locate_limits
 from beamviz.frequency_loci.sweep import ModeMatch as ModeMatch
 from beamviz.frequency_loci.sweep import Sweep, check_values
 from beamviz.frequency_loci.sweep import match_modes as match_modes
@@ -174,7 +174,7 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
     """
     start = time.perf_counter()
     values = check_values(over, values)
-    sweep = Sweep(beam, over, whole("modes", modes, 1, MAX_MODES), options)
+    sweep = Sweep(beam, over, check_int("modes", modes, 1, MAX_MODES), options)
     outcomes = sweep.solve(values)
     solutions = tuple(outcome if isinstance(outcome, Solution) else None for outcome in outcomes)
     problem = next((solution.problem for solution in solutions if solution), None)
@@ -194,7 +194,7 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
             for k, run in enumerate(runs)
             for event in run.events
         ),
-        limits=tuple(limits(sweep, values)),
+        limits=tuple(locate_limits(sweep, values)),
         complete=not sweep.exhausted,
         confidence=_confidence(runs, len(values)),
         solves=sweep.solves,

@@ -39,7 +39,7 @@ class Limit(NamedTuple):
     message: str
 
 
-def limits(sweep: Sweep, values: np.ndarray) -> Iterator[Limit]:
+def locate_limits(sweep: Sweep, values: np.ndarray) -> Iterator[Limit]:
     """The parts of solved values (n,) without equilibrium, stability or convergence."""
     search = _Search(sweep, float(np.ptp(values)), MAX_SOLVES)
     changes = [(float(values[0]), _state(sweep.outcomes[float(values[0])]))]

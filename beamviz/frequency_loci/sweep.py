@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from itertools import combinations
 from operator import attrgetter
 from typing import Any, NamedTuple
 
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
-from beamviz.beam import LIMITS, Beam, checked
+from beamviz.beam import PARAMETERS, Beam, check_float
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
 from beamviz.frequency_loci.tracking import LOST, Points
 from beamviz.solver import MAX_MODES, displacements, solve_many
@@ -29,8 +30,8 @@ _mass = attrgetter("alpha", "beta")
 def check_values(over: str, values: ArrayLike) -> np.ndarray:
     """The values of a sweep as an array (n,); InvalidInput unless they are 2 .. MAX_POINTS
     ascending numbers within the limits of the parameter."""
-    if over not in LIMITS:
-        raise InvalidInput(f"over = {over!r}: must be one of {', '.join(LIMITS)}")
+    if over not in PARAMETERS:
+        raise InvalidInput(f"over = {over!r}: must be one of {', '.join(PARAMETERS)}")
     try:
         array = np.array(values, float)
     except (TypeError, ValueError, OverflowError):
@@ -39,7 +40,7 @@ def check_values(over: str, values: ArrayLike) -> np.ndarray:
         count = len(array) if array.ndim == 1 else f"an array of {array.ndim} dimensions"
         raise InvalidInput(f"values of {over}: must be 2 .. {MAX_POINTS} numbers, not {count}")
     for value in array if not np.isfinite(array).all() else array[[0, -1]]:
-        checked(over, float(value), *LIMITS[over])
+        check_float(over, float(value), *PARAMETERS[over].limits)
     falls = np.flatnonzero(np.diff(array) <= 0)
     if len(falls):
         first, second = array[falls[0] : falls[0] + 2]
@@ -145,7 +146,8 @@ def match_modes(first: Solution, second: Solution) -> ModeMatch:
     """Match the modes of two solutions by the correlation of their mass-weighted shapes.
 
     The solutions may differ in beam, model and number of modes. The assignment has the largest sum
-    of the MAC; pairs below LOST are no pairs.
+    of the MAC; pairs below LOST are no pairs. Two modes that are mixtures of the same two shapes
+    keep their order.
     """
     count = max(gauss_points([first]), gauss_points([second]))
     vectors = []
@@ -158,6 +160,10 @@ def match_modes(first: Solution, second: Solution) -> ModeMatch:
     rows, columns = linear_sum_assignment(mac, maximize=True)
     alike = mac[rows, columns] >= LOST
     partner[rows[alike]] = columns[alike]
+    for i, j in combinations(rows[alike], 2):
+        a, b = partner[i], partner[j]
+        if a > b and min(mac[i, b], mac[j, a]) >= LOST:
+            partner[i], partner[j] = b, a
     return ModeMatch(partner, mac)
 
 

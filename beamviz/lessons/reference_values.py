@@ -83,7 +83,7 @@ def gap(solution: Solution) -> float:
     return float(solution.frequencies[3] - solution.frequencies[2])
 
 
-def crossing(over: str, stop: float, **options: Any) -> Event[str]:
+def crossing(over: str, stop: float, **options: Any) -> Event:
     """Crossing or veering of S1 and B3 with a mass as heavy as the beam at its tip."""
     found = loci(TIP, over, np.linspace(0, stop, 21), **options)
     return next(event for event in found.events if set(event.branches) == {"B3", "S1"})

@@ -83,7 +83,7 @@ def _room(
     return float(min(distances, default=np.inf))
 
 
-def notes(placer: LabelPlacer, scales: Scales, events: Sequence[Event[str]]) -> None:
+def notes(placer: LabelPlacer, scales: Scales, events: Sequence[Event]) -> None:
     """What each meeting is, and where."""
     for event in events:
         words = [event.kind, scales.told(event.at)]
@@ -92,12 +92,12 @@ def notes(placer: LabelPlacer, scales: Scales, events: Sequence[Event[str]]) -> 
         placer.annotate("\n".join(words), scales.x(event.at), scales.y(event.frequency))
 
 
-def gap(scales: Scales, event: Event[str]) -> str:
+def gap(scales: Scales, event: Event) -> str:
     """The gap of a veering in words."""
     return f"gap {scales.y(event.gap):.3g}{scales.unit}"
 
 
-def zoom(axes: Axes, placer: LabelPlacer, scales: Scales, loci: Loci, event: Event[str]) -> bool:
+def zoom(axes: Axes, placer: LabelPlacer, scales: Scales, loci: Loci, event: Event) -> bool:
     """A veering seen closer in a frame of its own, where there is room for one."""
     corner = _free(axes, placer)
     if corner is None:
@@ -144,7 +144,7 @@ def _free(axes: Axes, placer: LabelPlacer) -> tuple[float, float] | None:
     return best if covered(best) == 0 else None
 
 
-def _name_ends(frame: Axes, scales: Scales, near: Loci, loci: Loci, event: Event[str]) -> None:
+def _name_ends(frame: Axes, scales: Scales, near: Loci, loci: Loci, event: Event) -> None:
     """The names of the two lines at both ends of a zoom, in the colours they have there."""
     high = upper(loci, event)
     low = next(label for label in event.branches if label != high)

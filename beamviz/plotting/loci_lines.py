@@ -75,12 +75,12 @@ def draw_branch(axes: Axes, scales: Scales, loci: Loci, branch: Branch) -> None:
         axes.plot(scales.x(x[piece]), scales.y(y[piece]), color=colour, lw=1.7, zorder=3)
 
 
-def _height(loci: Loci, branch: Branch, event: Event[str]) -> float:
+def _height(loci: Loci, branch: Branch, event: Event) -> float:
     """The frequency of a branch at one of its meetings."""
     return event.frequency + event.gap * (0.5 if branch.label == upper(loci, event) else -0.5)
 
 
-def upper(loci: Loci, event: Event[str]) -> str:
+def upper(loci: Loci, event: Event) -> str:
     """The label of the upper one of two branches that veer."""
     two = [branch for branch in loci.branches if branch.label in event.branches]
     both = np.flatnonzero(np.minimum(*(branch.mode_index for branch in two)) >= 0)

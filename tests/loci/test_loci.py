@@ -13,7 +13,6 @@ from beamviz import Beam, InvalidInput, loci, solve
 from beamviz.beam import PARAMETERS
 from beamviz.frequency_loci import close_up, sweep
 from beamviz.frequency_loci.crossings import CLOSE
-from beamviz.frequency_loci.forced_response import _Seen, _sign_changes, resonances
 from beamviz.frequency_loci.tracking import ROTATED
 
 TIP = Beam(alpha=1, beta=1)
@@ -252,38 +251,6 @@ def test_a_veering_seen_closer():
     )
     two = {b.label: b.frequency for b in near.branches if b.label in again.branches}
     assert np.ptp(two["S1"] - two["B3"]) > 2 * event.gap
-
-
-def test_resonances():
-    """Each lies on a locus and on a line of a whole multiple of the speed."""
-    found = resonances(loci(TIP, "gamma", np.linspace(0, 30, 16), coriolis=True), 4)
-    assert [(one.per_rev, one.branch) for one in found][:4] == [
-        (4, "B1"),
-        (3, "B1"),
-        (2, "B1"),
-        (1, "B1"),
-    ]
-    for one in found:
-        frequencies = solve(TIP.replace(gamma=one.at), coriolis=True, tolerance=1e-9).frequencies
-        assert one.frequency == one.per_rev * one.at
-        assert abs(frequencies - one.frequency).min() < 1e-6 * one.frequency
-
-
-def test_a_resonance_on_a_value_of_the_sweep_is_seen_once():
-    """Exactly on the line, and a rounding error beside it."""
-    on = loci(TIP, "gamma", [1.0, 2.0, 3.0, 4.0])
-    line = 2 * on.values
-    for off in (0.0, 1e-15, -1e-15):
-        frequency = line + np.array([0.2, off, -0.2, -0.4])
-        on.branches[0].__dict__["frequency"] = frequency
-        (i,) = _sign_changes(frequency - line)
-        assert _Seen(2, on.branches[0], i, on.values).at == pytest.approx(2.0, abs=1e-12)
-
-
-def test_resonances_need_the_speed():
-    """Over another number there are no per-rev lines."""
-    with pytest.raises(InvalidInput, match="per-rev lines need loci over gamma, not over alpha"):
-        resonances(loci(TIP, "alpha", [0, 1]), 3)
 
 
 @pytest.mark.parametrize("count", [41, 201])
