@@ -21,7 +21,8 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.benchmark.work_precision import lapack_times, least_time
 from beamviz.solver import solve, solve_many
-from beamviz.solver.fem import elements
+from beamviz.solver.fem.ancf import PlanarBeam
+from beamviz.solver.fem.straight import straight_equilibrium
 from beamviz.solver.problem import Problem
 
 PAPER = Problem()
@@ -48,12 +49,16 @@ def default_solves() -> None:
         )
 
 
+def ancf_equilibrium(beam: Beam, elements: int) -> None:
+    straight_equilibrium(PlanarBeam.on(np.linspace(0, 1, elements + 1), beam, PAPER))
+
+
 def paper_elements() -> None:
     beam = Beam(alpha=1, beta=0.5, gamma=10)
     print(f"\n{'ancf, equilibrium and assembly':32}{'ms':>8}{'us / element':>14}{'/ 20':>8}")
     first = 0.0
     for n in (20, 40, 80, 160, 320):
-        seconds = least_time(partial(elements.planar_equilibrium, beam, PAPER, n), 20)
+        seconds = least_time(partial(ancf_equilibrium, beam, n), 20)
         per_element = 1e6 * seconds / n
         first = first or per_element
         print(f"{n:4} elements{1e3 * seconds:28.2f}{per_element:14.1f}{per_element / first:8.2f}")

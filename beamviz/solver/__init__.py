@@ -97,9 +97,9 @@ def _solve(beam: Beam, problem: Problem, start: float) -> Solution:
     if package == "hp":
         return hp_solution(beam, problem, start)
     if package == "fem":
-        from beamviz.solver.fem import solution as fem
+        from beamviz.solver import fem
 
         return fem.solve(beam, problem, start)
-    from beamviz.solver.series import solution as series
+    from beamviz.solver import series
 
     return series.solve(beam, problem, start)

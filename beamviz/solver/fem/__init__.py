@@ -1,0 +1,133 @@
+"""Methods on uniform cubic elements: the paper's, by parts or fully planar, and the linear one.
+
+Each assembles the stiffness along and across a straight state; the eigenproblem is shared.
+"""
+
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from beamviz.beam import Beam, check_int
+from beamviz.errors import InvalidInput
+from beamviz.solver import eigen
+from beamviz.solver.families import Family, Modes, Shapes, build_solution, coupled_fields, merge
+from beamviz.solver.fem.ancf import PlanarBeam
+from beamviz.solver.fem.hermite import assemble_band, dense, interpolate
+from beamviz.solver.fem.straight import StraightBeam, across, along, straight_equilibrium
+from beamviz.solver.problem import Problem
+from beamviz.solver.solution import Solution
+
+PAPER_ELEMENTS = 20
+MAX_ELEMENTS = 1000
+
+
+class Assembled(NamedTuple):
+    """A straight state and the matrices of vibration about it, the clamp taken out; N nodes."""
+
+    position: NDArray  # (2N,) r1, r1' of node after node
+    iterations: int
+    Ka: NDArray  # (2N - 1, 2N - 1) stiffness along the beam, softened
+    Kb: NDArray  # (2N - 2, 2N - 2) stiffness across it, softened in the plane of rotation
+    m: NDArray  # (2N, 2N) mass matrix of one component, with the clamped coordinates
+
+
+def solve(beam: Beam, problem: Problem, start: float) -> Solution:
+    """Equilibrium and modes on `problem.elements` elements (the paper's 20 by default).
+
+    start: the clock (time.perf_counter) at the call. Raises InvalidInput, NoEquilibrium with the
+    limit, and NotConverged.
+    """
+    elements = PAPER_ELEMENTS if problem.elements is None else problem.elements
+    elements = check_int("elements", elements, 1, MAX_ELEMENTS)
+    if problem.modes > 2 * elements:
+        raise InvalidInput(
+            f"modes = {problem.modes}: at most {2 * elements} with elements = {elements}"
+        )
+    nodes = np.linspace(0.0, 1.0, elements + 1)
+    assembled = ASSEMBLERS[problem.method](beam, problem, nodes)
+    coupled = problem.gyroscopic and beam.gamma > 0
+    modes = (_gyroscopic if coupled else _uncoupled)(assembled, nodes, beam, problem.modes)
+    return build_solution(
+        beam,
+        problem,
+        start,
+        modes,
+        dof=len(assembled.Ka) + len(assembled.Kb),
+        order=3,
+        elements=elements,
+        axial=partial(_axial, nodes, assembled.position),
+        iterations=assembled.iterations,
+    )
+
+
+def _ancf(beam: Beam, problem: Problem, nodes: NDArray) -> Assembled:
+    """Half the coordinates at a time, about the equilibrium of the full residual."""
+    root = straight_equilibrium(PlanarBeam.on(nodes, beam, problem))
+    straight, q = StraightBeam.on(nodes, beam, problem.strain_law), root.state[::2]
+    load = beam.gamma**2
+    softening = load if problem.chordwise else 0.0
+    Ka = _dense(straight.axial(q, load))
+    Kb = _dense(straight.bending(q, softening, problem.curvature_measure))
+    return Assembled(q, root.iterations, Ka[1:, 1:], Kb[2:, 2:], _dense(straight.m))
+
+
+def _ancf_planar(beam: Beam, problem: Problem, nodes: NDArray) -> Assembled:
+    """The full planar tangent."""
+    model = PlanarBeam.on(nodes, beam, problem)
+    root = straight_equilibrium(model)
+    K = model.tangent(root.state, beam.gamma**2)
+    Ka, Kb = dense(along(K)), dense(across(K))
+    return Assembled(root.state[::2], root.iterations, Ka, Kb, _dense(model.m))
+
+
+def _linear(beam: Beam, problem: Problem, nodes: NDArray) -> Assembled:
+    """Linear statics under the load of the reference length, then vibration with its prestress."""
+    straight = StraightBeam.on(nodes, beam, problem.strain_law)
+    load = beam.gamma**2
+    softening = load if problem.chordwise else 0.0
+    rest = np.column_stack((nodes, np.ones_like(nodes))).ravel()
+    m, K = _dense(straight.m), _dense(straight.axial(rest, 0.0))
+    arm = rest + beam.delta * np.tile([1.0, 0.0], len(nodes))
+    u = np.zeros_like(rest)
+    u[1:] = np.linalg.solve(K[1:, 1:], load * (m @ arm)[1:])
+    Kb = _dense(straight.prestressed(u, softening))
+    return Assembled(rest + u, 1, (K - load * m)[1:, 1:], Kb[2:, 2:], m)
+
+
+ASSEMBLERS = {"ancf": _ancf, "ancf-planar": _ancf_planar, "linear": _linear}
+
+
+def _dense(parts: NDArray) -> NDArray:
+    """The sum of symmetric element matrices as a full matrix."""
+    return dense(assemble_band(parts))
+
+
+def _uncoupled(assembled: Assembled, nodes: NDArray, beam: Beam, modes: int) -> Modes:
+    """The families apart."""
+    Ka, Kb, m = assembled.Ka, assembled.Kb, assembled.m
+    stretching, U, _ = eigen.symmetric_modes(Ka, m[1:, 1:], modes)
+    bending, W, _ = eigen.symmetric_modes(Kb, m[2:, 2:], modes)
+    along, across = _shapes(nodes, U), _shapes(nodes, W)
+    return merge(Family(stretching, along), Family(bending, across), modes)
+
+
+def _gyroscopic(assembled: Assembled, nodes: NDArray, beam: Beam, modes: int) -> Modes:
+    """Both families coupled by Coriolis forces."""
+    F = np.linalg.cholesky(assembled.m).T
+    Fa, Fb = F[:, 1:], F[:, 2:]
+    found = eigen.gyroscopic_modes(assembled.Ka, Fa, assembled.Kb, Fb, beam.gamma, modes)
+    fields = partial(coupled_fields, _shapes(nodes, found.a), _shapes(nodes, found.b))
+    return Modes(found.omega_squared, (abs(Fb @ found.b) ** 2).sum(axis=0), fields)
+
+
+def _shapes(nodes: NDArray, free: NDArray) -> Shapes:
+    """Shapes from the coordinates that the clamp leaves free."""
+    clamped = np.zeros((2 * len(nodes) - len(free), free.shape[1]))
+    return partial(interpolate, nodes, np.concatenate((clamped, free)))
+
+
+def _axial(nodes: NDArray, position: NDArray, x: NDArray) -> tuple[NDArray, NDArray]:
+    """u(x) and f(x) of the equilibrium."""
+    return interpolate(nodes, position, x), interpolate(nodes, position, x, 1)

@@ -1,12 +1,16 @@
-"""The planar ANCF element: energy, elastic force and full tangent (paper, eqs. 14-19, 43-44).
+"""The paper's planar ANCF elements: force, residual and full tangent (eqs. 14-19, 35-44).
 
-In numbers without dimension (EI = rho A = L = 1, EA = mu^2), with r' = S' q and r'' = S'' q,
+In dimensionless form (EI = rho A = L = 1, EA = mu^2), with r' = S' q and r'' = S'' q,
 
     U = int mu^2 e(f)^2 / 2 + kappa^2 / 2 dx,    f = |r'|,    kappa = (r' x r'') / f^c,
 
 for any strain law e and any curvature power c. At each Gauss point the strain state is
 s = (r1', r2', r1'', r2'') = B q_e. The force is int B' g and the tangent int B' H B, where g and
 H are the first and second derivative of the integrand by s.
+
+Planar coordinates q: r1, r2, r1', r2' of node after node, measured from the clamp; even ones along
+the beam, odd ones across it. The clamp holds r(0) and the direction of r'(0); the length of r'(0)
+is free.
 """
 
 from dataclasses import dataclass
@@ -14,87 +18,116 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from beamviz.beam import Beam
 from beamviz.solver.constitutive import Curvature, StrainLaw
-from beamviz.solver.fem.hermite import gauss, hermite
+from beamviz.solver.fem.hermite import (
+    assemble_band,
+    assemble_vector,
+    element_coordinates,
+    gauss,
+    hermite,
+    mass,
+)
+from beamviz.solver.problem import Problem
 
 # Green axial energy: (f^2 - 1)^2 with r' quadratic. 5 points; the tangent's degree is the same.
-# The curvature and the other laws are not polynomials: their rule is this one, not an exact one.
+# The curvature and the other laws are not polynomials, and not integrated exactly.
 AXIAL_DEGREE = 8
 
 CROSS = np.array([[0.0, 1.0], [-1.0, 0.0]])  # r' x r'' = r' CROSS r''; the paper's I~ transposed
 
 
 @dataclass(frozen=True)
-class Elements:
-    """Cubic elements between `nodes`, and what their integrals need at p Gauss points each."""
+class PlanarBeam:
+    """A beam on n cubic elements with p Gauss points each: all that is independent of q and of
+    the load gamma^2."""
 
+    beam: Beam
+    law: StrainLaw
+    curvature: Curvature
     nodes: NDArray  # (n + 1,)
     weights: NDArray  # (n, p)
     B: NDArray  # (n, p, 4, 8): element coordinates -> (r1', r2', r1'', r2'')
+    m: NDArray  # (n, 4, 4) mass matrix of one component; M = m I, G = m J, C = m P
+    C: NDArray  # (n, 8, 8) centrifugal matrix, P the projection away from the axis of rotation
 
     @classmethod
-    def between(cls, nodes: NDArray) -> "Elements":
+    def on(cls, nodes: NDArray, beam: Beam, problem: Problem) -> "PlanarBeam":
+        """The beam on elements between `nodes`, which ascend from 0 to 1."""
         points, weights = gauss(AXIAL_DEGREE)
         lengths = np.diff(nodes)[:, None]
         _, dS, ddS = hermite(points, lengths)
         B = np.einsum("dnpi,cb->npdcib", np.stack((dS, ddS)), np.eye(2))
-        return cls(nodes, weights * lengths, B.reshape(*dS.shape[:2], 4, 8))
+        m = mass(nodes, beam.alpha, beam.beta)
+        P = np.diag([1.0, 1.0 if problem.chordwise else 0.0])
+        return cls(
+            beam,
+            problem.strain_law,
+            problem.curvature_measure,
+            nodes,
+            weights * lengths,
+            B.reshape(*dS.shape[:2], 4, 8),
+            m,
+            np.einsum("eij,cd->eicjd", m, P).reshape(-1, 8, 8),
+        )
 
+    @property
+    def unstressed(self) -> NDArray:
+        """q of the straight, unstretched beam: (4 (n + 1),)."""
+        q = np.zeros((len(self.nodes), 4))
+        q[:, 0], q[:, 2] = self.nodes, 1
+        return q.ravel()
 
-@dataclass(frozen=True)
-class Material:
-    """What the beam is made of: its slenderness, strain law and curvature measure."""
+    def slopes(self, q: NDArray) -> NDArray:
+        """r' at each node and at the Gauss points after it, along the beam: (n (p + 1) + 1, 2)."""
+        inside = self.strain_state(element_coordinates(q, 4))[..., :2]
+        nodes = q.reshape(-1, 1, 4)[..., 2:]
+        return np.vstack((np.hstack((nodes[:-1], inside)).reshape(-1, 2), nodes[-1]))
 
-    mu: float
-    law: StrainLaw
-    curvature: Curvature
+    def residual(self, q: NDArray, load: float) -> NDArray:
+        """R = dU/dq - gamma^2 C (q + delta t) (paper, eq. 40): (4 (n + 1),), load = gamma^2."""
+        q_e = element_coordinates(q, 4)
+        return assemble_vector(self.force(q_e) - self.centrifugal_force(q_e, load))
 
+    def tangent(self, q: NDArray, load: float) -> NDArray:
+        """K_T = K_a - gamma^2 C (paper, eq. 42), a lower band (8, 4 (n + 1))."""
+        return assemble_band(self.stiffness(element_coordinates(q, 4)) - load * self.C)
 
-def energy(elements: Elements, material: Material, q_e: NDArray) -> NDArray:
-    """U, a number, at element coordinates q_e (n, 8)."""
-    s = strain_state(elements, q_e)
-    f = stretch(s)
-    e = material.law.strain(f)
-    kappa = cross(s) / f**material.curvature.power
-    return np.sum(elements.weights * (material.mu**2 * e**2 + kappa**2)) / 2
+    def centrifugal_force(self, q_e: NDArray, load: float) -> NDArray:
+        """gamma^2 C (q + delta t) of each element: (n, 8).
 
+        t is the unit translation along the beam, which cubics hold exactly, so that delta C t is
+        the load of the hub radius (paper, eqs. 24-25, 33-34).
+        """
+        arm = q_e.copy()
+        arm[:, [0, 4]] += self.beam.delta
+        return load * (self.C @ arm[..., None])[..., 0]
 
-def force(elements: Elements, material: Material, q_e: NDArray) -> NDArray:
-    """Elastic force of each element, dU / dq_e = -Q_fe (paper, eq. 17): (n, 8)."""
-    s = strain_state(elements, q_e)
-    f = stretch(s)
-    kappa, dkappa = bending(s, f, material.curvature.power)
-    g = kappa[..., None] * dkappa
-    g[..., :2] += (material.mu**2 * material.law.force(f) / f)[..., None] * s[..., :2]
-    return integrated(elements, g[..., None])[..., 0]
+    def strain_state(self, q_e: NDArray) -> NDArray:
+        """s = (r1', r2', r1'', r2'') at the Gauss points: (n, p, 4)."""
+        return (self.B @ q_e[:, None, :, None])[..., 0]
 
+    def force(self, q_e: NDArray) -> NDArray:
+        """Elastic force of each element, dU / dq_e = -Q_fe (paper, eq. 17): (n, 8)."""
+        s = self.strain_state(q_e)
+        f = stretch(s)
+        kappa, dkappa = bending(s, f, self.curvature.power)
+        g = kappa[..., None] * dkappa
+        g[..., :2] += (self.beam.mu**2 * self.law.force(f) / f)[..., None] * s[..., :2]
+        return self._integral(g[..., None])[..., 0]
 
-def tangent(
-    elements: Elements, material: Material, q_e: NDArray, strain: NDArray | None = None
-) -> NDArray:
-    """Tangent of each element, K_e = d^2 U / dq_e^2 (paper, eqs. 43-44): (n, 8, 8).
+    def stiffness(self, q_e: NDArray) -> NDArray:
+        """Tangent of each element, K_e = d^2 U / dq_e^2 (paper, eqs. 43-44): (n, 8, 8)."""
+        s = self.strain_state(q_e)
+        f = stretch(s)
+        H = self.beam.mu**2 * axial_hessian(s, f, self.law)
+        return self._integral((H + bending_hessian(s, f, self.curvature.power)) @ self.B)
 
-    With `strain` (n, p) the prestress is that of a strain given at the Gauss points instead of
-    the strain q_e has: what a mixed Newton iteration needs.
-    """
-    s = strain_state(elements, q_e)
-    f = stretch(s)
-    e = material.law.strain(f) if strain is None else strain
-    H = axial_hessian(s, f, e, material) + bending_hessian(s, f, material.curvature.power)
-    return integrated(elements, H @ elements.B)
-
-
-def strain_state(elements: Elements, q_e: NDArray) -> NDArray:
-    """s = (r1', r2', r1'', r2'') at the Gauss points: (n, p, 4)."""
-    return (elements.B @ q_e[:, None, :, None])[..., 0]
-
-
-def integrated(elements: Elements, density: NDArray) -> NDArray:
-    """int B' density dx over each element; density (n, p, 4, k), the integral (n, 8, k)."""
-    n, p, _, k = density.shape
-    weighted = elements.weights[..., None, None] * density
-    B = elements.B.reshape(n, 4 * p, 8)
-    return B.transpose(0, 2, 1) @ weighted.reshape(n, 4 * p, k)
+    def _integral(self, density: NDArray) -> NDArray:
+        """int B' density dx over each element; density (n, p, 4, k), the integral (n, 8, k)."""
+        n, p, _, k = density.shape
+        weighted = self.weights[..., None, None] * density
+        return self.B.reshape(n, 4 * p, 8).transpose(0, 2, 1) @ weighted.reshape(n, 4 * p, k)
 
 
 def stretch(s: NDArray) -> NDArray:
@@ -102,14 +135,9 @@ def stretch(s: NDArray) -> NDArray:
     return np.sqrt(s[..., 0] ** 2 + s[..., 1] ** 2)
 
 
-def cross(s: NDArray) -> NDArray:
-    """r' x r''."""
-    return s[..., 0] * s[..., 3] - s[..., 1] * s[..., 2]
-
-
 def bending(s: NDArray, f: NDArray, power: int) -> tuple[NDArray, NDArray]:
     """kappa (...) and its derivative by s (..., 4)."""
-    kappa = cross(s) / f**power
+    kappa = (s[..., 0] * s[..., 3] - s[..., 1] * s[..., 2]) / f**power
     dkappa = cross_gradient(s) / (f**power)[..., None]
     dkappa[..., :2] -= (power * kappa / f**2)[..., None] * s[..., :2]
     return kappa, dkappa
@@ -120,17 +148,15 @@ def cross_gradient(s: NDArray) -> NDArray:
     return np.stack((s[..., 3], -s[..., 2], -s[..., 1], s[..., 0]), axis=-1)
 
 
-def axial_hessian(s: NDArray, f: NDArray, e: NDArray, material: Material) -> NDArray:
-    """mu^2 times the second derivative of e^2 / 2 by s (..., 4, 4): n' = e'^2 + e e'' along r'
-    and n / f = e e' / f across it (the first two terms of the paper's eq. 44)."""
-    law = material.law
-    along = law.first(f) ** 2 + e * law.second(f)
-    across = e * law.first(f) / f
+def axial_hessian(s: NDArray, f: NDArray, law: StrainLaw) -> NDArray:
+    """The second derivative of e^2 / 2 by s (..., 4, 4): n' = e'^2 + e e'' along r' and
+    n / f = e e' / f across it (the first two terms of the paper's eq. 44)."""
+    along, across = law.stiffness(f), law.force(f) / f
     t = s[..., :2] / f[..., None]
     H = np.zeros((*s.shape, 4))
     H[..., :2, :2] = across[..., None, None] * np.eye(2)
     H[..., :2, :2] += (along - across)[..., None, None] * t[..., :, None] * t[..., None, :]
-    return material.mu**2 * H
+    return H
 
 
 def bending_hessian(s: NDArray, f: NDArray, power: int) -> NDArray:

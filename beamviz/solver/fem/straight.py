@@ -1,75 +1,186 @@
-"""The paper's elements for a straight beam: cubic Hermite, stretching and bending apart.
+"""The straight state of the paper's elements: equilibrium, and stiffness along and across it.
 
-The same forms and Gauss points as the full planar ANCF, with half the coordinates twice: r1 and
-r1' of each node along the beam, r2 and r2' across it. Nothing is lost: at a straight state the
-full tangent couples none of the one to the other.
+At a straight state the full planar tangent couples nothing along the beam to anything across it:
+its even coordinates (r1, r1' of each node) stretch, its odd ones (r2, r2') bend. The clamp holds
+r1, r2 and r2' of the first node.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from beamviz.beam import Beam
+from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver import constitutive
 from beamviz.solver.constitutive import Curvature, StrainLaw
-from beamviz.solver.fem import inertia
-from beamviz.solver.fem.ancf import AXIAL_DEGREE
-from beamviz.solver.fem.hermite import gauss, hermite
+from beamviz.solver.continuation import Root, continue_load, newton
+from beamviz.solver.fem.ancf import AXIAL_DEGREE, PlanarBeam
+from beamviz.solver.fem.hermite import (
+    element_coordinates,
+    gauss,
+    hermite,
+    mass,
+    positive_definite,
+)
+
+MIN_CARRIED = 0.5  # share of the force at the end of a law that the load must account for
+LAW_END = 0.1  # a limit at a stretch this close to the end of a force law is attributed to it
+
+
+def along(K: NDArray) -> NDArray:
+    """The part of a planar band that acts along a straight beam, without the clamp's r1."""
+    return K[::2, ::2][:, 1:]
+
+
+def across(K: NDArray) -> NDArray:
+    """The part of a planar band that acts across a straight beam, without the clamp's r2, r2'."""
+    return K[::2, 1::2][:, 2:]
+
+
+def straight_equilibrium(model: PlanarBeam) -> Root:
+    """The straight state (paper, eq. 40), followed by Newton-Raphson from rest to the beam's gamma.
+
+    Returns its planar coordinates and the number of iterations; it may be unstable (delta < 0).
+    Raises NoEquilibrium with the limit in gamma, and NotConverged.
+    """
+
+    def solve_at(load: float, guess: NDArray) -> Root | None:
+        def increment(q: NDArray) -> NDArray:
+            dq = np.zeros_like(q)
+            dq[2::2] = -_solve_along(model, load, q, model.residual(q, load)[2::2])
+            return dq
+
+        root = newton(increment, guess)
+        return root if root is not None and straight_margin(model, load, root.state) > 0 else None
+
+    def margin(load: float, q: NDArray) -> float:
+        return straight_margin(model, load, q)
+
+    load = model.beam.gamma**2
+    path = continue_load(solve_at, model.unstressed, load, margin)
+    if path.limit is not None:
+        raise _no_equilibrium(model, path.limit, path.state)
+    if model.beam.delta >= 0 and not positive_definite(across(model.tangent(path.state, load))):
+        raise _overshoot(model, load, path.state)  # an outward beam does not buckle
+    return Root(path.state, path.iterations)
+
+
+def straight_margin(model: PlanarBeam, load: float, q: NDArray) -> float:
+    """Distance of a straight state from the end of its branch: 1 at rest, falling to 0 there.
+
+    The least of the stretch, the slope n' of the force law and the static stiffness of the tip.
+    """
+    f = model.slopes(q)[:, 0]
+    if f.min() <= 0:
+        return 0.0
+    return min(f.min(), model.law.stiffness(f).min(), tip_stiffness(model, load, q))
+
+
+def tip_stiffness(model: PlanarBeam, load: float, q: NDArray) -> float:
+    """Force along the beam per displacement of the tip, divided by its value EA / L at rest;
+    0 where the tangent is not positive definite."""
+    unit = np.zeros(len(q) // 2 - 1)
+    unit[-2] = 1
+    try:
+        displacement = _solve_along(model, load, q, unit)
+    except np.linalg.LinAlgError:
+        return 0.0
+    return 1 / (displacement[-2] * model.beam.mu**2)
+
+
+def _solve_along(model: PlanarBeam, load: float, q: NDArray, force: NDArray) -> NDArray:
+    """The displacement under a force along the beam, clamped; np.linalg.LinAlgError where the
+    tangent is not positive definite."""
+    L = cholesky_banded(along(model.tangent(q, load)), lower=True, check_finite=False)
+    return cho_solve_banded((L, True), force, check_finite=False)
+
+
+def carried_force(model: PlanarBeam, load: float, q: NDArray) -> NDArray:
+    """Axial force / mu^2 at each node that balances the load outboard of it: (n + 1,).
+
+    It depends on positions only, so it stays correct where the stretch of the elements does not.
+    """
+    parts = model.centrifugal_force(element_coordinates(q, 4), load)
+    outward = parts[:, 0] + parts[:, 4]
+    return np.append(np.cumsum(outward[::-1])[::-1], 0.0) / model.beam.mu**2
+
+
+def _no_equilibrium(model: PlanarBeam, limit: float, q: NDArray) -> NoEquilibrium | NotConverged:
+    """The error for a path that ends at a load `limit`, with the cause."""
+    law, gamma = model.law, math.sqrt(limit)
+    f, n = model.slopes(q)[:, 0], carried_force(model, limit, q)
+    reason = "the stiffness of the beam along itself falls to zero there"
+    ends = ((law.min_stretch, f.min(), n.min()), (law.max_stretch, f.max(), n.max()))
+    for end, f_reached, n_carried in ends:
+        if abs(f_reached - end) >= LAW_END:
+            continue
+        if abs(n_carried) >= MIN_CARRIED * abs(law.force(f_reached)):
+            reason = f"the {law.name} force law ends there, at a stretch of {end:.4g}"
+        elif straight_margin(model, limit, q) < tip_stiffness(model, limit, q):
+            return _overshoot(model, limit, q)
+    return NoEquilibrium(f"no equilibrium beyond gamma = {gamma:.9g}: {reason}", gamma)
+
+
+def _overshoot(model: PlanarBeam, load: float, q: NDArray) -> NotConverged:
+    """The error for a stretch of the elements that the force in the beam cannot cause."""
+    f = model.slopes(q)[:, 0]
+    return NotConverged(
+        f"at gamma = {math.sqrt(load):.6g} the stretch of the elements ranges over"
+        f" {f.min():.3g} .. {f.max():.3g}, more than the force in the beam can cause: neighbours"
+        " share one gradient at the mass, where the stretch jumps. This is a limit of the method,"
+        " not of the beam: method auto has none"
+    )
 
 
 @dataclass(frozen=True)
-class Cubics:
-    """A beam on cubic elements between `nodes`; p Gauss points in each of n elements."""
+class StraightBeam:
+    """A straight beam on n cubic elements with p Gauss points each, half the coordinates at a
+    time: values and slopes of node after node, along the beam or across it."""
 
-    beam: Beam
+    mu: float
     law: StrainLaw
-    nodes: NDArray  # (n + 1,)
     weights: NDArray  # (n, p)
     dS: NDArray  # (n, p, 4)
     ddS: NDArray  # (n, p, 4)
-    m: NDArray  # (n, 4, 4) mass of each element, one component (paper, eqs. 8 and 32)
+    m: NDArray  # (n, 4, 4) mass matrix of one component
 
     @classmethod
-    def between(cls, nodes: NDArray, beam: Beam, law: StrainLaw) -> "Cubics":
+    def on(cls, nodes: NDArray, beam: Beam, law: StrainLaw) -> "StraightBeam":
+        """The beam on elements between `nodes`, which ascend from 0 to 1."""
         points, weights = gauss(AXIAL_DEGREE)
         lengths = np.diff(nodes)[:, None]
         _, dS, ddS = hermite(points, lengths)
-        m = inertia.scalar_mass(nodes, beam.alpha, beam.beta)
-        return cls(beam, law, nodes, weights * lengths, dS, ddS, m)
+        return cls(beam.mu, law, weights * lengths, dS, ddS, mass(nodes, beam.alpha, beam.beta))
 
-    def stretch(self, q: NDArray) -> NDArray:
-        """f = r1' at the Gauss points (n, p), from q = r1, r1' of node after node."""
-        return (self.dS @ pairs(q)[:, :, None])[..., 0]
+    def gradient(self, q: NDArray) -> NDArray:
+        """The derivative (n, p) at the Gauss points of a field with coordinates q (2 (n + 1),)."""
+        return (self.dS @ element_coordinates(q, 2)[:, :, None])[..., 0]
 
-    def along(self, q: NDArray, load: float) -> NDArray:
-        """Elements of the tangent for stretching: (n, 4, 4)."""
-        rigidity = constitutive.axial_stiffness(self.stretch(q), self.beam.mu, self.law)
-        return form(self.dS, self.weights * rigidity) - load * self.m
+    def axial(self, q: NDArray, load: float) -> NDArray:
+        """Tangent of each element along the beam at r1 = q, softened by the load: (n, 4, 4)."""
+        stiffness = constitutive.axial_stiffness(self.gradient(q), self.mu, self.law)
+        return _form(self.dS, self.weights * stiffness) - load * self.m
 
-    def across(self, q: NDArray, load: float, curvature: Curvature) -> NDArray:
-        """Elements of the tangent for bending: (n, 4, 4); `load` is its softening."""
-        f = self.stretch(q)
-        df = (self.ddS @ pairs(q)[:, :, None])[..., 0]
+    def bending(self, q: NDArray, load: float, curvature: Curvature) -> NDArray:
+        """Tangent of each element across the beam at r1 = q, softened by the load: (n, 4, 4)."""
+        f = self.gradient(q)
+        df = (self.ddS @ element_coordinates(q, 2)[:, :, None])[..., 0]
         angle = self.dS / f[..., None]  # theta = w'/f
-        slope = (self.ddS - df[..., None] * angle) / f[..., None]
-        bending = self.weights * constitutive.bending_stiffness(f, curvature)
-        tension = self.weights * constitutive.tension_stiffness(f, self.beam.mu, self.law)
-        return form(slope, bending) + form(angle, tension) - load * self.m
+        slope = (self.ddS - df[..., None] * angle) / f[..., None]  # theta'
+        stiffness = self.weights * constitutive.bending_stiffness(f, curvature)
+        tension = self.weights * constitutive.tension_stiffness(f, self.mu, self.law)
+        return _form(slope, stiffness) + _form(angle, tension) - load * self.m
 
     def prestressed(self, u: NDArray, load: float) -> NDArray:
-        """Elements for bending of the unstretched beam under the tension mu^2 u' of a linear
-        bar: (n, 4, 4)."""
-        tension = self.weights * self.beam.mu**2 * self.stretch(u)
-        return form(self.ddS, self.weights) + form(self.dS, tension) - load * self.m
+        """Stiffness of each element across the unstretched beam under the tension mu^2 u' of a
+        linear bar, softened by the load: (n, 4, 4)."""
+        tension = self.weights * self.mu**2 * self.gradient(u)
+        return _form(self.ddS, self.weights) + _form(self.dS, tension) - load * self.m
 
 
-def form(B: NDArray, density: NDArray) -> NDArray:
+def _form(B: NDArray, density: NDArray) -> NDArray:
     """int B' density B of each element; B (n, p, 4), density with its weights (n, p)."""
     return B.transpose(0, 2, 1) @ (density[..., None] * B)
-
-
-def pairs(q: NDArray) -> NDArray:
-    """Value and slope at both ends of each element: (n, 4)."""
-    q = q.reshape(-1, 2)
-    return np.concatenate((q[:-1], q[1:]), axis=1)

@@ -1,25 +1,25 @@
-"""Assumed modes: the modes of the beam at rest without a mass, as the basis for everything else.
+"""Assumed modes: the modes of the beam at rest without a mass are the basis.
 
 Yoo & Shin (J. Sound Vib. 212, 1998) and, with a mass anywhere, Yoo, Seo & Huh (2002): linear
 equations in w and u with the tension of the rigid reference length, Coriolis coupling on request.
-The shapes stand as in the textbooks, cosh bx - cos bx - s (sinh bx - sin bx): cosh and sinh cancel
-to one part in e^b, so that digits go from the eighth mode on and none is left at the twelfth.
-An interior mass bends the beam sharply where no basis function does: convergence is slow there.
+The bending functions are evaluated as in the textbooks, cosh bx - cos bx - s (sinh bx - sin bx):
+cosh and sinh cancel to one part in e^b, so digits are lost from the eighth mode on and all at the
+twelfth. An interior mass bends the beam more sharply than any basis function: convergence is slow.
 """
 
 from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
 
 from beamviz.beam import Beam
-from beamviz.solver import constitutive, eigen
-from beamviz.solver.eigen import gyroscopic_modes
+from beamviz.solver import eigen
+from beamviz.solver.constitutive import rigid_tension
+from beamviz.solver.families import Family, Modes, coupled_fields, merge
 from beamviz.solver.problem import Problem
-from beamviz.solver.series.families import Family, Modes, merged
 
 NEWTON_ITERATIONS = 8
 
@@ -32,27 +32,21 @@ class Basis(NamedTuple):
     curvature: np.ndarray
 
 
-class Forms(NamedTuple):
-    """Stiffness without softening, and displacements: M = F' F."""
-
-    K: np.ndarray  # (terms, terms)
-    F: np.ndarray  # (points, terms)
-
-
-def assumed_modes(beam: Beam, problem: Problem, terms: int, modes: int) -> Modes:
-    """The lowest `modes` modes on `terms` functions across the beam and as many along it."""
+def solve_assumed_modes(beam: Beam, problem: Problem, terms: int) -> tuple[Modes, dict[str, Any]]:
+    """The modes on `terms` functions across the beam and as many along it, and their number."""
     x, weights = quadrature(beam, terms)
     across, along = clamped_free(terms, x), fixed_free(terms, x)
-    N = constitutive.rigid_tension(beam, x)
+    N = rigid_tension(beam, x)
     Kb = (across.curvature.T * weights) @ across.curvature
     Kb += (across.slope.T * (weights * N)) @ across.slope
     Ka = beam.mu**2 * (along.slope.T * weights) @ along.slope
+    # M = F' F: rows of F are displacements at the points and at the mass
     at_mass = np.array([beam.beta])
     roots = np.sqrt(np.append(weights, beam.alpha))[:, None]
     Fb = roots * np.vstack((across.value, clamped_free(terms, at_mass).value))
     Fa = roots * np.vstack((along.value, fixed_free(terms, at_mass).value))
-    solve = _coupled if problem.gyroscopic and beam.gamma else _uncoupled
-    return solve(beam, problem, Forms(Ka, Fa), Forms(Kb, Fb), modes)
+    solve = _gyroscopic if problem.gyroscopic and beam.gamma else _uncoupled
+    return solve(beam, problem, Ka, Fa, Kb, Fb), {"dof": 2 * terms}
 
 
 def quadrature(beam: Beam, terms: int) -> tuple[np.ndarray, np.ndarray]:
@@ -93,35 +87,38 @@ def fixed_free(terms: int, x: np.ndarray) -> Basis:
     return Basis(sines, z * cosines, -(z**2) * sines)
 
 
-def _uncoupled(beam: Beam, problem: Problem, along: Forms, across: Forms, modes: int) -> Modes:
+def _uncoupled(
+    beam: Beam, problem: Problem, Ka: np.ndarray, Fa: np.ndarray, Kb: np.ndarray, Fb: np.ndarray
+) -> Modes:
     """The families apart; the softening is a multiple of M and shifts omega^2 alone."""
     shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
+    stretching, U, _ = eigen.symmetric_modes(Ka, Fa.T @ Fa, problem.modes)
+    bending, V, _ = eigen.symmetric_modes(Kb, Fb.T @ Fb, problem.modes, shift)
     softening = beam.gamma**2
-    bending, V, _ = eigen.symmetric_modes(across.K, across.F.T @ across.F, modes, shift)
-    if problem.chordwise:
-        bending = bending - softening
-    stretching, U, _ = eigen.symmetric_modes(along.K, along.F.T @ along.F, modes)
-    return merged(
-        Family(bending, partial(_shapes, clamped_free, V)),
-        Family(stretching - softening, partial(_shapes, fixed_free, U)),
-        modes,
+    return merge(
+        Family(stretching - softening, partial(_combined, fixed_free, U)),
+        Family(
+            bending - (softening if problem.chordwise else 0.0),
+            partial(_combined, clamped_free, V),
+        ),
+        problem.modes,
     )
 
 
-def _coupled(beam: Beam, problem: Problem, along: Forms, across: Forms, modes: int) -> Modes:
-    """Both families at once, with Coriolis forces."""
-    softening = beam.gamma**2
-    Ka, Kb = (form.K - softening * form.F.T @ form.F for form in (along, across))
-    omega_squared, U, V, *_ = gyroscopic_modes(Ka, along.F, Kb, across.F, beam.gamma, modes)
+def _gyroscopic(
+    beam: Beam, problem: Problem, Ka: np.ndarray, Fa: np.ndarray, Kb: np.ndarray, Fb: np.ndarray
+) -> Modes:
+    """Both families coupled by Coriolis forces."""
+    softened = (K - beam.gamma**2 * F.T @ F for K, F in ((Ka, Fa), (Kb, Fb)))
+    Ka, Kb = softened
+    omega_squared, U, V, *_ = eigen.gyroscopic_modes(Ka, Fa, Kb, Fb, beam.gamma, problem.modes)
+    along, across = partial(_combined, fixed_free, U), partial(_combined, clamped_free, V)
+    fraction = (abs(Fb @ V) ** 2).sum(axis=0)
+    return Modes(omega_squared, fraction, partial(coupled_fields, along, across))
 
-    def displacement(x: np.ndarray) -> np.ndarray:
-        return np.stack((_shapes(fixed_free, U, x), _shapes(clamped_free, V, x)), axis=1)
 
-    return Modes(omega_squared, (abs(across.F @ V) ** 2).sum(axis=0), displacement)
-
-
-def _shapes(
-    functions: Callable[[int, np.ndarray], Basis], v: np.ndarray, x: np.ndarray
+def _combined(
+    basis: Callable[[int, np.ndarray], Basis], coefficients: np.ndarray, x: np.ndarray
 ) -> np.ndarray:
-    """The modes v (terms, modes) at x."""
-    return functions(len(v), x).value @ v
+    """Combinations (len(x), modes) of basis functions, coefficients (terms, modes)."""
+    return basis(len(coefficients), x).value @ coefficients

@@ -12,12 +12,13 @@ with J = int from the clamp, R = int to the tip (rho in it where it acts on an i
 bending rigidity and Lambda = omega^2 + gamma^2 (omega^2 across the plane). They hold at the
 Chebyshev points of the beam, or of both its parts where a mass sits between: integrals keep the
 digits that differentiation matrices lose (El-Gendi, Computer J. 12, 1969; Greengard, SIAM J. Numer.
-Anal. 28, 1991). Layers get no points of their own.
+Anal. 28, 1991). Boundary layers get no points of their own.
 """
 
+from dataclasses import dataclass
 from functools import lru_cache, partial
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -27,8 +28,8 @@ from beamviz.errors import NotConverged
 from beamviz.solver import constitutive
 from beamviz.solver.constitutive import StrainLaw
 from beamviz.solver.continuation import Root, continue_load, newton
+from beamviz.solver.families import Family, Modes, merge
 from beamviz.solver.problem import Problem
-from beamviz.solver.series.families import Family, Modes, merged
 
 SPURIOUS = 1e-12  # share of the largest 1/omega^2 below which one is rounding
 REAL = 1e-6  # an eigenvalue is real whose imaginary part is a smaller share
@@ -42,6 +43,7 @@ class Grid(NamedTuple):
     weights: np.ndarray  # (n,) of the integral over the beam
     from_clamp: np.ndarray  # (n, n): values -> integral from the clamp to each point
     to_tip: np.ndarray  # (n, n): values -> integral from each point to the tip
+    to_coefficients: np.ndarray  # (order + 1, order + 1): values of a part -> Chebyshev series
 
 
 class State(NamedTuple):
@@ -66,36 +68,39 @@ def grid(ends: tuple[float, ...], order: int) -> Grid:
         here, half = slice(k * size, (k + 1) * size), (b - a) / 2
         points[here], weights[here] = a + half * (xi + 1), half * Q[-1]
         J[here, : k * size], J[here, here] = weights[: k * size], half * Q
-    arrays = (points, weights, J, weights - J)
+    arrays = (points, weights, J, weights - J, to_coefficients)
     for array in arrays:
         array.setflags(write=False)
     return Grid(ends, *arrays)
 
 
-def chebyshev_modes(
-    beam: Beam, problem: Problem, order: int, modes: int
-) -> tuple[Modes, Grid, State]:
-    """The lowest `modes` modes with polynomials of `order`, and the state they vibrate about.
+def solve_chebyshev(beam: Beam, problem: Problem, order: int) -> tuple[Modes, dict[str, Any]]:
+    """The modes with polynomials of `order`, and the state they vibrate about.
 
     Raises NoEquilibrium with the limit, NotConverged.
     """
     interior = beam.alpha > 0 and 0 < beam.beta < 1
     on = grid((0.0, beam.beta, 1.0) if interior else (0.0, 1.0), order)
-    R = on.to_tip + beam.alpha * _carried(on, beam)
+    R = on.to_tip + beam.alpha * _value_at_mass(on, beam)
     state = equilibrium(on, R, beam, problem.strain_law)
-    bending = _bending(on, R, state, beam, problem, modes)
-    stretching = _stretching(on, R, state, beam, problem, modes)
-    return merged(bending, stretching, modes), on, state
+    stretching = _stretching(on, R, state, beam, problem)
+    bending = _bending(on, R, state, beam, problem)
+    fields = _polynomials(on, np.column_stack((on.from_clamp @ state.f, state.f)))
+    return merge(stretching, bending, problem.modes), {
+        "dof": 2 * len(on.points),
+        "axial": partial(_axial, fields),
+        "iterations": state.iterations,
+    }
 
 
-def _carried(on: Grid, beam: Beam) -> np.ndarray:
+def _value_at_mass(on: Grid, beam: Beam) -> np.ndarray:
     """(n, n): values -> the value at the mass, inboard of it; 0 outboard."""
-    size = len(on.points) // (len(on.ends) - 1)
+    size = len(on.to_coefficients)
     inboard = size * on.ends.index(beam.beta) if beam.beta in on.ends else 0
-    carried = np.zeros((len(on.points), len(on.points)))
+    value = np.zeros((len(on.points), len(on.points)))
     if inboard:
-        carried[:inboard, inboard - 1] = 1.0
-    return carried
+        value[:inboard, inboard - 1] = 1.0
+    return value
 
 
 def equilibrium(on: Grid, R: np.ndarray, beam: Beam, law: StrainLaw) -> State:
@@ -127,31 +132,26 @@ def equilibrium(on: Grid, R: np.ndarray, beam: Beam, law: StrainLaw) -> State:
     return State(f, beam.gamma**2 * (RJ @ f + pull), path.iterations)
 
 
-def _stretching(
-    on: Grid, R: np.ndarray, state: State, beam: Beam, problem: Problem, modes: int
-) -> Family:
+def _stretching(on: Grid, R: np.ndarray, state: State, beam: Beam, problem: Problem) -> Family:
     """s = Lambda B s, softening taken into the operator."""
-    rigidity = constitutive.axial_stiffness(state.f, beam.mu, problem.strain_law)
+    stiffness = constitutive.axial_stiffness(state.f, beam.mu, problem.strain_law)
     J = on.from_clamp
-    B = (R @ J) / rigidity[:, None]
-    omega_squared, s = _lowest(np.eye(len(B)) - beam.gamma**2 * B, B, modes)
-    return Family(omega_squared, partial(interpolate, on, _normalised(on, beam, J @ s)))
+    B = (R @ J) / stiffness[:, None]
+    omega_squared, s = _lowest(np.eye(len(B)) - beam.gamma**2 * B, B, problem.modes)
+    return Family(omega_squared, _unit_mass_shapes(on, beam, J @ s))
 
 
-def _bending(
-    on: Grid, R: np.ndarray, state: State, beam: Beam, problem: Problem, modes: int
-) -> Family:
+def _bending(on: Grid, R: np.ndarray, state: State, beam: Beam, problem: Problem) -> Family:
     """A theta = Lambda B theta, softening taken into the operator."""
     f, N = state.f, state.N
-    rigidity = constitutive.bending_stiffness(f, problem.curvature_measure)
+    stiffness = constitutive.bending_stiffness(f, problem.curvature_measure)
     J = on.from_clamp
-    turn = (J / rigidity) @ on.to_tip  # f (N theta - V) -> theta, its sign turned
-    A = np.eye(len(f)) + turn * (f * N)
-    B = (turn * f) @ R @ (J * f)
+    rotation = (J / stiffness) @ on.to_tip  # f (N theta - V) -> -theta
+    A = np.eye(len(f)) + rotation * (f * N)
+    B = (rotation * f) @ R @ (J * f)
     softening = beam.gamma**2 if problem.chordwise else 0.0
-    omega_squared, theta = _lowest(A - softening * B, B, modes)
-    w = _normalised(on, beam, J @ (f[:, None] * theta))
-    return Family(omega_squared, partial(interpolate, on, w))
+    omega_squared, theta = _lowest(A - softening * B, B, problem.modes)
+    return Family(omega_squared, _unit_mass_shapes(on, beam, J @ (f[:, None] * theta)))
 
 
 def _lowest(A: np.ndarray, B: np.ndarray, modes: int) -> tuple[np.ndarray, np.ndarray]:
@@ -169,30 +169,40 @@ def _lowest(A: np.ndarray, B: np.ndarray, modes: int) -> tuple[np.ndarray, np.nd
     return omega_squared[picks], y[:, kept[picks]].real
 
 
-def _normalised(on: Grid, beam: Beam, shapes: np.ndarray) -> np.ndarray:
-    """Shapes (n, modes) of unit modal mass."""
+def _unit_mass_shapes(on: Grid, beam: Beam, shapes: np.ndarray) -> "Piecewise":
+    """The polynomials through shapes (n, modes), of unit modal mass."""
     at_mass = np.argmin(abs(on.points - beam.beta))
     mass = on.weights @ shapes**2
     if on.points[at_mass] == beam.beta:
         mass = mass + beam.alpha * shapes[at_mass] ** 2
-    return shapes / np.sqrt(mass)
+    return _polynomials(on, shapes / np.sqrt(mass))
 
 
-def interpolate(on: Grid, values: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """The polynomials through values (n, ...) at x: (len(x), ...)."""
-    parts = values.reshape(len(on.ends) - 1, -1, *values.shape[1:])
-    part = np.clip(np.searchsorted(on.ends, x) - 1, 0, len(parts) - 1)
-    found = np.empty((len(x), *values.shape[1:]))
-    for k, (a, b) in enumerate(pairwise(on.ends)):
-        here = part == k
-        xi = 2 * (x[here] - a) / (b - a) - 1
-        order = parts.shape[1] - 1
-        nodes = -np.cos(np.pi * np.arange(order + 1) / order)
-        to_values = np.linalg.solve(chebyshev.chebvander(nodes, order), parts[k])
-        found[here] = chebyshev.chebvander(xi, order) @ to_values
-    return found
+@dataclass(frozen=True, eq=False)
+class Piecewise:
+    """k fields as a Chebyshev series on each part of the beam."""
+
+    ends: tuple[float, ...]  # of the parts
+    coefficients: np.ndarray  # (parts, order + 1, k)
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        """The fields at x: (len(x), k)."""
+        part = np.clip(np.searchsorted(self.ends, x) - 1, 0, len(self.coefficients) - 1)
+        values = np.empty((len(x), self.coefficients.shape[2]))
+        for k, (a, b) in enumerate(pairwise(self.ends)):
+            here = part == k
+            xi = 2 * (x[here] - a) / (b - a) - 1
+            values[here] = chebyshev.chebval(xi, self.coefficients[k]).T
+        return values
 
 
-def axial(on: Grid, f: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _polynomials(on: Grid, values: np.ndarray) -> Piecewise:
+    """The polynomials through values (n, k) at the points."""
+    by_part = values.reshape(len(on.ends) - 1, -1, values.shape[1])
+    return Piecewise(on.ends, on.to_coefficients @ by_part)
+
+
+def _axial(fields: Piecewise, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """u(x) and f(x) of the equilibrium."""
-    return interpolate(on, on.from_clamp @ f, x), interpolate(on, f, x)
+    u, f = fields(x).T
+    return u, f

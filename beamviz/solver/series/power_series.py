@@ -2,34 +2,34 @@
 
 Wright, Smith, Thresher & Wang (J. Appl. Mech. 49, 1982). With the tension of the reference length,
 N(x) a polynomial of degree two, w'''' - (N w')' = Lambda w has solutions sum c_k xi^k by
-recurrence. Two of them leave the clamp; at the mass N steps down and the shear with it, and the
-series begin anew; at the tip moment and shear vanish where Lambda is an eigenvalue. Lambda is
+recurrence. Two of them satisfy the clamp; at the mass N and the shear are discontinuous, and the
+series start again; at the tip moment and shear vanish where Lambda is an eigenvalue. Lambda is
 omega^2 + gamma^2 in the plane of rotation, omega^2 across it. Stretching is sine and cosine.
 
-Both solutions grow as e^(length of the beam in bending layers), and their determinant is what
-little they differ by: digits fall with speed, and beyond gamma of about 40 too few are left.
+Both solutions grow as e^(length of the beam in boundary-layer widths), and the determinant is
+their small difference: digits are lost with speed, and beyond gamma of about 40 too few are left.
 """
 
 from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre, polynomial
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
-from beamviz.solver import constitutive
+from beamviz.solver.constitutive import rigid_tension
+from beamviz.solver.families import Family, Modes, Shapes, merge
 from beamviz.solver.problem import Problem
-from beamviz.solver.series.families import Family, Modes, Shapes, merged
 
-LEAST_STEP, RELATIVE_STEP = 0.4, 0.03  # of the scan, in the root of Lambda
-SCANNED = 24  # values of Lambda at a time
+MIN_STEP, RELATIVE_STEP = 0.4, 0.03  # of the scan, in the root of Lambda
+SCAN_POINTS = 24  # values of Lambda at a time
 MAX_SCANS = 40
-POLISHINGS, POLISHED = 40, 1e-14
+MAX_ITERATIONS, ROOT_TOLERANCE = 40, 1e-14
 QUADRATURE = 60  # Gauss points on each part
-LONGEST = 24.0  # layers: e^-24 is what is left of a determinant, e^-36 is rounding
+MAX_WIDTHS = 24.0  # boundary layers: e^-24 is left of the determinant, e^-36 is rounding
 SAMPLES = 200
 
 Function = Callable[[np.ndarray], np.ndarray]
@@ -44,23 +44,22 @@ class Part(NamedTuple):
 
 
 class Series(NamedTuple):
-    """The two solutions held by the clamp, for each Lambda."""
+    """The two solutions that satisfy the clamp, for each of k values of Lambda."""
 
     coefficients: list[np.ndarray]  # of each part: (terms, 2, k)
     moment: np.ndarray  # (2, k) at the tip
     shear: np.ndarray  # (2, k)
 
 
-@np.errstate(over="ignore", invalid="ignore")  # of a scan that finds no roots
-def power_series_modes(beam: Beam, problem: Problem, terms: int, modes: int) -> Modes:
-    """The lowest `modes` modes, w with `terms` powers on each part of the beam.
+@np.errstate(over="ignore", invalid="ignore")  # in a scan that finds no roots
+def solve_power_series(beam: Beam, problem: Problem, terms: int) -> tuple[Modes, dict[str, Any]]:
+    """The modes, w with `terms` powers on each part of the beam, and the number of unknowns.
 
-    Raises NotConverged where rounding leaves no roots to find.
+    Raises NotConverged where the determinant is rounding, and where too few roots are found.
     """
-    softening = beam.gamma**2
-    bending = _bending(beam, terms, modes, softening if problem.chordwise else 0.0)
-    stretching = _stretching(beam, modes, softening)
-    return merged(bending, stretching, modes)
+    softening = beam.gamma**2 if problem.chordwise else 0.0
+    bending = _bending(beam, terms, problem.modes, softening)
+    return merge(_stretching(beam, problem.modes), bending, problem.modes), {"dof": 2}
 
 
 def parts(beam: Beam) -> list[Part]:
@@ -100,8 +99,8 @@ def recurrence(part: Part, start: np.ndarray, terms: int, Lambda: np.ndarray) ->
     c = np.zeros((terms, *start.shape[1:]))
     c[:4] = start
     for k in range(terms - 4):
-        bent = n0 * (k + 2) * c[k + 2] + n1 * (k + 1) * c[k + 1] + n2 * k * c[k]
-        c[k + 4] = ((k + 1) * bent + Lambda * c[k]) / ((k + 1) * (k + 2) * (k + 3) * (k + 4))
+        tension = n0 * (k + 2) * c[k + 2] + n1 * (k + 1) * c[k + 1] + n2 * k * c[k]
+        c[k + 4] = ((k + 1) * tension + Lambda * c[k]) / ((k + 1) * (k + 2) * (k + 3) * (k + 4))
     return c
 
 
@@ -115,107 +114,113 @@ def derivatives(c: np.ndarray, xi: float) -> list[np.ndarray]:
 
 
 def _bending(beam: Beam, terms: int, modes: int, softening: float) -> Family:
-    """The roots of the determinant of moment and shear at the tip, and the shapes there."""
+    """The roots of the determinant of moment and shear at the tip, and their shapes."""
 
     def determinant(s: np.ndarray) -> np.ndarray:
-        """Relative to its two products: what is left of them."""
+        """Relative to its two products."""
         tip = series(beam, terms, s * abs(s))
         first, second = tip.moment[0] * tip.shear[1], tip.moment[1] * tip.shear[0]
         return (first - second) / (abs(first) + abs(second))
 
-    s = _roots_of(determinant, beam, terms, modes)
+    s = _lowest_roots(determinant, beam, terms, modes)
     tip = series(beam, terms, s * abs(s))
     shares = np.stack((-tip.moment[1], tip.moment[0])) / np.hypot(*tip.moment)
     coefficients = [(c * shares).sum(axis=1) for c in tip.coefficients]  # (terms, modes) each
-    shapes = _normalised(beam, partial(_piecewise, beam, coefficients))
-    return Family(s * abs(s) - softening, shapes)
+    starts = [part.start for part in parts(beam)]
+    scale = _unit_mass(beam, partial(_piecewise, starts, coefficients))
+    return Family(
+        s * abs(s) - softening, partial(_piecewise, starts, [c * scale for c in coefficients])
+    )
 
 
-def _stretching(beam: Beam, modes: int, softening: float) -> Family:
-    """u = sin zx up to the mass, and a second sine from there on; Lambda = (mu z)^2."""
+def _stretching(beam: Beam, modes: int) -> Family:
+    """u = sin zx up to the mass, and a second sine beyond it; Lambda = (mu z)^2."""
     alpha, beta = beam.alpha, beam.beta
 
     def slope_at_tip(z: np.ndarray) -> np.ndarray:
         return np.cos(z) - alpha * z * np.sin(z * beta) * np.cos(z * (1 - beta))
 
-    grid = np.linspace(0, np.pi * (modes + 1), 2 * SCANNED * (modes + 1))
-    z = _polished(slope_at_tip, grid, slope_at_tip(grid))[:modes]
-
-    def shapes(x: np.ndarray) -> np.ndarray:
-        beyond = np.maximum(x - beta, 0.0)[:, None]
-        return np.sin(x[:, None] * z) - alpha * z * np.sin(z * beta) * np.sin(z * beyond)
-
-    return Family((beam.mu * z) ** 2 - softening, _normalised(beam, shapes))
+    grid = np.linspace(0, np.pi * (modes + 1), 2 * SCAN_POINTS * (modes + 1))
+    z = _refined_roots(slope_at_tip, grid, slope_at_tip(grid))[:modes]
+    scale = _unit_mass(beam, partial(_sines, beam, z, 1.0))
+    return Family((beam.mu * z) ** 2 - beam.gamma**2, partial(_sines, beam, z, scale))
 
 
-def _roots_of(determinant: Function, beam: Beam, terms: int, modes: int) -> np.ndarray:
-    """Its lowest `modes` roots s, Lambda = s |s|, by a scan whose steps grow.
+def _lowest_roots(determinant: Function, beam: Beam, terms: int, modes: int) -> np.ndarray:
+    """The lowest `modes` roots s, Lambda = s |s|, by a scan whose steps grow.
 
-    Compression pulls Lambda below zero, by less than its square.
+    Compression makes Lambda negative, by less than its square.
     """
-    if (layers := _layers(beam)) > LONGEST:
+    widths = _boundary_layer_widths(beam)
+    if widths > MAX_WIDTHS:
         raise NotConverged(
-            f"gamma = {beam.gamma:g}: rounding eats the power series: the two solutions that leave"
-            f" the clamp agree at the tip of a beam {layers:.0f} bending layers long, {LONGEST:g}"
-            " are the most; method foac solves the same model"
+            f"gamma = {beam.gamma:g}: power-series is ill-conditioned here, as the beam is"
+            f" {widths:.0f} boundary-layer widths long (at most {MAX_WIDTHS:g}); method foac solves"
+            " the same model"
         )
     roots = np.empty(0)
-    last = min(0.0, *(part.tension[0] for part in parts(beam))) - LEAST_STEP
+    last = min(0.0, *(part.tension[0] for part in parts(beam))) - MIN_STEP
     for _ in range(MAX_SCANS):
-        grid = _steps(last)
-        values = determinant(grid)
-        roots = np.append(roots, _polished(determinant, grid, values))
+        grid = _scan_points(last)
+        roots = np.append(roots, _refined_roots(determinant, grid, determinant(grid)))
         if len(roots) >= modes:
             return roots[:modes]
         last = grid[-1]
     raise NotConverged(f"terms = {terms}: the power series has not converged; more terms may help")
 
 
-def _layers(beam: Beam) -> float:
-    """The length of the beam in widths of its bending layers: int sqrt(N) dx."""
+def _boundary_layer_widths(beam: Beam) -> float:
+    """The length of the beam in widths of its bending boundary layers: int sqrt(N) dx."""
     x = (np.arange(SAMPLES) + 0.5) / SAMPLES
-    return float(np.sqrt(np.maximum(constitutive.rigid_tension(beam, x), 0.0)).mean())
+    return float(np.sqrt(np.maximum(rigid_tension(beam, x), 0.0)).mean())
 
 
-def _steps(start: float) -> np.ndarray:
-    """The next values of a scan: finer than bending modes lie apart."""
-    steps = [start]
-    for _ in range(SCANNED):
-        steps.append(steps[-1] + max(LEAST_STEP, RELATIVE_STEP * steps[-1]))
-    return np.array(steps)
+def _scan_points(start: float) -> np.ndarray:
+    """The next points of a scan, closer than bending modes are to each other."""
+    points = [start]
+    for _ in range(SCAN_POINTS):
+        points.append(points[-1] + max(MIN_STEP, RELATIVE_STEP * points[-1]))
+    return np.array(points)
 
 
-def _polished(function: Function, grid: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """The roots between points of the grid where the values change sign: false position with
-    the Illinois rule, all at once."""
+def _refined_roots(function: Function, grid: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """The roots between grid points where the values change sign: false position with the Illinois
+    rule, all at once."""
     k = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0)
     a, b, fa, fb = grid[k], grid[k + 1], values[k], values[k + 1]
-    for _ in range(POLISHINGS):
+    for _ in range(MAX_ITERATIONS):
         c = b - fb * (b - a) / (fb - fa)
         fc = function(c) if len(c) else c
         crossed = np.sign(fc) * np.sign(fb) < 0
         a, fa = np.where(crossed, b, a), np.where(crossed, fb, fa / 2)
-        done = abs(c - b) <= POLISHED * abs(c)
+        done = abs(c - b) <= ROOT_TOLERANCE * abs(c)
         b, fb = c, fc
         if np.all(done | (fc == 0)):
             break
     return b
 
 
-def _piecewise(beam: Beam, coefficients: list[np.ndarray], x: np.ndarray) -> np.ndarray:
+def _piecewise(starts: list[float], coefficients: list[np.ndarray], x: np.ndarray) -> np.ndarray:
     """The series (terms, modes) of each part at x: (len(x), modes)."""
     values = np.empty((len(x), coefficients[0].shape[1]))
-    for part, c in zip(parts(beam), coefficients, strict=True):
-        here = x >= part.start
-        values[here] = polynomial.polyval(x[here] - part.start, c).T
+    for start, c in zip(starts, coefficients, strict=True):
+        here = x >= start
+        values[here] = polynomial.polyval(x[here] - start, c).T
     return values
 
 
-def _normalised(beam: Beam, shapes: Shapes) -> Shapes:
-    """Shapes of unit modal mass."""
+def _sines(beam: Beam, z: np.ndarray, scale: np.ndarray | float, x: np.ndarray) -> np.ndarray:
+    """Stretching shapes of wave numbers z at x: (len(x), modes)."""
+    beyond = np.maximum(x - beam.beta, 0.0)[:, None]
+    kink = beam.alpha * z * np.sin(z * beam.beta) * np.sin(z * beyond)
+    return scale * (np.sin(x[:, None] * z) - kink)
+
+
+def _unit_mass(beam: Beam, shapes: Shapes) -> np.ndarray:
+    """The factors (modes,) that give shapes unit modal mass."""
     points, weights = legendre.leggauss(QUADRATURE)
     mass = beam.alpha * shapes(np.array([beam.beta]))[0] ** 2
     for part in parts(beam):
         x = part.start + part.length * (points + 1) / 2
         mass = mass + part.length / 2 * weights @ shapes(x) ** 2
-    return lambda x: shapes(x) / np.sqrt(mass)
+    return 1 / np.sqrt(mass)
