@@ -181,7 +181,7 @@ def stretched(
     name: str,
     quantity: str,
     compute: Callable[[int, Beam], list[float]],
-    table: Mapping[tuple[float, ...], str],
+    table: Mapping[tuple[float, float, float, float], str],
     *tolerance: Any,
 ) -> list[Claim]:
     """Values computed for a beam, compute(number of values, beam), by its alpha .. delta."""
