@@ -1,13 +1,11 @@
-"""The explorer as a server: a session for each visitor, one frame_loop for all of them."""
+"""The explorer as a server, in one process or several: `serve` runs until it is interrupted."""
 
 import contextlib
 import gc
 import queue
 import secrets
-import socket
 import webbrowser
 from collections.abc import Callable, Iterator
-from functools import partial
 from typing import Any
 
 from beamviz.drawing import camera
@@ -17,26 +15,19 @@ from beamviz.explorer.frames import FrameLoop
 from beamviz.explorer.jobs import WorkerPool
 from beamviz.explorer.page.style import theme
 from beamviz.scene import Scene
-from beamviz.server import run_server
-from beamviz.server.access import (
-    KEY_PARAMETER,
-    LOOPBACK,
-    MAX_VISITORS,
-    Access,
-    VisitorCount,
-    public_url,
-)
-from beamviz.server.processes import listening_sockets, team, usual
+from beamviz.server import run_server, self_test
+from beamviz.server.access import KEY_PARAMETER, MAX_VISITORS, Access, VisitorCount, public_url
+from beamviz.server.processes import Pipe, listening_sockets, process_count, process_pool
 from beamviz.server.viser_private import check_attributes
 from beamviz.signals import handle_signals
 from beamviz.solver import solve
 
-SOLVERS = 2  # at once, for all visitors together
-CHARTERS = 1  # as well, for their charts
+SOLVERS = 2  # solutions computed at once, for all visitors of a process
+CHARTERS = 1  # and charts
 KEY_BYTES = 16
 
-Stopped = queue.SimpleQueue[int]  # the signals that have come
-Served = Iterator[tuple[str, Callable[[], None]]]  # a URL, and what waits for the end
+Signals = queue.SimpleQueue[int]  # the signals that have come
+Wait = Callable[[], None]  # returns when one has come
 
 
 def serve(
@@ -51,71 +42,75 @@ def serve(
 ) -> None:
     """Serve the explorer, starting from `scene`, until Ctrl-C or SIGTERM.
 
-    public: the URL under which a reverse proxy passes requests on;
-    visitors: how many at once; follow: all see what a presenter does, whose link is printed as
-    well; processes: how many share the visitors (see workers.usual). Prints one line with the URL
-    when ready; where others than this machine can reach it, a key made for this run is part of
-    it. Raises InvalidInput for a model that does not treat such a beam and Unavailable where the
-    address cannot be had.
+    Prints one line with the URL when ready. If other machines can reach the server, the URL has a
+    key made for this run.
+
+    public: the URL of a reverse proxy in front of the server; visitors: the largest number at once;
+    follow: all see what a presenter does, whose link is printed too; processes: how many share the
+    visitors (see `process_count`).
+
+    Raises InvalidInput for a method that does not treat such a beam or for such a number of
+    processes, and Unavailable if the address cannot be had, if viser or websockets lack an
+    attribute that is needed, or if the protection fails its self-test and other machines can reach
+    the server.
     """
     with contextlib.suppress(NoEquilibrium, NotConverged):  # the page shows these in words
         solve(scene.beam, **scene.options)
     public = public_url(public) if public else ""
-    shared = bool(public) or host not in LOOPBACK
+    shared = Access(host, port, public=public).shared
     key = secrets.token_urlsafe(KEY_BYTES) if shared else ""
-    presenter = secrets.token_urlsafe(KEY_BYTES) if follow else ""
-    access = {
-        "visitor_key": key,
-        "presenter_key": presenter,
-        "public": public,
-        "max_visitors": visitors,
-    }
-    count = usual(processes, shared=shared, follow=follow)
-    gc.freeze()  # all that is loaded stays: no collection of garbage has to look through it again
-    with stopping() as stopped:
-        served = alone(scene, host, port, stopped, access)
-        if count > 1:
-            served = together(scene, host, port, stopped, access, count)
-        with served as (url, wait):
-            words = "whoever has this link can use it; " if key else ""
-            print(f"beamviz is at {url} ({words}Ctrl-C ends it)", flush=True)
-            if presenter:
-                lead = f"{url.split('?')[0].rstrip('/')}/?{KEY_PARAMETER}={presenter}"
-                print(f"the presenter's link, for nobody else: {lead}", flush=True)
-            if open_browser:
-                webbrowser.open(lead if presenter else url)
-            wait()
+    presenter_key = secrets.token_urlsafe(KEY_BYTES) if follow else ""
+    access = {"visitor_key": key, "presenter_key": presenter_key, "public": public}
+    count = process_count(processes, shared=shared, follow=follow)
+    gc.freeze()  # what is loaded stays: garbage collection need not look through it again
+    run = several_processes if count > 1 else one_process
+    with (
+        signal_queue() as signals,
+        run(scene, host, port, signals, processes=count, max_visitors=visitors, **access) as (
+            url,
+            wait,
+        ),
+    ):
+        note = "whoever has this link can use it; " if key else ""
+        print(f"beamviz is at {url} ({note}Ctrl-C ends it)", flush=True)
+        link = f"{url.partition('/?')[0]}/?{KEY_PARAMETER}={presenter_key}"
+        if follow:
+            print(f"the presenter's link, for nobody else: {link}", flush=True)
+        if open_browser:
+            webbrowser.open(link if follow else url)
+        wait()
 
 
 @contextlib.contextmanager
-def alone(scene: Scene, host: str, port: int, stopped: Stopped, access: dict[str, Any]) -> Served:
-    """The explorer in this process."""
+def one_process(
+    scene: Scene, host: str, port: int, signals: Signals, *, processes: int, **access: Any
+) -> Iterator[tuple[str, Wait]]:
+    """The explorer in this process: its URL, and the function that waits for a signal."""
     with explorer(scene, host, port, **access) as url:
-        yield url, partial(until_ended, stopped)
+        yield url, lambda: wait_for_signal(signals)
 
 
 @contextlib.contextmanager
-def together(
-    scene: Scene,
-    host: str,
-    port: int,
-    stopped: Stopped,
-    access: dict[str, Any],
-    processes: int,
-) -> Served:
-    """The explorer in several processes."""
+def several_processes(
+    scene: Scene, host: str, port: int, signals: Signals, *, processes: int, **access: Any
+) -> Iterator[tuple[str, Wait]]:
+    """The explorer in `processes` workers: its URL, and the function that passes connections to
+    them until a signal comes."""
     check_attributes()
     visitor_count = VisitorCount(processes)
 
-    def run(number: int, listener: socket.socket, ready: Callable[[], None]) -> None:
-        visitor_count.number = number
+    def run(number: int, listener: Pipe, ready: Callable[[], None]) -> None:
+        visitor_count.process = number
         with explorer(scene, host, visitor_count=visitor_count, listener=listener, **access):
             ready()
-            until_ended(stopped)
+            wait_for_signal(signals)
 
-    with listening_sockets(host, port) as lines, team(lines, visitor_count, run) as workers:
-        url = Access(host, lines[0].getsockname()[1], **access).url
-        yield url, lambda: workers.serve(lambda: not stopped.empty())
+    with (
+        listening_sockets(host, port) as listeners,
+        process_pool(listeners, visitor_count, run) as pool,
+    ):
+        url = Access(host, listeners[0].getsockname()[1], **access).url
+        yield url, lambda: pool.serve(lambda: not signals.empty())
 
 
 @contextlib.contextmanager
@@ -124,51 +119,54 @@ def explorer(
     host: str = "127.0.0.1",
     port: int = 0,
     visitor_count: VisitorCount | None = None,
-    listener: socket.socket | None = None,
+    listener: Pipe | None = None,
     **access: Any,
 ) -> Iterator[str]:
-    """A running explorer, by its URL, which holds the key if one is needed; visitor_count and
-    listener: see run_server; access: keywords of Access."""
+    """A running explorer: the URL for visitors, with their key if there is one.
+
+    visitor_count and listener: see `run_server`; access: further fields of Access.
+    """
     visitor_count = visitor_count or VisitorCount()
     with (
         run_server(host, port, visitor_count=visitor_count, listener=listener, **access) as server,
         WorkerPool(SOLVERS, "solver") as pool,
         WorkerPool(CHARTERS, "charter") as charts,
     ):
+        rules = Access(host, server.get_port(), **access)
+        self_test(server, rules, listener)
         theme(server, dark=scene.view.dark)
         rest = Shapes.at_rest(scene.beam, scene.options["plane"])
         fitted = camera.fitted(rest, scene.view.rotating_frame, aspect=1.0)
         camera.place(server.initial_camera, scene.camera or fitted)
-        entrance = Access(host, server.get_port(), **access)
-        frame_loop = FrameLoop(server, scene, pool, charts, entrance, visitor_count)
+        frame_loop = FrameLoop(server, scene, pool, charts, rules, visitor_count)
         try:
-            yield entrance.url
+            yield rules.url
         finally:
             frame_loop.stop()
 
 
 @contextlib.contextmanager
-def stopping() -> Iterator[Stopped]:
-    """Where Ctrl-C and SIGTERM are noted, instead of ending the process where it stands.
+def signal_queue() -> Iterator[Signals]:
+    """Within, SIGINT and SIGTERM are put into a queue and do nothing else.
 
-    A SimpleQueue, whose put may interrupt its own get; an Event is not made for that.
+    A SimpleQueue: its put may interrupt its own get, which an Event does not allow.
     """
-    stopped: Stopped = queue.SimpleQueue()
-    with handle_signals(lambda number, _: stopped.put(number)):
-        yield stopped
+    signals: Signals = queue.SimpleQueue()
+    with handle_signals(lambda number, _: signals.put(number)):
+        yield signals
 
 
-def until_ended(stopped: Stopped) -> None:
-    """Wait until an end is asked for."""
-    while not ended(stopped):
+def wait_for_signal(signals: Signals) -> None:
+    """Wait until a signal has come."""
+    while not has_come(signals):
         pass
 
 
-def ended(stopped: Stopped) -> bool:
-    """Whether an end was asked for, within a second: a signal just before an endless wait begins
-    would only be noted when it ends."""
+def has_come(signals: Signals) -> bool:
+    """Whether a signal comes within a second. Python handles one that arrives just before an
+    endless wait only after that wait, hence the timeout."""
     try:
-        stopped.get(timeout=1.0)
+        signals.get(timeout=1.0)
     except queue.Empty:
         return False
     return True

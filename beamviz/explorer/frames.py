@@ -17,7 +17,7 @@ from beamviz.explorer.jobs import SolveQueue, WorkerPool
 from beamviz.explorer.session import Session
 from beamviz.scene import Scene
 from beamviz.server.access import Access, VisitorCount
-from beamviz.server.connection import presents
+from beamviz.server.connection import is_presenter
 from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import disconnect, handshake_request
 
@@ -69,7 +69,7 @@ class FrameLoop:
         """Open a session for a new visitor, beside the pictures of the others."""
         visitor = client.client_id
         request = handshake_request(self.server, visitor)
-        leading = self.access.presenter_key and presents(self.access, request)
+        leading = self.access.presenter_key and is_presenter(self.access, request)
         with contextlib.suppress(RuntimeError):  # all has ended meanwhile
             opened = self.opener.submit(self.opened, client, leader=not leading)
             session = await asyncio.wrap_future(opened)

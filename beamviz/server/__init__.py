@@ -1,19 +1,30 @@
-"""A viser server of our own: one address or a clear error, no banner, no tunnel."""
+"""A protected viser server: `run_server` starts it, `self_test` attacks it before it is used."""
 
 import contextlib
 import logging
 import socket
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import viser
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import unix_connect
 
 from beamviz.errors import Unavailable
+from beamviz.server import connection
 from beamviz.server.access import Access, VisitorCount
-from beamviz.server.connection import Guard
-from beamviz.server.processes import claimed
-from beamviz.server.sending import send
-from beamviz.server.viser_private import running
+from beamviz.server.log import RateLimitedLog
+from beamviz.server.processes import Pipe, listening_sockets
+from beamviz.server.viser_private import PROTOCOL, opens_tunnel, viser_server
+
+TIMEOUT = 30.0  # [s] of the self-test, for one answer
+FOREIGN_ORIGIN = "http://foreign.invalid"
+INVALID_MESSAGES = {
+    "a message that no page sends": b"\xc1",
+    "a request for a public tunnel": b"\x81\xa4type\xafShareUrlRequest",
+}
+
+log = RateLimitedLog(__name__)
 
 
 @contextlib.contextmanager
@@ -22,22 +33,76 @@ def run_server(
     port: int = 0,
     *,
     pictures: bool = False,
-    listener: socket.socket | None = None,
+    listener: Pipe | None = None,
     visitor_count: VisitorCount | None = None,
     **access: Any,
 ) -> Iterator[viser.ViserServer]:
     """A running server, stopped on leaving; port 0 takes a free one.
 
-    pictures: whether a browser of ours may send them; listener: what connections come from, if
-    that is there already; visitor_count: where visitors
-    are counted; access: further keywords of Access.
-    Raises Unavailable where the address cannot be had: viser itself would silently take the next
-    port, and wait for ever on a host that does not exist.
+    pictures: whether visitors may send pictures, as the browser of the exports does; listener:
+    where a worker process gets its connections from; visitor_count: shared by all processes;
+    access: further fields of Access. Raises Unavailable if the address cannot be had (viser would
+    silently take the next port) or if viser lacks an attribute that is needed.
     """
-    port = listener.getsockname()[1] if listener else claimed(host, port)
+    if listener:
+        port = listener.getsockname()[1]
+    else:
+        with listening_sockets(host, port) as (first, *_):
+            port = first.getsockname()[1]
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # browsers hang up at will
-    guard = Guard(Access(host, port, **access), visitor_count or VisitorCount(), pictures, listener)
-    with running(host, port, guard.serve, send) as server:
+    rules = Access(host, port, **access)
+    guard = connection.Guard(rules, visitor_count or VisitorCount(), pictures, listener)
+    with viser_server(host, port, guard.serve) as server:
         if server.get_port() != port:
             raise Unavailable(f"port {port} was taken a moment ago: choose another with --port")
         yield server
+
+
+def self_test(server: viser.ViserServer, access: Access, listener: Pipe | None = None) -> None:
+    """Attack a server that has just been started.
+
+    If an attack succeeds, raises Unavailable where other machines can reach the server, and writes
+    a line to the log where they cannot.
+    """
+
+    def connect() -> socket.socket:
+        """A connection to the server."""
+        host = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(access.host, access.host)
+        return socket.create_connection((host, access.port), TIMEOUT)
+
+    with connection.log.muted():
+        failure = successful_attack(access, listener.connect_to_self if listener else connect)
+    if opens_tunnel(server):
+        failure = "viser's public tunnel can be opened"
+    if failure and access.shared:
+        raise Unavailable(f"self-test of the protection: {failure}: not served beyond this machine")
+    if failure:
+        log.warn("self-test of the protection", failure, failure)
+
+
+def successful_attack(access: Access, connect: Callable[[], socket.socket]) -> str:
+    """Try to connect from a foreign page and to send invalid messages; what succeeded, or ""."""
+    uri = access.local_url.replace("http://", "ws://")
+    options: dict[str, Any] = {
+        "subprotocols": [PROTOCOL],
+        "additional_headers": {"Cookie": f"{access.cookie}={access.visitor_key}"},
+        "open_timeout": TIMEOUT,
+    }
+    try:
+        with unix_connect(uri=uri, sock=connect(), origin=FOREIGN_ORIGIN, **options):
+            return "a page of a foreign origin can connect"
+    except InvalidStatus as error:
+        if error.response.status_code != 403:
+            return f"a page of a foreign origin gets status {error.response.status_code}, not 403"
+    for name, message in INVALID_MESSAGES.items():
+        with unix_connect(uri=uri, sock=connect(), **options) as line:
+            try:
+                line.send(message)
+                while True:
+                    line.recv(TIMEOUT)
+            except TimeoutError:
+                return f"{name} does not close the connection"
+            except ConnectionClosed as closed:
+                if closed.rcvd is None or closed.rcvd.code != connection.POLICY_VIOLATION:
+                    return f"{name} closes the connection with an unexpected code"
+    return ""

@@ -1,4 +1,4 @@
-"""Who may come in: addresses answered to, pages allowed to connect, keys, and how many visitors."""
+"""Who may connect: the server's own addresses, origins, keys and the number of visitors."""
 
 import hmac
 import ipaddress
@@ -14,25 +14,25 @@ LOOPBACK = ("127.0.0.1", "localhost", "::1")
 ANY_ADDRESS = ("0.0.0.0", "::")
 HTTP_PORT = 80
 MAX_VISITORS = 60
-KEY_PARAMETER = "token"
-ITEM = 8  # bytes of a count
+KEY_PARAMETER = "token"  # of the query
+COUNT_BYTES = 8
 
 
 @dataclass(frozen=True)
 class Refusal:
-    """Why a request is turned away, in words for people."""
+    """A refused request: HTTP status, title and text of the page."""
 
     status: int
     title: str
-    words: str
+    text: str
 
 
 @dataclass(frozen=True)
 class Access:
-    """What a server bound to host:port answers to; each check returns a Refusal, or None.
+    """The rules of a server bound to host:port; each check returns a Refusal, or None.
 
-    visitor_key: the key that every visitor needs ("": none); presenter_key: the key of who leads
-    ("": nobody does); public: the URL under which a reverse proxy passes requests on.
+    visitor_key: the key that every visitor needs ("": none); presenter_key: the presenter's key
+    ("": nobody presents); public: the URL of a reverse proxy in front of the server.
     """
 
     host: str
@@ -43,115 +43,113 @@ class Access:
     max_visitors: int = MAX_VISITORS
 
     @property
-    def keys(self) -> tuple[str, ...]:
-        """The keys that open this access; with none, it is open to whoever reaches it."""
-        return (
-            tuple(key for key in (self.visitor_key, self.presenter_key) if key)
-            if self.visitor_key
-            else ()
-        )
+    def shared(self) -> bool:
+        """Whether other machines can reach the server."""
+        return bool(self.public) or self.host not in LOOPBACK
+
+    @property
+    def local_url(self) -> str:
+        """The server's own URL, without a key."""
+        name = network_address() if self.host in ANY_ADDRESS else self.host
+        return f"http://{f'[{name}]' if ':' in name else name}:{self.port}"
 
     @property
     def url(self) -> str:
-        """The link that visitors need."""
-        name = reachable() if self.host in ANY_ADDRESS else self.host
-        here = f"http://{f'[{name}]' if ':' in name else name}:{self.port}"
-        return (self.public or here) + (
-            f"/?{KEY_PARAMETER}={self.visitor_key}" if self.visitor_key else ""
-        )
+        """The link for visitors, with their key."""
+        query = f"/?{KEY_PARAMETER}={self.visitor_key}" if self.visitor_key else ""
+        return (self.public or self.local_url) + query
 
     @property
     def cookie(self) -> str:
-        """The cookie that keeps a key; cookies know no ports, so its name does."""
+        """The name of the cookie with the key: cookies are shared by all ports of a host."""
         return f"beamviz-{self.port}"
 
     def refused(self, headers: Mapping[str, str], path: str) -> Refusal | None:
-        """Why a request is turned away, from its headers (names in lower case) and path."""
+        """Check the address, the origin and the key of a request (header names in lower case)."""
         host = headers.get("host", "")
         if not self.answers_to(host):
-            return Refusal(403, "Wrong address", self.wrong_address(host))
+            text = (
+                f"This server does not answer to {host[:100]!r}. Use the link it printed when it"
+                " started; behind a reverse proxy, start it with --public-url."
+            )
+            return Refusal(403, "Wrong address", text)
         origin = headers.get("origin")
         if origin is not None and origin.lower() != f"{self.scheme(host)}://{host.lower()}":
-            return Refusal(403, "Not from here", "A page of another site may not use this one.")
-        if self.keys and not self.holds(self.keys, given(headers, path, self.cookie)):
-            return Refusal(403, "A key is missing", "Ask who runs this page for its complete link,"
-                           f" which ends in ?{KEY_PARAMETER}= and a key.")  # fmt: skip
+            return Refusal(403, "Foreign origin", "A page of another site may not use this one.")
+        keys = (self.visitor_key, self.presenter_key)
+        if self.visitor_key and not matches(keys, self.key_of(headers, path)):
+            text = (
+                "Ask the person who runs this page for its complete link, which ends in"
+                f" ?{KEY_PARAMETER}= and a key."
+            )
+            return Refusal(403, "A key is missing", text)
         return None
 
     def full(self, visitors: int) -> Refusal | None:
-        """Whether one more is too many."""
+        """Check whether one more visitor may come."""
         if visitors < self.max_visitors:
             return None
-        words = f"The limit here is {self.max_visitors} at once. This page tries again by itself."
-        return Refusal(503, "The room is full", words)
+        text = f"The limit here is {self.max_visitors} at once. This page tries again by itself."
+        return Refusal(503, "Too many visitors", text)
 
     def answers_to(self, host: str) -> bool:
-        """Whether a Host header names this server. A name that somebody made point here (DNS
-        rebinding) does not; an address made of digits cannot be such a name."""
+        """Whether a Host header names this server. Numerical addresses are accepted on a network:
+        unlike a name, they cannot be made to point here by somebody else (DNS rebinding)."""
         if self.public and host.lower() == urlsplit(self.public).netloc:
             return True
-        name, port = split(host)
+        name, port = split_host(host)
         if port != self.port:
             return False
         if self.host in LOOPBACK:
             return name in LOOPBACK
         if self.host in ANY_ADDRESS:
-            return is_address(name) or name in own_names()
+            return is_address(name) or name in machine_names()
         return name == self.host.lower()
 
     def scheme(self, host: str) -> str:
-        """http, or what the reverse proxy speaks."""
+        """The scheme of the page's URL: http, or that of the reverse proxy."""
         public = urlsplit(self.public)
         return public.scheme if host.lower() == public.netloc else "http"
 
-    def wrong_address(self, host: str) -> str:
-        """What to do about a Host header that is not ours."""
-        return (
-            f"This server does not answer to {host[:100]!r}. Use the link it printed when it"
-            " started; behind a reverse proxy, start it with --public-url."
-        )
-
     def presents(self, headers: Mapping[str, str], path: str) -> bool:
-        """Whether a request that came in holds the presenter's key."""
-        key = given(headers, path, self.cookie)
-        return bool(self.presenter_key) and self.holds((self.presenter_key,), key)
+        """Whether a request has the presenter's key."""
+        return matches((self.presenter_key,), self.key_of(headers, path))
 
-    def kept(self, headers: Mapping[str, str], path: str) -> str:
-        """The Set-Cookie header for a key given in the path, "" where none was.
+    def key_of(self, headers: Mapping[str, str], path: str) -> str:
+        """The key in the query of a request, else in its cookie, else ""."""
+        if keys := parse_qs(urlsplit(path).query).get(KEY_PARAMETER):
+            return keys[0]
+        pairs = (pair.strip().partition("=") for pair in headers.get("cookie", "").split(";"))
+        return next((value for name, _, value in pairs if name == self.cookie), "")
 
-        Lax, not Strict: a link in a mail must work, and it leads back here without the key.
+    def key_cookie(self, headers: Mapping[str, str], path: str) -> str:
+        """The Set-Cookie header that stores the key of the query; "" without a valid one.
+
+        Lax, not Strict: a link in a mail must work, and it redirects to the page without the key.
         """
-        parts = urlsplit(path)
-        key = parse_qs(parts.query).get(KEY_PARAMETER, [""])[0]
-        if not self.holds((self.visitor_key, self.presenter_key), key):
+        key = parse_qs(urlsplit(path).query).get(KEY_PARAMETER, [""])[0]
+        if not matches((self.visitor_key, self.presenter_key), key):
             return ""
         secure = "; Secure" if self.scheme(headers.get("host", "")) == "https" else ""
         return f"{self.cookie}={key}; Path=/; HttpOnly; SameSite=Lax{secure}"
 
-    def holds(self, keys: tuple[str, ...], key: str) -> bool:
-        """Whether `key` is one of `keys`, in a time that says nothing about them."""
-        given = key.encode(errors="replace")
-        matches = [hmac.compare_digest(known.encode(), given) for known in keys if known]
-        return any(matches)
+
+def matches(keys: tuple[str, ...], given: str) -> bool:
+    """Whether `given` is one of `keys`, "" being none, in a time that does not depend on them."""
+    encoded = given.encode(errors="replace")
+    matched = [hmac.compare_digest(key.encode(), encoded) for key in keys if key]
+    return any(matched)
 
 
 def without_key(path: str) -> str:
-    """Where a link with a key leads once the key is kept: the page, with the rest of its query."""
+    """The address of the page with the query of `path`, but without the key."""
     pairs = parse_qsl(urlsplit(path).query, keep_blank_values=True)
     rest = urlencode([(name, value) for name, value in pairs if name != KEY_PARAMETER])
     return f"/?{rest}" if rest else "/"
 
 
-def given(headers: Mapping[str, str], path: str, cookie: str) -> str:
-    """The key in a request: in its path, else in its cookie, else ""."""
-    if keys := parse_qs(urlsplit(path).query).get(KEY_PARAMETER):
-        return keys[0]
-    pairs = (pair.strip().partition("=") for pair in headers.get("cookie", "").split(";"))
-    return next((value for name, _, value in pairs if name == cookie), "")
-
-
-def split(host: str) -> tuple[str, int | None]:
-    """Name and port of a Host header; no port where it makes no sense."""
+def split_host(host: str) -> tuple[str, int | None]:
+    """Name and port of a Host header; no port if it is malformed."""
     try:
         parts = urlsplit(f"//{host}")
         if parts.netloc != host or "@" in host:
@@ -162,7 +160,7 @@ def split(host: str) -> tuple[str, int | None]:
 
 
 def is_address(name: str) -> bool:
-    """Whether a host is an address made of digits."""
+    """Whether a host is a numerical address."""
     try:
         ipaddress.ip_address(name)
     except ValueError:
@@ -170,24 +168,24 @@ def is_address(name: str) -> bool:
     return True
 
 
-def reachable() -> str:
-    """This machine's address on its network, as the system would choose it; nothing is sent."""
+def network_address() -> str:
+    """The address of this machine on its network; nothing is sent to find it."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
-            probe.connect(("192.0.2.1", 9))  # an address kept for documentation
+            probe.connect(("192.0.2.1", 9))  # an address reserved for documentation
         except OSError:
             return "localhost"
         return str(probe.getsockname()[0])
 
 
-def own_names() -> set[str]:
+def machine_names() -> set[str]:
     """The names of this machine on its own network."""
     name = socket.gethostname().lower()
     return {"localhost", name, f"{name}.local", name.partition(".")[0]}
 
 
 def public_url(text: str) -> str:
-    """The URL of a reverse proxy, checked: a scheme and a host, nothing else."""
+    """The URL of a reverse proxy: a scheme and a host. Raises InvalidInput for anything else."""
     parts = urlsplit(text.lower())
     if parts.scheme not in ("http", "https") or not parts.netloc or parts.path.strip("/"):
         raise InvalidInput(
@@ -197,21 +195,22 @@ def public_url(text: str) -> str:
 
 
 class VisitorCount:
-    """A count for each process, in memory they share: each changes its own, all see the total."""
+    """The number of visitors in all processes. Each process counts its own, in shared memory, at
+    the index `process`."""
 
     def __init__(self, processes: int = 1):
-        self.counts = memoryview(mmap.mmap(-1, ITEM * processes)).cast("q")
-        self.number = 0  # of this process
+        self.counts = memoryview(mmap.mmap(-1, COUNT_BYTES * processes)).cast("q")
+        self.process = 0
 
     @property
     def total(self) -> int:
-        """Visitors in all processes."""
+        """Visitors of all processes."""
         return sum(self.counts)
 
     def enter(self) -> None:
-        """One more has come to this process."""
-        self.counts[self.number] += 1
+        """Count a visitor of this process."""
+        self.counts[self.process] += 1
 
     def leave(self) -> None:
-        """One has gone."""
-        self.counts[self.number] -= 1
+        """Count a visitor of this process off."""
+        self.counts[self.process] -= 1

@@ -1,11 +1,16 @@
-"""What every connection passes: the access, the headers that tie a page's hands, the inbox."""
+"""What a connection passes before viser sees it: access, security headers, message validation."""
 
+import asyncio
 import contextlib
 import html
+import math
 import socket
+import time
 from collections.abc import Awaitable, Callable
-from typing import Any
+from functools import partial
+from typing import Annotated, Any
 
+import msgspec
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
@@ -13,24 +18,42 @@ from websockets.http11 import Request, Response
 
 from beamviz.server.access import Access, Refusal, VisitorCount, without_key
 from beamviz.server.log import RateLimitedLog
-from beamviz.server.messages import (
-    MAX_PART_BYTES,
-    MAX_PICTURE_BYTES,
-    PICTURES,
-    SENT,
-    Inbox,
-    Kinds,
-    Senseless,
+from beamviz.server.viser_private import PROTOCOL, message_types
+
+POLICY_VIOLATION, TRY_AGAIN_LATER = 1008, 1013  # WebSocket close codes
+TIMEOUT = 10.0  # [s] for a request to arrive, and for a visitor to answer a ping
+RETRY = 10  # [s] until a page that was refused for lack of capacity tries again
+
+CONTROL = "GuiUpdateMessage"
+MESSAGES = (  # that viser's page sends
+    CONTROL,
+    "ViewerCameraMessage",
+    "CommandTriggerMessage",
+    "SceneNodeClickMessage",
+    "SceneNodeDragMessage",
+    "ScenePointerMessage",
+    "TransformControlsUpdateMessage",
+    "TransformControlsDragStartMessage",
+    "TransformControlsDragEndMessage",
+    "LocalStorageGetItemResponseMessage",
+    "FileTransferStartUpload",
+    "FileTransferPart",
 )
-from beamviz.server.viser_private import PROTOCOL
+PICTURE = "GetRenderResponseMessage"  # that only the browser of the exports sends
+MAX_BYTES = 64_000  # of a message
+MAX_PART_BYTES = 600_000  # of a FileTransferPart: a page sends 512 kB at a time
+MAX_PICTURE_BYTES = 50_000_000
+MAX_FILE_BYTES = 1_000_000_000  # that may be announced; scene_files.py accepts small ones only
+MAX_TEXT = 1000  # characters of a control's value
+MAX_ITEMS = 64  # of a list
+MAX_NUMBER = 1e6  # of a coordinate
+MAX_PIXELS = 32768  # of a page's width or height
+RATE, BURST = 200, 400  # messages per second that pass at once, and how many may accumulate
+PAUSE = 0.05  # [s] during which faster ones are coalesced
 
-POLICY_VIOLATION, TRY_AGAIN_LATER = 1008, 1013
-PATIENCE = 10.0  # [s] for a request to come, and for a silent visitor to answer a ping
-RETRY = 10  # [s] until a page that was turned away for want of room tries again
-
-# The page is one file: its script and style stand in it, its pictures are made by it, and the
-# glue of its compiled parts is made by eval. What counts is whom it may talk to: see `finish`.
-CONTENT = {
+# The page is one file with inline script and style, whose WebAssembly glue needs eval. The
+# protection is in whom it may connect to: see `Guard.add_headers`.
+CONTENT_POLICY = {
     "default-src": "'none'",
     "script-src": "'self' 'unsafe-inline' 'unsafe-eval' blob: data:",
     "worker-src": "'self' blob: data:",
@@ -50,39 +73,142 @@ HEADERS = {
     "Permissions-Policy": "camera=(), geolocation=(), microphone=(), usb=()",
     "Cache-Control": "no-store",
 }
+REFUSAL_PAGE = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8">{retry}
+<meta name="viewport" content="width=device-width"><title>beamviz: {title}</title>
+<style>
+body {{ font: 17px/1.5 system-ui, sans-serif; margin: 18vh auto; max-width: 28em; padding: 0 1em;
+       color-scheme: light dark; }}
+p {{ opacity: .75 }} h1 {{ font-size: 1.5em; border-left: 5px solid #206096; padding-left: .6em }}
+</style></head><body><h1>{title}</h1><p>{text}</p></body></html>
+"""
 
 log = RateLimitedLog(__name__)
 
 Handler = Callable[[ServerConnection], Awaitable[None]]
+Scalar = bool | int | float | Annotated[str, msgspec.Meta(max_length=MAX_TEXT)]
+Key = tuple[Any, ...]  # what a message sets; of two with one key, the later one counts
+
+
+# Message validation
+
+
+class InvalidMessage(Exception):
+    """A message that viser's page does not send."""
+
+
+class ControlValue(msgspec.Struct, forbid_unknown_fields=True):
+    """The property of a control that a page may set: a number, a text, or a flat list of them."""
+
+    value: Scalar | Annotated[list[Scalar], msgspec.Meta(max_length=MAX_ITEMS)]
+
+
+class ControlUpdate(msgspec.Struct, forbid_unknown_fields=True):
+    """A GuiUpdateMessage; viser itself would set any attribute of the control."""
+
+    uuid: str
+    updates: ControlValue
+
+
+def validate(raw: bytes | str, types: dict[str, type]) -> Key:
+    """Check a message and return its key; `types` maps the allowed names to viser's classes.
+
+    Raises InvalidMessage for anything else, for unknown fields and for values out of range.
+    """
+    try:
+        message = msgspec.msgpack.decode(raw if isinstance(raw, bytes) else b"")
+        kind = message.pop("type")
+        fields: Any = msgspec.convert(message, ControlUpdate if kind == CONTROL else types[kind])
+    except (msgspec.MsgspecError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise InvalidMessage(f"{type(error).__name__} {str(error)[:80]}".strip()) from None
+    if len(raw) > MAX_BYTES and kind not in ("FileTransferPart", PICTURE):
+        raise InvalidMessage(f"{kind} of {len(raw)} bytes")
+    if kind == CONTROL:
+        return (kind, fields.uuid)
+    if unknown := set(message) - set(vars(fields)):
+        raise InvalidMessage(f"{kind} with {str(min(unknown))[:80]}")
+    if kind == "FileTransferStartUpload" and 0 <= fields.size_bytes <= MAX_FILE_BYTES:
+        del message["size_bytes"]  # valid, though it may be rejected later
+    if not all(map(is_field_value, message.values())):
+        raise InvalidMessage(f"{kind} with {str(message)[:80]}")
+    if kind == "ViewerCameraMessage" and not (
+        1 <= fields.image_width <= MAX_PIXELS and 1 <= fields.image_height <= MAX_PIXELS
+    ):
+        raise InvalidMessage(f"a page of {fields.image_width} x {fields.image_height} pixels")
+    return (kind, *(message[name] for name in ("uuid", "name", "request_uuid") if name in message))
+
+
+def is_field_value(value: Any) -> bool:
+    """Whether a field may have this value: short, with finite numbers of moderate size."""
+    if isinstance(value, list):
+        return len(value) <= MAX_ITEMS and all(map(is_field_value, value))
+    if isinstance(value, str):
+        return len(value) <= MAX_BYTES
+    if isinstance(value, bool | bytes) or value is None:
+        return True
+    return isinstance(value, int | float) and math.isfinite(value) and abs(value) <= MAX_NUMBER
 
 
 class Connection(ServerConnection):
-    """A visitor's connection; what makes no sense ends it."""
+    """A visitor's connection: an invalid message closes it, and a flood of messages is coalesced
+    into the last one of each key."""
 
-    kinds: Kinds = SENT
-    inbox: Inbox | None = None
+    def __init__(self, types: dict[str, type], *args: Any, **options: Any):
+        super().__init__(*args, **options)
+        self.types = types  # of the allowed messages
+        self.coalesced: dict[Key, bytes] = {}
+        self.credit, self.updated = float(BURST), time.monotonic()
 
     async def recv(self, decode: bool | None = None) -> bytes:  # type: ignore[override]
-        """The next message that makes sense."""
-        self.inbox = self.inbox or Inbox(super().recv, self.kinds)
+        """The next valid message. Raises ConnectionClosed."""
         try:
-            return await self.inbox.next()
-        except Senseless as error:
-            words = f"sent off, for a message that makes no sense: {error}"
-            log.warn(peer(self), "senseless", words)
-            await self.close(POLICY_VIOLATION, "a message that makes no sense")
+            while not self.coalesced:
+                key, raw = await self.receive_valid()
+                if self.has_credit():
+                    return raw
+                self.coalesced[key] = raw
+                await self.coalesce()
+        except InvalidMessage as error:
+            log.warn(peer(self), "invalid message", f"closed for an invalid message: {error}")
+            await self.close(POLICY_VIOLATION, "invalid message")
             raise self.protocol.close_exc from None
+        return self.coalesced.pop(next(iter(self.coalesced)))
+
+    async def receive_valid(self) -> tuple[Key, bytes]:
+        """The next message and its key; raises InvalidMessage."""
+        raw = await super().recv()
+        return validate(raw, self.types), raw if isinstance(raw, bytes) else b""
+
+    async def coalesce(self) -> None:
+        """Receive for a moment, keeping the last message of each key in order of arrival."""
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(PAUSE):
+                while True:
+                    key, raw = await self.receive_valid()
+                    self.coalesced.pop(key, None)
+                    self.coalesced[key] = raw
+
+    def has_credit(self) -> bool:
+        """Take one message off the allowance (a token bucket)."""
+        now = time.monotonic()
+        self.credit = min(self.credit + (now - self.updated) * RATE, BURST)
+        self.updated = now
+        if self.credit < 1:
+            return False
+        self.credit -= 1
+        return True
 
 
-class Photographer(Connection):
-    """A browser of our own, which sends pictures."""
-
-    kinds: Kinds = SENT | PICTURES
+# Requests
 
 
 class Guard:
-    """Stands between viser's server and the network: a access, whom it has let in, whether pictures
-    may come in as well, and what connections come from if not from the network itself."""
+    """Stands between the network and viser's server.
+
+    access: the rules; visitor_count: the visitors of all processes; pictures: whether pictures may
+    come in; listener: where connections come from, by default the address given to `serve`. Raises
+    Unavailable if viser has other messages.
+    """
 
     def __init__(
         self,
@@ -93,98 +219,88 @@ class Guard:
     ):
         self.access, self.visitor_count = access, visitor_count
         self.pictures, self.listener = pictures, listener
+        self.types = message_types(*MESSAGES, *([PICTURE] if pictures else []))
 
-    def serve(self, handler: Handler, *place: Any, **options: Any) -> Any:
-        """In place of `websockets.asyncio.server.serve`."""
+    def serve(self, handler: Handler, *address: Any, **options: Any) -> Any:
+        """Replaces `websockets.asyncio.server.serve`."""
         page = options["process_request"]
         options |= {
             "process_request": lambda connection, request: self.answer(connection, request, page),
-            "process_response": self.finish,
-            "create_connection": Photographer if self.pictures else Connection,
+            "process_response": self.add_headers,
+            "create_connection": partial(Connection, self.types),
             "max_size": MAX_PICTURE_BYTES if self.pictures else MAX_PART_BYTES,
             "server_header": None,
-            "open_timeout": PATIENCE,
-            "ping_interval": PATIENCE,
-            "ping_timeout": PATIENCE,
+            "open_timeout": TIMEOUT,
+            "ping_interval": TIMEOUT,
+            "ping_timeout": TIMEOUT,
             "close_timeout": 2.0,
         }
         if self.listener:
-            place, options = (), options | {"sock": self.listener}
-        return serve(lambda connection: self.visit(connection, handler), *place, **options)
+            address, options = (), options | {"sock": self.listener}
+        return serve(lambda connection: self.visit(connection, handler), *address, **options)
 
     def answer(
         self, connection: ServerConnection, request: Request, page: Callable[..., Response | None]
     ) -> Response | None:
-        """Turn a request away, or let viser answer it (None: a WebSocket may open)."""
-        headers = read(request)
+        """Refuse a request, or pass it on to viser's `page` (None: the WebSocket may open)."""
+        headers = lower_case(request)
         if refusal := self.access.refused(headers, request.path):
             title = refusal.title.lower()
-            log.warn(peer(connection), title, f"turned away: {title}")
-            return turned_away(refusal)
-        opening = headers.get("upgrade", "").lower() == "websocket"
-        if opening and headers.get("sec-websocket-protocol") != PROTOCOL:
-            return turned_away(Refusal(400, "An old page", "Reload it."))
+            log.warn(peer(connection), title, f"refused: {title}")
+            return refusal_page(refusal)
+        upgrade = headers.get("upgrade", "").lower() == "websocket"
+        if upgrade and headers.get("sec-websocket-protocol") != PROTOCOL:
+            return refusal_page(Refusal(400, "An old page", "Reload it."))
         if not self.access.presents(headers, request.path) and (
             refusal := self.access.full(self.visitor_count.total)
         ):
-            return turned_away(refusal)
-        if not opening and (cookie := self.access.kept(headers, request.path)):
+            return refusal_page(refusal)
+        if not upgrade and (cookie := self.access.key_cookie(headers, request.path)):
             headers = {"Location": without_key(request.path), "Set-Cookie": cookie}
             return reply(303, "See Other", b"", headers)
         return page(connection, request)
 
-    def finish(
+    def add_headers(
         self, connection: ServerConnection, request: Request, response: Response
     ) -> Response:
-        """Add the security headers; only this server may be connected to from its page."""
+        """Add the security headers; the page may connect to this server only."""
         host = request.headers.get_all("Host")[:1]
         connect = " ".join(["'self'", "blob:", "data:", *(f"ws://{h} wss://{h}" for h in host)])
-        policy = CONTENT | ({"connect-src": connect} if response.status_code < 400 else {})
+        policy = CONTENT_POLICY | ({"connect-src": connect} if response.status_code < 400 else {})
         for name, value in HEADERS.items():
             response.headers[name] = value
         response.headers["Content-Security-Policy"] = "; ".join(map(" ".join, policy.items()))
         return response
 
     async def visit(self, connection: ServerConnection, handler: Handler) -> None:
-        """Let a visitor in for as long as they stay, unless others were faster."""
-        request = connection.request
-        assert request
-        if presents(self.access, request):
-            await served(connection, handler)
-            return
-        self.visitor_count.enter()
-        try:
-            if self.access.full(self.visitor_count.total - 1):
-                await connection.close(TRY_AGAIN_LATER, "the room is full")
-            else:
-                await served(connection, handler)
-        finally:
-            self.visitor_count.leave()
+        """Count a visitor and serve them, unless others have just filled the last place."""
+        with contextlib.ExitStack() as leaving:
+            if not is_presenter(self.access, connection.request):
+                self.visitor_count.enter()
+                leaving.callback(self.visitor_count.leave)
+                if self.access.full(self.visitor_count.total - 1):
+                    await connection.close(TRY_AGAIN_LATER, "too many visitors")
+                    return
+            with contextlib.suppress(ConnectionClosed):  # visitors leave at any time
+                await handler(connection)
 
 
-async def served(connection: ServerConnection, handler: Handler) -> None:
-    """What viser does for a visitor, who may leave at any time."""
-    with contextlib.suppress(ConnectionClosed):
-        await handler(connection)
+def is_presenter(access: Access, request: Request | None) -> bool:
+    """Whether a request has the presenter's key."""
+    return request is not None and access.presents(lower_case(request), request.path)
 
 
-def presents(access: Access, request: Request | None) -> bool:
-    """Whether who came with a request holds the presenter's key."""
-    return request is not None and access.presents(read(request), request.path)
-
-
-def read(request: Request) -> dict[str, str]:
-    """The headers, names in lower case; what was given twice makes no sense afterwards."""
+def lower_case(request: Request) -> dict[str, str]:
+    """The headers by lower-case name; repeated ones are joined, so that no check accepts them."""
     names = {name.lower() for name in request.headers}
     return {name: ", ".join(request.headers.get_all(name)) for name in names}
 
 
-def turned_away(refusal: Refusal) -> Response:
-    """A refusal as a small page; for want of room, it tries again by itself."""
+def refusal_page(refusal: Refusal) -> Response:
+    """A refusal as a small page, which tries again by itself if there were too many visitors."""
     retry = f'<meta http-equiv="refresh" content="{RETRY}">' if refusal.status == 503 else ""
-    body = PAGE.format(
-        retry=retry, title=html.escape(refusal.title), words=html.escape(refusal.words)
-    )
+    title, text = html.escape(refusal.title), html.escape(refusal.text)
+    body = REFUSAL_PAGE.format(retry=retry, title=title, text=text)
     headers = {"Content-Type": "text/html; charset=utf-8"}
     if retry:
         headers["Retry-After"] = str(RETRY)
@@ -192,23 +308,12 @@ def turned_away(refusal: Refusal) -> Response:
 
 
 def reply(status: int, reason: str, body: bytes, headers: dict[str, str]) -> Response:
-    """A whole answer, after which the connection ends."""
+    """A complete response, after which the connection is closed."""
     closing = {"Content-Length": str(len(body)), "Connection": "close"}
     return Response(status, reason, Headers({**headers, **closing}), body)
 
 
-PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8">{retry}
-<meta name="viewport" content="width=device-width"><title>beamviz: {title}</title>
-<style>
-body {{ font: 17px/1.5 system-ui, sans-serif; margin: 18vh auto; max-width: 28em; padding: 0 1em;
-       color-scheme: light dark; }}
-p {{ opacity: .75 }} h1 {{ font-size: 1.5em; border-left: 5px solid #206096; padding-left: .6em }}
-</style></head><body><h1>{title}</h1><p>{words}</p></body></html>
-"""
-
-
 def peer(connection: ServerConnection) -> str:
-    """Who is at the other end."""
+    """The address of the other side."""
     address = connection.remote_address
     return str(address[0]) if address else "a visitor who has left"

@@ -1,40 +1,52 @@
-"""The log: one line for each kind of mistake of each visitor, then nothing for a while."""
+"""A log in which nobody can cause a flood."""
 
+import contextlib
 import logging
 import math
 import threading
 import time
+from collections.abc import Iterator
 
-QUIET = 600.0  # [s] until a line comes again
-MOST = 1000  # kinds of mistakes remembered
+INTERVAL = 600.0  # [s] between two lines about one kind of error of one visitor
+MAX_KINDS = 1000  # remembered
 
 
 class RateLimitedLog:
-    """A log without floods: who repeats a mistake is only counted."""
+    """A logger with one line for each kind of error of each visitor per `INTERVAL`; the others are
+    counted, and the next line gives their number."""
 
     def __init__(self, name: str):
         self.logger, self.lock = logging.getLogger(name), threading.Lock()
         self.reported: dict[tuple[str, str], tuple[float, int]] = {}
 
-    def warn(self, who: str, kind: str, words: str, level: int = logging.WARNING) -> None:
-        """A line about one mistake, unless the same one of the same visitor has just had one."""
-        before = self.counted((who, kind))
-        if before is not None:
-            more = f" ({before} more like this since the last line)" if before else ""
-            self.logger.log(level, "%s: %s%s", who, " ".join(words.split()), more)
+    def warn(self, subject: str, kind: str, text: str, level: int = logging.WARNING) -> None:
+        """Write a line, unless `subject` has just had one of the same kind."""
+        skipped = self.count((subject, kind))
+        if skipped is not None:
+            more = f" ({skipped} more like this since the last line)" if skipped else ""
+            self.logger.log(level, "%s: %s%s", subject, " ".join(text.split()), more)
 
-    def error(self, what: str, wanted: object, error: Exception) -> None:
-        """A line about a mistake of ours; where in the code, only for who asks (DEBUG)."""
-        self.warn(what, type(error).__name__, f"failed for {wanted}: {error!r}", logging.ERROR)
-        self.logger.debug("%s: failed for %s", what, wanted, exc_info=error)
+    def error(self, job: str, request: object, error: Exception) -> None:
+        """Write a line about an internal error; its traceback only at level DEBUG."""
+        self.warn(job, type(error).__name__, f"failed for {request}: {error!r}", logging.ERROR)
+        self.logger.debug("%s: failed for %s", job, request, exc_info=error)
 
-    def counted(self, key: tuple[str, str]) -> int | None:
-        """How often it came since its last line, if it is time for another one, else None."""
+    def count(self, key: tuple[str, str]) -> int | None:
+        """The number of skipped lines if it is time for the next one, else None."""
         now = time.monotonic()
         with self.lock:
-            if len(self.reported) >= MOST and key not in self.reported:
+            if len(self.reported) >= MAX_KINDS and key not in self.reported:
                 self.reported.clear()
-            last, count = self.reported.get(key, (-math.inf, 0))
-            due = now - last >= QUIET
-            self.reported[key] = (now, 0) if due else (last, count + 1)
-        return count if due else None
+            last, skipped = self.reported.get(key, (-math.inf, 0))
+            due = now - last >= INTERVAL
+            self.reported[key] = (now, 0) if due else (last, skipped + 1)
+        return skipped if due else None
+
+    @contextlib.contextmanager
+    def muted(self) -> Iterator[None]:
+        """Within, nothing is written."""
+        self.logger.disabled = True
+        try:
+            yield
+        finally:
+            self.logger.disabled = False

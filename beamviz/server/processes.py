@@ -1,8 +1,8 @@
-"""Several processes behind one address, where visitors are many.
+"""Several processes behind one address.
 
-Each runs the whole explorer for the visitors it is given. This process only takes in connections
-and hands each on to the worker with the fewest visitors; a worker that dies is replaced. Which
-worker serves a page, and which its WebSocket, makes no difference to them.
+Each worker runs the whole explorer for its visitors. The first process accepts connections and
+passes each to the worker with the fewest visitors, whichever served the page; a worker that dies is
+replaced.
 """
 
 import contextlib
@@ -15,239 +15,233 @@ import socket
 import sys
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 from beamviz.errors import BeamvizError, InvalidInput, Unavailable
 from beamviz.server.access import VisitorCount
 
-BACKLOG = 128  # connections that wait to be taken in
-WORD = b"."  # sent when a worker is ready, and with each connection
-START = 60.0  # [s] for a worker to be ready
-PATIENCE = 5.0  # [s] for workers to end; one that dies sooner than that is not replaced
+BACKLOG = 128  # connections that wait to be accepted
+MAX_ERROR_BYTES = 4000
+BYTE = b"."  # sent when a worker is ready, and with each connection
+POLL = 0.2  # [s] until a signal to stop is noticed
+START_TIMEOUT = 60.0  # [s] for a worker to be ready
+STOP_TIMEOUT = 5.0  # [s] for all workers to end
+MIN_LIFETIME = 5.0  # [s] of a worker that is replaced; an earlier death ends the server
 
-Run = Callable[[int, socket.socket, Callable[[], None]], None]
 
+def process_count(processes: int | None, *, shared: bool, follow: bool) -> int:
+    """The number of processes: as asked for, by default one per core if other machines can connect
+    (shared), else one. With a presenter (follow) all visitors are in one process.
 
-def usual(processes: int | None, *, shared: bool, follow: bool) -> int:
-    """How many processes there are to be: unless told otherwise, one for each core where others
-    are let in. In a lecture all are in one. Raises InvalidInput for what cannot be."""
-    able = sys.platform == "linux"  # where a process can safely be doubled as it stands
+    Raises InvalidInput for a number that this system or `follow` rules out.
+    """
+    can_fork = sys.platform == "linux"  # elsewhere forking is unsafe or impossible
     if processes is None:
-        return len(os.sched_getaffinity(0)) if shared and able and not follow else 1
+        return len(os.sched_getaffinity(0)) if shared and can_fork and not follow else 1
     if processes > 1 and follow:
         raise InvalidInput(f"processes = {processes}: with --follow all visitors are in one")
-    if processes > 1 and not able:
+    if processes > 1 and not can_fork:
         raise InvalidInput(f"processes = {processes}: more than one needs Linux")
     return processes
 
 
-class Handed(socket.socket):
-    """The end of a pipe through which connections come, in place of a socket that listens."""
+class Pipe(socket.socket):
+    """The worker's end of a pipe of connections, used by asyncio as a listening socket.
 
-    def __init__(self, pipe: socket.socket, address: Any):
-        super().__init__(fileno=pipe.detach())
-        self.address = address
+    address: what getsockname() returns, the address of the server; sender: the other end.
+    """
+
+    def __init__(self, end: socket.socket, sender: socket.socket, address: Any):
+        super().__init__(fileno=end.detach())
+        self.sender, self.address = sender, address
 
     def listen(self, backlog: int = 0) -> None:
-        """Another process does."""
+        """Nothing to do: the first process listens."""
 
     def getsockname(self) -> Any:
-        """The address that visitors know."""
+        """The address of the server."""
         return self.address
 
     def accept(self) -> tuple[socket.socket, Any]:
-        """The next connection; where none will ever come again, this process is to end."""
-        word, lines, *_ = socket.recv_fds(self, 1, 1)
-        if not word:
+        """The next connection. If the first process has ended, end this one."""
+        data, descriptors, *_ = socket.recv_fds(self, 1, 1)
+        if not data:
             os.kill(os.getpid(), signal.SIGTERM)
             raise BlockingIOError
-        line = socket.socket(fileno=lines[0])
+        connection = socket.socket(fileno=descriptors[0])
         try:
-            return line, line.getpeername()
-        except OSError:
-            line.close()
-            raise ConnectionAbortedError from None  # gone already
+            return connection, connection.getpeername()
+        except OSError:  # closed already
+            connection.close()
+            raise ConnectionAbortedError from None
+
+    def connect_to_self(self) -> socket.socket:
+        """A connection to this worker itself, for the self-test."""
+        ours, theirs = socket.socketpair()
+        with theirs:
+            socket.send_fds(self.sender, [BYTE], [theirs.fileno()])
+        return ours
+
+    def ready(self) -> None:
+        """Tell the first process, whose end is closed here so that its death is noticed."""
+        self.sendall(BYTE)
+        self.sender.close()
+
+
+Run = Callable[[int, Pipe, Callable[[], None]], None]  # number, listener, call when ready
 
 
 class Worker:
-    """A process that serves, and the pipe to it. mine: what it must not keep open."""
+    """A process that runs `run`; `inherited` are the sockets that it must close."""
 
-    def __init__(self, number: int, run: Run, address: Any, mine: list[socket.socket]):
-        self.number, self.handed, self.started = number, 0, time.monotonic()
-        self.pipe, end = socket.socketpair()
-        given = number, run, Handed(end, address), [*mine, self.pipe]
+    def __init__(self, number: int, run: Run, address: Any, inherited: list[socket.socket]):
+        self.number, self.accepted, self.started = number, 0, time.monotonic()
+        self.sender, end = socket.socketpair()
+        pipe = Pipe(end, self.sender, address)
         fork = multiprocessing.get_context("fork")
-        self.process = fork.Process(target=work, args=given, daemon=True)
+        self.process = fork.Process(target=work, args=(number, run, pipe, inherited), daemon=True)
         self.process.start()
-        given[2].close()
+        pipe.close()
 
     def wait(self) -> None:
-        """Wait until it is ready; Unavailable where it does not come to that."""
-        self.pipe.settimeout(START)
-        word = b""
+        """Wait until it is ready. Raises Unavailable if it ends before, or takes too long."""
+        self.sender.settimeout(START_TIMEOUT)
+        data = b""
         with contextlib.suppress(OSError):
-            word = self.pipe.recv(1)
-        self.pipe.setblocking(False)
-        if word != WORD:
-            raise Unavailable("a process that serves visitors ended before it was ready")
+            data = self.sender.recv(MAX_ERROR_BYTES)
+        self.sender.setblocking(False)
+        if data != BYTE:
+            error = data.decode(errors="replace")
+            raise Unavailable(error or "a process that serves visitors ended before it was ready")
 
-    def take(self, line: socket.socket) -> bool:
-        """Give it a connection; False where it cannot take it."""
+    def send(self, connection: socket.socket) -> bool:
+        """Pass a connection to it; False if its pipe is full or closed."""
         try:
-            socket.send_fds(self.pipe, [WORD], [line.fileno()])
+            socket.send_fds(self.sender, [BYTE], [connection.fileno()])
         except OSError:
             return False
-        self.handed += 1
+        self.accepted += 1
         return True
 
 
-def work(number: int, run: Run, handed: Handed, others: list[socket.socket]) -> None:
-    """What a worker does. Ctrl-C reaches it as well, but is for the first process."""
+def work(number: int, run: Run, pipe: Pipe, inherited: list[socket.socket]) -> None:
+    """The main function of a worker. Ctrl-C reaches it too, but is left to the first process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    for line in others:
-        line.close()  # or nobody would notice the end of the first process
+    for line in inherited:
+        line.close()  # or other workers would not notice the end of the first process
     try:
-        run(number, handed, lambda: handed.sendall(WORD))
+        run(number, pipe, pipe.ready)
     except BeamvizError as error:
-        sys.exit(f"beamviz: {error}")
+        pipe.sendall(str(error).encode()[:MAX_ERROR_BYTES])
+        sys.exit(1)
 
 
-class Team:
-    """The workers, and who of them gets the next connection."""
+class ProcessPool:
+    """The workers; accepts connections and passes them on."""
 
     def __init__(self, listeners: list[socket.socket], visitor_count: VisitorCount, run: Run):
         self.listeners, self.visitor_count, self.run = listeners, visitor_count, run
         self.workers: list[Worker] = []
         for number in range(len(visitor_count.counts)):
-            self.workers.append(self.hired(number))
+            self.workers.append(self.started(number))
 
-    def hired(self, number: int) -> Worker:
-        """A new worker."""
+    def started(self, number: int) -> Worker:
+        """A new worker, not ready yet."""
         self.visitor_count.counts[number] = 0
-        mine = [*self.listeners, *(worker.pipe for worker in self.workers)]
-        return Worker(number, self.run, self.listeners[0].getsockname(), mine)
+        inherited = [*self.listeners, *(worker.sender for worker in self.workers)]
+        return Worker(number, self.run, self.listeners[0].getsockname(), inherited)
 
-    def serve(self, over: Callable[[], bool]) -> None:
-        """Hand on connections until it is over."""
-        with selectors.DefaultSelector() as events, alarm() as bell:
-            for line in (*self.listeners, bell):
-                events.register(line, selectors.EVENT_READ)
+    def serve(self, stopped: Callable[[], bool]) -> None:
+        """Pass connections on until `stopped()`; raises Unavailable if workers keep dying."""
+        with selectors.DefaultSelector() as events:
+            for listener in self.listeners:
+                events.register(listener, selectors.EVENT_READ, partial(self.accept, listener))
             for worker in self.workers:
                 events.register(worker.process.sentinel, selectors.EVENT_READ, worker)
-            while not over():
-                for key, _ in events.select(1.0):
+            while not stopped():
+                for key, _ in events.select(POLL):
                     if isinstance(key.data, Worker):
                         events.unregister(key.fileobj)
                         worker = self.replaced(key.data)
                         events.register(worker.process.sentinel, selectors.EVENT_READ, worker)
-                    elif key.fileobj is bell:
-                        bell.recv(100)
-                    elif isinstance(key.fileobj, socket.socket):
-                        self.hand_on(key.fileobj)
+                    else:
+                        key.data()
 
-    def hand_on(self, listener: socket.socket) -> None:
-        """Give the next connection to the worker with the fewest visitors that takes it."""
+    def accept(self, listener: socket.socket) -> None:
+        """Pass the next connection to the worker with the fewest visitors that takes it."""
         try:
-            line, _ = listener.accept()
-        except OSError:  # gone already, or no more files can be open
+            connection, _ = listener.accept()
+        except OSError:  # closed already, or too many open files
             time.sleep(0.01)
             return
         counts = self.visitor_count.counts
-        with line:
-            fewest = sorted(self.workers, key=lambda one: (counts[one.number], one.handed))
-            any(worker.take(line) for worker in fewest)
+        with connection:
+            by_visitors = sorted(self.workers, key=lambda w: (counts[w.number], w.accepted))
+            any(worker.send(connection) for worker in by_visitors)
 
     def replaced(self, worker: Worker) -> Worker:
-        """A new worker for one that died; Unavailable where that happens all the time."""
+        """A new worker for one that died; raises Unavailable if it died young."""
         worker.process.join()
-        worker.pipe.close()
-        how = f"a process that serves visitors died (exit code {worker.process.exitcode})"
-        if time.monotonic() - worker.started < PATIENCE:
-            raise Unavailable(f"{how} soon after it began")
-        print(f"beamviz: {how}; their pages connect again, to a new one", file=sys.stderr)
+        worker.sender.close()
+        what = f"a process that serves visitors died (exit code {worker.process.exitcode})"
+        if time.monotonic() - worker.started < MIN_LIFETIME:
+            raise Unavailable(f"{what} soon after it began")
+        print(f"beamviz: {what}; their pages connect again, to a new one", file=sys.stderr)
         self.workers.remove(worker)
-        self.workers.append(self.hired(worker.number))
+        self.workers.append(self.started(worker.number))
         self.workers[-1].wait()
         return self.workers[-1]
 
-    def end(self) -> None:
-        """End all workers."""
+    def stop(self) -> None:
+        """End all workers, by force after a while."""
         for worker in self.workers:
             worker.process.terminate()
-        deadline = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + STOP_TIMEOUT
         for worker in self.workers:
             worker.process.join(max(deadline - time.monotonic(), 0.0))
             worker.process.kill()
             worker.process.join()
-            worker.pipe.close()
+            worker.sender.close()
 
 
 @contextlib.contextmanager
-def team(listeners: list[socket.socket], visitor_count: VisitorCount, run: Run) -> Iterator[Team]:
-    """Workers that are ready, and ended on leaving."""
-    hired = Team(listeners, visitor_count, run)
+def process_pool(
+    listeners: list[socket.socket], visitor_count: VisitorCount, run: Run
+) -> Iterator[ProcessPool]:
+    """Workers that are ready, stopped on leaving."""
+    pool = ProcessPool(listeners, visitor_count, run)
     try:
-        for worker in hired.workers:
+        for worker in pool.workers:
             worker.wait()
-        yield hired
+        yield pool
     finally:
-        hired.end()
-
-
-@contextlib.contextmanager
-def alarm() -> Iterator[socket.socket]:
-    """A socket that can be read from as soon as a signal has come."""
-    bell, rope = socket.socketpair()
-    with bell, rope:
-        rope.setblocking(False)
-        before = signal.set_wakeup_fd(rope.fileno())
-        try:
-            yield bell
-        finally:
-            signal.set_wakeup_fd(before)
-
-
-def claimed(host: str, port: int) -> int:
-    """The port, found free by binding to it once; Unavailable says what is in the way."""
-    with contextlib.ExitStack() as stack:
-        (first, *_) = bound(host, port, stack)
-        return int(first.getsockname()[1])
+        pool.stop()
 
 
 @contextlib.contextmanager
 def listening_sockets(host: str, port: int) -> Iterator[list[socket.socket]]:
-    """Sockets that listen on all addresses of a host, closed on leaving; port 0 takes a free one.
-    Raises Unavailable as well."""
+    """Sockets that listen on the same port of all addresses that a host has on this machine, closed
+    on leaving; port 0 takes a free one. Raises Unavailable if the address cannot be had."""
     with contextlib.ExitStack() as stack:
-        lines = bound(host, port, stack)
-        for line in lines:
-            line.listen(BACKLOG)
-            line.setblocking(False)
+        lines: list[socket.socket] = []
+        try:
+            for family, *_, address in dict.fromkeys(
+                socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+            ):
+                port = port or (lines[0].getsockname()[1] if lines else 0)
+                place = (address[0], port, *address[2:])
+                try:
+                    line = socket.create_server(place, family=family, backlog=BACKLOG)
+                except OSError as error:
+                    if not lines or error.errno != errno.EADDRNOTAVAIL:
+                        raise
+                else:
+                    line.setblocking(False)
+                    lines.append(stack.enter_context(line))
+        except (OSError, OverflowError) as error:
+            reason = (getattr(error, "strerror", None) or str(error)).partition(" (while")[0]
+            raise Unavailable(
+                f"cannot serve on {host}:{port} ({reason}): choose another --port or --host"
+            ) from None
         yield lines
-
-
-def bound(host: str, port: int, stack: contextlib.ExitStack) -> list[socket.socket]:
-    """Sockets on all addresses of a host that this machine has, on the same port."""
-    lines: list[socket.socket] = []
-    try:
-        for family, kind, protocol, _, address in dict.fromkeys(
-            socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
-        ):
-            line = stack.enter_context(socket.socket(family, kind, protocol))
-            line.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            if family == socket.AF_INET6:
-                line.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
-            port = port or (lines[0].getsockname()[1] if lines else 0)
-            try:
-                line.bind((address[0], port, *address[2:]))
-            except OSError as error:
-                if not lines or error.errno != errno.EADDRNOTAVAIL:
-                    raise
-            else:
-                lines.append(line)
-    except (OSError, OverflowError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise Unavailable(
-            f"cannot serve on {host}:{port} ({reason}): choose another --port or --host"
-        ) from None
-    return lines

@@ -1,18 +1,12 @@
-"""Pictures in rounds, charts after them, and what is sent with them: by counts, with stand-ins for
-visitors."""
+"""Pictures in rounds, and charts after them: by counts, with stand-ins for visitors."""
 
 import asyncio
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
-import zstandard
-from msgspec import msgpack
-from websockets.protocol import OPEN
-
 from beamviz.explorer.debounce import REST, Lag
+
 from beamviz.explorer.frames import ALL_FRAMES, FEWER_FRAMES, FRAMES, TOGETHER, FrameLoop
-from beamviz.server import sending
 from beamviz.server.access import VisitorCount
 
 
@@ -103,64 +97,3 @@ def test_charts_of_a_crowd_wait_until_an_edit_has_come_to_rest():
     assert not lag.over(1.0 + 1.9 * REST, busy=True)
     assert lag.running
     assert lag.over(1.0 + 1.9 * REST, busy=False)
-
-
-class Outbox:
-    """Messages that wait; a picture is urgent."""
-
-    def __init__(self) -> None:
-        self.come, self.urgent, self.over = asyncio.Event(), asyncio.Event(), False
-        self.messages: list[dict[str, Any]] = []
-
-    def push(self, name: str, *, urgent: bool = False) -> None:
-        self.messages.append({"name": name})
-        self.come.set()
-        if urgent:
-            self.urgent.set()
-
-    def taken(self) -> tuple[list[dict[str, Any]], list[memoryview]]:
-        self.messages, found = [], self.messages
-        return found, []
-
-
-class Line:
-    """A connection that keeps what is sent."""
-
-    def __init__(self) -> None:
-        self.groups: list[list[str]] = []
-        self.protocol = SimpleNamespace(state=OPEN, send_binary=self.keep)
-        self.transport = SimpleNamespace(get_write_buffer_size=int)
-
-    def keep(self, data: bytes) -> None:
-        size = int.from_bytes(data[8:16], "little")
-        text = zstandard.ZstdDecompressor().decompress(data[16 : 16 + size])
-        self.groups.append([message["name"] for message in msgpack.decode(text)["messages"]])
-
-    def send_data(self) -> None:
-        """It is sent."""
-
-
-def test_what_is_no_picture_goes_with_the_next_one(monkeypatch):
-    """The first at once; what follows waits for a picture, which does not wait."""
-    monkeypatch.setattr(sending, "PAUSE", 60.0)
-    assert asyncio.run(sent()) == [["text"], ["echo", "another", "picture"], ["second"]]
-
-
-def test_what_is_no_picture_does_not_wait_for_ever(monkeypatch):
-    """Where no picture comes, it goes after a pause."""
-    monkeypatch.setattr(sending, "PAUSE", 0.01)
-    assert asyncio.run(sent(pause=0.1))[:2] == [["text"], ["echo", "another"]]
-
-
-async def sent(pause: float = 0.0) -> list[list[str]]:
-    """The groups in which some messages leave."""
-    outbox, line = Outbox(), Line()
-    task = asyncio.create_task(sending.send(line, outbox))  # type: ignore[arg-type]
-    for group in (["text"], ["echo", "another"], ["picture"], ["second"]):
-        for name in group:
-            outbox.push(name, urgent=name in ("picture", "second"))
-        await asyncio.sleep(pause)
-        for _ in range(20):
-            await asyncio.sleep(0)
-    task.cancel()
-    return line.groups

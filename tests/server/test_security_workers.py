@@ -19,7 +19,7 @@ from live.server import (
 )
 from live.visitor import BEAM, PAPER, Visitor, frequency_text, pause, visitor
 
-from beamviz.server.messages import MAX_BYTES, MAX_PART_BYTES
+from beamviz.server.connection import MAX_BYTES, MAX_PART_BYTES
 
 PROCESSES = 2
 VIOLATION, TOO_BIG = 1008, 1009

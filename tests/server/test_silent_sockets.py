@@ -18,7 +18,7 @@ SCENE = Scene(PAPER)
 
 def test_half_open_sockets_are_given_up(monkeypatch):
     """Connections without a request, with half of one, and with silence after it."""
-    monkeypatch.setattr(guard, "PATIENCE", 0.5)
+    monkeypatch.setattr(guard, "TIMEOUT", 0.5)
     with explorer(SCENE) as found, visitor(found) as guest:
         port = int(found.rsplit(":", 1)[1])
         silent = [socket.create_connection(("127.0.0.1", port)) for _ in range(30)]
@@ -35,7 +35,7 @@ def test_half_open_sockets_are_given_up(monkeypatch):
 
 def test_a_visitor_who_never_reads_is_given_up(monkeypatch, frame_loops):
     """A page that was put to sleep stops answering pings; memory must not wait for it."""
-    monkeypatch.setattr(guard, "PATIENCE", 0.5)
+    monkeypatch.setattr(guard, "TIMEOUT", 0.5)
     with explorer(SCENE) as found, visitor(found) as guest, socket.socket() as deaf:
         deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         deaf.connect(("127.0.0.1", int(found.rsplit(":", 1)[1])))
@@ -71,7 +71,7 @@ def test_a_full_room_says_so_and_lets_the_next_one_in():
         with visitor(found), visitor(found):
             status, headers, body = http_get(found)
             assert (status, headers["Retry-After"]) == (503, "10")
-            assert b"The room is full" in body
+            assert b"The Too many visitors" in body
             assert b'http-equiv="refresh"' in body
             with pytest.raises(websockets.exceptions.InvalidStatus, match="503"), raw_socket(found):
                 pass

@@ -17,9 +17,8 @@ from live.visitor import BEAM, PAPER, frequency_text, visitor
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.explorer.app import serve
 from beamviz.scene import Scene
-from beamviz.server import processes as workers
 from beamviz.server.access import VisitorCount
-from beamviz.server.processes import listening_sockets
+from beamviz.server.processes import MIN_LIFETIME, listening_sockets, process_count
 
 ROOT = Path(__file__).parents[2]
 
@@ -67,7 +66,7 @@ def test_visitors_are_shared_evenly_and_have_private_scenes(hall):
     wait_until(lambda: [lines(pid) for pid in hall.workers] == before)
 
 
-def test_the_room_is_full_for_all_processes_together(hall):
+def test_the_limit_of_visitors_is_for_all_processes_together(hall):
     """Five are in, wherever; the sixth is told so, and comes in when one has left."""
     with contextlib.ExitStack() as stack:
         for _ in range(5):
@@ -87,7 +86,7 @@ def test_the_room_is_full_for_all_processes_together(hall):
 
 def test_a_worker_that_dies_is_replaced(hall):
     """Its visitor is cut off and comes back; the others do not notice; the log has one line."""
-    time.sleep(workers.PATIENCE)
+    time.sleep(MIN_LIFETIME)
     with visitor(hall.url) as one, visitor(hall.url) as other:
         before = hall.workers
         os.kill(before[0], signal.SIGKILL)
@@ -180,23 +179,23 @@ def test_all_addresses_of_a_host_are_listened_to():
 )
 def test_how_many_there_are(processes, shared, follow, count):
     """One for oneself and for a lecture, as many as cores for others, unless told otherwise."""
-    assert workers.usual(processes, shared=shared, follow=follow) == count
+    assert process_count(processes, shared=shared, follow=follow) == count
     cores = len(os.sched_getaffinity(0))
-    assert workers.usual(None, shared=True, follow=False) == cores
+    assert process_count(None, shared=True, follow=False) == cores
 
 
 def test_a_lecture_is_in_one_process():
     """The presenter's session is there for all to follow."""
     with pytest.raises(InvalidInput, match="--follow"):
-        workers.usual(2, shared=True, follow=True)
+        process_count(2, shared=True, follow=True)
 
 
 def test_other_systems_have_one(monkeypatch):
     """Doubling a process is not safe, or not possible, there."""
     monkeypatch.setattr(sys, "platform", "win32")
-    assert workers.usual(None, shared=True, follow=False) == 1
+    assert process_count(None, shared=True, follow=False) == 1
     with pytest.raises(InvalidInput, match="Linux"):
-        workers.usual(2, shared=True, follow=False)
+        process_count(2, shared=True, follow=False)
 
 
 def test_each_process_counts_its_own_visitors():
@@ -204,7 +203,7 @@ def test_each_process_counts_its_own_visitors():
     visitor_count = VisitorCount(2)
     visitor_count.enter()
     if (child := os.fork()) == 0:
-        visitor_count.number = 1
+        visitor_count.process = 1
         visitor_count.enter()
         visitor_count.enter()
         os._exit(0)

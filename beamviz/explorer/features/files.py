@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 from viser import ClientHandle, GuiEvent
 
@@ -21,7 +22,7 @@ from beamviz.lessons import lesson
 from beamviz.scene import Scene, parse_query
 from beamviz.server.access import KEY_PARAMETER
 from beamviz.server.log import RateLimitedLog
-from beamviz.server.viser_private import Upload, filter_uploads
+from beamviz.server.viser_private import filter_uploads
 
 NAME = "scene.toml"
 
@@ -57,7 +58,7 @@ class SceneFiles:
         except InvalidInput as error:
             self.visitor.notify("The scene stays as it is", str(error))
 
-    def welcome(self, file: Upload) -> bool:
+    def welcome(self, file: Any) -> bool:
         """Whether a file that is about to come is as small as a scene; else it is turned down."""
         small = file.part_count <= 1 and file.size_bytes <= MAX_TOML_BYTES
         if not small:
@@ -75,7 +76,7 @@ FILES = {
     "numbers (CSV)": "csv",
     "numbers (NPZ)": "npz",
 }
-MAKING = threading.BoundedSemaphore(1)  # one file at a time, of all visitors
+MAKING = threading.BoundedSemaphore(1)  # one file at a time for all visitors of a process
 
 log = RateLimitedLog(__name__)
 

@@ -1,0 +1,175 @@
+"""The protection checks itself: at start, on versions it does not know, and in one module only."""
+
+import ast
+import logging
+from pathlib import Path
+
+import pytest
+import viser
+import websockets
+from live.visitor import PAPER
+
+from beamviz.errors import Unavailable
+from beamviz.explorer.app import explorer
+from beamviz.scene import Scene
+from beamviz.server import connection, run_server, viser_private
+
+ROOT = Path(__file__).parents[2]
+VISER_ROOMS = ("drawing", "server", "exports", "explorer")  # that may import viser
+SHARED = {"host": "0.0.0.0", "visitor_key": "the-key-of-this-run"}
+
+
+# The self-test
+
+
+def ignore_messages(patch: pytest.MonkeyPatch) -> None:
+    """Pass all messages on to viser."""
+    patch.setattr(connection.Connection, "recv", websockets.asyncio.server.ServerConnection.recv)
+
+
+def ignore_requests(patch: pytest.MonkeyPatch) -> None:
+    """Answer every request."""
+    patch.setattr(connection.Access, "refused", lambda *_: None)
+
+
+def open_tunnel(patch: pytest.MonkeyPatch) -> None:
+    """Leave viser's public tunnel as it is."""
+    tunnel = viser.ViserServer.request_share_url
+    patch.setattr(viser_private.TunnelFreeServer, "request_share_url", tunnel)
+
+
+BROKEN = [
+    (ignore_requests, "a page of a foreign origin can connect"),
+    (ignore_messages, "a message that no page sends"),
+    (open_tunnel, "viser's public tunnel can be opened"),
+]
+
+
+@pytest.mark.parametrize(("break_", "failure"), BROKEN)
+def test_a_server_without_its_protection_is_not_shared(monkeypatch, break_, failure):
+    """One line says what failed; nothing is served beyond this machine."""
+    break_(monkeypatch)
+    for reach in (SHARED, {"public": "https://beams.example.org"}):
+        match = f"self-test.*{failure}.*not served"
+        with pytest.raises(Unavailable, match=match) as caught, explorer(Scene(PAPER), **reach):
+            pass
+        assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("break_", "failure"), BROKEN)
+def test_on_this_machine_the_failure_is_a_line_in_the_log(monkeypatch, caplog, break_, failure):
+    """Others cannot reach it, and its user is told."""
+    break_(monkeypatch)
+    with explorer(Scene(PAPER)) as url:
+        assert url.startswith("http://127.0.0.1:")
+    assert [record for record in caplog.records if failure in record.getMessage()]
+
+
+def test_the_self_test_leaves_no_trace(caplog):
+    """Its own attacks are not logged, and it is not counted as a visitor."""
+    with caplog.at_level(logging.DEBUG, "beamviz"), explorer(Scene(PAPER), **SHARED):
+        assert not caplog.records
+
+
+# The attributes of viser and websockets
+
+
+@pytest.mark.parametrize(
+    ("owner", "name", "path"),
+    [
+        (viser._messages, "SetPositionMessage", "viser._messages.SetPositionMessage"),
+        (viser._messages, "FileTransferPart", "viser._messages.FileTransferPart"),
+        (viser._gui_api.GuiApi, "_handle_file_transfer_start", "viser._gui_api.GuiApi._handle"),
+        (viser.infra.WebsockServer, "register_handler", "viser.infra.WebsockServer.register"),
+        (viser._scene_api, "SceneApi", "viser._scene_api.SceneApi, which"),
+    ],
+)
+def test_a_missing_attribute_is_named_with_the_versions(monkeypatch, owner, name, path):
+    """Before anything is served, and with the remedy."""
+    for cls in getattr(owner, "__mro__", (owner,)):
+        if name in vars(cls):
+            monkeypatch.delattr(cls, name)
+    versions = rf"viser {viser.__version__} with websockets {websockets.__version__} lacks"
+    match = rf"{versions} {path}.*pip install 'viser>="
+    with pytest.raises(Unavailable, match=match), run_server():
+        pass
+
+
+def test_a_server_that_viser_builds_in_another_way_is_refused(monkeypatch):
+    """If viser no longer calls websockets' `serve`, that is noticed, and the server is stopped."""
+    stopped = []
+
+    class Other:
+        """A server that does not listen."""
+
+        def __init__(self, **options: object):
+            """Build nothing."""
+
+        def stop(self) -> None:
+            stopped.append(self)
+
+    monkeypatch.setattr(viser_private, "TunnelFreeServer", Other)
+    with pytest.raises(Unavailable, match="unprotected"), run_server():
+        pass
+    assert len(stopped) == 1
+
+
+# One module reaches into viser
+
+
+def is_private(name: str) -> bool:
+    """Whether a name is private by its underscore; those of named tuples are public."""
+    return name[:1] == "_" and name[-2:] != "__" and name not in ("_asdict", "_replace")
+
+
+def is_undocumented(module: str) -> bool:
+    """Whether a module, or a name in it, is internal to viser, or patches others."""
+    first, *rest = module.split(".")
+    internal = first == "viser" and (rest[:1] == ["infra"] or any(map(is_private, rest)))
+    return internal or module.startswith("unittest.mock") or module == "unittest"
+
+
+def internals(text: str) -> set[str]:
+    """The private attributes of others, undocumented modules and names as text in a module."""
+    found = set()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Attribute) and is_private(node.attr):
+            if not (isinstance(node.value, ast.Name) and node.value.id in ("self", "cls")):
+                found.add(node.attr)
+        elif isinstance(node, ast.Import):
+            found |= {a.name for a in node.names if is_undocumented(a.name)}
+        elif isinstance(node, ast.ImportFrom):
+            names = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= {name for name in names | {str(node.module)} if is_undocumented(name)}
+        elif isinstance(node, ast.Constant) and str(node.value).startswith(("_impl", "_websock")):
+            found.add(str(node.value))
+    return found
+
+
+def test_one_module_reaches_into_viser_and_none_patches():
+    """All others use what it offers; outside four folders nothing imports viser."""
+    modules = {path: path.read_text() for path in (ROOT / "beamviz").rglob("*.py")}
+    reaching = {path for path, text in modules.items() if "viser" in text and internals(text)}
+    assert reaching == {ROOT / "beamviz" / "server" / "viser_private.py"}
+    assert not [path for path, text in modules.items() if "unittest" in text]
+    importing = {p for p, text in modules.items() if "import viser" in text or "from viser" in text}
+    assert {path.relative_to(ROOT / "beamviz").parts[0] for path in importing} <= set(VISER_ROOMS)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "from viser import _messages",
+        "from viser._messages import GuiUpdateMessage",
+        "import viser.infra",
+        "from viser.infra import Message",
+        "from unittest import mock",
+        "client.gui._websock_interface",
+        "server._event_loop.stop()",
+        "getattr(node, '_impl')",
+    ],
+)
+def test_what_counts_as_reaching_in(line):
+    """Each of these would be noticed; documented names and our own are not."""
+    assert internals(line)
+    assert not internals("import viser\nfrom viser import GuiApi\nself._known = node.visible")
