@@ -24,7 +24,7 @@ class Case:
     """A beam and its model as a visitor entered them: the five numbers, which may be no beam, and
     the keywords of `solve`."""
 
-    numbers: dict[str, float]
+    numbers: dict[str, Any]
     options: dict[str, Any]
     units: Units | None = None
 
@@ -125,7 +125,7 @@ class State:
             switch: dict[str, Any] = {name: bool(value)}
             return replace(self, **switch)
         if name == "over":
-            return replace(self, over=value) if value in PARAMETERS else self
+            return replace(self, over=value) if value in tuple(PARAMETERS) else self
         return replace(self, case=self.case.changed(name, value), camera=camera)
 
     def share(self, mode: int, value: Any) -> Self:

@@ -108,7 +108,7 @@ def test_tabs_closed_in_the_middle_of_a_solution(url, other, frame_loops):
     """What nobody waits for any more is not solved: a later visitor gets an answer at once."""
     for _ in range(8):
         with visitor(url) as guest:
-            guest.choose("γ speed", SLOW)
+            guest.choose("γ rotation speed", SLOW)
             vanish(guest.socket.socket)
     alone(frame_loops)
     start = time.monotonic()
@@ -221,11 +221,11 @@ def test_a_solver_that_fails_is_said_and_logged_in_one_line(url, other, caplog):
     """The visitor reads that it was unexpected; the next number is solved."""
     with visitor(url) as guest:
         for _ in range(3):
-            guest.choose("γ speed", 12.0)
+            guest.choose("γ rotation speed", 12.0)
             guest.wait(lambda _: "a mistake of ours" not in guest.text)
-            guest.choose("γ speed", BROKEN)
+            guest.choose("γ rotation speed", BROKEN)
             guest.says("unexpected: a mistake of ours")
-        guest.choose("γ speed", 12.0)
+        guest.choose("γ rotation speed", 12.0)
         guest.says(frequency_text(PAPER.replace(gamma=12)))
     lines = [record for record in caplog.records if "a mistake of ours" in record.getMessage()]
     assert len(lines) == 1
@@ -236,7 +236,7 @@ def test_a_slow_solver_does_not_stop_the_pictures(url, other):
     """While one visitor waits, another sees frames and gets answers."""
     other.choose("playing", True)
     with visitor(url) as guest:
-        guest.choose("γ speed", SLOW)
+        guest.choose("γ rotation speed", SLOW)
         frames, end = 0, time.monotonic() + 0.9
         while time.monotonic() < end:
             frames += beam_moved(other.receive(1.0))
@@ -252,7 +252,7 @@ def test_solutions_without_end_stop_nobody_else(url, other):
         for _ in range(server.SOLVERS + 1):
             guest = guests.enter_context(visitor(url))
             guests.callback(vanish, guest.socket.socket)
-            guest.choose("γ speed", ENDLESS)
+            guest.choose("γ rotation speed", ENDLESS)
         guests.callback(ENOUGH.set)
         for gamma in (12.0, 13.0):
             other.choose("speed γ", gamma)
@@ -276,7 +276,7 @@ def test_solutions_without_end_stop_nobody_in_a_crowd(url, other, frame_loops):
         for guest in crowd[:3]:
             guest.choose("speed γ", 11.0)
             guest.says(frequency_text(PAPER.replace(gamma=11)))
-            guest.choose("γ speed", ENDLESS)
+            guest.choose("γ rotation speed", ENDLESS)
         for gamma in (12.0, 13.0):
             crowd[-1].choose("speed γ", gamma)
             crowd[-1].says(frequency_text(PAPER.replace(gamma=gamma)))
@@ -300,7 +300,7 @@ def test_the_server_ends_in_the_middle_of_a_solution_without_end(monkeypatch):
     monkeypatch.setattr(jobs, "solve", solved)
     try:
         with explorer(SCENE) as found, visitor(found) as guest:
-            guest.choose("γ speed", ENDLESS)
+            guest.choose("γ rotation speed", ENDLESS)
             assert begun.wait(20)
             vanish(guest.socket.socket)
     finally:

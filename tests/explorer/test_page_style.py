@@ -8,7 +8,7 @@ from live.browser import NO_BROWSER, Page, field, page, tab
 
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
-from beamviz.explorer.page.theme import SHEET
+from beamviz.explorer.page.style import SHEET
 from beamviz.exports.browser import found_browser
 from beamviz.scene import Scene
 

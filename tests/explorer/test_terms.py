@@ -1,17 +1,19 @@
 """Switches for the terms of the equations, and what they leave to be seen."""
 
+from dataclasses import replace
+
 import pytest
 from live.visitor import frequency_text, visitor
 
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
 from beamviz.explorer.features.comparison import Against, against, number
-from beamviz.explorer.state import Case
+from beamviz.explorer.state import State
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
 BEAM = Beam(alpha=1, beta=0.5, gamma=3)
-FIRST, WANTED = Scene(BEAM), Case.of(Scene(BEAM))
+FIRST, START = Scene(BEAM), State.of(Scene(BEAM))
 
 
 @pytest.mark.parametrize(
@@ -21,7 +23,7 @@ FIRST, WANTED = Scene(BEAM), Case.of(Scene(BEAM))
 def test_a_term_is_switched_and_back(url, label, option):
     """The frequencies are those of `solve` with that switch; how it was before stays beside."""
     with visitor(url) as guest:
-        usual = WANTED.switched_on(option)
+        usual = START.value(option)
         guest.choose(label, not usual)
         if option == "stiffening":  # without it the beam is unstable at gamma = 3 already
             guest.says("Unstable: the straight beam runs away in bending")
@@ -66,8 +68,8 @@ def test_a_method_without_switches_says_which_have_them(url):
 
 def test_all_terms_can_be_compared_with():
     """Whatever is off is on in the other beam; where all are on, words say so."""
-    off = WANTED.changed("softening", False).changed("coriolis", True)
-    other = against("all terms on", off, None)
+    off = replace(START, comparison="all terms on").changed("softening", False)
+    other = against(off.changed("coriolis", True))
     assert isinstance(other, Against)
-    assert other.wanted.options["softening"] is True
-    assert "on already" in str(against("all terms on", other.wanted, None))
+    assert other.case.options["softening"] is True
+    assert "on already" in str(against(off, other.case))

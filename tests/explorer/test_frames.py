@@ -4,34 +4,33 @@ import asyncio
 from types import SimpleNamespace
 
 import pytest
-from beamviz.explorer.debounce import REST, Lag
-
-from beamviz.explorer.frames import ALL_FRAMES, FEWER_FRAMES, FRAMES, TOGETHER, FrameLoop
+from beamviz.explorer.frames import ALL_FRAMES, BATCH, FEWER_FRAMES, FRAMES, FrameLoop
+from beamviz.explorer.session import Session
 from beamviz.server.access import VisitorCount
 
 
 class Still:
     """A session that counts its pictures."""
 
-    def __init__(self, *, ticking: bool = True, fresh: bool = False):
-        self.ticking, self.fresh, self.seen, self.pictures = ticking, fresh, 0.0, 0
+    def __init__(self, *, needs_tick: bool = True, outdated: bool = False):
+        self.needs_tick, self.outdated, self.last_tick, self.pictures = needs_tick, outdated, 0.0, 0
 
     def tick(self, now: float) -> None:
-        self.seen, self.pictures, self.fresh = now, self.pictures + 1, False
+        self.last_tick, self.pictures, self.outdated = now, self.pictures + 1, False
 
 
 def frame_loop(*sessions: Still, waiting: int = 0) -> FrameLoop:
-    """An frame_loop that does not run by itself."""
+    """A frame loop that does not run by itself."""
     made = FrameLoop.__new__(FrameLoop)
     made.sessions = dict(enumerate(sessions))  # type: ignore[arg-type]
-    made.turns = SimpleNamespace(waiting=[None] * waiting)  # type: ignore[assignment]
+    made.queue = SimpleNamespace(waiting=[None] * waiting)  # type: ignore[assignment]
     made.woken, made.drawn, made.visitor_count = {}, set(), VisitorCount()
     return made
 
 
 def test_a_round_has_one_picture_for_everybody():
     """Where somebody waits: who has just had an answer has had theirs, and gets the next one."""
-    sessions = [Still(fresh=k < 2) for k in range(5)]
+    sessions = [Still(outdated=k < 2) for k in range(5)]
     made = frame_loop(*sessions, waiting=1)
     made.woken = dict.fromkeys([0, 1])
     made.draw_next()
@@ -43,8 +42,8 @@ def test_a_round_has_one_picture_for_everybody():
 
 
 def test_who_rests_gets_none():
-    """Only what moves is drawn, and what is woken only if it is fresh."""
-    sessions = [Still(ticking=False), Still(ticking=False)]
+    """Only what moves is drawn, and what is woken only if it is out of date."""
+    sessions = [Still(needs_tick=False), Still(needs_tick=False)]
     made = frame_loop(*sessions)
     made.woken = dict.fromkeys([0, 1, 2])  # one has left
     made.draw_next()
@@ -55,11 +54,11 @@ def test_who_rests_gets_none():
 
 def test_answers_are_drawn_a_few_at_a_time():
     """In the order in which they came; then messages come and go."""
-    sessions = [Still(fresh=True) for _ in range(TOGETHER + 3)]
+    sessions = [Still(outdated=True) for _ in range(BATCH + 3)]
     made = frame_loop(*sessions)
     made.woken = dict.fromkeys(reversed(range(len(sessions))))
     made.draw_next()
-    assert [one.pictures for one in sessions] == [0] * 3 + [1] * TOGETHER
+    assert [one.pictures for one in sessions] == [0] * 3 + [1] * BATCH
     made.draw_next()
     assert all(one.pictures == 1 for one in sessions)
 
@@ -76,24 +75,22 @@ def test_pictures_give_way_to_answers(visitors, waiting, rate):
     assert 1 / made.step == pytest.approx(rate)
 
 
-def test_charts_follow_a_few_visitors_at_once():
-    """Once for each change, whether or not an answer is awaited."""
-    lag = Lag(crowded=lambda: False)
-    assert not lag.running
-    assert not lag.over(1.0, busy=False)
-    lag.begin(1.0)
-    assert lag.running
-    assert lag.over(1.0, busy=True)
-    assert not lag.running
-    assert not lag.over(2.0, busy=False)
+def charts(session: Session, now: float, *, busy: bool = False) -> bool:
+    """Whether the charts follow the scene at a time [s]; they begin with an answer of their own."""
+    session.visitor = SimpleNamespace(  # type: ignore[assignment]
+        answer=1, chart_answer=None, solver=SimpleNamespace(busy=busy)
+    )
+    session.update_features(now)
+    return session.visitor.chart_answer is session.visitor.answer
 
 
-def test_charts_of_a_crowd_wait_until_an_edit_has_come_to_rest():
-    """Every change begins the rest anew, and an answer that is awaited will be a change."""
-    lag = Lag(crowded=lambda: True)
-    lag.begin(1.0)
-    lag.begin(1.0 + 0.8 * REST)
-    assert not lag.over(1.0 + 1.7 * REST, busy=False)
-    assert not lag.over(1.0 + 1.9 * REST, busy=True)
-    assert lag.running
-    assert lag.over(1.0 + 1.9 * REST, busy=False)
+def test_charts_of_a_crowd_wait_until_a_slider_rests():
+    """And for an answer that is awaited, which will be a change; those of a few do not wait."""
+    session = Session.__new__(Session)
+    session.features, session.charts_due, crowd = [], 1.0, []
+    session.crowded = lambda: bool(crowd)
+    assert charts(session, 1.0, busy=True)
+    crowd.append(1)
+    assert not charts(session, 0.9)
+    assert not charts(session, 1.1, busy=True)
+    assert charts(session, 1.1)

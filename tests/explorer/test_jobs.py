@@ -1,0 +1,231 @@
+"""Background jobs: the latest request wins, nobody waits for another one's long job."""
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+from live.server import wait_until
+
+from beamviz.errors import InvalidInput
+from beamviz.explorer import jobs
+from beamviz.explorer.jobs import Job, SolveQueue, WorkerPool
+
+
+@pytest.fixture
+def release() -> Iterator[threading.Event]:
+    """What lets long work go on, at the latest when the test is over."""
+    event = threading.Event()
+    yield event
+    event.set()
+
+
+def threads(name: str) -> int:
+    """How many threads of that name run."""
+    return sum(thread.name == name for thread in threading.enumerate())
+
+
+def run_at_once(work: Callable[[], None]) -> None:
+    """A pool without threads."""
+    work()
+
+
+# Worker pool
+
+
+def test_work_starts_in_order_and_a_given_number_at_once(release):
+    """Two pieces start; the others wait, and follow in the order of submission."""
+    begun: list[int] = []
+    with WorkerPool(2, "test") as pool:
+        for k in range(6):
+            pool.submit(lambda k=k: (begun.append(k), release.wait(20)))
+        wait_until(lambda: len(begun) == 2)
+        time.sleep(0.1)
+        assert begun == [0, 1]
+        release.set()
+        wait_until(lambda: len(begun) == 6)
+    assert sorted(begun[2:4]) == [2, 3]
+    assert sorted(begun[4:]) == [4, 5]
+
+
+def test_long_work_delays_nobody(release):
+    """Any number of pieces that do not end: others are done all the same, on substitute threads,
+    which end when the long work does."""
+    done: list[int] = []
+    with WorkerPool(2, "test long", long=0.1) as pool:
+        idle = threads("test long")
+        for _ in range(9):
+            pool.submit(lambda: release.wait(60))
+        for k in range(20):
+            pool.submit(lambda k=k: done.append(k))
+        wait_until(lambda: len(done) == 20)
+        assert sorted(done) == list(range(20))
+        assert threads("test long") >= 9 + 2
+        release.set()
+        wait_until(lambda: threads("test long") == idle)
+
+
+def test_short_work_starts_no_thread():
+    """All threads are there from the beginning."""
+    done: list[int] = []
+    with WorkerPool(2, "test short") as pool:
+        before = {thread.ident for thread in threading.enumerate()}
+        for k in range(200):
+            pool.submit(lambda k=k: done.append(k))
+        wait_until(lambda: len(done) == 200)
+        assert {thread.ident for thread in threading.enumerate()} <= before
+
+
+def test_closing_waits_for_nothing(release):
+    """What waits is dropped, what runs is left to itself, and no thread stays."""
+    done: list[int] = []
+    with WorkerPool(1, "test close") as pool:
+        pool.submit(lambda: release.wait(60))
+        wait_until(lambda: bool(pool.started))
+        pool.submit(lambda: done.append(1))
+    pool.submit(lambda: done.append(2))
+    release.set()
+    wait_until(lambda: not threads("test close"))
+    assert not done
+
+
+# Solve queue
+
+
+@pytest.fixture
+def pool() -> Iterator[WorkerPool]:
+    """One worker."""
+    with WorkerPool(1, "test pool") as made:
+        yield made
+
+
+@pytest.fixture
+def crowd(pool) -> Iterator[SolveQueue]:
+    """The queue of a crowd."""
+    made = SolveQueue(pool, lambda: True)
+    yield made
+    made.close()
+
+
+def test_solves_of_few_visitors_run_at_once(pool):
+    """On worker threads; nothing waits for a batch."""
+    queue, done = SolveQueue(pool), threading.Event()
+    queue.submit(done.set, lambda: True)
+    assert done.wait(20)
+    assert not queue.waiting
+    queue.close()
+
+
+def test_solves_of_a_crowd_run_in_batches(crowd):
+    """In order, and they are done when `run_batch` returns."""
+    done: list[int] = []
+    for k in range(5):
+        crowd.submit(lambda k=k: done.append(k), lambda: True)
+    assert not done
+    crowd.run_batch(2)
+    assert done == [0, 1]
+    crowd.run_batch(9)
+    crowd.run_batch(9)
+    assert done == [0, 1, 2, 3, 4]
+
+
+def test_slow_solves_of_a_crowd_go_to_the_workers(crowd):
+    """When they are submitted, or when another method was chosen while they waited."""
+    quick, done = [True], threading.Event()
+    crowd.submit(done.set, lambda: quick[0])
+    quick[0] = False
+    crowd.run_batch(1)
+    assert done.wait(20)
+    crowd.submit(done.clear, lambda: quick[0])
+    wait_until(lambda: not done.is_set())
+    assert not crowd.waiting
+
+
+def test_a_solve_that_takes_longer_than_it_seemed_delays_nobody(crowd, release):
+    """It goes on in the background, and those after it are done in their order."""
+    begun, done = threading.Event(), []
+    for k in (1, 2):
+        crowd.submit(lambda k=k: done.append(k), lambda: True)
+        crowd.submit(lambda: (begun.set(), release.wait(60), done.append(-1)), lambda: True)
+    crowd.submit(lambda: done.append(3), lambda: True)
+    crowd.run_batch(9)
+    assert begun.is_set()
+    wait_until(lambda: done == [1, 2, 3])
+    release.set()
+    wait_until(lambda: sorted(done) == [-1, -1, 1, 2, 3])
+
+
+# Jobs
+
+
+def test_requests_in_between_are_skipped(pool, release):
+    """100 requests while one is computed: the next answer is the one to the last of them."""
+    computed: list[int] = []
+
+    def slow(request: int) -> int:
+        computed.append(request)
+        release.wait(10)
+        return 2 * request
+
+    ready = threading.Semaphore(0)
+    job: Job[int, int] = Job("number", slow, pool.submit, ready.release)
+    job.request(-1)
+    wait_until(lambda: bool(computed))
+    for k in range(100):
+        job.request(k)
+    assert job.busy
+    assert job.stale
+    release.set()
+    wait_until(lambda: not job.stale)
+    assert job.answer
+    assert (job.answer.request, job.result, job.answer.message) == (99, 198, "")
+    assert computed == [-1, 99]
+    job.request(99)  # is answered already
+    assert not job.busy
+
+
+def test_errors_are_answers_and_mistakes_are_logged_once(caplog):
+    """A reason for the visitor, and one line in the log however often it happens."""
+
+    def failing(request: int) -> int:
+        if request < 0:
+            raise InvalidInput("request = -1: must be positive")
+        raise ZeroDivisionError(str(request))
+
+    jobs.log.reported.clear()
+    job: Job[int, int] = Job("number", failing, run_at_once, lambda: None)
+    job.request(-1)
+    assert job.answer
+    assert job.result is None
+    assert job.answer.message == "request = -1: must be positive"
+    assert not caplog.records
+    for k in range(5):
+        job.request(k)
+        assert job.answer.message == f"unexpected: {k}"
+    assert len(caplog.records) == 1
+
+
+def test_a_closed_job_computes_nothing():
+    """Neither a new request nor one that waits."""
+    waiting: list[Callable[[], None]] = []
+    computed: list[int] = []
+    job: Job[int, None] = Job("number", computed.append, waiting.append, lambda: None)
+    job.request(1)
+    job.close()
+    waiting.pop()()
+    job.request(2)
+    assert not computed
+    assert not waiting
+
+
+def test_a_job_takes_over_the_answer_of_another_visitor():
+    """The same request is not computed again, another one is."""
+    computed: list[int] = []
+    lead: Job[int, None] = Job("number", computed.append, run_at_once, lambda: None)
+    follower: Job[int, None] = Job("number", computed.append, run_at_once, lambda: None)
+    lead.request(1)
+    follower.adopt(lead)
+    follower.request(1)
+    assert follower.answer is lead.answer
+    follower.request(2)
+    assert computed == [1, 2]

@@ -1,0 +1,100 @@
+"""The state of a visitor: what edits make of it, and controls that show it."""
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from live.visitor import PAPER
+
+from beamviz.beam import Beam, Units
+from beamviz.errors import InvalidInput
+from beamviz.explorer.state import EARLIER, Case, State
+from beamviz.explorer.visitor import show
+from beamviz.scene import Camera, Scene
+
+START = State.of(Scene(PAPER))
+
+
+def test_a_state_is_a_scene():
+    """All keys of a scene are kept, as many modes are solved as it shows, and no other key is
+    needed to show it again."""
+    units = Units(length=1.0, time=0.01)
+    scene = Scene(PAPER.replace(units=units), camera=Camera((1, 2, 3))).changed(
+        plane="flapwise", mode=7, dark=True, over="alpha", per_rev=True
+    )
+    state = State.of(scene)
+    assert state.to_scene() == scene
+    assert state.case.options["modes"] == 7
+    assert START.loaded(scene).to_scene() == scene
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "expected"),
+    [
+        ("gamma", 12.0, 12.0),
+        ("gamma", "fast", "fast"),  # numbers are checked when the beam is solved
+        ("strain", "hencky", "hencky"),
+        ("strain", "rubber", "green"),
+        ("plane", ["flapwise"], "chordwise"),
+        ("coriolis", 1, True),
+        ("pace", 9.0, 4.0),
+        ("pace", math.nan, 1.0),
+        ("amplitude", "large", 0.15),
+        ("colouring", "rainbow", "displacement"),
+        ("over", "delta", "delta"),
+        ("over", ["delta"], "gamma"),
+        ("over", "speed", "gamma"),
+        ("per_rev", "yes", True),
+    ],
+)
+def test_an_edit_changes_one_value_and_a_wrong_one_changes_nothing(name, value, expected):
+    """A browser may send anything."""
+    state = START.changed(name, value)
+    assert state.value(name) == expected
+    other = "alpha" if name != "alpha" else "beta"
+    assert state.value(other) == START.value(other)
+
+
+def test_numbers_that_are_no_beam_are_kept_and_named():
+    """The page shows them; as a scene they are refused."""
+    state = START.changed("gamma", 1e300)
+    assert state.value("gamma") == 1e300
+    with pytest.raises(InvalidInput, match="gamma"):
+        state.to_scene()
+
+
+def test_a_given_viewpoint_ends_where_the_beam_would_leave_the_picture():
+    """Other numbers keep it."""
+    state = START.loaded(Scene(PAPER, camera=Camera((1, 2, 3))))
+    assert state.changed("gamma", 3.0).camera
+    for name, value in (("plane", "flapwise"), ("rotating_frame", False), ("all_modes", True)):
+        assert state.changed(name, value).camera is None
+
+
+def test_a_kept_case_belongs_to_its_scene():
+    """Another scene forgets it; another comparison is not replaced by keeping a case."""
+    kept = START.keep_for_comparison()
+    assert (kept.kept, kept.comparison) == (START.case, EARLIER)
+    assert (kept.loaded(Scene()).kept, kept.loaded(Scene()).comparison) == (None, "nothing")
+    assert START.changed("gamma", 3.0).keep().kept == START.changed("gamma", 3.0).case
+
+
+def test_a_case_of_a_scene_has_all_options():
+    """So that two cases are equal where their solutions are."""
+    case = Case.of(Scene(Beam(gamma=3)))
+    assert case == Case.of(Scene(Beam(gamma=3), {"strain": "green"}))
+    assert case.changed("unknown", 1.0) is case
+    assert case.beam() == Beam(gamma=3)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sent"),
+    [(1.0, 2.0, True), (1.0, 1.0 + 1e-12, False), (1.0, math.nan, False), ("a", "b", True)],
+)
+def test_a_control_is_sent_what_it_does_not_show_yet(monkeypatch, old, new, sent):
+    """A number that comes back from other units with a rounding error is the same one."""
+    values: list[Any] = []
+    monkeypatch.setattr("beamviz.explorer.visitor.set_value", lambda _, value: values.append(value))
+    show(SimpleNamespace(value=old), new)  # type: ignore[arg-type]
+    assert bool(values) is sent
