@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from beamviz.explorer.request import MODES
 from charts import TIP, charted
 from hypothesis import given
 from hypothesis import strategies as st
@@ -26,7 +27,6 @@ from beamviz.explorer.features.loci_chart import (
     top,
 )
 from beamviz.explorer.jobs import Latest
-from beamviz.explorer.request import MODES
 from beamviz.solver import solve
 
 LINES = len(FAMILIES) * LANES

@@ -10,7 +10,6 @@ from live.visitor import pause, visitor
 
 from beamviz.explorer.features import loci_chart as charts
 from beamviz.explorer.features.loci_chart import FAMILIES, LANES, PER_REV
-from beamviz.display_units import rounded_to_error
 from beamviz.exports.browser import found_browser
 from beamviz.scene import Scene
 from beamviz.solver import solve

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from beamviz.explorer.solve_queue import Turns
 from hypothesis import given
 from hypothesis import strategies as st
 from live.visitor import PAPER, Visitor, visitor
@@ -33,7 +34,6 @@ from beamviz.explorer.features.comparison import (
 from beamviz.explorer.features.loci_chart import LANES, Charts, Point, Question, series
 from beamviz.explorer.features.mass_drag import Grip, nearest
 from beamviz.explorer.state import Case
-from beamviz.explorer.solve_queue import Turns
 from beamviz.scene import ViewOptions
 from beamviz.server import run_server
 from beamviz.solver import solve

@@ -6,12 +6,12 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from beamviz.explorer.solver_job import answered
 
 from beamviz.beam import Beam
 from beamviz.explorer.features import method_timing as efforts_tab
 from beamviz.explorer.features.method_timing import OPTION, RESOLUTIONS, Weighing, distance, efforts
 from beamviz.explorer.state import Case
-from beamviz.explorer.solver_job import answered
 from beamviz.solver import METHODS, solve
 
 PAPER = Case.of(Scene(Beam(alpha=1, beta=0.5, gamma=10)))

@@ -4,6 +4,7 @@ import asyncio
 from types import SimpleNamespace
 
 import pytest
+
 from beamviz.explorer.frames import ALL_FRAMES, BATCH, FEWER_FRAMES, FRAMES, FrameLoop
 from beamviz.explorer.session import Session
 from beamviz.server.access import VisitorCount

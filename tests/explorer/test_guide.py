@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 import pytest
+from beamviz.explorer.url import arrive
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from live.visitor import PAPER, Visitor, frequency_text, visitor
@@ -16,7 +17,6 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer import jobs
 from beamviz.explorer.app import explorer
 from beamviz.explorer.features.lessons import BACK, NEXT, NONE, RESET, marked
-from beamviz.explorer.url import arrive
 from beamviz.lessons import LESSONS, lesson
 from beamviz.scene import Scene
 

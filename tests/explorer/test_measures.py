@@ -10,11 +10,17 @@ from hypothesis import strategies as st
 from live.visitor import visitor
 
 from beamviz.beam import PARAMETERS, Beam, Units
-from beamviz.display_units import frequencies, measure, measures, neat, places, rounded
+from beamviz.display_units import (
+    frequencies,
+    measure,
+    measures,
+    neat,
+    places,
+    rounded,
+)
 from beamviz.explorer.features import loci_tab as chart_words
 from beamviz.explorer.features.loci_chart import LANES, Charts, Point, Question, series, top
 from beamviz.explorer.features.loci_tab import MOST, resonance_list
-from beamviz.display_units import rounded_to_error
 from beamviz.explorer.state import Case
 from beamviz.frequency_loci import loci
 from beamviz.scene import Scene

@@ -10,7 +10,6 @@ from beamviz.beam import Beam
 from beamviz.display_units import significant as digits
 from beamviz.errors import InvalidInput
 from beamviz.explorer.features.real_beam import FIELDS, OPEN, PLAIN, made, number, read
-from beamviz.display_units import rounded_to_error
 from beamviz.presets import ARM, BLADE, REAL_BEAMS, RPM, RULER
 from beamviz.solver import solve
 

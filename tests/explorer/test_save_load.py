@@ -8,7 +8,6 @@ from live.visitor import Visitor, visitor
 
 from beamviz.beam import MAX_TOML_BYTES, Beam
 from beamviz.explorer.features import files as take_away
-from beamviz.display_units import rounded_to_error
 from beamviz.exports import film
 from beamviz.scene import Scene
 from beamviz.solver import solve
