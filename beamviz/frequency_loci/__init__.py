@@ -190,7 +190,7 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
         values=values,
         branches=tuple(Branch(label, _read_only(row), solutions) for label, row in rows.items()),
         events=tuple(
-            replace(event, branches=tuple(labels[k, number] for number in event.branches))
+            replace(event, branches=(labels[k, event.branches[0]], labels[k, event.branches[1]]))
             for k, run in enumerate(runs)
             for event in run.events
         ),

@@ -27,7 +27,7 @@ SAFETY = 10.0  # times that error
 SAMPLES = 8  # of the interpolation in each interval
 COARSE = 1 / 40  # of the sweep: longer intervals are always halved
 FINEST = 1e-6  # of the sweep: shorter intervals are not
-EDGE = 1e-6  # of an interval: how close to the end of an equilibrium resonances are looked for
+NEAR_LIMIT = (1e-6, 1e-4, 1e-2, 0.1, 0.5)  # of an interval that ends at a limit: added speeds
 MAX_ROUNDS = 30
 MAX_CORRECTIONS = 6
 SETTLED = 1e-10  # of the largest speed: a smaller correction is the last one
@@ -59,52 +59,67 @@ def resonances(found: Loci, count: int) -> list[Resonance]:
     """
     if count and found.over != "gamma":
         raise InvalidInput(f"per-rev lines need loci over gamma, not over {found.over}")
-    lines = range(1, count + 1)
+    located = [
+        Resonance(root.per_rev, names.get(root.label, root.label), root.at, root.per_rev * root.at)
+        for chart, names in [(found, {}), *_beside_limits(found)]
+        for root in _roots(chart, range(1, count + 1))
+        if count
+    ]
+    return sorted(located, key=lambda resonance: resonance.at)
+
+
+def _beside_limits(found: Loci) -> Iterator[tuple[Loci, dict[str, str]]]:
+    """The loci between the last values with an equilibrium and its limits, and for the labels of
+    their branches those of the same branches in `found`."""
+    values = found.values
+    for limit in found.limits:
+        below, above = values[values < limit.start][-1:], values[values > limit.stop][:1]
+        for edge, value in [(limit.start, x) for x in below] + [(limit.stop, x) for x in above]:
+            nearer = [edge + share * (value - edge) for share in NEAR_LIMIT]
+            speeds = [x for x, solved in _solve(found, np.sort([value, *nearer])).items() if solved]
+            if limit.kind != "unstable" and len(speeds) > 1 and value in speeds:
+                chart = loci(found.beam, "gamma", speeds, _modes(found), **found.options)
+                labels = zip(chart.labels_at(value), found.labels_at(value), strict=True)
+                yield chart, dict(labels)
+
+
+def _roots(found: Loci, lines: range) -> list["_Root"]:
+    """The intersections between the values of loci."""
     curves = [curve for branch in found.branches for curve in _curves(found, branch)]
     solved: dict[float, dict[str, float]] = {}
-    speeds = _speeds_beside_limits(found)
-    for _ in range(MAX_ROUNDS if count else 0):
-        solved |= _solve(found, speeds)
-        curves = [curve.with_points(solved) for curve in curves]
+    for _ in range(MAX_ROUNDS):
         uncertain = {speed for curve in curves for speed in curve.uncertain(lines)}
         speeds = np.array(sorted(uncertain - solved.keys()))
         if not len(speeds):
             break
+        solved |= _solve(found, speeds)
+        curves = [curve.with_points(solved) for curve in curves]
     roots = [root for curve in curves for k in lines for root in curve.roots(k)]
     for _ in range(MAX_CORRECTIONS):
         moving = [root for root in roots if abs(root.shift) > SETTLED * found.values[-1]]
+        if not moving:
+            break
         solved = _solve(found, np.unique([root.at for root in moving]))
         for root in moving:
             root.correct(solved[root.at].get(root.label))
-    located = [
-        Resonance(root.per_rev, root.label, root.at, root.per_rev * root.at) for root in roots
-    ]
-    return sorted(located, key=lambda resonance: resonance.at)
+    return roots
+
+
+def _modes(found: Loci) -> int:
+    """The number of modes requested of loci."""
+    return 1 + max(int(branch.mode_index.max()) for branch in found.branches)
 
 
 def _solve(found: Loci, speeds: np.ndarray) -> dict[float, dict[str, float]]:
     """omega^2 by branch at each of some speeds (n,); nothing where there is no solution."""
     beams = [found.beam.replace(gamma=float(speed)) for speed in speeds]
-    modes = 1 + max(int(branch.mode_index.max()) for branch in found.branches)
-    outcomes = solve_many(beams, modes=modes, **found.options)
+    outcomes = solve_many(beams, modes=_modes(found), **found.options)
     return {
         speed: dict(zip(found.labels_at(speed), outcome.omega_squared.tolist(), strict=False))
         if isinstance(outcome, Solution)
         else {}
         for speed, outcome in zip(speeds.tolist(), outcomes, strict=True)
     }
-
-
-def _speeds_beside_limits(found: Loci) -> np.ndarray:
-    """Speeds just outside the parts without equilibrium, towards which a frequency may vanish."""
-    values, speeds = found.values, []
-    for limit in found.limits:
-        if limit.kind != "unstable":
-            below = values[values < limit.start][-1:]
-            above = values[values > limit.stop][:1]
-            speeds += [*(limit.start + EDGE * (below - limit.start))]
-            speeds += [*(limit.stop + EDGE * (above - limit.stop))]
-    return np.array(speeds)
 
 
 def _curves(found: Loci, branch: Branch) -> Iterator["_Curve"]:
