@@ -91,7 +91,7 @@ def files(rows: list[Row], about: dict[str, Any]) -> dict[str, bytes]:
     data = {
         **about,
         "scenes": {scene: beam.numbers for scene, beam in SCENES.items()},
-        "rows": [row._asdict() for row in rows],
+        "rows": rows,
         "model_errors": models,
     }
     figure = draw(rows, models, caption(about))

@@ -288,6 +288,6 @@ def stability(
     quick: Annotated[bool, typer.Option("--quick", help="Coarser maps, in a few seconds.")] = False,
 ) -> None:
     """Where each method fails: maps over speed and hub radius, mass, slenderness, with commands."""
-    from beamviz.failure_maps.report import stability
+    from beamviz.failure_maps import stability
 
     print(stability(out, quick, lambda text: print(text, file=sys.stderr)))

@@ -1,8 +1,8 @@
-"""Where methods fail: one beam, one method, one verdict.
+"""Verdicts on methods: does a method solve one beam correctly, and if not, why.
 
-Two errors are told apart. Discretisation: how far a method is from the exact frequencies of its
-own model. Model: how far these are from the reference, the paper's model (green strain, spatial
-curvature) as `auto` solves it.
+Two errors are told apart. Discretisation error: the distance of a method from the exact
+frequencies of its own model. Model error: the distance of these from the reference, the paper's
+model (green strain, spatial curvature) as `auto` solves it.
 """
 
 from collections.abc import Callable
@@ -16,11 +16,11 @@ from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 from beamviz.solver import solve
 from beamviz.solver.solution import Solution
 
-MODES, MORE_MODES = 5, 10  # the most that are compared, and those they may have to be looked for in
+MODES, EXACT_MODES = 5, 10  # compared at the most; of the exact solution, where they may be higher
 EXACT = 1e-8  # relative tolerance of a model's own frequencies
-ACCURATE = 1e-3  # relative: a method is right this close to its own model
-FAITHFUL = 1e-2  # relative: and its model this close to the reference
-HELPED = 0.5  # more terms that leave more than this of an error do not help
+ACCURATE = 1e-3  # largest relative discretisation error of a correct method
+FAITHFUL = 1e-2  # largest relative model error of a correct method
+HELPFUL = 0.5  # more terms help if they leave less than this share of an error
 
 RIGHT = "right"
 INACCURATE = "inaccurate"
@@ -29,66 +29,68 @@ FALSELY_UNSTABLE = "falsely unstable"
 TRULY_UNSTABLE = "truly unstable"
 NO_EQUILIBRIUM = "no equilibrium"
 NOT_CONVERGED = "did not converge"
-ROUNDED = "rounding"
+ROUNDING = "rounding"
 OUTSIDE = "outside"  # not an accepted beam
 
 KINDS = {
     RIGHT: "right: within 0.001 of its own model's exact frequencies",
-    INACCURATE: "inaccurate: further off than that",
-    OTHER_MODEL: "its model itself is more than 1 % off the reference",
+    INACCURATE: "inaccurate: a larger discretisation error",
+    OTHER_MODEL: "its model is more than 1 % off the reference",
     FALSELY_UNSTABLE: "falsely unstable: the beam is stable",
     TRULY_UNSTABLE: "truly unstable, and it says so",
     NO_EQUILIBRIUM: "no equilibrium in its model, and it says so",
     NOT_CONVERGED: "did not converge",
-    ROUNDED: "rounding has eaten the digits: more terms do not help",
+    ROUNDING: "rounding error: more terms do not help",
 }
 
 
-class Contender(NamedTuple):
-    """A method as it is run, the model it converges to, and more terms where it has terms."""
+class Method(NamedTuple):
+    """A method with its options of `solve`, the options that give the exact frequencies of its
+    model, and options with more terms where it has terms."""
 
     name: str
     options: dict[str, Any]
-    model: dict[str, Any]  # keywords of `solve` for its exact frequencies
-    more: dict[str, Any] | None = None
+    model: dict[str, Any]
+    more_terms: dict[str, Any] | None = None
 
     @property
     def resolution(self) -> str:
-        """Its number of elements or terms, in words; empty for a method that chooses its own."""
+        """Its number of elements or terms; empty for a method that chooses its own."""
         given = [(name, self.options.get(name)) for name in ("elements", "terms")]
         return "".join(f"{number} {name}" for name, number in given if number)
 
 
 GREEN: dict[str, Any] = {"strain": "green"}
 RIGID: dict[str, Any] = {"method": "foac"}
-CONTENDERS = (
-    Contender("auto", {}, GREEN),
-    Contender("auto, biot strain", {"strain": "biot"}, {"strain": "biot"}),
-    Contender("auto, hencky strain", {"strain": "hencky"}, {"strain": "hencky"}),
-    Contender("ancf", {"method": "ancf", "elements": 20}, GREEN),
-    Contender("ancf-planar", {"method": "ancf-planar", "elements": 20}, GREEN),
-    Contender("chebyshev", {"method": "chebyshev", "terms": 32}, GREEN, {"terms": 64}),
-    Contender("linear", {"method": "linear", "elements": 20}, RIGID),
-    Contender("foac", {"method": "foac"}, RIGID),
-    Contender("zoac", {"method": "zoac"}, {"method": "zoac"}),
-    Contender("assumed-modes", {"method": "assumed-modes", "terms": 10}, RIGID, {"terms": 15}),
-    Contender("power-series", {"method": "power-series", "terms": 80}, RIGID, {"terms": 160}),
+METHODS = (
+    Method("auto", {}, GREEN),
+    Method("auto, biot strain", {"strain": "biot"}, {"strain": "biot"}),
+    Method("auto, hencky strain", {"strain": "hencky"}, {"strain": "hencky"}),
+    Method("ancf", {"method": "ancf", "elements": 20}, GREEN),
+    Method("ancf-planar", {"method": "ancf-planar", "elements": 20}, GREEN),
+    Method("chebyshev", {"method": "chebyshev", "terms": 32}, GREEN, {"terms": 64}),
+    Method("linear", {"method": "linear", "elements": 20}, RIGID),
+    Method("foac", {"method": "foac"}, RIGID),
+    Method("zoac", {"method": "zoac"}, {"method": "zoac"}),
+    Method("assumed-modes", {"method": "assumed-modes", "terms": 10}, RIGID, {"terms": 15}),
+    Method("power-series", {"method": "power-series", "terms": 80}, RIGID, {"terms": 160}),
 )
 
 Answer = Solution | BeamvizError
 
 
-class Cell(NamedTuple):
-    """A verdict, the two errors behind it (nan where there are none), and what was said."""
+class Verdict(NamedTuple):
+    """Its kind, the two errors behind it (nan where there are none), the message of an error, and
+    the gamma beyond which the method reports no equilibrium."""
 
     kind: str
     discretisation: float = np.nan
     model: float = np.nan
-    says: str = ""
-    limit: float = np.nan  # gamma beyond which the method says there is no equilibrium
+    message: str = ""
+    limit: float = np.nan
 
 
-def attempt(beam: Beam, **options: Any) -> Answer:
+def answer(beam: Beam, **options: Any) -> Answer:
     """A solution, or the error in its place."""
     try:
         return solve(beam, **options)
@@ -96,75 +98,67 @@ def attempt(beam: Beam, **options: Any) -> Answer:
         return error
 
 
-def cells(beam: Beam) -> list[Cell]:
-    """The verdict on every contender, for one beam."""
+def verdicts(beam: Beam) -> list[Verdict]:
+    """The verdict on every method for one beam."""
 
     @lru_cache
-    def exact(model: tuple[tuple[str, Any], ...]) -> Answer:
-        return attempt(beam, modes=MORE_MODES, tolerance=EXACT, **dict(model))
+    def exact_answer(model: tuple[tuple[str, Any], ...]) -> Answer:
+        return answer(beam, modes=EXACT_MODES, tolerance=EXACT, **dict(model))
 
-    def of(model: dict[str, Any]) -> Answer:
-        return exact(tuple(model.items()))
+    def exact(model: dict[str, Any]) -> Answer:
+        return exact_answer(tuple(model.items()))
 
-    return [cell(beam, contender, of) for contender in CONTENDERS]
-
-
-def cell(beam: Beam, contender: Contender, exact: Callable[[dict[str, Any]], Answer]) -> Cell:
-    """The verdict on one; `exact` answers for a model."""
-    found = attempt(beam, modes=MODES, **contender.options)
-    own, reference = exact(contender.model), exact(GREEN)
-    verdict = judged(found, own, reference)
-    if contender.more and verdict.kind in (INACCURATE, NOT_CONVERGED):
-        again = attempt(beam, modes=MODES, **contender.options | contender.more)
-        if not helped(verdict, judged(again, own, reference)):
-            return verdict._replace(kind=ROUNDED)
-    return verdict
+    return [verdict(beam, method, exact) for method in METHODS]
 
 
-def helped(before: Cell, after: Cell) -> bool:
-    """Whether more terms brought a method nearer to its own model."""
+def verdict(beam: Beam, method: Method, exact: Callable[[dict[str, Any]], Answer]) -> Verdict:
+    """The verdict on one method; `exact` gives the exact answer of a model."""
+    own, reference = exact(method.model), exact(GREEN)
+    found = judge(answer(beam, modes=MODES, **method.options), own, reference)
+    if method.more_terms and found.kind in (INACCURATE, NOT_CONVERGED):
+        more = answer(beam, modes=MODES, **method.options | method.more_terms)
+        if not improved(found, judge(more, own, reference)):
+            return found._replace(kind=ROUNDING)
+    return found
+
+
+def improved(before: Verdict, after: Verdict) -> bool:
+    """Whether more terms brought a method closer to its own model."""
     if after.kind == NOT_CONVERGED:
         return False
     if before.kind == NOT_CONVERGED:
         return after.kind != INACCURATE
-    return not after.discretisation > HELPED * before.discretisation
+    return not after.discretisation > HELPFUL * before.discretisation
 
 
-def judged(found: Answer, own: Answer, reference: Answer) -> Cell:
-    """The verdict on an answer, with the exact ones of its own model and of the reference."""
-    if isinstance(found, NoEquilibrium):
-        true = isinstance(own, NoEquilibrium)
-        kind = NO_EQUILIBRIUM if true else NOT_CONVERGED
-        return Cell(kind, says=str(found), limit=found.limit if true else np.nan)
+def judge(found: Answer, own: Answer, reference: Answer) -> Verdict:
+    """The verdict on an answer, from the exact ones of its own model and of the reference."""
+    if isinstance(found, NoEquilibrium) and isinstance(own, NoEquilibrium):
+        return Verdict(NO_EQUILIBRIUM, message=str(found), limit=found.limit)
     if not isinstance(found, Solution):
-        return Cell(NOT_CONVERGED, says=str(found))
-    errors = distance(found, own, found), distance(own, reference, found)
+        return Verdict(NOT_CONVERGED, message=str(found))
+    errors = distance(found, own, found.labels), distance(own, reference, found.labels)
     if found.equilibrium.status == "unstable" and isinstance(reference, Solution):
         unstable = reference.equilibrium.status == "unstable"
-        return Cell(TRULY_UNSTABLE if unstable else FALSELY_UNSTABLE, *errors)
-    return Cell(spoilt_by(*errors), *errors)
-
-
-def spoilt_by(discretisation: float, model: float) -> str:
-    """What takes a method further beyond its bound, if anything does."""
-    inaccurate, unfaithful = discretisation / ACCURATE, model / FAITHFUL
+        return Verdict(TRULY_UNSTABLE if unstable else FALSELY_UNSTABLE, *errors)
+    inaccurate, unfaithful = errors[0] / ACCURATE, errors[1] / FAITHFUL
     if max(inaccurate, unfaithful) <= 1:
-        return RIGHT
-    return INACCURATE if inaccurate > unfaithful else OTHER_MODEL
+        return Verdict(RIGHT, *errors)
+    return Verdict(INACCURATE if inaccurate > unfaithful else OTHER_MODEL, *errors)
 
 
-def distance(one: Answer, other: Answer, listed: Solution) -> float:
-    """The largest relative difference in frequency (or rate of growth) of the modes listed, each
-    with its namesake; infinite where one has an answer and the other none, or one is unstable."""
+def distance(one: Answer, other: Answer, labels: tuple[str, ...]) -> float:
+    """The largest relative difference in frequency (or rate of growth) of the modes with these
+    labels; infinite where only one has the mode, or only one is stable."""
     if not (isinstance(one, Solution) and isinstance(other, Solution)):
         return np.inf
     ours, theirs = (
-        dict(zip(answer.labels, answer.omega_squared, strict=True)) for answer in (one, other)
+        dict(zip(found.labels, found.omega_squared, strict=True)) for found in (one, other)
     )
-    return max(apart(ours.get(label), theirs.get(label)) for label in listed.labels)
+    return max(_difference(ours.get(label), theirs.get(label)) for label in labels)
 
 
-def apart(one: float | None, other: float | None) -> float:
+def _difference(one: float | None, other: float | None) -> float:
     """The relative difference of two frequencies, given as omega^2."""
     if one is None or other is None or (one < 0) != (other < 0) or other == 0:
         return np.inf

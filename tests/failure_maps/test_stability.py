@@ -9,33 +9,32 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from beamviz import Beam, NotConverged, solve
+from beamviz import Beam, NotConverged, failure_maps, solve
 from beamviz.cli import main
 from beamviz.cli.commands import app
-from beamviz.failure_maps import compute as stability_maps
-from beamviz.failure_maps import report as stability_report
+from beamviz.errors import NoEquilibrium
 from beamviz.failure_maps import verdicts as kinds
-from beamviz.failure_maps.compute import PLANES, one_row, onset
-from beamviz.failure_maps.verdicts import CONTENDERS, GREEN, RIGID, Cell, cells, helped, judged
+from beamviz.failure_maps.compute import PLANES, compute_row, edges, middles, onset
+from beamviz.failure_maps.verdicts import GREEN, METHODS, RIGID, Verdict, improved, judge, verdicts
 from beamviz.solver.continuation import newton
 from beamviz.solver.fem.ancf import PlanarBeam
 from beamviz.solver.fem.hermite import dense
 from beamviz.solver.fem.straight import along, straight_equilibrium
 from beamviz.solver.problem import Problem
 
-NAMES = [contender.name for contender in CONTENDERS]
+NAMES = [method.name for method in METHODS]
 SLENDER = 1000.0  # nearly rigid along itself: what is left is discretisation
 SPEEDS = np.geomspace(0.5, 200, 12)
 
 
 @cache
-def verdicts(**numbers):
-    """Every contender's verdict on a beam, by name."""
-    return dict(zip(NAMES, cells(Beam(**numbers)), strict=True))
+def by_method(**numbers):
+    """The verdict on every method for a beam, by name."""
+    return dict(zip(NAMES, verdicts(Beam(**numbers)), strict=True))
 
 
 def kind(name, **numbers):
-    return verdicts(**numbers)[name].kind
+    return by_method(**numbers)[name].kind
 
 
 def test_zoac_falsely_loses_its_stability():
@@ -56,7 +55,7 @@ def test_rigid_tension_loses_its_stability_too():
 @pytest.mark.parametrize(("delta", "hencky"), [(0.0, 45.420), (1.0, 31.4887)])
 def test_limit_curves(delta, hencky):
     """biot ends at mu pi / 2 whatever delta, hencky at a fold or where its force law ends."""
-    row, buckling, losses = one_row(PLANES[0], np.array([120.0]), delta)
+    row, buckling, losses = compute_row(PLANES[0], np.array([120.0]), delta)
     limits = dict(zip(NAMES, (cell.limit for cell in row[0]), strict=True))
     assert limits["auto, biot strain"] == pytest.approx(70 * np.pi / 2, rel=1e-6)
     assert limits["auto, hencky strain"] == pytest.approx(hencky, abs=1e-3)
@@ -69,7 +68,7 @@ def test_limit_curves(delta, hencky):
 @pytest.mark.parametrize("gamma", [40.0, 50.0])
 def test_what_the_paper_says_of_ansys(gamma):
     """At delta 1 a logarithmic-strain beam has no equilibrium beyond 31.4887; the paper's has."""
-    found = verdicts(gamma=gamma, delta=1)
+    found = by_method(gamma=gamma, delta=1)
     assert found["auto, hencky strain"].kind == kinds.NO_EQUILIBRIUM
     assert found["auto, hencky strain"].limit == pytest.approx(31.4887, abs=1e-3)
     assert found["auto"].kind == kinds.RIGHT
@@ -81,21 +80,21 @@ def test_inward_beams_buckle(mu, gamma):
     """delta -1: the straight state is truly unstable from there on, and methods say so."""
     beam = Beam(delta=-1, mu=mu)
     assert onset(beam, SPEEDS, GREEN) == pytest.approx(gamma, abs=1e-4)
-    after = verdicts(delta=-1, mu=mu, gamma=4)
+    after = by_method(delta=-1, mu=mu, gamma=4)
     assert {after[name].kind for name in NAMES} == {kinds.TRULY_UNSTABLE}
-    before = {name: cell.kind for name, cell in verdicts(delta=-1, mu=mu, gamma=2.5).items()}
+    before = {name: cell.kind for name, cell in by_method(delta=-1, mu=mu, gamma=2.5).items()}
     assert kinds.TRULY_UNSTABLE not in before.values()
 
 
 def test_the_power_series_loses_its_digits():
     """Right at low speed; further on twice the terms do not help; then it refuses."""
     low, middle, high = (
-        verdicts(mu=SLENDER, delta=1, gamma=g)["power-series"] for g in (2, 25, 60)
+        by_method(mu=SLENDER, delta=1, gamma=g)["power-series"] for g in (2, 25, 60)
     )
     assert low.kind == kinds.RIGHT
     assert low.discretisation < 1e-8
-    assert middle.kind == high.kind == kinds.ROUNDED
-    assert "rounding" in high.says
+    assert middle.kind == high.kind == kinds.ROUNDING
+    assert "rounding" in high.message
 
 
 def test_assumed_modes_lose_their_digits():
@@ -108,12 +107,12 @@ def test_assumed_modes_lose_their_digits():
     ]
     assert off[0] < 2e-4
     assert all(after > 3 * before for before, after in pairwise(off))
-    assert kind("assumed-modes", alpha=30.0, beta=0.5, gamma=0.6, delta=1) == kinds.ROUNDED
+    assert kind("assumed-modes", alpha=30.0, beta=0.5, gamma=0.6, delta=1) == kinds.ROUNDING
 
 
 def test_uniform_elements_miss_the_layers():
     """ancf's 20 elements are longer than the bending layers 1 / sqrt(N) at speed."""
-    slow, fast = (verdicts(mu=SLENDER, delta=1, gamma=g)["ancf"] for g in (5, 150))
+    slow, fast = (by_method(mu=SLENDER, delta=1, gamma=g)["ancf"] for g in (5, 150))
     assert slow.kind == kinds.RIGHT
     assert fast.kind == kinds.INACCURATE
     assert fast.model == pytest.approx(0, abs=1e-9)
@@ -136,7 +135,7 @@ def test_newton_from_the_undeformed_state_finds_what_is_none(strain, gamma, delt
     root = bare_newton(model)
     assert root is not None
     assert model.slopes(root.state)[:, 0].min() < -1
-    with pytest.raises(kinds.NoEquilibrium):
+    with pytest.raises(NoEquilibrium):
         straight_equilibrium(model)
 
 
@@ -172,41 +171,42 @@ def test_verdicts_from_the_errors_behind_them():
     beam = Beam(gamma=20, delta=1)
     good, more = solve(beam), solve(beam, modes=10, tolerance=1e-9)
     rigid, rigid_more = solve(beam, method="foac"), solve(beam, 10, method="foac")
-    gone, lost = kinds.NoEquilibrium("beyond", 3.0), NotConverged("no")
+    gone, lost = NoEquilibrium("beyond", 3.0), NotConverged("no")
     off = replace(good, omega_squared=good.omega_squared * 1.01)
-    unstable = replace(good, equilibrium=replace(good.equilibrium, status="unstable"))
-    assert judged(good, more, more).kind == kinds.RIGHT
-    assert judged(off, more, more).kind == kinds.INACCURATE
-    assert judged(rigid, rigid_more, more).kind == kinds.OTHER_MODEL
-    assert judged(unstable, more, more).kind == kinds.FALSELY_UNSTABLE
-    assert judged(unstable, more, unstable).kind == kinds.TRULY_UNSTABLE
-    assert judged(gone, gone, more) == Cell(kinds.NO_EQUILIBRIUM, says="beyond", limit=3.0)
-    assert judged(gone, more, more).kind == kinds.NOT_CONVERGED  # claims what is not so
-    assert judged(lost, more, more).kind == kinds.NOT_CONVERGED
-    assert judged(good, more, gone).kind == kinds.OTHER_MODEL  # an answer where there is none
+    unstable = replace(good, equilibrium=replace(good.equilibrium, stable=False))
+    assert judge(good, more, more).kind == kinds.RIGHT
+    assert judge(off, more, more).kind == kinds.INACCURATE
+    assert judge(rigid, rigid_more, more).kind == kinds.OTHER_MODEL
+    assert judge(unstable, more, more).kind == kinds.FALSELY_UNSTABLE
+    assert judge(unstable, more, unstable).kind == kinds.TRULY_UNSTABLE
+    assert judge(gone, gone, more) == Verdict(kinds.NO_EQUILIBRIUM, message="beyond", limit=3.0)
+    assert judge(gone, more, more).kind == kinds.NOT_CONVERGED  # claims what is not so
+    assert judge(lost, more, more).kind == kinds.NOT_CONVERGED
+    assert judge(good, more, gone).kind == kinds.OTHER_MODEL  # an answer where there is none
 
 
 def test_whether_more_terms_help():
     """Half the error does; an error that stays, or no answer still, does not."""
-    coarse, lost = Cell(kinds.INACCURATE, 1e-2), Cell(kinds.NOT_CONVERGED)
-    assert helped(coarse, Cell(kinds.RIGHT, 1e-5))
-    assert not helped(coarse, Cell(kinds.INACCURATE, 8e-3))
-    assert not helped(coarse, lost)
-    assert not helped(lost, lost)
-    assert helped(lost, Cell(kinds.RIGHT, 1e-5))
+    coarse, lost = Verdict(kinds.INACCURATE, 1e-2), Verdict(kinds.NOT_CONVERGED)
+    assert improved(coarse, Verdict(kinds.RIGHT, 1e-5))
+    assert not improved(coarse, Verdict(kinds.INACCURATE, 8e-3))
+    assert not improved(coarse, lost)
+    assert not improved(lost, lost)
+    assert improved(lost, Verdict(kinds.RIGHT, 1e-5))
 
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
     """`beamviz stability --quick` on maps of a few cells."""
     folder, small = tmp_path_factory.mktemp("stability"), pytest.MonkeyPatch()
-    small.setattr(stability_report, "QUICK", (5, 3))
+    small.setattr(failure_maps, "QUICK", (5, 3))
     result = CliRunner().invoke(app, ["stability", "--out", str(folder), "--quick"])
     small.undo()
     assert result.exit_code == 0, result.output
     return folder, result.stdout
 
 
+@pytest.mark.slow
 def test_the_command_writes_maps_and_words(written):
     """A picture of each plane, the data, and the page that is printed too."""
     folder, printed = written
@@ -219,19 +219,21 @@ def test_the_command_writes_maps_and_words(written):
     assert (folder / "stability.md").read_text().strip() in printed
 
 
+@pytest.mark.slow
 def test_every_failing_cell_has_its_command(written):
     """As many commands as cells that fail, each naming its cell's numbers."""
     data = json.loads((written[0] / "stability.json").read_text())
     for found in data:
         for method in found["methods"].values():
             flat = [name for row in method["kinds"] for name in row]
-            failing = [name for name in flat if name not in stability_report.SOUND]
+            failing = [name for name in flat if name not in failure_maps.CORRECT]
             assert [row["kind"] for row in method["failing"]] == failing
             for row in method["failing"]:
                 assert f"--gamma {row['gamma']:.10g} " in row["command"]
                 assert f"--{found['over']} {row[found['over']]:.10g} " in row["command"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "code", "shown"),
     [("zoac", 0, "unstable"), ("auto, hencky strain", 3, "no equilibrium beyond gamma")],
@@ -248,6 +250,6 @@ def test_a_failing_cell_can_be_replayed(written, capsys, name, code, shown):
 def test_cells_lie_in_the_middle_of_their_places():
     """Middles to four digits between edges that meet, on either scale."""
     for logarithmic in (False, True):
-        places = stability_maps.edges(0.5, 200, 7, logarithmic)
-        inside = stability_maps.middles(0.5, 200, 7, logarithmic)
+        places = edges(0.5, 200, 7, logarithmic)
+        inside = middles(0.5, 200, 7, logarithmic)
         assert np.all((places[:-1] < inside) & (inside < places[1:]))
