@@ -71,7 +71,7 @@ def other(url) -> Iterator[Visitor]:
 @pytest.fixture(autouse=True)
 def fresh_log() -> None:
     """No line is left out because an earlier test has had it."""
-    for module in (frame_loop, guard, hardening, solving):
+    for module in (frame_loop, guard, hardening, jobs):
         module.log.reported.clear()
 
 
@@ -126,6 +126,7 @@ def test_a_page_loaded_again_and_again(url, other, frame_loops):
     alone(frame_loops)
 
 
+@pytest.mark.slow
 def test_a_thousand_visits_leave_nothing_behind(url, other, frame_loops):
     """1000 that only connect, every 50th of which opens a session and leaves without a word: no
     session, thread or socket stays, and not one object for each of them."""
@@ -211,7 +212,7 @@ def answered(guest: Visitor, session: Session, beam: Beam) -> bool:
     for name, value in beam.numbers.items():
         guest.choose(f"{PARAMETERS[name].symbol} {PARAMETERS[name].label}", value)
     time.sleep(0.3)
-    return session.picture.answer is not None and session.picture.answer.beam == beam
+    return session.visitor.answer is not None and session.visitor.answer.beam == beam
 
 
 # Work that fails or takes long
@@ -283,7 +284,7 @@ def test_solutions_without_end_stop_nobody_in_a_crowd(url, other, frame_loops):
             for _ in range(20):
                 crowd[-1].wait(beam_moved)
         sessions = list(frame_loops[0].sessions.values())
-        assert sum(session.solver.busy for session in sessions) >= 3
+        assert sum(session.visitor.solver.busy for session in sessions) >= 3
     alone(frame_loops)
 
 
@@ -313,7 +314,7 @@ def test_drawing_that_fails_ends_that_visit_alone(url, other, frame_loops, caplo
         session = newest(frame_loops)
         session.draw = lambda: 1 / 0
         with pytest.raises(websockets.exceptions.ConnectionClosed):
-            guest.wait(lambda _: session.reset_view())  # a picture may be under way
+            guest.wait(lambda _: session.visitor.reset_view())  # a picture may be under way
         assert guest.socket.close_code == 1011
     alone(frame_loops)
     (line,) = [record.getMessage() for record in caplog.records if record.levelname == "ERROR"]
@@ -334,6 +335,6 @@ def test_a_machine_that_slept_goes_on_where_it_was(url, other, frame_loops):
     """Hours without a tick move the picture by a moment only."""
     session = next(iter(frame_loops[0].sessions.values()))
     turns = session.clock.angle
-    session.tick(session.seen + 36000.0)
-    session.seen = time.monotonic()
-    assert (session.clock.angle - turns) % 6.3 <= 0.4 * session.picture.pace * 10 + 1e-9
+    session.tick(session.last_tick + 36000.0)
+    session.last_tick = time.monotonic()
+    assert (session.clock.angle - turns) % 6.3 <= 0.4 * session.view.pace * 10 + 1e-9
