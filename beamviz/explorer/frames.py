@@ -13,6 +13,7 @@ from functools import partial
 
 from viser import ClientHandle, ViserServer
 
+from beamviz.explorer.features.presenter import Presentation
 from beamviz.explorer.jobs import SolveQueue, WorkerPool
 from beamviz.explorer.session import Session
 from beamviz.scene import Scene
@@ -91,9 +92,10 @@ class FrameLoop:
             self.leading if self.access.presenter_key and leader else None,
         )
 
-    def leading(self) -> Session | None:
-        """The session of the presenter, while there is one."""
-        return None if self.leader is None else self.sessions.get(self.leader)
+    def leading(self) -> Presentation | None:
+        """What to follow of the presenter, while there is one."""
+        session = None if self.leader is None else self.sessions.get(self.leader)
+        return session.presentation if session else None
 
     def crowded(self) -> bool:
         """Whether visitors are many."""

@@ -23,15 +23,16 @@ from beamviz.drawing.all_modes import Multiples, heights
 from beamviz.drawing.beam_view import BeamView
 from beamviz.drawing.modes import Clock, Shapes, amplitudes
 from beamviz.drawing.subdivision import SCALE, Seen, between
-from beamviz.explorer.features.comparison import CompareTab, Comparison
+from beamviz.explorer.features.comparison import Comparison, ComparisonTab
 from beamviz.explorer.features.files import Downloads, SceneFiles, open_link
 from beamviz.explorer.features.lessons import Lessons
-from beamviz.explorer.features.loci_tab import Charting
+from beamviz.explorer.features.loci_tab import LociTab
 from beamviz.explorer.features.mass_drag import MassDrag
-from beamviz.explorer.features.method_timing import MethodTiming
-from beamviz.explorer.features.presenter import Presenter
-from beamviz.explorer.features.real_beam import RealBeams
-from beamviz.explorer.features.run_up import RunUpDemo
+from beamviz.explorer.features.method_timing import MethodTimingTab
+from beamviz.explorer.features.presenter import Presentation, PresenterMode
+from beamviz.explorer.features.real_beam import RealBeamButtons
+from beamviz.explorer.features.run_up import RunUpPlayback, RunUpTab
+from beamviz.explorer.features.veering import VeeringTab
 from beamviz.explorer.jobs import SolveQueue, SolverAnswer, WorkerPool
 from beamviz.explorer.page.panel import Panel
 from beamviz.explorer.page.style import theme
@@ -51,7 +52,7 @@ class SceneView:
     shapes: what is drawn; solved: the last answer of this scene that has a solution.
     """
 
-    def __init__(self, visitor: Visitor, comparison: Comparison, run_up: RunUpDemo):
+    def __init__(self, visitor: Visitor, comparison: Comparison, run_up: RunUpPlayback):
         api, state = visitor.client.scene, visitor.state
         self.camera, self.comparison, self.run_up = visitor.camera, comparison, run_up
         self.state, self.answer = state, visitor.answer
@@ -102,7 +103,7 @@ class SceneView:
         """Draw the scene, or all modes in its place, and the beam compared with."""
         view, self.scale = self.state.view, self.camera.scale
         self.comparison.draw(self.shapes, self.clock, self.shown_modes, self.scale)
-        self.scene.height = self.comparison.levels[0]
+        self.scene.height = self.comparison.heights[0]
         self.scene.show(self.shapes, view, self.shown_modes, words=self.warning, seen=self.seen)
         together = view.all_modes and len(self.shapes.modes) > 0 and not self.warning
         self.scene.stage.visible = not together
@@ -110,19 +111,19 @@ class SceneView:
             self.all_modes.show(self.shapes, view, self.scale)
         else:
             self.all_modes.hide()
-        levels = heights(self.all_modes.count) or self.comparison.levels
+        levels = heights(self.all_modes.count) or self.comparison.heights
         self.camera.given = self.state.camera
         self.camera.look_at(self.shapes, view.rotating_frame, levels, settled=settled)
 
     def move(self, time: float) -> None:
         """Move everything to where the clock is, `time` [T*] later than before."""
         if self.run_up.driven:
-            moved = self.run_up.displaced(time, self.shapes.beam.gamma)
+            moved = self.run_up.displacement(time, self.shapes.beam.gamma)
             moved = between(self.shapes.x, moved, self.scene.shapes.x)
             self.scene.displace(moved, self.largest, self.clock.angle)
         else:
             self.scene.move(self.clock.phases, self.amplitudes, self.clock.angle)
-        self.comparison.move(time, self.shapes, self.amplitudes)
+        self.comparison.move(time, self.amplitudes)
         self.all_modes.move(self.clock.phases, self.state.view.amplitude, self.clock.angle)
 
     @property
@@ -154,7 +155,7 @@ class SceneView:
     def frequencies(self) -> np.ndarray:
         """The frequencies in the picture."""
         if self.run_up.driven:
-            return np.array([self.run_up.per_rev * self.shapes.beam.gamma])
+            return np.array([self.run_up.frequency(self.shapes.beam.gamma)])
         return self.shapes.frequencies[self.shown_modes]
 
     @property
@@ -162,7 +163,7 @@ class SceneView:
         """The value at the end of the colour map."""
         view = self.state.view
         if self.run_up.driven:
-            return self.run_up.largest(self.shapes, view.colouring, view.amplitude)
+            return self.run_up.colour_range(self.shapes, view.colouring, view.amplitude)
         return colours.colour_range(self.shapes, view.colouring, self.amplitudes)
 
     @property
@@ -182,8 +183,8 @@ class SceneView:
 
 class Session:
     """The page of one visitor. Callbacks change the visitor's state; `tick`, called by the frame
-    loop, does all the drawing. crowded: whether visitors are many; leader: gives the session of
-    the presenter, for those who can follow one."""
+    loop, does all the drawing. crowded: whether visitors are many; leader: gives what to follow of
+    the presenter, for those who can."""
 
     def __init__(
         self,
@@ -193,7 +194,7 @@ class Session:
         background: WorkerPool,
         wake: Callable[[], None],
         crowded: Callable[[], bool],
-        leader: Callable[[], "Session | None"] | None = None,
+        leader: Callable[[], Presentation | None] | None = None,
     ):
         state = replace(State.of(scene), following=leader is not None)
         self.visitor = visitor = Visitor(client, state, queue, background, wake)
@@ -201,36 +202,33 @@ class Session:
         self.charts_due = 0.0  # [s] when the charts follow
         self.panel = panel = Panel(visitor)
         add_tab = panel.results.add_tab
-        self.comparison, self.run_up = Comparison(visitor), RunUpDemo(visitor)
+        self.comparison, self.run_up = Comparison(visitor), RunUpPlayback(visitor)
         with panel.beam_folder:
-            RealBeams(visitor)
-        with add_tab("Loci") as loci, add_tab("Microscope") as microscope:
-            pass
-        self.charting = Charting(visitor, loci, microscope)
+            RealBeamButtons(visitor)
+        with add_tab("Loci"):
+            loci = LociTab(visitor)
+        with add_tab("Veering"):
+            veering = VeeringTab(visitor, loci)
         with add_tab("Compare"):
-            compare_tab = CompareTab(visitor, self.comparison)
+            comparison = ComparisonTab(visitor, self.comparison)
         with add_tab("Run-up"):
-            self.run_up.add_tab()
+            run_up = RunUpTab(visitor, self.run_up)
         with add_tab("Methods"):
-            timing = MethodTiming(visitor)
+            timing = MethodTimingTab(visitor)
         self.lessons = Lessons(visitor, panel.results)
         panel.add_commands()
         SceneFiles(visitor)
         self.downloads = Downloads(visitor)
-        self.presenter = Presenter(self, leader) if leader else None
         self.view = SceneView(visitor, self.comparison, self.run_up)
+        self.presentation = Presentation(visitor, loci.charts, self.view.clock)
+        self.presenter = PresenterMode(self.presentation, leader) if leader else None
         MassDrag(visitor, self.view.scene)
         self.features: list[Feature] = [
-            self.charting, compare_tab, self.run_up, timing, self.lessons
+            loci, veering, comparison, run_up, timing, self.lessons
         ]  # fmt: skip
         theme(client, dark=scene.view.dark)
         client.camera.on_update(self.camera_moved)
         open_link(visitor, self.lessons)
-
-    @property
-    def clock(self) -> Clock:
-        """The clock of the scene."""
-        return self.view.clock
 
     async def camera_moved(self, _: CameraHandle) -> None:
         """If the page changed its shape, choose the viewpoint anew."""
@@ -257,7 +255,7 @@ class Session:
     @property
     def outdated(self) -> bool:
         """Whether something waits to be drawn."""
-        behind = self.presenter is not None and self.presenter.behind
+        behind = self.presenter is not None and self.presenter.outdated
         return self.scene_outdated or behind or any(one.outdated for one in self.features)
 
     @property
@@ -270,7 +268,7 @@ class Session:
             or visitor.state.scene is not view.opened
             or visitor.solver.answer is not view.answer
             or self.comparison.outdated
-            or self.run_up.scene_outdated
+            or self.run_up.outdated
             or view.zoomed
         )
 
@@ -278,7 +276,7 @@ class Session:
         """Bring the page up to `now` [s]."""
         elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
         if self.presenter:
-            self.presenter.step()
+            self.presenter.update()
         self.run_up.step(elapsed)
         with self.visitor.client.atomic():
             if self.scene_outdated:
@@ -287,7 +285,7 @@ class Session:
             time = elapsed * self.view.pace if self.is_moving else 0.0
             self.view.clock.advance(time, self.view.shapes.frequencies, self.view.shapes.beam.gamma)
             if self.presenter:
-                self.presenter.keep_time()
+                self.presenter.update_clock()
             self.view.move(time)
         self.visitor.client.flush()
         self.update_features(now)

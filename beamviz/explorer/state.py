@@ -15,7 +15,7 @@ from beamviz.solver import CHOICES as SOLVER_CHOICES
 TERMS = ("stiffening", "softening", "coriolis")  # of the equations, each on or off
 CHOICES = {name: tuple(choices) for name, choices in SOLVER_CHOICES.items()}
 NO_COMPARISON, EARLIER = "nothing", "how it was before"
-SWITCHES = ("per_rev", "side_by_side", "time_methods", "following")
+SWITCHES = ("per_rev", "stacked", "time_methods", "following")
 VIEW_KEYS = tuple(entry.name for entry in fields(ViewOptions))
 
 
@@ -63,9 +63,10 @@ class State:
     scene: the one that was loaded last; home: the one that a reset returns to; camera: a given
     viewpoint, None to fit the beam into the page; over: the number along the loci chart; per_rev:
     whether it has per-rev lines; comparison, kept: with what the beam is compared, and the case
-    that was kept for it; force_per_rev, damping: periods of the force in a revolution and damping
-    ratio of the run-up; time_methods: time all methods for each beam; following: follow the
-    presenter.
+    that was kept for it; stacked: the two in scenes one above the other; force_per_rev, damping:
+    periods of the force in a revolution and damping ratio of the run-up; forced_response: the scene
+    shows the response to that force; time_methods: time all methods for each beam; following:
+    follow the presenter.
     """
 
     scene: Scene
@@ -77,9 +78,10 @@ class State:
     per_rev: bool = False
     comparison: str = NO_COMPARISON
     kept: Case | None = None
-    side_by_side: bool = False
+    stacked: bool = False
     force_per_rev: int = 1
     damping: float = 0.02
+    forced_response: bool = False
     time_methods: bool = False
     following: bool = False
 
@@ -100,6 +102,7 @@ class State:
             per_rev=scene.per_rev,
             comparison=NO_COMPARISON if self.comparison == EARLIER else self.comparison,
             kept=None,
+            forced_response=False,
         )
 
     def to_scene(self) -> Scene:
@@ -130,11 +133,11 @@ class State:
 
     def share(self, mode: int, value: Any) -> Self:
         """With another share of one mode (from 0)."""
-        return replace(self, view=self.view.share(mode, value))
+        return replace(self, view=self.view.share(mode, value), forced_response=False)
 
     def only(self, mode: int) -> Self:
         """With one mode (from 0) alone."""
-        return replace(self, view=self.view.only(mode))
+        return replace(self, view=self.view.only(mode), forced_response=False)
 
     def keep(self) -> Self:
         """Keep the case, to compare the next ones with."""

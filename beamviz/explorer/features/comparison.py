@@ -1,4 +1,7 @@
-"""A second beam beside the one of the scene, on the same clock: as a ghost in it, or above it."""
+"""The tab Compare: a second beam on the same clock, as an overlay or in a scene above the first.
+
+Its modes are matched to those of the beam by the correlation of their shapes, not by their labels.
+"""
 
 import math
 from collections.abc import Callable
@@ -14,189 +17,202 @@ from beamviz.drawing.modes import Clock, Shapes, amplitudes
 from beamviz.drawing.overlay_beam import Ghost
 from beamviz.drawing.subdivision import SCALE, Seen
 from beamviz.explorer.jobs import SolveJob, SolverAnswer
-from beamviz.explorer.page.html import SMALL
+from beamviz.explorer.page.html import small
 from beamviz.explorer.state import EARLIER, NO_COMPARISON, TERMS, Case, State
 from beamviz.explorer.visitor import Feature, Visitor, on_press
 from beamviz.exports.html_tables import table
+from beamviz.frequency_loci.sweep import ModeMatch, match_modes
 from beamviz.scene import ViewOptions
-from beamviz.solver.solution import Solution
+from beamviz.solver.solution import MIXED, Solution
 
 
-class Against(NamedTuple):
-    """Another beam to compare with: what it is called, and what to solve for it."""
+class ComparisonCase(NamedTuple):
+    """A case to compare a beam with, and its title."""
 
     title: str
     case: Case
 
 
-def method(case: Case) -> Against:
-    """The paper's elements, or the exact solution where these are chosen already."""
-    if case.options.get("method", "auto") == "ancf":
-        return Against("exact", case.with_options(method="auto"))
-    return Against("paper's ANCF, 20 elements", case.with_options(method="ancf"))
+def other_method(case: Case) -> ComparisonCase:
+    """The elements of the paper, or auto where these are chosen already."""
+    if case.options["method"] == "ancf":
+        return ComparisonCase("auto", case.with_options(method="auto"))
+    return ComparisonCase("20 ANCF elements", case.with_options(method="ancf"))
 
 
-def coriolis(case: Case) -> Against | str:
-    """With Coriolis forces, or without where they are on."""
+def other_coriolis(case: Case) -> ComparisonCase | str:
+    """Coriolis forces switched."""
     if case.options["plane"] == "flapwise":
         return "Coriolis forces act in the plane of rotation only: choose chordwise under Model."
-    on = not case.options.get("coriolis", False)
-    return Against(f"Coriolis {'on' if on else 'off'}", case.with_options(coriolis=on))
+    on = not case.is_on("coriolis")
+    return ComparisonCase(f"Coriolis {'on' if on else 'off'}", case.with_options(coriolis=on))
 
 
-def twice(case: Case) -> Against | str:
+def double_mass(case: Case) -> ComparisonCase | str:
     """Twice the mass."""
-    if case.numbers["alpha"] == 0:
+    alpha = case.numbers["alpha"]
+    if alpha == 0:
         return "There is no mass to double: give the beam one first."
-    double = replace(case, numbers={**case.numbers, "alpha": 2 * case.numbers["alpha"]})
-    return Against("twice the mass", double)
+    return ComparisonCase("twice the mass", case.changed("alpha", 2 * alpha))
 
 
-def all_terms(case: Case) -> Against | str:
-    """Every term of the equations."""
-    terms = {"stiffening": True, "softening": True, "coriolis": True}
-    whole = case.with_options(**terms)
-    return "All terms are on already." if on(case) == on(whole) else Against("all terms", whole)
+def all_effects(case: Case) -> ComparisonCase | str:
+    """Every term of the equations on."""
+    if all(case.is_on(term) for term in TERMS):
+        return "All effects are on already."
+    return ComparisonCase("all effects", case.with_options(**dict.fromkeys(TERMS, True)))
 
 
-def on(case: Case) -> tuple[bool, ...]:
-    """Which terms are on."""
-    return tuple(case.is_on(name) for name in TERMS)
-
-
-RULES: dict[str, Callable[[Case], Against | str]] = {
-    "the paper's elements": method,
-    "Coriolis on / off": coriolis,
-    "twice the mass": twice,
-    "all terms on": all_terms,
+CASES: dict[str, Callable[[Case], ComparisonCase | str]] = {
+    "20 ANCF elements (paper, 2017)": other_method,
+    "Coriolis on / off": other_coriolis,
+    "twice the mass": double_mass,
+    "all effects on": all_effects,
 }
-CHOICES = (NO_COMPARISON, EARLIER, *RULES)
+CHOICES = (NO_COMPARISON, EARLIER, *CASES)
 
 
-def against(state: State, case: Case | None = None) -> Against | str:
-    """What to compare a case with, that of the state if none is given; words where there is
-    nothing ("" where nothing is chosen)."""
+def comparison_case(state: State, case: Case) -> ComparisonCase | str:
+    """What a case is compared with; or why there is nothing, "" where no comparison is chosen."""
     if state.comparison == NO_COMPARISON:
         return ""
-    if state.comparison != EARLIER:
-        return RULES[state.comparison](case or state.case)
+    if state.comparison in CASES:
+        return CASES[state.comparison](case)
     if state.kept is None:
         return "Nothing is kept yet: press the button below, then change the beam."
-    return Against("before", state.kept)
+    return ComparisonCase("before", state.kept)
 
 
-OVERLAID, STACKED = "as a ghost", "side by side"
-APART = 0.5  # of the two scenes, in lengths of the beam
+# The second beam in the scene
+
+SPACING = 0.5  # of the two scenes, in beam lengths
+NO_MATCH = ModeMatch(np.zeros(0, int), np.zeros((0, 0)))
 
 
 class Comparison(Feature):
-    """What to compare with, solved and drawn. The scene draws and moves it."""
+    """The second beam: solved, and drawn by the scene beside the first.
+
+    case: what is compared, or why nothing is; shapes: what is drawn of it, None where nothing is;
+    match: its modes for each mode of the first beam.
+    """
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         self.api = visitor.client.scene
-        self.other: Against | str = ""
-        self.solver: SolveJob | None = None
+        self.job: SolveJob = visitor.solve_job()
+        self.case: ComparisonCase | str = ""
         self.clock = Clock()
         self.shapes: Shapes | None = None
-        self.ghost: Ghost | None = None
+        self.main: Solution | None = None  # of the shapes of the first beam
+        self.matched: tuple[object, ...] = ()  # the solutions of `match`
+        self.match = NO_MATCH
+        self.overlay: Ghost | None = None
         self.scene: Titled | None = None
 
     @property
     def answer(self) -> SolverAnswer | None:
-        """What came of the other beam, None while there is none."""
-        if self.solver is None or isinstance(self.other, str):
+        """The answer to the case, None while there is none."""
+        if isinstance(self.case, str):
             return None
-        answer = self.solver.answer
-        return answer if answer and answer.request == self.other.case else None
+        answer = self.job.answer
+        return answer if answer and answer.request == self.case.case else None
 
     @property
-    def inputs(self) -> tuple:
-        """What the picture depends on."""
+    def inputs(self) -> tuple[object, ...]:
+        """What the drawing depends on."""
         state = self.visitor.state
-        return state.comparison, state.side_by_side, state.kept, self.answer
+        return state.comparison, state.kept, state.stacked, self.answer
 
     @property
-    def levels(self) -> list[float]:
-        """Heights of the scene and of the one above it."""
-        return [-APART / 2, APART / 2] if self.shapes and self.visitor.state.side_by_side else [0.0]
+    def heights(self) -> list[float]:
+        """Heights of the first scene and of the second, if that is a scene of its own."""
+        return [-SPACING / 2, SPACING / 2] if self.shapes and self.visitor.state.stacked else [0.0]
 
     def draw(self, main: Shapes, clock: Clock, shown: list[int], scale: float = SCALE) -> None:
-        """Draw the other beam beside `main`, the modes `shown` (from 0) of it; a length of the
-        beam takes `scale` pixels."""
-        state = self.visitor.state
-        self.other = against(state)
-        if not isinstance(self.other, str):
-            self.solver = self.solver or self.visitor.solve_job()
-            self.solver.request(self.other.case)
-        new, self.shown = self.shown[:2] != self.inputs[:2], self.inputs
-        good = self.answer.shapes if self.answer and not self.answer.warning else None
-        view = state.view
-        self.shapes = None if view.all_modes else good
-        if self.shapes is None or isinstance(self.other, str):
-            self.hide()
-            return
-        if new or len(self.clock.phases) != len(self.shapes.modes):
-            self.clock.phases = self.partner(main, clock.phases, np.pi / 2)
-            self.clock.angle = clock.angle
-        own = [self.shapes.labels.index(label) for label in self.common(main, shown)]
-        sizes = self.partner(main, amplitudes(view, len(main.modes)), 0.0)
-        seen = Seen.of(self.shapes, sizes, view.colouring, scale)
-        self.draw_other(view, own, self.other.title, seen)
-
-    def draw_other(self, view: ViewOptions, shown: list[int], title: str, seen: Seen) -> None:
-        """In one of the two ways; what is needed for it is built when first needed."""
-        assert self.shapes
+        """Draw the second beam beside `main`, the modes corresponding to its modes `shown` (from
+        0); scale [pixels]: of a beam length."""
+        state, answer = self.visitor.state, self.visitor.answer
+        if answer:
+            self.case = comparison_case(state, answer.request)
+            if not isinstance(self.case, str):
+                self.job.request(self.case.case)
+            self.main = answer.solution if answer.shapes is main else self.main
+        restarted = self.shown[:-1] != self.inputs[:-1]
+        self.shown, second = self.inputs, self.answer
+        drawable = second and second.shapes and not (second.warning or state.view.all_modes)
+        self.shapes = second.shapes if second and drawable else None
         self.hide()
-        if self.visitor.state.side_by_side:
+        if self.shapes is None or isinstance(self.case, str) or second is None:
+            return
+        self.match_to(second.solution)
+        if restarted or len(self.clock.phases) != len(self.shapes.modes):
+            self.clock.phases = self.transferred(clock.phases, np.pi / 2)
+            self.clock.angle = clock.angle
+        sizes = self.transferred(amplitudes(state.view, len(main.modes)), 0.0)
+        seen = Seen.of(self.shapes, sizes, state.view.colouring, scale)
+        partners = [int(self.match.partner[k]) for k in shown if k < len(self.match.partner)]
+        self.build(state, [k for k in partners if k >= 0], self.case.title, seen)
+
+    def match_to(self, second: Solution | None) -> None:
+        """Match the modes of both beams, if there are new ones."""
+        if self.matched != (self.main, second):
+            self.matched = self.main, second
+            self.match = match_modes(self.main, second) if self.main and second else NO_MATCH
+
+    def build(self, state: State, shown: list[int], title: str, seen: Seen) -> None:
+        """Draw it in the chosen layout, whose objects are built when first needed."""
+        assert self.shapes
+        view: ViewOptions = state.view
+        if state.stacked:
             if self.scene is None:
                 self.scene = Titled(self.api, "/other")
-                self.name = add_title(self.api, "/stage", "this beam")
-            self.scene.show(self.shapes, view, shown, title, self.levels[1], seen)
+                self.name = add_title(self.api, "/stage", THIS)
+            self.scene.show(self.shapes, view, shown, title, self.heights[1], seen)
             self.name.visible, self.name.position = True, self.scene.title.position
         else:
-            self.ghost = self.ghost or Ghost(self.api)
-            self.ghost.show(self.shapes, view, shown, title, seen)
+            self.overlay = self.overlay or Ghost(self.api)
+            self.overlay.show(self.shapes, view, shown, title, seen)
 
     def hide(self) -> None:
         """Draw nothing."""
-        if self.ghost:
-            self.ghost.hide()
+        if self.overlay:
+            self.overlay.hide()
         if self.scene:
             self.scene.hide()
             self.name.visible = False
 
-    def move(self, time: float, main: Shapes, amplitudes: np.ndarray) -> None:
-        """Go on by `time` [T*] on the clock of the scene, with the amplitudes (m,) of `main`."""
+    def move(self, time: float, amplitudes: np.ndarray) -> None:
+        """Advance by `time` [T*], with the amplitudes (m,) of the first beam."""
         shapes = self.shapes
         if shapes is None:
             return
         self.clock.advance(time, shapes.frequencies, shapes.beam.gamma)
-        moving = self.scene.scene if self.visitor.state.side_by_side and self.scene else self.ghost
-        assert moving
-        moving.move(self.clock.phases, self.partner(main, amplitudes, 0.0), self.clock.angle)
+        moving = self.scene.scene if self.visitor.state.stacked and self.scene else self.overlay
+        if moving:
+            moving.move(self.clock.phases, self.transferred(amplitudes, 0.0), self.clock.angle)
 
-    def common(self, main: Shapes, shown: list[int]) -> list[str]:
-        """The names of the modes shown that the other beam has too."""
-        labels = self.shapes.labels if self.shapes else ()
-        return [main.labels[k] for k in shown if main.labels[k] in labels]
-
-    def partner(self, main: Shapes, values: np.ndarray, otherwise: float) -> np.ndarray:
-        """Values of the modes of `main` for the modes of the other beam, by their names."""
-        known = dict(zip(main.labels, values, strict=False))
-        labels = self.shapes.labels if self.shapes else ()
-        return np.array([known.get(label, otherwise) for label in labels])
+    def transferred(self, values: np.ndarray, default: float) -> np.ndarray:
+        """Values (m,) of the modes of the first beam, for the modes (m',) of the second."""
+        result = np.full(len(self.shapes.modes) if self.shapes else 0, default)
+        for value, k in zip(values, self.match.partner, strict=False):
+            if k >= 0:
+                result[k] = value
+        return result
 
 
+# The tab
+
+OVERLAID, STACKED = "overlaid", "one above the other"
 THIS = "this beam"
+MIN_SHARE = 0.1  # MAC of a mode that counts as a part of a mixture
 INVITATION = (
-    "A second beam on the same clock: see what one change does. "
-    "Or drag the mass in the picture: how it was before stays as a ghost."
+    "A second beam on the same clock shows the effect of one change. "
+    "Or drag the mass in the picture: the beam as it was before stays as an overlay."
 )
 
 
-class CompareTab(Feature):
-    """Chooses what to compare with, and shows both beams' frequencies."""
+class ComparisonTab(Feature):
+    """The controls, and a table of the frequencies of both beams."""
 
     def __init__(self, visitor: Visitor, comparison: Comparison):
         super().__init__(visitor)
@@ -204,66 +220,83 @@ class CompareTab(Feature):
         choice = gui.add_dropdown("compare with", CHOICES, hint="The second beam")
         visitor.bind(choice, lambda state: state.comparison, choose)
         layout = gui.add_button_group("drawn", (OVERLAID, STACKED))
-        on_press(layout, lambda name: visitor.change(
-            lambda state: state.changed("side_by_side", name == STACKED)
-        ))  # fmt: skip
+        on_press(
+            layout, lambda name: visitor.change(lambda s: s.changed("stacked", name == STACKED))
+        )
         self.table = gui.add_html("")
         keep = gui.add_button("Keep this beam", hint="Then change it: the kept one stays as it was")
         on_press(keep, lambda _: visitor.change(State.keep))
 
     @property
-    def inputs(self) -> tuple:
-        """Both answers, and what is compared with."""
-        return self.visitor.answer, self.comparison.answer, self.comparison.other
+    def inputs(self) -> tuple[object, ...]:
+        """Both answers and the choice."""
+        comparison, state = self.comparison, self.visitor.state
+        return self.visitor.answer, state.comparison, state.kept, comparison.answer, comparison.case
 
     def show(self) -> None:
-        """Tell both beams' frequencies, or why there are none."""
-        answer, other, second = self.visitor.answer, self.comparison.other, self.comparison.answer
-        if isinstance(other, str):
-            self.table.content = note(other or INVITATION)
+        """Show the frequencies of both beams, or why there are none."""
+        case, answer, second = self.comparison.case, self.visitor.answer, self.comparison.answer
+        if isinstance(case, str):
+            self.table.content = small(escape(case or INVITATION), "note")
         elif second and second.solution is None:
-            self.table.content = note(f"{other.title}: {second.message}")
+            self.table.content = small(escape(f"{case.title}: {second.message}"), "note")
         elif second and second.solution and answer and answer.solution:
-            pair = [(THIS, answer.solution), (escape(other.title), second.solution)]
-            before = self.visitor.state.comparison == EARLIER
-            self.table.content = compared(*(pair[::-1] if before else pair))
+            pair = [(THIS, answer.solution), (escape(case.title), second.solution)]
+            earlier = self.visitor.state.comparison == EARLIER
+            self.table.content = comparison_table(*(pair[::-1] if earlier else pair))
 
 
 def choose(state: State, choice: Any) -> State:
-    """Compare with something else."""
+    """With another comparison; an unknown one changes nothing."""
     return replace(state, comparison=choice) if choice in CHOICES else state
 
 
-def note(words: str) -> str:
-    """Words in place of a table."""
-    return f'<div role="note" style="{SMALL}">{escape(words)}</div>'
+def comparison_table(first: tuple[str, Solution], second: tuple[str, Solution]) -> str:
+    """Frequencies of two beams with their titles (HTML), modes matched by shape, and the change."""
+    (title, this), (other_title, other) = first, second
+    partner, mac = match_modes(this, other)
+    unit = frequencies(this.beam.units).label
+    heads = ("mode", f"{title}<br>{unit}", f"{other_title}<br>{unit}", "change")
+    rows = [row(this, k, other, int(j)) for k, j in enumerate(partner)]
+    rows += [row(this, -1, other, j) for j in range(len(other.labels)) if j not in partner]
+    return (
+        table("comparison", heads, rows)
+        + mixture_note(title, this, other, mac)
+        + mixture_note(other_title, other, this, mac.T)
+    )
 
 
-def compared(first: tuple[str, Solution], second: tuple[str, Solution]) -> str:
-    """The modes by name: frequencies of two beams with their titles, and the change in per cent."""
-    (one, this), (two, other) = first, second
-    head = frequencies(this.beam.units).label
-    heads = ("mode", f"{one}<br>{head}", f"{two}<br>{head}", "change")
-    labels = dict.fromkeys((*this.labels, *other.labels))
-    rows = [row(label, value(this, label), value(other, label)) for label in labels]
-    return table("comparison", heads, rows)
-
-
-def row(label: str, first: float, second: float) -> tuple[str, ...]:
-    """One mode."""
+def row(this: Solution, k: int, other: Solution, j: int) -> tuple[str, ...]:
+    """Mode k of a beam beside mode j of another one; -1 where it is not among those solved."""
+    labels = dict.fromkeys(s.labels[i] for s, i in ((this, k), (other, j)) if i >= 0)
+    first, second = frequency(this, k), frequency(other, j)
     change = 100 * (second / first - 1) if first > 0 else math.nan
     changed = f"{change:+.2g} %" if math.isfinite(change) else "–"
-    return f"<b>{label}</b>", number(first), number(second), changed
+    return f"<b>{' → '.join(labels)}</b>", number(first), number(second), changed
 
 
-def value(solution: Solution, label: str) -> float:
-    """The frequency of a mode as shown, nan where it has none or is not among those solved."""
-    if label not in solution.labels:
-        return math.nan
+def frequency(solution: Solution, k: int) -> float:
+    """Frequency of mode k in display units; nan where unstable and for k = -1."""
     factor = frequencies(solution.beam.units).factor
-    return factor * float(solution.frequencies[solution.labels.index(label)])
+    return factor * float(solution.frequencies[k]) if k >= 0 else math.nan
 
 
 def number(frequency: float) -> str:
     """A frequency, or a dash."""
     return f"{frequency:.6g}" if math.isfinite(frequency) else "–"
+
+
+def mixture_note(title: str, this: Solution, other: Solution, mac: np.ndarray) -> str:
+    """Which modes of a beam are mixtures of modes of the other one, by their MAC (m, m')."""
+    mixed: dict[str, None] = {}
+    mixtures = []
+    for k, family in enumerate(this.families):
+        parts = np.flatnonzero(mac[k] >= MIN_SHARE)
+        if family == MIXED and len(parts) > 1:
+            mixed |= dict.fromkeys(other.labels[j] for j in parts)
+            shares = " + ".join(f"{100 * mac[k, j]:.0f} % {other.labels[j]}" for j in parts)
+            mixtures.append(f"{this.labels[k]} is {shares}")
+    if not mixtures:
+        return ""
+    words = f"{' and '.join(mixed)} are mixed in {title}: {', '.join(mixtures)}."
+    return small(words, "note")

@@ -1,4 +1,4 @@
-"""Saving the scene to a file of the visitor's, and loading it from one."""
+"""Scenes and files: save and load a scene, open the scene of a link, export what is shown."""
 
 import secrets
 import tempfile
@@ -24,22 +24,21 @@ from beamviz.server.access import KEY_PARAMETER
 from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import filter_uploads
 
-NAME = "scene.toml"
+log = RateLimitedLog(__name__)
 
 
 class SceneFiles:
-    """Two buttons: the scene as a TOML file, and a scene from one."""
+    """Two buttons: save the scene as a TOML file, and load one."""
 
     def __init__(self, visitor: Visitor):
-        self.visitor, client = visitor, visitor.client
-        with client.gui.add_folder("Scene file", expand_by_default=False):
-            save = client.gui.add_button("Save scene", hint="A small text file: all that is set")
-            load = client.gui.add_upload_button(
-                "Load scene", hint="A file from Save scene", mime_type=".toml"
-            )
+        self.visitor, gui = visitor, visitor.client.gui
+        with gui.add_folder("Scene file", expand_by_default=False):
+            save = gui.add_button("Save scene", hint="A small text file with all settings")
+            hint = "A file from Save scene"
+            load = gui.add_upload_button("Load scene", hint=hint, mime_type=".toml")
         save.on_click(lambda _: self.save())
         load.on_upload(self.load)
-        filter_uploads(client, self.welcome)
+        filter_uploads(visitor.client, self.accepts)
 
     def save(self) -> None:
         """Send the scene as a file."""
@@ -48,26 +47,29 @@ class SceneFiles:
         except InvalidInput as error:
             self.visitor.notify("This scene cannot be saved", str(error))
         else:
-            self.visitor.client.send_file_download(NAME, text.encode(), save_immediately=True)
+            client = self.visitor.client
+            client.send_file_download("scene.toml", text.encode(), save_immediately=True)
 
     def load(self, event: GuiEvent) -> None:
-        """Take up the scene in a file; one that is none changes nothing and says why."""
+        """Show the scene in a file; an invalid one changes nothing."""
         file = event.target.value
         try:
             self.visitor.load(Scene.from_bytes(file.content, file.name))
         except InvalidInput as error:
-            self.visitor.notify("The scene stays as it is", str(error))
+            self.visitor.notify("The scene was not loaded", str(error))
 
-    def welcome(self, file: Any) -> bool:
-        """Whether a file that is about to come is as small as a scene; else it is turned down."""
+    def accepts(self, file: Any) -> bool:
+        """Whether an announced upload is small enough for a scene."""
         small = file.part_count <= 1 and file.size_bytes <= MAX_TOML_BYTES
         if not small:
             words = f"{file.filename}: larger than {MAX_TOML_BYTES} bytes, not a file of beamviz"
-            self.visitor.notify("The scene stays as it is", words)
+            self.visitor.notify("The scene was not loaded", words)
         return small
 
 
-FILES = {
+# Downloads
+
+SUFFIXES = {
     "picture (PNG)": "png",
     "film (GIF)": "gif",
     "film (MP4)": "mp4",
@@ -76,139 +78,135 @@ FILES = {
     "numbers (CSV)": "csv",
     "numbers (NPZ)": "npz",
 }
-MAKING = threading.BoundedSemaphore(1)  # one file at a time for all visitors of a process
-
-log = RateLimitedLog(__name__)
+EXPORTING = threading.BoundedSemaphore(1)  # one file at a time for all visitors of a process
 
 
-class Abandoned(Exception):
-    """The visitor has left."""
+class VisitorLeft(Exception):
+    """Nobody waits for the file any more."""
 
 
 class Downloads:
-    """A choice of files, and a button that makes one."""
+    """A choice of files, and a button that makes one of what is shown."""
 
     def __init__(self, visitor: Visitor):
-        self.visitor, self.client, self.gone = visitor, visitor.client, False
-        client = visitor.client
-        with client.gui.add_folder("Take away", expand_by_default=False):
-            self.kind = client.gui.add_dropdown("file", tuple(FILES))
-            button = client.gui.add_button("Make and download", hint="Of what you see now")
-        button.on_click(lambda _: self.take())
+        self.visitor, self.closed = visitor, False
+        gui = visitor.client.gui
+        with gui.add_folder("Export", expand_by_default=False):
+            self.kind = gui.add_dropdown("file", tuple(SUFFIXES))
+            button = gui.add_button("Make and download", hint="Of what you see now")
+        button.on_click(lambda _: self.start())
 
     def close(self) -> None:
-        """Stop working for who has left."""
-        self.gone = True
+        """Stop: the visitor has left."""
+        self.closed = True
 
-    def take(self) -> None:
-        """Begin to make the file that is chosen, in a thread of its own."""
-        ending = FILES.get(self.kind.value)
-        if ending is None:
+    def start(self) -> None:
+        """Make the chosen file in a thread of its own, unless another one is being made."""
+        suffix = SUFFIXES.get(self.kind.value)
+        if suffix is None:
             return
-        if not MAKING.acquire(blocking=False):
-            self.visitor.notify(
-                "One file at a time", "Another one is being made: try again in a moment."
-            )
+        if not EXPORTING.acquire(blocking=False):
+            message = "Another one is being made: try again in a moment."
+            self.visitor.notify("One file at a time", message)
             return
-        threading.Thread(target=self.make, args=(ending,), name="take away").start()
+        threading.Thread(target=self.export, args=(suffix,), name="export").start()
 
-    def make(self, ending: str) -> None:
+    def export(self, suffix: str) -> None:
         """Make the file and send it, or say why not."""
-        note = self.client.add_notification(f"Making beam.{ending}", "", loading=True)
+        client, notify, name = self.visitor.client, self.visitor.notify, f"beam.{suffix}"
+        note = client.add_notification(f"Making {name}", "", loading=True)
         try:
-            content = made(ending, self.visitor.to_scene(), self.counted)
-            if not self.gone:
-                name = f"beam.{ending}"
-                self.client.send_file_download(name, content, save_immediately=True)
-        except Abandoned:
+            content = exported(suffix, self.visitor.to_scene(), self.frames)
+            if not self.closed:
+                client.send_file_download(name, content, save_immediately=True)
+        except VisitorLeft:
             return
         except InvalidInput as error:
-            self.visitor.notify("Nothing to export", str(error))
+            notify("Nothing to export", str(error))
         except BeamvizError as error:
-            self.visitor.notify("It could not be made", str(error))
+            notify("The export failed", str(error))
         except Exception as error:  # a mistake of ours must not end a visitor's session
-            log.error("file", ending, error)
-            self.visitor.notify(
-                "It could not be made", "an unexpected error, which the server has noted"
-            )
+            log.error("file", suffix, error)
+            notify("The export failed", "an unexpected error, which the server has noted")
         finally:
-            MAKING.release()
+            EXPORTING.release()
             note.remove()
 
-    def counted(self, count: int) -> Iterator[int]:
-        """The frames up to a number, as long as somebody waits for them."""
+    def frames(self, count: int) -> Iterator[int]:
+        """The frames of a film. Raises VisitorLeft."""
         for k in range(count):
-            if self.gone:
-                raise Abandoned
+            if self.closed:
+                raise VisitorLeft
             yield k
 
 
-def made(ending: str, scene: Scene, counted: Callable[[int], Iterator[int]]) -> bytes:
-    """What a file of this ending holds."""
+def exported(suffix: str, scene: Scene, frames: Callable[[int], Iterator[int]]) -> bytes:
+    """The content of a file with this suffix."""
     with tempfile.TemporaryDirectory(prefix="beamviz-") as folder:
-        path = Path(folder) / f"beam.{ending}"
-        if ending == "png":
+        path = Path(folder) / f"beam.{suffix}"
+        if suffix == "png":
             screenshot(path, scene)
-        elif ending in ("gif", "mp4"):
-            animate(path, scene, progress=counted)
+        elif suffix in ("gif", "mp4"):
+            animate(path, scene, progress=frames)
         else:
             export(path, scene)
         return path.read_bytes()
 
 
 # Links: ?lesson=nodes, or ?alpha=1&gamma=10&mode=3. A server is not told the query of the page that
-# connects to it, so the page is asked.
+# connects to it, so the page is asked, by way of its local storage.
 
 PAGE_TIMEOUT = 20.0  # [s] for a page to answer
-PAUSE = 0.2  # [s] between two questions
-# What others read from the same link: the access its key, viser's page its switches.
-OTHERS = {KEY_PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "logCamera"}
-# The page knows the key under a longer name, which only viser needs to know.
-NOTE = (
+POLL_INTERVAL = 0.2  # [s]
+# Parameters of the same link for others: the key of the server, the switches of viser's page.
+RESERVED = {KEY_PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "logCamera"}
+# The page prefixes the keys of its local storage; only viser needs to know how.
+STORE_QUERY = (
     "localStorage.setItem(Object.keys(localStorage).find(name => name.endsWith('{key}')),"
     " '?' + location.search)"
 )
 
 
 def open_link(visitor: Visitor, lessons: Lessons) -> None:
-    """Show what the visitor's link asks for, from a thread of its own."""
+    """Show the scene of the visitor's link, from a thread of its own."""
 
     def run() -> None:
-        query = asked(visitor.client)
+        query = page_query(visitor.client)
         try:
-            arrive(query, visitor, lessons)
+            open_query(query, visitor.load, lessons.open)
         except InvalidInput as error:
             visitor.notify("The link is not valid", str(error))
 
     threading.Thread(target=run, name="link", daemon=True).start()
 
 
-def asked(client: ClientHandle) -> str:
-    """The query of the visitor's link; "" where there is none, or no page that could tell."""
+def page_query(client: ClientHandle) -> str:
+    """The query of the page's address; "" without one, and for a program without pages."""
     key, end = secrets.token_hex(8), time.monotonic() + PAGE_TIMEOUT
     client.local_storage.set_item(key, "")
-    note = client.gui.add_html(script_element(NOTE.format(key=key)))
+    element = client.gui.add_html(script_element(STORE_QUERY.format(key=key)))
     query = ""
     try:
         while not query and time.monotonic() < end:
-            time.sleep(PAUSE)
+            time.sleep(POLL_INTERVAL)
             query = client.local_storage.get_item(key, timeout=PAGE_TIMEOUT) or ""
-    except (RuntimeError, TimeoutError):  # gone, or a program without pages
+    except (RuntimeError, TimeoutError):
         return ""
     client.local_storage.remove_item(key)
-    note.remove()
+    element.remove()
     return query.lstrip("?")
 
 
-def arrive(query: str, visitor: Visitor, lessons: Lessons) -> None:
-    """Open the lesson and load the scene of a query; InvalidInput where it is not valid."""
-    values = {key: value for key, value in parse_query(query).items() if key not in OTHERS}
+def open_query(
+    query: str, load: Callable[[Scene], None], open_lesson: Callable[[str], None]
+) -> None:
+    """Open the lesson and load the scene of a query. Raises InvalidInput."""
+    values = {key: value for key, value in parse_query(query).items() if key not in RESERVED}
     name = str(values.pop("lesson", ""))
     if not (name or values):
         return
-    scene = lesson(name).scene if name else Scene()
-    scene = scene.changed(**values)
+    scene = (lesson(name).scene if name else Scene()).changed(**values)
     if name:
-        lessons.open(name)
+        open_lesson(name)
     if values:
-        visitor.load(scene)
+        load(scene)

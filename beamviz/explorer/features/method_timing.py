@@ -1,22 +1,24 @@
-"""What each method takes, in time, and gives, in accuracy, for the beam that is shown."""
+"""The tab Methods: solve time against frequency error of every method for the beam shown."""
 
 import math
-from collections.abc import Iterator
 from html import escape
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
-from beamviz.explorer.page.html import SMALL
+from beamviz.explorer.jobs import Answer
+from beamviz.explorer.page.html import SMALL, small
 from beamviz.explorer.page.style import apart
 from beamviz.explorer.state import Case
 from beamviz.explorer.visitor import Feature, Visitor
+from beamviz.frequency_loci.sweep import match_modes
 from beamviz.solver import METHODS, Solution, solve
 
-EXACT = 1e-11  # relative tolerance of what all are held against
-FLOOR = 1e-12  # a smaller error is not told from it
-REPEATS = 3  # the fastest counts
+REFERENCE_TOLERANCE = 1e-11  # relative, of the frequencies that errors are measured against
+MIN_ERROR = 1e-12  # smaller errors are not resolved by the reference
+REPEATS = 3  # solves of which the fastest counts
 RESOLUTIONS: dict[str, tuple[float, ...]] = {
     "tolerance": (1e-2, 1e-4, 1e-6, 1e-8),
     "elements": (5, 10, 20, 40),
@@ -29,9 +31,9 @@ OPTION = {
 }
 
 
-class Effort(NamedTuple):
-    """One solve: its time [s], and the largest relative distance of a frequency from the exact
-    one; or why there is none."""
+class Timing(NamedTuple):
+    """One method at one resolution: solve time [s] and largest relative frequency error, or in
+    `reason` why there is none."""
 
     method: str
     resolution: str
@@ -40,243 +42,231 @@ class Effort(NamedTuple):
     reason: str = ""
 
 
-class Efforts(NamedTuple):
-    """Every method at some resolutions; why there is nothing to compare with."""
+def time_methods(beam: Beam, options: dict[str, Any]) -> tuple[Timing, ...]:
+    """Every method at its resolutions, with the keywords `options` of `solve`.
 
-    points: tuple[Effort, ...]
-    words: str = ""
-
-
-def efforts(case: Case) -> Efforts:
-    """All methods, timed on a case and held against its exact frequencies."""
-    beam = case.beam()
-    options = {**case.options, "method": "auto"}
-    exact = solve(beam, **{**options, "tolerance": EXACT})
-
-    def tried(method: str, resolution: float) -> Effort:
-        option = OPTION[method]
-        shown = f"{option} {resolution:g}"
-        settings: dict[str, Any] = {**options, "method": method, option: resolution}
-        try:
-            runs = [solve(beam, **settings) for _ in range(REPEATS)]
-        except BeamvizError as failure:
-            return Effort(method, shown, np.nan, np.nan, str(failure))
-        error, reason = distance(runs[0], exact)
-        return Effort(method, shown, min(run.stats.seconds for run in runs), error, reason)
-
-    points = [tried(method, r) for method in METHODS for r in RESOLUTIONS[OPTION[method]]]
-    return Efforts(tuple(points))
+    Raises BeamvizError where there is no reference solution.
+    """
+    reference = solve(beam, **{**options, "method": "auto", "tolerance": REFERENCE_TOLERANCE})
+    return tuple(
+        time_method(reference, method, value, options)
+        for method in METHODS
+        for value in RESOLUTIONS[OPTION[method]]
+    )
 
 
-def distance(solution: Solution, exact: Solution) -> tuple[float, str]:
-    """The largest relative distance of a mode's frequency from the exact one of its name, and
-    what is wrong beyond numbers."""
-    if solution.equilibrium.status != exact.equilibrium.status:
-        return np.nan, f"says {solution.equilibrium.status}: the beam is {exact.equilibrium.status}"
-    pairs = list(paired(solution, exact))
-    return max([FLOOR, *(abs(a - b) / abs(b) for a, b in pairs if b)]), ""
+def time_method(reference: Solution, method: str, value: float, options: dict[str, Any]) -> Timing:
+    """One method at the resolution `value`."""
+    option = OPTION[method]
+    resolution = f"{option} {value:g}"
+    settings: dict[str, Any] = {**options, "method": method, option: value}
+    try:
+        runs = [solve(reference.beam, **settings) for _ in range(REPEATS)]
+    except BeamvizError as failure:
+        return Timing(method, resolution, math.nan, math.nan, str(failure))
+    status, expected = runs[0].equilibrium.status, reference.equilibrium.status
+    if status != expected:
+        reason = f"predicts an {status} beam; it is {expected}"
+        return Timing(method, resolution, math.nan, math.nan, reason)
+    seconds = min(run.stats.seconds for run in runs)
+    return Timing(method, resolution, seconds, frequency_error(runs[0], reference))
 
 
-def paired(solution: Solution, exact: Solution) -> Iterator[tuple[float, float]]:
-    """Frequencies (growth rates where unstable) of the modes that both have among theirs."""
-    for k, label in enumerate(exact.labels):
-        if label in solution.labels:
-            j = solution.labels.index(label)
-            if exact.omega_squared[k] >= 0 and solution.omega_squared[j] >= 0:
-                yield float(solution.frequencies[j]), float(exact.frequencies[k])
-            else:
-                yield float(solution.growth_rates[j]), float(exact.growth_rates[k])
+def frequency_error(solution: Solution, reference: Solution) -> float:
+    """Largest relative error of the frequencies (growth rates where unstable) of the modes that
+    both solutions have, matched by shape."""
+    pairs = zip(match_modes(reference, solution).partner, rates(reference), strict=True)
+    errors = [abs(rates(solution)[k] / exact - 1) for k, exact in pairs if k >= 0 and exact > 0]
+    return max(MIN_ERROR, *errors)
 
+
+def rates(solution: Solution) -> np.ndarray:
+    """Frequency of each mode (modes,), growth rate where unstable."""
+    return np.sqrt(abs(solution.omega_squared))
+
+
+# The tab
 
 WIDTH, HEIGHT = 345, 222  # [px] of the chart
-LEFT, RIGHT, ABOVE, BELOW = 42, 88, 10, 34
-ERRORS = (FLOOR, 1.0)
-COLOURS = dict(
-    zip(
-        METHODS,
-        ("#0072B2", "#D55E00", "#E69F00", "#CC79A7", "#009E73", "#999999", "#56B4E9", "#B59F00")
-        + ("#8C6BB1",),
-        strict=True,
-    )
-)
+LEFT, RIGHT, ABOVE, BELOW = 42, 88, 10, 34  # [px] of its margins
+MAX_ERROR = 1.0
+PALETTE = (
+    "#0072B2", "#D55E00", "#E69F00", "#CC79A7", "#009E73", "#999999", "#56B4E9", "#B59F00",
+    "#8C6BB1",
+)  # fmt: skip
+COLOURS = dict(zip(METHODS, PALETTE, strict=True))
 INVITATION = "Try another method under <b>Model</b> on the right, and see what it costs."
 NOTE = (
-    "Right is slow, up is wrong: the largest distance of a frequency from the exact one. "
-    "A line that stays high is a model that leaves something out. "
-    "The ring is the scene: the time it took just now, the error it estimates."
+    "Further right: slower. Higher: less accurate (largest relative frequency error). A line that"
+    " stays high belongs to a model that leaves something out. The ring is this scene: the time of"
+    " its last solve and its estimated error."
 )
+Span = tuple[float, float]  # ends of the time axis [s]
 
 
-class MethodTiming(Feature):
-    """Shows what a method takes and gives; measures all methods while asked to."""
+class MethodTimingTab(Feature):
+    """The method in use, and the chart of all methods where that is switched on."""
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.trials, gui = visitor.job("trial of methods", efforts), visitor.client.gui
-        self.words = gui.add_html("")
-        hint = "Measure them all, again for every beam you show"
+        gui, self.job = visitor.client.gui, visitor.job("method timing", timed)
+        self.summary = gui.add_html("")
+        hint = "Time them all, again for every beam you show"
         visitor.bind_key(gui.add_checkbox("all methods", False, hint=hint), "time_methods")
         self.chart = gui.add_html("")
 
     @property
-    def inputs(self) -> tuple:
-        """What the tab depends on."""
-        visitor = self.visitor
-        return visitor.chart_answer, visitor.state.time_methods, self.trials.answer
+    def inputs(self) -> tuple[object, ...]:
+        """The answer shown, the switch, and the timings."""
+        return self.visitor.chart_answer, self.visitor.state.time_methods, self.job.answer
 
     def show(self) -> None:
-        """Tell what the method of the scene took, and draw all that were measured."""
-        answer, measured = self.visitor.chart_answer, None
-        if answer and self.visitor.state.time_methods:
-            self.trials.request(answer.request.with_options(method="auto"))
-            found = self.trials.answer
-            measured = found and (found.result or Efforts((), found.message))
+        """Describe the method in use; request the timings and draw the last ones."""
+        answer, timings = self.visitor.chart_answer, None
         solution = answer.solution if answer else None
-        told = "" if measured else INVITATION  # the chart shows it, and needs the room
-        self.words.content = (
-            f'<div style="{SMALL}">{chosen(solution) if solution else ""}{told}</div>'
-        )
-        self.chart.content = chart(measured, solution) if measured else ""
+        if answer and self.visitor.state.time_methods:
+            self.job.request(answer.request.with_options(method="auto"))
+            timings = self.job.answer
+        invitation = "" if timings else INVITATION  # the chart needs the room
+        self.summary.content = small((summary(solution) if solution else "") + invitation)
+        self.chart.content = timing_chart(timings, solution) if timings else ""
 
 
-def chosen(solution: Solution) -> str:
-    """What was used, in a sentence."""
-    name = escape(solution.problem.method)
+def timed(case: Case) -> tuple[Timing, ...]:
+    """The timings of a case. Raises BeamvizError where there is no reference solution."""
+    return time_methods(case.beam(), case.options)
+
+
+def summary(solution: Solution) -> str:
+    """The method in use, and when to choose it."""
+    name = solution.problem.method
     return (
         f'<div role="note" aria-label="this method"><b style="color:{COLOURS[name]}">{name}</b>: '
-        f"{escape(used(solution))}<br>"
+        f"{escape(cost(solution))}<br>"
         f'<span style="opacity:.65">Choose it {escape(METHODS[name].choose)}.</span></div>'
     )
 
 
-def used(solution: Solution) -> str:
-    """Elements, order, unknowns, time and the largest relative error of a mode."""
+def cost(solution: Solution) -> str:
+    """Elements, order, unknowns, time and largest relative error of a solution."""
     stats = solution.stats
-    parts = f"{stats.elements} element{'s' if stats.elements > 1 else ''}, order {stats.order}"
+    elements = f"{stats.elements} element{'s' if stats.elements > 1 else ''}"
     return (
-        f"{parts}, {stats.dof} unknowns, {1000 * stats.seconds:.2g} ms,"
-        f" error {relative_error(solution):.0e}"
+        f"{elements}, order {stats.order}, {stats.dof} unknowns, {1000 * stats.seconds:.2g} ms,"
+        f" relative error {relative_error(solution):.0e}"
     )
 
 
 def relative_error(solution: Solution) -> float:
-    """The largest estimated relative error of a frequency or growth rate."""
-    sizes = np.where(solution.omega_squared >= 0, solution.frequencies, solution.growth_rates)
-    return float(np.max(solution.errors / np.maximum(sizes, 1e-300)))
+    """Largest estimated relative error of a frequency or growth rate."""
+    return float(np.max(solution.errors / np.maximum(rates(solution), 1e-300)))
 
 
-def chart(measured: Efforts, solution: Solution | None) -> str:
-    """Time against error of all methods, both logarithmic, and what failed in words."""
-    if measured.words:
-        return f'<div role="note" style="{SMALL}">{escape(measured.words)}</div>'
-    good = [point for point in measured.points if math.isfinite(point.error)]
-    times = [point.seconds for point in good]
-    span = 10 ** math.floor(math.log10(min(times))), 10 ** math.ceil(math.log10(max(times)))
-    here = solution.problem.method if solution else ""
-    order = sorted(COLOURS, key=lambda name: name == here)  # the one in use on top
+def timing_chart(answer: Answer[Case, tuple[Timing, ...]], solution: Solution | None) -> str:
+    """Time against error of all methods, on logarithmic axes, and why methods are missing."""
+    if answer.result is None:
+        return small(escape(answer.message), "note")
+    good = [timing for timing in answer.result if math.isfinite(timing.error)]
+    times = [math.log10(timing.seconds) for timing in good]
+    span = 10.0 ** math.floor(min(times)), 10.0 ** math.ceil(max(times))
+    own = solution.problem.method if solution else ""
+    order = sorted(COLOURS, key=lambda name: name == own)  # the one in use on top
     lines = "".join(
-        line([p for p in good if p.method == name], name == here, span) for name in order
+        line([t for t in good if t.method == name], name == own, span) for name in order
     )
-    lines += names(good, here) + (live(solution, span) if solution else "")
+    ring = scene_mark(solution, span) if solution else ""
     return (
         f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="time against error" '
         'style="width:calc(100% - 1.5em);margin:.2em .75em;overflow:visible" '
-        f'font-family="sans-serif" font-size="10.5" fill="currentColor">{frame(span)}{lines}</svg>'
-        f'<div style="{SMALL};opacity:.8">{NOTE}</div>{failures(measured.points)}'
+        'font-family="sans-serif" font-size="10.5" fill="currentColor">'
+        f"{frame(span)}{lines}{method_labels(good, own)}{ring}</svg>"
+        f'<div style="{SMALL};opacity:.8">{NOTE}</div>{missing(answer.result)}'
     )
 
 
-def across(seconds: float, span: tuple[float, float]) -> float:
-    """Where a time stands."""
-    low, high = map(math.log10, span)
-    return LEFT + (math.log10(seconds) - low) / (high - low) * (WIDTH - LEFT - RIGHT)
+def x_of(seconds: float, span: Span) -> float:
+    """Horizontal position [px] of a time."""
+    share = math.log(seconds / span[0]) / math.log(span[1] / span[0])
+    return LEFT + share * (WIDTH - LEFT - RIGHT)
 
 
-def above(error: float) -> float:
-    """Where an error stands."""
-    low, high = map(math.log10, ERRORS)
-    share = (math.log10(min(max(error, ERRORS[0]), ERRORS[1])) - low) / (high - low)
+def y_of(error: float) -> float:
+    """Vertical position [px] of an error."""
+    error = min(max(error, MIN_ERROR), MAX_ERROR)
+    share = math.log(error / MIN_ERROR) / math.log(MAX_ERROR / MIN_ERROR)
     return HEIGHT - BELOW - share * (HEIGHT - ABOVE - BELOW)
 
 
-def frame(span: tuple[float, float]) -> str:
+def frame(span: Span) -> str:
     """Grid and axes."""
-    marks = []
+    marks, bottom = [], HEIGHT - BELOW
     for power in range(-12, 1, 3):
-        y = above(10.0**power)
-        words = "1" if power == 0 else f"10<tspan dy=-4 font-size=8>{power}</tspan>"
+        y = y_of(10.0**power)
+        label = "1" if power == 0 else f"10<tspan dy=-4 font-size=8>{power}</tspan>"
         marks.append(f'<path d="M{LEFT} {y:.1f}H{WIDTH - RIGHT}"/>')
-        marks.append(f'<text x="{LEFT - 5}" y="{y + 4:.1f}" text-anchor="end">{words}</text>')
+        marks.append(f'<text x="{LEFT - 5}" y="{y + 4:.1f}" text-anchor="end">{label}</text>')
     low, high = (round(math.log10(end)) for end in span)
     for power in range(low, high + 1):
-        x, bottom = across(10.0**power, span), HEIGHT - BELOW
+        x, label = x_of(10.0**power, span), f"{10.0 ** (power + 3):g} ms"
         marks.append(f'<path d="M{x:.1f} {ABOVE}V{bottom}"/>')
-        ms = f"{10.0 ** (power + 3):g} ms"
-        marks.append(f'<text x="{x:.1f}" y="{bottom + 14}" text-anchor="middle">{ms}</text>')
-    middle = (LEFT + WIDTH - RIGHT) / 2
-    marks.append(f'<text x="{middle}" y="{HEIGHT - 4}" text-anchor="middle">time of a solve</text>')
-    marks.append(
-        f'<text transform="translate(10 {(HEIGHT - BELOW + ABOVE) / 2}) rotate(-90)" '
-        'text-anchor="middle">error</text>'
-    )
+        marks.append(f'<text x="{x:.1f}" y="{bottom + 14}" text-anchor="middle">{label}</text>')
+    x, y = (LEFT + WIDTH - RIGHT) / 2, (bottom + ABOVE) / 2
+    marks.append(f'<text x="{x}" y="{HEIGHT - 4}" text-anchor="middle">time of a solve</text>')
+    turned = f'transform="translate(10 {y}) rotate(-90)" text-anchor="middle"'
+    marks.append(f"<text {turned}>relative error</text>")
     return f'<g stroke="currentColor" stroke-opacity=".18" stroke-width=".7">{"".join(marks)}</g>'
 
 
-def line(points: list[Effort], here: bool, span: tuple[float, float]) -> str:
-    """One method: its resolutions joined, its name at the last."""
-    if not points:
+def line(timings: list[Timing], own: bool, span: Span) -> str:
+    """One method, its resolutions joined; `own`: the method in use."""
+    if not timings:
         return ""
-    name = points[0].method
-    places = [(across(p.seconds, span), above(p.error)) for p in points]
+    colour = COLOURS[timings[0].method]
+    places = [(x_of(t.seconds, span), y_of(t.error)) for t in timings]
     path = " ".join(f"{x:.1f},{y:.1f}" for x, y in places)
     dots = "".join(
-        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{4 if here else 2.5}">'
-        f"<title>{name}, {p.resolution}: {1000 * p.seconds:.2g} ms, error {p.error:.0e}</title>"
-        "</circle>"
-        for p, (x, y) in zip(points, places, strict=True)
+        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{4 if own else 2.5}"><title>{t.method},'
+        f" {t.resolution}: {1000 * t.seconds:.2g} ms, error {t.error:.0e}</title></circle>"
+        for t, (x, y) in zip(timings, places, strict=True)
     )
+    width = 2.5 if own else 1.2
     return (
-        f'<g fill="{COLOURS[name]}"><polyline points="{path}" fill="none" '
-        f'stroke="{COLOURS[name]}" stroke-width="{2.5 if here else 1.2}"/>{dots}</g>'
+        f'<g fill="{colour}"><polyline points="{path}" fill="none" stroke="{colour}" '
+        f'stroke-width="{width}"/>{dots}</g>'
     )
 
 
-def live(solution: Solution, span: tuple[float, float]) -> str:
-    """A ring at what the scene itself took and estimates."""
+def scene_mark(solution: Solution, span: Span) -> str:
+    """A ring at the time and the estimated error of the scene's own solve."""
     seconds = min(max(solution.stats.seconds, span[0]), span[1])
-    x, y = across(seconds, span), above(relative_error(solution))
+    x, y = x_of(seconds, span), y_of(relative_error(solution))
     return (
         f'<circle cx="{x:.1f}" cy="{y:.1f}" r="6" fill="none" stroke="currentColor" '
-        f'stroke-width="1.6"><title>this scene: {escape(used(solution))}</title></circle>'
+        f'stroke-width="1.6"><title>this scene: {escape(cost(solution))}</title></circle>'
     )
 
 
-def names(points: list[Effort], here: str) -> str:
-    """The names of the methods at the right, each at the height where its line ends."""
-    finest = {point.method: above(point.error) for point in points}
-    ends = sorted(finest.items(), key=lambda end: end[1])
-    places = within(apart([y for _, y in ends], 13), HEIGHT - BELOW, 13)
+def method_labels(timings: list[Timing], own: str) -> str:
+    """Names of the methods on the right, near the end of their lines, without overlap."""
+    ends = sorted(
+        (y_of(error), name) for name, error in {t.method: t.error for t in timings}.items()
+    )
+    bottom, heights = float(HEIGHT - BELOW), []
+    for y in reversed(apart([y for y, _ in ends], 13)):  # from below, within the chart
+        heights.append(min(y, bottom))
+        bottom = heights[-1] - 13
     return "".join(
         f'<text x="{WIDTH - RIGHT + 6}" y="{y + 3.5:.1f}" fill="{COLOURS[name]}" '
-        f'font-weight="{700 if name == here else 400}">{name}</text>'
-        for (name, _), y in zip(ends, places, strict=True)
+        f'font-weight="{700 if name == own else 400}">{name}</text>'
+        for (_, name), y in zip(ends, reversed(heights), strict=True)
     )
 
 
-def within(places: list[float], most: float, least: float) -> list[float]:
-    """Ascending places moved down until none is above `most` or nearer than `least` to the next."""
-    moved = []
-    for place in reversed(places):
-        moved.append(min(place, most))
-        most = moved[-1] - least
-    return moved[::-1]
-
-
-def failures(points: tuple[Effort, ...]) -> str:
-    """Which methods have no place on the chart, and why."""
-    reasons = {point.method: point.reason for point in points if point.reason}
-    rows = "".join(
+def missing(timings: tuple[Timing, ...]) -> str:
+    """The methods without a line, and why."""
+    reasons = {timing.method: timing.reason for timing in timings if timing.reason}
+    items = "".join(
         f'<li><b style="color:{COLOURS[name]}">{name}</b>: {escape(reason)}</li>'
         for name, reason in reasons.items()
     )
-    return f'<ul style="{SMALL};padding-left:1.2em">{rows}</ul>' if rows else ""
+    return f'<ul style="{SMALL};padding-left:1.2em">{items}</ul>' if items else ""

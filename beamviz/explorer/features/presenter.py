@@ -1,77 +1,69 @@
-"""Lecture mode: a visitor sees the presenter's scene, until they go exploring, and again after."""
+"""Presenter mode: a visitor sees the presenter's scene until they edit it, and can return to it."""
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Protocol
+from typing import NamedTuple
 
 from beamviz.drawing.modes import Clock
-from beamviz.explorer.features.loci_tab import Charting
-from beamviz.explorer.state import State
+from beamviz.explorer.jobs import Job
 from beamviz.explorer.visitor import Visitor
 
 LABEL = "follow the presenter"
 FIRST = -1.0  # above all other controls
+FIELDS = ("scene", "case", "view", "over", "per_rev")  # of the state, which follow
 
 
-class Led(Protocol):
-    """What a session has that another one can take over."""
+class Presentation(NamedTuple):
+    """What others can follow of a visitor: the state and the solution, the loci charts and the
+    clock of the scene."""
 
     visitor: Visitor
-    charting: Charting
-
-    @property
-    def clock(self) -> Clock:
-        """The clock of its scene."""
+    charts: Job
+    clock: Clock
 
 
-class Presenter:
-    """Keeps a session in line with its leader's while its visitor follows; nothing is solved for
-    it then."""
+class PresenterMode:
+    """Keeps a visitor's page in line with the presenter's while they follow; nothing is solved for
+    it then. presenter: gives what to follow, None while there is no presenter."""
 
-    def __init__(self, session: Led, leader: Callable[[], Led | None]):
-        self.session, self.leader = session, leader
+    def __init__(self, own: Presentation, presenter: Callable[[], Presentation | None]):
+        self.own, self.presenter = own, presenter
         hint = "Move any control to explore by yourself; tick this to come back"
-        gui, visitor = session.visitor.client.gui, session.visitor
-        visitor.bind_key(gui.add_checkbox(LABEL, True, hint=hint, order=FIRST), "following")
+        box = own.visitor.client.gui.add_checkbox(LABEL, True, hint=hint, order=FIRST)
+        own.visitor.bind_key(box, "following")
 
     @property
-    def led_by(self) -> Led | None:
-        """Whom to follow now."""
-        return self.leader() if self.session.visitor.state.following else None
+    def followed(self) -> Presentation | None:
+        """What to follow now."""
+        return self.presenter() if self.own.visitor.state.following else None
 
     @property
-    def behind(self) -> bool:
-        """Whether the leader has gone on."""
-        lead, session = self.led_by, self.session
-        return lead is not None and (
-            lead.visitor.solver.answer is not session.visitor.solver.answer
-            or lead.visitor.state.view is not session.visitor.state.view
-            or lead.charting.charts.answer is not session.charting.charts.answer
+    def outdated(self) -> bool:
+        """Whether the presenter has something new."""
+        own, other = self.own, self.followed
+        return other is not None and (
+            other.visitor.solver.answer is not own.visitor.solver.answer
+            or other.visitor.state.view is not own.visitor.state.view
+            or other.charts.answer is not own.charts.answer
         )
 
-    def step(self) -> None:
-        """Take over the state and the answers of the leader."""
-        lead, session = self.led_by, self.session
-        if lead is None:
+    def update(self) -> None:
+        """Take over the state and the answers of the presenter."""
+        own, other = self.own, self.followed
+        if other is None:
             return
-        with session.visitor.lock:
-            session.visitor.solver.adopt(lead.visitor.solver)
-            session.charting.charts.adopt(lead.charting.charts)
-            state = followed(session.visitor.state, lead.visitor.state)
-            if state is not session.visitor.state:
-                session.visitor.follow(state)
+        with own.visitor.lock:
+            own.visitor.solver.adopt(other.visitor.solver)
+            own.charts.adopt(other.charts)
+            state, theirs = own.visitor.state, other.visitor.state
+            changes = {name: getattr(theirs, name) for name in FIELDS}
+            if any(getattr(state, name) is not value for name, value in changes.items()):
+                own.visitor.follow(replace(state, **changes))
 
-    def keep_time(self) -> None:
-        """The same moment of the same vibration as the leader's."""
-        if lead := self.led_by:
-            clock, theirs = self.session.clock, lead.clock
+    def update_clock(self) -> None:
+        """Show the same moment of the same vibration as the presenter."""
+        clock = self.own.clock
+        if other := self.followed:
+            theirs = other.clock
             if len(clock.phases) == len(theirs.phases):
                 clock.phases, clock.angle, clock.rate = theirs.phases, theirs.angle, theirs.rate
-
-
-def followed(own: State, lead: State) -> State:
-    """A follower's state with what the presenter shows; the same one where nothing differs."""
-    names = ("scene", "case", "view", "over", "per_rev")
-    if all(getattr(own, name) is getattr(lead, name) for name in names):
-        return own
-    return replace(own, **{name: getattr(lead, name) for name in names})

@@ -1,7 +1,8 @@
-"""A window to enter a real beam: one of three to start from, its sizes, and what is wrong."""
+"""The form for a real beam in SI units: a preset to start from, its sizes, and what is wrong."""
 
 import math
 from dataclasses import replace
+from functools import partial
 from html import escape
 from typing import Any
 
@@ -9,12 +10,12 @@ from viser import GuiInputHandle
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, SI_REQUIRED, Beam, check_float
 from beamviz.errors import InvalidInput
-from beamviz.explorer.visitor import Visitor
-from beamviz.explorer.visitor import show as assign
+from beamviz.explorer.page.html import BAD, small
+from beamviz.explorer.visitor import Visitor, on_edit, show
 from beamviz.presets import REAL_BEAMS, RPM, RealBeam
 from beamviz.scene import Scene
 
-# For each keyword of `Beam.from_si`: its label, and one of its units in SI.
+# For each keyword of `Beam.from_si`: its label, and the SI value of its unit.
 FIELDS = {
     "length": ("length L [mm]", 1e-3),
     "area": ("section area A [mm²]", 1e-6),
@@ -22,149 +23,140 @@ FIELDS = {
     "youngs_modulus": ("Young's modulus E [GPa]", 1e9),
     "density": ("density ρ [kg/m³]", 1.0),
     "hub_radius": ("hub radius a [mm]", 1e-3),
-    "rotation_speed": ("turns Ω [rpm]", RPM),
+    "rotation_speed": ("rotation speed Ω [rpm]", RPM),
     "mass": ("mass m [kg]", 1.0),
     "mass_position": ("mass at d [mm]", 1e-3),
 }
-LARGEST = 1e12  # in the unit of a field
-OPEN, PLAIN = "real beam ...", "none"
-SMALL = "font-size:.8em;line-height:1.45;margin:.2em .75em .4em"
+MAX_VALUE = 1e12  # in the unit of a field
+REAL_BEAM, DIMENSIONLESS = "real beam ...", "none"
 
 
-class RealBeams:
-    """Enter a real beam, and leave its units again."""
+class RealBeamButtons:
+    """Open the form, or return to dimensionless numbers."""
 
     def __init__(self, visitor: Visitor):
         self.visitor, gui = visitor, visitor.client.gui
-        units = gui.add_button_group(
-            "units", (PLAIN, OPEN), hint="A real beam is shown in kg, mm, rpm and Hz"
-        )
+        hint = "A real beam is shown in kg, mm, rpm and Hz"
+        units = gui.add_button_group("units", (DIMENSIONLESS, REAL_BEAM), hint=hint)
         units.on_click(lambda event: self.choose(event.target.value))
-        self.form: Form | None = None
+        self.form: RealBeamForm | None = None
 
     def choose(self, units: Any) -> None:
-        """Without units, or those of a real beam."""
-        if units == PLAIN:
-            self.leave()
-        elif units == OPEN:
-            self.open()
-
-    def open(self) -> None:
-        """The window, in place of one that is open."""
-        with self.visitor.lock:
-            if self.form:
-                self.form.close()
-            self.form = Form(self.visitor)
-
-    def leave(self) -> None:
-        """The same beam without units."""
-        scene = current(self.visitor)
-        if scene.beam.units:
+        """Open the form in place of an open one, or show the same beam without units."""
+        if units == REAL_BEAM:
+            with self.visitor.lock:
+                if self.form:
+                    self.form.close()
+                self.form = RealBeamForm(self.visitor)
+        elif units == DIMENSIONLESS and self.visitor.state.case.units:
+            scene = current_scene(self.visitor)
             self.visitor.load(replace(scene, beam=scene.beam.replace(units=None)))
 
 
-class Form:
-    """The window."""
+class RealBeamForm:
+    """The form, a modal window. texts: the entries by field."""
 
     def __init__(self, visitor: Visitor):
-        self.visitor, self.plane = visitor, REAL_BEAMS[0].plane
-        gui = visitor.client.gui
+        self.visitor, gui = visitor, visitor.client.gui
         self.window = gui.add_modal("A real beam")
+        self.texts: dict[str, Any] = {}
         with self.window:
-            names = tuple(one.name for one in REAL_BEAMS)
-            start = gui.add_button_group("start from", names)  # a list would open by itself
-            start.on_click(lambda event: self.start(event.target.value))
+            names = tuple(real.name for real in REAL_BEAMS)
+            presets = gui.add_button_group("start from", names)  # a dropdown would open by itself
+            presets.on_click(lambda event: self.start(event.target.value))
             self.source = gui.add_html("")
-            self.fields: dict[str, GuiInputHandle[str]] = {
-                name: gui.add_text(label, "") for name, (label, _) in FIELDS.items()
-            }
-            self.trouble = gui.add_html("")
+            self.fields = {name: self.add_field(name) for name in FIELDS}
+            self.error = gui.add_html("")
             gui.add_button("Show this beam").on_click(lambda _: self.apply())
             gui.add_button("Cancel", color="gray").on_click(lambda _: self.close())
         self.fill(REAL_BEAMS[0])
 
+    def add_field(self, name: str) -> GuiInputHandle[str]:
+        """A text field, whose entry is checked when the form is applied."""
+        field = self.visitor.client.gui.add_text(FIELDS[name][0], "")
+        on_edit(field, partial(self.texts.__setitem__, name))
+        return field
+
     def start(self, name: Any) -> None:
-        """Another beam to start from."""
-        for one in REAL_BEAMS:
-            if one.name == name:
-                self.fill(one)
+        """Fill in a preset by its name; an unknown one changes nothing."""
+        for real in REAL_BEAMS:
+            if real.name == name:
+                self.fill(real)
 
     def fill(self, real: RealBeam) -> None:
-        """Put a beam into the fields; its mass is at the tip where it has none."""
+        """Fill in a preset; one without a mass gets the tip as its position."""
         self.plane = real.plane
-        self.source.content = f'<div style="{SMALL};opacity:.8">{escape(real.source)}</div>'
-        values = {"hub_radius": 0.0, "mass": 0.0, "mass_position": real.values["length"]}
-        values |= real.values
-        for name, (_, unit) in FIELDS.items():
-            assign(self.fields[name], f"{values[name] / unit:.10g}")
-        self.trouble.content = ""
+        self.source.content = small(escape(real.source))
+        defaults = {"hub_radius": 0.0, "mass": 0.0, "mass_position": real.values["length"]}
+        for name, value in {**defaults, **real.values}.items():
+            self.texts[name] = f"{value / FIELDS[name][1]:.10g}"
+            show(self.fields[name], self.texts[name])
+        self.error.content = ""
 
     def apply(self) -> None:
-        """Show the beam in the fields, or say what is wrong with it."""
+        """Show the beam entered, or say what is wrong with it."""
         try:
-            beam = made({name: box.value for name, box in self.fields.items()})
+            beam = parse_beam(self.texts)
         except InvalidInput as error:
-            self.trouble.content = (
-                f'<div role="alert" style="{SMALL};color:#d9480f">{escape(str(error))}</div>'
-            )
+            message = f'<span style="color:{BAD}">{escape(str(error))}</span>'
+            self.error.content = small(message, "alert")
             return
-        scene = current(self.visitor)
+        scene = current_scene(self.visitor)
         options = {**scene.options, "plane": self.plane}
         self.visitor.load(replace(scene, beam=beam, options=options, camera=None))
         self.close()
 
     def close(self) -> None:
-        """Take the window away."""
+        """Close the window."""
         if not self.window.closed:
             self.window.close()
 
 
-def current(visitor: Visitor) -> Scene:
-    """The scene as it is; the usual one where what is set is none."""
+def current_scene(visitor: Visitor) -> Scene:
+    """The scene as it is; the default one where a number is out of range."""
     try:
         return visitor.to_scene()
     except InvalidInput:
         return Scene()
 
 
-def made(texts: dict[str, Any]) -> Beam:
-    """The beam of the fields; InvalidInput names a field, in its own unit, and what is allowed."""
-    values: dict[str, Any] = read(texts)
+def parse_beam(texts: dict[str, Any]) -> Beam:
+    """The beam of the entries. Raises InvalidInput, which names a field, its entry and the values
+    allowed, in the unit of the field."""
+    values = {name: parse_number(label, texts[name]) for name, (label, _) in FIELDS.items()}
     for name in SI_REQUIRED:
-        if check_float(FIELDS[name][0], number(FIELDS[name][0], texts[name]), 0.0, LARGEST) == 0:
-            raise InvalidInput(f"{FIELDS[name][0]} = 0: must be above 0")
-    slenderness = values["length"] * math.sqrt(values["area"] / values["second_moment"])
+        label = FIELDS[name][0]
+        if check_float(label, values[name], 0.0, MAX_VALUE) == 0:
+            raise InvalidInput(f"{label} = 0: must be above 0")
+    si: dict[str, Any] = {name: value * FIELDS[name][1] for name, value in values.items()}
+    slenderness = si["length"] * math.sqrt(si["area"] / si["second_moment"])
     low, high = PARAMETERS["mu"].limits
     if not low <= slenderness <= high:
         raise InvalidInput(f"L √(A / I) = {slenderness:.4g}: must lie in {low:g} .. {high:g}")
-    bare = Beam.from_si(**{name: values[name] for name in SI_REQUIRED})
-    for name, (low, high) in ranges(bare).items():
+    for name, (low, high) in si_limits({name: si[name] for name in SI_REQUIRED}).items():
         label, unit = FIELDS[name]
-        check_float(label, number(label, texts[name]), low / unit, high / unit)
-    return Beam.from_si(**values)
+        check_float(label, values[name], low / unit, high / unit)
+    return Beam.from_si(**si)
 
 
-def ranges(bare: Beam) -> dict[str, tuple[float, float]]:
-    """What a beam allows, in SI, of the hub, the speed and the mass it is given."""
+def si_limits(required: dict[str, Any]) -> dict[str, tuple[float, float]]:
+    """Limits, in SI, of the hub, the speed and the mass of a beam with these `required` values."""
+    bare = Beam.from_si(**required)
     assert bare.units
     assert bare.units.mass
-    fastest = min(PARAMETERS["gamma"].limits[1], MAX_GAMMA_OVER_MU * bare.mu)
+    length, mass, time = bare.units.length, bare.units.mass, bare.units.time
     low, high = PARAMETERS["delta"].limits
+    max_gamma = min(PARAMETERS["gamma"].limits[1], MAX_GAMMA_OVER_MU * bare.mu)
     return {
-        "hub_radius": (low * bare.units.length, high * bare.units.length),
-        "rotation_speed": (0.0, fastest / bare.units.time),
-        "mass": (0.0, PARAMETERS["alpha"].limits[1] * bare.units.mass),
-        "mass_position": (0.0, bare.units.length),
+        "hub_radius": (low * length, high * length),
+        "rotation_speed": (0.0, max_gamma / time),
+        "mass": (0.0, PARAMETERS["alpha"].limits[1] * mass),
+        "mass_position": (0.0, length),
     }
 
 
-def read(texts: dict[str, Any]) -> dict[str, float]:
-    """The fields as keywords of `Beam.from_si`; InvalidInput names the one that is no number."""
-    return {name: number(label, texts[name]) * unit for name, (label, unit) in FIELDS.items()}
-
-
-def number(label: str, text: Any) -> float:
-    """The number in a field."""
+def parse_number(label: str, text: Any) -> float:
+    """The number in a field. Raises InvalidInput."""
     try:
         return float(text)
     except (TypeError, ValueError):

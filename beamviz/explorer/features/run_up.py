@@ -1,18 +1,19 @@
-"""The run-up in the page: the speed rises, and the beam shows how far the force drives it there."""
+"""The tab Run-up: the speed rises from rest under a force that repeats k times per revolution, and
+the scene shows the steady forced response at each speed."""
 
-from collections.abc import Callable
+import math
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from viser import uplot
 
-from beamviz.beam import Beam
 from beamviz.display_units import Measure, frequencies, measure
 from beamviz.drawing.modes import Shapes
 from beamviz.errors import InvalidInput
 from beamviz.explorer.features.loci_chart import PER_REV
-from beamviz.explorer.jobs import Answer, SolverAnswer
-from beamviz.explorer.page.html import SMALL
+from beamviz.explorer.jobs import Answer, Job, SolverAnswer
+from beamviz.explorer.page.html import small
 from beamviz.explorer.page.style import COLOURS, LINE, MARK, add_plot, axes, dot
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Feature, Visitor, on_press
@@ -22,291 +23,277 @@ from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run
 from beamviz.scene import clip
 from beamviz.solver.solution import Solution
 
-PER_SECOND = 6.0  # speeds of the run that are passed; they are close together near resonances
-LARGEST = 2.0  # times the amplitude set for the picture: how far the highest peak is drawn
+PER_SECOND = 6.0  # speeds of the run-up passed per second; they are dense near resonances
+PEAK = 2.0  # largest displacement drawn, over the amplitude of the view
 
 
 @dataclass(frozen=True)
-class Ask:
-    """A run-up to compute."""
+class RunUpRequest:
+    """A run-up to compute; the speed of the case is 0."""
 
     case: Case
     per_rev: int
     damping: float
 
-    def computed(self) -> RunUp:
-        """The run, as far as the loci chart keeps its axis."""
+    @classmethod
+    def of(cls, state: State) -> Self:
+        """The run-up of a state, whatever its speed."""
+        return cls(state.case.changed("gamma", 0.0), state.force_per_rev, state.damping)
+
+    def run_up(self) -> RunUp:
+        """The run-up to the speed at which the loci chart would change its axis. Raises the errors
+        of `forced_response.run_up`."""
         beam = self.case.beam()
         stop = FULL * chart_range(beam, "gamma")[1]
         return run_up(beam, self.per_rev, self.damping, stop, **self.case.options)
 
 
-class RunUpDemo(Feature):
-    """The speed on its way up. The visitor starts and stops it; the frame loop advances it."""
+class RunUpPlayback:
+    """The run-up in the scene: `step` raises the speed of the state, `take` prepares the response
+    at that speed for drawing.
+
+    run: None without one for the present beam and force; running: the speed is rising; driven: the
+    scene shows the response; field (n, 2): complex displacement in beam lengths as drawn.
+    """
 
     def __init__(self, visitor: Visitor):
-        super().__init__(visitor)
-        self.runs = visitor.job("run-up", Ask.computed)
-        self.asked: Ask | None = None
-        self.place: float | None = None  # among the speeds of the run, None while it stands
-        self.gamma: object = None  # the speed that was set last
-        self.shares: tuple = ()  # of the modes in the picture, when the run-up began
-        self.drawn: tuple = ()  # what the scene has taken up
+        self.visitor = visitor
+        self.job: Job[RunUpRequest, RunUp] = visitor.job("run-up", RunUpRequest.run_up)
+        self.request: RunUpRequest | None = None
+        self.position: float | None = None  # index among the speeds of the run, while it runs
+        self.gamma = self.initial = 0.0  # the speed set last, and the one before the run-up
+        self.drawn: tuple[object, ...] = ()
         self.phase = 0.0  # [rad] of the force
         self.field: np.ndarray = np.zeros((0, 2))
 
-    def add_tab(self) -> None:
-        """Build the controls and the chart."""
-        self.tab = RideTab(self.visitor, self.start_or_stop)
-
-    def start_or_stop(self) -> None:
-        """Start from rest, or stay at the speed that was reached; what is no beam is told by the
-        table of modes."""
-        if self.running:
-            self.stop()
-            return
-        state = self.visitor.state
-        try:
-            state.case.beam()
-        except InvalidInput:
-            return
-        self.asked = Ask(state.case, state.force_per_rev, state.damping)
-        self.place, self.gamma = 0.0, state.case.numbers["gamma"]
-        self.shares = state.view.shares
-        self.visitor.change(
-            lambda state: state.changed("all_modes", False).changed("per_rev", True)
-        )
-        self.runs.request(self.asked)
-
-    def stop(self) -> None:
-        """Stay at the speed that was reached."""
-        self.place = None
-        self.visitor.wake()
-
-    # What the frame loop does.
-
-    def step(self, elapsed: float) -> None:
-        """Raise the speed, `elapsed` seconds later. Another speed stops the run-up; another beam,
-        model or force ends it."""
-        with self.visitor.lock:
-            state, asked = self.visitor.state, self.asked
-            if asked is None:
-                return
-            start = asked.case.numbers["gamma"]
-            case = state.case.changed("gamma", start)
-            if (case, state.force_per_rev, state.damping) != (
-                asked.case, asked.per_rev, asked.damping
-            ):  # fmt: skip
-                self.place = self.asked = None
-            elif state.case.numbers["gamma"] != self.gamma:
-                self.place = None
-            if state.view.shares != self.shares:
-                self.shares = ()
-            gamma = self.advance(elapsed) if self.running else None
-            if gamma is not None:
-                self.gamma = gamma
-                self.visitor.follow(state.changed("gamma", gamma))
-
     @property
-    def scene_outdated(self) -> bool:
-        """Whether the scene has not taken up what came of the run."""
-        return self.drawn != (self.found, self.running)
-
-    @property
-    def inputs(self) -> tuple:
-        """What the tab depends on."""
-        return self.found, self.running, self.visitor.answer
-
-    def show(self) -> None:
-        """Show the run, with the beam of the scene on it."""
-        answer = self.visitor.answer
-        self.tab.show(self.found, answer.beam if answer else None, running=self.running)
-
-    @property
-    def driven(self) -> bool:
-        """Whether the picture shows a response: there is a run, and the first of it is taken up."""
-        return self.shares != () and self.run is not None and self.field.size > 0
-
-    @property
-    def found(self) -> Answer[Ask, RunUp] | None:
-        """What came of the run that was asked for."""
-        answer = self.runs.answer
-        return answer if answer and answer.request == self.asked else None
+    def answer(self) -> Answer[RunUpRequest, RunUp] | None:
+        """The answer to the request."""
+        answer = self.job.answer
+        return answer if answer and answer.request is self.request else None
 
     @property
     def run(self) -> RunUp | None:
-        """The run itself."""
-        return self.found.result if self.found else None
+        """The run-up."""
+        return self.answer.result if self.answer else None
 
     @property
     def running(self) -> bool:
         """Whether the speed is rising."""
-        return self.place is not None and self.run is not None
+        return self.position is not None and self.run is not None
 
     @property
-    def per_rev(self) -> int:
-        """Periods of the force in a revolution."""
-        return self.asked.per_rev if self.asked else self.visitor.state.force_per_rev
+    def driven(self) -> bool:
+        """Whether the scene shows the response: from the first speed until a mode is chosen."""
+        return self.visitor.state.forced_response and self.run is not None and self.field.size > 0
+
+    @property
+    def inputs(self) -> tuple[object, ...]:
+        """What the scene and the tab depend on."""
+        return self.answer, self.running, self.visitor.state.forced_response
+
+    @property
+    def outdated(self) -> bool:
+        """Whether the scene has yet to take up a change."""
+        return any(a is not b for a, b in zip(self.inputs, self.drawn or (0, 0, 0), strict=True))
+
+    def start_or_stop(self) -> None:
+        """Start from rest, or stop and restore the speed; a beam without a solution stays."""
+        state = self.visitor.state
+        if self.running:
+            self.stop()
+            return
+        try:
+            state.case.beam()
+        except InvalidInput:
+            return
+        request = RunUpRequest.of(state)
+        self.request = self.job.latest if self.job.latest == request else request
+        self.gamma = self.initial = state.case.numbers["gamma"]
+        self.position = 0.0
+        self.visitor.change(
+            lambda state: replace(
+                state.changed("all_modes", False), per_rev=True, forced_response=True
+            )
+        )
+        self.job.request(request)
+
+    def stop(self) -> None:
+        """Stop, and restore the speed from before the run-up."""
+        self.position = None
+        self.visitor.change(lambda state: state.changed("gamma", self.initial))
+
+    def step(self, elapsed: float) -> None:
+        """Raise the speed, `elapsed` seconds later. A visitor who sets the speed stops the run-up
+        there; another beam, model or force ends it."""
+        with self.visitor.lock:
+            state = self.visitor.state
+            if self.request is None:
+                return
+            if RunUpRequest.of(state) != self.request:
+                self.position = self.request = None
+            elif state.case.numbers["gamma"] != self.gamma:
+                self.position = None
+            elif self.running:
+                self.advance(elapsed)
+
+    def advance(self, elapsed: float) -> None:
+        """Set the next speed; after the last stable one, the speed from before the run-up."""
+        assert self.run
+        assert self.position is not None
+        unstable = np.flatnonzero(~np.isfinite(self.run.amplitudes))
+        last = max(float(unstable[0] if unstable.size else len(self.run.speeds)) - 1, 0.0)
+        if self.position >= last:
+            self.stop()
+            return
+        self.position = min(self.position + PER_SECOND * elapsed, last)
+        indices = np.arange(len(self.run.speeds))
+        self.gamma = float(np.interp(self.position, indices, self.run.speeds))
+        self.visitor.change(lambda state: state.changed("gamma", self.gamma))
 
     def take(self, answer: SolverAnswer | None, shapes: Shapes) -> None:
-        """Take up what came of the run, and a solution on its way."""
-        self.drawn = (self.found, self.running)
-        if self.shares != () and answer and answer.solution:
-            self.drive(answer.solution, shapes, self.visitor.state.view.amplitude)
+        """Take up a change, and the answer at the present speed."""
+        self.drawn = self.inputs
+        if self.visitor.state.forced_response and self.run and answer and answer.solution:
+            amplitude = self.visitor.state.view.amplitude
+            self.field = scaled_response(self.run, answer.solution, shapes, amplitude)
 
-    def advance(self, elapsed: float) -> float | None:
-        """The speed gamma `elapsed` seconds later; None where the ride is over."""
-        run, place = self.run, self.place
-        if run is None or place is None:
-            return None
-        unsettled = np.flatnonzero(~np.isfinite(run.amplitudes))
-        last = float(unsettled[0] - 1 if unsettled.size else len(run.speeds) - 1)
-        at = min(place + PER_SECOND * elapsed, max(last, 0.0))
-        self.place = at if at < last else None
-        return float(np.interp(at, np.arange(len(run.speeds)), run.speeds))
+    def frequency(self, gamma: float) -> float:
+        """Frequency [1/T*] of the force at a speed."""
+        return (self.run.per_rev if self.run else 0) * gamma
 
-    def drive(self, solution: Solution, shapes: Shapes, amplitude: float) -> None:
-        """Take up a solution of the ride: how its points (n, 2) are to be drawn."""
-        run = self.run
-        if run is None:
-            return
-        field = response(solution, run.per_rev * solution.beam.gamma, run.damping, shapes.x)
-        if not np.isfinite(field).all():  # unstable, as a beam may be before its run begins
-            self.field = np.zeros((0, 2))
-            return
-        far = float(np.abs(field).max())
-        share = min(far / max(float(np.nanmax(run.amplitudes)), 1e-300), 1.0)
-        size = LARGEST * amplitude * np.sqrt(share) / max(far, 1e-300)
-        self.field = field * size
+    def displacement(self, time: float, gamma: float) -> np.ndarray:
+        """Displacement (n, 2) `time` [T*] later."""
+        self.phase = (self.phase + time * self.frequency(gamma)) % (2 * np.pi)
+        return (self.field * np.exp(1j * self.phase)).real
 
-    def largest(self, shapes: Shapes, colouring: str, amplitude: float) -> float:
-        """The value at the end of the colour map."""
+    def colour_range(self, shapes: Shapes, colouring: str, amplitude: float) -> float:
+        """Value at the end of the colour map."""
         if colouring == "displacement":
-            return max(LARGEST * amplitude, 1e-9)
+            return max(PEAK * amplitude, 1e-9)
         strain = np.abs(np.diff(self.field[:, 0]) / np.diff(shapes.x))
         return max(float((np.abs(shapes.strain) + strain).max()), 1e-9)
 
-    def displaced(self, time: float, gamma: float) -> np.ndarray:
-        """Displacement (n, 2) `time` [T*] later."""
-        self.phase = (self.phase + time * self.per_rev * gamma) % (2 * np.pi)
-        return (self.field * np.exp(1j * self.phase)).real
+
+def scaled_response(run: RunUp, solution: Solution, shapes: Shapes, amplitude: float) -> np.ndarray:
+    """Response (n, 2) at the stations of the shapes, drawn in the square root of its size; empty
+    where the beam is unstable, as it may be before a run-up begins."""
+    field = response(solution, run.per_rev * solution.beam.gamma, run.damping, shapes.x)
+    if not np.isfinite(field).all():
+        return np.zeros((0, 2))
+    largest = float(np.abs(field).max())
+    share = min(largest / max(float(np.nanmax(run.amplitudes)), 1e-300), 1.0)
+    return field * (PEAK * amplitude * math.sqrt(share) / max(largest, 1e-300))
 
 
-HEIGHT = 190  # [px]
+# The tab
+
+HEIGHT = 190  # [px] of the chart
 STYLES: tuple[uplot.Series, ...] = (
     {},
     {"stroke": COLOURS["bending"], "width": 2, **LINE},
     {"stroke": MARK, "width": 0, "points": dot("#ffffff", MARK, 7)},
     {"stroke": MARK, "width": 0, "points": dot("#D55E00", "#ffffff", 11)},
 )
-TIP = "tip, times at rest"
-OFTEN = {f"{k} × per turn": k for k in PER_REV}
-MOST = 1.5  # times the largest amplitude: the end of the axis
-LEAST = 1e-4  # of the largest amplitude: what is smaller is below the axis
+START = "Run up from rest"
+FORCES = {f"{k} × per revolution": k for k in PER_REV}
+ABOVE, BELOW = 1.5, 1e-4  # ends of the amplitude axis, over the largest amplitude
 NOTE = (
-    "A force acts on every gram of the beam, like its weight on a beam turning in a vertical plane;"
-    " it comes back so often in each turn. The curve is the steady linear response of the tip at"
-    " each speed, as if held until it has settled, every mode damped by the same ratio;"
-    " 1 is the deflection at rest under the same force. In the picture small ones are enlarged"
-    " (square root), and time slows near a resonance."
+    "A force spread over the beam like its weight, repeating k times per revolution. The curve is"
+    " the steady linear response of the tip at each speed, with the same damping ratio for every"
+    " mode; 1 is the deflection at rest under the same force. In the picture, small responses are"
+    " enlarged (square root), and the speed rises slowly near a resonance."
 )
 
 
-class RideTab:
-    """Hands on the force and shows the run."""
+class RunUpTab(Feature):
+    """The force, the chart of amplitudes and the resonances."""
 
-    def __init__(self, visitor: Visitor, start_or_stop: Callable[[], None]):
-        gui = visitor.client.gui
-        force = gui.add_dropdown("force comes", tuple(OFTEN), hint="Along which line kγ to run up")
+    def __init__(self, visitor: Visitor, playback: RunUpPlayback):
+        super().__init__(visitor)
+        self.playback, gui = playback, visitor.client.gui
+        force = gui.add_dropdown("force", tuple(FORCES), hint="It excites along the line ω = kγ")
         visitor.bind(
             force,
-            lambda state: next(k for k, v in OFTEN.items() if v == state.force_per_rev),
-            lambda state, label: replace(
-                state, force_per_rev=OFTEN.get(label, state.force_per_rev)
-            ),
+            lambda state: next(name for name, k in FORCES.items() if k == state.force_per_rev),
+            lambda state, name: replace(state, force_per_rev=FORCES.get(name, state.force_per_rev)),
         )
-        damping = gui.add_slider(
-            "damping ζ [%]",
-            100 * DAMPING[0],
-            100 * DAMPING[1],
-            0.1,
-            100 * DAMPING[0],
-            hint="Damping ratio of every mode: at 100 % a beam let go would just not swing",
-        )
-        visitor.bind(damping, lambda state: 100 * state.damping, damped)
-        self.button = gui.add_button("Run up from rest")
-        on_press(self.button, lambda _: start_or_stop())
-        nothing = (np.array([0.0, 1.0]), np.ones(2), np.ones(2), np.ones(2))
-        self.plot = add_plot(gui, nothing, STYLES, plain_axes(""), HEIGHT, visible=False)
-        self.table = gui.add_html(f'<div style="{SMALL}">{NOTE}</div>')
-        self.known: RunUp | None = None
+        low, high = (100 * end for end in DAMPING)
+        hint = "Damping ratio of every mode; 100 % is critical damping"
+        damping = gui.add_slider("damping ζ [%]", low, high, 0.1, low, hint=hint)
+        visitor.bind(damping, lambda state: 100 * state.damping, with_damping)
+        hint = "The speed rises through the resonances, then returns to what it was"
+        self.button = gui.add_button(START, hint=hint)
+        on_press(self.button, lambda _: playback.start_or_stop())
+        empty = (np.array([0.0, 1.0]), *np.ones((3, 2)))
+        self.plot = add_plot(gui, empty, STYLES, amplitude_axes(""), HEIGHT, visible=False)
+        self.texts = gui.add_html(small(NOTE))
+        self.drawn: RunUp | None = None
 
-    def show(self, found: Answer | None, beam: Beam | None, *, running: bool) -> None:
-        """Show what came of a run, with the beam of the scene on it."""
-        self.button.label = "Stop" if running else "Run up from rest"
-        run: RunUp | None = found.result if found else None
+    @property
+    def inputs(self) -> tuple[object, ...]:
+        """The run-up, and the beam on it."""
+        return *self.playback.inputs, self.visitor.answer
+
+    def show(self) -> None:
+        """Show the run-up with the beam on it, or why there is none."""
+        playback, run, answer = self.playback, self.playback.run, self.playback.answer
+        self.button.label = "Stop" if playback.running else START
         self.plot.visible = run is not None
         if run is None:
-            self.known = None
-            self.table.content = words(found)
+            self.drawn = None
+            self.texts.content = small(answer.message if answer else NOTE, "note")
             return
         along = measure("gamma", run.beam.units)
-        if run is not self.known:
-            self.known = run
-            self.plot.axes = plain_axes(along.label)
-            self.plot.scales = scales(run, along)
-            self.table.content = met(run, along) + f'<div style="{SMALL}">{NOTE}</div>'
+        if run is not self.drawn:
+            self.drawn = run
+            self.plot.axes, self.plot.scales = amplitude_axes(along.label), scales(run, along)
+            self.texts.content = resonance_table(run, along) + small(NOTE)
+        beam = self.visitor.answer.beam if self.visitor.answer else None
         self.plot.data = series(run, along, beam.gamma if beam else 0.0)
 
 
-def plain_axes(label: str) -> tuple[uplot.Axis, ...]:
-    """The axes; a logarithmic one would have nine lines to each power of ten."""
-    x, y = axes(label, TIP)
-    return x, {**y, "grid": {"show": False}, "ticks": {"show": False}}
-
-
-def damped(state: State, percent: object) -> State:
-    """With another damping ratio, in per cent."""
+def with_damping(state: State, percent: object) -> State:
+    """With another damping ratio [%]."""
     ratio = percent / 100 if isinstance(percent, int | float) else percent
     return replace(state, damping=max(clip(ratio, DAMPING[1], state.damping), DAMPING[0]))
 
 
-def words(found: Answer | None) -> str:
-    """Why there is no run, or what one is."""
-    return f'<div role="note" style="{SMALL}">{found.message if found else NOTE}</div>'
+def amplitude_axes(label: str) -> tuple[uplot.Axis, ...]:
+    """The axes, without the nine grid lines per decade of a logarithmic one."""
+    x, y = axes(label, "tip, times at rest")
+    return x, {**y, "grid": {"show": False}, "ticks": {"show": False}}
 
 
 def scales(run: RunUp, along: Measure) -> dict[str, uplot.Scale]:
-    """The ends of both axes; amplitudes on a logarithmic one."""
+    """Ends of both axes; that of amplitudes is logarithmic."""
     known = run.amplitudes[np.isfinite(run.amplitudes)]
     low, high = (float(known.min()), float(known.max())) if known.size else (1.0, 1.0)
-    ends = max(low, LEAST * high) / MOST, MOST * high
     return {
         "x": {"time": False, "range": (0.0, along.factor * float(run.speeds[-1]))},
-        "y": {"distr": 3, "range": ends},
+        "y": {"distr": 3, "range": (max(low, BELOW * high) / ABOVE, ABOVE * high)},
     }
 
 
 def series(run: RunUp, along: Measure, gamma: float) -> tuple[np.ndarray, ...]:
-    """Speeds, amplitudes, the marks of the resonances, and the mark of the beam."""
-    here = float(np.interp(gamma, run.speeds, run.amplitudes))
-    x = np.append(run.speeds, gamma)
+    """Speeds (n,) in display units, amplitudes, marks of the resonances, mark of the beam."""
+    shown = gamma <= run.speeds[-1] * (1 + 1e-9)
+    x = np.append(run.speeds, [gamma] if shown else [])
     order = np.argsort(x, kind="stable")
-    amplitudes = np.append(run.amplitudes, here)
-    peaks, mark = np.full(len(x), np.nan), np.full(len(x), np.nan)
+    peaks, mark = np.full((2, len(x)), np.nan)
     for one in run.resonances:
         peaks[np.argmin(abs(run.speeds - one.at))] = run.peak(one)
-    if gamma <= run.speeds[-1] * (1 + 1e-9):
-        mark[-1] = here
-    else:
-        order = order[:-1]
+    amplitudes = np.append(
+        run.amplitudes, np.interp(x[len(run.speeds) :], run.speeds, run.amplitudes)
+    )
+    mark[len(run.speeds) :] = amplitudes[len(run.speeds) :]
     return (along.factor * x[order], amplitudes[order], peaks[order], mark[order])
 
 
-def met(run: RunUp, along: Measure) -> str:
-    """The resonances on the way."""
+def resonance_table(run: RunUp, along: Measure) -> str:
+    """Speed, frequency and amplitude of the resonances."""
     if not run.resonances:
-        return f'<div style="{SMALL}">No mode is met on this line up to here.</div>'
+        return small("No resonance in this range.")
     across = frequencies(run.beam.units)
     heads = ("mode", f"at {along.head}", across.label, "tip moves")
     rows = [

@@ -19,6 +19,12 @@ LINES = "4.25em"  # room for three, so that nothing below moves when there are m
 PACE = f"font-size:.8em;margin:-.3em .75em .5em;{FADED}"
 
 
+def small(content: str, role: str = "") -> str:
+    """HTML in small letters, with the margins of the panels."""
+    attribute = f' role="{role}"' if role else ""
+    return f'<div{attribute} style="{SMALL}">{content}</div>'
+
+
 def equilibrium_state(answer: SolverAnswer) -> str:
     """One or two lines: all is well, or what is wrong in full."""
     if answer.shapes and not answer.warning:
