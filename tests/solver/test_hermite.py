@@ -1,0 +1,174 @@
+"""Cubic Hermite elements: exact for cubics, exact quadrature, mass, and assembly."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.polynomial import Polynomial
+from scipy.linalg import cho_solve_banded, cholesky_banded
+
+from beamviz.solver.fem.hermite import (
+    assemble_band,
+    assemble_vector,
+    dense,
+    element_coordinates,
+    gauss,
+    hermite,
+    interpolate,
+    locate,
+    mass,
+    positive_definite,
+)
+
+NODES = np.array([0, 0.2, 0.5, 0.6, 1])
+lengths = st.floats(1e-3, 2.0)
+coefficients = st.lists(st.floats(-3, 3), min_size=4, max_size=4)
+alphas = st.floats(0, 100)
+betas = st.floats(0, 1) | st.sampled_from([0, 0.1, 0.5, 0.7, 1])
+node_lists = st.lists(st.floats(0.02, 0.98), max_size=6, unique_by=lambda x: round(x, 2)).map(
+    lambda inner: np.array([0.0, *sorted(inner), 1.0])
+)
+
+
+@given(length=lengths, coefficients=coefficients, xi=st.floats(0, 1))
+def test_hermite_holds_every_cubic(length, coefficients, xi):
+    """A cubic, its slope and its curvature come back exactly from values and slopes at the ends."""
+    cubic = Polynomial(coefficients)
+    ends = [f(x) for x in (0, length) for f in (cubic, cubic.deriv())]
+    for order, S in enumerate(hermite(xi, length)):
+        exact = cubic.deriv(order) if order else cubic
+        assert S @ ends == pytest.approx(exact(xi * length), abs=1e-12 / length**order)
+
+
+def test_shape_functions_of_the_paper():
+    """S is the paper's eq. 6, with the slopes multiplied by the element length."""
+    xi, length = np.linspace(0, 1, 7), 0.4
+    shapes, _, _ = hermite(xi, length)
+    s1, s2 = 1 - 3 * xi**2 + 2 * xi**3, xi - 2 * xi**2 + xi**3
+    s3, s4 = 3 * xi**2 - 2 * xi**3, -(xi**2) + xi**3
+    assert shapes == pytest.approx(np.stack([s1, length * s2, s3, length * s4], -1), abs=1e-15)
+
+
+@pytest.mark.parametrize("degree", range(13))
+def test_gauss_is_exact_and_no_finer_than_needed(degree):
+    """The points integrate the degree asked for, and fail within two degrees above it."""
+    x, weights = gauss(degree)
+    assert weights @ x**degree == pytest.approx(1 / (degree + 1), rel=1e-13)
+    above = 2 * len(x)
+    assert above <= degree + 2
+    assert abs(weights @ x**above - 1 / (above + 1)) > 1e-9
+
+
+def test_points_on_nodes():
+    """A node belongs to the element right of it, the tip to the last element (paper, eq. 30)."""
+    element, xi = locate(np.array([0, 0.25, 0.7, 1]), np.array([0, 0.25, 0.5, 0.7, 1]))
+    assert element.tolist() == [0, 1, 1, 2, 2]
+    assert xi == pytest.approx([0, 0, 0.25 / 0.45, 0, 1])
+
+
+def test_interpolation_on_uneven_elements():
+    """Cubics and their derivatives are reproduced between uneven nodes, several at once."""
+    cubics = [Polynomial([0.2, 1, -0.5, 0.3]), Polynomial([0.1, 0, 2, -1])]
+    q = np.stack([np.column_stack((c(NODES), c.deriv()(NODES))).ravel() for c in cubics], axis=1)
+    x = np.linspace(0, 1, 23)
+    for order in range(3):
+        exact = np.column_stack([(c.deriv(order) if order else c)(x) for c in cubics])
+        assert interpolate(NODES, q, x, order) == pytest.approx(exact, abs=1e-12)
+        assert interpolate(NODES, q[:, 0], x, order) == pytest.approx(exact[:, 0], abs=1e-12)
+
+
+def test_element_coordinates_share_nodes():
+    """Each element has the coordinates of its two nodes (paper, eqs. 2-4)."""
+    q_e = element_coordinates(np.arange(12.0), 4)
+    assert q_e.tolist() == [list(range(8)), list(range(4, 12))]
+
+
+def summed(parts):
+    """The assembled matrix, entry by entry: sum_e B_e' parts_e B_e."""
+    elements, width, _ = parts.shape
+    total = np.zeros((width // 2 * (elements + 1),) * 2)
+    for e, part in enumerate(parts):
+        place = slice(width // 2 * e, width // 2 * e + width)
+        total[place, place] += part
+    return total
+
+
+@pytest.mark.parametrize("width", [4, 8])
+@pytest.mark.parametrize("elements", [1, 2, 5])
+def test_band_is_the_sum_of_elements(width, elements):
+    """Band and full matrix hold exactly the sum over elements."""
+    parts = np.random.default_rng(7).standard_normal((elements, width, width))
+    parts = parts + parts.swapaxes(1, 2)
+    assert dense(assemble_band(parts)) == pytest.approx(summed(parts), abs=1e-14)
+
+
+def test_vector_is_the_sum_of_elements():
+    """Element vectors add where elements meet, complex ones too."""
+    rng = np.random.default_rng(7)
+    parts = rng.standard_normal((3, 8)) + 1j * rng.standard_normal((3, 8))
+    total = np.zeros(16, complex)
+    for e in range(3):
+        total[4 * e : 4 * e + 8] += parts[e]
+    assert assemble_vector(parts) == pytest.approx(total, abs=1e-15)
+
+
+def test_solve_and_definiteness():
+    """A positive definite band solves its system; an indefinite one is recognised."""
+    rng = np.random.default_rng(7)
+    parts = rng.standard_normal((4, 8, 8))
+    A = assemble_band(parts @ parts.swapaxes(1, 2) + np.eye(8))
+    b = rng.standard_normal(20)
+    x = cho_solve_banded((cholesky_banded(A, lower=True), True), b)
+    assert dense(A) @ x == pytest.approx(b, abs=1e-9)
+    assert positive_definite(A)
+    A[0, 7] = -1
+    assert not positive_definite(A)
+
+
+@given(nodes=node_lists, alpha=alphas, beta=betas)
+def test_rigid_motions(nodes, alpha, beta):
+    """A translation and a rotation have the kinetic energy of the beam and of the mass at beta."""
+    m = dense(assemble_band(mass(nodes, alpha, beta)))
+    shift = np.tile([1.0, 0.0], len(nodes))
+    turn = np.column_stack((nodes, np.ones_like(nodes))).ravel()
+    assert shift @ m @ shift == pytest.approx(1 + alpha, rel=1e-12)
+    assert shift @ m @ turn == pytest.approx(1 / 2 + alpha * beta, rel=1e-12)
+    assert turn @ m @ turn == pytest.approx(1 / 3 + alpha * beta**2, rel=1e-12)
+
+
+def test_mass_matrix_of_the_paper():
+    """The consistent mass is the integral of eq. 8: the textbook matrix of a cubic element."""
+    l = 0.3
+    textbook = [
+        [156, 22 * l, 54, -13 * l],
+        [22 * l, 4 * l**2, 13 * l, -3 * l**2],
+        [54, 13 * l, 156, -22 * l],
+        [-13 * l, -3 * l**2, -22 * l, 4 * l**2],
+    ]
+    (m,) = mass(np.array([0.4, 0.7]), 0.0, 0.5)
+    assert m == pytest.approx(l / 420 * np.array(textbook), rel=1e-13)
+
+
+def point_mass(beta, alpha=3.0):
+    """What a concentrated mass adds to the mass matrix of each element."""
+    return mass(NODES, alpha, beta) - mass(NODES, 0.0, beta)
+
+
+@pytest.mark.parametrize("beta", NODES)
+def test_mass_on_a_node(beta):
+    """On a node the mass acts on the position of that node only, and from both sides alike."""
+    m = dense(assemble_band(point_mass(beta)))
+    expected = np.zeros_like(m)
+    node = 2 * NODES.tolist().index(beta)
+    expected[node, node] = 3.0
+    assert m == pytest.approx(expected, abs=1e-14)
+    left = dense(assemble_band(point_mass(max(0.0, beta - 1e-9))))
+    assert left == pytest.approx(expected, abs=1e-8)
+
+
+def test_mass_inside_an_element():
+    """Inside an element the mass is m S'S at its place (paper, eq. 32), nothing elsewhere."""
+    m = point_mass(0.275)
+    S, _, _ = hermite(0.25, 0.3)
+    assert m[1] == pytest.approx(3 * np.outer(S, S), rel=1e-12, abs=1e-15)
+    assert not m[[0, 2, 3]].any()
