@@ -1,6 +1,6 @@
 """Whether the error that `solve` reports is the error it makes, on thousands of random beams.
 
-The truth comes from tests/oracle.py, the differential equations by collocation. The beams are
+The truth comes from tests/oracle, the differential equations by collocation. The beams are
 drawn over everything that is accepted (tests/random_scenes.py). Run it on a quiet machine; the
 oracle takes about half a second a beam, and its answers are kept in a file:
 

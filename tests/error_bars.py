@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 from oracle import FINE, QUICK, truth
-from oracle_eigen import UnresolvedError
-from oracle_equilibrium import NoStateError, shoot
+from oracle.eigen import UnresolvedError
+from oracle.equilibrium import NoStateError, shoot
 from random_scenes import Scene
 
 from beamviz import Solution, solve

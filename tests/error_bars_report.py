@@ -101,7 +101,7 @@ def page(counted: dict[str, Any]) -> str:
         "# Honest error bars",
         "",
         f"{counted['beams']} random beams over everything that is accepted, solved by `auto`"
-        " and held against an independent solution of the differential equations (tests/oracle.py)."
+        " and held against an independent solution of the differential equations (tests/oracle)."
         " `python scripts/measure_error_bars.py` computes this page anew.",
         "",
         f"beamviz {counted['version']}, {counted['machine']}, {counted['day']}.",

@@ -329,7 +329,7 @@ SOURCES = (
             ),
         ],
         (
-            "tests/solver/test_convergence.py::test_finite_elements_converge_as_declared",
+            "tests/solver/test_fem.py::test_finite_elements_converge_as_declared",
             "tests/solver/test_convergence.py::test_the_default_converges_exponentially",
         ),
     ),

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from oracle import QUICK, Truth, truth
-from oracle_equilibrium import NoStateError
+from oracle.equilibrium import NoStateError
 
 from beamviz import Beam, Solution, solve
 from beamviz.errors import NoEquilibrium

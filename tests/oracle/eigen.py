@@ -3,9 +3,10 @@
 from collections.abc import Callable
 
 import numpy as np
-from oracle_collocation import Displacements
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs, splu
+
+from oracle.collocation import Displacements
 
 LARGEST_DENSE = 900
 

@@ -4,15 +4,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from oracle import CURVATURE, FINE, Spectrum, truth
-from oracle_eigen import UnresolvedError
-from oracle_equilibrium import STIFFNESS, NoStateError, Resolution, shoot, stretch
 from published import (
+    CROSSINGS,
     INDEPENDENT,
     INDEPENDENT_CORIOLIS,
     LIMITS,
-    LINEAR_AXIAL_CORIOLIS,
-    MEETINGS,
+    RIGID_CORIOLIS,
     TIP_MASS_AT_REST,
     TIP_MASS_FLAPWISE,
     UNIFORM_FLAPWISE,
@@ -21,6 +18,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from beamviz.beam import Beam
+from oracle import CURVATURE, FINE, Spectrum, truth
+from oracle.eigen import UnresolvedError
+from oracle.equilibrium import STIFFNESS, NoStateError, Resolution, shoot, stretch
 
 RIGID = 10000.0  # slenderness; stretch is (gamma / mu)^2 = 1e-6 at most in the rigid tables
 ROUNDING = 1e-12
@@ -43,7 +43,7 @@ def test_tip_mass_flapwise(row):
     assert found[1] == pytest.approx(second, abs=1e-2)
 
 
-@pytest.mark.parametrize(("gamma", "published"), LINEAR_AXIAL_CORIOLIS)
+@pytest.mark.parametrize(("gamma", "published"), RIGID_CORIOLIS)
 def test_coriolis_in_the_linear_axial_model(gamma, published):
     """Hamza Cherif & Houmat: no stretch, rigid tension; four decimals, cut off, not rounded.
 
@@ -160,8 +160,8 @@ def test_independent_values_with_coriolis(row):
     assert found == pytest.approx(published, rel=1e-7)
 
 
-@pytest.mark.parametrize("row", MEETINGS, ids=str)
-def test_meetings_of_the_loci(row):
+@pytest.mark.parametrize("row", CROSSINGS, ids=str)
+def test_crossings_of_the_loci(row):
     """A bending and a stretching locus cross within a unit of the last digit given."""
     over, beam, bending, curvature, at, digit = row
     gaps = []

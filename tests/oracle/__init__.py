@@ -37,8 +37,10 @@ eigenvalues of the full matrix are found, and the lowest refined.
 from dataclasses import dataclass
 
 import numpy as np
-from oracle_collocation import Coefficients
-from oracle_eigen import (
+
+from beamviz.beam import Beam
+from oracle.collocation import Coefficients
+from oracle.eigen import (
     UnresolvedError,
     lowest,
     lowest_gyroscopic,
@@ -46,9 +48,7 @@ from oracle_eigen import (
     lowest_indefinite,
     sign_changes,
 )
-from oracle_equilibrium import STIFFNESS, Resolution, equilibrium, refined_mesh, shoot, stretch
-
-from beamviz.beam import Beam
+from oracle.equilibrium import STIFFNESS, Resolution, equilibrium, refined_mesh, shoot, stretch
 
 AT_REST = 12.0  # omega^2 of a beam at rest, its lowest
 CURVATURE = {"spatial": 1, "material": 0}  # c

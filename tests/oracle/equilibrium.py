@@ -6,12 +6,12 @@ from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
-from oracle_collocation import Mesh, integration
-from oracle_eigen import UnresolvedError, factorised
 from scipy.integrate import OdeSolution, solve_ivp
 from scipy.special import lambertw
 
 from beamviz.beam import Beam
+from oracle.collocation import Mesh, integration
+from oracle.eigen import UnresolvedError, factorised
 
 STIFFNESS = {  # n'(f)
     "green": lambda f: (3 * f * f - 1) / 2,
