@@ -71,7 +71,7 @@ def test_a_full_room_says_so_and_lets_the_next_one_in():
         with visitor(found), visitor(found):
             status, headers, body = http_get(found)
             assert (status, headers["Retry-After"]) == (503, "10")
-            assert b"The Too many visitors" in body
+            assert b"Too many visitors" in body
             assert b'http-equiv="refresh"' in body
             with pytest.raises(websockets.exceptions.InvalidStatus, match="503"), raw_socket(found):
                 pass
