@@ -45,7 +45,7 @@ THEORIES = {
     "solid": ("a solid: CalculiX", "#555555", "^"),
 }
 REASONS = {  # part of a reason: its short form in the chart
-    "rounding eats": "rounding eats it",
+    "ill-conditioned": "ill-conditioned",
     "more terms may help": "too few terms",
     "inverted beam": "inverted beam",
     "static solver failed": "static solver fails",
