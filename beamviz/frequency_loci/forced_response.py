@@ -25,9 +25,9 @@ from beamviz.solver.solution import Solution
 STENCILS = (6, 4)  # points of the interpolation of omega^2; the difference of the two is its error
 SAFETY = 10.0  # times that error
 SAMPLES = 8  # of the interpolation in each interval
-COARSE = 1 / 40  # of the sweep: longer intervals are always halved
+COARSE = 1 / 40  # of the sweep: longer intervals are halved in any case
 FINEST = 1e-6  # of the sweep: shorter intervals are not
-NEAR_LIMIT = (1e-6, 1e-4, 1e-2, 0.1, 0.5)  # of an interval that ends at a limit: added speeds
+NEAR_LIMIT = (1e-4, 1e-2, 0.1, 0.3, 0.6)  # of an interval that ends at a limit: added speeds
 MAX_ROUNDS = 30
 MAX_CORRECTIONS = 6
 SETTLED = 1e-10  # of the largest speed: a smaller correction is the last one
@@ -62,7 +62,7 @@ def resonances(found: Loci, count: int) -> list[Resonance]:
     located = [
         Resonance(root.per_rev, names.get(root.label, root.label), root.at, root.per_rev * root.at)
         for chart, names in [(found, {}), *_beside_limits(found)]
-        for root in _roots(chart, range(1, count + 1))
+        for root in _roots(chart, range(1, count + 1), COARSE * np.ptp(found.values))
         if count
     ]
     return sorted(located, key=lambda resonance: resonance.at)
@@ -72,23 +72,23 @@ def _beside_limits(found: Loci) -> Iterator[tuple[Loci, dict[str, str]]]:
     """The loci between the last values with an equilibrium and its limits, and for the labels of
     their branches those of the same branches in `found`."""
     values = found.values
-    for limit in found.limits:
+    for limit in (limit for limit in found.limits if limit.kind != "unstable"):
         below, above = values[values < limit.start][-1:], values[values > limit.stop][:1]
         for edge, value in [(limit.start, x) for x in below] + [(limit.stop, x) for x in above]:
             nearer = [edge + share * (value - edge) for share in NEAR_LIMIT]
             speeds = [x for x, solved in _solve(found, np.sort([value, *nearer])).items() if solved]
-            if limit.kind != "unstable" and len(speeds) > 1 and value in speeds:
+            if len(speeds) > 1 and value in speeds:
                 chart = loci(found.beam, "gamma", speeds, _modes(found), **found.options)
                 labels = zip(chart.labels_at(value), found.labels_at(value), strict=True)
                 yield chart, dict(labels)
 
 
-def _roots(found: Loci, lines: range) -> list["_Root"]:
-    """The intersections between the values of loci."""
+def _roots(found: Loci, lines: range, coarse: float) -> list["_Root"]:
+    """The intersections of loci with lines, after all intervals longer than `coarse` are halved."""
     curves = [curve for branch in found.branches for curve in _curves(found, branch)]
     solved: dict[float, dict[str, float]] = {}
     for _ in range(MAX_ROUNDS):
-        uncertain = {speed for curve in curves for speed in curve.uncertain(lines)}
+        uncertain = {speed for curve in curves for speed in curve.uncertain(lines, coarse)}
         speeds = np.array(sorted(uncertain - solved.keys()))
         if not len(speeds):
             break
@@ -173,13 +173,13 @@ class _Curve:
             np.append(np.repeat(error, SAMPLES), error[-1]),
         )
 
-    def uncertain(self, lines: range) -> list[float]:
+    def uncertain(self, lines: range, coarse: float) -> list[float]:
         """Middles of the intervals in which an intersection with a line may be overlooked."""
         step = np.diff(self.x)
         if not len(step):
             return []
         s, omega_squared, error = self._sampled
-        halve = step > COARSE * self.length
+        halve = step > coarse
         for k in lines:
             G = omega_squared - (k * s) ** 2
             changes, size = np.diff(G >= 0), abs(G)
