@@ -30,10 +30,10 @@ from websockets.asyncio.client import ClientConnection, connect
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from beamviz.display_units import rounded_to_error  # noqa: E402
 from live.server import CAMERA_MESSAGE, PROTOCOL  # type: ignore[import-not-found]  # noqa: E402
 
 from beamviz.beam import Beam  # noqa: E402
+from beamviz.display_units import rounded_to_error  # noqa: E402
 from beamviz.solver import solve  # noqa: E402
 
 SLIDER = "speed γ"

@@ -61,6 +61,12 @@ def test_a_wrong_link_says_so(served, shown):
     shown.wait(says("New here?"))
 
 
+def test_a_link_cannot_ask_for_more_than_a_page_may(served, shown):
+    """1000 elements would take seconds for each solution, and minutes for the chart."""
+    shown.call("Page.navigate", url=f"{served}/?method=linear&elements=1000")
+    shown.wait(says("elements = 1000: a page solves with at most 200"))
+
+
 def top(element: str) -> str:
     """Where an element begins, from the top of the page."""
     return f"Math.round({element}.getBoundingClientRect().top)"

@@ -3,11 +3,13 @@
 import math
 
 import pytest
-from live.visitor import PAPER, frequency_text, visitor
+from live.server import raw_socket
+from live.visitor import PAPER, Visitor, frequency_text, visitor
 
 from beamviz.beam import Beam
+from beamviz.errors import InvalidInput
 from beamviz.explorer.app import explorer
-from beamviz.explorer.page.panel import Panel
+from beamviz.explorer.features.files import within_limits
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
@@ -88,16 +90,26 @@ def test_a_first_beam_without_equilibrium_is_shown_in_words():
         guest.wait(lambda _: guest.nodes["/stage/wheel/words"].get("visible"))
 
 
-def test_an_edit_that_comes_while_the_session_is_built_is_not_lost(monkeypatch):
-    """A page may send before the server has finished with it."""
-    put = Panel.put
-
-    def early(panel: Panel, scene: Scene) -> None:
-        put(panel, scene)
-        panel.listener.want("gamma", 21.0)
-        panel.listener.see("colouring", "axial strain")
-
-    monkeypatch.setattr(Panel, "put", early)
-    first = frequency_text(PAPER.replace(gamma=21))
-    with explorer(Scene(PAPER)) as address, visitor(address, first=first) as guest:
+def test_an_edit_that_comes_while_the_session_is_built_is_not_lost(url):
+    """A page may send as soon as it has a control, before the server has finished with it."""
+    with raw_socket(url) as line:
+        guest = Visitor(line)
+        guest.choose("speed γ", 21.0)
+        guest.choose("colour", "axial strain")
+        guest.says(frequency_text(PAPER.replace(gamma=21)))
         assert guest.says("axial strain, as drawn")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"method": "linear", "elements": 1000}, "elements = 1000: a page solves with at most 200"),
+        ({"method": "power-series", "terms": 101}, "terms = 101: a page solves with at most 100"),
+    ],
+)
+def test_a_file_cannot_ask_for_more_than_a_page_may(options, words):
+    """The command line takes more: such a scene can be served, and saved, but not uploaded."""
+    scene = Scene.from_bytes(Scene(PAPER, options).to_toml().encode(), "scene.toml")
+    with pytest.raises(InvalidInput, match=words):
+        within_limits(scene)
+    within_limits(Scene(PAPER, {"method": "linear", "elements": 200}))
