@@ -12,6 +12,7 @@ import matplotlib.image
 import pytest
 from live.browser import NO_BROWSER
 from live.server import free_port, wait_until
+from marks import slow
 
 from beamviz.exports.browser import found_browser
 from beamviz.signals import MOMENT, Terminated, defer_signals, reraise, terminate_on_signal
@@ -83,7 +84,7 @@ def mentioning(folder: Path) -> list[str]:
     return lines
 
 
-@pytest.mark.parametrize("after", [0.0, 0.1, 0.3, 0.6, 1.2])
+@pytest.mark.parametrize("after", [0.1, 1.2, *slow(0.0, 0.3, 0.6)])
 @pytest.mark.parametrize("number", SIGNALS)
 def test_the_server_ends_at_any_moment(tmp_path, number, after):
     """While it loads, while it starts, while it serves."""
@@ -94,7 +95,7 @@ def test_the_server_ends_at_any_moment(tmp_path, number, after):
 
 @pytest.mark.browser
 @pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER)
-@pytest.mark.parametrize("after", [0.0, 0.2, 0.5, 0.7, 0.9, 1.3, 2.4])
+@pytest.mark.parametrize("after", [0.7, *slow(0.0, 0.2, 0.5, 0.9, 1.3, 2.4)])
 def test_a_picture_given_up_leaves_no_browser_and_no_file(tmp_path, after):
     """Before, while and after the browser starts; the picture is there whole or not at all."""
     target = tmp_path / "out" / "picture.png"

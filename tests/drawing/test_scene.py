@@ -17,7 +17,6 @@ from beamviz.drawing.instances import HIDDEN
 from beamviz.drawing.modes import Shapes
 from beamviz.drawing.objects import placed
 from beamviz.drawing.subdivision import Seen
-from beamviz.drawing.camera import PageCamera
 from beamviz.scene import ViewOptions
 from beamviz.server import run_server
 

@@ -192,6 +192,7 @@ def test_a_page_needs_nothing_but_itself(document):
     assert not re.findall(r'<(?:script|link|img|iframe)[^>]+(?:src|href)="(?!data:)', text)
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 @pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER)
 def test_a_page_plays_from_the_disk_without_a_network(document):

@@ -16,6 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from live.browser import NO_BROWSER
 from live.server import wait_until
+from marks import slow
 from PIL import Image, ImageSequence
 
 from beamviz.errors import InvalidInput, Unavailable
@@ -53,7 +54,7 @@ def apart(one: np.ndarray, other: np.ndarray) -> float:
     return float(np.abs(one.astype(float) - other.astype(float)).mean())
 
 
-@pytest.mark.parametrize("kind", ["gif", "webp", "mp4"])
+@pytest.mark.parametrize("kind", ["webp", *slow("gif", "mp4")])
 def test_a_film_shows_a_beam_that_swings_and_closes(tmp_path, kind):
     """As many frames as said, coloured; the step back to the start is one like the others."""
     path = tmp_path / f"film.{kind}"
@@ -68,6 +69,7 @@ def test_a_film_shows_a_beam_that_swings_and_closes(tmp_path, kind):
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 @pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER)
 def test_a_browser_takes_the_film(tmp_path, monkeypatch):
@@ -89,6 +91,7 @@ def test_a_browser_takes_the_film(tmp_path, monkeypatch):
         assert np.percentile(one, 80) >= 244
 
 
+@pytest.mark.slow
 def test_a_gif_plays_for_ever_at_the_pace_asked_for(tmp_path):
     """25 frames in a second are 40 ms each."""
     path = tmp_path / "film.gif"
@@ -99,6 +102,7 @@ def test_a_gif_plays_for_ever_at_the_pace_asked_for(tmp_path):
         assert film.n_frames == round(25 * loop.seconds)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "fps"), [("gif", 8), ("gif", 40), ("webp", 30)])
 def test_every_frame_is_seen_as_long_as_its_share_of_the_film(tmp_path, kind, fps):
     """Where a file cannot have so many frames in a second it has nearly as many: the film is made
@@ -128,6 +132,7 @@ scenes = st.builds(
 )
 
 
+@pytest.mark.slow
 @given(scenes)
 @settings(max_examples=12, deadline=None)
 def test_after_the_last_frame_comes_the_first(scene):
@@ -188,6 +193,7 @@ def test_an_encoder_that_fails_says_why_and_leaves_nothing(tmp_path, monkeypatch
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["gif", "webp", "mp4"])
 def test_a_full_disk_leaves_nothing_behind(tmp_path, monkeypatch, kind):
     """What was there before stays as it was."""
@@ -205,6 +211,7 @@ def test_a_full_disk_leaves_nothing_behind(tmp_path, monkeypatch, kind):
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of another process")
 @pytest.mark.parametrize("kind", ["gif", "mp4"])
 def test_a_film_that_is_interrupted_leaves_nothing(tmp_path, kind):
@@ -229,6 +236,7 @@ def test_a_film_that_is_interrupted_leaves_nothing(tmp_path, kind):
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="a terminal of its own")
 def test_progress_is_shown_where_somebody_watches(tmp_path):
     """On a terminal a bar counts the frames up to all of them."""

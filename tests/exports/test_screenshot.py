@@ -137,6 +137,7 @@ def test_words_fit_into_a_picture_of_any_size(width):
     assert 0.05 * width < columns[0] < columns[-1] < 0.95 * width
 
 
+@pytest.mark.slow
 @browser
 @needs_browser
 def test_words_fit_into_a_picture_by_a_browser(tmp_path):
@@ -149,6 +150,7 @@ def test_words_fit_into_a_picture_by_a_browser(tmp_path):
     assert 0.05 * 480 < columns[0] < columns[-1] < 0.95 * 480
 
 
+@pytest.mark.slow
 @browser
 @needs_browser
 def test_titles_of_all_modes_are_small_beside_the_beams(tmp_path):

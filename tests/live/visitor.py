@@ -8,11 +8,11 @@ from typing import Any
 import msgspec.msgpack
 import viser
 import zstandard
-from beamviz.display_units import rounded_to_error
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
 from beamviz.beam import Beam
+from beamviz.display_units import rounded_to_error
 from beamviz.solver import solve
 
 BEAM = "/stage/wheel/beam"

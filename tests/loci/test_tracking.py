@@ -61,6 +61,7 @@ def test_coupled_modes_veer(count, coupling):
     assert (track.branch == [0, 1]).all()
 
 
+@pytest.mark.slow
 @given(
     st.floats(-0.9, 0.9),
     st.floats(-30, 30),

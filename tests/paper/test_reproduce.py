@@ -40,6 +40,7 @@ def words(picture):
     return [text for text in picture.axes[0].texts if isinstance(text, Annotation)]
 
 
+@pytest.mark.slow
 def test_everything_is_there(folder):
     """Four tables and sixteen figures, the numbers and the index, and nothing else."""
     expected = {f"{name}.{ending}" for name in (*TABLES, "numbers") for ending in ("csv", "md")}

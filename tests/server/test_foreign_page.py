@@ -103,6 +103,7 @@ def test_a_foreign_page_cannot_put_the_explorer_in_a_frame(foreign, url):
     assert not framed(foreign, url + "/")
 
 
+@pytest.mark.slow
 def test_our_own_page_cannot_be_made_to_talk_to_others(url):
     """Should a script ever get into it, it has nobody to send what it finds."""
     with plain_viser_server() as other, plain_viser_server() as viser_server:
