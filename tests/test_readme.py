@@ -1,4 +1,4 @@
-"""The README is true: its numbers, its commands and its Python."""
+"""The README and the pages under assets/ are true: their numbers, commands, options and Python."""
 
 import re
 import shlex
@@ -12,9 +12,17 @@ from beamviz.beam import PARAMETERS
 from beamviz.cli.commands import app
 from beamviz.solver import METHODS
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
+REFERENCE = (ROOT / "assets" / "reference.md").read_text()
+DEPLOYMENT = (ROOT / "assets" / "deployment.md").read_text()
+PAGES = {"README.md": README, "reference.md": REFERENCE, "deployment.md": DEPLOYMENT}
 BEAM = Beam(alpha=1, beta=0.5, gamma=10)
+
+
+def help_text(command: str) -> str:
+    """What `beamviz COMMAND --help` prints."""
+    return CliRunner().invoke(app, [command, "--help"], terminal_width=200).output
 
 
 def test_the_table_of_frequencies_is_computed():
@@ -33,10 +41,16 @@ def test_the_one_number_is_true():
     """0.09 % off with 20 elements, 44 unknowns, 9 digits."""
     exact, paper = solve(BEAM), solve(BEAM, method="ancf")
     assert "0.09 % off" in README
-    assert "44\nunknowns" in README
+    assert "44 unknowns" in README
     assert paper.frequencies[2] / exact.frequencies[2] - 1 == pytest.approx(9e-4, abs=5e-5)
     assert exact.stats.dof == 44
     assert exact.errors[2] / exact.frequencies[2] < 1e-9
+
+
+def test_the_readme_is_short():
+    """At most 150 lines; details are on the pages that it links."""
+    assert len(README.splitlines()) <= 150
+    assert all(f"assets/{name}" in README for name in PAGES if name != "README.md")
 
 
 @pytest.mark.parametrize("line", re.findall(r"^beamviz modes .*$", README, re.MULTILINE))
@@ -47,47 +61,48 @@ def test_the_commands_run(line):
     assert "S1" in result.output
 
 
-@pytest.mark.parametrize("line", re.findall(r"^beamviz serve .*$", README, re.MULTILINE))
-def test_the_options_of_the_server_exist(line):
-    """Each option of a `beamviz serve` line is in its help."""
-    text = CliRunner().invoke(app, ["serve", "--help"], terminal_width=200).output
-    options = re.findall(r"--[a-z-]+", line)
-    assert options
-    assert [option for option in options if option not in text] == []
+@pytest.mark.parametrize("page", PAGES)
+def test_the_options_exist(page):
+    """Each option on a line or in a row about a command is in the help of that command."""
+    for line in PAGES[page].splitlines():
+        for command, rest in re.findall(r"`?beamviz ([a-z]+)([^|`]*)", line):
+            options = re.findall(r"--[a-z-]+", rest) if command in line else []
+            text = help_text(command) if options else ""
+            assert [option for option in options if option not in text] == [], line
+
+
+@pytest.mark.parametrize("command", ["screenshot", "animate", "export"])
+def test_the_files_it_names_can_be_written(command):
+    """Each ending that the reference gives a command is in its help, and so is each option."""
+    (row,) = re.findall(rf"^\| `beamviz {command} .*$", REFERENCE, re.MULTILINE)[:1]
+    for word in re.findall(r"--[a-z]+|(?<=\.)(?:gif|webp|mp4|html)\b", row):
+        assert word in help_text(command)
 
 
 @pytest.mark.parametrize("code", re.findall(r"```python\n(.*?)```", README, re.DOTALL))
 def test_the_python_runs(code, tmp_path, monkeypatch):
     """Each Python block runs as it stands, and writes the files it names."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("BEAMVIZ_BROWSER", "none")  # the film would take a minute
+    monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
     exec(compile(code, "README.md", "exec"), {})
     assert {path.name for path in tmp_path.iterdir()} == set(re.findall(r'"(\w+\.\w+)"', code))
 
 
-@pytest.mark.parametrize("command", ["screenshot", "animate", "export"])
-def test_the_files_it_names_can_be_written(command):
-    """Each ending the README gives a command is in its help, and so is each option."""
-    text = CliRunner().invoke(app, [command, "--help"], terminal_width=200).output
-    (part,) = re.findall(rf"`beamviz {command} \w+\.(.*?)(?:`beamviz|No window)", README, re.DOTALL)
-    for word in re.findall(r"--[a-z]+", part) + re.findall(r"\.(gif|webp|mp4|glb|csv|npz)\b", part):
-        assert word in text
-
-
 def test_the_tables_name_every_method_and_limit():
     """Methods and limits are those of the code."""
-    assert set(re.findall(r"^\| `([a-z-]+)` \|", README, re.MULTILINE)) == set(METHODS)
-    for name, parameter in PARAMETERS.items():
-        low, high = parameter.limits
-        assert re.search(rf"^\| {name} \|.*\| {low:g} \.\. {high:g}", README, re.MULTILINE)
+    names = set(re.findall(r"^\| `([a-z-]+)` \|", REFERENCE, re.MULTILINE))
+    assert set(METHODS) <= names
+    for symbol, row in PARAMETERS.items():
+        limits = "{:g} .. {:g}".format(*row.limits)
+        assert re.search(rf"^\| {symbol} \|.*\| {re.escape(limits)}", README, re.MULTILINE)
 
 
 def test_every_file_it_points_to_is_there():
-    """Pictures, scripts and modules named in the README exist."""
-    names = re.findall(
-        r"\]\((assets/[^)]+)\)|python3? (scripts/\w+\.py)|^    (\S+)  ", README, re.M
-    )
-    paths = ["".join(match) for match in names]
-    assert len(paths) >= 8
-    for path in paths:
-        assert (ROOT / path).exists(), path
+    """Pictures, pages, scripts, tests and modules named in the documents exist."""
+    paths = []
+    for name, text in PAGES.items():
+        folder = ROOT if name == "README.md" else ROOT / "assets"
+        paths += [folder / link for link in re.findall(r"\]\(([\w./-]+)\)", text)]
+        paths += [ROOT / link for link in re.findall(r"\b(?:scripts|tests|beamviz)/[\w./]+", text)]
+    assert len(paths) >= 20
+    assert [path for path in paths if not path.exists()] == []

@@ -1,0 +1,52 @@
+"""Record the moving picture of the README from the live page: python scripts/record_page.py
+
+Starts the explorer, opens its page in headless Chromium, drags the speed slider, and writes what the
+page shows as an animated WebP (assets/page.webp). Run it after a change of the page's look.
+"""
+
+import base64
+import io
+import sys
+import time
+from pathlib import Path
+
+from PIL import Image
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+
+from live.browser import page  # type: ignore[import-not-found]  # noqa: E402
+
+from beamviz import Beam, Scene  # noqa: E402
+from beamviz.explorer.app import explorer  # noqa: E402
+
+WIDTH, HEIGHT, SHOWN = 1280, 720, (960, 540)
+FRAMES, PAUSE = 40, 0.08  # [s] between two frames
+QUALITY = 55
+
+
+def main() -> None:
+    """Record, and say how large the file is."""
+    scene = Scene.of(Beam(alpha=1, beta=0.5, gamma=5), mode=2)
+    with explorer(scene) as url, page(url, WIDTH, HEIGHT) as live:
+        live.wait("document.body?.innerText.includes('B1')")
+        time.sleep(8)
+        thumb = "document.querySelectorAll('[role=slider]')[2]"
+        x, y = live.middle(thumb)
+        frames = []
+        live.mouse("mousePressed", x, y, 1)
+        for k in range(FRAMES):
+            live.mouse("mouseMoved", x + 60 * (1 - abs(1 - 2 * k / FRAMES)), y, 1)
+            frames.append(base64.b64decode(live.call("Page.captureScreenshot")["data"]))
+            time.sleep(PAUSE)
+        live.mouse("mouseReleased", x, y)
+    pictures = [Image.open(io.BytesIO(png)).convert("RGB").resize(SHOWN) for png in frames]
+    path = ROOT / "assets" / "page.webp"
+    pictures[0].save(
+        path, save_all=True, append_images=pictures[1:], duration=120, loop=0, quality=QUALITY
+    )
+    print(f"{path.relative_to(ROOT)}: {len(frames)} frames, {path.stat().st_size / 1e6:.2f} MB")
+
+
+if __name__ == "__main__":
+    main()
