@@ -1,0 +1,125 @@
+"""Time and error of every method for the beam shown."""
+
+import re
+
+import numpy as np
+import pytest
+from charts import case
+from live.visitor import pause, visitor
+
+from beamviz.beam import Beam
+from beamviz.errors import NoEquilibrium
+from beamviz.explorer.features.method_timing import (
+    BELOW,
+    HEIGHT,
+    OPTION,
+    RESOLUTIONS,
+    cost,
+    frequency_error,
+    time_methods,
+    timing_chart,
+)
+from beamviz.explorer.jobs import Answer
+from beamviz.solver import METHODS, solve
+
+PAPER = Beam(alpha=1, beta=0.5, gamma=10)
+
+
+@pytest.fixture(scope="module")
+def timings():
+    """Every method on the beam of the README."""
+    return time_methods(PAPER, case(PAPER).options)
+
+
+def chart(timings, solution=None) -> str:
+    """The chart as the tab shows it."""
+    return timing_chart(Answer(case(PAPER), timings), solution)
+
+
+def test_every_method_is_timed_at_each_of_its_resolutions(timings):
+    """Where there is no error there is a reason."""
+    expected = {(m, f"{OPTION[m]} {r:g}") for m in METHODS for r in RESOLUTIONS[OPTION[m]]}
+    assert {(timing.method, timing.resolution) for timing in timings} == expected
+    assert all(np.isfinite(timing.error) != bool(timing.reason) for timing in timings)
+
+
+def test_errors_are_those_of_the_frequencies(timings):
+    """The paper's 20 elements are 0.09 % off in S1, a rigid tension 2.8 %, and auto is exact."""
+    errors = {m: [t.error for t in timings if t.method == m] for m in ("ancf", "foac", "auto")}
+    assert errors["ancf"][2] == pytest.approx(76.934327 / 76.863266 - 1, rel=1e-3)
+    assert errors["foac"] == pytest.approx([0.02795] * 4, rel=1e-3)
+    for error, tolerance in zip(errors["auto"], RESOLUTIONS["tolerance"], strict=True):
+        assert error < tolerance
+
+
+def test_a_method_that_fails_says_how(timings):
+    """Without stiffening the beam is unstable."""
+    reason = "predicts an unstable beam; it is stable"
+    assert {timing.reason for timing in timings if timing.method == "zoac"} == {reason}
+    assert reason in chart(timings)
+
+
+@pytest.mark.parametrize(
+    ("beam", "coriolis", "error"),
+    [
+        (Beam(alpha=1, gamma=4.5), False, 1e-4),
+        (Beam(gamma=4, delta=-1), False, 1e-2),  # buckled: growth rates
+        (Beam(alpha=1, gamma=4.65), True, 1e-4),  # S1 and B3 are mixed, and labelled B3 and B4
+    ],
+)
+def test_modes_are_matched_by_shape(beam, coriolis, error):
+    """The error of 40 elements is small where labels differ."""
+    elements = solve(beam, method="ancf", elements=40, coriolis=coriolis)
+    assert 1e-9 < frequency_error(elements, solve(beam, coriolis=coriolis)) < error
+
+
+def test_coarse_elements_near_a_veering_are_not_blamed_for_a_label():
+    """With 10 elements the mixed modes are called S1 and B3: the error is 0.06 %, not 89 %."""
+    beam = Beam(alpha=1, gamma=4.65)
+    coarse, exact = (
+        solve(beam, method="ancf", elements=10, coriolis=True),
+        solve(beam, coriolis=True),
+    )
+    assert coarse.labels != exact.labels
+    assert frequency_error(coarse, exact) < 1e-3
+
+
+def test_the_chart_names_each_method_once(timings):
+    """The one in use stands out; names keep apart and within the chart."""
+    svg = chart(timings, solve(PAPER))
+    names = re.findall(r'y="([\d.]+)" fill="#\w+" font-weight="(\d+)">([a-z-]+)<', svg)
+    assert sorted(name for _, _, name in names) == sorted(set(METHODS) - {"zoac"})
+    assert [name for _, weight, name in names if weight == "700"] == ["auto"]
+    heights = [float(y) for y, _, _ in names]
+    assert all(np.diff(heights) > 12.9)
+    assert heights[-1] < HEIGHT - BELOW + 4
+
+
+def test_the_cost_of_a_solution_is_told():
+    """Elements, order, unknowns, time and error, as the solution has them."""
+    solution = solve(PAPER)
+    text = cost(solution)
+    assert text.startswith("2 elements, order 11, 44 unknowns, ")
+    assert text.endswith(f"relative error {max(solution.errors / solution.frequencies):.0e}")
+
+
+def test_without_equilibrium_nothing_is_timed():
+    """The message is that of the solver."""
+    fast = case(Beam(gamma=60), strain="hencky")
+    with pytest.raises(NoEquilibrium, match="no equilibrium beyond gamma = 45.42") as error:
+        time_methods(fast.beam(), fast.options)
+    assert str(error.value) in timing_chart(Answer(fast, error=error.value), None)
+
+
+def test_methods_are_timed_when_that_is_switched_on(url, monkeypatch):
+    """Then once for each beam, whichever method it is shown by."""
+    with visitor(url) as guest:
+        guest.says("relative error")
+        assert "Further right" not in guest.text
+        guest.choose("all methods", True)
+        guest.says("Further right: slower")
+        monkeypatch.setattr("beamviz.explorer.features.method_timing.solve", None)
+        guest.choose("method", "foac")
+        guest.says("foac</b>: ")
+        pause(guest)
+        assert "unexpected" not in guest.text

@@ -1,0 +1,201 @@
+"""The run-up: the speed rises, and the scene shows the forced response."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from charts import SynchronousVisitor
+from live.visitor import PAPER, frequency_text, visitor
+
+from beamviz.beam import Beam, Units
+from beamviz.display_units import measure
+from beamviz.drawing.modes import Shapes
+from beamviz.explorer.app import explorer
+from beamviz.explorer.features.run_up import (
+    PEAK,
+    PER_SECOND,
+    RunUpPlayback,
+    resonance_table,
+    series,
+    with_damping,
+)
+from beamviz.explorer.state import State
+from beamviz.frequency_loci.forced_response import RunUp, response
+from beamviz.scene import Scene
+from beamviz.solver import solve
+
+
+def started(beam: Beam = PAPER, **options: bool) -> RunUpPlayback:
+    """A run-up about to begin, with a force twice per revolution."""
+    guest: Any = SynchronousVisitor(Scene(beam, options))
+    guest.change(lambda state: replace(state, force_per_rev=2))
+    playback = RunUpPlayback(guest)
+    playback.start_or_stop()
+    assert playback.running
+    return playback
+
+
+def run_of(playback: RunUpPlayback) -> RunUp:
+    """Its run."""
+    assert playback.run
+    return playback.run
+
+
+def gamma(playback: RunUpPlayback) -> float:
+    """The speed of the state."""
+    return playback.visitor.state.case.numbers["gamma"]
+
+
+def played(playback: RunUpPlayback, seconds: float) -> list[float]:
+    """The speeds to the end of the run-up, in steps of some seconds."""
+    gammas = []
+    while playback.running:
+        playback.step(seconds)
+        gammas.append(gamma(playback))
+    return gammas
+
+
+def test_the_speed_rises_through_all_speeds_and_is_restored():
+    """From rest to the last speed, a number of them in a second, never back; then it is what it
+    was before."""
+    playback = started()
+    speeds = run_of(playback).speeds
+    *gammas, restored = played(playback, 0.1)
+    assert len(gammas) == math.ceil((len(speeds) - 1) / (0.1 * PER_SECOND))
+    assert (np.diff(gammas) > 0).all()
+    assert (gammas[-1], restored) == (speeds[-1], PAPER.gamma)
+    playback.step(0.1)
+    assert gamma(playback) == PAPER.gamma
+
+
+def test_stopping_restores_the_speed_and_setting_it_keeps_it():
+    """The button ends the run-up; a visitor who sets a speed stays there."""
+    playback = started()
+    playback.step(0.1)
+    playback.start_or_stop()
+    assert (playback.running, gamma(playback)) == (False, PAPER.gamma)
+    playback.start_or_stop()
+    assert playback.running  # the run is not computed again
+    playback.step(0.1)
+    playback.visitor.change(lambda state: state.changed("gamma", 4.0))
+    playback.step(0.1)
+    assert (playback.running, gamma(playback)) == (False, 4.0)
+    assert playback.run
+
+
+def test_the_scene_shows_the_response_until_a_mode_is_chosen():
+    """From the first answer that is taken up, also when the run-up is over."""
+    playback = started()
+    assert not playback.driven
+    playback.take(playback.visitor.answer, Shapes.sampled(solve(PAPER)))
+    assert playback.driven
+    playback.start_or_stop()
+    assert playback.driven
+    playback.visitor.change(lambda state: state.only(1))
+    assert not playback.driven
+
+
+def test_the_speed_rises_slowly_near_a_resonance():
+    """A tenth of a second there moves it far less than elsewhere."""
+    playback = started()
+    (first, _) = run_of(playback).resonances
+    gammas = [0.0, *played(playback, 0.1)[:-1]]
+    steps = [(abs(b - first.at) < 0.01 * first.at, b - a) for a, b in zip(gammas, gammas[1:])]
+    near = [step for close, step in steps if close]
+    assert len(near) >= 5
+    assert max(near) < 0.2 * max(step for _, step in steps)
+
+
+def test_it_ends_where_the_beam_becomes_unstable():
+    """An inward beam buckles near gamma 3: the last speed is a stable one."""
+    *_, last, restored = played(started(Beam(delta=-1, gamma=1)), 1.0)
+    assert 2.7 < last < 3.0
+    assert restored == 1
+    assert solve(Beam(delta=-1, gamma=last)).equilibrium.status == "stable"
+
+
+def test_the_scene_is_the_response_in_another_size():
+    """Every point keeps its phase and its share; the highest peak is drawn at twice the amplitude
+    of the view, one of a quarter of it at half that."""
+    playback = started(coriolis=True)
+    run, amplitude = run_of(playback), playback.visitor.state.view.amplitude
+    top = float(run.speeds[np.nanargmax(run.amplitudes)])
+    for speed in (top, 1.0, 6.0):
+        playback.visitor.change(lambda state, speed=speed: state.changed("gamma", speed))
+        answer = playback.visitor.answer
+        playback.take(answer, answer.shapes)
+        field = response(answer.solution, 2 * speed, run.damping, answer.shapes.x)
+        size = np.abs(playback.field).max() / np.abs(field).max()
+        assert np.allclose(playback.field, size * field, atol=1e-12)
+        share = min(np.abs(field).max() / np.nanmax(run.amplitudes), 1)
+        assert np.abs(playback.field).max() == pytest.approx(PEAK * amplitude * math.sqrt(share))
+        playback.phase = 0.0
+        quarter = math.pi / 2 / (2 * speed)
+        assert np.allclose(playback.displacement(quarter, speed), -playback.field.imag, atol=1e-9)
+
+
+def test_another_force_damping_or_beam_ends_the_run_up():
+    """Its run does not hold any more; nonsense changes nothing."""
+    state = State.of(Scene(PAPER))
+    assert with_damping(state, "much") == with_damping(state, math.nan) == state
+    assert with_damping(state, 90.0).damping == 0.2
+    for edit in (lambda s: with_damping(s, 5.0), lambda s: s.changed("alpha", 2.0)):
+        playback = started()
+        playback.visitor.change(edit)
+        playback.step(0.1)
+        assert (playback.running, playback.run) == (False, None)
+
+
+def test_the_chart_shows_run_resonances_and_beam():
+    """Amplitudes over the speeds, in rpm for a real beam; a ring on each peak, a dot at gamma."""
+    run = run_of(started())
+    for units in (None, Units(1.0, 0.1)):
+        along = measure("gamma", units)
+        x, amplitudes, peaks, mark = series(run, along, 4.321)
+        assert (np.diff(x) >= 0).all()
+        assert len(x) == len(run.speeds) + 1
+        at = x[np.isfinite(peaks)] / along.factor
+        assert at == pytest.approx([one.at for one in run.resonances])
+        assert peaks[np.isfinite(peaks)] == pytest.approx([run.peak(r) for r in run.resonances])
+        (k,) = np.flatnonzero(np.isfinite(mark))
+        assert x[k] == pytest.approx(along.factor * 4.321)
+        assert mark[k] == amplitudes[k]
+    assert not np.isfinite(series(run, along, 99.0)[3]).any()
+    table = resonance_table(run, measure("gamma", None))
+    for one in run.resonances:
+        assert f"{one.at:.4f}" in table
+        assert f"{run.peak(one):.3g} ×" in table
+
+
+def test_a_run_up_in_the_page(url):
+    """It starts from rest and rises; stopped, the speed is restored; a dragged speed keeps the run,
+    another mass ends it."""
+    with visitor(url) as guest:
+        guest.choose("force", "2 × per revolution")
+        guest.choose("Run up from rest", True)
+        guest.says('aria-label="run-up"')
+        guest.wait(lambda _: 0 < guest.values.get("speed γ", 10.0) < 1)
+        guest.wait(lambda _: 0.3 < guest.values["speed γ"] < 5)
+        guest.choose("Stop", True)
+        guest.wait(lambda _: "Run up from rest" in guest.controls)
+        guest.wait(lambda _: guest.values["speed γ"] == PAPER.gamma)
+        guest.choose("speed γ", 4.0)
+        guest.says(frequency_text(PAPER.replace(gamma=4)))
+        assert 'aria-label="run-up"' in guest.text
+        guest.choose("mass α", 2.0)
+        guest.wait(lambda _: 'aria-label="run-up"' not in guest.text)
+        guest.choose("damping ζ [%]", "nonsense")
+        guest.choose("force", "7 × per revolution")
+        guest.choose("speed γ", 5.0)
+        guest.says(frequency_text(PAPER.replace(gamma=5, alpha=2)))
+
+
+def test_a_run_up_can_begin_at_an_unstable_beam():
+    """Its speed is left at once: the scene is grey until the first speed that is stable."""
+    with explorer(Scene(Beam(delta=-1, gamma=10))) as url, visitor(url, first="Unstable") as guest:
+        guest.choose("Run up from rest", True)
+        guest.wait(lambda _: "Stop" in guest.controls)
+        guest.says("Stable equilibrium")
+        guest.wait(lambda _: guest.nodes["/stage/wheel/words"].get("visible") is False)

@@ -1,0 +1,96 @@
+"""Two loci magnified around their crossing or veering, without and with Coriolis forces."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from charts import TIP, chart_of
+
+from beamviz.drawing.modes import Shapes
+from beamviz.explorer.features.veering import (
+    LANES,
+    LociPair,
+    VeeringRequest,
+    mode_shape,
+    sentence,
+    series,
+    styles,
+)
+from beamviz.solver import solve
+
+CHART = chart_of(TIP)
+
+
+@pytest.fixture(scope="module")
+def pairs() -> tuple[LociPair, LociPair]:
+    """The crossing of S1 and B3, and their veering with Coriolis forces."""
+    return request(0).pairs()
+
+
+def request(number: int) -> VeeringRequest:
+    """An event of the chart to magnify."""
+    return VeeringRequest(CHART.request, CHART.events[number])
+
+
+def test_a_crossing_becomes_a_veering_with_coriolis_forces(pairs):
+    """Off: gap 0 at 4.4641, each keeps its shape; on: gap 0.241 at 4.650, they exchange them."""
+    off, on = pairs
+    assert (off.kind, on.kind) == ("crossing", "veering")
+    assert off.at == pytest.approx(4.4641, abs=1e-4)
+    assert on.at == pytest.approx(4.650, abs=1e-3)
+    assert on.event
+    assert on.event.gap == pytest.approx(0.241, abs=1e-3)
+    for shapes in off.shapes:
+        assert len({round(shape.bending_fraction, 6) for shape in shapes}) == 1
+    for before, at, after in on.shapes:
+        assert abs(after.bending_fraction - before.bending_fraction) > 0.8
+        assert at.bending_fraction == pytest.approx(0.5, abs=0.05)
+    measures = request(0).measures
+    assert "smallest frequency gap 0.241 at γ 4.650" in sentence(on, *measures)
+    assert "exchange their shapes" in sentence(on, *measures)
+    assert "uncoupled (gap 0)" in sentence(off, *measures)
+
+
+def test_both_events_and_all_of_the_gap_are_in_view(pairs):
+    """At the edges the two loci are more than twice as far apart as at the gap; the view is a small
+    part of the chart."""
+    for pair in pairs:
+        assert pair.values[0] < pair.at < pair.values[-1]
+        assert np.ptp(pair.values) < 0.2 * request(0).width
+    a, b = pairs[1].branches
+    assert pairs[1].event
+    assert abs(b.frequency - a.frequency)[[0, -1]].min() > 2 * pairs[1].event.gap
+
+
+def test_shapes_keep_their_signs_across_the_view(pairs):
+    """Shapes at the ends correlate with the one in between; at a crossing, where shapes are not
+    unique, they are taken beside it."""
+    for pair in pairs:
+        for first, middle, last in pair.shapes:
+            for end in (first, last):
+                assert end.axial @ middle.axial + end.transverse @ middle.transverse >= 0
+    assert pairs[0].at not in pairs[0].values
+
+
+def test_a_branch_has_no_shape_where_it_is_not_solved():
+    """Above the modes that are solved for."""
+    assert CHART.loci
+    branch = replace(CHART.loci.branches[0], mode_index=np.full(len(CHART.values), -1))
+    assert np.isnan(mode_shape(branch, 0).axial).all()
+
+
+def test_loci_that_stay_far_apart_are_no_veering():
+    """S1 and B2 cross at 16.32; with Coriolis forces they stay far apart."""
+    pairs = request(1).pairs()
+    assert (pairs[0].kind, pairs[1].event) == ("crossing", None)
+    assert "too far apart for a veering" in sentence(pairs[1], *request(1).measures)
+    assert len(series(pairs, LANES)) == len(styles(LANES))
+
+
+def test_nodes_are_marked_in_the_middle_of_a_veering():
+    """There the tip moves more along than across, out of phase with the bending that has nodes."""
+    solution = solve(TIP.replace(gamma=4.65), coriolis=True)
+    for k in (2, 3):
+        marked, _ = Shapes.sampled(solution).nodes[k]
+        assert marked == pytest.approx(solution.nodes[k], abs=2e-5)
+        assert len(marked) == 2
