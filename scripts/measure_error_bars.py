@@ -1,7 +1,7 @@
 """Whether the error that `solve` reports is the error it makes, on thousands of random beams.
 
 The truth comes from tests/oracle, the differential equations by collocation. The beams are
-drawn over everything that is accepted (tests/random_scenes.py). Run it on a quiet machine; the
+drawn over everything that is accepted (tests/oracle/error_bars.py). Run it on a quiet machine; the
 oracle takes about half a second a beam, and its answers are kept in a file:
 
     python scripts/measure_error_bars.py [--beams 5000] [--truths FILE] [--out assets]
@@ -10,8 +10,11 @@ oracle takes about half a second a beam, and its answers are kept in a file:
 import argparse
 import json
 import os
+import platform
 import sys
 import tempfile
+from collections import Counter
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +22,32 @@ ROOT = Path(__file__).resolve().parent.parent
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a solve is measured, not its threads' waits
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from error_bars import oracle_answer, verdict  # type: ignore[import-not-found]  # noqa: E402
-from error_bars_report import SLOW, page, summary  # type: ignore[import-not-found]  # noqa: E402
-from random_scenes import random_scene  # type: ignore[import-not-found]  # noqa: E402
+import numpy as np  # noqa: E402
+import scipy  # noqa: E402
+from oracle.error_bars import (  # type: ignore[import-not-found]  # noqa: E402
+    oracle_answer,
+    random_scene,
+    verdict,
+)
+
+from beamviz import __version__  # noqa: E402
+
+SLOW = 0.05  # [s]
+LISTED = 40  # scenes in each list of the page
+COMPARED = ("within", "outside")
+GOOD = ("within", "no-equilibrium", "another-state", "unknown")
+SENTENCES = {
+    "within": "every error within the reported one",
+    "outside": "an error larger than the reported one",
+    "no-equilibrium": "no equilibrium, and the limit named is true",
+    "another-state": "none that starts at rest, and the limit is true; another beyond the axis",
+    "wrong-limit": "no equilibrium claimed, or a wrong limit",
+    "missed-limit": "an answer where there is no equilibrium",
+    "wrong-branch": "another equilibrium than the one that starts at rest",
+    "not-converged": "did not converge",
+    "crash": "crashed",
+    "unknown": "the reference itself has no answer (too many waves in a buckled beam)",
+}
 
 
 def main() -> None:
@@ -76,6 +102,119 @@ def verdicts(answers: list[dict[str, Any]]) -> list[dict[str, Any]]:
         }
         rows.append(told | row)
     return rows
+
+
+def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """Counts, shares and every scene that is not as it should be."""
+    compared = [row for row in rows if row["kind"] in COMPARED]
+    groups = {
+        "all": compared,
+        "Coriolis": [row for row in compared if row["coriolis"]],
+        "no Coriolis": [row for row in compared if not row["coriolis"]],
+        "inward (delta < 0)": [row for row in compared if row["inward"]],
+    }
+    wrong = [row for row in rows if row["kind"] not in GOOD]
+    slow = [row for row in rows if row["seconds"] > SLOW]
+    return {
+        "version": __version__,
+        "machine": f"{platform.machine()}, Python {platform.python_version()}, numpy"
+        f" {np.__version__}, scipy {scipy.__version__}",
+        "day": date.today().isoformat(),
+        "beams": len(rows),
+        "kinds": dict(Counter(row["kind"] for row in rows).most_common()),
+        "groups": {name: shares(group) for name, group in groups.items()},
+        "seconds": {
+            "median": float(np.median([row["seconds"] for row in rows])),
+            "largest": max(row["seconds"] for row in rows),
+            "above 50 ms": len(slow),
+        },
+        "wrong": [listed(row) for row in wrong],
+        "slow": [listed(row) for row in slow],
+    }
+
+
+def shares(rows: list[dict[str, Any]]) -> dict[str, float]:
+    """How many beams and frequencies are within their bars, and how wide the bars are."""
+    if not rows:
+        return {"beams": 0}
+    off, reported, doubt = (
+        np.concatenate([row[key] for row in rows]) for key in ("off", "reported", "doubt")
+    )
+    return {
+        "beams": len(rows),
+        "beams within": sum(row["kind"] == "within" for row in rows) / len(rows),
+        "frequencies": len(off),
+        "frequencies within": float(np.mean(off <= reported + doubt)),
+        "median reported / true": float(np.median(reported / np.maximum(off, 1e-300))),
+        "median reported / largest possible true": float(
+            np.median(reported / (off + doubt + 1e-300))
+        ),
+        "90 % reported / true": float(np.quantile(reported / np.maximum(off, 1e-300), 0.9)),
+    }
+
+
+def listed(row: dict[str, Any]) -> dict[str, Any]:
+    """A scene by its seed and command, with its verdict."""
+    entry = {name: row[name] for name in ("seed", "kind", "command", "says") if name in row}
+    entry["ms"] = round(1000 * row["seconds"], 1)
+    if row["kind"] == "outside":
+        ratio = np.array(row["off"]) / (np.array(row["reported"]) + np.array(row["doubt"]))
+        entry["worst mode"] = int(ratio.argmax()) + 1
+        entry["true / reported"] = round(float(ratio.max()), 2)
+    return entry
+
+
+def page(counted: dict[str, Any]) -> str:
+    """The summary for people, in Markdown."""
+    kinds, seconds = counted["kinds"], counted["seconds"]
+    lines = [
+        "# Honest error bars",
+        "",
+        f"{counted['beams']} random beams over everything that is accepted, solved by `auto`"
+        " and held against an independent solution of the differential equations (tests/oracle)."
+        " `python scripts/measure_error_bars.py` computes this page anew.",
+        "",
+        f"beamviz {counted['version']}, {counted['machine']}, {counted['day']}.",
+        "",
+        "| verdict | beams |",
+        "|---|---|",
+        *(f"| {SENTENCES[kind]} | {number} |" for kind, number in kinds.items()),
+        "",
+        "| | beams | all errors within bars | frequencies | within | bar / error, median |",
+        "|---|---|---|---|---|---|",
+        *(
+            f"| {name} | {share['beams']} | {100 * share['beams within']:.2f} %"
+            f" | {share['frequencies']} | {100 * share['frequencies within']:.3f} %"
+            f" | {share['median reported / true']:.0f} |"
+            for name, share in counted["groups"].items()
+            if share["beams"]
+        ),
+        "",
+        f"A solve takes {1000 * seconds['median']:.1f} ms of one processor in the median,"
+        f" {1000 * seconds['largest']:.0f} ms at most; {seconds['above 50 ms']} of"
+        f" {counted['beams']} take more than 50 ms.",
+    ]
+    lines += listing("Not as it should be", counted["wrong"])
+    lines += listing("Slower than 50 ms", counted["slow"])
+    return "\n".join(lines) + "\n"
+
+
+def listing(title: str, rows: list[dict[str, Any]]) -> list[str]:
+    """Scenes with the commands that show them."""
+    if not rows:
+        return []
+    shown = [f"# {remark(row)}\n{row['command']}" for row in rows[:LISTED]]
+    more = [f"... and {len(rows) - LISTED} more in error_bars.json"] if len(rows) > LISTED else []
+    return ["", f"## {title}", "", "```", *shown, *more, "```"]
+
+
+def remark(row: dict[str, Any]) -> str:
+    """The verdict on a listed scene in words."""
+    if row["kind"] == "outside":
+        return (
+            f"true error {row['true / reported']} times the reported one, mode {row['worst mode']}"
+        )
+    return f"{row['ms']} ms, {SENTENCES[row['kind']]}"
 
 
 if __name__ == "__main__":

@@ -1,7 +1,6 @@
 """The scripts that make the environment, find a browser, and run the checks."""
 
 import ast
-import importlib.util
 import os
 import subprocess
 import sys
@@ -9,20 +8,15 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from helpers import SCRIPTS, load_script
 
-SCRIPTS = Path(__file__).resolve().parent.parent / "scripts"
 posix = pytest.mark.skipif(os.name != "posix", reason="writes a shell script")
 
 
 def loaded(name: str, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     """A fresh copy of a script as a module, its neighbours importable."""
     monkeypatch.syspath_prepend(str(SCRIPTS))
-    spec = importlib.util.spec_from_file_location(f"script_{name}", SCRIPTS / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return load_script(name)
 
 
 @pytest.fixture

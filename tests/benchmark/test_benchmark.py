@@ -1,6 +1,5 @@
 """The benchmark: its exact values, its rows, its chart, its command and the committed numbers."""
 
-import importlib.util
 import json
 import os
 import re
@@ -10,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers import load_script
 from published import INDEPENDENT
 
 from beamviz import benchmark
@@ -44,11 +44,7 @@ LITTLE = Effort(0.0, 1.0)
 @pytest.mark.parametrize(("scene", "theory"), [("slow", "green"), ("inner mass", "rigid")])
 def test_the_stored_limits_are_those_of_the_script(scene, theory):
     """The first mode computed anew in extended precision, to sixteen digits."""
-    spec = importlib.util.spec_from_file_location("limits", ROOT / "scripts" / "limits.py")
-    assert spec is not None
-    assert spec.loader is not None
-    script = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(script)
+    script = load_script("limits")
     (square,) = script.Straight(SCENES[scene], script.THEORIES[theory], 1).squares()
     assert float(square) == pytest.approx(limits()[scene][theory][0], rel=1e-15, abs=0)
 

@@ -12,7 +12,7 @@ import matplotlib.image
 import pytest
 from live.browser import NO_BROWSER
 from live.server import free_port, wait_until
-from marks import slow
+from helpers import slow
 
 from beamviz.exports.browser import found_browser
 from beamviz.signals import MOMENT, Terminated, defer_signals, reraise, terminate_on_signal

@@ -16,7 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from live.browser import NO_BROWSER
 from live.server import wait_until
-from marks import slow
+from helpers import slow
 from PIL import Image, ImageSequence
 
 from beamviz.errors import InvalidInput, Unavailable

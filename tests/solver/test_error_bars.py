@@ -8,12 +8,12 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from error_bars import oracle_answer, verdict
-from error_bars_report import GOOD, page, summary
-from random_scenes import Scene, random_scene
+from helpers import load_script
+from oracle.error_bars import Scene, oracle_answer, random_scene, verdict
 
 from beamviz import Beam
 
+SCRIPT = load_script("measure_error_bars")
 ROOT = Path(__file__).parents[2]
 SAMPLE = range(60)
 COMMITTED = json.loads((ROOT / "assets" / "error_bars.json").read_text())
@@ -31,7 +31,7 @@ def test_a_sample_of_random_scenes(seed):
     """Every error within the reported one, every limit true, the branch that starts at rest."""
     scene = random_scene(seed)
     found = verdict(scene, oracle_answer(scene))
-    assert found["kind"] in GOOD, found
+    assert found["kind"] in SCRIPT.GOOD, found
 
 
 def test_a_frequency_outside_its_bar_is_seen():
@@ -74,9 +74,9 @@ def test_the_page_lists_what_is_wrong():
     """A scene outside its bars appears with the command that shows it."""
     told = {"seed": 0, "command": SCENE.command, "coriolis": False, "inward": False}
     row = told | verdict(SCENE, answer())
-    assert SCENE.command not in page(summary([row]))
+    assert SCENE.command not in SCRIPT.page(SCRIPT.summary([row]))
     wrong = row | {"kind": "outside", "off": [10 * error for error in row["reported"]]}
-    assert SCENE.command in page(summary([row, wrong]))
+    assert SCENE.command in SCRIPT.page(SCRIPT.summary([row, wrong]))
 
 
 def test_the_script_measures(tmp_path):

@@ -1,0 +1,180 @@
+"""Verdicts of the oracle on the errors that `solve` reports, for random scenes.
+
+Scenes are drawn from the whole accepted range, each from a seed of its own.
+"""
+
+import time
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from beamviz import Beam, Solution, solve
+from beamviz.errors import NoEquilibrium, NotConverged
+from oracle import FINE, QUICK, truth
+from oracle.eigen import UnresolvedError
+from oracle.equilibrium import NoStateError, shoot
+
+STATIONS = 9  # at which the stretch is compared
+LIMIT_MARGIN = 1e-4  # relative: the limit is tested this far below and above
+BRANCH = 0.02  # relative difference in stretch between two different states
+
+
+class Scene(NamedTuple):
+    """A beam and the options of `solve`."""
+
+    beam: Beam
+    options: dict[str, Any]
+
+    @property
+    def command(self) -> str:
+        """The command that solves it again."""
+        numbers = {name: repr(value) for name, value in self.beam.numbers.items()}
+        given = numbers | {name: str(value) for name, value in self.options.items()}
+        on = given.pop("coriolis", "False") == "True"
+        words = [f"--{name} {value}" for name, value in given.items()]
+        return " ".join(["beamviz modes", *words, *(["--coriolis"] if on else [])])
+
+
+def random_scene(seed: int) -> Scene:
+    """Anywhere in the accepted range; corners and the usual places more often than by chance."""
+    rng = np.random.default_rng([5, seed])
+    options = random_options(rng)
+    return Scene(random_beam(rng, options["strain"]), options)
+
+
+def random_options(rng: np.random.Generator) -> dict[str, Any]:
+    plane = str(rng.choice(["chordwise", "flapwise"]))
+    return {
+        "modes": int(rng.choice([5, rng.integers(1, 13), 20], p=[0.7, 0.27, 0.03])),
+        "strain": str(rng.choice(["green", "biot", "hencky"], p=[0.6, 0.2, 0.2])),
+        "curvature": str(rng.choice(["spatial", "material"])),
+        "plane": plane,
+        "coriolis": bool(plane == "chordwise" and rng.random() < 0.5),
+        "tolerance": float(rng.choice([1e-6, 10 ** rng.uniform(-9, -2)])),
+    }
+
+
+def random_beam(rng: np.random.Generator, strain: str) -> Beam:
+    mu = 10 ** rng.uniform(1, 4)
+    fastest = min(200.0, 5 * mu)
+    delta = pick(
+        rng,
+        {
+            rng.uniform(0, 20): 0.3,
+            10 ** rng.uniform(-3, np.log10(20)): 0.25,
+            0.0: 0.2,
+            rng.uniform(-2, 0): 0.15,
+            -(10 ** rng.uniform(-3, np.log10(2))): 0.1,
+        },
+    )
+    logarithmic = 10 ** rng.uniform(-2, np.log10(fastest))
+    gamma = pick(rng, {rng.uniform(0, fastest): 0.4, logarithmic: 0.5, fastest: 0.1})
+    if delta < 0 and rng.random() < 0.7:  # near buckling, and not only far beyond it
+        gamma = min(fastest, 10 ** rng.uniform(-2, 1.3))
+    if strain != "green" and rng.random() < 0.5:  # else most have no equilibrium
+        gamma = min(gamma, rng.uniform(0, 1.6) * mu / (1 + max(delta, 0)) ** 0.5)
+    alpha = pick(rng, {10 ** rng.uniform(-3, 2): 0.6, rng.uniform(0, 3): 0.25, 0.0: 0.15})
+    edge = 10 ** rng.uniform(-6, -1)
+    beta = pick(rng, {rng.uniform(): 0.6, 1.0: 0.15, 0.0: 0.02, edge: 0.1, 1 - edge: 0.13})
+    return Beam(alpha, beta, gamma, delta, mu)
+
+
+def pick(rng: np.random.Generator, weights: dict[float, float]) -> float:
+    """One of the keys, by weight."""
+    return float(rng.choice(list(weights), p=list(weights.values())))
+
+
+def oracle_answer(scene: Scene) -> dict[str, Any]:
+    """What the oracle says of a scene, as plain data: `squares`, or why there are none."""
+    options = {name: value for name, value in scene.options.items() if name != "tolerance"}
+    levels = FINE if scene.beam.delta >= 0 else QUICK  # all eigenvalues of a full matrix
+    try:
+        found = truth(scene.beam, resolutions=levels, **options)
+    except NoStateError:
+        return {"missing": "no-equilibrium"}
+    except UnresolvedError as error:
+        return {"missing": f"unresolved: {error}"}
+    stations = np.linspace(0, len(found.x) - 1, STATIONS).astype(int)
+    return {
+        "squares": found.squares.tolist(),
+        "differences": found.square_differences.tolist(),
+        "x": found.x[stations].tolist(),
+        "stretch": found.stretch[stations].tolist(),
+        "tip": found.tip,
+    }
+
+
+def verdict(scene: Scene, answer: dict[str, Any]) -> dict[str, Any]:
+    """The solver's answer against the oracle's: `kind` and processor time `seconds`; where both
+    have modes also `off`, `reported` and `doubt` (the oracle's own error) of each frequency."""
+    start = time.process_time()
+    solution: Solution | Exception
+    try:
+        solution = solve(scene.beam, **scene.options)
+    except Exception as error:
+        solution = error
+    seconds = time.process_time() - start
+    if isinstance(solution, Solution):
+        found = _solved(solution, answer)
+    elif isinstance(solution, NoEquilibrium):
+        found = _no_equilibrium(scene, answer, solution)
+    elif isinstance(solution, NotConverged):
+        found = {"kind": "not-converged", "says": str(solution)}
+    else:
+        found = {"kind": "crash", "says": repr(solution)}
+    return found | {"seconds": seconds}
+
+
+def _no_equilibrium(scene: Scene, answer: dict[str, Any], error: NoEquilibrium) -> dict[str, Any]:
+    """The branch from rest must end there for the oracle too. Far beyond, an inward beam may have
+    another state, across the axis and in tension."""
+
+    def has_state(gamma: float) -> bool:
+        try:
+            shoot(scene.beam.replace(gamma=gamma), scene.options["strain"])
+        except NoStateError:
+            return False
+        return True
+
+    below, above = error.limit * (1 - LIMIT_MARGIN), error.limit * (1 + LIMIT_MARGIN)
+    true = has_state(below) and not (above < scene.beam.gamma and has_state(above))
+    kind = "another-state" if "squares" in answer else "no-equilibrium"
+    return {"kind": kind if true else "wrong-limit", "says": str(error)}
+
+
+def _solved(solution: Solution, answer: dict[str, Any]) -> dict[str, Any]:
+    if "squares" not in answer:
+        missed = answer["missing"] == "no-equilibrium"
+        return {"kind": "missed-limit" if missed else "unknown", "says": answer["missing"]}
+    if not _same_branch(solution, answer):
+        return {"kind": "wrong-branch", "says": f"tip {solution.equilibrium.tip}"}
+    off, reported, doubt = compared(solution, answer)
+    return {
+        "kind": "within" if np.all(off <= reported + doubt) else "outside",
+        "off": off.tolist(),
+        "reported": reported.tolist(),
+        "doubt": doubt.tolist(),
+        "sizes": np.sqrt(np.abs(answer["squares"])).tolist(),
+    }
+
+
+def _same_branch(solution: Solution, answer: dict[str, Any]) -> bool:
+    """Whether the stretched state is the oracle's: along the beam and at the tip."""
+    ours, theirs = solution.equilibrium.stretch(np.array(answer["x"])), np.array(answer["stretch"])
+    longest = max(1.0, abs(answer["tip"]))
+    tip = abs(solution.equilibrium.tip[0] - answer["tip"])
+    return bool(np.all(abs(ours - theirs) < BRANCH * theirs) and tip < BRANCH * longest)
+
+
+def compared(
+    solution: Solution, answer: dict[str, Any]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """True error, reported error and the oracle's own doubt of each frequency (modes,): of
+    omega^2 where the two disagree on its sign."""
+    squares, doubt = np.array(answer["squares"]), np.array(answer["differences"])
+    off = abs(solution.omega_squared - squares)
+    root = np.sqrt(abs(solution.omega_squared)) + np.sqrt(abs(squares))
+    alike = (solution.omega_squared < 0) == (squares < 0)
+    scale = np.where(alike & (root > 0), root, 1.0)
+    reported = np.where(alike, solution.errors, solution.omega_squared_errors)
+    return off / scale, reported, doubt / scale
