@@ -1,4 +1,4 @@
-"""How a process ends when it is asked to: everything it started is put away first, once."""
+"""SIGINT and SIGTERM: a process ends once, after closing everything it has opened."""
 
 import contextlib
 import signal
@@ -9,13 +9,14 @@ from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import Any
 
-ENDINGS = (signal.SIGINT, signal.SIGTERM)
-PATIENCE, MOMENT = 5.0, 0.05  # [s]
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+IGNORED = 5.0  # [s] after a signal, during which further ones do nothing
+DELAY = 0.05  # [s] until a signal is raised again
 Handler = Callable[[int, FrameType | None], None]
 
 
 class Terminated(BaseException):
-    """A signal asked the process to end; `code` is its exit code."""
+    """Raised by a signal; `code` is the exit code of the process."""
 
     def __init__(self, number: int):
         super().__init__(number)
@@ -24,63 +25,63 @@ class Terminated(BaseException):
 
 @contextlib.contextmanager
 def terminate_on_signal() -> Iterator[None]:
-    """Within, SIGINT or SIGTERM raises Terminated, so that what is open is closed; further ones
-    change nothing for a while, up to the end of the process."""
-    asked: list[float] = []
+    """Within, SIGINT or SIGTERM raises Terminated. Further ones are ignored for a while, also after
+    leaving, so that nothing interrupts the closing of what is open."""
+    received: list[float] = []
 
-    def end(number: int, frame: FrameType | None) -> None:
-        if importing(frame):
+    def terminate(number: int, frame: FrameType | None) -> None:
+        if is_importing(frame):
             reraise(number)
-        elif not asked or time.monotonic() - asked[-1] > PATIENCE:
-            asked.append(time.monotonic())
+        elif not received or time.monotonic() - received[-1] > IGNORED:
+            received.append(time.monotonic())
             raise Terminated(number)
 
-    before = handled_by(end)
+    before = set_handlers(terminate)
     try:
-        with unswallowed(asked):
+        with reraise_unraisable(received):
             yield
     finally:
-        if not asked:
-            restored(before)
+        if not received:
+            restore_handlers(before)
 
 
 @contextlib.contextmanager
-def unswallowed(asked: list[float]) -> Iterator[None]:
-    """Within, a Terminated raised where Python ignores exceptions (in `__del__`, which runs at any
-    moment) is not lost: its signal comes again."""
-    usual = sys.unraisablehook
+def reraise_unraisable(received: list[float]) -> Iterator[None]:
+    """Within, the signal comes again if its Terminated was raised where Python discards exceptions,
+    as in `__del__`, which may run at any moment."""
+    original = sys.unraisablehook
 
-    def swallowed(lost: Any) -> None:
-        if isinstance(lost.exc_value, Terminated):
-            asked.clear()
-            reraise(lost.exc_value.number)
+    def hook(discarded: Any) -> None:
+        if isinstance(discarded.exc_value, Terminated):
+            received.clear()
+            reraise(discarded.exc_value.number)
         else:
-            usual(lost)
+            original(discarded)
 
-    sys.unraisablehook = swallowed
+    sys.unraisablehook = hook
     try:
         yield
     finally:
-        sys.unraisablehook = usual
+        sys.unraisablehook = original
 
 
-def importing(frame: FrameType | None) -> bool:
-    """Whether a module is being loaded: some swallow whatever is raised meanwhile."""
+def is_importing(frame: FrameType | None) -> bool:
+    """Whether a module is being imported: some discard any exception meanwhile."""
     while frame and not frame.f_code.co_filename.startswith("<frozen importlib"):
         frame = frame.f_back
     return frame is not None
 
 
 def reraise(number: int) -> None:
-    """Let a signal come once more in a moment, to whoever handles it then."""
-    if hasattr(signal, "setitimer"):  # not on Windows, where the next Ctrl-C has to do
+    """Raise a signal again in a moment, for whatever handler is set then."""
+    if hasattr(signal, "setitimer"):  # not on Windows, where Ctrl-C has to be pressed again
         signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(number))
-        signal.setitimer(signal.ITIMER_REAL, MOMENT)
+        signal.setitimer(signal.ITIMER_REAL, DELAY)
 
 
 @contextlib.contextmanager
 def defer_signals() -> Iterator[None]:
-    """Within, a signal waits: what is started here is known to who must end it."""
+    """Within, a signal waits, so that what is started here is known to the code that ends it."""
     waiting: list[int] = []
     with handle_signals(lambda number, _: waiting.append(number)):
         yield
@@ -90,22 +91,23 @@ def defer_signals() -> Iterator[None]:
 
 @contextlib.contextmanager
 def handle_signals(handler: Handler) -> Iterator[None]:
-    """Within, both signals are handled by `handler`."""
-    before = handled_by(handler)
+    """Within, `handler` handles SIGINT and SIGTERM."""
+    before = set_handlers(handler)
     try:
         yield
     finally:
-        restored(before)
+        restore_handlers(before)
 
 
-def handled_by(handler: Handler) -> dict[signal.Signals, Any]:
-    """Let `handler` have both signals; who had them before. Only the main thread has a say."""
+def set_handlers(handler: Handler) -> dict[signal.Signals, Any]:
+    """Have `handler` handle both signals, and return the earlier handlers. Python allows this in
+    the main thread only; in others nothing changes."""
     if threading.current_thread() is not threading.main_thread():
         return {}
-    return {number: signal.signal(number, handler) for number in ENDINGS}
+    return {number: signal.signal(number, handler) for number in SIGNALS}
 
 
-def restored(before: dict[signal.Signals, Any]) -> None:
-    """Give the signals back to who had them before."""
+def restore_handlers(before: dict[signal.Signals, Any]) -> None:
+    """Set the earlier handlers again."""
     for number, handler in before.items():
         signal.signal(number, handler)

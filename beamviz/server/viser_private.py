@@ -27,7 +27,7 @@ from beamviz.server.log import RateLimitedLog
 from beamviz.signals import defer_signals
 
 PROTOCOL = f"viser-v{viser.__version__}"  # WebSocket subprotocol of viser's page
-SUPPORTED = "pip install 'viser>=1.1,<1.2' 'websockets>=13.1,<17'"
+SUPPORTED = "pip install 'viser>=1.1,<1.2' 'websockets>=14,<17'"
 INTERNAL_ERROR = 1011  # WebSocket close code
 
 ATTRIBUTES = {  # of viser, by class or module; fields of dataclasses count as attributes

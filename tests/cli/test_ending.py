@@ -15,7 +15,7 @@ from live.server import free_port, wait_until
 from helpers import slow
 
 from beamviz.exports.browser import found_browser
-from beamviz.signals import MOMENT, Terminated, defer_signals, reraise, terminate_on_signal
+from beamviz.signals import DELAY, Terminated, defer_signals, reraise, terminate_on_signal
 
 ROOT = Path(__file__).parents[2]
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -182,7 +182,7 @@ def test_a_signal_put_off_waits_as_well():
 
     def start() -> None:
         reraise(signal.SIGTERM)
-        time.sleep(4 * MOMENT)
+        time.sleep(4 * DELAY)
         known.append("process")
 
     with pytest.raises(Terminated), terminate_on_signal(), defer_signals():
