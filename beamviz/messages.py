@@ -1,4 +1,4 @@
-"""What is wrong with a scene, in words a student understands."""
+"""Short messages for a scene: why its equilibrium is unstable, or why there is none."""
 
 import math
 
@@ -10,34 +10,34 @@ from beamviz.errors import BeamvizError, NoEquilibrium
 from beamviz.solver import Solution
 
 
-def unstable(solution: Solution) -> str:
-    """Why an equilibrium does not last, or "" where it is stable."""
+def stability_warning(solution: Solution) -> str:
+    """How an unstable equilibrium diverges, in at most two lines; "" for a stable one."""
     if solution.equilibrium.status == "stable":
         return ""
-    worst = int(np.argmax(solution.growth_rates))
-    what = "stretching" if solution.labels[worst].startswith("S") else "bending"
-    growth = float(solution.growth_rates[worst])
-    if growth <= 0:
-        return f"Unstable: the straight beam runs away in {what}"
-    tenfold = duration(math.log(10) / growth, solution.beam.units)
-    return (
-        f"Unstable: the straight beam runs away in {what}\na small push grows tenfold in {tenfold}"
-    )
+    fastest = int(np.argmax(solution.growth_rates))
+    motion = "stretching" if solution.labels[fastest].startswith("S") else "bending"
+    warning = f"Unstable: the straight beam diverges in {motion}"
+    growth_rate = float(solution.growth_rates[fastest])
+    if growth_rate <= 0:
+        return warning
+    tenfold = duration(math.log(10) / growth_rate, solution.beam.units)
+    return f"{warning}\na perturbation grows tenfold in {tenfold}"
 
 
 def duration(time: float, units: Units | None) -> str:
-    """A time [T*] in words."""
+    """A time [T*] with its unit: milliseconds for a beam in SI units."""
     return f"{significant(1000 * time * units.time, 3)} ms" if units else f"{time:.2g} T*"
 
 
-def refused(error: BeamvizError, beam: Beam | None) -> str:
-    """Why there is no solution, for a label where the beam was (`beam`: the one asked for)."""
+def error_summary(error: BeamvizError, beam: Beam | None) -> str:
+    """Why a beam has no solution, in at most two lines; beam: the one that was asked for, None
+    where its numbers are out of range."""
     if isinstance(error, NoEquilibrium) and beam is not None:
         speed = measure("gamma", beam.units)
-        held = (
-            f"\nit holds up to {speed.text(error.limit, 4)}" if math.isfinite(error.limit) else ""
-        )
-        return f"No equilibrium: the beam does not hold at {speed.text(beam.gamma, 6)}{held}"
+        summary = f"No equilibrium at {speed.text(beam.gamma, 6)}"
+        if math.isfinite(error.limit):
+            summary += f"\nthere is one up to {speed.text(error.limit, 4)}"
+        return summary
     return {
         "invalid-input": "A value is out of range",
         "not-converged": "The calculation did not converge",

@@ -19,7 +19,7 @@ from beamviz.beam import Beam
 from beamviz.drawing.modes import Shapes
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer.state import Case
-from beamviz.messages import refused, unstable
+from beamviz.messages import error_summary, stability_warning
 from beamviz.server.log import RateLimitedLog
 from beamviz.solver import Solution, solve
 
@@ -277,8 +277,8 @@ class SolverAnswer(Answer[Case, "Solved"]):
     def warning(self) -> str:
         """Why the scene is greyed, on a few short lines; "" for a stable equilibrium."""
         if self.error:
-            return refused(self.error, self.beam)
-        return unstable(self.result.solution) if self.result else ""
+            return error_summary(self.error, self.beam)
+        return stability_warning(self.result.solution) if self.result else ""
 
     @property
     def message(self) -> str:
@@ -323,6 +323,6 @@ class SolveJob(Job[Case, Solved]):
             shapes = Shapes.sampled(solution, self.shapes)
         finally:
             self.options, self.seconds = case.options, time.thread_time() - start
-        if not unstable(solution):
+        if not stability_warning(solution):
             self.shapes = shapes
         return Solved(solution, shapes)

@@ -12,7 +12,7 @@ from beamviz.drawing.all_modes import heights
 from beamviz.drawing.modes import Shapes, amplitudes
 from beamviz.drawing.subdivision import SCALE, Seen
 from beamviz.errors import InvalidInput
-from beamviz.messages import unstable
+from beamviz.messages import stability_warning
 from beamviz.scene import Camera, Scene
 from beamviz.solver import Solution, solve
 
@@ -48,7 +48,7 @@ class Shot:
             raise InvalidInput("from = 0,0,0: must be a direction")
         zoom = check_float("zoom", zoom, *ZOOMS)
         solution = solve(scene.beam, **scene.solver_options)
-        return cls(scene, solution, Shapes.sampled(solution), unstable(solution), direction, zoom)
+        return cls(scene, solution, Shapes.sampled(solution), stability_warning(solution), direction, zoom)
 
     @property
     def amplitudes(self) -> np.ndarray:

@@ -168,7 +168,7 @@ def test_no_equilibrium_is_said_on_the_page_and_greys_the_beam(shown):
     with explorer(Scene(Beam(mu=10, gamma=20), {"strain": "biot"})) as url:
         shown.call("Page.navigate", url=url)
         shown.wait(says("No equilibrium"))
-        shown.wait(says("no equilibrium beyond gamma = 15.7"))
+        shown.wait(says("there is one up to γ = 15.71"))
         shown.wait(f"{NODES} && {NODES}['/stage/wheel/beam'] && {COLOURS}")
         settled(shown)
         assert len(np.unique(np.array(shown.wait(COLOURS)).reshape(-1, 4), axis=0)) == 1

@@ -4,7 +4,7 @@ import math
 
 from live.visitor import PAPER
 
-from beamviz import messages as words
+from beamviz import messages
 from beamviz.beam import Beam, Units
 from beamviz.display_units import rounded_to_error
 from beamviz.errors import NoEquilibrium
@@ -31,27 +31,33 @@ def test_the_table_shows_what_the_error_leaves():
 
 def test_trouble_is_told_apart():
     """No equilibrium names the limit, an unstable state its growth, a stable one says nothing."""
-    told = words.refused(NoEquilibrium("no equilibrium beyond gamma = 15.7", 15.7), Beam(gamma=20))
+    told = messages.error_summary(
+        NoEquilibrium("no equilibrium beyond gamma = 15.7", 15.7), Beam(gamma=20)
+    )
     assert "γ = 20" in told
     assert "15.7" in told
-    assert words.unstable(solve(PAPER)) == ""
+    assert messages.stability_warning(solve(PAPER)) == ""
     buckled = solve(Beam(gamma=5, delta=-1))
     assert buckled.equilibrium.status == "unstable"
-    assert "Unstable" in words.unstable(buckled)
-    assert "bending" in words.unstable(buckled)
-    assert f"{math.log(10) / buckled.growth_rates.max():.2g} T*" in words.unstable(buckled)
+    assert "Unstable" in messages.stability_warning(buckled)
+    assert "bending" in messages.stability_warning(buckled)
+    assert f"{math.log(10) / buckled.growth_rates.max():.2g} T*" in messages.stability_warning(
+        buckled
+    )
 
 
 def test_trouble_of_a_real_beam_is_told_in_its_units():
     """rpm, milliseconds and a growth per second, not gamma and T*."""
     units = Units(length=1.0, time=0.01)
     error = NoEquilibrium("no equilibrium beyond gamma = 15.7", 15.7)
-    told = words.refused(error, Beam(gamma=20, units=units))
+    told = messages.error_summary(error, Beam(gamma=20, units=units))
     assert f"at {units.rpm(20):.6g} rpm" in told
     assert f"up to {units.rpm(15.7):.0f} rpm" in told
     buckled = solve(Beam(gamma=5, delta=-1, units=units))
     rate = buckled.growth_rates.max()
-    assert f"tenfold in {1000 * 0.01 * math.log(10) / rate:.3g} ms" in words.unstable(buckled)
+    assert f"tenfold in {1000 * 0.01 * math.log(10) / rate:.3g} ms" in messages.stability_warning(
+        buckled
+    )
     text = solution_table(buckled, [])
     assert f"{rate / 0.01:.4g} t/s" in text
     assert f"{buckled.errors[0] / 0.01:.0e}" in text

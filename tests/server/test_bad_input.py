@@ -70,7 +70,7 @@ def test_an_unstable_state_is_said_with_its_growth(url):
         guest.choose("speed γ", 5.0)
         guest.says(frequency_text(Beam(beta=0.5, gamma=5)))
         guest.choose("hub δ", -1.0)
-        guest.says("Unstable: the straight beam runs away in bending")
+        guest.says("Unstable: the straight beam diverges in bending")
         growth = solve(Beam(beta=0.5, gamma=5, delta=-1)).growth_rates.max()
         guest.says(f"{growth:.4g} t/T*")
         guest.wait(lambda _: guest.nodes["/stage/wheel/words"].get("visible"))

@@ -6,6 +6,7 @@ from beamviz.beam import Units
 from beamviz.display_units import significant
 from beamviz.drawing import colours
 from beamviz.drawing.modes import Shapes
+from beamviz.errors import NoEquilibrium
 from beamviz.explorer.jobs import SolverAnswer
 from beamviz.exports.html_tables import TIME
 from beamviz.messages import duration
@@ -15,7 +16,7 @@ GOOD, BAD = "#2b8a3e", "#d9480f"
 FADED = "opacity:.65"
 ROUNDING = 1e-9  # [%]
 NOTHING = 1e-8  # [lengths of the beam] a smaller displacement is none
-LINES = "4.25em"  # room for three, so that nothing below moves when there are more than two
+MIN_HEIGHT = "4.25em"  # of three lines, so that nothing below moves when the text changes
 PACE = f"font-size:.8em;margin:-.3em .75em .5em;{FADED}"
 
 
@@ -26,36 +27,38 @@ def small(content: str, role: str = "") -> str:
 
 
 def equilibrium_state(answer: SolverAnswer) -> str:
-    """One or two lines: all is well, or what is wrong in full."""
+    """The state of the equilibrium in up to three lines: stable, or what is wrong."""
     if answer.shapes and not answer.warning:
-        title, text, colour = "Stable equilibrium", wellbeing(answer.shapes), GOOD
+        title, text, colour = "Stable equilibrium", stretch_text(answer.shapes), GOOD
     else:
-        title, _, rest = answer.warning.partition("\n")
-        text, colour = rest if answer.message == answer.warning else answer.message, BAD
+        title, _, text = answer.warning.partition("\n")
+        colour = BAD
+        if answer.error and not isinstance(answer.error, NoEquilibrium):
+            text = answer.message
     return (
         f'<div role="status" style="border-left:4px solid {colour};padding:.1em .6em;'
-        f"min-height:{LINES};margin:.2em .75em .5em;font-size:.85em;line-height:1.35"
+        f"min-height:{MIN_HEIGHT};margin:.2em .75em .5em;font-size:.85em;line-height:1.35"
         f'"><b>{escape(title)}</b>'
         + (f'<br><span style="{FADED}">{escape(text)}</span>' if text else "")
         + "</div>"
     )
 
 
-def wellbeing(shapes: Shapes) -> str:
-    """What the rotation does to the beam."""
+def stretch_text(shapes: Shapes) -> str:
+    """How much the rotation stretches the beam."""
     beam, change = shapes.beam, 100 * (shapes.centreline[-1, 0] - 1)
     if beam.gamma == 0:
         return "at rest: no rotation"
     if abs(change) < ROUNDING:
         return "in this model the rotation does not stretch the beam"
-    turning = f"{beam.units.rpm(beam.gamma):.4g} rpm; " if beam.units else ""
+    speed = f"{beam.units.rpm(beam.gamma):.4g} rpm; " if beam.units else ""
     longer = "longer" if change > 0 else "shorter"
-    far = f" ({abs(change) / 100 * 1000 * beam.units.length:.2g} mm)" if beam.units else ""
-    return f"{turning}the rotation makes the beam {significant(abs(change), 2)} % {longer}{far}"
+    length = f" ({abs(change) / 100 * 1000 * beam.units.length:.2g} mm)" if beam.units else ""
+    return f"{speed}the rotation makes the beam {significant(abs(change), 2)} % {longer}{length}"
 
 
 def faded(content: str) -> str:
-    """Content that no longer holds."""
+    """Content that belongs to an earlier answer."""
     return f'<div style="opacity:.35">{content}</div>' if content else ""
 
 
@@ -80,14 +83,11 @@ def legend(name: str, largest: float, units: Units | None) -> str:
 
 
 def pace(rate: float, units: Units | None) -> str:
-    """How slow the clock is."""
+    """How much time [T*] passes in one second, `rate`, in the units of the beam."""
     if units:
         faster = rate * units.time
-        much = (
-            f"{significant(1 / faster, 3)} times slower"
-            if faster < 1
-            else f"{significant(faster, 3)} times faster"
-        )
-        text = f"one second here = {duration(rate, units)} ({much})"
-        return f'<div style="{PACE}">{text}</div>'
+        slower = faster < 1
+        ratio = f"{significant(1 / faster if slower else faster, 3)} times"
+        much = f"{ratio} {'slower' if slower else 'faster'}"
+        return f'<div style="{PACE}">one second here = {duration(rate, units)} ({much})</div>'
     return f'<div title="{TIME}" style="{PACE}">one second here = {duration(rate, None)}</div>'

@@ -36,7 +36,7 @@ STYLE = f"""<style>
 [role="tab"] {{ padding-inline: 6px !important; font-size: 13px !important; }}
 p:has(> label) {{ letter-spacing: -.2px !important; }}
 .mantine-Slider-root + .mantine-NumberInput-root,
-.mantine-Slider-root + .mantine-NumberInput-root input {{ width: 3.75rem !important; }}
+.mantine-Slider-root + .mantine-NumberInput-root input {{ width: 4.5rem !important; }}
 .mantine-Slider-markLabel {{ font-size: .7rem !important; transform: translateY(3px); }}
 [style*="flex: 0.5 1 0px"]:first-child {{ flex-grow: .58 !important; }}
 [style*="flex: 0.5 1 0px"]:last-child {{ flex-grow: .42 !important; }}
