@@ -7,14 +7,16 @@ from typing import Any
 
 from beamviz.beam import Beam, check_int
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
-from beamviz.solver.hp.batch import solve_straight_many
-from beamviz.solver.hp.fields import as_solution, hp_solution
-from beamviz.solver.hp.fields import displacements as displacements
+from beamviz.solver.hp import displacements as displacements
+from beamviz.solver.hp import solve_hp
 from beamviz.solver.problem import CHOICES as CHOICES
 from beamviz.solver.problem import MAX_MODES, METHODS, Problem, parse_options
 from beamviz.solver.problem import OPTIONS as OPTIONS
 from beamviz.solver.problem import PLANES as PLANES
 from beamviz.solver.solution import Solution
+
+
+DEFAULTS = vars(Problem()).copy()
 
 
 def solve(
@@ -59,7 +61,10 @@ def solve(
             **unknown,
         }
     )
-    return _solve(beam, problem, start)
+    answer = _solve([beam], problem, start)[0]
+    if isinstance(answer, BeamvizError):
+        raise answer
+    return answer
 
 
 def solve_many(
@@ -73,33 +78,27 @@ def solve_many(
     """
     start = time.perf_counter()
     beams = list(beams)
-    problem = parse_options({**vars(Problem()), **options})
+    problem = parse_options({**DEFAULTS, **options})
     extra_modes = check_int("extra_modes", extra_modes, 0, MAX_MODES)
-    together: list[Any] = [None] * len(beams)
-    if problem.method == "auto":
-        together = solve_straight_many(beams, problem, extra_modes)
-    more = replace(problem, modes=problem.modes + extra_modes)
-
-    def answer(beam: Beam, found: Any) -> Solution | BeamvizError:
-        if found is not None:
-            return as_solution(beam, more, found, start)
-        try:
-            return _solve(beam, more, start)
-        except (NoEquilibrium, NotConverged) as error:
-            return error
-
-    return [answer(beam, found) for beam, found in zip(beams, together, strict=True)]
+    return _solve(beams, problem, start, extra_modes)
 
 
-def _solve(beam: Beam, problem: Problem, start: float) -> Solution:
-    """By the package of the method; what `auto` does not need is imported when it is used."""
+def _solve(
+    beams: list[Beam], problem: Problem, start: float, extra_modes: int = 0
+) -> list[Solution | BeamvizError]:
+    """By the package of the method; those that `auto` does not need are imported when used."""
     package = METHODS[problem.method].package
     if package == "hp":
-        return hp_solution(beam, problem, start)
+        return solve_hp(beams, problem, start, extra_modes)
     if package == "fem":
-        from beamviz.solver import fem
-
-        return fem.solve(beam, problem, start)
-    from beamviz.solver import series
-
-    return series.solve(beam, problem, start)
+        from beamviz.solver.fem import solve as solve_one
+    else:
+        from beamviz.solver.series import solve as solve_one
+    more = replace(problem, modes=problem.modes + extra_modes)
+    answers: list[Solution | BeamvizError] = []
+    for beam in beams:
+        try:
+            answers.append(solve_one(beam, more, start))
+        except (NoEquilibrium, NotConverged) as error:
+            answers.append(error)
+    return answers

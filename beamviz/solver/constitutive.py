@@ -33,6 +33,7 @@ class StrainLaw:
     force divided by mu^2) and stiffness n' in as few operations as they take; the stretch a force
     n gives, as well as a guess needs it.
 
+    `hardens`: the stiffness grows with the stretch, so an outward beam always has an equilibrium.
     The force grows with the stretch between `min_stretch` and `max_stretch` only: outside,
     n' < 0 and a bar under dead load has no stable state.
     """
@@ -47,7 +48,11 @@ class StrainLaw:
     stretch: Function
     min_stretch: float
     max_stretch: float
+    hardens: bool
     source: str
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _law, (self.name,)
 
     @cached_property
     def forces(self) -> tuple[float, float]:
@@ -64,7 +69,7 @@ class StrainLaw:
         a = 1.5 * second
         return a, 2 * a**2 - (3 * second**2 + 4 * third) / 6
 
-    def gentle_stretch(self, n: Any) -> Any:
+    def stretch_series(self, n: Any) -> Any:
         """`stretch` for a small force, to about 10 n^4."""
         a, b = self.series
         return 1 + n * (1 - n * (a - b * n))
@@ -104,6 +109,7 @@ _STRAIN_LAWS = (
         stretch=lambda n: 2 / _ROOT3 * np.cos(np.arccos(3 * _ROOT3 * n + 0j) / 3).real,
         min_stretch=1 / math.sqrt(3),
         max_stretch=math.inf,
+        hardens=True,
         source="Green-Lagrange strain (f^2 - 1) / 2 (paper, eq. 15)",
     ),
     StrainLaw(
@@ -117,6 +123,7 @@ _STRAIN_LAWS = (
         stretch=lambda n: 1 + n,
         min_stretch=0.0,
         max_stretch=math.inf,
+        hardens=False,
         source="Biot (engineering) strain f - 1, the axial strain of Gerstmayr & Irschik (2008)",
     ),
     StrainLaw(
@@ -130,6 +137,7 @@ _STRAIN_LAWS = (
         stretch=_exponential,
         min_stretch=0.0,
         max_stretch=math.e,
+        hardens=False,
         source="Hencky (logarithmic) strain ln f; its force ln f / f has its maximum at f = e",
     ),
 )
@@ -149,6 +157,11 @@ _CURVATURES = (
 
 STRAIN_LAWS = {law.name: law for law in _STRAIN_LAWS}
 CURVATURES = {measure.name: measure for measure in _CURVATURES}
+
+
+def _law(name: str) -> StrainLaw:
+    """The law of a name: what a pickle refers to."""
+    return STRAIN_LAWS[name]
 
 
 def axial_stiffness(f: np.ndarray, mu: float | np.ndarray, law: StrainLaw) -> np.ndarray:
@@ -174,10 +187,13 @@ def rigid_tension(beam: Beam, x: np.ndarray) -> np.ndarray:
 
 
 def no_equilibrium(beam: Beam, limit: float, law: StrainLaw) -> NoEquilibrium:
-    """The error of a beam whose gamma lies beyond the `limit` up to which a state exists."""
+    """The error of a beam beyond the `limit` of gamma up to which it has an equilibrium, or so
+    little below it that the equilibrium cannot be computed."""
+    where = f"no equilibrium beyond gamma = {limit:.9g}"
+    if beam.gamma <= limit:
+        where = f"too near the limit of equilibrium, gamma = {limit:.9g}, to be solved"
     return NoEquilibrium(
-        f"gamma = {beam.gamma:.6g}: no equilibrium beyond gamma = {limit:.6g}"
-        f" ({law.name} strain, alpha = {beam.alpha:g}, beta = {beam.beta:g},"
-        f" delta = {beam.delta:g}, mu = {beam.mu:g})",
+        f"gamma = {beam.gamma:.9g}: {where} ({law.name} strain, alpha = {beam.alpha:g},"
+        f" beta = {beam.beta:g}, delta = {beam.delta:g}, mu = {beam.mu:g})",
         limit,
     )

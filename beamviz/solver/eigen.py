@@ -1,11 +1,16 @@
-"""Eigenproblems of vibration, solved so that the low modes keep their digits.
+"""Eigenproblems of vibration, symmetric and gyroscopic, solved so that the low modes keep their
+digits.
 
 K v = lambda M v with thin elements or high order has eigenvalues 1e17 apart, and the usual
 reduction by M loses the low ones. Here M v = nu K v is solved and lambda = 1/nu: the low
-modes are the largest nu, and rounding falls on the high modes nobody asked for.
+modes are the largest nu, and rounding falls on the high modes, which are not returned.
+
+With Coriolis forces M q" + 2 gamma G q' + K q = 0 has a structure. q holds a family along the beam
+(a) and one across it (b): K = diag(Ka, Kb) with the softening in it, M = diag(Fa' Fa, Fb' Fb),
+G = [[0, -Fa' Fb], [Fb' Fa, 0]]. The rows of Fa and Fb are displacements at common points times the
+root of the mass there.
 """
 
-from collections.abc import Iterable
 from itertools import chain
 from typing import NamedTuple
 
@@ -14,12 +19,17 @@ from scipy.linalg import lapack
 
 from beamviz.errors import NotConverged
 
+EPS = float(np.finfo(float).eps)
 COMPRESSED = 16.0  # a shift for beams that may buckle: omega^2 of bending at rest is 12
 SHIFTS = tuple(COMPRESSED * 4.0**k for k in range(28))
 SUBSET = 32  # unknowns from which on a few eigenvectors come faster than all
+FAR_APART = 1e10  # ratio of eigenvalues whose vectors Z' Z does not separate well enough
+HIGHEST = 1e10  # times the lowest eigenvalue: modes above are rounding
+MAX_INDEFINITE = 400  # unknowns of an unstable gyroscopic problem: a twentieth of a second
+INDEFINITE_ROUNDING = 2e4  # roundings of omega^2 in such a problem, measured on random beams
 
 
-class Lowest(NamedTuple):
+class SymmetricModes(NamedTuple):
     """The lowest eigenvalues of a stack of problems K v = lambda M v."""
 
     omega_squared: np.ndarray  # (..., count) lambda, ascending
@@ -27,57 +37,44 @@ class Lowest(NamedTuple):
     size: np.ndarray  # (..., count) lambda of what was solved, K + a multiple of M: that rounds
 
 
-def symmetric_modes(K: np.ndarray, M: np.ndarray, count: int, shift: float = 0.0) -> Lowest:
+def symmetric_modes(K: np.ndarray, M: np.ndarray, count: int, shift: float = 0.0) -> SymmetricModes:
     """The `count` lowest eigenvalues of K v = lambda M v and their vectors.
 
     K (..., n, n) symmetric, M (..., n, n) symmetric positive semidefinite. K + shift M is solved,
     the shift growing until that is positive definite: name one where K may not be (a compressed
-    beam), for an eigenvalue near -shift takes the digits of the others.
+    beam), for an eigenvalue near -shift takes the digits of the others. Raises NotConverged.
     """
     stack, n = K.shape[:-2], K.shape[-1]
     count = min(count, n)
-    nu, V, added = np.empty((*stack, count)), np.empty((*stack, count, n)), np.empty((*stack, 1))
-    for k in _each(stack):
+    K, M = K.reshape(-1, n, n), M.reshape(-1, n, n)
+    nu, V, added = np.empty((len(K), count)), np.empty((len(K), count, n)), np.empty((len(K), 1))
+    for k in range(len(K)):
         nu[k], V[k], added[k] = _largest(M[k], K[k], count, shift)
-    return _lowest(nu, V, added)
-
-
-def lowest_of_families(
-    K: np.ndarray, M: np.ndarray, d: np.ndarray, G: np.ndarray, count: int
-) -> Lowest:
-    """`symmetric_modes` of K v = lambda M v and, second in an axis after those of the stack, of
-    diag(d) v = lambda G v, d (..., n) > 0, which takes less."""
-    stack, n = d.shape[:-1], d.shape[-1]
-    count = min(count, n)
-    root = 1 / np.sqrt(d)[..., None, :]
-    A = root.mT * G * root
-    nu, V = np.empty((*stack, 2, count)), np.empty((*stack, 2, count, n))
-    added = np.zeros((*stack, 2, 1))
-    for k in _each(stack):
-        nu[*k, 0], V[*k, 0], added[*k, 0] = _largest(M[k], K[k], count, 0.0)
-        nu[*k, 1], V[*k, 1] = _last(symmetric(A[k]), count)
-    V[..., 1, :, :] *= root
-    return _lowest(nu, V, added)
-
-
-def _each(stack: tuple[int, ...]) -> Iterable[tuple[int, ...]]:
-    """The places in a stack; of one problem alone, the only one."""
-    return np.ndindex(stack) if stack else ((),)
-
-
-def _last(found: tuple[np.ndarray, np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
-    """The last `count` eigenvalues of those found in ascending order, descending, and their
-    vectors as rows."""
-    nu, V = found
-    return nu[: -count - 1 : -1], V.T[: -count - 1 : -1]
-
-
-def _lowest(nu: np.ndarray, V: np.ndarray, added: np.ndarray) -> Lowest:
-    """What was found of M v = nu (K + added M) v in terms of lambda; V (..., count, n) holds each
-    v as a row, in one stretch of memory, and is overwritten."""
     size = 1 / nu
     V *= np.sqrt(abs(size))[..., None]
-    return Lowest(size - added, V.mT, size)
+    found = size - added, V.mT, size
+    return SymmetricModes(*(array.reshape(*stack, *array.shape[1:]) for array in found))
+
+
+def family_modes(
+    K: np.ndarray, M: np.ndarray, d: np.ndarray, G: np.ndarray, count: int
+) -> SymmetricModes:
+    """`symmetric_modes` of a stack of problems K v = lambda M v (beams, n, n) and, second in an axis
+    after that of the stack, of diag(d) v = lambda G v, d (beams, n) > 0, which is cheaper."""
+    n = d.shape[-1]
+    count = min(count, n)
+    root = 1 / np.sqrt(d)[:, None, :]
+    A = root.mT * G * root
+    nu, V = np.empty((len(d), 2, count)), np.empty((len(d), 2, count, n))
+    added = np.zeros((len(d), 2, 1))
+    for k in range(len(d)):
+        nu[k, 0], V[k, 0], added[k, 0] = _largest(M[k], K[k], count, 0.0)
+        values, vectors = symmetric(A[k])
+        nu[k, 1], V[k, 1] = values[: -count - 1 : -1], vectors.T[: -count - 1 : -1]
+    V[:, 1] *= root
+    size = 1 / nu
+    V *= np.sqrt(abs(size))[..., None]
+    return SymmetricModes(size - added, V.mT, size)
 
 
 def symmetric(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -99,7 +96,7 @@ def _largest(
     for added in chain((shift,), SHIFTS):
         found = _definite(M, K + added * M if added else K, count)
         if found is not None:
-            if found[0][0] * added > 4:  # all but singular: that would cost digits
+            if found[0][0] * added > 4:  # almost singular: that would cost digits
                 again = _definite(M, K + 2 * added * M, count)
                 found, added = (found, added) if again is None else (again, 2 * added)
             return *found, added
@@ -123,24 +120,17 @@ def _definite(M: np.ndarray, K: np.ndarray, count: int) -> tuple[np.ndarray, np.
         nu, V = nu[:count], V[:, :count]
     if 0 < info <= n:
         raise NotConverged(f"the eigenvalues did not converge (LAPACK: {info})")
-    return None if info else _last((nu, V), count)
-
-
-EPS = float(np.finfo(float).eps)
-FAR_APART = 1e10  # eigenvalues whose vectors Z' Z does not tell apart well enough
-HIGHEST = 1e10  # times the lowest eigenvalue: modes above are rounding
-MOST_UNSTABLE = 400  # unknowns of a beam that buckles: a twentieth of a second
-ROUNDED_OFTEN = 2e4  # omega^2 of such a beam, on random ones
+    return None if info else (nu[: -count - 1 : -1], V.T[: -count - 1 : -1])
 
 
 class GyroscopicModes(NamedTuple):
     """Modes of a stack of coupled problems: q = Re (a, b) e^(i omega t), or e^(growth t) where
     omega^2 = -growth^2."""
 
-    omega_squared: np.ndarray  # (..., count) omega^2, ascending
+    omega_squared: np.ndarray  # (..., count) ascending
     a: np.ndarray  # (..., na, count) complex, unit modal mass
     b: np.ndarray  # (..., nb, count)
-    rounding: np.ndarray  # (..., count) how often omega^2 is rounded
+    roundings: np.ndarray  # (..., count) how many times omega^2 is rounded
     definite: bool  # whether K is
 
 
@@ -153,31 +143,32 @@ def gyroscopic_modes(
     count: int,
     most_rounding: float = 1e6,
 ) -> GyroscopicModes:
-    """The `count` lowest modes. Where K is positive definite their frequencies are real by
-    construction; only one problem (no stack) may have an indefinite K.
+    """The `count` lowest modes of one problem or of a stack of them, gamma (..., 1, 1) then.
 
-    most_rounding: how often omega^2 may be rounded before more is done.
+    Where K is positive definite their frequencies are real by construction; only a single problem
+    may have an indefinite K: LinAlgError is raised for a stack. most_rounding: how many times
+    omega^2 may be rounded before more is done. Raises NotConverged.
     """
     try:
         La, Lb = np.linalg.cholesky(Ka), np.linalg.cholesky(Kb)
     except np.linalg.LinAlgError:
-        if Ka.ndim > 2:
+        if Ka.ndim > 2 and len(Ka) > 1:
             raise
-        speed = float(np.squeeze(gamma))
-        if np.linalg.eigvalsh(Ka)[0] > 0:
-            omega_squared, a, b = _unstable(Ka, Fa, Kb, Fb, speed, count)
-        else:  # a model without the stretched equilibrium
-            omega_squared, b, a = _unstable(Kb, Fb, Ka, Fa, -speed, count)
-        rounding, definite = np.full(count, ROUNDED_OFTEN), False
+        one = [part.reshape(part.shape[-2:]) for part in (Ka, Fa, Kb, Fb)]
+        found = _indefinite(*one, float(np.squeeze(gamma)), count)
+        omega_squared, a, b = (part.reshape(*Ka.shape[:-2], *part.shape) for part in found)
+        roundings, definite = np.full(omega_squared.shape, INDEFINITE_ROUNDING), False
     else:
         definite = True
-        omega_squared, a, b, rounding = _stable(La, Fa, Lb, Fb, gamma, count, most_rounding)
+        omega_squared, a, b, roundings = _definite_gyroscopic(
+            La, Fa, Lb, Fb, gamma, count, most_rounding
+        )
     mass = (abs(Fa @ a) ** 2).sum(axis=-2) + (abs(Fb @ b) ** 2).sum(axis=-2)
     root = np.sqrt(mass)[..., None, :]
-    return GyroscopicModes(omega_squared, a / root, b / root, rounding, definite)
+    return GyroscopicModes(omega_squared, a / root, b / root, roundings, definite)
 
 
-def _stable(
+def _definite_gyroscopic(
     La: np.ndarray,
     Fa: np.ndarray,
     Lb: np.ndarray,
@@ -203,34 +194,44 @@ def _stable(
     Z = np.zeros((*La.shape[:-2], na + m, nb + m))
     Z[..., :na, :nb] = -2 * gamma * (Ya @ Yb)
     Z[..., :na, nb:], Z[..., na:, :nb] = Ya, Yb
-    omega_squared, Y = _largest_of(Z.mT @ Z, count)
-    rounding = abs(omega_squared / omega_squared[..., :1])
-    if rounding.max() > most_rounding:
-        few = rounding.max() < FAR_APART
-        among = Y if few else np.eye(nb + m)
-        _, inverse, turn = np.linalg.svd(Z @ among, full_matrices=False)
-        omega_squared, Y = 1 / inverse[..., :count] ** 2, among @ turn[..., :count, :].mT
-        rounding = omega_squared / omega_squared[..., :1]
-        rounding = np.sqrt(rounding) + (EPS * rounding**2 if few else 0)  # of values, of vectors
+    omega_squared, Y = _inverse_largest(Z.mT @ Z, count)
+    roundings = abs(omega_squared / omega_squared[..., :1])
+    if roundings.max() > most_rounding:
+        few = roundings.max() < FAR_APART
+        basis = Y if few else np.eye(nb + m)
+        _, inverse, rotation = np.linalg.svd(Z @ basis, full_matrices=False)
+        omega_squared, Y = 1 / inverse[..., :count] ** 2, basis @ rotation[..., :count, :].mT
+        roundings = omega_squared / omega_squared[..., :1]
+        roundings = np.sqrt(roundings) + (EPS * roundings**2 if few else 0)  # of values, of vectors
     X = Z @ Y * np.sqrt(omega_squared)[..., None, :]
     a = np.linalg.solve(La.mT, X[..., :na, :])
     b = np.linalg.solve(Lb.mT, Y[..., :nb, :])
-    return omega_squared, a.astype(complex), 1j * b, rounding
+    return omega_squared, a.astype(complex), 1j * b, roundings
 
 
-def _largest_of(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+def _inverse_largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Inverses (..., count), ascending, of the largest eigenvalues of A, and their vectors."""
     n = A.shape[-1]
-    if A.ndim > 2:
+    if A.ndim > 2 and len(A) > 1:
         nu, Y = symmetric(A)
     else:
-        nu, Y, _, _, _ = lapack.dsyevr(A.T, range="I", il=n - count + 1, iu=n)
-        nu = nu[:count]
-    with np.errstate(divide="ignore"):  # one that rounding took, and whose inverse tells
+        nu, Y, _, _, _ = lapack.dsyevr(A.reshape(n, n).T, range="I", il=n - count + 1, iu=n)
+        nu, Y = nu[:count].reshape(*A.shape[:-2], count), Y.reshape(*A.shape[:-1], count)
+    with np.errstate(divide="ignore"):  # a mode lost to rounding, whose inverse shows it
         return 1 / nu[..., : -count - 1 : -1], Y[..., : -count - 1 : -1]
 
 
-def _unstable(
+def _indefinite(
+    Ka: np.ndarray, Fa: np.ndarray, Kb: np.ndarray, Fb: np.ndarray, gamma: float, count: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The lowest modes of one problem where Ka or Kb is indefinite (both are not solved)."""
+    if np.linalg.eigvalsh(Ka)[0] > 0:
+        return _one_indefinite(Ka, Fa, Kb, Fb, gamma, count)
+    omega_squared, b, a = _one_indefinite(Kb, Fb, Ka, Fa, -gamma, count)
+    return omega_squared, a, b
+
+
+def _one_indefinite(
     Ka: np.ndarray, Fa: np.ndarray, Kb: np.ndarray, Fb: np.ndarray, gamma: float, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The lowest modes where Kb is indefinite; Ka is not, where the beam is stretched stably.
@@ -243,13 +244,15 @@ def _unstable(
 
     So every s^2 is real: such a beam may buckle, it does not flutter.
     """
-    if len(Ka) + len(Kb) > MOST_UNSTABLE:
+    unknowns = len(Ka) + len(Kb)
+    if unknowns > MAX_INDEFINITE:
         raise NotConverged(
-            f"the straight beam is unstable; with Coriolis forces its {len(Ka) + len(Kb)} unknowns"
-            f" are too many, at most {MOST_UNSTABLE} are tried: ask without them, or for a lower"
-            " gamma"
+            f"the straight beam is unstable; with Coriolis forces its {unknowns} unknowns are too"
+            f" many, at most {MAX_INDEFINITE} are tried: ask without them, or for a lower gamma"
         )
-    l, A = _basis(Ka, Fa)
+    l, A, _ = symmetric_modes(Ka, Fa.T @ Fa, len(Ka), COMPRESSED)
+    kept = (l >= l[0]) & (l < HIGHEST * (1 + abs(l[0])))
+    l, A = l[kept], A[:, kept]
     if l[0] <= 0:
         raise NotConverged(
             "both families are unstable; with Coriolis forces such a beam is not solved: ask"
@@ -264,12 +267,3 @@ def _unstable(
     omega_squared, V, _ = symmetric_modes(P, M, count, COMPRESSED)
     s = np.sqrt(-omega_squared + 0j)
     return omega_squared, A @ (s * V[:na] / np.sqrt(l)[:, None]), V[na:].astype(complex)
-
-
-def _basis(K: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """All modes of one family alone that are more than rounding: lambda (k,), shapes (n, k)."""
-    omega_squared, V, _ = symmetric_modes(K, F.T @ F, len(K), COMPRESSED)
-    kept = (omega_squared >= omega_squared[0]) & (
-        omega_squared < HIGHEST * (1 + abs(omega_squared[0]))
-    )
-    return omega_squared[kept], V[:, kept]

@@ -1,0 +1,131 @@
+"""The default method: high-order elements in gradient and curvature, split at the mass.
+
+`solve_hp` is its entry point; what it finds on a mesh becomes functions of x here.
+"""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache, partial
+
+import numpy as np
+
+from beamviz.beam import Beam
+from beamviz.errors import BeamvizError
+from beamviz.solver.hp.mesh import Grid
+from beamviz.solver.hp.refinement import StraightModes, solve_straight
+from beamviz.solver.problem import Problem
+from beamviz.solver.solution import Equilibrium, Solution, Stats
+
+
+def solve_hp(
+    beams: Sequence[Beam], problem: Problem, start: float, extra_modes: int = 0
+) -> list[Solution | BeamvizError]:
+    """The solution of each beam, or NoEquilibrium or NotConverged in its place; `start` is the
+    clock (time.perf_counter) at the call."""
+    answers: list[Solution | BeamvizError] = []
+    for beam, found in zip(beams, solve_straight(beams, problem, extra_modes), strict=True):
+        if isinstance(found, BeamvizError):
+            answers.append(found)
+            continue
+        orders = found.grid.orders
+        stable = bool(found.omega_squared[0] >= 0)
+        seconds = time.perf_counter() - start
+        answers.append(
+            Solution(
+                beam,
+                problem,
+                Equilibrium(stable, found.iterations, partial(_axial, found)),
+                Stats(2 * len(found.f), seconds, "hp", len(orders), max(orders)),
+                found.omega_squared,
+                partial(np.add, found.truncation, found.rounding),
+                found.bending_energy_fraction,
+                Shapes(found),
+            )
+        )
+    return answers
+
+
+@lru_cache(maxsize=64)
+def _from_clamp(grid: Grid, x: bytes) -> np.ndarray:
+    """grid.from_clamp, kept: the beams of a sweep share their grid and x."""
+    rows = grid.from_clamp(np.frombuffer(x))
+    rows.setflags(write=False)
+    return rows
+
+
+def _axial(found: StraightModes, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """u(x) and f(x) of the equilibrium."""
+    return _from_clamp(found.grid, x.tobytes()) @ found.f, found.grid.at(x) @ found.f
+
+
+@dataclass(frozen=True, eq=False)
+class Shapes:
+    """The modes found on a mesh as functions of x."""
+
+    found: StraightModes
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        """Displacements (len(x), 2, modes) along and across the beam."""
+        found = self.found
+        rows = _from_clamp(found.grid, x.tobytes())
+        return _displacements(rows, found.grid.J, found.f, found.kappa, found.s, found.mode_order)
+
+
+def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
+    """Displacements (solutions, len(x), 2, modes) of solutions with equally many modes, each at
+    places x (solutions, len(x)) of its own; of those on meshes of the same orders at once.
+
+    The phase of each mode is arbitrary, unlike that of `Solution.displacement`.
+    """
+    groups: dict[object, list[int]] = {}
+    for k, solution in enumerate(solutions):
+        shapes = solution.fields
+        key: object = k
+        if isinstance(shapes, Shapes):
+            key = shapes.found.grid.orders, shapes.found.mode_order is None
+        groups.setdefault(key, []).append(k)
+    places = np.concatenate(list(groups.values()))
+    found = [_of_group([solutions[k] for k in group], x[group]) for group in groups.values()]
+    return np.concatenate(found)[places.argsort()]
+
+
+def _of_group(solutions: list[Solution], x: np.ndarray) -> np.ndarray:
+    """Displacements (several, len(x), 2, modes) of modes found on meshes of the same orders, or of
+    a single solution."""
+    found = [each.fields.found for each in solutions if isinstance(each.fields, Shapes)]
+    if len(solutions) == 1 or not found:
+        return np.array([each.fields(at) for each, at in zip(solutions, x, strict=True)])
+    grid = found[0].grid
+    if all(one.grid is grid for one in found) and (x == x[0]).all():
+        rows, J = _from_clamp(grid, x[0].tobytes()), grid.J
+    else:
+        names = ("breaks", "points", "weights", "J")
+        arrays = [np.array([getattr(one.grid, name) for one in found]) for name in names]
+        stack = Grid(arrays[0], grid.orders, *arrays[1:])
+        rows, J = stack.from_clamp(x), stack.J
+    f, kappa, s = (np.array([getattr(one, name) for one in found]) for name in ("f", "kappa", "s"))
+    orders = [one.mode_order for one in found if one.mode_order is not None]
+    return _displacements(rows, J, f, kappa, s, np.array(orders) if orders else None)
+
+
+def _displacements(
+    from_clamp: np.ndarray,
+    J: np.ndarray,
+    f: np.ndarray,
+    kappa: np.ndarray,
+    s: np.ndarray,
+    mode_order: np.ndarray | None,
+) -> np.ndarray:
+    """Displacements (..., len(x), 2, modes): u = int s along the beam, w = int f theta across."""
+    if mode_order is not None:
+        modes = s.shape[-1]
+        bending = mode_order[..., None, :] < modes
+        place = mode_order[..., None, :] % modes
+        kappa = np.where(bending, np.take_along_axis(kappa, place, axis=-1), 0.0)
+        s = np.where(bending, 0.0, np.take_along_axis(s, place, axis=-1))
+    # In memory x runs fastest: what samples many solutions reads all of one mode in a row.
+    fields = np.empty((*s.shape[:-2], s.shape[-1], 2, from_clamp.shape[-2]), s.dtype)
+    fields[..., 0, :] = s.mT @ from_clamp.mT
+    fields[..., 1, :] = (f[..., None] * (J @ kappa)).mT @ from_clamp.mT
+    return np.swapaxes(fields, -3, -1)

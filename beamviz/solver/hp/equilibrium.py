@@ -1,285 +1,302 @@
-"""The stretched equilibrium of a straight beam on a mesh (paper, eq. 40, one component).
+"""The stretched equilibrium of straight beams on a mesh (paper, eq. 40, one component).
 
-The unknown is the stretch f at the mesh points. A beam that hardly stretches, or that has one
-state only, is solved at once from a guess; any other is followed from rest, on its stable
-branch, to its load or to the limit below it.
+The unknown is the stretch f at the mesh points, (beams, n) for a stack of beams. Beams of small
+strain, and those with a unique equilibrium, are solved by Newton's method from a first guess; any
+other is followed from rest, alone, on its stable branch to its load or to the limit below it.
 """
 
 import math
-from typing import Any
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import lapack
 
 from beamviz.beam import Beam
-from beamviz.errors import NotConverged
-from beamviz.solver import constitutive
-from beamviz.solver.constitutive import Function, StrainLaw
+from beamviz.errors import NoEquilibrium
+from beamviz.solver.constitutive import StrainLaw, no_equilibrium
 from beamviz.solver.continuation import Path, Root, continue_load
-from beamviz.solver.hp.matrices import Inertia, Numbers, Stretch, diagonal, inertia
-from beamviz.solver.hp.mesh import Mesh, mesh
-from beamviz.solver.hp.mesh_design import unstretched
+from beamviz.solver.hp.mesh import Mesh, make_mesh
+from beamviz.solver.hp.mesh_design import unstretched_positions
 
-SMALL_FORCE = 0.3  # n below which a beam hardly stretches
-LESS_INWARDS = 0.2  # so much less of compression, of which green's law carries 0.19 at most
-GENTLE_FORCE = 0.1  # below which a few terms of the stretch in n are as good as a guess needs
-MANY_PASSES = 6  # of a guess for beams that stretch far
+SMALL_FORCE = 0.3  # force n below which the strain is small
+SMALLER_INWARD = 0.2  # less in compression, of which green's law carries 0.19 at most
+SERIES_FORCE = 0.1  # force n below which a few terms of the stretch in n make a good guess
+GUESS_PASSES = 6  # of the guess for a large stretch
 NEWTON_ITERATIONS = 12
-NEWTON_STEP = 1e-7  # relative to the stretch at the clamp: quadratic, the next is below rounding
-SAME_TANGENT = 1e-3  # stretch within which a tangent is as good as new
-NEUMANN_TERMS = 3
-FAR_FROM_END = 0.1  # least margin of beams solved together: nearer, its bound is too rough
-MOST = 0.7  # a bound of the margin that is as good as the margin
-LARGEST_SHARE = 0.5  # of one pass in the next, that is believed
+NEWTON_STEP = 1e-7  # relative to the stretch: quadratic, the next one is below rounding
+BOUND_SUFFICES = 0.7  # a lower bound of the margin that serves as the margin
+LARGEST_RATIO = 0.5  # of successive passes, in the extrapolation of the guess
 TINY = 1e-300
 LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 LIMIT_ORDER = 12
-
-State = tuple[Mesh, np.ndarray]  # the stretch f (n,) at the points of a mesh
-
-
-def greatest_force(beam: Beam | Numbers) -> Any:
-    """What the force n is at most anywhere, without what the stretch adds; of one beam or of
-    many. Of an outward beam it is that at the clamp."""
-    hub: Any = abs(beam.delta)
-    moment = 0.5 + hub + beam.alpha * (beam.beta + hub)
-    return (beam.gamma / beam.mu) ** 2 * moment
+NEAR_LIMIT = 1.01  # load up to which a limit is looked for where a beam was not solved
 
 
-def hardly_stretches(beam: Beam | Numbers) -> Any:
-    """Whether the force is small all along; of one beam or of many."""
-    return greatest_force(beam) < SMALL_FORCE - LESS_INWARDS * (beam.delta < 0)
+class BeamArrays(NamedTuple):
+    """The numbers of a stack of beams, each (beams, 1). A Beam serves for a stack of one."""
+
+    alpha: np.ndarray
+    beta: np.ndarray
+    gamma: np.ndarray
+    delta: np.ndarray
+    mu: np.ndarray
 
 
-def one_state(beam: Beam | Numbers, law: StrainLaw) -> Any:
-    """Whether there is no other state to run into than the stable one, of one beam or of many."""
-    return (beam.delta >= 0) & (law.max_stretch == math.inf)
+Beams = Beam | BeamArrays
+State = tuple[Mesh, np.ndarray]  # the stretch f (1, n) of one beam on a mesh
+
+
+class Inertia(NamedTuple):
+    """The line density rho = 1 + alpha Dirac(x - beta) in terms of a gradient on a mesh; without
+    the leading axis where all beams of a stack share it."""
+
+    G: np.ndarray  # (..., n, n) mass matrix J' rho J
+    G1: np.ndarray  # (..., n) G applied to the stretch of a beam at rest
+    g: np.ndarray  # (..., n) static moment J' rho 1
+    to_mass: np.ndarray | None  # (..., n) integrates from the clamp to the mass
+    alpha: float | np.ndarray  # (..., 1)
+    total: float | np.ndarray  # mass that pulls at the clamp
+
+
+class AxialState(NamedTuple):
+    """Equilibria of a stack of beams: the stretch f at the mesh points, the Newton iterations, the
+    relative error of f, and the margin: 1 at rest, 0 at the limit, None where there is no limit."""
+
+    f: np.ndarray  # (beams, n)
+    iterations: int
+    error: np.ndarray | float  # (beams,)
+    margin: np.ndarray | None = None  # (beams,)
+
+
+def inertia(mesh: Mesh, beams: Beams) -> Inertia:
+    """The inertia of beams whose mass sits on a break of the mesh."""
+    alpha, beta = beams.alpha, beams.beta
+    if isinstance(alpha, float) and isinstance(beta, float):
+        return _shared_inertia(mesh, alpha, beta)
+    if mesh.breaks.ndim == 1 and (alpha == alpha[0]).all() and (beta == beta[0]).all():
+        return _shared_inertia(mesh, alpha.item(0), beta.item(0))
+    return _with_mass(mesh, alpha, beta)
+
+
+@lru_cache(maxsize=64)
+def _shared_inertia(mesh: Mesh, alpha: float, beta: float) -> Inertia:
+    """`_with_mass` of one mass, kept: a sweep or a slider of anything else leaves it as it is."""
+    if not (alpha and beta):
+        return Inertia(mesh.G, mesh.G1, mesh.g, None, 0.0, 1.0)
+    shared = _with_mass(mesh, alpha, beta)
+    for array in (shared.G, shared.G1, shared.g, shared.to_mass):
+        assert array is not None
+        array.setflags(write=False)
+    return shared
+
+
+def _with_mass(mesh: Mesh, alpha: float | np.ndarray, beta: float | np.ndarray) -> Inertia:
+    """A concentrated mass added to the inertia of the mesh."""
+    to_mass = np.where(mesh.points < beta, mesh.weights, 0.0)
+    carried = alpha * to_mass
+    G = mesh.G + carried[..., None] * to_mass[..., None, :]
+    total = 1.0 + alpha * (beta > 0)
+    return Inertia(G, mesh.G1 + beta * carried, mesh.g + carried, to_mass, alpha, total)
+
+
+def greatest_force(beams: Beams) -> Any:
+    """An upper bound of |n| of an unstretched beam, and for an outward one its value at the
+    clamp: float, or (beams, 1)."""
+    hub: Any = abs(beams.delta)
+    moment = 0.5 + hub + beams.alpha * (beams.beta + hub)
+    return (beams.gamma / beams.mu) ** 2 * moment
+
+
+def is_small_strain(beams: Beams) -> Any:
+    """Whether the force is small all along: bool, or (beams, 1)."""
+    return greatest_force(beams) < SMALL_FORCE - SMALLER_INWARD * (beams.delta < 0)
+
+
+def has_unique_equilibrium(beams: Beams, law: StrainLaw) -> Any:
+    """Whether Newton's method has no other state to run into than the stable one: bool, or
+    (beams, 1)."""
+    return (beams.delta >= 0) & (law.max_stretch == math.inf)
 
 
 def equilibrium(
-    points: Mesh,
-    rho: Inertia,
-    beam: Beam,
+    mesh: Mesh,
+    inertia: Inertia,
+    beams: Beams,
     law: StrainLaw,
-    near: State | None = None,
-    enough: float = 0.0,
-) -> Stretch:
-    """The equilibrium on a mesh.
+    start: State | None = None,
+    accept_error: float = 0.0,
+) -> tuple[AxialState, np.ndarray]:
+    """The equilibria of a stack of beams on a mesh, and which of them were found (beams,).
 
-    A small load at once, and so a large one from the state `near` it; any other, or one near a
-    limit, by continuation from rest. To rounding, or `enough` near to be left at that.
+    start: the state of a single beam on another mesh. accept_error: relative error of f that need
+    not be reduced; near a limit, where a small residual is a large error, none is accepted.
+    Of several beams all are of small strain or have a unique equilibrium; a single one may be any,
+    and raises NoEquilibrium where there is none.
     """
-    if not beam.gamma:
-        return Stretch(np.ones(len(points.weights)), 0, 0.0)
-    load, one = (beam.gamma / beam.mu) ** 2, one_state(beam, law)
-    if not one:  # near a limit a small residual is a long way from equilibrium
-        enough = 0.0
-    if near is None:
-        guess = _guess(points, rho, beam, law, enough)
-    else:
-        elsewhere, f = near
-        guess = Stretch(elsewhere.at(points.points) @ f, 0, math.inf)
-    if guess is not None:
-        if guess.off < enough:
-            return guess
-        found = newton(points, rho, beam.delta, law, load, guess.f, enough)
-        if found is not None and one:
-            return found
-        if found is not None and (left := _margin(points, rho, beam, law, load, found.f)) > 0:
-            return found._replace(margin=left)
-    path = _follow(points, rho, beam.delta, law, load)
+    load = (beams.gamma / beams.mu) ** 2
+    if isinstance(load, float) and not load:
+        return AxialState(np.ones((1, len(mesh.weights))), 0, 0.0), np.ones(1, bool)
+    limited = not (law.hardens and np.min(beams.delta) >= 0)
+    if limited:
+        accept_error = 0.0
+    f, error = _first_guess(mesh, inertia, beams, law, start, accept_error)
+    if f is not None:
+        state, found = AxialState(f, 0, error), np.ones(len(f), bool)
+        if not error < accept_error:
+            state, found = newton(mesh, inertia, beams, law, load, f, accept_error)
+        if limited:
+            left = margin(mesh, inertia, beams, law, load, state.f)
+            found &= left > 0
+            state = state._replace(margin=np.where(found, left, 1.0))
+        if found.all() or not isinstance(beams, Beam):
+            return state, found
+    assert isinstance(beams, Beam)
+    path = _follow(mesh, inertia, beams, law, load)
     if path.limit is None:
-        left = _margin(points, rho, beam, law, load, path.state)
-        return Stretch(path.state, path.iterations, 0.0, left)
-    limit = _limit(beam, law, load)
-    if limit < beam.gamma:
-        raise constitutive.no_equilibrium(beam, limit, law)
-    raise NotConverged(
-        f"gamma = {beam.gamma:.9g}: so close to the limit of equilibrium, gamma = {limit:.9g},"
-        f" that the mesh of {points.elements} elements does not reach it"
-    )
+        left = margin(mesh, inertia, beams, law, load, path.state)
+        return AxialState(path.state, path.iterations, 0.0, left), np.ones(1, bool)
+    raise limit_error(beams, law) or no_equilibrium(beams, beams.mu * path.limit**0.5, law)
 
 
-def _guess(points: Mesh, rho: Inertia, beam: Beam, law: StrainLaw, enough: float) -> Stretch | None:
-    """The stretch of a beam that hardly stretches, in one pass where that is `enough` near, or of
-    one that has one state only; None of any other."""
-    force = greatest_force(beam)
+def _first_guess(
+    mesh: Mesh,
+    inertia: Inertia,
+    beams: Beams,
+    law: StrainLaw,
+    start: State | None,
+    accept_error: float,
+) -> tuple[np.ndarray | None, float]:
+    """A stretch (beams, n) to start Newton's method from and its relative error; None where it
+    might lead to another branch."""
+    if start is not None:
+        mesh_of_start, f = start
+        return f @ mesh_of_start.at(mesh.points).T, math.inf
+    force = float(np.max(greatest_force(beams)))
     if force < SMALL_FORCE:
-        passes = 1 if force**2 < enough else 2
-        stretch = law.gentle_stretch if force < GENTLE_FORCE else law.stretch
-        f = first_guess(points, rho, beam, stretch, passes)
-        return Stretch(f, 0, force ** (passes + 1))
-    if one_state(beam, law):
-        return Stretch(first_guess(points, rho, beam, law.stretch, MANY_PASSES), 0, math.inf)
-    return None
-
-
-def _follow(points: Mesh, rho: Inertia, delta: float, law: StrainLaw, load: float) -> Path:
-    """Continuation of the stable branch from no load towards `load` = (gamma / mu)^2."""
-
-    def solve_at(trial: float, guess: np.ndarray) -> Root | None:
-        found = newton(points, rho, delta, law, trial, guess)
-        return None if found is None else Root(found.f, found.iterations)
-
-    def left(reached: float, f: np.ndarray) -> float:
-        return margin(points, rho, delta, law, reached, f)
-
-    return continue_load(solve_at, np.ones(len(points.weights)), load, left)
-
-
-def _limit(beam: Beam, law: StrainLaw, load: float) -> float:
-    """The largest gamma with an equilibrium, on a mesh fine enough where a force law ends."""
-    breaks = sorted({*LIMIT_BREAKS, *unstretched(beam).ends})
-    points = mesh(tuple(breaks), (LIMIT_ORDER,) * (len(breaks) - 1))
-    rho = inertia(points, beam)
-    path = _follow(points, rho, beam.delta, law, load)
-    return beam.mu * (load if path.limit is None else path.limit) ** 0.5
+        passes = 1 if force**2 < accept_error else 2
+        stretch = law.stretch_series if force < SERIES_FORCE else law.stretch
+    elif not isinstance(beams, Beam) or has_unique_equilibrium(beams, law):
+        passes, stretch = GUESS_PASSES, law.stretch
+    else:
+        return None, math.inf
+    # Each pass takes the force n = load (G f + delta g) / w from the stretch before it. It adds a
+    # share of what the one before it did, much the same all along a beam of small strain as at its
+    # clamp: two passes give the sum of all. With n at the clamp of an outward beam, one pass errs
+    # by about n^2, two by less than n^3.
+    pull = (beams.gamma / beams.mu) ** 2 / mesh.weights
+    static = beams.delta * inertia.g
+    f = first = np.atleast_2d(stretch(pull * (inertia.G1 + static)))
+    for _ in range(passes - 1):
+        f = stretch(pull * (np.matvec(inertia.G, f) + static))
+    if passes == 2:
+        more = f - first
+        ratio = np.minimum(more[:, :1] / (first[:, :1] - 1 + TINY), LARGEST_RATIO)
+        f = f + more * (ratio / (1 - ratio))
+    return f, force ** (passes + 1) if force < SMALL_FORCE else math.inf
 
 
 def newton(
     mesh: Mesh,
-    rho: Inertia,
-    delta: float,
+    inertia: Inertia,
+    beams: Beams,
     law: StrainLaw,
-    load: float,
+    load: Any,
     f: np.ndarray,
-    enough: float = 0.0,
-) -> Stretch | None:
-    """The stretch f (n,) in equilibrium at load = (gamma / mu)^2, by Newton-Raphson from f.
+    accept_error: float = 0.0,
+) -> tuple[AxialState, np.ndarray]:
+    """The stretch f (beams, n) in equilibrium at load = (gamma / mu)^2, by Newton-Raphson from f,
+    and which beams converged (beams,) without leaving the stable branch.
 
-    The residual is w n(f) - load (G f + delta g), the paper's eq. 40 for a straight beam. A
-    tangent serves as long as f has hardly moved from where it was taken: each step then errs by
-    its own size times that distance.
-    Returns None where an iterate leaves the stable branch.
+    The residual is w n(f) - load (G f + delta g), the paper's eq. 40 for a straight beam.
     """
-    w, A, b = mesh.weights, load * rho.G, (load * delta) * rho.g
-    moved, least = math.inf, f.item(f.argmin())  # least: a lower bound of f from here on
-    if least <= law.min_stretch:
-        return None
+    A = load * inertia.G if isinstance(load, float) else load[..., None] * inertia.G
+    w, static = mesh.weights, load * beams.delta * inertia.g
+    stable = f.min(axis=-1) > law.min_stretch
+    accepted = max(accept_error, NEWTON_STEP**2)
     for iteration in range(1, NEWTON_ITERATIONS + 1):
-        residual = w * law.force(f) - A @ f - b
-        if moved > SAME_TANGENT:
-            tangent = mesh.eye * (w * law.stiffness(f)) - A
-            factor, step, info = lapack.dposv(tangent.T, residual, overwrite_a=True)
-            moved = 0.0
-        else:
-            step, info = lapack.dpotrs(factor, residual)
-        if info:
-            return None
-        f = f - step
-        size = math.sqrt(step @ step)
-        moved, least = moved + size, least - size
-        if least <= law.min_stretch:
-            least = float(f.min())
-            if least <= law.min_stretch:
-                return None
-        off = moved * size / f.item(0) ** 2
-        if off < NEWTON_STEP**2 or off < enough:
-            unbounded = law.max_stretch == math.inf
-            held = unbounded or f.max() < law.max_stretch
-            if held and not (unbounded and delta >= 0):
-                held = _left_at_clamp(rho, delta, law, load, f) > 0
-            return Stretch(f, iteration, off) if held else None
-    return None
+        residual = w * law.force(f) - np.matvec(A, f) - static
+        tangent = mesh.eye * (w * law.stiffness(f))[:, None, :] - A
+        step = np.zeros_like(f)
+        for k in range(len(f)):
+            if stable[k]:
+                _, step[k], info = lapack.dposv(tangent[k].T, residual[k], overwrite_a=True)
+                stable[k] = not info
+        f = np.where(stable[:, None], f - step, 1.0)
+        stable &= f.min(axis=-1) > law.min_stretch
+        error = np.where(stable, np.vecdot(step, step) / f[:, 0] ** 2, 0.0)  # quadratic
+        if error.max() < accepted:
+            break
+    stable &= error < accepted
+    if law.max_stretch < math.inf:
+        stable &= f.max(axis=-1) < law.max_stretch
+    if law.max_stretch < math.inf or np.min(beams.delta) < 0:
+        stable &= _left_at_clamp(inertia, beams, law, load, f) > 0
+    return AxialState(np.where(stable[:, None], f, 1.0), iteration, error), stable
 
 
-def newton_many(
-    mesh: Mesh, rho: Inertia, beams: Numbers, law: StrainLaw, load: np.ndarray, f: np.ndarray
-) -> tuple[Stretch, np.ndarray]:
-    """As `newton`, for many beams (beams, n) that hardly stretch or have one state only: no watch
-    is kept on the branch, so a state that may be near a limit does not count. Also says which
-    count; the rest is 1.
+def _follow(mesh: Mesh, inertia: Inertia, beam: Beam, law: StrainLaw, load: float) -> Path:
+    """Continuation of the stable branch from no load towards `load` = (gamma / mu)^2."""
 
-    The tangent D - A, D diagonal and A = load G the smaller, is inverted by a few terms of
-    D^-1 + D^-1 A D^-1 + ...: for many that takes less than their factors.
-    """
-    w, static = mesh.weights, beams.delta * rho.g
+    def solve_at(trial: float, guess: np.ndarray) -> Root | None:
+        state, found = newton(mesh, inertia, beam, law, trial, guess)
+        return Root(state.f, state.iterations) if found[0] else None
 
-    def pulled(f: np.ndarray) -> np.ndarray:
-        return load * np.matvec(rho.G, f)
+    def margin_at(reached: float, f: np.ndarray) -> float:
+        return float(margin(mesh, inertia, beam, law, reached, f, bound=-math.inf)[0])
 
-    iteration, size, converged = 0, np.zeros(len(f)), np.zeros(len(f), bool)
-    with np.errstate(all="ignore"):  # what runs away is not converged
-        while iteration < NEWTON_ITERATIONS and not converged.all():
-            iteration += 1
-            residual, D = w * law.force(f) - pulled(f) - load * static, w * law.stiffness(f)
-            step = residual / D
-            for _ in range(NEUMANN_TERMS - 1):
-                step = (residual + pulled(step)) / D
-            f = f - step
-            previous, size = size, abs(step).max(axis=-1)
-            rate = size / np.where(previous > size, previous, np.maximum(size, 1e-300))
-            converged = rate * size < NEWTON_STEP**2
-    sound = converged & (f.min(axis=-1) > law.min_stretch)
-    one = one_state(beams, law)[:, 0]
-    if one.all():
-        return Stretch(np.where(sound[:, None], f, 1.0), iteration, NEWTON_STEP**2), sound
-    f = np.where(sound[:, None], f, 1.0)
-    left = np.where(one, 1.0, least_margin(mesh, rho, beams.delta, law, load, f))
-    sound &= left > FAR_FROM_END
-    return Stretch(f, iteration, NEWTON_STEP**2, np.where(sound, left, 1.0)), sound
+    return continue_load(solve_at, np.ones((1, len(mesh.weights))), load, margin_at)
 
 
-def first_guess(
-    mesh: Mesh, rho: Inertia, beam: Beam | Numbers, stretch: Function, passes: int
-) -> np.ndarray:
-    """The stretch (..., n) of one beam or many from the force of each as it was before,
-    n = load (G f + delta g) / w, again and again from rest. stretch: of a force, by their law.
-
-    Each pass adds a share of what the one before it did, much the same share all along a beam that
-    hardly stretches as at its clamp: two passes say what all the others would add. With a force n
-    at the clamp of an outward beam, one pass is off by about n^2, two by less than n^3.
-    """
-    pull = (beam.gamma / beam.mu) ** 2 / mesh.weights
-    static = beam.delta * rho.g
-    f = stretch(pull * (rho.G1 + static))
-    if passes == 2:
-        first, f = f, stretch(pull * (np.matvec(rho.G, f) + static))
-        more = f - first
-        share = more[..., :1] / (first[..., :1] - 1 + TINY)
-        share = np.minimum(share, LARGEST_SHARE)
-        return f + more * (share / (1 - share))
-    for _ in range(passes - 1):
-        f = stretch(pull * (np.matvec(rho.G, f) + static))
-    return f
-
-
-def _left_at_clamp(
-    rho: Inertia, delta: float | np.ndarray, law: StrainLaw, load: Any, f: np.ndarray
-) -> Any:
-    """The share (...) of its greatest force, in tension and compression, that the law has left at
-    the clamp, which no Gauss point sees. Of one beam or of many."""
-    least, most = law.forces
-    force = load * (np.vecdot(rho.g, f)[..., None] + delta * rho.total)
-    return (1 - np.maximum(force / most, force / least))[..., 0]
-
-
-def _margin(
-    mesh: Mesh, rho: Inertia, beam: Beam, law: StrainLaw, load: float, f: np.ndarray
-) -> float:
-    """`margin`, or what it is at least where that is most of it."""
-    least = least_margin(mesh, rho, beam.delta, law, load, f)
-    return least if least > MOST else margin(mesh, rho, beam.delta, law, load, f)
+def limit_error(beam: Beam, law: StrainLaw) -> NoEquilibrium | None:
+    """The error of a beam beyond its limit of equilibrium, or too near it to be solved, on a mesh
+    that is fine where a force law ends; None where there is no limit."""
+    breaks = sorted({*LIMIT_BREAKS, *unstretched_positions(beam).ends})
+    mesh = make_mesh(tuple(breaks), (LIMIT_ORDER,) * (len(breaks) - 1))
+    load = NEAR_LIMIT * (beam.gamma / beam.mu) ** 2
+    path = _follow(mesh, inertia(mesh, beam), beam, law, load)
+    return None if path.limit is None else no_equilibrium(beam, beam.mu * path.limit**0.5, law)
 
 
 def margin(
-    mesh: Mesh, rho: Inertia, delta: float, law: StrainLaw, load: float, f: np.ndarray
-) -> float:
-    """How far an equilibrium is from its end: 1 at rest, falling to 0 there.
+    mesh: Mesh,
+    inertia: Inertia,
+    beams: Beams,
+    law: StrainLaw,
+    load: Any,
+    f: np.ndarray,
+    bound: float = BOUND_SUFFICES,
+) -> np.ndarray:
+    """How far equilibria (beams, n) are from their limit: 1 at rest, falling to 0 there, (beams,).
 
-    The least eigenvalue of the tangent relative to rest (a fold), or what the law has left at
-    the clamp, whichever is less.
+    The least eigenvalue of the tangent relative to rest (a fold), or what the law has left at the
+    clamp, whichever is less. The eigenvalue is at least that of D less the trace of the inertia; a
+    value above `bound` is taken in its place.
     """
-    scale = 1 / np.sqrt(mesh.weights)[:, None]
-    tangent = np.diag(law.stiffness(f)) - load * scale * rho.G * scale.T
-    return min(np.linalg.eigvalsh(tangent)[0], _left_at_clamp(rho, delta, law, load, f))
+    stiffness = law.stiffness(f)
+    trace = (diagonal(inertia.G) / mesh.weights).sum(axis=-1)[..., None]
+    fold = (stiffness.min(axis=-1, keepdims=True) - load * trace)[:, 0]
+    near = np.flatnonzero(fold < bound) if bound > -math.inf else range(len(f))
+    if len(near):
+        scale = 1 / np.sqrt(mesh.weights)
+        A = scale[..., None] * inertia.G * scale[..., None, :]
+        A = load * A if isinstance(load, float) else load[..., None] * A
+        tangents = mesh.eye * stiffness[:, None, :] - A
+        for k in near:
+            fold[k] = np.linalg.eigvalsh(tangents[k])[0]
+    return np.minimum(fold, _left_at_clamp(inertia, beams, law, load, f))
 
 
-def least_margin(
-    mesh: Mesh, rho: Inertia, delta: float | np.ndarray, law: StrainLaw, load: Any, f: np.ndarray
-) -> Any:
-    """What `margin` (...) is at least, of one beam or of many, without an eigenproblem: the
-    greatest pull is less than the trace of all of them."""
-    trace = (diagonal(rho.G) / mesh.weights).sum(axis=-1)
-    fold = law.stiffness(f).min(axis=-1) - (load * trace[..., None])[..., 0]
-    return np.minimum(fold, _left_at_clamp(rho, delta, law, load, f))
+def _left_at_clamp(
+    inertia: Inertia, beams: Beams, law: StrainLaw, load: Any, f: np.ndarray
+) -> np.ndarray:
+    """The share (beams,) of its greatest force, in tension and compression, that the law has left
+    at the clamp, where the force of most beams is greatest."""
+    least, most = law.forces
+    force = load * (np.vecdot(inertia.g, f)[:, None] + beams.delta * inertia.total)
+    return (1 - np.maximum(force / most, force / least))[:, 0]
+
+
+def diagonal(A: np.ndarray) -> np.ndarray:
+    """The diagonals of contiguous matrices (..., n, n), as a view (..., n) to write to."""
+    return A.reshape(*A.shape[:-2], -1)[..., :: A.shape[-1] + 1]

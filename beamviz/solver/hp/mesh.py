@@ -5,7 +5,6 @@ Its integral from the clamp is one matrix J away: u = J f, theta = J kappa, w = 
 Nothing has to be continuous across elements that is not so in the beam.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import accumulate, pairwise
@@ -78,25 +77,39 @@ class Grid:
         return len(self.orders)
 
     def from_clamp(self, x: np.ndarray) -> np.ndarray:
-        """Matrix (len(x), n): values at the points -> integral from the clamp to each x."""
-        return _from_clamp(self, x.tobytes())
+        """Matrix (..., len(x), n): values at the points -> integral from the clamp to each x.
 
-    def at(self, x: np.ndarray) -> np.ndarray:
-        """Matrix (len(x), n): values at the points -> their interpolant at each x."""
-        element, xi, _ = self.locate(x)
-        rows = np.zeros((len(x), len(self.points)))
+        Of a stack, x is (..., len(x)). The integral is a polynomial on each element, interpolated
+        (Berrut & Trefethen 2004, eq. 4.2) between its values, from J and the weights, at the Gauss
+        points and at the element's start.
+        """
+        one = x.ndim == 1  # of a stack all x are computed for every element, and those inside kept
+        rows = np.empty((*x.shape, self.points.shape[-1]))
         for e, block in enumerate(_blocks(self.orders)):
-            here, on = element == e, reference(self.orders[e])
-            without_start = on.barycentric[1:] * (on.points + 1)
-            rows[here, block] = _interpolation(xi[here], on.points, without_start)
+            xi, inside = self._local(e, x)
+            on = reference(self.orders[e])
+            near = _interpolation(xi[inside] if one else xi, on.nodes, on.barycentric)
+            within = near[..., 1:] @ self.J[..., block, :]
+            within[..., : block.start] += near[..., :1] * self.weights[..., None, : block.start]
+            rows[inside] = within if one else within[inside]
         return rows
 
-    def locate(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Element, local coordinate in [-1, 1] and half length for each x."""
-        element = np.clip(np.searchsorted(self.breaks, x, side="left") - 1, 0, self.elements - 1)
-        left, right = self.breaks[element], self.breaks[element + 1]
-        half = (right - left) / 2
-        return element, (x - left) / half - 1, half
+    def at(self, x: np.ndarray) -> np.ndarray:
+        """Matrix (len(x), n) of one grid: values at the points -> their interpolant at each x."""
+        rows = np.zeros((len(x), len(self.points)))
+        for e, block in enumerate(_blocks(self.orders)):
+            xi, inside = self._local(e, x)
+            on = reference(self.orders[e])
+            without_start = on.barycentric[1:] * (on.points + 1)
+            rows[inside, block] = _interpolation(xi[inside], on.points, without_start)
+        return rows
+
+    def _local(self, e: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates of x in element e, -1 .. 1, and whether x lies in it: the break between two
+        elements belongs to the left one."""
+        start, end = self.breaks[..., e, None], self.breaks[..., e + 1, None]
+        inside = (x <= end) & ((x > start) | (e == 0))
+        return np.where(inside, (2 * x - start - end) / (end - start), 0.0), inside
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,41 +132,6 @@ class Mesh(Grid):
     eye: np.ndarray  # (n, n)
 
 
-@lru_cache(maxsize=64)
-def _from_clamp(grid: Grid, x: bytes) -> np.ndarray:
-    """Grid.from_clamp; the points of a sweep share grid and x. The integral is a polynomial on
-    each element, interpolated (Berrut & Trefethen 2004, eq. 4.2) between what J and the weights
-    say of it at the Gauss points and at the element's start."""
-    element, xi, _ = grid.locate(np.frombuffer(x))
-    rows = np.empty((len(xi), len(grid.points)))
-    for e, block in enumerate(_blocks(grid.orders)):
-        here = element == e
-        on = reference(grid.orders[e])
-        near = _interpolation(xi[here], on.nodes, on.barycentric)
-        rows[here] = near[:, 1:] @ grid.J[block]
-        rows[here, : block.start] += near[:, :1] * grid.weights[: block.start]
-    return _frozen(rows)
-
-
-def each_from_clamp(grids: Sequence[Grid], x: np.ndarray) -> np.ndarray:
-    """Matrices (grids, len(x), n) of Grid.from_clamp for grids of the same orders, each at
-    places x (grids, len(x)) of its own."""
-    breaks, weights, J = (
-        np.array([getattr(grid, name) for grid in grids]) for name in ("breaks", "weights", "J")
-    )
-    rows = np.zeros((*x.shape, J.shape[-1]))
-    for e, block in enumerate(_blocks(grids[0].orders)):
-        start, end = breaks[:, e, None], breaks[:, e + 1, None]
-        here = (x > start) & (x <= end)
-        on = reference(grids[0].orders[e])
-        xi = np.where(here, (2 * x - start - end) / (end - start), 0.0)
-        near = _interpolation(xi, on.nodes, on.barycentric)
-        within = near[..., 1:] @ J[:, block]
-        within[..., : block.start] += near[..., :1] * weights[:, None, : block.start]
-        rows[here] = within[here]
-    return rows
-
-
 def _interpolation(xi: np.ndarray, nodes: np.ndarray, barycentric: np.ndarray) -> np.ndarray:
     """Matrix (..., nodes): values at the nodes -> their interpolant at each xi (...)."""
     away = xi[..., None] - nodes
@@ -165,12 +143,12 @@ def _interpolation(xi: np.ndarray, nodes: np.ndarray, barycentric: np.ndarray) -
 
 
 @lru_cache(maxsize=128)
-def mesh(breaks: tuple[float, ...], orders: tuple[int, ...]) -> Mesh:
+def make_mesh(breaks: tuple[float, ...], orders: tuple[int, ...]) -> Mesh:
     """The mesh with elements between `breaks` (0 .. 1, ascending) of these orders."""
-    return meshes(np.array(breaks), orders)
+    return make_meshes(np.array(breaks), orders)
 
 
-def meshes(breaks: np.ndarray, orders: tuple[int, ...]) -> Mesh:
+def make_meshes(breaks: np.ndarray, orders: tuple[int, ...]) -> Mesh:
     """The meshes between `breaks` (..., elements + 1), all of these orders."""
     elements = [reference(order) for order in orders]
     stack, n = breaks.shape[:-1], sum(orders)

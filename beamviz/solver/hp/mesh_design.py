@@ -1,12 +1,17 @@
-"""Where a rotating beam needs thin elements, and of which order: read off its scales.
+"""A-priori choice of the mesh of a straight beam, from the widths of its layers.
 
 Tension N against bending makes layers of width 1 / sqrt(N f^(2c-3)) at the clamp and on both
 sides of a concentrated mass; where the tension runs out, at a free tip, bending takes over
 within (N')^(-1/3). Gauss points crowd at the ends of an element, so order p resolves layers
 down to about 1/p^2 of it; only thinner ones get an element of their own.
 
-Two more things make it finer: a stretch that is all but singular just beyond an end wants a mesh
-graded towards it, and what softening takes from the lowest mode has to be there first.
+Two more things make the mesh finer: a stretch that is nearly singular just beyond an end wants a
+mesh graded towards it, and the digits that softening takes from the lowest mode must be there first.
+
+The constants below are fitted: too small a value costs a second attempt (refinement finds out and
+adds digits), too large a one unknowns; neither changes an answer beyond its error bar. Each names
+what it balances. scripts/fit_mesh_constants.py measures attempts and unknowns over random beams as
+a function of any of them.
 """
 
 import math
@@ -19,107 +24,123 @@ from beamviz.beam import Beam
 from beamviz.solver.constitutive import Curvature, StrainLaw
 from beamviz.solver.problem import Problem
 
-LAYER_REACH = 2.0  # widths per digit: exp(-2 * 12) of a layer's energy is left after 12
-TIP_REACH = 4.0
-GRADING = 6.0  # ratio of neighbouring elements where the stretch falls off
-WAVES_PER_ELEMENT = 9.0
-NEGLIGIBLE_FORCE = 0.1  # n: the stretch is 1 for all that layers care
-NEAREST = 1e-5  # beyond the clamp: nearer, where the law ends is not known
+# Widths of layers. A layer falls off as exp(-x / width), its energy twice as fast.
+LAYER_REACH = (
+    2.0  # element length in widths, per digit asked for: exp(-2 * 12) left after 12 digits
+)
+TIP_REACH = 4.0  # element length in widths of the tip layer: an Airy function falls off faster
+GRADING = 6.0  # ratio of neighbouring elements towards a singularity: more elements or higher order
+NEGLIGIBLE_FORCE = 0.1  # force n below which layers are computed for a stretch of 1
+NEAREST = 1e-5  # least distance to a singularity beyond the clamp: known no better from the mesh
 AT_END = 1e-13  # a mass this near the clamp or the tip sits on it, to rounding
+
+# Orders. order = PER_HALF_WAVE half_waves + PER_DIGIT digits + AT_LEAST: Gauss points per half-wave
+# (the asymptotic pi / 2 and a margin), and the exponential convergence beyond them.
+PER_HALF_WAVE, PER_DIGIT, AT_LEAST = 1.86, 0.85, 1.4
+# A layer of relative width d takes an order of OFFSET + PER_ROOT_WIDTH / sqrt(d) for six digits:
+# points crowd as 1 / order^2 at the ends. In an element of its own of length reach * width the same
+# holds with d = 1 / reach. A tip layer decays smoothly: order ~ 1 / d.
+LAYER_OFFSET, OWN_OFFSET, PER_ROOT_WIDTH = 5.4, 4.4, 2.4
+TIP_OFFSET, OWN_TIP_OFFSET = 6.0, 5.5
+# The share of these orders that other numbers of digits take (1 at six): linear in the digits,
+# slower where the element's length already grows with the digits.
+SHARE, SHARE_OF_THIN = (0.4, 0.1), (0.55, 0.075)
 GRADED_ORDER = 8  # least order beside thin elements, for six digits
-MIN_ORDER, MAX_ORDER = 4, 30
-MAX_UNKNOWNS = 300  # of one family; beyond, the scene is too near an end of equilibrium
-TOO_HIGH = 38.0  # an order from which on two halves are better than MAX_ORDER
-HALF = 0.7  # of the order of an element, in each half of it
-SPARE_DIGITS = 1.0  # that the orders below give beyond those asked for
-DIGITS_OF_STRETCH = 1.8  # lost to a stretch of 10 at the clamp
-CAPS = (14, 18, 22, 30)  # orders above which a layer gets an element of its own, tried in turn
-
-
-class Segment(NamedTuple):
-    """A part of the beam between clamp, mass and tip, with tension N and stretch f at its ends."""
-
-    start: float
-    end: float
-    N: tuple[float, float]
-    f: tuple[float, float]
-    slope: float  # -dN/dx at its end
-    brink: float  # how far before the clamp, did the beam go on, its law would carry no more
-
-    @property
-    def length(self) -> float:
-        return self.end - self.start
-
-    def pull(self, curvature: Curvature) -> tuple[float, float]:
-        """Tension against bending at its ends: N f^(2c - 3)."""
-        power = 2 * curvature.power - 3
-        (N, N_end), (f, f_end) = self.N, self.f
-        return N * f**power, N_end * f_end**power
+MIN_ORDER, MAX_ORDER = 4, 30  # below, elements are too many; above, dense ones cost more than two
+WAVES_PER_ELEMENT = 9.0  # half-waves in the longest element: order 30 resolves no more to 12 digits
+SPLIT_ORDER = 38.0  # order from which two halves take fewer unknowns than MAX_ORDER gives digits
+HALF = 0.7  # order of either half, as a share of that of the whole
+THIN_ABOVE = (14, 18, 22, 30)  # orders above which a layer gets its own element, tried in turn
+MAX_UNKNOWNS = 300  # of one family: dense eigenproblems beyond it take longer than a second
+SPARE_DIGITS = 1.0  # digits that the orders above give beyond those asked for
+DIGITS_PER_STRETCH = 1.8  # digits lost to a stretch of 10 at the clamp
 
 
 class Positions(NamedTuple):
-    """Where the beam is in equilibrium, roughly: x of clamp, mass and tip, u there, and the mean
-    u of each part between them."""
+    """Approximate equilibrium: x of clamp, mass and tip, u there, and the mean u of each part
+    between them."""
 
     ends: tuple[float, ...]
     u: tuple[float, ...]
     means: tuple[float, ...]
 
 
-WHOLE = Positions((0.0, 1.0), (0.0, 1.0), (0.5,))
+class Span(NamedTuple):
+    """A part of the beam between clamp, mass and tip, with tension N and stretch f at its ends."""
+
+    start: float
+    end: float
+    length: float
+    N: tuple[float, float]
+    f: tuple[float, float]
+    slope: float  # -dN/dx at its end
+    distance_to_force_limit: float  # before the clamp, were the beam continued there
 
 
-def unstretched(beam: Beam) -> Positions:
-    """The positions of a beam that hardly stretches: u = x."""
+class Layer(NamedTuple):
+    """A layer at x, on the side of its `end`: where an element of its own would end, the order
+    that element needs, and the order that resolves the layer without one."""
+
+    x: float
+    end: float
+    own_order: float
+    order: float
+
+
+BreaksAndOrders = tuple[tuple[float, ...], tuple[int, ...]]  # breaks and orders
+WITHOUT_INNER_MASS = Positions((0.0, 1.0), (0.0, 1.0), (0.5,))
+
+
+def unstretched_positions(beam: Beam) -> Positions:
+    """The positions of a beam of small strain: u = x."""
     beta = beam.beta
     if not (beam.alpha > 0 and AT_END < beta < 1 - AT_END):
-        return WHOLE
+        return WITHOUT_INNER_MASS
     ends = (0.0, beta, 1.0)
     return Positions(ends, ends, (beta / 2, (beta + 1) / 2))
 
 
-def segments(beam: Beam, positions: Positions, law: StrainLaw) -> list[Segment]:
-    """The parts of a beam with the tension N = gamma^2 int_x^1 rho (u + delta) at their ends."""
+def find_spans(beam: Beam, positions: Positions, law: StrainLaw) -> list[Span]:
+    """The spans of a beam, from the clamp, with N = gamma^2 int_x^1 rho (u + delta) at their ends."""
     ends, u, means = positions
-    parts = []
+    spans: list[Span] = []
     load, N = beam.gamma**2, 0.0
     for k in range(len(means), 0, -1):  # from the tip
-        a, b, pull = ends[k - 1], ends[k], load * (u[k] + beam.delta)
+        a, b, slope = ends[k - 1], ends[k], load * (u[k] + beam.delta)
         if beam.alpha and abs(b - beam.beta) <= AT_END:
-            N += beam.alpha * pull
+            N += beam.alpha * slope
         N_end, N = N, N + load * (b - a) * (means[k - 1] + beam.delta)
-        f, f_end = _stretch(law, N / beam.mu**2), _stretch(law, N_end / beam.mu**2)
-        brink = math.inf if a else _brink(N, beam, law)
-        parts.append(Segment(a, b, (N, N_end), (f, f_end), pull, brink))
-    return parts[::-1]
+        n, n_end = N / beam.mu**2, N_end / beam.mu**2
+        f = 1.0 if n < NEGLIGIBLE_FORCE else float(law.stretch(n))
+        f_end = 1.0 if n_end < NEGLIGIBLE_FORCE else float(law.stretch(n_end))
+        distance = math.inf
+        if not a and N * beam.delta > 0:  # else |N| falls off beyond the clamp, or is level
+            least, most = law.forces
+            left = most * beam.mu**2 - N if N > 0 else N - least * beam.mu**2
+            beyond = load * abs(beam.delta)  # |dN/dx| at the clamp
+            distance = max(left / beyond, NEAREST) if left < beyond else math.inf
+        spans.insert(0, Span(a, b, b - a, (N, N_end), (f, f_end), slope, distance))
+    return spans
 
 
-def _brink(N: float, beam: Beam, law: StrainLaw) -> float:
-    """How far before the clamp, where its tension is N, a beam would meet the end of its law."""
-    if N * beam.delta <= 0:  # |N| falls off beyond the clamp, or is level
-        return math.inf
-    least, most = law.forces
-    left = most * beam.mu**2 - N if N > 0 else N - least * beam.mu**2
-    slope = beam.gamma**2 * abs(beam.delta)
-    return max(left / slope, NEAREST) if left < slope else math.inf
+def extra_digits(beam: Beam, positions: Positions, spans: list[Span], problem: Problem) -> float:
+    """Digits that a mesh needs beyond those asked for: where softening cancels some, and where a
+    large stretch falls off along the beam."""
+    lost = 0.0
+    if beam.delta >= 0 and problem.plane == "chordwise" and problem.softening and problem.stiffens:
+        lost = cancellation_digits(beam, positions, spans, problem.curvature_measure)
+    return max(0.0, lost + DIGITS_PER_STRETCH * math.log10(spans[0].f[0]) - SPARE_DIGITS)
 
 
-def more_digits(beam: Beam, positions: Positions, parts: list[Segment], problem: Problem) -> float:
-    """Digits that a mesh needs beyond those asked for: where softening takes some, and where a
-    stretch falls off."""
-    softened = problem.chordwise and problem.softening and problem.stiffens and beam.delta >= 0
-    lost = lost_digits(beam, positions, parts, problem.curvature_measure) if softened else 0.0
-    return max(0.0, lost + DIGITS_OF_STRETCH * math.log10(parts[0].f[0]) - SPARE_DIGITS)
-
-
-def lost_digits(
-    beam: Beam, positions: Positions, parts: list[Segment], curvature: Curvature
+def cancellation_digits(
+    beam: Beam, positions: Positions, spans: list[Span], curvature: Curvature
 ) -> float:
-    """Digits that omega^2 of the lowest mode in the plane of rotation loses to the softening
-    gamma^2 of a beam that points outwards.
+    """Digits that omega^2 of the lowest chordwise mode of an outward beam loses to the softening
+    -gamma^2.
 
-    It turns about the clamp all but rigidly. What the softening leaves is bending, 3 at rest and
-    sqrt(N f^(5 - 2c)) in a layer, and the pull of the hub radius, over its moment of inertia.
+    Such a beam turns about its clamp almost as a rigid body. What the softening leaves is bending,
+    3 at rest and sqrt(N f^(5 - 2c)) in a layer, and the pull of the hub radius, over its moment of
+    inertia.
     """
     inertia = moment = 0.0
     start = u_start = 0.0
@@ -131,101 +152,98 @@ def lost_digits(
             inertia += beam.alpha * u**2
             moment += beam.alpha * u
         start, u_start = end, u
-    N, f = parts[0].N[0], parts[0].f[0]
+    N, f = spans[0].N[0], spans[0].f[0]
     bending = 3 + math.sqrt(N * f ** (5 - 2 * curvature.power))
     softening = beam.gamma**2
     left = (bending + softening * beam.delta * moment) / inertia
     return math.log10(1 + softening / left)
 
 
-def discretisation(
-    parts: list[Segment], mu: float, modes: int, curvature: Curvature, digits: float
-) -> tuple[tuple[float, ...], tuple[int, ...]]:
-    """Breaks and orders that should give the lowest `modes` modes to so many digits, with as few
-    unknowns as any choice of what is resolved by thin elements and what by order."""
-    waves = float(half_waves(mu, modes))
-    pulls = [part.pull(curvature) for part in parts]
-    pull = min(map(min, pulls))
-    if pull < 0:  # the half-waves over the whole beam where compression is greatest
-        waves += math.sqrt(-pull) / math.pi
+def choose_mesh(
+    spans: list[Span], mu: float, modes: int, curvature: Curvature, digits: float
+) -> BreaksAndOrders:
+    """Breaks and orders that should give the lowest `modes` modes to so many digits: of the
+    meshes that resolve layers above an order of THIN_ABOVE by thin elements, the one with the fewest
+    unknowns. Their sum may exceed MAX_UNKNOWNS."""
+    power = 2 * curvature.power - 3
+    waves, compression = float(half_waves(mu, modes)), 0.0
     layers: list[Layer] = []
-    fixed = [0.0]
-    for part, pull_at_ends in zip(parts, pulls, strict=True):
-        layers += _layers(part, pull_at_ends, digits)
-        fixed.append(part.end)
-        fixed += [part.start + distance for distance in _graded(part.brink, part.length)]
-        if part.slope > 0:
-            fixed += _falling(part, mu)
+    breaks = {0.0}
+    for span in spans:
+        pulls = span.N[0] * span.f[0] ** power, span.N[1] * span.f[1] ** power
+        compression = max(compression, -min(pulls))
+        layers += _layers(span, pulls, digits)
+        breaks.add(span.end)
+        if GRADING * span.distance_to_force_limit < span.length:
+            graded = _graded(span.distance_to_force_limit, span.length)
+            breaks.update(span.start + distance for distance in graded)
+        if span.slope > 0:
+            # f ~ N^(1/3) of a large stretch is singular where n would be -0.2, its least value
+            distance = (span.N[1] + 0.2 * mu**2) / span.slope
+            if GRADING * distance < span.length:
+                breaks.update(span.end - near for near in _graded(distance, span.length))
+    waves += math.sqrt(compression) / math.pi  # half-waves of buckling over the whole beam
     candidates = []
-    for cap in CAPS:
-        thin = [layer.end for layer in layers if layer.order > cap]
-        ends = _spread(sorted({*fixed, *thin}), WAVES_PER_ELEMENT / waves)
-        orders = [1.86 * waves * (b - a) + 1.4 + 0.85 * digits for a, b in pairwise(ends)]
-        if len(ends) > len(parts) + 1:
-            graded = _share_if_thin(digits) * GRADED_ORDER
-            orders = [max(order, graded) for order in orders]
-        for layer in layers:
-            element = layer.element(ends)
-            need = layer.order if layer.order <= cap else layer.own_order
-            orders[element] = max(orders[element], need)
-        ends, orders = _halved(ends, orders)
-        whole = [min(max(math.ceil(order), MIN_ORDER), MAX_ORDER) for order in orders]
-        candidates.append((sum(whole), tuple(ends), tuple(whole)))
+    for most in THIN_ABOVE:
+        thin = [layer.end for layer in layers if layer.order > most]
+        ends = _subdivided(sorted(breaks.union(thin)), WAVES_PER_ELEMENT / waves)
+        candidates.append(
+            _with_orders(ends, layers, most, len(ends) > len(spans) + 1, waves, digits)
+        )
         if not thin:
             break
     return min(candidates, key=itemgetter(0))[1:]
 
 
+def _with_orders(
+    ends: list[float], layers: list[Layer], most: float, graded: bool, waves: float, digits: float
+) -> tuple[int, tuple[float, ...], tuple[int, ...]]:
+    """Unknowns, breaks and orders of a mesh; graded: whether some of its elements are thin."""
+    least = (SHARE_OF_THIN[0] + SHARE_OF_THIN[1] * digits) * GRADED_ORDER if graded else 0.0
+    orders, start = [], ends[0]
+    for end in ends[1:]:
+        waves_here = waves * (end - start)
+        orders.append(max(PER_HALF_WAVE * waves_here + AT_LEAST + PER_DIGIT * digits, least))
+        start = end
+    for layer in layers:
+        element = ends.index(layer.x) - (layer.end < layer.x)
+        need = layer.order if layer.order <= most else layer.own_order
+        orders[element] = max(orders[element], need)
+    if SPLIT_ORDER < max(orders):
+        ends, orders = _halved(ends, orders)
+    whole = [min(max(math.ceil(order), MIN_ORDER), MAX_ORDER) for order in orders]
+    return sum(whole), tuple(ends), tuple(whole)
+
+
 def _halved(ends: list[float], orders: list[float]) -> tuple[list[float], list[float]]:
-    """Elements of too high an order in two halves each, as often as it takes; as they were where
-    that is too much."""
+    """Elements above SPLIT_ORDER in two halves each, as often as it takes; unchanged where that
+    takes more than MAX_UNKNOWNS."""
     halves, each = ends, orders
-    while TOO_HIGH < max(each) < math.inf:
+    while SPLIT_ORDER < max(each) < math.inf:
         k = each.index(max(each))
         halves = [*halves[: k + 1], (halves[k] + halves[k + 1]) / 2, *halves[k + 1 :]]
         each = [*each[:k], *2 * [HALF * each[k]], *each[k + 1 :]]
     return (halves, each) if sum(each) <= MAX_UNKNOWNS - len(each) else (ends, orders)
 
 
-class Layer(NamedTuple):
-    """A layer at x, on the side of its `end`: where an element of its own would end, the order
-    that needs, and the order that resolves the layer without one."""
-
-    x: float
-    end: float
-    own_order: float
-    order: float
-
-    def element(self, ends: list[float]) -> int:
-        """The element of the mesh that the layer lies in."""
-        return ends.index(self.x) - (self.end < self.x)
-
-
-def _share(digits: float) -> float:
-    """The share that so many digits need of the order that six need."""
-    return 0.4 + 0.1 * digits
-
-
-def _share_if_thin(digits: float) -> float:
-    """`_share` in thin elements, whose width goes with the digits already."""
-    return 0.55 + 0.075 * digits
-
-
-def _layers(part: Segment, pulls: tuple[float, float], digits: float) -> list[Layer]:
-    """The layers of a segment that are short of it: at its ends with these pulls, and where its
-    tension runs out at the free tip."""
-    share, if_thin, reach = _share(digits), _share_if_thin(digits), LAYER_REACH * digits
+def _layers(span: Span, pulls: tuple[float, float], digits: float) -> list[Layer]:
+    """The layers of a span that are shorter than it: at its ends, where the tension against bending
+    is `pulls`, and where its tension runs out at the free tip."""
+    share = SHARE[0] + SHARE[1] * digits
+    share_of_thin = SHARE_OF_THIN[0] + SHARE_OF_THIN[1] * digits
+    reach = LAYER_REACH * digits
     found = []
-    for x, pull, side in (part.start, pulls[0], 1), (part.end, pulls[1], -1):
-        if x < 1 and pull * part.length**2 > reach**2:  # nothing holds the rotation of the tip
+    for x, pull, side in (span.start, pulls[0], 1), (span.end, pulls[1], -1):
+        if x < 1 and pull * span.length**2 > reach**2:  # the tip is free to rotate
             width = 1 / math.sqrt(pull)
-            own = if_thin * (4.4 + 2.4 * math.sqrt(reach))
-            order = share * (5.4 + 2.4 * math.sqrt(part.length / width))
+            own = share_of_thin * (OWN_OFFSET + PER_ROOT_WIDTH * math.sqrt(reach))
+            order = share * (LAYER_OFFSET + PER_ROOT_WIDTH * math.sqrt(span.length / width))
             found.append(Layer(x, x + side * reach * width, own, order))
-    if part.end == 1 and part.slope > 0:
-        width = part.slope ** (-1 / 3)
-        if TIP_REACH * width < part.length:
-            own, order = if_thin * (5.5 + TIP_REACH), share * (6 + part.length / width)
+    if span.end == 1 and span.slope > 0:
+        width = span.slope ** (-1 / 3)
+        if TIP_REACH * width < span.length:
+            own = share_of_thin * (OWN_TIP_OFFSET + TIP_REACH)
+            order = share * (TIP_OFFSET + span.length / width)
             found.append(Layer(1.0, 1 - TIP_REACH * width, own, order))
     return found
 
@@ -242,21 +260,9 @@ def half_waves(mu: float, modes: int) -> int:
     return max(bending, stretching)
 
 
-def _stretch(law: StrainLaw, n: float) -> float:
-    """The stretch at which the law carries the force n, as well as layers need it."""
-    return 1.0 if n < NEGLIGIBLE_FORCE else float(law.stretch(n))
-
-
-def _falling(part: Segment, mu: float) -> list[float]:
-    """Breaks towards an end where a large stretch falls off: f ~ N^(1/3) has its singularity
-    just beyond, as far as the force n needs to fall to -0.2, its least value."""
-    distance = (part.N[1] + 0.2 * mu**2) / part.slope
-    return [part.end - near for near in _graded(distance, part.length)]
-
-
 def _graded(distance: float, length: float) -> list[float]:
-    """How far from its end an element of this length is broken, for a singularity at a distance
-    beyond the end."""
+    """Distances from its end at which an element of this length is broken, for a singularity at a
+    distance beyond the end."""
     breaks = []
     while GRADING * distance < length:
         breaks.append(distance)
@@ -264,12 +270,12 @@ def _graded(distance: float, length: float) -> list[float]:
     return breaks
 
 
-def _spread(breaks: list[float], longest: float) -> list[float]:
+def _subdivided(breaks: list[float], longest: float) -> list[float]:
     """The breaks with more between them where an element is longer than `longest`."""
-    spread = [breaks[0]]
+    ends = [breaks[0]]
     for a, b in pairwise(breaks):
         if b - a > longest:
             pieces = math.ceil((b - a) / longest)
-            spread += [a + (b - a) * i / pieces for i in range(1, pieces)]
-        spread.append(b)
-    return spread
+            ends += [a + (b - a) * i / pieces for i in range(1, pieces)]
+        ends.append(b)
+    return ends

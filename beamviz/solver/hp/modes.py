@@ -1,6 +1,12 @@
-"""The lowest modes about a stretched state: families apart, or coupled by Coriolis forces.
+"""Vibration of stretched straight beams on a mesh, and the estimated errors of omega^2.
 
-Everything here takes one beam or a stack of beams in leading axes.
+The unknowns sit at Gauss points of a few elements of high order: the gradient s = du' for
+stretching, the slope of the rotation kappa = theta' for bending. Displacements are integrals,
+u = J s and w = J (f J kappa), so the clamp is exact and nothing must match between elements:
+the jump of the stretch at a concentrated mass costs no accuracy. Convergence is exponential
+in the order.
+
+Everything here is for a stack of beams, in a leading axis.
 """
 
 from typing import NamedTuple
@@ -8,130 +14,217 @@ from typing import NamedTuple
 import numpy as np
 
 from beamviz.solver import eigen
-from beamviz.solver.eigen import gyroscopic_modes
-from beamviz.solver.hp import matrices as hp
-from beamviz.solver.hp.matrices import EPS
+from beamviz.solver.constitutive import axial_stiffness, bending_stiffness
+from beamviz.solver.hp.equilibrium import AxialState, Beams, Inertia, diagonal
 from beamviz.solver.hp.mesh import Mesh
 from beamviz.solver.problem import Problem
+
+EPS = float(np.finfo(float).eps)
+# Factors on the two estimates of error: twice what kept 5000 random beams over the accepted domain
+# within their error bars (scripts/measure_error_bars.py).
+TRUNCATION_FACTOR = 12.0
+ROUNDING_FACTOR = 30.0
 
 
 class Modes(NamedTuple):
     """The lowest modes of both families in one list.
 
-    Without Coriolis `picks` (..., modes) orders the columns of kappa, then s, laid end to end;
-    with it `picks` is None and column k of both, complex, is mode k.
+    Without Coriolis forces mode_order (beams, modes) orders the columns of kappa, then s, laid end
+    to end; with them it is None and column k of both, complex, is mode k.
     """
 
-    kappa: np.ndarray  # (..., n, modes) slope of the rotation
-    s: np.ndarray  # (..., n, modes) gradient along the beam
-    picks: np.ndarray | None
-    bending_energy_fraction: np.ndarray  # (..., modes) share of the kinetic energy
-    omega_squared: np.ndarray  # (..., modes) omega^2, ascending
-    truncation: np.ndarray  # (..., modes) error of omega^2 from the order of the mesh
-    rounding: np.ndarray  # (..., modes) error of omega^2 from rounding
-
-    def of(self, k: int) -> "Modes":
-        """The modes of beam k of a stack."""
-        picks = None if self.picks is None else self.picks[k]
-        return Modes(self.kappa[k], self.s[k], picks, *(field[k] for field in self[3:]))
+    kappa: np.ndarray  # (beams, n, modes) slope of the rotation
+    s: np.ndarray  # (beams, n, modes) gradient along the beam
+    mode_order: np.ndarray | None
+    bending_energy_fraction: np.ndarray  # (beams, modes) share of the kinetic energy
+    omega_squared: np.ndarray  # (beams, modes) ascending
+    truncation: np.ndarray  # (beams, modes) error of omega^2 from the order of the mesh
+    rounding: np.ndarray  # (beams, modes) error of omega^2 from rounding
 
 
-def apart(
-    points: Mesh,
-    stretch: hp.Stretch,
-    softening: float | np.ndarray,
-    forms: hp.Forms,
-    modes: int,
-    problem: Problem,
-    shift: float,
+class Matrices(NamedTuple):
+    """Stiffness, without softening, and mass of the two families.
+
+    Bending: K = IJ' diag(stiffness) IJ and M. Stretching: diag(d) and G, the mass of a gradient.
+    """
+
+    K: np.ndarray  # (beams, n, n)
+    M: np.ndarray  # (beams, n, n)
+    d: np.ndarray  # (beams, n)
+    G: np.ndarray  # (beams, n, n), or (n, n) where the beams share it
+    stiffness: np.ndarray  # (beams, 2, 2 n) against the unknown, then its integral (tension)
+
+
+def lowest_modes(
+    mesh: Mesh, inertia: Inertia, state: AxialState, beams: Beams, count: int, problem: Problem
+) -> Modes:
+    """The `count` lowest modes about the equilibria of a stack of beams.
+
+    With Coriolis forces no beam of several may be at rest or point inward: numpy raises LinAlgError
+    where one of several is unstable.
+    """
+    matrices = stiffness_and_mass(mesh, inertia, state.f, beams, problem)
+    if problem.gyroscopic and np.min(beams.gamma) > 0:
+        return gyroscopic_modes(mesh, inertia, state, beams, matrices, count, problem)
+    return uncoupled_modes(mesh, state, beams, matrices, count, problem)
+
+
+def stiffness_and_mass(
+    mesh: Mesh, inertia: Inertia, f: np.ndarray, beams: Beams, problem: Problem
+) -> Matrices:
+    """Vibration about the stretch f (beams, n), in terms of kappa = theta' and s = du'.
+
+    The tension N = gamma^2 int_x^1 rho (u + delta) is taken from equilibrium: mu^2 n(f)
+    cancels where a slender beam hardly stretches.
+    """
+    w, n = mesh.weights, f.shape[-1]
+    across = f[..., None] * mesh.J  # kappa -> w' = f theta
+    stiffness = np.zeros((len(f), 2, 2 * n))
+    stiffness[:, 0, :n] = bent = w * bending_stiffness(f, problem.curvature_measure)
+    stiffness[:, 1, :n] = d = w * axial_stiffness(f, beams.mu, problem.strain_law)
+    if problem.stiffens:
+        tension = beams.gamma**2 * (np.matvec(inertia.G, f) + beams.delta * inertia.g)
+        stiffness[:, 0, n:] = tension * f
+        K = across.mT @ (tension[..., None] * mesh.J)
+    else:
+        K = np.zeros_like(across)
+    K_diagonal = diagonal(K)
+    K_diagonal += bent
+    return Matrices(K, across.mT @ (inertia.G @ across), d, inertia.G, stiffness)
+
+
+def uncoupled_modes(
+    mesh: Mesh, state: AxialState, beams: Beams, matrices: Matrices, count: int, problem: Problem
 ) -> Modes:
     """The lowest modes of families that nothing couples.
 
     The softening is a multiple of M: it shifts every omega^2 and leaves the modes alone, so it
-    is taken off here.
+    is subtracted here.
     """
-    if shift:
-        K, M = _both(forms.K, forms.d), _both(forms.M, forms.G)
-        omega_squared, v, size = eigen.symmetric_modes(K, M, modes, shift)
+    compressed = np.min(beams.delta) < 0
+    if compressed:
+        K, M = _both(matrices.K, matrices.d), _both(matrices.M, matrices.G)
+        omega_squared, v, size = eigen.symmetric_modes(K, M, count, eigen.COMPRESSED)
     else:
-        omega_squared, v, size = eigen.lowest_of_families(*forms[:4], modes)
+        omega_squared, v, size = eigen.family_modes(*matrices[:4], count)
     scale = abs(omega_squared) + eigen.COMPRESSED
-    share = hp.share_lost(hp.lost_to_order(points, forms, v), scale)
-    truncation = hp.truncation(points, stretch, scale, share)
+    tail = np.maximum.accumulate(tail_energy(mesh, matrices, v) / scale, axis=-1)
     times = size / size[..., :1]  # rounding falls on the high ones
-    if shift:  # compression cancels against the rest: what rounds is each unknown by itself
+    if compressed:  # compression cancels against the rest: each unknown rounds by itself
         added = (size - omega_squared)[..., :1]
-        size = np.vecmat(hp.diagonal(K) + added * hp.diagonal(M), v**2)
-    rounding = hp.rounding(size, times)
-    if stretch.margin is not None:
-        rounding += hp.rounding_near_end(stretch.margin, scale)
+        size = np.vecmat(diagonal(K) + added * diagonal(M), v**2)
+    truncation, rounding = _errors(mesh, state, scale, tail, size, times)
     if problem.softening:
-        soft = omega_squared if problem.chordwise else omega_squared[..., 1:, :]
-        soft -= softening
-    kappa, s = v[..., 0, :, :], v[..., 1, :, :]
-    picks, places = _ascending(omega_squared, modes)
-    fractions = (picks < omega_squared.shape[-1]).astype(float)
-    omega_squared, truncation = omega_squared.take(places), truncation.take(places)
-    return Modes(kappa, s, picks, fractions, omega_squared, truncation, rounding.take(places))
+        softened = omega_squared if problem.chordwise else omega_squared[:, 1:]
+        softened -= np.reshape(beams.gamma, (-1, 1, 1)) ** 2
+    families = omega_squared.reshape(len(omega_squared), -1)
+    order = families.argsort(axis=-1)[:, :count]
+    picks = order + families.shape[1] * np.arange(len(order))[:, None]
+    return Modes(
+        v[:, 0],
+        v[:, 1],
+        order,
+        (order < omega_squared.shape[-1]).astype(float),
+        omega_squared.take(picks),
+        truncation.take(picks),
+        rounding.take(picks),
+    )
 
 
-def _ascending(omega_squared: np.ndarray, modes: int) -> tuple[np.ndarray, np.ndarray]:
-    """Of two families' omega_squared (..., 2, k) the lowest `modes`: places (..., modes) among those of
-    the beam, laid end to end, and among those of all beams."""
-    stack, both = omega_squared.shape[:-2], 2 * omega_squared.shape[-1]
-    picks = omega_squared.reshape(*stack, both).argsort(axis=-1)[..., :modes]
-    if not stack:
-        return picks, picks
-    return picks, picks + both * np.arange(len(picks))[:, None]
-
-
-def _both(bending: np.ndarray, stretching: np.ndarray) -> np.ndarray:
-    """Matrices (..., 2, n, n) of both families; those of stretching may be diagonals (..., n)."""
-    both = np.zeros((*bending.shape[:-2], 2, *bending.shape[-2:]))
-    both[..., 0, :, :] = bending
-    if stretching.ndim == bending.ndim:
-        both[..., 1, :, :] = stretching
-    else:
-        hp.diagonal(both)[..., 1, :] = stretching
-    return both
-
-
-def coupled(
-    points: Mesh,
-    rho: hp.Inertia,
-    stretch: hp.Stretch,
-    gamma: float | np.ndarray,
-    forms: hp.Forms,
-    modes: int,
-    softening: bool,
-    tolerance: float,
+def gyroscopic_modes(
+    mesh: Mesh,
+    inertia: Inertia,
+    state: AxialState,
+    beams: Beams,
+    matrices: Matrices,
+    count: int,
+    problem: Problem,
 ) -> Modes:
-    """The lowest modes of both families coupled by Coriolis forces; for a stack of beams gamma is
-    (beams, 1).
+    """The lowest modes of both families coupled by Coriolis forces.
 
     With T(omega) = K - omega^2 M + 2 gamma omega S, an error e of a shape z moves omega^2 by
     e'T e 2 omega / |z' T' z|, and |z' T' z| = omega + z' K z / omega.
     """
-    speed = np.asarray(gamma)[..., None]
-    K = _both(forms.K, forms.d)
-    if softening:
-        K -= speed[..., None] ** 2 * _both(forms.M, forms.G)
-    F = hp.weighted_displacements(points, rho, stretch.f)
-    (Kb, Ka), (Fb, Fa) = np.moveaxis(K, -3, 0), np.moveaxis(F, -3, 0)
-    most = tolerance / (10 * hp.ROUNDING_FACTOR * EPS)
-    omega_squared, s, kappa, times, definite = gyroscopic_modes(Ka, Fa, Kb, Fb, speed, modes, most)
+    gamma = np.reshape(beams.gamma, (-1, 1))
+    K = _both(matrices.K, matrices.d)
+    if problem.softening:
+        K -= gamma[..., None, None] ** 2 * _both(matrices.M, matrices.G)
+    F = weighted_displacements(mesh, inertia, state.f)
+    most_rounding = problem.tolerance / (10 * ROUNDING_FACTOR * EPS)
+    omega_squared, s, kappa, times, definite = eigen.gyroscopic_modes(
+        K[:, 1], F[:, 1], K[:, 0], F[:, 0], gamma[..., None], count, most_rounding
+    )
     size = abs(omega_squared) + gamma**2
-    v = np.stack((kappa, s), axis=-3)
-    v = v.real + v.imag  # a family swings in one phase
-    scale = size[..., None, :] + eigen.COMPRESSED
-    share = hp.share_lost(hp.lost_to_order(points, forms, v), scale).sum(axis=-2, keepdims=True)
-    stored = (v * (K @ v)).sum(axis=(-3, -2))
-    share *= (2 * abs(omega_squared) / (abs(omega_squared) + abs(stored)))[..., None, :]
-    fractions = ((Fb @ v[..., 0, :, :]) ** 2).sum(axis=-2)
-    truncation = hp.truncation(points, stretch, scale, share)[..., 0, :]
-    if not definite:  # as above
-        size = size + np.vecmat(abs(hp.diagonal(K)), v**2).sum(axis=-2)
-    rounding = hp.rounding(size, times)
-    if stretch.margin is not None:
-        rounding += hp.rounding_near_end(stretch.margin, scale[..., 0, :])
-    return Modes(kappa, s, None, fractions, omega_squared, truncation, rounding)
+    v = np.stack((kappa, s), axis=1)
+    v = v.real + v.imag  # a family moves in one phase
+    scale = size[:, None] + eigen.COMPRESSED
+    tail = np.maximum.accumulate(tail_energy(mesh, matrices, v) / scale, axis=-1)
+    tail = tail.sum(axis=1, keepdims=True)
+    stored = (v * (K @ v)).sum(axis=(1, 2))
+    tail *= (2 * abs(omega_squared) / (abs(omega_squared) + abs(stored)))[:, None]
+    fractions = ((F[:, 0] @ v[:, 0]) ** 2).sum(axis=1)
+    if not definite:  # as where compressed
+        size = size + np.vecmat(abs(diagonal(K)), v**2).sum(axis=1)
+    truncation, rounding = _errors(mesh, state, scale, tail, size[:, None], times[:, None])
+    return Modes(kappa, s, None, fractions, omega_squared, truncation[:, 0], rounding[:, 0])
+
+
+def weighted_displacements(mesh: Mesh, inertia: Inertia, f: np.ndarray) -> np.ndarray:
+    """F (beams, 2, m, n), bending first, with M = F' F: displacements at the mesh points, and at
+    the concentrated mass, times the root of the mass there."""
+    across = f[..., None] * mesh.J
+    rows = [np.stack(np.broadcast_arrays(mesh.rooted @ across, mesh.rooted), axis=1)]
+    if inertia.to_mass is not None:
+        to_mass = np.atleast_2d(inertia.alpha**0.5 * inertia.to_mass)[:, None]
+        rows.append(np.stack(np.broadcast_arrays(to_mass @ across, to_mass), axis=1))
+    return np.concatenate(rows, axis=-2)
+
+
+def _both(bending: np.ndarray, stretching: np.ndarray) -> np.ndarray:
+    """Matrices (beams, 2, n, n) of both families; those of stretching (..., n, n) or, of a diagonal
+    one, (beams, n)."""
+    both = np.zeros((len(bending), 2, *bending.shape[1:]))
+    both[:, 0] = bending
+    if stretching.shape[-2:] == bending.shape[-2:]:
+        both[:, 1] = stretching
+    else:
+        diagonal(both)[:, 1] = stretching
+    return both
+
+
+def tail_energy(mesh: Mesh, matrices: Matrices, v: np.ndarray) -> np.ndarray:
+    """The energy (beams, 2, k) that shapes v (beams, 2, n, k) of the two families have in the two
+    highest polynomials of each element, compression counted as tension: it bounds what a higher
+    order would change."""
+    tail = v.mT @ mesh.IJT[..., None, :, :].mT
+    return np.matvec(tail * tail, abs(matrices.stiffness))
+
+
+def _errors(
+    mesh: Mesh,
+    state: AxialState,
+    scale: np.ndarray,
+    relative_tail: np.ndarray,
+    size: np.ndarray,
+    times: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Estimated errors (beams, families, k) of omega^2 from the order of the mesh and the error of
+    the stretch, and from rounding.
+
+    scale: of omega^2 without softening. relative_tail: tail energies in units of it, for modes in
+    ascending order none smaller than those below it: by chance an estimate may nearly vanish. size:
+    of the numbers that are rounded, as many `times`.
+
+    A large stretch falls off along the beam almost singularly: more is lost then than the tail
+    shows. Near the limit of equilibrium an error of the load moves the stretch by 1 / margin as
+    much, and that the least omega^2, which falls to zero with the margin, as much again.
+    """
+    f = state.f
+    tail = np.matvec(mesh.tails, f)
+    lost = 4 * np.vecdot(tail, tail) / np.vecdot(mesh.weights, f) ** 2 + state.error / 2
+    rounding = size * (ROUNDING_FACTOR * EPS * (1 + times))
+    if state.margin is not None:
+        lost = lost / state.margin**2
+        rounding += scale * (ROUNDING_FACTOR * EPS * (1 / state.margin - 1))[:, None, None]
+    factor = TRUNCATION_FACTOR * np.maximum(f[:, 0], 1.0)
+    return (relative_tail + lost[:, None, None]) * (scale * factor[:, None, None]), rounding

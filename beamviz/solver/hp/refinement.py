@@ -1,130 +1,290 @@
-"""The default method `auto`: as few unknowns as the tolerance asks for."""
+"""The default method on as few unknowns as the tolerance asks for: meshes, attempts, refinement.
+
+Beams are solved in stacks that share a mesh, or at least the orders of their meshes; one beam is a
+stack of one. A stack is refined as a whole, then its remaining beams one by one.
+"""
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from itertools import groupby
+from operator import attrgetter
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.beam import Beam
-from beamviz.errors import NoEquilibrium, NotConverged
-from beamviz.solver import eigen
+from beamviz.beam import PARAMETERS, Beam
+from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 from beamviz.solver.constitutive import StrainLaw
-from beamviz.solver.hp import matrices as hp
-from beamviz.solver.hp.equilibrium import State, equilibrium, hardly_stretches
-from beamviz.solver.hp.mesh import Grid, Mesh, mesh
+from beamviz.solver.hp.equilibrium import (
+    AxialState,
+    BeamArrays,
+    Beams,
+    State,
+    equilibrium,
+    has_unique_equilibrium,
+    inertia,
+    is_small_strain,
+    limit_error,
+)
+from beamviz.solver.hp.mesh import Grid, Mesh, make_mesh, make_meshes
 from beamviz.solver.hp.mesh_design import (
     MAX_UNKNOWNS,
+    BreaksAndOrders,
     Positions,
-    discretisation,
-    more_digits,
-    segments,
-    unstretched,
+    Span,
+    choose_mesh,
+    extra_digits,
+    find_spans,
+    unstretched_positions,
 )
-from beamviz.solver.hp.modes import apart, coupled
+from beamviz.solver.hp.modes import lowest_modes
 from beamviz.solver.problem import Problem
 
-REFINEMENTS = 8
-REFERENCE_TOLERANCE = 1e-9  # of the solves other methods are compared with
+REFINEMENTS = 8  # attempts at a beam
+STACKED = 2  # of them in stacks: the beams left then need care of their own
+CHUNK = 32  # beams that share a mesh: it is as fine as the hardest of them needs
+FEWER_DIGITS = 0.15  # asked of a shared mesh: most of its beams need less than the hardest
+MORE_DIGITS = 0.7  # for each further attempt, beyond those the last one missed
 COARSE_ORDER = 6
-STRETCH_SHARE = 1e-3  # of the tolerance: an error of the stretch that need not be mended
+REFERENCE_TOLERANCE = 1e-9  # of the solves that other methods are compared with
+STRETCH_SHARE = 1e-3  # of the tolerance: an error of the stretch that is accepted
+
+_numbers = attrgetter(*PARAMETERS)
+
+# A sweep takes and frees arrays of about a megabyte. The C library of Linux gives these back to the
+# system, and each of their pages is fetched anew at a fault, up to a fifth of a sweep's time. Once
+# a larger block has been freed, it keeps what is smaller. This one is never touched.
+np.empty(2**24, np.int8)
 
 
 class StraightModes(NamedTuple):
-    """Equilibrium and the lowest modes on the mesh that met the tolerance; from kappa on the
-    fields of vibration.Modes."""
+    """Equilibrium and the lowest modes of a beam on the mesh that met the tolerance; from kappa on
+    the fields of hp.modes.Modes, without the axis of the stack."""
 
     grid: Grid
     f: np.ndarray  # (n,) stretch at the mesh points
     iterations: int
     kappa: np.ndarray
     s: np.ndarray
-    picks: np.ndarray | None
+    mode_order: np.ndarray | None
     bending_energy_fraction: np.ndarray
     omega_squared: np.ndarray
     truncation: np.ndarray
     rounding: np.ndarray
 
 
-def solve_straight(beam: Beam, modes: int, problem: Problem, tolerance: float) -> StraightModes:
-    """Equilibrium and the lowest `modes` modes within the relative `tolerance`.
+class Design(NamedTuple):
+    """What the mesh of a beam follows from: its spans, the digits it needs beyond those asked for,
+    and a state to start from."""
 
-    Raises NoEquilibrium with the limit, NotConverged when refinement does not get there.
-    """
-    near, positions = None, unstretched(beam)
-    if not problem.rigid_tension and not hardly_stretches(beam):
-        near, positions = coarse(beam, problem.strain_law)
-    pulled = beam if problem.stiffens else beam.replace(gamma=0.0)  # no tension, no layers
-    parts = segments(pulled, positions, problem.strain_law)
-    more = more_digits(beam, positions, parts, problem)
-    digits, enough = more - math.log10(tolerance), STRETCH_SHARE * tolerance / 10**more
-    over, tried = math.inf, 0
-    for attempt in range(1, REFINEMENTS + 1):
-        breaks, orders = discretisation(parts, beam.mu, modes, problem.curvature_measure, digits)
-        if sum(orders) > MAX_UNKNOWNS:
+    spans: list[Span]
+    extra_digits: float
+    start: State | None
+
+
+Answer = StraightModes | BeamvizError
+
+
+def solve_straight(beams: Sequence[Beam], problem: Problem, extra_modes: int = 0) -> list[Answer]:
+    """Equilibrium and modes of each beam within the tolerance, or NoEquilibrium or NotConverged in
+    its place; and `extra_modes` more modes, which need not meet the tolerance."""
+    refinement = Refinement(beams, problem, extra_modes)
+    for _ in range(REFINEMENTS):
+        for places, mesh in refinement.stacks():
+            refinement.solve_stack(places, mesh)
+        if refinement.finished():
             break
-        points = mesh(breaks, orders)
-        found = solve_on(points, beam, modes, problem, tolerance, near, enough)
-        over, tried = float(excess(found, tolerance, modes)), len(points.points)
-        if over <= 1:
+    return refinement.answers
+
+
+class Refinement:
+    """The progress of a refinement: answers, and what the beams still waiting are tried with.
+
+    waiting: place of each beam without an answer, with the digits that its attempts have added;
+    alone: places of beams that are solved by themselves; round: number of the attempt.
+    """
+
+    def __init__(self, beams: Sequence[Beam], problem: Problem, extra_modes: int):
+        self.beams, self.problem = beams, problem
+        self.count = problem.modes + extra_modes
+        self.answers: list[Any] = [None] * len(beams)
+        self.designs: dict[int, Design] = {}
+        self.waiting = dict.fromkeys(range(len(beams)), 0.0)
+        self.alone = set(self.waiting)
+        self.round = 1
+        if len(beams) > 1:
+            self.numbers = np.array([_numbers(beam) for beam in beams])  # (beams, 5)
+            self.alone -= set(np.flatnonzero(self._stackable()).tolist())
+
+    def _stackable(self) -> np.ndarray:
+        """Which beams (beams,) can be solved together with others."""
+        arrays, problem = BeamArrays(*self.numbers.T), self.problem
+        stackable = is_small_strain(arrays) | has_unique_equilibrium(arrays, problem.strain_law)
+        if problem.gyroscopic:
+            stackable &= (arrays.gamma > 0) & (arrays.delta >= 0)
+        return stackable & (not problem.rigid_tension)
+
+    def stacks(self) -> Iterator[tuple[list[int], Mesh]]:
+        """The places of beams to solve together, and the mesh or the stack of meshes for them."""
+        if len(self.alone) < len(self.waiting):
+            together = np.array([place for place in self.waiting if place not in self.alone])
+            alpha, beta, gamma, delta, mu = self.numbers[together].T
+            shared = len(set(beta[alpha > 0].tolist())) <= 1  # breaks at the mass, if at all
+            hardness = (gamma / mu) ** 2 * (1 + abs(delta)) * (1 + alpha) if shared else beta
+            order = together[hardness.argsort(kind="stable")]
+            chunks = [chunk.tolist() for chunk in np.array_split(order, -(-len(order) // CHUNK))]
+            yield from self._on_one_mesh(chunks) if shared else self._on_own_meshes(chunks)
+        for place in [place for place in self.waiting if place in self.alone]:
+            if found := self._mesh([place]):
+                yield [place], make_mesh(*found)
+
+    def _on_one_mesh(self, chunks: list[list[int]]) -> Iterator[tuple[list[int], Mesh]]:
+        """A mesh for beams with their mass at one place, gentle to hard: the hardest sets it."""
+        groups: dict[BreaksAndOrders, list[int]] = {}
+        for chunk in chunks:
+            while chunk:
+                if found := self._mesh(chunk):
+                    groups.setdefault(found, []).extend(chunk)
+                    break
+                chunk.pop()
+        for common, places in groups.items():
+            yield places, make_mesh(*common)
+
+    def _on_own_meshes(self, chunks: list[list[int]]) -> Iterator[tuple[list[int], Mesh]]:
+        """A stack of meshes for beams in the order of their masses: each has its own breaks, between
+        which neighbours share their orders."""
+        for chunk in chunks:
+            found = [(place, own) for place in chunk if (own := self._mesh([place]))]
+            for _, group in groupby(found, key=lambda pair: len(pair[1][1])):
+                places, meshes = zip(*group, strict=True)
+                breaks, orders = zip(*meshes, strict=True)
+                common = tuple(map(max, zip(*orders, strict=True)))
+                yield list(places), make_meshes(np.array(breaks), common)
+
+    def _mesh(self, places: list[int]) -> BreaksAndOrders | None:
+        """A mesh for some beams, the last of them the hardest; None where that has an answer now,
+        an error, or is to be solved alone."""
+        place, problem = places[-1], self.problem
+        try:
+            if place not in self.designs:
+                self.designs[place] = design(self.beams[place], problem)
+        except (NoEquilibrium, NotConverged) as error:
+            self._answer(place, error)
+            return None
+        spans, extra, _ = self.designs[place]
+        digits = extra - math.log10(problem.tolerance) + max(map(self.waiting.__getitem__, places))
+        if place not in self.alone:
+            digits -= FEWER_DIGITS
+        mu, measure = self.beams[place].mu, problem.curvature_measure
+        found = choose_mesh(spans, mu, problem.modes, measure, digits)
+        unknowns = sum(found[1])
+        if unknowns <= MAX_UNKNOWNS:
             return found
-        near = points, found.f
-        digits += 0.7 * attempt + math.log10(over)
-    if not tried:
-        raise NotConverged(
-            "the straight beam buckles in too many half-waves to resolve: that takes"
-            f" {sum(orders)} unknowns in each family, at most {MAX_UNKNOWNS} are tried; ask for a"
-            " lower gamma or a larger delta"
+        if place not in self.alone:
+            self.alone.add(place)
+        else:
+            self._answer(place, self._failure(place, f"its mesh takes {unknowns} unknowns"))
+        return None
+
+    def solve_stack(self, places: list[int], mesh: Mesh) -> None:
+        """Solve beams on a mesh or a stack of meshes: those within the tolerance have an answer, the
+        others more digits for the next attempt."""
+        one, problem = len(places) == 1, self.problem
+        beams: Beams = self.beams[places[0]]
+        if not one:
+            beams = BeamArrays(*self.numbers[places].T[:, :, None])
+        designs = [self.designs[place] for place in places if place in self.designs]
+        extra = max([design.extra_digits for design in designs])
+        start = designs[0].start if one else None
+        try:
+            rho = inertia(mesh, beams)
+            if problem.rigid_tension:
+                state, found = AxialState(np.ones((1, len(mesh.weights))), 0, 0.0), [True]
+            else:
+                accept_error = STRETCH_SHARE * problem.tolerance / 10**extra
+                law = problem.strain_law
+                state, found = equilibrium(mesh, rho, beams, law, start, accept_error)
+            modes = lowest_modes(mesh, rho, state, beams, self.count, problem)
+        except (NoEquilibrium, NotConverged, np.linalg.LinAlgError) as error:
+            if not one:  # one of them buckles: each by itself
+                self.alone.update(places)
+            elif isinstance(error, BeamvizError):
+                self._answer(places[0], error)
+            else:
+                raise
+            return
+        # Rounding error is exempt: refinement cannot reduce it, and the reported error contains it.
+        allowed = 2 * problem.tolerance * abs(modes.omega_squared) + modes.rounding
+        ratios = (modes.truncation / allowed)[:, : problem.modes].max(axis=-1).tolist()
+        f, iterations = state.f, state.iterations
+        for k, (place, ratio) in enumerate(zip(places, ratios, strict=True)):
+            if found[k] and ratio <= 1:
+                grid = mesh.grid if mesh.breaks.ndim == 1 else mesh.grid[k]
+                fields = [field if field is None else field[k] for field in modes]
+                self._answer(place, StraightModes(grid, f[k], iterations, *fields))
+            elif found[k]:
+                self.waiting[place] += MORE_DIGITS * self.round + math.log10(ratio)
+                if one:
+                    self.designs[place] = self.designs[place]._replace(start=(mesh, f))
+            else:
+                self.alone.add(place)
+
+    def finished(self) -> bool:
+        """Whether every beam has an answer; if not, prepares the next attempt, and gives up after
+        the last one."""
+        self.round += 1
+        if self.round > STACKED:
+            self.alone.update(self.waiting)
+        if self.round > REFINEMENTS:
+            for place in list(self.waiting):
+                told = f"its errors are above the tolerance after {REFINEMENTS} refinements"
+                self._answer(place, self._failure(place, told))
+        return not self.waiting
+
+    def _answer(self, place: int, answer: Answer) -> None:
+        self.answers[place] = answer
+        del self.waiting[place]
+        self.alone.discard(place)
+
+    def _failure(self, place: int, reason: str) -> BeamvizError:
+        """The error of a beam that cannot be resolved, in words that name a remedy."""
+        beam, problem = self.beams[place], self.problem
+        if not problem.rigid_tension and not (problem.strain_law.hardens and beam.delta >= 0):
+            try:
+                if near := limit_error(beam, problem.strain_law):
+                    return near
+            except NotConverged:  # no limit was found
+                pass
+        cause, remedy = "", "a larger tolerance or fewer modes"
+        if beam.delta < 0:
+            cause = ": the straight beam buckles in many half-waves"
+            remedy = "a lower gamma or a larger delta"
+        return NotConverged(
+            f"{reason}, at most {MAX_UNKNOWNS} in each family are tried{cause}; ask for {remedy}"
         )
-    raise NotConverged(
-        f"errors are still {over:.1e} times the tolerance {tolerance:g} with {tried} unknowns in"
-        " each family; ask for a larger tolerance or fewer modes"
-    )
 
 
-def excess(found: StraightModes, tolerance: float, modes: int) -> np.ndarray:
-    """The largest error (...) of the lowest `modes` in units of the one allowed. Rounding is
-    allowed: no mesh mends it, and the reported error says it."""
-    allowed = 2 * tolerance * abs(found.omega_squared) + found.rounding
-    return (found.truncation / allowed)[..., :modes].max(axis=-1)
+def design(beam: Beam, problem: Problem) -> Design:
+    """What the mesh of a beam follows from. Raises NoEquilibrium with the limit."""
+    start, positions = None, unstretched_positions(beam)
+    if not (problem.rigid_tension or is_small_strain(beam)):
+        start, positions = coarse_equilibrium(beam, problem.strain_law)
+    loaded = beam if problem.stiffens else beam.replace(gamma=0.0)  # no tension, no layers
+    spans = find_spans(loaded, positions, problem.strain_law)
+    return Design(spans, extra_digits(beam, positions, spans, problem), start)
 
 
-def solve_on(
-    points: Mesh,
-    beam: Beam,
-    modes: int,
-    problem: Problem,
-    tolerance: float,
-    near: State | None = None,
-    enough: float = 0.0,
-) -> StraightModes:
-    """Equilibrium, `enough` near, and modes on one mesh; `near` is the equilibrium on another."""
-    rho = hp.inertia(points, beam)
-    if not problem.rigid_tension:
-        stretch = equilibrium(points, rho, beam, problem.strain_law, near, enough)
-    else:
-        stretch = hp.Stretch(np.ones(len(points.weights)), 0, 0.0)
-    f, gamma, softening = stretch.f, beam.gamma, problem.softening
-    forms = hp.forms(
-        points, rho, beam, f, problem.strain_law, problem.curvature_measure, problem.stiffens
-    )
-    if problem.gyroscopic and gamma:
-        vibration = coupled(points, rho, stretch, gamma, forms, modes, softening, tolerance)
-    else:
-        shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
-        vibration = apart(points, stretch, gamma**2, forms, modes, problem, shift)
-    return StraightModes(points.grid, f, stretch.iterations, *vibration)
-
-
-def coarse(beam: Beam, law: StrainLaw) -> tuple[State, Positions]:
-    """The equilibrium of a beam that stretches on a coarse mesh, and the positions it gives."""
-    ends = unstretched(beam).ends
-    points = mesh(ends, (COARSE_ORDER,) * (len(ends) - 1))
-    f = equilibrium(points, hp.inertia(points, beam), beam, law).f
-    weighted = (points.weights * (points.J @ f)).reshape(-1, COARSE_ORDER).sum(axis=1)
-    u = points.from_clamp(np.array(ends)) @ f
+def coarse_equilibrium(beam: Beam, law: StrainLaw) -> tuple[State, Positions]:
+    """The equilibrium of a beam of large strain on a coarse mesh, and the positions it gives."""
+    ends = unstretched_positions(beam).ends
+    mesh = make_mesh(ends, (COARSE_ORDER,) * (len(ends) - 1))
+    state, _ = equilibrium(mesh, inertia(mesh, beam), beam, law)
+    f = state.f[0]
+    weighted = (mesh.weights * (mesh.J @ f)).reshape(-1, COARSE_ORDER).sum(axis=1)
+    u = mesh.from_clamp(np.array(ends)) @ f
     means = weighted / np.diff(ends)
-    return (points, f), Positions(ends, tuple(u.tolist()), tuple(means.tolist()))
+    return (mesh, state.f), Positions(ends, tuple(u.tolist()), tuple(means.tolist()))
 
 
 def errors_against_reference(
@@ -138,10 +298,16 @@ def errors_against_reference(
     """
     modes = len(omega_squared)
     method = "foac" if problem.rigid_tension else "auto"
-    reference = replace(problem, method=method, elements=None, terms=None)
-    try:
-        exact = solve_straight(beam, 2 * modes, reference, REFERENCE_TOLERANCE)
-    except (NoEquilibrium, NotConverged):
+    reference = replace(
+        problem,
+        modes=2 * modes,
+        method=method,
+        tolerance=REFERENCE_TOLERANCE,
+        elements=None,
+        terms=None,
+    )
+    exact = solve_straight([beam], reference)[0]
+    if isinstance(exact, BeamvizError):
         return np.full(modes, np.inf)
     exact_errors = exact.truncation + exact.rounding
     errors = np.empty(modes)
