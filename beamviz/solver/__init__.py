@@ -1,22 +1,25 @@
 """Public entry point: validates the options and dispatches to the chosen method."""
 
+import difflib
 import time
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
-from beamviz.beam import Beam, check_int
-from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
+import numpy as np
+
+from beamviz.beam import Beam, check_float, check_int
+from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
 from beamviz.solver.hp import displacements as displacements
 from beamviz.solver.hp import solve_hp
-from beamviz.solver.problem import CHOICES as CHOICES
-from beamviz.solver.problem import MAX_MODES, METHODS, Problem, parse_options
-from beamviz.solver.problem import OPTIONS as OPTIONS
+from beamviz.solver.problem import CHOICES, METHODS, OPTIONS, Problem
 from beamviz.solver.problem import PLANES as PLANES
 from beamviz.solver.solution import Solution
 
-
-DEFAULTS = vars(Problem()).copy()
+MAX_MODES = 20
+TOLERANCES = (1e-12, 0.1)  # least and greatest relative error that may be asked for
+DEFAULTS = {name: getattr(Problem, name) for name in OPTIONS}
 
 
 def solve(
@@ -81,6 +84,50 @@ def solve_many(
     problem = parse_options({**DEFAULTS, **options})
     extra_modes = check_int("extra_modes", extra_modes, 0, MAX_MODES)
     return _solve(beams, problem, start, extra_modes)
+
+
+def parse_options(options: dict[str, Any]) -> Problem:
+    """The problem that the keywords of `solve` describe; InvalidInput names the one that is wrong.
+
+    Valid combinations are remembered: a slider or a sweep gives the same ones again and again.
+    """
+    try:
+        return _problem(**options)
+    except TypeError:  # an unknown keyword, or a value that cannot be hashed
+        for name in options:
+            if name not in OPTIONS:
+                near = difflib.get_close_matches(name, OPTIONS, n=1, cutoff=0.5)
+                hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(OPTIONS)}"
+                raise InvalidInput(f"unknown option {name!r}: {hint}") from None
+        return _validated(Problem(**options))
+
+
+@lru_cache(maxsize=256, typed=True)
+def _problem(**options: Any) -> Problem:
+    return _validated(Problem(**options))
+
+
+def _validated(given: Problem) -> Problem:
+    """The problem in plain Python numbers; InvalidInput where an option is wrong."""
+    values = {name: getattr(given, name) for name in OPTIONS}
+    for name, known in CHOICES.items():
+        if not isinstance(values[name], str) or values[name] not in known:
+            raise InvalidInput(f"{name} = {values[name]!r}: must be one of {', '.join(known)}")
+    for name in ("coriolis", "stiffening", "softening"):
+        if not isinstance(values[name], bool | np.bool_):
+            raise InvalidInput(f"{name} = {values[name]!r}: must be True or False")
+        values[name] = bool(values[name])
+    values["modes"] = check_int("modes", given.modes, 1, MAX_MODES)
+    values["tolerance"] = check_float("tolerance", given.tolerance, *TOLERANCES)
+    problem = Problem(**values)
+    for feature in METHODS[problem.method].unsupported:
+        if feature.requested(problem):
+            able = [row.name for row in METHODS.values() if feature not in row.unsupported]
+            raise InvalidInput(
+                f"{feature.value(problem)}: method {problem.method} takes no {feature.noun};"
+                f" methods that do: {', '.join(able)}"
+            )
+    return problem
 
 
 def _solve(

@@ -59,8 +59,8 @@ def symmetric_modes(K: np.ndarray, M: np.ndarray, count: int, shift: float = 0.0
 def family_modes(
     K: np.ndarray, M: np.ndarray, d: np.ndarray, G: np.ndarray, count: int
 ) -> SymmetricModes:
-    """`symmetric_modes` of a stack of problems K v = lambda M v (beams, n, n) and, second in an axis
-    after that of the stack, of diag(d) v = lambda G v, d (beams, n) > 0, which is cheaper."""
+    """`symmetric_modes` of a stack of problems K v = lambda M v (beams, n, n) and, second in an
+    axis after that of the stack, of diag(d) v = lambda G v, d (beams, n) > 0, which is cheaper."""
     n = d.shape[-1]
     count = min(count, n)
     root = 1 / np.sqrt(d)[:, None, :]

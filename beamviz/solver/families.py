@@ -76,6 +76,8 @@ def build_solution(
     start: the clock (time.perf_counter) at the call.
     """
     omega_squared, fraction, fields = modes
+    for array in (omega_squared, fraction):
+        array.setflags(write=False)
     return Solution(
         beam=beam,
         problem=problem,

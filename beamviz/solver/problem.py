@@ -1,29 +1,21 @@
 """What is asked of a solve: the problem, validated, and the methods it can be given to."""
 
-import difflib
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, fields
-from functools import lru_cache
+from functools import cached_property
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from beamviz.beam import check_float, check_int
-from beamviz.errors import InvalidInput
 from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS, Curvature, StrainLaw
 
 PLANES = ("chordwise", "flapwise")
-MAX_MODES = 20
 MODEL = ("method", "strain", "curvature", "coriolis", "plane", "stiffening", "softening")
-TOLERANCES = (1e-12, 0.1)  # least and greatest relative error that may be asked for
 
 
 @dataclass(frozen=True)
 class Problem:
     """What is solved for every beam: the theory, the method and its resolution.
 
-    The fields are the keywords of `beamviz.solve`, which documents them; `parse_options`
-    validates them.
+    The fields are the keywords of `beamviz.solve`, which documents and validates them.
     """
 
     modes: int = 5
@@ -43,32 +35,32 @@ class Problem:
         """The method and the terms of the theory by name, without the resolution."""
         return {name: getattr(self, name) for name in MODEL}
 
-    @property
+    @cached_property
     def strain_law(self) -> StrainLaw:
         """The axial strain e(f) and its derivatives."""
         return STRAIN_LAWS[self.strain]
 
-    @property
+    @cached_property
     def curvature_measure(self) -> Curvature:
         """The measure of bending."""
         return CURVATURES[self.curvature]
 
-    @property
+    @cached_property
     def chordwise(self) -> bool:
         """Whether the beam bends in the plane of rotation, where the centrifugal force softens."""
         return self.plane == "chordwise"
 
-    @property
+    @cached_property
     def gyroscopic(self) -> bool:
         """Whether Coriolis forces couple stretching and bending."""
         return self.coriolis and self.plane == "chordwise"
 
-    @property
+    @cached_property
     def stiffens(self) -> bool:
         """Whether the tension stiffens bending."""
         return self.stiffening and self.method != "zoac"
 
-    @property
+    @cached_property
     def rigid_tension(self) -> bool:
         """Whether the method takes the tension of the unstretched reference length."""
         return METHODS[self.method].rigid_tension
@@ -199,47 +191,3 @@ CHOICES: dict[str, Collection[str]] = {
     "plane": PLANES,
 }
 OPTIONS = tuple(entry.name for entry in fields(Problem))
-
-
-def parse_options(options: dict[str, Any]) -> Problem:
-    """The problem that the keywords of `solve` describe; InvalidInput names the one that is wrong.
-
-    Valid combinations are remembered: a slider or a sweep gives the same ones again and again.
-    """
-    try:
-        return _problem(**options)
-    except TypeError:  # an unknown keyword, or a value that cannot be hashed
-        for name in options:
-            if name not in OPTIONS:
-                near = difflib.get_close_matches(name, OPTIONS, n=1, cutoff=0.5)
-                hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(OPTIONS)}"
-                raise InvalidInput(f"unknown option {name!r}: {hint}") from None
-        return _validated(Problem(**options))
-
-
-@lru_cache(maxsize=256, typed=True)
-def _problem(**options: Any) -> Problem:
-    return _validated(Problem(**options))
-
-
-def _validated(given: Problem) -> Problem:
-    """The problem in plain Python numbers; InvalidInput where an option is wrong."""
-    values = {name: getattr(given, name) for name in OPTIONS}
-    for name, known in CHOICES.items():
-        if not isinstance(values[name], str) or values[name] not in known:
-            raise InvalidInput(f"{name} = {values[name]!r}: must be one of {', '.join(known)}")
-    for name in ("coriolis", "stiffening", "softening"):
-        if not isinstance(values[name], bool | np.bool_):
-            raise InvalidInput(f"{name} = {values[name]!r}: must be True or False")
-        values[name] = bool(values[name])
-    values["modes"] = check_int("modes", given.modes, 1, MAX_MODES)
-    values["tolerance"] = check_float("tolerance", given.tolerance, *TOLERANCES)
-    problem = Problem(**values)
-    for feature in METHODS[problem.method].unsupported:
-        if feature.requested(problem):
-            able = [row.name for row in METHODS.values() if feature not in row.unsupported]
-            raise InvalidInput(
-                f"{feature.value(problem)}: method {problem.method} takes no {feature.noun};"
-                f" methods that do: {', '.join(able)}"
-            )
-    return problem

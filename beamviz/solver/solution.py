@@ -80,10 +80,6 @@ class Solution:
     bending_energy_fraction: np.ndarray  # (modes,) share of the kinetic energy across the beam
     fields: Fields  # displacement up to a constant factor of modulus 1 of each mode
 
-    def __post_init__(self) -> None:
-        _read_only(self.omega_squared)
-        _read_only(self.bending_energy_fraction)
-
     def __repr__(self) -> str:
         numbers = ", ".join(f"{name}={value:g}" for name, value in self.beam.numbers.items())
         lowest = ", ".join(f"{frequency:.6g}" for frequency in self.frequencies[:5])

@@ -214,7 +214,9 @@ def newton(
     w, static = mesh.weights, load * beams.delta * inertia.g
     stable = f.min(axis=-1) > law.min_stretch
     accepted = max(accept_error, NEWTON_STEP**2)
-    for iteration in range(1, NEWTON_ITERATIONS + 1):
+    iteration = 0
+    while iteration < NEWTON_ITERATIONS:
+        iteration += 1
         residual = w * law.force(f) - np.matvec(A, f) - static
         tangent = mesh.eye * (w * law.stiffness(f))[:, None, :] - A
         step = np.zeros_like(f)

@@ -8,9 +8,9 @@ down to about 1/p^2 of it; only thinner ones get an element of their own.
 Two more things make the mesh finer: a stretch that is nearly singular just beyond an end wants a
 mesh graded towards it, and the digits that softening takes from the lowest mode must be there first.
 
-The constants below are fitted: too small a value costs a second attempt (refinement finds out and
-adds digits), too large a one unknowns; neither changes an answer beyond its error bar. Each names
-what it balances. scripts/fit_mesh_constants.py measures attempts and unknowns over random beams as
+The constants below are fitted: too small a value costs a second attempt (refinement adds digits),
+too large a value unknowns; neither moves an answer beyond its error bar. Each comment says what the
+constant balances. scripts/fit_mesh_constants.py measures attempts and unknowns over random beams as
 a function of any of them.
 """
 
@@ -101,7 +101,7 @@ def unstretched_positions(beam: Beam) -> Positions:
 
 
 def find_spans(beam: Beam, positions: Positions, law: StrainLaw) -> list[Span]:
-    """The spans of a beam, from the clamp, with N = gamma^2 int_x^1 rho (u + delta) at their ends."""
+    """The spans of a beam, clamp first, with N = gamma^2 int_x^1 rho (u + delta) at their ends."""
     ends, u, means = positions
     spans: list[Span] = []
     load, N = beam.gamma**2, 0.0
@@ -162,31 +162,32 @@ def cancellation_digits(
 def choose_mesh(
     spans: list[Span], mu: float, modes: int, curvature: Curvature, digits: float
 ) -> BreaksAndOrders:
-    """Breaks and orders that should give the lowest `modes` modes to so many digits: of the
-    meshes that resolve layers above an order of THIN_ABOVE by thin elements, the one with the fewest
-    unknowns. Their sum may exceed MAX_UNKNOWNS."""
+    """Breaks and orders that should give the lowest `modes` modes to a number of digits: of the
+    meshes that resolve layers above an order of THIN_ABOVE by thin elements, the one with the
+    fewest unknowns. They may exceed MAX_UNKNOWNS."""
     power = 2 * curvature.power - 3
     waves, compression = float(half_waves(mu, modes)), 0.0
-    layers: list[Layer] = []
+    layers = _layers(spans, power, digits)
     breaks = {0.0}
     for span in spans:
-        pulls = span.N[0] * span.f[0] ** power, span.N[1] * span.f[1] ** power
-        compression = max(compression, -min(pulls))
-        layers += _layers(span, pulls, digits)
+        (N, N_end), (f, f_end) = span.N, span.f
+        compression = max(compression, -N * f**power, -N_end * f_end**power)
         breaks.add(span.end)
         if GRADING * span.distance_to_force_limit < span.length:
             graded = _graded(span.distance_to_force_limit, span.length)
             breaks.update(span.start + distance for distance in graded)
         if span.slope > 0:
             # f ~ N^(1/3) of a large stretch is singular where n would be -0.2, its least value
-            distance = (span.N[1] + 0.2 * mu**2) / span.slope
+            distance = (N_end + 0.2 * mu**2) / span.slope
             if GRADING * distance < span.length:
                 breaks.update(span.end - near for near in _graded(distance, span.length))
     waves += math.sqrt(compression) / math.pi  # half-waves of buckling over the whole beam
     candidates = []
     for most in THIN_ABOVE:
-        thin = [layer.end for layer in layers if layer.order > most]
-        ends = _subdivided(sorted(breaks.union(thin)), WAVES_PER_ELEMENT / waves)
+        thin = [layer.end for layer in layers if layer.order > most] if layers else []
+        ends = sorted(breaks.union(thin))
+        if waves > WAVES_PER_ELEMENT:
+            ends = _subdivided(ends, WAVES_PER_ELEMENT / waves)
         candidates.append(
             _with_orders(ends, layers, most, len(ends) > len(spans) + 1, waves, digits)
         )
@@ -209,7 +210,7 @@ def _with_orders(
         element = ends.index(layer.x) - (layer.end < layer.x)
         need = layer.order if layer.order <= most else layer.own_order
         orders[element] = max(orders[element], need)
-    if SPLIT_ORDER < max(orders):
+    if max(orders) > SPLIT_ORDER:
         ends, orders = _halved(ends, orders)
     whole = [min(max(math.ceil(order), MIN_ORDER), MAX_ORDER) for order in orders]
     return sum(whole), tuple(ends), tuple(whole)
@@ -226,25 +227,29 @@ def _halved(ends: list[float], orders: list[float]) -> tuple[list[float], list[f
     return (halves, each) if sum(each) <= MAX_UNKNOWNS - len(each) else (ends, orders)
 
 
-def _layers(span: Span, pulls: tuple[float, float], digits: float) -> list[Layer]:
-    """The layers of a span that are shorter than it: at its ends, where the tension against bending
-    is `pulls`, and where its tension runs out at the free tip."""
+def _layers(spans: list[Span], power: int, digits: float) -> list[Layer]:
+    """The layers shorter than the span they are in: at its ends, where the tension N f^power pulls
+    against bending, and where the tension runs out at the free tip."""
     share = SHARE[0] + SHARE[1] * digits
     share_of_thin = SHARE_OF_THIN[0] + SHARE_OF_THIN[1] * digits
     reach = LAYER_REACH * digits
+    own = share_of_thin * (OWN_OFFSET + PER_ROOT_WIDTH * math.sqrt(reach))
     found = []
-    for x, pull, side in (span.start, pulls[0], 1), (span.end, pulls[1], -1):
-        if x < 1 and pull * span.length**2 > reach**2:  # the tip is free to rotate
-            width = 1 / math.sqrt(pull)
-            own = share_of_thin * (OWN_OFFSET + PER_ROOT_WIDTH * math.sqrt(reach))
-            order = share * (LAYER_OFFSET + PER_ROOT_WIDTH * math.sqrt(span.length / width))
-            found.append(Layer(x, x + side * reach * width, own, order))
-    if span.end == 1 and span.slope > 0:
-        width = span.slope ** (-1 / 3)
-        if TIP_REACH * width < span.length:
-            own = share_of_thin * (OWN_TIP_OFFSET + TIP_REACH)
-            order = share * (TIP_OFFSET + span.length / width)
-            found.append(Layer(1.0, 1 - TIP_REACH * width, own, order))
+    for span in spans:
+        for x, N, f, side in (
+            (span.start, span.N[0], span.f[0], 1),
+            (span.end, span.N[1], span.f[1], -1),
+        ):
+            pull = N * f**power
+            if x < 1 and pull * span.length**2 > reach**2:  # the tip is free to rotate
+                width = 1 / math.sqrt(pull)
+                order = share * (LAYER_OFFSET + PER_ROOT_WIDTH * math.sqrt(span.length / width))
+                found.append(Layer(x, x + side * reach * width, own, order))
+    width = span.slope ** (-1 / 3) if span.slope > 0 else math.inf
+    if TIP_REACH * width < span.length:
+        own = share_of_thin * (OWN_TIP_OFFSET + TIP_REACH)
+        order = share * (TIP_OFFSET + span.length / width)
+        found.append(Layer(1.0, 1 - TIP_REACH * width, own, order))
     return found
 
 

@@ -5,9 +5,9 @@ stack of one. A stack is refined as a whole, then its remaining beams one by one
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from itertools import groupby
+from itertools import groupby, repeat
 from operator import attrgetter
 from typing import Any, NamedTuple
 
@@ -90,11 +90,9 @@ def solve_straight(beams: Sequence[Beam], problem: Problem, extra_modes: int = 0
     """Equilibrium and modes of each beam within the tolerance, or NoEquilibrium or NotConverged in
     its place; and `extra_modes` more modes, which need not meet the tolerance."""
     refinement = Refinement(beams, problem, extra_modes)
-    for _ in range(REFINEMENTS):
-        for places, mesh in refinement.stacks():
+    while refinement.waiting:
+        for places, mesh in refinement.next_stacks():
             refinement.solve_stack(places, mesh)
-        if refinement.finished():
-            break
     return refinement.answers
 
 
@@ -112,7 +110,7 @@ class Refinement:
         self.designs: dict[int, Design] = {}
         self.waiting = dict.fromkeys(range(len(beams)), 0.0)
         self.alone = set(self.waiting)
-        self.round = 1
+        self.round = 0
         if len(beams) > 1:
             self.numbers = np.array([_numbers(beam) for beam in beams])  # (beams, 5)
             self.alone -= set(np.flatnonzero(self._stackable()).tolist())
@@ -125,8 +123,17 @@ class Refinement:
             stackable &= (arrays.gamma > 0) & (arrays.delta >= 0)
         return stackable & (not problem.rigid_tension)
 
-    def stacks(self) -> Iterator[tuple[list[int], Mesh]]:
-        """The places of beams to solve together, and the mesh or the stack of meshes for them."""
+    def next_stacks(self) -> list[tuple[list[int], Mesh]]:
+        """The next attempt at all waiting beams: the places of those to solve together, and the
+        mesh or the stack of meshes for them. Gives up after REFINEMENTS attempts."""
+        self.round += 1
+        if self.round > STACKED:
+            self.alone.update(self.waiting)
+        if self.round > REFINEMENTS:
+            for place in list(self.waiting):
+                reason = f"its errors are above the tolerance after {REFINEMENTS} refinements"
+                self._answer(place, self._failure(place, reason))
+        stacks = []
         if len(self.alone) < len(self.waiting):
             together = np.array([place for place in self.waiting if place not in self.alone])
             alpha, beta, gamma, delta, mu = self.numbers[together].T
@@ -134,12 +141,13 @@ class Refinement:
             hardness = (gamma / mu) ** 2 * (1 + abs(delta)) * (1 + alpha) if shared else beta
             order = together[hardness.argsort(kind="stable")]
             chunks = [chunk.tolist() for chunk in np.array_split(order, -(-len(order) // CHUNK))]
-            yield from self._on_one_mesh(chunks) if shared else self._on_own_meshes(chunks)
-        for place in [place for place in self.waiting if place in self.alone]:
+            stacks = self._on_one_mesh(chunks) if shared else self._on_own_meshes(chunks)
+        for place in sorted(self.alone):
             if found := self._mesh([place]):
-                yield [place], make_mesh(*found)
+                stacks.append(([place], make_mesh(*found)))
+        return stacks
 
-    def _on_one_mesh(self, chunks: list[list[int]]) -> Iterator[tuple[list[int], Mesh]]:
+    def _on_one_mesh(self, chunks: list[list[int]]) -> list[tuple[list[int], Mesh]]:
         """A mesh for beams with their mass at one place, gentle to hard: the hardest sets it."""
         groups: dict[BreaksAndOrders, list[int]] = {}
         for chunk in chunks:
@@ -148,19 +156,20 @@ class Refinement:
                     groups.setdefault(found, []).extend(chunk)
                     break
                 chunk.pop()
-        for common, places in groups.items():
-            yield places, make_mesh(*common)
+        return [(places, make_mesh(*common)) for common, places in groups.items()]
 
-    def _on_own_meshes(self, chunks: list[list[int]]) -> Iterator[tuple[list[int], Mesh]]:
-        """A stack of meshes for beams in the order of their masses: each has its own breaks, between
-        which neighbours share their orders."""
+    def _on_own_meshes(self, chunks: list[list[int]]) -> list[tuple[list[int], Mesh]]:
+        """A stack of meshes for beams in the order of their masses: each has its own breaks,
+        between which neighbours share their orders."""
+        stacks = []
         for chunk in chunks:
             found = [(place, own) for place in chunk if (own := self._mesh([place]))]
             for _, group in groupby(found, key=lambda pair: len(pair[1][1])):
                 places, meshes = zip(*group, strict=True)
                 breaks, orders = zip(*meshes, strict=True)
                 common = tuple(map(max, zip(*orders, strict=True)))
-                yield list(places), make_meshes(np.array(breaks), common)
+                stacks.append((list(places), make_meshes(np.array(breaks), common)))
+        return stacks
 
     def _mesh(self, places: list[int]) -> BreaksAndOrders | None:
         """A mesh for some beams, the last of them the hardest; None where that has an answer now,
@@ -184,18 +193,18 @@ class Refinement:
         if place not in self.alone:
             self.alone.add(place)
         else:
-            self._answer(place, self._failure(place, f"its mesh takes {unknowns} unknowns"))
+            self._answer(place, self._failure(place, f"it takes {unknowns} unknowns"))
         return None
 
     def solve_stack(self, places: list[int], mesh: Mesh) -> None:
-        """Solve beams on a mesh or a stack of meshes: those within the tolerance have an answer, the
-        others more digits for the next attempt."""
+        """Solve beams on a mesh or a stack of meshes: those within the tolerance get an answer,
+        the others more digits for the next attempt."""
         one, problem = len(places) == 1, self.problem
         beams: Beams = self.beams[places[0]]
         if not one:
             beams = BeamArrays(*self.numbers[places].T[:, :, None])
-        designs = [self.designs[place] for place in places if place in self.designs]
-        extra = max([design.extra_digits for design in designs])
+        designs = list(filter(None, map(self.designs.get, places)))
+        extra = max(map(attrgetter("extra_digits"), designs))
         start = designs[0].start if one else None
         try:
             rho = inertia(mesh, beams)
@@ -217,30 +226,22 @@ class Refinement:
         # Rounding error is exempt: refinement cannot reduce it, and the reported error contains it.
         allowed = 2 * problem.tolerance * abs(modes.omega_squared) + modes.rounding
         ratios = (modes.truncation / allowed)[:, : problem.modes].max(axis=-1).tolist()
-        f, iterations = state.f, state.iterations
-        for k, (place, ratio) in enumerate(zip(places, ratios, strict=True)):
-            if found[k] and ratio <= 1:
-                grid = mesh.grid if mesh.breaks.ndim == 1 else mesh.grid[k]
-                fields = [field if field is None else field[k] for field in modes]
-                self._answer(place, StraightModes(grid, f[k], iterations, *fields))
-            elif found[k]:
+        grids: Iterable[Grid] = repeat(mesh.grid)
+        if mesh.breaks.ndim > 1:
+            grids = map(mesh.grid.__getitem__, range(len(places)))
+        modes.omega_squared.setflags(write=False)
+        modes.bending_energy_fraction.setflags(write=False)
+        fields = [repeat(None) if field is None else field for field in modes]
+        rows = zip(places, found, ratios, grids, state.f, *fields, strict=False)  # some never end
+        for place, sound, ratio, grid, f, *own in rows:
+            if not sound:
+                self.alone.add(place)
+            elif ratio <= 1:
+                self._answer(place, StraightModes(grid, f, state.iterations, *own))
+            else:
                 self.waiting[place] += MORE_DIGITS * self.round + math.log10(ratio)
                 if one:
-                    self.designs[place] = self.designs[place]._replace(start=(mesh, f))
-            else:
-                self.alone.add(place)
-
-    def finished(self) -> bool:
-        """Whether every beam has an answer; if not, prepares the next attempt, and gives up after
-        the last one."""
-        self.round += 1
-        if self.round > STACKED:
-            self.alone.update(self.waiting)
-        if self.round > REFINEMENTS:
-            for place in list(self.waiting):
-                told = f"its errors are above the tolerance after {REFINEMENTS} refinements"
-                self._answer(place, self._failure(place, told))
-        return not self.waiting
+                    self.designs[place] = self.designs[place]._replace(start=(mesh, state.f))
 
     def _answer(self, place: int, answer: Answer) -> None:
         self.answers[place] = answer
