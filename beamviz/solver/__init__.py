@@ -49,20 +49,18 @@ def solve(
     """
     start = time.perf_counter()
     problem = parse_options(
-        {
-            "modes": modes,
-            "method": method,
-            "strain": strain,
-            "curvature": curvature,
-            "coriolis": coriolis,
-            "plane": plane,
-            "tolerance": tolerance,
-            "elements": elements,
-            "terms": terms,
-            "stiffening": stiffening,
-            "softening": softening,
-            **unknown,
-        }
+        modes,
+        method,
+        strain,
+        curvature,
+        coriolis,
+        plane,
+        tolerance,
+        elements,
+        terms,
+        stiffening,
+        softening,
+        **unknown,
     )
     answer = _solve([beam], problem, start)[0]
     if isinstance(answer, BeamvizError):
@@ -81,35 +79,30 @@ def solve_many(
     """
     start = time.perf_counter()
     beams = list(beams)
-    problem = parse_options({**DEFAULTS, **options})
+    given = [options.pop(name, default) for name, default in DEFAULTS.items()]
+    problem = parse_options(*given, **options)
     extra_modes = check_int("extra_modes", extra_modes, 0, MAX_MODES)
     return _solve(beams, problem, start, extra_modes)
 
 
-def parse_options(options: dict[str, Any]) -> Problem:
-    """The problem that the keywords of `solve` describe; InvalidInput names the one that is wrong.
+def parse_options(*options: Any, **unknown: Any) -> Problem:
+    """The problem that options describe, in the order of OPTIONS; InvalidInput where one is wrong.
 
     Valid combinations are remembered: a slider or a sweep gives the same ones again and again.
     """
+    for name in unknown:
+        near = difflib.get_close_matches(name, OPTIONS, n=1, cutoff=0.5)
+        hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(OPTIONS)}"
+        raise InvalidInput(f"unknown option {name!r}: {hint}")
     try:
-        return _problem(**options)
-    except TypeError:  # an unknown keyword, or a value that cannot be hashed
-        for name in options:
-            if name not in OPTIONS:
-                near = difflib.get_close_matches(name, OPTIONS, n=1, cutoff=0.5)
-                hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(OPTIONS)}"
-                raise InvalidInput(f"unknown option {name!r}: {hint}") from None
-        return _validated(Problem(**options))
+        return _remembered(*options)
+    except TypeError:  # an option that cannot be hashed
+        return _validated(*options)
 
 
-@lru_cache(maxsize=256, typed=True)
-def _problem(**options: Any) -> Problem:
-    return _validated(Problem(**options))
-
-
-def _validated(given: Problem) -> Problem:
+def _validated(*options: Any) -> Problem:
     """The problem in plain Python numbers; InvalidInput where an option is wrong."""
-    values = {name: getattr(given, name) for name in OPTIONS}
+    values = dict(zip(OPTIONS, options, strict=True))
     for name, known in CHOICES.items():
         if not isinstance(values[name], str) or values[name] not in known:
             raise InvalidInput(f"{name} = {values[name]!r}: must be one of {', '.join(known)}")
@@ -117,8 +110,8 @@ def _validated(given: Problem) -> Problem:
         if not isinstance(values[name], bool | np.bool_):
             raise InvalidInput(f"{name} = {values[name]!r}: must be True or False")
         values[name] = bool(values[name])
-    values["modes"] = check_int("modes", given.modes, 1, MAX_MODES)
-    values["tolerance"] = check_float("tolerance", given.tolerance, *TOLERANCES)
+    values["modes"] = check_int("modes", values["modes"], 1, MAX_MODES)
+    values["tolerance"] = check_float("tolerance", values["tolerance"], *TOLERANCES)
     problem = Problem(**values)
     for feature in METHODS[problem.method].unsupported:
         if feature.requested(problem):
@@ -128,6 +121,9 @@ def _validated(given: Problem) -> Problem:
                 f" methods that do: {', '.join(able)}"
             )
     return problem
+
+
+_remembered = lru_cache(maxsize=256, typed=True)(_validated)
 
 
 def _solve(

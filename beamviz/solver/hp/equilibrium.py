@@ -30,21 +30,29 @@ LARGEST_RATIO = 0.5  # of successive passes, in the extrapolation of the guess
 TINY = 1e-300
 LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 LIMIT_ORDER = 12
+ZERO, TRUE = np.zeros(1), np.ones(1, bool)  # of a stack of one
 NEAR_LIMIT = 1.01  # load up to which a limit is looked for where a beam was not solved
 
 
-class BeamArrays(NamedTuple):
-    """The numbers of a stack of beams, each (beams, 1). A Beam serves for a stack of one."""
+class BeamStack(NamedTuple):
+    """The numbers of a stack of beams, each (beams, 1), or a float in a stack of one."""
 
-    alpha: np.ndarray
-    beta: np.ndarray
-    gamma: np.ndarray
-    delta: np.ndarray
-    mu: np.ndarray
+    alpha: Any
+    beta: Any
+    gamma: Any
+    delta: Any
+    mu: Any
+    size: int
+    outward: bool  # whether no beam points inward
 
 
-Beams = Beam | BeamArrays
 State = tuple[Mesh, np.ndarray]  # the stretch f (1, n) of one beam on a mesh
+
+
+def single(beam: Beam) -> BeamStack:
+    """A stack of one."""
+    alpha, beta, gamma, delta, mu = beam.alpha, beam.beta, beam.gamma, beam.delta, beam.mu
+    return BeamStack(alpha, beta, gamma, delta, mu, 1, delta >= 0)
 
 
 class Inertia(NamedTuple):
@@ -65,14 +73,14 @@ class AxialState(NamedTuple):
 
     f: np.ndarray  # (beams, n)
     iterations: int
-    error: np.ndarray | float  # (beams,)
+    error: np.ndarray  # (beams,)
     margin: np.ndarray | None = None  # (beams,)
 
 
-def inertia(mesh: Mesh, beams: Beams) -> Inertia:
+def inertia(mesh: Mesh, beams: BeamStack) -> Inertia:
     """The inertia of beams whose mass sits on a break of the mesh."""
     alpha, beta = beams.alpha, beams.beta
-    if isinstance(alpha, float) and isinstance(beta, float):
+    if beams.size == 1:
         return _shared_inertia(mesh, alpha, beta)
     if mesh.breaks.ndim == 1 and (alpha == alpha[0]).all() and (beta == beta[0]).all():
         return _shared_inertia(mesh, alpha.item(0), beta.item(0))
@@ -100,7 +108,7 @@ def _with_mass(mesh: Mesh, alpha: float | np.ndarray, beta: float | np.ndarray) 
     return Inertia(G, mesh.G1 + beta * carried, mesh.g + carried, to_mass, alpha, total)
 
 
-def greatest_force(beams: Beams) -> Any:
+def greatest_force(beams: Beam | BeamStack) -> Any:
     """An upper bound of |n| of an unstretched beam, and for an outward one its value at the
     clamp: float, or (beams, 1)."""
     hub: Any = abs(beams.delta)
@@ -108,12 +116,12 @@ def greatest_force(beams: Beams) -> Any:
     return (beams.gamma / beams.mu) ** 2 * moment
 
 
-def is_small_strain(beams: Beams) -> Any:
+def is_small_strain(beams: Beam | BeamStack) -> Any:
     """Whether the force is small all along: bool, or (beams, 1)."""
     return greatest_force(beams) < SMALL_FORCE - SMALLER_INWARD * (beams.delta < 0)
 
 
-def has_unique_equilibrium(beams: Beams, law: StrainLaw) -> Any:
+def has_unique_equilibrium(beams: Beam | BeamStack, law: StrainLaw) -> Any:
     """Whether Newton's method has no other state to run into than the stable one: bool, or
     (beams, 1)."""
     return (beams.delta >= 0) & (law.max_stretch == math.inf)
@@ -122,7 +130,7 @@ def has_unique_equilibrium(beams: Beams, law: StrainLaw) -> Any:
 def equilibrium(
     mesh: Mesh,
     inertia: Inertia,
-    beams: Beams,
+    beams: BeamStack,
     law: StrainLaw,
     start: State | None = None,
     accept_error: float = 0.0,
@@ -135,34 +143,34 @@ def equilibrium(
     and raises NoEquilibrium where there is none.
     """
     load = (beams.gamma / beams.mu) ** 2
-    if isinstance(load, float) and not load:
-        return AxialState(np.ones((1, len(mesh.weights))), 0, 0.0), np.ones(1, bool)
-    limited = not (law.hardens and np.min(beams.delta) >= 0)
+    if beams.size == 1 and not load:
+        return AxialState(np.ones((1, len(mesh.weights))), 0, ZERO), TRUE
+    limited = not (law.hardens and beams.outward)
     if limited:
         accept_error = 0.0
     f, error = _first_guess(mesh, inertia, beams, law, start, accept_error)
     if f is not None:
-        state, found = AxialState(f, 0, error), np.ones(len(f), bool)
-        if not error < accept_error:
-            state, found = newton(mesh, inertia, beams, law, load, f, accept_error)
+        if error < accept_error:
+            return AxialState(f, 0, np.full(len(f), error)), np.ones(len(f), bool)
+        state, found = newton(mesh, inertia, beams, law, load, f, accept_error)
         if limited:
             left = margin(mesh, inertia, beams, law, load, state.f)
             found &= left > 0
             state = state._replace(margin=np.where(found, left, 1.0))
-        if found.all() or not isinstance(beams, Beam):
+        if beams.size > 1 or found[0]:
             return state, found
-    assert isinstance(beams, Beam)
     path = _follow(mesh, inertia, beams, law, load)
     if path.limit is None:
         left = margin(mesh, inertia, beams, law, load, path.state)
-        return AxialState(path.state, path.iterations, 0.0, left), np.ones(1, bool)
-    raise limit_error(beams, law) or no_equilibrium(beams, beams.mu * path.limit**0.5, law)
+        return AxialState(path.state, path.iterations, ZERO, left), TRUE
+    beam = Beam(*beams[:5])
+    raise limit_error(beam, law) or no_equilibrium(beam, beam.mu * path.limit**0.5, law)
 
 
 def _first_guess(
     mesh: Mesh,
     inertia: Inertia,
-    beams: Beams,
+    beams: BeamStack,
     law: StrainLaw,
     start: State | None,
     accept_error: float,
@@ -172,11 +180,13 @@ def _first_guess(
     if start is not None:
         mesh_of_start, f = start
         return f @ mesh_of_start.at(mesh.points).T, math.inf
-    force = float(np.max(greatest_force(beams)))
+    force = greatest_force(beams)
+    if beams.size > 1:
+        force = force.max()
     if force < SMALL_FORCE:
         passes = 1 if force**2 < accept_error else 2
         stretch = law.stretch_series if force < SERIES_FORCE else law.stretch
-    elif not isinstance(beams, Beam) or has_unique_equilibrium(beams, law):
+    elif beams.size > 1 or has_unique_equilibrium(beams, law):
         passes, stretch = GUESS_PASSES, law.stretch
     else:
         return None, math.inf
@@ -186,7 +196,7 @@ def _first_guess(
     # by about n^2, two by less than n^3.
     pull = (beams.gamma / beams.mu) ** 2 / mesh.weights
     static = beams.delta * inertia.g
-    f = first = np.atleast_2d(stretch(pull * (inertia.G1 + static)))
+    f = first = stretch(pull * (inertia.G1 + static)).reshape(beams.size, -1)
     for _ in range(passes - 1):
         f = stretch(pull * (np.matvec(inertia.G, f) + static))
     if passes == 2:
@@ -199,7 +209,7 @@ def _first_guess(
 def newton(
     mesh: Mesh,
     inertia: Inertia,
-    beams: Beams,
+    beams: BeamStack,
     law: StrainLaw,
     load: Any,
     f: np.ndarray,
@@ -210,34 +220,33 @@ def newton(
 
     The residual is w n(f) - load (G f + delta g), the paper's eq. 40 for a straight beam.
     """
-    A = load * inertia.G if isinstance(load, float) else load[..., None] * inertia.G
+    A = load * inertia.G if beams.size == 1 else load[..., None] * inertia.G
     w, static = mesh.weights, load * beams.delta * inertia.g
-    stable = f.min(axis=-1) > law.min_stretch
-    accepted = max(accept_error, NEWTON_STEP**2)
-    iteration = 0
+    stable = np.ones(len(f), bool)
+    step, accepted, iteration = np.zeros_like(f), max(accept_error, NEWTON_STEP**2), 0
     while iteration < NEWTON_ITERATIONS:
         iteration += 1
         residual = w * law.force(f) - np.matvec(A, f) - static
         tangent = mesh.eye * (w * law.stiffness(f))[:, None, :] - A
-        step = np.zeros_like(f)
         for k in range(len(f)):
-            if stable[k]:
-                _, step[k], info = lapack.dposv(tangent[k].T, residual[k], overwrite_a=True)
-                stable[k] = not info
-        f = np.where(stable[:, None], f - step, 1.0)
-        stable &= f.min(axis=-1) > law.min_stretch
-        error = np.where(stable, np.vecdot(step, step) / f[:, 0] ** 2, 0.0)  # quadratic
-        if error.max() < accepted:
+            _, step[k], info = lapack.dposv(tangent[k].T, residual[k], overwrite_a=True)
+            if info:  # not positive definite: the branch of stable states was left
+                stable[k], f[k], step[k] = False, 1.0, 0.0
+        f = f - step
+        error = np.vecdot(step, step) / f[:, 0] ** 2  # quadratic
+        if error.max() < accepted or not stable.any():
             break
-    stable &= error < accepted
+    stable &= (error < accepted) & (f.min(axis=-1) > law.min_stretch)
     if law.max_stretch < math.inf:
         stable &= f.max(axis=-1) < law.max_stretch
-    if law.max_stretch < math.inf or np.min(beams.delta) < 0:
+    if law.max_stretch < math.inf or not beams.outward:
         stable &= _left_at_clamp(inertia, beams, law, load, f) > 0
-    return AxialState(np.where(stable[:, None], f, 1.0), iteration, error), stable
+    if not stable.all():
+        f = np.where(stable[:, None], f, 1.0)
+    return AxialState(f, iteration, error), stable
 
 
-def _follow(mesh: Mesh, inertia: Inertia, beam: Beam, law: StrainLaw, load: float) -> Path:
+def _follow(mesh: Mesh, inertia: Inertia, beam: BeamStack, law: StrainLaw, load: float) -> Path:
     """Continuation of the stable branch from no load towards `load` = (gamma / mu)^2."""
 
     def solve_at(trial: float, guess: np.ndarray) -> Root | None:
@@ -256,14 +265,15 @@ def limit_error(beam: Beam, law: StrainLaw) -> NoEquilibrium | None:
     breaks = sorted({*LIMIT_BREAKS, *unstretched_positions(beam).ends})
     mesh = make_mesh(tuple(breaks), (LIMIT_ORDER,) * (len(breaks) - 1))
     load = NEAR_LIMIT * (beam.gamma / beam.mu) ** 2
-    path = _follow(mesh, inertia(mesh, beam), beam, law, load)
+    stack = single(beam)
+    path = _follow(mesh, inertia(mesh, stack), stack, law, load)
     return None if path.limit is None else no_equilibrium(beam, beam.mu * path.limit**0.5, law)
 
 
 def margin(
     mesh: Mesh,
     inertia: Inertia,
-    beams: Beams,
+    beams: BeamStack,
     law: StrainLaw,
     load: Any,
     f: np.ndarray,
@@ -282,7 +292,7 @@ def margin(
     if len(near):
         scale = 1 / np.sqrt(mesh.weights)
         A = scale[..., None] * inertia.G * scale[..., None, :]
-        A = load * A if isinstance(load, float) else load[..., None] * A
+        A = load * A if beams.size == 1 else load[..., None] * A
         tangents = mesh.eye * stiffness[:, None, :] - A
         for k in near:
             fold[k] = np.linalg.eigvalsh(tangents[k])[0]
@@ -290,7 +300,7 @@ def margin(
 
 
 def _left_at_clamp(
-    inertia: Inertia, beams: Beams, law: StrainLaw, load: Any, f: np.ndarray
+    inertia: Inertia, beams: BeamStack, law: StrainLaw, load: Any, f: np.ndarray
 ) -> np.ndarray:
     """The share (beams,) of its greatest force, in tension and compression, that the law has left
     at the clamp, where the force of most beams is greatest."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from beamviz.solver import eigen
 from beamviz.solver.constitutive import axial_stiffness, bending_stiffness
-from beamviz.solver.hp.equilibrium import AxialState, Beams, Inertia, diagonal
+from beamviz.solver.hp.equilibrium import AxialState, BeamStack, Inertia, diagonal
 from beamviz.solver.hp.mesh import Mesh
 from beamviz.solver.problem import Problem
 
@@ -56,7 +56,7 @@ class Matrices(NamedTuple):
 
 
 def lowest_modes(
-    mesh: Mesh, inertia: Inertia, state: AxialState, beams: Beams, count: int, problem: Problem
+    mesh: Mesh, inertia: Inertia, state: AxialState, beams: BeamStack, count: int, problem: Problem
 ) -> Modes:
     """The `count` lowest modes about the equilibria of a stack of beams.
 
@@ -64,13 +64,13 @@ def lowest_modes(
     where one of several is unstable.
     """
     matrices = stiffness_and_mass(mesh, inertia, state.f, beams, problem)
-    if problem.gyroscopic and np.min(beams.gamma) > 0:
+    if problem.gyroscopic and (beams.size > 1 or beams.gamma):
         return gyroscopic_modes(mesh, inertia, state, beams, matrices, count, problem)
     return uncoupled_modes(mesh, state, beams, matrices, count, problem)
 
 
 def stiffness_and_mass(
-    mesh: Mesh, inertia: Inertia, f: np.ndarray, beams: Beams, problem: Problem
+    mesh: Mesh, inertia: Inertia, f: np.ndarray, beams: BeamStack, problem: Problem
 ) -> Matrices:
     """Vibration about the stretch f (beams, n), in terms of kappa = theta' and s = du'.
 
@@ -94,15 +94,19 @@ def stiffness_and_mass(
 
 
 def uncoupled_modes(
-    mesh: Mesh, state: AxialState, beams: Beams, matrices: Matrices, count: int, problem: Problem
+    mesh: Mesh,
+    state: AxialState,
+    beams: BeamStack,
+    matrices: Matrices,
+    count: int,
+    problem: Problem,
 ) -> Modes:
     """The lowest modes of families that nothing couples.
 
     The softening is a multiple of M: it shifts every omega^2 and leaves the modes alone, so it
     is subtracted here.
     """
-    compressed = np.min(beams.delta) < 0
-    if compressed:
+    if not beams.outward:
         K, M = _both(matrices.K, matrices.d), _both(matrices.M, matrices.G)
         omega_squared, v, size = eigen.symmetric_modes(K, M, count, eigen.COMPRESSED)
     else:
@@ -110,13 +114,13 @@ def uncoupled_modes(
     scale = abs(omega_squared) + eigen.COMPRESSED
     tail = np.maximum.accumulate(tail_energy(mesh, matrices, v) / scale, axis=-1)
     times = size / size[..., :1]  # rounding falls on the high ones
-    if compressed:  # compression cancels against the rest: each unknown rounds by itself
+    if not beams.outward:  # compression cancels against the rest: each unknown rounds by itself
         added = (size - omega_squared)[..., :1]
         size = np.vecmat(diagonal(K) + added * diagonal(M), v**2)
     truncation, rounding = _errors(mesh, state, scale, tail, size, times)
     if problem.softening:
         softened = omega_squared if problem.chordwise else omega_squared[:, 1:]
-        softened -= np.reshape(beams.gamma, (-1, 1, 1)) ** 2
+        softened -= beams.gamma**2 if beams.size == 1 else beams.gamma[..., None] ** 2
     families = omega_squared.reshape(len(omega_squared), -1)
     order = families.argsort(axis=-1)[:, :count]
     picks = order + families.shape[1] * np.arange(len(order))[:, None]
@@ -135,7 +139,7 @@ def gyroscopic_modes(
     mesh: Mesh,
     inertia: Inertia,
     state: AxialState,
-    beams: Beams,
+    beams: BeamStack,
     matrices: Matrices,
     count: int,
     problem: Problem,

@@ -18,14 +18,14 @@ from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 from beamviz.solver.constitutive import StrainLaw
 from beamviz.solver.hp.equilibrium import (
     AxialState,
-    BeamArrays,
-    Beams,
+    BeamStack,
     State,
     equilibrium,
     has_unique_equilibrium,
     inertia,
     is_small_strain,
     limit_error,
+    single,
 )
 from beamviz.solver.hp.mesh import Grid, Mesh, make_mesh, make_meshes
 from beamviz.solver.hp.mesh_design import (
@@ -117,7 +117,7 @@ class Refinement:
 
     def _stackable(self) -> np.ndarray:
         """Which beams (beams,) can be solved together with others."""
-        arrays, problem = BeamArrays(*self.numbers.T), self.problem
+        arrays, problem = BeamStack(*self.numbers.T, len(self.beams), False), self.problem
         stackable = is_small_strain(arrays) | has_unique_equilibrium(arrays, problem.strain_law)
         if problem.gyroscopic:
             stackable &= (arrays.gamma > 0) & (arrays.delta >= 0)
@@ -200,16 +200,21 @@ class Refinement:
         """Solve beams on a mesh or a stack of meshes: those within the tolerance get an answer,
         the others more digits for the next attempt."""
         one, problem = len(places) == 1, self.problem
-        beams: Beams = self.beams[places[0]]
-        if not one:
-            beams = BeamArrays(*self.numbers[places].T[:, :, None])
-        designs = list(filter(None, map(self.designs.get, places)))
-        extra = max(map(attrgetter("extra_digits"), designs))
-        start = designs[0].start if one else None
+        if one:
+            beams = single(self.beams[places[0]])
+            _, extra, start = self.designs[places[0]]
+        else:
+            numbers = self.numbers[places].T[:, :, None]
+            beams = BeamStack(*numbers, len(places), bool((numbers[3] >= 0).all()))
+            designs = filter(None, map(self.designs.get, places))
+            extra, start = max(design.extra_digits for design in designs), None
         try:
             rho = inertia(mesh, beams)
             if problem.rigid_tension:
-                state, found = AxialState(np.ones((1, len(mesh.weights))), 0, 0.0), [True]
+                state, found = (
+                    AxialState(np.ones((1, len(mesh.weights))), 0, np.zeros(1)),
+                    np.ones(1, bool),
+                )
             else:
                 accept_error = STRETCH_SHARE * problem.tolerance / 10**extra
                 law = problem.strain_law
@@ -280,7 +285,8 @@ def coarse_equilibrium(beam: Beam, law: StrainLaw) -> tuple[State, Positions]:
     """The equilibrium of a beam of large strain on a coarse mesh, and the positions it gives."""
     ends = unstretched_positions(beam).ends
     mesh = make_mesh(ends, (COARSE_ORDER,) * (len(ends) - 1))
-    state, _ = equilibrium(mesh, inertia(mesh, beam), beam, law)
+    stack = single(beam)
+    state, _ = equilibrium(mesh, inertia(mesh, stack), stack, law)
     f = state.f[0]
     weighted = (mesh.weights * (mesh.J @ f)).reshape(-1, COARSE_ORDER).sum(axis=1)
     u = mesh.from_clamp(np.array(ends)) @ f
