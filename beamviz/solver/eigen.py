@@ -155,7 +155,7 @@ def gyroscopic_modes(
         if Ka.ndim > 2 and len(Ka) > 1:
             raise
         one = [part.reshape(part.shape[-2:]) for part in (Ka, Fa, Kb, Fb)]
-        found = _indefinite(*one, float(np.squeeze(gamma)), count)
+        found = _indefinite(one[0], one[1], one[2], one[3], float(np.squeeze(gamma)), count)
         omega_squared, a, b = (part.reshape(*Ka.shape[:-2], *part.shape) for part in found)
         roundings, definite = np.full(omega_squared.shape, INDEFINITE_ROUNDING), False
     else:

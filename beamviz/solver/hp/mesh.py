@@ -83,15 +83,14 @@ class Grid:
         (Berrut & Trefethen 2004, eq. 4.2) between its values, from J and the weights, at the Gauss
         points and at the element's start.
         """
-        one = x.ndim == 1  # of a stack all x are computed for every element, and those inside kept
         rows = np.empty((*x.shape, self.points.shape[-1]))
         for e, block in enumerate(_blocks(self.orders)):
             xi, inside = self._local(e, x)
             on = reference(self.orders[e])
-            near = _interpolation(xi[inside] if one else xi, on.nodes, on.barycentric)
+            near = _interpolation(xi, on.nodes, on.barycentric)
             within = near[..., 1:] @ self.J[..., block, :]
             within[..., : block.start] += near[..., :1] * self.weights[..., None, : block.start]
-            rows[inside] = within if one else within[inside]
+            rows[inside] = within if x.ndim == 1 else within[inside]
         return rows
 
     def at(self, x: np.ndarray) -> np.ndarray:
@@ -101,13 +100,17 @@ class Grid:
             xi, inside = self._local(e, x)
             on = reference(self.orders[e])
             without_start = on.barycentric[1:] * (on.points + 1)
-            rows[inside, block] = _interpolation(xi[inside], on.points, without_start)
+            rows[inside, block] = _interpolation(xi, on.points, without_start)
         return rows
 
     def _local(self, e: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Coordinates of x in element e, -1 .. 1, and whether x lies in it: the break between two
-        elements belongs to the left one."""
-        start, end = self.breaks[..., e, None], self.breaks[..., e + 1, None]
+        """Coordinates -1 .. 1 in element e, and which x lie inside it: a break between two elements
+        is in the left one. Of one grid those inside, of a stack of all x, 0 outside."""
+        if x.ndim == 1:
+            start, end = self.breaks[e : e + 2].tolist()
+            inside = (x <= end) if e == 0 else (x <= end) & (x > start)
+            return (2 * x[inside] - (start + end)) / (end - start), inside
+        start, end = self.breaks[:, e, None], self.breaks[:, e + 1, None]
         inside = (x <= end) & ((x > start) | (e == 0))
         return np.where(inside, (2 * x - start - end) / (end - start), 0.0), inside
 

@@ -7,7 +7,7 @@ stack of one. A stack is refined as a whole, then its remaining beams one by one
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from itertools import groupby, repeat
+from itertools import accumulate, groupby, repeat
 from operator import attrgetter
 from typing import Any, NamedTuple
 
@@ -117,7 +117,9 @@ class Refinement:
 
     def _stackable(self) -> np.ndarray:
         """Which beams (beams,) can be solved together with others."""
-        arrays, problem = BeamStack(*self.numbers.T, len(self.beams), False), self.problem
+        alpha, beta, gamma, delta, mu = self.numbers.T
+        arrays = BeamStack(alpha, beta, gamma, delta, mu, len(self.beams), False)
+        problem = self.problem
         stackable = is_small_strain(arrays) | has_unique_equilibrium(arrays, problem.strain_law)
         if problem.gyroscopic:
             stackable &= (arrays.gamma > 0) & (arrays.delta >= 0)
@@ -204,8 +206,9 @@ class Refinement:
             beams = single(self.beams[places[0]])
             _, extra, start = self.designs[places[0]]
         else:
-            numbers = self.numbers[places].T[:, :, None]
-            beams = BeamStack(*numbers, len(places), bool((numbers[3] >= 0).all()))
+            alpha, beta, gamma, delta, mu = self.numbers[places].T[:, :, None]
+            outward = bool((delta >= 0).all())
+            beams = BeamStack(alpha, beta, gamma, delta, mu, len(places), outward)
             designs = filter(None, map(self.designs.get, places))
             extra, start = max(design.extra_digits for design in designs), None
         try:
@@ -288,10 +291,11 @@ def coarse_equilibrium(beam: Beam, law: StrainLaw) -> tuple[State, Positions]:
     stack = single(beam)
     state, _ = equilibrium(mesh, inertia(mesh, stack), stack, law)
     f = state.f[0]
-    weighted = (mesh.weights * (mesh.J @ f)).reshape(-1, COARSE_ORDER).sum(axis=1)
-    u = mesh.from_clamp(np.array(ends)) @ f
-    means = weighted / np.diff(ends)
-    return (mesh, state.f), Positions(ends, tuple(u.tolist()), tuple(means.tolist()))
+    values = mesh.weights * np.stack((f, mesh.J @ f))
+    parts = values.reshape(2, -1, COARSE_ORDER).sum(axis=2)  # integrals of f and u over each part
+    u = accumulate(parts[0].tolist(), initial=0.0)
+    means = parts[1] / (mesh.breaks[1:] - mesh.breaks[:-1])
+    return (mesh, state.f), Positions(ends, tuple(u), tuple(means.tolist()))
 
 
 def errors_against_reference(
