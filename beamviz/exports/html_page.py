@@ -5,7 +5,6 @@ import re
 from html import escape
 from pathlib import Path
 
-import numpy as np
 from matplotlib import rc_context
 
 from beamviz.beam import PARAMETERS
@@ -17,8 +16,8 @@ from beamviz.exports.renderer import Set
 from beamviz.exports.solved_scene import Moment, Shot
 from beamviz.frequency_loci import Loci
 from beamviz.frequency_loci.chart_range import loci_around
-from beamviz.plotting import loci as plot
-from beamviz.plotting import style as chart_style
+from beamviz.plotting.loci import draw_chart
+from beamviz.plotting.style import STYLE as CHART_STYLE
 from beamviz.scene import Scene
 from beamviz.server import run_server
 
@@ -102,10 +101,9 @@ def chart(scene: Scene) -> str:
 
 def svg(loci: Loci, scene: Scene) -> str:
     """A loci chart as an element of a page, an upright line where the scene is."""
-    text, value = io.StringIO(), np.array([getattr(scene.beam, scene.over)])
-    with rc_context(chart_style.STYLE):
-        figure = plot.draw_chart(loci)
-        figure.axes[0].axvline(plot.Scales.of(loci).x(value)[0], color="0.5", lw=0.8, zorder=0)
+    text = io.StringIO()
+    with rc_context(CHART_STYLE):
+        figure = draw_chart(loci, marker=getattr(scene.beam, scene.over))
         figure.savefig(text, format="svg", metadata={"Date": None})
     return text.getvalue()[text.getvalue().index("<svg") :]
 

@@ -1,169 +1,367 @@
-"""The loci chart as a picture: a Campbell diagram when the number varied is the speed."""
+"""The loci chart as a picture: a Campbell diagram where the parameter is the speed."""
 
-import io
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
+from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, Self
 
 import numpy as np
-from matplotlib import rc_context
+from matplotlib import patheffects, rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.transforms import Bbox
 
 from beamviz.beam import PARAMETERS
-from beamviz.errors import InvalidInput, Unavailable
-from beamviz.files import write_files
-from beamviz.frequency_loci import Loci
+from beamviz.errors import InvalidInput
+from beamviz.files import replaced
+from beamviz.frequency_loci import Branch, Event, Loci, close_up
 from beamviz.frequency_loci.forced_response import Resonance
 from beamviz.frequency_loci.limits import WORDS, Limit
-from beamviz.plotting.labels import LabelPlacer
-from beamviz.plotting.loci_labels import MARKS, MUTED, NOTED, end_labels, inside_labels, notes, zoom
-from beamviz.plotting.loci_lines import FAMILIES, Scales, draw_branch, lines_at
-from beamviz.plotting.style import DPI, FAINT, STYLE
+from beamviz.plotting.labels import LabelPlacer, label_line_ends
+from beamviz.plotting.style import COLOURS, DPI, FAINT, INK, STYLE
 
-KINDS = (".png", ".svg", ".pdf")
+METADATA: dict[str, Any] = {".png": None, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 WIDTH, HEIGHT = 7.6, 5.2  # [in]
 LEFT, RIGHT, BOTTOM, TOP = 0.092, 0.925, 0.098, 0.845  # of it, the frame
-ZOOMED = 2  # veerings that get a frame of their own; more would hide the chart
-SHADOW = "#EDEDED"
+MUTED, SHADOW = "#5A5A5A", "#EDEDED"
+SHADES = 20  # of colour from one family to the other
+FAMILIES = LinearSegmentedColormap.from_list(
+    "families", [COLOURS["stretching"], "#8C7C86", COLOURS["bending"]]
+)
+MARKS: dict[str, dict[str, Any]] = {
+    "crossing": {"marker": "o", "ms": 6, "mfc": "white", "mec": INK, "mew": 1.1, "ls": ""},
+    "veering": {"marker": "D", "ms": 5.5, "mfc": INK, "mec": "white", "mew": 0.8, "ls": ""},
+    "resonance": {"marker": "x", "ms": 4.5, "mec": INK, "mew": 1.1, "ls": ""},
+}
 PER_REV: dict[str, Any] = {"color": FAINT, "lw": 0.8, "ls": (0, (5, 3)), "zorder": 1}
+MAX_LABELLED = 10  # crossings and veerings; more labels would hide the chart
+MAX_ENLARGED = 2  # veerings with an inset
+SPOTS = np.linspace(0.1, 0.85, 23)  # along a line: possible positions of its label
+HALO = [patheffects.withStroke(linewidth=3.5, foreground="white")]
+WIDE = 0.28  # of the frame: a limit that is wider is labelled horizontally
+INSET = np.array([0.27, 0.24])  # of the frame
+INSET_MARGIN = np.array([0.03, 0.07])  # around it, with its title
+INSET_GRID = np.linspace(0.0, 1.0, 15)  # of positions
+
+
+class Scales(NamedTuple):
+    """Units of the axes: SI where the beam has them."""
+
+    x: Callable[[Any], Any]
+    y: Callable[[Any], Any]
+    xlabel: str
+    ylabel: str
+    value: str  # of x, as a template
+    unit: str  # of y
+
+    @classmethod
+    def of(cls, loci: Loci) -> Self:
+        """The scales of a chart."""
+        units, parameter = loci.units, PARAMETERS[loci.over]
+        y, ylabel, unit = _same, "frequency ω [1/T*]", ""
+        if units:
+            y, ylabel, unit = units.hertz, "frequency [Hz]", " Hz"
+        if units and loci.over == "gamma":
+            return cls(units.rpm, y, "rotation speed [rpm]", ylabel, "{:.5g} rpm", unit)
+        return cls(_same, y, parameter.axis_label, ylabel, parameter.symbol + " = {:#.5g}", unit)
+
+    def text(self, value: float) -> str:
+        """A value of x as text."""
+        return self.value.format(self.x(value)).replace("-", "−")
+
+
+def _same(value: Any) -> Any:
+    """The value as it is."""
+    return value
 
 
 def check_suffix(path: Path) -> None:
-    """InvalidInput for a picture that is none of KINDS."""
-    if path.suffix.lower() not in KINDS:
-        raise InvalidInput(f"--plot {path}: must end in {', '.join(KINDS)}")
+    """InvalidInput unless the suffix of a path is .png, .svg or .pdf."""
+    if path.suffix.lower() not in METADATA:
+        raise InvalidInput(f"--plot {path}: must end in {', '.join(METADATA)}")
 
 
 def save_chart(
     path: Path, loci: Loci, resonances: Sequence[Resonance] = (), per_rev: int = 0
 ) -> None:
-    """Write the chart; the ending of the path says how. Raises InvalidInput, Unavailable."""
+    """Write the chart in the format of the suffix. Raises InvalidInput, Unavailable."""
     check_suffix(path)
-    kind = path.suffix.lower()[1:]
-    dated = {"png": None, "svg": {"Date": None}, "pdf": {"CreationDate": None}}[kind]
-    buffer = io.BytesIO()
-    with rc_context(STYLE):
-        draw_chart(loci, resonances, per_rev).savefig(buffer, format=kind, dpi=DPI, metadata=dated)
-    try:
-        write_files(path.parent, {path.name: buffer.getvalue()})
-    except OSError as error:
-        raise Unavailable(
-            f"cannot write {path}: {error.strerror or error}; choose another place"
-        ) from None
+    suffix = path.suffix.lower()
+    with replaced(path) as part, rc_context(STYLE):
+        figure = draw_chart(loci, resonances, per_rev)
+        figure.savefig(part, format=suffix[1:], dpi=DPI, metadata=METADATA[suffix])
 
 
-def draw_chart(loci: Loci, resonances: Sequence[Resonance] = (), per_rev: int = 0) -> Figure:
-    """The chart: loci in the colours of their families, meetings, limits and per-rev lines."""
-    scales = Scales.of(loci)
+def draw_chart(
+    loci: Loci,
+    resonances: Sequence[Resonance] = (),
+    per_rev: int = 0,
+    marker: float | None = None,
+) -> Figure:
+    """The chart: loci in the colours of their families, crossings, veerings, limits, per-rev lines
+    omega = k gamma for k = 1 .. per_rev, and an upright line at the value `marker`."""
     with rc_context(STYLE):
         figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI)
         FigureCanvasAgg(figure)
         axes = figure.add_axes((LEFT, BOTTOM, RIGHT - LEFT, TOP - BOTTOM))
-        for branch in loci.branches:
-            draw_branch(axes, scales, loci, branch)
-        axes.set(xlim=scales.x(loci.values[[0, -1]]), ylim=(0, 1.05 * axes.dataLim.y1))
-        axes.set(xlabel=scales.xlabel, ylabel=scales.ylabel)
-        axes.locator_params(nbins=10, steps=(1, 2, 5, 10))
+        chart = _Chart(loci, axes)
+        chart.draw_branches()
         for limit in loci.limits:
-            _limit(axes, scales, loci, limit)
-        ends = _per_rev(axes, scales, loci, per_rev)
-        end_labels(axes, scales, loci, ends)
-        _marks(axes, scales, loci, resonances)
+            chart.draw_limit(limit)
+        ends = chart.draw_per_rev_lines(per_rev)
+        chart.label_ends(ends)
+        chart.draw_marks(resonances)
+        chart.label_inside()
+        chart.label_events()
+        if marker is not None:
+            axes.axvline(chart.scales.x(marker), color="0.5", lw=0.8, zorder=0)
         _head(figure, loci, resonances, per_rev)
     return figure
 
 
-def _limit(axes: Axes, scales: Scales, loci: Loci, limit: Limit) -> None:
-    """A part without an equilibrium or a stable one, said in words."""
-    first, last = loci.values[[0, -1]]
-    ends = scales.x(limit.start), scales.x(limit.stop)
-    axes.axvspan(*ends, color=SHADOW, lw=0, zorder=0)
-    for edge in {limit.start, limit.stop} - {first, last}:
-        axes.plot([scales.x(edge)] * 2, axes.get_ylim(), color=FAINT, lw=1, zorder=1)
-    if limit.stop == last and limit.start > first:
-        where = f"beyond {scales.told(limit.start)}"
-    elif limit.start == first and limit.stop < last:
-        where = f"below {scales.told(limit.stop)}"
-    else:
-        where = f"from {scales.told(limit.start)} to {scales.told(limit.stop)}"
-    wide = (limit.stop - limit.start) > 0.28 * (last - first)
-    axes.text(
-        sum(ends) / 2,
-        _widest_gap(lines_at(loci, (limit.start + limit.stop) / 2, scales), axes.get_ylim()[1]),
-        f"{WORDS[limit.kind]}\n{where}",
-        rotation=0 if wide else 90,
-        ha="center",
-        va="center",
-        color=MUTED,
-        multialignment="center",
-        clip_on=True,
-    )
+class _Chart:
+    """The frame of a loci chart."""
 
+    def __init__(self, loci: Loci, axes: Axes):
+        self.loci, self.axes, self.scales = loci, axes, Scales.of(loci)
 
-def _widest_gap(heights: list[float], top: float) -> float:
-    """The middle of the widest gap between some heights in a frame."""
-    edges = np.array([0.0, *sorted(heights), top])
-    k = int(np.diff(edges).argmax())
-    return float(edges[k] + edges[k + 1]) / 2
+    def draw_branches(self) -> None:
+        """The loci, and axes around them."""
+        scales, axes = self.scales, self.axes
+        for branch in self.loci.branches:
+            _draw_branch(axes, scales, self.loci, branch)
+        axes.set(xlim=scales.x(self.loci.values[[0, -1]]), ylim=(0, 1.05 * axes.dataLim.y1))
+        axes.set(xlabel=scales.xlabel, ylabel=scales.ylabel)
+        axes.locator_params(nbins=10, steps=(1, 2, 5, 10))
 
-
-def _per_rev(axes: Axes, scales: Scales, loci: Loci, count: int) -> list[tuple[float, str, Any]]:
-    """Lines of whole multiples of the speed; those that leave the frame on top are named there,
-    the others are returned with their heights on the right."""
-    top, (first, last) = axes.get_ylim()[1], loci.values[[0, -1]]
-    on_the_right = []
-    for k in range(1, count + 1):
-        rate = k * scales.y(1.0)
-        end = min(last, top / rate)
-        if end <= first:
-            continue
-        axes.plot(scales.x(np.array([first, end])), [rate * first, rate * end], **PER_REV)
-        if end == last:
-            on_the_right.append((rate * end, f"{k}×", MUTED))
-            continue
-        axes.annotate(
-            f"{k}×",
-            (scales.x(end), top),
-            (0, 2),
-            textcoords="offset points",
+    def draw_limit(self, limit: Limit) -> None:
+        """A part without an equilibrium or a stable one, labelled."""
+        scales, axes = self.scales, self.axes
+        first, last = self.loci.values[[0, -1]]
+        ends = scales.x(limit.start), scales.x(limit.stop)
+        axes.axvspan(*ends, color=SHADOW, lw=0, zorder=0)
+        for edge in {limit.start, limit.stop} - {first, last}:
+            axes.plot([scales.x(edge)] * 2, axes.get_ylim(), color=FAINT, lw=1, zorder=1)
+        if limit.stop == last and limit.start > first:
+            where = f"beyond {scales.text(limit.start)}"
+        elif limit.start == first and limit.stop < last:
+            where = f"below {scales.text(limit.stop)}"
+        else:
+            where = f"from {scales.text(limit.start)} to {scales.text(limit.stop)}"
+        k = int(abs(self.loci.values - (limit.start + limit.stop) / 2).argmin())
+        heights = [scales.y(branch.frequency[k]) for branch in self.loci.branches]
+        lines = np.array([0.0, *sorted(filter(math.isfinite, heights)), axes.get_ylim()[1]])
+        widest = int(np.diff(lines).argmax())
+        axes.text(
+            sum(ends) / 2,
+            lines[widest : widest + 2].mean(),
+            f"{WORDS[limit.kind]}\n{where}",
+            rotation=0 if limit.stop - limit.start > WIDE * (last - first) else 90,
             ha="center",
-            va="bottom",
+            va="center",
             color=MUTED,
-            fontsize=8,
+            multialignment="center",
+            clip_on=True,
         )
-    return on_the_right
+
+    def draw_per_rev_lines(self, count: int) -> list[tuple[float, str]]:
+        """The per-rev lines, labelled where they leave the frame at its top; heights and labels of
+        those that leave it on the right."""
+        scales, top, (first, last) = self.scales, self.axes.get_ylim()[1], self.loci.values[[0, -1]]
+        ends = []
+        for k in range(1, count + 1):
+            rate = k * scales.y(1.0)
+            end = min(last, top / rate)
+            if end <= first:
+                continue
+            x = scales.x(np.array([first, end]))
+            self.axes.plot(x, [rate * first, rate * end], **PER_REV)
+            if end == last:
+                ends.append((rate * end, f"{k}×"))
+                continue
+            self.axes.annotate(
+                f"{k}×",
+                (x[1], top),
+                (0, 2),
+                textcoords="offset points",
+                ha="center",
+                va="bottom",
+                color=MUTED,
+                fontsize=8,
+            )
+        return ends
+
+    def label_ends(self, others: Sequence[tuple[float, str]]) -> None:
+        """Labels of the branches, and of other lines, that reach the right end."""
+        branches = [
+            (self.scales.y(one.frequency[-1]), one.label, FAMILIES(one.bending_fraction[-1]))
+            for one in self.loci.branches
+            if math.isfinite(one.frequency[-1])
+        ]
+        label_line_ends(
+            self.axes,
+            [(*end, "bold") for end in branches] + [(*end, MUTED, "normal") for end in others],
+        )
+
+    def draw_marks(self, resonances: Sequence[Resonance]) -> None:
+        """Marks at resonances, crossings and veerings."""
+        marks = [(one, "resonance", 5) for one in resonances]
+        for mark, kind, order in [*marks, *((event, event.kind, 6) for event in self.loci.events)]:
+            x, y = self.scales.x(mark.at), self.scales.y(mark.frequency)
+            self.axes.plot(x, y, **MARKS[kind], zorder=order)
+
+    def label_events(self) -> None:
+        """Insets around veerings, and labels of the other events."""
+        loci, placer = self.loci, LabelPlacer(self.axes)
+        events = list(loci.events) if len(loci.events) <= MAX_LABELLED else []
+        veerings = [event for event in loci.events if event.kind == "veering"]
+        for event in veerings if len(veerings) <= MAX_ENLARGED else ():
+            if self._draw_inset(placer, event) and event in events:
+                events.remove(event)
+        for event in events:
+            lines = [event.kind, self.scales.text(event.at)]
+            lines += [self._gap(event)] if event.kind == "veering" else []
+            x, y = self.scales.x(event.at), self.scales.y(event.frequency)
+            placer.annotate("\n".join(lines), x, y)
+
+    def label_inside(self) -> None:
+        """Labels on the branches that end inside the frame or change their family, each where the
+        nearest other line, mark or label is farthest."""
+        loci, x, y, pixels = self.loci, self.scales.x, self.scales.y, self.axes.transData.transform
+        heights = y(np.array([branch.frequency for branch in loci.branches]))
+        taken = [pixels((x(event.at), y(event.frequency))) for event in loci.events]
+        for branch, own in zip(loci.branches, heights, strict=True):
+
+            def clearance(k: int, own: np.ndarray = own) -> float:
+                here = pixels((x(loci.values[k]), own[k]))
+                lines = [abs(pixels((0, h)) - here)[1] for h in heights[:, k] if h != own[k]]
+                marks = [np.linalg.norm(other - here) / 3 for other in taken]  # they are wider
+                return min([*filter(math.isfinite, lines), *marks], default=math.inf)
+
+            present = np.flatnonzero(np.isfinite(own))
+            changes = len(present) and branch.family[present[0]] != branch.family[present[-1]]
+            if not len(present) or (present[-1] == len(own) - 1 and not changes):
+                continue
+            spots = present[(SPOTS * (len(present) - 1)).astype(int)]
+            best = max(spots[: len(spots) // 3] if changes else spots, key=clearance)
+            at = x(loci.values[best]), own[best]
+            taken.append(pixels(at))
+            self.axes.text(
+                *at,
+                branch.label,
+                color=FAMILIES(branch.bending_fraction[best]),
+                ha="center",
+                va="center",
+                weight="bold",
+                path_effects=HALO,
+                zorder=4,
+            )
+
+    def _gap(self, event: Event) -> str:
+        """The gap of a veering as text."""
+        return f"gap {self.scales.y(event.gap):.3g}{self.scales.unit}"
+
+    def _draw_inset(self, placer: LabelPlacer, event: Event) -> bool:
+        """An enlarged veering in an inset; False where no part of the frame is free."""
+        corner = _free_corner(placer)
+        near = close_up(self.loci, event) if corner is not None else None
+        if near is None or not near.events:
+            return False
+        inset = self.axes.inset_axes((*corner, *INSET), zorder=8)
+        two = [branch for branch in near.branches if branch.label in near.events[0].branches]
+        for branch in two:
+            _draw_branch(inset, self.scales, near, branch)
+        inset.set(xticks=[], yticks=[], xlim=self.scales.x(near.values[[0, -1]]))
+        inset.margins(y=0.3)
+        for side in inset.spines.values():
+            side.set(visible=True, color="#B0B0B0", linewidth=0.8)
+        title = f"{event.kind} at {self.scales.text(event.at)}: {self._gap(event)}"
+        inset.set_title(title, fontsize=8, loc="left", pad=3)
+        self._label_inset(inset, near, two, event)
+        self.axes.indicate_inset_zoom(inset, edgecolor="#555555", lw=0.6, alpha=1.0)
+        placer.taken.append(
+            Bbox(self.axes.transAxes.transform([corner, corner + INSET + (0, INSET_MARGIN[1])]))
+        )
+        return True
+
+    def _label_inset(self, inset: Axes, near: Loci, two: Sequence[Branch], event: Event) -> None:
+        """The labels that two branches have in the chart, at both their ends in an inset."""
+        upper = _upper(self.loci, event)
+        lower = next(label for label in event.branches if label != upper)
+        for branch in two:
+            above = branch.label == _upper(near, near.events[0])
+            for end, side, align in ((0, 1, "left"), (-1, -1, "right")):
+                inset.annotate(
+                    upper if above else lower,
+                    (self.scales.x(near.values[end]), self.scales.y(branch.frequency[end])),
+                    (3 * side, 7 if above else -7),
+                    textcoords="offset points",
+                    color=FAMILIES(branch.bending_fraction[end]),
+                    ha=align,
+                    va="center",
+                    fontsize=8,
+                    weight="bold",
+                )
 
 
-def _marks(axes: Axes, scales: Scales, loci: Loci, resonances: Sequence[Resonance]) -> None:
-    """Meetings and resonances, and what they and the lines are called."""
-    for resonance in resonances:
-        place = scales.x(resonance.at), scales.y(resonance.frequency)
-        axes.plot(*place, **MARKS["resonance"], zorder=5)
-    for event in loci.events:
-        axes.plot(scales.x(event.at), scales.y(event.frequency), **MARKS[event.kind], zorder=6)
-    inside_labels(axes, scales, loci)
-    veerings = [event for event in loci.events if event.kind == "veering"]
-    placer = LabelPlacer(axes)
-    noted = list(loci.events) if len(loci.events) <= NOTED else []
-    for event in veerings if len(veerings) <= ZOOMED else ():
-        if zoom(axes, placer, scales, loci, event) and event in noted:
-            noted.remove(event)
-    notes(placer, scales, noted)
+def _draw_branch(axes: Axes, scales: Scales, loci: Loci, branch: Branch) -> None:
+    """One locus; its colour changes from one family to the other where the mode does."""
+    here = np.isfinite(branch.bending_fraction)
+    if not here.any():
+        return
+    own = [event for event in loci.events if branch.label in event.branches]
+    sides = [0.5 if branch.label == _upper(loci, event) else -0.5 for event in own]
+    heights = [event.frequency + side * event.gap for event, side in zip(own, sides, strict=True)]
+    x = np.concatenate((loci.values, [event.at for event in own]))
+    y = np.concatenate((branch.frequency, heights))
+    order = x.argsort(kind="stable")
+    x, y = x[order], y[order]
+    fraction = np.interp(x, loci.values[here], branch.bending_fraction[here])
+    shade = np.round(fraction * SHADES).astype(int)
+    starts = np.flatnonzero(np.diff(shade, prepend=-1)).tolist()
+    for start, stop in zip(starts, [*starts[1:], len(x)], strict=True):
+        piece = slice(start, stop + 1)  # a point more, so that the colours join
+        colour = FAMILIES(shade[start] / SHADES)
+        axes.plot(scales.x(x[piece]), scales.y(y[piece]), color=colour, lw=1.7, zorder=3)
+
+
+def _upper(loci: Loci, event: Event) -> str:
+    """The label of the upper one of two branches that veer."""
+    two = [branch for branch in loci.branches if branch.label in event.branches]
+    both = np.flatnonzero(np.minimum(*(branch.mode_index for branch in two)) >= 0)
+    if not len(both):
+        return event.branches[1]
+    nearest = both[abs(loci.values[both] - event.at).argmin()]
+    return max(two, key=lambda branch: branch.mode_index[nearest]).label
+
+
+def _free_corner(placer: LabelPlacer) -> np.ndarray | None:
+    """The lower left corner (2,), as a share of the frame, of a part that is free for an inset."""
+    size = INSET + INSET_MARGIN
+    for y, x in product(INSET_GRID[::-1], INSET_GRID):
+        corner = (1 - size) * (x, y) + INSET_MARGIN[0] / 2
+        box = Bbox(placer.axes.transAxes.transform([corner, corner + size]))
+        covered = ((placer.line_points > box.min) & (placer.line_points < box.max)).all(axis=1)
+        if not (covered.any() or any(box.overlaps(other) for other in placer.taken)):
+            return corner
+    return None
 
 
 def _head(figure: Figure, loci: Loci, resonances: Sequence[Resonance], per_rev: int) -> None:
-    """What is held fixed, the model, and what colours and marks mean."""
-    beam, model = loci.beam, loci.problem
+    """The parameters held fixed, the model, and the meaning of colours and marks."""
+    beam, problem = loci.beam, loci.problem
     held = ", ".join(
         f"{PARAMETERS[n].symbol} = {beam.numbers[n]:.5g}" for n in PARAMETERS if n != loci.over
     )
     title = f"Loci over {PARAMETERS[loci.over].symbol} at {held}".replace("-", "−")
-    coriolis = "with" if model.coriolis else "without"
+    coriolis = "with" if problem.coriolis else "without"
     theory = (
-        f"{model.strain} strain, {model.curvature} curvature, {model.plane}, {coriolis} Coriolis"
+        f"{problem.strain} strain, {problem.curvature} curvature, {problem.plane},"
+        f" {coriolis} Coriolis"
     )
     figure.text(0.012, 0.965, title, va="center", weight="bold")
     figure.text(0.012, 0.927, theory, va="center", color=MUTED, fontsize=8)
@@ -182,7 +380,7 @@ def _head(figure: Figure, loci: Loci, resonances: Sequence[Resonance], per_rev: 
 
 
 def _legend(loci: Loci, resonances: Sequence[Resonance], per_rev: int) -> list[Line2D]:
-    """What colours and marks mean, of those drawn."""
+    """The meaning of colours and marks, of those drawn."""
     families = {name for branch in loci.branches for name in branch.family if name}
     rows = [
         Line2D([], [], color=FAMILIES(share), lw=1.7, label=name)
@@ -191,8 +389,8 @@ def _legend(loci: Loci, resonances: Sequence[Resonance], per_rev: int) -> list[L
     ]
     for kind in ("crossing", "veering"):
         count = sum(event.kind == kind for event in loci.events)
-        words = kind if len(loci.events) <= NOTED else f"{count} {kind}s"
-        rows += [Line2D([], [], label=words, **MARKS[kind])] if count else []
+        label = kind if len(loci.events) <= MAX_LABELLED else f"{count} {kind}s"
+        rows += [Line2D([], [], label=label, **MARKS[kind])] if count else []
     if per_rev:
         rows.append(Line2D([], [], label="per-rev line, k × speed", **PER_REV))
     if resonances:

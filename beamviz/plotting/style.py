@@ -7,6 +7,7 @@ INK, FAINT = "#222222", "#8A8A8A"
 DPI = 200
 LINE = 12  # [pt] between words
 STYLE: Any = {
+    "font.family": "DejaVu Sans",  # which matplotlib brings: the same picture on every machine
     "font.size": 9,
     "axes.spines.top": False,
     "axes.spines.right": False,
