@@ -1,7 +1,7 @@
-"""Random inputs for everything that takes one, and what must come of each of them.
+"""Random inputs for Beam, solve, loci, the TOML reader and the command line, with a check for each.
 
-An outcome is an answer, within its error bar, or an error of the package that names the input;
-scripts/fuzz.py draws many, tests/test_fuzz.py a fixed few.
+The outcome must be an answer within its error bar, or an error of the package that names the
+input. scripts/fuzz.py draws many inputs, tests/test_fuzz.py a fixed few.
 """
 
 import contextlib
@@ -23,7 +23,7 @@ from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.frequency_loci import loci
 from beamviz.solver import CHOICES, solve
 
-STUCK = 300.0  # [s] of processor time after which a sweep is taken for one without end
+TIME_LIMIT = 300.0  # [s] of processor time for one sweep
 EVERYDAY = {
     "alpha": (0.0, 5.0),
     "beta": (0.0, 1.0),
@@ -31,12 +31,12 @@ EVERYDAY = {
     "delta": (-1.0, 3.0),
     "mu": (20.0, 200.0),
 }
-MARGIN = 1e-12  # of the frequency: rounding of a comparison
+ROUNDING = 1e-12  # relative to the frequency
 NUMBERS = st.one_of(
     st.floats(allow_nan=True, allow_infinity=True),
     st.sampled_from([0.0, -0.0, 1e300, -1e300, 5e-324, math.nan, math.inf, 10**400, -1]),
 )
-NONSENSE = st.one_of(
+ANY_VALUE = st.one_of(
     NUMBERS, st.none(), st.booleans(), st.text(max_size=5), st.lists(st.integers(), max_size=2)
 )
 
@@ -67,13 +67,13 @@ OPTIONS = st.fixed_dictionaries(
         "tolerance": st.sampled_from([1e-3, 1e-6, 1e-9]),
     },
 )
-ODD_OPTIONS = st.dictionaries(
-    st.sampled_from([*CHOICES, "coriolis", "modes", "tolerance", "elements"]), NONSENSE, max_size=2
+ANY_OPTIONS = st.dictionaries(
+    st.sampled_from([*CHOICES, "coriolis", "modes", "tolerance", "elements"]), ANY_VALUE, max_size=2
 )
 
 
-def told(error: BeamvizError, *names: str) -> None:
-    """An error is one line, of some words, that says what it is about."""
+def check_message(error: BeamvizError, *names: str) -> None:
+    """An error message is one line that names one of the inputs."""
     text = str(error)
     assert "\n" not in text, text
     assert len(text) > 10, text
@@ -81,11 +81,11 @@ def told(error: BeamvizError, *names: str) -> None:
 
 
 def make_beam(values: dict[str, Any]) -> None:
-    """Five numbers of any kind: a beam within its limits, or an error that names one of them."""
+    """Any five values: a beam within its limits, or an error that names one of them."""
     try:
         beam = Beam(**values)
     except InvalidInput as error:
-        told(error, *values)
+        check_message(error, *values)
     else:
         assert all(
             one.limits[0] <= beam.numbers[name] <= one.limits[1] for name, one in PARAMETERS.items()
@@ -93,44 +93,44 @@ def make_beam(values: dict[str, Any]) -> None:
 
 
 def solve_beam(beam: Beam, options: dict[str, Any]) -> None:
-    """Modes within their error bars of a finer solution, or an error with words."""
+    """Modes within their error bars of a finer solution, or an error."""
     try:
         solution = solve(beam, **options)
     except BeamvizError as error:
-        told(error)
+        check_message(error)
         return
     assert np.all(solution.errors >= 0)
     assert np.all((solution.frequencies >= 0) | np.isnan(solution.frequencies))
     if solution.problem.method == "auto":
-        compared(solution, beam, options)
+        compare_with_finest(solution, beam, options)
 
 
-def compared(solution: Any, beam: Beam, options: dict[str, Any]) -> None:
-    """The finest solution there is lies within both error bars."""
+def compare_with_finest(solution: Any, beam: Beam, options: dict[str, Any]) -> None:
+    """The two solutions agree within the sum of their error bars."""
     try:
         finest = solve(beam, **{**options, "method": "auto", "tolerance": 1e-10})
     except BeamvizError:
-        return  # it says that it cannot be had so fine
+        return  # this beam cannot be solved so accurately
     stable = np.isfinite(solution.frequencies) & np.isfinite(finest.frequencies)
     apart = np.abs(solution.frequencies - finest.frequencies)[stable]
-    allowed = (solution.errors + finest.errors + MARGIN * finest.frequencies)[stable]
+    allowed = (solution.errors + finest.errors + ROUNDING * finest.frequencies)[stable]
     assert np.all(apart <= allowed), (apart, allowed)
 
 
-def solve_oddly(beam: Beam, options: dict[str, Any]) -> None:
-    """Keywords that make no sense: an error that names one of them and its value, or an answer."""
+def solve_any_options(beam: Beam, options: dict[str, Any]) -> None:
+    """Any keywords: an answer, or an error that names one of them."""
     try:
         solve(beam, **options)
     except InvalidInput as error:
-        told(error, *options)
+        check_message(error, *options)
     except BeamvizError:
         pass
 
 
 @st.composite
 def ranges(draw: Callable, *, wide: bool) -> tuple[Beam, str, tuple[float, float]]:
-    """A beam, one of its numbers, and where that runs from and to: over any part of what is
-    accepted, or over some of it for a beam as they are in the explorer."""
+    """A beam, one of its parameters and a range of it: any accepted one if `wide`, else a range
+    as in the explorer."""
     over = draw(st.sampled_from(list(PARAMETERS)))
     if wide:
         beam, (low, high) = draw(beams()), PARAMETERS[over].limits
@@ -148,14 +148,13 @@ def ranges(draw: Callable, *, wide: bool) -> tuple[Beam, str, tuple[float, float
 def sweep(
     where: tuple[Beam, str, tuple[float, float]], points: int, modes: int, options: dict[str, Any]
 ) -> None:
-    """Loci with a frequency, or a growth rate, or none for each value of each branch, and
-    meetings within the range; or an error with words."""
+    """Loci with a value of each branch at each point and events within the range, or an error."""
     beam, over, ends = where
     try:
-        with ending_within(STUCK):
+        with processor_time_limit(TIME_LIMIT):
             found = loci(beam, over, np.linspace(*ends, points), modes, **options)
     except BeamvizError as error:
-        told(error)
+        check_message(error)
         return
     assert all(len(branch.frequency) == points for branch in found.branches)
     assert all(event.gap >= 0 for event in found.events)
@@ -164,16 +163,16 @@ def sweep(
 
 
 @contextlib.contextmanager
-def ending_within(seconds: float) -> Iterator[None]:
-    """Fail after so much processor time, rather than never end (not on Windows)."""
+def processor_time_limit(seconds: float) -> Iterator[None]:
+    """Fail after this processor time (not on Windows)."""
 
-    def stuck(*_: Any) -> None:
-        raise AssertionError(f"no end after {seconds} s")
+    def fail(*_: Any) -> None:
+        raise AssertionError(f"not finished after {seconds} s")
 
     if not hasattr(signal, "setitimer"):
         yield
         return
-    before = signal.signal(signal.SIGVTALRM, stuck)
+    before = signal.signal(signal.SIGVTALRM, fail)
     signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
     try:
         yield
@@ -194,15 +193,15 @@ SWEPT = (
         },
     ),
 )
-ODD_RANGES = st.one_of(st.lists(NONSENSE, max_size=4), NONSENSE)
+ANY_RANGE = st.one_of(st.lists(ANY_VALUE, max_size=4), ANY_VALUE)
 
 
-def sweep_oddly(beam: Beam, over: str, values: Any) -> None:
-    """Values that make no sweep: an error that names the number, or loci."""
+def sweep_any_values(beam: Beam, over: str, values: Any) -> None:
+    """Any values: loci, or an error that names the parameter."""
     try:
         loci(beam, over, values, 1)
     except InvalidInput as error:
-        told(error, over)
+        check_message(error, over)
     except BeamvizError:
         pass
 
@@ -222,69 +221,24 @@ TOML = st.one_of(
 
 
 def read_toml(text: bytes) -> None:
-    """Bytes of any kind as a beam file: a beam, or one line that names the file or a quantity."""
+    """Any bytes as a beam file: a beam, or an error that names the file or a quantity."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "beam.toml"
         path.write_bytes(text)
         try:
             Beam.from_toml(path)
         except InvalidInput as error:
-            told(error, "beam.toml", *SI_KEYS, *PARAMETERS, "T*")
+            check_message(error, "beam.toml", *SI_KEYS, *PARAMETERS, "T*")
 
 
+COMMAND_WORDS = """
+modes loci lessons --alpha --beta --gamma --delta --mu --method --strain --plane --modes
+--tolerance --elements --coriolis --format json csv table green biot auto foac ancf
+flapwise --over gamma alpha --start --stop --points --per-rev --si --help --version 0 1
+0.5 -1 7 50 1e3 1e-3 nan inf -inf 1e300 --
+"""
 WORDS = st.one_of(
-    st.sampled_from(
-        [
-            "modes",
-            "loci",
-            "lessons",
-            "--alpha",
-            "--beta",
-            "--gamma",
-            "--delta",
-            "--mu",
-            "--method",
-            "--strain",
-            "--plane",
-            "--modes",
-            "--tolerance",
-            "--elements",
-            "--coriolis",
-            "--format",
-            "json",
-            "csv",
-            "table",
-            "green",
-            "biot",
-            "auto",
-            "foac",
-            "ancf",
-            "flapwise",
-            "--over",
-            "gamma",
-            "alpha",
-            "--start",
-            "--stop",
-            "--points",
-            "--per-rev",
-            "--si",
-            "--help",
-            "--version",
-            "0",
-            "1",
-            "0.5",
-            "-1",
-            "7",
-            "50",
-            "1e3",
-            "1e-3",
-            "nan",
-            "inf",
-            "-inf",
-            "1e300",
-            "--",
-        ]
-    ),
+    st.sampled_from(COMMAND_WORDS.split()),
     st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=6),
 )
 LINES = st.one_of(
@@ -298,31 +252,29 @@ LINES = st.one_of(
 )
 
 
-def command(line: list[str]) -> None:
-    """A command line of any kind ends with a code of its own and, if it failed, one line."""
+def run_command(line: list[str]) -> None:
+    """Any command line: a documented exit code, and one line on stderr if it failed."""
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         code = main(line)
     assert code in (0, 1, 2, 3, 4), code
-    words = err.getvalue()
-    assert "Traceback" not in words, words
-    assert not re.search(r"unexpected \w+: ", words), (
-        words
-    )  # what cli.run says of a mistake of ours
+    errors = err.getvalue()
+    assert "Traceback" not in errors, errors
+    assert not re.search(r"unexpected \w+: ", errors), errors  # an error that is not ours
     if code:
-        assert re.fullmatch(r"(beamviz: [^\n]*\n)+", words), words
+        assert re.fullmatch(r"(beamviz: [^\n]*\n)+", errors), errors
 
 
 CASES: dict[str, tuple[Callable[..., None], tuple[st.SearchStrategy, ...]]] = {
     "Beam": (
         make_beam,
-        (st.dictionaries(st.sampled_from(list(PARAMETERS)), NONSENSE, min_size=1),),
+        (st.dictionaries(st.sampled_from(list(PARAMETERS)), ANY_VALUE, min_size=1),),
     ),
     "solve": (solve_beam, (beams(), OPTIONS)),
-    "solve, odd keywords": (solve_oddly, (beams(), ODD_OPTIONS)),
+    "solve, odd keywords": (solve_any_options, (beams(), ANY_OPTIONS)),
     "loci": (sweep, (ranges(wide=False), *SWEPT)),
     "loci, wild": (sweep, (ranges(wide=True), *SWEPT)),
-    "loci, odd ranges": (sweep_oddly, (beams(), st.sampled_from(list(PARAMETERS)), ODD_RANGES)),
+    "loci, odd ranges": (sweep_any_values, (beams(), st.sampled_from(list(PARAMETERS)), ANY_RANGE)),
     "TOML": (read_toml, (TOML,)),
-    "command line": (command, (LINES,)),
+    "command line": (run_command, (LINES,)),
 }
