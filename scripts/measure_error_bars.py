@@ -155,7 +155,8 @@ def shares(rows: list[dict[str, Any]]) -> dict[str, float]:
 
 def listed(row: dict[str, Any]) -> dict[str, Any]:
     """A scene by its seed and command, with its verdict."""
-    entry = {name: row[name] for name in ("seed", "kind", "command", "says") if name in row}
+    keys = ("seed", "kind", "command", "says")
+    entry: dict[str, Any] = {key: row[key] for key in keys if key in row}
     entry["ms"] = round(1000 * row["seconds"], 1)
     if row["kind"] == "outside":
         ratio = np.array(row["off"]) / (np.array(row["reported"]) + np.array(row["doubt"]))

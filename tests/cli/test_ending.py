@@ -10,11 +10,9 @@ from pathlib import Path
 
 import matplotlib.image
 import pytest
-from live.browser import NO_BROWSER
-from live.server import free_port, wait_until
 from helpers import slow
+from live.server import free_port, wait_until
 
-from beamviz.exports.browser import found_browser
 from beamviz.signals import DELAY, Terminated, defer_signals, reraise, terminate_on_signal
 
 ROOT = Path(__file__).parents[2]
@@ -94,7 +92,6 @@ def test_the_server_ends_at_any_moment(tmp_path, number, after):
 
 
 @pytest.mark.browser
-@pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER)
 @pytest.mark.parametrize("after", [0.7, *slow(0.0, 0.2, 0.5, 0.9, 1.3, 2.4)])
 def test_a_picture_given_up_leaves_no_browser_and_no_file(tmp_path, after):
     """Before, while and after the browser starts; the picture is there whole or not at all."""
@@ -207,7 +204,6 @@ def test_a_signal_that_python_swallows_comes_again(capsys):
 
 
 @pytest.mark.browser
-@pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER)
 def test_a_browser_is_put_away_whenever_the_signal_comes(tmp_path):
     """Even as `finally` begins, before its first line."""
     done = subprocess.run(

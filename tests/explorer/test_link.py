@@ -3,17 +3,13 @@
 from collections.abc import Iterator
 
 import pytest
-from live.browser import NO_BROWSER, Page, button, field, page, says
+from live.browser import Page, button, field, page, says
 
 from beamviz.explorer.app import explorer
-from beamviz.exports.browser import found_browser
 from beamviz.lessons import lesson
 from beamviz.scene import Scene
 
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER),
-]
+pytestmark = pytest.mark.browser
 
 
 @pytest.fixture(scope="module")

@@ -5,12 +5,11 @@ import time
 
 import pytest
 from charts import TIP, charted
-from live.browser import NO_BROWSER, Page, control, field, page, tab
+from live.browser import Page, control, field, page, tab
 from live.visitor import pause, visitor
 
 from beamviz.explorer.features import loci_chart as charts
 from beamviz.explorer.features.loci_chart import FAMILIES, LANES, PER_REV
-from beamviz.exports.browser import found_browser
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
@@ -104,7 +103,6 @@ def reaches(shown: Page, value: float) -> None:
 
 
 @pytest.mark.browser
-@pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER)
 def test_the_chart_on_the_page(url):
     """It is drawn with names on its lines; the mark follows the slider; a chosen meeting moves
     the scene; the microscope draws both cases; no console errors."""

@@ -7,18 +7,14 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
-from live.browser import NO_BROWSER, Page, button, control, field, page, says
+from live.browser import Page, button, control, field, page, says
 from live.visitor import frequency_text
 
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
-from beamviz.exports.browser import found_browser
 from beamviz.scene import Scene
 
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER),
-]
+pytestmark = pytest.mark.browser
 
 START = Beam()  # no mass, no rotation: mode 2 has its node at 0.7834
 NODES = "window.__viserMutable && window.__viserMutable.nodeRefFromName"

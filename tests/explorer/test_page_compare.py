@@ -6,19 +6,15 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from live.browser import NO_BROWSER, Page, button, field, page
+from live.browser import Page, button, field, page
 
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
-from beamviz.exports.browser import found_browser
 from beamviz.presets import RULER
 from beamviz.scene import Scene, ViewOptions
 from beamviz.solver import solve
 
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER),
-]
+pytestmark = pytest.mark.browser
 
 START = Beam(alpha=1, beta=0.5, gamma=3)
 NODES = "window.__viserMutable && window.__viserMutable.nodeRefFromName"

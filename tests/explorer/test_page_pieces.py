@@ -6,18 +6,14 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
-from live.browser import NO_BROWSER, Page, page
+from live.browser import Page, page
 from scipy import ndimage
 
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
-from beamviz.exports.browser import found_browser
 from beamviz.scene import Scene
 
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER),
-]
+pytestmark = pytest.mark.browser
 
 NODES = "window.__viserMutable?.nodeRefFromName"
 SIZED = f"""(() => {{

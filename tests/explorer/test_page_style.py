@@ -4,18 +4,14 @@ import time
 from collections.abc import Iterator
 
 import pytest
-from live.browser import NO_BROWSER, Page, field, page, tab
+from live.browser import Page, field, page, tab
 
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
 from beamviz.explorer.page.style import SHEET
-from beamviz.exports.browser import found_browser
 from beamviz.scene import Scene
 
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER),
-]
+pytestmark = pytest.mark.browser
 
 WIDTH, HEIGHT = 390, 844
 BEAM = Beam(alpha=1, beta=0.5, mu=123.4567)

@@ -8,14 +8,13 @@ import numpy as np
 import pygltflib
 import pytest
 import trimesh
-from live.browser import NO_BROWSER, page
+from live.browser import page
 from live.visitor import PAPER
 
 from beamviz.drawing.modes import displacement
 from beamviz.drawing.objects import placed
 from beamviz.drawing.subdivision import cut
 from beamviz.errors import InvalidInput, Unavailable
-from beamviz.exports.browser import found_browser
 from beamviz.exports.export import WRITERS, export
 from beamviz.exports.loop import looped
 from beamviz.exports.solved_scene import Shot
@@ -194,7 +193,6 @@ def test_a_page_needs_nothing_but_itself(document):
 
 @pytest.mark.slow
 @pytest.mark.browser
-@pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER)
 def test_a_page_plays_from_the_disk_without_a_network(document):
     """In a browser that is offline the beam moves, and the page complains of nothing."""
     beam = "window.__viserMutable?.nodeRefFromName?.['/stage/wheel/beam']"

@@ -12,16 +12,14 @@ from pathlib import Path
 import imageio_ffmpeg
 import numpy as np
 import pytest
+from helpers import slow
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from live.browser import NO_BROWSER
 from live.server import wait_until
-from helpers import slow
 from PIL import Image, ImageSequence
 
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports import encoders
-from beamviz.exports.browser import found_browser
 from beamviz.exports.film import animate
 from beamviz.exports.loop import looped
 from beamviz.exports.matplotlib_renderer import drawn
@@ -71,7 +69,6 @@ def test_a_film_shows_a_beam_that_swings_and_closes(tmp_path, kind):
 
 @pytest.mark.slow
 @pytest.mark.browser
-@pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER)
 def test_a_browser_takes_the_film(tmp_path, monkeypatch):
     """The frames are those that matplotlib draws, or nearly; the ground stays white."""
     monkeypatch.delenv("BEAMVIZ_BROWSER")

@@ -8,7 +8,6 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
-from live.browser import NO_BROWSER
 from live.visitor import PAPER
 
 from beamviz.beam import Beam
@@ -16,13 +15,11 @@ from beamviz.errors import InvalidInput, NoEquilibrium, Unavailable
 from beamviz.exports import matplotlib_renderer as figure
 from beamviz.exports import renderer as studio
 from beamviz.exports import screenshot as picture
-from beamviz.exports.browser import found_browser
 from beamviz.exports.screenshot import screenshot
 from beamviz.exports.solved_scene import Shot
 from beamviz.scene import Scene
 
 browser = pytest.mark.browser
-needs_browser = pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER)
 
 
 def pixels(path: Path) -> np.ndarray:
@@ -52,7 +49,6 @@ def photographs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 
 @browser
-@needs_browser
 def test_a_browser_takes_the_picture(photographs):
     """Asked size, a beam in it, modes differ, nothing else is left in the folder."""
     first, second = photographs
@@ -64,7 +60,6 @@ def test_a_browser_takes_the_picture(photographs):
 
 
 @browser
-@needs_browser
 def test_a_picture_is_opaque_unless_asked_otherwise(photographs):
     """No alpha channel at all; else clear in the corner and solid on the beam."""
     first, second = map(pixels, photographs)
@@ -75,7 +70,6 @@ def test_a_picture_is_opaque_unless_asked_otherwise(photographs):
 
 
 @browser
-@needs_browser
 def test_both_ways_show_the_beam_in_the_same_place(photographs, tmp_path, monkeypatch):
     """The coloured pixels of the browser's picture and of matplotlib's mostly coincide."""
     monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
@@ -139,7 +133,6 @@ def test_words_fit_into_a_picture_of_any_size(width):
 
 @pytest.mark.slow
 @browser
-@needs_browser
 def test_words_fit_into_a_picture_by_a_browser(tmp_path):
     """They stand on a white ground, which covers a part of a dark picture and leaves its rim."""
     scene = Scene.of(Beam(gamma=5, delta=-1), dark=True)
@@ -152,7 +145,6 @@ def test_words_fit_into_a_picture_by_a_browser(tmp_path):
 
 @pytest.mark.slow
 @browser
-@needs_browser
 def test_titles_of_all_modes_are_small_beside_the_beams(tmp_path):
     """Letters, the only black there is, take less than a hundredth of it, the beams more."""
     scene = Scene.of(Beam(gamma=5), all_modes=True, ghosts=False)

@@ -6,18 +6,14 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
 import pytest
-from live.browser import NO_BROWSER, Page, page
+from live.browser import Page, page
 from live.server import PROTOCOL, plain_viser_server, url_of
 
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
-from beamviz.exports.browser import found_browser
 from beamviz.scene import Scene
 
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(found_browser() is None, reason=NO_BROWSER),
-]
+pytestmark = pytest.mark.browser
 
 KEY = "the-key-of-this-run"
 SHOWN = "window.__viserMutable && document.querySelectorAll('canvas').length > 0"
