@@ -15,6 +15,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from beamviz.beam import Beam, check_float, check_int
 from beamviz.errors import InvalidInput
@@ -22,7 +23,7 @@ from beamviz.frequency_loci import Branch, Loci, loci
 from beamviz.solver import solve_many
 from beamviz.solver.solution import Solution
 
-STENCILS = (6, 4)  # points of the interpolation of omega^2; the difference of the two is its error
+DEGREES = (5, 3)  # of the splines of omega^2; the difference of the two is the error of the first
 SAFETY = 10.0  # times that error
 SAMPLES = 8  # of the interpolation in each interval
 COARSE = 1 / 40  # of the sweep: longer intervals are halved in any case
@@ -138,7 +139,7 @@ def _curves(found: Loci, branch: Branch) -> Iterator["_Curve"]:
 
 @dataclass(frozen=True)
 class _Curve:
-    """omega^2 of a branch over neighbouring speeds, by piecewise polynomial interpolation."""
+    """omega^2 of a branch over neighbouring speeds, interpolated."""
 
     label: str
     low: float  # speeds between which it may be extended
@@ -161,10 +162,13 @@ class _Curve:
     @cached_property
     def _sampled(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Speeds, omega^2 and the error of its interpolation, (SAMPLES (n - 1) + 1,) each."""
-        x, n = self.x, len(self.x)
+        x, y, n = self.x, self.y, len(self.x)
         s = x[:-1, None] + np.diff(x)[:, None] * np.arange(SAMPLES) / SAMPLES
-        fine, rough = (_interpolate(x, self.y, s, width) for width in STENCILS)
-        error = abs(fine - rough).max(axis=1) if n >= STENCILS[0] else np.full(n - 1, np.inf)
+        if n > max(DEGREES):
+            fine, rough = (make_interp_spline(x, y, degree)(s) for degree in DEGREES)
+            error = abs(fine - rough).max(axis=1)
+        else:
+            fine, error = np.interp(s, x, y), np.full(n - 1, np.inf)
         error = np.pad(error, 1, mode="edge")
         error = np.maximum(np.maximum(error[:-2], error[2:]), error[1:-1])
         return (
@@ -203,20 +207,6 @@ class _Curve:
             yield _Root(k, self.label, float(s[i] - G[i] / slope), float(slope))
 
 
-def _interpolate(x: np.ndarray, y: np.ndarray, s: np.ndarray, width: int) -> np.ndarray:
-    """y at s (n - 1, samples) in each interval of x (n,), through the `width` nearest points."""
-    n, width = len(x), min(width, len(x))
-    first = np.clip(np.arange(n - 1) - width // 2 + 1, 0, n - width)
-    nodes = first[:, None] + np.arange(width)
-    X, Y = x[nodes], y[nodes]
-    result = np.zeros_like(s)
-    for j in range(width):
-        others = np.delete(X, j, axis=1)
-        basis = (s[:, :, None] - others[:, None]) / (X[:, j, None] - others)[:, None]
-        result += basis.prod(axis=2) * Y[:, j, None]
-    return result
-
-
 @dataclass
 class _Root:
     """An intersection of a branch with a per-rev line, located by the secant method."""
@@ -250,39 +240,21 @@ def response(solution: Solution, frequency: float, damping: float, x: np.ndarray
     """
     if solution.omega_squared[0] < 0:
         return np.full((len(x), 2), np.nan + 0j)
-    modes = _Modes.of(solution)
+    beam, omega = solution.beam, solution.frequencies
+    nodes, weight = quadrature(beam)
+    u, w = np.moveaxis(solution.displacement(nodes), 1, 0)  # (len(nodes), modes) each
+    mass = weight @ (abs(u) ** 2 + abs(w) ** 2)
+    coriolis = weight @ (w.conj() * u - u.conj() * w)  # phi^H G phi, 0 for real shapes
+    along, across = LOADS[solution.problem.plane]
+    force = weight @ (along * u.conj() + across * w.conj())  # its work on each shape
+    force_back = weight @ (along * u + across * w)  # and on the conjugate one
     swing = np.sqrt(1 - damping**2)
-    pole, norm = modes.omega * (swing + 1j * damping), modes.norm * swing
+    pole = omega * (swing + 1j * damping)
+    norm = swing * (2 * omega * mass - 2j * beam.gamma * coriolis).real
     shapes = solution.displacement(x)  # (len(x), 2, modes)
-    ahead = shapes @ (modes.force / (norm * (pole - frequency)))
-    behind = shapes.conj() @ (modes.force_back / (norm * (pole.conj() + frequency)))
-    return (ahead + behind) / static_deflection(solution.beam)
-
-
-class _Modes(NamedTuple):
-    """What a response needs of each mode: omega, n = -d(phi^H D phi)/d omega there, and the work
-    of the force on its shape and on the conjugate one."""
-
-    omega: np.ndarray
-    norm: np.ndarray
-    force: np.ndarray
-    force_back: np.ndarray
-
-    @classmethod
-    def of(cls, solution: Solution) -> "_Modes":
-        """By quadrature over the shapes."""
-        beam, omega = solution.beam, solution.frequencies
-        x, weight = quadrature(beam)
-        u, w = np.moveaxis(solution.displacement(x), 1, 0)  # (len(x), modes) each
-        along, across = LOADS[solution.problem.plane]
-        mass = weight @ (abs(u) ** 2 + abs(w) ** 2)
-        turning = weight @ (w.conj() * u - u.conj() * w)  # phi^H G phi, 0 for real shapes
-        return cls(
-            omega,
-            (2 * omega * mass - 2j * beam.gamma * turning).real,
-            weight @ (along * u.conj() + across * w.conj()),
-            weight @ (along * u + across * w),
-        )
+    ahead = shapes @ (force / (norm * (pole - frequency)))
+    behind = shapes.conj() @ (force_back / (norm * (pole.conj() + frequency)))
+    return (ahead + behind) / static_deflection(beam)
 
 
 def quadrature(beam: Beam) -> tuple[np.ndarray, np.ndarray]:
