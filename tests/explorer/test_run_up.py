@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -102,7 +103,7 @@ def test_the_speed_rises_slowly_near_a_resonance():
     playback = started()
     (first, _) = run_of(playback).resonances
     gammas = [0.0, *played(playback, 0.1)[:-1]]
-    steps = [(abs(b - first.at) < 0.01 * first.at, b - a) for a, b in zip(gammas, gammas[1:])]
+    steps = [(abs(b - first.at) < 0.01 * first.at, b - a) for a, b in pairwise(gammas)]
     near = [step for close, step in steps if close]
     assert len(near) >= 5
     assert max(near) < 0.2 * max(step for _, step in steps)

@@ -1,13 +1,11 @@
 """Switches for the terms of the equations, and what they leave to be seen."""
 
-from dataclasses import replace
-
 import pytest
 from live.visitor import frequency_text, visitor
 
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
-from beamviz.explorer.features.comparison import Against, against, number
+from beamviz.explorer.features.comparison import number
 from beamviz.explorer.state import State
 from beamviz.scene import Scene
 from beamviz.solver import solve
@@ -64,12 +62,3 @@ def test_a_method_without_switches_says_which_have_them(url):
         guest.choose("spin softening", False)
         guest.choose("method", "ancf")
         guest.says("softening = False: method ancf takes no switched-off term")
-
-
-def test_all_terms_can_be_compared_with():
-    """Whatever is off is on in the other beam; where all are on, words say so."""
-    off = replace(START, comparison="all terms on").changed("softening", False)
-    other = against(off.changed("coriolis", True))
-    assert isinstance(other, Against)
-    assert other.case.options["softening"] is True
-    assert "on already" in str(against(off, other.case))

@@ -1,0 +1,99 @@
+"""Dragging the mass: the position under the pointer, and the beam before as an overlay."""
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from live.visitor import PAPER, Visitor, visitor
+
+from beamviz.drawing.beam_view import BeamView
+from beamviz.drawing.modes import Shapes
+from beamviz.explorer.features.comparison import number
+from beamviz.explorer.features.mass_drag import MassDrag, nearest
+from beamviz.scene import ViewOptions
+from beamviz.server import run_server
+from beamviz.solver import solve
+
+OVERLAY = "/stage/wheel/ghost"
+unit = st.floats(-1, 1)
+points = st.tuples(unit, unit, unit).map(np.array)
+
+
+@given(points, points, points, st.floats(-2, 2), st.floats(0.1, 5))
+def test_the_place_on_a_line_nearest_to_a_line_of_sight(start, along, eye, place, far):
+    """Looking at a point of the line gives that point, unless one looks along it."""
+    if np.linalg.norm(along) < 0.1:
+        along = along + [1.0, 0, 0]
+    along = along / np.linalg.norm(along)
+    target = start + place * along
+    if np.linalg.norm(target - eye) < 0.1:
+        return
+    found = nearest(start, along, eye, eye + far * (target - eye))
+    sight = (target - eye) / np.linalg.norm(target - eye)
+    if found is None:
+        assert abs(along @ sight) > 0.99
+    else:
+        assert found == pytest.approx(place, abs=1e-6)
+
+
+def test_no_line_of_sight_is_no_place():
+    """Along the beam, from the point itself, or not a number."""
+    x, origin = np.array([1.0, 0.0, 0.0]), np.zeros(3)
+    assert nearest(origin, x, -3 * x, origin) is None
+    assert nearest(origin, x, origin, origin) is None
+    assert nearest(origin, x, np.array([0.0, -3.0, 1.0]), np.full(3, np.nan)) is None
+
+
+@pytest.mark.parametrize("rotating_frame", [True, False])
+def test_a_place_on_the_stretched_beam_is_its_reference_coordinate(rotating_frame):
+    """Riding on the hub or beside it, turned: what is seen on the beam is where it is on it."""
+    shapes = Shapes.sampled(solve(PAPER.replace(delta=0.5, gamma=40)))
+    with run_server() as server:
+        view = BeamView(server.scene)
+        view.show(shapes, ViewOptions(rotating_frame=rotating_frame), [0])
+        view.move(np.zeros(5), np.zeros(5), angle=0.7)
+        camera = SimpleNamespace(position=np.array([0.3, -3.0, 2.0]))
+        guest: Any = SimpleNamespace(client=SimpleNamespace(camera=camera))
+        drag, turn = MassDrag(guest, view), 0.0 if rotating_frame else 0.7
+        for k in (10, 64, 120):
+            radius = shapes.beam.delta + shapes.centreline[k, 0]
+            direction = np.array([math.cos(turn), math.sin(turn), 0.0])
+            x = drag.distance_along_beam(np.array(view.stage.position) + radius * direction)
+            assert x is not None
+            assert drag.beta(x) == pytest.approx(shapes.x[k], abs=1e-3)
+
+
+def drag(guest: Visitor, phase: str, x: float) -> None:
+    """A step of a drag of the mass, over a place of the picture."""
+    guest.send(
+        type="SceneNodeDragMessage",
+        phase=phase,
+        name="/stage/wheel/mass",
+        instance_index=0,
+        start_position=(0.0, 0.0, 0.0),
+        start_screen_pos=(0.5, 0.5),
+        end_position=(x, 0.0, 0.0),
+        end_screen_pos=(0.5, 0.5),
+        button="left",
+        modifier=None,
+        owner=guest.nodes["/stage/wheel/mass"]["owner"],
+    )
+
+
+def test_dragging_the_mass_moves_beta_and_leaves_an_overlay(url):
+    """By 0.2 to the right: beta follows, and the beam before is drawn pale with its numbers."""
+    with visitor(url) as guest:
+        guest.choose("playing", False)
+        assert OVERLAY not in guest.nodes
+        for phase, x in (("start", 0.0), ("update", 0.1), ("update", 0.2), ("end", 0.2)):
+            drag(guest, phase, x)
+        guest.says(number(solve(PAPER).frequencies[0]))  # as the comparison prints it: before
+        guest.wait(lambda _: guest.nodes.get(OVERLAY, {}).get("visible"))
+        guest.says("before<br>")
+        guest.wait(lambda _: abs(guest.values.get("position β", math.inf) - 0.7) < 0.01)
+        beam = PAPER.replace(beta=float(guest.values["position β"]))
+        guest.says(number(solve(beam).frequencies[0]))
