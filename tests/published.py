@@ -4,7 +4,7 @@ Lengths in L, frequencies in 1/T*; slenderness 70 where nothing else is said.
 """
 
 from beamviz.paper import validation
-from beamviz.paper.figures import last_digit
+from beamviz.paper.figures import FIGURES, LociFigure, last_digit
 
 
 def numbers(text: str) -> list[float]:
@@ -32,6 +32,8 @@ LIMITS = [(*key, float(text), last_digit(text)) for key, text in validation.LIMI
 # parameter, beam, bending mode whose locus crosses the stretching one, curvature, place, last digit
 CROSSINGS = [
     (figure.over, figure.beam, crossing.loci[0], curvature, float(text), last_digit(text))
-    for figure, crossing in validation.CROSSINGS
+    for figure in FIGURES.values()
+    if isinstance(figure, LociFigure)
+    for crossing in figure.crossings
     for curvature, text in (("material", crossing.material), ("spatial", crossing.spatial))
 ]

@@ -68,7 +68,7 @@ def files(name: str) -> Files:
         texts = {"csv": tables.to_csv(table, rows), "md": tables.to_markdown(table, rows)}
         contents = {extension: text.encode() for extension, text in texts.items()}
     else:
-        numbers = figures.printed_numbers()
+        numbers = list(figures.printed_numbers())
         texts = {"csv": figures.to_csv(numbers), "md": figures.to_markdown(numbers)}
         contents = {extension: text.encode() for extension, text in texts.items()}
     return {f"{name}.{extension}": content for extension, content in contents.items()}

@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.beam import PARAMETERS, Beam
+from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium
 from beamviz.frequency_loci import loci
-from beamviz.paper.figures import LociFigure, PrintedCrossing, decimals, locate
+from beamviz.paper.figures import PrintedNumber, decimals
 from beamviz.plotting.style import OMEGAS
 from beamviz.solver import solve
 
@@ -54,26 +54,34 @@ class Source(NamedTuple):
     tests: tuple[str, ...]
 
 
-def frequencies(count: int, beam: Beam, **options: Any) -> list[float]:
-    """The lowest frequencies."""
-    return solve(beam, count, **{"tolerance": TOLERANCE, **options}).frequencies.tolist()
+def lowest(
+    name: str, case: str, reference: str, beam: Beam, tolerance: tuple = (), **options: Any
+) -> Claim:
+    """The lowest frequencies of a beam, as many as the reference has; options of `solve`."""
+    count = len(reference.split())
+
+    def compute() -> list[float]:
+        return solve(beam, count, **{"tolerance": TOLERANCE, **options}).frequencies.tolist()
+
+    return Claim(name, case, ", ".join(OMEGAS[:count]), reference, compute, *tolerance)
 
 
-def by_label(labels: str, beam: Beam, **options: Any) -> list[float]:
+def by_label(
+    name: str, case: str, labels: str, reference: str, beam: Beam, **options: Any
+) -> Claim:
+    """Frequencies of a beam by label, as "B1 S1"; options of `solve`."""
+
+    def compute() -> list[float]:
+        return frequencies(labels, beam, **options)
+
+    return Claim(name, case, labels.replace(" ", ", "), reference, compute)
+
+
+def frequencies(labels: str, beam: Beam, **options: Any) -> list[float]:
     """Frequencies by label, as "B1 S1"."""
     solution = solve(beam, 7, **{"tolerance": TOLERANCE, **options})
     labelled = dict(zip(solution.labels, solution.frequencies.tolist(), strict=True))
     return [labelled[label] for label in labels.split()]
-
-
-def by_family(count: int, beam: Beam) -> list[float]:
-    """B1, B2, B3, B4 and S1."""
-    return by_label("B1 B2 B3 B4 S1", beam)[:count]
-
-
-def nodes(mode: int) -> list[float]:
-    """The vibration nodes of a mode, counted from 1, of the bare beam at rest."""
-    return solve(Beam(), mode, tolerance=TOLERANCE).nodes[mode - 1].tolist()
 
 
 def equilibrium_limit(strain: str, delta: float) -> list[float]:
@@ -119,75 +127,48 @@ def tube() -> list[float]:
         mass=1000.0,
     )
     assert beam.units is not None
-    return beam.units.hertz(np.array(by_label("B1 B2 B3 S1 B4", beam))).tolist()
+    return beam.units.hertz(np.array(frequencies("B1 B2 B3 S1 B4", beam))).tolist()
 
 
 def ancf_excess() -> list[float]:
     """Error [%] of omega_1 of the paper's elements in a bending layer thinner than these."""
     beam = Beam(gamma=50, delta=1)
-    (ancf,), (exact,) = frequencies(1, beam, method="ancf", elements=20), frequencies(1, beam)
+    (ancf,), (exact,) = frequencies("B1", beam, method="ancf"), frequencies("B1", beam)
     return [100 * (ancf / exact - 1)]
 
 
-def locations(figure: LociFigure, crossing: PrintedCrossing, *curvatures: str) -> list[float]:
-    """Where two loci of a figure of the paper cross, by one or more curvature measures."""
-    return [locate(figure, crossing, curvature=name, tolerance=TOLERANCE).at for name in curvatures]
-
-
-# Rows of claims.
-
-
-def omegas(count: int) -> str:
-    """ω₁, ω₂, ω₃."""
-    return ", ".join(OMEGAS[:count])
+def described(alpha: float, beta: float, gamma: float, delta: float) -> str:
+    """α = 1, β = 0.5, γ = 10, δ = 0."""
+    return f"α = {alpha}, β = {beta}, γ = {gamma}, δ = {delta}"
 
 
 def flapwise(name: str, alpha: float, table: Mapping[int, str]) -> list[Claim]:
     """Frequencies by gamma, without stretch."""
-    claims = []
-    for gamma, values in table.items():
-        count, beam = len(values.split()), Beam(alpha=alpha, gamma=gamma, mu=RIGID)
-        compute = partial(frequencies, count, beam, plane="flapwise")
-        claims.append(Claim(f"{name}-{gamma}", f"γ = {gamma}", omegas(count), values, compute))
-    return claims
+    return [
+        lowest(
+            f"{name}-{gamma}",
+            f"γ = {gamma}",
+            values,
+            Beam(alpha=alpha, gamma=gamma, mu=RIGID),
+            plane="flapwise",
+        )
+        for gamma, values in table.items()
+    ]
 
 
-def _crossing(figure: LociFigure, crossing: PrintedCrossing) -> tuple[str, str]:
-    """The end of the name of a claim, and its case."""
-    low, high = crossing.loci
-    return f"{figure.name}-{crossing.at}", f"figure {figure.name[3:]}, loci {low}/{high}"
+def printed_number(number: PrintedNumber, digits: float = 1, reason: str = "") -> Claim:
+    """A number as the paper prints it, by the material measure, which fits its crossings best."""
+    compute = partial(_values, number, "material")
+    name, case = f"paper-{number.figure}-{number.printed}", f"figure {number.figure[3:]}"
+    return Claim(name, case, number.quantity, number.printed, compute, digits, reason)
 
 
-def printed_crossing(
-    figure: LociFigure, crossing: PrintedCrossing, digits: float = 1, reason: str = ""
-) -> Claim:
-    """A crossing as the paper prints it, by the material measure, which fits best."""
-    name, case = _crossing(figure, crossing)
-    compute = partial(locations, figure, crossing, "material")
-    symbol = PARAMETERS[figure.over].symbol
-    return Claim(f"paper-{name}", case, symbol, crossing.at, compute, digits, reason)
-
-
-def located_crossing(figure: LociFigure, crossing: PrintedCrossing) -> Claim:
+def located_crossing(number: PrintedNumber) -> Claim:
     """A crossing as located independently, by both measures."""
-    name, case = _crossing(figure, crossing)
-    quantity = f"{PARAMETERS[figure.over].symbol} (material, spatial)"
-    values = f"{crossing.material} {crossing.spatial}"
-    compute = partial(locations, figure, crossing, "material", "spatial")
-    return Claim(f"crossing-{name}", case, quantity, values, compute)
+    compute = partial(_values, number, "material", "spatial")
+    name, case = f"crossing-{number.figure}-{number.printed}", f"figure {number.figure[3:]}"
+    return Claim(name, case, f"{number.quantity} (material, spatial)", number.located, compute)
 
 
-def stretched(
-    name: str,
-    quantity: str,
-    compute: Callable[[int, Beam], list[float]],
-    table: Mapping[tuple[float, float, float, float], str],
-    *tolerance: Any,
-) -> list[Claim]:
-    """Values computed for a beam, compute(number of values, beam), by its alpha .. delta."""
-    claims = []
-    for k, (numbers, values) in enumerate(table.items()):
-        case = ", ".join(f"{symbol} = {x}" for symbol, x in zip("αβγδ", numbers, strict=True))
-        values_of = partial(compute, len(values.split()), Beam(*numbers))
-        claims.append(Claim(f"{name}-{k}", case, quantity, values, values_of, *tolerance))
-    return claims
+def _values(number: PrintedNumber, *curvatures: str) -> list[float]:
+    return [number.compute(curvature=name, tolerance=TOLERANCE) for name in curvatures]

@@ -3,7 +3,9 @@
 The curves of the figures are not available to this project; `plots` computes and draws them.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -179,16 +181,23 @@ MODELS: dict[str, dict[str, Any]] = {
 }
 
 
-class PrintedNumber(NamedTuple):
-    """A number printed in the text, its value in each of MODELS, and what explains the rest."""
+@dataclass(frozen=True)
+class PrintedNumber:
+    """A number printed in the text, and how to compute it."""
 
     figure: str
     kind: Literal["crossing", "node", "constant", "mode"]
     quantity: str
     printed: str
-    values: dict[str, float]
     decimals: int  # shown
-    remark: str
+    compute: Callable[..., float]  # (**options of solve) -> the value
+    explain: Callable[[dict[str, float]], str]  # values in MODELS -> remark
+    located: str = ""  # independently of this project: by the material and the spatial measure
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """The value in each of MODELS."""
+        return {name: self.compute(**options) for name, options in MODELS.items()}
 
     @property
     def fits(self) -> str:
@@ -213,19 +222,16 @@ def last_digit(printed: str) -> float:
     return 10.0 ** -decimals(printed)
 
 
-def printed_numbers() -> list[PrintedNumber]:
-    """All numbers that the text prints, in the order of the figures, with their values."""
-    return [number for figure in FIGURES.values() for number in _numbers(figure)]
-
-
-def _numbers(figure: Figure) -> Iterator[PrintedNumber]:
-    if isinstance(figure, LociFigure):
-        yield from (_crossing(figure, crossing) for crossing in figure.crossings)
-        yield from (_constant(figure, *constant) for constant in figure.constants)
-    else:
-        yield from (_node(figure, node) for node in figure.nodes)
-        if figure.stretching:
-            yield _stretching_mode(figure, figure.stretching)
+def printed_numbers() -> Iterator[PrintedNumber]:
+    """All numbers that the text prints, in the order of the figures."""
+    for figure in FIGURES.values():
+        if isinstance(figure, LociFigure):
+            yield from (_crossing(figure, crossing) for crossing in figure.crossings)
+            yield from (_constant(figure, *constant) for constant in figure.constants)
+        else:
+            yield from (_node(figure, node) for node in figure.nodes)
+            if figure.stretching:
+                yield _stretching_mode(figure, figure.stretching)
 
 
 def nearest_event(found: Loci, branches: set[str], at: float) -> Event:
@@ -241,49 +247,55 @@ def locate(figure: LociFigure, crossing: PrintedCrossing, **options: Any) -> Eve
     return nearest_event(found, crossing.branches, at)
 
 
-def _crossing(figure: LociFigure, crossing: PrintedCrossing) -> PrintedNumber:
-    values = {name: locate(figure, crossing, **options).at for name, options in MODELS.items()}
-    off = {name: abs(values[name] - float(crossing.at)) for name in ("material", "spatial")}
-    quantity = (
-        f"loci {crossing.loci[0]}/{crossing.loci[1]} cross at {PARAMETERS[figure.over].symbol}"
-    )
-    if abs(values["material"] - values["spatial"]) <= TOLERANCE * 10:
-        remark = f"off by {off['spatial']:.2g}; at rest the measures are the same"
-    else:
-        remark = f"off by {off['material']:.2g} (material) and {off['spatial']:.2g} (spatial)"
-    remark += f"; {crossing.explanation}" if crossing.explanation else ""
-    return PrintedNumber(figure.name, "crossing", quantity, crossing.at, values, 4, remark)
-
-
-def _node(figure: ShapeFigure, node: PrintedNode) -> PrintedNumber:
-    values = {
-        name: nearest_node(solve(figure.beam, node.mode, **options).nodes[node.mode - 1], node)
-        for name, options in MODELS.items()
-    }
-    quantity = f"node of mode {node.mode}"
-    remark = "at rest the measures are the same"
-    return PrintedNumber(figure.name, "node", quantity, node.at, values, 6, remark)
-
-
 def nearest_node(nodes: np.ndarray, printed: PrintedNode) -> float:
     """The vibration node nearest to a printed one."""
     return float(nodes[abs(nodes - float(printed.at)).argmin()])
 
 
+def _crossing(figure: LociFigure, crossing: PrintedCrossing) -> PrintedNumber:
+    low, high = crossing.loci
+    quantity = f"loci {low}/{high} cross at {PARAMETERS[figure.over].symbol}"
+
+    def compute(**options: Any) -> float:
+        return locate(figure, crossing, **options).at
+
+    def explain(values: dict[str, float]) -> str:
+        material, spatial = (abs(values[k] - float(crossing.at)) for k in ("material", "spatial"))
+        if abs(values["material"] - values["spatial"]) <= TOLERANCE * 10:
+            remark = f"off by {spatial:.2g}; at rest the measures are the same"
+        else:
+            remark = f"off by {material:.2g} (material) and {spatial:.2g} (spatial)"
+        return remark + (f"; {crossing.explanation}" if crossing.explanation else "")
+
+    located = f"{crossing.material} {crossing.spatial}"
+    row = figure.name, "crossing", quantity, crossing.at, 4
+    return PrintedNumber(*row, compute, explain, located)
+
+
+def _node(figure: ShapeFigure, node: PrintedNode) -> PrintedNumber:
+    def compute(**options: Any) -> float:
+        return nearest_node(solve(figure.beam, node.mode, **options).nodes[node.mode - 1], node)
+
+    row = figure.name, "node", f"node of mode {node.mode}", node.at, 6
+    return PrintedNumber(*row, compute, lambda values: "at rest the measures are the same")
+
+
 def _constant(figure: LociFigure, mode: int, printed: str) -> PrintedNumber:
-    values = {
-        name: float(solve(Beam(), mode, **options).frequencies[mode - 1])
-        for name, options in MODELS.items()
-    }
-    change = max(_relative_change(mode, float(node.at)) for node in NODES if node.mode == mode)
-    remark = (
-        f"a mass of α up to {MASS_RATIOS[-1]:g} at the printed node changes it by about"
-        f" {change:.0e} of itself"
-    )
-    if abs(values["spatial"] - float(printed)) > last_digit(printed):
-        remark = f"20 elements give it, the exact value is {values['spatial']:.6f}; {remark}"
-    quantity = f"constant {OMEGAS[mode - 1]}"
-    return PrintedNumber(figure.name, "constant", quantity, printed, values, 6, remark)
+    def compute(**options: Any) -> float:
+        return float(solve(Beam(), mode, **options).frequencies[mode - 1])
+
+    def explain(values: dict[str, float]) -> str:
+        change = max(_relative_change(mode, float(node.at)) for node in NODES if node.mode == mode)
+        remark = (
+            f"a mass of α up to {MASS_RATIOS[-1]:g} at the printed node changes it by about"
+            f" {change:.0e} of itself"
+        )
+        if abs(values["spatial"] - float(printed)) > last_digit(printed):
+            remark = f"20 elements give it, the exact value is {values['spatial']:.6f}; {remark}"
+        return remark
+
+    row = figure.name, "constant", f"constant {OMEGAS[mode - 1]}", printed, 6
+    return PrintedNumber(*row, compute, explain)
 
 
 def _relative_change(mode: int, beta: float) -> float:
@@ -297,16 +309,16 @@ def _relative_change(mode: int, beta: float) -> float:
 
 def _stretching_mode(figure: ShapeFigure, printed: int) -> PrintedNumber:
     beam = figure.beam.replace(alpha=figure.alphas[0])
-    values = {
-        name: float(solve(beam, len(figure.modes), **options).labels.index("S1") + 1)
-        for name, options in MODELS.items()
-    }
+
+    def compute(**options: Any) -> float:
+        return float(solve(beam, len(figure.modes), **options).labels.index("S1") + 1)
+
     quantity = f"place of the stretching mode, α = {beam.alpha:g}"
-    remark = "the mode shift is the crossing of figure 8"
-    return PrintedNumber(figure.name, "mode", quantity, str(printed), values, 0, remark)
+    row = figure.name, "mode", quantity, str(printed), 0
+    return PrintedNumber(*row, compute, lambda values: "the mode shift is the crossing of figure 8")
 
 
-def to_csv(numbers: list[PrintedNumber]) -> str:
+def to_csv(numbers: Sequence[PrintedNumber]) -> str:
     """One line for each number."""
     heading = ["figure", "quantity", "paper", *MODELS, "fits", "remark"]
     return csv_text(
@@ -314,20 +326,20 @@ def to_csv(numbers: list[PrintedNumber]) -> str:
         (
             [row.figure, row.quantity, row.printed]
             + [f"{row.values[name]:.10g}" for name in MODELS]
-            + [row.fits, row.remark]
+            + [row.fits, row.explain(row.values)]
             for row in numbers
         ),
     )
 
 
-def to_markdown(numbers: list[PrintedNumber]) -> str:
+def to_markdown(numbers: Sequence[PrintedNumber]) -> str:
     """The numbers as a page."""
     heading = ["figure", "quantity", "paper", "material", "spatial"]
     heading += ["material, 20 elements", "spatial, 20 elements", "fits", "remark"]
     body = [
         [row.figure.removeprefix("fig"), row.quantity, row.printed]
         + [f"{row.values[name]:.{row.decimals}f}" for name in MODELS]
-        + [row.fits, row.remark]
+        + [row.fits, row.explain(row.values)]
         for row in numbers
     ]
     fits = [row.fits for row in numbers if row.kind == "crossing"]

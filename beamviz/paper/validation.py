@@ -11,27 +11,9 @@ from math import pi
 
 from beamviz.beam import Beam
 from beamviz.output import markdown_table
-from beamviz.paper.claims import (
-    RIGID,
-    Claim,
-    Source,
-    ancf_excess,
-    by_family,
-    by_label,
-    cable,
-    closest_approach,
-    equilibrium_limit,
-    flapwise,
-    frequencies,
-    located_crossing,
-    nodes,
-    omegas,
-    printed_crossing,
-    stability_limit,
-    stretched,
-    tube,
-)
-from beamviz.paper.figures import FIGURES, NODES, LociFigure
+from beamviz.paper import claims
+from beamviz.paper.claims import Claim, Source
+from beamviz.paper.figures import NODES, printed_numbers
 
 COMMAND = "python -m beamviz.paper.validation > assets/validation.md"
 FILE = "tests/paper/test_validation.py"
@@ -47,13 +29,7 @@ NOTE = (
     " to date, and another where a test it names does not exist."
 )
 
-CROSSINGS = [
-    (figure, crossing)
-    for figure in FIGURES.values()
-    if isinstance(figure, LociFigure)
-    for crossing in figure.crossings
-]
-LOOSE_CROSSINGS: dict[str, tuple[float, str]] = {
+LOOSE: dict[str, tuple[float, str]] = {
     "1.59": (2, "likely a root that holds the length of r' too, which gives 1.584"),
     "0.225": (2, "read off a curve; eq. 16 gives 0.2242"),
 }
@@ -119,22 +95,20 @@ SOURCES = (
         "The numbers printed in its text (figures 5 to 19); its crossings by the material measure,"
         " which fits them best (`beamviz reproduce numbers` shows both).",
         [
-            *(printed_crossing(*row, *LOOSE_CROSSINGS.get(row[1].at, ())) for row in CROSSINGS),
-            Claim("node-2", "figure 17", "node of mode 2", "0.78344", partial(nodes, 2)),
-            Claim("node-3", "figure 19", "nodes of mode 3", "0.50355 0.86768", partial(nodes, 3)),
-            Claim(
+            *(
+                claims.printed_number(number, *LOOSE.get(number.printed, ()))
+                for number in printed_numbers()
+                if number.kind in ("crossing", "node")
+            ),
+            claims.by_label(
                 "constant-2",
                 "figure 18, a mass α = 1 at the node",
-                "ω₂",
+                "B2",
                 "22.0345",
-                partial(by_label, "B2", Beam(alpha=1, beta=float(NODES[0].at))),
+                Beam(alpha=1, beta=float(NODES[0].at)),
             ),
-            Claim(
-                "constant-3",
-                "figure 16, its 20 elements",
-                "ω₃",
-                "61.6982",
-                partial(by_label, "B3", Beam(), method="ancf", elements=20),
+            claims.by_label(
+                "constant-3", "figure 16, its 20 elements", "B3", "61.6982", Beam(), method="ancf"
             ),
         ],
         (
@@ -146,20 +120,20 @@ SOURCES = (
     Source(
         "Crossings of loci",
         "Located independently of this project (green strain, μ = 70).",
-        [located_crossing(*row) for row in CROSSINGS],
+        [claims.located_crossing(row) for row in printed_numbers() if row.kind == "crossing"],
         ("tests/oracle/test_oracle.py::test_crossings_of_the_loci",),
     ),
     Source(
         "A uniform beam, flapwise",
         "Wright, Smith, Thresher & Wang, J. Appl. Mech. 49 (1982), as quoted by Bir (2009, 2010);"
         " α = 0, δ = 0; no stretch (μ = 10000).",
-        flapwise("uniform", 0, UNIFORM_FLAPWISE),
+        claims.flapwise("uniform", 0, UNIFORM_FLAPWISE),
         ("tests/solver/test_series.py::test_uniform_beam_flapwise",),
     ),
     Source(
         "A beam with a tip mass, flapwise",
         "The same source; α = β = 1, δ = 0, μ = 10000.",
-        flapwise("tip-mass", 1, TIP_MASS_FLAPWISE),
+        claims.flapwise("tip-mass", 1, TIP_MASS_FLAPWISE),
         ("tests/solver/test_series.py::test_tip_mass_flapwise",),
     ),
     Source(
@@ -167,16 +141,12 @@ SOURCES = (
         "Math. Probl. Eng. 2017/1568019, table 1 (bending); ω = μz with z tan z = 1/α (stretching,"
         " μ = 70); VPCS, test SDLL15, as recomputed (a steel tube with a tip mass).",
         [
-            Claim(
-                "tip-mass-at-rest",
-                "α = β = 1",
-                omegas(5),
-                TIP_MASS_AT_REST,
-                partial(frequencies, 5, Beam(alpha=1, mu=RIGID)),
+            claims.lowest(
+                "tip-mass-at-rest", "α = β = 1", TIP_MASS_AT_REST, Beam(alpha=1, mu=claims.RIGID)
             ),
-            Claim("stretching-0", "α = 0", "S1", "109.9557", partial(by_label, "S1", Beam())),
-            Claim("stretching-1", "α = 1", "S1", "60.2234", partial(by_label, "S1", Beam(alpha=1))),
-            Claim("tube", "steel tube", "B1, B2, B3, S1, B4 [Hz]", STEEL_TUBE, tube),
+            claims.by_label("stretching-0", "α = 0", "S1", "109.9557", Beam()),
+            claims.by_label("stretching-1", "α = 1", "S1", "60.2234", Beam(alpha=1)),
+            Claim("tube", "steel tube", "B1, B2, B3, S1, B4 [Hz]", STEEL_TUBE, claims.tube),
         ],
         (
             f"{PUBLISHED}::test_tip_mass_at_rest_in_closed_form",
@@ -190,31 +160,37 @@ SOURCES = (
         " (α = β = 1) and the frequencies below them: independent of this project.",
         [
             *(
-                Claim(
+                claims.lowest(
                     f"rigid-coriolis-{gamma}",
                     f"foac, γ = {gamma}",
-                    "ω₁",
                     value,
-                    partial(frequencies, 1, Beam(gamma=gamma), method="foac", coriolis=True),
-                    *((30, "slightly unconverged in the source") if gamma == 50 else ()),
+                    Beam(gamma=gamma),
+                    tolerance=(30, "slightly unconverged in the source") if gamma == 50 else (),
+                    method="foac",
+                    coriolis=True,
                 )
                 for gamma, value in RIGID_CORIOLIS.items()
             ),
-            Claim("crossing", "Coriolis off", "γ and gap", "4.4641 0.0000", closest_approach),
+            Claim(
+                "crossing", "Coriolis off", "γ and gap", "4.4641 0.0000", claims.closest_approach
+            ),
             Claim(
                 "veering",
                 "Coriolis on",
                 "γ and least gap",
                 "4.650 0.241",
-                partial(closest_approach, coriolis=True),
+                partial(claims.closest_approach, coriolis=True),
             ),
-            *stretched(
-                "coriolis",
-                "ω₁, ω₂, ..",
-                partial(frequencies, coriolis=True),
-                STRETCHED_CORIOLIS,
-                100,
-                "seven significant digits are claimed",
+            *(
+                claims.lowest(
+                    f"coriolis-{k}",
+                    claims.described(*beam),
+                    values,
+                    Beam(*beam),
+                    tolerance=(100, "seven significant digits are claimed"),
+                    coriolis=True,
+                )
+                for k, (beam, values) in enumerate(STRETCHED_CORIOLIS.items())
             ),
         ],
         (
@@ -226,7 +202,12 @@ SOURCES = (
     Source(
         "Stretched beams",
         "Computed independently of this project, at least seven digits (green, spatial, μ = 70).",
-        stretched("stretched", "B1, B2, B3, B4, S1", by_family, STRETCHED),
+        [
+            claims.by_label(
+                f"stretched-{k}", claims.described(*beam), "B1 B2 B3 B4 S1", values, Beam(*beam)
+            )
+            for k, (beam, values) in enumerate(STRETCHED.items())
+        ],
         (
             "tests/solver/test_against_oracle.py::test_random_beams",
             "tests/solver/test_against_oracle.py::test_random_beams_of_other_strain_laws",
@@ -242,7 +223,7 @@ SOURCES = (
                 "EI → 0",
                 "ω/γ, k = 1 .. 4",
                 "1.00 2.45 3.87 5.29",
-                cable,
+                claims.cable,
                 5,
                 "the limit itself is out of reach",
             ),
@@ -259,7 +240,7 @@ SOURCES = (
                 f"{strain}, δ = {delta}",
                 "γ",
                 value,
-                partial(equilibrium_limit, strain, delta),
+                partial(claims.equilibrium_limit, strain, delta),
             )
             for (strain, delta), value in LIMITS.items()
         ],
@@ -276,14 +257,14 @@ SOURCES = (
                 case,
                 "γ",
                 value,
-                partial(stability_limit, beam, start, start + 1, method=method),
+                partial(claims.stability_limit, beam, start, start + 1, method=method),
             )
             for name, case, value, beam, start, method in (
                 (
                     "buckling-rigid",
                     "inward, no stretch",
                     "2.994",
-                    Beam(delta=-1, mu=RIGID),
+                    Beam(delta=-1, mu=claims.RIGID),
                     2.5,
                     "auto",
                 ),
@@ -303,27 +284,29 @@ SOURCES = (
         " elements in a bending layer and beside an inner mass (α = 1, β = 0.5, γ = 10, where the"
         " exact answer is 76.86327).",
         [
-            Claim(
+            claims.lowest(
                 "rigid-tension",
-                "foac, δ = 1, γ = 50",
-                "ω₁ (exact 52.94)",
+                "foac, δ = 1, γ = 50 (exact 52.94)",
                 "61.59",
-                partial(frequencies, 1, Beam(gamma=50, delta=1), method="foac"),
+                Beam(gamma=50, delta=1),
+                method="foac",
             ),
             Claim(
                 "bending-layer",
                 "20 elements, δ = 1, γ = 50",
                 "ω₁ too high by [%]",
                 "0.18",
-                ancf_excess,
+                claims.ancf_excess,
             ),
             *(
-                Claim(
+                claims.by_label(
                     f"shared-gradient-{count}",
                     f"{count} elements beside a mass",
                     "S1",
                     value,
-                    partial(by_label, "S1", Beam(1, 0.5, 10), method="ancf", elements=count),
+                    Beam(alpha=1, beta=0.5, gamma=10),
+                    method="ancf",
+                    elements=count,
                 )
                 for count, value in SHARED_GRADIENT.items()
             ),

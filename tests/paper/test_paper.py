@@ -52,7 +52,7 @@ FITS = [
 @pytest.fixture(scope="module")
 def found():
     """Every printed number beside what is found."""
-    return printed_numbers()
+    return list(printed_numbers())
 
 
 @pytest.fixture(scope="module")
