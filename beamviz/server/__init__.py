@@ -13,7 +13,6 @@ from websockets.sync.client import unix_connect
 from beamviz.errors import Unavailable
 from beamviz.server import connection
 from beamviz.server.access import Access, VisitorCount
-from beamviz.server.log import RateLimitedLog
 from beamviz.server.processes import Pipe, listening_sockets
 from beamviz.server.viser_private import PROTOCOL, opens_tunnel, viser_server
 
@@ -23,8 +22,6 @@ INVALID_MESSAGES = {
     "a message that no page sends": b"\xc1",
     "a request for a public tunnel": b"\x81\xa4type\xafShareUrlRequest",
 }
-
-log = RateLimitedLog(__name__)
 
 
 @contextlib.contextmanager
@@ -77,7 +74,7 @@ def self_test(server: viser.ViserServer, access: Access, listener: Pipe | None =
     if failure and access.shared:
         raise Unavailable(f"self-test of the protection: {failure}: not served beyond this machine")
     if failure:
-        log.warn("self-test of the protection", failure, failure)
+        connection.log.warn("self-test of the protection", failure, failure)
 
 
 def successful_attack(access: Access, connect: Callable[[], socket.socket]) -> str:

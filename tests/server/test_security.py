@@ -1,7 +1,7 @@
-"""What a stranger may not do: each attack first on a bare viser server, then on the explorer."""
+"""Who may connect: each attack first on a plain viser server, then refused by the explorer."""
 
-import logging
 import socket
+import struct
 import sys
 from collections.abc import Iterator
 from typing import Any
@@ -12,7 +12,7 @@ import websockets.exceptions
 from live.server import (
     CAMERA_MESSAGE,
     FOREIGN_ORIGIN,
-    close_code,
+    PROTOCOL,
     encoded,
     http_get,
     missing_headers,
@@ -22,35 +22,17 @@ from live.server import (
     wait_for_client,
     wait_until,
 )
-from live.visitor import BEAM, PAPER, beam_moved, visitor
+from live.visitor import BEAM, PAPER, frequency_text, visitor
 
 from beamviz.errors import InvalidInput
 from beamviz.explorer import app as server
 from beamviz.explorer.app import explorer
 from beamviz.scene import Scene
-from beamviz.server import connection as guard
-from beamviz.server import run_server
-from beamviz.server import viser_private as hardening
+from beamviz.server import connection
 from beamviz.server.access import Access, matches, public_url
-from beamviz.server.connection import (
-    MAX_BYTES,
-    MAX_PART_BYTES,
-    MESSAGES,
-    InvalidMessage,
-    validate,
-)
-from beamviz.server.viser_private import message_types
 
 KEY = "the-key-of-this-run"
 SCENE = Scene(PAPER)
-VIOLATION, TOO_BIG = 1008, 1009
-
-
-@pytest.fixture(autouse=True)
-def fresh_log() -> None:
-    """No line is left out because an earlier test has had it."""
-    for module in (guard, hardening):
-        module.log.reported.clear()
 
 
 @pytest.fixture(scope="module")
@@ -226,126 +208,10 @@ def test_a_server_that_others_can_reach_makes_a_key_and_says_so(host, public, ca
     assert "token" not in local
 
 
-# Messages
+# Responses
 
 
-def test_no_visitor_can_open_a_public_tunnel(url):
-    """viser opens one for a single message, with its button hidden or not."""
-    with mock.patch("viser._viser.ViserTunnel") as tunnel:
-        tunnel.return_value.get_status.return_value = "connected"
-        with plain_viser_server() as viser_server, raw_socket(url_of(viser_server)) as line:
-            viser_server.gui.configure_theme(show_share_button=False)
-            line.send(encoded(type="ShareUrlRequest"))
-            wait_until(lambda: tunnel.called)
-            tunnel.return_value.on_connect.call_args[0][0](1)  # lets viser's thread go
-        tunnel.reset_mock()
-        assert close_code(url, encoded(type="ShareUrlRequest")) == VIOLATION
-        with run_server() as ours:
-            assert ours.request_share_url() is None
-        assert not tunnel.called
-
-
-def test_a_visitor_cannot_reach_into_the_server(url):
-    """viser sets whatever attribute of a control a message names."""
-    with plain_viser_server() as viser_server, raw_socket(url_of(viser_server)) as line:
-        slider = viser_server.gui.add_slider("x", 0.0, 1.0, 0.1, 0.5)
-        reach = {"removed": True, "update_cb": [], "min": 7}
-        updates = {name: value for name, value in reach.items() if hasattr(slider._impl, name)}
-        line.send(encoded(type="GuiUpdateMessage", uuid=slider._impl.uuid, updates=updates))
-        wait_until(lambda: slider._impl.removed)
-    for updates in ({"update_cb": []}, {"value": 1, "removed": True}, {}):
-        assert (
-            close_code(url, encoded(type="GuiUpdateMessage", uuid="x", updates=updates))
-            == VIOLATION
-        )
-
-
-def test_a_visitor_cannot_speak_to_the_others_through_the_server(url):
-    """viser passes "form" messages on to all, and keeps them for those who come later."""
-    message = encoded(type="GuiFormDirtyMessage", uuid="x" * 100)
-    with plain_viser_server() as viser_server, raw_socket(url_of(viser_server)) as line:
-        buffer = viser_server._websock_server._broadcast_buffer.message_from_id
-        before = len(buffer)
-        line.send(message)
-        wait_until(lambda: len(buffer) > before)
-    assert close_code(url, message) == VIOLATION
-
-
-def test_a_visitor_cannot_fill_the_memory_with_a_file(url):
-    """viser takes files for any control, without a limit."""
-    start = {"source_component_uuid": "", "transfer_uuid": "t", "filename": "f", "mime_type": "x"}
-    start |= {"type": "FileTransferStartUpload", "part_count": 1000, "size_bytes": 10**12}
-    with plain_viser_server() as viser_server, raw_socket(url_of(viser_server)) as line:
-        slider = viser_server.gui.add_slider("x", 0.0, 1.0, 0.1, 0.5)
-        line.send(encoded(**start | {"source_component_uuid": slider._impl.uuid}))
-        wait_until(lambda: viser_server.gui._current_file_upload_states)
-    assert close_code(url, encoded(**start)) == VIOLATION
-
-
-def test_a_message_has_a_largest_size(url):
-    """viser reads up to 50 MB; nothing a page sends comes near our limit."""
-    huge = encoded(type="GuiUpdateMessage", uuid="x", updates={"value": "x" * MAX_BYTES})
-    with plain_viser_server() as viser_server, raw_socket(url_of(viser_server)) as line:
-        line.send(encoded(**CAMERA_MESSAGE))
-        wait_for_client(viser_server)
-        line.send(huge)
-        line.ping().wait(5)
-        assert viser_server.get_clients()
-    assert close_code(url, huge) == VIOLATION
-    part = {"source_component_uuid": "", "transfer_uuid": "t", "part_index": 0}
-    part |= {"type": "FileTransferPart", "content": b"x" * MAX_PART_BYTES}
-    assert close_code(url, encoded(**part)) == TOO_BIG
-
-
-@pytest.mark.parametrize(
-    "message",
-    [
-        "text instead of bytes",
-        b"",
-        b"\xc1",
-        b"\x81" * 5000,  # nested deeper than anyone can count
-        encoded(no="type"),
-        encoded(type=["GuiUpdateMessage"]),
-        encoded(type="Message"),
-        encoded(type="SetPositionMessage", name="/stage", position=(0, 0, 0)),
-        encoded(type="GuiRemoveMessage", uuid="x"),
-        encoded(type="ViewerCameraMessage"),
-        encoded(**CAMERA_MESSAGE | {"fov": float("nan")}),
-        encoded(**CAMERA_MESSAGE | {"position": (1e300, 0.0, 0.0)}),
-        encoded(**CAMERA_MESSAGE | {"image_height": 0}),
-        encoded(**CAMERA_MESSAGE | {"image_width": -5}),
-        encoded(**CAMERA_MESSAGE | {"look_at": (0.0, 0.0)}),
-        encoded(**CAMERA_MESSAGE | {"excluded_self_client": 1}),
-        encoded(type="GuiUpdateMessage", uuid=5, updates={"value": 1}),
-        encoded(type="GuiUpdateMessage", uuid="x", updates={"value": None}),
-        encoded(type="GuiUpdateMessage", uuid="x", updates={"value": {"a": 1}}),
-        encoded(type="GuiUpdateMessage", uuid="x", updates={"value": [[[1]]]}),
-        encoded(type="GuiUpdateMessage", uuid="x", updates={"value": "x" * 2000}),
-        encoded(type="GuiUpdateMessage", uuid="x", updates={"value": [1] * 100}),
-    ],
-)  # fmt: skip
-def test_what_is_no_message_of_ours_is_refused(message):
-    """Each of these is rejected before viser sees it."""
-    with pytest.raises(InvalidMessage):
-        validate(message, message_types(*MESSAGES))
-
-
-def test_an_invalid_message_ends_its_sender_and_nobody_else(url, caplog):
-    """One line in the log says whom and why; another visitor does not notice."""
-    with visitor(url) as other, caplog.at_level(logging.WARNING):
-        for _ in range(3):
-            assert close_code(url, b"\xc1") == VIOLATION
-        lines = [record.getMessage() for record in caplog.records if "closed" in record.message]
-        assert len(lines) == 1
-        assert "127.0.0.1: closed for an invalid message" in lines[0]
-        other.choose("speed γ", 11.0)
-        other.wait(lambda latest: beam_moved(latest))
-
-
-# Answers
-
-
-def test_every_answer_ties_the_pages_hands(url):
+def test_every_response_has_the_security_headers(url):
     """No frames, no guessing of types, no referrer, no talking to others; and no version."""
     with plain_viser_server() as viser_server:
         assert "Content-Security-Policy" in missing_headers(http_get(url_of(viser_server))[1])
@@ -379,3 +245,68 @@ def test_a_page_of_another_version_is_told_so(url, capsys):
             url.replace("http", "ws"), subprotocols=["viser-v0.1"], open_timeout=10
         )
     assert capsys.readouterr().out == ""
+
+
+# Silent sockets, and too many visitors
+
+
+def test_half_open_sockets_are_closed(monkeypatch):
+    """Connections without a request, and with half of one; a visitor is served meanwhile."""
+    monkeypatch.setattr(connection, "TIMEOUT", 0.5)
+    with explorer(SCENE) as found, visitor(found) as guest:
+        port = int(found.rsplit(":", 1)[1])
+        silent = [socket.create_connection(("127.0.0.1", port)) for _ in range(30)]
+        for line in silent[:15]:
+            line.sendall(b"GET / HTTP/1.1\r\nHost: ")
+        guest.choose("speed γ", 12.0)
+        guest.says(frequency_text(PAPER.replace(gamma=12)))
+        for line in silent:
+            with line:
+                line.settimeout(10)
+                while line.recv(1000):
+                    pass
+
+
+def test_a_visitor_who_does_not_read_is_disconnected(monkeypatch):
+    """A page that was put to sleep answers no pings; it must not fill the memory."""
+    monkeypatch.setattr(connection, "TIMEOUT", 0.5)
+    with explorer(SCENE, max_visitors=1) as found, socket.socket() as deaf:
+        deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        deaf.connect(("127.0.0.1", int(found.rsplit(":", 1)[1])))
+        deaf.sendall(handshake(found))
+        message = encoded(**CAMERA_MESSAGE)
+        length = struct.pack(">H", len(message))
+        deaf.sendall(b"\x82" + bytes([0x80 | 126]) + length + bytes(4) + message)  # masked by zeros
+        wait_until(lambda: http_get(found)[0] == 503)
+        wait_until(lambda: http_get(found)[0] == 200)
+
+
+def handshake(url: str) -> bytes:
+    """The request that opens a WebSocket."""
+    lines = (
+        "GET / HTTP/1.1",
+        f"Host: {url.removeprefix('http://')}",
+        "Upgrade: websocket",
+        "Connection: Upgrade",
+        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==",
+        "Sec-WebSocket-Version: 13",
+        f"Sec-WebSocket-Protocol: {PROTOCOL}",
+    )
+    return "\r\n".join([*lines, "", ""]).encode()
+
+
+def test_beyond_the_limit_a_page_says_so_and_tries_again():
+    """Two may be there; the third page is told to wait, and is served when one has left."""
+    with explorer(SCENE, max_visitors=2) as found:
+        with visitor(found), visitor(found):
+            status, headers, body = http_get(found)
+            assert (status, headers["Retry-After"]) == (503, "10")
+            assert b"Too many visitors" in body
+            assert b'http-equiv="refresh"' in body
+            with (
+                pytest.raises(websockets.exceptions.InvalidStatus, match="503"),
+                raw_socket(found),
+            ):
+                pass
+        wait_until(lambda: http_get(found)[0] == 200)
+        assert unharmed(found)

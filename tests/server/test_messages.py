@@ -1,0 +1,230 @@
+"""What a visitor may send and see: each attack first on a plain viser server, then refused here."""
+
+import contextlib
+import logging
+from collections.abc import Iterator
+from typing import Any
+from unittest import mock
+
+import pytest
+import viser
+from live.server import (
+    CAMERA_MESSAGE,
+    close_code,
+    encoded,
+    plain_viser_server,
+    raw_socket,
+    url_of,
+    wait_for_client,
+    wait_until,
+)
+from live.visitor import BEAM, PAPER, Visitor, beam_moved, final_text, frequency_text, visitor
+from websockets.sync.connection import Connection
+
+from beamviz.explorer import app
+from beamviz.explorer.app import explorer
+from beamviz.scene import Scene
+from beamviz.server import connection, run_server
+from beamviz.server.connection import (
+    MAX_BYTES,
+    MAX_PART_BYTES,
+    MESSAGES,
+    POLICY_VIOLATION,
+    InvalidMessage,
+    validate,
+)
+from beamviz.server.viser_private import message_types
+
+TOO_BIG = 1009
+
+
+@contextlib.contextmanager
+def plain_session() -> Iterator[tuple[viser.ViserServer, viser.GuiSliderHandle, Connection]]:
+    """viser's own server with a slider, and a visitor's socket."""
+    with plain_viser_server() as server, raw_socket(url_of(server)) as line:
+        yield server, server.gui.add_slider("x", 0.0, 1.0, 0.1, 0.5), line
+
+
+def update(uuid: str, **updates: Any) -> bytes:
+    """A message that sets properties of a control."""
+    return encoded(type="GuiUpdateMessage", uuid=uuid, updates=updates)
+
+
+def uuid_of(slider: viser.GuiSliderHandle) -> str:
+    """The name of a control in messages."""
+    return slider._impl.uuid
+
+
+def show_speed(guest: Visitor, gamma: float) -> None:
+    """Set the speed, and see its first frequency."""
+    guest.choose("speed γ", gamma)
+    guest.says(frequency_text(PAPER.replace(gamma=gamma)))
+
+
+# Messages that viser's page does not send
+
+
+def test_no_visitor_can_open_a_public_tunnel(url):
+    """viser opens one for a single message, with its button hidden or not."""
+    with mock.patch("viser._viser.ViserTunnel") as tunnel:
+        tunnel.return_value.get_status.return_value = "connected"
+        with plain_session() as (server, _, line):
+            server.gui.configure_theme(show_share_button=False)
+            line.send(encoded(type="ShareUrlRequest"))
+            wait_until(lambda: tunnel.called)
+            tunnel.return_value.on_connect.call_args[0][0](1)  # ends viser's thread
+        tunnel.reset_mock()
+        assert close_code(url, encoded(type="ShareUrlRequest")) == POLICY_VIOLATION
+        with run_server() as ours:
+            ours.request_share_url()
+        assert not tunnel.called
+
+
+def test_a_visitor_cannot_reach_into_the_server(url):
+    """viser sets whatever attribute of a control a message names."""
+    with plain_session() as (_, slider, line):
+        line.send(update(uuid_of(slider), removed=True, update_cb=[]))
+        wait_until(lambda: slider._impl.removed)
+    for updates in ({"update_cb": []}, {"value": 1, "removed": True}, {}):
+        assert close_code(url, update("x", **updates)) == POLICY_VIOLATION
+
+
+def test_a_visitor_cannot_speak_to_the_others_through_the_server(url):
+    """viser passes "form" messages on to all, and keeps them for those who come later."""
+    message = encoded(type="GuiFormDirtyMessage", uuid="x" * 100)
+    with plain_session() as (server, _, line):
+        buffer = server._websock_server._broadcast_buffer.message_from_id
+        before = len(buffer)
+        line.send(message)
+        wait_until(lambda: len(buffer) > before)
+    assert close_code(url, message) == POLICY_VIOLATION
+
+
+def test_a_visitor_cannot_fill_the_memory_with_a_file(url):
+    """viser takes files for any control, without a limit."""
+    start = {"source_component_uuid": "", "transfer_uuid": "t", "filename": "f", "mime_type": "x"}
+    start |= {"type": "FileTransferStartUpload", "part_count": 1000, "size_bytes": 10**12}
+    with plain_session() as (server, slider, line):
+        line.send(encoded(**start | {"source_component_uuid": uuid_of(slider)}))
+        wait_until(lambda: server.gui._current_file_upload_states)
+    assert close_code(url, encoded(**start)) == POLICY_VIOLATION
+
+
+def test_a_message_has_a_largest_size(url):
+    """viser reads up to 50 MB; nothing that a page sends comes near our limit."""
+    huge = update("x", value="x" * MAX_BYTES)
+    with plain_session() as (server, _, line):
+        line.send(encoded(**CAMERA_MESSAGE))
+        wait_for_client(server)
+        line.send(huge)
+        line.ping().wait(5)
+        assert server.get_clients()
+    assert close_code(url, huge) == POLICY_VIOLATION
+    part = {"source_component_uuid": "", "transfer_uuid": "t", "part_index": 0}
+    part |= {"type": "FileTransferPart", "content": b"x" * MAX_PART_BYTES}
+    assert close_code(url, encoded(**part)) == TOO_BIG
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        "text instead of bytes",
+        b"",
+        b"\xc1",
+        b"\x81" * 5000,  # nested too deep to be decoded
+        encoded(no="type"),
+        encoded(type=["GuiUpdateMessage"]),
+        encoded(type="Message"),
+        encoded(type="SetPositionMessage", name="/stage", position=(0, 0, 0)),
+        encoded(type="GuiRemoveMessage", uuid="x"),
+        encoded(type="ViewerCameraMessage"),
+        encoded(**CAMERA_MESSAGE | {"fov": float("nan")}),
+        encoded(**CAMERA_MESSAGE | {"position": (1e300, 0.0, 0.0)}),
+        encoded(**CAMERA_MESSAGE | {"image_height": 0}),
+        encoded(**CAMERA_MESSAGE | {"image_width": -5}),
+        encoded(**CAMERA_MESSAGE | {"look_at": (0.0, 0.0)}),
+        encoded(**CAMERA_MESSAGE | {"excluded_self_client": 1}),
+        encoded(type="GuiUpdateMessage", uuid=5, updates={"value": 1}),
+        encoded(type="GuiUpdateMessage", uuid="x", updates={"value": 1}, more=1),
+        update("x", value=None),
+        update("x", value={"a": 1}),
+        update("x", value=[[[1]]]),
+        update("x", value="x" * 2000),
+        update("x", value=[1] * 100),
+    ],
+    ids=lambda message: str(message)[:40],
+)
+def test_an_invalid_message_is_rejected(message):
+    """Before viser sees it."""
+    with pytest.raises(InvalidMessage):
+        validate(message, message_types(*MESSAGES))
+
+
+def test_an_invalid_message_closes_its_connection_and_no_other(url, caplog):
+    """One line in the log gives the address and the reason; another visitor does not notice."""
+    connection.log.reported.clear()
+    with visitor(url) as other, caplog.at_level(logging.WARNING):
+        for _ in range(3):
+            assert close_code(url, b"\xc1") == POLICY_VIOLATION
+        lines = [record.getMessage() for record in caplog.records if "closed" in record.message]
+        assert len(lines) == 1
+        assert "127.0.0.1: closed for an invalid message" in lines[0]
+        other.choose("speed γ", 11.0)
+        other.wait(beam_moved)
+
+
+# What belongs to one visitor
+
+
+def test_a_visitor_cannot_change_or_remove_the_controls_of_another(url):
+    """viser shares controls: one visitor can move or remove them for all. Here all are private."""
+    with plain_session() as (_, slider, line):
+        line.send(update(uuid_of(slider), value=1.0))
+        wait_until(lambda: slider.value == 1.0)
+        line.send(update(uuid_of(slider), removed=True))
+        wait_until(lambda: slider._impl.removed)
+    with visitor(url) as one, visitor(url) as other:
+        assert one.controls
+        assert not set(one.controls.values()) & set(other.controls.values())
+        for guest in (one, other):
+            guest.choose("playing", False)
+            final_text(guest)
+        before = other.text
+        for uuid in other.controls.values():
+            one.send(type="GuiUpdateMessage", uuid=uuid, updates={"value": 1})
+        assert final_text(other) == before
+        for message in (
+            update(other.controls["speed γ"], removed=True),
+            encoded(type="GuiRemoveMessage", uuid=other.controls["speed γ"]),
+            encoded(type="RemoveSceneNodeMessage", name=BEAM),
+        ):
+            assert close_code(url, message) == POLICY_VIOLATION
+        show_speed(other, 11.0)
+
+
+def test_a_visitor_receives_nothing_of_another(url):
+    """viser tells all of what one does; here not a control, nor a text, nor a picture of it."""
+    with plain_session() as (server, slider, one), raw_socket(url_of(server)) as other:
+        other.send(update(uuid_of(slider), value=1.0))
+        eavesdropper = Visitor(one)
+        eavesdropper.wait(lambda _: uuid_of(slider) in eavesdropper.updated)
+    with visitor(url) as one, visitor(url) as other:
+        for guest in (one, other):
+            guest.choose("playing", False)
+            final_text(guest)
+        before = one.received
+        show_speed(other, 11.0)
+        final_text(one)
+        assert one.received == before
+        assert not {*one.texts, *one.updated} & {*other.texts, *other.updated}
+
+
+def test_no_control_is_shared(monkeypatch):
+    """The server's own scope, which any visitor could change for all, holds none."""
+    made: list[viser.ViserServer] = []
+    loop = app.FrameLoop
+    monkeypatch.setattr(app, "FrameLoop", lambda *given: (made.append(given[0]), loop(*given))[1])
+    with explorer(Scene(PAPER)) as found, visitor(found) as guest:
+        assert guest.controls
+        assert not made[0].gui._gui_input_handle_from_uuid
+        assert not made[0].gui._command_handle_from_uuid
