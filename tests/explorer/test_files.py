@@ -1,16 +1,21 @@
-"""Saving and loading in the page: a visitor's scene as a file, and every file that is none."""
+"""Saving and loading a scene, exports, and links; and what is refused of them."""
 
+import contextlib
 from functools import partial
 from typing import Any
 
 import pytest
-from live.visitor import Visitor, visitor
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from live.visitor import Visitor, frequency_text, visitor
 
 from beamviz.beam import MAX_TOML_BYTES, Beam
-from beamviz.explorer.features import files as take_away
+from beamviz.errors import InvalidInput
+from beamviz.explorer.features import files
+from beamviz.explorer.features.files import open_query
 from beamviz.exports import film
+from beamviz.lessons import lesson
 from beamviz.scene import Scene
-from beamviz.solver import solve
 
 FIRST = Scene.of(
     Beam(alpha=1, beta=0.5, gamma=10), mode=3, dark=True, over="mu", position=(1.0, -4.0, 2.0)
@@ -54,8 +59,7 @@ def heard(guest: Visitor, *kinds: str, timeout: float = 40) -> list[dict[str, An
 
 def frequency(scene: Scene) -> str:
     """The first frequency as the table prints it."""
-    solution = solve(scene.beam, **scene.options)
-    return significant(solution.frequencies[0], solution.errors[0])
+    return frequency_text(scene.beam, **scene.options)
 
 
 def test_what_is_saved_is_what_is_set(url):
@@ -91,10 +95,10 @@ def test_a_loaded_scene_is_shown_and_the_controls_follow(url):
         ("numbers (NPZ)", b"PK"),
     ],
 )
-def test_every_file_can_be_taken_away(url, monkeypatch, kind, begin):
+def test_every_file_can_be_exported(url, monkeypatch, kind, begin):
     """The button sends what the command line writes, whole."""
     monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
-    monkeypatch.setattr(take_away, "animate", partial(film.animate, width=96, height=64, fps=5))
+    monkeypatch.setattr(files, "animate", partial(film.animate, width=96, height=64, fps=2))
     with visitor(url) as guest:
         guest.choose("file", kind)
         guest.choose("Make and download", True)
@@ -118,8 +122,8 @@ def test_a_film_of_what_does_not_move_is_refused_in_words(url, monkeypatch):
             lambda latest: [m for m in latest if "nothing moves" in str(m.get("props", m))], 60
         )
         assert found
-    assert take_away.MAKING.acquire(timeout=20)
-    take_away.MAKING.release()
+    assert files.EXPORTING.acquire(timeout=20)
+    files.EXPORTING.release()
 
 
 def test_a_file_that_is_no_scene_changes_nothing(url):
@@ -139,3 +143,56 @@ def test_a_large_upload_is_turned_down_before_it_is_kept(url):
         assert ack["transferred_bytes"] == ack["total_bytes"] == 3 * MAX_TOML_BYTES
         assert "larger than 64000 bytes" in str(told)
         assert saved(guest) == FIRST
+
+
+# Links
+
+
+def opened(query: str) -> list[str | Scene]:
+    """The lesson opened and the scene loaded by a link."""
+    done: list[str | Scene] = []
+    open_query(query, done.append, done.append)
+    return done
+
+
+@pytest.mark.parametrize(
+    ("query", "done"),
+    [
+        ("", []),
+        ("fixedDpr=1&token=abc", []),
+        ("lesson=nodes", ["nodes"]),
+        ("lesson=nodes&dark=true", ["nodes", lesson("nodes").scene.changed(dark=True)]),
+        ("alpha=1&mode=3", [Scene.of(alpha=1, mode=3)]),
+        ("gamma=10.0&over=mu&dark=true", [Scene.of(gamma=10, over="mu", dark=True)]),
+        ("strain=hencky&shares=[0.5,%201]", [Scene.of(strain="hencky", shares=[0.5, 1.0])]),
+    ],
+)
+def test_a_link_is_followed(query, done):
+    """Lessons by name, scenes by their keys; what others read from it is left alone."""
+    assert opened(query) == done
+
+
+@pytest.mark.parametrize(
+    ("query", "words"),
+    [
+        ("lesson=magic", "must be one of stiffening"),
+        ("gama=3", "gama"),
+        ("alpha=-1", "alpha = -1: must lie in 0 .. 100"),
+        ("alpha=1%0Abeta=3", "alpha = "),  # a line end does not begin another key
+        ("a&" * 1000, "no more than"),
+    ],
+)
+def test_a_link_without_sense_is_refused(query, words):
+    """It says what is wrong and opens nothing."""
+    done: list[str | Scene] = []
+    with pytest.raises(ValueError, match=words):
+        open_query(query, done.append, done.append)
+    assert done == []
+
+
+@given(st.text(max_size=60))
+@settings(max_examples=200)
+def test_no_link_does_more_than_be_refused(query):
+    """Whatever is typed into the address: it is followed, or refused in words."""
+    with contextlib.suppress(InvalidInput):
+        assert len(opened(query)) <= 2

@@ -1,24 +1,18 @@
-"""The guided panel and the keys: lessons begun, turned through, met and reset by a visitor."""
+"""The panel of lessons and the keys: lessons begun, turned through, met and reset by a visitor."""
 
-import contextlib
 import re
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
 
 import pytest
-from beamviz.explorer.url import arrive
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from live.visitor import PAPER, Visitor, frequency_text, visitor
 
 from beamviz.beam import Beam
-from beamviz.errors import InvalidInput
 from beamviz.explorer import jobs
 from beamviz.explorer.app import explorer
-from beamviz.explorer.features.lessons import BACK, NEXT, NONE, RESET, marked
+from beamviz.explorer.features.lessons import BACK, NEXT, NO_LESSON, RESET, formatted
 from beamviz.lessons import LESSONS, lesson
-from beamviz.scene import Scene
 
 
 @pytest.fixture
@@ -32,7 +26,7 @@ def begin(guest: Visitor, name: str) -> None:
     """Choose a lesson by its title."""
     number = [one.name for one in LESSONS].index(name) + 1
     guest.choose("lesson", f"{number}  {lesson(name).title}")
-    guest.says(marked(lesson(name).question))
+    guest.says(formatted(lesson(name).question))
 
 
 def challenged(guest: Visitor, name: str) -> None:
@@ -40,7 +34,7 @@ def challenged(guest: Visitor, name: str) -> None:
     begin(guest, name)
     for words in (lesson(name).proof.words, lesson(name).challenge.task):
         guest.choose("page", NEXT)
-        guest.says(marked(words))
+        guest.says(formatted(words))
 
 
 def read(guest: Visitor) -> str:
@@ -63,7 +57,7 @@ def test_next_leads_through_every_page_and_back_again(guest):
     for one in LESSONS[:2]:
         for words in (one.question, one.proof.words, one.challenge.task):
             guest.choose("page", NEXT)
-            guest.says(marked(words))
+            guest.says(formatted(words))
     guest.choose("page", BACK)
     guest.says(LESSONS[1].proof.words)
     begin(guest, LESSONS[-1].name)
@@ -162,7 +156,7 @@ def test_the_answer_is_checked_live(guest, name, label, value):
     guest.says("Right!")
     answer = lesson(name).challenge.answer
     assert f"{answer:.5g}" in guest.text
-    guest.choose("lesson", NONE)
+    guest.choose("lesson", NO_LESSON)
     guest.says(f"Challenges met: 1 of {len(LESSONS)}")
 
 
@@ -201,7 +195,7 @@ def test_keys_do_what_the_controls_do(guest):
     guest.press("B")
     guest.says("New here?")
     guest.press("Lesson: " + lesson("veering").title)
-    guest.says(marked(lesson("veering").question))
+    guest.says(formatted(lesson("veering").question))
 
 
 def test_a_key_pauses_and_another_makes_it_dark(guest):
@@ -213,63 +207,3 @@ def test_a_key_pauses_and_another_makes_it_dark(guest):
     guest.press("R")
     guest.wait(lambda _: guest.updated.get(guest.controls["playing"]) is True)
     assert guest.updated.get(guest.controls["dark page"]) is True
-
-
-# Links
-
-
-class Arrival:
-    """Stands in for guide and session: what a link asks of them."""
-
-    def __init__(self) -> None:
-        self.done: list = []
-
-    def open(self, name: str) -> None:
-        self.done.append(name)
-
-
-@pytest.mark.parametrize(
-    ("query", "done"),
-    [
-        ("", []),
-        ("fixedDpr=1&token=abc", []),
-        ("lesson=nodes", ["nodes"]),
-        ("lesson=nodes&dark=true", ["nodes", lesson("nodes").scene.changed(dark=True)]),
-        ("alpha=1&mode=3", [Scene.of(alpha=1, mode=3)]),
-        ("gamma=10.0&over=mu&dark=true", [Scene.of(gamma=10, over="mu", dark=True)]),
-        ("strain=hencky&shares=[0.5,%201]", [Scene.of(strain="hencky", shares=[0.5, 1.0])]),
-    ],
-)
-def test_a_link_is_followed(query, done):
-    """Lessons by name, scenes by their keys; what others read from it is left alone."""
-    arrival = Arrival()
-    arrive(query, arrival, arrival.done.append)  # type: ignore[arg-type]
-    assert arrival.done == done
-
-
-@pytest.mark.parametrize(
-    ("query", "words"),
-    [
-        ("lesson=magic", "must be one of stiffening"),
-        ("gama=3", "gama"),
-        ("alpha=-1", "alpha = -1: must lie in 0 .. 100"),
-        ("alpha=1%0Abeta=3", "alpha = "),  # a line end does not begin another key
-        ("a&" * 1000, "no more than"),
-    ],
-)
-def test_a_link_without_sense_is_refused(query, words):
-    """It says what is wrong and opens nothing."""
-    arrival = Arrival()
-    with pytest.raises(ValueError, match=words):
-        arrive(query, arrival, arrival.done.append)  # type: ignore[arg-type]
-    assert arrival.done == []
-
-
-@given(st.text(max_size=60))
-@settings(max_examples=200)
-def test_no_link_does_more_than_be_refused(query):
-    """Whatever is typed into the address: it is followed, or refused in words."""
-    arrival = Arrival()
-    with contextlib.suppress(InvalidInput):
-        arrive(query, arrival, arrival.done.append)  # type: ignore[arg-type]
-        assert all(isinstance(done, str | Scene) for done in arrival.done)

@@ -152,9 +152,7 @@ def test_the_loci_compared_with_are_drawn_under_the_chart(tip):
     request = tip.request.same_axis(case(TIP.replace(alpha=2)))
     assert (request.start, request.stop, request.over) == (0, 20, "gamma")
     count = 4
-    x, *lines = series(
-        tip, None, LANES, per_rev=False, second=request.chart(), second_count=count
-    )
+    x, *lines = series(tip, None, LANES, per_rev=False, second=request.chart(), second_count=count)
     assert 1 + len(lines) == len(styles(LANES, count))
     k = int(np.searchsorted(x, 10.0))
     values = sorted(float(line[k]) for line in lines[-2 - 3 * count : -2] if np.isfinite(line[k]))

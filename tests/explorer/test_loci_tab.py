@@ -1,28 +1,28 @@
-"""The loci chart and the microscope in a running explorer, and on the real page."""
+"""The tabs Loci and Veering in a running explorer, and on the real page."""
 
 import math
 import time
 
 import pytest
-from charts import TIP, charted
+from charts import TIP, chart_of
 from live.browser import Page, control, field, page, tab
-from live.visitor import pause, visitor
+from live.visitor import frequency_text, pause, visitor
 
 from beamviz.explorer.features import loci_chart as charts
-from beamviz.explorer.features.loci_chart import FAMILIES, LANES, PER_REV
+from beamviz.explorer.features.loci_chart import FAMILIES, PER_REV
+from beamviz.explorer.features.loci_tab import LANES
 from beamviz.scene import Scene
-from beamviz.solver import solve
 
 FIRST = Scene(TIP)
 LINES = len(FAMILIES) * LANES
 
 
 def test_the_chart_follows_the_sliders(url):
-    """Another mass moves the meeting; the place of the beam follows the speed."""
+    """Another mass moves the crossing; the mark of the beam follows the speed."""
     with visitor(url) as guest:
         guest.says("4.4641")
         guest.choose("mass α", 2.0)
-        guest.says(f"{charted(TIP.replace(alpha=2)).events[0].at:.4f}")
+        guest.says(f"{chart_of(TIP.replace(alpha=2)).events[0].at:.4f}")
         guest.choose("speed γ", 7.25)
         guest.says("this beam, γ = 7.25")
 
@@ -39,24 +39,23 @@ def test_moving_along_the_axis_computes_no_chart(url, monkeypatch):
         assert "unexpected" not in guest.text
 
 
-def test_choosing_a_meeting_moves_the_scene_there(url):
-    """The number is set, the beam solved again, and the microscope says what it sees."""
+def test_choosing_a_crossing_moves_the_beam_there(url):
+    """The number is set, the beam solved again, and the tab Veering magnifies it."""
     with visitor(url) as guest:
         guest.says("4.4641")
         guest.choose("go to", "1")
-        at = charted(TIP).events[0].at
-        there = solve(TIP.replace(gamma=at))
-        guest.says(significant(there.frequencies[0], there.errors[0]))
-        guest.says("least gap 0.241 at γ 4.650")
-        guest.choose("along", "mass α")
+        at = chart_of(TIP).events[0].at
+        guest.says(frequency_text(TIP.replace(gamma=at)))
+        guest.says("smallest frequency gap 0.241 at γ 4.650")
+        guest.choose("horizontal axis", "mass α")
         guest.says("at α")
 
 
 def test_nonsense_about_the_chart_changes_nothing(url):
-    """Unknown axes and meetings are ignored, and the session goes on."""
+    """Unknown axes and numbers are ignored, and the session goes on."""
     with visitor(url) as guest:
         guest.says("4.4641")
-        guest.choose("along", "temperature")
+        guest.choose("horizontal axis", "temperature")
         guest.choose("go to", "99")
         guest.choose("go to", 7)
         guest.choose("per-rev lines", "maybe")
@@ -65,7 +64,7 @@ def test_nonsense_about_the_chart_changes_nothing(url):
         guest.choose("mass α", math.nan)
         guest.says("alpha = nan")
         guest.choose("mass α", 1.5)
-        guest.says(f"{charted(TIP.replace(alpha=1.5, gamma=8)).events[0].at:.4f}")
+        guest.says(f"{chart_of(TIP.replace(alpha=1.5, gamma=8)).events[0].at:.4f}")
 
 
 # The real page
@@ -79,7 +78,7 @@ PICK = "Array.from(document.querySelectorAll('button')).filter(e => e.innerText 
 
 def pick(shown: Page, axis: str) -> None:
     """Choose another axis."""
-    shown.click(control("along"))
+    shown.click(control("horizontal axis"))
     time.sleep(0.5)  # the list unfolds
     options = "Array.from(document.querySelectorAll('[role=option]'))"
     shown.click(f"{options}.find(e => e.innerText === '{axis}')")
@@ -102,10 +101,11 @@ def reaches(shown: Page, value: float) -> None:
         time.sleep(0.2)
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_the_chart_on_the_page(url):
-    """It is drawn with names on its lines; the mark follows the slider; a chosen meeting moves
-    the scene; the microscope draws both cases; no console errors."""
+    """It is drawn with names on its lines; the mark follows the slider; a chosen crossing moves
+    the beam; the tab Veering draws both cases; no console errors."""
     with page(url, 1280, 860) as shown:
         shown.wait("document.body?.innerText.includes('stretching')")
         shown.click(tab("Loci"))
@@ -126,14 +126,14 @@ def test_the_chart_on_the_page(url):
         assert moved > 4
         reaches(shown, float(shown.evaluate(speed)))
         shown.click(PICK)
-        reaches(shown, charted(TIP).events[0].at)
+        reaches(shown, chart_of(TIP).events[0].at)
         shown.wait(f"{speed} === '4.4641'")
         pick(shown, "position β")
         shown.wait(f"{CHART}.scales.x.min === 0 && {CHART}.scales.x.max === 1")
         pick(shown, "speed γ")
         shown.wait(f"{CHART}.scales.x.max === 20")
         shown.click(PICK)
-        shown.click(tab("Microscope"))
-        shown.wait("document.body.innerText.includes('least gap 0.241 at γ 4.650')")
+        shown.click(tab("Veering"))
+        shown.wait("document.body.innerText.includes('smallest frequency gap 0.241 at γ 4.650')")
         shown.wait("document.querySelectorAll('table[aria-label^=shapes] svg').length === 12")
         assert shown.problems == []

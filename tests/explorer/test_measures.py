@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from charts import chart_of
 from hypothesis import given
 from hypothesis import strategies as st
 from live.visitor import visitor
@@ -17,11 +18,10 @@ from beamviz.display_units import (
     neat,
     places,
     rounded,
+    rounded_to_error,
 )
-from beamviz.explorer.features import loci_tab as chart_words
-from beamviz.explorer.features.loci_chart import LANES, Charts, Point, Question, series, top
-from beamviz.explorer.features.loci_tab import MOST, resonance_list
-from beamviz.explorer.state import Case
+from beamviz.explorer.features.loci_chart import series
+from beamviz.explorer.features.loci_tab import LANES, MAX_RESONANCES, modes_here, resonance_table
 from beamviz.frequency_loci import loci
 from beamviz.scene import Scene
 from beamviz.solver import solve
@@ -40,16 +40,11 @@ FIRST = Scene(RULER)
 sizes = st.floats(1e-3, 1e3)
 
 
-def charted(beam: Beam, over: str):
-    """The chart of a beam, as the explorer computes it."""
-    return Charts.answered(None, Question.of(Case.of(Scene(beam)), over))  # type: ignore[arg-type]
-
-
 def hertz(beam: Beam) -> str:
     """The first frequency as the table prints it."""
     solution = solve(beam)
     factor = frequencies(beam.units).factor
-    return significant(factor * solution.frequencies[0], factor * solution.errors[0])
+    return rounded_to_error(factor * solution.frequencies[0], factor * solution.errors[0])
 
 
 def test_the_numbers_of_a_real_beam_are_those_it_was_made_of():
@@ -88,43 +83,36 @@ def test_round_numbers():
 
 def test_the_chart_of_a_real_beam_is_in_rpm_and_hertz():
     """x and y are those of the plain chart times their units; the axes end at round numbers."""
-    question = Question.of(Case.of(Scene(RULER)), "gamma")
-    without = replace(question, beam=question.beam.replace(units=None))
-    chart, plain = Charts.answered(None, question), Charts.answered(None, without)  # type: ignore[arg-type]
-    assert chart.loci
+    chart, solution = chart_of(RULER), solve(RULER)
+    plain = replace(chart.request, beam=chart.request.beam.replace(units=None)).chart()
     assert RULER.units
-    solution = solve(RULER)
-    x, *lines = series(chart, Point.of(solution, "gamma"), LANES, per_rev=True)
-    x0, *lines0 = series(plain, Point.of(solution, "gamma"), LANES, per_rev=True)
+    x, *lines = series(chart, solution, LANES, per_rev=True)
+    x0, *lines0 = series(plain, solution, LANES, per_rev=True)
     assert x == pytest.approx(RULER.units.rpm(x0))
     curves = 3 * LANES
     assert np.allclose(lines[:curves], RULER.units.hertz(np.array(lines0[:curves])), equal_nan=True)
-    end = RULER.units.hertz(top(chart.loci))
+    end = RULER.units.hertz(chart.top)
     assert end == pytest.approx(rounded(end))
-    assert "this beam, 600 rpm:<br>" in chart_words.here(
-        Point.of(solution, "gamma"), *chart_words.shown(chart)
-    )
-    over_mu = charted(RULER, "mu")
-    assert chart_words.shown(over_mu)[1].unit == ""  # T* itself depends on mu
+    assert "this beam, 600 rpm:<br>" in modes_here(chart, solution)
+    assert chart_of(RULER, "mu").measures[1].unit == ""  # T* itself depends on mu
 
 
 def test_resonances_are_listed_in_rpm_and_hertz():
-    """Each is a crossing of its line: so many times per turn is its frequency."""
-    chart = charted(RULER, "gamma")
-    assert chart.loci
+    """Each is an intersection with its line: k times the speed is the frequency of the mode."""
+    chart = chart_of(RULER)
     assert RULER.units
     assert chart.resonances
     for one in chart.resonances:
-        row = resonance_list([one], *chart_words.shown(chart))
+        row = resonance_table(replace(chart, resonances=(one,)))
         assert one.frequency == pytest.approx(one.per_rev * one.at)
         assert f"{RULER.units.rpm(one.at):.5g}" in row
         assert f"{one.per_rev * RULER.units.rpm(one.at) / 60:.4g}" in row
         again = solve(RULER.replace(gamma=one.at)).frequencies
         assert np.abs(again - one.frequency).min() < 1e-6 * one.frequency
-    many = list(chart.resonances) * MOST
-    assert f"and {len(many) - MOST} more" in resonance_list(many, *chart_words.shown(chart))
-    assert "No line" in resonance_list([], *chart_words.shown(chart))
-    assert charted(RULER, "alpha").resonances == ()
+    many = replace(chart, resonances=chart.resonances * MAX_RESONANCES)
+    assert f"and {len(many.resonances) - MAX_RESONANCES} more" in resonance_table(many)
+    assert "No line" in resonance_table(replace(chart, resonances=()))
+    assert chart_of(RULER, "alpha").resonances == ()
 
 
 def test_sliders_of_a_real_beam_take_rpm_kg_and_millimetres(url):
@@ -144,7 +132,7 @@ def test_sliders_of_a_real_beam_take_rpm_kg_and_millimetres(url):
         guest.choose("per-rev lines", True)
         guest.choose("exact speed [rpm]", 450.0)
         guest.says(hertz(same.replace(gamma=450 / RULER.units.rpm(1))))
-        at = charted(same, "gamma").resonances[-1].at
+        at = chart_of(same).resonances[-1].at
         guest.says(f"{RULER.units.rpm(at):.5g}")
 
 

@@ -25,7 +25,7 @@ def url(frame_loops) -> Iterator[str]:
 
 
 def test_all_see_what_the_presenter_does(url, frame_loops, monkeypatch):
-    """Numbers, answers, look and clock are the presenter's, and are solved once for all."""
+    """Numbers, answers, view and clock are the presenter's, and are solved once for all."""
     with visitor(f"{url}/?token={PRESENTER}") as lead, visitor(url) as one, visitor(url) as other:
         solved = []
         monkeypatch.setattr(jobs, "solve", lambda *a, **o: (solved.append(a), solve(*a, **o))[1])
@@ -37,10 +37,10 @@ def test_all_see_what_the_presenter_does(url, frame_loops, monkeypatch):
             guest.says("axial strain, as drawn")
         assert len(solved) == 1
         sessions = list(frame_loops[-1].sessions.values())
-        assert len({id(session.view) for session in sessions}) == 1
+        assert len({id(session.visitor.state.view) for session in sessions}) == 1
         lead.choose("playing", False)
-        wait_until(lambda: not any(session.moving for session in sessions))
-        wait_until(lambda: len({session.clock.angle for session in sessions}) == 1)
+        wait_until(lambda: not any(session.is_moving for session in sessions))
+        wait_until(lambda: len({session.presentation.clock.angle for session in sessions}) == 1)
 
 
 def test_the_controls_follow_as_well(url):
@@ -93,7 +93,7 @@ def test_a_presenter_who_leaves_and_returns_leads_again(url, frame_loops):
 
 def test_the_presenters_link_is_printed_beside_the_other(capsys, monkeypatch):
     """Two links, two keys."""
-    monkeypatch.setattr(server, "ended", lambda _: True)
+    monkeypatch.setattr(server, "has_come", lambda _: True)
     server.serve(Scene(PAPER), port=0, follow=True, public="https://beams.example.org")
     first, second = capsys.readouterr().out.splitlines()
     keys = [line.partition("?token=")[2].split()[0] for line in (first, second)]

@@ -1,15 +1,15 @@
-"""Real beams: what their sources say of them, and the window to enter one."""
+"""Real beams: what their sources say of them, and the form to enter one."""
 
 import math
 import re
 
 import pytest
-from live.visitor import Visitor, visitor
+from live.visitor import Visitor, frequency_text, visitor
 
 from beamviz.beam import Beam
-from beamviz.display_units import significant as digits
+from beamviz.display_units import rounded_to_error, significant
 from beamviz.errors import InvalidInput
-from beamviz.explorer.features.real_beam import FIELDS, OPEN, PLAIN, made, number, read
+from beamviz.explorer.features.real_beam import DIMENSIONLESS, FIELDS, REAL_BEAM, parse_beam
 from beamviz.presets import ARM, BLADE, REAL_BEAMS, RPM, RULER
 from beamviz.solver import solve
 
@@ -65,21 +65,24 @@ def test_each_real_beam_is_stable_and_slender(real):
     assert len(real.source) > 50
 
 
-# The window
+# The form
 
 
-def test_fields_are_read_in_their_units():
-    """Millimetres, gigapascals and turns a minute; text that is no number is named."""
-    texts = dict.fromkeys(FIELDS, "2")
-    values = read(texts)
-    assert values["length"] == pytest.approx(2e-3)
-    assert values["second_moment"] == pytest.approx(2e-12)
-    assert values["youngs_modulus"] == pytest.approx(2e9)
-    assert values["rotation_speed"] == pytest.approx(4 * math.pi / 60)
-    assert number("x", " 2.1e5 ") == 2.1e5
+def entries(**changes: object) -> dict[str, object]:
+    """The entries for the ruler, some of them changed."""
+    units = {name: unit for name, (_, unit) in FIELDS.items()}
+    texts = {name: f"{RULER.values.get(name, 0.0) / unit:g}" for name, unit in units.items()}
+    return {**texts, **changes}
+
+
+def test_entries_are_in_the_units_of_their_fields():
+    """Millimetres, gigapascals and revolutions per minute; text that is no number is named."""
+    beam = parse_beam(entries(rotation_speed="600", hub_radius=" 1.5e2 "))
+    values = {**RULER.values, "rotation_speed": 20 * math.pi, "hub_radius": 0.15}
+    assert beam.numbers == pytest.approx(Beam.from_si(**values).numbers)
     for text in ("1,5", "", "steel", None):
         with pytest.raises(InvalidInput, match=r"length L .mm. = .*must be a number"):
-            read({**texts, "length": text})
+            parse_beam(entries(length=text))
     assert pytest.approx(2 * math.pi / 60) == RPM
 
 
@@ -89,26 +92,24 @@ def test_fields_are_read_in_their_units():
         ({"area": "0"}, r"section area A \[mm²\] = 0: must be above 0"),
         ({"density": "-1"}, r"density ρ \[kg/m³\] = -1: must lie in 0 \.\."),
         ({"second_moment": "1e9"}, r"L √\(A / I\) = 0.04743: must lie in 10 \.\. 10000"),
-        ({"rotation_speed": "1e6"}, r"turns Ω \[rpm\] = 1000000: must lie in 0 \.\. \d+"),
+        ({"rotation_speed": "1e6"}, r"rotation speed Ω \[rpm\] = 1000000: must lie in 0 \.\. \d+"),
         ({"mass": "1e3"}, r"mass m \[kg\] = 1000: must lie in 0 \.\. 5\.8875"),
         ({"mass_position": "400"}, r"mass at d \[mm\] = 400: must lie in 0 \.\. 300"),
         ({"hub_radius": "-700"}, r"hub radius a \[mm\] = -700: must lie in -600 \.\. 6000"),
-        ({"rotation_speed": "nan"}, r"turns Ω \[rpm\] = nan: must lie in"),
+        ({"rotation_speed": "nan"}, r"rotation speed Ω \[rpm\] = nan: must lie in"),
         ({"youngs_modulus": "inf"}, r"Young's modulus E \[GPa\] = inf: must lie in"),
     ],
 )
 def test_what_cannot_be_is_named_as_it_was_entered(changes, words):
     """A label, its unit and what is allowed in it; none of the five numbers nor of the keywords."""
-    texts = {name: f"{RULER.values.get(name, 0.0) / unit:g}" for name, (_, unit) in FIELDS.items()}
-    assert made(texts) == Beam.from_si(**{n: float(t) * FIELDS[n][1] for n, t in texts.items()})
     with pytest.raises(InvalidInput, match=words) as told:
-        made(texts | changes)
+        parse_beam(entries(**changes))
     assert not re.search(r"alpha|beta|gamma|delta|\bmu\b|_", str(told.value))
 
 
 def test_large_numbers_have_no_power_of_ten():
     """48170 mm, not 4.817e+04 mm."""
-    assert [digits(v, 4) for v in (48170.4, 1234.56, 123.456, 0.0123456)] == [
+    assert [significant(v, 4) for v in (48170.4, 1234.56, 123.456, 0.0123456)] == [
         "48170",
         "1235",
         "123.5",
@@ -117,9 +118,9 @@ def test_large_numbers_have_no_power_of_ten():
 
 
 def opened(guest: Visitor) -> None:
-    """Open the window, another one where there was one."""
+    """Open the form, another one where there was one."""
     guest.controls.pop("Show this beam", None)
-    guest.choose("units", OPEN)
+    guest.choose("units", REAL_BEAM)
     guest.wait(lambda _: "Show this beam" in guest.controls)
     guest.says("laboratory rule")
 
@@ -128,9 +129,8 @@ def hertz(real: Beam, **options: str) -> str:
     """The first frequency as the table prints it."""
     assert real.units
     solution = solve(real, **options)
-    return significant(
-        real.units.hertz(solution.frequencies[0]), real.units.hertz(solution.errors[0])
-    )
+    frequency, error = solution.frequencies[0], solution.errors[0]
+    return rounded_to_error(real.units.hertz(frequency), real.units.hertz(error))
 
 
 def test_a_real_beam_is_entered_and_left_again(url):
@@ -141,21 +141,20 @@ def test_a_real_beam_is_entered_and_left_again(url):
         guest.says(hertz(RULER.beam))
         guest.says("300 rpm")
         guest.wait(lambda _: "speed [rpm]" in guest.controls)
-        guest.choose("units", PLAIN)
+        guest.choose("units", DIMENSIONLESS)
         guest.wait(lambda _: "speed γ" in guest.controls)
-        solution = solve(RULER.beam)
-        guest.says(significant(solution.frequencies[0], solution.errors[0]))
+        guest.says(frequency_text(RULER.beam))
         opened(guest)
         guest.choose("start from", BLADE.name)
         guest.says("5 MW")
-        guest.choose("turns Ω [rpm]", "6")
+        guest.choose("rotation speed Ω [rpm]", "6")
         guest.choose("Show this beam", True)
         slow = Beam.from_si(**{**BLADE.values, "rotation_speed": 6 * RPM})
         guest.says(hertz(slow, plane="flapwise"))
 
 
 def test_wrong_sizes_are_named_and_lose_nothing(url):
-    """The window stays open with the reason; the beam of the scene stays what it is."""
+    """The form stays open with the reason; the beam of the scene stays what it is."""
     with visitor(url) as guest:
         before = guest.text
         opened(guest)
@@ -171,6 +170,5 @@ def test_wrong_sizes_are_named_and_lose_nothing(url):
         guest.choose("start from", "a broomstick")
         guest.choose("Cancel", True)
         guest.choose("speed γ", 11.0)
-        solution = solve(Beam(alpha=1, beta=0.5, gamma=11))
-        guest.says(significant(solution.frequencies[0], solution.errors[0]))
+        guest.says(frequency_text(Beam(alpha=1, beta=0.5, gamma=11)))
         assert "Stable equilibrium" in before
