@@ -37,10 +37,10 @@ __all__ = [
 ON_FIRST_USE = {
     "Scene": "beamviz.scene",
     "Solution": "beamviz.solver",
-    "animate": "beamviz.exports.film",
-    "export": "beamviz.exports.export",
+    "animate": "beamviz.exports",
+    "export": "beamviz.exports",
     "loci": "beamviz.frequency_loci",
-    "screenshot": "beamviz.exports.screenshot",
+    "screenshot": "beamviz.exports",
     "solve": "beamviz.solver",
 }
 

@@ -13,7 +13,7 @@ from _environment import ROOT, run_quietly, say
 
 sys.path.insert(0, str(ROOT))
 
-from beamviz.exports.browser import found_browser
+from beamviz.exports.renderer import find_browser
 
 PLAYWRIGHT_PATH = """
 from playwright.sync_api import sync_playwright
@@ -29,10 +29,10 @@ def find_or_fetch(python: Path) -> str | None:
         return None
     if named:
         remedy = "name one that does, or none, or unset it"
-        return working(found_browser()) or sys.exit(
+        return working(find_browser()) or sys.exit(
             f"beamviz: BEAMVIZ_BROWSER = {named}: does not start; {remedy}"
         )
-    return working(found_browser()) or from_debian() or from_playwright(python)
+    return working(find_browser()) or from_debian() or from_playwright(python)
 
 
 def working(browser: str | None) -> str | None:
@@ -50,7 +50,7 @@ def from_debian() -> str | None:
     succeeded(["apt-get", "update"])  # may fail for one source and still do for ours
     packages = ["chromium", "fonts-liberation"]  # else only DejaVu is there
     succeeded(["apt-get", "install", "--yes", "--no-install-recommends", *packages])
-    return working(found_browser())
+    return working(find_browser())
 
 
 def from_playwright(python: Path) -> str | None:

@@ -33,12 +33,12 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from live.server import CAMERA_MESSAGE, PROTOCOL  # type: ignore[import-not-found]  # noqa: E402
 
 from beamviz.beam import Beam  # noqa: E402
-from beamviz.display_units import rounded_to_error  # noqa: E402
+from beamviz.drawing.text import rounded_to_error  # noqa: E402
 from beamviz.solver import solve  # noqa: E402
 
 SLIDER = "speed γ"
 PICTURE, TABLE, CELL = (
-    b"/stage/wheel/ends\xa7updates",
+    b"/scene/rotor/ends\xa7updates",
     b'aria-label="modes"',
     re.compile(r">([\d.]+)<"),
 )

@@ -7,7 +7,7 @@ from typing import Any
 
 import hypothesis
 import pytest
-from live.browser import NO_BROWSER, found_browser, start_browser
+from live.browser import NO_BROWSER, find_browser, start_browser
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # timings compare one thread with one thread
 
@@ -22,13 +22,13 @@ hypothesis.settings.load_profile("beamviz")
 def pytest_configure(config: pytest.Config) -> None:
     """With pytest-xdist, start the one browser of the run before its processes."""
     parallel = getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput")
-    if parallel and not config.option.collectonly and found_browser():
+    if parallel and not config.option.collectonly and find_browser():
         start_browser()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Without a browser, tests of pages are skipped and say so."""
-    if found_browser() is None:
+    if find_browser() is None:
         for item in items:
             if item.get_closest_marker("browser"):
                 item.add_marker(pytest.mark.skip(reason=NO_BROWSER))

@@ -164,7 +164,7 @@ def screenshot(
     ] = False,
 ) -> None:
     """The 3D scene as a picture, without a screen."""
-    from beamviz.exports.screenshot import screenshot
+    from beamviz.exports import screenshot
 
     screenshot(
         path,
@@ -194,7 +194,7 @@ def animate(
     ] = None,
 ) -> None:
     """The 3D scene as a film that ends where it began, without a screen."""
-    from beamviz.exports.film import animate
+    from beamviz.exports import animate
 
     with contextlib.ExitStack() as stack:
 
@@ -214,8 +214,8 @@ def animate(
             zoom=zoom,
             progress=progress,
         )
-    if loop.words:
-        print(f"beamviz: {loop.words}", file=sys.stderr)
+    if loop.note:
+        print(f"beamviz: {loop.note}", file=sys.stderr)
 
 
 @app.command()
@@ -232,7 +232,7 @@ def export(
     ],
 ) -> None:
     """The scene or its numbers as a file for others."""
-    from beamviz.exports.export import export
+    from beamviz.exports import export
 
     export(path, scene)
 

@@ -7,8 +7,8 @@ from functools import lru_cache
 import numpy as np
 from viser import CameraHandle, InitialCameraConfig
 
-from beamviz.drawing.modes import Shapes
-from beamviz.drawing.sizes import hub_radius, mass_radius
+from beamviz.drawing.modes import SampledModes
+from beamviz.drawing.objects import hub_radius, mass_radius
 from beamviz.scene import Camera
 
 FIELD_OF_VIEW = math.radians(24)  # vertical
@@ -24,7 +24,7 @@ SAME = 1e-3  # distance of two viewpoints that count as one
 DIRECTIONS = 16  # from which one looks, of which the unit vectors are kept
 
 
-def span(shapes: Shapes) -> tuple[float, float]:
+def span(shapes: SampledModes) -> tuple[float, float]:
     """From where to where a picture reaches along the beam [from the clamp]: with the mass and
     some of the hub."""
     beam = shapes.beam
@@ -35,7 +35,7 @@ def span(shapes: Shapes) -> tuple[float, float]:
     return min(-rim, mass - radius), max(along[-1], mass + radius)
 
 
-def target(shapes: Shapes, rotating_frame: bool) -> np.ndarray:
+def target(shapes: SampledModes, rotating_frame: bool) -> np.ndarray:
     """The point (3,) of the hub's frame that is put in the middle of the picture: the middle of
     the beam when riding on the hub, the axis when standing beside it."""
     return np.array(
@@ -43,7 +43,7 @@ def target(shapes: Shapes, rotating_frame: bool) -> np.ndarray:
     )
 
 
-def corners(shapes: Shapes, rotating_frame: bool) -> np.ndarray:
+def corners(shapes: SampledModes, rotating_frame: bool) -> np.ndarray:
     """Points (n, 3), relative to `target`, that must be inside the picture."""
     beam, (left, right) = shapes.beam, span(shapes)
     radius = mass_radius(beam) if beam.alpha > 0 else 0.0
@@ -94,7 +94,7 @@ def axes(position: np.ndarray) -> np.ndarray:
 
 
 def viewpoint(
-    shapes: Shapes,
+    shapes: SampledModes,
     rotating_frame: bool,
     aspect: float,
     lift: float = 0.0,
@@ -114,7 +114,7 @@ def viewpoint(
 
 
 def fitted(
-    shapes: Shapes, rotating_frame: bool, aspect: float, heights: Sequence[float] = (0.0,)
+    shapes: SampledModes, rotating_frame: bool, aspect: float, heights: Sequence[float] = (0.0,)
 ) -> Camera:
     """The camera of a page: it looks at a point a little above the beam, where labels stand."""
     position = viewpoint(shapes, rotating_frame, aspect, LIFT, heights)
@@ -147,7 +147,7 @@ class PageCamera:
         self.given, self.asked = given, True
 
     def look_at(
-        self, shapes: Shapes, rotating_frame: bool, heights: Sequence[float], *, settled: bool
+        self, shapes: SampledModes, rotating_frame: bool, heights: Sequence[float], *, settled: bool
     ) -> None:
         """Move the camera where there is need to: scenes stand at `heights`. Until the answer is
         `settled`, the one to the latest request, it has to be moved again."""

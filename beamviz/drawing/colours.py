@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from beamviz.drawing.modes import Shapes, axial_strain, largest_strain
+from beamviz.drawing.modes import SampledModes, axial_strain, largest_strain
 
 RGB = tuple[int, int, int]
 
@@ -57,23 +57,23 @@ def gradient(anchors: tuple[RGB, ...]) -> str:
     return f"linear-gradient(90deg, {', '.join(f'rgb{colour}' for colour in anchors)})"
 
 
-def along(shapes: Shapes, name: str, moved: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
+def along(shapes: SampledModes, name: str, moved: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
     """sRGB colours (n - 1, 3) in 0 .. 1 by `name`, one of COLOURINGS."""
     return ranged(shapes, name, moved, colour_range(shapes, name, amplitudes))
 
 
-def ranged(shapes: Shapes, name: str, moved: np.ndarray, largest: float) -> np.ndarray:
+def ranged(shapes: SampledModes, name: str, moved: np.ndarray, largest: float) -> np.ndarray:
     """The same, with the value at the end of the colour map."""
     return mapped(scaled(shapes, name, moved, largest), MAPS[name])
 
 
-def painted(shapes: Shapes, name: str, moved: np.ndarray, largest: float) -> np.ndarray:
+def painted(shapes: SampledModes, name: str, moved: np.ndarray, largest: float) -> np.ndarray:
     """The same as bytes (n - 1, 3) of linear light, looked up, since every frame needs them."""
     places = scaled(shapes, name, moved, largest) * (STEPS - 1) + 0.5
     return PALETTES[name][places.astype(int).clip(0, STEPS - 1)]
 
 
-def scaled(shapes: Shapes, name: str, moved: np.ndarray, largest: float) -> np.ndarray:
+def scaled(shapes: SampledModes, name: str, moved: np.ndarray, largest: float) -> np.ndarray:
     """Places (n - 1,) in 0 .. 1 of the colour map, for a beam displaced by `moved` (n, 2)."""
     if name == "axial strain":
         return 0.5 + 0.5 * axial_strain(shapes, moved) / largest
@@ -81,7 +81,7 @@ def scaled(shapes: Shapes, name: str, moved: np.ndarray, largest: float) -> np.n
     return np.hypot(middle[:, 0], middle[:, 1]) / (2 * largest)
 
 
-def colour_range(shapes: Shapes, name: str, amplitudes: np.ndarray) -> float:
+def colour_range(shapes: SampledModes, name: str, amplitudes: np.ndarray) -> float:
     """The value at the end of the colour map (never 0)."""
     if name == "axial strain":
         return max(largest_strain(shapes, amplitudes), 1e-9)

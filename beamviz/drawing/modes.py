@@ -7,12 +7,14 @@ from functools import cached_property, lru_cache
 from typing import Any, Self
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid, trapezoid
 
 from beamviz.beam import Beam
-from beamviz.drawing.beam_mesh import stations
 from beamviz.scene import ViewOptions
 from beamviz.solver import Solution
 
+FINE = 600
+CLOSE = 1e-9  # to an end of the beam: nobody sees the mass beside it
 SAMPLES = np.linspace(0.0, 1.0, 401)
 PLACES = 100  # of the mass, for which stations are kept
 LAYER = 0.05  # of the beam: usual thickness of what is thin
@@ -21,7 +23,7 @@ MAX_STRAIN = 0.6  # drawn stretching stays below it, so that a large picture nev
 
 
 @dataclass(frozen=True)
-class Shapes:
+class SampledModes:
     """A solution as a picture needs it, in lengths of the beam, measured from the clamp.
 
     x: (n,) stations; centreline: (n, 2) the equilibrium, along and across the beam;
@@ -44,7 +46,7 @@ class Shapes:
     @classmethod
     def sampled(cls, solution: Solution, previous: Self | None = None) -> Self:
         """`solution` at its stations, with the signs of `previous`."""
-        x = sampling(solution.beam.beta)
+        x = shared_stations(solution.beam.beta)
         raw = shapes_at(solution, x)
         modes = normalisation(raw) * raw
         stretching = np.abs(np.diff(modes[:, :, 0], axis=1) / np.diff(x)).max(axis=1)
@@ -58,9 +60,9 @@ class Shapes:
             x=x,
             centreline=centreline,
             strain=equilibrium.stretch((x[:-1] + x[1:]) / 2) - 1.0,
-            modes=modes if previous is None else aligned(modes, x, previous),
+            modes=modes if previous is None else align_signs(modes, x, previous),
             limits=MAX_STRAIN / np.maximum(stretching, 1e-12),
-            nodes=Still(
+            nodes=NodePositions(
                 x, solution.beam.beta, centreline, modes, solution.bending_energy_fraction >= 0.5
             ),
         )
@@ -68,7 +70,7 @@ class Shapes:
     @classmethod
     def at_rest(cls, beam: Beam, plane: str) -> Self:
         """The undeformed beam without any mode, where there is no solution to show."""
-        x = sampling(beam.beta)
+        x = shared_stations(beam.beta)
         return cls(
             beam=beam,
             plane=plane,
@@ -97,8 +99,23 @@ class Shapes:
         return int(np.argmin(np.abs(self.x - self.beam.beta)))
 
 
+def stations(x: np.ndarray, curvature: np.ndarray, mass: float) -> np.ndarray:
+    """Where to sample the beam: FINE + 1 points of 0 .. 1, closer where it bends more.
+
+    x, curvature: (n,) samples along the beam; the point nearest to `mass` is moved onto it,
+    since the stretch may jump there. Half of the points are spread evenly.
+    """
+    density = 1.0 + curvature / max(trapezoid(curvature, x), 1e-12)
+    share = cumulative_trapezoid(density, x, initial=0.0)
+    points = np.interp(np.linspace(0.0, share[-1], FINE + 1), share, x)
+    points[0], points[-1] = 0.0, 1.0
+    if CLOSE < mass < 1.0 - CLOSE:
+        points[1 + np.argmin(np.abs(points[1:-1] - mass))] = mass
+    return points
+
+
 @lru_cache(PLACES)
-def sampling(mass: float) -> np.ndarray:
+def shared_stations(mass: float) -> np.ndarray:
     """Stations (n,), closer where layers may be thin: at the clamp and on both sides of the mass.
     They are the same for all beams with the mass in this place, so that what is computed for such
     stations need not be computed again."""
@@ -121,7 +138,7 @@ def normalisation(modes: np.ndarray) -> np.ndarray:
     return (turns / np.sqrt((np.abs(modes) ** 2).sum(2)).max(1, keepdims=True))[..., None]
 
 
-class Still(Sequence[tuple[np.ndarray, np.ndarray]]):
+class NodePositions(Sequence[tuple[np.ndarray, np.ndarray]]):
     """Nodes of each mode, looked for when they are asked for: x (j,), and where they are (j, 2).
 
     x: (n,) stations, one at the mass; centreline (n, 2) and modes (m, n, 2) are at these; bends:
@@ -152,13 +169,13 @@ class Still(Sequence[tuple[np.ndarray, np.ndarray]]):
         if not 0 <= k < len(self):
             raise IndexError(k)
         if k not in self.known:
-            x = still(self.x, self.mass, self.modes[k, :, int(self.bends[k])])
+            x = node_positions(self.x, self.mass, self.modes[k, :, int(self.bends[k])])
             places = [np.interp(x, self.x, line) for line in self.centreline.T]
             self.known[k] = x, np.stack(places, 1)
         return self.known[k]
 
 
-def still(x: np.ndarray, mass: float, component: np.ndarray) -> np.ndarray:
+def node_positions(x: np.ndarray, mass: float, component: np.ndarray) -> np.ndarray:
     """Nodes (j,) of a mode: where its larger component (n,), given at x (n,), changes sign. Between
     stations it is taken for a parabola, which leaves 1e-5; through the mass, where its slope may
     jump, goes none. (`Solution.nodes` has all digits, at the price of many solves.)"""
@@ -173,7 +190,7 @@ def still(x: np.ndarray, mass: float, component: np.ndarray) -> np.ndarray:
     return x[i] - v[i] / (slope + bend * (line - x[i + 1]))
 
 
-def aligned(modes: np.ndarray, x: np.ndarray, previous: Shapes) -> np.ndarray:
+def align_signs(modes: np.ndarray, x: np.ndarray, previous: SampledModes) -> np.ndarray:
     """`modes` (m, n, 2) with each sign (phase, if complex) as in `previous`.
 
     The sign of a mode is free; without this the picture would flip while a slider moves.
@@ -195,7 +212,7 @@ def amplitudes(view: ViewOptions, count: int) -> np.ndarray:
     return view.amplitude * np.array([*view.shares, *[0.0] * count][:count])
 
 
-def displacement(shapes: Shapes, phases: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
+def displacement(shapes: SampledModes, phases: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
     """Displacement (n, 2) of the centreline at phases (m,) [rad] for amplitudes (m,)."""
     sizes = np.minimum(amplitudes, shapes.limits)
     rows = shapes.modes.reshape(len(sizes), 2 * len(shapes.x))
@@ -206,14 +223,14 @@ def displacement(shapes: Shapes, phases: np.ndarray, amplitudes: np.ndarray) -> 
     return moved.reshape(-1, 2)
 
 
-def axial_strain(shapes: Shapes, moved: np.ndarray) -> np.ndarray:
+def axial_strain(shapes: SampledModes, moved: np.ndarray) -> np.ndarray:
     """Axial strain (n - 1,): that of the equilibrium and, to first order, of `moved` (n, 2)."""
     step = np.diff(shapes.centreline, axis=0)
     tangent = step / np.linalg.norm(step, axis=1, keepdims=True)
     return shapes.strain + (np.diff(moved, axis=0) * tangent).sum(axis=1) / np.diff(shapes.x)
 
 
-def largest_strain(shapes: Shapes, amplitudes: np.ndarray) -> float:
+def largest_strain(shapes: SampledModes, amplitudes: np.ndarray) -> float:
     """A bound of |axial strain| over time, for amplitudes (m,)."""
     sizes = np.minimum(amplitudes, shapes.limits)
     return float((np.abs(shapes.strain) + sizes @ shapes.strains).max())
@@ -222,7 +239,7 @@ def largest_strain(shapes: Shapes, amplitudes: np.ndarray) -> float:
 SLOWEST, FASTEST, TURN = 2.5, 0.6, 1.5  # [s] on screen, for one swing and for one turn
 
 
-def fitted_rate(frequencies: np.ndarray, gamma: float) -> float:
+def playback_rate(frequencies: np.ndarray, gamma: float) -> float:
     """The time [T*] to show in one second so that the slowest motion is seen and the fastest
     can be followed, for the frequencies shown and the rotation gamma [1/T*]."""
     seen = frequencies[np.isfinite(frequencies) & (frequencies > 0)]
@@ -245,7 +262,7 @@ class Clock:
 
     def fit(self, frequencies: np.ndarray, gamma: float, *, keep: bool) -> None:
         """Choose the rate; with `keep`, only where the present one shows too little or too much."""
-        best = fitted_rate(frequencies, gamma)
+        best = playback_rate(frequencies, gamma)
         if not keep or not best / 4 < self.rate < best * 3:
             self.rate = best
 

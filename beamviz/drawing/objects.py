@@ -1,19 +1,114 @@
-"""What stands around the beam: light, ground, hub, ghosts and marks of the nodes."""
+"""The objects of a scene: their sizes, instanced meshes, light, ground, hub and vibration nodes."""
 
 import math
 
 import numpy as np
 import trimesh
-from viser import MeshHandle, SceneApi
+from viser import BatchedMeshHandle, MeshHandle, SceneApi
 
 from beamviz.beam import Beam, Units
-from beamviz.display_units import measure
-from beamviz.drawing import beam_mesh as tube
-from beamviz.drawing import colours, sizes
-from beamviz.drawing.instances import HIDDEN, add_bodies, box
-from beamviz.drawing.modes import Shapes
-from beamviz.drawing.subdivision import SCALE
+from beamviz.drawing import beam_mesh, colours
+from beamviz.drawing.beam_mesh import DEFAULT_SCALE
+from beamviz.drawing.modes import SampledModes
+from beamviz.drawing.text import measure
 from beamviz.server.viser_private import set_position, set_properties
+
+MIN_HUB = 0.05
+VISIBLE_THICKNESS = 0.04
+MASS_RADIUS = 0.08  # at alpha = 1
+
+
+def section_size(beam: Beam, thicken: bool = False) -> tuple[float, float]:
+    """Thickness in the plane of motion and breadth along its normal.
+
+    The thickness is true: h = sqrt(12) / mu for a rectangle. The five numbers leave the
+    breadth free; it is kept where it can be seen.
+    """
+    thickness = math.sqrt(12) / beam.mu
+    if thicken:
+        thickness = max(thickness, VISIBLE_THICKNESS)
+    return thickness, min(max(1.5 * thickness, 0.05), 0.1)
+
+
+def mass_radius(beam: Beam, thicken: bool = False) -> float:
+    """Radius of the mass: its volume follows alpha, but it never hides inside the beam."""
+    return max(MASS_RADIUS * beam.alpha ** (1 / 3), 0.8 * section_size(beam, thicken)[1])
+
+
+def hub_radius(beam: Beam) -> float:
+    """Radius of the hub: |delta|, but a small drum is left at delta = 0."""
+    return max(abs(beam.delta), MIN_HUB)
+
+
+def ground_height(beam: Beam) -> float:
+    """Height of the ground below the beam."""
+    return -max(0.3, 1.2 * mass_radius(beam)) if beam.alpha > 0 else -0.3
+
+
+HIDDEN = 1e-6  # size of what is not shown
+
+
+def add_instances(
+    api: SceneApi,
+    name: str,
+    count: int,
+    body: trimesh.Trimesh,
+    *,
+    flat_shading: bool = True,
+    receive_shadow: bool = True,
+) -> BatchedMeshHandle:
+    """Copies of a body in one node, each with a place, a turn, a size and a colour of its own.
+
+    Such nodes are drawn one frame later than others, so all that move together are of this kind.
+    """
+    return api.add_batched_meshes_simple(
+        name,
+        body.vertices,
+        body.faces,
+        batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)),
+        batched_positions=np.zeros((count, 3)),
+        batched_scales=np.full((count, 3), HIDDEN),
+        batched_colors=np.zeros((count, 3), np.uint8),
+        flat_shading=flat_shading,
+        receive_shadow=receive_shadow,
+        side="double",
+        lod="off",
+    )
+
+
+def box() -> trimesh.Trimesh:
+    """A unit box."""
+    return trimesh.creation.box((1.0, 1.0, 1.0))
+
+
+def open_box() -> trimesh.Trimesh:
+    """A unit box without its ends, so that in a row of them none peeps out at a bend."""
+    whole = box()
+    walls = np.abs(whole.face_normals[:, 0]) < 0.5
+    return trimesh.Trimesh(whole.vertices, whole.faces[walls], process=False)
+
+
+def sphere() -> trimesh.Trimesh:
+    """A sphere of radius 1."""
+    return trimesh.creation.icosphere(subdivisions=4)
+
+
+def place_instances(
+    bodies: BatchedMeshHandle,
+    centres: np.ndarray,
+    wxyz: np.ndarray,
+    lengths: np.ndarray,
+    paint: np.ndarray,
+) -> None:
+    """Place copies of a body: where, how turned, how large, in which colours."""
+    placed = {
+        "batched_positions": centres.astype(np.float32),
+        "batched_wxyzs": wxyz.astype(np.float32),
+        "batched_scales": lengths.astype(np.float32),
+        "batched_colors": paint,
+    }
+    set_properties(bodies, placed)
+
 
 HUB_HEIGHT = 0.14
 HOOP = 0.05
@@ -23,19 +118,19 @@ SMALLEST, CROWDED = 0.016, 0.09  # nor larger than its share of CROWDED
 FADED = 2.2  # the ground is seen so far from the beam
 
 
-def placed(shapes: Shapes, centreline: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def to_hub_frame(shapes: SampledModes, centreline: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """A line (n, 2) measured from the clamp as points (n, 3) of the hub, and its plane's normal."""
-    points, normal = tube.frame(centreline, shapes.plane)
+    points, normal = beam_mesh.frame(centreline, shapes.plane)
     points[:, 0] += shapes.beam.delta
     return points, normal
 
 
-def turned(angle: float) -> tuple[float, float, float, float]:
+def axis_rotation(angle: float) -> tuple[float, float, float, float]:
     """A turn about the axis by angle [rad] as wxyz."""
     return (math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2))
 
 
-def light(api: SceneApi) -> None:
+def add_lights(api: SceneApi) -> None:
     """Soft light from above, behind the viewer's left shoulder; shadows fall on the ground."""
     api.configure_environment_map(hdri=None)
     api.configure_default_lights(enabled=False)
@@ -65,13 +160,13 @@ class Ground:
 
     def show(self, beam: Beam, *, rotating_frame: bool) -> None:
         """Lay it under `beam`, as far as one sees."""
-        known = beam.delta, sizes.ground(beam), rotating_frame
+        known = beam.delta, ground_height(beam), rotating_frame
         if known == self.known:
             return
         self.known, reach = known, 1.0 + abs(beam.delta) + FADED
         self.grid.width = self.grid.height = 2 * reach
         self.grid.fade_distance = FADED if rotating_frame else reach
-        self.grid.position = (0.0, 0.0, sizes.ground(beam))
+        self.grid.position = (0.0, 0.0, ground_height(beam))
 
 
 class Hub:
@@ -80,10 +175,10 @@ class Hub:
     def __init__(self, api: SceneApi, root: str):
         self.known: tuple = ()  # what it was drawn for
         self.post = api.add_cylinder(
-            f"{root}/wheel/post", 0.018, 1.0, color=colours.HUB, receive_shadow=False
+            f"{root}/rotor/post", 0.018, 1.0, color=colours.HUB, receive_shadow=False
         )
         self.drum = api.add_cylinder(
-            f"{root}/wheel/drum",
+            f"{root}/rotor/drum",
             1.0,
             HUB_HEIGHT,
             color=colours.HUB,
@@ -92,27 +187,27 @@ class Hub:
         )
         hoop = annulus(1.0)
         self.hoop = api.add_mesh_simple(
-            f"{root}/wheel/hoop",
+            f"{root}/rotor/hoop",
             hoop.vertices,
             hoop.faces,
             color=colours.HUB,
             flat_shading=True,
             receive_shadow=False,
         )
-        self.mark = api.add_box(f"{root}/wheel/mark", color=colours.MARKER)
+        self.mark = api.add_box(f"{root}/rotor/mark", color=colours.MARKER)
 
     def show(self, beam: Beam) -> None:
         """Draw the hub of `beam`: the clamp is on its rim, so its radius is |delta|."""
-        known = beam.delta, sizes.ground(beam)
+        known = beam.delta, ground_height(beam)
         if known == self.known:
             return
-        self.known, radius, inward = known, sizes.hub_radius(beam), beam.delta < 0
+        self.known, radius, inward = known, hub_radius(beam), beam.delta < 0
         self.drum.visible, self.hoop.visible = not inward, inward
         self.drum.radius = radius
         if inward:
             self.hoop.vertices = annulus(radius).vertices
-        self.post.height = -sizes.ground(beam)
-        self.post.position = (0.0, 0.0, sizes.ground(beam) / 2)
+        self.post.height = -ground_height(beam)
+        self.post.position = (0.0, 0.0, ground_height(beam) / 2)
         if inward:
             self.mark.dimensions = (HOOP, 0.03, 0.004)
             self.mark.position = (-radius - HOOP / 2, 0.0, HUB_HEIGHT / 2)
@@ -126,19 +221,19 @@ def annulus(radius: float) -> trimesh.Trimesh:
     return trimesh.creation.annulus(radius, radius + HOOP, HUB_HEIGHT, sections=160)
 
 
-class Ghosts:
+class ReferenceShapes:
     """Where the beam would be: an outline undeformed, a pale body stretched by the rotation."""
 
     def __init__(self, api: SceneApi, root: str):
         self.outline = api.add_line_segments(
-            f"{root}/wheel/undeformed",
+            f"{root}/rotor/undeformed",
             np.zeros((12, 2, 3)),
             colours.GHOST,
             thickness=1.2,
             thickness_units="screen",
         )
         self.stretched = api.add_mesh_simple(
-            f"{root}/wheel/equilibrium",
+            f"{root}/rotor/equilibrium",
             BOX,
             SIDES,
             color=colours.GHOST,
@@ -148,13 +243,13 @@ class Ghosts:
             receive_shadow=False,
         )
 
-    def show(self, shapes: Shapes, section: tuple[float, float], *, visible: bool) -> None:
+    def show(self, shapes: SampledModes, section: tuple[float, float], *, visible: bool) -> None:
         """Draw both for one beam."""
         self.outline.visible = self.stretched.visible = visible
         if not visible:
             return
-        normal = tube.NORMALS[shapes.plane]
-        size = section[0] * np.abs(tube.crosswise(normal)) + section[1] * np.abs(normal)
+        normal = beam_mesh.NORMALS[shapes.plane]
+        size = section[0] * np.abs(beam_mesh.crosswise(normal)) + section[1] * np.abs(normal)
         start, end = shapes.beam.delta + shapes.centreline[[0, -1], 0]  # it is straight
         body = 0.97 * size  # not in the same faces as the beam
         body[0], size[0] = end - start, 1.0
@@ -164,18 +259,18 @@ class Ghosts:
         set_properties(self.outline, {"points": edges.astype(np.float32)})
 
 
-def place_of(x: float, units: Units | None) -> str:
+def position_text(x: float, units: Units | None) -> str:
     """A place along the beam in words."""
     return measure("beta", units).text(x, 4) if units else f"{x:.3f}"
 
 
-def unit_body() -> tuple[np.ndarray, np.ndarray]:
+def unit_beam() -> tuple[np.ndarray, np.ndarray]:
     """Vertices (8, 3) and triangles (12, 3) of a straight beam as thick and broad as long."""
     ends = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
-    return tube.swept(ends, tube.NORMALS["chordwise"], 1.0, 1.0)
+    return beam_mesh.swept(ends, beam_mesh.NORMALS["chordwise"], 1.0, 1.0)
 
 
-def reshape(body: MeshHandle, vertices: np.ndarray, faces: np.ndarray) -> None:
+def set_surface(body: MeshHandle, vertices: np.ndarray, faces: np.ndarray) -> None:
     """Give a mesh another surface, in one message: vertices without their faces are none."""
     shape = {"vertices": vertices.astype(np.float32)}
     if len(faces) != len(body.faces):
@@ -192,7 +287,7 @@ def unit_edges() -> np.ndarray:
 
 
 EDGES = unit_edges()
-BOX, SIDES = unit_body()
+BOX, SIDES = unit_beam()
 
 
 class Nodes:
@@ -202,13 +297,13 @@ class Nodes:
         self.piece = np.zeros(0, int)  # on which pieces of the beam they are
         self.share = np.zeros((0, 1))  # and how far along each
         self.count = 0  # of the labels that are seen
-        self.collars = add_bodies(api, f"{root}/wheel/nodes", MAX_NODES, box())
+        self.collars = add_instances(api, f"{root}/rotor/nodes", MAX_NODES, box())
         self.collars.batched_colors = colours.instanced(
             np.tile(np.array(colour) / 255, (MAX_NODES, 1))
         )
         self.labels = [
             api.add_label(
-                f"{root}/wheel/node {k}",
+                f"{root}/rotor/node {k}",
                 "",
                 anchor="top-center",
                 font_size_mode="scene",
@@ -219,12 +314,12 @@ class Nodes:
 
     def show(
         self,
-        shapes: Shapes,
+        shapes: SampledModes,
         section: tuple[float, float],
         shown: list[int],
         *,
         labels: bool = True,
-        scale: float = SCALE,
+        scale: float = DEFAULT_SCALE,
     ) -> None:
         """Mark the nodes of the modes `shown` (0-based), at most MAX_NODES of them; a length of
         the beam takes `scale` pixels."""
@@ -241,12 +336,12 @@ class Nodes:
         height = min(max(LETTERS / scale, SMALLEST), CROWDED / max(len(marks), 1))
         for k, (label, x, place) in enumerate(marks):
             self.labels[k].font_scene_height = height
-            points, normal = placed(shapes, place[None])
-            across = np.abs(tube.crosswise(normal))
+            points, normal = to_hub_frame(shapes, place[None])
+            across = np.abs(beam_mesh.crosswise(normal))
             scales[k] = [0.007, 0.0, 0.0] + 1.3 * (
                 section[0] * across + section[1] * np.abs(normal)
             )
-            self.labels[k].text = f"{label} node at {place_of(x, shapes.beam.units)}"
+            self.labels[k].text = f"{label} node at {position_text(x, shapes.beam.units)}"
             set_position(self.labels[k], points[0] - [0.0, 0.0, scales[k][2] / 2 + 0.05])
         set_properties(self.collars, {"batched_scales": scales})
         count = len(marks) if labels else 0

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from beamviz.drawing import camera
-from beamviz.drawing.modes import Shapes
+from beamviz.drawing.modes import SampledModes
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.explorer.frames import FrameLoop
 from beamviz.explorer.jobs import WorkerPool
@@ -135,7 +135,7 @@ def explorer(
         rules = Access(host, server.get_port(), **access)
         self_test(server, rules, listener)
         theme(server, dark=scene.view.dark)
-        rest = Shapes.at_rest(scene.beam, scene.options["plane"])
+        rest = SampledModes.at_rest(scene.beam, scene.options["plane"])
         fitted = camera.fitted(rest, scene.view.rotating_frame, aspect=1.0)
         camera.place(server.initial_camera, scene.camera or fitted)
         frame_loop = FrameLoop(server, scene, pool, charts, rules, visitor_count)

@@ -16,10 +16,10 @@ from functools import cached_property, partial
 from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 
 from beamviz.beam import Beam
-from beamviz.drawing.modes import Shapes
+from beamviz.drawing.modes import SampledModes
+from beamviz.drawing.text import error_summary, stability_warning
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer.state import Case
-from beamviz.messages import error_summary, stability_warning
 from beamviz.server.log import RateLimitedLog
 from beamviz.solver import Solution, solve
 
@@ -262,7 +262,7 @@ class SolverAnswer(Answer[Case, "Solved"]):
         return self.result.solution if self.result else None
 
     @property
-    def shapes(self) -> Shapes | None:
+    def shapes(self) -> SampledModes | None:
         """The solution as the scene draws it, if there is one."""
         return self.result.shapes if self.result else None
 
@@ -290,11 +290,11 @@ class Solved(NamedTuple):
     """A solution, and its shapes as the scene draws them."""
 
     solution: Solution
-    shapes: Shapes
+    shapes: SampledModes
 
 
 class SolveJob(Job[Case, Solved]):
-    """Solves the latest case of one visitor. Shapes keep the signs of the last stable ones."""
+    """Solves the latest case of one visitor. Modes keep the signs of the last stable ones."""
 
     kind = SolverAnswer
     answer: SolverAnswer | None
@@ -302,7 +302,7 @@ class SolveJob(Job[Case, Solved]):
     def __init__(self, queue: SolveQueue, ready: Callable[[], None]):
         super().__init__("solution", self.solved, self.enqueue, ready)
         self.queue = queue
-        self.shapes: Shapes | None = None
+        self.shapes: SampledModes | None = None
         self.options: dict[str, Any] | None = None  # the last keywords solved with, and
         self.seconds = math.inf  # the processor time that took
 
@@ -320,7 +320,7 @@ class SolveJob(Job[Case, Solved]):
         start = time.thread_time()
         try:
             solution = solve(case.beam(), **case.options)
-            shapes = Shapes.sampled(solution, self.shapes)
+            shapes = SampledModes.sampled(solution, self.shapes)
         finally:
             self.options, self.seconds = case.options, time.thread_time() - start
         if not stability_warning(solution):

@@ -19,10 +19,9 @@ import numpy as np
 from viser import CameraHandle, ClientHandle
 
 from beamviz.drawing import colours
-from beamviz.drawing.all_modes import Multiples, heights
-from beamviz.drawing.beam_view import BeamView
-from beamviz.drawing.modes import Clock, Shapes, amplitudes
-from beamviz.drawing.subdivision import SCALE, Seen, between
+from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion, interpolate
+from beamviz.drawing.beam_view import AllModesView, BeamView, stacked_heights
+from beamviz.drawing.modes import Clock, SampledModes, amplitudes
 from beamviz.explorer.features.comparison import Comparison, ComparisonTab
 from beamviz.explorer.features.files import Downloads, SceneFiles, open_link
 from beamviz.explorer.features.lessons import Lessons
@@ -56,8 +55,8 @@ class SceneView:
         api, state = visitor.client.scene, visitor.state
         self.camera, self.comparison, self.run_up = visitor.camera, comparison, run_up
         self.state, self.answer = state, visitor.answer
-        self.scene, self.all_modes, self.clock = BeamView(api), Multiples(api), Clock()
-        self.scale = SCALE  # [pixels] of a beam length, for which the beam is divided
+        self.scene, self.all_modes, self.clock = BeamView(api), AllModesView(api), Clock()
+        self.scale = DEFAULT_SCALE  # [pixels] of a beam length, for which the beam is divided
         self.open(state)
 
     def open(self, state: State) -> None:
@@ -67,7 +66,7 @@ class SceneView:
         self.is_stable = False  # a stable answer of this scene has been drawn
         self.is_pending = True  # no answer to this scene has come
         self.choose_pace = True
-        self.shapes = Shapes.at_rest(state.scene.beam, state.case.options["plane"])
+        self.shapes = SampledModes.at_rest(state.scene.beam, state.case.options["plane"])
 
     def show(self, state: State, answer: SolverAnswer | None) -> None:
         """Draw an answer. Until it is the one to the case of the state, the camera and the pace
@@ -97,21 +96,23 @@ class SceneView:
             self.shapes, self.is_stable = answer.shapes, True
         elif not self.is_stable:
             beam = answer.beam or self.opened.beam
-            self.shapes = Shapes.at_rest(beam, answer.request.options["plane"])
+            self.shapes = SampledModes.at_rest(beam, answer.request.options["plane"])
 
     def draw(self, *, settled: bool) -> None:
         """Draw the scene, or all modes in its place, and the beam compared with."""
         view, self.scale = self.state.view, self.camera.scale
         self.comparison.draw(self.shapes, self.clock, self.shown_modes, self.scale)
         self.scene.height = self.comparison.heights[0]
-        self.scene.show(self.shapes, view, self.shown_modes, words=self.warning, seen=self.seen)
+        self.scene.show(
+            self.shapes, view, self.shown_modes, warning=self.warning, motion=self.motion
+        )
         together = view.all_modes and len(self.shapes.modes) > 0 and not self.warning
-        self.scene.stage.visible = not together
+        self.scene.frame.visible = not together
         if together:
             self.all_modes.show(self.shapes, view, self.scale)
         else:
             self.all_modes.hide()
-        levels = heights(self.all_modes.count) or self.comparison.heights
+        levels = stacked_heights(self.all_modes.count) or self.comparison.heights
         self.camera.given = self.state.camera
         self.camera.look_at(self.shapes, view.rotating_frame, levels, settled=settled)
 
@@ -119,7 +120,7 @@ class SceneView:
         """Move everything to where the clock is, `time` [T*] later than before."""
         if self.run_up.driven:
             moved = self.run_up.displacement(time, self.shapes.beam.gamma)
-            moved = between(self.shapes.x, moved, self.scene.shapes.x)
+            moved = interpolate(self.shapes.x, moved, self.scene.shapes.x)
             self.scene.displace(moved, self.largest, self.clock.angle)
         else:
             self.scene.move(self.clock.phases, self.amplitudes, self.clock.angle)
@@ -167,12 +168,12 @@ class SceneView:
         return colours.colour_range(self.shapes, view.colouring, self.amplitudes)
 
     @property
-    def seen(self) -> Seen:
+    def motion(self) -> DrawnMotion:
         """For what the beam is divided."""
         colouring = self.state.view.colouring
         if self.run_up.driven:
-            return Seen(self.run_up.field[None], self.scale, colouring, self.largest)
-        return Seen.of(self.shapes, self.amplitudes, colouring, self.scale)
+            return DrawnMotion(self.run_up.field[None], self.scale, colouring, self.largest)
+        return DrawnMotion.of(self.shapes, self.amplitudes, colouring, self.scale)
 
     @property
     def amplitudes(self) -> np.ndarray:

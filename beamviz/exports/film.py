@@ -1,66 +1,152 @@
-"""A scene in motion as a film: a seamless loop of whole periods."""
+"""Encoders of films: GIF and WebP by Pillow, MP4 by ffmpeg."""
 
-from collections.abc import Callable, Iterable, Iterator
+import contextlib
+import itertools
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import IO, NamedTuple
 
 import numpy as np
+from PIL import Image
 
-from beamviz.beam import check_float, check_int
-from beamviz.errors import InvalidInput
-from beamviz.exports.encoders import ENCODERS
-from beamviz.exports.loop import Loop, looped
-from beamviz.exports.renderer import opaque, studio
-from beamviz.exports.screenshot import PIXELS
-from beamviz.exports.solved_scene import Direction, Shot
-from beamviz.files import check_suffix, replaced
-from beamviz.scene import Scene
+from beamviz.errors import InvalidInput, Unavailable
+from beamviz.signals import defer_signals
 
-FRAME_RATES = (5.0, 50.0)  # [1/s]; a GIF cannot be faster
-MAX_FRAMES = 1000
-
-Progress = Callable[[int], Iterable[int]]
+NO_FFMPEG = (
+    "no ffmpeg found, which MP4 needs: pip install imageio-ffmpeg (.webp and .gif need nothing)"
+)
+COMMON_COLOURS = 96  # of the 256 of a GIF, chosen by area
+COARSE = 0xF8  # mask of a colour channel: smaller differences count as the same colour
+Frames = Iterator[np.ndarray]  # each (height, width, 3), bytes
 
 
-def animate(
-    path: str | Path,
-    scene: Scene,
-    width: int = 800,
-    height: int = 450,
-    fps: float = 25.0,
-    periods: int | None = None,
-    direction: Direction | None = None,
-    zoom: float = 1.0,
-    progress: Progress = range,
-) -> Loop:
-    """Write a scene as a film that ends where it began: .gif, .webp or .mp4, by its ending.
+class Encoder(NamedTuple):
+    """A film format.
 
-    fps: frames in a second, or nearly so (a GIF counts in hundredths of a second); periods: of the
-    first mode shown, where the shortest film that closes is not wanted; direction, zoom: where to
-    look from, in place of the camera of the scene; progress: counts the frames up to a number as
-    they are drawn. Raises InvalidInput, Unavailable, and what `solve` raises; the file is either
-    complete or untouched.
+    check(width, height): raises where the film cannot be written; write(file, frames, fps,
+    sample): writes it; sample: number of frames, spread over the film, that `write` needs first;
+    tick: unit [ms] in which the format counts the duration of a frame, 0 for any.
     """
-    path = Path(path)
-    encoder = ENCODERS[check_suffix(path, tuple(ENCODERS))]
-    size = check_int("width", width, *PIXELS), check_int("height", height, *PIXELS)
-    fps = encoder.rate(check_float("fps", fps, *FRAME_RATES))
-    encoder.check(*size)
-    periods = None if periods is None else check_int("periods", periods, 1, MAX_FRAMES)
-    with replaced(path) as file:
-        shot = Shot.of(scene, direction, zoom)
-        loop = looped(shot, periods)
-        count = round(loop.seconds * fps)
-        if count > MAX_FRAMES:
-            raise InvalidInput(
-                f"the film has {count} frames: must be at most {MAX_FRAMES}; ask for fewer"
-                " periods, a lower fps or a higher pace"
-            )
-        with studio(shot, *size) as picture:
 
-            def frames(numbers: Iterable[int]) -> Iterator[np.ndarray]:
-                for k in numbers:
-                    yield opaque(picture(loop.moment(k / count)), scene.view)
+    check: Callable[[int, int], None]
+    write: Callable[[Path, Frames, float, list[np.ndarray]], None]
+    sample: int = 0
+    tick: int = 0
 
-            sample = frames(np.linspace(0, count, encoder.sample, endpoint=False).astype(int))
-            encoder.write(file, frames(progress(count)), fps, list(sample))
-    return loop
+    def nearest_rate(self, fps: float) -> float:
+        """The frame rate nearest to `fps` that the format can have."""
+        if not self.tick:
+            return fps
+        return 1000 / (self.tick * round(1000 / fps / self.tick))
+
+
+def write_gif(file: Path, frames: Frames, fps: float, sample: list[np.ndarray]) -> None:
+    """A GIF with one palette for all frames, so that nothing flickers."""
+    palette = gif_palette(np.concatenate(sample))
+    pictures = (
+        Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE)
+        for frame in frames
+    )
+    save_with_pillow(file, "GIF", pictures, fps, disposal=1)
+
+
+def write_webp(file: Path, frames: Frames, fps: float, sample: list[np.ndarray]) -> None:
+    """A WebP film in full colour."""
+    save_with_pillow(file, "WEBP", map(Image.fromarray, frames), fps, quality=85, method=3)
+
+
+def save_with_pillow(
+    file: Path, kind: str, pictures: Iterator[Image.Image], fps: float, **options: int
+) -> None:
+    """Write pictures as one looping film."""
+    duration = round(1000 / fps)  # [ms]
+    next(pictures).save(
+        file, kind, save_all=True, append_images=pictures, duration=duration, loop=0, **options
+    )
+
+
+def gif_palette(picture: np.ndarray) -> Image.Image:
+    """256 colours for a picture (h, w, 3): the background exactly, some by the area they cover, the
+    others by the distinct colours, or the ground would leave none for the beam."""
+    distinct = np.unique(picture.reshape(-1, 3) & COARSE, axis=0)[None]
+    colours, counts = np.unique(picture.reshape(-1, 3), axis=0, return_counts=True)
+    entries: list[int] = colours[counts.argmax()].tolist()
+    for pixels, count in ((picture, COMMON_COLOURS), (distinct, 255 - COMMON_COLOURS)):
+        reduced = Image.fromarray(pixels).quantize(count, dither=Image.Dither.NONE)
+        entries += (reduced.getpalette() or [])[: 3 * count]
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(entries)
+    return palette
+
+
+def write_mp4(file: Path, frames: Frames, fps: float, sample: list[np.ndarray]) -> None:
+    """H.264 in the pixel format and colour space that every player supports."""
+    first = next(frames)
+    size = f"{first.shape[1]}x{first.shape[0]}"
+    source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size, "-r", f"{fps:g}", "-i", "-"]
+    tags = ("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709")
+    command = [
+        *(ffmpeg(), "-v", "error", "-y", *source),
+        *("-vf", "scale=out_color_matrix=bt709", "-c:v", "libx264", "-crf", "16"),
+        *("-pix_fmt", "yuv420p", *tags, "-movflags", "+faststart", "-f", "mp4", str(file)),
+    ]
+    with tempfile.TemporaryFile() as errors, run_encoder(command, errors) as process:
+        assert process.stdin
+        with contextlib.suppress(BrokenPipeError), process.stdin as pipe:  # reported below
+            for frame in itertools.chain([first], frames):
+                pipe.write(frame.tobytes())
+        if process.wait():
+            errors.seek(0)
+            lines = errors.read().decode(errors="replace").strip().splitlines()
+            raise OSError(lines[-1] if lines else f"{command[0]} failed")
+
+
+@contextlib.contextmanager
+def run_encoder(command: list[str], errors: IO[bytes]) -> Iterator[subprocess.Popen]:
+    """A program that reads its stdin; killed at the end if it still runs."""
+    with defer_signals():
+        process = subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=errors,
+            start_new_session=True,  # Ctrl-C is handled by this process
+        )
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+def check_mp4(width: int, height: int) -> None:
+    """Unavailable without ffmpeg, InvalidInput for an odd size."""
+    ffmpeg()
+    for name, pixels in (("width", width), ("height", height)):
+        if pixels % 2:
+            raise InvalidInput(f"{name} = {pixels}: must be even for MP4")
+
+
+def ffmpeg() -> str:
+    """The path of ffmpeg: of imageio-ffmpeg, or of the system; else Unavailable."""
+    with contextlib.suppress(ImportError, RuntimeError):
+        import imageio_ffmpeg
+
+        return str(imageio_ffmpeg.get_ffmpeg_exe())
+    if found := shutil.which("ffmpeg"):
+        return found
+    raise Unavailable(NO_FFMPEG)
+
+
+def accept_any_size(width: int, height: int) -> None:
+    """Pillow takes every size."""
+
+
+ENCODERS = {
+    ".gif": Encoder(accept_any_size, write_gif, sample=6, tick=10),
+    ".webp": Encoder(accept_any_size, write_webp, tick=1),
+    ".mp4": Encoder(check_mp4, write_mp4),
+}

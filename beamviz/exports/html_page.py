@@ -1,7 +1,9 @@
-"""A scene as one HTML file that plays without a network: the film in 3D, its loci, its modes."""
+"""HTML: tables of numbers, and a scene as one file that plays without a network."""
 
 import io
+import math
 import re
+from collections.abc import Collection, Iterable, Sequence
 from html import escape
 from pathlib import Path
 
@@ -9,37 +11,93 @@ from matplotlib import rc_context
 
 from beamviz.beam import PARAMETERS
 from beamviz.drawing import camera
+from beamviz.drawing.text import frequencies, rounded_to_error
 from beamviz.errors import BeamvizError
-from beamviz.exports.html_tables import solution_table
-from beamviz.exports.loop import looped
-from beamviz.exports.renderer import Set
-from beamviz.exports.solved_scene import Moment, Shot
+from beamviz.exports.renderer import DrawnScene
+from beamviz.exports.solved_scene import Moment, SolvedScene, find_loop
 from beamviz.frequency_loci import Loci
 from beamviz.frequency_loci.chart_range import loci_around
 from beamviz.plotting.loci import draw_chart
 from beamviz.plotting.style import STYLE as CHART_STYLE
 from beamviz.scene import Scene
 from beamviz.server import run_server
+from beamviz.solver import Solution
+
+HEAD = "font-weight:500;vertical-align:bottom"
+MARKED = "background:rgba(204,60,140,.14)"
+TIME = "T* = √(ρ A L⁴ / E I), the time unit of the beam"
+
+
+def table(
+    name: str,
+    heads: Sequence[str],
+    rows: Iterable[Sequence[object]],
+    caption: str = "",
+    marked: Collection[int] = (),
+) -> str:
+    """A table of numbers, called `name` for those who hear the page; rows (from 0) may be
+    marked."""
+    title = f'<caption style="text-align:left;opacity:.8">{caption}</caption>' if caption else ""
+    return (
+        f'<table aria-label="{name}" style="width:calc(100% - 1.5em);margin:.2em .75em .4em;'
+        "border-collapse:collapse;font-size:.8em;font-variant-numeric:tabular-nums;"
+        f'line-height:1.6;text-align:right">{title}<tr style="opacity:.65;line-height:1.3">'
+        + "".join(f'<th style="{HEAD}">{head}</th>' for head in heads)
+        + "</tr>"
+        + "".join(line(cells, k in marked) for k, cells in enumerate(rows))
+        + "</table>"
+    )
+
+
+def line(cells: Sequence[object], marked: bool) -> str:
+    """A row of a table."""
+    style = f' style="{MARKED}"' if marked else ""
+    return f"<tr{style}>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+
+
+def solution_table(solution: Solution, shown: list[int]) -> str:
+    """The modes: number, label, kind, frequency, error; the ones shown are marked."""
+    across = frequencies(solution.beam.units)
+    heads = ["", "mode", "kind", f'<span title="{TIME}">{across.label}</span>', "error"]
+    rows = [mode_row(solution, k) for k in range(len(solution.labels))]
+    return table("modes", heads, rows, marked=shown)
+
+
+def mode_row(solution: Solution, k: int) -> list[str]:
+    """One mode of the table, in the units of its beam."""
+    cells = [str(k + 1), f"<b>{solution.labels[k]}</b>", solution.families[k]]
+    units = solution.beam.units
+    if math.isfinite(solution.frequencies[k]):
+        factor = frequencies(units).factor
+        error = factor * solution.errors[k]
+        cells += [rounded_to_error(factor * solution.frequencies[k], error), f"{error:.0e}"]
+    else:
+        second, unit = (units.time, "s") if units else (1.0, "T*")
+        rate = f"{solution.growth_rates[k] / second:.4g} t/{unit}"
+        grows = f'grows e<sup style="line-height:0">{rate}</sup>'
+        cells += [grows, f"{solution.errors[k] / second:.0e}"]
+    return cells
+
 
 FRAME_RATE = 30.0  # [1/s]
 MAX_FRAMES = 360
 
 
-def write_html(file: Path, shot: Shot) -> None:
+def write_html(file: Path, solved: SolvedScene) -> None:
     """The page of viser, which holds all it needs, with the recorded film and a panel of ours."""
-    view = shot.scene.view
+    view = solved.scene.view
     with run_server() as server:
-        aside = panel(shot)
-        fitted = camera.fitted(shot.shapes, view.rotating_frame, 1.0)
-        camera.place(server.initial_camera, shot.scene.camera or fitted)
-        stage, recorder = Set(server.scene, shot), server.get_scene_serializer()
-        for moment, seconds in moments(shot):
+        aside = panel(solved)
+        fitted = camera.fitted(solved.shapes, view.rotating_frame, 1.0)
+        camera.place(server.initial_camera, solved.scene.camera or fitted)
+        stage, recorder = DrawnScene(server.scene, solved), server.get_scene_serializer()
+        for moment, seconds in moments(solved):
             stage.move(moment)
             recorder.insert_sleep(seconds)
         page = recorder.as_html(dark_mode=view.dark)
     head, body = page.index("</head>"), page.rindex("</body>")
     mode = "dark" if view.dark else "light"
-    title = f"<title>beamviz: {escape(heading(shot.scene))}</title>"
+    title = f"<title>beamviz: {escape(heading(solved.scene))}</title>"
     top = re.sub("<title>.*?</title>", title, page[:head])  # of two, browsers take the first
     file.write_text(
         f"{top}<style>{STYLE}</style>{page[head:body]}"
@@ -47,25 +105,25 @@ def write_html(file: Path, shot: Shot) -> None:
     )
 
 
-def moments(shot: Shot) -> list[tuple[Moment, float]]:
+def moments(solved: SolvedScene) -> list[tuple[Moment, float]]:
     """The film with the seconds that each of its moments stays."""
-    if shot.words:
-        return [(shot.moment(0.0), 1.0)]
-    loop = looped(shot)
+    if solved.warning:
+        return [(solved.moment(0.0), 1.0)]
+    loop = find_loop(solved)
     count = min(round(loop.seconds * FRAME_RATE), MAX_FRAMES)
     return [(loop.moment(k / count), loop.seconds / count) for k in range(count)]
 
 
-def panel(shot: Shot) -> str:
+def panel(solved: SolvedScene) -> str:
     """What is seen, its modes as a table, and the loci around it."""
-    scene = shot.scene
-    words = f"<p class=wrong>{escape(shot.words)}</p>" if shot.words else ""
+    scene = solved.scene
+    words = f"<p class=wrong>{escape(solved.warning)}</p>" if solved.warning else ""
     model = ", ".join(f"{key} {value}" for key, value in unusual(scene).items())
     return (
         f"<h1>{escape(heading(scene))}</h1>"
         + (f"<p>{escape(model)}</p>" if model else "")
         + words
-        + solution_table(shot.solution, shot.shown)
+        + solution_table(solved.solution, solved.shown)
         + chart(scene)
         + f"<details><summary>The scene as a file</summary><pre>{escape(scene.to_toml())}</pre>"
         "</details>"

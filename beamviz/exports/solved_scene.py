@@ -1,54 +1,60 @@
-"""A saved scene, solved: what a picture or a film shows at any moment."""
+"""A scene with its solution, drawn in any viser scene at any moment, and the loop of its film."""
 
 import math
 from dataclasses import dataclass
 from typing import NamedTuple, Self
 
 import numpy as np
+from viser import SceneApi
 
 from beamviz.beam import check_float
 from beamviz.drawing import camera
-from beamviz.drawing.all_modes import heights
-from beamviz.drawing.modes import Shapes, amplitudes
-from beamviz.drawing.subdivision import SCALE, Seen
+from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion
+from beamviz.drawing.beam_view import AllModesView, BeamView, stacked_heights
+from beamviz.drawing.modes import SampledModes, amplitudes, playback_rate
+from beamviz.drawing.text import stability_warning
 from beamviz.errors import InvalidInput
-from beamviz.messages import stability_warning
 from beamviz.scene import Camera, Scene
 from beamviz.solver import Solution, solve
 
 Direction = tuple[float, float, float]
 ZOOMS = (0.1, 100.0)
-STEEP = 1e-3  # from straight above, y is up in the picture
+MIN_SLOPE = 1e-3  # of a direction against the axis: straight from above, y is up in the picture
+MAX_TITLE = 0.065  # [lengths of the beam] height of a title between two of all modes
+MAX_CHANGE = 0.05  # relative change of a motion's rate that is not noticed
+MAX_SECONDS = 10.0  # of a loop, unless one period takes longer
+GROUND_SYMMETRY = 4  # the ground looks the same after a quarter turn
+ROTATION = "rotation"
 
 
 class Moment(NamedTuple):
-    """Phase (m,) [rad] of every mode, and the angle [rad] by which the hub has turned."""
+    """Phase (m,) [rad] of every mode, and the angle [rad] by which the hub has rotated."""
 
     phases: np.ndarray
     angle: float
 
 
 @dataclass(frozen=True)
-class Shot:
-    """A scene with its solution. Time runs in T* from a moment at which every mode has its
-    largest displacement; `words` say what is wrong with the equilibrium, if anything is."""
+class SolvedScene:
+    """A scene with its solution. At time 0 [T*] every mode has its largest displacement; `warning`
+    describes an unstable equilibrium, "" for a stable one; direction, zoom: replace its camera."""
 
     scene: Scene
     solution: Solution
-    shapes: Shapes
-    words: str
+    shapes: SampledModes
+    warning: str
     direction: Direction | None = None
     zoom: float = 1.0
 
     @classmethod
     def of(cls, scene: Scene, direction: Direction | None = None, zoom: float = 1.0) -> Self:
-        """Solve a scene; raises what `solve` raises. direction, zoom: where to look from to the
-        middle of the scene, in place of its camera."""
+        """Solve a scene; raises InvalidInput and the errors of `solve`."""
         if direction and not any(direction):
             raise InvalidInput("from = 0,0,0: must be a direction")
         zoom = check_float("zoom", zoom, *ZOOMS)
         solution = solve(scene.beam, **scene.solver_options)
-        return cls(scene, solution, Shapes.sampled(solution), stability_warning(solution), direction, zoom)
+        sampled = SampledModes.sampled(solution)
+        return cls(scene, solution, sampled, stability_warning(solution), direction, zoom)
 
     @property
     def amplitudes(self) -> np.ndarray:
@@ -56,60 +62,186 @@ class Shot:
         return amplitudes(self.scene.view, len(self.shapes.modes))
 
     @property
+    def all_modes(self) -> bool:
+        """Whether every mode is drawn in a row of its own."""
+        return self.scene.view.all_modes and not self.warning
+
+    @property
     def shown(self) -> list[int]:
-        """The modes (from 0) in the picture."""
+        """The modes (0-based) in the picture."""
         if self.all_modes:
             return list(range(len(self.shapes.modes)))
         return np.flatnonzero(self.amplitudes).tolist()
 
     def moment(self, time: float) -> Moment:
-        """The scene at a time."""
-        turned = time * np.nan_to_num(self.shapes.frequencies)
-        return Moment(math.pi / 2 + turned, time * self.scene.beam.gamma)
+        """The scene at a time [T*]."""
+        phases = math.pi / 2 + time * np.nan_to_num(self.shapes.frequencies)
+        return Moment(phases, time * self.scene.beam.gamma)
 
     def time(self, phase: float) -> float:
-        """The time at which the first mode shown is at `phase`, in cycles: 0.25 is time 0."""
+        """The time [T*] at which the first mode shown is at `phase` [periods]; 0.25 is time 0."""
         shown = self.shapes.frequencies[self.shown]
-        moving = shown[np.isfinite(shown) & (shown > 0)]
-        return (phase - 0.25) * 2 * math.pi / moving[0] if len(moving) else 0.0
-
-    @property
-    def all_modes(self) -> bool:
-        """Whether every mode has a picture of its own."""
-        return self.scene.view.all_modes and not self.words
+        vibrating = shown[np.isfinite(shown) & (shown > 0)]
+        return (phase - 0.25) * 2 * math.pi / vibrating[0] if len(vibrating) else 0.0
 
     def camera(self, aspect: float) -> Camera:
-        """Where to look from in a picture with width / height = `aspect`."""
+        """The camera of a picture with width / height = `aspect`."""
         given = self.scene.camera
         if given and not self.direction:
-            away = np.subtract(given.position, given.look_at) / self.zoom
-            return Camera((given.look_at + away).tolist(), given.look_at)
-        levels = heights(len(self.shapes.modes)) if self.all_modes else (0.0,)
-        rotating_frame = self.scene.view.rotating_frame
-        position = camera.viewpoint(
-            self.shapes, rotating_frame, aspect, 0.0, levels, self.from_above()
-        )
-        return Camera((position * (1 + self.reach) / self.zoom).tolist())
+            offset = np.subtract(given.position, given.look_at) / self.zoom
+            return Camera((given.look_at + offset).tolist(), given.look_at)
+        heights = stacked_heights(len(self.shapes.modes)) if self.all_modes else (0.0,)
+        rotating = self.scene.view.rotating_frame
+        direction = tilted(self.direction) if self.direction else None
+        position = camera.viewpoint(self.shapes, rotating, aspect, 0.0, heights, direction)
+        return Camera((position * (1 + self.axial_reach) / self.zoom).tolist())
 
     def scale(self, width: int, height: int) -> float:
-        """Pixels that a length of the beam takes in a picture."""
+        """Pixels per length of the beam in a picture."""
         view = self.camera(width / height)
-        away = float(np.linalg.norm(np.subtract(view.position, view.look_at)))
-        return camera.scale(away, height)
+        return camera.scale(math.dist(view.position, view.look_at), height)
 
-    def seen(self, scale: float = SCALE) -> Seen:
-        """What a picture shows of the beam."""
-        return Seen.of(self.shapes, self.amplitudes, self.scene.view.colouring, scale)
+    def motion(self, scale: float = DEFAULT_SCALE) -> DrawnMotion:
+        """The motion that the beam is subdivided for, at `scale` pixels per length of the beam."""
+        return DrawnMotion.of(self.shapes, self.amplitudes, self.scene.view.colouring, scale)
 
     @property
-    def reach(self) -> float:
-        """How far the beam gets out along itself, in lengths of the beam."""
-        sizes = np.minimum(self.amplitudes, self.shapes.limits)
-        return float(sizes @ np.abs(self.shapes.modes[:, :, 0]).max(axis=1))
+    def axial_reach(self) -> float:
+        """The largest displacement drawn along the beam, in lengths of the beam."""
+        drawn = np.minimum(self.amplitudes, self.shapes.limits)
+        return float(drawn @ np.abs(self.shapes.modes[:, :, 0]).max(axis=1))
 
-    def from_above(self) -> Direction | None:
-        """The direction to look from, never quite along the axis."""
-        if self.direction is None:
-            return None
-        x, y, z = self.direction
-        return (x, y if math.hypot(x, y) > STEEP * abs(z) else -STEEP * abs(z), z)
+
+def tilted(direction: Direction) -> Direction:
+    """A direction that is never quite along the axis of rotation."""
+    x, y, z = direction
+    return (x, y if math.hypot(x, y) > MIN_SLOPE * abs(z) else -MIN_SLOPE * abs(z), z)
+
+
+class DrawnScene:
+    """A solved scene drawn in a viser scene, at `scale` pixels per length of the beam; texts in
+    letters of `letter_height` [lengths of the beam], where one is given (letters of screen size
+    would fit the browser's window and not the picture)."""
+
+    def __init__(
+        self,
+        api: SceneApi,
+        solved: SolvedScene,
+        scale: float = DEFAULT_SCALE,
+        letter_height: float | None = None,
+    ):
+        self.solved, self.view = solved, BeamView(api)
+        self.rows = AllModesView(api) if solved.all_modes else None
+        shapes, view = solved.shapes, solved.scene.view
+        self.view.show(
+            shapes, view, solved.shown, warning=solved.warning, motion=solved.motion(scale)
+        )
+        self.view.frame.visible = not self.rows
+        labels = [self.view.warning]
+        if self.rows:
+            self.rows.show(shapes, view, scale)
+            labels += [row.title for row in self.rows.rows]
+        if letter_height:
+            for label in labels:
+                label.font_size_mode = "scene"
+                label.font_scene_height = min(letter_height, MAX_TITLE if self.rows else math.inf)
+
+    def move(self, moment: Moment) -> None:
+        """Draw everything at a moment."""
+        self.view.move(moment.phases, self.solved.amplitudes, moment.angle)
+        if self.rows:
+            self.rows.move(moment.phases, self.solved.scene.view.amplitude, moment.angle)
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A film in which every motion completes whole cycles.
+
+    seconds: its length; periods: of the first motion; phases (m,) and angle [rad]: the advance of
+    every mode and of the hub; changes: relative change of each motion's rate that closes the film,
+    by name (-1: it stands still).
+    """
+
+    seconds: float
+    periods: int
+    phases: np.ndarray
+    angle: float
+    changes: dict[str, float]
+
+    def moment(self, part: float) -> Moment:
+        """The scene when a part (0 .. 1) of the film has passed."""
+        return Moment(math.pi / 2 + part * self.phases, part * self.angle)
+
+    @property
+    def note(self) -> str:
+        """The changes as a sentence, or ""."""
+        parts = [
+            f"{name} {'stands still' if change == -1 else f'runs {100 * change:+.1f} %'}"
+            for name, change in self.changes.items()
+            if abs(change) > 5e-4
+        ]
+        return f"so that the film closes, {', '.join(parts)}" if parts else ""
+
+
+def find_loop(solved: SolvedScene, periods: int | None = None, *, ground: bool = True) -> Loop:
+    """The shortest film of whole periods of the first mode shown (or of `periods` of them) in which
+    every other motion nearly completes whole cycles; their rates are changed to do so exactly.
+
+    ground: whether a ground that rotates in the rotating frame is drawn. Raises InvalidInput where
+    nothing moves, or an unstable mode is shown.
+    """
+    motions = motion_rates(solved, ground=ground)
+    rates = np.array(list(motions.values()))
+    view, shapes = solved.scene.view, solved.shapes
+    rate = view.pace * playback_rate(shapes.frequencies[solved.shown], solved.scene.beam.gamma)
+    if rate == 0:
+        raise InvalidInput("pace = 0: a film needs a pace above 0")
+    period = 2 * math.pi / rates[0]
+    n = periods or best_periods(rates, max(1, int(MAX_SECONDS * rate / period)))
+    cycles = whole_cycles(rates, n)
+    changes = cycles / (n * rates / rates[0]) - 1
+    advance = dict(zip(motions, 2 * math.pi * cycles, strict=True))
+    symmetry = GROUND_SYMMETRY if view.rotating_frame else 1
+    return Loop(
+        seconds=float(n * period / rate),
+        periods=n,
+        phases=np.array([advance.get(label, 0.0) for label in shapes.labels]),
+        angle=float(advance.get(ROTATION, 0.0) / symmetry),
+        changes=dict(zip(motions, changes.tolist(), strict=True)),
+    )
+
+
+def motion_rates(solved: SolvedScene, *, ground: bool) -> dict[str, float]:
+    """The angular rate [1/T*] at which each motion repeats, by its name."""
+    motions = {}
+    for k in solved.shown:
+        label, frequency = solved.shapes.labels[k], float(solved.shapes.frequencies[k])
+        if not math.isfinite(frequency):
+            raise InvalidInput(
+                f"mode = {k + 1}: {label} does not vibrate but grows (the straight beam is"
+                " unstable), so there is no period to film; choose another mode"
+            )
+        if frequency > 0:
+            motions[label] = frequency
+    rotating, gamma = solved.scene.view.rotating_frame, solved.scene.beam.gamma
+    if gamma > 0 and (ground or not rotating):
+        motions[ROTATION] = gamma * (GROUND_SYMMETRY if rotating else 1)
+    if not motions:
+        raise InvalidInput("nothing moves in this scene: show a mode, or let the beam rotate")
+    return motions
+
+
+def best_periods(rates: np.ndarray, most: int) -> int:
+    """The smallest number of periods of the first of `rates`, up to `most`, in which all rates
+    change by at most MAX_CHANGE, or else the number with the smallest change."""
+    tried = np.arange(1, most + 1)
+    changes = [
+        np.abs(whole_cycles(rates, int(n)) / (n * rates / rates[0]) - 1).max() for n in tried
+    ]
+    good = tried[np.array(changes) <= MAX_CHANGE]
+    return int(good[0] if len(good) else tried[np.argmin(changes)])
+
+
+def whole_cycles(rates: np.ndarray, n: int) -> np.ndarray:
+    """The nearest whole number of cycles of every motion during n periods of the first."""
+    return np.rint(n * rates / rates[0])

@@ -222,15 +222,15 @@ def test_a_browser_is_put_away_whenever_the_signal_comes(tmp_path):
 HASTY = """
 import signal, sys
 from beamviz.signals import Terminated, terminate_on_signal
-from beamviz.exports import browser
+from beamviz.exports import renderer
 
 def hasty(*given):
     signal.raise_signal(signal.SIGTERM)
-    put_away(*given)
+    end_browser(*given)
 
-put_away, browser.put_away = browser.put_away, hasty
+end_browser, renderer.end_browser = renderer.end_browser, hasty
 try:
-    with terminate_on_signal(), browser.opened(browser.found_browser(), "about:blank"):
+    with terminate_on_signal(), renderer.open_browser(renderer.find_browser(), "about:blank"):
         pass
 except Terminated as end:
     sys.exit(end.code)

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 
 from beamviz.beam import Beam
 from beamviz.drawing import colours
-from beamviz.drawing.modes import Clock, Shapes, axial_strain, fitted_rate, largest_strain
+from beamviz.drawing.modes import Clock, SampledModes, axial_strain, largest_strain, playback_rate
 from beamviz.solver import solve
 
 # Motion
@@ -20,7 +20,7 @@ from beamviz.solver import solve
 def test_a_quarter_of_a_period_shows_the_mode_itself():
     """Displacement is the solver's shape, scaled to the amplitude; nothing at phase 0."""
     solution = solve(PAPER)
-    shapes = Shapes.sampled(solution)
+    shapes = SampledModes.sampled(solution)
     for k in range(3):
         shape = solution.shape(k, shapes.x)
         scaled = 0.15 * shape / np.linalg.norm(shape, axis=1).max()
@@ -66,10 +66,10 @@ def test_phases_go_on_when_frequencies_change():
 
 def test_the_pace_shows_the_slowest_and_does_not_blur_the_fastest():
     """At the fitted pace a swing takes 0.6 s or more and, alone, 2.5 s; a turn 1.5 s or more."""
-    assert 2 * math.pi / 3.5 / fitted_rate(np.array([3.5]), 0.0) == pytest.approx(2.5)
-    both = fitted_rate(np.array([3.5, 200.0]), 0.0)
+    assert 2 * math.pi / 3.5 / playback_rate(np.array([3.5]), 0.0) == pytest.approx(2.5)
+    both = playback_rate(np.array([3.5, 200.0]), 0.0)
     assert 2 * math.pi / 200 / both == pytest.approx(0.6)
-    assert 2 * math.pi / 200 / fitted_rate(np.array([3.5]), 200.0) == pytest.approx(1.5)
+    assert 2 * math.pi / 200 / playback_rate(np.array([3.5]), 200.0) == pytest.approx(1.5)
     clock = Clock(rate=0.1)
     clock.fit(np.array([22.0]), 0.0, keep=True)
     assert clock.rate == 0.1
@@ -82,7 +82,7 @@ def test_signs_do_not_flip_while_a_slider_moves():
     shapes = sampled(Beam(alpha=1, beta=0.5))
     for gamma in np.linspace(0.5, 30, 60):
         shapes, before = (
-            Shapes.sampled(solve(Beam(alpha=1, beta=0.5, gamma=gamma)), shapes),
+            SampledModes.sampled(solve(Beam(alpha=1, beta=0.5, gamma=gamma)), shapes),
             shapes,
         )
         for new, old in zip(shapes.modes, before.modes, strict=True):
@@ -94,7 +94,7 @@ def test_signs_follow_a_flipped_picture():
     """The sign of a mode is free: it is taken from the picture before."""
     shapes = sampled()
     flipped = replace(shapes, modes=-shapes.modes)
-    assert np.allclose(Shapes.sampled(solve(PAPER), flipped).modes, flipped.modes)
+    assert np.allclose(SampledModes.sampled(solve(PAPER), flipped).modes, flipped.modes)
 
 
 def test_with_coriolis_a_point_goes_round():
@@ -110,8 +110,8 @@ def test_with_coriolis_a_point_goes_round():
 def test_signs_survive_switching_coriolis_on_and_off():
     """Real shapes take the sign of complex ones, and the other way round."""
     real = sampled()
-    turning = Shapes.sampled(solve(PAPER, coriolis=True), real)
-    back = Shapes.sampled(solve(PAPER), turning)
+    turning = SampledModes.sampled(solve(PAPER, coriolis=True), real)
+    back = SampledModes.sampled(solve(PAPER), turning)
     assert np.allclose(back.modes[:2], real.modes[:2])
     assert not np.iscomplexobj(back.modes)
 
@@ -119,7 +119,7 @@ def test_signs_survive_switching_coriolis_on_and_off():
 def test_strain_is_that_of_the_equilibrium_plus_that_of_the_motion():
     """At rest f - 1; bending adds none to first order; stretching adds u'."""
     solution = solve(PAPER)
-    shapes = Shapes.sampled(solution)
+    shapes = SampledModes.sampled(solution)
     middle = (shapes.x[:-1] + shapes.x[1:]) / 2
     still = np.zeros_like(shapes.centreline)
     assert np.allclose(axial_strain(shapes, still), solution.equilibrium.stretch(middle) - 1)
@@ -147,7 +147,7 @@ def test_a_large_picture_of_stretching_never_folds():
 def test_marked_nodes_are_those_of_the_solver(coriolis, beam):
     """To the digits that a label shows."""
     solution = solve(beam, coriolis=coriolis)
-    for (x, _), exact in zip(Shapes.sampled(solution).nodes, solution.nodes, strict=True):
+    for (x, _), exact in zip(SampledModes.sampled(solution).nodes, solution.nodes, strict=True):
         assert x == pytest.approx(exact, abs=2e-5)
 
 

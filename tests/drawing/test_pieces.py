@@ -13,12 +13,19 @@ from strategies import beams
 
 from beamviz.beam import Beam
 from beamviz.drawing import camera, colours
-from beamviz.drawing.beam_view import BeamView
-from beamviz.drawing.instances import HIDDEN
-from beamviz.drawing.modes import Shapes, displacement
-from beamviz.drawing.objects import placed
-from beamviz.drawing.overlay_beam import Ghost
-from beamviz.drawing.subdivision import COUNTS, DEVIATION, SCALE, STEP, Seen, counted, cut, density
+from beamviz.drawing.beam_mesh import (
+    DEFAULT_SCALE,
+    DEVIATION,
+    PIECE_COUNTS,
+    STEP,
+    DrawnMotion,
+    piece_count,
+    required_density,
+    subdivide,
+)
+from beamviz.drawing.beam_view import BeamView, OverlayBeam
+from beamviz.drawing.modes import SampledModes, displacement
+from beamviz.drawing.objects import HIDDEN, to_hub_frame
 from beamviz.scene import COLOURINGS, ViewOptions
 from beamviz.server import run_server
 from beamviz.solver import solve
@@ -38,19 +45,19 @@ class Drawn:
         self, beam: Beam, shares: list[float], amplitude: float, colouring: str, **options: Any
     ):
         self.solution = solve(beam, **options)
-        self.shapes = Shapes.sampled(self.solution)
+        self.shapes = SampledModes.sampled(self.solution)
         self.sizes = amplitude * np.array(shares)
         self.eye = camera.viewpoint(self.shapes, True, 16 / 9)
         self.scale = camera.scale(float(np.linalg.norm(self.eye)), HEIGHT)
-        self.seen = Seen.of(self.shapes, self.sizes, colouring, self.scale)
-        self.pieces = cut(self.shapes, self.seen)
+        self.seen = DrawnMotion.of(self.shapes, self.sizes, colouring, self.scale)
+        self.pieces = subdivide(self.shapes, self.seen)
 
     @property
     def need(self) -> float:
         """Pieces it takes."""
-        return float(density(self.shapes, self.seen) @ np.diff(self.shapes.x))
+        return float(required_density(self.shapes, self.seen) @ np.diff(self.shapes.x))
 
-    def exact(self, x: np.ndarray) -> Shapes:
+    def exact(self, x: np.ndarray) -> SampledModes:
         """The solver's own shapes at x, with the signs and sizes of the picture."""
         raw = np.moveaxis(self.solution.displacement(x), 2, 0)
         known = np.moveaxis(self.solution.displacement(self.shapes.x), 2, 0)
@@ -62,11 +69,11 @@ class Drawn:
         modes = factor[:, None, None] * raw
         return replace(self.shapes, x=x, centreline=centreline, modes=modes)
 
-    def projected(self, shapes: Shapes, phase: float) -> np.ndarray:
+    def projected(self, shapes: SampledModes, phase: float) -> np.ndarray:
         """The line (n, 2) of the beam on the screen [pixels], each mode at a phase of its own."""
         phases = phase * (1 + np.arange(len(shapes.modes)) % 3)
         line = shapes.centreline + displacement(shapes, phases, self.sizes)
-        points, _ = placed(shapes, line)
+        points, _ = to_hub_frame(shapes, line)
         axes = camera.axes(self.eye)
         away = (points - camera.target(self.shapes, True) - self.eye) @ axes
         return away[:, :2] / away[:, 2:] * HEIGHT / (2 * math.tan(camera.FIELD_OF_VIEW / 2))
@@ -104,7 +111,7 @@ def test_the_picture_is_as_smooth_as_declared(coriolis, beam, shares, amplitude,
     """On the screen the exact curve is nowhere farther from a piece than a fifth of a pixel, and
     neighbours never differ by more than a fortieth of the colour map."""
     drawn = Drawn(beam, shares, amplitude, colouring, coriolis=coriolis)
-    if drawn.need <= COUNTS[-1]:
+    if drawn.need <= PIECE_COUNTS[-1]:
         assert drawn.deviation() <= 1.3 * DEVIATION  # parts swing nearer to the eye
         assert drawn.steps() <= 1.1 * STEP
 
@@ -121,10 +128,10 @@ def test_half_as_many_pieces_would_show(monkeypatch):
         drawn = Drawn(beam, one, random.uniform(0.05, 0.4), COLOURINGS[k % 2])
         drawn.projected = flat.__get__(drawn)  # type: ignore[method-assign]
         count = len(drawn.pieces.strain)
-        if count > COUNTS[0]:
+        if count > PIECE_COUNTS[0]:
             with monkeypatch.context() as patch:
-                patch.setattr("beamviz.drawing.subdivision.COUNTS", (count // 2,))
-                drawn.pieces = cut(drawn.shapes, drawn.seen)
+                patch.setattr("beamviz.drawing.beam_mesh.PIECE_COUNTS", (count // 2,))
+                drawn.pieces = subdivide(drawn.shapes, drawn.seen)
             assert len(drawn.pieces.strain) == count // 2
             halved.append(max(drawn.deviation() / DEVIATION, drawn.steps() / STEP))
     assert len(halved) > 30
@@ -132,17 +139,17 @@ def test_half_as_many_pieces_would_show(monkeypatch):
     assert np.mean(np.array(halved) > 1) > 0.9
 
 
-def flat(drawn: Drawn, shapes: Shapes, phase: float) -> np.ndarray:
+def flat(drawn: Drawn, shapes: SampledModes, phase: float) -> np.ndarray:
     """The line (n, 2) in its own plane [pixels]."""
     phases = np.full(len(shapes.modes), phase)
     return (shapes.centreline + displacement(shapes, phases, drawn.sizes)) * drawn.scale
 
 
-def count(beam: Beam, mode: int, amplitude: float = 0.15, scale: float = SCALE) -> int:
+def count(beam: Beam, mode: int, amplitude: float = 0.15, scale: float = DEFAULT_SCALE) -> int:
     """Pieces of one mode (0: none)."""
-    shapes = Shapes.sampled(solve(beam))
+    shapes = SampledModes.sampled(solve(beam))
     sizes = amplitude * np.eye(6)[mode][1:]
-    return len(cut(shapes, Seen.of(shapes, sizes, "displacement", scale)).strain)
+    return len(subdivide(shapes, DrawnMotion.of(shapes, sizes, "displacement", scale)).strain)
 
 
 def test_simple_pictures_take_few_pieces():
@@ -150,26 +157,26 @@ def test_simple_pictures_take_few_pieces():
     counts = [count(PAPER, mode) for mode in range(6)]
     assert counts[:3] == [16, 64, 128]
     assert count(PAPER, 5, 0.4) == 256
-    assert count(Beam(), 2, scale=20 * SCALE) > count(Beam(), 2)
+    assert count(Beam(), 2, scale=20 * DEFAULT_SCALE) > count(Beam(), 2)
 
 
-@given(st.floats(5, 256), st.sampled_from((0, *COUNTS)), st.lists(st.floats(0.92, 1.08)))
+@given(st.floats(5, 256), st.sampled_from((0, *PIECE_COUNTS)), st.lists(st.floats(0.92, 1.08)))
 def test_the_count_does_not_flicker(need, before, wobble):
     """It is enough, at most twice the smallest that is; around one need it changes once."""
-    seen = [counted(math.ceil(need), before)]
+    seen = [piece_count(math.ceil(need), before)]
     for part in wobble:
-        wanted = min(math.ceil(need * part), COUNTS[-1])
-        seen.append(counted(wanted, seen[-1]))
-        assert wanted <= seen[-1] < 4 * max(wanted, COUNTS[0])
+        wanted = min(math.ceil(need * part), PIECE_COUNTS[-1])
+        seen.append(piece_count(wanted, seen[-1]))
+        assert wanted <= seen[-1] < 4 * max(wanted, PIECE_COUNTS[0])
     assert np.count_nonzero(np.diff(seen)) <= 1
 
 
 def test_the_count_follows_a_slider_and_rarely():
     """The amplitude up and down again: the pieces get more and fewer, in one step each time."""
-    shapes, seen = Shapes.sampled(solve(PAPER)), [0]
+    shapes, seen = SampledModes.sampled(solve(PAPER)), [0]
     for amplitude in 0.4 * np.sin(np.linspace(0, math.pi, 200)):
-        swing = Seen.of(shapes, amplitude * np.eye(5)[4], "axial strain", SCALE)
-        seen.append(len(cut(shapes, swing, seen[-1]).strain))
+        swing = DrawnMotion.of(shapes, amplitude * np.eye(5)[4], "axial strain", DEFAULT_SCALE)
+        seen.append(len(subdivide(shapes, swing, seen[-1]).strain))
     changes = np.diff(seen[1:])
     assert seen[1] == seen[-1] == 16
     assert max(seen) == 128
@@ -187,7 +194,7 @@ def test_the_mass_lies_where_two_pieces_meet(beam, mode):
 
 def test_the_scene_shows_one_set_of_pieces():
     """When their number changes, both ways, the others have no size."""
-    shapes = Shapes.sampled(solve(PAPER))
+    shapes = SampledModes.sampled(solve(PAPER))
     with run_server() as server:
         scene = BeamView(server.scene)
         for mode in (0, 4, 0, 1):
@@ -201,12 +208,14 @@ def test_the_scene_shows_one_set_of_pieces():
 
 def test_a_ghost_has_the_faces_of_its_vertices():
     """When the number of its pieces changes, both ways."""
-    shapes = Shapes.sampled(solve(PAPER))
+    shapes = SampledModes.sampled(solve(PAPER))
     with run_server() as server:
-        ghost, rings = Ghost(server.scene), []
+        ghost, rings = OverlayBeam(server.scene), []
         for mode in (4, 0, 3):
             sizes = 0.15 * np.eye(5)[mode]
-            ghost.show(shapes, ViewOptions(), [mode], "", Seen.of(shapes, sizes, "displacement"))
+            ghost.show(
+                shapes, ViewOptions(), [mode], "", DrawnMotion.of(shapes, sizes, "displacement")
+            )
             ghost.move(np.full(5, math.pi / 2), sizes, 0.0)
             assert ghost.body.faces.max() + 1 == len(ghost.body.vertices)
             rings.append(len(ghost.body.vertices) // 4)
@@ -216,7 +225,7 @@ def test_a_ghost_has_the_faces_of_its_vertices():
 @given(BEAMS)
 def test_an_equilibrium_is_straight(beam):
     """So its two ends are enough to draw it."""
-    assert not Shapes.sampled(solve(beam)).centreline[:, 1].any()
+    assert not SampledModes.sampled(solve(beam)).centreline[:, 1].any()
 
 
 @given(BEAMS)

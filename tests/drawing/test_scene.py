@@ -11,12 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from beamviz.beam import Beam
-from beamviz.drawing import camera, sizes
+from beamviz.drawing import camera
+from beamviz.drawing.beam_mesh import DrawnMotion
 from beamviz.drawing.beam_view import BeamView
-from beamviz.drawing.instances import HIDDEN
-from beamviz.drawing.modes import Shapes
-from beamviz.drawing.objects import placed
-from beamviz.drawing.subdivision import Seen
+from beamviz.drawing.camera import PageCamera
+from beamviz.drawing.modes import SampledModes
+from beamviz.drawing.objects import HIDDEN, hub_radius, mass_radius, section_size, to_hub_frame
 from beamviz.scene import ViewOptions
 from beamviz.server import run_server
 
@@ -25,30 +25,30 @@ from beamviz.server import run_server
 
 def test_the_beam_is_as_thick_as_its_slenderness_says():
     """h = sqrt(12) / mu in the plane of motion, and thicker only when asked."""
-    assert sizes.section(Beam(mu=70))[0] == pytest.approx(math.sqrt(12) / 70)
-    assert sizes.section(Beam(mu=10000))[0] == pytest.approx(math.sqrt(12) / 10000)
-    assert sizes.section(Beam(mu=10000), thicken=True)[0] == sizes.VISIBLE_THICKNESS
-    assert sizes.section(Beam(mu=10), thicken=True) == sizes.section(Beam(mu=10))
+    assert section_size(Beam(mu=70))[0] == pytest.approx(math.sqrt(12) / 70)
+    assert section_size(Beam(mu=10000))[0] == pytest.approx(math.sqrt(12) / 10000)
+    assert section_size(Beam(mu=10000), thicken=True)[0] == 0.04
+    assert section_size(Beam(mu=10), thicken=True) == section_size(Beam(mu=10))
 
 
 def test_the_volume_of_the_mass_follows_alpha():
     """Eight times the mass is twice as wide; a small one still shows; a large one is no planet."""
-    assert sizes.mass_radius(Beam(alpha=8)) == pytest.approx(2 * sizes.mass_radius(Beam(alpha=1)))
-    assert sizes.mass_radius(Beam(alpha=1e-3)) > sizes.section(Beam())[1] / 2
-    assert sizes.mass_radius(Beam(alpha=100)) < 0.4
+    assert mass_radius(Beam(alpha=8)) == pytest.approx(2 * mass_radius(Beam(alpha=1)))
+    assert mass_radius(Beam(alpha=1e-3)) > section_size(Beam())[1] / 2
+    assert mass_radius(Beam(alpha=100)) < 0.4
 
 
 def test_the_hub_has_the_radius_delta_and_never_vanishes():
     """True to delta on both sides of 0; a small drum at 0."""
-    assert sizes.hub_radius(Beam(delta=1.5)) == 1.5
-    assert sizes.hub_radius(Beam(delta=-1.5)) == 1.5
-    assert sizes.hub_radius(Beam(delta=0)) == sizes.MIN_HUB > 0
+    assert hub_radius(Beam(delta=1.5)) == 1.5
+    assert hub_radius(Beam(delta=-1.5)) == 1.5
+    assert hub_radius(Beam(delta=0)) == 0.05
 
 
 def test_an_inward_beam_points_from_the_rim_to_the_axis():
     """delta = -1: the clamp is at x = -1 on the rim, the tip at the axis."""
-    shapes = Shapes.at_rest(Beam(delta=-1), "chordwise")
-    points, _ = placed(shapes, shapes.centreline)
+    shapes = SampledModes.at_rest(Beam(delta=-1), "chordwise")
+    points, _ = to_hub_frame(shapes, shapes.centreline)
     assert np.allclose(points[0], [-1, 0, 0])
     assert np.allclose(points[-1], [0, 0, 0], atol=1e-12)
 
@@ -59,7 +59,7 @@ def test_an_inward_beam_points_from_the_rim_to_the_axis():
 @given(BEAMS, st.booleans(), st.floats(0.5, 3.0), st.sampled_from([0.0, 0.25]))
 def test_the_beam_is_inside_the_picture_and_fills_it(beam, rotating_frame, aspect, lift):
     """Every corner is inside; the nearest fit touches an edge to within 10 %."""
-    shapes = Shapes.at_rest(beam, "chordwise")
+    shapes = SampledModes.at_rest(beam, "chordwise")
     position = camera.viewpoint(shapes, rotating_frame, aspect, lift)
     seen = (camera.corners(shapes, rotating_frame) - position) @ camera.axes(position)
     tall = math.tan(camera.FIELD_OF_VIEW / 2)
@@ -80,17 +80,17 @@ def test_the_scene_draws_a_beam_and_greys_it():
         scene.show(shapes, ViewOptions(), [1])
         scene.move(np.full(5, np.pi / 2), 0.15 * np.eye(5)[1], angle=0.3)
         drawn = scene.shapes
-        points, _ = placed(drawn, drawn.centreline + single_mode(drawn, 1, 0.25))
+        points, _ = to_hub_frame(drawn, drawn.centreline + single_mode(drawn, 1, 0.25))
         middle = (points[:-1] + points[1:]) / 2
         assert np.allclose(scene.beam.batched_positions, middle, atol=1e-6)
         assert np.allclose(scene.mass.batched_positions, points[[drawn.mass]], atol=1e-6)
         assert len(np.unique(scene.beam.batched_colors, axis=0)) > 20
         assert scene.nodes.labels[0].text == f"B2 node at {shapes.nodes[1][0][0]:.3f}"
-        assert scene.words.visible is False
-        scene.show(shapes, ViewOptions(), [1], words="No equilibrium")
+        assert scene.warning.visible is False
+        scene.show(shapes, ViewOptions(), [1], warning="No equilibrium")
         scene.move(np.full(5, np.pi / 2), 0.15 * np.eye(5)[1], angle=0.3)
         assert len(np.unique(scene.beam.batched_colors, axis=0)) == 1
-        assert bool(scene.words.visible) is not False
+        assert bool(scene.warning.visible) is not False
         assert scene.nodes.labels[0].visible is False
 
 
@@ -102,8 +102,8 @@ def test_labels_of_nodes_can_be_read_and_leave_room():
         for scale in (250.0, 500.0):
             for mode in (1, 4):
                 view = ViewOptions().only(mode)
-                seen = Seen.of(shapes, 0.15 * np.eye(5)[mode], view.colouring, scale)
-                scene.show(shapes, view, [mode], seen=seen)
+                seen = DrawnMotion.of(shapes, 0.15 * np.eye(5)[mode], view.colouring, scale)
+                scene.show(shapes, view, [mode], motion=seen)
                 heights = {tag.font_scene_height for tag in scene.nodes.labels if tag.visible}
                 (height,) = heights
                 assert height * scale == pytest.approx(13) if mode == 1 else height <= 0.0301
@@ -118,9 +118,9 @@ def test_the_frame_of_view_turns_the_hub_or_the_ground():
             scene.show(shapes, ViewOptions(rotating_frame=rotating_frame), [0])
             scene.move(np.zeros(5), np.zeros(5), angle=0.3)
             still, moving = (
-                (scene.wheel, scene.ground.grid)
+                (scene.rotor, scene.ground.grid)
                 if rotating_frame
-                else (scene.ground.grid, scene.wheel)
+                else (scene.ground.grid, scene.rotor)
             )
             assert np.allclose(still.wxyz, [1, 0, 0, 0])
             assert moving.wxyz[3] == pytest.approx(math.sin(-0.15 if rotating_frame else 0.15))
@@ -138,7 +138,7 @@ def test_flapwise_motion_is_out_of_the_plane_of_rotation():
             assert np.abs(scene.beam.batched_positions[:, 3 - axis]).max() == 0
             lengths = scene.beam.batched_scales
             assert lengths is not None
-            assert lengths[0, axis] == pytest.approx(sizes.section(PAPER)[0], rel=1e-6)
+            assert lengths[0, axis] == pytest.approx(section_size(PAPER)[0], rel=1e-6)
 
 
 def test_there_is_no_mass_without_a_mass_and_a_hoop_for_an_inward_beam():
@@ -149,7 +149,7 @@ def test_there_is_no_mass_without_a_mass_and_a_hoop_for_an_inward_beam():
         assert scene.mass.batched_scales is not None
         assert np.allclose(scene.mass.batched_scales, HIDDEN)
         assert (scene.hub.drum.visible, scene.hub.hoop.visible) == (True, False)
-        scene.show(Shapes.at_rest(Beam(delta=-0.5), "chordwise"), ViewOptions(), [])
+        scene.show(SampledModes.at_rest(Beam(delta=-0.5), "chordwise"), ViewOptions(), [])
         assert (scene.hub.drum.visible, scene.hub.hoop.visible) == (False, True)
         inner = np.linalg.norm(scene.hub.hoop.vertices[:, :2], axis=1).min()
         assert inner == pytest.approx(0.5, rel=1e-3)
@@ -159,14 +159,14 @@ def test_a_viewpoint_that_a_page_overtook_is_chosen_again():
     """A page that tells of its old viewpoint while it is sent two others may end with the first
     of them; where a visitor has moved the camera, it stays."""
     view: Any = SimpleNamespace(position=(0, 0, 3), look_at=(0, 0, 0), aspect=1.8, image_height=900)
-    viewing, shapes = Viewing(view, None), Shapes.at_rest(Beam(), "chordwise")
-    viewing.look_at(shapes, True, [0.0], settled=True)
+    page_camera, shapes = PageCamera(view), SampledModes.at_rest(Beam(), "chordwise")
+    page_camera.look_at(shapes, True, [0.0], settled=True)
     wide = view.position, view.look_at
     view.aspect = 1.0
-    assert viewing.reshaped
-    viewing.look_at(shapes, True, [0.0], settled=True)
-    assert not viewing.overtaken
+    assert page_camera.reshaped
+    page_camera.look_at(shapes, True, [0.0], settled=True)
+    assert not page_camera.overtaken
     view.position, view.look_at = wide
-    assert viewing.overtaken
+    assert page_camera.overtaken
     view.position = (1.0, -2.0, 1.0)
-    assert not viewing.overtaken
+    assert not page_camera.overtaken

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from beamviz.beam import Beam
 from beamviz.drawing import beam_mesh as tube
-from beamviz.drawing.modes import Shapes
+from beamviz.drawing import modes
+from beamviz.drawing.modes import SampledModes
 from beamviz.errors import NoEquilibrium
 from beamviz.solver import solve
 
@@ -66,7 +67,7 @@ def rotated(wxyz: np.ndarray, vector: Any) -> np.ndarray:
 def test_stations_follow_curvature_and_hold_the_mass(mass, layer):
     """They rise from 0 to 1, the mass, if not at an end, is one, and a bending layer gets more."""
     x = np.linspace(0, 1, 401)
-    points = tube.stations(x, np.exp(-x / layer), mass)
+    points = modes.stations(x, np.exp(-x / layer), mass)
     assert len(points) == tube.FINE + 1
     assert points[0] == 0
     assert points[-1] == 1
@@ -88,7 +89,7 @@ def test_nothing_is_seen_to_happen_between_stations(plane, alpha, beta, gamma, d
         solution = solve(beam, plane=plane)
     except NoEquilibrium:
         return
-    shapes, x = Shapes.sampled(solution), np.linspace(0, 1, 4001)
+    shapes, x = SampledModes.sampled(solution), np.linspace(0, 1, 4001)
     bends = solution.bending_energy_fraction > 0.5
     exact, there = (solution.displacement(at)[:, 1, bends].T for at in (x, shapes.x))
     across = shapes.modes[bends, :, 1]

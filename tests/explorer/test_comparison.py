@@ -12,9 +12,9 @@ from live.visitor import PAPER, Visitor, visitor
 
 from beamviz.beam import Beam
 from beamviz.drawing import camera
-from beamviz.drawing.all_modes import Multiples, heights, title
-from beamviz.drawing.modes import Clock, Shapes, displacement
-from beamviz.drawing.objects import placed
+from beamviz.drawing.beam_view import AllModesView, stacked_heights, title
+from beamviz.drawing.modes import Clock, SampledModes, displacement
+from beamviz.drawing.objects import to_hub_frame
 from beamviz.explorer.app import explorer
 from beamviz.explorer.features.comparison import (
     CASES,
@@ -33,7 +33,7 @@ from beamviz.server import run_server
 from beamviz.solver import solve
 
 PAPER_CASE = case(PAPER)
-OVERLAY = "/stage/wheel/ghost"
+OVERLAY = "/scene/rotor/overlay"
 ANCF, CORIOLIS, DOUBLE, EFFECTS = CASES
 
 # What is compared
@@ -120,7 +120,7 @@ def test_a_mode_that_is_not_among_the_others_has_a_dash():
 # How it is drawn
 
 
-def drawn(api: Any, *, stacked: bool) -> tuple[Comparison, Shapes, Clock]:
+def drawn(api: Any, *, stacked: bool) -> tuple[Comparison, SampledModes, Clock]:
     """The paper's beam with a comparison of twice the mass."""
     guest: Any = SynchronousVisitor(Scene(PAPER), api)
     guest.change(lambda state: replace(state, comparison=DOUBLE, stacked=stacked))
@@ -142,15 +142,15 @@ def test_both_beams_run_on_one_clock(stacked):
             expected = start + 0.01 * double.frequencies[k]
             assert comparison.clock.phases[k] == pytest.approx(expected)
         assert (comparison.scene if stacked else comparison.overlay) is not None
-        second = comparison.scene.scene if stacked else comparison.overlay  # type: ignore[union-attr]
+        second = comparison.scene if stacked else comparison.overlay  # type: ignore[union-attr]
         shapes = second.shapes  # type: ignore[union-attr]
         moved = displacement(shapes, comparison.clock.phases, 0.15 * np.eye(5)[1])
-        centreline, _ = placed(shapes, shapes.centreline + moved)
+        centreline, _ = to_hub_frame(shapes, shapes.centreline + moved)
         if stacked:
             assert comparison.scene
-            view, middle = comparison.scene.scene, (centreline[:-1] + centreline[1:]) / 2
+            view, middle = comparison.scene, (centreline[:-1] + centreline[1:]) / 2
             assert np.allclose(view.beam.batched_positions, middle, atol=1e-6)
-            assert view.stage.position[2] == max(comparison.heights) == -min(comparison.heights)
+            assert view.frame.position[2] == max(comparison.heights) == -min(comparison.heights)
             assert view.ground.grid.visible is False
         else:
             assert comparison.overlay
@@ -168,38 +168,38 @@ def test_a_comparison_leaves_when_it_is_given_up():
             comparison.draw(main, clock, [1])
             assert comparison.overlay
             assert comparison.scene
-            visible = comparison.overlay.root.visible, comparison.scene.scene.stage.visible
+            visible = comparison.overlay.root.visible, comparison.scene.frame.visible
             assert visible == (False, "stacked" in changes)
         assert comparison.heights == [0.0]
 
 
 def test_small_multiples_show_each_mode_by_itself():
     """Five scenes above each other; in the k-th the beam moves as mode k; titles name them."""
-    shapes = Shapes.sampled(solve(PAPER))
+    shapes = SampledModes.sampled(solve(PAPER))
     with run_server() as server:
-        multiples = Multiples(server.scene)
+        multiples = AllModesView(server.scene)
         multiples.show(shapes, ViewOptions(all_modes=True))
         multiples.move(np.full(5, math.pi / 2), 0.15, 0.0)
-        levels = [part.scene.stage.position[2] for part in multiples.scenes]
-        assert levels == heights(5) == sorted(levels, reverse=True)
-        for k, part in enumerate(multiples.scenes):
-            drawn = part.scene.shapes
+        levels = [part.frame.position[2] for part in multiples.rows]
+        assert levels == stacked_heights(5) == sorted(levels, reverse=True)
+        for k, part in enumerate(multiples.rows):
+            drawn = part.shapes
             moved = displacement(drawn, np.full(5, math.pi / 2), 0.15 * np.eye(5)[k])
-            line, _ = placed(drawn, drawn.centreline + moved)
+            line, _ = to_hub_frame(drawn, drawn.centreline + moved)
             middle = (line[:-1] + line[1:]) / 2
-            assert np.allclose(part.scene.beam.batched_positions, middle, atol=1e-6)
+            assert np.allclose(part.beam.batched_positions, middle, atol=1e-6)
             assert part.title.text == title(shapes, k)
             assert shapes.labels[k] in part.title.text
         multiples.hide()
-        assert not any(part.scene.stage.visible for part in multiples.scenes)
+        assert not any(part.frame.visible for part in multiples.rows)
 
 
 def test_all_scenes_above_each_other_are_inside_the_picture():
     """The highest and the lowest one, in a tall picture and in a wide one."""
-    shapes = Shapes.at_rest(PAPER, "chordwise")
+    shapes = SampledModes.at_rest(PAPER, "chordwise")
     for aspect in (0.6, 2.0):
-        position = camera.viewpoint(shapes, True, aspect, 0.1, heights(5))
-        for height in heights(5):
+        position = camera.viewpoint(shapes, True, aspect, 0.1, stacked_heights(5))
+        for height in stacked_heights(5):
             corners = camera.corners(shapes, True) + [0, 0, height]
             seen = (corners - position) @ camera.axes(position)
             tall = math.tan(camera.FIELD_OF_VIEW / 2)
@@ -227,7 +227,7 @@ def test_comparing_is_chosen_drawn_and_given_up(url):
         guest.says(frequency(PAPER.replace(alpha=2)))
         overlay_is(guest, visible=True)
         guest.choose("drawn", STACKED)
-        guest.wait(lambda _: "/other/wheel/beam" in guest.nodes)
+        guest.wait(lambda _: "/other/rotor/beam" in guest.nodes)
         guest.choose("compare with", CORIOLIS)
         guest.says(frequency(PAPER, coriolis=True))
         guest.choose("compare with", "rubber")
@@ -263,8 +263,8 @@ def test_all_modes_are_shown_and_one_again(url):
     """The button beside the numbers of the modes: five scenes in place of one."""
     with visitor(url) as guest:
         guest.choose("show", "all")
-        guest.wait(lambda _: "/mode 5/wheel/beam" in guest.nodes)
-        guest.wait(lambda _: guest.nodes["/stage"].get("visible") is False)
+        guest.wait(lambda _: "/mode 5/rotor/beam" in guest.nodes)
+        guest.wait(lambda _: guest.nodes["/scene"].get("visible") is False)
         guest.choose("show", "2")
-        guest.wait(lambda _: guest.nodes["/stage"].get("visible") is True)
+        guest.wait(lambda _: guest.nodes["/scene"].get("visible") is True)
         guest.wait(lambda _: guest.nodes["/mode 5"].get("visible") is False)

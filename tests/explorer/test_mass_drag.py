@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 from live.visitor import PAPER, Visitor, visitor
 
 from beamviz.drawing.beam_view import BeamView
-from beamviz.drawing.modes import Shapes
+from beamviz.drawing.modes import SampledModes
 from beamviz.explorer.features.comparison import number
 from beamviz.explorer.features.mass_drag import MassDrag, nearest
 from beamviz.scene import ViewOptions
 from beamviz.server import run_server
 from beamviz.solver import solve
 
-OVERLAY = "/stage/wheel/ghost"
+OVERLAY = "/scene/rotor/overlay"
 unit = st.floats(-1, 1)
 points = st.tuples(unit, unit, unit).map(np.array)
 
@@ -51,7 +51,7 @@ def test_no_line_of_sight_is_no_place():
 @pytest.mark.parametrize("rotating_frame", [True, False])
 def test_a_place_on_the_stretched_beam_is_its_reference_coordinate(rotating_frame):
     """Riding on the hub or beside it, turned: what is seen on the beam is where it is on it."""
-    shapes = Shapes.sampled(solve(PAPER.replace(delta=0.5, gamma=40)))
+    shapes = SampledModes.sampled(solve(PAPER.replace(delta=0.5, gamma=40)))
     with run_server() as server:
         view = BeamView(server.scene)
         view.show(shapes, ViewOptions(rotating_frame=rotating_frame), [0])
@@ -62,7 +62,7 @@ def test_a_place_on_the_stretched_beam_is_its_reference_coordinate(rotating_fram
         for k in (10, 64, 120):
             radius = shapes.beam.delta + shapes.centreline[k, 0]
             direction = np.array([math.cos(turn), math.sin(turn), 0.0])
-            x = drag.distance_along_beam(np.array(view.stage.position) + radius * direction)
+            x = drag.distance_along_beam(np.array(view.frame.position) + radius * direction)
             assert x is not None
             assert drag.beta(x) == pytest.approx(shapes.x[k], abs=1e-3)
 
@@ -72,7 +72,7 @@ def drag(guest: Visitor, phase: str, x: float) -> None:
     guest.send(
         type="SceneNodeDragMessage",
         phase=phase,
-        name="/stage/wheel/mass",
+        name="/scene/rotor/mass",
         instance_index=0,
         start_position=(0.0, 0.0, 0.0),
         start_screen_pos=(0.5, 0.5),
@@ -80,7 +80,7 @@ def drag(guest: Visitor, phase: str, x: float) -> None:
         end_screen_pos=(0.5, 0.5),
         button="left",
         modifier=None,
-        owner=guest.nodes["/stage/wheel/mass"]["owner"],
+        owner=guest.nodes["/scene/rotor/mass"]["owner"],
     )
 
 

@@ -33,9 +33,9 @@ def bodies(name: str, what: str, size: int) -> str:
     }})()"""
 
 
-PIECES = bodies("/stage/wheel/beam", "matricesTexture", 16)
-COLOURS = bodies("/stage/wheel/beam", "colorsTexture", 4)
-COLLARS = bodies("/stage/wheel/nodes", "matricesTexture", 16)
+PIECES = bodies("/scene/rotor/beam", "matricesTexture", 16)
+COLOURS = bodies("/scene/rotor/beam", "colorsTexture", 4)
+COLLARS = bodies("/scene/rotor/nodes", "matricesTexture", 16)
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,7 @@ def shown() -> Iterator[Page]:
     """One page that the tests of this file use in turn; it starts paused at full swing."""
     scene = Scene.of(START, playing=False)
     with explorer(scene) as url, page(url, 1280, 900) as opened:
-        opened.wait(f"{NODES} && {NODES}['/stage/wheel/beam'] && {PIECES}")
+        opened.wait(f"{NODES} && {NODES}['/scene/rotor/beam'] && {PIECES}")
         opened.wait(says(frequency_text(START)))
         settled(opened)
         yield opened
@@ -165,7 +165,7 @@ def test_no_equilibrium_is_said_on_the_page_and_greys_the_beam(shown):
         shown.call("Page.navigate", url=url)
         shown.wait(says("No equilibrium"))
         shown.wait(says("there is one up to γ = 15.71"))
-        shown.wait(f"{NODES} && {NODES}['/stage/wheel/beam'] && {COLOURS}")
+        shown.wait(f"{NODES} && {NODES}['/scene/rotor/beam'] && {COLOURS}")
         settled(shown)
         assert len(np.unique(np.array(shown.wait(COLOURS)).reshape(-1, 4), axis=0)) == 1
     assert shown.problems == []

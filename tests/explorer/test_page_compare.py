@@ -27,7 +27,7 @@ def shown() -> Iterator[Page]:
     """One page, paused at rest: mode 1 with no amplitude."""
     scene = Scene(START, view=ViewOptions(playing=False, shares=(1.0,), amplitude=0.0))
     with explorer(scene) as url, page(url, 1280, 860) as opened:
-        opened.wait(f"!!({NODES} && {NODES}['/stage/wheel/mass'])")
+        opened.wait(f"!!({NODES} && {NODES}['/scene/rotor/mass'])")
         opened.wait("document.body?.innerText.includes('Stable equilibrium')")
         opened.wait("!document.getElementById('root')?.innerText.includes('Connecting')")
         time.sleep(1.0)
@@ -48,7 +48,7 @@ def on_screen(shown: Page, x: float) -> tuple[float, float]:
                 const m = window.__viserMutable;
                 return {{ camera: m.camera, canvas: m.canvas, scene: m.scene }};
               }})();
-              const wheel = {NODES}['/stage/wheel'];
+              const wheel = {NODES}['/scene/rotor'];
               const at = wheel.localToWorld(wheel.position.clone().set({x}, 0, 0)).project(camera);
               const r = canvas.getBoundingClientRect();
               return [r.left + r.width * (1 + at.x) / 2, r.top + r.height * (1 - at.y) / 2];
@@ -82,18 +82,18 @@ def test_the_mass_is_dragged_by_a_mouse(shown):
             shown.wait(there, timeout=10)
             break
     assert shown.evaluate(there)
-    shown.wait(f"{NODES}['/stage/wheel/ghost']?.visible === true")
+    shown.wait(f"{NODES}['/scene/rotor/overlay']?.visible === true")
     assert [problem for problem in shown.problems if KNOWN not in problem] == []
 
 
 def test_all_modes_are_drawn_above_each_other(shown):
     """Five beams, each higher than the next; the one scene is hidden."""
     shown.click(button("all"))
-    shown.wait(f"!!{NODES}['/mode 5'] && {NODES}['/stage'].visible === false")
+    shown.wait(f"!!{NODES}['/mode 5'] && {NODES}['/scene'].visible === false")
     heights = shown.evaluate(f"[1,2,3,4,5].map(k => {NODES}['/mode ' + k].position.z)")
     assert heights == sorted(heights, reverse=True)
     shown.click(button("2"))
-    shown.wait(f"{NODES}['/stage'].visible !== false")
+    shown.wait(f"{NODES}['/scene'].visible !== false")
 
 
 def test_a_real_beam_is_entered_by_hand(shown):

@@ -18,7 +18,7 @@ pytestmark = pytest.mark.browser
 NODES = "window.__viserMutable?.nodeRefFromName"
 SIZED = f"""(() => {{
   const sets = [];
-  {NODES}?.['/stage/wheel/beam']?.traverse(node => {{
+  {NODES}?.['/scene/rotor/beam']?.traverse(node => {{
     const data = node.matricesTexture?._data;
     if (data && Math.hypot(...data.slice(4, 7)) > 1e-5) sets.push(node.instancesCount);
   }});

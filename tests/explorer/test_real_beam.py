@@ -7,7 +7,7 @@ import pytest
 from live.visitor import Visitor, frequency_text, visitor
 
 from beamviz.beam import Beam
-from beamviz.display_units import rounded_to_error, significant
+from beamviz.drawing.text import rounded_to_error, significant
 from beamviz.errors import InvalidInput
 from beamviz.explorer.features.real_beam import DIMENSIONLESS, FIELDS, REAL_BEAM, parse_beam
 from beamviz.presets import ARM, BLADE, REAL_BEAMS, RPM, RULER

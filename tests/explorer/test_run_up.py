@@ -11,8 +11,8 @@ from charts import SynchronousVisitor
 from live.visitor import PAPER, frequency_text, visitor
 
 from beamviz.beam import Beam, Units
-from beamviz.display_units import measure
-from beamviz.drawing.modes import Shapes
+from beamviz.drawing.modes import SampledModes
+from beamviz.drawing.text import measure
 from beamviz.explorer.app import explorer
 from beamviz.explorer.features.run_up import (
     PEAK,
@@ -90,7 +90,7 @@ def test_the_scene_shows_the_response_until_a_mode_is_chosen():
     """From the first answer that is taken up, also when the run-up is over."""
     playback = started()
     assert not playback.driven
-    playback.take(playback.visitor.answer, Shapes.sampled(solve(PAPER)))
+    playback.take(playback.visitor.answer, SampledModes.sampled(solve(PAPER)))
     assert playback.driven
     playback.start_or_stop()
     assert playback.driven
@@ -199,4 +199,4 @@ def test_a_run_up_can_begin_at_an_unstable_beam():
         guest.choose("Run up from rest", True)
         guest.wait(lambda _: "Stop" in guest.controls)
         guest.says("Stable equilibrium")
-        guest.wait(lambda _: guest.nodes["/stage/wheel/words"].get("visible") is False)
+        guest.wait(lambda _: guest.nodes["/scene/rotor/words"].get("visible") is False)

@@ -9,7 +9,7 @@ import numpy as np
 from live.visitor import BEAM, PAPER, beam_moved, frequency_text, pause, visitor
 
 from beamviz.beam import Beam, Units
-from beamviz.display_units import rounded_to_error
+from beamviz.drawing.text import rounded_to_error
 from beamviz.explorer import frames, jobs, session
 from beamviz.explorer import visitor as visitor_module
 from beamviz.explorer.app import explorer

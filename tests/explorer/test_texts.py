@@ -6,10 +6,10 @@ from live.visitor import PAPER
 
 from beamviz import messages
 from beamviz.beam import Beam, Units
-from beamviz.display_units import rounded_to_error
+from beamviz.drawing.text import rounded_to_error
 from beamviz.errors import NoEquilibrium
 from beamviz.explorer.page import html
-from beamviz.exports.html_tables import solution_table
+from beamviz.exports.html_page import solution_table
 from beamviz.scene import ViewOptions, clip
 from beamviz.solver import solve
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from charts import TIP, chart_of
 
-from beamviz.drawing.modes import Shapes
+from beamviz.drawing.modes import SampledModes
 from beamviz.explorer.features.veering import (
     LANES,
     LociPair,
@@ -63,7 +63,7 @@ def test_both_events_and_all_of_the_gap_are_in_view(pairs):
 
 
 def test_shapes_keep_their_signs_across_the_view(pairs):
-    """Shapes at the ends correlate with the one in between; at a crossing, where shapes are not
+    """SampledModes at the ends correlate with the one in between; at a crossing, where shapes are not
     unique, they are taken beside it."""
     for pair in pairs:
         for first, middle, last in pair.shapes:
@@ -91,6 +91,6 @@ def test_nodes_are_marked_in_the_middle_of_a_veering():
     """There the tip moves more along than across, out of phase with the bending that has nodes."""
     solution = solve(TIP.replace(gamma=4.65), coriolis=True)
     for k in (2, 3):
-        marked, _ = Shapes.sampled(solution).nodes[k]
+        marked, _ = SampledModes.sampled(solution).nodes[k]
         assert marked == pytest.approx(solution.nodes[k], abs=2e-5)
         assert len(marked) == 2

@@ -11,13 +11,12 @@ import trimesh
 from live.browser import page
 from live.visitor import PAPER
 
+from beamviz.drawing.beam_mesh import subdivide
 from beamviz.drawing.modes import displacement
-from beamviz.drawing.objects import placed
-from beamviz.drawing.subdivision import cut
+from beamviz.drawing.objects import to_hub_frame
 from beamviz.errors import InvalidInput, Unavailable
-from beamviz.exports.export import WRITERS, export
-from beamviz.exports.loop import looped
-from beamviz.exports.solved_scene import Shot
+from beamviz.exports import WRITERS, export
+from beamviz.exports.solved_scene import SolvedScene, find_loop
 from beamviz.output import STATIONS
 from beamviz.scene import Scene
 from beamviz.solver import solve
@@ -43,30 +42,30 @@ def by_name(entries: list, name: str):
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["plain", "coriolis"])
-def model(request, tmp_path_factory) -> tuple[Path, Shot]:
-    """A model of modes 1 and 3, and the shot it shows."""
+def model(request, tmp_path_factory) -> tuple[Path, SolvedScene]:
+    """A model of modes 1 and 3, and the solved it shows."""
     scene = Scene.of(PAPER, coriolis=request.param, shares=[0.5, 0.0, 1.0], rotating_frame=False)
     path = tmp_path_factory.mktemp("models") / "beam.glb"
     export(path, scene)
-    return path, Shot.of(scene)
+    return path, SolvedScene.of(scene)
 
 
 def test_a_model_is_what_trimesh_reads(model):
     """Hub, beam and mass; the beam is closed, and reaches from the clamp to its stretched tip."""
-    path, shot = model
+    path, solved = model
     read = trimesh.load(path)
     assert set(read.geometry) == {"hub", "beam", "mass"}
     beam = read.geometry["beam"]
     assert beam.is_watertight
     assert beam.bounds[0][0] == pytest.approx(0, abs=1e-6)
-    assert beam.bounds[1][0] == pytest.approx(shot.solution.equilibrium.tip[0], rel=1e-5)
+    assert beam.bounds[1][0] == pytest.approx(solved.solution.equilibrium.tip[0], rel=1e-5)
     assert read.geometry["mass"].is_watertight
 
 
 def test_a_model_swings_as_the_solution_does(model):
     """At each key of the animation, morph targets and weights put the beam's axis and the mass
     where the solution has them; the end is the beginning."""
-    path, shot = model
+    path, solved = model
     gltf = pygltflib.GLTF2().load(path)
     primitive = by_name(gltf.meshes, "beam").primitives[0]
     rest = values(gltf, primitive.attributes.POSITION)
@@ -81,15 +80,15 @@ def test_a_model_swings_as_the_solution_does(model):
     times = values(gltf, swing.input)[:, 0]
     weights = values(gltf, swing.output).reshape(len(times), len(targets))
     masses = values(gltf, samplers["mass", "translation"].output)
-    loop, shapes = looped(shot, ground=False), cut(shot.shapes, shot.seen())
+    loop, shapes = find_loop(solved, ground=False), subdivide(solved.shapes, solved.motion())
     assert times[-1] == pytest.approx(loop.seconds)
     assert weights[-1] == pytest.approx(weights[0], abs=1e-6)
     assert weights.min() == 0  # Blender takes no other: the beam would swing to one side only
     assert weights.max() <= 1
     for k in range(0, len(times), 7):
         moment = loop.moment(times[k] / times[-1])
-        moved = displacement(shapes, moment.phases, shot.amplitudes)
-        axis = placed(shapes, shapes.centreline + moved)[0]
+        moved = displacement(shapes, moment.phases, solved.amplitudes)
+        axis = to_hub_frame(shapes, shapes.centreline + moved)[0]
         corners = rest + np.tensordot(weights[k], targets, 1)
         assert corners.reshape(-1, 4, 3).mean(axis=1) == pytest.approx(axis, abs=1e-5)
         assert masses[k] == pytest.approx(axis[shapes.mass], abs=1e-5)
@@ -195,7 +194,7 @@ def test_a_page_needs_nothing_but_itself(document):
 @pytest.mark.browser
 def test_a_page_plays_from_the_disk_without_a_network(document):
     """In a browser that is offline the beam moves, and the page complains of nothing."""
-    beam = "window.__viserMutable?.nodeRefFromName?.['/stage/wheel/beam']"
+    beam = "window.__viserMutable?.nodeRefFromName?.['/scene/rotor/beam']"
     place = f"""(() => {{ let mesh; {beam}?.traverse(n => {{
         const data = n.matricesTexture?._data;  // pieces that are not seen have no size
         if (data && Math.hypot(...data.slice(4, 7)) > 1e-5) mesh = data; }});
@@ -222,7 +221,7 @@ def test_a_path_that_cannot_be_written_is_said_before_any_work(tmp_path, monkeyp
     path = tmp_path / "a.csv"
     path.write_text("before")
 
-    def full(file: Path, shot: Shot) -> None:
+    def full(file: Path, solved: SolvedScene) -> None:
         file.write_text("half")
         raise OSError(28, "No space left on device")
 
@@ -235,8 +234,8 @@ def test_a_path_that_cannot_be_written_is_said_before_any_work(tmp_path, monkeyp
 
 def test_a_turn_of_the_hub_is_part_of_the_model_for_who_stands_beside_it():
     """Whoever rides on the hub has no ground in the model that could turn."""
-    rotating_frame = Shot.of(Scene.of(PAPER, mode=2))
-    assert looped(rotating_frame, ground=False).angle == 0
-    beside = Shot.of(Scene.of(PAPER, mode=2, rotating_frame=False))
-    assert looped(beside, ground=False).angle % (2 * math.pi) == pytest.approx(0)
-    assert looped(beside, ground=False).angle > 0
+    rotating_frame = SolvedScene.of(Scene.of(PAPER, mode=2))
+    assert find_loop(rotating_frame, ground=False).angle == 0
+    beside = SolvedScene.of(Scene.of(PAPER, mode=2, rotating_frame=False))
+    assert find_loop(beside, ground=False).angle % (2 * math.pi) == pytest.approx(0)
+    assert find_loop(beside, ground=False).angle > 0

@@ -19,11 +19,9 @@ from live.server import wait_until
 from PIL import Image, ImageSequence
 
 from beamviz.errors import InvalidInput, Unavailable
-from beamviz.exports import encoders
-from beamviz.exports.film import animate
-from beamviz.exports.loop import looped
-from beamviz.exports.matplotlib_renderer import drawn
-from beamviz.exports.solved_scene import Shot
+from beamviz.exports import animate, film
+from beamviz.exports.renderer import draw_with_matplotlib
+from beamviz.exports.solved_scene import SolvedScene, find_loop
 from beamviz.scene import Scene
 
 BROWSER = os.environ.get("BEAMVIZ_BROWSER")
@@ -43,8 +41,8 @@ def decoded(path: Path) -> np.ndarray:
         command = [imageio_ffmpeg.get_ffmpeg_exe(), "-v", "error", "-i", str(path), *raw]
         done = subprocess.run(command, capture_output=True, check=True)
         return np.frombuffer(done.stdout, np.uint8).reshape(-1, SMALL["height"], SMALL["width"], 3)
-    with Image.open(path) as film:
-        return np.array([np.asarray(f.convert("RGB")) for f in ImageSequence.Iterator(film)])
+    with Image.open(path) as picture:
+        return np.array([np.asarray(f.convert("RGB")) for f in ImageSequence.Iterator(picture)])
 
 
 def apart(one: np.ndarray, other: np.ndarray) -> float:
@@ -93,10 +91,10 @@ def test_a_gif_plays_for_ever_at_the_pace_asked_for(tmp_path):
     """25 frames in a second are 40 ms each."""
     path = tmp_path / "film.gif"
     loop = animate(path, Scene.of(mode=2, pace=4.0), width=64, height=64, fps=25)
-    with Image.open(path) as film:
-        assert film.info["loop"] == 0
-        assert film.info["duration"] == 40
-        assert film.n_frames == round(25 * loop.seconds)
+    with Image.open(path) as opened:
+        assert opened.info["loop"] == 0
+        assert opened.info["duration"] == 40
+        assert opened.n_frames == round(25 * loop.seconds)
 
 
 @pytest.mark.slow
@@ -104,17 +102,17 @@ def test_a_gif_plays_for_ever_at_the_pace_asked_for(tmp_path):
 def test_every_frame_is_seen_as_long_as_its_share_of_the_film(tmp_path, kind, fps):
     """Where a file cannot have so many frames in a second it has nearly as many: the film is made
     for these, and its pace stays."""
-    encoder, path = encoders.ENCODERS[f".{kind}"], tmp_path / f"film.{kind}"
-    rate = encoder.rate(fps)
+    encoder, path = film.ENCODERS[f".{kind}"], tmp_path / f"film.{kind}"
+    rate = encoder.nearest_rate(fps)
     assert rate == pytest.approx(fps, rel=0.3)
     frames = [np.full((16, 16, 3), 20 * k, np.uint8) for k in range(10)]
     encoder.write(path, iter(frames), rate, frames)
-    with Image.open(path) as film:
+    with Image.open(path) as opened:
         durations = []
-        for frame in range(film.n_frames):
-            film.seek(frame)
-            film.load()
-            durations.append(film.info["duration"])
+        for frame in range(opened.n_frames):
+            opened.seek(frame)
+            opened.load()
+            durations.append(opened.info["duration"])
     assert durations == pytest.approx([1000 / rate] * 10)
 
 
@@ -134,38 +132,40 @@ scenes = st.builds(
 @settings(max_examples=12, deadline=None)
 def test_after_the_last_frame_comes_the_first(scene):
     """Every motion ends on a whole cycle, and the picture at the end is the one at the start."""
-    shot = Shot.of(scene)
-    loop = looped(shot)
-    turns = loop.phases[shot.shown] / (2 * math.pi)
+    solved = SolvedScene.of(scene)
+    loop = find_loop(solved)
+    turns = loop.phases[solved.shown] / (2 * math.pi)
     assert turns == pytest.approx(np.rint(turns), abs=1e-9)
     assert turns[0] == loop.periods
-    first, last = (drawn(shot, loop.moment(share), 128, 72) for share in (0.0, 1.0))
+    first, last = (
+        draw_with_matplotlib(solved, loop.moment(share), 128, 72) for share in (0.0, 1.0)
+    )
     assert np.abs(first.astype(int) - last.astype(int)).max() <= 3
     for name, change in loop.changes.items():
         assert abs(change) <= 1
-        assert (name in loop.words) == (abs(change) > 5e-4)
+        assert (name in loop.note) == (abs(change) > 5e-4)
 
 
 def test_one_mode_alone_runs_at_its_own_pace():
     """Nothing has to be changed, one period is enough; more on request."""
-    shot = Shot.of(Scene.of(mode=1))
-    assert looped(shot).words == ""
-    assert looped(shot).periods == 1
-    assert looped(shot, 3).seconds == pytest.approx(3 * looped(shot).seconds)
+    solved = SolvedScene.of(Scene.of(mode=1))
+    assert find_loop(solved).note == ""
+    assert find_loop(solved).periods == 1
+    assert find_loop(solved, 3).seconds == pytest.approx(3 * find_loop(solved).seconds)
 
 
 def test_what_cannot_be_filmed_is_said(tmp_path):
     """Nothing moves, no clock, a mode that runs away, a size no player takes, too many frames."""
-    film = tmp_path / "a.gif"
+    path = tmp_path / "a.gif"
     for scene, words in (
         (Scene.of(shares=[0.0]), "nothing moves"),
         (Scene.of(pace=0.0), "pace = 0"),
-        (Scene.of(delta=-1, gamma=5, mode=1), "mode = 1: B1 does not swing but runs away"),
+        (Scene.of(delta=-1, gamma=5, mode=1), "mode = 1: B1 does not vibrate but grows"),
     ):
         with pytest.raises(InvalidInput, match=words):
-            animate(film, scene, **SMALL)
+            animate(path, scene, **SMALL)
     with pytest.raises(InvalidInput, match="must be at most 1000"):
-        animate(film, Scene(), periods=900, **SMALL)
+        animate(path, Scene(), periods=900, **SMALL)
     with pytest.raises(InvalidInput, match="width = 65: must be even for MP4"):
         animate(tmp_path / "a.mp4", Scene(), width=65, height=64)
     with pytest.raises(InvalidInput, match=r"must end in \.gif, \.webp or \.mp4"):
@@ -176,7 +176,7 @@ def test_what_cannot_be_filmed_is_said(tmp_path):
 def test_a_missing_encoder_is_said_before_any_work(tmp_path, monkeypatch):
     """With the remedy."""
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
-    monkeypatch.setattr(encoders.shutil, "which", lambda name: None)
+    monkeypatch.setattr(film.shutil, "which", lambda name: None)
     with pytest.raises(Unavailable, match=r"no ffmpeg found.*pip install imageio-ffmpeg"):
         animate(tmp_path / "a.mp4", Scene())
     assert list(tmp_path.iterdir()) == []
@@ -184,7 +184,7 @@ def test_a_missing_encoder_is_said_before_any_work(tmp_path, monkeypatch):
 
 def test_an_encoder_that_fails_says_why_and_leaves_nothing(tmp_path, monkeypatch):
     """Its own last words, no half film."""
-    monkeypatch.setattr(encoders, "ffmpeg", lambda: "/bin/false")
+    monkeypatch.setattr(film, "ffmpeg", lambda: "/bin/false")
     with pytest.raises(Unavailable, match=r"cannot write .*a\.mp4: /bin/false failed"):
         animate(tmp_path / "a.mp4", Scene(), **SMALL)
     assert list(tmp_path.iterdir()) == []
@@ -200,8 +200,8 @@ def test_a_full_disk_leaves_nothing_behind(tmp_path, monkeypatch, kind):
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    encoder = encoders.ENCODERS[f".{kind}"]
-    monkeypatch.setitem(encoders.ENCODERS, f".{kind}", encoder._replace(write=full))
+    encoder = film.ENCODERS[f".{kind}"]
+    monkeypatch.setitem(film.ENCODERS, f".{kind}", encoder._replace(write=full))
     with pytest.raises(Unavailable, match="No space left on device; choose another place"):
         animate(path, Scene(), **SMALL)
     assert path.read_bytes() == b"before"

@@ -10,13 +10,11 @@ import numpy as np
 import pytest
 from live.visitor import PAPER
 
+from beamviz import exports
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput, NoEquilibrium, Unavailable
-from beamviz.exports import matplotlib_renderer as figure
-from beamviz.exports import renderer as studio
-from beamviz.exports import screenshot as picture
-from beamviz.exports.screenshot import screenshot
-from beamviz.exports.solved_scene import Shot
+from beamviz.exports import renderer, screenshot
+from beamviz.exports.solved_scene import SolvedScene
 from beamviz.scene import Scene
 
 browser = pytest.mark.browser
@@ -108,8 +106,8 @@ def test_every_kind_of_beam_can_be_drawn(beam, tmp_path, monkeypatch):
 
 def test_matplotlib_draws_a_beam_one_cannot_see_through():
     """Triangles leave no seams: but for its rim the beam is opaque."""
-    shot = Shot.of(Scene(Beam()))
-    drawn = figure.drawn(shot, shot.moment(0.0), 640, 360).astype(int)
+    solved = SolvedScene.of(Scene(Beam()))
+    drawn = renderer.draw_with_matplotlib(solved, solved.moment(0.0), 640, 360).astype(int)
     beam = np.ptp(drawn[..., :3], axis=2) > 50
     assert (drawn[beam, 3] > 250).mean() > 0.9
 
@@ -124,8 +122,8 @@ def test_an_unstable_beam_is_grey(tmp_path, monkeypatch):
 @pytest.mark.parametrize("width", [160, 320, 1280])
 def test_words_fit_into_a_picture_of_any_size(width):
     """Their letters, the only black in it, are no wider than the picture."""
-    shot = Shot.of(Scene(Beam(gamma=5, delta=-1)))
-    drawn = figure.drawn(shot, shot.moment(0.0), width, width * 9 // 16)
+    solved = SolvedScene.of(Scene(Beam(gamma=5, delta=-1)))
+    drawn = renderer.draw_with_matplotlib(solved, solved.moment(0.0), width, width * 9 // 16)
     black = (drawn[..., :3].max(axis=2) < 90) & (drawn[..., 3] > 120)
     columns = np.flatnonzero(black.any(axis=0))
     assert 0.05 * width < columns[0] < columns[-1] < 0.95 * width
@@ -155,7 +153,7 @@ def test_titles_of_all_modes_are_small_beside_the_beams(tmp_path):
 
 def test_a_path_that_cannot_be_written_is_said_before_any_work(tmp_path, monkeypatch):
     """A missing folder, a folder itself, a wrong ending: no solve is tried."""
-    monkeypatch.setattr(picture, "Shot", None)
+    monkeypatch.setattr(exports, "SolvedScene", None)
     with pytest.raises(Unavailable, match=r"cannot write .*missing/a\.png: No such file"):
         screenshot(tmp_path / "missing" / "a.png", Scene(PAPER))
     (tmp_path / "folder.png").mkdir()
@@ -184,7 +182,7 @@ def test_a_browser_that_hangs_is_given_up(tmp_path, monkeypatch):
     stand_in.write_text(f"#!/bin/sh\necho $$ > {tmp_path}/pid\nexec sleep 1000\n")
     stand_in.chmod(stand_in.stat().st_mode | stat.S_IXUSR)
     monkeypatch.setenv("BEAMVIZ_BROWSER", str(stand_in))
-    monkeypatch.setattr(studio, "DEADLINE", 1.0)
+    monkeypatch.setattr(renderer, "TIMEOUT", 1.0)
     start = time.monotonic()
     with pytest.raises(Unavailable, match="BEAMVIZ_BROWSER"):
         screenshot(tmp_path / "a.png", Scene(PAPER))

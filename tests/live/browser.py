@@ -17,7 +17,7 @@ from typing import Any
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
-from beamviz.exports.browser import found_browser, opened
+from beamviz.exports.renderer import find_browser, open_browser
 
 NO_BROWSER = "no Chrome, Chromium or Edge found (set BEAMVIZ_BROWSER to one)"
 PROFILE = "BEAMVIZ_TEST_BROWSER"  # environment variable: profile folder of the running browser
@@ -165,11 +165,11 @@ def start_browser() -> None:
     """Start the browser of this run, unless it is running; it ends with this process."""
     if PROFILE in os.environ:
         return
-    browser = found_browser()
+    browser = find_browser()
     if browser is None:
         raise RuntimeError(NO_BROWSER)
     stack = contextlib.ExitStack()
-    os.environ[PROFILE] = str(stack.enter_context(opened(browser, "about:blank")))
+    os.environ[PROFILE] = str(stack.enter_context(open_browser(browser, "about:blank")))
     atexit.register(stack.close)
 
 

@@ -12,10 +12,10 @@ from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
 from beamviz.beam import Beam
-from beamviz.display_units import rounded_to_error
+from beamviz.drawing.text import rounded_to_error
 from beamviz.solver import solve
 
-BEAM = "/stage/wheel/beam"
+BEAM = "/scene/rotor/beam"
 TIMEOUT = 60.0  # [s], on a busy machine
 PAPER = Beam(alpha=1, beta=0.5, gamma=10)  # where visitors start
 

@@ -55,8 +55,8 @@ def test_no_equilibrium_is_said_where_the_beam_was_and_greys_it(url):
         guest.choose("slenderness μ", 10.0)
         guest.choose("speed γ", 20.0)
         guest.says("no equilibrium beyond gamma = 10.7")
-        guest.wait(lambda _: guest.nodes["/stage/wheel/words"].get("visible"))
-        assert "No equilibrium" in guest.nodes["/stage/wheel/words"]["text"]
+        guest.wait(lambda _: guest.nodes["/scene/rotor/words"].get("visible"))
+        assert "No equilibrium" in guest.nodes["/scene/rotor/words"]["text"]
         assert "opacity:.35" in guest.text
         guest.choose("speed γ", 5.0)
         guest.says("Stable equilibrium")
@@ -73,10 +73,10 @@ def test_an_unstable_state_is_said_with_its_growth(url):
         guest.says("Unstable: the straight beam diverges in bending")
         growth = solve(Beam(beta=0.5, gamma=5, delta=-1)).growth_rates.max()
         guest.says(f"{growth:.4g} t/T*")
-        guest.wait(lambda _: guest.nodes["/stage/wheel/words"].get("visible"))
-        assert guest.nodes["/stage/wheel/hoop"]["visible"] is False
+        guest.wait(lambda _: guest.nodes["/scene/rotor/words"].get("visible"))
+        assert guest.nodes["/scene/rotor/hoop"]["visible"] is False
         guest.choose("speed γ", 1.0)
-        guest.wait(lambda _: guest.nodes["/stage/wheel/hoop"]["visible"])
+        guest.wait(lambda _: guest.nodes["/scene/rotor/hoop"]["visible"])
 
 
 def test_a_first_beam_without_equilibrium_is_shown_in_words():
@@ -87,7 +87,7 @@ def test_a_first_beam_without_equilibrium_is_shown_in_words():
         visitor(address, first="No equilibrium") as guest,
     ):
         guest.says("no equilibrium beyond gamma = 15.7")
-        guest.wait(lambda _: guest.nodes["/stage/wheel/words"].get("visible"))
+        guest.wait(lambda _: guest.nodes["/scene/rotor/words"].get("visible"))
 
 
 def test_an_edit_that_comes_while_the_session_is_built_is_not_lost(url):

@@ -135,7 +135,7 @@ def test_a_message_has_a_largest_size(url):
         encoded(no="type"),
         encoded(type=["GuiUpdateMessage"]),
         encoded(type="Message"),
-        encoded(type="SetPositionMessage", name="/stage", position=(0, 0, 0)),
+        encoded(type="SetPositionMessage", name="/scene", position=(0, 0, 0)),
         encoded(type="GuiRemoveMessage", uuid="x"),
         encoded(type="ViewerCameraMessage"),
         encoded(**CAMERA_MESSAGE | {"fov": float("nan")}),

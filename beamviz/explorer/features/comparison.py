@@ -11,16 +11,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.display_units import frequencies
-from beamviz.drawing.all_modes import Titled, add_title
-from beamviz.drawing.modes import Clock, Shapes, amplitudes
-from beamviz.drawing.overlay_beam import Ghost
-from beamviz.drawing.subdivision import SCALE, Seen
+from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion
+from beamviz.drawing.beam_view import OverlayBeam, TitledBeam, add_title
+from beamviz.drawing.modes import Clock, SampledModes, amplitudes
+from beamviz.drawing.text import frequencies
 from beamviz.explorer.jobs import SolveJob, SolverAnswer
 from beamviz.explorer.page.html import small
 from beamviz.explorer.state import EARLIER, NO_COMPARISON, TERMS, Case, State
 from beamviz.explorer.visitor import Feature, Visitor, on_press
-from beamviz.exports.html_tables import table
+from beamviz.exports.html_page import table
 from beamviz.frequency_loci.sweep import ModeMatch, match_modes
 from beamviz.scene import ViewOptions
 from beamviz.solver.solution import MIXED, Solution
@@ -102,12 +101,12 @@ class Comparison(Feature):
         self.job: SolveJob = visitor.solve_job()
         self.case: ComparisonCase | str = ""
         self.clock = Clock()
-        self.shapes: Shapes | None = None
+        self.shapes: SampledModes | None = None
         self.main: Solution | None = None  # of the shapes of the first beam
         self.matched: tuple[object, ...] = ()  # the solutions of `match`
         self.match = NO_MATCH
-        self.overlay: Ghost | None = None
-        self.scene: Titled | None = None
+        self.overlay: OverlayBeam | None = None
+        self.scene: TitledBeam | None = None
 
     @property
     def answer(self) -> SolverAnswer | None:
@@ -128,7 +127,9 @@ class Comparison(Feature):
         """Heights of the first scene and of the second, if that is a scene of its own."""
         return [-SPACING / 2, SPACING / 2] if self.shapes and self.visitor.state.stacked else [0.0]
 
-    def draw(self, main: Shapes, clock: Clock, shown: list[int], scale: float = SCALE) -> None:
+    def draw(
+        self, main: SampledModes, clock: Clock, shown: list[int], scale: float = DEFAULT_SCALE
+    ) -> None:
         """Draw the second beam beside `main`, the modes corresponding to its modes `shown` (from
         0); scale [pixels]: of a beam length."""
         state, answer = self.visitor.state, self.visitor.answer
@@ -149,9 +150,9 @@ class Comparison(Feature):
             self.clock.phases = self.transferred(clock.phases, np.pi / 2)
             self.clock.angle = clock.angle
         sizes = self.transferred(amplitudes(state.view, len(main.modes)), 0.0)
-        seen = Seen.of(self.shapes, sizes, state.view.colouring, scale)
+        motion = DrawnMotion.of(self.shapes, sizes, state.view.colouring, scale)
         partners = [int(self.match.partner[k]) for k in shown if k < len(self.match.partner)]
-        self.build(state, [k for k in partners if k >= 0], self.case.title, seen)
+        self.build(state, [k for k in partners if k >= 0], self.case.title, motion)
 
     def match_to(self, second: Solution | None) -> None:
         """Match the modes of both beams, if there are new ones."""
@@ -159,19 +160,19 @@ class Comparison(Feature):
             self.matched = self.main, second
             self.match = match_modes(self.main, second) if self.main and second else NO_MATCH
 
-    def build(self, state: State, shown: list[int], title: str, seen: Seen) -> None:
+    def build(self, state: State, shown: list[int], title: str, motion: DrawnMotion) -> None:
         """Draw it in the chosen layout, whose objects are built when first needed."""
         assert self.shapes
         view: ViewOptions = state.view
         if state.stacked:
             if self.scene is None:
-                self.scene = Titled(self.api, "/other")
-                self.name = add_title(self.api, "/stage", THIS)
-            self.scene.show(self.shapes, view, shown, title, self.heights[1], seen)
+                self.scene = TitledBeam(self.api, "/other")
+                self.name = add_title(self.api, "/scene", THIS)
+            self.scene.show_row(self.shapes, view, shown, title, self.heights[1], motion)
             self.name.visible, self.name.position = True, self.scene.title.position
         else:
-            self.overlay = self.overlay or Ghost(self.api)
-            self.overlay.show(self.shapes, view, shown, title, seen)
+            self.overlay = self.overlay or OverlayBeam(self.api)
+            self.overlay.show(self.shapes, view, shown, title, motion)
 
     def hide(self) -> None:
         """Draw nothing."""
@@ -187,7 +188,7 @@ class Comparison(Feature):
         if shapes is None:
             return
         self.clock.advance(time, shapes.frequencies, shapes.beam.gamma)
-        moving = self.scene.scene if self.visitor.state.stacked and self.scene else self.overlay
+        moving = self.scene if self.visitor.state.stacked and self.scene else self.overlay
         if moving:
             moving.move(self.clock.phases, self.transferred(amplitudes, 0.0), self.clock.angle)
 

@@ -15,9 +15,7 @@ from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer.features.lessons import Lessons
 from beamviz.explorer.page.style import script_element
 from beamviz.explorer.visitor import Visitor
-from beamviz.exports.export import export
-from beamviz.exports.film import animate
-from beamviz.exports.screenshot import screenshot
+from beamviz.exports import animate, export, screenshot
 from beamviz.lessons import lesson
 from beamviz.scene import Scene, parse_query
 from beamviz.server.access import KEY_PARAMETER

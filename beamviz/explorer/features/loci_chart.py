@@ -11,7 +11,7 @@ import numpy as np
 from viser import uplot
 
 from beamviz.beam import Beam
-from beamviz.display_units import Measure, frequencies, measure
+from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.explorer.page.style import COLOURS, FAINT, LINE, MARK, dot
 from beamviz.explorer.state import Case
 from beamviz.frequency_loci import Branch, Event, Loci, loci

@@ -34,7 +34,7 @@ from beamviz.explorer.page.style import (
 )
 from beamviz.explorer.state import Case
 from beamviz.explorer.visitor import Feature, Visitor, on_press
-from beamviz.exports.html_tables import table
+from beamviz.exports.html_page import table
 from beamviz.frequency_loci import Event
 from beamviz.scene import Scene
 from beamviz.solver.solution import Solution

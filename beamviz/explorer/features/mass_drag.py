@@ -40,8 +40,8 @@ class MassDrag:
         """Distance from the clamp of the place on the beam that is nearest to the line of sight
         through a point (3,); None where that is not defined."""
         view = self.view
-        axis = SO3(np.asarray(view.wheel.wxyz)).apply(np.array([1.0, 0.0, 0.0]))
-        clamp = np.asarray(view.stage.position) + view.shapes.beam.delta * axis
+        axis = SO3(np.asarray(view.rotor.wxyz)).apply(np.array([1.0, 0.0, 0.0]))
+        clamp = np.asarray(view.frame.position) + view.shapes.beam.delta * axis
         return nearest(clamp, axis, np.asarray(self.visitor.client.camera.position), point)
 
     def beta(self, x: float) -> float:

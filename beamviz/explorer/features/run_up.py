@@ -8,8 +8,8 @@ from typing import Self
 import numpy as np
 from viser import uplot
 
-from beamviz.display_units import Measure, frequencies, measure
-from beamviz.drawing.modes import Shapes
+from beamviz.drawing.modes import SampledModes
+from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.errors import InvalidInput
 from beamviz.explorer.features.loci_chart import PER_REV
 from beamviz.explorer.jobs import Answer, Job, SolverAnswer
@@ -17,7 +17,7 @@ from beamviz.explorer.page.html import small
 from beamviz.explorer.page.style import COLOURS, LINE, MARK, add_plot, axes, dot
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Feature, Visitor, on_press
-from beamviz.exports.html_tables import table
+from beamviz.exports.html_page import table
 from beamviz.frequency_loci.chart_range import FULL, chart_range
 from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run_up
 from beamviz.scene import clip
@@ -151,7 +151,7 @@ class RunUpPlayback:
         self.gamma = float(np.interp(self.position, indices, self.run.speeds))
         self.visitor.change(lambda state: state.changed("gamma", self.gamma))
 
-    def take(self, answer: SolverAnswer | None, shapes: Shapes) -> None:
+    def take(self, answer: SolverAnswer | None, shapes: SampledModes) -> None:
         """Take up a change, and the answer at the present speed."""
         self.drawn = self.inputs
         if self.visitor.state.forced_response and self.run and answer and answer.solution:
@@ -167,7 +167,7 @@ class RunUpPlayback:
         self.phase = (self.phase + time * self.frequency(gamma)) % (2 * np.pi)
         return (self.field * np.exp(1j * self.phase)).real
 
-    def colour_range(self, shapes: Shapes, colouring: str, amplitude: float) -> float:
+    def colour_range(self, shapes: SampledModes, colouring: str, amplitude: float) -> float:
         """Value at the end of the colour map."""
         if colouring == "displacement":
             return max(PEAK * amplitude, 1e-9)
@@ -175,7 +175,9 @@ class RunUpPlayback:
         return max(float((np.abs(shapes.strain) + strain).max()), 1e-9)
 
 
-def scaled_response(run: RunUp, solution: Solution, shapes: Shapes, amplitude: float) -> np.ndarray:
+def scaled_response(
+    run: RunUp, solution: Solution, shapes: SampledModes, amplitude: float
+) -> np.ndarray:
     """Response (n, 2) at the stations of the shapes, drawn in the square root of its size; empty
     where the beam is unstable, as it may be before a run-up begins."""
     field = response(solution, run.per_rev * solution.beam.gamma, run.damping, shapes.x)

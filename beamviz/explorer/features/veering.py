@@ -10,7 +10,7 @@ import numpy as np
 from viser import uplot
 
 from beamviz.beam import PARAMETERS
-from beamviz.display_units import Measure, frequencies, measure
+from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.explorer.features.loci_chart import (
     FAMILIES,
     ChartRequest,

@@ -7,7 +7,7 @@ from typing import Any
 from viser import GuiApi, GuiNumberHandle, GuiSliderHandle
 
 from beamviz.beam import PARAMETERS, Units
-from beamviz.display_units import measures, places
+from beamviz.drawing.text import measures, places
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor, on_edit, show
 from beamviz.scene import Scene

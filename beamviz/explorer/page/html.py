@@ -3,13 +3,12 @@
 from html import escape
 
 from beamviz.beam import Units
-from beamviz.display_units import significant
 from beamviz.drawing import colours
-from beamviz.drawing.modes import Shapes
+from beamviz.drawing.modes import SampledModes
+from beamviz.drawing.text import duration, significant
 from beamviz.errors import NoEquilibrium
 from beamviz.explorer.jobs import SolverAnswer
-from beamviz.exports.html_tables import TIME
-from beamviz.messages import duration
+from beamviz.exports.html_page import TIME
 
 SMALL = "font-size:.8em;line-height:1.5;margin:.2em .75em .3em"
 GOOD, BAD = "#2b8a3e", "#d9480f"
@@ -44,7 +43,7 @@ def equilibrium_state(answer: SolverAnswer) -> str:
     )
 
 
-def stretch_text(shapes: Shapes) -> str:
+def stretch_text(shapes: SampledModes) -> str:
     """How much the rotation stretches the beam."""
     beam, change = shapes.beam, 100 * (shapes.centreline[-1, 0] - 1)
     if beam.gamma == 0:

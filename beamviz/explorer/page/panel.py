@@ -14,7 +14,7 @@ from beamviz.explorer.page.controls import NumberControls, TermControls
 from beamviz.explorer.page.style import add_style
 from beamviz.explorer.state import CHOICES, State
 from beamviz.explorer.visitor import Visitor, on_press
-from beamviz.exports.html_tables import solution_table
+from beamviz.exports.html_page import solution_table
 from beamviz.scene import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, MODES
 from beamviz.server.viser_private import set_html
 

@@ -1,9 +1,13 @@
-"""In which units a visitor sees numbers: dimensionless, or kg, mm, rpm and Hz for a real beam."""
+"""Values and messages as text, in the units the visitor sees: dimensionless, or kg, mm, rpm, Hz."""
 
 import math
 from typing import Any, NamedTuple
 
-from beamviz.beam import PARAMETERS, Units
+import numpy as np
+
+from beamviz.beam import PARAMETERS, Beam, Units
+from beamviz.errors import BeamvizError, NoEquilibrium
+from beamviz.solver import Solution
 
 MILLIMETRES = 1000.0
 
@@ -111,3 +115,37 @@ def neat(step: float) -> float:
 def places(step: float) -> int:
     """The decimals that a value in such steps is shown with."""
     return max(1 - math.floor(math.log10(step)), 0)
+
+
+def stability_warning(solution: Solution) -> str:
+    """How an unstable equilibrium diverges, in at most two lines; "" for a stable one."""
+    if solution.equilibrium.status == "stable":
+        return ""
+    fastest = int(np.argmax(solution.growth_rates))
+    motion = "stretching" if solution.labels[fastest].startswith("S") else "bending"
+    warning = f"Unstable: the straight beam diverges in {motion}"
+    growth_rate = float(solution.growth_rates[fastest])
+    if growth_rate <= 0:
+        return warning
+    tenfold = duration(math.log(10) / growth_rate, solution.beam.units)
+    return f"{warning}\na perturbation grows tenfold in {tenfold}"
+
+
+def duration(time: float, units: Units | None) -> str:
+    """A time [T*] with its unit: milliseconds for a beam in SI units."""
+    return f"{significant(1000 * time * units.time, 3)} ms" if units else f"{time:.2g} T*"
+
+
+def error_summary(error: BeamvizError, beam: Beam | None) -> str:
+    """Why a beam has no solution, in at most two lines; beam: the one that was asked for, None
+    where its numbers are out of range."""
+    if isinstance(error, NoEquilibrium) and beam is not None:
+        speed = measure("gamma", beam.units)
+        summary = f"No equilibrium at {speed.text(beam.gamma, 6)}"
+        if math.isfinite(error.limit):
+            summary += f"\nthere is one up to {speed.text(error.limit, 4)}"
+        return summary
+    return {
+        "invalid-input": "A value is out of range",
+        "not-converged": "The calculation did not converge",
+    }.get(error.kind, "No solution")
