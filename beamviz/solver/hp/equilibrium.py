@@ -144,7 +144,7 @@ def equilibrium(
     """
     load = (beams.gamma / beams.mu) ** 2
     if beams.size == 1 and not load:
-        return AxialState(np.ones((1, len(mesh.weights))), 0, ZERO), TRUE
+        return AxialState(np.ones((1, mesh.weights.shape[-1])), 0, ZERO), TRUE
     limited = not (law.hardens and beams.outward)
     if limited:
         accept_error = 0.0
@@ -256,7 +256,7 @@ def _follow(mesh: Mesh, inertia: Inertia, beam: BeamStack, law: StrainLaw, load:
     def margin_at(reached: float, f: np.ndarray) -> float:
         return float(margin(mesh, inertia, beam, law, reached, f, bound=-math.inf)[0])
 
-    return continue_load(solve_at, np.ones((1, len(mesh.weights))), load, margin_at)
+    return continue_load(solve_at, np.ones((1, mesh.weights.shape[-1])), load, margin_at)
 
 
 def limit_error(beam: Beam, law: StrainLaw) -> NoEquilibrium | None:

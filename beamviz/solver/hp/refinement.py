@@ -215,7 +215,7 @@ class Refinement:
             rho = inertia(mesh, beams)
             if problem.rigid_tension:
                 state, found = (
-                    AxialState(np.ones((1, len(mesh.weights))), 0, np.zeros(1)),
+                    AxialState(np.ones((1, mesh.weights.shape[-1])), 0, np.zeros(1)),
                     np.ones(1, bool),
                 )
             else:
