@@ -1,4 +1,4 @@
-"""A lecture hall: many visitors, each with a scene of their own, all dragging the same slider.
+"""Load test: many visitors at once, each dragging the speed slider of an own scene.
 
 Starts the explorer with all its processes, connects real WebSocket clients to it (without
 browsers: what a browser adds is its own drawing), and prints rows of (key, value, unit): frames a
@@ -59,21 +59,21 @@ Row = tuple[str, float, str]
 
 
 @dataclass
-class Guest:
-    """One visitor: the edits that wait to be seen, and what came back. An edit is seen when its
-    answer comes, or that of a later one."""
+class Visitor:
+    """A client without a browser: its unanswered edits, and the frames and answers it received.
+    An edit is answered by its own table or that of a later edit."""
 
-    pace: float = 1 / EDITS  # [s] between two edits; infinite: only watching
+    pace: float = 1 / EDITS  # [s] between two edits; infinite: no edits
     slider: str = ""
     frames: int = 0
     solved: int = 0
-    waiting: deque[tuple[int, float]] = field(default_factory=deque)  # which, and since when
+    waiting: deque[tuple[int, float]] = field(default_factory=deque)  # edit and time sent
     latencies: list[float] = field(default_factory=list)  # of every edit
-    answers: list[float] = field(default_factory=list)  # of those that had an answer of their own
+    answers: list[float] = field(default_factory=list)  # of those with a table of their own
     unpacker: zstandard.ZstdDecompressor = field(default_factory=zstandard.ZstdDecompressor)
 
     async def visit(self, url: str, texts: dict[str, int]) -> None:
-        """Come, drag and watch until cancelled."""
+        """Connect, drag the slider and receive until cancelled."""
         place = url.replace("http://", "ws://")
         async with connect(place, subprotocols=[PROTOCOL], compression=None, max_size=None) as line:
             await line.send(msgspec.msgpack.encode(CAMERA_MESSAGE))
@@ -81,12 +81,12 @@ class Guest:
             try:
                 async for data in line:
                     assert isinstance(data, bytes)
-                    self.take(data, texts)
+                    self.receive(data, texts)
             finally:
                 dragging.cancel()
 
     async def drag(self, line: ClientConnection) -> None:
-        """Move the slider up, again and again, each guest from another place."""
+        """Move the slider up, again and again, from a random value on."""
         k = random.randrange(len(SPEEDS))
         while True:
             await asyncio.sleep(self.pace)
@@ -96,25 +96,25 @@ class Guest:
                 self.waiting.append((k, time.perf_counter()))
                 await line.send(msgspec.msgpack.encode({"type": "GuiUpdateMessage", **edit}))
 
-    def take(self, data: bytes, texts: dict[str, int]) -> None:
-        """Count pictures, and see which edit a new table answers. Messages are searched, not
-        decoded: the guests share the machine with the server."""
+    def receive(self, data: bytes, texts: dict[str, int]) -> None:
+        """Count frames, and find the edit that a new table answers. Messages are searched, not
+        decoded: the visitors share the machine with the server."""
         size = int.from_bytes(data[8:16], "little")
         group = self.unpacker.decompress(data[16 : 16 + size])
         self.frames += PICTURE in group
         if TABLE in group:
             self.answered(group[group.index(TABLE) :].decode(errors="replace"), texts)
         if not self.slider:
-            self.look_for_slider(group)
+            self.find_slider(group)
 
-    def look_for_slider(self, group: bytes) -> None:
-        """The control to drag, once it has come."""
+    def find_slider(self, group: bytes) -> None:
+        """The control to drag, once its message has come."""
         for message in msgspec.msgpack.decode(group)["messages"]:
             if message.get("props", {}).get("label") == SLIDER:
                 self.slider = message["uuid"]
 
     def answered(self, content: str, texts: dict[str, int]) -> None:
-        """A table has come: the edit it answers, by its first frequency."""
+        """Record the edit that a table answers, found by its first frequency."""
         now = time.perf_counter()
         found = next((texts[t] for t in CELL.findall(content) if t in texts), None)
         if found is not None and found in [k for k, _ in self.waiting]:
@@ -127,33 +127,33 @@ class Guest:
 
 
 def first_frequencies() -> dict[str, int]:
-    """Which edit a table answers: the text of its first frequency."""
+    """The number of each edit by the text of the first frequency of its table."""
     solutions = [solve(START.replace(gamma=speed)) for speed in SPEEDS]
     return {rounded_to_error(s.frequencies[0], s.errors[0]): k for k, s in enumerate(solutions)}
 
 
-async def hall(
-    url: str, guests: list[Guest], seconds: float, pid: int, resolves: int = 0
+async def measure(
+    url: str, visitors: list[Visitor], seconds: float, pid: int, resolves: int = 0
 ) -> list[Row]:
-    """Let all guests in, let them drag, and measure after a while: for so many seconds, and until
-    they have seen so many re-solves."""
+    """Connect all visitors, let them settle, and measure for `seconds` and at least `resolves`
+    answers."""
     texts = first_frequencies()
-    visits = [asyncio.create_task(guest.visit(url, texts)) for guest in guests]
-    while not all(guest.slider for guest in guests):
+    visits = [asyncio.create_task(visitor.visit(url, texts)) for visitor in visitors]
+    while not all(visitor.slider for visitor in visitors):
         await asyncio.sleep(0.1)
     await asyncio.sleep(SETTLING)
-    for guest in guests:
-        guest.frames, guest.solved, guest.latencies, guest.answers = 0, 0, [], []
+    for visitor in visitors:
+        visitor.frames, visitor.solved, visitor.latencies, visitor.answers = 0, 0, [], []
     began, spent, before, own = time.perf_counter(), cpu(pid), memory(pid), time.process_time()
     await asyncio.sleep(seconds)
-    while sum(guest.solved for guest in guests) < resolves:
+    while sum(visitor.solved for visitor in visitors) < resolves:
         await asyncio.sleep(1.0)
     took, spent = time.perf_counter() - began, cpu(pid) - spent
-    rows = summary(guests, took) + [
+    rows = summary(visitors, took) + [
         ("server CPU", 100 * spent / took, "% of a core"),
-        ("server CPU per frame", 1000 * spent / max(sum(g.frames for g in guests), 1), "ms"),
+        ("server CPU per frame", 1000 * spent / max(sum(g.frames for g in visitors), 1), "ms"),
         ("clients' CPU", 100 * (time.process_time() - own) / took, "% of a core"),
-        ("processes", len(family(pid)), ""),
+        ("processes", len(process_tree(pid)), ""),
         ("memory", memory(pid), "MB"),
         ("memory growth", 100 * (memory(pid) / before - 1), "%"),
         ("load of the machine", os.getloadavg()[0], ""),
@@ -164,39 +164,39 @@ async def hall(
     return rows
 
 
-def summary(guests: list[Guest], took: float) -> list[Row]:
-    """What the guests saw."""
-    rates = [guest.frames / took for guest in guests]
-    waits = sorted(1000 * wait for guest in guests for wait in guest.latencies) or [math.nan]
-    own = sorted(1000 * wait for guest in guests for wait in guest.answers) or [math.nan]
+def summary(visitors: list[Visitor], took: float) -> list[Row]:
+    """Frames and latencies of the visitors."""
+    rates = [visitor.frames / took for visitor in visitors]
+    waits = sorted(1000 * wait for visitor in visitors for wait in visitor.latencies) or [math.nan]
+    own = sorted(1000 * wait for visitor in visitors for wait in visitor.answers) or [math.nan]
     return [
-        ("visitors", len(guests), ""),
+        ("visitors", len(visitors), ""),
         ("fewest frames", min(rates), "1/s"),
         ("median frames", statistics.median(rates), "1/s"),
         ("most frames", max(rates), "1/s"),
-        ("re-solves seen", sum(guest.solved for guest in guests), ""),
+        ("re-solves seen", sum(visitor.solved for visitor in visitors), ""),
         ("every edit to update, median", statistics.median(waits), "ms"),
         ("every edit to update, 95 %", waits[int(0.95 * (len(waits) - 1))], "ms"),
         ("edit to its own update, 95 %", own[int(0.95 * (len(own) - 1))], "ms"),
     ]
 
 
-def family(pid: int) -> list[int]:
-    """A process and all it has started that run."""
+def process_tree(pid: int) -> list[int]:
+    """A process and its running descendants."""
     children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
-    return [pid, *(one for child in children for one in family(int(child)))]
+    return [pid, *(one for child in children for one in process_tree(int(child)))]
 
 
 def cpu(pid: int) -> float:
-    """Processor time [s] of a process and all it has started."""
-    stats = [Path(f"/proc/{one}/stat").read_text() for one in family(pid)]
+    """Processor time [s] of a process and its descendants."""
+    stats = [Path(f"/proc/{one}/stat").read_text() for one in process_tree(pid)]
     fields = [stat.rpartition(")")[2].split() for stat in stats]
     return sum(int(field) for one in fields for field in one[11:13]) / os.sysconf("SC_CLK_TCK")
 
 
 def memory(pid: int) -> float:
-    """Memory [MB] of a process and all it has started; what they share counts once."""
-    maps = [Path(f"/proc/{one}/smaps_rollup").read_text() for one in family(pid)]
+    """Memory [MB] of a process and its descendants; shared memory counts once."""
+    maps = [Path(f"/proc/{one}/smaps_rollup").read_text() for one in process_tree(pid)]
     return (
         sum(
             int(line.split()[1]) for m in maps for line in m.splitlines() if line.startswith("Pss:")
@@ -213,7 +213,7 @@ def main() -> None:
     parser.add_argument("--visitors", type=int, default=60)
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--processes", type=int, default=len(os.sched_getaffinity(0)))
-    parser.add_argument("--resolves", type=int, default=0, help="go on until so many are seen")
+    parser.add_argument("--resolves", type=int, default=0, help="measure until this many answers")
     options = parser.parse_args()
     command = [sys.executable, "-c", SERVE, str(options.visitors), str(options.processes)]
     alone = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # as `beamviz serve` has it
@@ -223,8 +223,8 @@ def main() -> None:
         try:
             assert process.stdout
             url = next(w for w in process.stdout.readline().split() if w.startswith("http"))
-            guests = [Guest() for _ in range(options.visitors)]
-            measured = hall(url, guests, options.seconds, process.pid, options.resolves)
+            visitors = [Visitor() for _ in range(options.visitors)]
+            measured = measure(url, visitors, options.seconds, process.pid, options.resolves)
             for key, value, unit in asyncio.run(measured):
                 print(f"{key:<28} {value:10.2f} {unit}")
         finally:

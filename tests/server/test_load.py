@@ -1,4 +1,4 @@
-"""A small hall, by counts: what it takes in time is measured by scripts/load.py."""
+"""The load test with few visitors, by counts; scripts/load.py measures times."""
 
 import asyncio
 import os
@@ -12,39 +12,39 @@ from beamviz.scene import Scene
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "scripts"))
 
-from load import START, Guest, hall
+from load import START, Visitor, measure
 
 VISITORS, SECONDS = 12, 4.0
 
 
 @pytest.fixture(scope="module")
-def visit() -> tuple[list[Guest], dict[str, float]]:
+def visit() -> tuple[list[Visitor], dict[str, float]]:
     """Twelve visitors who drag for a while, and the rows of the script."""
-    guests = [Guest() for _ in range(VISITORS)]
+    visitors = [Visitor() for _ in range(VISITORS)]
     with explorer(Scene(START)) as url:
-        rows = asyncio.run(hall(url, guests, SECONDS, os.getpid()))
-    return guests, {key: value for key, value, _ in rows}
+        rows = asyncio.run(measure(url, visitors, SECONDS, os.getpid()))
+    return visitors, {key: value for key, value, _ in rows}
 
 
-def test_nobody_in_the_hall_is_left_out(visit):
-    """Everybody gets pictures, and answers to what they asked for."""
-    guests, _ = visit
-    assert min(guest.frames for guest in guests) > 0
-    assert min(guest.solved for guest in guests) > 0
+def test_every_visitor_is_served(visit):
+    """Each receives frames and answers to its edits."""
+    visitors, _ = visit
+    assert min(visitor.frames for visitor in visitors) > 0
+    assert min(visitor.solved for visitor in visitors) > 0
 
 
 def test_frames_are_shared_evenly(visit):
-    """However slow the machine: nobody gets half of what another one gets."""
-    guests, _ = visit
-    frames = sorted(guest.frames for guest in guests)
+    """However slow the machine, no visitor gets half the frames of another."""
+    visitors, _ = visit
+    frames = sorted(visitor.frames for visitor in visitors)
     assert frames[-1] <= 2 * frames[0] + 4
 
 
 def test_edits_are_not_queued(visit):
-    """The latest wins: of the edits sent while the solver was busy, most are never solved."""
-    guests, _ = visit
-    sent = VISITORS * SECONDS / guests[0].pace
-    assert sum(guest.solved for guest in guests) < sent
+    """Of the edits sent while the solver was busy only the latest is solved."""
+    visitors, _ = visit
+    sent = VISITORS * SECONDS / visitors[0].pace
+    assert sum(visitor.solved for visitor in visitors) < sent
 
 
 def test_the_rows_of_the_script_are_complete(visit):
