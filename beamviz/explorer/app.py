@@ -133,7 +133,7 @@ def explorer(
         WorkerPool(CHARTERS, "charter") as charts,
     ):
         rules = Access(host, server.get_port(), **access)
-        self_test(server, rules, listener)
+        self_test(server, rules, visitor_count, listener)
         theme(server, dark=scene.view.dark)
         rest = SampledModes.at_rest(scene.beam, scene.options["plane"])
         fitted = camera.fitted(rest, scene.view.rotating_frame, aspect=1.0)

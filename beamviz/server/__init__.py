@@ -3,6 +3,7 @@
 import contextlib
 import logging
 import socket
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -17,6 +18,7 @@ from beamviz.server.processes import Pipe, listening_sockets
 from beamviz.server.viser_private import PROTOCOL, opens_tunnel, viser_server
 
 TIMEOUT = 30.0  # [s] of the self-test, for one answer
+COUNT_TIMEOUT = 1.0  # [s] until its connections are no longer counted as visitors
 FOREIGN_ORIGIN = "http://foreign.invalid"
 INVALID_MESSAGES = {
     "a message that no page sends": b"\xc1",
@@ -55,7 +57,12 @@ def run_server(
         yield server
 
 
-def self_test(server: viser.ViserServer, access: Access, listener: Pipe | None = None) -> None:
+def self_test(
+    server: viser.ViserServer,
+    access: Access,
+    visitor_count: VisitorCount,
+    listener: Pipe | None = None,
+) -> None:
     """Attack a server that has just been started.
 
     If an attack succeeds, raises Unavailable where other machines can reach the server, and writes
@@ -69,6 +76,9 @@ def self_test(server: viser.ViserServer, access: Access, listener: Pipe | None =
 
     with connection.log.muted():
         failure = successful_attack(access, listener.connect_to_self if listener else connect)
+        deadline = time.monotonic() + COUNT_TIMEOUT
+        while visitor_count.counts[visitor_count.process] and time.monotonic() < deadline:
+            time.sleep(0.005)
     if opens_tunnel(server):
         failure = "viser's public tunnel can be opened"
     if failure and access.shared:

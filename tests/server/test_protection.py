@@ -13,6 +13,7 @@ from beamviz.errors import Unavailable
 from beamviz.explorer.app import explorer
 from beamviz.scene import Scene
 from beamviz.server import connection, run_server, viser_private
+from beamviz.server.access import VisitorCount
 
 ROOT = Path(__file__).parents[2]
 VISER_ROOMS = ("drawing", "server", "exports", "explorer")  # that may import viser
@@ -67,8 +68,13 @@ def test_on_this_machine_the_failure_is_a_line_in_the_log(monkeypatch, caplog, b
 
 def test_the_self_test_leaves_no_trace(caplog):
     """Its own attacks are not logged, and it is not counted as a visitor."""
-    with caplog.at_level(logging.DEBUG, "beamviz"), explorer(Scene(PAPER), **SHARED):
+    visitor_count = VisitorCount()
+    with (
+        caplog.at_level(logging.DEBUG, "beamviz"),
+        explorer(Scene(PAPER), visitor_count=visitor_count, **SHARED),
+    ):
         assert not caplog.records
+        assert visitor_count.total == 0
 
 
 # The attributes of viser and websockets

@@ -55,6 +55,7 @@ def hall(tmp_path_factory) -> Iterator[ServeProcess]:
 
 def test_visitors_are_shared_evenly_and_have_private_scenes(hall):
     """Four visitors, two for each process; what one does, no other sees."""
+    wait_until(lambda: len({lines(pid) for pid in hall.workers}) == 1)  # after the self-test
     before = [lines(pid) for pid in hall.workers]
     with contextlib.ExitStack() as stack:
         guests = [stack.enter_context(visitor(hall.url)) for _ in range(4)]
