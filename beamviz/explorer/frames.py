@@ -13,7 +13,7 @@ from functools import partial
 
 from viser import ClientHandle, ViserServer
 
-from beamviz.explorer.features.presenter import Presentation
+from beamviz.explorer.features import Presentation
 from beamviz.explorer.jobs import SolveQueue, WorkerPool
 from beamviz.explorer.session import Session
 from beamviz.scene import Scene

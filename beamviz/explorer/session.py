@@ -22,13 +22,12 @@ from beamviz.drawing import colours
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion, interpolate
 from beamviz.drawing.beam_view import AllModesView, BeamView, stacked_heights
 from beamviz.drawing.modes import Clock, SampledModes, amplitudes
+from beamviz.explorer.features import MassDrag, Presentation, PresenterMode
 from beamviz.explorer.features.comparison import Comparison, ComparisonTab
 from beamviz.explorer.features.files import Downloads, SceneFiles, open_link
 from beamviz.explorer.features.lessons import Lessons
 from beamviz.explorer.features.loci_tab import LociTab
-from beamviz.explorer.features.mass_drag import MassDrag
 from beamviz.explorer.features.method_timing import MethodTimingTab
-from beamviz.explorer.features.presenter import Presentation, PresenterMode
 from beamviz.explorer.features.real_beam import RealBeamButtons
 from beamviz.explorer.features.run_up import RunUpPlayback, RunUpTab
 from beamviz.explorer.features.veering import VeeringTab

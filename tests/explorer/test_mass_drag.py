@@ -12,8 +12,8 @@ from live.visitor import PAPER, Visitor, visitor
 
 from beamviz.drawing.beam_view import BeamView
 from beamviz.drawing.modes import SampledModes
+from beamviz.explorer.features import MassDrag, nearest
 from beamviz.explorer.features.comparison import number
-from beamviz.explorer.features.mass_drag import MassDrag, nearest
 from beamviz.scene import ViewOptions
 from beamviz.server import run_server
 from beamviz.solver import solve

@@ -10,7 +10,7 @@ from live.visitor import PAPER, frequency_text, visitor
 from beamviz.explorer import app as server
 from beamviz.explorer import jobs
 from beamviz.explorer.app import explorer
-from beamviz.explorer.features.presenter import LABEL
+from beamviz.explorer.features import FOLLOW_LABEL
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
@@ -62,7 +62,7 @@ def test_a_student_leaves_to_explore_and_comes_back(url):
         other.says(frequency_text(PAPER.replace(gamma=22)))
         assert frequency_text(PAPER.replace(gamma=21, alpha=2)) in one.text
         assert frequency_text(PAPER.replace(gamma=21, alpha=2)) not in lead.text + other.text
-        one.choose(LABEL, True)
+        one.choose(FOLLOW_LABEL, True)
         one.says(frequency_text(PAPER.replace(gamma=22)))
 
 
@@ -73,14 +73,14 @@ def test_a_student_cannot_lead(url):
         one.says(frequency_text(PAPER.replace(gamma=21)))
         time.sleep(0.5)
         assert frequency_text(PAPER.replace(gamma=21)) not in other.text
-        assert LABEL in one.controls
+        assert FOLLOW_LABEL in one.controls
 
 
 def test_a_presenter_who_leaves_and_returns_leads_again(url, frame_loops):
     """Meanwhile the last scene stays."""
     with visitor(url) as one:
         with visitor(f"{url}/?token={PRESENTER}") as lead:
-            assert LABEL not in lead.controls
+            assert FOLLOW_LABEL not in lead.controls
             lead.choose("speed γ", 21.0)
             one.says(frequency_text(PAPER.replace(gamma=21)))
             lead.choose("playing", False)

@@ -63,7 +63,7 @@ def test_both_events_and_all_of_the_gap_are_in_view(pairs):
 
 
 def test_shapes_keep_their_signs_across_the_view(pairs):
-    """SampledModes at the ends correlate with the one in between; at a crossing, where shapes are not
+    """Shapes at the ends correlate with the one in between; at a crossing, where shapes are not
     unique, they are taken beside it."""
     for pair in pairs:
         for first, middle, last in pair.shapes:

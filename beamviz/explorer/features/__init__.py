@@ -1,0 +1,138 @@
+"""Features of the page, one module each; here the two without a tab: presenter mode, in which
+visitors see the presenter's scene, and dragging the mass along the beam with the pointer."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from viser import BatchedMeshHandle, SceneNodeDragEvent
+from viser.transforms import SO3
+
+from beamviz.drawing.beam_view import BeamView
+from beamviz.drawing.modes import Clock
+from beamviz.explorer.jobs import Job
+from beamviz.explorer.state import State
+from beamviz.explorer.visitor import Visitor
+
+# Presenter mode
+
+FOLLOW_LABEL = "follow the presenter"
+TOP = -1.0  # above all other controls
+FOLLOWED = ("scene", "case", "view", "over", "per_rev")  # of the state, which follow
+
+
+class Presentation(NamedTuple):
+    """What others can follow of a visitor: the state and the solution, the loci charts and the
+    clock of the scene."""
+
+    visitor: Visitor
+    charts: Job
+    clock: Clock
+
+
+class PresenterMode:
+    """Keeps a visitor's page in line with the presenter's while they follow; nothing is solved for
+    it then. presenter: gives what to follow, None while there is no presenter."""
+
+    def __init__(self, own: Presentation, presenter: Callable[[], Presentation | None]):
+        self.own, self.presenter = own, presenter
+        hint = "Move any control to explore by yourself; tick this to come back"
+        box = own.visitor.client.gui.add_checkbox(FOLLOW_LABEL, True, hint=hint, order=TOP)
+        own.visitor.bind_key(box, "following")
+
+    @property
+    def followed(self) -> Presentation | None:
+        """What to follow now."""
+        return self.presenter() if self.own.visitor.state.following else None
+
+    @property
+    def outdated(self) -> bool:
+        """Whether the presenter has something new."""
+        own, other = self.own, self.followed
+        return other is not None and (
+            other.visitor.solver.answer is not own.visitor.solver.answer
+            or other.visitor.state.view is not own.visitor.state.view
+            or other.charts.answer is not own.charts.answer
+        )
+
+    def update(self) -> None:
+        """Take over the state and the answers of the presenter."""
+        own, other = self.own, self.followed
+        if other is None:
+            return
+        with own.visitor.lock:
+            own.visitor.solver.adopt(other.visitor.solver)
+            own.charts.adopt(other.charts)
+            state, theirs = own.visitor.state, other.visitor.state
+            changes = {name: getattr(theirs, name) for name in FOLLOWED}
+            if any(getattr(state, name) is not value for name, value in changes.items()):
+                own.visitor.follow(replace(state, **changes))
+
+    def update_clock(self) -> None:
+        """Show the same moment of the same vibration as the presenter."""
+        clock = self.own.clock
+        if other := self.followed:
+            theirs = other.clock
+            if len(clock.phases) == len(theirs.phases):
+                clock.phases, clock.angle, clock.rate = theirs.phases, theirs.angle, theirs.rate
+
+
+# Dragging the mass
+
+DIGITS = 3  # of beta: finer than a pointer
+PARALLEL = 1e-3  # sin^2 of the angle between view and beam below which there is no position
+
+
+class MassDrag:
+    """Turns drags of the mass into values of beta; time stands still meanwhile."""
+
+    def __init__(self, visitor: Visitor, view: BeamView):
+        self.visitor, self.view = visitor, view
+        self.offset: float | None = None  # from the centre of the mass to where it was picked up
+        view.mass.on_drag(self.dragged)
+
+    async def dragged(self, event: SceneNodeDragEvent[BatchedMeshHandle]) -> None:
+        """Take a step of a drag; on the event loop, so that steps come in order."""
+        visitor, shapes = self.visitor, self.view.shapes
+        if event.phase == "end":
+            self.offset, visitor.dragging = None, False
+            visitor.wake()
+            return
+        x = self.distance_along_beam(np.asarray(event.end_position, float))
+        if x is None:
+            return
+        if self.offset is None:
+            self.offset, visitor.dragging = x - shapes.centreline[shapes.mass, 0], True
+            visitor.change(State.keep_for_comparison)
+        beta = self.beta(x - self.offset)
+        visitor.change(lambda state: state.changed("beta", beta))
+
+    def distance_along_beam(self, point: np.ndarray) -> float | None:
+        """Distance from the clamp of the place on the beam that is nearest to the line of sight
+        through a point (3,); None where that is not defined."""
+        view = self.view
+        axis = SO3(np.asarray(view.rotor.wxyz)).apply(np.array([1.0, 0.0, 0.0]))
+        clamp = np.asarray(view.frame.position) + view.shapes.beam.delta * axis
+        return nearest(clamp, axis, np.asarray(self.visitor.client.camera.position), point)
+
+    def beta(self, x: float) -> float:
+        """The reference coordinate of a place on the stretched beam."""
+        shapes = self.view.shapes
+        return round(float(np.interp(x, shapes.centreline[:, 0], shapes.x)), DIGITS)
+
+
+def nearest(
+    start: np.ndarray, direction: np.ndarray, eye: np.ndarray, point: np.ndarray
+) -> float | None:
+    """Distance along a line, from `start` (3,) in the unit `direction` (3,), of its place nearest
+    to the line from `eye` through `point`; None where these are parallel or not finite."""
+    sight = point - eye
+    length = float(np.linalg.norm(sight))
+    if not (np.isfinite(length) and length > 0):
+        return None
+    sight = sight / length
+    cosine = float(direction @ sight)
+    if 1 - cosine**2 < PARALLEL:
+        return None
+    return float((direction - cosine * sight) @ (eye - start)) / (1 - cosine**2)

@@ -63,7 +63,7 @@ class Panel:
             self.add_motion(gui)
         with gui.add_folder("Picture"):
             self.add_picture(gui)
-        with gui.add_folder("Terms on or off", expand_by_default=False):
+        with gui.add_folder("Physical effects", expand_by_default=False):
             TermControls(visitor)
         with gui.add_folder("Model", expand_by_default=False):
             for name, hint in MODEL.items():
