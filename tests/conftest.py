@@ -1,4 +1,4 @@
-"""Settings of every test, made before numpy is imported, and the command line in this process."""
+"""Settings of every test, made before numpy is imported, and shared fixtures."""
 
 import os
 from collections.abc import Iterator
@@ -11,11 +11,9 @@ from live.browser import NO_BROWSER, find_browser, start_browser
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # timings compare one thread with one thread
 
-# Which lines a failure runs takes minutes to find out, and seldom says why.
-QUICK_TO_FAIL = [phase for phase in hypothesis.Phase if phase is not hypothesis.Phase.explain]
-hypothesis.settings.register_profile(
-    "beamviz", deadline=None, derandomize=True, phases=QUICK_TO_FAIL
-)
+# The phase that explains a failure takes minutes.
+PHASES = [phase for phase in hypothesis.Phase if phase is not hypothesis.Phase.explain]
+hypothesis.settings.register_profile("beamviz", deadline=None, derandomize=True, phases=PHASES)
 hypothesis.settings.load_profile("beamviz")
 
 
@@ -27,7 +25,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Without a browser, tests of pages are skipped and say so."""
+    """Skip the tests that need a browser where there is none."""
     if find_browser() is None:
         for item in items:
             if item.get_closest_marker("browser"):
@@ -81,7 +79,7 @@ def url(request: pytest.FixtureRequest) -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def frame_loops() -> Iterator[list[Any]]:
-    """The frame_loops of all explorers that begin after this, in their order."""
+    """The frame loops of all explorers started after this, in their order."""
     from beamviz.explorer import app as server
 
     made: list[Any] = []

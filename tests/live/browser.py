@@ -39,10 +39,10 @@ class Target:
                 if "error" in message:
                     raise RuntimeError(f"{method}: {message['error']['message']}")
                 return message["result"]
-            self.note(message)
+            self.handle_event(message)
 
-    def note(self, message: dict[str, Any]) -> None:
-        """Events of the browser are not needed."""
+    def handle_event(self, message: dict[str, Any]) -> None:
+        """Ignore the events of the browser."""
 
 
 class Page(Target):
@@ -54,8 +54,8 @@ class Page(Target):
         for domain in ("Runtime", "Log", "Page"):
             self.call(f"{domain}.enable")
 
-    def note(self, message: dict[str, Any]) -> None:
-        """Keep what the page complains about."""
+    def handle_event(self, message: dict[str, Any]) -> None:
+        """Collect the errors of the page."""
         kind, params = message.get("method"), message.get("params", {})
         if kind == "Runtime.exceptionThrown":
             self.problems.append(params["exceptionDetails"]["text"])
@@ -125,12 +125,12 @@ class Page(Target):
         return left + width / 2, top + height / 2
 
     def picture(self, path: Path) -> None:
-        """Save what the page shows as a PNG."""
+        """Save a screenshot of the page as PNG."""
         path.write_bytes(base64.b64decode(self.call("Page.captureScreenshot")["data"]))
 
 
 def says(words: str) -> str:
-    """Whether the page says these words."""
+    """An expression: whether these words are on the page."""
     return f"document.body?.innerText.includes({words!r})"
 
 

@@ -36,7 +36,7 @@ CAMERA_MESSAGE = {
 
 
 def free_port(host: str = "127.0.0.1") -> int:
-    """A port nobody listens on."""
+    """A port that is not in use."""
     with socket.socket() as probe:
         probe.bind((host, 0))
         return int(probe.getsockname()[1])
@@ -44,7 +44,7 @@ def free_port(host: str = "127.0.0.1") -> int:
 
 @contextlib.contextmanager
 def plain_viser_server(host: str = "127.0.0.1") -> Iterator[viser.ViserServer]:
-    """viser's own server."""
+    """An unprotected server of viser, for comparison."""
     with contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=host, port=free_port(host), verbose=False)
     try:
@@ -55,13 +55,13 @@ def plain_viser_server(host: str = "127.0.0.1") -> Iterator[viser.ViserServer]:
 
 
 def url_of(server: viser.ViserServer) -> str:
-    """Where a server of viser's is."""
+    """The URL of a viser server."""
     return f"http://127.0.0.1:{server.get_port()}"
 
 
 @contextlib.contextmanager
 def raw_socket(url: str, path: str = "", **options: Any) -> Iterator[Connection]:
-    """A bare WebSocket, as anybody can open one."""
+    """A WebSocket of viser's protocol without a client behind it."""
     with connect(
         url.replace("http://", "ws://").split("/?")[0] + path,
         subprotocols=[PROTOCOL],  # type: ignore[list-item]
@@ -73,12 +73,12 @@ def raw_socket(url: str, path: str = "", **options: Any) -> Iterator[Connection]
 
 
 def encoded(**message: Any) -> bytes:
-    """One message as it goes over the wire."""
+    """One message as bytes of the protocol."""
     return msgspec.msgpack.encode(message)
 
 
 def close_code(url: str, message: bytes | str, **options: Any) -> int:
-    """Send a message; the code with which the explorer ends the connection."""
+    """The code with which the explorer closes the connection after a message."""
     with raw_socket(url, **options) as line:
         line.send(encoded(**CAMERA_MESSAGE))
         line.send(message)
@@ -89,22 +89,22 @@ def close_code(url: str, message: bytes | str, **options: Any) -> int:
 
 
 def wait_for_client(server: viser.ViserServer) -> None:
-    """Wait until viser knows a visitor."""
+    """Wait until viser has a client."""
     wait_until(server.get_clients)
 
 
 def wait_until(done: Callable[[], Any], timeout: float = 40.0) -> Any:
-    """Wait until something is true; its value."""
+    """Wait until `done` returns a true value; that value."""
     end = time.monotonic() + timeout
     while not (value := done()):
         if time.monotonic() > end:
-            raise TimeoutError("it never came true")
+            raise TimeoutError(f"not true within {timeout:g} s")
         time.sleep(0.02)
     return value
 
 
 def http_get(url: str, path: str = "/", **headers: str) -> tuple[int, dict[str, str], bytes]:
-    """Status, headers and body of a plain request; Host as given, if it is."""
+    """Status, headers and body of a GET request; a Host header replaces the usual one."""
     place = url.removeprefix("http://").split("/")[0]
     caller = http.client.HTTPConnection(place, timeout=10)
     try:
@@ -119,7 +119,7 @@ def http_get(url: str, path: str = "/", **headers: str) -> tuple[int, dict[str, 
 
 
 def missing_headers(headers: dict[str, str]) -> set[str]:
-    """What the headers of an answer leave a page, or tell of the server, against the rules."""
+    """Security headers that are missing or wrong, and headers that reveal the server."""
     rules = {
         "X-Frame-Options": "DENY",
         "X-Content-Type-Options": "nosniff",
@@ -133,7 +133,7 @@ def missing_headers(headers: dict[str, str]) -> set[str]:
 
 
 class ServeProcess:
-    """A running `beamviz serve`: its process, its URL, its folder for temporary files."""
+    """A running `beamviz serve`, with its own folder for temporary files."""
 
     def __init__(self, folder: Path, *options: str, processes: int = 2):
         self.folder, self.processes = folder, processes
@@ -158,16 +158,16 @@ class ServeProcess:
 
     @property
     def workers(self) -> list[int]:
-        """The processes it has started."""
+        """The pids of its worker processes."""
         return child_pids(self.process.pid)
 
     def end(self, number: int) -> tuple[int, str]:
-        """Exit code and stderr after a signal."""
+        """Send a signal; exit code and stderr."""
         self.process.send_signal(number)
-        _, errors = self.process.communicate(timeout=20)
+        _, errors = self.process.communicate(timeout=60)
         return self.process.returncode, errors
 
 
 def child_pids(parent: int) -> list[int]:
-    """The processes that one has started."""
+    """The pids of the child processes of a process."""
     return [int(pid) for pid in Path(f"/proc/{parent}/task/{parent}/children").read_text().split()]

@@ -1,4 +1,4 @@
-"""A visitor without a browser: a client that speaks viser's protocol, for tests and timings."""
+"""A visitor without a browser: a client of viser's protocol, for tests and timings."""
 
 import contextlib
 import time
@@ -6,9 +6,8 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import msgspec.msgpack
-import viser
 import zstandard
-from websockets.sync.client import connect
+from live.server import CAMERA_MESSAGE, encoded, raw_socket
 from websockets.sync.connection import Connection
 
 from beamviz.beam import Beam
@@ -21,7 +20,7 @@ PAPER = Beam(alpha=1, beta=0.5, gamma=10)  # where visitors start
 
 
 class Visitor:
-    """Controls by label, texts by id, and the latest properties of every node of the scene."""
+    """The state that a browser would show: controls by label, texts by id, nodes of the scene."""
 
     def __init__(self, socket: Connection):
         self.socket = socket
@@ -31,36 +30,25 @@ class Visitor:
         self.texts: dict[str, str] = {}
         self.updated: dict[str, Any] = {}
         self.nodes: dict[str, dict[str, Any]] = {}
-        self.camera: tuple[float, ...] = ()  # where it was put last
+        self.camera: tuple[float, ...] = ()  # the position last sent
         self.received = 0
-        self.send(
-            type="ViewerCameraMessage",
-            wxyz=(1.0, 0.0, 0.0, 0.0),
-            position=(0.0, -3.0, 2.0),
-            fov=0.4,
-            near=0.01,
-            far=1000.0,
-            image_height=720,
-            image_width=1280,
-            look_at=(0.0, 0.0, 0.0),
-            up_direction=(0.0, 0.0, 1.0),
-        )
+        self.send(**CAMERA_MESSAGE)
 
     def send(self, **message: Any) -> None:
         """Send one message."""
-        self.socket.send(msgspec.msgpack.encode(message))
+        self.socket.send(encoded(**message))
 
     def choose(self, label: str, value: Any) -> None:
-        """Set a control, as a browser would, as soon as it is there."""
+        """Set a control as soon as it exists, as a browser would."""
         self.wait(lambda _: label in self.controls)
         self.send(type="GuiUpdateMessage", uuid=self.controls[label], updates={"value": value})
 
     def press(self, key: str) -> None:
-        """Press a key that has a command, or run a command without one by its name."""
+        """Run a command by its key, or by its name if it has no key."""
         self.send(type="CommandTriggerMessage", uuid=self.commands[key])
 
     def wait(self, done: Callable[[list[dict[str, Any]]], Any], timeout: float = TIMEOUT) -> Any:
-        """Take in messages until `done` of the latest ones is true; its value."""
+        """Receive messages until `done` of the latest ones is true; its value."""
         end = time.monotonic() + timeout
         latest: list[dict[str, Any]] = []
         while not (value := done(latest)):
@@ -68,7 +56,7 @@ class Visitor:
         return value
 
     def receive(self, timeout: float) -> list[dict[str, Any]]:
-        """The next group of messages, taken in; TimeoutError where none comes."""
+        """The next group of messages, applied to the state; TimeoutError if none comes."""
         if timeout <= 0:
             raise TimeoutError("the explorer did not answer in time")
         data = self.socket.recv(timeout=timeout)
@@ -79,11 +67,11 @@ class Visitor:
             zstandard.ZstdDecompressor().decompress(data[16 : 16 + size])
         )
         for message in group["messages"]:
-            self.take(message)
+            self.apply(message)
         return group["messages"]
 
-    def take(self, message: dict[str, Any]) -> None:
-        """Keep what a message says."""
+    def apply(self, message: dict[str, Any]) -> None:
+        """Update the state by one message."""
         kind, props = message["type"], message.get("props", {})
         if kind == "SceneNodeUpdateMessage":
             self.nodes.setdefault(message["name"], {}).update(message["updates"])
@@ -118,16 +106,16 @@ class Visitor:
 
     @property
     def values(self) -> dict[str, Any]:
-        """What the program has set controls to, by their labels."""
+        """The values that the server has set, by label of the control."""
         return {n: self.updated[uuid] for n, uuid in self.controls.items() if uuid in self.updated}
 
     @property
     def text(self) -> str:
-        """All the panel says."""
+        """All texts of the panel."""
         return " ".join(self.texts.values())
 
     def says(self, words: str, timeout: float = TIMEOUT) -> bool:
-        """Wait until the panel says `words`."""
+        """Wait until `words` are in the panel."""
         return self.wait(lambda _: words in self.text, timeout)
 
 
@@ -138,13 +126,13 @@ def beam_moved(messages: list[dict[str, Any]]) -> bool:
 
 
 def pause(guest: Visitor, quiet: float = 0.3) -> None:
-    """Pause, and take in what is still on its way."""
+    """Stop the animation and receive the messages that were already sent."""
     guest.choose("playing", False)
     final_text(guest, quiet)
 
 
 def final_text(guest: Visitor, quiet: float = 0.5) -> str:
-    """What the panel says once nothing more comes."""
+    """The texts of the panel once no more messages come."""
     end = time.monotonic() + TIMEOUT
     with contextlib.suppress(TimeoutError):
         while True:
@@ -155,14 +143,8 @@ def final_text(guest: Visitor, quiet: float = 0.5) -> str:
 
 @contextlib.contextmanager
 def visitor(url: str, first: str = "B1", **options: Any) -> Iterator[Visitor]:
-    """A connected visitor whose first picture has come, with a panel that says `first`."""
-    with connect(
-        url.replace("http://", "ws://"),
-        subprotocols=[f"viser-v{viser.__version__}"],  # type: ignore[list-item]
-        compression=None,
-        max_size=None,
-        **options,
-    ) as socket:
+    """A connected visitor that has received its first frame and a panel with the text `first`."""
+    with raw_socket(url, **options) as socket:
         guest = Visitor(socket)
         guest.wait(lambda latest: beam_moved(latest) and first in guest.text)
         yield guest
