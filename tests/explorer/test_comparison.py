@@ -12,7 +12,7 @@ from live.visitor import PAPER, Visitor, visitor
 
 from beamviz.beam import Beam
 from beamviz.drawing import camera
-from beamviz.drawing.beam_view import AllModesView, stacked_heights, title
+from beamviz.drawing.beam_view import AllModesView, stacked_heights
 from beamviz.drawing.modes import Clock, SampledModes, displacement
 from beamviz.drawing.objects import to_hub_frame
 from beamviz.explorer.app import explorer
@@ -188,8 +188,7 @@ def test_small_multiples_show_each_mode_by_itself():
             line, _ = to_hub_frame(drawn, drawn.centreline + moved)
             middle = (line[:-1] + line[1:]) / 2
             assert np.allclose(part.beam.batched_positions, middle, atol=1e-6)
-            assert part.title.text == title(shapes, k)
-            assert shapes.labels[k] in part.title.text
+            assert part.title.text.startswith(shapes.labels[k])
         multiples.hide()
         assert not any(part.frame.visible for part in multiples.rows)
 

@@ -5,7 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from beamviz.display_units import (
+from charts import chart_of
+from hypothesis import given
+from hypothesis import strategies as st
+from live.visitor import visitor
+
+from beamviz.beam import PARAMETERS, Beam, Units
+from beamviz.drawing.text import (
     frequencies,
     measure,
     measures,
@@ -14,12 +20,6 @@ from beamviz.display_units import (
     rounded,
     rounded_to_error,
 )
-from charts import chart_of
-from hypothesis import given
-from hypothesis import strategies as st
-from live.visitor import visitor
-
-from beamviz.beam import PARAMETERS, Beam, Units
 from beamviz.explorer.features.loci_chart import series
 from beamviz.explorer.features.loci_tab import LANES, MAX_RESONANCES, modes_here, resonance_table
 from beamviz.frequency_loci import loci
