@@ -73,7 +73,7 @@ def test_on_a_phone_a_chart_is_no_wider_than_the_screen(phone):
     place(phone, tab("Loci"))
     phone.click(tab("Loci"))
     chart = "[...document.querySelectorAll('.uplot')].find(e => e.offsetWidth)"
-    phone.wait(f"{chart} && !!document.querySelector('[aria-label=\"meetings\"]')")
+    phone.wait(f"{chart} && !!document.querySelector('[aria-label=\"crossings and veerings\"]')")
     left, _, width, _ = place(phone, chart)
     assert 0.9 * WIDTH < left + width <= WIDTH
     viewport = f"document.querySelector('{SHEET} .mantine-ScrollArea-viewport')"
