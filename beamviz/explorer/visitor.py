@@ -8,6 +8,7 @@ import math
 import threading
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from viser import ClientHandle, GuiButtonGroupHandle, GuiButtonHandle, GuiEvent, GuiInputHandle
@@ -23,6 +24,20 @@ SAME = 1e-9  # relative: a number shown in other units comes back with a roundin
 
 Get = Callable[[State], Any]
 Set = Callable[[State, Any], State]
+
+
+class Renderer:
+    """Shows one value of the state when it is another object than before."""
+
+    def __init__(self, get: Get, show: Callable[[Any], None]):
+        self.get, self.show, self.shown = get, show, object()
+
+    def update(self, state: State) -> None:
+        """Show the value of a state."""
+        value = self.get(state)
+        if value is not self.shown:
+            self.shown = value
+            self.show(value)
 
 
 class Visitor:
@@ -46,7 +61,7 @@ class Visitor:
         self.queue, self.background = queue, background
         self.lock, self.camera = threading.RLock(), PageCamera(client.camera)
         self.camera.take(state.camera)
-        self.renderers: list[Callable[[State], None]] = []
+        self.renderers: list[Renderer] = []
         self.jobs: list[Job] = []
         self.answer: SolverAnswer | None = None
         self.chart_answer: SolverAnswer | None = None
@@ -65,20 +80,22 @@ class Visitor:
             self.follow(state)
 
     def follow(self, state: State) -> None:
-        """Take another state: show it in all controls, and solve its case."""
+        """Take another state: show it in all controls, and solve its case. The frame loop is woken
+        at once where no answer is to come."""
         with self.lock:
             self.state = state
-            for render in self.renderers:
-                render(state)
-            if not state.following:
-                self.solver.request(state.case)
-        self.wake()
+            for renderer in self.renderers:
+                renderer.update(state)
+            requested = not state.following and self.solver.request(state.case)
+        if not requested:
+            self.wake()
 
-    def render(self, renderer: Callable[[State], None]) -> None:
-        """Call `renderer` with the state, now and after each change."""
+    def render(self, get: Get, show: Callable[[Any], None]) -> None:
+        """Call `show(get(state))` now, and whenever that is another object than before."""
+        renderer = Renderer(get, show)
         with self.lock:
             self.renderers.append(renderer)
-            renderer(self.state)
+            renderer.update(self.state)
 
     def load(self, scene: Scene, home: Scene | None = None) -> None:
         """Show another scene; `home` is the one that a reset returns to from now on."""
@@ -109,8 +126,13 @@ class Visitor:
     def bind(self, control: GuiInputHandle, get: Get, edit: Set) -> None:
         """Show `get(state)` in a control; what the visitor sets it to becomes
         `edit(state, value)`."""
-        on_edit(control, lambda value: self.change(lambda state: edit(state, value)))
-        self.render(lambda state: show(control, get(state)))
+
+        def edited(value: Any) -> None:
+            self.change(lambda state: edit(state, value))
+            show(control, get(self.state))  # for a value that was not taken as it is
+
+        on_edit(control, edited)
+        self.render(get, partial(show, control))
 
     def bind_key(self, control: GuiInputHandle, key: str) -> None:
         """Bind a control to the value that has this name in `State.value`."""

@@ -10,7 +10,6 @@ from beamviz.beam import PARAMETERS, Units
 from beamviz.drawing.text import measures, places
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor, on_edit, show
-from beamviz.scene import Scene
 
 TERMS = {
     "stiffening": (
@@ -41,8 +40,9 @@ class NumberControls:
         with gui.add_folder("Exact, over the full range", expand_by_default=False):
             self.fields = {name: self.add_field(gui, name) for name in PARAMETERS}
         self.measures = measures(visitor.state.case.units)
-        self.scene: Scene | None = None  # that the ranges are chosen for
-        visitor.render(self.show)
+        visitor.render(lambda state: state.scene, lambda _: self.choose_ranges(visitor.state))
+        for name in PARAMETERS:
+            visitor.render(partial(State.value, name=name), partial(self.show, name))
 
     def add_slider(self, gui: GuiApi, name: str) -> GuiSliderHandle[float]:
         """The slider of a number."""
@@ -66,26 +66,24 @@ class NumberControls:
         number = self.measures[name].plain(value)
         self.visitor.change(lambda state: state.changed(name, number))
 
-    def show(self, state: State) -> None:
-        """Show the numbers of a state. Ranges are chosen anew for another scene."""
-        if state.scene is not self.scene:
-            units = state.case.units
-            self.scene, self.measures = state.scene, measures(units)
-            for name in PARAMETERS:
-                self.choose_range(name, state.case.numbers[name], units)
-            self.sliders["mu"].visible = self.fields["mu"].visible = units is None
-        for name, number in state.case.numbers.items():
-            if isinstance(number, int | float) and math.isfinite(number):
-                self.show_number(name, self.measures[name].factor * number)
+    def show(self, name: str, number: Any) -> None:
+        """Show a number; the slider widens for one beyond its everyday range."""
+        if not isinstance(number, int | float) or not math.isfinite(number):
+            return
+        slider, factor = self.sliders[name], self.measures[name].factor
+        if not slider.min <= factor * number <= slider.max:
+            slider.min, slider.max = (factor * limit for limit in PARAMETERS[name].limits)
+        show(slider, factor * number)
+        show(self.fields[name], factor * number)
 
-    def show_number(self, name: str, value: float) -> None:
-        """Show a number, in its unit; the slider widens for one beyond its everyday range."""
-        slider = self.sliders[name]
-        if not slider.min <= value <= slider.max:
-            factor, limits = self.measures[name].factor, PARAMETERS[name].limits
-            slider.min, slider.max = (factor * limit for limit in limits)
-        show(slider, value)
-        show(self.fields[name], value)
+    def choose_ranges(self, state: State) -> None:
+        """Choose labels and ranges for another scene, and show its numbers."""
+        units = state.case.units
+        self.measures = measures(units)
+        for name, number in state.case.numbers.items():
+            self.choose_range(name, number, units)
+            self.show(name, number)
+        self.sliders["mu"].visible = self.fields["mu"].visible = units is None
 
     def choose_range(self, name: str, number: float, units: Units | None) -> None:
         """Label and range of a slider and its field. The slider covers four times the value of a
