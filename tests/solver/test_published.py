@@ -11,6 +11,7 @@ from published import RIGID_CORIOLIS
 from scipy.optimize import brentq
 
 from beamviz import Beam, solve
+from beamviz.errors import NoEquilibrium
 
 RIGID = 10000.0  # slenderness; stretch is (gamma / mu)^2 = 1e-6 at most in the rigid tables
 
@@ -74,6 +75,13 @@ def test_inward_beam_buckles():
     assert beyond.equilibrium.status == "unstable"
     assert np.isnan(beyond.frequencies[0])
     assert beyond.growth_rates[0] > 0
+
+
+@pytest.mark.parametrize("beam", [Beam(0.5, 0, 120, -1), Beam(30, 0.3, 2, 5, 20)])
+def test_a_search_for_the_limit_gives_no_warnings(beam):
+    """Iterations that diverge on the way are no business of the caller (warnings are errors)."""
+    with pytest.raises(NoEquilibrium):
+        solve(beam, strain="hencky")
 
 
 # ---------------------------------------------------------------------------------------------

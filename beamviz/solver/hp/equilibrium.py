@@ -246,6 +246,7 @@ def newton(
     return AxialState(f, iteration, error), stable
 
 
+@np.errstate(all="ignore")  # in iterations that diverge, which do not converge
 def _follow(mesh: Mesh, inertia: Inertia, beam: BeamStack, law: StrainLaw, load: float) -> Path:
     """Continuation of the stable branch from no load towards `load` = (gamma / mu)^2."""
 
