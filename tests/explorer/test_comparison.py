@@ -141,9 +141,9 @@ def test_both_beams_run_on_one_clock(stacked):
             start = clock.phases[main.labels.index(label)]
             expected = start + 0.01 * double.frequencies[k]
             assert comparison.clock.phases[k] == pytest.approx(expected)
-        assert (comparison.scene if stacked else comparison.overlay) is not None
-        second = comparison.scene if stacked else comparison.overlay  # type: ignore[union-attr]
-        shapes = second.shapes  # type: ignore[union-attr]
+        second = comparison.scene if stacked else comparison.overlay
+        assert second
+        shapes = second.shapes
         moved = displacement(shapes, comparison.clock.phases, 0.15 * np.eye(5)[1])
         centreline, _ = to_hub_frame(shapes, shapes.centreline + moved)
         if stacked:
