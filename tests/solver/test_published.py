@@ -11,7 +11,6 @@ from published import RIGID_CORIOLIS
 from scipy.optimize import brentq
 
 from beamviz import Beam, solve
-from beamviz.errors import NoEquilibrium
 
 RIGID = 10000.0  # slenderness; stretch is (gamma / mu)^2 = 1e-6 at most in the rigid tables
 
@@ -77,11 +76,9 @@ def test_inward_beam_buckles():
     assert beyond.growth_rates[0] > 0
 
 
-@pytest.mark.parametrize("beam", [Beam(0.5, 0, 120, -1), Beam(30, 0.3, 2, 5, 20)])
-def test_a_search_for_the_limit_gives_no_warnings(beam):
-    """Iterations that diverge on the way are no business of the caller (warnings are errors)."""
-    with pytest.raises(NoEquilibrium):
-        solve(beam, strain="hencky")
+def test_diverging_iterations_give_no_warnings():
+    """A step of the continuation that diverges is halved; numpy does not warn of it."""
+    assert solve(Beam(0.5, 0, 120, -1), strain="hencky").equilibrium.status == "unstable"
 
 
 # ---------------------------------------------------------------------------------------------
