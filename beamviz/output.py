@@ -24,7 +24,6 @@ MAX_LOCI_ROWS = 21
 MAX_LOCI_DECIMALS = 5
 FAMILY_LETTERS = {"bending": "b", "stretching": "s", "mixed": "m"}
 LESSON_WIDTH = 88
-STATIONS = 201  # equally spaced along the beam; the position of the mass is added to them
 MODEL_KEYS = ("method", "strain", "curvature", "coriolis", "plane")
 EQUILIBRIUM_KEYS = ("status", "iterations", "tip", "max_stretch")
 STATS_KEYS = ("dof", "seconds", "method", "elements", "order")
@@ -33,11 +32,6 @@ MODE_COLUMNS = [
     *("error", "bending_fraction", "nodes"),
 ]
 SI_COLUMNS = ["hertz", "rad_per_s"]
-FIELD_COLUMNS = [
-    *("mode", "label", "family", "frequency", "error", "growth_rate", "bending_fraction"),
-    *("x", "position_x", "position_y", "stretch", "shape_x", "shape_y"),
-]
-IMAGINARY_COLUMNS = ["shape_x_imag", "shape_y_imag"]  # of complex modes, with Coriolis forces
 
 
 # Any records.
@@ -227,46 +221,6 @@ def mode_columns(solution: "Solution") -> list[list[str]]:
 
 
 SOLUTION_FORMATS = {"table": solution_table, "json": solution_json, "csv": solution_csv}
-
-
-def field_arrays(solution: "Solution") -> dict[str, np.ndarray]:
-    """Everything in a solution as arrays: (modes,), and along the beam (stations,), position
-    (stations, 2), shapes (modes, stations, 2); lengths in L, unit modal mass."""
-    beam, state = solution.beam, solution.equilibrium
-    x = np.union1d(np.linspace(0.0, 1.0, STATIONS), [beam.beta])
-    return {
-        "beam": np.array(list(beam.numbers.values())),
-        "beam_names": np.array(list(beam.numbers)),
-        "units": np.array([beam.units.length, beam.units.time] if beam.units else []),
-        "model": np.array(json.dumps(solution.problem.model)),
-        "status": np.array(state.status),
-        "labels": np.array(solution.labels),
-        "families": np.array(solution.families),
-        "frequencies": solution.frequencies,
-        "errors": solution.errors,
-        "growth_rates": solution.growth_rates,
-        "bending_fractions": solution.bending_energy_fraction,
-        "x": x,
-        "position": state.position(x),
-        "stretch": state.stretch(x),
-        "shapes": np.moveaxis(solution.displacement(x), 2, 0),
-    }
-
-
-def fields_csv(solution: "Solution") -> str:
-    """The same, one line for each mode and station; a number that is not finite is left empty."""
-    arrays = field_arrays(solution)
-    heading, shapes = FIELD_COLUMNS, [arrays["shapes"]]
-    if np.iscomplexobj(shapes[0]):
-        heading, shapes = FIELD_COLUMNS + IMAGINARY_COLUMNS, [shapes[0].real, shapes[0].imag]
-    state = [arrays[key] for key in ("x", "position", "stretch")]
-    modes = ("frequencies", "errors", "growth_rates", "bending_fractions")
-    rows = (
-        [k + 1, label, family, *plain([arrays[key][k] for key in modes]), *plain(row)]
-        for k, (label, family) in enumerate(zip(solution.labels, solution.families, strict=True))
-        for row in np.column_stack([*state, *(part[k] for part in shapes)])
-    )
-    return csv_text(heading, rows)
 
 
 # Frequency loci.

@@ -1,5 +1,6 @@
 """Files made of a scene: pictures, films, a page that plays offline, a 3D model, numbers."""
 
+import json
 import math
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -16,19 +17,26 @@ from beamviz.exports.html_page import write_html
 from beamviz.exports.renderer import open_renderer, over_background
 from beamviz.exports.solved_scene import Direction, Loop, SolvedScene, find_loop
 from beamviz.files import check_suffix, replaced
-from beamviz.output import field_arrays, fields_csv
+from beamviz.output import csv_text, plain
 from beamviz.scene import Scene
+from beamviz.solver import Solution
 
 PIXELS = (64, 4096)  # width and height of a picture
 FRAME_RATES = (5.0, 50.0)  # [1/s]; the limit of GIF
 MAX_FRAMES = 1000
+STATIONS = 201  # equally spaced along the beam; the position of the mass is added to them
+FIELD_COLUMNS = [
+    *("mode", "label", "family", "frequency", "error", "growth_rate", "bending_fraction"),
+    *("x", "position_x", "position_y", "stretch", "shape_x", "shape_y"),
+]
+IMAGINARY_COLUMNS = ["shape_x_imag", "shape_y_imag"]  # of complex modes, with Coriolis forces
 
 
 def export(path: str | Path, scene: Scene) -> None:
     """Write a scene as a file of the format its suffix names.
 
     .html: one page with film, chart and table that needs no network; .glb: an animated 3D model;
-    .csv, .npz: frequencies, shapes and equilibrium (see `beamviz.output.field_arrays`).
+    .csv, .npz: frequencies, shapes and equilibrium (see `field_arrays`).
 
     Raises InvalidInput, Unavailable, and the errors of `solve`; the file is complete or untouched.
     """
@@ -48,6 +56,46 @@ def write_npz(file: Path, solved: SolvedScene) -> None:
     arrays: dict[str, Any] = field_arrays(solved.solution)
     with file.open("wb") as stream:  # given a path, numpy would add a suffix
         np.savez_compressed(stream, **arrays)
+
+
+def field_arrays(solution: Solution) -> dict[str, np.ndarray]:
+    """Everything in a solution as arrays: (modes,), and along the beam (stations,), position
+    (stations, 2), shapes (modes, stations, 2); lengths in L, unit modal mass."""
+    beam, state = solution.beam, solution.equilibrium
+    x = np.union1d(np.linspace(0.0, 1.0, STATIONS), [beam.beta])
+    return {
+        "beam": np.array(list(beam.numbers.values())),
+        "beam_names": np.array(list(beam.numbers)),
+        "units": np.array([beam.units.length, beam.units.time] if beam.units else []),
+        "model": np.array(json.dumps(solution.problem.model)),
+        "status": np.array(state.status),
+        "labels": np.array(solution.labels),
+        "families": np.array(solution.families),
+        "frequencies": solution.frequencies,
+        "errors": solution.errors,
+        "growth_rates": solution.growth_rates,
+        "bending_fractions": solution.bending_energy_fraction,
+        "x": x,
+        "position": state.position(x),
+        "stretch": state.stretch(x),
+        "shapes": np.moveaxis(solution.displacement(x), 2, 0),
+    }
+
+
+def fields_csv(solution: Solution) -> str:
+    """The same, one line for each mode and station; a number that is not finite is left empty."""
+    arrays = field_arrays(solution)
+    heading, shapes = FIELD_COLUMNS, [arrays["shapes"]]
+    if np.iscomplexobj(shapes[0]):
+        heading, shapes = FIELD_COLUMNS + IMAGINARY_COLUMNS, [shapes[0].real, shapes[0].imag]
+    state = [arrays[key] for key in ("x", "position", "stretch")]
+    modes = ("frequencies", "errors", "growth_rates", "bending_fractions")
+    rows = (
+        [k + 1, label, family, *plain([arrays[key][k] for key in modes]), *plain(row)]
+        for k, (label, family) in enumerate(zip(solution.labels, solution.families, strict=True))
+        for row in np.column_stack([*state, *(part[k] for part in shapes)])
+    )
+    return csv_text(heading, rows)
 
 
 WRITERS: dict[str, Callable[[Path, SolvedScene], None]] = {

@@ -68,12 +68,12 @@ def test_stations_follow_curvature_and_hold_the_mass(mass, layer):
     """They rise from 0 to 1, the mass, if not at an end, is one, and a bending layer gets more."""
     x = np.linspace(0, 1, 401)
     points = modes.stations(x, np.exp(-x / layer), mass)
-    assert len(points) == tube.FINE + 1
+    assert len(points) == modes.FINE + 1
     assert points[0] == 0
     assert points[-1] == 1
     assert (np.diff(points) > 0).all()
     assert np.abs(points - mass).min() < 1e-8
-    assert (points < layer).sum() > 1.2 * layer * tube.FINE
+    assert (points < layer).sum() > 1.2 * layer * modes.FINE
 
 
 @pytest.mark.parametrize("plane", ["chordwise", "flapwise"])

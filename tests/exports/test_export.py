@@ -15,9 +15,8 @@ from beamviz.drawing.beam_mesh import subdivide
 from beamviz.drawing.modes import displacement
 from beamviz.drawing.objects import to_hub_frame
 from beamviz.errors import InvalidInput, Unavailable
-from beamviz.exports import WRITERS, export
+from beamviz.exports import STATIONS, WRITERS, export
 from beamviz.exports.solved_scene import SolvedScene, find_loop
-from beamviz.output import STATIONS
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
