@@ -130,10 +130,11 @@ def work(number: int, run: Run, pipe: Pipe, inherited: list[socket.socket]) -> N
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     for line in inherited:
         line.close()  # or other workers would not notice the end of the first process
+    report = socket.socket(fileno=os.dup(pipe.fileno()))  # asyncio closes the pipe itself
     try:
         run(number, pipe, pipe.ready)
     except BeamvizError as error:
-        pipe.sendall(str(error).encode()[:MAX_ERROR_BYTES])
+        report.sendall(str(error).encode()[:MAX_ERROR_BYTES])
         sys.exit(1)
 
 

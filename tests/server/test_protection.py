@@ -2,6 +2,8 @@
 
 import ast
 import logging
+import multiprocessing
+import sys
 from pathlib import Path
 
 import pytest
@@ -10,7 +12,7 @@ import websockets
 from live.visitor import PAPER
 
 from beamviz.errors import Unavailable
-from beamviz.explorer.app import explorer
+from beamviz.explorer.app import explorer, serve
 from beamviz.scene import Scene
 from beamviz.server import connection, run_server, viser_private
 from beamviz.server.access import VisitorCount
@@ -55,6 +57,15 @@ def test_a_server_without_its_protection_is_not_shared(monkeypatch, break_, fail
         with pytest.raises(Unavailable, match=match) as caught, explorer(Scene(PAPER), **reach):
             pass
         assert "\n" not in str(caught.value)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="one process on other systems")
+def test_several_processes_without_their_protection_are_not_shared(monkeypatch):
+    """Each tests itself; one error for all of them, and no process is left."""
+    ignore_messages(monkeypatch)
+    with pytest.raises(Unavailable, match=r"^self-test.*a message that no page sends"):
+        serve(Scene(PAPER), host="0.0.0.0", port=0, processes=2)
+    assert not multiprocessing.active_children()
 
 
 @pytest.mark.parametrize(("break_", "failure"), BROKEN)
