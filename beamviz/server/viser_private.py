@@ -1,4 +1,4 @@
-"""The only module that uses what viser does not document (tests/server/test_internals.py).
+"""The only module that uses what viser does not document (tests/server/test_protection.py).
 
 It builds a viser server that reaches the network only through a guard, opens no public tunnel and
 takes no file unasked, and it sets single properties at a third of viser's cost. Whatever it uses is

@@ -4,6 +4,7 @@ import contextlib
 import http.client
 import io
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -171,3 +172,10 @@ class ServeProcess:
 def child_pids(parent: int) -> list[int]:
     """The pids of the child processes of a process."""
     return [int(pid) for pid in Path(f"/proc/{parent}/task/{parent}/children").read_text().split()]
+
+
+def handles_sigterm(pid: int) -> bool:
+    """Whether a process has set its handler of SIGTERM, as it does in its first line."""
+    status = Path(f"/proc/{pid}/status").read_text()
+    (line,) = [line for line in status.splitlines() if line.startswith("SigCgt")]
+    return bool(int(line.split()[1], 16) & 1 << (signal.SIGTERM - 1))

@@ -74,7 +74,9 @@ def test_a_page_of_another_site_may_not_connect_nor_ask(url):
     assert refused(url, origin="null")
     assert http_get(url, Origin=FOREIGN_ORIGIN)[0] == 403
     assert http_get(url, Origin=url)[0] == 200
-    assert unharmed(url)
+    local = url.replace("127.0.0.1", "localhost")
+    with visitor(local, origin=local) as guest:
+        assert BEAM in guest.nodes
 
 
 @pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example:{port}", "127.0.0.1:1"])

@@ -11,7 +11,7 @@ from pathlib import Path
 import matplotlib.image
 import pytest
 from helpers import slow
-from live.server import free_port, wait_until
+from live.server import free_port, handles_sigterm, wait_until
 
 from beamviz.signals import DELAY, Terminated, defer_signals, reraise, terminate_on_signal
 
@@ -31,22 +31,22 @@ def as_before() -> Iterator[None]:
 
 
 def run(folder: Path, *arguments: str) -> subprocess.Popen:
-    """The command line with a folder of its own for temporary files."""
+    """A Python process with a folder of its own for temporary files, which may hold modules."""
     return subprocess.Popen(
-        [sys.executable, "-m", "beamviz", *arguments],
+        [sys.executable, *arguments],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(folder)},
+        env={**os.environ, "PYTHONPATH": f"{ROOT}:{folder}", "TMPDIR": str(folder)},
     )
 
 
 def ended(process: subprocess.Popen, after: float, number: signal.Signals) -> tuple[int, str]:
-    """Exit code and stderr of a process that gets a signal a while after its first own line,
-    and one more; what comes before that line is Python's start."""
+    """Exit code and stderr of a process that gets a signal a while after it has set its handlers,
+    and another one soon after."""
     with process:
         try:
-            wait_until(lambda: listening(process))
+            wait_until(lambda: handles_sigterm(process.pid))
             time.sleep(after)
             process.send_signal(number)
             time.sleep(0.05)
@@ -57,16 +57,10 @@ def ended(process: subprocess.Popen, after: float, number: signal.Signals) -> tu
     return process.returncode, errors
 
 
-def ends(number: int) -> list[tuple[int, str]]:
-    """Ways to end: asked to, done already, or (by the second signal) while Python took leave."""
+def endings(number: int) -> list[tuple[int, str]]:
+    """Exit codes and stderr: interrupted, done already, or interrupted by the second signal while
+    Python was shutting down."""
     return [(128 + number, ""), (0, ""), (-number, "")]
-
-
-def listening(process: subprocess.Popen) -> bool:
-    """Whether a process takes SIGTERM in hand, as it does in its first line."""
-    status = Path(f"/proc/{process.pid}/status").read_text()
-    (caught,) = [line for line in status.splitlines() if line.startswith("SigCgt")]
-    return bool(int(caught.split()[1], 16) & 1 << (signal.SIGTERM - 1))
 
 
 def mentioning(folder: Path) -> list[str]:
@@ -86,8 +80,10 @@ def mentioning(folder: Path) -> list[str]:
 @pytest.mark.parametrize("number", SIGNALS)
 def test_the_server_ends_at_any_moment(tmp_path, number, after):
     """While it loads, while it starts, while it serves."""
-    code, errors = ended(run(tmp_path, "serve", "--port", str(free_port())), after, number)
-    assert (code, errors) in ends(number)
+    code, errors = ended(
+        run(tmp_path, "-m", "beamviz", "serve", "--port", str(free_port())), after, number
+    )
+    assert (code, errors) in endings(number)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -98,9 +94,10 @@ def test_a_picture_given_up_leaves_no_browser_and_no_file(tmp_path, after):
     target = tmp_path / "out" / "picture.png"
     target.parent.mkdir()
     number = SIGNALS[int(10 * after) % 2]
-    process = run(tmp_path, "screenshot", str(target), "--width", "320", "--height", "180")
+    command = ("-m", "beamviz", "screenshot", str(target), "--width", "320", "--height", "180")
+    process = run(tmp_path, *command)
     code, errors = ended(process, after, number)
-    assert (code, errors) in ends(number)
+    assert (code, errors) in endings(number)
     assert mentioning(tmp_path) == []
     if target.exists():
         assert matplotlib.image.imread(target).shape[:2] == (180, 320)
@@ -110,33 +107,29 @@ def test_a_picture_given_up_leaves_no_browser_and_no_file(tmp_path, after):
 
 @pytest.mark.parametrize("number", SIGNALS)
 def test_only_the_first_signal_counts(number):
-    """What puts things away is not disturbed by a second one."""
-    put_away = []
+    """A second one does not interrupt the closing of what is open."""
+    closed = []
 
     def work() -> None:
         try:
             signal.raise_signal(number)
         finally:
             signal.raise_signal(number)
-            put_away.append(True)
+            closed.append(True)
 
     with pytest.raises(Terminated) as caught, terminate_on_signal():
         work()
-    assert (caught.value.code, put_away) == (128 + number, [True])
+    assert (caught.value.code, closed) == (128 + number, [True])
 
 
-def test_a_module_that_swallows_everything_while_it_loads_cannot_swallow_the_end(tmp_path):
+def test_a_module_that_discards_exceptions_on_import_does_not_discard_the_signal(
+    tmp_path,
+):
     """Some do, with a bare except around their optional parts."""
     (tmp_path / "greedy.py").write_text(GREEDY)
-    done = subprocess.run(
-        [sys.executable, "-c", IMPORT_GREEDY],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        env={**os.environ, "PYTHONPATH": f"{ROOT}:{tmp_path}"},
-        check=False,
-    )
-    assert (done.returncode, done.stdout) == (0, "loaded\nended\n")
+    with run(tmp_path, "-c", IMPORT_GREEDY) as process:
+        output, _ = process.communicate(timeout=60)
+    assert (process.returncode, output) == (0, "loaded\nended\n")
 
 
 GREEDY = """
@@ -160,25 +153,13 @@ except Terminated:
 """
 
 
-def test_a_signal_waits_until_what_is_started_is_known():
-    """Otherwise nobody would know what to end."""
+@pytest.mark.parametrize("send", [signal.raise_signal, reraise])
+def test_a_signal_waits_until_what_is_started_is_known(send):
+    """Otherwise it could not be ended; also one that was deferred by an import and comes again."""
     known = []
 
     def start() -> None:
-        signal.raise_signal(signal.SIGTERM)
-        known.append("process")
-
-    with pytest.raises(Terminated), terminate_on_signal(), defer_signals():
-        start()
-    assert known == ["process"]
-
-
-def test_a_signal_put_off_waits_as_well():
-    """One that came while a module was loaded comes again: not while something is started."""
-    known = []
-
-    def start() -> None:
-        reraise(signal.SIGTERM)
+        send(signal.SIGTERM)
         time.sleep(4 * DELAY)
         known.append("process")
 
@@ -187,8 +168,8 @@ def test_a_signal_put_off_waits_as_well():
     assert known == ["process"]
 
 
-def test_a_signal_that_python_swallows_comes_again(capsys):
-    """Nothing gets out of `__del__`, which runs at any moment: Python says so, and goes on."""
+def test_a_signal_whose_exception_python_discards_comes_again(capsys):
+    """Exceptions in `__del__`, which runs at any moment, are printed and ignored."""
 
     class Greedy:
         def __del__(self) -> None:
@@ -204,17 +185,11 @@ def test_a_signal_that_python_swallows_comes_again(capsys):
 
 
 @pytest.mark.browser
-def test_a_browser_is_put_away_whenever_the_signal_comes(tmp_path):
+def test_a_browser_is_closed_whenever_the_signal_comes(tmp_path):
     """Even as `finally` begins, before its first line."""
-    done = subprocess.run(
-        [sys.executable, "-c", HASTY],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(tmp_path)},
-        check=False,
-    )
-    assert (done.returncode, done.stderr) == (143, "")
+    with run(tmp_path, "-c", HASTY) as process:
+        _, errors = process.communicate(timeout=60)
+    assert (process.returncode, errors) == (143, "")
     assert mentioning(tmp_path) == []
     assert list(tmp_path.iterdir()) == []
 

@@ -1,0 +1,185 @@
+"""Several processes behind one address: by visits, by signals, by force."""
+
+import contextlib
+import os
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import websockets.exceptions
+from helpers import slow
+from live.server import ServeProcess, free_port, handles_sigterm, http_get, raw_socket, wait_until
+from live.visitor import BEAM, PAPER, Visitor, frequency_text, visitor
+
+from beamviz.errors import InvalidInput
+from beamviz.server.access import VisitorCount
+from beamviz.server.processes import MIN_LIFETIME, listening_sockets, process_count
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="one process on other systems")
+
+
+def open_sockets(pid: int) -> int:
+    """The sockets that a process holds open."""
+    kinds = [os.readlink(file) for file in Path(f"/proc/{pid}/fd").iterdir()]
+    return sum(kind.startswith("socket:") for kind in kinds)
+
+
+def is_alive(pid: int) -> bool:
+    """Whether a process runs."""
+    with contextlib.suppress(OSError):
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    return False
+
+
+def show_speed(guest: Visitor, gamma: float) -> None:
+    """Set the speed, and see its first frequency."""
+    guest.choose("speed γ", gamma)
+    guest.says(frequency_text(PAPER.replace(gamma=gamma)))
+
+
+@pytest.fixture(scope="module")
+def hall(tmp_path_factory) -> Iterator[ServeProcess]:
+    """Two processes for at most five visitors."""
+    options = ("--port", str(free_port()), "--visitors", "5")
+    with ServeProcess(tmp_path_factory.mktemp("hall"), *options) as served:
+        yield served
+
+
+def test_visitors_are_shared_evenly_and_have_private_scenes(hall):
+    """Four visitors, two for each process; what one does, no other sees. A page is the same from
+    each."""
+    wait_until(lambda: len({open_sockets(pid) for pid in hall.workers}) == 1)  # after the self-test
+    before = [open_sockets(pid) for pid in hall.workers]
+    with contextlib.ExitStack() as stack:
+        guests = [stack.enter_context(visitor(hall.url)) for _ in range(4)]
+        now = [open_sockets(pid) for pid in hall.workers]
+        assert [n - m for n, m in zip(now, before, strict=True)] == [2, 2]
+        for k, guest in enumerate(guests):
+            guest.choose("speed γ", 20.0 + k)
+        for k, guest in enumerate(guests):
+            guest.says(frequency_text(PAPER.replace(gamma=20 + k)))
+    wait_until(lambda: [open_sockets(pid) for pid in hall.workers] == before)
+    assert len({http_get(hall.url)[2] for _ in range(4)}) == 1
+
+
+def test_the_limit_of_visitors_is_for_all_processes_together(hall):
+    """Five are served, wherever; the sixth is refused, and served when one has left."""
+    with contextlib.ExitStack() as stack:
+        for _ in range(5):
+            stack.enter_context(visitor(hall.url))
+        for _ in range(4):  # by either process
+            assert http_get(hall.url)[0] == 503
+            with pytest.raises(websockets.exceptions.InvalidStatus, match="503"):
+                stack.enter_context(raw_socket(hall.url))
+    wait_until(lambda: http_get(hall.url)[0] == 200)
+    with visitor(hall.url) as guest:
+        assert BEAM in guest.nodes
+
+
+def test_a_worker_that_dies_is_replaced(hall):
+    """Its visitor is disconnected and comes back; the others do not notice; one line is printed."""
+    time.sleep(MIN_LIFETIME)
+    with visitor(hall.url) as one, visitor(hall.url) as other:
+        before = hall.workers
+        os.kill(before[0], signal.SIGKILL)
+        wait_until(lambda: len(hall.workers) == 2 and hall.workers != before)
+        disconnected = 0
+        for guest in (one, other):
+            try:
+                show_speed(guest, 31.0)
+            except websockets.exceptions.ConnectionClosed:
+                disconnected += 1
+        assert disconnected == 1
+        with visitor(hall.url) as again:
+            show_speed(again, 32.0)
+    errors = hall.process.stderr
+    wait_until(lambda: errors and "died (exit code -9)" in errors.readline())
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_all_end_together_and_leave_nothing(tmp_path, number):
+    """Even with visitors in the middle of a picture; Ctrl-C reaches all of them at once."""
+    with ServeProcess(tmp_path, "--port", str(free_port())) as served:
+        workers = served.workers
+        assert len(workers) == 2
+        with contextlib.suppress(websockets.exceptions.ConnectionClosed), visitor(served.url):
+            if number == signal.SIGINT:
+                for pid in workers:
+                    os.kill(pid, number)
+            assert served.end(number) == (0, "")
+        assert not any(map(is_alive, workers))
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("after", [0.8, *slow(0.0, 0.2, 0.5, 1.1)])
+def test_they_end_at_any_moment(tmp_path, after):
+    """While they are imported or started; nothing is left, and no traceback."""
+    served = ServeProcess(tmp_path, "--port", str(free_port()), processes=3)
+    with served.process as process:
+        wait_until(lambda: handles_sigterm(process.pid))
+        time.sleep(after)
+        workers = served.workers
+        code, errors = served.end(signal.SIGTERM)
+    assert code in (0, 128 + signal.SIGTERM, -signal.SIGTERM)
+    assert errors == ""
+    wait_until(lambda: not any(map(is_alive, workers)))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_workers_do_not_outlive_the_first_process(tmp_path):
+    """Even if that was killed and could not tell them."""
+    with ServeProcess(tmp_path, "--port", str(free_port())) as served:
+        workers = served.workers
+        served.process.kill()
+        wait_until(lambda: not any(map(is_alive, workers)))
+
+
+def test_a_port_in_use_is_one_line(tmp_path, hall):
+    """The same line and exit code as with one process."""
+    port = hall.url.rsplit(":", 1)[1]
+    with ServeProcess(tmp_path, "--port", port).process as process:
+        output, errors = process.communicate(timeout=30)
+    assert (process.returncode, output) == (1, "")
+    assert errors.startswith(f"beamviz: cannot serve on 127.0.0.1:{port}")
+    assert errors.count("\n") == 1
+
+
+def test_all_addresses_of_a_host_are_listened_to():
+    """localhost has two where the machine has IPv6, with one port."""
+    with listening_sockets("localhost", 0) as found:
+        assert len({line.getsockname()[1] for line in found}) == 1
+        assert {line.getsockname()[0] for line in found} >= {"127.0.0.1"}
+
+
+def test_the_number_of_processes(monkeypatch):
+    """One without others and for a presenter, one per core for others, unless set; one where a
+    process cannot be forked."""
+    assert process_count(None, shared=False, follow=False) == 1
+    assert process_count(None, shared=True, follow=True) == 1
+    assert process_count(1, shared=True, follow=False) == 1
+    assert process_count(3, shared=False, follow=False) == 3
+    assert process_count(None, shared=True, follow=False) == len(os.sched_getaffinity(0))
+    with pytest.raises(InvalidInput, match="--follow"):
+        process_count(2, shared=True, follow=True)
+    monkeypatch.setattr(sys, "platform", "win32")
+    assert process_count(None, shared=True, follow=False) == 1
+    with pytest.raises(InvalidInput, match="Linux"):
+        process_count(2, shared=True, follow=False)
+
+
+def test_each_process_counts_its_own_visitors():
+    """All see the sum."""
+    visitor_count = VisitorCount(2)
+    visitor_count.enter()
+    if (child := os.fork()) == 0:
+        visitor_count.process = 1
+        visitor_count.enter()
+        visitor_count.enter()
+        os._exit(0)
+    os.waitpid(child, 0)
+    visitor_count.leave()
+    assert visitor_count.total == 2
+    assert visitor_count.counts.tolist() == [0, 2]
