@@ -6,7 +6,7 @@ The curves of the figures are not available to this project; `plots` computes an
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -186,7 +186,7 @@ class PrintedNumber:
     """A number printed in the text, and how to compute it."""
 
     figure: str
-    kind: Literal["crossing", "node", "constant", "mode"]
+    kind: str  # crossing, node, constant or mode
     quantity: str
     printed: str
     decimals: int  # shown

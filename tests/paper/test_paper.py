@@ -131,7 +131,7 @@ def test_figures_cross_where_the_numbers_say(figure):
 
 
 def test_a_held_root_explains_1_59():
-    """With u'(0) = 0 held too, 20 cubic elements put the meeting of figure 8 at alpha = 1.584."""
+    """With u'(0) = 0 held too, 20 cubic elements put the crossing of figure 8 at alpha = 1.584."""
 
     def apart(alpha, held):
         solution = solve(Beam(alpha=alpha), 5, method="ancf", elements=20)
