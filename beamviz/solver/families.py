@@ -59,30 +59,27 @@ def unstretched(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return x, np.ones_like(x)
 
 
-def build_solution(
-    beam: Beam,
-    problem: Problem,
-    start: float,
-    modes: Modes,
-    *,
-    dof: int,
-    order: int,
-    elements: int = 1,
-    axial: Axial = unstretched,
-    iterations: int = 0,
-) -> Solution:
-    """The solution of a problem from its modes and the straight state these vibrate about.
+class Solved(NamedTuple):
+    """The answer of a method: modes, number of unknowns, and the straight state of equilibrium."""
 
-    start: the clock (time.perf_counter) at the call.
-    """
-    omega_squared, fraction, fields = modes
-    for array in (omega_squared, fraction):
-        array.setflags(write=False)
+    modes: Modes
+    dof: int
+    axial: Axial = unstretched
+    iterations: int = 0
+
+
+def build_solution(
+    beam: Beam, problem: Problem, start: float, solved: Solved, *, order: int, elements: int = 1
+) -> Solution:
+    """The solution of a problem; start is the clock (time.perf_counter) at the call."""
+    omega_squared, fraction, fields = solved.modes
+    stable = bool(omega_squared[0] >= 0)
+    seconds = time.perf_counter() - start
     return Solution(
         beam=beam,
         problem=problem,
-        equilibrium=Equilibrium(bool(omega_squared[0] >= 0), iterations, axial),
-        stats=Stats(dof, time.perf_counter() - start, problem.method, elements, order),
+        equilibrium=Equilibrium(stable, solved.iterations, solved.axial),
+        stats=Stats(solved.dof, seconds, problem.method, elements, order),
         omega_squared=omega_squared,
         estimate_errors=partial(errors_against_reference, beam, problem, omega_squared, fraction),
         bending_energy_fraction=fraction,

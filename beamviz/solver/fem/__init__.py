@@ -12,7 +12,15 @@ from numpy.typing import NDArray
 from beamviz.beam import Beam, check_int
 from beamviz.errors import InvalidInput
 from beamviz.solver import eigen
-from beamviz.solver.families import Family, Modes, Shapes, build_solution, coupled_fields, merge
+from beamviz.solver.families import (
+    Family,
+    Modes,
+    Shapes,
+    Solved,
+    build_solution,
+    coupled_fields,
+    merge,
+)
 from beamviz.solver.fem.ancf import PlanarBeam
 from beamviz.solver.fem.hermite import assemble_band, dense, interpolate
 from beamviz.solver.fem.straight import StraightBeam, across, along, straight_equilibrium
@@ -49,17 +57,13 @@ def solve(beam: Beam, problem: Problem, start: float) -> Solution:
     assembled = ASSEMBLERS[problem.method](beam, problem, nodes)
     coupled = problem.gyroscopic and beam.gamma > 0
     modes = (_gyroscopic if coupled else _uncoupled)(assembled, nodes, beam, problem.modes)
-    return build_solution(
-        beam,
-        problem,
-        start,
+    solved = Solved(
         modes,
         dof=len(assembled.Ka) + len(assembled.Kb),
-        order=3,
-        elements=elements,
         axial=partial(_axial, nodes, assembled.position),
         iterations=assembled.iterations,
     )
+    return build_solution(beam, problem, start, solved, order=3, elements=elements)
 
 
 def _ancf(beam: Beam, problem: Problem, nodes: NDArray) -> Assembled:

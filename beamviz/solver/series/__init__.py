@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from beamviz.beam import Beam, check_int
 from beamviz.errors import InvalidInput
-from beamviz.solver.families import build_solution
+from beamviz.solver.families import Solved, build_solution
 from beamviz.solver.problem import Problem
 from beamviz.solver.series.assumed_modes import solve_assumed_modes
 from beamviz.solver.series.chebyshev import solve_chebyshev
@@ -13,21 +13,21 @@ from beamviz.solver.series.power_series import solve_power_series
 from beamviz.solver.solution import Solution
 
 
-class Terms(NamedTuple):
-    """How a method uses its terms: their default number and limits, and the most modes they give
-    (any number for a power series, whose modes are roots)."""
+class Series(NamedTuple):
+    """A method: its solver (beam, problem, number of terms), the default number of terms, its
+    limits, and whether it limits the number of modes (not of a power series, which seeks roots)."""
 
-    solve: Callable
+    solve: Callable[[Beam, Problem, int], Solved]
     default: int
     least: int
     most: int
     limit_modes: bool = True
 
 
-METHODS = {
-    "assumed-modes": Terms(solve_assumed_modes, 10, 1, 100),  # cosh overflows soon after
-    "power-series": Terms(solve_power_series, 80, 6, 1000, limit_modes=False),
-    "chebyshev": Terms(solve_chebyshev, 32, 2, 200),
+SERIES = {
+    "assumed-modes": Series(solve_assumed_modes, 10, 1, 100),  # cosh overflows soon after
+    "power-series": Series(solve_power_series, 80, 6, 1000, limit_modes=False),
+    "chebyshev": Series(solve_chebyshev, 32, 2, 200),
 }
 
 
@@ -37,10 +37,10 @@ def solve(beam: Beam, problem: Problem, start: float) -> Solution:
     start: the clock (time.perf_counter) at the call. Raises InvalidInput, NoEquilibrium with the
     limit, and NotConverged.
     """
-    method = METHODS[problem.method]
+    method = SERIES[problem.method]
     terms = method.default if problem.terms is None else problem.terms
     terms = check_int("terms", terms, method.least, method.most)
     if method.limit_modes and problem.modes > terms:
         raise InvalidInput(f"modes = {problem.modes}: at most {terms} with terms = {terms}")
-    modes, state = method.solve(beam, problem, terms)
-    return build_solution(beam, problem, start, modes, order=terms, **state)
+    solved = method.solve(beam, problem, terms)
+    return build_solution(beam, problem, start, solved, order=terms)

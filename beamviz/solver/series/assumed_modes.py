@@ -10,7 +10,7 @@ twelfth. An interior mass bends the beam more sharply than any basis function: c
 from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -18,7 +18,7 @@ from numpy.polynomial import legendre
 from beamviz.beam import Beam
 from beamviz.solver import eigen
 from beamviz.solver.constitutive import rigid_tension
-from beamviz.solver.families import Family, Modes, coupled_fields, merge
+from beamviz.solver.families import Family, Modes, Solved, coupled_fields, merge
 from beamviz.solver.problem import Problem
 
 NEWTON_ITERATIONS = 8
@@ -32,8 +32,8 @@ class Basis(NamedTuple):
     curvature: np.ndarray
 
 
-def solve_assumed_modes(beam: Beam, problem: Problem, terms: int) -> tuple[Modes, dict[str, Any]]:
-    """The modes on `terms` functions across the beam and as many along it, and their number."""
+def solve_assumed_modes(beam: Beam, problem: Problem, terms: int) -> Solved:
+    """The modes on `terms` functions across the beam and as many along it."""
     x, weights = quadrature(beam, terms)
     across, along = clamped_free(terms, x), fixed_free(terms, x)
     N = rigid_tension(beam, x)
@@ -46,7 +46,7 @@ def solve_assumed_modes(beam: Beam, problem: Problem, terms: int) -> tuple[Modes
     Fb = roots * np.vstack((across.value, clamped_free(terms, at_mass).value))
     Fa = roots * np.vstack((along.value, fixed_free(terms, at_mass).value))
     solve = _gyroscopic if problem.gyroscopic and beam.gamma else _uncoupled
-    return solve(beam, problem, Ka, Fa, Kb, Fb), {"dof": 2 * terms}
+    return Solved(solve(beam, problem, Ka, Fa, Kb, Fb), dof=2 * terms)
 
 
 def quadrature(beam: Beam, terms: int) -> tuple[np.ndarray, np.ndarray]:

@@ -18,7 +18,7 @@ Anal. 28, 1991). Boundary layers get no points of their own.
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -28,7 +28,7 @@ from beamviz.errors import NotConverged
 from beamviz.solver import constitutive
 from beamviz.solver.constitutive import StrainLaw
 from beamviz.solver.continuation import Root, continue_load, newton
-from beamviz.solver.families import Family, Modes, merge
+from beamviz.solver.families import Family, Solved, merge
 from beamviz.solver.problem import Problem
 
 SPURIOUS = 1e-12  # share of the largest 1/omega^2 below which one is rounding
@@ -74,7 +74,7 @@ def grid(ends: tuple[float, ...], order: int) -> Grid:
     return Grid(ends, *arrays)
 
 
-def solve_chebyshev(beam: Beam, problem: Problem, order: int) -> tuple[Modes, dict[str, Any]]:
+def solve_chebyshev(beam: Beam, problem: Problem, order: int) -> Solved:
     """The modes with polynomials of `order`, and the state they vibrate about.
 
     Raises NoEquilibrium with the limit, NotConverged.
@@ -86,11 +86,12 @@ def solve_chebyshev(beam: Beam, problem: Problem, order: int) -> tuple[Modes, di
     stretching = _stretching(on, R, state, beam, problem)
     bending = _bending(on, R, state, beam, problem)
     fields = _polynomials(on, np.column_stack((on.from_clamp @ state.f, state.f)))
-    return merge(stretching, bending, problem.modes), {
-        "dof": 2 * len(on.points),
-        "axial": partial(_axial, fields),
-        "iterations": state.iterations,
-    }
+    return Solved(
+        merge(stretching, bending, problem.modes),
+        dof=2 * len(on.points),
+        axial=partial(_axial, fields),
+        iterations=state.iterations,
+    )
 
 
 def _value_at_mass(on: Grid, beam: Beam) -> np.ndarray:

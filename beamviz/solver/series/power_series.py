@@ -13,7 +13,7 @@ their small difference: digits are lost with speed, and beyond gamma of about 40
 from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre, polynomial
@@ -21,7 +21,7 @@ from numpy.polynomial import legendre, polynomial
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
 from beamviz.solver.constitutive import rigid_tension
-from beamviz.solver.families import Family, Modes, Shapes, merge
+from beamviz.solver.families import Family, Shapes, Solved, merge
 from beamviz.solver.problem import Problem
 
 MIN_STEP, RELATIVE_STEP = 0.4, 0.03  # of the scan, in the root of Lambda
@@ -52,14 +52,14 @@ class Series(NamedTuple):
 
 
 @np.errstate(over="ignore", invalid="ignore")  # in a scan that finds no roots
-def solve_power_series(beam: Beam, problem: Problem, terms: int) -> tuple[Modes, dict[str, Any]]:
-    """The modes, w with `terms` powers on each part of the beam, and the number of unknowns.
+def solve_power_series(beam: Beam, problem: Problem, terms: int) -> Solved:
+    """The modes, w with `terms` powers on each part of the beam.
 
     Raises NotConverged where the determinant is rounding, and where too few roots are found.
     """
     softening = beam.gamma**2 if problem.chordwise else 0.0
     bending = _bending(beam, terms, problem.modes, softening)
-    return merge(_stretching(beam, problem.modes), bending, problem.modes), {"dof": 2}
+    return Solved(merge(_stretching(beam, problem.modes), bending, problem.modes), dof=2)
 
 
 def parts(beam: Beam) -> list[Part]:
