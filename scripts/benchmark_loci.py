@@ -1,6 +1,6 @@
 """How fast a loci chart is, as ratios measured in one run: python scripts/benchmark_loci.py
 
-201 points, 6 modes, relative 1e-6, tracked, with every meeting located. Beside the time of the
+201 points, 6 modes, relative 1e-6, tracked, with every crossing and veering located. Beside the time of the
 whole chart: its share that is spent on solving the points of the grid, and the time of as many
 separate calls of solve(), which track nothing. Times are the least of several repeats, in one
 thread. The goal is 40 ms, one frame at 60 Hz would be 16 ms.
@@ -46,13 +46,13 @@ CASES = (
 
 
 def chart(case: Case, values: np.ndarray) -> int:
-    """The chart with all its frequencies read; how many meetings it has."""
+    """The chart with all its frequencies read; the number of its crossings and veerings."""
     found = loci(case.beam, case.over, values, MODES, **case.options)
     assert sum(np.isfinite(branch.frequency).sum() for branch in found.branches) == POINTS * MODES
     return len(found.events)
 
 
-def separate(beams: list[Beam], options: dict[str, Any]) -> None:
+def one_by_one(beams: list[Beam], options: dict[str, Any]) -> None:
     """Every beam by a call of its own."""
     for beam in beams:
         solve(beam, MODES, **options)
@@ -60,20 +60,18 @@ def separate(beams: list[Beam], options: dict[str, Any]) -> None:
 
 def main() -> None:
     """Print one line for each sweep."""
-    heads = ("201 points, 6 modes, tracked", "meetings", "ms", "solving", "separate", "ratio")
+    heads = ("201 points, 6 modes, tracked", "events", "ms", "solving", "separate", "ratio")
     print("{:30}{:>9}{:>8}{:>9}{:>10}{:>7}".format(*heads))
     for case in CASES:
         values = np.linspace(0, case.stop, POINTS)
         beams = [case.beam.replace(**{case.over: value}) for value in values]
-        together = partial(solve_many, beams, modes=MODES + EXTRA_MODES, **case.options)
-        whole, solving = (
-            least_time(partial(chart, case, values), REPEATS),
-            least_time(together, REPEATS),
-        )
-        apart = least_time(partial(separate, beams, case.options), 2)
+        batch = partial(solve_many, beams, modes=MODES + EXTRA_MODES, **case.options)
+        whole = least_time(partial(chart, case, values), REPEATS)
+        solving = least_time(batch, REPEATS)
+        separate_time = least_time(partial(one_by_one, beams, case.options), 2)
         print(
             f"{case.name:30}{chart(case, values):9}{1e3 * whole:8.1f}{solving / whole:9.0%}"
-            f"{1e3 * apart:10.1f}{apart / whole:7.2f}"
+            f"{1e3 * separate_time:10.1f}{separate_time / whole:7.2f}"
         )
 
 

@@ -56,7 +56,7 @@ def main() -> int:
     print(f"{'auto':34}{1e3 * ours:9.1f}{error:10.0e}{1:9.1f}")
     apart = least_time(partial(one_by_one, beams), 2)
     print(f"{'auto, 201 separate solves':34}{1e3 * apart:9.1f}{error:10.0e}{apart / ours:9.1f}")
-    print(f"{'auto, tracked with meetings':34}{1e3 * chart:9.1f}{error:10.0e}{chart / ours:9.1f}")
+    print(f"{'auto, tracked, events located':34}{1e3 * chart:9.1f}{error:10.0e}{chart / ours:9.1f}")
     for elements in (5, 10, 20):
         name = f"Exudyn {version}, {elements} elements"
         try:

@@ -102,7 +102,7 @@ def _roots(found: Loci, lines: range, coarse: float) -> list["_Root"]:
             break
         solved = _solve(found, np.unique([root.at for root in moving]))
         for root in moving:
-            root.correct(solved[root.at].get(root.label))
+            root.correct(solved[root.at].get(root.label), *found.values[[0, -1]].tolist())
     return roots
 
 
@@ -218,16 +218,16 @@ class _Root:
     shift: float = np.inf  # the last correction
     residual: float = np.nan  # before it
 
-    def correct(self, omega_squared: float | None) -> None:
-        """Correct by omega^2 solved for at the present speed; None ends it."""
+    def correct(self, omega_squared: float | None, low: float, high: float) -> None:
+        """Correct by omega^2 solved for at the present speed, within low .. high; None ends it."""
         if omega_squared is None:
             self.shift = 0.0
             return
         residual = omega_squared - (self.per_rev * self.at) ** 2
         if np.isfinite(self.shift) and residual != self.residual:
             self.slope = (residual - self.residual) / self.shift
-        self.shift, self.residual = -residual / self.slope, residual
-        self.at += self.shift
+        corrected = min(max(self.at - residual / self.slope, low), high)
+        self.at, self.shift, self.residual = corrected, corrected - self.at, residual
 
 
 def response(solution: Solution, frequency: float, damping: float, x: np.ndarray) -> np.ndarray:

@@ -139,7 +139,10 @@ class _Search:
         if value not in self.sweep.outcomes:
             self.remaining -= 1
             self.sweep.solve(np.array([value]))
-        return self.sweep.outcomes[value]
+        outcome = self.sweep.outcomes[value]
+        if isinstance(outcome, NoEquilibrium) and self.sweep.at(value).gamma < outcome.limit:
+            return NotConverged(str(outcome))  # there is one, too near its end to be solved
+        return outcome
 
     def _has_ended(self, value: float) -> bool:
         """Whether there is no equilibrium at a value."""

@@ -1,7 +1,8 @@
-"""loci(): branches and their labels, meetings of random beams, wrong input."""
+"""loci(): branches and their labels, crossings and veerings of random beams, wrong input."""
 
 import gc
 import math
+import re
 import tracemalloc
 import weakref
 
@@ -165,8 +166,8 @@ def test_veerings_of_random_beams(seed):
                 assert not near, (k, dense[i], share)
 
 
-def test_solutions_between_the_values_are_let_go(monkeypatch):
-    """A search for a hundred meetings would fill the memory with them."""
+def test_solutions_between_the_values_are_not_kept(monkeypatch):
+    """A search for a hundred crossings would fill the memory with them."""
     solve_many, solved, kept = sweep.solve_many, [], []
 
     def watched(beams, **options):
@@ -183,38 +184,27 @@ def test_solutions_between_the_values_are_let_go(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("over", "values", "words"),
+    ("beam", "over", "values", "modes", "message"),
     [
-        ("gamma", [], "must be 2 .. 10000 numbers, not 0"),
-        ("gamma", [1], "must be 2 .. 10000 numbers, not 1"),
-        ("gamma", [[1, 2]], "an array of 2 dimensions"),
-        ("gamma", [2, 1], "must ascend, but 1 follows 2"),
-        ("gamma", [1, 1], "must ascend, but 1 follows 1"),
-        ("gamma", [0, math.nan, 1], "gamma = nan: must lie in 0 .. 200"),
-        ("gamma", [0, 201], "gamma = 201: must lie in 0 .. 200"),
-        ("gamma", ["fast", "slow"], "must be numbers"),
-        ("alpha", 10**400, "must be numbers"),
-        ("beta", [0, 1.5], "beta = 1.5: must lie in 0 .. 1"),
-        ("speed", [0, 1], "over = 'speed': must be one of alpha, beta, gamma, delta, mu"),
+        (TIP, "gamma", [], 5, "must be 2 .. 10000 numbers, not 0"),
+        (TIP, "gamma", [1], 5, "must be 2 .. 10000 numbers, not 1"),
+        (TIP, "gamma", [[1, 2]], 5, "an array of 2 dimensions"),
+        (TIP, "gamma", [2, 1], 5, "must ascend, but 1 follows 2"),
+        (TIP, "gamma", [1, 1], 5, "must ascend, but 1 follows 1"),
+        (TIP, "gamma", [0, math.nan, 1], 5, "gamma = nan: must lie in 0 .. 200"),
+        (TIP, "gamma", [0, 201], 5, "gamma = 201: must lie in 0 .. 200"),
+        (TIP, "gamma", ["fast", "slow"], 5, "must be numbers"),
+        (TIP, "alpha", 10**400, 5, "must be numbers"),
+        (TIP, "beta", [0, 1.5], 5, "beta = 1.5: must lie in 0 .. 1"),
+        (TIP, "speed", [0, 1], 5, "over = 'speed': must be one of alpha, beta, gamma, delta, mu"),
+        (Beam(gamma=150), "mu", [20, 100], 5, "gamma / mu = 7.5: must be at most 5"),
+        *((TIP, "gamma", [0, 1], modes, "modes = ") for modes in (0, 21, 2.5, "many")),
     ],
 )
-def test_wrong_values(over, values, words):
+def test_wrong_input(beam, over, values, modes, message):
     """One clear line, before anything is solved."""
-    with pytest.raises(InvalidInput, match=words.replace("(", r"\(")):
-        loci(TIP, over, values)
-
-
-def test_a_sweep_into_the_impossible():
-    """Slenderness falls to where gamma / mu is above 5."""
-    with pytest.raises(InvalidInput, match=r"gamma / mu = 7.5: must be at most 5"):
-        loci(Beam(gamma=150), "mu", [20, 100])
-
-
-@pytest.mark.parametrize("modes", [0, 21, 2.5, "many"])
-def test_wrong_number_of_modes(modes):
-    """As for solve()."""
-    with pytest.raises(InvalidInput, match="modes = "):
-        loci(TIP, "gamma", [0, 1], modes=modes)
+    with pytest.raises(InvalidInput, match=re.escape(message)):
+        loci(beam, over, values, modes)
 
 
 @pytest.mark.parametrize("modes", [1, 20])
@@ -254,9 +244,9 @@ def test_a_veering_seen_closer():
 
 
 @pytest.mark.parametrize("count", [41, 201])
-def test_modes_that_come_and_go_while_buckled_with_coriolis_are_no_meeting(count):
-    """A branch that is not there before a step has nothing to turn into; two that swing meet as
-    ever beside the one that buckles."""
+def test_modes_that_enter_a_buckled_sweep_with_coriolis_do_not_veer(count):
+    """A branch that is absent before a step has nothing to rotate into; two stable modes veer as
+    ever beside the unstable one."""
     found = loci(Beam(alpha=1, gamma=10), "delta", np.linspace(-1, 1, count), coriolis=True)
     assert found.limits[0].kind == "unstable"
     (event,) = found.events

@@ -130,7 +130,7 @@ class Direct:
 @pytest.mark.parametrize("coriolis", [False, True])
 @pytest.mark.parametrize("ratio", [0.3, 0.95, 1.2, 4.0])
 def test_the_sum_of_modes_is_a_direct_solve(coriolis, ratio):
-    """A turning beam with a mass at the tip, below and above its first resonance, no damping."""
+    """A rotating beam with a mass at the tip, below and above its first resonance, no damping."""
     beam = Beam(alpha=1, beta=1, gamma=8, delta=0.2, mu=70)
     solution = solve(beam, modes=20, coriolis=coriolis)
     omega = ratio * float(solution.frequencies[0])
@@ -193,7 +193,7 @@ def test_nothing_settles_where_the_beam_is_unstable():
     assert np.isnan(run.amplitudes[run.speeds > 3.1]).all()
 
 
-def test_wrong_wishes_are_named():
+def test_wrong_input():
     """Per-rev and damping with their ranges."""
     with pytest.raises(InvalidInput, match="per_rev = 0"):
         run_up(Beam(), 0, 0.02, 5.0)

@@ -23,7 +23,7 @@ from tests.sweeps import Problem, crossing, frequencies, rotation
 
 
 def spinning() -> Problem:
-    """Three modes far apart whose shapes turn fast about one axis."""
+    """Three modes far apart whose shapes rotate fast about one axis."""
     K, axis = np.diag([100.0, 900.0, 2500.0]), np.cross(np.eye(3), np.ones(3) / math.sqrt(3))
     return Problem(lambda p: expm(5 * p * axis) @ K @ expm(-5 * p * axis))
 
@@ -35,7 +35,7 @@ def grid(count: int) -> np.ndarray:
 
 @pytest.mark.parametrize("count", [2, 3, 4, 20, 21, 201])
 def test_uncoupled_modes_cross(count):
-    """Their meeting is found to rounding, with no gap, and their branches change places."""
+    """Their crossing is located to rounding, with no gap, and their branches change places."""
     track, (event,) = crossing(0.137).chart(grid(count), 2)
     assert event.kind == "crossing"
     assert event.at == pytest.approx(0.137, abs=1e-12)
@@ -69,7 +69,7 @@ def test_coupled_modes_veer(count, coupling):
     st.one_of(st.just(0.0), st.floats(-4, 0).map(lambda power: 10.0**power)),
     st.integers(8, 60),
 )
-def test_any_two_modes_meet_once(at, slope, difference, coupling, count):
+def test_any_two_modes_have_one_event(at, slope, difference, coupling, count):
     """A straight crossing, or veering, at any place and slope, on any grid: one event, located as
     by direct minimisation."""
 
@@ -139,13 +139,13 @@ def test_two_veerings_close_together(count):
 
 
 def test_passing_at_a_distance_is_no_veering():
-    """Two coupled modes whose gap has a least value, while their shapes hardly turn."""
+    """Two coupled modes whose gap has a least value, while their shapes hardly rotate."""
     problem = Problem(lambda p: np.array([[100 - p * p, 0.5], [0.5, 108 + p * p]]))
     assert problem.chart(grid(101), 2)[1] == []
 
 
-def test_a_far_apart_exchange_is_no_meeting():
-    """Shapes that turn into each other where the gap is a good part of the frequency."""
+def test_a_wide_exchange_is_no_veering():
+    """Shapes that rotate into each other where the gap is a good part of the frequency."""
     assert crossing(0.0, 15.0).chart(np.linspace(-4, 4, 101), 2)[1] == []
 
 
@@ -204,7 +204,7 @@ def test_three_crossings_at_one_place():
 
 
 def test_modes_that_couple_cross_where_their_coupling_vanishes():
-    """Perkins & Mote (1986): modes turned by a fixed angle couple everywhere but at the meeting;
+    """Perkins & Mote (1986): modes rotated by a fixed angle couple everywhere but at the crossing;
     there is no gap, and the branches go through each other."""
 
     def stiffness(p):
@@ -231,8 +231,8 @@ def test_a_point_of_the_grid_on_the_crossing():
     assert events[0].at == pytest.approx(0, abs=1e-9)
 
 
-def test_steps_in_doubt_are_halved():
-    """Shapes that all turn by a large angle from point to point: points between tell them."""
+def test_ambiguous_steps_are_halved():
+    """Shapes that all rotate by a large angle from point to point: points between tell them."""
     problem = spinning()
     track = follow(problem(grid(11)), 3, problem)
     assert len(track.points.at) > 11
@@ -240,7 +240,7 @@ def test_steps_in_doubt_are_halved():
     assert (track.branch == [0, 1, 2]).all()
 
 
-def test_doubt_that_stays_is_told():
+def test_ambiguity_that_remains_shows_in_the_confidence():
     """Shapes without any order end the search, and the confidence says so."""
     chance = np.random.default_rng(1)
 
@@ -262,7 +262,7 @@ def test_a_solver_with_holes_ends_the_search():
     assert track.confidence.min() < CLEAR
 
 
-def test_what_enters_and_leaves_the_window():
+def test_a_mode_that_enters_and_leaves_the_window():
     """Of four modes three are solved for and two asked for: one dives into them and out again."""
     K = np.diag([100.0, 200.0, 300.0])
     problem = Problem(lambda p: block_diag(K, [[150 + 900 * p * p]]), modes=4)
@@ -277,7 +277,7 @@ def test_what_enters_and_leaves_the_window():
     ]
 
 
-def test_what_was_not_solved_for_is_new():
+def test_a_mode_not_solved_for_before_is_a_new_branch():
     """A mode that dives from beyond all modes solved for has a number of its own."""
     problem = Problem(lambda p: np.diag([100.0, 200.0, 300.0, 400.0, 650.0 - 600 * p]), 3)
     track, events = problem.chart(grid(41), 2)
@@ -297,28 +297,28 @@ def test_assignment_is_the_best_in_sum():
 
 @given(st.integers(0, 2**32 - 1))
 def test_signs_do_not_matter(seed):
-    """Each solve may turn any shape by 180 degrees, or by any phase; nothing else changes."""
+    """Each solve may rotate any shape by 180 degrees, or by any phase; nothing else changes."""
     problem = crossing(0.137, 0.3)
     points = problem(grid(15))
     chance = np.random.default_rng(seed)
     phases = np.exp(2j * math.pi * chance.random(points.omega_squared.shape))[:, :, None]
-    turned_points = Points(
+    rotated_points = Points(
         points.at, points.omega_squared, points.shapes * phases, points.shapes * phases
     )
-    assert abs(inner_products(turned_points)) == pytest.approx(abs(inner_products(points)))
-    track = follow(turned_points, 2, problem)
+    assert abs(inner_products(rotated_points)) == pytest.approx(abs(inner_products(points)))
+    track = follow(rotated_points, 2, problem)
     assert (track.branch == [0, 1]).all()
 
 
 def test_a_branch_that_enters_meets_nothing_where_it_is_not():
-    """A shape that turns into one that was not among the modes before: no two loci to compare."""
-    turned = np.array([[[0.0, 1.2], [-1.2, 0.0]]])
+    """A shape that rotates into one that was not among the modes before: no two loci to compare."""
+    angles = np.array([[[0.0, 1.2], [-1.2, 0.0]]])
     absent = BranchTable(
         at=np.array([0.0, 1.0]),
         branches=np.array([0, 1]),
         mode_index=np.array([[2, 0], [0, 1]]),
         frequencies=np.array([[np.nan, 1.0], [1.0, 2.0]]),
-        rotation=turned,
+        rotation=angles,
         recovered=np.zeros((1, 2, 2)),
         window=2,
     )
