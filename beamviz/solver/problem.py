@@ -116,7 +116,7 @@ METHODS = {
         Method(
             "auto",
             "this program: high-order elements in gradient and curvature, split at the mass",
-            "always, unless another method is what you study: fastest to any accuracy",
+            "unless you are studying another method: fastest to any accuracy",
             "hp",
             unsupported=(ELEMENTS, TERMS),
         ),

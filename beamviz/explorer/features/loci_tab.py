@@ -270,7 +270,7 @@ def event_table(chart: Chart, chosen: Event | None) -> str:
     if not chart.events:
         return small(chart.loci.warning or "No crossing or veering in this range.")
     along, across = chart.measures
-    heads = ("", "", "modes", f"at {along.head}", across.label, "smallest frequency gap")
+    heads = ("", "", "modes", f"at {along.head}", across.label, "smallest<br>frequency gap")
     rows = [
         (
             k,

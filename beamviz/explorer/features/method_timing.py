@@ -143,7 +143,7 @@ def summary(solution: Solution) -> str:
     return (
         f'<div role="note" aria-label="this method"><b style="color:{COLOURS[name]}">{name}</b>: '
         f"{escape(cost(solution))}<br>"
-        f'<span style="opacity:.65">Choose it {escape(METHODS[name].choose)}.</span></div>'
+        f'<span style="opacity:.65">Recommended {escape(METHODS[name].choose)}.</span></div>'
     )
 
 
