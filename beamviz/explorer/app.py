@@ -23,7 +23,7 @@ from beamviz.signals import handle_signals
 from beamviz.solver import solve
 
 SOLVERS = 2  # solutions computed at once, for all visitors of a process
-CHARTERS = 1  # and charts
+CHARTS = 1  # and charts
 KEY_BYTES = 16
 
 Signals = queue.SimpleQueue[int]  # the signals that have come
@@ -130,7 +130,7 @@ def explorer(
     with (
         run_server(host, port, visitor_count=visitor_count, listener=listener, **access) as server,
         WorkerPool(SOLVERS, "solver") as pool,
-        WorkerPool(CHARTERS, "charter") as charts,
+        WorkerPool(CHARTS, "chart") as charts,
     ):
         rules = Access(host, server.get_port(), **access)
         self_test(server, rules, visitor_count, listener)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import viser
-from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidStatus, WebSocketException
 from websockets.sync.client import unix_connect
 
 from beamviz.errors import Unavailable
@@ -75,7 +75,10 @@ def self_test(
         return socket.create_connection((host, access.port), TIMEOUT)
 
     with connection.log.muted():
-        failure = successful_attack(access, listener.connect_to_self if listener else connect)
+        try:
+            failure = successful_attack(access, listener.connect_to_self if listener else connect)
+        except (OSError, WebSocketException) as error:
+            failure = f"no connection: {error}"
         deadline = time.monotonic() + COUNT_TIMEOUT
         while visitor_count.counts[visitor_count.process] and time.monotonic() < deadline:
             time.sleep(0.005)
@@ -88,21 +91,27 @@ def self_test(
 
 
 def successful_attack(access: Access, connect: Callable[[], socket.socket]) -> str:
-    """Try to connect from a foreign page and to send invalid messages; what succeeded, or ""."""
+    """Try to connect from a foreign page and without the key, and to send invalid messages; a
+    phrase for what succeeded, or ""."""
     uri = access.local_url.replace("http://", "ws://")
-    options: dict[str, Any] = {
-        "subprotocols": [PROTOCOL],
-        "additional_headers": {"Cookie": f"{access.cookie}={access.visitor_key}"},
-        "open_timeout": TIMEOUT,
+    options: dict[str, Any] = {"uri": uri, "subprotocols": [PROTOCOL], "open_timeout": TIMEOUT}
+    key: dict[str, Any] = {
+        "additional_headers": {"Cookie": f"{access.cookie}={access.visitor_key}"}
     }
-    try:
-        with unix_connect(uri=uri, sock=connect(), origin=FOREIGN_ORIGIN, **options):
-            return "a page of a foreign origin can connect"
-    except InvalidStatus as error:
-        if error.response.status_code != 403:
-            return f"a page of a foreign origin gets status {error.response.status_code}, not 403"
+    strangers: dict[str, dict[str, Any]] = {
+        "a page of a foreign origin": {"origin": FOREIGN_ORIGIN, **key}
+    }
+    if access.visitor_key:
+        strangers["a visitor without the key"] = {}
+    for name, stranger in strangers.items():
+        try:
+            with unix_connect(sock=connect(), **options, **stranger):
+                return f"{name} can connect"
+        except InvalidStatus as error:
+            if error.response.status_code != 403:
+                return f"{name} gets status {error.response.status_code}, not 403"
     for name, message in INVALID_MESSAGES.items():
-        with unix_connect(uri=uri, sock=connect(), **options) as line:
+        with unix_connect(sock=connect(), **options, **key) as line:
             try:
                 line.send(message)
                 while True:

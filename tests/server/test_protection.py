@@ -14,7 +14,7 @@ from live.visitor import PAPER
 from beamviz.errors import Unavailable
 from beamviz.explorer.app import explorer, serve
 from beamviz.scene import Scene
-from beamviz.server import connection, run_server, viser_private
+from beamviz.server import access, connection, run_server, viser_private
 from beamviz.server.access import VisitorCount
 
 ROOT = Path(__file__).parents[2]
@@ -57,6 +57,16 @@ def test_a_server_without_its_protection_is_not_shared(monkeypatch, break_, fail
         with pytest.raises(Unavailable, match=match) as caught, explorer(Scene(PAPER), **reach):
             pass
         assert "\n" not in str(caught.value)
+
+
+def test_a_server_that_takes_any_key_is_not_shared(monkeypatch):
+    """The key is what protects it on a network."""
+    monkeypatch.setattr(access, "matches", lambda *_: True)
+    with (
+        pytest.raises(Unavailable, match="a visitor without the key can connect"),
+        explorer(Scene(PAPER), **SHARED),
+    ):
+        pass
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="one process on other systems")

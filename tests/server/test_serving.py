@@ -54,7 +54,7 @@ def test_no_thread_is_left_behind():
 
     with explorer(Scene(PAPER)) as url, visitor(url):
         assert "opener" in new_threads()
-    wait_until(lambda: not {"opener", "solver", "charter"} & new_threads())
+    wait_until(lambda: not {"opener", "solver", "chart"} & new_threads())
 
 
 def test_a_busy_port_is_one_line():
