@@ -85,7 +85,7 @@ def processor() -> str:
 def files(rows: list[Row], about: dict[str, Any]) -> dict[str, bytes]:
     """The contents of the files by ending."""
     from beamviz.benchmark.plot import draw
-    from beamviz.paper.plots import saved
+    from beamviz.plotting import picture_files
 
     models = work_precision.model_errors()
     data = {
@@ -95,7 +95,7 @@ def files(rows: list[Row], about: dict[str, Any]) -> dict[str, bytes]:
         "model_errors": models,
     }
     figure = draw(rows, models, caption(about))
-    return saved(figure) | {"json": (json_text(data, indent=1) + "\n").encode()}
+    return picture_files(figure) | {"json": (json_text(data, indent=1) + "\n").encode()}
 
 
 def caption(about: dict[str, Any]) -> str:

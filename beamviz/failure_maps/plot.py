@@ -22,7 +22,7 @@ from beamviz.errors import NoEquilibrium
 from beamviz.failure_maps import verdicts as kinds
 from beamviz.failure_maps.compute import FASTEST, SLOWEST, Map, edges
 from beamviz.failure_maps.verdicts import METHODS, answer
-from beamviz.paper.plots import saved
+from beamviz.plotting import picture_files
 from beamviz.plotting.style import FAINT, INK, STYLE
 
 COLUMNS = 4
@@ -63,7 +63,7 @@ CELL_STYLES = {
 def pictures(found: Map) -> dict[str, bytes]:
     """The sheet of one plane as PNG and SVG, by ending."""
     with rc_context(STYLE | {"hatch.linewidth": 0.5}):
-        return saved(sheet(found))
+        return picture_files(sheet(found))
 
 
 def sheet(found: Map) -> Figure:

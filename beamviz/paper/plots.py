@@ -1,6 +1,5 @@
 """The paper's figures computed, as CSV files, and drawn."""
 
-import io
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -24,8 +23,9 @@ from beamviz.paper.figures import (
     nearest_node,
 )
 from beamviz.paper.tables import TOLERANCE
+from beamviz.plotting import picture_files
 from beamviz.plotting.labels import EndLabel, LabelPlacer, label_line_ends
-from beamviz.plotting.style import COLOURS, DPI, FAINT, INK, OMEGAS, RING, STYLE
+from beamviz.plotting.style import COLOURS, FAINT, INK, OMEGAS, RING, STYLE
 from beamviz.solver import solve
 from beamviz.solver.solution import Solution
 
@@ -81,19 +81,7 @@ def figure_files(figure: Figure) -> dict[str, bytes]:
         curves = compute_curves(figure)
         picture = draw_curves(figure, curves)
         text = curves_csv(curves)
-    return {**saved(picture), "csv": text.encode()}
-
-
-def saved(picture: Picture) -> dict[str, bytes]:
-    """The picture as the contents of a PNG and an SVG file, by extension."""
-    files = {}
-    for extension in ("png", "svg"):
-        buffer = io.BytesIO()
-        undated = {"Date": None} if extension == "svg" else None
-        with rc_context(STYLE):
-            picture.savefig(buffer, format=extension, dpi=DPI, metadata=undated)
-        files[extension] = buffer.getvalue()
-    return files
+    return {**picture_files(picture), "csv": text.encode()}
 
 
 def compute_loci(figure: LociFigure) -> dict[str, Loci]:
