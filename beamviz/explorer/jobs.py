@@ -131,18 +131,20 @@ class SolveQueue:
             self.pool.submit(work)
 
     def run_batch(self, count: int) -> None:
-        """Run up to `count` of the waiting solves and wait for them, BATCH_TIMEOUT at most: what
-        takes longer than it seemed goes on in the background."""
-        end, done, running = time.monotonic() + BATCH_TIMEOUT, threading.Semaphore(0), 0
-        while self.waiting and running < count:
+        """Run up to `count` of the waiting solves and wait for them, BATCH_TIMEOUT at most: one
+        that takes longer than it seemed goes on in the background, and the workers do the rest."""
+        batch, done = deque[Work](), threading.Event()
+        while self.waiting and len(batch) < count:
             work, is_quick = self.waiting.popleft()
             if is_quick():
-                self.batch_pool.submit(partial(run_and_release, work, done))
-                running += 1
+                batch.append(work)
             else:  # another method was chosen meanwhile
                 self.pool.submit(work)
-        while running and done.acquire(timeout=max(end - time.monotonic(), 0.0)):
-            running -= 1
+        if batch:
+            self.batch_pool.submit(partial(run_all, batch, done))
+            if not done.wait(BATCH_TIMEOUT):
+                while rest := next_of(batch):
+                    self.pool.submit(rest)
 
     def close(self) -> None:
         """Run nothing more."""
@@ -150,10 +152,19 @@ class SolveQueue:
         self.batch_pool.close()
 
 
-def run_and_release(work: Work, done: threading.Semaphore) -> None:
-    """Run `work`, then tell who waits for it."""
-    work()
-    done.release()
+def run_all(batch: deque[Work], done: threading.Event) -> None:
+    """Run a batch, unless the rest of it is taken away meanwhile, and tell who waits for it."""
+    while work := next_of(batch):
+        work()
+    done.set()
+
+
+def next_of(batch: deque[Work]) -> Work | None:
+    """Take the first work of a batch, from any thread; None where there is no more."""
+    try:
+        return batch.popleft()
+    except IndexError:
+        return None
 
 
 @dataclass(frozen=True)
