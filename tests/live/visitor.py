@@ -144,7 +144,8 @@ def final_text(guest: Visitor, quiet: float = 0.5) -> str:
 @contextlib.contextmanager
 def visitor(url: str, first: str = "B1", **options: Any) -> Iterator[Visitor]:
     """A connected visitor that has received its first frame and a panel with the text `first`."""
-    with raw_socket(url, **options) as socket:
+    base, mark, query = url.partition("/?")
+    with raw_socket(base, mark + query, **options) as socket:
         guest = Visitor(socket)
         guest.wait(lambda latest: beam_moved(latest) and first in guest.text)
         yield guest
