@@ -58,7 +58,7 @@ def swept(
 def segments(
     points: np.ndarray, normal: np.ndarray, thickness: float, breadth: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The same surface as one unit box for each of the n - 1 pieces, so that each has a colour.
+    """The same surface as n - 1 transformed unit boxes, which may differ in colour.
 
     Returns centres (n - 1, 3), orientations wxyz (n - 1, 4) and sizes (n - 1, 3). Each box is
     longer by what closes the wedge to its neighbours on the outside of a bend.
@@ -80,18 +80,18 @@ def segments(
 
 
 PIECE_COUNTS = (16, 32, 64, 128, 256)
-DEVIATION = 0.2  # [pixels] a piece may pass the curve at, in the middle of the picture
-STEP = 1 / 40  # of the colour map, the most that neighbouring pieces may differ
-LONGEST = 1 / 4  # of the beam
-LEAVE = 0.8  # a smaller count is taken where so much of it is enough: none flickers
-DEFAULT_SCALE = 1000.0  # [pixels] of a length of the beam, where nobody says
+DEVIATION = 0.2  # [pixels] largest distance of a piece from the curve, mid-picture
+STEP = 1 / 40  # of the colour map: largest difference between neighbouring pieces
+LONGEST = 1 / 4  # piece, in lengths of the beam
+LEAVE = 0.8  # a count is reduced only where this part of the smaller one is enough: no flicker
+DEFAULT_SCALE = 1000.0  # [pixels] per length of the beam
 
 
 @dataclass(frozen=True)
 class DrawnMotion:
-    """What a picture shows of a beam: fields (k, n, 2) by which it swings, each at its farthest;
-    scale: pixels that a length of the beam takes; colouring and largest: the value at the end of
-    its colour map (infinite: all in one colour)."""
+    """The motion that a beam is subdivided for: displacement fields (k, n, 2), each at its largest;
+    scale: pixels per length of the beam; colouring, largest: the colour map and the value at its
+    end (infinite: one colour)."""
 
     fields: np.ndarray
     scale: float = DEFAULT_SCALE
@@ -114,8 +114,8 @@ class DrawnMotion:
 
 
 def subdivide(shapes: SampledModes, seen: DrawnMotion, before: int = 0) -> SampledModes:
-    """`shapes` at the ends of the pieces it is to be drawn in, one of them at the mass; `before`
-    it was drawn in so many."""
+    """`shapes` at the ends of the pieces it is drawn in, one at the mass; before: the former
+    number of pieces."""
     need = np.append(0.0, np.cumsum(required_density(shapes, seen) * np.diff(shapes.x)))
     mass = float(need[shapes.mass])
     parts = np.array([mass, need[-1] - mass])
@@ -130,13 +130,13 @@ def subdivide(shapes: SampledModes, seen: DrawnMotion, before: int = 0) -> Sampl
 
 
 def piece_count(need: int, before: int) -> int:
-    """The smallest count that is enough; the one `before` stays while it nearly is."""
+    """The smallest of PIECE_COUNTS that is enough; `before` stays while little less is needed."""
     enough = next((count for count in PIECE_COUNTS if count >= need), PIECE_COUNTS[-1])
     return before if before > enough >= before / 2 and need > LEAVE * enough else enough
 
 
 def required_density(shapes: SampledModes, seen: DrawnMotion) -> np.ndarray:
-    """Pieces (n - 1,) per length of the beam that a picture needs along it.
+    """Pieces (n - 1,) per length of the beam that a picture needs between stations.
 
     A chord of length h passes a curve of curvature kappa at kappa h^2 / 8.
     """
@@ -146,17 +146,15 @@ def required_density(shapes: SampledModes, seen: DrawnMotion) -> np.ndarray:
 
 
 def curvature(slope: np.ndarray, bend: np.ndarray) -> np.ndarray:
-    """A bound (n - 1,) of the curvature of the swinging beam, from derivatives (1 + k, n - 1, 2) of
-    its centreline and its fields: the second one along x, across the beam, and as much of that
-    along it as its slope turns across."""
+    """A bound (n - 1,) of the curvature of the moving beam, from the first and second derivatives
+    (1 + k, n - 1, 2) along x of its centreline and its displacement fields."""
     along, steep = np.abs(bend[..., 0]).sum(axis=0), np.abs(slope[1:, :, 1]).sum(axis=0)
     stretch = np.maximum(np.abs(slope[0, :, 0]) - np.abs(slope[1:, :, 0]).sum(axis=0), 0.1)
     return np.abs(bend[..., 1]).sum(axis=0) + along * np.minimum(steep / stretch, 1.0)
 
 
 def colour_gradient(slope: np.ndarray, bend: np.ndarray, seen: DrawnMotion) -> np.ndarray:
-    """A bound (n - 1,) of how fast the place in the colour map changes along the beam, from the
-    same."""
+    """A bound (n - 1,) of the change along x of the position on the colour map, from the same."""
     if seen.colouring == "axial strain":
         return np.abs(bend[..., 0]).sum(axis=0) / (2 * seen.largest)
     along, across = np.abs(slope[1:, :, 0]), np.abs(slope[1:, :, 1])
@@ -165,7 +163,7 @@ def colour_gradient(slope: np.ndarray, bend: np.ndarray, seen: DrawnMotion) -> n
 
 def derivatives(shapes: SampledModes, fields: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """First and second derivatives (k, n - 1, 2) of fields (k, n, 2) along x, between stations;
-    across the mass, where the stretch may jump, there is no second one."""
+    the second one is 0 at the mass, where the stretch may jump."""
     step = np.diff(shapes.x)
     slope = np.diff(fields, axis=1) / step[:, None]
     bend = np.zeros_like(fields)
@@ -175,7 +173,7 @@ def derivatives(shapes: SampledModes, fields: np.ndarray) -> tuple[np.ndarray, n
 
 
 def resample(shapes: SampledModes, x: np.ndarray) -> SampledModes:
-    """`shapes` at other stations x (j,), the strain of each piece being its mean there."""
+    """`shapes` at other stations x (j,), with the mean strain of each piece."""
     strain = np.append(0.0, np.cumsum(shapes.strain * np.diff(shapes.x)))
     return replace(
         shapes,
@@ -187,7 +185,7 @@ def resample(shapes: SampledModes, x: np.ndarray) -> SampledModes:
 
 
 def interpolate(known: np.ndarray, values: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Values (..., n, 2) at stations `known` (n,), at x (j,): (..., j, 2)."""
+    """Linear interpolation of values (..., n, 2) at stations `known` (n,) to x (j,)."""
     k = np.searchsorted(known, x, side="right").clip(1, len(known) - 1) - 1
     share = ((x - known[k]) / (known[k + 1] - known[k]))[:, None]
     return (1 - share) * values[..., k, :] + share * values[..., k + 1, :]

@@ -1,4 +1,4 @@
-"""Colour-blind-safe colours: along the beam by displacement or strain, and the fixed ones."""
+"""Colour-blind-safe colours: colour maps of displacement and strain, and fixed colours."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ BEFORE: RGB = (138, 148, 186)
 GRID: RGB = (140, 146, 156)
 GREYED: RGB = (165, 168, 174)
 
-# From still to far: blue, teal, yellow (the bright part of viridis).
+# From no displacement to the largest: blue, teal, yellow (the bright part of viridis).
 SEQUENTIAL = (
     (62, 84, 150),
     (44, 120, 142),
@@ -27,7 +27,7 @@ SEQUENTIAL = (
 # From compressed over unstrained to stretched: blue, grey, vermilion.
 DIVERGING = ((16, 84, 168), (90, 150, 208), (204, 206, 208), (236, 148, 92), (204, 76, 2))
 MAPS = {"displacement": SEQUENTIAL, "axial strain": DIVERGING}
-STEPS = 4096  # of a map that is looked up: less than one level of a byte
+STEPS = 4096  # of a tabulated colour map: finer than one level of a byte
 
 
 def mapped(values: np.ndarray, anchors: tuple[RGB, ...]) -> np.ndarray:
@@ -59,22 +59,18 @@ def gradient(anchors: tuple[RGB, ...]) -> str:
 
 def along(shapes: SampledModes, name: str, moved: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
     """sRGB colours (n - 1, 3) in 0 .. 1 by `name`, one of COLOURINGS."""
-    return ranged(shapes, name, moved, colour_range(shapes, name, amplitudes))
-
-
-def ranged(shapes: SampledModes, name: str, moved: np.ndarray, largest: float) -> np.ndarray:
-    """The same, with the value at the end of the colour map."""
+    largest = colour_range(shapes, name, amplitudes)
     return mapped(scaled(shapes, name, moved, largest), MAPS[name])
 
 
 def painted(shapes: SampledModes, name: str, moved: np.ndarray, largest: float) -> np.ndarray:
-    """The same as bytes (n - 1, 3) of linear light, looked up, since every frame needs them."""
+    """The same as bytes (n - 1, 3) of linear light, from a table, for every frame."""
     places = scaled(shapes, name, moved, largest) * (STEPS - 1) + 0.5
     return PALETTES[name][places.astype(int).clip(0, STEPS - 1)]
 
 
 def scaled(shapes: SampledModes, name: str, moved: np.ndarray, largest: float) -> np.ndarray:
-    """Places (n - 1,) in 0 .. 1 of the colour map, for a beam displaced by `moved` (n, 2)."""
+    """Positions (n - 1,) in 0 .. 1 on the colour map, for a beam displaced by `moved` (n, 2)."""
     if name == "axial strain":
         return 0.5 + 0.5 * axial_strain(shapes, moved) / largest
     middle = moved[:-1] + moved[1:]

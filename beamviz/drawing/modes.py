@@ -1,4 +1,4 @@
-"""What moves and when: mode shapes sampled along the beam, and one slowed clock for all of them."""
+"""Mode shapes sampled along the beam, and the slowed clock that all motion runs on."""
 
 import math
 from collections.abc import Sequence
@@ -14,22 +14,24 @@ from beamviz.scene import ViewOptions
 from beamviz.solver import Solution
 
 FINE = 600
-CLOSE = 1e-9  # to an end of the beam: nobody sees the mass beside it
+CLOSE = 1e-9  # of an end of the beam: a mass this near is drawn at the end
 SAMPLES = np.linspace(0.0, 1.0, 401)
-PLACES = 100  # of the mass, for which stations are kept
-LAYER = 0.05  # of the beam: usual thickness of what is thin
-SOME = 8  # every so manieth station is enough to tell a mode from its opposite
-MAX_STRAIN = 0.6  # drawn stretching stays below it, so that a large picture never folds
+CACHED_POSITIONS = 100  # of the mass, whose stations are cached
+LAYER = 0.05  # of the beam: typical width of a boundary layer
+SIGN_STRIDE = 8  # one station in 8 is enough to tell the sign of a mode
+MAX_STRAIN = 0.6  # of the displacement drawn: at 1 the beam would fold
 
 
 @dataclass(frozen=True)
 class SampledModes:
-    """A solution as a picture needs it, in lengths of the beam, measured from the clamp.
+    """Equilibrium and mode shapes of a solution at the stations they are drawn at.
+
+    Lengths in lengths of the beam, measured from the clamp.
 
     x: (n,) stations; centreline: (n, 2) the equilibrium, along and across the beam;
     strain: (n - 1,) its axial strain; modes: (m, n, 2) with largest displacement 1;
-    limits: (m,) largest amplitude to draw; nodes: for each mode its x, (j,), and where
-    they are, (j, 2).
+    limits: (m,) largest amplitude to draw; nodes: for each mode the reference points x (j,) of its
+    nodes and their positions (j, 2) in equilibrium.
     """
 
     beam: Beam
@@ -69,7 +71,7 @@ class SampledModes:
 
     @classmethod
     def at_rest(cls, beam: Beam, plane: str) -> Self:
-        """The undeformed beam without any mode, where there is no solution to show."""
+        """The undeformed beam without modes, for a beam that has no solution."""
         x = shared_stations(beam.beta)
         return cls(
             beam=beam,
@@ -100,10 +102,10 @@ class SampledModes:
 
 
 def stations(x: np.ndarray, curvature: np.ndarray, mass: float) -> np.ndarray:
-    """Where to sample the beam: FINE + 1 points of 0 .. 1, closer where it bends more.
+    """FINE + 1 points of 0 .. 1, denser where the beam bends more; half of them are spread evenly.
 
-    x, curvature: (n,) samples along the beam; the point nearest to `mass` is moved onto it,
-    since the stretch may jump there. Half of the points are spread evenly.
+    x, curvature: (n,) samples along the beam; the point nearest to `mass` is moved onto it, since
+    the stretch may jump there.
     """
     density = 1.0 + curvature / max(trapezoid(curvature, x), 1e-12)
     share = cumulative_trapezoid(density, x, initial=0.0)
@@ -114,11 +116,10 @@ def stations(x: np.ndarray, curvature: np.ndarray, mass: float) -> np.ndarray:
     return points
 
 
-@lru_cache(PLACES)
+@lru_cache(CACHED_POSITIONS)
 def shared_stations(mass: float) -> np.ndarray:
-    """Stations (n,), closer where layers may be thin: at the clamp and on both sides of the mass.
-    They are the same for all beams with the mass in this place, so that what is computed for such
-    stations need not be computed again."""
+    """Stations (n,), denser where boundary layers may be thin: at the clamp, on both sides of the
+    mass. All beams with the mass in this position share them, and all that is cached for them."""
     layers = np.exp(-SAMPLES / LAYER) + np.exp(-np.abs(SAMPLES - mass) / LAYER)
     x = stations(SAMPLES, layers, mass)
     x.flags.writeable = False
@@ -139,10 +140,10 @@ def normalisation(modes: np.ndarray) -> np.ndarray:
 
 
 class NodePositions(Sequence[tuple[np.ndarray, np.ndarray]]):
-    """Nodes of each mode, looked for when they are asked for: x (j,), and where they are (j, 2).
+    """Vibration nodes of each mode, located when they are first needed: x (j,), position (j, 2).
 
-    x: (n,) stations, one at the mass; centreline (n, 2) and modes (m, n, 2) are at these; bends:
-    (m,) whether a mode is rather one of bending.
+    x: (n,) stations, one at the mass, of centreline (n, 2) and modes (m, n, 2); bends: (m,)
+    whether most of a mode's kinetic energy is in bending.
     """
 
     def __init__(
@@ -176,11 +177,12 @@ class NodePositions(Sequence[tuple[np.ndarray, np.ndarray]]):
 
 
 def node_positions(x: np.ndarray, mass: float, component: np.ndarray) -> np.ndarray:
-    """Nodes (j,) of a mode: where its larger component (n,), given at x (n,), changes sign. Between
-    stations it is taken for a parabola, which leaves 1e-5; through the mass, where its slope may
-    jump, goes none. (`Solution.nodes` has all digits, at the price of many solves.)"""
+    """Nodes (j,) of a mode: where its larger component (n,), given at x (n,), changes sign.
+
+    Quadratic interpolation between stations, to 1e-5, never across the mass, where the slope may
+    jump; `Solution.nodes` has all digits at a higher cost."""
     far = component[np.abs(component).argmax()]
-    v = (np.conj(far) / np.abs(far) * component).real  # with Coriolis forces out of step, perhaps
+    v = (np.conj(far) / np.abs(far) * component).real  # complex with Coriolis forces
     i = 1 + np.flatnonzero(v[1:-1] * v[2:] < 0)
     third = np.where((i + 2 < len(x)) & (x[i + 1] != mass), i + 2, i - 1)
     slope = (v[i + 1] - v[i]) / (x[i + 1] - x[i])
@@ -191,11 +193,11 @@ def node_positions(x: np.ndarray, mass: float, component: np.ndarray) -> np.ndar
 
 
 def align_signs(modes: np.ndarray, x: np.ndarray, previous: SampledModes) -> np.ndarray:
-    """`modes` (m, n, 2) with each sign (phase, if complex) as in `previous`.
+    """`modes` (m, n, 2), each with the sign (the phase, if complex) of the same mode in `previous`.
 
-    The sign of a mode is free; without this the picture would flip while a slider moves.
+    The sign of a mode is arbitrary; without this the picture would flip while a slider moves.
     """
-    turned, some = modes.copy(), slice(None, None, SOME)
+    turned, some = modes.copy(), slice(None, None, SIGN_STRIDE)
     for new, old in zip(turned, previous.modes, strict=False):
         common = old[some]
         if x is not previous.x:
@@ -236,12 +238,13 @@ def largest_strain(shapes: SampledModes, amplitudes: np.ndarray) -> float:
     return float((np.abs(shapes.strain) + sizes @ shapes.strains).max())
 
 
-SLOWEST, FASTEST, TURN = 2.5, 0.6, 1.5  # [s] on screen, for one swing and for one turn
+# Periods on screen [s]: at least for the fastest mode and a rotation, at most for the slowest mode.
+SLOWEST, FASTEST, TURN = 2.5, 0.6, 1.5
 
 
 def playback_rate(frequencies: np.ndarray, gamma: float) -> float:
-    """The time [T*] to show in one second so that the slowest motion is seen and the fastest
-    can be followed, for the frequencies shown and the rotation gamma [1/T*]."""
+    """The time [T*] that passes in one second on screen, so that the slowest motion is visible and
+    the fastest can be followed; frequencies: those shown [1/T*], gamma: rotation speed [1/T*]."""
     seen = frequencies[np.isfinite(frequencies) & (frequencies > 0)]
     longest = [2 * math.pi / gamma / TURN] if gamma > 0 else []
     if len(seen):
@@ -261,13 +264,13 @@ class Clock:
     phases: np.ndarray = field(default_factory=lambda: np.full(0, math.pi / 2))
 
     def fit(self, frequencies: np.ndarray, gamma: float, *, keep: bool) -> None:
-        """Choose the rate; with `keep`, only where the present one shows too little or too much."""
+        """Choose the rate; with `keep`, only where the present one is far too slow or too fast."""
         best = playback_rate(frequencies, gamma)
         if not keep or not best / 4 < self.rate < best * 3:
             self.rate = best
 
     def advance(self, time: float, frequencies: np.ndarray, gamma: float) -> None:
-        """Move on by `time` [T*]; phases go on from where they are when frequencies change."""
+        """Advance by `time` [T*]; phases are continuous when frequencies change."""
         if len(self.phases) != len(frequencies):
             self.phases = np.full(len(frequencies), math.pi / 2)
         swinging = np.where(np.isfinite(frequencies), frequencies, 0.0)

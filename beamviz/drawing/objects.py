@@ -45,26 +45,26 @@ def ground_height(beam: Beam) -> float:
     return -max(0.3, 1.2 * mass_radius(beam)) if beam.alpha > 0 else -0.3
 
 
-HIDDEN = 1e-6  # size of what is not shown
+HIDDEN = 1e-6  # size of an instance that is not shown
 
 
 def add_instances(
     api: SceneApi,
     name: str,
     count: int,
-    body: trimesh.Trimesh,
+    mesh: trimesh.Trimesh,
     *,
     flat_shading: bool = True,
     receive_shadow: bool = True,
 ) -> BatchedMeshHandle:
-    """Copies of a body in one node, each with a place, a turn, a size and a colour of its own.
+    """`count` instances of a mesh in one node, each with a place, rotation, size and colour.
 
-    Such nodes are drawn one frame later than others, so all that move together are of this kind.
+    A browser draws such nodes one frame late, so everything that moves with them is of this kind.
     """
     return api.add_batched_meshes_simple(
         name,
-        body.vertices,
-        body.faces,
+        mesh.vertices,
+        mesh.faces,
         batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)),
         batched_positions=np.zeros((count, 3)),
         batched_scales=np.full((count, 3), HIDDEN),
@@ -82,7 +82,7 @@ def box() -> trimesh.Trimesh:
 
 
 def open_box() -> trimesh.Trimesh:
-    """A unit box without its ends, so that in a row of them none peeps out at a bend."""
+    """A unit box without its ends, which would stick out where a row of boxes bends."""
     whole = box()
     walls = np.abs(whole.face_normals[:, 0]) < 0.5
     return trimesh.Trimesh(whole.vertices, whole.faces[walls], process=False)
@@ -100,7 +100,7 @@ def place_instances(
     lengths: np.ndarray,
     paint: np.ndarray,
 ) -> None:
-    """Place copies of a body: where, how turned, how large, in which colours."""
+    """Set centres (n, 3), orientations (n, 4), sizes (n, 3) and colours (n, 3) of all instances."""
     placed = {
         "batched_positions": centres.astype(np.float32),
         "batched_wxyzs": wxyz.astype(np.float32),
@@ -113,25 +113,27 @@ def place_instances(
 HUB_HEIGHT = 0.14
 HOOP = 0.05
 MAX_NODES = 10
-LETTERS = 13  # [pixels] high is a label, but not smaller than SMALLEST in lengths of the beam,
-SMALLEST, CROWDED = 0.016, 0.09  # nor larger than its share of CROWDED
-FADED = 2.2  # the ground is seen so far from the beam
+LETTER_HEIGHT = 13  # [pixels] of labels
+# In lengths of the beam: at least, and at most for all labels of a mode together.
+MIN_LETTERS, MAX_LETTERS = 0.016, 0.09
+FADE_DISTANCE = 2.2  # of the ground, from the beam
 
 
 def to_hub_frame(shapes: SampledModes, centreline: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A line (n, 2) measured from the clamp as points (n, 3) of the hub, and its plane's normal."""
+    """A line (n, 2) measured from the clamp as points (n, 3) in the hub's frame, and the normal of
+    the plane of motion."""
     points, normal = beam_mesh.frame(centreline, shapes.plane)
     points[:, 0] += shapes.beam.delta
     return points, normal
 
 
 def axis_rotation(angle: float) -> tuple[float, float, float, float]:
-    """A turn about the axis by angle [rad] as wxyz."""
+    """The rotation about the axis by angle [rad] as a quaternion wxyz."""
     return (math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2))
 
 
 def add_lights(api: SceneApi) -> None:
-    """Soft light from above, behind the viewer's left shoulder; shadows fall on the ground."""
+    """Soft light from above and behind the viewer on the left; shadows fall on the ground."""
     api.configure_environment_map(hdri=None)
     api.configure_default_lights(enabled=False)
     api.add_light_hemisphere("/light/sky", ground_color=(200, 200, 210), intensity=1.6)
@@ -142,10 +144,10 @@ def add_lights(api: SceneApi) -> None:
 
 
 class Ground:
-    """A grid with cells of a tenth of the beam that fades away from it and takes the shadows."""
+    """A grid with cells of a tenth of the beam length, with shadows, fading with distance."""
 
     def __init__(self, api: SceneApi, root: str):
-        self.known: tuple = ()  # what it was laid for
+        self.drawn_for: tuple = ()  # the values it was last drawn for
         self.grid = api.add_grid(
             f"{root}/ground",
             cell_size=0.1,
@@ -159,21 +161,21 @@ class Ground:
         )
 
     def show(self, beam: Beam, *, rotating_frame: bool) -> None:
-        """Lay it under `beam`, as far as one sees."""
-        known = beam.delta, ground_height(beam), rotating_frame
-        if known == self.known:
+        """Place it under `beam`."""
+        drawn_for = beam.delta, ground_height(beam), rotating_frame
+        if drawn_for == self.drawn_for:
             return
-        self.known, reach = known, 1.0 + abs(beam.delta) + FADED
+        self.drawn_for, reach = drawn_for, 1.0 + abs(beam.delta) + FADE_DISTANCE
         self.grid.width = self.grid.height = 2 * reach
-        self.grid.fade_distance = FADED if rotating_frame else reach
+        self.grid.fade_distance = FADE_DISTANCE if rotating_frame else reach
         self.grid.position = (0.0, 0.0, ground_height(beam))
 
 
 class Hub:
-    """A drum (a hoop when the beam points inward) on a post, with a mark that shows it turn."""
+    """A drum on a post (a hoop when the beam points inward), with a mark to show its rotation."""
 
     def __init__(self, api: SceneApi, root: str):
-        self.known: tuple = ()  # what it was drawn for
+        self.drawn_for: tuple = ()  # the values it was last drawn for
         self.post = api.add_cylinder(
             f"{root}/rotor/post", 0.018, 1.0, color=colours.HUB, receive_shadow=False
         )
@@ -198,10 +200,10 @@ class Hub:
 
     def show(self, beam: Beam) -> None:
         """Draw the hub of `beam`: the clamp is on its rim, so its radius is |delta|."""
-        known = beam.delta, ground_height(beam)
-        if known == self.known:
+        drawn_for = beam.delta, ground_height(beam)
+        if drawn_for == self.drawn_for:
             return
-        self.known, radius, inward = known, hub_radius(beam), beam.delta < 0
+        self.drawn_for, radius, inward = drawn_for, hub_radius(beam), beam.delta < 0
         self.drum.visible, self.hoop.visible = not inward, inward
         self.drum.radius = radius
         if inward:
@@ -222,7 +224,7 @@ def annulus(radius: float) -> trimesh.Trimesh:
 
 
 class ReferenceShapes:
-    """Where the beam would be: an outline undeformed, a pale body stretched by the rotation."""
+    """The outline of the undeformed beam, and the beam in equilibrium as a translucent body."""
 
     def __init__(self, api: SceneApi, root: str):
         self.outline = api.add_line_segments(
@@ -244,7 +246,7 @@ class ReferenceShapes:
         )
 
     def show(self, shapes: SampledModes, section: tuple[float, float], *, visible: bool) -> None:
-        """Draw both for one beam."""
+        """Draw both."""
         self.outline.visible = self.stretched.visible = visible
         if not visible:
             return
@@ -260,22 +262,22 @@ class ReferenceShapes:
 
 
 def position_text(x: float, units: Units | None) -> str:
-    """A place along the beam in words."""
+    """A position along the beam as text."""
     return measure("beta", units).text(x, 4) if units else f"{x:.3f}"
 
 
 def unit_beam() -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (8, 3) and triangles (12, 3) of a straight beam as thick and broad as long."""
+    """Vertices (8, 3) and triangles (12, 3) of a unit cube along x from 0 to 1."""
     ends = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
     return beam_mesh.swept(ends, beam_mesh.NORMALS["chordwise"], 1.0, 1.0)
 
 
-def set_surface(body: MeshHandle, vertices: np.ndarray, faces: np.ndarray) -> None:
-    """Give a mesh another surface, in one message: vertices without their faces are none."""
+def set_surface(mesh: MeshHandle, vertices: np.ndarray, faces: np.ndarray) -> None:
+    """Replace vertices and faces of a mesh in one message, so that they always fit each other."""
     shape = {"vertices": vertices.astype(np.float32)}
-    if len(faces) != len(body.faces):
+    if len(faces) != len(mesh.faces):
         shape["faces"] = faces.astype(np.uint32)
-    set_properties(body, shape)
+    set_properties(mesh, shape)
 
 
 def unit_edges() -> np.ndarray:
@@ -291,12 +293,12 @@ BOX, SIDES = unit_beam()
 
 
 class Nodes:
-    """A collar and a label at each vibration node: a place of the beam that stays still."""
+    """A collar and a label at each vibration node."""
 
     def __init__(self, api: SceneApi, root: str, colour: colours.RGB = colours.NODE):
-        self.piece = np.zeros(0, int)  # on which pieces of the beam they are
-        self.share = np.zeros((0, 1))  # and how far along each
-        self.count = 0  # of the labels that are seen
+        self.piece = np.zeros(0, int)  # the piece of the beam of each node
+        self.share = np.zeros((0, 1))  # and its relative position along the piece
+        self.count = 0  # of the labels shown
         self.collars = add_instances(api, f"{root}/rotor/nodes", MAX_NODES, box())
         self.collars.batched_colors = colours.instanced(
             np.tile(np.array(colour) / 255, (MAX_NODES, 1))
@@ -321,8 +323,8 @@ class Nodes:
         labels: bool = True,
         scale: float = DEFAULT_SCALE,
     ) -> None:
-        """Mark the nodes of the modes `shown` (0-based), at most MAX_NODES of them; a length of
-        the beam takes `scale` pixels."""
+        """Mark the nodes of the modes `shown` (0-based), at most MAX_NODES of them, at `scale`
+        pixels per length of the beam."""
         marks = [
             (shapes.labels[k], x, place)
             for k in shown
@@ -333,7 +335,7 @@ class Nodes:
         self.piece = np.searchsorted(x, at, side="right").clip(1, len(x) - 1) - 1
         self.share = ((at - x[self.piece]) / (x[self.piece + 1] - x[self.piece]))[:, None]
         scales = np.full((MAX_NODES, 3), HIDDEN, np.float32)
-        height = min(max(LETTERS / scale, SMALLEST), CROWDED / max(len(marks), 1))
+        height = min(max(LETTER_HEIGHT / scale, MIN_LETTERS), MAX_LETTERS / max(len(marks), 1))
         for k, (label, x, place) in enumerate(marks):
             self.labels[k].font_scene_height = height
             points, normal = to_hub_frame(shapes, place[None])
@@ -350,8 +352,8 @@ class Nodes:
         self.count = count
 
     def move(self, points: np.ndarray, wxyz: np.ndarray) -> None:
-        """Put the collars on the line of `points` (n, 3), turned as its pieces are, wxyz
-        (n - 1, 4)."""
+        """Move the collars onto the line of `points` (n, 3) whose pieces have the orientations
+        wxyz (n - 1, 4)."""
         piece, share = self.piece, self.share
         if not piece.size:
             return
