@@ -1,7 +1,7 @@
 """How fast a loci chart is, as ratios measured in one run: python scripts/benchmark_loci.py
 
-201 points, 6 modes, relative 1e-6, tracked, with every crossing and veering located. Beside the time of the
-whole chart: its share that is spent on solving the points of the grid, and the time of as many
+201 points, 6 modes, relative 1e-6, tracked, with every crossing and veering located. Beside the
+time of the whole chart: the share of it that solves the points of the grid, and the time of as many
 separate calls of solve(), which track nothing. Times are the least of several repeats, in one
 thread. The goal is 40 ms, one frame at 60 Hz would be 16 ms.
 """

@@ -149,6 +149,11 @@ class Loci:
         )
 
     @property
+    def modes(self) -> int:
+        """The number of modes at each value."""
+        return 1 + max(int(branch.mode_index.max()) for branch in self.branches)
+
+    @property
     def warning(self) -> str:
         """Warning where the search for crossings and veerings was incomplete; else empty."""
         if self.complete:
@@ -206,9 +211,8 @@ def close_up(found: Loci, event: Event, widths: float = 4.0, points: int = 41) -
     """The loci within some widths of a veering, inside the range it was found in."""
     low = max(event.at - widths * event.width, found.values[0])
     high = min(event.at + widths * event.width, found.values[-1])
-    modes = 1 + max(int(branch.mode_index.max()) for branch in found.branches)
     values = np.linspace(low, high, points)
-    return loci(found.beam, found.over, values, modes, **found.options)
+    return loci(found.beam, found.over, values, found.modes, **found.options)
 
 
 class _Run(NamedTuple):

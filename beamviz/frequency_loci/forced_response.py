@@ -58,13 +58,14 @@ def resonances(found: Loci, count: int) -> list[Resonance]:
     intersections with the lines are certain: close pairs and coarse sweeps are resolved. Raises
     InvalidInput for loci over another parameter.
     """
-    if count and found.over != "gamma":
+    if not count:
+        return []
+    if found.over != "gamma":
         raise InvalidInput(f"per-rev lines need loci over gamma, not over {found.over}")
     located = [
         Resonance(root.per_rev, names.get(root.label, root.label), root.at, root.per_rev * root.at)
         for chart, names in [(found, {}), *_beside_limits(found)]
         for root in _roots(chart, range(1, count + 1), COARSE * np.ptp(found.values))
-        if count
     ]
     return sorted(located, key=lambda resonance: resonance.at)
 
@@ -79,8 +80,8 @@ def _beside_limits(found: Loci) -> Iterator[tuple[Loci, dict[str, str]]]:
             nearer = [edge + share * (value - edge) for share in NEAR_LIMIT]
             speeds = [x for x, solved in _solve(found, np.sort([value, *nearer])).items() if solved]
             if len(speeds) > 1 and value in speeds:
-                chart = loci(found.beam, "gamma", speeds, _modes(found), **found.options)
-                labels = zip(chart.labels_at(value), found.labels_at(value), strict=True)
+                chart = loci(found.beam, "gamma", speeds, found.modes, **found.options)
+                labels = zip(chart.labels_at(value), found.labels_at(value), strict=False)
                 yield chart, dict(labels)
 
 
@@ -106,15 +107,10 @@ def _roots(found: Loci, lines: range, coarse: float) -> list["_Root"]:
     return roots
 
 
-def _modes(found: Loci) -> int:
-    """The number of modes requested of loci."""
-    return 1 + max(int(branch.mode_index.max()) for branch in found.branches)
-
-
 def _solve(found: Loci, speeds: np.ndarray) -> dict[float, dict[str, float]]:
     """omega^2 by branch at each of some speeds (n,); nothing where there is no solution."""
     beams = [found.beam.replace(gamma=float(speed)) for speed in speeds]
-    outcomes = solve_many(beams, modes=_modes(found), **found.options)
+    outcomes = solve_many(beams, modes=found.modes, **found.options)
     return {
         speed: dict(zip(found.labels_at(speed), outcome.omega_squared.tolist(), strict=False))
         if isinstance(outcome, Solution)

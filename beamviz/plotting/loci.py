@@ -38,6 +38,8 @@ MARKS: dict[str, dict[str, Any]] = {
     "resonance": {"marker": "x", "ms": 4.5, "mec": INK, "mew": 1.1, "ls": ""},
 }
 PER_REV: dict[str, Any] = {"color": FAINT, "lw": 0.8, "ls": (0, (5, 3)), "zorder": 1}
+ABOVE: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "bottom"}
+ABOVE |= {"color": MUTED, "fontsize": 8}
 MAX_LABELLED = 10  # crossings and veerings; more labels would hide the chart
 MAX_ENLARGED = 2  # veerings with an inset
 SPOTS = np.linspace(0.1, 0.85, 23)  # along a line: possible positions of its label
@@ -183,16 +185,7 @@ class _Chart:
             if end == last:
                 ends.append((rate * end, f"{k}×"))
                 continue
-            self.axes.annotate(
-                f"{k}×",
-                (x[1], top),
-                (0, 2),
-                textcoords="offset points",
-                ha="center",
-                va="bottom",
-                color=MUTED,
-                fontsize=8,
-            )
+            self.axes.annotate(f"{k}×", (x[1], top), (0, 2), **ABOVE)
         return ends
 
     def label_ends(self, others: Sequence[tuple[float, str]]) -> None:
@@ -209,10 +202,12 @@ class _Chart:
 
     def draw_marks(self, resonances: Sequence[Resonance]) -> None:
         """Marks at resonances, crossings and veerings."""
-        marks = [(one, "resonance", 5) for one in resonances]
-        for mark, kind, order in [*marks, *((event, event.kind, 6) for event in self.loci.events)]:
-            x, y = self.scales.x(mark.at), self.scales.y(mark.frequency)
-            self.axes.plot(x, y, **MARKS[kind], zorder=order)
+        marks = [(one.at, one.frequency, "resonance", 5) for one in resonances]
+        marks += [(event.at, event.frequency, event.kind, 6) for event in self.loci.events]
+        for at, frequency, kind, zorder in marks:
+            self.axes.plot(
+                self.scales.x(at), self.scales.y(frequency), **MARKS[kind], zorder=zorder
+            )
 
     def label_events(self) -> None:
         """Insets around veerings, and labels of the other events."""
@@ -268,8 +263,10 @@ class _Chart:
     def _draw_inset(self, placer: LabelPlacer, event: Event) -> bool:
         """An enlarged veering in an inset; False where no part of the frame is free."""
         corner = _free_corner(placer)
-        near = close_up(self.loci, event) if corner is not None else None
-        if near is None or not near.events:
+        if corner is None:
+            return False
+        near = close_up(self.loci, event)
+        if not near.events:
             return False
         inset = self.axes.inset_axes((*corner, *INSET), zorder=8)
         two = [branch for branch in near.branches if branch.label in near.events[0].branches]
