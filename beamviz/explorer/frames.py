@@ -1,7 +1,8 @@
-"""What draws for all visitors of a process, and answers them in turn where they are many.
+"""The frame loop: draws for all visitors of a process, and runs their solves in batches where
+visitors are many.
 
-It runs on the event loop that sends and receives, not beside it: threads that compete for the
-interpreter cost more than the work itself as soon as visitors are many.
+It runs on the event loop that sends and receives: threads that compete with it for the interpreter
+lock cost more than the work itself as soon as visitors are many.
 """
 
 import asyncio
@@ -22,25 +23,29 @@ from beamviz.server.connection import is_presenter
 from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import disconnect, handshake_request
 
-FRAMES = 25  # a second, for one visitor
-ALL_FRAMES = 800  # a second, for all visitors of all processes together
-FEWER_FRAMES = 12.8  # for one visitor, where some wait for answers
-CROWD = 8  # visitors; from here on they are answered in turn, and charts wait for a rest
-BATCH = 4  # answers or pictures in a row, which costs less; then messages come and go
-HOPS = 4  # of the event loop that a message takes to come in, or to go out
-PATIENCE = 5.0  # [s] for a picture to be finished when all ends
+FRAMES = 25  # frames per second of one visitor
+ALL_FRAMES = 800  # frames per second of all visitors of all processes together
+FEWER_FRAMES = 12.8  # frames per second of one visitor while solves are waiting
+CROWD = 8  # visitors: from this number on solves run in batches, and charts wait
+BATCH = 4  # solves or frames in a row, before messages are exchanged
+LOOP_TURNS = 4  # of the event loop, for a message to come in or to go out
+STOP_TIMEOUT = 5.0  # [s] for the last frame
 
 log = RateLimitedLog(__name__)
 
 
 async def exchange_messages() -> None:
-    """Let messages come and go."""
-    for _ in range(HOPS):
+    """Let the event loop receive and send."""
+    for _ in range(LOOP_TURNS):
         await asyncio.sleep(0)
 
 
 class FrameLoop:
-    """Draws for all visitors; it sleeps while nothing moves."""
+    """Draws for all visitors; it sleeps while nothing moves.
+
+    sessions: by client id; woken: visitors whose page may be out of date, in order; drawn: those
+    who have had a frame with an answer since the last round; leader: the presenter of a lecture.
+    """
 
     def __init__(
         self,
@@ -55,23 +60,23 @@ class FrameLoop:
         self.visitor_count = visitor_count
         self.loop, self.changed = server.get_event_loop(), asyncio.Event()
         self.thread: threading.Thread | None = None
-        self.queue = SolveQueue(pool, self.crowded, self.rouse)
+        self.queue = SolveQueue(pool, self.crowded, self.resume)
         self.opener = ThreadPoolExecutor(1, "opener")
-        self.leader: int | None = None  # the presenter of a lecture
+        self.leader: int | None = None
         self.sessions: dict[int, Session] = {}
-        self.woken: dict[int, None] = {}  # those who wait to be drawn for, in order
-        self.drawn: set[int] = set()  # who has had a picture since the last round
+        self.woken: dict[int, None] = {}
+        self.drawn: set[int] = set()
         self.stopped = False
         self.running = asyncio.run_coroutine_threadsafe(self.run(), self.loop)
         server.on_client_connect(self.join)
         server.on_client_disconnect(self.left)
 
     async def join(self, client: ClientHandle) -> None:
-        """Open a session for a new visitor, beside the pictures of the others."""
+        """Open a session for a new visitor on a thread of its own, while the others are drawn."""
         visitor = client.client_id
         request = handshake_request(self.server, visitor)
         leading = self.access.presenter_key and is_presenter(self.access, request)
-        with contextlib.suppress(RuntimeError):  # all has ended meanwhile
+        with contextlib.suppress(RuntimeError):  # stopped meanwhile
             opened = self.opener.submit(self.opened, client, leader=not leading)
             session = await asyncio.wrap_future(opened)
             self.sessions[visitor] = session
@@ -81,7 +86,7 @@ class FrameLoop:
             self.wake(visitor)
 
     def opened(self, client: ClientHandle, *, leader: bool) -> Session:
-        """A session, with a leader where there is a lecture."""
+        """A session; `leader`: it can follow the presenter of a lecture."""
         return Session(
             client,
             self.scene,
@@ -98,7 +103,7 @@ class FrameLoop:
         return session.presentation if session else None
 
     def crowded(self) -> bool:
-        """Whether visitors are many."""
+        """Whether the process has CROWD visitors or more."""
         return len(self.sessions) >= CROWD
 
     async def left(self, client: ClientHandle) -> None:
@@ -112,32 +117,32 @@ class FrameLoop:
             session.close()
 
     def wake(self, visitor: int) -> None:
-        """Draw what is new for a visitor, soon."""
+        """Draw for a visitor soon, and for those who follow them."""
         self.woken[visitor] = None
         if visitor == self.leader:
             self.woken.update(dict.fromkeys(list(self.sessions)))
-        self.rouse()
+        self.resume()
 
-    def rouse(self) -> None:
+    def resume(self) -> None:
         """End the sleep, from any thread."""
         if threading.current_thread() is self.thread:
             self.changed.set()
         else:
-            with contextlib.suppress(RuntimeError):  # all has ended
+            with contextlib.suppress(RuntimeError):  # the event loop is closed
                 self.loop.call_soon_threadsafe(self.changed.set)
 
     def stop(self) -> None:
         """End all sessions."""
         self.stopped = True
-        self.rouse()
-        wait([self.running], PATIENCE)
+        self.resume()
+        wait([self.running], STOP_TIMEOUT)
         self.queue.close()
         self.opener.shutdown(cancel_futures=True)
         for visitor in list(self.sessions):
             self.leave(visitor)
 
     async def run(self) -> None:
-        """Draw steadily for those whose picture moves; in between, whatever is new, in order."""
+        """Draw all moving pictures at a steady rate; in between, run solves and draw answers."""
         self.thread, due = threading.current_thread(), time.monotonic()
         while not self.stopped:
             await self.sleep(due)
@@ -147,8 +152,8 @@ class FrameLoop:
                 due = max(due + step, time.monotonic() + step / 5)
             try:
                 self.queue.run_batch(BATCH)
-            except Exception as error:  # nobody else's picture must stop for it
-                log.error("answering", "visitors in a crowd", error)
+            except Exception as error:  # the other pictures go on
+                log.error("solving", "a batch", error)
             self.draw_next()
             await exchange_messages()
 
@@ -159,7 +164,7 @@ class FrameLoop:
         return max(1 / rate, self.visitor_count.total / ALL_FRAMES)
 
     async def sleep(self, due: float) -> None:
-        """Wait until `due`, or as long as nothing moves, or until something is new."""
+        """Wait until `due` [s] while a picture moves, else until something is out of date."""
         if self.woken or self.queue.waiting or self.stopped:
             return
         self.changed.clear()
@@ -169,23 +174,27 @@ class FrameLoop:
                 await self.changed.wait()
 
     async def draw_all(self, step: float) -> None:
-        """The next picture of everybody whose picture moves, unless they have had one but a moment
-        ago; where there is little time, unless they have had one, with an answer, since the last
+        """Draw the next frame of every moving picture, except of visitors who have just had one;
+        while solves are waiting, except of those who have had one with an answer since the last
         round."""
-        scarce, had = bool(self.queue.waiting), self.drawn
+        solves_wait, had = bool(self.queue.waiting), self.drawn
         self.drawn = set()
         for k, (visitor, session) in enumerate(list(self.sessions.items())):
-            late = visitor not in had if scarce else time.monotonic() - session.last_tick > step / 2
-            if late and session.needs_tick:
+            due = (
+                visitor not in had
+                if solves_wait
+                else time.monotonic() - session.last_tick > step / 2
+            )
+            if due and session.needs_tick:
                 self.tick(visitor, session)
             if k % BATCH == BATCH - 1:
                 await asyncio.sleep(0)
         await exchange_messages()
 
     def draw_next(self) -> None:
-        """What is new for those who have waited longest."""
+        """Draw for those who have waited longest, BATCH visitors at most."""
         drawn = 0
-        for visitor in list(self.woken):  # at once: other threads wake more
+        for visitor in list(self.woken):  # a copy: other threads add to it
             del self.woken[visitor]
             session = self.sessions.get(visitor)
             if session and session.outdated:
@@ -196,10 +205,11 @@ class FrameLoop:
                 return
 
     def tick(self, visitor: int, session: Session) -> None:
-        """Draw for one visitor; a mistake there must not stop the others' pictures."""
+        """Draw for one visitor. An error ends that session alone: the page connects again, to a new
+        one."""
         try:
             session.tick(time.monotonic())
         except Exception as error:
-            log.error("drawing", f"visitor {visitor}, who is sent off", error)
+            log.error("drawing", f"visitor {visitor}, who is disconnected", error)
             self.leave(visitor)
-            disconnect(self.server, visitor)  # their page connects again, to a new session
+            disconnect(self.server, visitor)

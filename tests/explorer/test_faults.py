@@ -318,7 +318,7 @@ def test_drawing_that_fails_ends_that_visit_alone(url, other, frame_loops, caplo
         assert guest.socket.close_code == 1011
     alone(frame_loops)
     (line,) = [record.getMessage() for record in caplog.records if record.levelname == "ERROR"]
-    assert re.search(r"drawing: failed for visitor \d+, who is sent off: ZeroDivisionError", line)
+    assert re.search(r"drawing: failed for visitor \d+, who is disconnected: ZeroDivisionError", line)
 
 
 def test_clocks_that_jump_do_not_stop_the_picture(url, other, monkeypatch):

@@ -4,8 +4,8 @@ import math
 
 from live.visitor import PAPER
 
-from beamviz import messages
 from beamviz.beam import Beam, Units
+from beamviz.drawing import text as messages
 from beamviz.drawing.text import rounded_to_error
 from beamviz.errors import NoEquilibrium
 from beamviz.explorer.page import html
