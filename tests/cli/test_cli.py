@@ -6,9 +6,11 @@ import json
 import math
 import signal
 import typing
+from pathlib import Path
 
 import pytest
 
+import beamviz
 from beamviz import Beam, __version__, solve
 from beamviz.beam import PARAMETERS
 from beamviz.cli.options import beam_and_model
@@ -328,3 +330,9 @@ def test_a_wrong_scene_is_one_line(run, tmp_path):
     assert "lesson = magic: must be one of stiffening, " in err
     code, _, err = run("screenshot", "a.png", "--lesson", "nodes", "--scene", str(file))
     assert (code, "exclude each other" in err) == (2, True)
+
+
+def test_no_text_of_the_program_refers_to_a_section_of_the_readme():
+    """Help texts and reports are complete in themselves: a README changes without them."""
+    package = Path(beamviz.__file__).parent
+    assert not [path for path in package.rglob("*.py") if "README" in path.read_text()]
