@@ -1,7 +1,7 @@
 """Record the moving picture of the README from the live page: python scripts/record_page.py
 
-Starts the explorer, opens its page in headless Chromium, drags the speed slider, and writes what the
-page shows as an animated WebP (assets/page.webp). Run it after a change of the page's look.
+Starts the explorer, opens its page in headless Chromium, drags the speed slider, and writes the
+screenshots as an animated WebP (assets/page.webp). Run it after a change of the page's look.
 """
 
 import base64
