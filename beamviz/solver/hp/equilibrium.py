@@ -156,7 +156,7 @@ def equilibrium(
         if limited:
             left = margin(mesh, inertia, beams, law, load, state.f)
             found &= left > 0
-            state = state._replace(margin=np.where(found, left, 1.0))
+            state = AxialState(state.f, state.iterations, state.error, np.where(found, left, 1.0))
         if beams.size > 1 or found[0]:
             return state, found
     path = _follow(mesh, inertia, beams, law, load)
@@ -216,14 +216,15 @@ def newton(
     accept_error: float = 0.0,
 ) -> tuple[AxialState, np.ndarray]:
     """The stretch f (beams, n) in equilibrium at load = (gamma / mu)^2, by Newton-Raphson from f,
-    and which beams converged (beams,) without leaving the stable branch.
+    and which beams converged (beams,) on the stable branch, though perhaps to more force at the
+    clamp than the law carries: `margin` tells.
 
     The residual is w n(f) - load (G f + delta g), the paper's eq. 40 for a straight beam.
     """
     A = load * inertia.G if beams.size == 1 else load[..., None] * inertia.G
     w, static = mesh.weights, load * beams.delta * inertia.g
     stable = np.ones(len(f), bool)
-    step, accepted, iteration = np.zeros_like(f), max(accept_error, NEWTON_STEP**2), 0
+    step, accepted, iteration = np.empty(f.shape), max(accept_error, NEWTON_STEP**2), 0
     while iteration < NEWTON_ITERATIONS:
         iteration += 1
         residual = w * law.force(f) - np.matvec(A, f) - static
@@ -234,13 +235,11 @@ def newton(
                 stable[k], f[k], step[k] = False, 1.0, 0.0
         f = f - step
         error = np.vecdot(step, step) / f[:, 0] ** 2  # quadratic
-        if error.max() < accepted or not stable.any():
+        if np.maximum.reduce(error) < accepted or not stable.any():
             break
-    stable &= (error < accepted) & (f.min(axis=-1) > law.min_stretch)
+    stable &= (error < accepted) & (np.minimum.reduce(f, axis=-1) > law.min_stretch)
     if law.max_stretch < math.inf:
-        stable &= f.max(axis=-1) < law.max_stretch
-    if law.max_stretch < math.inf or not beams.outward:
-        stable &= _left_at_clamp(inertia, beams, law, load, f) > 0
+        stable &= np.maximum.reduce(f, axis=-1) < law.max_stretch
     if not stable.all():
         f = np.where(stable[:, None], f, 1.0)
     return AxialState(f, iteration, error), stable
@@ -252,10 +251,11 @@ def _follow(mesh: Mesh, inertia: Inertia, beam: BeamStack, law: StrainLaw, load:
 
     def solve_at(trial: float, guess: np.ndarray) -> Root | None:
         state, found = newton(mesh, inertia, beam, law, trial, guess)
-        return Root(state.f, state.iterations) if found[0] else None
+        held = found[0] and _left_at_clamp(inertia, beam, law, trial, state.f)[0] > 0
+        return Root(state.f, state.iterations) if held else None
 
     def margin_at(reached: float, f: np.ndarray) -> float:
-        return float(margin(mesh, inertia, beam, law, reached, f, bound=-math.inf)[0])
+        return float(margin(mesh, inertia, beam, law, reached, f, math.inf)[0])
 
     return continue_load(solve_at, np.ones((1, mesh.weights.shape[-1])), load, margin_at)
 
@@ -284,12 +284,12 @@ def margin(
 
     The least eigenvalue of the tangent relative to rest (a fold), or what the law has left at the
     clamp, whichever is less. The eigenvalue is at least that of D less the trace of the inertia; a
-    value above `bound` is taken in its place.
+    value of at least `bound` is taken in its place.
     """
     stiffness = law.stiffness(f)
-    trace = (diagonal(inertia.G) / mesh.weights).sum(axis=-1)[..., None]
-    fold = (stiffness.min(axis=-1, keepdims=True) - load * trace)[:, 0]
-    near = np.flatnonzero(fold < bound) if bound > -math.inf else range(len(f))
+    trace = np.add.reduce(diagonal(inertia.G) / mesh.weights, axis=-1)[..., None]
+    fold = (np.minimum.reduce(stiffness, axis=-1, keepdims=True) - load * trace)[:, 0]
+    near = (fold < bound).nonzero()[0]
     if len(near):
         scale = 1 / np.sqrt(mesh.weights)
         A = scale[..., None] * inertia.G * scale[..., None, :]

@@ -123,7 +123,9 @@ def uncoupled_modes(
         softened -= beams.gamma**2 if beams.size == 1 else beams.gamma[..., None] ** 2
     families = omega_squared.reshape(len(omega_squared), -1)
     order = families.argsort(axis=-1)[:, :count]
-    picks = order + families.shape[1] * np.arange(len(order))[:, None]
+    picks = order
+    if beams.size > 1:  # places in the flattened arrays of the stack
+        picks = order + families.shape[1] * np.arange(len(order))[:, None]
     return Modes(
         v[:, 0],
         v[:, 1],

@@ -233,7 +233,8 @@ class Refinement:
             return
         # Rounding error is exempt: refinement cannot reduce it, and the reported error contains it.
         allowed = 2 * problem.tolerance * abs(modes.omega_squared) + modes.rounding
-        ratios = (modes.truncation / allowed)[:, : problem.modes].max(axis=-1).tolist()
+        ratios = (modes.truncation / allowed)[:, : problem.modes]
+        ratios = np.maximum.reduce(ratios, axis=-1).tolist()
         grids: Iterable[Grid] = repeat(mesh.grid)
         if mesh.breaks.ndim > 1:
             grids = map(mesh.grid.__getitem__, range(len(places)))
