@@ -1,0 +1,93 @@
+"""What a constant of the mesh design costs, as a function of its value, over random beams:
+
+    python scripts/fit_mesh_constants.py LAYER_REACH 1.5 2 2.5 [--beams 300] [--tolerance 1e-6]
+
+The constants of beamviz/solver/hp/mesh_design.py choose the first mesh of a beam. Too small a value
+makes the first attempt miss the tolerance, and costs another; too large a value costs unknowns. For
+every value this prints the share of beams solved at the first attempt, the mean number of unknowns
+of the accepted mesh, and the mean of n^3 over all attempts, the work of the eigenproblems, relative
+to that of the value in use. The best value has the least work; error bars hold for any.
+The beams are those of scripts/measure_error_bars.py, drawn over everything that is accepted.
+"""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+
+import numpy as np  # noqa: E402
+from oracle.error_bars import random_scene  # type: ignore[import-not-found]  # noqa: E402
+
+from beamviz.errors import BeamvizError  # noqa: E402
+from beamviz.solver import solve  # noqa: E402
+from beamviz.solver.hp import mesh_design, refinement  # noqa: E402
+
+
+def main() -> None:
+    """Measure the value in use and those given."""
+    names = [name for name, value in vars(mesh_design).items() if is_constant(name, value)]
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("constant", choices=names)
+    parser.add_argument("values", type=float, nargs="+")
+    parser.add_argument("--beams", type=int, default=300)
+    parser.add_argument("--tolerance", type=float, help="in place of that of each random beam")
+    given = parser.parse_args()
+    in_use = getattr(mesh_design, given.constant)
+    reference = measure(given.constant, in_use, given.beams, given.tolerance)
+    print(f"{given.constant:>16}{'first attempt':>16}{'unknowns':>10}{'work':>8}{'unsolved':>10}")
+    for value in sorted({float(in_use), *given.values}):
+        found = measure(given.constant, value, given.beams, given.tolerance)
+        mark = " *" if value == in_use else ""
+        print(
+            f"{value:16g}{found[0]:16.1%}{found[1]:10.1f}{found[2] / reference[2]:8.3f}"
+            f"{found[3]:10.0f}{mark}"
+        )
+
+
+def is_constant(name: str, value: object) -> bool:
+    """Whether a name of the module is a number to fit."""
+    return name.isupper() and isinstance(value, int | float)
+
+
+def measure(
+    name: str, value: float, count: int, tolerance: float | None
+) -> tuple[float, float, float, int]:
+    """Share of beams solved at the first attempt, mean unknowns of a family, mean n^3 over all
+    attempts, and how many beams have no answer, with a constant at a value."""
+    sizes: list[int] = []
+    solve_stack = refinement.Refinement.solve_stack
+    original = getattr(mesh_design, name)
+
+    def counted(self, places, mesh):
+        sizes.append(len(mesh.points))
+        solve_stack(self, places, mesh)
+
+    first, last, work, unsolved = [], [], [], 0
+    setattr(mesh_design, name, type(original)(value))
+    refinement.Refinement.solve_stack = counted  # type: ignore[method-assign]
+    try:
+        for scene in map(random_scene, range(count)):
+            options = scene.options | ({"tolerance": tolerance} if tolerance else {})
+            sizes.clear()
+            try:
+                solve(scene.beam, **options)
+            except BeamvizError:
+                unsolved += 1
+                continue
+            first.append(len(sizes) == 1)
+            last.append(sizes[-1])
+            work.append(sum(n**3 for n in sizes))
+    finally:
+        setattr(mesh_design, name, original)
+        refinement.Refinement.solve_stack = solve_stack  # type: ignore[method-assign]
+    return float(np.mean(first)), float(np.mean(last)), float(np.mean(work)), unsolved
+
+
+if __name__ == "__main__":
+    main()

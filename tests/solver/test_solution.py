@@ -1,0 +1,130 @@
+"""What a solution promises: nodes, signs, read-only arrays, one line as its text; options named."""
+
+import cProfile
+import itertools
+import math
+import pstats
+
+import numpy as np
+import pytest
+
+import beamviz
+from beamviz import Beam, loci, solve
+from beamviz.errors import InvalidInput, NoEquilibrium
+from beamviz.solver import METHODS, solve_many
+
+ROOT = beamviz.__path__[0]
+
+
+@pytest.mark.parametrize("gamma", [2.9, 5.0])
+def test_nodes_do_not_depend_on_the_phase_of_a_mode(gamma):
+    """A beam that points inward, before and after it buckles: weak Coriolis forces move the nodes
+    of its bending modes by little."""
+    beam = Beam(delta=-1, gamma=gamma)
+    without, with_coriolis = solve(beam), solve(beam, coriolis=True)
+    assert with_coriolis.labels == without.labels
+    for label, expected, found in zip(
+        without.labels, without.nodes, with_coriolis.nodes, strict=True
+    ):
+        assert len(found) == len(expected), label
+        assert found == pytest.approx(expected, abs=2e-3)
+    assert without.nodes[1] == pytest.approx([0.779], abs=4e-3)
+
+
+@pytest.mark.parametrize("coriolis", [False, True])
+@pytest.mark.parametrize("method", ["auto", "ancf", "assumed-modes"])
+def test_the_larger_component_is_real_and_positive_at_the_tip(method, coriolis):
+    """For every mode and method, so that the sign of a shape is no accident of LAPACK."""
+    solution = solve(Beam(alpha=1, beta=0.5, gamma=3), method=method, coriolis=coriolis)
+    for k, share in enumerate(solution.bending_energy_fraction):
+        tip = solution.shape(k, 1.0)[0, int(share >= 0.5)]
+        assert tip.real > 0
+        assert abs(tip.imag) < 1e-9 * tip.real
+
+
+def test_shapes_do_not_change_sign_along_a_sweep():
+    """The shapes of neighbouring speeds agree for each label."""
+    x = np.linspace(0, 1, 21)
+    speeds = np.linspace(0.5, 6, 23)
+    solutions = [solve(Beam(alpha=1, beta=0.5, gamma=gamma), modes=4) for gamma in speeds]
+    for before, after in itertools.pairwise(solutions):
+        for k, label in enumerate(before.labels):
+            shape = after.shape(after.labels.index(label), x)
+            assert np.vdot(before.shape(k, x), shape).real > 0, label
+
+
+def test_text_of_a_solution_is_one_line():
+    """Its beam, method, status and frequencies; unstable modes as nan."""
+    text = repr(solve(Beam(alpha=1, beta=0.5, gamma=10), modes=8))
+    assert text.count("\n") == 0
+    assert len(text) < 250
+    assert "alpha=1" in text
+    assert "4.3906" in text
+    assert "unstable" in repr(solve(Beam(delta=-1, gamma=5)))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_arrays_of_a_solution_are_read_only(method):
+    """They are computed once and may be shared."""
+    solution = solve(Beam(alpha=1, beta=0.5, gamma=2), method=method)
+    arrays = (
+        solution.omega_squared,
+        solution.omega_squared_errors,
+        solution.frequencies,
+        solution.errors,
+        solution.growth_rates,
+        solution.bending_energy_fraction,
+        solution.nodes[1],
+        solution.equilibrium.tip,
+    )
+    for array in arrays:
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0.0
+
+
+def test_a_misspelt_option_names_the_nearest_one():
+    """In solve, solve_many and loci alike, as InvalidInput."""
+    beam = Beam(gamma=3)
+    message = "unknown option 'metod': did you mean 'method'"
+    for call in (
+        lambda: solve(beam, metod="auto"),
+        lambda: solve_many([beam], metod="auto"),
+        lambda: loci(beam, "gamma", [1, 2], metod="auto"),
+    ):
+        with pytest.raises(InvalidInput, match=message):
+            call()
+    with pytest.raises(InvalidInput, match="unknown option 'zzz': known: modes, method"):
+        solve(beam, zzz=1)
+    with pytest.raises(InvalidInput, match="tolerance"):
+        solve_many([beam], tolerance=[1])
+
+
+@pytest.mark.parametrize("delta", [0.0, 1.0, 5.0])
+@pytest.mark.parametrize("below", [-10.0, -1e-6, 1e-7, 3e-4])
+def test_biot_has_a_limit(delta, below):
+    """gamma = mu pi / 2 without a mass, whatever the hub: beyond it, and so near below it that the
+    stretch exceeds a thousand, the error names it."""
+    limit = 70 * math.pi / 2
+    with pytest.raises(NoEquilibrium) as caught:
+        solve(Beam(gamma=limit - below, delta=delta), strain="biot")
+    assert caught.value.limit == pytest.approx(limit, rel=1e-9)
+    assert "109.955743" in str(caught.value)
+    assert solve(Beam(gamma=0.99 * limit, delta=delta), strain="biot").errors.max() < 1e-3
+
+
+def test_a_solve_passes_few_modules_and_calls():
+    """One beam in the one path for stacks: at most 50 calls of this package in 9 modules."""
+
+    def run():
+        solve(Beam(alpha=1, beta=0.5, gamma=10))
+
+    run()
+    profile = cProfile.Profile()
+    profile.runcall(run)
+    calls = {
+        place: count
+        for place, (_, count, *_) in pstats.Stats(profile).stats.items()  # type: ignore[attr-defined]
+        if place[0].startswith(ROOT)
+    }
+    assert sum(calls.values()) <= 50, calls
+    assert len({file for file, _, _ in calls}) <= 9, calls
