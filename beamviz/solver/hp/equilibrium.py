@@ -56,12 +56,14 @@ def single(beam: Beam) -> BeamStack:
 
 
 class Inertia(NamedTuple):
-    """The line density rho = 1 + alpha Dirac(x - beta) in terms of a gradient on a mesh; without
-    the leading axis where all beams of a stack share it."""
+    """The line density rho = 1 + alpha Dirac(x - beta) in terms of a gradient on a mesh. Of arrays
+    that the beams of a stack share, vectors have a leading axis of 1 and matrices none: numpy is
+    fastest on arrays of the same shape."""
 
+    weights: np.ndarray  # (1 or beams, n) of the mesh
     G: np.ndarray  # (..., n, n) mass matrix J' rho J
-    G1: np.ndarray  # (..., n) G applied to the stretch of a beam at rest
-    g: np.ndarray  # (..., n) static moment J' rho 1
+    G1: np.ndarray  # (1 or beams, n) G applied to the stretch of a beam at rest
+    g: np.ndarray  # (1 or beams, n) static moment J' rho 1
     to_mass: np.ndarray | None  # (..., n) integrates from the clamp to the mass
     alpha: float | np.ndarray  # (..., 1)
     total: float | np.ndarray  # mass that pulls at the clamp
@@ -91,7 +93,8 @@ def inertia(mesh: Mesh, beams: BeamStack) -> Inertia:
 def _shared_inertia(mesh: Mesh, alpha: float, beta: float) -> Inertia:
     """`_with_mass` of one mass, kept: a sweep or a slider of anything else leaves it as it is."""
     if not (alpha and beta):
-        return Inertia(mesh.G, mesh.G1, mesh.g, None, 0.0, 1.0)
+        weights, G1, g = map(np.atleast_2d, (mesh.weights, mesh.G1, mesh.g))
+        return Inertia(weights, mesh.G, G1, g, None, 0.0, 1.0)
     shared = _with_mass(mesh, alpha, beta)
     for array in (shared.G, shared.G1, shared.g, shared.to_mass):
         assert array is not None
@@ -105,7 +108,9 @@ def _with_mass(mesh: Mesh, alpha: float | np.ndarray, beta: float | np.ndarray) 
     carried = alpha * to_mass
     G = mesh.G + carried[..., None] * to_mass[..., None, :]
     total = 1.0 + alpha * (beta > 0)
-    return Inertia(G, mesh.G1 + beta * carried, mesh.g + carried, to_mass, alpha, total)
+    rows = mesh.weights, mesh.G1 + beta * carried, mesh.g + carried
+    weights, G1, g = map(np.atleast_2d, rows)
+    return Inertia(weights, G, G1, g, to_mass, alpha, total)
 
 
 def greatest_force(beams: Beam | BeamStack) -> Any:
@@ -194,9 +199,9 @@ def _first_guess(
     # share of what the one before it did, much the same all along a beam of small strain as at its
     # clamp: two passes give the sum of all. With n at the clamp of an outward beam, one pass errs
     # by about n^2, two by less than n^3.
-    pull = (beams.gamma / beams.mu) ** 2 / mesh.weights
+    pull = (beams.gamma / beams.mu) ** 2 / inertia.weights
     static = beams.delta * inertia.g
-    f = first = stretch(pull * (inertia.G1 + static)).reshape(beams.size, -1)
+    f = first = stretch(pull * (inertia.G1 + static))
     for _ in range(passes - 1):
         f = stretch(pull * (np.matvec(inertia.G, f) + static))
     if passes == 2:
@@ -222,8 +227,7 @@ def newton(
     The residual is w n(f) - load (G f + delta g), the paper's eq. 40 for a straight beam.
     """
     A = load * inertia.G if beams.size == 1 else load[..., None] * inertia.G
-    w, static = mesh.weights, load * beams.delta * inertia.g
-    stable = np.ones(len(f), bool)
+    w, static = inertia.weights, load * beams.delta * inertia.g
     step, accepted, iteration = np.empty(f.shape), max(accept_error, NEWTON_STEP**2), 0
     while iteration < NEWTON_ITERATIONS:
         iteration += 1
@@ -232,15 +236,15 @@ def newton(
         for k in range(len(f)):
             _, step[k], info = lapack.dposv(tangent[k].T, residual[k], overwrite_a=True)
             if info:  # not positive definite: the branch of stable states was left
-                stable[k], f[k], step[k] = False, 1.0, 0.0
+                step[k] = np.nan
         f = f - step
         error = np.vecdot(step, step) / f[:, 0] ** 2  # quadratic
-        if np.maximum.reduce(error) < accepted or not stable.any():
+        if not np.fmax.reduce(error) >= accepted:
             break
-    stable &= (error < accepted) & (np.minimum.reduce(f, axis=-1) > law.min_stretch)
+    stable = (error < accepted) & (np.minimum.reduce(f, axis=-1) > law.min_stretch)
     if law.max_stretch < math.inf:
         stable &= np.maximum.reduce(f, axis=-1) < law.max_stretch
-    if not stable.all():
+    if not np.logical_and.reduce(stable):
         f = np.where(stable[:, None], f, 1.0)
     return AxialState(f, iteration, error), stable
 

@@ -8,7 +8,7 @@ down to about 1/p^2 of it; only thinner ones get an element of their own.
 Two more things make the mesh finer: a stretch that is nearly singular just beyond an end wants a
 mesh graded towards it, and the digits that softening takes from the lowest mode must be there first.
 
-The constants below are fitted: too small a value costs a second attempt (refinement adds digits),
+The constants below are fitted: too small a value costs another attempt (refinement adds digits),
 too large a value unknowns; neither moves an answer beyond its error bar. Each comment says what the
 constant balances. scripts/fit_mesh_constants.py measures attempts and unknowns over random beams as
 a function of any of them.

@@ -77,7 +77,7 @@ def stiffness_and_mass(
     The tension N = gamma^2 int_x^1 rho (u + delta) is taken from equilibrium: mu^2 n(f)
     cancels where a slender beam hardly stretches.
     """
-    w, n = mesh.weights, f.shape[-1]
+    w, n = inertia.weights, f.shape[-1]
     across = f[..., None] * mesh.J  # kappa -> w' = f theta
     stiffness = np.zeros((len(f), 2, 2 * n))
     stiffness[:, 0, :n] = bent = w * bending_stiffness(f, problem.curvature_measure)

@@ -6,7 +6,6 @@ stack of one. A stack is refined as a whole, then its remaining beams one by one
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from itertools import accumulate, groupby, repeat
 from operator import attrgetter
 from typing import Any, NamedTuple
@@ -47,7 +46,6 @@ CHUNK = 32  # beams that share a mesh: it is as fine as the hardest of them need
 FEWER_DIGITS = 0.15  # asked of a shared mesh: most of its beams need less than the hardest
 MORE_DIGITS = 0.7  # for each further attempt, beyond those the last one missed
 COARSE_ORDER = 6
-REFERENCE_TOLERANCE = 1e-9  # of the solves that other methods are compared with
 STRETCH_SHARE = 1e-3  # of the tolerance: an error of the stretch that is accepted
 
 _numbers = attrgetter(*PARAMETERS)
@@ -170,7 +168,10 @@ class Refinement:
                 places, meshes = zip(*group, strict=True)
                 breaks, orders = zip(*meshes, strict=True)
                 common = tuple(map(max, zip(*orders, strict=True)))
-                stacks.append((list(places), make_meshes(np.array(breaks), common)))
+                if len(places) == 1:
+                    stacks.append((list(places), make_mesh(*meshes[0])))
+                else:
+                    stacks.append((list(places), make_meshes(np.array(breaks), common)))
         return stacks
 
     def _mesh(self, places: list[int]) -> BreaksAndOrders | None:
@@ -297,36 +298,3 @@ def coarse_equilibrium(beam: Beam, law: StrainLaw) -> tuple[State, Positions]:
     u = accumulate(parts[0].tolist(), initial=0.0)
     means = parts[1] / (mesh.breaks[1:] - mesh.breaks[:-1])
     return (mesh, state.f), Positions(ends, tuple(u), tuple(means.tolist()))
-
-
-def errors_against_reference(
-    beam: Beam, problem: Problem, omega_squared: np.ndarray, bending_energy_fraction: np.ndarray
-) -> np.ndarray:
-    """Errors (modes,) of omega^2 found by another method: the distance from that of this one, which
-    converges to the same model, and the error of that.
-
-    Modes are paired within their family: a coarse basis may shift one past another. Infinite
-    where this method has no answer to compare with.
-    """
-    modes = len(omega_squared)
-    method = "foac" if problem.rigid_tension else "auto"
-    reference = replace(
-        problem,
-        modes=2 * modes,
-        method=method,
-        tolerance=REFERENCE_TOLERANCE,
-        elements=None,
-        terms=None,
-    )
-    exact = solve_straight([beam], reference)[0]
-    if isinstance(exact, BeamvizError):
-        return np.full(modes, np.inf)
-    exact_errors = exact.truncation + exact.rounding
-    errors = np.empty(modes)
-    for bending in (True, False):
-        ours = np.flatnonzero((bending_energy_fraction >= 0.5) == bending)
-        theirs = np.flatnonzero((exact.bending_energy_fraction >= 0.5) == bending)[: len(ours)]
-        if len(theirs) < len(ours):  # so far off that its partner is out of sight
-            theirs = np.append(theirs, [2 * modes - 1] * (len(ours) - len(theirs)))
-        errors[ours] = abs(omega_squared[ours] - exact.omega_squared[theirs]) + exact_errors[theirs]
-    return errors
