@@ -78,7 +78,7 @@ def field_arrays(solution: Solution) -> dict[str, np.ndarray]:
         "x": x,
         "position": state.position(x),
         "stretch": state.stretch(x),
-        "shapes": np.moveaxis(solution.displacement(x), 2, 0),
+        "shapes": np.moveaxis(solution.displacement(x), 2, 0) + 0.0,  # -0.0 becomes 0.0
     }
 
 
