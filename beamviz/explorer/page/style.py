@@ -1,4 +1,4 @@
-"""How the page looks: its theme, the style sheet that viser's lacks, and the live charts."""
+"""Theme and style sheet of the page, and the style of its live charts."""
 
 from html import escape
 
@@ -9,10 +9,10 @@ from beamviz.plotting.style import COLOURS as FAMILY_COLOURS
 from beamviz.solver.solution import MIXED
 
 BRAND = (32, 96, 150)
-SHEET = '.mantine-Paper-root[style*="max-height: 60%"]'  # a phone's controls
+SHEET = '.mantine-Paper-root[style*="max-height: 60%"]'  # the controls on a phone
 SECTION = '.mantine-Tabs-root[style*="border-top"]'  # results or lessons in it
 
-# viser styles its elements in place, so all of this has to insist. Grey words get a contrast of
+# viser styles its elements in place, so these rules need !important. Grey text gets a contrast of
 # more than 7 : 1 on either page. On a phone the sheet of controls stands below the scene rather
 # than over it, as wide as the screen (what is in it is no table, which a chart would widen again
 # and again), and results and lessons come before the controls. Six tabs fit in one row, and all
@@ -58,12 +58,12 @@ p:has(> label) {{ letter-spacing: -.2px !important; }}
 
 
 def add_style(gui: GuiApi) -> None:
-    """Add style and title to a page; they hold while the element is there."""
+    """Add the style sheet and the title to a page."""
     gui.add_html(STYLE + script_element("document.title = 'beamviz'"))
 
 
 def theme(side: ClientHandle | ViserServer, *, dark: bool) -> None:
-    """A dark or a light page, without viser's own buttons."""
+    """Set a dark or a light theme, without viser's own buttons."""
     side.gui.configure_theme(
         dark_mode=dark, show_logo=False, show_share_button=False, brand_color=BRAND
     )
@@ -94,7 +94,7 @@ def add_plot(
     right: int = 12,
     visible: bool = True,
 ) -> GuiUplotHandle:
-    """A chart that is looked at and not touched, `height` [px] in all."""
+    """A chart without interaction, `height` [px] in all."""
     return gui.add_uplot(
         data,
         styles,
@@ -109,12 +109,12 @@ def add_plot(
 
 
 def scales(x: tuple[float, float], y: tuple[float, float]) -> dict[str, uplot.Scale]:
-    """The ends of both axes; missing values spoil those the page would find by itself."""
+    """The ranges of both axes; the automatic ones are wrong where values are missing."""
     return {"x": {"time": False, "range": x}, "y": {"range": y}}
 
 
 def axes(along: str, across: str) -> tuple[uplot.Axis, ...]:
-    """The two axes, of fixed size so that labels can be put on the lines."""
+    """The two axes with their labels, of fixed size so that labels can be placed on lines."""
     return (
         {
             "label": along,
@@ -145,7 +145,7 @@ def dot(fill: str, stroke: str, size: int) -> uplot.Series_Points:
 
 
 def apart(places: list[float], least: float) -> list[float]:
-    """Ascending places moved up until none is nearer than `least` to the one below."""
+    """Ascending positions, moved up until their distances are at least `least`."""
     moved: list[float] = []
     for place in places:
         moved.append(max(place, moved[-1] + least) if moved else place)
