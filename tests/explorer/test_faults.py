@@ -318,7 +318,7 @@ def test_drawing_that_fails_ends_that_visit_alone(url, other, frame_loops, caplo
         assert guest.socket.close_code == 1011
     alone(frame_loops)
     (line,) = [record.getMessage() for record in caplog.records if record.levelname == "ERROR"]
-    assert re.search(r"drawing: failed for visitor \d+, who is disconnected: ZeroDivisionError", line)
+    assert re.search(r"drawing: failed for visitor \d+, .* disconnected: ZeroDivisionError", line)
 
 
 def test_clocks_that_jump_do_not_stop_the_picture(url, other, monkeypatch):
@@ -334,7 +334,7 @@ def test_clocks_that_jump_do_not_stop_the_picture(url, other, monkeypatch):
 def test_a_machine_that_slept_goes_on_where_it_was(url, other, frame_loops):
     """Hours without a tick move the picture by a moment only."""
     session = next(iter(frame_loops[0].sessions.values()))
-    turns = session.clock.angle
+    before = session.view.clock.angle
     session.tick(session.last_tick + 36000.0)
     session.last_tick = time.monotonic()
-    assert (session.clock.angle - turns) % 6.3 <= 0.4 * session.view.pace * 10 + 1e-9
+    assert (session.view.clock.angle - before) % 6.3 <= 0.4 * session.view.pace * 10 + 1e-9
