@@ -6,7 +6,7 @@ within (N')^(-1/3). Gauss points crowd at the ends of an element, so order p res
 down to about 1/p^2 of it; only thinner ones get an element of their own.
 
 Two more things make the mesh finer: a stretch that is nearly singular just beyond an end wants a
-mesh graded towards it, and the digits that softening takes from the lowest mode must be there first.
+mesh graded towards it, and the digits that softening cancels in the lowest mode must be there.
 
 The constants below are fitted: too small a value costs another attempt (refinement adds digits),
 too large a value unknowns; neither moves an answer beyond its error bar. Each comment says what the
