@@ -79,7 +79,7 @@ def build_solution(
     omega_squared, fraction, fields = solved.modes
     stable = bool(omega_squared[0] >= 0)
     seconds = time.perf_counter() - start
-    for array in (modes.omega_squared, modes.bending_energy_fraction):
+    for array in (omega_squared, fraction):
         array.setflags(write=False)
     return Solution(
         beam=beam,
