@@ -1,6 +1,6 @@
 """A browser for the tests of the page: the one that is there, Debian's, or Playwright's.
 
-Standard library only; the package's own search is used, which needs no more.
+Standard library only; the search of the package runs in the environment made for it.
 """
 
 import os
@@ -11,15 +11,17 @@ from pathlib import Path
 
 from _environment import ROOT, run_quietly, say
 
-sys.path.insert(0, str(ROOT))
-
-from beamviz.exports.renderer import find_browser
-
+FIND = "from beamviz.exports.renderer import find_browser; print(find_browser() or '')"
 PLAYWRIGHT_PATH = """
 from playwright.sync_api import sync_playwright
 with sync_playwright() as playwright:
     print(playwright.chromium.executable_path)
 """
+
+
+def find_browser(python: Path) -> str:
+    """The browser that the package finds, or ""."""
+    return output_of([str(python), "-c", FIND])
 
 
 def find_or_fetch(python: Path) -> str | None:
@@ -29,10 +31,10 @@ def find_or_fetch(python: Path) -> str | None:
         return None
     if named:
         remedy = "name one that does, or none, or unset it"
-        return working(find_browser()) or sys.exit(
+        return working(find_browser(python)) or sys.exit(
             f"beamviz: BEAMVIZ_BROWSER = {named}: does not start; {remedy}"
         )
-    return working(find_browser()) or from_debian() or from_playwright(python)
+    return working(find_browser(python)) or from_debian(python) or from_playwright(python)
 
 
 def working(browser: str | None) -> str | None:
@@ -42,7 +44,7 @@ def working(browser: str | None) -> str | None:
     return None
 
 
-def from_debian() -> str | None:
+def from_debian(python: Path) -> str | None:
     """Debian's Chromium, where this process may install it."""
     if not (shutil.which("apt-get") and hasattr(os, "geteuid") and os.geteuid() == 0):
         return None
@@ -50,7 +52,7 @@ def from_debian() -> str | None:
     succeeded(["apt-get", "update"])  # may fail for one source and still do for ours
     packages = ["chromium", "fonts-liberation"]  # else only DejaVu is there
     succeeded(["apt-get", "install", "--yes", "--no-install-recommends", *packages])
-    return working(find_browser())
+    return working(find_browser(python))
 
 
 def from_playwright(python: Path) -> str | None:
@@ -60,14 +62,20 @@ def from_playwright(python: Path) -> str | None:
     playwright = [str(python), "-m", "playwright", "install", "chromium"]
     if not (succeeded(pip) and succeeded(playwright)):
         return None
-    found = subprocess.run(
-        [python, "-c", PLAYWRIGHT_PATH],
+    return working(output_of([str(python), "-c", PLAYWRIGHT_PATH]))
+
+
+def output_of(command: list[str]) -> str:
+    """What a command prints on stdout."""
+    done = subprocess.run(
+        command,
+        cwd=ROOT,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         text=True,
         check=False,
     )
-    return working(found.stdout.strip())
+    return done.stdout.strip()
 
 
 def succeeded(command: list[str]) -> bool:

@@ -31,8 +31,8 @@ def browser(monkeypatch):
     monkeypatch.delenv("BEAMVIZ_BROWSER", raising=False)
     module = loaded("_browser", monkeypatch)
     monkeypatch.setattr(module, "working", lambda browser: browser)
-    monkeypatch.setattr(module, "find_browser", lambda: None)
-    monkeypatch.setattr(module, "from_debian", lambda: None)
+    monkeypatch.setattr(module, "find_browser", lambda python: None)
+    monkeypatch.setattr(module, "from_debian", lambda python: None)
     monkeypatch.setattr(module, "from_playwright", lambda python: None)
     return module
 
@@ -184,8 +184,8 @@ def test_a_browser_that_is_there_comes_first(browser, monkeypatch):
     assert browser.find_or_fetch(python) is None
     for name, answer in (
         ("from_playwright", lambda python: "playwright"),
-        ("from_debian", lambda: "debian"),
-        ("find_browser", lambda: "found"),
+        ("from_debian", lambda python: "debian"),
+        ("find_browser", lambda python: "found"),
     ):
         monkeypatch.setattr(browser, name, answer)
         assert browser.find_or_fetch(python) in name
@@ -193,7 +193,7 @@ def test_a_browser_that_is_there_comes_first(browser, monkeypatch):
 
 def test_a_named_browser_is_not_replaced(browser, monkeypatch):
     """BEAMVIZ_BROWSER is an order: none means none, and one that does not start is an error."""
-    monkeypatch.setattr(browser, "from_debian", lambda: "debian")
+    monkeypatch.setattr(browser, "from_debian", lambda python: "debian")
     monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
     assert browser.find_or_fetch(Path(sys.executable)) is None
     monkeypatch.setenv("BEAMVIZ_BROWSER", "mosaic")
@@ -218,7 +218,7 @@ def test_debian_is_asked_as_root_only(monkeypatch):
     monkeypatch.setattr(module, "succeeded", lambda command: pytest.fail(f"ran {command}"))
     monkeypatch.setattr(module.shutil, "which", lambda name: f"/usr/bin/{name}")
     monkeypatch.setattr(os, "geteuid", lambda: 1000, raising=False)
-    assert module.from_debian() is None
+    assert module.from_debian(Path(sys.executable)) is None
 
 
 GOOD = ["timeit", "-n1", "-r1", "pass"]
