@@ -185,7 +185,7 @@ def test_a_browser_that_is_there_comes_first(browser, monkeypatch):
     for name, answer in (
         ("from_playwright", lambda python: "playwright"),
         ("from_debian", lambda python: "debian"),
-        ("find_browser", lambda python: "found"),
+        ("find_browser", lambda python: "find"),
     ):
         monkeypatch.setattr(browser, name, answer)
         assert browser.find_or_fetch(python) in name
