@@ -1,0 +1,283 @@
+"""The beam in a viser scene: alone, with another one overlaid, or every mode in its own row."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from viser import BatchedMeshHandle, LabelHandle, SceneApi
+
+from beamviz.drawing import beam_mesh, camera, colours
+from beamviz.drawing.beam_mesh import DEFAULT_SCALE, PIECE_COUNTS, DrawnMotion, subdivide
+from beamviz.drawing.modes import SampledModes, amplitudes, displacement
+from beamviz.drawing.objects import (
+    BOX,
+    HIDDEN,
+    SIDES,
+    Ground,
+    Hub,
+    Nodes,
+    ReferenceShapes,
+    add_instances,
+    add_lights,
+    axis_rotation,
+    box,
+    mass_radius,
+    open_box,
+    place_instances,
+    section_size,
+    set_surface,
+    sphere,
+    to_hub_frame,
+)
+from beamviz.drawing.text import frequencies
+from beamviz.scene import ViewOptions
+from beamviz.server.viser_private import set_orientation, set_position, set_properties
+
+INSET = 0.95  # size of an overlaid beam, so that its faces do not coincide with the other's
+TITLE_OFFSET = np.array([0.0, 0.0, 0.1])  # of an overlaid beam, from its mass or tip
+ROW_SPACING = 0.42  # of beams above each other, in lengths of the beam
+ROW_TITLE_HEIGHT = 0.14  # above the hub
+OVERLAY = "/scene/rotor/overlay"
+
+
+class BeamView:
+    """One beam in a scene: `show` takes what changes with the beam, `move` what changes with time.
+
+    root: name of its node in the scene; alone: with lights, ground and post, which a second beam in
+    the same scene does not need; height: of its middle, in lengths of the beam.
+    """
+
+    def __init__(self, api: SceneApi, root: str = "/scene", *, alone: bool = True):
+        if alone:
+            add_lights(api)
+        self.alone, self.height = alone, 0.0
+        self.frame = api.add_frame(root, show_axes=False)
+        self.ground = Ground(api, root)
+        self.rotor = api.add_frame(f"{root}/rotor", show_axes=False)
+        self.hub = Hub(api, root)
+        api.add_frame(f"{root}/rotor/beam", show_axes=False)
+        self.beams = {
+            count: add_instances(
+                api, f"{root}/rotor/beam/{count}", count, open_box(), receive_shadow=False
+            )
+            for count in PIECE_COUNTS  # one node each: a browser cannot change a node's count
+        }
+        self.count = 0  # of the pieces drawn
+        self.ends = add_instances(api, f"{root}/rotor/ends", 2, box(), receive_shadow=False)
+        self.mass = add_instances(
+            api, f"{root}/rotor/mass", 1, sphere(), flat_shading=False, receive_shadow=False
+        )
+        self.mass_drawn: tuple = ()  # radius and colour
+        self.ghosts = ReferenceShapes(api, root)
+        self.nodes = Nodes(api, root)
+        self.warning = api.add_label(
+            f"{root}/rotor/words", "", anchor="bottom-center", font_screen_scale=1.25, visible=False
+        )
+
+    def show(
+        self,
+        shapes: SampledModes,
+        view: ViewOptions,
+        shown: list[int],
+        *,
+        warning: str = "",
+        motion: DrawnMotion | None = None,
+    ) -> None:
+        """Draw a beam and the nodes of its modes `shown` (0-based). A warning greys the beam and is
+        written above it; motion: what the beam is subdivided for, by default that of `view`."""
+        motion = motion or DrawnMotion.of(
+            shapes, amplitudes(view, len(shapes.modes)), view.colouring
+        )
+        shapes = subdivide(shapes, motion, self.count)
+        self.shapes, self.view, self.greyed = shapes, view, bool(warning)
+        beam = shapes.beam
+        self.section = section_size(beam, view.thicken)
+        middle = [0.0, 0.0, self.height] - camera.target(shapes, view.rotating_frame)
+        set_position(self.frame, middle)
+        self.ground.show(beam, rotating_frame=view.rotating_frame)
+        self.hub.show(beam)
+        self.ground.grid.visible = self.alone
+        self.hub.post.visible = self.alone and beam.delta >= 0
+        self.ghosts.show(shapes, self.section, visible=view.ghosts)
+        marked = shown if view.nodes and len(shown) == 1 and not warning else []
+        self.nodes.show(shapes, self.section, marked, labels=not view.all_modes, scale=motion.scale)
+        self.show_mass(mass_radius(beam, view.thicken) if beam.alpha > 0 else HIDDEN)
+        self.warning.visible = bool(warning)
+        if warning:
+            self.warning.text = warning
+            set_position(self.warning, (beam.delta + 0.5, 0.0, 0.12))
+
+    def show_mass(self, radius: float) -> None:
+        """Size and colour of the mass, sent only where they change."""
+        if (radius, self.greyed) != self.mass_drawn:
+            self.mass_drawn = radius, self.greyed
+            colour = np.array([colours.GREYED if self.greyed else colours.MASS]) / 255
+            self.mass.batched_scales = np.full((1, 3), radius)
+            self.mass.batched_colors = colours.instanced(colour)
+
+    def move(self, phases: np.ndarray, amplitudes: np.ndarray, angle: float) -> None:
+        """Draw the beam at phases (m,) [rad] with amplitudes (m,), the hub rotated by angle [rad];
+        in the rotating frame the ground rotates instead."""
+        moved = displacement(self.shapes, phases, amplitudes)
+        largest = colours.colour_range(self.shapes, self.view.colouring, amplitudes)
+        self.displace(moved, largest, angle)
+
+    def displace(self, moved: np.ndarray, largest: float, angle: float) -> None:
+        """Draw the beam displaced by `moved` (n, 2), in colours that end at `largest`."""
+        shapes, rotating = self.shapes, self.view.rotating_frame
+        points, normal = to_hub_frame(shapes, shapes.centreline + moved)
+        pieces = beam_mesh.segments(points, normal, *self.section)
+        paint = self.paint(moved, largest)
+        self.set_count(len(paint))
+        place_instances(self.beam, *pieces, paint)
+        ends = (part[:: len(paint) - 1] for part in (*pieces, paint))  # the pieces have no ends
+        place_instances(self.ends, *ends)
+        self.nodes.move(points, pieces[1])
+        mass = points[shapes.mass : shapes.mass + 1].astype(np.float32)
+        set_properties(self.mass, {"batched_positions": mass})
+        set_orientation(self.ground.grid, axis_rotation(-angle if rotating else 0.0))
+        set_orientation(self.rotor, axis_rotation(0.0 if rotating else angle))
+
+    @property
+    def beam(self) -> BatchedMeshHandle:
+        """The node of the pieces drawn."""
+        return self.beams[self.count]
+
+    def set_count(self, count: int) -> None:
+        """Change the number of pieces; the former ones are hidden in the same frame."""
+        if self.count and self.count != count:
+            hidden = np.full((self.count, 3), HIDDEN, np.float32)
+            set_properties(self.beam, {"batched_scales": hidden})
+        self.count = count
+
+    def paint(self, moved: np.ndarray, largest: float) -> np.ndarray:
+        """Colour (n - 1, 3), bytes of linear light, of each piece displaced by `moved` (n, 2)."""
+        if self.greyed:
+            grey = np.array([colours.GREYED]) / 255
+            return colours.instanced(np.tile(grey, (len(moved) - 1, 1)))
+        return colours.painted(self.shapes, self.view.colouring, moved, largest)
+
+
+class OverlayBeam:
+    """A second beam, its mass and its nodes, translucent in the hub's frame of the first."""
+
+    def __init__(self, api: SceneApi):
+        self.root = api.add_frame(OVERLAY, show_axes=False)
+        pale: Any = {"opacity": 0.3, "cast_shadow": False, "receive_shadow": False}
+        self.body = api.add_mesh_simple(
+            f"{OVERLAY}/beam", BOX, SIDES, color=colours.BEFORE, flat_shading=True, **pale
+        )
+        self.mass = api.add_icosphere(f"{OVERLAY}/mass", 1.0, color=colours.BEFORE, **pale)
+        self.nodes = Nodes(api, OVERLAY, colours.BEFORE)
+        self.title = api.add_label(f"{OVERLAY}/title", "", anchor="bottom-center")
+        self.count = 0  # of the pieces drawn
+
+    def show(
+        self,
+        shapes: SampledModes,
+        view: ViewOptions,
+        shown: list[int],
+        title: str,
+        motion: DrawnMotion,
+    ) -> None:
+        """Draw a beam and the nodes of its modes `shown` (0-based), subdivided for `motion`."""
+        shapes = subdivide(shapes, replace(motion, largest=np.inf), self.count)
+        self.count = len(shapes.strain)
+        thickness, breadth = section_size(shapes.beam, view.thicken)
+        self.shapes, self.section = shapes, (INSET * thickness, INSET * breadth)
+        self.root.visible = True
+        self.mass.visible = shapes.beam.alpha > 0
+        self.mass.radius = INSET * mass_radius(shapes.beam, view.thicken)
+        self.nodes.show(shapes, self.section, shown if view.nodes else [], labels=False)
+        self.title.text = title
+        points, _ = to_hub_frame(shapes, shapes.centreline)
+        top = points[shapes.mass if shapes.beam.alpha > 0 else -1] + TITLE_OFFSET
+        set_position(self.title, top + [0.0, 0.0, self.mass.radius])
+
+    def hide(self) -> None:
+        """Draw nothing."""
+        self.root.visible = False
+
+    def move(self, phases: np.ndarray, amplitudes: np.ndarray, angle: float) -> None:
+        """Draw the beam at phases (m,) [rad] with amplitudes (m,)."""
+        shapes = self.shapes
+        moved = displacement(shapes, phases, amplitudes)
+        points, normal = to_hub_frame(shapes, shapes.centreline + moved)
+        set_surface(self.body, *beam_mesh.swept(points, normal, *self.section))
+        self.nodes.move(points, beam_mesh.segments(points, normal, *self.section)[1])
+        set_position(self.mass, points[shapes.mass])
+
+
+def stacked_heights(count: int) -> list[float]:
+    """Heights of `count` beams around the middle of the picture, the first on top."""
+    return [ROW_SPACING * ((count - 1) / 2 - k) for k in range(count)]
+
+
+def add_title(api: SceneApi, root: str, text: str) -> LabelHandle:
+    """A title above the hub of the beam under `root`, where it never covers the beam."""
+    return api.add_label(f"{root}/title", text, anchor="bottom-center", font_screen_scale=1.1)
+
+
+class TitledBeam(BeamView):
+    """A beam with a title, above or below others in a scene."""
+
+    def __init__(self, api: SceneApi, root: str):
+        super().__init__(api, root, alone=False)
+        self.title = add_title(api, root, "")
+
+    def show_row(
+        self,
+        shapes: SampledModes,
+        view: ViewOptions,
+        shown: list[int],
+        title: str,
+        height: float,
+        motion: DrawnMotion,
+    ) -> None:
+        """Draw a beam at a height, subdivided for `motion`."""
+        self.height = height
+        self.show(shapes, view, shown, motion=motion)
+        self.frame.visible = True
+        self.title.text = title
+        x = shapes.beam.delta if view.rotating_frame else 0.0
+        self.title.position = (x, 0.0, ROW_TITLE_HEIGHT)
+
+    def hide(self) -> None:
+        """Draw nothing."""
+        self.frame.visible = False
+
+
+class AllModesView:
+    """Every mode in a row of its own, on one clock (paper, figs. 14-15); rows are built when they
+    are first needed."""
+
+    def __init__(self, api: SceneApi):
+        self.api = api
+        self.rows: list[TitledBeam] = []
+        self.count = 0  # of the rows shown
+
+    def show(self, shapes: SampledModes, view: ViewOptions, scale: float = DEFAULT_SCALE) -> None:
+        """One row for each mode, at `scale` pixels per length of the beam."""
+        self.count = len(shapes.modes)
+        while len(self.rows) < self.count:
+            self.rows.append(TitledBeam(self.api, f"/mode {len(self.rows) + 1}"))
+        frequency = frequencies(shapes.beam.units)
+        for k, height in enumerate(stacked_heights(self.count)):
+            alone = view.amplitude * np.eye(self.count)[k]
+            motion = DrawnMotion.of(shapes, alone, view.colouring, scale)
+            title = f"{shapes.labels[k]}   {frequency.text(shapes.frequencies[k], 5)}"
+            self.rows[k].show_row(shapes, view, [k], title, height, motion)
+        for row in self.rows[self.count :]:
+            row.hide()
+
+    def hide(self) -> None:
+        """Show no row."""
+        if self.count:
+            self.count = 0
+            for row in self.rows:
+                row.hide()
+
+    def move(self, phases: np.ndarray, amplitude: float, angle: float) -> None:
+        """Draw every row at phases (m,) [rad] of its mode."""
+        for k, alone in enumerate(amplitude * np.eye(self.count)):
+            self.rows[k].move(phases, alone, angle)

@@ -18,9 +18,8 @@ from dataclasses import replace
 import numpy as np
 from viser import CameraHandle, ClientHandle
 
-from beamviz.drawing import colours
+from beamviz.drawing import AllModesView, BeamView, colours, stacked_heights
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion, interpolate
-from beamviz.drawing.beam_view import AllModesView, BeamView, stacked_heights
 from beamviz.drawing.modes import Clock, SampledModes, amplitudes
 from beamviz.explorer.features import MassDrag, Presentation, PresenterMode
 from beamviz.explorer.features.comparison import Comparison, ComparisonTab

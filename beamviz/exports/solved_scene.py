@@ -8,9 +8,8 @@ import numpy as np
 from viser import SceneApi
 
 from beamviz.beam import check_float
-from beamviz.drawing import camera
+from beamviz.drawing import AllModesView, BeamView, camera, stacked_heights
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion
-from beamviz.drawing.beam_view import AllModesView, BeamView, stacked_heights
 from beamviz.drawing.modes import SampledModes, amplitudes, playback_rate
 from beamviz.drawing.text import stability_warning
 from beamviz.errors import InvalidInput

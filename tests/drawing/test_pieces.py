@@ -12,7 +12,7 @@ from live.visitor import PAPER
 from strategies import beams
 
 from beamviz.beam import Beam
-from beamviz.drawing import camera, colours
+from beamviz.drawing import BeamView, OverlayBeam, camera, colours
 from beamviz.drawing.beam_mesh import (
     DEFAULT_SCALE,
     DEVIATION,
@@ -23,7 +23,6 @@ from beamviz.drawing.beam_mesh import (
     required_density,
     subdivide,
 )
-from beamviz.drawing.beam_view import BeamView, OverlayBeam
 from beamviz.drawing.modes import SampledModes, displacement
 from beamviz.drawing.objects import HIDDEN, to_hub_frame
 from beamviz.scene import COLOURINGS, ViewOptions

@@ -11,9 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from beamviz.beam import Beam
-from beamviz.drawing import camera
+from beamviz.drawing import BeamView, camera
 from beamviz.drawing.beam_mesh import DrawnMotion
-from beamviz.drawing.beam_view import BeamView
 from beamviz.drawing.camera import PageCamera
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.objects import HIDDEN, hub_radius, mass_radius, section_size, to_hub_frame

@@ -11,8 +11,7 @@ from charts import SynchronousVisitor, case
 from live.visitor import PAPER, Visitor, visitor
 
 from beamviz.beam import Beam
-from beamviz.drawing import camera
-from beamviz.drawing.beam_view import AllModesView, stacked_heights
+from beamviz.drawing import AllModesView, camera, stacked_heights
 from beamviz.drawing.modes import Clock, SampledModes, displacement
 from beamviz.drawing.objects import to_hub_frame
 from beamviz.explorer.app import explorer

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from live.visitor import PAPER, Visitor, visitor
 
-from beamviz.drawing.beam_view import BeamView
+from beamviz.drawing import BeamView
 from beamviz.drawing.modes import SampledModes
 from beamviz.explorer.features import MassDrag, nearest
 from beamviz.explorer.features.comparison import number

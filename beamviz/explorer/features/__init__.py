@@ -9,7 +9,7 @@ import numpy as np
 from viser import BatchedMeshHandle, SceneNodeDragEvent
 from viser.transforms import SO3
 
-from beamviz.drawing.beam_view import BeamView
+from beamviz.drawing import BeamView
 from beamviz.drawing.modes import Clock
 from beamviz.explorer.jobs import Job
 from beamviz.explorer.state import State

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from beamviz.drawing import OverlayBeam, TitledBeam, add_title
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion
-from beamviz.drawing.beam_view import OverlayBeam, TitledBeam, add_title
 from beamviz.drawing.modes import Clock, SampledModes, amplitudes
 from beamviz.drawing.text import frequencies
 from beamviz.explorer.jobs import SolveJob, SolverAnswer
