@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Sequence
 from html import escape
 from pathlib import Path
 
+import numpy as np
 from matplotlib import rc_context
 
 from beamviz.beam import PARAMETERS
@@ -15,8 +16,8 @@ from beamviz.drawing.text import frequencies, rounded_to_error
 from beamviz.errors import BeamvizError
 from beamviz.exports.renderer import DrawnScene
 from beamviz.exports.solved_scene import Moment, SolvedScene, find_loop
-from beamviz.frequency_loci import Loci
-from beamviz.frequency_loci.chart_range import loci_around
+from beamviz.frequency_loci import Loci, loci
+from beamviz.frequency_loci.sweep import CHART_POINTS, chart_range
 from beamviz.plotting.loci import draw_chart
 from beamviz.plotting.style import STYLE as CHART_STYLE
 from beamviz.scene import Scene
@@ -150,18 +151,19 @@ def unusual(scene: Scene) -> dict[str, object]:
 def chart(scene: Scene) -> str:
     """The loci around the scene as an SVG picture, or why there are none."""
     try:
-        loci = loci_around(scene.beam, scene.over, **scene.solver_options)
+        values = np.linspace(*chart_range(scene.beam, scene.over), CHART_POINTS)
+        found = loci(scene.beam, scene.over, values, **scene.solver_options)
     except BeamvizError as error:
         return f"<p class=wrong>{escape(str(error))}</p>"
     enlarge = "this.classList.toggle('large')"
-    return f'<figure title="click to enlarge" onclick="{enlarge}">{svg(loci, scene)}</figure>'
+    return f'<figure title="click to enlarge" onclick="{enlarge}">{svg(found, scene)}</figure>'
 
 
-def svg(loci: Loci, scene: Scene) -> str:
+def svg(found: Loci, scene: Scene) -> str:
     """A loci chart as an element of a page, an upright line where the scene is."""
     text = io.StringIO()
     with rc_context(CHART_STYLE):
-        figure = draw_chart(loci, marker=getattr(scene.beam, scene.over))
+        figure = draw_chart(found, marker=getattr(scene.beam, scene.over))
         figure.savefig(text, format="svg", metadata={"Date": None})
     return text.getvalue()[text.getvalue().index("<svg") :]
 

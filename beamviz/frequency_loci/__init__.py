@@ -2,7 +2,6 @@
 
 import math
 import time
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -14,9 +13,7 @@ from beamviz.beam import Beam, Units, check_int
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.frequency_loci.crossings import Event, track_and_locate
 from beamviz.frequency_loci.limits import Limit, locate_limits
-from beamviz.frequency_loci.sweep import ModeMatch as ModeMatch
-from beamviz.frequency_loci.sweep import Sweep, check_values
-from beamviz.frequency_loci.sweep import match_modes as match_modes
+from beamviz.frequency_loci.sweep import Sweep, check_values, mode_points
 from beamviz.frequency_loci.tracking import Track
 from beamviz.solver import MAX_MODES, Problem
 from beamviz.solver.solution import Solution
@@ -47,17 +44,17 @@ class Branch:
     @cached_property
     def omega_squared(self) -> np.ndarray:
         """Squared frequencies (values,); negative where unstable."""
-        return self._collect(lambda solution: solution.omega_squared)
+        return self._collect("omega_squared")
 
     @cached_property
     def error(self) -> np.ndarray:
         """Estimated absolute errors (values,) of frequency or growth rate."""
-        return self._collect(lambda solution: solution.errors)
+        return self._collect("errors")
 
     @cached_property
     def bending_fraction(self) -> np.ndarray:
         """Share (values,) of the kinetic energy across the beam."""
-        return self._collect(lambda solution: solution.bending_energy_fraction)
+        return self._collect("bending_energy_fraction")
 
     @cached_property
     def family(self) -> tuple[str | None, ...]:
@@ -71,10 +68,10 @@ class Branch:
         present = int((self.mode_index >= 0).sum())
         return f"Branch({self.label!r}, at {present} of {len(self.solutions)} values)"
 
-    def _collect(self, quantity: Callable[[Solution], np.ndarray]) -> np.ndarray:
-        """A quantity of this mode at each value."""
+    def _collect(self, quantity: str) -> np.ndarray:
+        """An array of the solutions, of this mode at each value."""
         numbers = (
-            math.nan if solution is None or k < 0 else quantity(solution)[k]
+            math.nan if solution is None or k < 0 else getattr(solution, quantity)[k]
             for solution, k in zip(self.solutions, self.mode_index.tolist(), strict=True)
         )
         return _read_only(np.fromiter(numbers, float, len(self.solutions)))
@@ -125,28 +122,20 @@ class Loci:
         if not first <= value <= last:
             raise InvalidInput(f"{self.over} = {value:g}: must lie in {first:g} .. {last:g}")
         crossings = [event for event in self.events if event.kind == "crossing"]
-        nearest = int(np.searchsorted(self.values, value))
-        found: list[tuple[float, tuple[str, ...]]] = []
-        for k in {nearest, nearest - 1 if self.values[nearest] > value else nearest}:
-            start, labels = float(self.values[k]), self._labels[k]
+        found: list[tuple[float, list[str]]] = []
+        after = int(np.searchsorted(self.values, value))
+        for k in {after, after - int(self.values[after] > value)}:
+            start = float(self.values[k])
+            present = [branch for branch in self.branches if branch.mode_index[k] >= 0]
+            labels = [one.label for one in sorted(present, key=lambda one: one.mode_index[k])]
             between = [e for e in crossings if min(start, value) < e.at < max(start, value)]
             for event in between if start < value else between[::-1]:
                 a, b = event.branches
-                labels = tuple({a: b, b: a}.get(label, label) for label in labels)
+                labels = [{a: b, b: a}.get(label, label) for label in labels]
             # A crossing on a value of the sweep leaves the order there to rounding.
             clearance = min((abs(event.at - start) for event in crossings), default=math.inf)
             found.append((clearance if labels else -1.0, labels))
-        return max(found)[1]
-
-    @cached_property
-    def _labels(self) -> tuple[tuple[str, ...], ...]:
-        """For each value the labels of its modes by frequency."""
-        index = np.array([branch.mode_index for branch in self.branches]).T
-        order = index.argsort(axis=1, kind="stable")
-        return tuple(
-            tuple(self.branches[b].label for b in row[here[row] >= 0])
-            for row, here in zip(order, index, strict=True)
-        )
+        return tuple(max(found)[1])
 
     @property
     def modes(self) -> int:
@@ -177,7 +166,7 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
     or without a stable one, are reported in `limits`. Raises InvalidInput, and NoEquilibrium or
     NotConverged where that is the outcome at every value.
     """
-    start = time.perf_counter()
+    began = time.perf_counter()
     values = check_values(over, values)
     sweep = Sweep(beam, over, check_int("modes", modes, 1, MAX_MODES), options)
     outcomes = sweep.solve(values)
@@ -185,7 +174,13 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
     problem = next((solution.problem for solution in solutions if solution), None)
     if problem is None:
         raise next(outcome for outcome in outcomes if isinstance(outcome, BeamvizError))
-    runs = [_track_run(sweep, run, values[run]) for run in _runs(solutions)]
+    exists = np.array([False, *(solution is not None for solution in solutions), False])
+    runs = []
+    for start, stop in np.flatnonzero(exists[1:] != exists[:-1]).reshape(-1, 2).tolist():
+        at = values[start:stop]
+        points = mode_points(at, outcomes[start:stop], sweep.gauss_points)
+        track, events = track_and_locate(points, sweep.modes, sweep.points)
+        runs.append(_Run(slice(start, stop), np.searchsorted(track.points.at, at), track, events))
     labels, rows = _label_branches(runs, sweep, len(values))
     return Loci(
         beam=beam,
@@ -202,8 +197,8 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
         limits=tuple(locate_limits(sweep, values)),
         complete=not sweep.exhausted,
         confidence=_confidence(runs, len(values)),
-        solves=sweep.solves,
-        seconds=time.perf_counter() - start,
+        solves=len(sweep.outcomes.keys() | sweep.added.keys()),
+        seconds=time.perf_counter() - began,
     )
 
 
@@ -222,19 +217,6 @@ class _Run(NamedTuple):
     rows: np.ndarray  # of the values among the points of the track
     track: Track
     events: list[Event]
-
-
-def _runs(solutions: Sequence[Solution | None]) -> list[slice]:
-    """The runs of consecutive values that have solutions."""
-    exists = np.array([False, *(solution is not None for solution in solutions), False])
-    edges = np.flatnonzero(exists[1:] != exists[:-1])
-    return [slice(start, stop) for start, stop in edges.reshape(-1, 2).tolist()]
-
-
-def _track_run(sweep: Sweep, run: slice, values: np.ndarray) -> _Run:
-    """Track the modes over values that all have solutions."""
-    track, events = track_and_locate(sweep.solved_points(values), sweep.modes, sweep.points)
-    return _Run(run, np.searchsorted(track.points.at, values), track, events)
 
 
 def _label_branches(

@@ -94,7 +94,13 @@ def track_and_locate(points: Points, window: int, solve_at: SolveAt) -> tuple[Tr
         ]
         if not misjudged:
             break
-        track = _exchange(track, table, *misjudged[0])
+        # Modes that couple elsewhere may cross where their coupling vanishes (Perkins & Mote 1986):
+        # the two branches are exchanged beyond that.
+        candidate, approach = misjudged[0]
+        a, b = table.branches[[candidate.a, candidate.b]]
+        beyond = (track.points.at > approach.at)[:, None]
+        is_a, is_b = beyond & (track.branch == a), beyond & (track.branch == b)
+        track = replace(track, branch=np.where(is_a, b, np.where(is_b, a, track.branch)))
         table = branch_table(track, window)
     lowest = set(track.branch[:, :window].ravel().tolist())
     events = [event for _, event in found if event and lowest.issuperset(event.branches)]
@@ -112,17 +118,6 @@ def _resolved(points: Points, window: int, solve_at: SolveAt) -> tuple[Track, Br
             break
         points = track.points.merge(found)
     return track, table
-
-
-def _exchange(track: Track, table: BranchTable, candidate: Candidate, approach: Approach) -> Track:
-    """The track with two branches exchanged beyond an approach.
-
-    Modes that couple elsewhere may cross where their coupling vanishes (Perkins & Mote 1986).
-    """
-    a, b = table.branches[[candidate.a, candidate.b]]
-    beyond = (track.points.at > approach.at)[:, None]
-    is_a, is_b = beyond & (track.branch == a), beyond & (track.branch == b)
-    return replace(track, branch=np.where(is_a, b, np.where(is_b, a, track.branch)))
 
 
 def _run_together(searches: Sequence[Search[Result]], solve_at: SolveAt) -> list[Result]:
@@ -235,17 +230,7 @@ def _reduce(reference: np.ndarray, points: Points) -> np.ndarray:
     return entries[size[:, 1] ** 2 > CAPTURED]
 
 
-def _closest(entries: np.ndarray, near: float, low: float, high: float) -> Approach:
-    """Where the two frequencies come closest by the entries known so far."""
-    local = _interpolate(entries, near, SPACING * (high - low))
-    at = local.closest(low, high)
-    frequency, gap = map(float, local.frequencies(at))
-    touching = local.uncoupled or gap <= TOUCHING * frequency
-    i, j = entries[abs(entries[:, 0] - at).argmin(), -2:].real.astype(int).tolist()
-    return Approach(at, frequency, 0.0 if touching else gap, local.width(at), (i, j))
-
-
-class TwoModes(NamedTuple):
+class _TwoModes(NamedTuple):
     """The 2 x 2 problem: its entries as polynomials in (p - centre) / scale."""
 
     centre: float
@@ -281,23 +266,27 @@ class TwoModes(NamedTuple):
                 break
         return float(p[k])
 
-    def width(self, p: float) -> float:
-        """|c / d'| at p."""
-        slope = polynomial.polyder(self.coefficients[:, 1].real)
-        rate = polynomial.polyval((p - self.centre) / self.scale, slope) / self.scale
-        return float(abs(self.entries(p)[2]) / max(abs(rate), np.finfo(float).tiny))
 
+def _closest(entries: np.ndarray, near: float, low: float, high: float) -> Approach:
+    """Where the two frequencies come closest by the entries known so far.
 
-def _interpolate(entries: np.ndarray, near: float, spacing: float) -> TwoModes:
-    """The polynomials through the nearest points that are at least `spacing` apart: closer ones
-    would make polynomials of the solver's rounding."""
+    These are interpolated through the points nearest to `near` that are at least SPACING apart:
+    closer ones would make polynomials of the solver's rounding.
+    """
     p = entries[:, 0].real
     nearest: list[int] = []
     for k in np.argsort(abs(p - near)).tolist():
-        if len(nearest) < NEAREST and all(abs(p[k] - p[j]) >= spacing for j in nearest):
+        if len(nearest) < NEAREST and (abs(p[k] - p[nearest]) >= SPACING * (high - low)).all():
             nearest.append(k)
-    p, values = p[nearest], entries[nearest, 1:4]
-    scale = np.ptp(p)
-    coefficients = np.linalg.solve(polynomial.polyvander((p - near) / scale, len(p) - 1), values)
+    values, scale = entries[nearest, 1:4], np.ptp(p[nearest])
+    powers = polynomial.polyvander((p[nearest] - near) / scale, len(nearest) - 1)
     uncoupled = bool((abs(values[:, 2]) <= TOUCHING * abs(values[:, 0])).all())
-    return TwoModes(near, scale, coefficients, uncoupled)
+    local = _TwoModes(near, scale, np.linalg.solve(powers, values), uncoupled)
+    at = local.closest(low, high)
+    frequency, gap = map(float, local.frequencies(at))
+    touching = uncoupled or gap <= TOUCHING * frequency
+    slope = polynomial.polyder(local.coefficients[:, 1].real)
+    rate = abs(polynomial.polyval((at - near) / scale, slope) / scale)
+    width = float(abs(local.entries(at)[2]) / max(rate, np.finfo(float).tiny))
+    i, j = entries[abs(p - at).argmin(), -2:].real.astype(int).tolist()
+    return Approach(at, frequency, 0.0 if touching else gap, width, (i, j))

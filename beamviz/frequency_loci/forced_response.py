@@ -270,8 +270,7 @@ def static_deflection(beam: Beam) -> float:
 class RunUp:
     """Steady responses at rising speeds (n,), closer together near the resonances.
 
-    amplitudes: (n,) of the tip, over the static deflection; nan where there is no equilibrium or
-    no stable one. solutions: for each speed, None without equilibrium.
+    solutions: for each speed, None without equilibrium.
     """
 
     beam: Beam
@@ -283,26 +282,19 @@ class RunUp:
 
     @cached_property
     def amplitudes(self) -> np.ndarray:
-        """Amplitude of the tip at each speed."""
-        return np.array([self.amplitude(solution) for solution in self.solutions])
-
-    def amplitude(self, solution: Solution | None) -> float:
-        """Amplitude of the tip in one solution."""
-        if solution is None:
-            return float("nan")
-        tip = response(solution, self.per_rev * solution.beam.gamma, self.damping, TIP)[0]
-        return _largest(tip)
+        """Amplitude (n,) of the tip over the static deflection: the largest distance from rest on
+        its ellipse Re (a exp(i p)); nan where there is no equilibrium or no stable one."""
+        found = np.full(len(self.speeds), np.nan)
+        for k, solution in enumerate(self.solutions):
+            if solution is not None:
+                tip = response(solution, self.per_rev * self.speeds[k], self.damping, TIP)[0]
+                a, b = tip.real, tip.imag
+                found[k] = np.sqrt((a @ a + b @ b) / 2 + np.hypot((a @ a - b @ b) / 2, a @ b))
+        return found
 
     def peak(self, resonance: Resonance) -> float:
         """The amplitude of the tip at a resonance."""
         return float(self.amplitudes[np.argmin(abs(self.speeds - resonance.at))])
-
-
-def _largest(amplitude: np.ndarray) -> float:
-    """The largest distance from rest of a point that moves on an ellipse, Re (a e^ip) (2,)."""
-    a, b = amplitude.real, amplitude.imag
-    sizes = float(a @ a + b @ b) / 2
-    return float(np.sqrt(sizes + np.hypot(float(a @ a - b @ b) / 2, float(a @ b))))
 
 
 def run_up(

@@ -5,14 +5,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from itertools import combinations
-from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
-from beamviz.beam import PARAMETERS, Beam, check_float
+from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam, check_float
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
 from beamviz.frequency_loci.tracking import LOST, Points
 from beamviz.solver import MAX_MODES, displacements, solve_many
@@ -23,8 +22,35 @@ MAX_POINTS = 10_000
 MAX_ADDED = 4000  # values solved to locate crossings; random extreme beams take up to 1000
 GAUSS_POINTS = 16  # of a mode vector, plus two for each mode, and some for a buckled beam
 
+CHART_POINTS = 81
+CHART_RANGES = {  # at first; the upper end is doubled until the beam lies in the lower CHART_FILL
+    "alpha": (0.0, 2.0),
+    "beta": (0.0, 1.0),
+    "gamma": (0.0, 20.0),
+    "delta": (0.0, 1.0),
+    "mu": (10.0, 100.0),
+}
+CHART_FILL = 0.8  # of the range: it stays the same during most of a drag
+SI_GAMMA = 5.0  # upper end for beams in SI units, which rotate slowly
+
 Outcome = Solution | BeamvizError  # of one value
-_mass = attrgetter("alpha", "beta")
+_gauss = lru_cache(maxsize=8)(np.polynomial.legendre.leggauss)
+
+
+def chart_range(beam: Beam, over: str) -> tuple[float, float]:
+    """The ends of the axis of a loci chart around a beam, within the limits of the parameter."""
+    (least, most), (low, high) = PARAMETERS[over].limits, CHART_RANGES[over]
+    if over == "gamma":
+        high = SI_GAMMA if beam.units else high
+        most = min(most, MAX_GAMMA_OVER_MU * beam.mu)
+    if over == "mu":
+        least = max(least, beam.gamma / MAX_GAMMA_OVER_MU)
+    value = getattr(beam, over)
+    while value > CHART_FILL * high and high < most:
+        high *= 2
+    while value < low and low > least:
+        low = 2 * low - (low == 0)
+    return max(low, least), min(high, most)
 
 
 def check_values(over: str, values: ArrayLike) -> np.ndarray:
@@ -68,8 +94,9 @@ class Sweep:
         """Solution, or NoEquilibrium or NotConverged, at each of ascending values (n,)."""
         beams = [self.at(value) for value in values]
         beyond: list[Outcome] = []
-        if self.over == "gamma" and self._may_lose_equilibrium:
-            # The highest speed gives the limit; speeds beyond it need no solve.
+        bounded = self.options.get("strain", "green") != "green" or self.beam.delta < 0
+        if self.over == "gamma" and bounded:
+            # The highest speed gives the limit of equilibrium: speeds beyond it need no solve.
             beyond = self._solve_many(beams[-1:])
             if isinstance(beyond[0], NoEquilibrium):
                 beyond *= int((values > beyond[0].limit).sum())
@@ -77,11 +104,6 @@ class Sweep:
         outcomes = self._solve_many(beams) + beyond
         self.outcomes.update(zip(values.tolist(), outcomes, strict=True))
         return outcomes
-
-    @property
-    def _may_lose_equilibrium(self) -> bool:
-        """Whether the equilibrium may end as the speed grows: Green's law carries any tension."""
-        return self.options.get("strain", "green") != "green" or self.beam.delta < 0
 
     def _solve_many(self, beams: list[Beam]) -> list[Outcome]:
         """Outcomes with EXTRA_MODES more modes than requested, as far as the method has them."""
@@ -97,11 +119,6 @@ class Sweep:
         """Whether the search for crossings has used up its solves."""
         return len(self.added) > MAX_ADDED
 
-    @property
-    def solves(self) -> int:
-        """Number of values solved, for whatever purpose."""
-        return len(self.outcomes.keys() | self.added.keys())
-
     def points(self, values: np.ndarray) -> Points:
         """Solve at more values and return those with a solution; none once exhausted.
 
@@ -112,20 +129,10 @@ class Sweep:
         outcomes = self._solve_many([self.at(value) for value in values])
         for value, outcome in zip(values.tolist(), outcomes, strict=True):
             self.added[value] = outcome.labels if isinstance(outcome, Solution) else ()
-        return self._as_points(values, outcomes)
-
-    def solved_points(self, values: np.ndarray) -> Points:
-        """The values (n,), already solved, that have a solution."""
-        return self._as_points(values, [self.outcomes[value] for value in values.tolist()])
-
-    def _as_points(self, values: np.ndarray, outcomes: list[Outcome]) -> Points:
-        """Points of the outcomes that are solutions."""
-        exists = [isinstance(outcome, Solution) for outcome in outcomes]
-        solutions = [outcome for outcome in outcomes if isinstance(outcome, Solution)]
-        return mode_points(values[exists], solutions, self._gauss_points)
+        return mode_points(values, outcomes, self.gauss_points)
 
     @cached_property
-    def _gauss_points(self) -> int:
+    def gauss_points(self) -> int:
         """Length of the mode vectors of the whole sweep, by the values solved first."""
         return gauss_points([one for one in self.outcomes.values() if isinstance(one, Solution)])
 
@@ -175,25 +182,18 @@ def gauss_points(solutions: Sequence[Solution]) -> int:
     n = k / 2 on (they are exact to degree 2 n, and exp(2 i k x) over 0 .. 1 is a polynomial of
     degree k but for what falls off fast): sqrt(g / 2) points.
     """
-    if not solutions:
-        return 0
     growth = math.sqrt(max(-min(solution.omega_squared[0] for solution in solutions), 0.0))
     return GAUSS_POINTS + 2 * len(solutions[0].omega_squared) + math.ceil(math.sqrt(growth / 2))
 
 
-@lru_cache(maxsize=8)
-def _gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss points in 0 .. 1 and their weights."""
-    x, w = np.polynomial.legendre.leggauss(count)
-    return (x + 1) / 2, w / 2
-
-
-def mode_points(at: np.ndarray, solutions: Sequence[Solution], count: int) -> Points:
-    """The modes of solutions, equal in number, as points.
+def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Points:
+    """The modes, equal in number, of the outcomes at values (n,) that are solutions.
 
     Shapes are taken at `count` Gauss points of the whole beam and at the mass, times the roots of
     the weights and of the mass, so inner products are modal masses.
     """
+    solutions = [outcome for outcome in outcomes if isinstance(outcome, Solution)]
+    at = at[[isinstance(outcome, Solution) for outcome in outcomes]]
     if not solutions:
         return Points(at, *(np.empty((0, 0, 0)[:d]) for d in (2, 3, 3)))
     squares = np.array([solution.omega_squared for solution in solutions])
@@ -211,23 +211,18 @@ def _mass_weighted(
     """u and w (n, m, 2, count + 1) of all modes at Gauss points and at the mass, times the roots of
     weights and masses; and whether the modes are those of a gyroscopic eigenproblem."""
     x, w = _gauss(count)
-    alpha, beta = np.array([_mass(solution.beam) for solution in solutions]).T
+    alpha, beta = np.array([(one.beam.alpha, one.beam.beta) for one in solutions]).T
     stations, masses = (
         np.column_stack((np.broadcast_to(common, (len(own), count)), own))
-        for common, own in ((x, beta), (w, alpha))
+        for common, own in (((x + 1) / 2, beta), (w / 2, alpha))
     )
-    fields = displacements(solutions, stations)
+    fields = displacements(solutions, stations)  # (n, count + 1, 2, m)
     gyroscopic = np.iscomplexobj(fields)
-    if gyroscopic:
-        fields = _real(fields, squares)
+    if gyroscopic:  # (u, i w) of any phase where stable, (u, w) where not
+        u, w = fields[:, :, 0], fields[:, :, 1]
+        stable = (squares >= 0)[:, None, :]
+        fields = np.stack((u.real + u.imag, np.where(stable, w.imag - w.real, w.real)), axis=2)
     return fields.swapaxes(1, 3) * np.sqrt(masses)[:, None, None, :], gyroscopic
-
-
-def _real(fields: np.ndarray, squares: np.ndarray) -> np.ndarray:
-    """Real u and w (n, k, 2, m) of modes (u, i w), stable and of any phase, or (u, w), unstable."""
-    u, w = fields[:, :, 0], fields[:, :, 1]
-    stable = (squares >= 0)[:, None, :]
-    return np.stack((u.real + u.imag, np.where(stable, w.imag - w.real, w.real)), axis=2)
 
 
 def _gyroscopic(

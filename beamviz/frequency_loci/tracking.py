@@ -23,10 +23,9 @@ LOST = 0.25  # MAC below which a mode has left the modes that were solved for
 UNCOUPLED = 1e-18  # MAC of two modes coupled by nothing but rounding
 SHORTEST = 1e-7  # of the whole range: an ambiguous step is not halved further
 MAX_ADDED = 400  # points
-ROTATED = math.radians(
-    30
-)  # least angle by which two shapes rotate into each other around a veering,
-# between the points where the gap is widest before and after; 90 degrees for a complete one
+# Least angle by which two shapes rotate into each other around a veering, between the points where
+# the gap is widest before and after; 90 degrees for a complete one.
+ROTATED = math.radians(30)
 EXCHANGE = math.radians(45)  # in one step: the two shapes are more each other than themselves
 NO_GAP = 1e-9  # a gap that is rounding: the solver may have mixed the two shapes
 SAFETY = 4.0  # times the curvature seen: the most a difference is assumed to bend between points
@@ -71,13 +70,16 @@ def follow(points: Points, window: int, solve_at: SolveAt) -> Track:
     The modes above the window are there for the branches that enter and leave it.
     """
     shortest = SHORTEST * np.ptp(points.at)
+    count = followed_modes(window, points.omega_squared.shape[1])
     remaining = MAX_ADDED
     while True:
-        overlaps = inner_products(points)
+        # (n - 1, m, m) inner products of the modes before (rows) and after each step (columns)
+        overlaps = points.shapes[:-1].conj() @ points.duals[1:].swapaxes(1, 2)
         mac = abs(overlaps) ** 2
         order = assignment(mac)
         recovered = _recovered(mac, order)
-        confidence = _confidence(recovered, order, window)
+        followed = (np.arange(mac.shape[1]) < count) | (order < count)
+        confidence = np.where(followed, recovered, 1.0).min(axis=1, initial=1.0)
         halved = np.flatnonzero((confidence < CLEAR) & (np.diff(points.at) > shortest))
         remaining -= len(halved)
         if not len(halved) or remaining < 0:
@@ -93,11 +95,6 @@ def follow(points: Points, window: int, solve_at: SolveAt) -> Track:
 def followed_modes(window: int, m: int) -> int:
     """How many of m modes are followed: those in the window and those that may enter it."""
     return max(window, m - 1)
-
-
-def inner_products(points: Points) -> np.ndarray:
-    """Inner products (n - 1, m, m) of the modes before (rows) and after each step (columns)."""
-    return points.shapes[:-1].conj() @ points.duals[1:].swapaxes(1, 2)
 
 
 def assignment(mac: np.ndarray) -> np.ndarray:
@@ -119,20 +116,16 @@ def _recovered(mac: np.ndarray, order: np.ndarray) -> np.ndarray:
     two modes that veer rotate into each other, and their order tells them apart.
     """
     kept = np.take_along_axis(mac, order[:, None, :], axis=2)
-    own = np.diagonal(kept, axis1=1, axis2=2)
-    with_one = own[:, :, None] + kept
-    pairs = np.minimum(with_one, with_one.swapaxes(1, 2))
+    pairs = _recovered_by_pairs(kept)
     diagonal = np.arange(mac.shape[1])
-    pairs[:, diagonal, diagonal] = own
+    pairs[:, diagonal, diagonal] = np.diagonal(kept, axis1=1, axis2=2)
     return pairs.max(axis=2, initial=0.0)
 
 
-def _confidence(recovered: np.ndarray, order: np.ndarray, window: int) -> np.ndarray:
-    """The least recovered share (n - 1,) of the modes in the window, or next to it, at a step."""
-    m = order.shape[1]
-    count = followed_modes(window, m)
-    followed = (np.arange(m) < count) | (order < count)
-    return np.where(followed, recovered, 1.0).min(axis=1, initial=1.0)
+def _recovered_by_pairs(mac: np.ndarray) -> np.ndarray:
+    """The least share (n - 1, b, b) of two shapes that is recovered in the two after a step."""
+    both = np.diagonal(mac, axis1=1, axis2=2)[:, :, None] + mac
+    return np.minimum(both, both.swapaxes(1, 2))
 
 
 def _keep_coupled_in_order(mac: np.ndarray, order: np.ndarray, recovered: np.ndarray) -> np.ndarray:
@@ -215,17 +208,9 @@ def branch_table(track: Track, window: int) -> BranchTable:
     padded = np.pad(track.overlaps, ((0, 0), (0, 1), (0, 1)))
     step = np.arange(n - 1)[:, None, None]
     O = padded[step, index[:-1, :, None], index[1:, None, :]]
-    return BranchTable(
-        points.at, branches, index, frequencies, _rotation(O), _recovered_in_two(O), window
-    )
-
-
-def _recovered_in_two(O: np.ndarray) -> np.ndarray:
-    """The least share (n - 1, b, b) of two shapes that is recovered in the two."""
     mac = abs(O) ** 2
-    own = np.diagonal(mac, axis1=1, axis2=2)[:, :, None]
-    both = np.minimum(own + mac, own + mac.swapaxes(1, 2))
-    return np.minimum(both, both.swapaxes(1, 2))
+    recovered = np.minimum(_recovered_by_pairs(mac), _recovered_by_pairs(mac.swapaxes(1, 2)))
+    return BranchTable(points.at, branches, index, frequencies, _rotation(O), recovered, window)
 
 
 def _rotation(O: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ from beamviz.explorer.features.loci_chart import (
     styles,
 )
 from beamviz.explorer.features.loci_tab import LANES, event_table, gap_notes, per_rev_labels
-from beamviz.frequency_loci.chart_range import chart_range
+from beamviz.frequency_loci.sweep import chart_range
 from beamviz.scene import MODES
 from beamviz.solver import solve
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from beamviz import Beam, solve
-from beamviz.frequency_loci import match_modes
-from beamviz.frequency_loci.sweep import GAUSS_POINTS, gauss_points, mode_points
+from beamviz.frequency_loci.sweep import GAUSS_POINTS, gauss_points, match_modes, mode_points
 
 TIP = Beam(alpha=1, beta=1)
 HEAVY = Beam(alpha=2, beta=0.7, mu=500)

@@ -15,8 +15,8 @@ from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.explorer.page.style import COLOURS, FAINT, LINE, MARK, dot
 from beamviz.explorer.state import Case
 from beamviz.frequency_loci import Branch, Event, Loci, loci
-from beamviz.frequency_loci.chart_range import POINTS, chart_range
 from beamviz.frequency_loci.forced_response import Resonance, resonances
+from beamviz.frequency_loci.sweep import CHART_POINTS, chart_range
 from beamviz.scene import MODES
 from beamviz.solver.solution import BENDING, MIXED, STRETCHING, Solution
 
@@ -50,7 +50,7 @@ class ChartRequest:
 
     def chart(self) -> "Chart":
         """The chart. Raises the errors of `loci`."""
-        values = np.linspace(self.start, self.stop, POINTS)
+        values = np.linspace(self.start, self.stop, CHART_POINTS)
         found = loci(self.beam, self.over, values, **self.options)
         lines = len(PER_REV) if self.over == "gamma" else 0
         return Chart(self, found, tuple(resonances(found, lines)))

@@ -18,8 +18,8 @@ from beamviz.explorer.page.style import COLOURS, LINE, MARK, add_plot, axes, dot
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Feature, Visitor, on_press
 from beamviz.exports.html_page import table
-from beamviz.frequency_loci.chart_range import FULL, chart_range
 from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run_up
+from beamviz.frequency_loci.sweep import CHART_FILL, chart_range
 from beamviz.scene import clip
 from beamviz.solver.solution import Solution
 
@@ -44,7 +44,7 @@ class RunUpRequest:
         """The run-up to the speed at which the loci chart would change its axis. Raises the errors
         of `forced_response.run_up`."""
         beam = self.case.beam()
-        stop = FULL * chart_range(beam, "gamma")[1]
+        stop = CHART_FILL * chart_range(beam, "gamma")[1]
         return run_up(beam, self.per_rev, self.damping, stop, **self.case.options)
 
 
