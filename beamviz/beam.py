@@ -110,6 +110,7 @@ PARAMETERS = {
     ),
 }
 MAX_GAMMA_OVER_MU = 5.0
+MAX_SPIN_UP = 1000.0
 ROUNDING = 1e-12  # relative, so that mu = gamma / 5 is accepted
 
 
@@ -141,7 +142,8 @@ class Beam:
 
     alpha: mass ratio m / (rho A L), beta: mass location d / L, gamma: speed Omega T*,
     delta: hub radius a / L (negative: the beam points inward), mu: slenderness
-    sqrt(A L^2 / I). T* = sqrt(rho A L^4 / (E I)). `units` is set for a beam given in SI.
+    sqrt(A L^2 / I). T* = sqrt(rho A L^4 / (E I)). `units` is set for a beam given in SI. spin_up:
+    lambda = T*^2 dOmega/dt, -1000 .. 1000, of a beam whose speed changes.
 
     Raises InvalidInput (a ValueError) that names the number, its value and its limits.
     """
@@ -152,12 +154,16 @@ class Beam:
     delta: float = PARAMETERS["delta"].default
     mu: float = PARAMETERS["mu"].default
     units: Units | None = None
+    spin_up: float = 0.0
 
     def __post_init__(self) -> None:
         for name, parameter in PARAMETERS.items():
             (low, high), value = parameter.limits, getattr(self, name)
             if not (type(value) is float and low <= value <= high and value):  # fast
                 object.__setattr__(self, name, check_float(name, value, low, high))
+        if self.spin_up or type(self.spin_up) is not float:
+            spin_up = check_float("spin_up", self.spin_up, -MAX_SPIN_UP, MAX_SPIN_UP)
+            object.__setattr__(self, "spin_up", spin_up)
         if self.gamma > MAX_GAMMA_OVER_MU * self.mu * (1 + ROUNDING):
             gamma, mu = exact_text(self.gamma), exact_text(self.mu)
             raise InvalidInput(
@@ -187,10 +193,11 @@ class Beam:
         rotation_speed: float = 0.0,
         mass: float = 0.0,
         mass_position: float | None = None,
+        angular_acceleration: float = 0.0,
     ) -> Self:
         """A beam from SI values: length [m], density [kg/m^3], area [m^2], second moment [m^4],
         Young's modulus [Pa], hub radius [m], rotation speed [rad/s], mass [kg] and its
-        position [m] from the root (the tip where none is given).
+        position [m] from the root (the tip where none is given), angular acceleration [rad/s^2].
         """
         sizes = {
             "length": length,
@@ -218,7 +225,9 @@ class Beam:
         }
         for name, parameter in PARAMETERS.items():
             check_float(f"{parameter.si_formula} = {name}", numbers[name], *parameter.limits)
-        return cls(**numbers, units=Units(length=L, time=time, mass=rho * A * L))
+        spin_up = check_float("angular_acceleration", angular_acceleration, -math.inf, math.inf)
+        units = Units(length=L, time=time, mass=rho * A * L)
+        return cls(**numbers, units=units, spin_up=spin_up * time**2)
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
@@ -237,6 +246,7 @@ SI_KEYS = {
     "rotation_speed": "rad/s",
     "mass": "kg",
     "mass_position": "m",
+    "angular_acceleration": "rad/s^2",
 }
 SI_REQUIRED = ("length", "density", "area", "second_moment", "youngs_modulus")
 MAX_TOML_BYTES = 64_000

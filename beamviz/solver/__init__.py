@@ -5,6 +5,7 @@ import time
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from beamviz.solver.solution import Solution
 
 MAX_MODES = 20
 TOLERANCES = (1e-12, 0.1)  # least and greatest relative error that may be asked for
+SPIN_UP = attrgetter("spin_up")
 DEFAULTS = {name: getattr(Problem, name) for name in OPTIONS}
 
 
@@ -35,6 +37,7 @@ def solve(
     terms: int | None = None,
     stiffening: bool = True,
     softening: bool = True,
+    state: str = "straight",
     **unknown: Any,
 ) -> Solution:
     """Equilibrium and the lowest `modes` modes of a beam.
@@ -44,7 +47,9 @@ def solve(
     (basis functions), `power-series` (powers) and `chebyshev` (order). Coriolis forces act in the
     chordwise plane only. stiffening, softening: whether the tension stiffens bending, and whether
     the centrifugal force, growing outwards, softens motion in the plane of rotation: switched off
-    to see what each term does. Unstable states are returned, with status "unstable".
+    to see what each term does. Unstable straight states are returned, with status "unstable".
+    state: "straight"; "bent": the stable bent state of lowest energy; "stable": the straight state
+    where it is stable, else the bent one. A beam with a spin-up has no straight state.
     Raises InvalidInput, NoEquilibrium (with .limit) and NotConverged.
     """
     start = time.perf_counter()
@@ -60,6 +65,7 @@ def solve(
         terms,
         stiffening,
         softening,
+        state,
         **unknown,
     )
     answer = _solve([beam], problem, start)[0]
@@ -130,6 +136,10 @@ def _solve(
     beams: list[Beam], problem: Problem, start: float, extra_modes: int = 0
 ) -> list[Solution | BeamvizError]:
     """By the package of the method; those that `auto` does not need are imported when used."""
+    if problem.state != "straight" or any(map(SPIN_UP, beams)):
+        from beamviz.solver.bent import solve_states
+
+        return solve_states(beams, problem, start, extra_modes)
     package = METHODS[problem.method].package
     if package == "hp":
         return solve_hp(beams, problem, start, extra_modes)

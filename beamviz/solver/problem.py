@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS, Curvature, StrainLaw
 
 PLANES = ("chordwise", "flapwise")
+STATES = ("straight", "bent", "stable")
 MODEL = ("method", "strain", "curvature", "coriolis", "plane", "stiffening", "softening")
 
 
@@ -29,6 +30,7 @@ class Problem:
     terms: int | None = None
     stiffening: bool = True
     softening: bool = True
+    state: str = "straight"
 
     @property
     def model(self) -> dict[str, Any]:
@@ -189,5 +191,6 @@ CHOICES: dict[str, Collection[str]] = {
     "strain": STRAIN_LAWS,
     "curvature": CURVATURES,
     "plane": PLANES,
+    "state": STATES,
 }
 OPTIONS = tuple(entry.name for entry in fields(Problem))

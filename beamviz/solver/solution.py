@@ -40,7 +40,12 @@ class Equilibrium:
 
     stable: bool
     iterations: int
-    axial: Axial
+    axial: Axial | None  # None where it is bent
+
+    @property
+    def shape(self) -> Literal["straight", "bent"]:
+        """The kind of state."""
+        return "straight"
 
     @property
     def status(self) -> Literal["stable", "unstable"]:
@@ -49,12 +54,18 @@ class Equilibrium:
 
     def position(self, x: np.ndarray) -> np.ndarray:
         """Position (len(x), 2) of the points x, measured from the clamp."""
+        assert self.axial
         u, _ = self.axial(_points(x))
         return np.column_stack([u, np.zeros_like(u)])
 
     def stretch(self, x: np.ndarray) -> np.ndarray:
         """Stretch f = |r'| (len(x),)."""
+        assert self.axial
         return self.axial(_points(x))[1]
+
+    def angle(self, x: np.ndarray) -> np.ndarray:
+        """Angle [rad] of the beam's axis (len(x),), 0 where it is straight."""
+        return np.zeros(len(_points(x)))
 
     @cached_property
     def tip(self) -> np.ndarray:
@@ -79,6 +90,7 @@ class Solution:
     estimate_errors: Callable[[], np.ndarray]  # -> omega_squared_errors; may cost more than a solve
     bending_energy_fraction: np.ndarray  # (modes,) share of the kinetic energy across the beam
     fields: Fields  # displacement up to a constant factor of modulus 1 of each mode
+    spin_up_growth: np.ndarray | None = None  # (modes,) with a spin-up: growth rates of all modes
 
     def __repr__(self) -> str:
         numbers = ", ".join(f"{name}={value:g}" for name, value in self.beam.numbers.items())
@@ -96,7 +108,13 @@ class Solution:
 
     @cached_property
     def growth_rates(self) -> np.ndarray:
-        """Growth rates (modes,) in units of 1/T*; 0 where stable."""
+        """Growth rates (modes,) in units of 1/T*; 0 where stable.
+
+        With a spin-up a mode may have both a frequency and a growth rate, negative where it decays:
+        the Euler force has no potential.
+        """
+        if self.spin_up_growth is not None:
+            return _read_only(self.spin_up_growth)
         return _read_only(np.sqrt(np.maximum(-self.omega_squared, 0.0)))
 
     @cached_property

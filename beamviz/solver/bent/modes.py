@@ -1,0 +1,101 @@
+"""Modes about a bent state: M q" + 2 gamma G q' + K q = 0 with the full planar tangent.
+
+A mode is q(t) = Re(v e^(s t)). Low modes keep their digits because the inverse problem is solved,
+as in `beamviz.solver.eigen`: the lowest frequencies are then the largest eigenvalues.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import lapack
+
+from beamviz.errors import NotConverged
+from beamviz.solver.bent.tangent import Tangent
+
+
+class BentModes(NamedTuple):
+    """The lowest modes: frequency and growth rate from s = growth + i frequency."""
+
+    frequencies: np.ndarray  # (count,) ascending
+    growth_rates: np.ndarray  # (count,) real part of s; 0 without a spin-up
+    V: np.ndarray  # (2 n, count) complex with Coriolis forces or a spin-up, unit modal mass
+    definite: bool  # whether K is positive definite: a stable state, where it is symmetric
+
+
+def bent_modes(
+    tangent: Tangent, scale: np.ndarray, gamma: float, coriolis: bool, spin_up: float, count: int
+) -> BentModes:
+    """The `count` lowest modes about a state.
+
+    scale: (2 n,) units of the unknowns. A state without a spin-up has to be stable, which the
+    descent to it guarantees. Raises NotConverged where LAPACK fails.
+    """
+    K = scale[:, None] * tangent.K * scale
+    F = (tangent.B * scale).reshape(-1, len(scale))  # M = F' F
+    G = None
+    if coriolis and gamma:
+        S = (tangent.B[1] * scale).T @ (tangent.B[0] * scale)
+        G = S - S.T  # e3 x r' against virtual displacements
+    L, info = lapack.dpotrf((K + K.T) / 2, lower=1, clean=1)
+    if spin_up:
+        found = _general(K, F, G, gamma, count)
+    elif info:
+        raise NotConverged("the stiffness of a bent state is not positive definite")
+    elif G is None:
+        found = _symmetric(L, F, count)
+    else:
+        found = _gyroscopic(L, F, G, gamma, count)
+    s, V = found
+    V = V / np.sqrt((abs(F @ V) ** 2).sum(axis=0))
+    order = np.argsort(s.imag, kind="stable")
+    return BentModes(s.imag[order], s.real[order], scale[:, None] * V[:, order], info == 0)
+
+
+def _symmetric(L: np.ndarray, F: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """s = i omega and vectors of K v = omega^2 M v, K = L L': the largest eigenvalues 1 / omega^2
+    of L^-1 M L^-T."""
+    X = lapack.dtrtrs(L, F.T, lower=1)[0]
+    nu, U = np.linalg.eigh(X @ X.T)
+    U = U[:, : -count - 1 : -1]
+    return 1j / np.sqrt(nu[: -count - 1 : -1]), lapack.dtrtrs(L, U, lower=1, trans=1)[0]
+
+
+def _gyroscopic(
+    L: np.ndarray, F: np.ndarray, G: np.ndarray, gamma: float, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """With Coriolis forces, p = L' q and r = F q': the inverse of (p, r)' = s (p, r) is the skew
+    matrix T = [[-C, -X], [X', 0]], C = 2 gamma L^-1 G L^-T, X = L^-1 F'. Its eigenvalues
+    1 / s = -i / omega are imaginary; those of T' T are 1 / omega^2, twice each."""
+    X = lapack.dtrtrs(L, F.T, lower=1)[0]
+    C = lapack.dtrtrs(L, lapack.dtrtrs(L, 2 * gamma * G, lower=1)[0].T, lower=1)[0].T
+    n, m = X.shape
+    T = np.zeros((n + m, n + m))
+    T[:n, :n], T[:n, n:], T[n:, :n] = -C, -X, X.T
+    nu, Z = np.linalg.eigh(T.T @ T)
+    omega = 1 / np.sqrt(nu[: -2 * count - 1 : -2])
+    z = Z[:, : -2 * count - 1 : -2]
+    real, imaginary = z[:n], omega * (T[:n] @ z)  # z + i omega T z has the eigenvalue -i / omega
+    V = lapack.dtrtrs(L, np.hstack((real, imaginary)), lower=1, trans=1)[0]
+    return 1j * omega, V[:, :count] + 1j * V[:, count:]
+
+
+def _general(
+    K: np.ndarray, F: np.ndarray, G: np.ndarray | None, gamma: float, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Of an unsymmetric K: the largest eigenvalues of the inverse problem.
+
+    Without Coriolis forces s^2 v = -K^-1-problem: M v = (-1 / s^2) K v.
+    """
+    M, n = F.T @ F, len(K)
+    if G is None:
+        nu, V = np.linalg.eig(np.linalg.solve(K, M))  # 1 / omega^2
+        largest = np.argsort(-abs(nu))[:count]
+        s = 1j * np.sqrt(1 / nu[largest].astype(complex))
+        return np.where(s.imag < 0, -s, s), V[:, largest]
+    inverse = np.linalg.solve(K, np.hstack((-2 * gamma * G, -M)))  # q = inverse (s q, s^2 q)
+    P = np.zeros((2 * n, 2 * n))
+    P[:n], P[n:, :n] = inverse, np.eye(n)  # (q, s q) = s P (q, s q)
+    nu, V = np.linalg.eig(P)
+    upward = np.flatnonzero(nu.imag <= 0)  # s = 1 / nu has a frequency of 0 or more
+    largest = upward[np.argsort(-abs(nu[upward]))[:count]]
+    return 1 / nu[largest], V[:n, largest]

@@ -1,0 +1,133 @@
+"""A bent beam on an hp mesh: energy, residual, tangent stiffness and inertia.
+
+The unknowns at the Gauss points are the stretch f = |r'|, which may have a jump at the concentrated
+mass, and the slope kappa = theta' of the angle. Then theta = int kappa, r' = f (cos theta,
+sin theta) and r = int r' from the clamp, so that the clamp is exact and nothing else has to be
+continuous: the straight formulation of `beamviz.solver.hp` with an angle that is not small.
+
+Energy (paper, eqs. 14-19): int mu^2 e(f)^2 / 2 + b(f) kappa^2 / 2 dx with b = f^(4 - 2c), c the
+power of the curvature measure; centrifugal potential -gamma^2 / 2 int rho |P R|^2 dx with
+R = r + delta e1 and P the projection away from the axis of rotation. The Euler force of a spin-up,
+-lambda rho e3 x R (paper, eq. 45), has no potential; its tangent is skew. At an equilibrium the
+second derivative does not depend on the coordinates: in (f, kappa) it is the tangent of eq. 44.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from beamviz.beam import Beam
+from beamviz.solver.hp.mesh import Mesh
+from beamviz.solver.problem import Problem
+
+
+class Tangent(NamedTuple):
+    """A state's residual, its tangent stiffness, and the displacements that its inertia needs."""
+
+    residual: (
+        np.ndarray
+    )  # (2 n,) derivative of the energy by (f, kappa), less the Euler force's work
+    K: np.ndarray  # (2 n, 2 n) symmetric without a spin-up
+    B: np.ndarray  # (2, m, 2 n) root of the mass times d(x, y) / d(f, kappa): M = B' B
+
+
+class BentBeam:
+    """A beam on a mesh whose breaks hold the concentrated mass.
+
+    A state q (2 n,) is the stretch f at the n Gauss points and after it kappa.
+    """
+
+    def __init__(self, mesh: Mesh, beam: Beam, problem: Problem):
+        self.mesh, self.beam, self.problem = mesh, beam, problem
+        self.w, self.J, self.R, self.mass = mesh.weights, mesh.J, mesh.J, mesh.weights
+        if beam.alpha and beam.beta:
+            to_mass = np.where(mesh.points < beam.beta, self.w, 0.0)
+            self.R, self.mass = np.vstack([self.J, to_mass]), np.append(self.w, beam.alpha)
+        self.law = problem.strain_law
+        self.power = 4 - 2 * problem.curvature_measure.power
+        self.softens = float(problem.chordwise)  # P keeps the component across the beam
+
+    @property
+    def scale(self) -> np.ndarray:
+        """1 / sqrt of the stiffness of the beam at rest (2 n,): the unknowns' natural units."""
+        return 1 / np.sqrt(np.concatenate((self.beam.mu**2 * self.w, self.w)))
+
+    def rigidities(self, q: np.ndarray) -> np.ndarray:
+        """Stiffness (2 n,) of each unknown alone, of its material, without compression."""
+        f, _ = self.split(q)
+        axial = self.beam.mu**2 * np.maximum(self.law.stiffness(f), 0.1)
+        return np.concatenate((self.w * axial, self.w * f**self.power))
+
+    def split(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Stretch f (n,) and kappa (n,) of a state."""
+        n = len(self.w)
+        return q[:n], q[n:]
+
+    def directions(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """cos theta (n,) and sin theta (n,)."""
+        theta = self.J @ self.split(q)[1]
+        return np.cos(theta), np.sin(theta)
+
+    def energy(self, q: np.ndarray) -> float:
+        """Potential energy of a state, without the Euler force; infinite where f <= 0."""
+        f, kappa = self.split(q)
+        if not f.min() > 0:
+            return np.inf
+        c, s = self.directions(q)
+        x, y = self.R @ (f * c) + self.beam.delta, self.R @ (f * s)
+        stored = self.beam.mu**2 * self.law.strain(f) ** 2 + f**self.power * kappa**2
+        centrifugal = self.mass @ (x * x + self.softens * y * y)
+        return float(self.w @ stored - self.beam.gamma**2 * centrifugal) / 2
+
+    def tangent(self, q: np.ndarray) -> Tangent:
+        """Residual, tangent stiffness and inertia of a state (paper, eqs. 40-44)."""
+        (f, kappa), (c, s) = self.split(q), self.directions(q)
+        w, J, R, n, p = self.w, self.J, self.R, len(f), self.power
+        gamma2, spin_up, beam = self.beam.gamma**2, self.beam.spin_up, self.beam
+        x, y = R @ (f * c) + beam.delta, R @ (f * s)
+        load_x = (self.mass * (gamma2 * x + spin_up * y)) @ R  # on all that lies further out
+        load_y = (self.mass * (gamma2 * self.softens * y - spin_up * x)) @ R
+        along, across = load_x * c + load_y * s, load_y * c - load_x * s
+
+        b, db, ddb = f**p, p * f ** (p - 1), p * (p - 1) * f ** (p - 2)
+        residual = np.concatenate(
+            (
+                w * (beam.mu**2 * self.law.force(f) + db * kappa**2 / 2) - along,
+                w * b * kappa - (f * across) @ J,
+            )
+        )
+        B = np.empty((2, len(self.mass), 2 * n))
+        B[0, :, :n], B[1, :, :n] = R * c, R * s
+        B[0, :, n:], B[1, :, n:] = -(R * (f * s)) @ J, (R * (f * c)) @ J
+        B *= np.sqrt(self.mass)[:, None]
+
+        i = np.arange(n)
+        mixed = -across[:, None] * J
+        mixed[i, i] += w * db * kappa
+        K = np.empty((2 * n, 2 * n))
+        K[:n, :n] = np.diag(w * (beam.mu**2 * self.law.stiffness(f) + ddb * kappa**2 / 2))
+        K[:n, n:], K[n:, :n] = mixed, mixed.T
+        K[n:, n:] = (J.T * (f * along)) @ J
+        K[n + i, n + i] += w * b
+        K -= gamma2 * (B[0].T @ B[0] + self.softens * (B[1].T @ B[1]))
+        if spin_up:
+            twist = B[0].T @ B[1]
+            K -= spin_up * (twist - twist.T)
+        return Tangent(residual, K, B)
+
+    def clamp_values(self, q: np.ndarray) -> np.ndarray:
+        """Moment and force (3,), m, P_x and P_y, that the beam exerts on the clamp."""
+        (f, _), (c, s), beam = self.split(q), self.directions(q), self.beam
+        x, y = self.R @ (f * c) + beam.delta, self.R @ (f * s)
+        gamma2, ones = beam.gamma**2, np.ones(len(f))
+        load_x = self.mass * (gamma2 * x + beam.spin_up * y)
+        load_y = self.mass * (gamma2 * self.softens * y - beam.spin_up * x)
+        across = (load_y @ self.R) / self.w * c - (load_x @ self.R) / self.w * s
+        return np.array([self.w @ (f * across * ones), load_x.sum(), load_y.sum()])
+
+    def position(self, q: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Position (len(x), 2) of reference points, from the clamp."""
+        f, _ = self.split(q)
+        return self.mesh.grid.from_clamp(x) @ np.column_stack(
+            [f * direction for direction in self.directions(q)]
+        )

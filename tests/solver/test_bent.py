@@ -1,0 +1,167 @@
+"""Bent states: the check values, the pitchfork, spin-up, and an independent solution."""
+
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from oracle.bent import bent_state
+
+from beamviz import Beam, InvalidInput, NoEquilibrium, solve
+from beamviz.solver import solve_many
+
+BUCKLING = 2.9960  # gamma at delta = -1, mu = 70 (green, spatial)
+
+
+def test_an_inward_beam_past_buckling():
+    """Tip and frequencies of delta = -1, gamma = 4, without and with Coriolis forces."""
+    beam = Beam(delta=-1, gamma=4)
+    solution = solve(beam, state="bent")
+    assert solution.equilibrium.shape == "bent"
+    assert solution.equilibrium.status == "stable"
+    assert solution.equilibrium.tip == pytest.approx([-0.018520, 0.858465], abs=6e-7)
+    expected = [4.26199, 17.98849, 46.62805, 101.63256, 171.59710]
+    assert solution.frequencies == pytest.approx(expected, abs=6e-6)
+    expected = [4.07352, 18.73117, 46.81213, 101.64957, 171.60617]
+    assert solve(beam, state="bent", coriolis=True).frequencies == pytest.approx(expected, abs=6e-6)
+
+
+def test_a_beam_that_spins_up():
+    """Tip and frequencies of gamma = 5, lambda = 10, without and with Coriolis forces."""
+    beam = Beam(gamma=5, spin_up=10)
+    solution = solve(beam, state="stable")
+    assert solution.equilibrium.tip == pytest.approx([0.773540, -0.596033], abs=6e-7)
+    expected = [4.2092623, 23.4846629, 58.0955989, 107.7869031, 144.0152626]
+    assert solution.frequencies == pytest.approx(expected, abs=4e-7)
+    solution = solve(beam, state="stable", coriolis=True)
+    expected = [4.1467134, 23.6981188, 58.2746715, 107.9283843, 144.1243758]
+    assert solution.frequencies == pytest.approx(expected, abs=4e-7)
+    assert solution.growth_rates.max() == pytest.approx(0.018, abs=5e-4)
+
+
+def test_slowing_down_bends_the_beam_the_other_way():
+    """A state of -lambda is the mirror image of that of lambda."""
+    forward, back = (solve(Beam(gamma=5, spin_up=k), state="bent") for k in (10, -10))
+    assert forward.equilibrium.tip == pytest.approx(back.equilibrium.tip * [1, -1], rel=1e-9)
+    assert forward.frequencies == pytest.approx(back.frequencies, rel=1e-9)
+
+
+def test_next_to_the_pitchfork():
+    """omega_1^2 of the bent state is twice the square of the straight one's growth rate; the ratio
+    comes to 2 as gamma comes to the buckling speed."""
+    ratios = []
+    for gamma in (3.05, 3.0, 2.998, 2.9965):
+        beam = Beam(delta=-1, gamma=gamma)
+        bent, straight = solve(beam, state="bent"), solve(beam)
+        ratios.append(bent.omega_squared[0] / straight.omega_squared[0])
+    assert ratios[1] == pytest.approx(-0.065513 / 0.032764, rel=1e-4)
+    assert (np.diff(abs(np.array(ratios) + 2)) < 0).all()
+    assert ratios[-1] == pytest.approx(-2, rel=1e-3)
+
+
+def test_the_stable_state_along_the_speed():
+    """Straight below the buckling speed, bent above it; B1 falls to zero and rises again."""
+    speeds = np.linspace(2.5, 3.5, 21)
+    found = solve_many([Beam(delta=-1, gamma=gamma) for gamma in speeds], state="stable")
+    shapes = [solution.equilibrium.shape for solution in found]
+    assert shapes == ["bent" if gamma > BUCKLING else "straight" for gamma in speeds]
+    lowest = np.array([solution.frequencies[0] for solution in found])
+    assert (np.diff(lowest) < 0).tolist() == [True] * 10 + [False] * 10
+    assert all(solution.equilibrium.stable for solution in found)
+
+
+@pytest.mark.parametrize(
+    ("beam", "options", "message"),
+    [
+        (Beam(gamma=5, spin_up=10), {}, "spin_up = 10: there is no straight state"),
+        (Beam(gamma=5, spin_up=10), {"state": "bent", "plane": "flapwise"}, "use chordwise"),
+        (Beam(delta=-1, gamma=4), {"state": "bent", "method": "foac"}, "foac has no bent states"),
+        (Beam(delta=-1, gamma=4), {"state": "bent", "softening": False}, "cannot be switched off"),
+        (Beam(delta=-1, gamma=4), {"state": "folded"}, "must be one of straight, bent, stable"),
+    ],
+)
+def test_what_has_no_bent_state_says_so(beam, options, message):
+    """Wrong input names the value and the remedy."""
+    with pytest.raises(InvalidInput, match=message):
+        solve(beam, **options)
+
+
+def test_a_stable_straight_beam_has_no_bent_state():
+    """That is physics, not input."""
+    with pytest.raises(NoEquilibrium, match="the straight one is stable"):
+        solve(Beam(delta=-1, gamma=2), state="bent")
+
+
+def test_no_state_beyond_the_limit_of_the_law():
+    """The limit is where the last stable state is."""
+    beam, options = Beam(gamma=11.95, delta=-1.561, mu=25.01), {"curvature": "material"}
+    with pytest.raises(NoEquilibrium) as error:
+        solve(beam, state="stable", **options)
+    limit = error.value.limit
+    assert 7 < limit < 9
+    assert solve(beam.replace(gamma=limit * 0.99), state="stable", **options).equilibrium.stable
+
+
+def test_shapes_are_orthonormal_and_pickle():
+    """Modes of a bent beam have unit modal mass; their nodes are counted along the bent axis."""
+    beam = Beam(delta=-1, gamma=4, alpha=1, beta=0.4)
+    solution = pickle.loads(pickle.dumps(solve(beam, state="bent")))
+    x, w = np.polynomial.legendre.leggauss(400)
+    x, w = (x + 1) / 2, w / 2
+    fields = solution.displacement(x)
+    at_mass = solution.displacement(np.array([0.4]))[0]
+    mass = np.einsum("xck,x,xcl->kl", fields, w, fields) + at_mass.T @ at_mass
+    assert mass == pytest.approx(np.eye(5), abs=1e-4)  # quadrature across the mass
+    assert [len(nodes) for nodes in solution.nodes[:3]] == [0, 1, 2]
+
+
+@st.composite
+def bent_beams(draw):
+    """Beams that are bent: inward ones past buckling, and ones that spin up; slow enough for
+    shooting."""
+    spin_up = draw(st.sampled_from([0.0, 0.0, -8.0, 3.0, 20.0]))
+    delta = draw(st.floats(-1.2, -0.6) if not spin_up else st.floats(-0.3, 1.0))
+    beam = Beam(
+        alpha=draw(st.sampled_from([0.0, 0.3, 2.0])),
+        beta=draw(st.floats(0.2, 1.0)),
+        gamma=draw(st.floats(2.0, 6.0)),
+        delta=delta,
+        mu=draw(st.floats(30, 300)),
+        spin_up=spin_up,
+    )
+    strain = draw(st.sampled_from(["green", "biot", "hencky"]))
+    return beam, strain, draw(st.sampled_from(["spatial", "material"])), draw(st.booleans())
+
+
+def check_against_shooting(beam: Beam, strain: str, curvature: str, coriolis: bool) -> None:
+    """Tip and frequencies agree within the error bars."""
+    model = {"strain": strain, "curvature": curvature, "coriolis": coriolis}
+    try:
+        solution = solve(beam, state="bent", **model)
+    except NoEquilibrium:
+        assume(False)
+    state = solution.equilibrium.state
+    residual_free = state.beam.clamp_values(state.q)
+    oracle = bent_state(beam, strain, curvature, residual_free)
+    assert solution.equilibrium.tip == pytest.approx(oracle.tip, abs=1e-6)
+    s = solution.growth_rates + 1j * solution.frequencies if beam.spin_up else None
+    for k, frequency in enumerate(solution.frequencies[:3]):
+        near = frequency if s is None else -1j * s[k]
+        found = oracle.frequency(near * (1 + 1e-7), coriolis)
+        assert abs(found.real - frequency) <= solution.errors[k] + 1e-8 * frequency
+
+
+@settings(max_examples=5)
+@given(bent_beams())
+def test_against_shooting(case):
+    """Random bent beams against an independent solution."""
+    check_against_shooting(*case)
+
+
+@pytest.mark.slow
+@settings(max_examples=60)
+@given(bent_beams())
+def test_many_against_shooting(case):
+    """As above, more of them."""
+    check_against_shooting(*case)
