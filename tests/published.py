@@ -13,18 +13,18 @@ def numbers(text: str) -> list[float]:
 
 
 # gamma, omega 1 ..
-UNIFORM_FLAPWISE = [(g, *numbers(text)) for g, text in validation.UNIFORM_FLAPWISE.items()]
-TIP_MASS_FLAPWISE = [(g, *numbers(text)) for g, text in validation.TIP_MASS_FLAPWISE.items()]
+UNIFORM_FLAPWISE, TIP_MASS_FLAPWISE = (
+    [(g, *row) for g, row in enumerate(zip(*map(numbers, table), strict=True))]
+    for table in (validation.UNIFORM_FLAPWISE, validation.TIP_MASS_FLAPWISE)
+)
 RIGID_CORIOLIS = [(g, float(text)) for g, text in validation.RIGID_CORIOLIS.items()]
 TIP_MASS_AT_REST = numbers(validation.TIP_MASS_AT_REST)
 
-# alpha, beta, gamma, delta, bending 1..4, stretching 1; the same with Coriolis, omega 1 ..
-INDEPENDENT = [
-    (*beam, numbers(text)[:4], numbers(text)[4]) for beam, text in validation.STRETCHED.items()
-]
-INDEPENDENT_CORIOLIS = [
-    (*beam, numbers(text)) for beam, text in validation.STRETCHED_CORIOLIS.items()
-]
+# beam, bending 1..4 and stretching 1; the same with Coriolis, omega 1 ..
+INDEPENDENT, INDEPENDENT_CORIOLIS = (
+    [(beam, numbers(text)) for beam, text in table.items()]
+    for table in (validation.STRETCHED, validation.STRETCHED_CORIOLIS)
+)
 
 # strain, delta, largest gamma with an equilibrium (alpha 0), a unit of its last digit
 LIMITS = [(*key, float(text), last_digit(text)) for key, text in validation.LIMITS.items()]

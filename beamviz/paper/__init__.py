@@ -6,7 +6,7 @@ nodal coordinate formulation", Nonlinear Dynamics (2017).
 
 import sys
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from beamviz.errors import InvalidInput
@@ -19,6 +19,7 @@ NUMBERS = "numbers"
 ALL = "all"
 NAMES = (*TABLES, *FIGURES, NUMBERS)
 INDEX = "index.md"
+EXTENSIONS = ("md", "csv", "png", "svg")
 SOURCE = (
     '"Modal characteristics of a rotating flexible beam with a concentrated mass based on the'
     ' absolute nodal coordinate formulation", Nonlinear Dynamics (2017)'
@@ -44,9 +45,7 @@ def reproduce(names: Sequence[str], folder: Path) -> Path:
             known = ", ".join((*NAMES, ALL))
             raise InvalidInput(f"{name!r} is not in the paper: choose from {known}")
     with writable_folder(folder):
-        write_files(
-            folder, index(folder)
-        )  # fails before any computation if the folder is not writable
+        write_files(folder, index(folder))  # fails before any computation if not writable
         for name in NAMES:
             if name in names or ALL in names:
                 start = time.perf_counter()
@@ -62,41 +61,37 @@ def files(name: str) -> Files:
         from beamviz.paper.plots import figure_files
 
         contents = figure_files(FIGURES[name])
-    elif name in TABLES:
-        table = TABLES[name]
-        rows = tables.compute(table)
-        texts = {"csv": tables.to_csv(table, rows), "md": tables.to_markdown(table, rows)}
-        contents = {extension: text.encode() for extension, text in texts.items()}
     else:
-        numbers = list(figures.printed_numbers())
-        texts = {"csv": figures.to_csv(numbers), "md": figures.to_markdown(numbers)}
+        if name in TABLES:
+            table = TABLES[name]
+            rows = tables.compute(table)
+            texts = {"csv": tables.to_csv(table, rows), "md": tables.to_markdown(table, rows)}
+        else:
+            numbers = list(figures.printed_numbers())
+            texts = {"csv": figures.to_csv(numbers), "md": figures.to_markdown(numbers)}
         contents = {extension: text.encode() for extension, text in texts.items()}
     return {f"{name}.{extension}": content for extension, content in contents.items()}
 
 
 def index(folder: Path) -> Files:
     """A page that lists the tables and figures in a folder."""
-    present = {file.name for file in folder.iterdir()}
+    links = {}
+    for name in NAMES:
+        present = [ext for ext in EXTENSIONS if (folder / f"{name}.{ext}").exists()]
+        if present:
+            links[name] = ", ".join(f"[{ext}]({name}.{ext})" for ext in present)
     parts = ["# The paper, reproduced", f"{SOURCE}.", SUMMARY]
-    for _, line in _links([NUMBERS], present):
-        parts.append(f"**{figures.TITLE}**, printed and computed: {line}")
-    for name, line in _links(TABLES, present):
-        parts.append(f"**Table {name[5:]}.** {TABLES[name].caption}: {line}")
-    for name, line in _links(FIGURES, present):
-        figure = FIGURES[name]
+    if NUMBERS in links:
+        parts.append(f"**{figures.TITLE}**, printed and computed: {links[NUMBERS]}")
+    parts += [
+        f"**Table {name[5:]}.** {table.caption}: {links[name]}"
+        for name, table in TABLES.items()
+        if name in links
+    ]
+    for name, figure in ((name, figure) for name, figure in FIGURES.items() if name in links):
         parts += [
             f"## Figure {name[3:]}",
-            f"{figure.caption}. {' '.join(figure.notes)} {line}",
+            f"{figure.caption}. {figure.notes} {links[name]}",
             f"![{figure.caption}]({name}.png)",
         ]
     return {INDEX: ("\n\n".join(parts) + "\n").encode()}
-
-
-def _links(names: Iterable[str], present: set[str]) -> list[tuple[str, str]]:
-    """The names that have files, with links to these."""
-    links = []
-    for name in names:
-        extensions = [ext for ext in ("md", "csv", "png", "svg") if f"{name}.{ext}" in present]
-        if extensions:
-            links.append((name, ", ".join(f"[{ext}]({name}.{ext})" for ext in extensions)))
-    return links

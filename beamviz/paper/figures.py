@@ -13,7 +13,7 @@ import numpy as np
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.frequency_loci import Event, Loci, loci
 from beamviz.output import csv_text, markdown_table
-from beamviz.paper.tables import TOLERANCE, described
+from beamviz.paper.tables import TOLERANCE, described, frequencies_by_label
 from beamviz.plotting.style import OMEGAS
 from beamviz.solver import solve
 
@@ -44,13 +44,6 @@ class PrintedNode(NamedTuple):
     at: str
 
 
-class PrintedConstant(NamedTuple):
-    """A frequency at rest that a mass at a node of its mode does not change."""
-
-    mode: int
-    frequency: str
-
-
 class LociFigure(NamedTuple):
     """Frequencies of the lowest modes as one parameter of a beam grows from 0."""
 
@@ -61,8 +54,8 @@ class LociFigure(NamedTuple):
     modes: int = 5
     crossings: tuple[PrintedCrossing, ...] = ()
     nodes: tuple[PrintedNode, ...] = ()
-    constants: tuple[PrintedConstant, ...] = ()
-    notes: tuple[str, ...] = ()
+    constants: tuple[tuple[int, str], ...] = ()  # mode, frequency that a mass does not change
+    notes: str = ""
 
     @property
     def parameters(self) -> str:
@@ -85,7 +78,7 @@ class ShapeFigure(NamedTuple):
     alphas: tuple[float, ...]
     stretching: int | None = None  # the stretching mode by the text
     nodes: tuple[PrintedNode, ...] = ()
-    notes: tuple[str, ...] = ()
+    notes: str = ""
 
     @property
     def parameters(self) -> str:
@@ -96,18 +89,17 @@ class ShapeFigure(NamedTuple):
     @property
     def caption(self) -> str:
         """Quantity and fixed parameters."""
-        one = f"{ORDINALS[self.modes[0]]} mode shape"
-        shapes = one if len(self.modes) == 1 else f"First {COUNTS[len(self.modes)]} mode shapes"
-        return f"{shapes} ({self.parameters})"
+        one, many = f"{ORDINALS[self.modes[0]]} mode shape", "First five mode shapes"
+        return f"{one if len(self.modes) == 1 else many} ({self.parameters})"
 
 
 Figure = LociFigure | ShapeFigure
 
 NODES = (PrintedNode(2, "0.78344"), PrintedNode(3, "0.50355"), PrintedNode(3, "0.86768"))
-CONSTANTS = (PrintedConstant(2, "22.0345"), PrintedConstant(3, "61.6982"))
-OWN_RANGE = ("The text does not give the range of the axis; it is ours.",)
-OWN_MASSES = ("The text does not give the mass ratios drawn; they are ours.",)
-NO_MASS = ("The nodes in the text are those of the beam without a mass, which is drawn.",)
+CONSTANTS = ((2, "22.0345"), (3, "61.6982"))
+OWN_RANGE = "The text does not give the range of the axis; it is ours."
+OWN_MASSES = "The text does not give the mass ratios drawn; they are ours."
+NO_MASS = "The nodes in the text are those of the beam without a mass, which is drawn."
 HELD_ROOT = "likely from a root that holds the length of r' too: 1.584 with 20 elements"
 
 
@@ -202,11 +194,8 @@ class PrintedNumber:
     @property
     def fits(self) -> str:
         """The models within a unit of the last printed digit, the exact ones before others."""
-        close = [
-            name
-            for name, value in self.values.items()
-            if abs(value - float(self.printed)) <= last_digit(self.printed)
-        ]
+        printed, unit = float(self.printed), last_digit(self.printed)
+        close = [name for name, value in self.values.items() if abs(value - printed) <= unit]
         if {"material", "spatial"} <= set(close):
             return "both"
         return close[0].replace("material_20", "20 elements") if close else "neither"
@@ -253,23 +242,24 @@ def nearest_node(nodes: np.ndarray, printed: PrintedNode) -> float:
 
 
 def _crossing(figure: LociFigure, crossing: PrintedCrossing) -> PrintedNumber:
-    low, high = crossing.loci
-    quantity = f"loci {low}/{high} cross at {PARAMETERS[figure.over].symbol}"
-
-    def compute(**options: Any) -> float:
-        return locate(figure, crossing, **options).at
-
     def explain(values: dict[str, float]) -> str:
         material, spatial = (abs(values[k] - float(crossing.at)) for k in ("material", "spatial"))
+        remark = f"off by {material:.2g} (material) and {spatial:.2g} (spatial)"
         if abs(values["material"] - values["spatial"]) <= TOLERANCE * 10:
-            remark = f"off by {spatial:.2g}; at rest the measures are the same"
-        else:
-            remark = f"off by {material:.2g} (material) and {spatial:.2g} (spatial)"
+            remark = f"off by {spatial:.2g}; {SAME_AT_REST}"
         return remark + (f"; {crossing.explanation}" if crossing.explanation else "")
 
-    located = f"{crossing.material} {crossing.spatial}"
-    row = figure.name, "crossing", quantity, crossing.at, 4
-    return PrintedNumber(*row, compute, explain, located)
+    low, high = crossing.loci
+    return PrintedNumber(
+        figure.name,
+        "crossing",
+        f"loci {low}/{high} cross at {PARAMETERS[figure.over].symbol}",
+        crossing.at,
+        4,
+        lambda **options: locate(figure, crossing, **options).at,
+        explain,
+        f"{crossing.material} {crossing.spatial}",
+    )
 
 
 def _node(figure: ShapeFigure, node: PrintedNode) -> PrintedNumber:
@@ -277,7 +267,7 @@ def _node(figure: ShapeFigure, node: PrintedNode) -> PrintedNumber:
         return nearest_node(solve(figure.beam, node.mode, **options).nodes[node.mode - 1], node)
 
     row = figure.name, "node", f"node of mode {node.mode}", node.at, 6
-    return PrintedNumber(*row, compute, lambda values: "at rest the measures are the same")
+    return PrintedNumber(*row, compute, lambda values: SAME_AT_REST)
 
 
 def _constant(figure: LociFigure, mode: int, printed: str) -> PrintedNumber:
@@ -285,10 +275,15 @@ def _constant(figure: LociFigure, mode: int, printed: str) -> PrintedNumber:
         return float(solve(Beam(), mode, **options).frequencies[mode - 1])
 
     def explain(values: dict[str, float]) -> str:
-        change = max(_relative_change(mode, float(node.at)) for node in NODES if node.mode == mode)
+        places = [float(node.at) for node in NODES if node.mode == mode]
+        frequencies = [
+            frequencies_by_label(Beam(alpha, beta), mode + 1, tolerance=TOLERANCE)[f"B{mode}"]
+            for beta in places
+            for alpha in MASS_RATIOS.tolist()
+        ]
         remark = (
             f"a mass of α up to {MASS_RATIOS[-1]:g} at the printed node changes it by about"
-            f" {change:.0e} of itself"
+            f" {np.ptp(frequencies) / frequencies[0]:.0e} of itself"
         )
         if abs(values["spatial"] - float(printed)) > last_digit(printed):
             remark = f"20 elements give it, the exact value is {values['spatial']:.6f}; {remark}"
@@ -296,15 +291,6 @@ def _constant(figure: LociFigure, mode: int, printed: str) -> PrintedNumber:
 
     row = figure.name, "constant", f"constant {OMEGAS[mode - 1]}", printed, 6
     return PrintedNumber(*row, compute, explain)
-
-
-def _relative_change(mode: int, beta: float) -> float:
-    """The largest relative change of a bending frequency at rest by masses at beta."""
-    frequencies = []
-    for alpha in MASS_RATIOS:
-        solution = solve(Beam(alpha=float(alpha), beta=beta), mode + 1, tolerance=TOLERANCE)
-        frequencies.append(solution.frequencies[solution.labels.index(f"B{mode}")])
-    return float(np.ptp(frequencies) / frequencies[0])
 
 
 def _stretching_mode(figure: ShapeFigure, printed: int) -> PrintedNumber:
@@ -321,37 +307,32 @@ def _stretching_mode(figure: ShapeFigure, printed: int) -> PrintedNumber:
 def to_csv(numbers: Sequence[PrintedNumber]) -> str:
     """One line for each number."""
     heading = ["figure", "quantity", "paper", *MODELS, "fits", "remark"]
-    return csv_text(
-        heading,
-        (
-            [row.figure, row.quantity, row.printed]
-            + [f"{row.values[name]:.10g}" for name in MODELS]
-            + [row.fits, row.explain(row.values)]
-            for row in numbers
-        ),
-    )
+    return csv_text(heading, (_cells(row, ".10g") for row in numbers))
 
 
 def to_markdown(numbers: Sequence[PrintedNumber]) -> str:
     """The numbers as a page."""
     heading = ["figure", "quantity", "paper", "material", "spatial"]
     heading += ["material, 20 elements", "spatial, 20 elements", "fits", "remark"]
-    body = [
-        [row.figure.removeprefix("fig"), row.quantity, row.printed]
-        + [f"{row.values[name]:.{row.decimals}f}" for name in MODELS]
-        + [row.fits, row.explain(row.values)]
-        for row in numbers
-    ]
+    body = [_cells(row, f".{row.decimals}f") for row in numbers]
     fits = [row.fits for row in numbers if row.kind == "crossing"]
     verdict = VERDICT.format(
         crossings=len(fits),
         material=sum(fit in ("material", "both") for fit in fits),
         spatial=sum(fit in ("spatial", "both") for fit in fits),
     )
+    for cells in body:
+        cells[0] = cells[0].removeprefix("fig")
     table = markdown_table(heading, body)
     return "\n\n".join([f"# {TITLE}", SUMMARY, table, verdict, VEERING]) + "\n"
 
 
+def _cells(row: PrintedNumber, spec: str) -> list[str]:
+    values = [format(row.values[name], spec) for name in MODELS]
+    return [row.figure, row.quantity, row.printed, *values, row.fits, row.explain(row.values)]
+
+
+SAME_AT_REST = "at rest the measures are the same"
 TITLE = "Crossings, nodes and constant frequencies"
 SUMMARY = (
     "Every such number in the paper's text beside the exact answer for both curvature measures,"

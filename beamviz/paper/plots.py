@@ -11,7 +11,7 @@ from matplotlib.figure import Figure as Picture
 from matplotlib.lines import Line2D
 
 from beamviz.beam import PARAMETERS
-from beamviz.frequency_loci import Branch, Event, Loci, loci
+from beamviz.frequency_loci import Event, Loci, loci
 from beamviz.output import csv_text
 from beamviz.paper.figures import (
     Figure,
@@ -24,10 +24,9 @@ from beamviz.paper.figures import (
 )
 from beamviz.paper.tables import TOLERANCE
 from beamviz.plotting import picture_files
-from beamviz.plotting.labels import EndLabel, LabelPlacer, label_line_ends
+from beamviz.plotting.labels import LabelPlacer, label_line_ends
 from beamviz.plotting.style import COLOURS, FAINT, INK, OMEGAS, RING, STYLE
 from beamviz.solver import solve
-from beamviz.solver.solution import Solution
 
 POINTS = 201
 SPATIAL, MATERIAL = "spatial", "material"  # the curvature measures; eq. 16 is the spatial one
@@ -41,8 +40,7 @@ LINES: dict[str, dict[str, Any]] = {
 }
 DOT: dict[str, Any] = {"marker": "o", "ls": "", "ms": 3.2, "color": INK}
 TICK: dict[str, Any] = {"marker": "|", "ls": "", "ms": 13, "mew": 1.2, "color": INK}
-MARKERS = {SPATIAL: RING, MATERIAL: DOT}
-LABELS = {SPATIAL: "spatial curvature (eq. 16)", MATERIAL: "material curvature"}
+LEGEND = ((SPATIAL, "spatial curvature (eq. 16)", RING), (MATERIAL, "material curvature", DOT))
 
 
 class Crossing(NamedTuple):
@@ -55,20 +53,14 @@ class Crossing(NamedTuple):
 class Curve(NamedTuple):
     """One mode shape of unit modal mass: its larger component, positive beside the clamp."""
 
-    solution: Solution
+    alpha: float
     mode: int  # counted from 1
+    label: str
+    family: str  # bending or stretching
+    frequency: float
+    nodes: np.ndarray
     x: np.ndarray
     y: np.ndarray
-
-    @property
-    def family(self) -> str:
-        """bending or stretching."""
-        return self.solution.families[self.mode - 1]
-
-    @property
-    def nodes(self) -> np.ndarray:
-        """Its vibration nodes."""
-        return self.solution.nodes[self.mode - 1]
 
 
 def figure_files(figure: Figure) -> dict[str, bytes]:
@@ -79,7 +71,7 @@ def figure_files(figure: Figure) -> dict[str, bytes]:
         text = loci_csv(by_curvature)
     else:
         curves = compute_curves(figure)
-        picture = draw_curves(figure, curves)
+        picture = (draw_stacked if len(figure.modes) > 1 else draw_overlaid)(figure, curves)
         text = curves_csv(curves)
     return {**picture_files(picture), "csv": text.encode()}
 
@@ -118,10 +110,13 @@ def compute_curves(figure: ShapeFigure) -> list[Curve]:
     x = np.linspace(0, 1, POINTS)
     curves = []
     for alpha in figure.alphas:
-        solution = solve(figure.beam.replace(alpha=alpha), max(figure.modes), tolerance=TOLERANCE)
-        for mode in figure.modes:
-            shape = solution.shape(mode - 1, x)[:, int(solution.families[mode - 1] == "bending")]
-            curves.append(Curve(solution, mode, x, np.sign(shape[1]) * shape + 0.0))
+        found = solve(figure.beam.replace(alpha=alpha), max(figure.modes), tolerance=TOLERANCE)
+        modes = zip(found.labels, found.families, found.frequencies, found.nodes, strict=True)
+        for k, (label, family, frequency, nodes) in enumerate(modes):
+            if k + 1 in figure.modes:
+                shape = found.shape(k, x)[:, int(family == "bending")]
+                y = np.sign(shape[1]) * shape + 0.0
+                curves.append(Curve(alpha, k + 1, label, family, frequency, nodes, x, y))
     return curves
 
 
@@ -138,50 +133,39 @@ def loci_csv(by_curvature: dict[str, Loci]) -> str:
 
 def curves_csv(curves: Sequence[Curve]) -> str:
     """One line for each point, one column for each curve."""
-    heading = [
-        f"mode{curve.mode}_{curve.solution.labels[curve.mode - 1]}"
-        f"_alpha{curve.solution.beam.alpha:g}"
-        for curve in curves
-    ]
+    heading = [f"mode{curve.mode}_{curve.label}_alpha{curve.alpha:g}" for curve in curves]
     table = np.column_stack([curves[0].x, *(curve.y for curve in curves)])
     return csv_text(["x", *heading], ([f"{value:.10g}" for value in row] for row in table))
 
 
+@rc_context(STYLE)
 def draw_loci(
     figure: LociFigure, by_curvature: dict[str, Loci], marked: Sequence[Crossing]
 ) -> Picture:
     """Frequencies with their crossings, and the numbers printed in the paper."""
-    with rc_context(STYLE):
-        picture = _titled_picture(figure, HEIGHT)
-        axes = _single_frame(picture, 0.52)
-        for name, found in by_curvature.items():
-            for branch in found.branches:
-                _draw_branch(axes, found.values, branch, LINES[name])
-        axes.set(xlim=(0, figure.stop), ylim=(0, 1.05 * axes.dataLim.y1))
-        axes.set(xlabel=PARAMETERS[figure.over].axis_label, ylabel="frequency ω [1/T*]")
-        axes.locator_params(nbins=10, steps=(1, 2, 5, 10))
-        label_line_ends(
-            axes,
-            [
-                _end_label(branch.frequency[-1], branch.label, str(branch.family[-1]))
-                for branch in by_curvature[SPATIAL].branches
-            ],
-        )
-        placer = LabelPlacer(axes)
-        for crossing in marked:
-            _mark_crossing(axes, placer, crossing)
-        if figure.constants:
-            _mark_constants(axes, placer, figure)
-        _draw_legend(picture, by_curvature, marked)
+    picture, axes = _single_frame(figure, HEIGHT, 0.52, 0.92)
+    for name, found in by_curvature.items():
+        for branch in found.branches:
+            for family, colour in COLOURS.items():
+                if family in branch.family:
+                    here = np.array(branch.family, object) == family
+                    frequency = np.where(here, branch.frequency, np.nan)
+                    axes.plot(found.values, frequency, color=colour, **LINES[name])
+    axes.set(xlim=(0, figure.stop), ylim=(0, 1.05 * axes.dataLim.y1))
+    axes.set(xlabel=PARAMETERS[figure.over].axis_label, ylabel="frequency ω [1/T*]")
+    axes.locator_params(nbins=10, steps=(1, 2, 5, 10))
+    ends = [
+        (branch.frequency[-1], branch.label, COLOURS[str(branch.family[-1])], "bold")
+        for branch in by_curvature[SPATIAL].branches
+    ]
+    label_line_ends(axes, ends)
+    placer = LabelPlacer(axes)
+    for crossing in marked:
+        _mark_crossing(axes, placer, crossing)
+    if figure.constants:
+        _mark_constants(axes, placer, figure)
+    _draw_legend(picture, by_curvature, marked)
     return picture
-
-
-def draw_curves(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
-    """Mode shapes: one mode in one frame, several modes in frames one above the other."""
-    with rc_context(STYLE):
-        if len(figure.modes) > 1:
-            return _draw_stacked(figure, curves)
-        return _draw_overlaid(figure, curves)
 
 
 def _titled_picture(figure: Figure, height: float) -> Picture:
@@ -193,25 +177,11 @@ def _titled_picture(figure: Figure, height: float) -> Picture:
     return picture
 
 
-def _single_frame(picture: Picture, head: float, right: float = 0.92) -> Axes:
-    """One frame below a head [in], up to a fraction of the width."""
-    height = picture.get_figheight()
+def _single_frame(figure: Figure, height: float, head: float, right: float) -> tuple[Picture, Axes]:
+    """A titled picture with one frame below a head [in], up to a fraction of the width."""
+    picture = _titled_picture(figure, height)
     low, high = 0.5 / height, 1 - head / height
-    return picture.add_axes((LEFT, low, right - LEFT, high - low))
-
-
-def _draw_branch(axes: Axes, values: np.ndarray, branch: Branch, style: dict[str, Any]) -> None:
-    """One locus in the colours of its family."""
-    family = np.array(branch.family, object)
-    for name, colour in COLOURS.items():
-        if name in branch.family:
-            frequency = np.where(family == name, branch.frequency, np.nan)
-            axes.plot(values, frequency, color=colour, **style)
-
-
-def _end_label(height: float, label: str, family: str) -> EndLabel:
-    """The label of a line at its right end."""
-    return height, label, COLOURS[family], "bold"
+    return picture, picture.add_axes((LEFT, low, right - LEFT, high - low))
 
 
 def _mark_crossing(axes: Axes, placer: LabelPlacer, crossing: Crossing) -> None:
@@ -252,9 +222,9 @@ def _draw_legend(
     branches = [branch for found in by_curvature.values() for branch in found.branches]
     families = {name for branch in branches for name in branch.family}
     rows = [Line2D([], [], color=c, lw=1.6, label=n) for n, c in COLOURS.items() if n in families]
-    for name, label in LABELS.items() if MATERIAL in by_curvature else ():
-        marker = MARKERS[name] if marked else {}
-        rows.append(Line2D([], [], label=label, **{**marker, "color": INK, **LINES[name]}))
+    for name, label, marker in LEGEND if MATERIAL in by_curvature else ():
+        style = {**(marker if marked else {}), "color": INK, **LINES[name]}
+        rows.append(Line2D([], [], label=label, **style))
     if marked and MATERIAL not in by_curvature:
         rows.append(Line2D([], [], label="crossing", **RING))
     if any(crossing.printed for crossing in marked):
@@ -272,10 +242,10 @@ def _draw_legend(
     )
 
 
-def _draw_overlaid(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
-    """One mode for each mass ratio."""
-    picture = _titled_picture(figure, 3.6)
-    axes = _single_frame(picture, 0.32, right=0.9)
+@rc_context(STYLE)
+def draw_overlaid(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
+    """One mode for each mass ratio, in one frame."""
+    picture, axes = _single_frame(figure, 3.6, 0.32, 0.9)
     axes.axhline(0, color=FAINT, lw=0.8, zorder=0)
     for curve, opacity in zip(curves, np.linspace(1, 0.4, len(curves))[::-1], strict=True):
         axes.plot(curve.x, curve.y, color=COLOURS[curve.family], alpha=opacity, lw=1.6)
@@ -283,9 +253,8 @@ def _draw_overlaid(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
     axes.set(xlabel="x / L", ylabel="displacement across, unit modal mass")
     axes.locator_params(axis="y", nbins=7, steps=(1, 2, 5, 10))
     if len(curves) > 1:
-        alphas = [f"α = {curve.solution.beam.alpha:g}" for curve in curves]
-        ends = zip(curves, alphas, strict=True)
-        label_line_ends(axes, [_end_label(c.y[-1], alpha, c.family) for c, alpha in ends])
+        ends = [(c.y[-1], f"α = {c.alpha:g}", COLOURS[c.family], "bold") for c in curves]
+        label_line_ends(axes, ends)
     placer = LabelPlacer(axes)
     for curve in curves:
         axes.plot(curve.nodes, 0 * curve.nodes, **RING, clip_on=False, zorder=5)
@@ -295,14 +264,12 @@ def _draw_overlaid(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
     return picture
 
 
-def _draw_stacked(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
-    """One frame for each mode."""
+@rc_context(STYLE)
+def draw_stacked(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
+    """One frame for each mode, one above the other."""
     picture = _titled_picture(figure, 5.6)
-    frames = picture.subplots(
-        len(curves),
-        sharex=True,
-        gridspec_kw={"left": LEFT, "right": 0.77, "top": 0.94, "bottom": 0.09},
-    )
+    picture.subplots_adjust(LEFT, 0.09, 0.77, 0.94)
+    frames = picture.subplots(len(curves), sharex=True)
     largest = 1.15 * max(abs(curve.y).max() for curve in curves)
     for axes, curve in zip(frames, curves, strict=True):
         colour = COLOURS[curve.family]
@@ -310,11 +277,9 @@ def _draw_stacked(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
         axes.plot(curve.x, curve.y, color=colour, lw=1.6)
         axes.plot(curve.nodes, 0 * curve.nodes, **RING, clip_on=False, zorder=5)
         axes.set(xlim=(0, 1), ylim=(-largest, largest), yticks=[-1, 0, 1])
-        label = curve.solution.labels[curve.mode - 1]
-        omega = curve.solution.frequencies[curve.mode - 1]
-        lines = [f"mode {curve.mode}: {label}, {curve.family}", f"ω = {omega:.4f}"]
-        lines += ["stretching in the paper"] * (curve.mode == figure.stretching)
-        text = "\n".join(lines)
+        text = f"mode {curve.mode}: {curve.label}, {curve.family}\nω = {curve.frequency:.4f}"
+        if curve.mode == figure.stretching:
+            text += "\nstretching in the paper"
         axes.text(1.03, 0.5, text, color=colour, va="center", transform=axes.transAxes)
     frames[-1].set_xlabel("x / L")
     picture.supylabel("displacement: across the beam (bending), along it (stretching)", size=9)

@@ -1,13 +1,13 @@
 """The paper's tables: their beams, the computed frequencies, and a page and a CSV file of each.
 
-"Modal characteristics of a rotating flexible beam with a concentrated mass based on the absolute
-nodal coordinate formulation", Nonlinear Dynamics (2017). The bodies of its tables are not available
-to this project: each table is computed with the paper's own elements, exactly, and with the models
-the paper compares, and the statements its text makes are checked against these numbers.
+The bodies of the paper's tables are not available to this project: each table is computed with the
+paper's own elements, exactly, and with the models the paper compares, and the statements its text
+makes are checked against these numbers.
 """
 
 import math
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise, product
 from typing import Any, NamedTuple
 
@@ -21,7 +21,6 @@ TOLERANCE = 1e-9
 SOLVED_MODES = 6  # enough to contain two bending modes
 MODES = (0, 1)  # the bending modes in a table
 EXACT = "exact"  # the reference column
-FIXED_SPACE = "\N{NO-BREAK SPACE}"
 
 
 class Column(NamedTuple):
@@ -86,48 +85,47 @@ class Row(NamedTuple):
 # Checks of the statements that the text makes about its tables.
 
 
-def largest_difference(rows: list[Row], *pairs: tuple[str, str]) -> str:
-    """How far pairs of columns differ."""
+def largest_difference(rows: list[Row], pairs: tuple[tuple[str, str], ...]) -> str:
+    """The largest difference between the columns of each pair."""
     differences = (
         f"{COLUMNS[column].title} against {COLUMNS[reference].title}: "
-        + "; ".join(f"{OMEGAS[mode]} {_largest(rows, column, reference, mode)}" for mode in MODES)
+        + "; ".join(f"{OMEGAS[mode]} {_largest(rows, column, mode, reference)}" for mode in MODES)
         for column, reference in pairs
     )
     return f"Largest differences: {'. '.join(differences)}."
 
 
-def rising(rows: list[Row], column: str) -> str:
-    """Whether the frequencies of a column rise with the speed at each hub radius."""
+def rising(rows: list[Row]) -> str:
+    """Whether the frequencies of the paper's elements rise with the speed at each hub radius."""
     exceptions = [
         f"{OMEGAS[mode]} at δ = {after.delta:g}, γ = {before.gamma:g} .. {after.gamma:g}"
-        for before, after in _successive(rows)
-        for mode in MODES
-        if after.frequencies[column][mode] <= before.frequencies[column][mode]
+        for before, after, mode in _successive(rows)
+        if after.frequencies["ancf"][mode] <= before.frequencies["ancf"][mode]
     ]
-    return f"True of {COLUMNS[column].title}" + _except(exceptions)
+    return _verdict(COLUMNS["ancf"].title, exceptions)
 
 
-def diverging(rows: list[Row], column: str, reference: str) -> str:
-    """Whether the deviation of a column grows with the speed at each hub radius."""
-    exceptions = [
-        f"{OMEGAS[mode]} at δ = {after.delta:g}: {percent(first)} at γ = {before.gamma:g} but"
-        f" {percent(second)} at {after.gamma:g}"
-        for before, after in _successive(rows)
-        for mode in MODES
-        for first, second in [[row.deviation(column, mode, reference) for row in (before, after)]]
-        if abs(second) < abs(first)
-    ]
-    titles = f"{COLUMNS[column].title} against {COLUMNS[reference].title}"
-    return f"True of {titles}{_except(exceptions)}"
+def diverging(rows: list[Row]) -> str:
+    """Whether the deviation of FOAC from the paper's elements grows with the speed at each hub
+    radius."""
+    exceptions = []
+    for before, after, mode in _successive(rows):
+        first, second = (row.deviation("foac", mode, "ancf") for row in (before, after))
+        if abs(second) < abs(first):
+            exceptions.append(
+                f"{OMEGAS[mode]} at δ = {after.delta:g}: {percent(first)} at"
+                f" γ = {before.gamma:g} but {percent(second)} at {after.gamma:g}"
+            )
+    return _verdict(f"{COLUMNS['foac'].title} against {COLUMNS['ancf'].title}", exceptions)
 
 
-def existence(rows: list[Row], column: str, other: str) -> str:
-    """Where a strain law has no equilibrium and the other column has one."""
-    ended = [row for row in rows if column in row.limits and other in row.frequencies]
+def existence(rows: list[Row]) -> str:
+    """Where a beam of hencky strain has no equilibrium."""
+    ended = [row for row in rows if "hencky" in row.limits]
     speeds = " and ".join(f"{row.gamma:g}" for row in ended)
     return (
-        f"With {column} strain there is no equilibrium at γ = {speeds}, nor anywhere beyond"
-        f" γ = {ended[0].limits[column]:.4f}. If ANSYS's law is logarithmic (likely, not tested"
+        f"With hencky strain there is no equilibrium at γ = {speeds}, nor anywhere beyond"
+        f" γ = {ended[0].limits['hencky']:.4f}. If ANSYS's law is logarithmic (likely, not tested"
         " here), there is nothing to converge to, and no question of stability; green strain"
         " hardens and always has an equilibrium."
     )
@@ -135,33 +133,29 @@ def existence(rows: list[Row], column: str, other: str) -> str:
 
 def percent(deviation: float) -> str:
     """A deviation in percent, its number and sign kept on one line: +3.026 %."""
-    if abs(deviation) < 5e-6:
-        return f"<0.001{FIXED_SPACE}%"
-    return f"{100 * deviation:+.3f}{FIXED_SPACE}%".replace("-", "−")
+    number = "<0.001" if abs(deviation) < 5e-6 else f"{100 * deviation:+.3f}".replace("-", "−")
+    return f"{number}\N{NO-BREAK SPACE}%"
 
 
-def _largest(rows: list[Row], column: str, reference: str, mode: int) -> str:
-    """The largest deviation of a column, and where it is."""
+def _largest(rows: list[Row], column: str, mode: int, reference: str = EXACT) -> str:
+    """The largest deviation of a column, with its δ and γ."""
     solved = [row for row in rows if column in row.frequencies]
     row = max(solved, key=lambda row: abs(row.deviation(column, mode, reference)))
     largest = percent(row.deviation(column, mode, reference))
     return f"{largest} at δ = {row.delta:g}, γ = {row.gamma:g}"
 
 
-def _successive(rows: list[Row]) -> list[tuple[Row, Row]]:
-    return [(a, b) for a, b in pairwise(rows) if a.delta == b.delta]
+def _successive(rows: list[Row]) -> list[tuple[Row, Row, int]]:
+    """Successive rows of one hub radius, and each mode."""
+    return [(a, b, mode) for a, b in pairwise(rows) if a.delta == b.delta for mode in MODES]
 
 
-def _except(exceptions: list[str]) -> str:
-    return f", except for {'; '.join(exceptions)}." if exceptions else ", without exception."
+def _verdict(subject: str, exceptions: list[str]) -> str:
+    rest = f"except for {'; '.join(exceptions)}." if exceptions else "without exception."
+    return f"True of {subject}, {rest}"
 
 
-class Statement(NamedTuple):
-    """A statement of the text about a table, shortened, and the check that answers it."""
-
-    text: str
-    check: Callable[..., str]  # (rows, *columns) -> the finding
-    columns: tuple[Any, ...]
+Check = Callable[[list[Row]], str]
 
 
 class Table(NamedTuple):
@@ -173,7 +167,7 @@ class Table(NamedTuple):
     gammas: tuple[float, ...]
     columns: tuple[str, ...]
     compared: str  # the models the paper compares its own with
-    statements: tuple[Statement, ...]
+    statements: dict[str, Check]  # of the text, shortened -> their check
     notes: tuple[str, ...]
 
     @property
@@ -191,9 +185,17 @@ def described(beam: Beam, names: tuple[str, ...]) -> str:
     return ", ".join(f"{PARAMETERS[name].symbol} = {getattr(beam, name):g}" for name in names)
 
 
+def frequencies_by_label(beam: Beam, modes: int, **options: Any) -> dict[str, float]:
+    """The lowest frequencies of a beam by label, with options of `solve`."""
+    solution = solve(beam, modes, **options)
+    return dict(zip(solution.labels, solution.frequencies.tolist(), strict=True))
+
+
 COMPARED = ("ancf", EXACT, "material", "foac", "linear")
-RISING = Statement("The frequencies rise with the speed.", rising, ("ancf",))
-DIVERGING = Statement("The deviation grows with the speed.", diverging, ("foac", "ancf"))
+RISING: dict[str, Check] = {"The frequencies rise with the speed.": rising}
+DIVERGING: dict[str, Check] = {"The deviation grows with the speed.": diverging}
+FOAC_DIFFERENCE = partial(largest_difference, pairs=(("foac", "ancf"), ("foac", "material")))
+LINEAR_DIFFERENCE = partial(largest_difference, pairs=(("linear", "foac"),))
 NO_SLENDERNESS = "The caption leaves the slenderness out; it is taken to be 70, as elsewhere."
 LONGER_ARM = (
     "At δ = 0 the longer arm of the load makes up for much of what the stretch takes from the"
@@ -209,14 +211,7 @@ TABLES = {
             tuple(range(11)),
             COMPARED,
             "references [30] and [13], which FOAC stands in for",
-            (
-                Statement(
-                    "The discrepancy is trivial for γ from 0 to 10.",
-                    largest_difference,
-                    (("foac", "ancf"), ("foac", "material")),
-                ),
-                RISING,
-            ),
+            {"The discrepancy is trivial for γ from 0 to 10.": FOAC_DIFFERENCE, **RISING},
             ("The text gives the speeds as 0 to 10; the steps of 1 are ours.",),
         ),
         Table(
@@ -226,7 +221,7 @@ TABLES = {
             (0, 1, 2, 3, 4, 5, 10, 20, 50),
             COMPARED,
             "reference [13], which FOAC stands in for",
-            (DIVERGING,),
+            DIVERGING,
             ("The text lists the speeds as values of μ; γ is meant, μ is 70.", LONGER_ARM),
         ),
         Table(
@@ -236,15 +231,9 @@ TABLES = {
             (2, 10, 20, 30, 40, 50),
             COMPARED,
             "references [29] and [31], which linear finite elements stand in for, and FOAC",
-            (
-                RISING,
-                DIVERGING,
-                Statement(
-                    "References [29], [31] and FOAC are nearly the same.",
-                    largest_difference,
-                    (("linear", "foac"),),
-                ),
-            ),
+            RISING
+            | DIVERGING
+            | {"References [29], [31] and FOAC are nearly the same.": LINEAR_DIFFERENCE},
             (NO_SLENDERNESS, LONGER_ARM),
         ),
         Table(
@@ -255,19 +244,11 @@ TABLES = {
             (*COMPARED, "hencky"),
             "FOAC and the nonlinear and linear models of ANSYS, which hencky strain and linear"
             " finite elements stand in for",
-            (
-                Statement(
-                    "FOAC and the linear model of ANSYS are nearly the same.",
-                    largest_difference,
-                    (("linear", "foac"),),
-                ),
-                Statement(
-                    "The nonlinear model of ANSYS diverges at γ = 40 and 50, so the paper's"
-                    " is more stable.",
-                    existence,
-                    ("hencky", "ancf"),
-                ),
-            ),
+            {
+                "FOAC and the linear model of ANSYS are nearly the same.": LINEAR_DIFFERENCE,
+                "The nonlinear model of ANSYS diverges at γ = 40 and 50, so the paper's is more"
+                " stable.": existence,
+            },
             (NO_SLENDERNESS,),
         ),
     )
@@ -276,21 +257,18 @@ TABLES = {
 
 def compute(table: Table) -> list[Row]:
     """All rows of a table."""
-    return [_row(table, delta, gamma) for delta, gamma in product(table.deltas, table.gammas)]
-
-
-def _row(table: Table, delta: float, gamma: float) -> Row:
-    beam = table.beam.replace(delta=delta, gamma=gamma)
-    row = Row(delta, gamma, {}, {})
-    for name in table.columns:
-        try:
-            solution = solve(beam, SOLVED_MODES, **COLUMNS[name].options)
-        except NoEquilibrium as error:
-            row.limits[name] = error.limit
-        else:
-            by_label = dict(zip(solution.labels, solution.frequencies.tolist(), strict=True))
-            row.frequencies[name] = by_label["B1"], by_label["B2"]
-    return row
+    rows = []
+    for delta, gamma in product(table.deltas, table.gammas):
+        rows.append(row := Row(delta, gamma, {}, {}))
+        beam = table.beam.replace(delta=delta, gamma=gamma)
+        for name in table.columns:
+            try:
+                found = frequencies_by_label(beam, SOLVED_MODES, **COLUMNS[name].options)
+            except NoEquilibrium as error:
+                row.limits[name] = error.limit
+            else:
+                row.frequencies[name] = found["B1"], found["B2"]
+    return rows
 
 
 def to_csv(table: Table, rows: list[Row]) -> str:
@@ -301,19 +279,12 @@ def to_csv(table: Table, rows: list[Row]) -> str:
     heading = ["delta", "gamma", "mode", *table.columns, *deviations, "largest_gamma"]
     lines = []
     for row, mode in product(rows, MODES):
-        frequencies = {name: f"{pair[mode]:.10g}" for name, pair in row.frequencies.items()}
-        solved = [name in row.frequencies for name in others]
-        lines.append(
-            [
-                *(f"{row.delta:g}", f"{row.gamma:g}", mode + 1),
-                *(frequencies.get(name, "") for name in table.columns),
-                *(
-                    f"{row.deviation(name, mode):.3e}" if there else ""
-                    for name, there in zip(others, solved, strict=True)
-                ),
-                " ".join(f"{name} {limit:.6f}" for name, limit in row.limits.items()),
-            ]
-        )
+        cells = {name: f"{pair[mode]:.10g}" for name, pair in row.frequencies.items()}
+        for name in row.frequencies:
+            cells[f"{name}_deviation"] = f"{row.deviation(name, mode):.3e}"
+        limits = " ".join(f"{name} {limit:.6f}" for name, limit in row.limits.items())
+        numbers = [cells.get(name, "") for name in heading[3:-1]]
+        lines.append([f"{row.delta:g}", f"{row.gamma:g}", mode + 1, *numbers, limits])
     return csv_text(heading, lines)
 
 
@@ -338,12 +309,11 @@ def to_markdown(table: Table, rows: list[Row]) -> str:
         ]
         parts += [f"## {OMEGAS[mode]}", markdown_table(heading, body)]
     causes = [
-        [COLUMNS[name].title, *(_largest(rows, name, EXACT, mode) for mode in MODES)]
-        + [COLUMNS[name].cause]
+        [COLUMNS[name].title, *(_largest(rows, name, mode) for mode in MODES), COLUMNS[name].cause]
         for name in table.columns
         if name != EXACT
     ]
-    findings = [[text, check(rows, *columns)] for text, check, columns in table.statements]
+    findings = [[text, check(rows)] for text, check in table.statements.items()]
     parts += [
         "## Largest deviations, and their causes",
         markdown_table(["column", *OMEGAS[:2], "cause"], causes),

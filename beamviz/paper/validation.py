@@ -6,14 +6,21 @@ Frequencies are in 1/T* unless another unit is named. A tolerance counts units o
 published; where it exceeds 1, a reason stands beside it.
 """
 
+from collections.abc import Callable, Sequence
 from functools import partial
 from math import pi
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from beamviz.beam import Beam
+from beamviz.errors import NoEquilibrium
+from beamviz.frequency_loci import loci
 from beamviz.output import markdown_table
-from beamviz.paper import claims
-from beamviz.paper.claims import Claim, Source
-from beamviz.paper.figures import NODES, printed_numbers
+from beamviz.paper.figures import NODES, PrintedNumber, decimals, printed_numbers
+from beamviz.paper.tables import described, frequencies_by_label
+from beamviz.plotting.style import OMEGAS
+from beamviz.solver import solve_many
 
 COMMAND = "python -m beamviz.paper.validation > assets/validation.md"
 FILE = "tests/paper/test_validation.py"
@@ -29,66 +36,171 @@ NOTE = (
     " to date, and another where a test it names does not exist."
 )
 
-LOOSE: dict[str, tuple[float, str]] = {
-    "1.59": (2, "likely a root that holds the length of r' too, which gives 1.584"),
-    "0.225": (2, "read off a curve; eq. 16 gives 0.2242"),
+TOLERANCE = 1e-10
+SOLVED_MODES = 7  # enough to contain four bending modes and a stretching mode
+LOOSE: dict[str, tuple[float, str]] = {  # by claim: tolerance in last digits, and its reason
+    "paper-fig8-1.59": (2, "likely a root that holds the length of r' too, which gives 1.584"),
+    "paper-fig11-0.225": (2, "read off a curve; eq. 16 gives 0.2242"),
+    "rigid-coriolis-50": (30, "slightly unconverged in the source"),
+    "coriolis-0": (100, "seven significant digits are claimed"),
+    "coriolis-1": (100, "seven significant digits are claimed"),
+    "cable": (5, "the limit itself is out of reach"),
 }
-# Frequencies omega_1 .. by gamma.
-UNIFORM_FLAPWISE = {
-    0: "3.516 22.035 61.697",
-    1: "3.682 22.181 61.842",
-    2: "4.137 22.615 62.273",
-    3: "4.797 23.320 62.985",
-    4: "5.585 24.273 63.967",
-    5: "6.450 25.446 65.205",
-    6: "7.360 26.809 66.684",
-    7: "8.300 28.334 68.386",
-    8: "9.257 29.995 70.293",
-    9: "10.226 31.771 72.387",
-    10: "11.202 33.640 74.649",
-    11: "12.184 35.589 77.064",
-    12: "13.170 37.603 79.615",
-}
-TIP_MASS_FLAPWISE = {
-    0: "1.557 16.25",
-    1: "1.902 16.76",
-    2: "2.670 18.19",
-    3: "3.582 20.35",
-    4: "4.543 23.03",
-    5: "5.522 26.04",
-    6: "6.509 29.29",
-    7: "7.501 32.70",
-    8: "8.495 36.21",
-    9: "9.490 39.80",
-    10: "10.49 43.45",
-    11: "11.48 47.14",
-    12: "12.48 50.86",
-}
+RIGID = 10000.0  # slenderness: the stretch, (gamma / mu)^2, is 1e-6 at most in the rigid tables
+
+
+class Claim(NamedTuple):
+    """Values from elsewhere, and the computation that must agree with them."""
+
+    name: str  # of the row and of its test
+    case: str
+    quantity: str
+    reference: str  # numbers as published, separated by spaces
+    compute: Callable[[], Sequence[float]]
+
+    @property
+    def tolerance(self) -> tuple[float, str]:
+        """In units of the last digit of the reference; the reason for more than 1."""
+        return LOOSE.get(self.name, (1, ""))
+
+    def check(self) -> tuple[list[str], float]:
+        """The values computed, rounded to one digit more than published, and the largest
+        difference in units of the last digit published."""
+        shown, differences = [], []
+        for reference, value in zip(self.reference.split(), self.compute(), strict=True):
+            places = decimals(reference)
+            shown.append(f"{value:.{places + 1}f}")
+            differences.append(abs(float(shown[-1]) - float(reference)) * 10**places)
+        return shown, round(max(differences), 1)
+
+
+class Source(NamedTuple):
+    """Claims from one source, and the tests that cover more than these."""
+
+    title: str
+    origin: str
+    claims: list[Claim]
+    tests: tuple[str, ...]
+
+
+def frequencies(beam: Beam, count: int, labels: str = "", **options: Any) -> list[float]:
+    """Frequencies of a beam by label, as "B1 S1", or the lowest; options of `solve`."""
+    found = frequencies_by_label(beam, SOLVED_MODES, **{"tolerance": TOLERANCE, **options})
+    return [found[label] for label in labels.split() or list(found)[:count]]
+
+
+def claim(
+    name: str, case: str, reference: str, beam: Beam, labels: str = "", **options: Any
+) -> Claim:
+    """The frequencies of a beam with these labels, or the lowest, as many as the reference has."""
+    count = len(reference.split())
+    compute = partial(frequencies, beam, count, labels, **options)
+    quantity = labels.replace(" ", ", ") or ", ".join(OMEGAS[:count])
+    return Claim(name, case, quantity, reference, compute)
+
+
+def flapwise(name: str, alpha: float, table: Sequence[str]) -> list[Claim]:
+    """Frequencies at gamma = 0, 1 .., without stretch; a row of the table for each mode."""
+    return [
+        claim(f"{name}-{g}", f"γ = {g}", " ".join(values), beam, plane="flapwise")
+        for g, values in enumerate(zip(*map(str.split, table), strict=True))
+        for beam in [Beam(alpha, gamma=g, mu=RIGID)]
+    ]
+
+
+def by_curvature(number: PrintedNumber, *curvatures: str) -> Callable[[], list[float]]:
+    """A printed number computed with some curvature measures."""
+    return lambda: [number.compute(curvature=name, tolerance=TOLERANCE) for name in curvatures]
+
+
+def equilibrium_limit(strain: str, delta: float) -> list[float]:
+    """The largest gamma with an equilibrium (alpha 0, mu 70)."""
+    answers = solve_many([Beam(gamma=140, delta=delta)], strain=strain)
+    return [answer.limit for answer in answers if isinstance(answer, NoEquilibrium)]
+
+
+def stability_limit(beam: Beam, start: float, method: str) -> list[float]:
+    """The gamma at which a beam becomes unstable, within 1 above `start`."""
+    found = loci(beam, "gamma", np.linspace(start, start + 1, 6), modes=1, method=method)
+    return [limit.start for limit in found.limits if limit.kind == "unstable"]
+
+
+def closest_approach(coriolis: bool = False) -> list[float]:
+    """The gamma at which S1 and B3 come closest (alpha = beta = 1), and their least gap."""
+    gammas = np.linspace(4, 5, 11)
+    event = loci(Beam(alpha=1), "gamma", gammas, coriolis=coriolis, tolerance=TOLERANCE).events[0]
+    return [event.at, event.gap]
+
+
+veering = partial(closest_approach, coriolis=True)
+
+
+def cable() -> list[float]:
+    """omega_k / gamma for vanishing bending stiffness, extrapolated in 1 / gamma from 50, 100 and
+    200: the remainder is of order 1 / gamma^3."""
+    ratios = [
+        np.array(frequencies(Beam(gamma=gamma, mu=RIGID), 4, plane="flapwise")) / gamma
+        for gamma in (50, 100, 200)
+    ]
+    return ((ratios[0] - 6 * ratios[1] + 8 * ratios[2]) / 3).tolist()
+
+
+def tube() -> list[float]:
+    """Frequencies [Hz] of a steel tube with a mass at its tip."""
+    beam = Beam.from_si(
+        length=10.0,
+        density=7800.0,
+        area=pi / 4 * (0.35**2 - 0.32**2),
+        second_moment=pi / 64 * (0.35**4 - 0.32**4),
+        youngs_modulus=2.1e11,
+        mass=1000.0,
+    )
+    assert beam.units is not None
+    return beam.units.hertz(np.array(frequencies(beam, 5, "B1 B2 B3 S1 B4"))).tolist()
+
+
+def ancf_excess() -> list[float]:
+    """Error [%] of omega_1 of the paper's elements in a bending layer thinner than these."""
+    (ancf,), (exact,) = frequencies(FAST, 1, method="ancf"), frequencies(FAST, 1)
+    return [100 * (ancf / exact - 1)]
+
+
+# omega_1 .. in rows, at gamma = 0, 1 .. 12.
+UNIFORM_FLAPWISE = (
+    "3.516 3.682 4.137 4.797 5.585 6.450 7.360 8.300 9.257 10.226 11.202 12.184 13.170",
+    "22.035 22.181 22.615 23.320 24.273 25.446 26.809 28.334 29.995 31.771 33.640 35.589 37.603",
+    "61.697 61.842 62.273 62.985 63.967 65.205 66.684 68.386 70.293 72.387 74.649 77.064 79.615",
+)
+TIP_MASS_FLAPWISE = (
+    "1.557 1.902 2.670 3.582 4.543 5.522 6.509 7.501 8.495 9.490 10.49 11.48 12.48",
+    "16.25 16.76 18.19 20.35 23.03 26.04 29.29 32.70 36.21 39.80 43.45 47.14 50.86",
+)
 RIGID_CORIOLIS = {2: "3.6195", 4: "3.888", 6: "4.2393", 8: "4.6105", 10: "4.97", 50: "7.3362"}
+FOAC_CORIOLIS: dict[str, Any] = {"method": "foac", "coriolis": True}
 TIP_MASS_AT_REST = "1.557298 16.25009 50.89584 105.1983 179.2320"  # alpha = beta = 1, omega_1 .. 5
 STEEL_TUBE = "1.6554 16.0711 50.0235 76.4706 103.1995"  # [Hz] B1, B2, B3, S1, B4
-# By alpha, beta, gamma, delta: B1 .. B4 and S1 (chordwise, green, spatial, mu 70); with Coriolis.
-STRETCHED: dict[tuple[float, float, float, float], str] = {
-    (0, 1, 0, 0): "3.5160153 22.0344916 61.6972144 120.9019161 109.9557429",
-    (1, 0.5, 10, 0): "4.3905981 22.0954901 78.3525694 111.1520304 76.8632663",
-    (1, 0.3, 50, 1): "55.7060158 124.7611423 234.4764718 380.8273268 154.1656016",
-    (0, 1, 50, 1): "52.942507 172.905287 286.071455 408.016404 161.527165",
+# By beam: B1 .. B4 and S1 (chordwise, green, spatial, mu 70); with Coriolis.
+STRETCHED = {
+    Beam(0, 1, 0, 0): "3.5160153 22.0344916 61.6972144 120.9019161 109.9557429",
+    Beam(1, 0.5, 10, 0): "4.3905981 22.0954901 78.3525694 111.1520304 76.8632663",
+    Beam(1, 0.3, 50, 1): "55.7060158 124.7611423 234.4764718 380.8273268 154.1656016",
+    Beam(0, 1, 50, 1): "52.942507 172.905287 286.071455 408.016404 161.527165",
 }
-STRETCHED_CORIOLIS: dict[tuple[float, float, float, float], str] = {
-    (1, 0.5, 10, 0): "4.2560380 21.9918226 78.2173207 79.5184410 111.0672016",
-    (1, 0.3, 50, 1): "46.205059 117.208910 186.820598",
+STRETCHED_CORIOLIS = {
+    Beam(1, 0.5, 10, 0): "4.2560380 21.9918226 78.2173207 79.5184410 111.0672016",
+    Beam(1, 0.3, 50, 1): "46.205059 117.208910 186.820598",
 }
 # The largest gamma with an equilibrium (alpha 0, mu 70), by strain law and delta.
-LIMITS = {
-    ("biot", 0): f"{35 * pi:.6f}",
-    ("biot", 5): f"{35 * pi:.6f}",
-    ("hencky", 0): "45.420",
-    ("hencky", 1): "31.4887",
-}
+BIOT = f"{35 * pi:.6f}"
+LIMITS = {("biot", 0): BIOT, ("biot", 5): BIOT, ("hencky", 0): "45.420", ("hencky", 1): "31.4887"}
+FAST, INNER_MASS = Beam(gamma=50, delta=1), Beam(alpha=1, beta=0.5, gamma=10)
+INWARD, INWARD_RIGID = Beam(delta=-1), Beam(delta=-1, mu=RIGID)
+MASS_AT_NODE = Beam(alpha=1, beta=float(NODES[0].at))
 # S1 of the paper's elements beside a mass (alpha 1, beta 0.5, gamma 10), by number of elements.
 SHARED_GRADIENT = {10: "77.005312", 20: "76.934327", 40: "76.898804", 80: "76.881037"}
 
-PUBLISHED = "tests/solver/test_published.py"
+NUMBERS = ("alpha", "beta", "gamma", "delta")
+TEST = "tests/solver/test_"
 SOURCES = (
     Source(
         "The paper",
@@ -96,61 +208,67 @@ SOURCES = (
         " which fits them best (`beamviz reproduce numbers` shows both).",
         [
             *(
-                claims.printed_number(number, *LOOSE.get(number.printed, ()))
+                Claim(
+                    f"paper-{number.figure}-{number.printed}",
+                    f"figure {number.figure[3:]}",
+                    number.quantity,
+                    number.printed,
+                    by_curvature(number, "material"),
+                )
                 for number in printed_numbers()
                 if number.kind in ("crossing", "node")
             ),
-            claims.by_label(
-                "constant-2",
-                "figure 18, a mass α = 1 at the node",
-                "B2",
-                "22.0345",
-                Beam(alpha=1, beta=float(NODES[0].at)),
-            ),
-            claims.by_label(
-                "constant-3", "figure 16, its 20 elements", "B3", "61.6982", Beam(), method="ancf"
-            ),
+            claim("fig18", "figure 18, a mass α = 1 at the node", "22.0345", MASS_AT_NODE, "B2"),
+            claim("fig16", "figure 16, its 20 elements", "61.6982", Beam(), "B3", method="ancf"),
         ],
         (
-            f"{PUBLISHED}::test_a_mass_at_a_node_changes_nothing",
-            "tests/solver/test_ancf.py::test_force_of_the_paper",
-            "tests/solver/test_ancf.py::test_tangent_of_the_paper",
+            f"{TEST}published.py::test_a_mass_at_a_node_changes_nothing",
+            f"{TEST}ancf.py::test_force_of_the_paper",
+            f"{TEST}ancf.py::test_tangent_of_the_paper",
         ),
     ),
     Source(
         "Crossings of loci",
         "Located independently of this project (green strain, μ = 70).",
-        [claims.located_crossing(row) for row in printed_numbers() if row.kind == "crossing"],
+        [
+            Claim(
+                f"crossing-{number.figure}-{number.printed}",
+                f"figure {number.figure[3:]}",
+                f"{number.quantity} (material, spatial)",
+                number.located,
+                by_curvature(number, "material", "spatial"),
+            )
+            for number in printed_numbers()
+            if number.kind == "crossing"
+        ],
         ("tests/oracle/test_oracle.py::test_crossings_of_the_loci",),
     ),
     Source(
         "A uniform beam, flapwise",
         "Wright, Smith, Thresher & Wang, J. Appl. Mech. 49 (1982), as quoted by Bir (2009, 2010);"
         " α = 0, δ = 0; no stretch (μ = 10000).",
-        claims.flapwise("uniform", 0, UNIFORM_FLAPWISE),
-        ("tests/solver/test_series.py::test_uniform_beam_flapwise",),
+        flapwise("uniform", 0, UNIFORM_FLAPWISE),
+        (f"{TEST}series.py::test_uniform_beam_flapwise",),
     ),
     Source(
         "A beam with a tip mass, flapwise",
         "The same source; α = β = 1, δ = 0, μ = 10000.",
-        claims.flapwise("tip-mass", 1, TIP_MASS_FLAPWISE),
-        ("tests/solver/test_series.py::test_tip_mass_flapwise",),
+        flapwise("tip-mass", 1, TIP_MASS_FLAPWISE),
+        (f"{TEST}series.py::test_tip_mass_flapwise",),
     ),
     Source(
         "At rest",
         "Math. Probl. Eng. 2017/1568019, table 1 (bending); ω = μz with z tan z = 1/α (stretching,"
         " μ = 70); VPCS, test SDLL15, as recomputed (a steel tube with a tip mass).",
         [
-            claims.lowest(
-                "tip-mass-at-rest", "α = β = 1", TIP_MASS_AT_REST, Beam(alpha=1, mu=claims.RIGID)
-            ),
-            claims.by_label("stretching-0", "α = 0", "S1", "109.9557", Beam()),
-            claims.by_label("stretching-1", "α = 1", "S1", "60.2234", Beam(alpha=1)),
-            Claim("tube", "steel tube", "B1, B2, B3, S1, B4 [Hz]", STEEL_TUBE, claims.tube),
+            claim("tip-mass-at-rest", "α = β = 1", TIP_MASS_AT_REST, Beam(alpha=1, mu=RIGID)),
+            claim("stretching-0", "α = 0", "109.9557", Beam(), "S1"),
+            claim("stretching-1", "α = 1", "60.2234", Beam(alpha=1), "S1"),
+            Claim("tube", "steel tube", "B1, B2, B3, S1, B4 [Hz]", STEEL_TUBE, tube),
         ],
         (
-            f"{PUBLISHED}::test_tip_mass_at_rest_in_closed_form",
-            f"{PUBLISHED}::test_stretching_at_rest_in_closed_form",
+            f"{TEST}published.py::test_tip_mass_at_rest_in_closed_form",
+            f"{TEST}published.py::test_stretching_at_rest_in_closed_form",
         ),
     ),
     Source(
@@ -160,74 +278,41 @@ SOURCES = (
         " (α = β = 1) and the frequencies below them: independent of this project.",
         [
             *(
-                claims.lowest(
-                    f"rigid-coriolis-{gamma}",
-                    f"foac, γ = {gamma}",
-                    value,
-                    Beam(gamma=gamma),
-                    tolerance=(30, "slightly unconverged in the source") if gamma == 50 else (),
-                    method="foac",
-                    coriolis=True,
+                claim(
+                    f"rigid-coriolis-{g}", f"foac, γ = {g}", value, Beam(gamma=g), **FOAC_CORIOLIS
                 )
-                for gamma, value in RIGID_CORIOLIS.items()
+                for g, value in RIGID_CORIOLIS.items()
             ),
-            Claim(
-                "crossing", "Coriolis off", "γ and gap", "4.4641 0.0000", claims.closest_approach
-            ),
-            Claim(
-                "veering",
-                "Coriolis on",
-                "γ and least gap",
-                "4.650 0.241",
-                partial(claims.closest_approach, coriolis=True),
-            ),
+            Claim("crossing", "Coriolis off", "γ and gap", "4.4641 0.0000", closest_approach),
+            Claim("veering", "Coriolis on", "γ and least gap", "4.650 0.241", veering),
             *(
-                claims.lowest(
-                    f"coriolis-{k}",
-                    claims.described(*beam),
-                    values,
-                    Beam(*beam),
-                    tolerance=(100, "seven significant digits are claimed"),
-                    coriolis=True,
-                )
+                claim(f"coriolis-{k}", described(beam, NUMBERS), values, beam, coriolis=True)
                 for k, (beam, values) in enumerate(STRETCHED_CORIOLIS.items())
             ),
         ],
         (
-            f"{PUBLISHED}::test_coriolis_turns_a_crossing_into_a_veering",
-            "tests/solver/test_solve.py::test_coriolis_vanishes_with_the_speed",
-            "tests/solver/test_against_oracle.py::test_random_beams_with_coriolis",
+            f"{TEST}published.py::test_coriolis_turns_a_crossing_into_a_veering",
+            f"{TEST}solve.py::test_coriolis_vanishes_with_the_speed",
+            f"{TEST}against_oracle.py::test_random_beams_with_coriolis",
         ),
     ),
     Source(
         "Stretched beams",
         "Computed independently of this project, at least seven digits (green, spatial, μ = 70).",
         [
-            claims.by_label(
-                f"stretched-{k}", claims.described(*beam), "B1 B2 B3 B4 S1", values, Beam(*beam)
-            )
+            claim(f"stretched-{k}", described(beam, NUMBERS), values, beam, "B1 B2 B3 B4 S1")
             for k, (beam, values) in enumerate(STRETCHED.items())
         ],
         (
-            "tests/solver/test_against_oracle.py::test_random_beams",
-            "tests/solver/test_against_oracle.py::test_random_beams_of_other_strain_laws",
+            f"{TEST}against_oracle.py::test_random_beams",
+            f"{TEST}against_oracle.py::test_random_beams_of_other_strain_laws",
         ),
     ),
     Source(
         "A spinning cable",
         "ω → γ √(k (2k − 1)) flapwise as bending stiffness vanishes (δ = 0), extrapolated from"
         " γ = 50, 100, 200.",
-        [
-            Claim(
-                "cable",
-                "EI → 0",
-                "ω/γ, k = 1 .. 4",
-                "1.00 2.45 3.87 5.29",
-                claims.cable,
-                5,
-                "the limit itself is out of reach",
-            ),
-        ],
+        [Claim("cable", "EI → 0", "ω/γ, k = 1 .. 4", "1.00 2.45 3.87 5.29", cable)],
         ("tests/oracle/test_oracle.py::test_spinning_cable",),
     ),
     Source(
@@ -240,11 +325,11 @@ SOURCES = (
                 f"{strain}, δ = {delta}",
                 "γ",
                 value,
-                partial(claims.equilibrium_limit, strain, delta),
+                partial(equilibrium_limit, strain, delta),
             )
             for (strain, delta), value in LIMITS.items()
         ],
-        ("tests/solver/test_fem.py::test_hencky_limit",),
+        (f"{TEST}fem.py::test_hencky_limit",),
     ),
     Source(
         "Where stability ends",
@@ -252,30 +337,17 @@ SOURCES = (
         " shortening at μ = 70, 2.996. Without tension (`zoac`): ω₁ at rest, the paradox of Kane,"
         " Ryan & Banerjee (1987).",
         [
-            Claim(
-                name,
-                case,
-                "γ",
-                value,
-                partial(claims.stability_limit, beam, start, start + 1, method=method),
-            )
+            Claim(name, case, "γ", value, partial(stability_limit, beam, start, method))
             for name, case, value, beam, start, method in (
-                (
-                    "buckling-rigid",
-                    "inward, no stretch",
-                    "2.994",
-                    Beam(delta=-1, mu=claims.RIGID),
-                    2.5,
-                    "auto",
-                ),
-                ("buckling", "inward, μ = 70", "2.996", Beam(delta=-1), 2.5, "auto"),
+                ("buckling-rigid", "inward, no stretch", "2.994", INWARD_RIGID, 2.5, "auto"),
+                ("buckling", "inward, μ = 70", "2.996", INWARD, 2.5, "auto"),
                 ("paradox", "zoac", "3.516", Beam(), 3, "zoac"),
             )
         ],
         (
-            "tests/solver/test_fem.py::test_buckling_speed",
-            f"{PUBLISHED}::test_inward_beam_buckles",
-            "tests/solver/test_solve.py::test_coriolis_does_not_move_the_point_of_buckling",
+            f"{TEST}fem.py::test_buckling_speed",
+            f"{TEST}published.py::test_inward_beam_buckles",
+            f"{TEST}solve.py::test_coriolis_does_not_move_the_point_of_buckling",
         ),
     ),
     Source(
@@ -284,27 +356,15 @@ SOURCES = (
         " elements in a bending layer and beside an inner mass (α = 1, β = 0.5, γ = 10, where the"
         " exact answer is 76.86327).",
         [
-            claims.lowest(
-                "rigid-tension",
-                "foac, δ = 1, γ = 50 (exact 52.94)",
-                "61.59",
-                Beam(gamma=50, delta=1),
-                method="foac",
-            ),
-            Claim(
-                "bending-layer",
-                "20 elements, δ = 1, γ = 50",
-                "ω₁ too high by [%]",
-                "0.18",
-                claims.ancf_excess,
-            ),
+            claim("foac", "foac, δ = 1, γ = 50 (exact 52.94)", "61.59", FAST, method="foac"),
+            Claim("layer", "20 elements, δ = 1, γ = 50", "ω₁ too high by [%]", "0.18", ancf_excess),
             *(
-                claims.by_label(
+                claim(
                     f"shared-gradient-{count}",
                     f"{count} elements beside a mass",
-                    "S1",
                     value,
-                    Beam(alpha=1, beta=0.5, gamma=10),
+                    INNER_MASS,
+                    "S1",
                     method="ancf",
                     elements=count,
                 )
@@ -312,8 +372,8 @@ SOURCES = (
             ),
         ],
         (
-            "tests/solver/test_fem.py::test_finite_elements_converge_as_declared",
-            "tests/solver/test_convergence.py::test_the_default_converges_exponentially",
+            f"{TEST}fem.py::test_finite_elements_converge_as_declared",
+            f"{TEST}convergence.py::test_the_default_converges_exponentially",
         ),
     ),
 )
@@ -324,19 +384,16 @@ def page() -> str:
     heading = ("case", "quantity", "reference", "found", "off by", "allowed", "test")
     parts = ["# Validation", SUMMARY, NOTE]
     for source in SOURCES:
-        rows = [_cells(claim) for claim in source.claims]
-        tests = ", ".join(f"`{test}`" for test in source.tests)
+        rows = []
+        for row in source.claims:
+            shown, off = row.check()
+            digits, reason = row.tolerance
+            cells = [row.case, row.quantity, row.reference.replace(" ", ", "), ", ".join(shown)]
+            cells += [f"{off:.1f}", f"{digits:g} ({reason})" if reason else f"{digits:g}"]
+            rows.append([*cells, f"`test_claim[{row.name}]`"])
         parts += [f"## {source.title}", source.origin, markdown_table(heading, rows)]
-        parts.append(f"Also held by {tests}.")
+        parts.append(f"Also held by {', '.join(f'`{test}`' for test in source.tests)}.")
     return "\n\n".join(parts) + "\n"
-
-
-def _cells(claim: Claim) -> list[str]:
-    shown, off = claim.check()
-    allowed = f"{claim.digits:g}" + (f" ({claim.reason})" if claim.reason else "")
-    values = [", ".join(numbers) for numbers in (claim.reference.split(), shown)]
-    test = f"`test_claim[{claim.name}]`"
-    return [claim.case, claim.quantity, *values, f"{off:.1f}", allowed, test]
 
 
 if __name__ == "__main__":

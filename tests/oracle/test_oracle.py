@@ -143,21 +143,19 @@ def test_spinning_cable():
     assert limit[0] == pytest.approx(1, abs=1e-5)
 
 
-@pytest.mark.parametrize("row", INDEPENDENT, ids=str)
-def test_independent_values(row):
+@pytest.mark.parametrize(("beam", "values"), INDEPENDENT, ids=str)
+def test_independent_values(beam, values):
     """Values computed independently of this project, to seven digits."""
-    alpha, beta, gamma, delta, bending, stretching = row
-    spectrum = Spectrum(Beam(alpha, beta, gamma, delta, 70), "green", "spatial", FINE[0])
-    assert np.sqrt(spectrum.bending(4)) == pytest.approx(bending, rel=1e-7)
-    assert np.sqrt(spectrum.stretching(1)[0]) == pytest.approx(stretching, rel=1e-7)
+    spectrum = Spectrum(beam, "green", "spatial", FINE[0])
+    squares = [*spectrum.bending(4), spectrum.stretching(1)[0]]
+    assert np.sqrt(squares) == pytest.approx(values, rel=1e-7)
 
 
-@pytest.mark.parametrize("row", INDEPENDENT_CORIOLIS, ids=str)
-def test_independent_values_with_coriolis(row):
+@pytest.mark.parametrize(("beam", "values"), INDEPENDENT_CORIOLIS, ids=str)
+def test_independent_values_with_coriolis(beam, values):
     """Values computed independently of this project, to seven digits."""
-    alpha, beta, gamma, delta, published = row
-    found = truth(Beam(alpha, beta, gamma, delta, 70), len(published), coriolis=True).frequencies
-    assert found == pytest.approx(published, rel=1e-7)
+    found = truth(beam, len(values), coriolis=True).frequencies
+    assert found == pytest.approx(values, rel=1e-7)
 
 
 @pytest.mark.parametrize("row", CROSSINGS, ids=str)

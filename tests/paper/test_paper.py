@@ -26,33 +26,12 @@ LOCI = [figure for figure in FIGURES.values() if isinstance(figure, LociFigure)]
 CROSSINGS = [(figure, crossing) for figure in LOCI for crossing in figure.crossings]
 
 # figure, printed number, the models within a unit of its last digit.
-FITS = [
-    ("fig5", "9.2", "material"),
-    ("fig6", "6.6", "material"),
-    ("fig6", "17.3", "material"),
-    ("fig7", "4.4", "both"),
-    ("fig7", "16.2", "material"),
-    ("fig8", "1.59", "neither"),
-    ("fig9", "0.92", "both"),
-    ("fig10", "0.48", "both"),
-    ("fig10", "1.74", "material"),
-    ("fig11", "0.09", "both"),
-    ("fig11", "0.225", "spatial"),
-    ("fig14", "4", "both"),
-    ("fig15", "3", "both"),
-    ("fig16", "22.0345", "both"),
-    ("fig16", "61.6982", "20 elements"),
-    ("fig17", "0.78344", "both"),
-    ("fig18", "22.0345", "both"),
-    ("fig19", "0.50355", "both"),
-    ("fig19", "0.86768", "both"),
-]
-
-
-@pytest.fixture(scope="module")
-def found():
-    """Every printed number beside what is found."""
-    return list(printed_numbers())
+FITS = """
+fig5 9.2 material, fig6 6.6 material, fig6 17.3 material, fig7 4.4 both, fig7 16.2 material,
+fig8 1.59 neither, fig9 0.92 both, fig10 0.48 both, fig10 1.74 material, fig11 0.09 both,
+fig11 0.225 spatial, fig14 4 both, fig15 3 both, fig16 22.0345 both, fig16 61.6982 20 elements,
+fig17 0.78344 both, fig18 22.0345 both, fig19 0.50355 both, fig19 0.86768 both
+"""
 
 
 @pytest.fixture(scope="module")
@@ -61,15 +40,21 @@ def computed():
     return {name: tables.compute(table) for name, table in TABLES.items()}
 
 
-def test_every_table_and_figure_is_there():
+@pytest.fixture(scope="module")
+def pages(computed):
+    """The page of every table."""
+    return {name: tables.to_markdown(TABLES[name], rows) for name, rows in computed.items()}
+
+
+def test_tables_and_figures_are_complete():
     """Tables 1 to 4 and figures 4 to 19, in order."""
     assert list(TABLES) == [f"table{k}" for k in range(1, 5)]
     assert list(FIGURES) == [f"fig{k}" for k in range(4, 20)]
-    assert all(scene.name == name for name, scene in {**TABLES, **FIGURES}.items())
+    assert all(one.name == name for name, one in {**TABLES, **FIGURES}.items())
 
 
-def test_captions_name_what_is_held_fixed():
-    """A caption gives the paper's parameters, and none of what is varied."""
+def test_captions_name_the_fixed_parameters():
+    """A caption gives the paper's parameters, and none that varies."""
     assert "β = 0.5, δ = 0, μ = 70" in FIGURES["fig5"].caption
     assert "γ" not in FIGURES["fig5"].caption
     assert FIGURES["fig11"].caption == (
@@ -79,29 +64,26 @@ def test_captions_name_what_is_held_fixed():
     assert FIGURES["fig12"].caption.startswith("First mode shape (β = 1")
 
 
-def test_which_model_fits_each_printed_number(found):
-    """Nine of eleven crossings fit the material measure, five the spatial one of eq. 16."""
-    assert [(row.figure, row.printed, row.fits) for row in found] == FITS
+def test_the_models_that_fit_each_printed_number():
+    """Nine of eleven crossings fit the material measure, five the spatial one of eq. 16; a model
+    fits where it is within a unit of the last printed digit."""
+    found = list(printed_numbers())
+    fits = [f"{row.figure} {row.printed} {row.fits}" for row in found]
+    assert fits == FITS.strip().replace(",\n", ", ").split(", ")
     page = to_markdown(found)
     assert "Of the 11 crossings the material measure fits 9, the spatial one" in page
     assert "fits 5" in page
-
-
-def test_fits_are_within_a_unit_of_the_last_digit(found):
-    """A model is named exactly where it is that near."""
     for row in found:
-        off = {name: abs(value - float(row.printed)) for name, value in row.values.items()}
-        near = {name for name in ("material", "spatial") if off[name] <= last_digit(row.printed)}
-        assert (row.fits == "both") == (near == {"material", "spatial"})
-        if row.fits in MODELS:
-            assert near == {row.fits}
-
-
-def test_numbers_to_csv(found):
-    """One line for each number, with all its models."""
+        close = {
+            name
+            for name in ("material", "spatial")
+            if abs(row.values[name] - float(row.printed)) <= last_digit(row.printed)
+        }
+        assert (row.fits == "both") == (close == {"material", "spatial"})
+        assert row.fits not in MODELS or close == {row.fits}
     lines = to_csv(found).splitlines()
     assert lines[0].startswith("figure,quantity,paper,material,spatial,material_20,spatial_20,fits")
-    assert len(lines) == 1 + len(FITS)
+    assert len(lines) == 1 + len(found)
 
 
 @pytest.mark.parametrize(
@@ -133,13 +115,12 @@ def test_figures_cross_where_the_numbers_say(figure):
 def test_a_held_root_explains_1_59():
     """With u'(0) = 0 held too, 20 cubic elements put the crossing of figure 8 at alpha = 1.584."""
 
-    def apart(alpha, held):
+    def gap(alpha, held):
         solution = solve(Beam(alpha=alpha), 5, method="ancf", elements=20)
-        bending = solution.frequencies[solution.labels.index("B3")]
-        return bar(alpha, held) - bending
+        return bar(alpha, held) - solution.frequencies[solution.labels.index("B3")]
 
-    assert brentq(apart, 1.4, 1.7, args=(False,)) == pytest.approx(1.5702, abs=5e-5)
-    assert brentq(apart, 1.4, 1.7, args=(True,)) == pytest.approx(1.584, abs=5e-4)
+    assert brentq(gap, 1.4, 1.7, args=(False,)) == pytest.approx(1.5702, abs=5e-5)
+    assert brentq(gap, 1.4, 1.7, args=(True,)) == pytest.approx(1.584, abs=5e-4)
 
 
 def bar(alpha, held, mu=70.0, elements=20):
@@ -157,55 +138,40 @@ def bar(alpha, held, mu=70.0, elements=20):
     return np.sqrt(eigh(K[np.ix_(free, free)], M[np.ix_(free, free)], eigvals_only=True)[0])
 
 
-# ---------------------------------------------------------------------------------------------
-# Tables
-
-
-def test_rows_are_solves(computed):
-    """Every column is what solve() finds for its beam."""
+def test_columns_are_solves(computed):
+    """Every column is the answer of solve() for its beam."""
     table, row = TABLES["table2"], computed["table2"][-1]
     beam = table.beam.replace(delta=row.delta, gamma=row.gamma)
     assert (row.delta, row.gamma) == (1, 50)
     for name in table.columns:
-        solution = solve(beam, 6, **tables.COLUMNS[name].options)
-        first, second = (solution.labels.index(label) for label in ("B1", "B2"))
-        assert row.frequencies[name] == tuple(solution.frequencies[[first, second]])
+        found = bending(solve(beam, 6, **tables.COLUMNS[name].options))
+        assert row.frequencies[name] == tuple(found)
     assert row.deviation("foac", 0) == pytest.approx(53.46691 / 39.74517 - 1, abs=1e-5)
 
 
-def test_hencky_ends_where_the_nonlinear_model_of_ansys_diverges(computed):
+def test_hencky_ends_where_the_nonlinear_model_of_ansys_diverges(computed, pages):
     """At gamma 40 and 50 with delta 1 a hencky beam has no equilibrium; at 30 it still has."""
-    rows = computed["table4"]
+    rows, page = computed["table4"], pages["table4"]
     assert [row.gamma for row in rows if "hencky" in row.limits] == [40, 50]
     assert {round(row.limits["hencky"], 4) for row in rows if row.limits} == {31.4887}
-    page = tables.to_markdown(TABLES["table4"], rows)
     assert page.count("no equilibrium beyond γ = 31.4887") == 4
     assert "no equilibrium at γ = 40 and 50, nor anywhere beyond γ = 31.4887" in page
     last = tables.to_csv(TABLES["table4"], rows).splitlines()[-1].split(",")
-    assert last[-1] == "hencky 31.488726"
-    assert last[8] == ""
+    assert (last[-1], last[8]) == ("hencky 31.488726", "")
 
 
-@pytest.mark.parametrize("name", TABLES)
-def test_a_page_says_that_the_body_of_the_table_is_missing(name, computed):
-    """Nobody takes our numbers for the paper's."""
-    page = tables.to_markdown(TABLES[name], computed[name])
-    assert "**The body of the paper's table is not available to this project.**" in page
-    assert all(tables.COLUMNS[column].title in page for column in TABLES[name].columns)
-
-
-def test_statements_about_the_tables(computed):
-    """Where the text holds and where it does not."""
-    pages = {name: tables.to_markdown(TABLES[name], rows) for name, rows in computed.items()}
-    assert (
-        "| The frequencies rise with the speed. | True of ANCF, 20 elements, without"
-        in (pages["table1"])
-    )
-    assert "FOAC against ANCF, 20 elements: ω₁ +3.019\u00a0% at δ = 0, γ = 10" in pages["table1"]
-    assert (
-        "except for ω₂ at δ = 0: +0.639\u00a0% at γ = 20 but +0.220\u00a0% at 30" in pages["table3"]
-    )
-    assert "linear, 20 elements against FOAC: ω₁ +0.049\u00a0% at δ = 1, γ = 50" in pages["table4"]
+def test_pages_of_the_tables(pages):
+    """Where the text holds and where it does not; our numbers are not taken for the paper's."""
+    for name, page in pages.items():
+        assert "**The body of the paper's table is not available to this project.**" in page
+        assert all(tables.COLUMNS[column].title in page for column in TABLES[name].columns)
+    for name, finding in (
+        ("table1", "| The frequencies rise with the speed. | True of ANCF, 20 elements, without"),
+        ("table1", "FOAC against ANCF, 20 elements: ω₁ +3.019\u00a0% at δ = 0, γ = 10"),
+        ("table3", "except for ω₂ at δ = 0: +0.639\u00a0% at γ = 20 but +0.220\u00a0% at 30"),
+        ("table4", "linear, 20 elements against FOAC: ω₁ +0.049\u00a0% at δ = 1, γ = 50"),
+    ):
+        assert finding in pages[name]
 
 
 def test_exceptions_are_found():
@@ -214,29 +180,19 @@ def test_exceptions_are_found():
         tables.Row(0, gamma, {"ancf": (first, 1.0 + gamma), "foac": (2.0, 9.0)}, {})
         for gamma, first in ((1, 1.0), (2, 0.5), (3, 0.6))
     ]
-    rise = tables.rising(rows, "ancf")
-    assert rise == "True of ANCF, 20 elements, except for ω₁ at δ = 0, γ = 1 .. 2."
-    growing = tables.diverging(rows, "foac", "ancf")
-    assert "ω₁ at δ = 0: +300.000\u00a0% at γ = 2 but +233.333\u00a0% at 3" in growing
-    largest = tables.largest_difference(rows, ("foac", "ancf"))
+    rise = "True of ANCF, 20 elements, except for ω₁ at δ = 0, γ = 1 .. 2."
+    assert tables.rising(rows) == rise
+    growth = "ω₁ at δ = 0: +300.000\u00a0% at γ = 2 but +233.333\u00a0% at 3"
+    assert growth in tables.diverging(rows)
+    largest = tables.largest_difference(rows, (("foac", "ancf"),))
     assert "ω₁ +300.000\u00a0% at δ = 0, γ = 2" in largest
-
-
-# ---------------------------------------------------------------------------------------------
-# The causes given for deviations
 
 
 def deviation(column, mu=70.0, gamma=10.0, **options):
     """Relative deviations of the lowest two bending frequencies of a column from exact ones."""
     beam = Beam(gamma=gamma, delta=1, mu=mu)
-    exact, other = (
-        bending(solve(beam, 6, **settings))
-        for settings in (
-            tables.COLUMNS["exact"].options,
-            {**tables.COLUMNS[column].options, **options},
-        )
-    )
-    return other / exact - 1
+    exact = bending(solve(beam, 6, **tables.COLUMNS["exact"].options))
+    return bending(solve(beam, 6, **tables.COLUMNS[column].options | options)) / exact - 1
 
 
 def bending(solution):
@@ -254,17 +210,17 @@ def test_models_differ_by_the_stretch(column):
 
 
 def test_linear_elements_converge_to_foac():
-    """What is left between linear finite elements and FOAC is their error, of order 4."""
-    left = [abs(deviation("linear", elements=n) - deviation("foac")) for n in (20, 40)]
-    assert np.all(left[1] < left[0] / 12)
+    """The difference of linear finite elements and FOAC is their error, of order 4."""
+    errors = [abs(deviation("linear", elements=n) - deviation("foac")) for n in (20, 40)]
+    assert np.all(errors[1] < errors[0] / 12)
 
 
 def test_the_paper_s_elements_fail_in_thin_layers():
     """Their error grows with the tension, and falls with order 4 once they resolve the layers."""
     slow, fast = (abs(deviation("ancf", gamma=gamma)) for gamma in (10, 50))
     assert np.all(fast > 20 * slow)
-    fine, finer = (abs(deviation("ancf", gamma=50, elements=n)) for n in (80, 160))
-    assert np.all(finer < fine / 12)
+    coarse, fine = (abs(deviation("ancf", gamma=50, elements=n)) for n in (80, 160))
+    assert np.all(fine < coarse / 12)
 
 
 def test_the_curvature_measures_agree_at_rest():
@@ -274,10 +230,6 @@ def test_the_curvature_measures_agree_at_rest():
         for name in ("spatial", "material")
     )
     assert spatial == pytest.approx(material, rel=1e-9)
-
-
-# ---------------------------------------------------------------------------------------------
-# Shapes
 
 
 def test_the_mode_shift():
@@ -291,13 +243,10 @@ def test_the_mode_shift():
 
 
 def test_curves_rise_from_the_clamp_and_vanish_at_their_nodes():
-    """What is drawn has unit modal mass, starts upwards, and is zero where its rings are."""
+    """A curve has unit modal mass, starts upwards, and is zero at its nodes."""
     for name in ("fig13", "fig14", "fig19"):
         for curve in plots.compute_curves(FIGURES[name]):
-            assert curve.y[0] == 0
-            assert curve.y[1] > 0
-            at_nodes = np.interp(curve.nodes, curve.x, curve.y)
-            assert abs(at_nodes).max(initial=0) < 1e-3
-            alpha = curve.solution.beam.alpha
-            mass = trapezoid(curve.y**2, curve.x) + alpha * curve.y[-1] ** 2
+            assert curve.y[0] == 0 < curve.y[1]
+            assert abs(np.interp(curve.nodes, curve.x, curve.y)).max(initial=0) < 1e-3
+            mass = trapezoid(curve.y**2, curve.x) + curve.alpha * curve.y[-1] ** 2
             assert mass == pytest.approx(1, abs=1e-3)
