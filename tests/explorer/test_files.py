@@ -98,7 +98,7 @@ def test_a_loaded_scene_is_shown_and_the_controls_follow(url):
 def test_every_file_can_be_exported(url, monkeypatch, kind, begin):
     """The button sends what the command line writes, whole."""
     monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
-    monkeypatch.setattr(files, "animate", partial(exports.animate, width=96, height=64, fps=2))
+    monkeypatch.setattr(files, "animate", partial(exports.animate, width=96, height=64, fps=5))
     with visitor(url) as guest:
         guest.choose("file", kind)
         guest.choose("Make and download", True)

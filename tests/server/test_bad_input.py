@@ -54,7 +54,7 @@ def test_no_equilibrium_is_said_where_the_beam_was_and_greys_it(url):
         guest.choose("strain", "biot")
         guest.choose("slenderness μ", 10.0)
         guest.choose("speed γ", 20.0)
-        guest.says("no equilibrium beyond gamma = 10.7")
+        guest.says("there is one up to γ = 10.77")
         guest.wait(lambda _: guest.nodes["/scene/rotor/words"].get("visible"))
         assert "No equilibrium" in guest.nodes["/scene/rotor/words"]["text"]
         assert "opacity:.35" in guest.text
@@ -86,7 +86,7 @@ def test_a_first_beam_without_equilibrium_is_shown_in_words():
         explorer(Scene(beam, {"strain": "biot"})) as address,
         visitor(address, first="No equilibrium") as guest,
     ):
-        guest.says("no equilibrium beyond gamma = 15.7")
+        guest.says("there is one up to γ = 15.71")
         guest.wait(lambda _: guest.nodes["/scene/rotor/words"].get("visible"))
 
 

@@ -128,7 +128,10 @@ class Downloads:
         client, notify, name = self.visitor.client, self.visitor.notify, f"beam.{suffix}"
         note = client.add_notification(f"Making {name}", "", loading=True)
         try:
-            content = exported(suffix, self.visitor.to_scene(), self.frames)
+            try:
+                content = exported(suffix, self.visitor.to_scene(), self.frames)
+            finally:
+                EXPORTING.release()  # before the visitor has the file, and asks for the next one
             if not self.closed:
                 client.send_file_download(name, content, save_immediately=True)
         except VisitorLeft:
@@ -141,7 +144,6 @@ class Downloads:
             log.error("file", suffix, error)
             notify("The export failed", "an unexpected error, which the server has noted")
         finally:
-            EXPORTING.release()
             note.remove()
 
     def frames(self, count: int) -> Iterator[int]:
