@@ -4,7 +4,7 @@ import math
 import time
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -174,14 +174,22 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
     problem = next((solution.problem for solution in solutions if solution), None)
     if problem is None:
         raise next(outcome for outcome in outcomes if isinstance(outcome, BeamvizError))
+    rows: dict[str, np.ndarray] = {}  # mode_index by label
+    events: list[Event] = []
+    confidence = np.full(len(values) - 1, np.nan)
     exists = np.array([False, *(solution is not None for solution in solutions), False])
-    runs = []
-    for start, stop in np.flatnonzero(exists[1:] != exists[:-1]).reshape(-1, 2).tolist():
-        at = values[start:stop]
-        points = mode_points(at, outcomes[start:stop], sweep.gauss_points)
-        track, events = track_and_locate(points, sweep.modes, sweep.points)
-        runs.append(_Run(slice(start, stop), np.searchsorted(track.points.at, at), track, events))
-    labels, rows = _label_branches(runs, sweep, len(values))
+    for first, end in np.flatnonzero(exists[1:] != exists[:-1]).reshape(-1, 2).tolist():
+        run = slice(first, end)  # consecutive values with solutions
+        points = mode_points(values[run], outcomes[run], sweep.gauss_points)
+        track, located = track_and_locate(points, sweep.modes, sweep.points)
+        steps = np.searchsorted(track.points.at, values[run])
+        labels = _label_branches(rows, sweep, track, run, steps, len(values))
+        events += [
+            replace(event, branches=tuple(labels[number] for number in event.branches))
+            for event in located
+        ]
+        if end - first > 1:
+            confidence[first : end - 1] = np.minimum.reduceat(track.confidence, steps[:-1])
     return Loci(
         beam=beam,
         problem=problem,
@@ -189,14 +197,10 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
         over=over,
         values=values,
         branches=tuple(Branch(label, _read_only(row), solutions) for label, row in rows.items()),
-        events=tuple(
-            replace(event, branches=(labels[k, event.branches[0]], labels[k, event.branches[1]]))
-            for k, run in enumerate(runs)
-            for event in run.events
-        ),
+        events=tuple(events),
         limits=tuple(locate_limits(sweep, values)),
         complete=not sweep.exhausted,
-        confidence=_confidence(runs, len(values)),
+        confidence=_read_only(confidence),
         solves=len(sweep.outcomes.keys() | sweep.added.keys()),
         seconds=time.perf_counter() - began,
     )
@@ -210,49 +214,34 @@ def close_up(found: Loci, event: Event, widths: float = 4.0, points: int = 41) -
     return loci(found.beam, found.over, values, found.modes, **found.options)
 
 
-class _Run(NamedTuple):
-    """Consecutive values with solutions, tracked."""
-
-    values: slice
-    rows: np.ndarray  # of the values among the points of the track
-    track: Track
-    events: list[Event]
-
-
 def _label_branches(
-    runs: list[_Run], sweep: Sweep, count: int
-) -> tuple[dict[tuple[int, int], str], dict[str, np.ndarray]]:
-    """A label for each branch (run, number), and for each label its mode_index (count,).
+    rows: dict[str, np.ndarray],
+    sweep: Sweep,
+    track: Track,
+    run: slice,
+    steps: np.ndarray,
+    count: int,
+) -> dict[int, str]:
+    """The labels of the branches of a track by number; their mode_index (values,) is added to rows.
 
     A branch has the label of its mode where it first appears. It continues where a later branch
     appears under the same label, across a gap say; a second one beside it gets a prime.
+    run: the values of the track among all `count`; steps: these values among its points.
     """
-    labels: dict[tuple[int, int], str] = {}
-    rows: dict[str, np.ndarray] = {}
-    for k, run in enumerate(runs):
-        branch = run.track.branch[:, : sweep.modes]
-        numbers, first = np.unique(branch, return_index=True)
-        for i in first.argsort().tolist():
-            number, (point, mode) = int(numbers[i]), divmod(int(first[i]), sweep.modes)
-            label = sweep.labels(float(run.track.points.at[point]))[mode]
-            here = branch[run.rows] == number
-            row = np.full(count, -1)
-            row[run.values] = np.where(here.any(axis=1), here.argmax(axis=1), -1)
-            while label in rows and (np.minimum(rows[label], row) >= 0).any():
-                label += "'"
-            labels[k, number] = label
-            rows[label] = np.maximum(rows.get(label, row), row)
-    return labels, rows
-
-
-def _confidence(runs: list[_Run], count: int) -> np.ndarray:
-    """The least MAC between neighbouring values (count - 1,), nan across a gap."""
-    confidence = np.full(count - 1, np.nan)
-    for run in runs:
-        if len(run.rows) > 1:
-            least = np.minimum.reduceat(run.track.confidence, run.rows[:-1])
-            confidence[run.values.start : run.values.stop - 1] = least
-    return _read_only(confidence)
+    labels: dict[int, str] = {}
+    branch = track.branch[:, : sweep.modes]
+    numbers, first = np.unique(branch, return_index=True)
+    for i in first.argsort().tolist():
+        number, (point, mode) = int(numbers[i]), divmod(int(first[i]), sweep.modes)
+        label = sweep.labels(float(track.points.at[point]))[mode]
+        here = branch[steps] == number
+        row = np.full(count, -1)
+        row[run] = np.where(here.any(axis=1), here.argmax(axis=1), -1)
+        while label in rows and (np.minimum(rows[label], row) >= 0).any():
+            label += "'"
+        labels[number] = label
+        rows[label] = np.maximum(rows.get(label, row), row)
+    return labels
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:

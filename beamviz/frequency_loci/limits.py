@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.interpolate import barycentric_interpolate
@@ -99,9 +99,7 @@ class _Search:
             outcome = self._outcome(value)
             if not isinstance(outcome, Solution):
                 raise _ThirdState(value)
-            return float(
-                np.arcsinh(outcome.omega_squared[0])
-            )  # a straighter line: it may reach -1e9
+            return math.asinh(outcome.omega_squared[0])  # a straighter line: it may reach -1e9
 
         return brentq(lowest, low, high, xtol=FINEST * self.length, rtol=PRECISION)
 
@@ -111,24 +109,30 @@ class _Search:
         before, after = self._outcome(low), self._outcome(high)
         numerical = isinstance(before, NotConverged) or isinstance(after, NotConverged)
         coarse = ROUGH * self.length if numerical else 0.0
+        ends_at_stop = isinstance(after, NoEquilibrium)
+        existence = isinstance(before, NoEquilibrium) != ends_at_stop
+
+        def state(outcome: Outcome) -> Any:  # numerics may fail close to the end of an equilibrium
+            return isinstance(outcome, NoEquilibrium) if existence else _state(outcome)
+
         start, stop, root = low, high, math.nan
-        excesses = [self._excess(value) for value in (low, high) if self._has_ended(value)]
+        excesses = self._excess(low, before) + self._excess(high, after)
         while self.remaining > 0:
             fine = max(PRECISION * max(abs(start), abs(stop)), FINEST * self.length)
             if stop - start <= max(fine, coarse):
                 break
             value = (start + stop) / 2
             if start < root < stop:
-                value = root + OVERSHOOT * ((stop if self._has_ended(stop) else start) - root)
+                value = root + OVERSHOOT * ((stop if ends_at_stop else start) - root)
             outcome = self._outcome(value)
-            if _is_like(outcome, before, after):
+            if state(outcome) == state(before):
                 start = value
-            elif _is_like(outcome, after, before):
+            elif state(outcome) == state(after):
                 stop = value
             else:
                 raise _ThirdState(value)
-            if self._has_ended(value):
-                excesses.append(self._excess(value))
+            if excess := self._excess(value, outcome):
+                excesses += excess
                 last, root = root, _extrapolate(excesses)
                 if start < root < stop and abs(root - last) <= fine:
                     return root
@@ -144,15 +148,11 @@ class _Search:
             return NotConverged(str(outcome))  # there is one, too near its end to be solved
         return outcome
 
-    def _has_ended(self, value: float) -> bool:
-        """Whether there is no equilibrium at a value."""
-        return isinstance(self._outcome(value), NoEquilibrium)
-
-    def _excess(self, value: float) -> tuple[float, float]:
-        """By how much the speed exceeds the last one with an equilibrium, and the value."""
-        outcome = self._outcome(value)
-        assert isinstance(outcome, NoEquilibrium)
-        return self.sweep.at(value).gamma - outcome.limit, value
+    def _excess(self, value: float, outcome: Outcome) -> list[tuple[float, float]]:
+        """Where no equilibrium exists: by how much the speed exceeds its limit, and the value."""
+        if not isinstance(outcome, NoEquilibrium):
+            return []
+        return [(self.sweep.at(value).gamma - outcome.limit, value)]
 
 
 def _extrapolate(excesses: Sequence[tuple[float, float]]) -> float:
@@ -161,13 +161,3 @@ def _extrapolate(excesses: Sequence[tuple[float, float]]) -> float:
     if len(excess) < 2 or not np.diff(excess).all():
         return math.nan
     return float(barycentric_interpolate(excess, values, 0.0))
-
-
-def _is_like(outcome: Outcome, one: Outcome, other: Outcome) -> bool:
-    """Whether an outcome has the state of one rather than of another.
-
-    At the end of an equilibrium only its existence counts: numerics may fail close to it.
-    """
-    if isinstance(one, NoEquilibrium) != isinstance(other, NoEquilibrium):
-        return isinstance(outcome, NoEquilibrium) == isinstance(one, NoEquilibrium)
-    return _state(outcome) == _state(one)

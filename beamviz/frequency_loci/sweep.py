@@ -157,20 +157,20 @@ def match_modes(first: Solution, second: Solution) -> ModeMatch:
     keep their order.
     """
     count = max(gauss_points([first]), gauss_points([second]))
-    vectors = []
-    for solution in (first, second):
-        rows = _mass_weighted([solution], solution.omega_squared[None], count)[0][0]
-        rows = rows.reshape(len(rows), -1)
-        vectors.append(rows / np.linalg.norm(rows, axis=1, keepdims=True))
-    mac = (vectors[0] @ vectors[1].T) ** 2
+    a, b = (
+        _mass_weighted([one], one.omega_squared[None], count)[0].reshape(len(one.omega_squared), -1)
+        for one in (first, second)
+    )
+    sizes = np.linalg.norm(a, axis=1)[:, None] * np.linalg.norm(b, axis=1)
+    mac = (a @ b.T / sizes) ** 2
     partner = np.full(len(mac), -1)
     rows, columns = linear_sum_assignment(mac, maximize=True)
     alike = mac[rows, columns] >= LOST
     partner[rows[alike]] = columns[alike]
     for i, j in combinations(rows[alike], 2):
-        a, b = partner[i], partner[j]
-        if a > b and min(mac[i, b], mac[j, a]) >= LOST:
-            partner[i], partner[j] = b, a
+        k, l = partner[i], partner[j]
+        if k > l and min(mac[i, l], mac[j, k]) >= LOST:
+            partner[i], partner[j] = l, k
     return ModeMatch(partner, mac)
 
 
