@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from beamviz.beam import PARAMETERS
 from beamviz.benchmark.cases import SCENES
 from beamviz.benchmark.work_precision import REFERENCE, Row
+from beamviz.plotting import DPI, INK, STYLE
 from beamviz.plotting.labels import LabelPlacer
-from beamviz.plotting.style import DPI, INK, STYLE
 
 WIDTH, HEIGHT = 9.0, 13.8  # [in]
 COLUMNS = 2

@@ -11,6 +11,7 @@ import typer
 from beamviz import __version__
 from beamviz.beam import PARAMETERS, Beam, check_float, check_int, exact_text
 from beamviz.cli.options import number, sweep_values, takes_beam, takes_scene, triple
+from beamviz.files import check_suffix
 
 DIRECTION = triple(
     "--from", "Look from this direction, 0,0,1 being above and 0,-1,0 beside the beam."
@@ -88,9 +89,9 @@ def loci(
 
     values = sweep_values(over, start, stop, points)
     if plot:
-        from beamviz.plotting.loci import check_suffix, save_chart
+        from beamviz.plotting.loci import SUFFIXES, save_chart
 
-        check_suffix(plot)
+        check_suffix(plot, SUFFIXES)
     given = beam.numbers[over]
     if not beam.units and given != PARAMETERS[over].default:
         note = f"--{over} {exact_text(given)} is not used: --over {over} varies it"

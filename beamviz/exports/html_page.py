@@ -18,8 +18,8 @@ from beamviz.exports.renderer import DrawnScene
 from beamviz.exports.solved_scene import Moment, SolvedScene, find_loop
 from beamviz.frequency_loci import Loci, loci
 from beamviz.frequency_loci.sweep import CHART_POINTS, chart_range
+from beamviz.plotting import STYLE as CHART_STYLE
 from beamviz.plotting.loci import draw_chart
-from beamviz.plotting.style import STYLE as CHART_STYLE
 from beamviz.scene import Scene
 from beamviz.server import run_server
 from beamviz.solver import Solution

@@ -22,8 +22,7 @@ from beamviz.errors import NoEquilibrium
 from beamviz.failure_maps import verdicts as kinds
 from beamviz.failure_maps.compute import FASTEST, SLOWEST, Map, edges
 from beamviz.failure_maps.verdicts import METHODS, answer
-from beamviz.plotting import picture_files
-from beamviz.plotting.style import FAINT, INK, STYLE
+from beamviz.plotting import FAINT, INK, STYLE, picture_files
 
 COLUMNS = 4
 WIDTH, HEIGHT = 11.0, 8.2  # [in]

@@ -184,10 +184,9 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
         track, located = track_and_locate(points, sweep.modes, sweep.points)
         steps = np.searchsorted(track.points.at, values[run])
         labels = _label_branches(rows, sweep, track, run, steps, len(values))
-        events += [
-            replace(event, branches=tuple(labels[number] for number in event.branches))
-            for event in located
-        ]
+        for event in located:
+            a, b = event.branches
+            events.append(replace(event, branches=(labels[a], labels[b])))
         if end - first > 1:
             confidence[first : end - 1] = np.minimum.reduceat(track.confidence, steps[:-1])
     return Loci(

@@ -14,7 +14,7 @@ from beamviz.beam import PARAMETERS, Beam
 from beamviz.frequency_loci import Event, Loci, loci
 from beamviz.output import csv_text, markdown_table
 from beamviz.paper.tables import TOLERANCE, described, frequencies_by_label
-from beamviz.plotting.style import OMEGAS
+from beamviz.plotting import OMEGAS
 from beamviz.solver import solve
 
 COUNTS = {3: "three", 5: "five"}

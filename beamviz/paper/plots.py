@@ -23,9 +23,8 @@ from beamviz.paper.figures import (
     nearest_node,
 )
 from beamviz.paper.tables import TOLERANCE
-from beamviz.plotting import picture_files
+from beamviz.plotting import COLOURS, FAINT, INK, OMEGAS, RING, STYLE, picture_files
 from beamviz.plotting.labels import LabelPlacer, label_line_ends
-from beamviz.plotting.style import COLOURS, FAINT, INK, OMEGAS, RING, STYLE
 from beamviz.solver import solve
 
 POINTS = 201

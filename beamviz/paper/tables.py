@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import NoEquilibrium
 from beamviz.output import csv_text, markdown_table
-from beamviz.plotting.style import OMEGAS
+from beamviz.plotting import OMEGAS
 from beamviz.solver import solve
 
 TOLERANCE = 1e-9

@@ -19,7 +19,7 @@ from beamviz.frequency_loci import loci
 from beamviz.output import markdown_table
 from beamviz.paper.figures import NODES, PrintedNumber, decimals, printed_numbers
 from beamviz.paper.tables import described, frequencies_by_label
-from beamviz.plotting.style import OMEGAS
+from beamviz.plotting import OMEGAS
 from beamviz.solver import solve_many
 
 COMMAND = "python -m beamviz.paper.validation > assets/validation.md"

@@ -1,23 +1,39 @@
-"""Charts: their style, labels, the frequency loci, and figures as files."""
+"""Charts: the style they share, and figures as the contents of files."""
 
 import io
-from typing import TYPE_CHECKING
-
-from beamviz.plotting.style import DPI, STYLE
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+COLOURS = {"bending": "#0072B2", "stretching": "#D55E00"}  # Okabe & Ito, safe for the colour-blind
+INK, FAINT = "#222222", "#8A8A8A"
+DPI = 200
+LINE = 12  # [pt] between words
+STYLE: Any = {
+    "font.family": "DejaVu Sans",  # which matplotlib brings: the same picture on every machine
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": INK,
+    "axes.linewidth": 0.8,
+    "svg.hashsalt": "beamviz",  # the same picture is the same file
+}
+OMEGAS = ("ω₁", "ω₂", "ω₃", "ω₄", "ω₅")
+RING: dict[str, Any] = {"marker": "o", "ls": "", "ms": 5.5, "mfc": "white", "mec": INK, "mew": 1.1}
+UNDATED: Any = {"png": None, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
 
-def picture_files(figure: "Figure") -> dict[str, bytes]:
-    """The contents of a PNG and an SVG file of a figure, by extension; the same every time."""
+
+def figure_bytes(figure: "Figure", extension: str) -> bytes:
+    """The contents of a PNG, SVG or PDF file of a figure, the same every time."""
     from matplotlib import rc_context
 
-    files = {}
-    for extension in ("png", "svg"):
-        buffer = io.BytesIO()
-        undated = {"Date": None} if extension == "svg" else None
-        with rc_context(STYLE):
-            figure.savefig(buffer, format=extension, dpi=DPI, metadata=undated)
-        files[extension] = buffer.getvalue()
-    return files
+    buffer = io.BytesIO()
+    with rc_context(STYLE):
+        figure.savefig(buffer, format=extension, dpi=DPI, metadata=UNDATED[extension])
+    return buffer.getvalue()
+
+
+def picture_files(figure: "Figure") -> dict[str, bytes]:
+    """The contents of a PNG and an SVG file of a figure, by extension."""
+    return {extension: figure_bytes(figure, extension) for extension in ("png", "svg")}

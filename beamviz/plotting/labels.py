@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.transforms import Bbox
 from scipy.optimize import isotonic_regression
 
-from beamviz.plotting.style import LINE
+from beamviz.plotting import LINE
 
 DISTANCES = (12, 20, 30, 42, 56, 72, 90)  # [pt] from a point to its label
 DIRECTIONS = [math.radians(angle) for angle in range(0, 360, 15)]

@@ -1,10 +1,10 @@
 """The loci chart as a picture: a Campbell diagram where the parameter is the speed."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any
 
 import numpy as np
 from matplotlib import patheffects, rc_context
@@ -16,15 +16,14 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import Bbox
 
 from beamviz.beam import PARAMETERS
-from beamviz.errors import InvalidInput
-from beamviz.files import replaced
+from beamviz.files import check_suffix, replaced
 from beamviz.frequency_loci import Branch, Event, Loci, close_up
 from beamviz.frequency_loci.forced_response import Resonance
 from beamviz.frequency_loci.limits import WORDS, Limit
+from beamviz.plotting import COLOURS, DPI, FAINT, INK, STYLE, figure_bytes
 from beamviz.plotting.labels import LabelPlacer, label_line_ends
-from beamviz.plotting.style import COLOURS, DPI, FAINT, INK, STYLE
 
-METADATA: dict[str, Any] = {".png": None, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+SUFFIXES = (".png", ".svg", ".pdf")
 WIDTH, HEIGHT = 7.6, 5.2  # [in]
 LEFT, RIGHT, BOTTOM, TOP = 0.092, 0.925, 0.098, 0.845  # of it, the frame
 MUTED, SHADOW = "#5A5A5A", "#EDEDED"
@@ -50,52 +49,13 @@ INSET_MARGIN = np.array([0.03, 0.07])  # around it, with its title
 INSET_GRID = np.linspace(0.0, 1.0, 15)  # of positions
 
 
-class Scales(NamedTuple):
-    """Units of the axes: SI where the beam has them."""
-
-    x: Callable[[Any], Any]
-    y: Callable[[Any], Any]
-    xlabel: str
-    ylabel: str
-    value: str  # of x, as a template
-    unit: str  # of y
-
-    @classmethod
-    def of(cls, loci: Loci) -> Self:
-        """The scales of a chart."""
-        units, parameter = loci.units, PARAMETERS[loci.over]
-        y, ylabel, unit = _same, "frequency ω [1/T*]", ""
-        if units:
-            y, ylabel, unit = units.hertz, "frequency [Hz]", " Hz"
-        if units and loci.over == "gamma":
-            return cls(units.rpm, y, "rotation speed [rpm]", ylabel, "{:.5g} rpm", unit)
-        return cls(_same, y, parameter.axis_label, ylabel, parameter.symbol + " = {:#.5g}", unit)
-
-    def text(self, value: float) -> str:
-        """A value of x as text."""
-        return self.value.format(self.x(value)).replace("-", "−")
-
-
-def _same(value: Any) -> Any:
-    """The value as it is."""
-    return value
-
-
-def check_suffix(path: Path) -> None:
-    """InvalidInput unless the suffix of a path is .png, .svg or .pdf."""
-    if path.suffix.lower() not in METADATA:
-        raise InvalidInput(f"--plot {path}: must end in {', '.join(METADATA)}")
-
-
 def save_chart(
     path: Path, loci: Loci, resonances: Sequence[Resonance] = (), per_rev: int = 0
 ) -> None:
     """Write the chart in the format of the suffix. Raises InvalidInput, Unavailable."""
-    check_suffix(path)
-    suffix = path.suffix.lower()
-    with replaced(path) as part, rc_context(STYLE):
-        figure = draw_chart(loci, resonances, per_rev)
-        figure.savefig(part, format=suffix[1:], dpi=DPI, metadata=METADATA[suffix])
+    extension = check_suffix(path, SUFFIXES)[1:]
+    with replaced(path) as part:
+        part.write_bytes(figure_bytes(draw_chart(loci, resonances, per_rev), extension))
 
 
 def draw_chart(
@@ -111,51 +71,78 @@ def draw_chart(
         FigureCanvasAgg(figure)
         axes = figure.add_axes((LEFT, BOTTOM, RIGHT - LEFT, TOP - BOTTOM))
         chart = _Chart(loci, axes)
-        chart.draw_branches()
         for limit in loci.limits:
             chart.draw_limit(limit)
-        ends = chart.draw_per_rev_lines(per_rev)
-        chart.label_ends(ends)
+        chart.label_ends(chart.draw_per_rev_lines(per_rev))
         chart.draw_marks(resonances)
         chart.label_inside()
         chart.label_events()
         if marker is not None:
-            axes.axvline(chart.scales.x(marker), color="0.5", lw=0.8, zorder=0)
+            axes.axvline(chart.x(marker), color="0.5", lw=0.8, zorder=0)
         _head(figure, loci, resonances, per_rev)
     return figure
 
 
 class _Chart:
-    """The frame of a loci chart."""
+    """The frame of a loci chart; its axes are in SI where the beam has units."""
 
     def __init__(self, loci: Loci, axes: Axes):
-        self.loci, self.axes, self.scales = loci, axes, Scales.of(loci)
-
-    def draw_branches(self) -> None:
-        """The loci, and axes around them."""
-        scales, axes = self.scales, self.axes
-        for branch in self.loci.branches:
-            _draw_branch(axes, scales, self.loci, branch)
-        axes.set(xlim=scales.x(self.loci.values[[0, -1]]), ylim=(0, 1.05 * axes.dataLim.y1))
-        axes.set(xlabel=scales.xlabel, ylabel=scales.ylabel)
+        self.loci, self.axes = loci, axes
+        units, parameter = loci.units, PARAMETERS[loci.over]
+        self.x = self.y = lambda value: value  # from numbers to the units of the axes
+        xlabel, ylabel = parameter.axis_label, "frequency ω [1/T*]"
+        self.value, self.unit = parameter.symbol + " = {:#.5g}", ""  # template of x, unit of y
+        if units:
+            self.y, ylabel, self.unit = units.hertz, "frequency [Hz]", " Hz"
+        if units and loci.over == "gamma":
+            self.x, xlabel, self.value = units.rpm, "rotation speed [rpm]", "{:.5g} rpm"
+        for branch in loci.branches:
+            self.draw_branch(axes, loci, branch)
+        axes.set(xlim=self.x(loci.values[[0, -1]]), ylim=(0, 1.05 * axes.dataLim.y1))
+        axes.set(xlabel=xlabel, ylabel=ylabel)
         axes.locator_params(nbins=10, steps=(1, 2, 5, 10))
+
+    def text(self, value: float) -> str:
+        """A value of x as text."""
+        return self.value.format(self.x(value)).replace("-", "−")
+
+    def draw_branch(self, axes: Axes, loci: Loci, branch: Branch) -> None:
+        """One locus; its colour changes from one family to the other where the mode does."""
+        here = np.isfinite(branch.bending_fraction)
+        if not here.any():
+            return
+        own = [event for event in loci.events if branch.label in event.branches]
+        sides = [0.5 if branch.label == _upper(loci, event) else -0.5 for event in own]
+        heights = [
+            event.frequency + side * event.gap for event, side in zip(own, sides, strict=True)
+        ]
+        x = np.concatenate((loci.values, [event.at for event in own]))
+        y = np.concatenate((branch.frequency, heights))
+        order = x.argsort(kind="stable")
+        x, y = x[order], y[order]
+        fraction = np.interp(x, loci.values[here], branch.bending_fraction[here])
+        shade = np.round(fraction * SHADES).astype(int)
+        starts = np.flatnonzero(np.diff(shade, prepend=-1)).tolist()
+        for start, stop in zip(starts, [*starts[1:], len(x)], strict=True):
+            piece = slice(start, stop + 1)  # a point more, so that the colours join
+            colour = FAMILIES(shade[start] / SHADES)
+            axes.plot(self.x(x[piece]), self.y(y[piece]), color=colour, lw=1.7, zorder=3)
 
     def draw_limit(self, limit: Limit) -> None:
         """A part without an equilibrium or a stable one, labelled."""
-        scales, axes = self.scales, self.axes
-        first, last = self.loci.values[[0, -1]]
-        ends = scales.x(limit.start), scales.x(limit.stop)
+        axes, (first, last) = self.axes, self.loci.values[[0, -1]]
+        ends = self.x(limit.start), self.x(limit.stop)
         axes.axvspan(*ends, color=SHADOW, lw=0, zorder=0)
         for edge in {limit.start, limit.stop} - {first, last}:
-            axes.plot([scales.x(edge)] * 2, axes.get_ylim(), color=FAINT, lw=1, zorder=1)
+            axes.plot([self.x(edge)] * 2, axes.get_ylim(), color=FAINT, lw=1, zorder=1)
         if limit.stop == last and limit.start > first:
-            where = f"beyond {scales.text(limit.start)}"
+            where = f"beyond {self.text(limit.start)}"
         elif limit.start == first and limit.stop < last:
-            where = f"below {scales.text(limit.stop)}"
+            where = f"below {self.text(limit.stop)}"
         else:
-            where = f"from {scales.text(limit.start)} to {scales.text(limit.stop)}"
+            where = f"from {self.text(limit.start)} to {self.text(limit.stop)}"
         k = int(abs(self.loci.values - (limit.start + limit.stop) / 2).argmin())
-        heights = [scales.y(branch.frequency[k]) for branch in self.loci.branches]
+        heights = [self.y(branch.frequency[k]) for branch in self.loci.branches]
         lines = np.array([0.0, *sorted(filter(math.isfinite, heights)), axes.get_ylim()[1]])
         widest = int(np.diff(lines).argmax())
         axes.text(
@@ -173,25 +160,25 @@ class _Chart:
     def draw_per_rev_lines(self, count: int) -> list[tuple[float, str]]:
         """The per-rev lines, labelled where they leave the frame at its top; heights and labels of
         those that leave it on the right."""
-        scales, top, (first, last) = self.scales, self.axes.get_ylim()[1], self.loci.values[[0, -1]]
+        top, (first, last) = self.axes.get_ylim()[1], self.loci.values[[0, -1]]
         ends = []
         for k in range(1, count + 1):
-            rate = k * scales.y(1.0)
+            rate = k * self.y(1.0)
             end = min(last, top / rate)
             if end <= first:
                 continue
-            x = scales.x(np.array([first, end]))
+            x = self.x(np.array([first, end]))
             self.axes.plot(x, [rate * first, rate * end], **PER_REV)
             if end == last:
                 ends.append((rate * end, f"{k}×"))
-                continue
-            self.axes.annotate(f"{k}×", (x[1], top), (0, 2), **ABOVE)
+            else:
+                self.axes.annotate(f"{k}×", (x[1], top), (0, 2), **ABOVE)
         return ends
 
     def label_ends(self, others: Sequence[tuple[float, str]]) -> None:
         """Labels of the branches, and of other lines, that reach the right end."""
         branches = [
-            (self.scales.y(one.frequency[-1]), one.label, FAMILIES(one.bending_fraction[-1]))
+            (self.y(one.frequency[-1]), one.label, FAMILIES(one.bending_fraction[-1]))
             for one in self.loci.branches
             if math.isfinite(one.frequency[-1])
         ]
@@ -205,9 +192,7 @@ class _Chart:
         marks = [(one.at, one.frequency, "resonance", 5) for one in resonances]
         marks += [(event.at, event.frequency, event.kind, 6) for event in self.loci.events]
         for at, frequency, kind, zorder in marks:
-            self.axes.plot(
-                self.scales.x(at), self.scales.y(frequency), **MARKS[kind], zorder=zorder
-            )
+            self.axes.plot(self.x(at), self.y(frequency), **MARKS[kind], zorder=zorder)
 
     def label_events(self) -> None:
         """Insets around veerings, and labels of the other events."""
@@ -218,15 +203,15 @@ class _Chart:
             if self._draw_inset(placer, event) and event in events:
                 events.remove(event)
         for event in events:
-            lines = [event.kind, self.scales.text(event.at)]
+            lines = [event.kind, self.text(event.at)]
             lines += [self._gap(event)] if event.kind == "veering" else []
-            x, y = self.scales.x(event.at), self.scales.y(event.frequency)
+            x, y = self.x(event.at), self.y(event.frequency)
             placer.annotate("\n".join(lines), x, y)
 
     def label_inside(self) -> None:
         """Labels on the branches that end inside the frame or change their family, each where the
         nearest other line, mark or label is farthest."""
-        loci, x, y, pixels = self.loci, self.scales.x, self.scales.y, self.axes.transData.transform
+        loci, x, y, pixels = self.loci, self.x, self.y, self.axes.transData.transform
         heights = y(np.array([branch.frequency for branch in loci.branches]))
         taken = [pixels((x(event.at), y(event.frequency))) for event in loci.events]
         for branch, own in zip(loci.branches, heights, strict=True):
@@ -258,7 +243,7 @@ class _Chart:
 
     def _gap(self, event: Event) -> str:
         """The gap of a veering as text."""
-        return f"gap {self.scales.y(event.gap):.3g}{self.scales.unit}"
+        return f"gap {self.y(event.gap):.3g}{self.unit}"
 
     def _draw_inset(self, placer: LabelPlacer, event: Event) -> bool:
         """An enlarged veering in an inset; False where no part of the frame is free."""
@@ -271,12 +256,12 @@ class _Chart:
         inset = self.axes.inset_axes((*corner, *INSET), zorder=8)
         two = [branch for branch in near.branches if branch.label in near.events[0].branches]
         for branch in two:
-            _draw_branch(inset, self.scales, near, branch)
-        inset.set(xticks=[], yticks=[], xlim=self.scales.x(near.values[[0, -1]]))
+            self.draw_branch(inset, near, branch)
+        inset.set(xticks=[], yticks=[], xlim=self.x(near.values[[0, -1]]))
         inset.margins(y=0.3)
         for side in inset.spines.values():
             side.set(visible=True, color="#B0B0B0", linewidth=0.8)
-        title = f"{event.kind} at {self.scales.text(event.at)}: {self._gap(event)}"
+        title = f"{event.kind} at {self.text(event.at)}: {self._gap(event)}"
         inset.set_title(title, fontsize=8, loc="left", pad=3)
         self._label_inset(inset, near, two, event)
         self.axes.indicate_inset_zoom(inset, edgecolor="#555555", lw=0.6, alpha=1.0)
@@ -294,7 +279,7 @@ class _Chart:
             for end, side, align in ((0, 1, "left"), (-1, -1, "right")):
                 inset.annotate(
                     upper if above else lower,
-                    (self.scales.x(near.values[end]), self.scales.y(branch.frequency[end])),
+                    (self.x(near.values[end]), self.y(branch.frequency[end])),
                     (3 * side, 7 if above else -7),
                     textcoords="offset points",
                     color=FAMILIES(branch.bending_fraction[end]),
@@ -303,27 +288,6 @@ class _Chart:
                     fontsize=8,
                     weight="bold",
                 )
-
-
-def _draw_branch(axes: Axes, scales: Scales, loci: Loci, branch: Branch) -> None:
-    """One locus; its colour changes from one family to the other where the mode does."""
-    here = np.isfinite(branch.bending_fraction)
-    if not here.any():
-        return
-    own = [event for event in loci.events if branch.label in event.branches]
-    sides = [0.5 if branch.label == _upper(loci, event) else -0.5 for event in own]
-    heights = [event.frequency + side * event.gap for event, side in zip(own, sides, strict=True)]
-    x = np.concatenate((loci.values, [event.at for event in own]))
-    y = np.concatenate((branch.frequency, heights))
-    order = x.argsort(kind="stable")
-    x, y = x[order], y[order]
-    fraction = np.interp(x, loci.values[here], branch.bending_fraction[here])
-    shade = np.round(fraction * SHADES).astype(int)
-    starts = np.flatnonzero(np.diff(shade, prepend=-1)).tolist()
-    for start, stop in zip(starts, [*starts[1:], len(x)], strict=True):
-        piece = slice(start, stop + 1)  # a point more, so that the colours join
-        colour = FAMILIES(shade[start] / SHADES)
-        axes.plot(scales.x(x[piece]), scales.y(y[piece]), color=colour, lw=1.7, zorder=3)
 
 
 def _upper(loci: Loci, event: Event) -> str:

@@ -242,7 +242,7 @@ WRONG = [
     (("--start", "0", "--stop", "90", "--mu", "10"), "gamma / mu = "),
     (
         ("--start", "0", "--stop", "5", "--plot", "x.gif"),
-        "--plot x.gif: must end in .png, .svg, .pdf",
+        "x.gif: must end in .png, .svg or .pdf",
     ),
     (
         ("--start", "0", "--stop", "5", "--per-rev", "-1"),

@@ -5,7 +5,7 @@ from html import escape
 import numpy as np
 from viser import ClientHandle, GuiApi, GuiUplotHandle, ViserServer, uplot
 
-from beamviz.plotting.style import COLOURS as FAMILY_COLOURS
+from beamviz.plotting import COLOURS as FAMILY_COLOURS
 from beamviz.solver.solution import MIXED
 
 BRAND = (32, 96, 150)
