@@ -4,7 +4,7 @@ from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
 from beamviz.lessons import reference_values as values
 from beamviz.lessons.model import Challenge, Fact, Lesson
-from beamviz.lessons.reference_values import BARE, MIDDLE, TIP, frequency
+from beamviz.lessons.reference_values import BARE, MIDDLE, TIP, frequency, value_where
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
@@ -30,7 +30,7 @@ LESSONS = (
             "Find the speed at which B1 is twice as fast as at rest.",
             "gamma",
             0.1,
-            values.doubling_speed,
+            lambda: value_where(values.ratio_to_rest, 2, BARE, "gamma", 20, plane="flapwise"),
             lambda s: f"B1 is {values.ratio_to_rest(s):.2f} times as fast as at rest",
         ),
     ),
@@ -58,7 +58,7 @@ LESSONS = (
             "Find the speed at which B1 is twice as fast up and down as side to side.",
             "gamma",
             0.1,
-            values.double_planes_speed,
+            lambda: value_where(values.ratio_of_planes, 2, BARE, "gamma", 20),
             lambda s: f"it is {values.ratio_of_planes(s):.2f} times as fast",
             free=("plane",),
         ),
@@ -81,7 +81,7 @@ LESSONS = (
             "Find the position at which the mass slows B1 to two thirds (0.667).",
             "beta",
             0.01,
-            values.two_thirds_position,
+            lambda: value_where(values.ratio_to_bare, 2 / 3, TIP, "beta", 1),
             lambda s: f"B1 is {values.ratio_to_bare(s):.3f} times what it is without the mass",
         ),
     ),
@@ -295,7 +295,7 @@ LESSONS = (
             "Find the speed at which it is 5 % longer just inside the mass.",
             "gamma",
             0.1,
-            lambda: values.strain_speed(0.05),
+            lambda: value_where(lambda s: values.strain_at_mass(s)[0], 0.05, MIDDLE, "gamma", 30),
             lambda s: "just inside +{:.2f} %, just outside +{:.2f} %".format(
                 *(100 * strain for strain in values.strain_at_mass(s))
             ),

@@ -101,14 +101,14 @@ class Lesson:
 
     def _obstacle(self, beam: Beam, options: Mapping[str, Any]) -> str:
         """The change that has to be undone before the challenge can be met, or ""."""
-        free = self.challenge.free
+        free = (*self.challenge.free, self.challenge.number, *ACCURACY)
         if "alpha" in free and beam.alpha < MIN_MASS:
             return f"Make the mass α at least {MIN_MASS:g}: a lighter one has little effect."
         for name, start in self.scene.beam.numbers.items():
-            if name not in (*free, self.challenge.number) and getattr(beam, name) != start:
+            if name not in free and getattr(beam, name) != start:
                 parameter = PARAMETERS[name]
                 return f"Put the {parameter.label} {parameter.symbol} back to {start:g} first."
         for name, choice in self.scene.options.items():
-            if name not in (*free, *ACCURACY) and options.get(name, choice) != choice:
+            if name not in free and options.get(name, choice) != choice:
                 return f"Put {LABELS.get(name, name)} back to {ON_OFF.get(choice, choice)} first."
         return ""

@@ -39,11 +39,6 @@ def ratio_to_rest(solution: Solution) -> float:
     return float(solution.frequencies[0]) / rest
 
 
-def doubling_speed() -> float:
-    """Speed at which the flapwise B1 is twice its value at rest."""
-    return root(lambda x: ratio_to_rest(solve(BARE.replace(gamma=x), plane="flapwise")) - 2, 1, 20)
-
-
 def ratio_of_planes(solution: Solution) -> float:
     """Flapwise B1 over chordwise B1 of the same beam."""
     flapwise, chordwise = (
@@ -52,19 +47,9 @@ def ratio_of_planes(solution: Solution) -> float:
     return flapwise / chordwise
 
 
-def double_planes_speed() -> float:
-    """Speed at which the flapwise B1 is twice the chordwise B1."""
-    return root(lambda x: ratio_of_planes(solve(BARE.replace(gamma=x))) - 2, 1, 20)
-
-
 def ratio_to_bare(solution: Solution, label: str = "B1") -> float:
     """Frequency of a mode over that of the beam without its mass."""
     return labelled(solution, label) / frequency(solution.beam.replace(alpha=0), label)
-
-
-def two_thirds_position() -> float:
-    """Position at which a mass as heavy as the beam lowers B1 to two thirds."""
-    return root(lambda x: ratio_to_bare(solve(TIP.replace(beta=x))) - 2 / 3, 0.2, 1)
 
 
 def node() -> float:
@@ -117,11 +102,17 @@ def strain_at_mass(solution: Solution) -> tuple[float, float]:
     return float(inside), float(outside)
 
 
-def strain_speed(strain: float) -> float:
-    """Speed at which the strain just inside a mass in the middle has a given value."""
-    return root(lambda x: strain_at_mass(solve(MIDDLE.replace(gamma=x)))[0] - strain, 1, 30)
+def value_where(
+    gauge: Callable[[Solution], float],
+    level: float,
+    beam: Beam,
+    number: str,
+    stop: float,
+    **options: Any,
+) -> float:
+    """The value of one of the five numbers, in 0.2 .. stop, at which a gauge reaches a level."""
 
+    def excess(value: float) -> float:
+        return gauge(solve(beam.replace(**{number: value}), **options)) - level
 
-def root(function: Callable[[float], float], low: float, high: float) -> float:
-    """Root of a function between `low` and `high`."""
-    return brentq(function, low, high, xtol=1e-9)
+    return brentq(excess, 0.2, stop, xtol=1e-9)
