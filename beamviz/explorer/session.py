@@ -3,13 +3,13 @@
 A move of a slider becomes a picture at these stations:
 
 1. `visitor.on_edit`: viser passes on the value;
-2. `Visitor.change`: the state is replaced, and the controls show it;
+2. `Visitor.change`: the state is replaced;
 3. `Job.request`: the new case becomes the latest request of the solver job;
 4. `SolveQueue` or `WorkerPool`: it waits for a worker;
 5. `Job.run`: the case is solved, and its shapes are sampled;
 6. `FrameLoop.wake`: the visitor is noted as one whose picture is out of date;
 7. `Session.tick`: the frame loop takes up the answer;
-8. `SceneView.show` and `move`: the picture, and the texts of the page.
+8. `SceneView.show` and `move`: the picture, the controls and the texts of the page.
 """
 
 from collections.abc import Callable
@@ -249,7 +249,8 @@ class Session:
     def needs_tick(self) -> bool:
         """Whether the next frame is needed, whatever happens until then."""
         visitor = self.visitor
-        return self.is_moving or self.outdated or visitor.chart_answer is not visitor.answer
+        late = visitor.state is not visitor.shown or visitor.chart_answer is not visitor.answer
+        return late or self.is_moving or self.outdated
 
     @property
     def outdated(self) -> bool:
@@ -278,6 +279,7 @@ class Session:
             self.presenter.update()
         self.run_up.step(elapsed)
         with self.visitor.client.atomic():
+            self.visitor.update_controls()
             if self.scene_outdated:
                 self.draw()
                 self.charts_due = now + (REST if self.crowded() else 0.0)

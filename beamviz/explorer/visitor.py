@@ -26,25 +26,11 @@ Get = Callable[[State], Any]
 Set = Callable[[State, Any], State]
 
 
-class Renderer:
-    """Shows one value of the state when it is another object than before."""
-
-    def __init__(self, get: Get, show: Callable[[Any], None]):
-        self.get, self.show, self.shown = get, show, object()
-
-    def update(self, state: State) -> None:
-        """Show the value of a state."""
-        value = self.get(state)
-        if value is not self.shown:
-            self.shown = value
-            self.show(value)
-
-
 class Visitor:
     """The store of one visitor's state.
 
-    client: their viser client; state: what they have chosen, replaced by each edit; solver: the
-    job that solves the case of the state; answer: what the scene shows of it, chart_answer: what
+    client: their viser client; state: what they have chosen, replaced by each edit; shown: the
+    state in the controls; solver: the job that solves the case of the state; answer: what the scene shows of it, chart_answer: what
     the charts follow, which wait for a slider to rest while visitors are many; wake: has the frame
     loop draw what is new; dragging: the mass is being dragged, and time stands still.
     """
@@ -57,11 +43,12 @@ class Visitor:
         background: WorkerPool,
         wake: Callable[[], None],
     ):
-        self.client, self.state, self.wake = client, state, wake
+        self.client, self.wake = client, wake
+        self.state = self.shown = state
         self.queue, self.background = queue, background
         self.lock, self.camera = threading.RLock(), PageCamera(client.camera)
         self.camera.take(state.camera)
-        self.renderers: list[Renderer] = []
+        self.renderers: list[Callable[[State], None]] = []
         self.jobs: list[Job] = []
         self.answer: SolverAnswer | None = None
         self.chart_answer: SolverAnswer | None = None
@@ -80,22 +67,35 @@ class Visitor:
             self.follow(state)
 
     def follow(self, state: State) -> None:
-        """Take another state: show it in all controls, and solve its case. The frame loop is woken
-        at once where no answer is to come."""
+        """Take another state, which the next frame shows, and solve its case."""
         with self.lock:
             self.state = state
-            for renderer in self.renderers:
-                renderer.update(state)
-            requested = not state.following and self.solver.request(state.case)
-        if not requested:
-            self.wake()
+            if not state.following:
+                self.solver.request(state.case)
+        self.wake()
+
+    def update_controls(self) -> None:
+        """Show the state in all controls: once for a frame, however many edits there were."""
+        with self.lock:
+            if self.state is not self.shown:
+                self.shown = self.state
+                for update in self.renderers:
+                    update(self.shown)
 
     def render(self, get: Get, show: Callable[[Any], None]) -> None:
-        """Call `show(get(state))` now, and whenever that is another object than before."""
-        renderer = Renderer(get, show)
+        """Call `show(get(state))` now, and in each frame where that is another object than before."""
+        shown: Any = object()
+
+        def update(state: State) -> None:
+            nonlocal shown
+            value = get(state)
+            if value is not shown:
+                shown = value
+                show(value)
+
         with self.lock:
-            self.renderers.append(renderer)
-            renderer.update(self.state)
+            self.renderers.append(update)
+            update(self.state)
 
     def load(self, scene: Scene, home: Scene | None = None) -> None:
         """Show another scene; `home` is the one that a reset returns to from now on."""
