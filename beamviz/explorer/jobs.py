@@ -215,17 +215,15 @@ class Job(Generic[Q, R]):
         """Whether the last answer is not the one to the latest request."""
         return self.answer is None or self.answer.request is not self.latest
 
-    def request(self, request: Q) -> bool:
-        """Compute `request` in place of any earlier one, unless it is the latest already; whether
-        it is to be computed."""
+    def request(self, request: Q) -> None:
+        """Compute `request` in place of any earlier one, unless it is the latest already."""
         with self.lock:
             if request == self.latest or self.closed:
-                return False
+                return
             self.latest = request
             if not self.busy:
                 self.busy = True
                 self.submit(self.run)
-            return True
 
     def adopt(self, other: "Job[Q, R]") -> None:
         """Take over the answer of another visitor's job."""

@@ -30,9 +30,10 @@ class Visitor:
     """The store of one visitor's state.
 
     client: their viser client; state: what they have chosen, replaced by each edit; shown: the
-    state in the controls; solver: the job that solves the case of the state; answer: what the scene shows of it, chart_answer: what
-    the charts follow, which wait for a slider to rest while visitors are many; wake: has the frame
-    loop draw what is new; dragging: the mass is being dragged, and time stands still.
+    state in the controls; solver: the job that solves the case of the state; answer: the one in the
+    scene; chart_answer: the one in the charts, which wait for a slider to rest while visitors are
+    many; wake: has the frame loop draw what is new; dragging: the mass is being dragged, and time
+    stands still.
     """
 
     def __init__(
@@ -83,7 +84,7 @@ class Visitor:
                     update(self.shown)
 
     def render(self, get: Get, show: Callable[[Any], None]) -> None:
-        """Call `show(get(state))` now, and in each frame where that is another object than before."""
+        """Call `show(get(state))` now, and for each frame in which it is another object."""
         shown: Any = object()
 
         def update(state: State) -> None:
