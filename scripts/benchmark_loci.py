@@ -2,13 +2,8 @@
 
 201 points, 6 modes, relative 1e-6, tracked, with every crossing and veering located. Beside the
 time of the whole chart: the share of it that solves the points of the grid, and the time of as many
-<<<<<<< HEAD
-separate calls of solve(), which track nothing. Times are the least of several repeats, in one
-thread. The goal is 40 ms, one frame at 60 Hz would be 16 ms.
-=======
 separate calls of solve(), without tracking. Times are the least of several repeats, in one thread.
 The goal is 40 ms; one frame at 60 Hz is 16 ms.
->>>>>>> 8a150be (Lines of at most 100 characters)
 """
 
 import os

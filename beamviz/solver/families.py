@@ -13,6 +13,7 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
+from beamviz.solver import eigen
 from beamviz.solver.hp.refinement import solve_straight
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Axial, Equilibrium, Fields, Solution, Stats
@@ -53,9 +54,35 @@ def _merged_fields(along: Shapes, across: Shapes, order: np.ndarray, x: np.ndarr
     return np.concatenate((stretching, bending), axis=2)[:, :, order]
 
 
-def coupled_fields(along: Shapes, across: Shapes, x: np.ndarray) -> np.ndarray:
+def coupled_modes(
+    Ka: np.ndarray,
+    Fa: np.ndarray,
+    Kb: np.ndarray,
+    Fb: np.ndarray,
+    gamma: float,
+    modes: int,
+    along: Callable[[np.ndarray], Shapes],
+    across: Callable[[np.ndarray], Shapes],
+) -> Modes:
+    """The lowest modes of both families coupled by Coriolis forces.
+
+    Ka (na, na), Kb (nb, nb): stiffness along and across the beam. Fa (m, na), Fb (m, nb): factors
+    of the mass matrices F' F. along, across: the shapes of coordinates (n, modes).
+    """
+    found = eigen.gyroscopic_modes(Ka, Fa, Kb, Fb, gamma, modes)
+    fraction = (abs(Fb @ found.b) ** 2).sum(axis=0)
+    fields = partial(_coupled_fields, along(found.a), across(found.b))
+    return Modes(found.omega_squared, fraction, fields)
+
+
+def _coupled_fields(along: Shapes, across: Shapes, x: np.ndarray) -> np.ndarray:
     """Displacement (len(x), 2, modes) of modes with both components."""
     return np.stack((along(x), across(x)), axis=1)
+
+
+def centrifugal_softening(beam: Beam, problem: Problem) -> float:
+    """gamma^2 in the plane of rotation, 0 across it: omega^2 of bending is lower by this."""
+    return beam.gamma**2 if problem.chordwise else 0.0
 
 
 def unstretched(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -104,15 +131,8 @@ def errors_against_reference(
     """
     modes = len(omega_squared)
     method = "foac" if problem.rigid_tension else "auto"
-    reference = replace(
-        problem,
-        modes=2 * modes,
-        method=method,
-        tolerance=REFERENCE_TOLERANCE,
-        elements=None,
-        terms=None,
-    )
-    exact = solve_straight([beam], reference)[0]
+    reference = replace(problem, modes=2 * modes, method=method, tolerance=REFERENCE_TOLERANCE)
+    exact = solve_straight([beam], replace(reference, elements=None, terms=None))[0]
     if isinstance(exact, BeamvizError):
         return np.full(modes, np.inf)
     exact_errors = exact.truncation + exact.rounding

@@ -18,12 +18,13 @@ from beamviz.solver.families import (
     Shapes,
     Solved,
     build_solution,
-    coupled_fields,
+    centrifugal_softening,
+    coupled_modes,
     merge,
 )
+from beamviz.solver.fem import straight
 from beamviz.solver.fem.ancf import PlanarBeam
 from beamviz.solver.fem.hermite import assemble_band, dense, interpolate
-from beamviz.solver.fem.straight import StraightBeam, across, along, straight_equilibrium
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution
 
@@ -68,35 +69,32 @@ def solve(beam: Beam, problem: Problem, start: float) -> Solution:
 
 def _ancf(beam: Beam, problem: Problem, nodes: NDArray) -> Assembled:
     """Half the coordinates at a time, about the equilibrium of the full residual."""
-    root = straight_equilibrium(PlanarBeam.on(nodes, beam, problem))
-    straight, q = StraightBeam.on(nodes, beam, problem.strain_law), root.state[::2]
-    load = beam.gamma**2
-    softening = load if problem.chordwise else 0.0
-    Ka = _dense(straight.axial(q, load))
-    Kb = _dense(straight.bending(q, softening, problem.curvature_measure))
-    return Assembled(q, root.iterations, Ka[1:, 1:], Kb[2:, 2:], _dense(straight.m))
+    model = PlanarBeam.on(nodes, beam, problem)
+    root = straight.straight_equilibrium(model)
+    q = root.state[::2]
+    Ka = _dense(straight.axial(model, q, beam.gamma**2))
+    Kb = _dense(straight.bending(model, q, centrifugal_softening(beam, problem)))
+    return Assembled(q, root.iterations, Ka[1:, 1:], Kb[2:, 2:], _dense(model.m))
 
 
 def _ancf_planar(beam: Beam, problem: Problem, nodes: NDArray) -> Assembled:
     """The full planar tangent."""
     model = PlanarBeam.on(nodes, beam, problem)
-    root = straight_equilibrium(model)
+    root = straight.straight_equilibrium(model)
     K = model.tangent(root.state, beam.gamma**2)
-    Ka, Kb = dense(along(K)), dense(across(K))
+    Ka, Kb = dense(straight.along(K)), dense(straight.across(K))
     return Assembled(root.state[::2], root.iterations, Ka, Kb, _dense(model.m))
 
 
 def _linear(beam: Beam, problem: Problem, nodes: NDArray) -> Assembled:
     """Linear statics under the load of the reference length, then vibration with its prestress."""
-    straight = StraightBeam.on(nodes, beam, problem.strain_law)
-    load = beam.gamma**2
-    softening = load if problem.chordwise else 0.0
-    rest = np.column_stack((nodes, np.ones_like(nodes))).ravel()
-    m, K = _dense(straight.m), _dense(straight.axial(rest, 0.0))
+    model, load = PlanarBeam.on(nodes, beam, problem), beam.gamma**2
+    rest = model.unstressed[::2]
+    m, K = _dense(model.m), _dense(straight.axial(model, rest, 0.0))
     arm = rest + beam.delta * np.tile([1.0, 0.0], len(nodes))
     u = np.zeros_like(rest)
     u[1:] = np.linalg.solve(K[1:, 1:], load * (m @ arm)[1:])
-    Kb = _dense(straight.prestressed(u, softening))
+    Kb = _dense(straight.prestressed(model, u, centrifugal_softening(beam, problem)))
     return Assembled(rest + u, 1, (K - load * m)[1:, 1:], Kb[2:, 2:], m)
 
 
@@ -119,11 +117,9 @@ def _uncoupled(assembled: Assembled, nodes: NDArray, beam: Beam, modes: int) -> 
 
 def _gyroscopic(assembled: Assembled, nodes: NDArray, beam: Beam, modes: int) -> Modes:
     """Both families coupled by Coriolis forces."""
-    F = np.linalg.cholesky(assembled.m).T
-    Fa, Fb = F[:, 1:], F[:, 2:]
-    found = eigen.gyroscopic_modes(assembled.Ka, Fa, assembled.Kb, Fb, beam.gamma, modes)
-    fields = partial(coupled_fields, _shapes(nodes, found.a), _shapes(nodes, found.b))
-    return Modes(found.omega_squared, (abs(Fb @ found.b) ** 2).sum(axis=0), fields)
+    F, shapes = np.linalg.cholesky(assembled.m).T, partial(_shapes, nodes)
+    Ka, Kb = assembled.Ka, assembled.Kb
+    return coupled_modes(Ka, F[:, 1:], Kb, F[:, 2:], beam.gamma, modes, shapes, shapes)
 
 
 def _shapes(nodes: NDArray, free: NDArray) -> Shapes:

@@ -47,6 +47,8 @@ class PlanarBeam:
     curvature: Curvature
     nodes: NDArray  # (n + 1,)
     weights: NDArray  # (n, p)
+    dS: NDArray  # (n, p, 4) S' and S'' of one component
+    ddS: NDArray  # (n, p, 4)
     B: NDArray  # (n, p, 4, 8): element coordinates -> (r1', r2', r1'', r2'')
     m: NDArray  # (n, 4, 4) mass matrix of one component; M = m I, G = m J, C = m P
     C: NDArray  # (n, 8, 8) centrifugal matrix, P the projection away from the axis of rotation
@@ -66,6 +68,8 @@ class PlanarBeam:
             problem.curvature_measure,
             nodes,
             weights * lengths,
+            dS,
+            ddS,
             B.reshape(*dS.shape[:2], 4, 8),
             m,
             np.einsum("eij,cd->eicjd", m, P).reshape(-1, 8, 8),

@@ -6,25 +6,17 @@ r1, r2 and r2' of the first node.
 """
 
 import math
-from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
-from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver import constitutive
-from beamviz.solver.constitutive import Curvature, StrainLaw
 from beamviz.solver.continuation import Root, continue_load, newton
-from beamviz.solver.fem.ancf import AXIAL_DEGREE, PlanarBeam
-from beamviz.solver.fem.hermite import (
-    element_coordinates,
-    gauss,
-    hermite,
-    mass,
-    positive_definite,
-)
+from beamviz.solver.fem.ancf import PlanarBeam
+from beamviz.solver.fem.hermite import element_coordinates, positive_definite
 
 MIN_CARRIED = 0.5  # share of the force at the end of a law that the load must account for
 LAW_END = 0.1  # a limit at a stretch this close to the end of a force law is attributed to it
@@ -54,11 +46,9 @@ def straight_equilibrium(model: PlanarBeam) -> Root:
             return dq
 
         root = newton(increment, guess)
-        return root if root is not None and straight_margin(model, load, root.state) > 0 else None
+        return root if root is not None and margin(load, root.state) > 0 else None
 
-    def margin(load: float, q: NDArray) -> float:
-        return straight_margin(model, load, q)
-
+    margin = partial(straight_margin, model)
     load = model.beam.gamma**2
     path = continue_load(solve_at, model.unstressed, load, margin)
     if path.limit is not None:
@@ -135,50 +125,36 @@ def _overshoot(model: PlanarBeam, load: float, q: NDArray) -> NotConverged:
     )
 
 
-@dataclass(frozen=True)
-class StraightBeam:
-    """A straight beam on n cubic elements with p Gauss points each, half the coordinates at a
-    time: values and slopes of node after node, along the beam or across it."""
+# Half the coordinates at a time: values and slopes of node after node, along the beam or across it.
 
-    mu: float
-    law: StrainLaw
-    weights: NDArray  # (n, p)
-    dS: NDArray  # (n, p, 4)
-    ddS: NDArray  # (n, p, 4)
-    m: NDArray  # (n, 4, 4) mass matrix of one component
 
-    @classmethod
-    def on(cls, nodes: NDArray, beam: Beam, law: StrainLaw) -> "StraightBeam":
-        """The beam on elements between `nodes`, which ascend from 0 to 1."""
-        points, weights = gauss(AXIAL_DEGREE)
-        lengths = np.diff(nodes)[:, None]
-        _, dS, ddS = hermite(points, lengths)
-        return cls(beam.mu, law, weights * lengths, dS, ddS, mass(nodes, beam.alpha, beam.beta))
+def gradient(model: PlanarBeam, q: NDArray) -> NDArray:
+    """The derivative (n, p) at the Gauss points of a field with coordinates q (2 (n + 1),)."""
+    return (model.dS @ element_coordinates(q, 2)[:, :, None])[..., 0]
 
-    def gradient(self, q: NDArray) -> NDArray:
-        """The derivative (n, p) at the Gauss points of a field with coordinates q (2 (n + 1),)."""
-        return (self.dS @ element_coordinates(q, 2)[:, :, None])[..., 0]
 
-    def axial(self, q: NDArray, load: float) -> NDArray:
-        """Tangent of each element along the beam at r1 = q, softened by the load: (n, 4, 4)."""
-        stiffness = constitutive.axial_stiffness(self.gradient(q), self.mu, self.law)
-        return _form(self.dS, self.weights * stiffness) - load * self.m
+def axial(model: PlanarBeam, q: NDArray, load: float) -> NDArray:
+    """Tangent of each element along the beam at r1 = q, softened by the load: (n, 4, 4)."""
+    stiffness = constitutive.axial_stiffness(gradient(model, q), model.beam.mu, model.law)
+    return _form(model.dS, model.weights * stiffness) - load * model.m
 
-    def bending(self, q: NDArray, load: float, curvature: Curvature) -> NDArray:
-        """Tangent of each element across the beam at r1 = q, softened by the load: (n, 4, 4)."""
-        f = self.gradient(q)
-        df = (self.ddS @ element_coordinates(q, 2)[:, :, None])[..., 0]
-        angle = self.dS / f[..., None]  # theta = w'/f
-        slope = (self.ddS - df[..., None] * angle) / f[..., None]  # theta'
-        stiffness = self.weights * constitutive.bending_stiffness(f, curvature)
-        tension = self.weights * constitutive.tension_stiffness(f, self.mu, self.law)
-        return _form(slope, stiffness) + _form(angle, tension) - load * self.m
 
-    def prestressed(self, u: NDArray, load: float) -> NDArray:
-        """Stiffness of each element across the unstretched beam under the tension mu^2 u' of a
-        linear bar, softened by the load: (n, 4, 4)."""
-        tension = self.weights * self.mu**2 * self.gradient(u)
-        return _form(self.ddS, self.weights) + _form(self.dS, tension) - load * self.m
+def bending(model: PlanarBeam, q: NDArray, load: float) -> NDArray:
+    """Tangent of each element across the beam at r1 = q, softened by the load: (n, 4, 4)."""
+    f = gradient(model, q)
+    df = (model.ddS @ element_coordinates(q, 2)[:, :, None])[..., 0]
+    angle = model.dS / f[..., None]  # theta = w'/f
+    slope = (model.ddS - df[..., None] * angle) / f[..., None]  # theta'
+    stiffness = model.weights * constitutive.bending_stiffness(f, model.curvature)
+    tension = model.weights * constitutive.tension_stiffness(f, model.beam.mu, model.law)
+    return _form(slope, stiffness) + _form(angle, tension) - load * model.m
+
+
+def prestressed(model: PlanarBeam, u: NDArray, load: float) -> NDArray:
+    """Stiffness of each element across the unstretched beam under the tension mu^2 u' of a
+    linear bar, softened by the load: (n, 4, 4)."""
+    tension = model.weights * model.beam.mu**2 * gradient(model, u)
+    return _form(model.ddS, model.weights) + _form(model.dS, tension) - load * model.m
 
 
 def _form(B: NDArray, density: NDArray) -> NDArray:

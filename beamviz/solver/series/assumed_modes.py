@@ -18,7 +18,14 @@ from numpy.polynomial import legendre
 from beamviz.beam import Beam
 from beamviz.solver import eigen
 from beamviz.solver.constitutive import rigid_tension
-from beamviz.solver.families import Family, Modes, Solved, coupled_fields, merge
+from beamviz.solver.families import (
+    Family,
+    Modes,
+    Solved,
+    centrifugal_softening,
+    coupled_modes,
+    merge,
+)
 from beamviz.solver.problem import Problem
 
 NEWTON_ITERATIONS = 8
@@ -94,27 +101,18 @@ def _uncoupled(
     shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
     stretching, U, _ = eigen.symmetric_modes(Ka, Fa.T @ Fa, problem.modes)
     bending, V, _ = eigen.symmetric_modes(Kb, Fb.T @ Fb, problem.modes, shift)
-    softening = beam.gamma**2
-    return merge(
-        Family(stretching - softening, partial(_combined, fixed_free, U)),
-        Family(
-            bending - (softening if problem.chordwise else 0.0),
-            partial(_combined, clamped_free, V),
-        ),
-        problem.modes,
-    )
+    bending -= centrifugal_softening(beam, problem)
+    along = Family(stretching - beam.gamma**2, partial(_combined, fixed_free, U))
+    return merge(along, Family(bending, partial(_combined, clamped_free, V)), problem.modes)
 
 
 def _gyroscopic(
     beam: Beam, problem: Problem, Ka: np.ndarray, Fa: np.ndarray, Kb: np.ndarray, Fb: np.ndarray
 ) -> Modes:
     """Both families coupled by Coriolis forces."""
-    softened = (K - beam.gamma**2 * F.T @ F for K, F in ((Ka, Fa), (Kb, Fb)))
-    Ka, Kb = softened
-    omega_squared, U, V, *_ = eigen.gyroscopic_modes(Ka, Fa, Kb, Fb, beam.gamma, problem.modes)
-    along, across = partial(_combined, fixed_free, U), partial(_combined, clamped_free, V)
-    fraction = (abs(Fb @ V) ** 2).sum(axis=0)
-    return Modes(omega_squared, fraction, partial(coupled_fields, along, across))
+    Ka, Kb = (K - beam.gamma**2 * F.T @ F for K, F in ((Ka, Fa), (Kb, Fb)))
+    shapes = partial(partial, _combined, fixed_free), partial(partial, _combined, clamped_free)
+    return coupled_modes(Ka, Fa, Kb, Fb, beam.gamma, problem.modes, *shapes)
 
 
 def _combined(

@@ -28,7 +28,7 @@ from beamviz.errors import NotConverged
 from beamviz.solver import constitutive
 from beamviz.solver.constitutive import StrainLaw
 from beamviz.solver.continuation import Root, continue_load, newton
-from beamviz.solver.families import Family, Solved, merge
+from beamviz.solver.families import Family, Solved, centrifugal_softening, merge
 from beamviz.solver.problem import Problem
 
 SPURIOUS = 1e-12  # share of the largest 1/omega^2 below which one is rounding
@@ -46,14 +46,6 @@ class Grid(NamedTuple):
     to_coefficients: np.ndarray  # (order + 1, order + 1): values of a part -> Chebyshev series
 
 
-class State(NamedTuple):
-    """The straight equilibrium at the points."""
-
-    f: np.ndarray  # (n,) stretch
-    N: np.ndarray  # (n,) tension
-    iterations: int
-
-
 @lru_cache(maxsize=32)
 def grid(ends: tuple[float, ...], order: int) -> Grid:
     """Polynomials of `order` on each part of the beam."""
@@ -68,8 +60,7 @@ def grid(ends: tuple[float, ...], order: int) -> Grid:
         here, half = slice(k * size, (k + 1) * size), (b - a) / 2
         points[here], weights[here] = a + half * (xi + 1), half * Q[-1]
         J[here, : k * size], J[here, here] = weights[: k * size], half * Q
-    arrays = (points, weights, J, weights - J, to_coefficients)
-    for array in arrays:
+    for array in (arrays := (points, weights, J, weights - J, to_coefficients)):
         array.setflags(write=False)
     return Grid(ends, *arrays)
 
@@ -82,15 +73,13 @@ def solve_chebyshev(beam: Beam, problem: Problem, order: int) -> Solved:
     interior = beam.alpha > 0 and 0 < beam.beta < 1
     on = grid((0.0, beam.beta, 1.0) if interior else (0.0, 1.0), order)
     R = on.to_tip + beam.alpha * _value_at_mass(on, beam)
-    state = equilibrium(on, R, beam, problem.strain_law)
-    stretching = _stretching(on, R, state, beam, problem)
-    bending = _bending(on, R, state, beam, problem)
-    fields = _polynomials(on, np.column_stack((on.from_clamp @ state.f, state.f)))
+    root = equilibrium(on, R, beam, problem.strain_law)
+    f = root.state
+    stretching = _stretching(on, R, f, beam, problem)
+    bending = _bending(on, R, f, beam, problem)
+    axial = partial(_axial, _polynomials(on, np.column_stack((on.from_clamp @ f, f))))
     return Solved(
-        merge(stretching, bending, problem.modes),
-        dof=2 * len(on.points),
-        axial=partial(_axial, fields),
-        iterations=state.iterations,
+        merge(stretching, bending, problem.modes), 2 * len(on.points), axial, root.iterations
     )
 
 
@@ -104,8 +93,8 @@ def _value_at_mass(on: Grid, beam: Beam) -> np.ndarray:
     return value
 
 
-def equilibrium(on: Grid, R: np.ndarray, beam: Beam, law: StrainLaw) -> State:
-    """The stretch in balance with its own centrifugal force, followed from rest."""
+def equilibrium(on: Grid, R: np.ndarray, beam: Beam, law: StrainLaw) -> Root:
+    """The stretch (n,) in balance with its own centrifugal force, followed from rest."""
     RJ, pull = R @ on.from_clamp, beam.delta * R.sum(axis=1)
 
     def solve_at(load: float, guess: np.ndarray) -> Root | None:
@@ -129,29 +118,28 @@ def equilibrium(on: Grid, R: np.ndarray, beam: Beam, law: StrainLaw) -> State:
     path = continue_load(solve_at, np.ones(len(on.points)), load, margin)
     if path.limit is not None:
         raise constitutive.no_equilibrium(beam, beam.mu * path.limit**0.5, law)
-    f = path.state
-    return State(f, beam.gamma**2 * (RJ @ f + pull), path.iterations)
+    return Root(path.state, path.iterations)
 
 
-def _stretching(on: Grid, R: np.ndarray, state: State, beam: Beam, problem: Problem) -> Family:
+def _stretching(on: Grid, R: np.ndarray, f: np.ndarray, beam: Beam, problem: Problem) -> Family:
     """s = Lambda B s, softening taken into the operator."""
-    stiffness = constitutive.axial_stiffness(state.f, beam.mu, problem.strain_law)
+    stiffness = constitutive.axial_stiffness(f, beam.mu, problem.strain_law)
     J = on.from_clamp
     B = (R @ J) / stiffness[:, None]
     omega_squared, s = _lowest(np.eye(len(B)) - beam.gamma**2 * B, B, problem.modes)
     return Family(omega_squared, _unit_mass_shapes(on, beam, J @ s))
 
 
-def _bending(on: Grid, R: np.ndarray, state: State, beam: Beam, problem: Problem) -> Family:
+def _bending(on: Grid, R: np.ndarray, f: np.ndarray, beam: Beam, problem: Problem) -> Family:
     """A theta = Lambda B theta, softening taken into the operator."""
-    f, N = state.f, state.N
+    N = beam.gamma**2 * R @ (on.from_clamp @ f + beam.delta)
     stiffness = constitutive.bending_stiffness(f, problem.curvature_measure)
     J = on.from_clamp
     rotation = (J / stiffness) @ on.to_tip  # f (N theta - V) -> -theta
     A = np.eye(len(f)) + rotation * (f * N)
     B = (rotation * f) @ R @ (J * f)
-    softening = beam.gamma**2 if problem.chordwise else 0.0
-    omega_squared, theta = _lowest(A - softening * B, B, problem.modes)
+    softened = A - centrifugal_softening(beam, problem) * B
+    omega_squared, theta = _lowest(softened, B, problem.modes)
     return Family(omega_squared, _unit_mass_shapes(on, beam, J @ (f[:, None] * theta)))
 
 

@@ -21,7 +21,7 @@ from numpy.polynomial import legendre, polynomial
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
 from beamviz.solver.constitutive import rigid_tension
-from beamviz.solver.families import Family, Shapes, Solved, merge
+from beamviz.solver.families import Family, Shapes, Solved, centrifugal_softening, merge
 from beamviz.solver.problem import Problem
 
 MIN_STEP, RELATIVE_STEP = 0.4, 0.03  # of the scan, in the root of Lambda
@@ -57,8 +57,7 @@ def solve_power_series(beam: Beam, problem: Problem, terms: int) -> Solved:
 
     Raises NotConverged where the determinant is rounding, and where too few roots are found.
     """
-    softening = beam.gamma**2 if problem.chordwise else 0.0
-    bending = _bending(beam, terms, problem.modes, softening)
+    bending = _bending(beam, terms, problem.modes, centrifugal_softening(beam, problem))
     return Solved(merge(_stretching(beam, problem.modes), bending, problem.modes), dof=2)
 
 
@@ -141,17 +140,19 @@ def _stretching(beam: Beam, modes: int) -> Family:
         return np.cos(z) - alpha * z * np.sin(z * beta) * np.cos(z * (1 - beta))
 
     grid = np.linspace(0, np.pi * (modes + 1), 2 * SCAN_POINTS * (modes + 1))
-    z = _refined_roots(slope_at_tip, grid, slope_at_tip(grid))[:modes]
+    z = _refined_roots(slope_at_tip, grid)[:modes]
     scale = _unit_mass(beam, partial(_sines, beam, z, 1.0))
     return Family((beam.mu * z) ** 2 - beam.gamma**2, partial(_sines, beam, z, scale))
 
 
 def _lowest_roots(determinant: Function, beam: Beam, terms: int, modes: int) -> np.ndarray:
-    """The lowest `modes` roots s, Lambda = s |s|, by a scan whose steps grow.
+    """The lowest `modes` roots s, Lambda = s |s|, by a scan whose steps grow but stay smaller than
+    the distance of bending modes.
 
     Compression makes Lambda negative, by less than its square.
     """
-    widths = _boundary_layer_widths(beam)
+    x = (np.arange(SAMPLES) + 0.5) / SAMPLES
+    widths = float(np.sqrt(np.maximum(rigid_tension(beam, x), 0.0)).mean())  # int sqrt(N) dx
     if widths > MAX_WIDTHS:
         raise NotConverged(
             f"gamma = {beam.gamma:g}: power-series is ill-conditioned here, as the beam is"
@@ -159,33 +160,22 @@ def _lowest_roots(determinant: Function, beam: Beam, terms: int, modes: int) -> 
             " the same model"
         )
     roots = np.empty(0)
-    last = min(0.0, *(part.tension[0] for part in parts(beam))) - MIN_STEP
+    points = [min(0.0, *(part.tension[0] for part in parts(beam))) - MIN_STEP]
     for _ in range(MAX_SCANS):
-        grid = _scan_points(last)
-        roots = np.append(roots, _refined_roots(determinant, grid, determinant(grid)))
+        for _ in range(SCAN_POINTS):
+            points.append(points[-1] + max(MIN_STEP, RELATIVE_STEP * points[-1]))
+        grid = np.array(points)
+        roots = np.append(roots, _refined_roots(determinant, grid))
         if len(roots) >= modes:
             return roots[:modes]
-        last = grid[-1]
+        points = points[-1:]
     raise NotConverged(f"terms = {terms}: the power series has not converged; more terms may help")
 
 
-def _boundary_layer_widths(beam: Beam) -> float:
-    """The length of the beam in widths of its bending boundary layers: int sqrt(N) dx."""
-    x = (np.arange(SAMPLES) + 0.5) / SAMPLES
-    return float(np.sqrt(np.maximum(rigid_tension(beam, x), 0.0)).mean())
-
-
-def _scan_points(start: float) -> np.ndarray:
-    """The next points of a scan, closer than bending modes are to each other."""
-    points = [start]
-    for _ in range(SCAN_POINTS):
-        points.append(points[-1] + max(MIN_STEP, RELATIVE_STEP * points[-1]))
-    return np.array(points)
-
-
-def _refined_roots(function: Function, grid: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """The roots between grid points where the values change sign: false position with the Illinois
-    rule, all at once."""
+def _refined_roots(function: Function, grid: np.ndarray) -> np.ndarray:
+    """The roots between grid points where the function changes sign: false position with the
+    Illinois rule, all at once."""
+    values = function(grid)
     k = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0)
     a, b, fa, fb = grid[k], grid[k + 1], values[k], values[k + 1]
     for _ in range(MAX_ITERATIONS):
