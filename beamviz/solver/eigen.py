@@ -63,15 +63,15 @@ def family_modes(
     axis after that of the stack, of diag(d) v = lambda G v, d (beams, n) > 0, which is cheaper."""
     n = d.shape[-1]
     count = min(count, n)
-    root = 1 / np.sqrt(d)[:, None, :]
-    A = root.mT * G * root
+    root = 1 / np.sqrt(d)
+    A = root[:, :, None] * G * root[:, None, :]
     nu, V = np.empty((len(d), 2, count)), np.empty((len(d), 2, count, n))
     added = np.zeros((len(d), 2, 1))
     for k in range(len(d)):
         nu[k, 0], V[k, 0], added[k, 0] = _largest(M[k], K[k], count, 0.0)
         values, vectors = symmetric(A[k])
-        nu[k, 1], V[k, 1] = values[: -count - 1 : -1], vectors.T[: -count - 1 : -1]
-    V[:, 1] *= root
+        nu[k, 1] = values[: -count - 1 : -1]
+        np.multiply(vectors.T[: -count - 1 : -1], root[k], out=V[k, 1])
     size = 1 / nu
     V *= np.sqrt(abs(size))[..., None]
     return SymmetricModes(size - added, V.mT, size)

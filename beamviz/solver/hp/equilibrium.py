@@ -22,15 +22,15 @@ from beamviz.solver.hp.mesh_design import unstretched_positions
 SMALL_FORCE = 0.3  # force n below which the strain is small
 SMALLER_INWARD = 0.2  # less in compression, of which green's law carries 0.19 at most
 SERIES_FORCE = 0.1  # force n below which a few terms of the stretch in n make a good guess
-GUESS_PASSES = 6  # of the guess for a large stretch
+GUESS_PASSES = 4  # of the guess for a large stretch
 NEWTON_ITERATIONS = 12
+SAME_TANGENT = 1e-4  # relative change of the stretch up to which a tangent is kept
 NEWTON_STEP = 1e-7  # relative to the stretch: quadratic, the next one is below rounding
-BOUND_SUFFICES = 0.7  # a lower bound of the margin that serves as the margin
+BOUND_SUFFICES = 0.5  # a lower bound of the margin that serves as the margin
 LARGEST_RATIO = 0.5  # of successive passes, in the extrapolation of the guess
 TINY = 1e-300
 LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 LIMIT_ORDER = 12
-ZERO, TRUE = np.zeros(1), np.ones(1, bool)  # of a stack of one
 NEAR_LIMIT = 1.01  # load up to which a limit is looked for where a beam was not solved
 
 
@@ -71,11 +71,12 @@ class Inertia(NamedTuple):
 
 class AxialState(NamedTuple):
     """Equilibria of a stack of beams: the stretch f at the mesh points, the Newton iterations, the
-    relative error of f, and the margin: 1 at rest, 0 at the limit, None where there is no limit."""
+    relative error of f, infinite where none was found, and the margin: 1 at rest, 0 at the limit,
+    None where there is no limit."""
 
     f: np.ndarray  # (beams, n)
     iterations: int
-    error: np.ndarray  # (beams,)
+    error: Any  # (beams,), or a float for all
     margin: np.ndarray | None = None  # (beams,)
 
 
@@ -139,8 +140,8 @@ def equilibrium(
     law: StrainLaw,
     start: State | None = None,
     accept_error: float = 0.0,
-) -> tuple[AxialState, np.ndarray]:
-    """The equilibria of a stack of beams on a mesh, and which of them were found (beams,).
+) -> AxialState:
+    """The equilibria of a stack of beams on a mesh.
 
     start: the state of a single beam on another mesh. accept_error: relative error of f that need
     not be reduced; near a limit, where a small residual is a large error, none is accepted.
@@ -149,25 +150,26 @@ def equilibrium(
     """
     load = (beams.gamma / beams.mu) ** 2
     if beams.size == 1 and not load:
-        return AxialState(np.ones((1, mesh.weights.shape[-1])), 0, ZERO), TRUE
+        return AxialState(np.ones((1, mesh.weights.shape[-1])), 0, 0.0)
     limited = not (law.hardens and beams.outward)
     if limited:
         accept_error = 0.0
     f, error = _first_guess(mesh, inertia, beams, law, start, accept_error)
     if f is not None:
         if error < accept_error:
-            return AxialState(f, 0, np.full(len(f), error)), np.ones(len(f), bool)
-        state, found = newton(mesh, inertia, beams, law, load, f, accept_error)
+            return AxialState(f, 0, error)
+        state = newton(mesh, inertia, beams, law, load, f, accept_error)
         if limited:
             left = margin(mesh, inertia, beams, law, load, state.f)
-            found &= left > 0
-            state = AxialState(state.f, state.iterations, state.error, np.where(found, left, 1.0))
-        if beams.size > 1 or found[0]:
-            return state, found
+            left[state.error == math.inf] = 1.0
+            error = np.where(left > 0, state.error, math.inf)
+            state = AxialState(state.f, state.iterations, error, np.where(left > 0, left, 1.0))
+        if beams.size > 1 or state.error[0] < math.inf:
+            return state
     path = _follow(mesh, inertia, beams, law, load)
     if path.limit is None:
         left = margin(mesh, inertia, beams, law, load, path.state)
-        return AxialState(path.state, path.iterations, ZERO, left), TRUE
+        return AxialState(path.state, path.iterations, 0.0, left)
     beam = Beam(*beams[:5])
     raise limit_error(beam, law) or no_equilibrium(beam, beam.mu * path.limit**0.5, law)
 
@@ -206,7 +208,7 @@ def _first_guess(
         f = stretch(pull * (np.matvec(inertia.G, f) + static))
     if passes == 2:
         more = f - first
-        ratio = np.minimum(more[:, :1] / (first[:, :1] - 1 + TINY), LARGEST_RATIO)
+        ratio = np.minimum(at_clamp(more) / (at_clamp(first) - 1 + TINY), LARGEST_RATIO)
         f = f + more * (ratio / (1 - ratio))
     return f, force ** (passes + 1) if force < SMALL_FORCE else math.inf
 
@@ -219,34 +221,44 @@ def newton(
     load: Any,
     f: np.ndarray,
     accept_error: float = 0.0,
-) -> tuple[AxialState, np.ndarray]:
-    """The stretch f (beams, n) in equilibrium at load = (gamma / mu)^2, by Newton-Raphson from f,
-    and which beams converged (beams,) on the stable branch, though perhaps to more force at the
-    clamp than the law carries: `margin` tells.
+) -> AxialState:
+    """The stretch f (beams, n) in equilibrium at load = (gamma / mu)^2, by Newton-Raphson from f.
+
+    Beams that converged on the stable branch have a finite error, though perhaps more force at the
+    clamp than the law carries: `margin` tells. The f of the others is 1.
 
     The residual is w n(f) - load (G f + delta g), the paper's eq. 40 for a straight beam.
     """
     A = load * inertia.G if beams.size == 1 else load[..., None] * inertia.G
     w, static = inertia.weights, load * beams.delta * inertia.g
     step, accepted, iteration = np.empty(f.shape), max(accept_error, NEWTON_STEP**2), 0
-    while iteration < NEWTON_ITERATIONS:
+    renew, largest = True, math.inf
+    while iteration < NEWTON_ITERATIONS and largest >= accepted:
         iteration += 1
         residual = w * law.force(f) - np.matvec(A, f) - static
-        tangent = mesh.eye * (w * law.stiffness(f))[:, None, :] - A
+        if renew:
+            tangent = mesh.eye * (w * law.stiffness(f))[:, None, :] - A
         for k in range(len(f)):
-            _, step[k], info = lapack.dposv(tangent[k].T, residual[k], overwrite_a=True)
+            if renew:  # its factors take the place of the tangent
+                _, step[k], info = lapack.dposv(tangent[k].T, residual[k], overwrite_a=True)
+            else:
+                step[k], info = lapack.dpotrs(tangent[k].T, residual[k])
             if info:  # not positive definite: the branch of stable states was left
                 step[k] = np.nan
         f = f - step
-        error = np.vecdot(step, step) / f[:, 0] ** 2  # quadratic
-        if not np.fmax.reduce(error) >= accepted:
-            break
+        error = np.vecdot(step, step) / f[:, 0] ** 2
+        if renew:  # quadratic
+            first = error
+        else:
+            error = np.sqrt(first * error)
+        largest = np.fmax.reduce(error)
+        renew = renew and not largest < SAME_TANGENT**2
     stable = (error < accepted) & (np.minimum.reduce(f, axis=-1) > law.min_stretch)
     if law.max_stretch < math.inf:
         stable &= np.maximum.reduce(f, axis=-1) < law.max_stretch
     if not np.logical_and.reduce(stable):
-        f = np.where(stable[:, None], f, 1.0)
-    return AxialState(f, iteration, error), stable
+        f, error = np.where(stable[:, None], f, 1.0), np.where(stable, error, math.inf)
+    return AxialState(f, iteration, error)
 
 
 @np.errstate(all="ignore")  # in iterations that diverge, which do not converge
@@ -254,8 +266,9 @@ def _follow(mesh: Mesh, inertia: Inertia, beam: BeamStack, law: StrainLaw, load:
     """Continuation of the stable branch from no load towards `load` = (gamma / mu)^2."""
 
     def solve_at(trial: float, guess: np.ndarray) -> Root | None:
-        state, found = newton(mesh, inertia, beam, law, trial, guess)
-        held = found[0] and _left_at_clamp(inertia, beam, law, trial, state.f)[0] > 0
+        state = newton(mesh, inertia, beam, law, trial, guess)
+        left = _left_at_clamp(inertia, beam, law, trial, state.f)[0]
+        held = left > 0 and state.error[0] < math.inf
         return Root(state.f, state.iterations) if held else None
 
     def margin_at(reached: float, f: np.ndarray) -> float:
@@ -287,12 +300,13 @@ def margin(
     """How far equilibria (beams, n) are from their limit: 1 at rest, falling to 0 there, (beams,).
 
     The least eigenvalue of the tangent relative to rest (a fold), or what the law has left at the
-    clamp, whichever is less. The eigenvalue is at least that of D less the trace of the inertia; a
-    value of at least `bound` is taken in its place.
+    clamp, whichever is less. The eigenvalue is at least the least ratio of (tangent x) to w x for
+    any x > 0 (Collatz and Wielandt), here the displacement under a uniform load: close enough to
+    take its place from `bound` on.
     """
     stiffness = law.stiffness(f)
-    trace = np.add.reduce(diagonal(inertia.G) / mesh.weights, axis=-1)[..., None]
-    fold = (np.minimum.reduce(stiffness, axis=-1, keepdims=True) - load * trace)[:, 0]
+    pull = np.matvec(inertia.G, inertia.G1 / inertia.weights) / inertia.G1
+    fold = np.minimum.reduce(stiffness - load * pull, axis=-1)
     near = (fold < bound).nonzero()[0]
     if len(near):
         scale = 1 / np.sqrt(mesh.weights)
@@ -312,6 +326,11 @@ def _left_at_clamp(
     least, most = law.forces
     force = load * (np.vecdot(inertia.g, f)[:, None] + beams.delta * inertia.total)
     return (1 - np.maximum(force / most, force / least))[:, 0]
+
+
+def at_clamp(values: np.ndarray) -> Any:
+    """Values (beams, n) at the first point: (beams, 1), or a float in a stack of one."""
+    return values[:, :1] if len(values) > 1 else values.item(0)
 
 
 def diagonal(A: np.ndarray) -> np.ndarray:

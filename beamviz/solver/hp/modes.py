@@ -9,7 +9,7 @@ in the order.
 Everything here is for a stack of beams, in a leading axis.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -88,8 +88,7 @@ def stiffness_and_mass(
         K = across.mT @ (tension[..., None] * mesh.J)
     else:
         K = np.zeros_like(across)
-    K_diagonal = diagonal(K)
-    K_diagonal += bent
+    K.reshape(len(f), -1)[:, :: n + 1] += bent
     return Matrices(K, across.mT @ (inertia.G @ across), d, inertia.G, stiffness)
 
 
@@ -161,8 +160,8 @@ def gyroscopic_modes(
         K[:, 1], F[:, 1], K[:, 0], F[:, 0], gamma[..., None], count, most_rounding
     )
     size = abs(omega_squared) + gamma**2
-    v = np.stack((kappa, s), axis=1)
-    v = v.real + v.imag  # a family moves in one phase
+    v = np.empty((len(s), 2, *s.shape[1:]))
+    v[:, 0], v[:, 1] = kappa.real + kappa.imag, s.real + s.imag  # a family moves in one phase
     scale = size[:, None] + eigen.COMPRESSED
     tail = np.maximum.accumulate(tail_energy(mesh, matrices, v) / scale, axis=-1)
     tail = tail.sum(axis=1, keepdims=True)
@@ -178,12 +177,13 @@ def gyroscopic_modes(
 def weighted_displacements(mesh: Mesh, inertia: Inertia, f: np.ndarray) -> np.ndarray:
     """F (beams, 2, m, n), bending first, with M = F' F: displacements at the mesh points, and at
     the concentrated mass, times the root of the mass there."""
-    across = f[..., None] * mesh.J
-    rows = [np.stack(np.broadcast_arrays(mesh.rooted @ across, mesh.rooted), axis=1)]
+    across, n = f[..., None] * mesh.J, f.shape[-1]
+    F = np.empty((len(f), 2, n if inertia.to_mass is None else n + 1, n))
+    F[:, 0, :n], F[:, 1, :n] = mesh.rooted @ across, mesh.rooted
     if inertia.to_mass is not None:
-        to_mass = np.atleast_2d(inertia.alpha**0.5 * inertia.to_mass)[:, None]
-        rows.append(np.stack(np.broadcast_arrays(to_mass @ across, to_mass), axis=1))
-    return np.concatenate(rows, axis=-2)
+        F[:, 1, n] = inertia.alpha**0.5 * inertia.to_mass
+        F[:, 0, n] = np.vecmat(F[:, 1, n], across)
+    return F
 
 
 def _both(bending: np.ndarray, stretching: np.ndarray) -> np.ndarray:
@@ -225,12 +225,21 @@ def _errors(
     shows. Near the limit of equilibrium an error of the load moves the stretch by 1 / margin as
     much, and that the least omega^2, which falls to zero with the margin, as much again.
     """
-    f = state.f
-    tail = np.matvec(mesh.tails, f)
-    lost = 4 * np.vecdot(tail, tail) / np.vecdot(mesh.weights, f) ** 2 + state.error / 2
+    tail = np.matvec(mesh.tails, state.f)
+    values = np.vecdot(tail, tail), np.vecdot(mesh.weights, state.f), state.f[:, 0], state.error
+    energy, length, clamped, error = map(_per_beam, values)
+    lost = 4 * energy / length**2 + error / 2
     rounding = size * (ROUNDING_FACTOR * EPS * (1 + times))
     if state.margin is not None:
-        lost = lost / state.margin**2
-        rounding += scale * (ROUNDING_FACTOR * EPS * (1 / state.margin - 1))[:, None, None]
-    factor = TRUNCATION_FACTOR * np.maximum(f[:, 0], 1.0)
-    return (relative_tail + lost[:, None, None]) * (scale * factor[:, None, None]), rounding
+        margin = _per_beam(state.margin)
+        lost = lost / margin**2
+        rounding += scale * (ROUNDING_FACTOR * EPS * (1 / margin - 1))
+    factor = TRUNCATION_FACTOR * np.maximum(clamped, 1.0)
+    return (relative_tail + lost) * (scale * factor), rounding
+
+
+def _per_beam(values: Any) -> Any:
+    """Values (beams,) to multiply arrays (beams, families, k) with; a float of a stack of one."""
+    if isinstance(values, float):
+        return values
+    return values.item() if len(values) == 1 else values[:, None, None]

@@ -45,7 +45,7 @@ STACKED = 2  # of them in stacks: the beams left then need care of their own
 CHUNK = 32  # beams that share a mesh: it is as fine as the hardest of them needs
 FEWER_DIGITS = 0.15  # asked of a shared mesh: most of its beams need less than the hardest
 MORE_DIGITS = 0.7  # for each further attempt, beyond those the last one missed
-COARSE_ORDER = 6
+COARSE_ORDER, COARSE_ERROR = 6, 1e-6  # of the equilibrium that a mesh is designed from
 STRETCH_SHARE = 1e-3  # of the tolerance: an error of the stretch that is accepted
 
 _numbers = attrgetter(*PARAMETERS)
@@ -215,14 +215,11 @@ class Refinement:
         try:
             rho = inertia(mesh, beams)
             if problem.rigid_tension:
-                state, found = (
-                    AxialState(np.ones((1, mesh.weights.shape[-1])), 0, np.zeros(1)),
-                    np.ones(1, bool),
-                )
+                state = AxialState(np.ones((1, mesh.weights.shape[-1])), 0, 0.0)
             else:
                 accept_error = STRETCH_SHARE * problem.tolerance / 10**extra
                 law = problem.strain_law
-                state, found = equilibrium(mesh, rho, beams, law, start, accept_error)
+                state = equilibrium(mesh, rho, beams, law, start, accept_error)
             modes = lowest_modes(mesh, rho, state, beams, self.count, problem)
         except (NoEquilibrium, NotConverged, np.linalg.LinAlgError) as error:
             if not one:  # one of them buckles: each by itself
@@ -242,9 +239,9 @@ class Refinement:
         modes.omega_squared.setflags(write=False)
         modes.bending_energy_fraction.setflags(write=False)
         fields = [repeat(None) if field is None else field for field in modes]
-        rows = zip(places, found, ratios, grids, state.f, *fields, strict=False)  # some never end
-        for place, sound, ratio, grid, f, *own in rows:
-            if not sound:
+        rows = zip(places, ratios, grids, state.f, *fields, strict=False)  # some never end
+        for place, ratio, grid, f, *own in rows:
+            if ratio == math.inf:  # no equilibrium was found
                 self.alone.add(place)
             elif ratio <= 1:
                 self._answer(place, StraightModes(grid, f, state.iterations, *own))
@@ -291,7 +288,7 @@ def coarse_equilibrium(beam: Beam, law: StrainLaw) -> tuple[State, Positions]:
     ends = unstretched_positions(beam).ends
     mesh = make_mesh(ends, (COARSE_ORDER,) * (len(ends) - 1))
     stack = single(beam)
-    state, _ = equilibrium(mesh, inertia(mesh, stack), stack, law)
+    state = equilibrium(mesh, inertia(mesh, stack), stack, law, accept_error=COARSE_ERROR)
     f = state.f[0]
     values = mesh.weights * np.stack((f, mesh.J @ f))
     parts = values.reshape(2, -1, COARSE_ORDER).sum(axis=2)  # integrals of f and u over each part
