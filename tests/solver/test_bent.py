@@ -160,7 +160,7 @@ def test_against_shooting(case):
 
 
 @pytest.mark.slow
-@settings(max_examples=60)
+@settings(max_examples=20)
 @given(bent_beams())
 def test_many_against_shooting(case):
     """As above, more of them."""
