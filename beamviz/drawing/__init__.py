@@ -4,30 +4,32 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import trimesh
 from viser import BatchedMeshHandle, LabelHandle, SceneApi
 
 from beamviz.drawing import beam_mesh, camera, colours
-from beamviz.drawing.beam_mesh import DEFAULT_SCALE, PIECE_COUNTS, DrawnMotion, subdivide
+from beamviz.drawing.beam_mesh import (
+    DEFAULT_SCALE,
+    PIECE_COUNTS,
+    DrawnMotion,
+    subdivide,
+    to_hub_frame,
+)
 from beamviz.drawing.modes import SampledModes, amplitudes, displacement
 from beamviz.drawing.objects import (
     BOX,
     HIDDEN,
     SIDES,
-    Ground,
-    Hub,
     Nodes,
     ReferenceShapes,
+    Surroundings,
     add_instances,
     add_lights,
     axis_rotation,
-    box,
     mass_radius,
     open_box,
     place_instances,
     section_size,
-    set_surface,
-    sphere,
-    to_hub_frame,
 )
 from beamviz.drawing.text import frequencies
 from beamviz.scene import ViewOptions
@@ -36,7 +38,7 @@ from beamviz.server.viser_private import set_orientation, set_position, set_prop
 INSET = 0.95  # size of an overlaid beam, so that its faces do not coincide with the other's
 TITLE_OFFSET = np.array([0.0, 0.0, 0.1])  # of an overlaid beam, from its mass or tip
 ROW_SPACING = 0.42  # of beams above each other, in lengths of the beam
-ROW_TITLE_HEIGHT = 0.14  # above the hub
+TITLE_HEIGHT = 0.14  # above the hub
 OVERLAY = "/scene/rotor/overlay"
 
 
@@ -44,35 +46,36 @@ class BeamView:
     """One beam in a scene: `show` takes what changes with the beam, `move` what changes with time.
 
     root: name of its node in the scene; alone: with lights, ground and post, which a second beam in
-    the same scene does not need; height: of its middle, in lengths of the beam.
+    the same scene does not need: it has a title instead; height: of its middle, in lengths of the
+    beam.
     """
 
     def __init__(self, api: SceneApi, root: str = "/scene", *, alone: bool = True):
         if alone:
             add_lights(api)
-        self.alone, self.height = alone, 0.0
+        self.height = 0.0
         self.frame = api.add_frame(root, show_axes=False)
-        self.ground = Ground(api, root)
         self.rotor = api.add_frame(f"{root}/rotor", show_axes=False)
-        self.hub = Hub(api, root)
+        self.surroundings = Surroundings(api, root, alone=alone)
         api.add_frame(f"{root}/rotor/beam", show_axes=False)
+        unshaded = {"receive_shadow": False}
         self.beams = {
-            count: add_instances(
-                api, f"{root}/rotor/beam/{count}", count, open_box(), receive_shadow=False
-            )
+            count: add_instances(api, f"{root}/rotor/beam/{count}", count, open_box(), **unshaded)
             for count in PIECE_COUNTS  # one node each: a browser cannot change a node's count
         }
         self.count = 0  # of the pieces drawn
-        self.ends = add_instances(api, f"{root}/rotor/ends", 2, box(), receive_shadow=False)
+        box, ball = trimesh.creation.box(), trimesh.creation.icosphere(subdivisions=4)
+        self.ends = add_instances(api, f"{root}/rotor/ends", 2, box, **unshaded)
         self.mass = add_instances(
-            api, f"{root}/rotor/mass", 1, sphere(), flat_shading=False, receive_shadow=False
+            api, f"{root}/rotor/mass", 1, ball, flat_shading=False, **unshaded
         )
         self.mass_drawn: tuple = ()  # radius and colour
-        self.ghosts = ReferenceShapes(api, root)
+        self.reference = ReferenceShapes(api, root)
         self.nodes = Nodes(api, root)
         self.warning = api.add_label(
             f"{root}/rotor/words", "", anchor="bottom-center", font_screen_scale=1.25, visible=False
         )
+        self.title = None if alone else add_title(api, root, "")
 
     def show(
         self,
@@ -81,6 +84,7 @@ class BeamView:
         shown: list[int],
         *,
         warning: str = "",
+        title: str = "",
         motion: DrawnMotion | None = None,
     ) -> None:
         """Draw a beam and the nodes of its modes `shown` (0-based). A warning greys the beam and is
@@ -94,11 +98,8 @@ class BeamView:
         self.section = section_size(beam, view.thicken)
         middle = [0.0, 0.0, self.height] - camera.target(shapes, view.rotating_frame)
         set_position(self.frame, middle)
-        self.ground.show(beam, rotating_frame=view.rotating_frame)
-        self.hub.show(beam)
-        self.ground.grid.visible = self.alone
-        self.hub.post.visible = self.alone and beam.delta >= 0
-        self.ghosts.show(shapes, self.section, visible=view.ghosts)
+        self.surroundings.show(beam, rotating_frame=view.rotating_frame)
+        self.reference.show(shapes, self.section, visible=view.ghosts)
         marked = shown if view.nodes and len(shown) == 1 and not warning else []
         self.nodes.show(shapes, self.section, marked, labels=not view.all_modes, scale=motion.scale)
         self.show_mass(mass_radius(beam, view.thicken) if beam.alpha > 0 else HIDDEN)
@@ -106,6 +107,14 @@ class BeamView:
         if warning:
             self.warning.text = warning
             set_position(self.warning, (beam.delta + 0.5, 0.0, 0.12))
+        if self.title:
+            self.frame.visible, self.title.text = True, title
+            x = beam.delta if view.rotating_frame else 0.0
+            self.title.position = (x, 0.0, TITLE_HEIGHT)
+
+    def hide(self) -> None:
+        """Draw nothing."""
+        self.frame.visible = False
 
     def show_mass(self, radius: float) -> None:
         """Size and colour of the mass, sent only where they change."""
@@ -126,36 +135,28 @@ class BeamView:
         """Draw the beam displaced by `moved` (n, 2), in colours that end at `largest`."""
         shapes, rotating = self.shapes, self.view.rotating_frame
         points, normal = to_hub_frame(shapes, shapes.centreline + moved)
-        pieces = beam_mesh.segments(points, normal, *self.section)
-        paint = self.paint(moved, largest)
-        self.set_count(len(paint))
+        pieces = beam_mesh.segments(points, normal, self.section)
+        if self.greyed:
+            paint = colours.instanced(np.tile(colours.GREYED, (len(points) - 1, 1)) / 255)
+        else:
+            paint = colours.painted(shapes, self.view.colouring, moved, largest)
+        if self.count not in (0, len(paint)):  # hide the former pieces in the same frame
+            hidden = np.full((self.count, 3), HIDDEN, np.float32)
+            set_properties(self.beam, {"batched_scales": hidden})
+        self.count = len(paint)
         place_instances(self.beam, *pieces, paint)
         ends = (part[:: len(paint) - 1] for part in (*pieces, paint))  # the pieces have no ends
         place_instances(self.ends, *ends)
         self.nodes.move(points, pieces[1])
         mass = points[shapes.mass : shapes.mass + 1].astype(np.float32)
         set_properties(self.mass, {"batched_positions": mass})
-        set_orientation(self.ground.grid, axis_rotation(-angle if rotating else 0.0))
+        set_orientation(self.surroundings.grid, axis_rotation(-angle if rotating else 0.0))
         set_orientation(self.rotor, axis_rotation(0.0 if rotating else angle))
 
     @property
     def beam(self) -> BatchedMeshHandle:
         """The node of the pieces drawn."""
         return self.beams[self.count]
-
-    def set_count(self, count: int) -> None:
-        """Change the number of pieces; the former ones are hidden in the same frame."""
-        if self.count and self.count != count:
-            hidden = np.full((self.count, 3), HIDDEN, np.float32)
-            set_properties(self.beam, {"batched_scales": hidden})
-        self.count = count
-
-    def paint(self, moved: np.ndarray, largest: float) -> np.ndarray:
-        """Colour (n - 1, 3), bytes of linear light, of each piece displaced by `moved` (n, 2)."""
-        if self.greyed:
-            grey = np.array([colours.GREYED]) / 255
-            return colours.instanced(np.tile(grey, (len(moved) - 1, 1)))
-        return colours.painted(self.shapes, self.view.colouring, moved, largest)
 
 
 class OverlayBeam:
@@ -203,8 +204,12 @@ class OverlayBeam:
         shapes = self.shapes
         moved = displacement(shapes, phases, amplitudes)
         points, normal = to_hub_frame(shapes, shapes.centreline + moved)
-        set_surface(self.body, *beam_mesh.swept(points, normal, *self.section))
-        self.nodes.move(points, beam_mesh.segments(points, normal, *self.section)[1])
+        vertices, faces = beam_mesh.swept(points, normal, self.section)
+        surface = {"vertices": vertices.astype(np.float32)}
+        if len(faces) != len(self.body.faces):  # in one message: they always fit each other
+            surface["faces"] = faces.astype(np.uint32)
+        set_properties(self.body, surface)
+        self.nodes.move(points, beam_mesh.segments(points, normal, self.section)[1])
         set_position(self.mass, points[shapes.mass])
 
 
@@ -218,55 +223,27 @@ def add_title(api: SceneApi, root: str, text: str) -> LabelHandle:
     return api.add_label(f"{root}/title", text, anchor="bottom-center", font_screen_scale=1.1)
 
 
-class TitledBeam(BeamView):
-    """A beam with a title, above or below others in a scene."""
-
-    def __init__(self, api: SceneApi, root: str):
-        super().__init__(api, root, alone=False)
-        self.title = add_title(api, root, "")
-
-    def show_row(
-        self,
-        shapes: SampledModes,
-        view: ViewOptions,
-        shown: list[int],
-        title: str,
-        height: float,
-        motion: DrawnMotion,
-    ) -> None:
-        """Draw a beam at a height, subdivided for `motion`."""
-        self.height = height
-        self.show(shapes, view, shown, motion=motion)
-        self.frame.visible = True
-        self.title.text = title
-        x = shapes.beam.delta if view.rotating_frame else 0.0
-        self.title.position = (x, 0.0, ROW_TITLE_HEIGHT)
-
-    def hide(self) -> None:
-        """Draw nothing."""
-        self.frame.visible = False
-
-
 class AllModesView:
     """Every mode in a row of its own, on one clock (paper, figs. 14-15); rows are built when they
     are first needed."""
 
     def __init__(self, api: SceneApi):
         self.api = api
-        self.rows: list[TitledBeam] = []
+        self.rows: list[BeamView] = []
         self.count = 0  # of the rows shown
 
     def show(self, shapes: SampledModes, view: ViewOptions, scale: float = DEFAULT_SCALE) -> None:
         """One row for each mode, at `scale` pixels per length of the beam."""
         self.count = len(shapes.modes)
         while len(self.rows) < self.count:
-            self.rows.append(TitledBeam(self.api, f"/mode {len(self.rows) + 1}"))
+            self.rows.append(BeamView(self.api, f"/mode {len(self.rows) + 1}", alone=False))
         frequency = frequencies(shapes.beam.units)
         for k, height in enumerate(stacked_heights(self.count)):
             alone = view.amplitude * np.eye(self.count)[k]
             motion = DrawnMotion.of(shapes, alone, view.colouring, scale)
             title = f"{shapes.labels[k]}   {frequency.text(shapes.frequencies[k], 5)}"
-            self.rows[k].show_row(shapes, view, [k], title, height, motion)
+            self.rows[k].height = height
+            self.rows[k].show(shapes, view, [k], title=title, motion=motion)
         for row in self.rows[self.count :]:
             row.hide()
 

@@ -1,4 +1,4 @@
-"""The surface of the beam, and the subdivision it is drawn in: as fine as the picture needs."""
+"""The surface of the beam, and its subdivision: as fine as the picture needs."""
 
 from dataclasses import dataclass, replace
 from typing import Self
@@ -9,17 +9,19 @@ from beamviz.drawing import colours
 from beamviz.drawing.modes import SampledModes
 
 NORMALS = {"chordwise": np.array([0.0, 0.0, 1.0]), "flapwise": np.array([0.0, -1.0, 0.0])}
+Section = tuple[float, float]  # thickness in the plane of motion, breadth along its normal
 
 
-def frame(centreline: np.ndarray, plane: str) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n, 2) in the plane of motion as (n, 3) in space, and the normal of that plane.
+def to_hub_frame(shapes: SampledModes, centreline: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A line (n, 2) measured from the clamp as points (n, 3) in the hub's frame, and the normal
+    (3,) of the plane of motion.
 
     Across the beam is y (the plane of rotation) chordwise and z (along the axis) flapwise.
     """
     points = np.zeros((len(centreline), 3))
-    points[:, 0] = centreline[:, 0]
-    points[:, 1 if plane == "chordwise" else 2] = centreline[:, 1]
-    return points, NORMALS[plane]
+    points[:, 0] = shapes.beam.delta + centreline[:, 0]
+    points[:, 1 if shapes.plane == "chordwise" else 2] = centreline[:, 1]
+    return points, NORMALS[shapes.plane]
 
 
 def crosswise(normal: np.ndarray) -> np.ndarray:
@@ -27,22 +29,22 @@ def crosswise(normal: np.ndarray) -> np.ndarray:
     return np.array([0.0, normal[2], -normal[1]])
 
 
-def tangents(points: np.ndarray) -> np.ndarray:
-    """Unit tangents (n, 3) of a polyline (n, 3)."""
-    step = np.gradient(points, axis=0)
-    return step / np.linalg.norm(step, axis=1, keepdims=True)
+def extents(section: Section, normal: np.ndarray) -> np.ndarray:
+    """Size (3,) of a section of a straight beam, 0 along it."""
+    return section[0] * np.abs(crosswise(normal)) + section[1] * np.abs(normal)
 
 
 def swept(
-    points: np.ndarray, normal: np.ndarray, thickness: float, breadth: float
+    points: np.ndarray, normal: np.ndarray, section: Section
 ) -> tuple[np.ndarray, np.ndarray]:
     """The closed surface of a rectangular section swept along `points` (n, 3).
 
-    `thickness` lies in the plane of motion, `breadth` along its `normal`.
     Returns vertices (4 n, 3) and triangles (8 n - 4, 3), facing outwards.
     """
-    side = np.cross(normal, tangents(points)) * thickness / 2
-    up = normal * breadth / 2
+    tangents = np.gradient(points, axis=0)
+    tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
+    side = np.cross(normal, tangents) * section[0] / 2
+    up = normal * section[1] / 2
     corners = np.stack(
         [points + side + up, points - side + up, points - side - up, points + side - up], 1
     )
@@ -56,34 +58,33 @@ def swept(
 
 
 def segments(
-    points: np.ndarray, normal: np.ndarray, thickness: float, breadth: float
+    points: np.ndarray, normal: np.ndarray, section: Section
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The same surface as n - 1 transformed unit boxes, which may differ in colour.
 
     Returns centres (n - 1, 3), orientations wxyz (n - 1, 4) and sizes (n - 1, 3). Each box is
-    longer by what closes the wedge to its neighbours on the outside of a bend.
+    extended to close the wedge to its neighbours on the outside of a bend.
     """
-    across = crosswise(normal)
-    along, aside = points[1:, 0] - points[:-1, 0], (points[1:] - points[:-1]) @ across
-    turn = np.arctan2(aside, along)
-    bend = turn[1:] - turn[:-1]
+    along, aside = points[1:, 0] - points[:-1, 0], (points[1:] - points[:-1]) @ crosswise(normal)
+    direction = np.arctan2(aside, along)
+    bend = direction[1:] - direction[:-1]
     bend = np.abs(bend - 2 * np.pi * np.rint(bend / (2 * np.pi)))
     wedge = np.zeros(len(points))
-    wedge[1:-1] = np.tan(np.minimum(bend, 1.0) / 2)  # a folded piece gets no endless wedge
-    sizes = np.empty((len(turn), 3))
-    sizes[:] = thickness * np.abs(across) + breadth * np.abs(normal)
-    sizes[:, 0] = np.hypot(along, aside) + thickness / 2 * (wedge[:-1] + wedge[1:])
-    wxyz = np.empty((len(turn), 4))
-    wxyz[:, 0] = np.cos(turn / 2)
-    wxyz[:, 1:] = np.sin(turn / 2)[:, None] * normal
+    wedge[1:-1] = np.tan(np.minimum(bend, 1.0) / 2)  # bounded where the beam is folded
+    sizes = np.empty((len(direction), 3))
+    sizes[:] = extents(section, normal)
+    sizes[:, 0] = np.hypot(along, aside) + section[0] / 2 * (wedge[:-1] + wedge[1:])
+    wxyz = np.empty((len(direction), 4))
+    wxyz[:, 0] = np.cos(direction / 2)
+    wxyz[:, 1:] = np.sin(direction / 2)[:, None] * normal
     return (points[:-1] + points[1:]) / 2, wxyz, sizes
 
 
 PIECE_COUNTS = (16, 32, 64, 128, 256)
 DEVIATION = 0.2  # [pixels] largest distance of a piece from the curve, mid-picture
-STEP = 1 / 40  # of the colour map: largest difference between neighbouring pieces
-LONGEST = 1 / 4  # piece, in lengths of the beam
-LEAVE = 0.8  # a count is reduced only where this part of the smaller one is enough: no flicker
+STEP = 1 / 40  # largest difference between neighbouring pieces on the colour map
+LONGEST = 1 / 4  # [lengths of the beam] longest piece
+LEAVE = 0.8  # against flicker: a count is reduced where this part of the smaller one is enough
 DEFAULT_SCALE = 1000.0  # [pixels] per length of the beam
 
 
@@ -113,10 +114,11 @@ class DrawnMotion:
         return cls(sizes[shown, None, None] * shapes.modes[shown], scale, colouring, largest)
 
 
-def subdivide(shapes: SampledModes, seen: DrawnMotion, before: int = 0) -> SampledModes:
-    """`shapes` at the ends of the pieces it is drawn in, one at the mass; before: the former
-    number of pieces."""
-    need = np.append(0.0, np.cumsum(required_density(shapes, seen) * np.diff(shapes.x)))
+def subdivide(shapes: SampledModes, motion: DrawnMotion, before: int = 0) -> SampledModes:
+    """`shapes` at the ends of the pieces it is drawn in, one at the mass, with the mean strain of
+    each piece; before: the former number of pieces."""
+    lengths = np.diff(shapes.x)
+    need = np.append(0.0, np.cumsum(required_density(shapes, motion) * lengths))
     mass = float(need[shapes.mass])
     parts = np.array([mass, need[-1] - mass])
     count = piece_count(int(np.ceil(parts).sum()), before)
@@ -126,7 +128,15 @@ def subdivide(shapes: SampledModes, seen: DrawnMotion, before: int = 0) -> Sampl
     ends = np.append(
         np.linspace(0.0, mass, inner + 1)[:-1], np.linspace(mass, need[-1], count - inner + 1)
     )
-    return resample(shapes, np.interp(ends, need, shapes.x))
+    x = np.interp(ends, need, shapes.x)
+    strain = np.append(0.0, np.cumsum(shapes.strain * lengths))
+    return replace(
+        shapes,
+        x=x,
+        centreline=interpolate(shapes.x, shapes.centreline, x),
+        strain=np.diff(np.interp(x, shapes.x, strain)) / np.diff(x),
+        modes=interpolate(shapes.x, shapes.modes, x),
+    )
 
 
 def piece_count(need: int, before: int) -> int:
@@ -135,30 +145,23 @@ def piece_count(need: int, before: int) -> int:
     return before if before > enough >= before / 2 and need > LEAVE * enough else enough
 
 
-def required_density(shapes: SampledModes, seen: DrawnMotion) -> np.ndarray:
-    """Pieces (n - 1,) per length of the beam that a picture needs between stations.
-
-    A chord of length h passes a curve of curvature kappa at kappa h^2 / 8.
-    """
-    slope, bend = derivatives(shapes, np.concatenate([shapes.centreline[None], seen.fields]))
-    chords = np.sqrt(curvature(slope, bend) * seen.scale / (8 * DEVIATION))
-    return np.maximum(np.maximum(chords, colour_gradient(slope, bend, seen) / STEP), 1 / LONGEST)
-
-
-def curvature(slope: np.ndarray, bend: np.ndarray) -> np.ndarray:
-    """A bound (n - 1,) of the curvature of the moving beam, from the first and second derivatives
-    (1 + k, n - 1, 2) along x of its centreline and its displacement fields."""
-    along, steep = np.abs(bend[..., 0]).sum(axis=0), np.abs(slope[1:, :, 1]).sum(axis=0)
-    stretch = np.maximum(np.abs(slope[0, :, 0]) - np.abs(slope[1:, :, 0]).sum(axis=0), 0.1)
-    return np.abs(bend[..., 1]).sum(axis=0) + along * np.minimum(steep / stretch, 1.0)
-
-
-def colour_gradient(slope: np.ndarray, bend: np.ndarray, seen: DrawnMotion) -> np.ndarray:
-    """A bound (n - 1,) of the change along x of the position on the colour map, from the same."""
-    if seen.colouring == "axial strain":
-        return np.abs(bend[..., 0]).sum(axis=0) / (2 * seen.largest)
+def required_density(shapes: SampledModes, motion: DrawnMotion) -> np.ndarray:
+    """Pieces (n - 1,) per length of the beam that a picture needs between stations: by the
+    curvature of the moving beam (a chord of length h deviates from a curve of curvature kappa by
+    kappa h^2 / 8) and by the change of colour along x, both bounded over time."""
+    fields = np.concatenate([shapes.centreline[None], motion.fields])
+    slope, bend = derivatives(shapes, fields)
     along, across = np.abs(slope[1:, :, 0]), np.abs(slope[1:, :, 1])
-    return np.hypot(along, across).sum(axis=0) / seen.largest
+    axial = np.abs(bend[..., 0]).sum(axis=0)
+    stretch = np.maximum(np.abs(slope[0, :, 0]) - along.sum(axis=0), 0.1)
+    steep = np.minimum(across.sum(axis=0) / stretch, 1.0)
+    curvature = np.abs(bend[..., 1]).sum(axis=0) + axial * steep
+    if motion.colouring == "axial strain":
+        colour = axial / (2 * motion.largest)
+    else:
+        colour = np.hypot(along, across).sum(axis=0) / motion.largest
+    chords = np.sqrt(curvature * motion.scale / (8 * DEVIATION))
+    return np.maximum(np.maximum(chords, colour / STEP), 1 / LONGEST)
 
 
 def derivatives(shapes: SampledModes, fields: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -170,18 +173,6 @@ def derivatives(shapes: SampledModes, fields: np.ndarray) -> tuple[np.ndarray, n
     bend[:, 1:-1] = np.diff(slope, axis=1) / (step[1:] + step[:-1])[:, None] * 2
     bend[:, shapes.mass] = 0.0
     return slope, np.maximum(np.abs(bend[:, 1:]), np.abs(bend[:, :-1]))
-
-
-def resample(shapes: SampledModes, x: np.ndarray) -> SampledModes:
-    """`shapes` at other stations x (j,), with the mean strain of each piece."""
-    strain = np.append(0.0, np.cumsum(shapes.strain * np.diff(shapes.x)))
-    return replace(
-        shapes,
-        x=x,
-        centreline=interpolate(shapes.x, shapes.centreline, x),
-        strain=np.diff(np.interp(x, shapes.x, strain)) / np.diff(x),
-        modes=interpolate(shapes.x, shapes.modes, x),
-    )
 
 
 def interpolate(known: np.ndarray, values: np.ndarray, x: np.ndarray) -> np.ndarray:

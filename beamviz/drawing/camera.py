@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
 from viser import CameraHandle, InitialCameraConfig
@@ -12,32 +11,31 @@ from beamviz.drawing.objects import hub_radius, mass_radius
 from beamviz.scene import Camera
 
 FIELD_OF_VIEW = math.radians(24)  # vertical
-RIDING_FROM = {"chordwise": (-0.3, -1.0, 0.8), "flapwise": (-0.3, -1.0, 0.45)}
-BESIDE_FROM = (0.0, -1.0, 0.85)
-ROOM = 0.2  # kept on both sides of the beam for its motion
-HOOP = 0.1  # wall of the hoop that an inward beam is clamped to, and room
-SCALES = (100.0, 1e5)  # [pixels] of a length of the beam that are told apart
-RIM = 0.3  # of a large hub, this much is kept in the picture
-LIFT = 0.1  # of half the height of a page: free above the beam, for a label
-NEARER, FARTHER = 0.7, 1.15  # times the distance: a camera stays while the best one is between
-SAME = 1e-3  # distance of two viewpoints that count as one
-DIRECTIONS = 16  # from which one looks, of which the unit vectors are kept
+# Directions from the middle of the picture to the camera: rotating with the hub, and beside it.
+ROTATING_DIRECTIONS = {"chordwise": (-0.3, -1.0, 0.8), "flapwise": (-0.3, -1.0, 0.45)}
+FIXED_DIRECTION = (0.0, -1.0, 0.85)
+ROOM = 0.2  # on both sides of the beam, for its motion
+MARGIN = 0.1  # around the hub: the hoop of an inward beam, and room
+SCALES = (100.0, 1e5)  # [pixels] per length of the beam: smaller and larger ones count as these
+RIM = 0.3  # largest part of the hub that is kept in the picture of the beam
+LIFT = 0.1  # part of half the height of a page that is free above the beam, for a label
+NEARER, FARTHER = 0.7, 1.15  # relative changes of the best distance at which a camera is moved
+TOLERANCE = 1e-3  # distance of two viewpoints that count as one
 
 
 def span(shapes: SampledModes) -> tuple[float, float]:
-    """From where to where a picture reaches along the beam [from the clamp]: with the mass and
-    some of the hub."""
-    beam = shapes.beam
-    along = shapes.centreline[:, 0]
+    """The part of the x axis [from the clamp] that a picture shows: the beam, its mass and some of
+    the hub."""
+    beam, along = shapes.beam, shapes.centreline[:, 0]
     radius = mass_radius(beam) if beam.alpha > 0 else 0.0
-    rim = min(2 * hub_radius(beam), RIM) if beam.delta >= 0 else HOOP
+    rim = min(2 * hub_radius(beam), RIM) if beam.delta >= 0 else MARGIN
     mass = along[shapes.mass]
     return min(-rim, mass - radius), max(along[-1], mass + radius)
 
 
 def target(shapes: SampledModes, rotating_frame: bool) -> np.ndarray:
-    """The point (3,) of the hub's frame that is put in the middle of the picture: the middle of
-    the beam when riding on the hub, the axis when standing beside it."""
+    """The point (3,) of the hub's frame in the middle of the picture: the middle of the beam in
+    the rotating frame, else the axis."""
     return np.array(
         [shapes.beam.delta + sum(span(shapes)) / 2 if rotating_frame else 0.0, 0.0, 0.0]
     )
@@ -52,45 +50,25 @@ def corners(shapes: SampledModes, rotating_frame: bool) -> np.ndarray:
         return np.array(
             [(x, y, z) for x in (-half, half) for y in (-side, side) for z in (-height, height)]
         )
-    reach = max(hub_radius(beam), abs(beam.delta + right), abs(beam.delta + left)) + HOOP
-    turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
-    return np.stack([reach * np.cos(turn), reach * np.sin(turn), 0 * turn], 1)
+    reach = max(hub_radius(beam), abs(beam.delta + right), abs(beam.delta + left)) + MARGIN
+    angle = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    return np.stack([reach * np.cos(angle), reach * np.sin(angle), 0 * angle], 1)
 
 
 def scale(distance: float, height: int) -> float:
-    """Pixels of a length of the beam, seen from a distance in a picture of so many pixels."""
+    """Pixels per length of the beam at a distance from the camera, in a picture of `height`."""
     pixels = height / (2 * math.tan(FIELD_OF_VIEW / 2) * max(distance, 1e-6))
     return min(max(SCALES[0], pixels), SCALES[1])
 
 
-def framing(
-    points: np.ndarray, direction: tuple[float, float, float], wide: float, tall: float
-) -> np.ndarray:
-    """Camera position (3,) along `direction` from the origin, looking at it with z up, as near
-    as it can be with all `points` (n, 3) inside a picture whose half width and half height are
-    `wide` and `tall` at distance 1."""
-    back, right, up = seen_from(direction)
-    distance = points @ back
-    distance += np.maximum(np.abs(points @ right) / wide, np.abs(points @ up) / tall)
-    return 1.06 * distance.max() * back
-
-
-@lru_cache(DIRECTIONS)
-def seen_from(direction: tuple[float, float, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Unit vectors (3,) to the camera, to the right of its picture and up in it."""
-    back = np.array(direction) / np.linalg.norm(direction)
-    right = np.cross([0.0, 0.0, 1.0], back)
-    right /= np.linalg.norm(right)
-    return back, right, np.cross(back, right)
-
-
-def axes(position: np.ndarray) -> np.ndarray:
-    """Right, down and forward as columns (3, 3) of a camera at `position` that looks at the
-    origin with z up."""
-    forward = -position / np.linalg.norm(position)
-    right = np.cross(forward, [0.0, 0.0, 1.0])
-    right /= np.linalg.norm(right)
-    return np.stack([right, np.cross(forward, right), forward], 1)
+def axes(direction: Sequence[float] | np.ndarray) -> np.ndarray:
+    """Right, down and forward as columns (3, 3) of a camera in `direction` from the point it looks
+    at, with z up."""
+    x, y, z = np.divide(direction, -np.linalg.norm(direction)).tolist()
+    across = math.hypot(x, y)
+    right = (y / across, -x / across)
+    down = (-z * right[1], z * right[0], x * right[1] - y * right[0])
+    return np.array([(*right, 0.0), down, (x, y, z)]).T
 
 
 def viewpoint(
@@ -101,16 +79,18 @@ def viewpoint(
     heights: Sequence[float] = (0.0,),
     direction: tuple[float, float, float] | None = None,
 ) -> np.ndarray:
-    """Camera position (3,) for a picture with width / height = `aspect`. It looks at the origin,
-    where the scene puts `target`, and is free in its upper part: `lift` of half its height.
-    heights: of the scenes that stand above each other, where there are several; direction: the
-    usual one where none is given."""
-    direction = direction or (RIDING_FROM[shapes.plane] if rotating_frame else BESIDE_FROM)
+    """Camera position (3,) for a picture with width / height = `aspect`, as near as it can be. It
+    looks at the origin, where the scene puts `target`, and is free in its upper part: `lift` of
+    half its height. heights: of the beams above each other; direction: to the camera, None for
+    the usual one."""
+    usual = ROTATING_DIRECTIONS[shapes.plane] if rotating_frame else FIXED_DIRECTION
     tall = math.tan(FIELD_OF_VIEW / 2)
     points = np.concatenate(
         [corners(shapes, rotating_frame) + [0, 0, height] for height in heights]
     )
-    return framing(points, direction, tall * aspect, tall * (1 - lift))
+    right, down, forward = (points @ (view := axes(direction or usual))).T
+    needed = np.maximum(np.abs(right) / (tall * aspect), np.abs(down) / (tall * (1 - lift)))
+    return -1.06 * (needed - forward).max() * view[:, 2]
 
 
 def fitted(
@@ -136,9 +116,9 @@ class PageCamera:
     def __init__(self, view: CameraHandle):
         self.view = view
         self.given: Camera | None = None  # a viewpoint in place of the one that fits
-        self.placed = self.before = Camera((1.0, 1.0, 1.0))  # where it was put last, and before
+        self.placed = self.before = Camera((1.0, 1.0, 1.0))  # its last two placements
         self.asked = True  # to be moved
-        self.unsettled = False  # to be moved again when the answer has come
+        self.unsettled = False  # to be moved again with the answer to the latest request
         self.fitted_to: tuple = ()  # what the viewpoint was chosen for, and its distance
         self.distance = 0.0
 
@@ -149,8 +129,8 @@ class PageCamera:
     def look_at(
         self, shapes: SampledModes, rotating_frame: bool, heights: Sequence[float], *, settled: bool
     ) -> None:
-        """Move the camera where there is need to: scenes stand at `heights`. Until the answer is
-        `settled`, the one to the latest request, it has to be moved again."""
+        """Move the camera where needed, for beams at `heights`. Until the answer is `settled`, the
+        one to the latest request, it is moved again."""
         camera = fitted(shapes, rotating_frame, self.view.aspect, heights)
         distance = math.dist(camera.position, camera.look_at)
         fitted_to = (rotating_frame, shapes.plane, self.view.aspect, len(heights))
@@ -164,7 +144,7 @@ class PageCamera:
 
     @property
     def chosen(self) -> Camera | None:
-        """Where the visitor looks from, or None where the beam has been fitted into the page."""
+        """The visitor's viewpoint, or None where the beam has been fitted into the page."""
         if self.is_at(self.placed):
             return self.given
         return Camera(*np.round([self.view.position, self.view.look_at], 4).tolist())
@@ -172,20 +152,20 @@ class PageCamera:
     def is_at(self, camera: Camera) -> bool:
         """Whether the page has its camera there."""
         now, there = (self.view.position, self.view.look_at), (camera.position, camera.look_at)
-        return np.allclose(now, there, atol=SAME)
+        return np.allclose(now, there, atol=TOLERANCE)
 
     @property
     def scale(self) -> float:
-        """Pixels that a length of the beam takes in the middle of the picture."""
+        """Pixels per length of the beam in the middle of the picture."""
         return scale(math.dist(self.view.position, self.view.look_at), self.view.image_height)
 
     @property
     def reshaped(self) -> bool:
-        """Whether the page has another shape than the viewpoint was chosen for."""
+        """Whether the page has another aspect ratio than the viewpoint was chosen for."""
         return bool(self.fitted_to) and self.view.aspect != self.fitted_to[2] and self.given is None
 
     @property
     def overtaken(self) -> bool:
-        """Whether the page has the camera where it was put before: it told so while it was put
-        elsewhere, and viser does not send what the page seemed to have already."""
+        """Whether the page has the camera at the placement before the last: its message crossed
+        the last one, which viser does not send again."""
         return self.is_at(self.before) and not self.is_at(self.placed)

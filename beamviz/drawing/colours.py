@@ -42,11 +42,6 @@ def instanced(colours: np.ndarray) -> np.ndarray:
     return np.rint(255 * linear(colours)).astype(np.uint8)
 
 
-def palette(anchors: tuple[RGB, ...]) -> np.ndarray:
-    """A colour map as bytes (STEPS, 3) of linear light."""
-    return instanced(mapped(np.linspace(0.0, 1.0, STEPS), anchors))
-
-
 def linear(colours: np.ndarray) -> np.ndarray:
     """sRGB colours in 0 .. 1 as linear light."""
     return np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
@@ -84,4 +79,7 @@ def colour_range(shapes: SampledModes, name: str, amplitudes: np.ndarray) -> flo
     return max(float(np.minimum(amplitudes, shapes.limits).sum()), 1e-9)
 
 
-PALETTES = {name: palette(anchors) for name, anchors in MAPS.items()}
+# The colour maps as bytes (STEPS, 3) of linear light.
+PALETTES = {
+    name: instanced(mapped(np.linspace(0.0, 1.0, STEPS), anchors)) for name, anchors in MAPS.items()
+}

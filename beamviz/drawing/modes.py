@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid, trapezoid
@@ -13,12 +13,12 @@ from beamviz.beam import Beam
 from beamviz.scene import ViewOptions
 from beamviz.solver import Solution
 
-FINE = 600
-CLOSE = 1e-9  # of an end of the beam: a mass this near is drawn at the end
+STATIONS = 601
+CLOSE = 1e-9  # distance from an end of the beam at which a mass is drawn at the end
 SAMPLES = np.linspace(0.0, 1.0, 401)
 CACHED_POSITIONS = 100  # of the mass, whose stations are cached
-LAYER = 0.05  # of the beam: typical width of a boundary layer
-SIGN_STRIDE = 8  # one station in 8 is enough to tell the sign of a mode
+LAYER = 0.05  # [lengths of the beam] typical width of a boundary layer
+SIGN_STRIDE = 8  # one station in 8 is enough to determine the sign of a mode
 MAX_STRAIN = 0.6  # of the displacement drawn: at 1 the beam would fold
 
 
@@ -30,8 +30,8 @@ class SampledModes:
 
     x: (n,) stations; centreline: (n, 2) the equilibrium, along and across the beam;
     strain: (n - 1,) its axial strain; modes: (m, n, 2) with largest displacement 1;
-    limits: (m,) largest amplitude to draw; nodes: for each mode the reference points x (j,) of its
-    nodes and their positions (j, 2) in equilibrium.
+    limits: (m,) largest amplitude to draw; nodes: for each mode the positions x (j,) of its
+    vibration nodes.
     """
 
     beam: Beam
@@ -43,36 +43,36 @@ class SampledModes:
     strain: np.ndarray
     modes: np.ndarray
     limits: np.ndarray
-    nodes: Sequence[tuple[np.ndarray, np.ndarray]]
+    nodes: Sequence[np.ndarray]
 
     @classmethod
     def sampled(cls, solution: Solution, previous: Self | None = None) -> Self:
         """`solution` at its stations, with the signs of `previous`."""
-        x = shared_stations(solution.beam.beta)
-        raw = shapes_at(solution, x)
+        x = stations(solution.beam.beta)
+        raw = np.moveaxis(solution.displacement(x), 2, 0)
         modes = normalisation(raw) * raw
         stretching = np.abs(np.diff(modes[:, :, 0], axis=1) / np.diff(x)).max(axis=1)
         equilibrium = solution.equilibrium
-        centreline = equilibrium.position(x)
+        bends = solution.bending_energy_fraction >= 0.5
         return cls(
             beam=solution.beam,
             plane=solution.problem.plane,
             labels=solution.labels,
             frequencies=solution.frequencies,
             x=x,
-            centreline=centreline,
+            centreline=equilibrium.position(x),
             strain=equilibrium.stretch((x[:-1] + x[1:]) / 2) - 1.0,
             modes=modes if previous is None else align_signs(modes, x, previous),
             limits=MAX_STRAIN / np.maximum(stretching, 1e-12),
-            nodes=NodePositions(
-                x, solution.beam.beta, centreline, modes, solution.bending_energy_fraction >= 0.5
+            nodes=node_positions(
+                x, solution.beam.beta, modes[np.arange(len(modes)), :, bends.astype(int)]
             ),
         )
 
     @classmethod
     def at_rest(cls, beam: Beam, plane: str) -> Self:
         """The undeformed beam without modes, for a beam that has no solution."""
-        x = shared_stations(beam.beta)
+        x = stations(beam.beta)
         return cls(
             beam=beam,
             plane=plane,
@@ -97,99 +97,50 @@ class SampledModes:
 
     @cached_property
     def mass(self) -> int:
-        """The station that carries the concentrated mass."""
+        """The index of the station of the concentrated mass."""
         return int(np.argmin(np.abs(self.x - self.beam.beta)))
 
 
-def stations(x: np.ndarray, curvature: np.ndarray, mass: float) -> np.ndarray:
-    """FINE + 1 points of 0 .. 1, denser where the beam bends more; half of them are spread evenly.
-
-    x, curvature: (n,) samples along the beam; the point nearest to `mass` is moved onto it, since
-    the stretch may jump there.
-    """
-    density = 1.0 + curvature / max(trapezoid(curvature, x), 1e-12)
-    share = cumulative_trapezoid(density, x, initial=0.0)
-    points = np.interp(np.linspace(0.0, share[-1], FINE + 1), share, x)
-    points[0], points[-1] = 0.0, 1.0
-    if CLOSE < mass < 1.0 - CLOSE:
-        points[1 + np.argmin(np.abs(points[1:-1] - mass))] = mass
-    return points
-
-
 @lru_cache(CACHED_POSITIONS)
-def shared_stations(mass: float) -> np.ndarray:
-    """Stations (n,), denser where boundary layers may be thin: at the clamp, on both sides of the
-    mass. All beams with the mass in this position share them, and all that is cached for them."""
+def stations(mass: float) -> np.ndarray:
+    """Stations (n,) of 0 .. 1 for a mass at `mass`, read-only: half of them spread evenly, half
+    where boundary layers may be thin, at the clamp and on both sides of the mass. One is at the
+    mass, since the stretch may jump there. All beams with this mass position share the array."""
     layers = np.exp(-SAMPLES / LAYER) + np.exp(-np.abs(SAMPLES - mass) / LAYER)
-    x = stations(SAMPLES, layers, mass)
+    density = 1.0 + layers / trapezoid(layers, SAMPLES)
+    share = cumulative_trapezoid(density, SAMPLES, initial=0.0)
+    x = np.interp(np.linspace(0.0, share[-1], STATIONS), share, SAMPLES)
+    x[0], x[-1] = 0.0, 1.0
+    if CLOSE < mass < 1.0 - CLOSE:
+        x[1 + np.argmin(np.abs(x[1:-1] - mass))] = mass
     x.flags.writeable = False
     return x
 
 
-def shapes_at(solution: Solution, x: np.ndarray) -> np.ndarray:
-    """All modes (m, n, 2) at x (n,)."""
-    return np.moveaxis(solution.displacement(x), 2, 0)
-
-
 def normalisation(modes: np.ndarray) -> np.ndarray:
     """Factors (m, 1, 1) that give modes (m, n, 2) the largest displacement 1 and a tip that
-    moves outwards or across first."""
+    first moves in the positive direction."""
     tips = np.take_along_axis(modes[:, -1], np.abs(modes[:, -1]).argmax(axis=1)[:, None], 1)
-    turns = np.where(tips == 0, 1.0, np.conj(tips) / np.maximum(np.abs(tips), 1e-300))
-    return (turns / np.sqrt((np.abs(modes) ** 2).sum(2)).max(1, keepdims=True))[..., None]
+    signs = np.where(tips == 0, 1.0, np.conj(tips) / np.maximum(np.abs(tips), 1e-300))
+    return (signs / np.sqrt((np.abs(modes) ** 2).sum(2)).max(1, keepdims=True))[..., None]
 
 
-class NodePositions(Sequence[tuple[np.ndarray, np.ndarray]]):
-    """Vibration nodes of each mode, located when they are first needed: x (j,), position (j, 2).
-
-    x: (n,) stations, one at the mass, of centreline (n, 2) and modes (m, n, 2); bends: (m,)
-    whether most of a mode's kinetic energy is in bending.
-    """
-
-    def __init__(
-        self,
-        x: np.ndarray,
-        mass: float,
-        centreline: np.ndarray,
-        modes: np.ndarray,
-        bends: np.ndarray,
-    ):
-        self.x, self.mass, self.centreline, self.modes, self.bends = (
-            x,
-            mass,
-            centreline,
-            modes,
-            bends,
-        )
-        self.known: dict[int, tuple[np.ndarray, np.ndarray]] = {}
-
-    def __len__(self) -> int:
-        return len(self.modes)
-
-    def __getitem__(self, k: Any) -> Any:
-        if not 0 <= k < len(self):
-            raise IndexError(k)
-        if k not in self.known:
-            x = node_positions(self.x, self.mass, self.modes[k, :, int(self.bends[k])])
-            places = [np.interp(x, self.x, line) for line in self.centreline.T]
-            self.known[k] = x, np.stack(places, 1)
-        return self.known[k]
-
-
-def node_positions(x: np.ndarray, mass: float, component: np.ndarray) -> np.ndarray:
-    """Nodes (j,) of a mode: where its larger component (n,), given at x (n,), changes sign.
+def node_positions(x: np.ndarray, mass: float, components: np.ndarray) -> list[np.ndarray]:
+    """Nodes (j,) of each mode: where its larger component (m, n), given at x (n,), changes sign.
 
     Quadratic interpolation between stations, to 1e-5, never across the mass, where the slope may
     jump; `Solution.nodes` has all digits at a higher cost."""
-    far = component[np.abs(component).argmax()]
-    v = (np.conj(far) / np.abs(far) * component).real  # complex with Coriolis forces
-    i = 1 + np.flatnonzero(v[1:-1] * v[2:] < 0)
+    far = np.take_along_axis(components, np.abs(components).argmax(axis=1)[:, None], 1)
+    v = (np.conj(far) / np.abs(far) * components).real  # complex with Coriolis forces
+    k, i = np.nonzero(v[:, 1:-1] * v[:, 2:] < 0)
+    i += 1
     third = np.where((i + 2 < len(x)) & (x[i + 1] != mass), i + 2, i - 1)
-    slope = (v[i + 1] - v[i]) / (x[i + 1] - x[i])
-    further = (v[third] - v[i + 1]) / (x[third] - x[i + 1])
+    slope = (v[k, i + 1] - v[k, i]) / (x[i + 1] - x[i])
+    further = (v[k, third] - v[k, i + 1]) / (x[third] - x[i + 1])
     bend = (further - slope) / (x[third] - x[i])
-    line = x[i] - v[i] / slope
-    return x[i] - v[i] / (slope + bend * (line - x[i + 1]))
+    line = x[i] - v[k, i] / slope
+    nodes = x[i] - v[k, i] / (slope + bend * (line - x[i + 1]))
+    return np.split(nodes, np.searchsorted(k, np.arange(1, len(v))))
 
 
 def align_signs(modes: np.ndarray, x: np.ndarray, previous: SampledModes) -> np.ndarray:
@@ -197,8 +148,8 @@ def align_signs(modes: np.ndarray, x: np.ndarray, previous: SampledModes) -> np.
 
     The sign of a mode is arbitrary; without this the picture would flip while a slider moves.
     """
-    turned, some = modes.copy(), slice(None, None, SIGN_STRIDE)
-    for new, old in zip(turned, previous.modes, strict=False):
+    aligned, some = modes.copy(), slice(None, None, SIGN_STRIDE)
+    for new, old in zip(aligned, previous.modes, strict=False):
         common = old[some]
         if x is not previous.x:
             common = np.stack([np.interp(x[some], previous.x, column) for column in old.T], 1)
@@ -206,7 +157,7 @@ def align_signs(modes: np.ndarray, x: np.ndarray, previous: SampledModes) -> np.
         overlap = overlap if np.iscomplexobj(new) else overlap.real
         if abs(overlap) > 1e-6:
             new *= np.conj(overlap) / abs(overlap)
-    return turned
+    return aligned
 
 
 def amplitudes(view: ViewOptions, count: int) -> np.ndarray:

@@ -1,14 +1,16 @@
 """The objects of a scene: their sizes, instanced meshes, light, ground, hub and vibration nodes."""
 
+import itertools
 import math
+from typing import Any
 
 import numpy as np
 import trimesh
-from viser import BatchedMeshHandle, MeshHandle, SceneApi
+from viser import BatchedMeshHandle, SceneApi
 
-from beamviz.beam import Beam, Units
+from beamviz.beam import Beam
 from beamviz.drawing import beam_mesh, colours
-from beamviz.drawing.beam_mesh import DEFAULT_SCALE
+from beamviz.drawing.beam_mesh import DEFAULT_SCALE, NORMALS, Section, extents, to_hub_frame
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import measure
 from beamviz.server.viser_private import set_position, set_properties
@@ -18,7 +20,7 @@ VISIBLE_THICKNESS = 0.04
 MASS_RADIUS = 0.08  # at alpha = 1
 
 
-def section_size(beam: Beam, thicken: bool = False) -> tuple[float, float]:
+def section_size(beam: Beam, thicken: bool = False) -> Section:
     """Thickness in the plane of motion and breadth along its normal.
 
     The thickness is true: h = sqrt(12) / mu for a rectangle. The five numbers leave the
@@ -49,15 +51,9 @@ HIDDEN = 1e-6  # size of an instance that is not shown
 
 
 def add_instances(
-    api: SceneApi,
-    name: str,
-    count: int,
-    mesh: trimesh.Trimesh,
-    *,
-    flat_shading: bool = True,
-    receive_shadow: bool = True,
+    api: SceneApi, name: str, count: int, mesh: trimesh.Trimesh, **options: Any
 ) -> BatchedMeshHandle:
-    """`count` instances of a mesh in one node, each with a place, rotation, size and colour.
+    """`count` instances of a mesh in one node, each with a position, orientation, size and colour.
 
     A browser draws such nodes one frame late, so everything that moves with them is of this kind.
     """
@@ -69,28 +65,17 @@ def add_instances(
         batched_positions=np.zeros((count, 3)),
         batched_scales=np.full((count, 3), HIDDEN),
         batched_colors=np.zeros((count, 3), np.uint8),
-        flat_shading=flat_shading,
-        receive_shadow=receive_shadow,
         side="double",
         lod="off",
+        **{"flat_shading": True, **options},
     )
-
-
-def box() -> trimesh.Trimesh:
-    """A unit box."""
-    return trimesh.creation.box((1.0, 1.0, 1.0))
 
 
 def open_box() -> trimesh.Trimesh:
     """A unit box without its ends, which would stick out where a row of boxes bends."""
-    whole = box()
+    whole = trimesh.creation.box()
     walls = np.abs(whole.face_normals[:, 0]) < 0.5
     return trimesh.Trimesh(whole.vertices, whole.faces[walls], process=False)
-
-
-def sphere() -> trimesh.Trimesh:
-    """A sphere of radius 1."""
-    return trimesh.creation.icosphere(subdivisions=4)
 
 
 def place_instances(
@@ -119,14 +104,6 @@ MIN_LETTERS, MAX_LETTERS = 0.016, 0.09
 FADE_DISTANCE = 2.2  # of the ground, from the beam
 
 
-def to_hub_frame(shapes: SampledModes, centreline: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A line (n, 2) measured from the clamp as points (n, 3) in the hub's frame, and the normal of
-    the plane of motion."""
-    points, normal = beam_mesh.frame(centreline, shapes.plane)
-    points[:, 0] += shapes.beam.delta
-    return points, normal
-
-
 def axis_rotation(angle: float) -> tuple[float, float, float, float]:
     """The rotation about the axis by angle [rad] as a quaternion wxyz."""
     return (math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2))
@@ -143,11 +120,15 @@ def add_lights(api: SceneApi) -> None:
     api.add_light_directional("/light/fill", position=(1.5, -2.0, 0.6), intensity=0.5)
 
 
-class Ground:
-    """A grid with cells of a tenth of the beam length, with shadows, fading with distance."""
+class Surroundings:
+    """A hub with a mark on a post, above a grid with cells of a tenth of the beam length.
 
-    def __init__(self, api: SceneApi, root: str):
-        self.drawn_for: tuple = ()  # the values it was last drawn for
+    The hub is a drum, or a hoop for a beam that points inward; the grid fades with distance.
+    """
+
+    def __init__(self, api: SceneApi, root: str, *, alone: bool):
+        self.alone = alone  # with grid and post, of which a scene has one
+        self.drawn_for: tuple = ()  # the values they were last drawn for
         self.grid = api.add_grid(
             f"{root}/ground",
             cell_size=0.1,
@@ -159,58 +140,34 @@ class Ground:
             fade_from="origin",
             shadow_opacity=0.25,
         )
-
-    def show(self, beam: Beam, *, rotating_frame: bool) -> None:
-        """Place it under `beam`."""
-        drawn_for = beam.delta, ground_height(beam), rotating_frame
-        if drawn_for == self.drawn_for:
-            return
-        self.drawn_for, reach = drawn_for, 1.0 + abs(beam.delta) + FADE_DISTANCE
-        self.grid.width = self.grid.height = 2 * reach
-        self.grid.fade_distance = FADE_DISTANCE if rotating_frame else reach
-        self.grid.position = (0.0, 0.0, ground_height(beam))
-
-
-class Hub:
-    """A drum on a post (a hoop when the beam points inward), with a mark to show its rotation."""
-
-    def __init__(self, api: SceneApi, root: str):
-        self.drawn_for: tuple = ()  # the values it was last drawn for
-        self.post = api.add_cylinder(
-            f"{root}/rotor/post", 0.018, 1.0, color=colours.HUB, receive_shadow=False
-        )
+        hub: Any = {"color": colours.HUB, "receive_shadow": False}
+        self.post = api.add_cylinder(f"{root}/rotor/post", 0.018, 1.0, **hub)
         self.drum = api.add_cylinder(
-            f"{root}/rotor/drum",
-            1.0,
-            HUB_HEIGHT,
-            color=colours.HUB,
-            radial_segments=160,
-            receive_shadow=False,
+            f"{root}/rotor/drum", 1.0, HUB_HEIGHT, radial_segments=160, **hub
         )
         hoop = annulus(1.0)
         self.hoop = api.add_mesh_simple(
-            f"{root}/rotor/hoop",
-            hoop.vertices,
-            hoop.faces,
-            color=colours.HUB,
-            flat_shading=True,
-            receive_shadow=False,
+            f"{root}/rotor/hoop", hoop.vertices, hoop.faces, flat_shading=True, **hub
         )
         self.mark = api.add_box(f"{root}/rotor/mark", color=colours.MARKER)
 
-    def show(self, beam: Beam) -> None:
-        """Draw the hub of `beam`: the clamp is on its rim, so its radius is |delta|."""
-        drawn_for = beam.delta, ground_height(beam)
+    def show(self, beam: Beam, *, rotating_frame: bool) -> None:
+        """Place them for `beam`: the clamp is on the rim, so the hub's radius is |delta|."""
+        ground, inward, radius = ground_height(beam), beam.delta < 0, hub_radius(beam)
+        drawn_for = beam.delta, ground, rotating_frame
         if drawn_for == self.drawn_for:
             return
-        self.drawn_for, radius, inward = drawn_for, hub_radius(beam), beam.delta < 0
+        self.drawn_for, reach = drawn_for, 1.0 + abs(beam.delta) + FADE_DISTANCE
+        self.grid.visible, self.post.visible = self.alone, self.alone and not inward
+        self.grid.width = self.grid.height = 2 * reach
+        self.grid.fade_distance = FADE_DISTANCE if rotating_frame else reach
+        self.grid.position = (0.0, 0.0, ground)
+        self.post.height = -ground
+        self.post.position = (0.0, 0.0, ground / 2)
         self.drum.visible, self.hoop.visible = not inward, inward
         self.drum.radius = radius
         if inward:
             self.hoop.vertices = annulus(radius).vertices
-        self.post.height = -ground_height(beam)
-        self.post.position = (0.0, 0.0, ground_height(beam) / 2)
-        if inward:
             self.mark.dimensions = (HOOP, 0.03, 0.004)
             self.mark.position = (-radius - HOOP / 2, 0.0, HUB_HEIGHT / 2)
         else:
@@ -221,6 +178,13 @@ class Hub:
 def annulus(radius: float) -> trimesh.Trimesh:
     """The hoop that an inward beam is clamped to from inside."""
     return trimesh.creation.annulus(radius, radius + HOOP, HUB_HEIGHT, sections=160)
+
+
+# A unit box along x from 0 to 1, and the twelve edges (12, 2, 3) of one around the origin.
+ENDS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+BOX, SIDES = beam_mesh.swept(ENDS, NORMALS["chordwise"], (1.0, 1.0))
+CORNERS = np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
+EDGES = np.array([(a, b) for a in CORNERS for b in CORNERS if sorted(b - a) == [0, 0, 1]])
 
 
 class ReferenceShapes:
@@ -234,7 +198,7 @@ class ReferenceShapes:
             thickness=1.2,
             thickness_units="screen",
         )
-        self.stretched = api.add_mesh_simple(
+        self.equilibrium = api.add_mesh_simple(
             f"{root}/rotor/equilibrium",
             BOX,
             SIDES,
@@ -245,51 +209,19 @@ class ReferenceShapes:
             receive_shadow=False,
         )
 
-    def show(self, shapes: SampledModes, section: tuple[float, float], *, visible: bool) -> None:
+    def show(self, shapes: SampledModes, section: Section, *, visible: bool) -> None:
         """Draw both."""
-        self.outline.visible = self.stretched.visible = visible
+        self.outline.visible = self.equilibrium.visible = visible
         if not visible:
             return
-        normal = beam_mesh.NORMALS[shapes.plane]
-        size = section[0] * np.abs(beam_mesh.crosswise(normal)) + section[1] * np.abs(normal)
         start, end = shapes.beam.delta + shapes.centreline[[0, -1], 0]  # it is straight
-        body = 0.97 * size  # not in the same faces as the beam
-        body[0], size[0] = end - start, 1.0
-        vertices = BOX * body + [start, 0.0, 0.0]
-        set_properties(self.stretched, {"vertices": vertices.astype(np.float32)})
-        edges = EDGES * size + [shapes.beam.delta + 0.5, 0.0, 0.0]
+        size = extents(section, NORMALS[shapes.plane])
+        along = np.array([1.0, 0.0, 0.0])
+        body = 0.97 * size + (end - start) * along  # its faces do not coincide with the beam's
+        vertices = BOX * body + start * along
+        set_properties(self.equilibrium, {"vertices": vertices.astype(np.float32)})
+        edges = EDGES * (size + along) + (shapes.beam.delta + 0.5) * along
         set_properties(self.outline, {"points": edges.astype(np.float32)})
-
-
-def position_text(x: float, units: Units | None) -> str:
-    """A position along the beam as text."""
-    return measure("beta", units).text(x, 4) if units else f"{x:.3f}"
-
-
-def unit_beam() -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (8, 3) and triangles (12, 3) of a unit cube along x from 0 to 1."""
-    ends = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
-    return beam_mesh.swept(ends, beam_mesh.NORMALS["chordwise"], 1.0, 1.0)
-
-
-def set_surface(mesh: MeshHandle, vertices: np.ndarray, faces: np.ndarray) -> None:
-    """Replace vertices and faces of a mesh in one message, so that they always fit each other."""
-    shape = {"vertices": vertices.astype(np.float32)}
-    if len(faces) != len(mesh.faces):
-        shape["faces"] = faces.astype(np.uint32)
-    set_properties(mesh, shape)
-
-
-def unit_edges() -> np.ndarray:
-    """The twelve edges (12, 2, 3) of a unit box around the origin."""
-    corners = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
-    return np.array(
-        [(a, b) for a in corners for b in corners if (b - a).sum() == 1 and (a != b).sum() == 1]
-    )
-
-
-EDGES = unit_edges()
-BOX, SIDES = unit_beam()
 
 
 class Nodes:
@@ -299,25 +231,17 @@ class Nodes:
         self.piece = np.zeros(0, int)  # the piece of the beam of each node
         self.share = np.zeros((0, 1))  # and its relative position along the piece
         self.count = 0  # of the labels shown
-        self.collars = add_instances(api, f"{root}/rotor/nodes", MAX_NODES, box())
-        self.collars.batched_colors = colours.instanced(
-            np.tile(np.array(colour) / 255, (MAX_NODES, 1))
-        )
+        self.collars = add_instances(api, f"{root}/rotor/nodes", MAX_NODES, trimesh.creation.box())
+        self.collars.batched_colors = colours.instanced(np.tile(colour, (MAX_NODES, 1)) / 255)
+        style: Any = {"anchor": "top-center", "font_size_mode": "scene", "visible": False}
         self.labels = [
-            api.add_label(
-                f"{root}/rotor/node {k}",
-                "",
-                anchor="top-center",
-                font_size_mode="scene",
-                visible=False,
-            )
-            for k in range(MAX_NODES)
+            api.add_label(f"{root}/rotor/node {k}", "", **style) for k in range(MAX_NODES)
         ]
 
     def show(
         self,
         shapes: SampledModes,
-        section: tuple[float, float],
+        section: Section,
         shown: list[int],
         *,
         labels: bool = True,
@@ -325,40 +249,40 @@ class Nodes:
     ) -> None:
         """Mark the nodes of the modes `shown` (0-based), at most MAX_NODES of them, at `scale`
         pixels per length of the beam."""
-        marks = [
-            (shapes.labels[k], x, place)
-            for k in shown
-            for x, place in zip(*shapes.nodes[k], strict=True)
-        ][:MAX_NODES]
-        self.collars.visible = bool(marks)
-        at, x = np.array([x for _, x, _ in marks]), shapes.x
+        marks = [(shapes.labels[k], float(at)) for k in shown for at in shapes.nodes[k]][:MAX_NODES]
+        at, x = np.array([at for _, at in marks]), shapes.x
         self.piece = np.searchsorted(x, at, side="right").clip(1, len(x) - 1) - 1
         self.share = ((at - x[self.piece]) / (x[self.piece + 1] - x[self.piece]))[:, None]
+        size = [0.007, 0.0, 0.0] + 1.3 * extents(section, NORMALS[shapes.plane])
         scales = np.full((MAX_NODES, 3), HIDDEN, np.float32)
-        height = min(max(LETTER_HEIGHT / scale, MIN_LETTERS), MAX_LETTERS / max(len(marks), 1))
-        for k, (label, x, place) in enumerate(marks):
-            self.labels[k].font_scene_height = height
-            points, normal = to_hub_frame(shapes, place[None])
-            across = np.abs(beam_mesh.crosswise(normal))
-            scales[k] = [0.007, 0.0, 0.0] + 1.3 * (
-                section[0] * across + section[1] * np.abs(normal)
-            )
-            self.labels[k].text = f"{label} node at {position_text(x, shapes.beam.units)}"
-            set_position(self.labels[k], points[0] - [0.0, 0.0, scales[k][2] / 2 + 0.05])
+        scales[: len(marks)] = size
+        self.collars.visible = bool(marks)
         set_properties(self.collars, {"batched_scales": scales})
+        height = min(max(LETTER_HEIGHT / scale, MIN_LETTERS), MAX_LETTERS / max(len(marks), 1))
+        still, _ = to_hub_frame(shapes, shapes.centreline)
+        places = self.on_beam(still) - [0.0, 0.0, size[2] / 2 + 0.05]
+        units = shapes.beam.units
+        for label, (mode, at_x), place in zip(self.labels, marks, places, strict=False):
+            label.font_scene_height = height
+            position = measure("beta", units).text(at_x, 4) if units else f"{at_x:.3f}"
+            label.text = f"{mode} node at {position}"
+            set_position(label, place)
         count = len(marks) if labels else 0
         for k in range(min(count, self.count), max(count, self.count)):
             self.labels[k].visible = k < count
         self.count = count
 
+    def on_beam(self, points: np.ndarray) -> np.ndarray:
+        """The nodes (j, 3) on the line of `points` (n, 3)."""
+        return (1 - self.share) * points[self.piece] + self.share * points[self.piece + 1]
+
     def move(self, points: np.ndarray, wxyz: np.ndarray) -> None:
         """Move the collars onto the line of `points` (n, 3) whose pieces have the orientations
         wxyz (n - 1, 4)."""
-        piece, share = self.piece, self.share
-        if not piece.size:
+        count = len(self.piece)
+        if not count:
             return
-        turns, centres = np.zeros((MAX_NODES, 4), np.float32), np.zeros((MAX_NODES, 3), np.float32)
-        turns[:, 0] = 1.0
-        turns[: len(share)] = wxyz[piece]
-        centres[: len(share)] = (1 - share) * points[piece] + share * points[piece + 1]
-        set_properties(self.collars, {"batched_positions": centres, "batched_wxyzs": turns})
+        centres = np.zeros((MAX_NODES, 3), np.float32)
+        orientations = np.tile(np.array([1.0, 0.0, 0.0, 0.0], np.float32), (MAX_NODES, 1))
+        centres[:count], orientations[:count] = self.on_beam(points), wxyz[self.piece]
+        set_properties(self.collars, {"batched_positions": centres, "batched_wxyzs": orientations})

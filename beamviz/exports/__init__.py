@@ -1,7 +1,12 @@
 """Files made of a scene: pictures, films, a page that plays offline, a 3D model, numbers."""
 
+import contextlib
+import itertools
 import json
 import math
+import shutil
+import subprocess
+import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -10,8 +15,7 @@ import numpy as np
 from PIL import Image
 
 from beamviz.beam import check_float, check_int
-from beamviz.errors import InvalidInput
-from beamviz.exports.film import ENCODERS
+from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports.gltf import write_glb
 from beamviz.exports.html_page import write_html
 from beamviz.exports.renderer import open_renderer, over_background
@@ -19,17 +23,25 @@ from beamviz.exports.solved_scene import Direction, Loop, SolvedScene, find_loop
 from beamviz.files import check_suffix, replaced
 from beamviz.output import csv_text, plain
 from beamviz.scene import Scene
+from beamviz.signals import defer_signals
 from beamviz.solver import Solution
 
 PIXELS = (64, 4096)  # width and height of a picture
 FRAME_RATES = (5.0, 50.0)  # [1/s]; the limit of GIF
 MAX_FRAMES = 1000
+PALETTE_SAMPLE = 6  # frames that the palette of a GIF is chosen from
+COMMON_COLOURS = 96  # of the 256 of a GIF, chosen by area
+COARSE = 0xF8  # mask of a colour channel: smaller differences count as the same colour
+NO_FFMPEG = (
+    "no ffmpeg found, which MP4 needs: pip install imageio-ffmpeg (.webp and .gif need nothing)"
+)
 STATIONS = 201  # equally spaced along the beam; the position of the mass is added to them
 FIELD_COLUMNS = [
     *("mode", "label", "family", "frequency", "error", "growth_rate", "bending_fraction"),
     *("x", "position_x", "position_y", "stretch", "shape_x", "shape_y"),
 ]
 IMAGINARY_COLUMNS = ["shape_x_imag", "shape_y_imag"]  # of complex modes, with Coriolis forces
+Frames = Iterator[np.ndarray]  # each (height, width, 3), bytes
 
 
 def export(path: str | Path, scene: Scene) -> None:
@@ -47,8 +59,21 @@ def export(path: str | Path, scene: Scene) -> None:
 
 
 def write_csv(file: Path, solved: SolvedScene) -> None:
-    """Equilibrium and modes along the beam, one line for each mode and station."""
-    file.write_text(fields_csv(solved.solution))
+    """Equilibrium and modes along the beam, one line for each mode and station; a number that is
+    not finite is left empty."""
+    solution = solved.solution
+    arrays = field_arrays(solution)
+    heading, shapes = FIELD_COLUMNS, [arrays["shapes"]]
+    if np.iscomplexobj(shapes[0]):
+        heading, shapes = FIELD_COLUMNS + IMAGINARY_COLUMNS, [shapes[0].real, shapes[0].imag]
+    state = [arrays[key] for key in ("x", "position", "stretch")]
+    modes = ("frequencies", "errors", "growth_rates", "bending_fractions")
+    rows = (
+        [k + 1, label, family, *plain([arrays[key][k] for key in modes]), *plain(row)]
+        for k, (label, family) in enumerate(zip(solution.labels, solution.families, strict=True))
+        for row in np.column_stack([*state, *(part[k] for part in shapes)])
+    )
+    file.write_text(csv_text(heading, rows))
 
 
 def write_npz(file: Path, solved: SolvedScene) -> None:
@@ -80,22 +105,6 @@ def field_arrays(solution: Solution) -> dict[str, np.ndarray]:
         "stretch": state.stretch(x),
         "shapes": np.moveaxis(solution.displacement(x), 2, 0) + 0.0,  # -0.0 becomes 0.0
     }
-
-
-def fields_csv(solution: Solution) -> str:
-    """The same, one line for each mode and station; a number that is not finite is left empty."""
-    arrays = field_arrays(solution)
-    heading, shapes = FIELD_COLUMNS, [arrays["shapes"]]
-    if np.iscomplexobj(shapes[0]):
-        heading, shapes = FIELD_COLUMNS + IMAGINARY_COLUMNS, [shapes[0].real, shapes[0].imag]
-    state = [arrays[key] for key in ("x", "position", "stretch")]
-    modes = ("frequencies", "errors", "growth_rates", "bending_fractions")
-    rows = (
-        [k + 1, label, family, *plain([arrays[key][k] for key in modes]), *plain(row)]
-        for k, (label, family) in enumerate(zip(solution.labels, solution.families, strict=True))
-        for row in np.column_stack([*state, *(part[k] for part in shapes)])
-    )
-    return csv_text(heading, rows)
 
 
 WRITERS: dict[str, Callable[[Path, SolvedScene], None]] = {
@@ -157,10 +166,14 @@ def animate(
     Raises InvalidInput, Unavailable, and the errors of `solve`; the file is complete or untouched.
     """
     path = Path(path)
-    encoder = ENCODERS[check_suffix(path, tuple(ENCODERS))]
+    suffix = check_suffix(path, tuple(ENCODERS))
+    write, tick = ENCODERS[suffix]
     size = check_int("width", width, *PIXELS), check_int("height", height, *PIXELS)
-    fps = encoder.nearest_rate(check_float("fps", fps, *FRAME_RATES))
-    encoder.check(*size)
+    fps = check_float("fps", fps, *FRAME_RATES)
+    if tick:
+        fps = 1000 / (tick * round(1000 / fps / tick))
+    if suffix == ".mp4":
+        check_mp4(*size)
     periods = None if periods is None else check_int("periods", periods, 1, MAX_FRAMES)
     with replaced(path) as file:
         solved = SolvedScene.of(scene, direction, zoom)
@@ -177,6 +190,109 @@ def animate(
                 for k in numbers:
                     yield over_background(render(loop.moment(k / count)), scene.view)
 
-            sample = frames(np.linspace(0, count, encoder.sample, endpoint=False).astype(int))
-            encoder.write(file, frames(progress(count)), fps, list(sample))
+            sample = np.linspace(0, count, PALETTE_SAMPLE, endpoint=False).astype(int)
+            write(file, frames(progress(count)), fps, frames(sample))
     return loop
+
+
+def write_gif(file: Path, frames: Frames, fps: float, sample: Frames) -> None:
+    """A GIF with one palette for all frames, so that nothing flickers."""
+    palette = gif_palette(np.concatenate(list(sample)))
+    pictures = (
+        Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE)
+        for frame in frames
+    )
+    save_with_pillow(file, "GIF", pictures, fps, disposal=1)
+
+
+def write_webp(file: Path, frames: Frames, fps: float, sample: Frames) -> None:
+    """A WebP film in full colour."""
+    save_with_pillow(file, "WEBP", map(Image.fromarray, frames), fps, quality=85, method=3)
+
+
+def save_with_pillow(
+    file: Path, kind: str, pictures: Iterator[Image.Image], fps: float, **options: int
+) -> None:
+    """Write pictures as one looping film."""
+    duration = round(1000 / fps)  # [ms]
+    next(pictures).save(
+        file, kind, save_all=True, append_images=pictures, duration=duration, loop=0, **options
+    )
+
+
+def gif_palette(picture: np.ndarray) -> Image.Image:
+    """256 colours for a picture (h, w, 3): the background exactly, some by the area they cover, the
+    others by the distinct colours, or the ground would leave none for the beam."""
+    distinct = np.unique(picture.reshape(-1, 3) & COARSE, axis=0)[None]
+    colours, counts = np.unique(picture.reshape(-1, 3), axis=0, return_counts=True)
+    entries: list[int] = colours[counts.argmax()].tolist()
+    for pixels, count in ((picture, COMMON_COLOURS), (distinct, 255 - COMMON_COLOURS)):
+        reduced = Image.fromarray(pixels).quantize(count, dither=Image.Dither.NONE)
+        entries += (reduced.getpalette() or [])[: 3 * count]
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(entries)
+    return palette
+
+
+def write_mp4(file: Path, frames: Frames, fps: float, sample: Frames) -> None:
+    """H.264 in the pixel format and colour space that every player supports."""
+    first = next(frames)
+    size = f"{first.shape[1]}x{first.shape[0]}"
+    source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size, "-r", f"{fps:g}", "-i", "-"]
+    tags = ("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709")
+    command = [
+        *(ffmpeg(), "-v", "error", "-y", *source),
+        *("-vf", "scale=out_color_matrix=bt709", "-c:v", "libx264", "-crf", "16"),
+        *("-pix_fmt", "yuv420p", *tags, "-movflags", "+faststart", "-f", "mp4", str(file)),
+    ]
+    with tempfile.TemporaryFile() as errors:
+        with defer_signals():
+            process = subprocess.Popen(
+                command,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+                stderr=errors,
+                start_new_session=True,  # Ctrl-C is handled by this process
+            )
+        try:
+            assert process.stdin
+            with contextlib.suppress(BrokenPipeError), process.stdin as pipe:  # reported below
+                for frame in itertools.chain([first], frames):
+                    pipe.write(frame.tobytes())
+            failed = process.wait()
+        finally:
+            process.kill()
+            process.wait()
+        if failed:
+            errors.seek(0)
+            lines = errors.read().decode(errors="replace").strip().splitlines()
+            raise OSError(lines[-1] if lines else f"{command[0]} failed")
+
+
+def check_mp4(width: int, height: int) -> None:
+    """Unavailable without ffmpeg, InvalidInput for an odd size."""
+    ffmpeg()
+    for name, pixels in (("width", width), ("height", height)):
+        if pixels % 2:
+            raise InvalidInput(f"{name} = {pixels}: must be even for MP4")
+
+
+def ffmpeg() -> str:
+    """The path of ffmpeg: of imageio-ffmpeg, or of the system; else Unavailable."""
+    with contextlib.suppress(ImportError, RuntimeError):
+        import imageio_ffmpeg
+
+        return str(imageio_ffmpeg.get_ffmpeg_exe())
+    if found := shutil.which("ffmpeg"):
+        return found
+    raise Unavailable(NO_FFMPEG)
+
+
+# How a film is written: (file, frames, frames per second, sample of the frames); and the unit [ms]
+# in which the format counts the duration of a frame, 0 for any.
+Encoder = Callable[[Path, Frames, float, Frames], None]
+ENCODERS: dict[str, tuple[Encoder, int]] = {
+    ".gif": (write_gif, 10),
+    ".webp": (write_webp, 1),
+    ".mp4": (write_mp4, 0),
+}

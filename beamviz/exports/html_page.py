@@ -14,9 +14,8 @@ from beamviz.beam import PARAMETERS
 from beamviz.drawing import camera
 from beamviz.drawing.text import frequencies, rounded_to_error
 from beamviz.errors import BeamvizError
-from beamviz.exports.renderer import DrawnScene
-from beamviz.exports.solved_scene import Moment, SolvedScene, find_loop
-from beamviz.frequency_loci import Loci, loci
+from beamviz.exports.solved_scene import DrawnScene, SolvedScene, find_loop
+from beamviz.frequency_loci import loci
 from beamviz.frequency_loci.sweep import CHART_POINTS, chart_range
 from beamviz.plotting import STYLE as CHART_STYLE
 from beamviz.plotting.loci import draw_chart
@@ -36,24 +35,23 @@ def table(
     caption: str = "",
     marked: Collection[int] = (),
 ) -> str:
-    """A table of numbers, called `name` for those who hear the page; rows (from 0) may be
-    marked."""
+    """A table of numbers, called `name` by screen readers; rows (from 0) may be marked."""
     title = f'<caption style="text-align:left;opacity:.8">{caption}</caption>' if caption else ""
+    lines = (
+        (f'<tr style="{MARKED}">' if k in marked else "<tr>")
+        + "".join(f"<td>{cell}</td>" for cell in cells)
+        + "</tr>"
+        for k, cells in enumerate(rows)
+    )
     return (
         f'<table aria-label="{name}" style="width:calc(100% - 1.5em);margin:.2em .75em .4em;'
         "border-collapse:collapse;font-size:.8em;font-variant-numeric:tabular-nums;"
         f'line-height:1.6;text-align:right">{title}<tr style="opacity:.65;line-height:1.3">'
         + "".join(f'<th style="{HEAD}">{head}</th>' for head in heads)
         + "</tr>"
-        + "".join(line(cells, k in marked) for k, cells in enumerate(rows))
+        + "".join(lines)
         + "</table>"
     )
-
-
-def line(cells: Sequence[object], marked: bool) -> str:
-    """A row of a table."""
-    style = f' style="{MARKED}"' if marked else ""
-    return f"<tr{style}>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
 
 
 def solution_table(solution: Solution, shown: list[int]) -> str:
@@ -86,14 +84,17 @@ MAX_FRAMES = 360
 
 def write_html(file: Path, solved: SolvedScene) -> None:
     """The page of viser, which holds all it needs, with the recorded film and a panel of ours."""
-    view = solved.scene.view
+    view, film = solved.scene.view, [(solved.moment(0.0), 1.0)]  # moments and their seconds
+    if not solved.warning:
+        loop = find_loop(solved)
+        count = min(round(loop.seconds * FRAME_RATE), MAX_FRAMES)
+        film = [(loop.moment(k / count), loop.seconds / count) for k in range(count)]
     with run_server() as server:
-        aside = panel(solved)
         fitted = camera.fitted(solved.shapes, view.rotating_frame, 1.0)
         camera.place(server.initial_camera, solved.scene.camera or fitted)
-        stage, recorder = DrawnScene(server.scene, solved), server.get_scene_serializer()
-        for moment, seconds in moments(solved):
-            stage.move(moment)
+        drawn, recorder = DrawnScene(server.scene, solved), server.get_scene_serializer()
+        for moment, seconds in film:
+            drawn.move(moment)
             recorder.insert_sleep(seconds)
         page = recorder.as_html(dark_mode=view.dark)
     head, body = page.index("</head>"), page.rindex("</body>")
@@ -102,32 +103,7 @@ def write_html(file: Path, solved: SolvedScene) -> None:
     top = re.sub("<title>.*?</title>", title, page[:head])  # of two, browsers take the first
     file.write_text(
         f"{top}<style>{STYLE}</style>{page[head:body]}"
-        f'<aside class="{mode}" aria-label="numbers">{aside}</aside>{page[body:]}'
-    )
-
-
-def moments(solved: SolvedScene) -> list[tuple[Moment, float]]:
-    """The film with the seconds that each of its moments stays."""
-    if solved.warning:
-        return [(solved.moment(0.0), 1.0)]
-    loop = find_loop(solved)
-    count = min(round(loop.seconds * FRAME_RATE), MAX_FRAMES)
-    return [(loop.moment(k / count), loop.seconds / count) for k in range(count)]
-
-
-def panel(solved: SolvedScene) -> str:
-    """What is seen, its modes as a table, and the loci around it."""
-    scene = solved.scene
-    words = f"<p class=wrong>{escape(solved.warning)}</p>" if solved.warning else ""
-    model = ", ".join(f"{key} {value}" for key, value in unusual(scene).items())
-    return (
-        f"<h1>{escape(heading(scene))}</h1>"
-        + (f"<p>{escape(model)}</p>" if model else "")
-        + words
-        + solution_table(solved.solution, solved.shown)
-        + chart(scene)
-        + f"<details><summary>The scene as a file</summary><pre>{escape(scene.to_toml())}</pre>"
-        "</details>"
+        f'<aside class="{mode}" aria-label="numbers">{panel(solved)}</aside>{page[body:]}'
     )
 
 
@@ -138,34 +114,41 @@ def heading(scene: Scene) -> str:
     )
 
 
-def unusual(scene: Scene) -> dict[str, object]:
-    """The choices of the model that are not as usual."""
-    usual = Scene().options
-    return {
-        name: "on" if value is True else "off" if value is False else value
+def panel(solved: SolvedScene) -> str:
+    """The beam and the options that differ from the defaults, its modes as a table, the loci
+    around it and the scene file."""
+    scene, defaults = solved.scene, Scene().options
+    options = ", ".join(
+        f"{name} {'on' if value is True else 'off' if value is False else value}"
         for name, value in scene.options.items()
-        if value != usual[name]
-    }
+        if value != defaults[name]
+    )
+    return (
+        f"<h1>{escape(heading(scene))}</h1>"
+        + (f"<p>{escape(options)}</p>" if options else "")
+        + (f"<p class=wrong>{escape(solved.warning)}</p>" if solved.warning else "")
+        + solution_table(solved.solution, solved.shown)
+        + chart(scene)
+        + f"<details><summary>The scene as a file</summary><pre>{escape(scene.to_toml())}</pre>"
+        "</details>"
+    )
 
 
 def chart(scene: Scene) -> str:
-    """The loci around the scene as an SVG picture, or why there are none."""
+    """The loci around the scene as an SVG picture with a line at the scene, or why there are
+    none."""
     try:
         values = np.linspace(*chart_range(scene.beam, scene.over), CHART_POINTS)
         found = loci(scene.beam, scene.over, values, **scene.solver_options)
     except BeamvizError as error:
         return f"<p class=wrong>{escape(str(error))}</p>"
-    enlarge = "this.classList.toggle('large')"
-    return f'<figure title="click to enlarge" onclick="{enlarge}">{svg(found, scene)}</figure>'
-
-
-def svg(found: Loci, scene: Scene) -> str:
-    """A loci chart as an element of a page, an upright line where the scene is."""
     text = io.StringIO()
     with rc_context(CHART_STYLE):
         figure = draw_chart(found, marker=getattr(scene.beam, scene.over))
         figure.savefig(text, format="svg", metadata={"Date": None})
-    return text.getvalue()[text.getvalue().index("<svg") :]
+    svg = text.getvalue()[text.getvalue().index("<svg") :]
+    enlarge = "this.classList.toggle('large')"
+    return f'<figure title="click to enlarge" onclick="{enlarge}">{svg}</figure>'
 
 
 STYLE = """

@@ -4,29 +4,28 @@ import atexit
 import contextlib
 import math
 import os
-import queue
 import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future
 from functools import partial
 from pathlib import Path
 from time import monotonic
+from typing import Any
 
 import numpy as np
 import trimesh
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
-from scipy.spatial.transform import Rotation
 from viser import ClientHandle
 from viser.transforms import SO3
 
 from beamviz.drawing import beam_mesh, camera, colours
-from beamviz.drawing.beam_mesh import subdivide
+from beamviz.drawing.beam_mesh import subdivide, to_hub_frame
 from beamviz.drawing.modes import displacement
 from beamviz.drawing.objects import (
     EDGES,
@@ -36,7 +35,6 @@ from beamviz.drawing.objects import (
     hub_radius,
     mass_radius,
     section_size,
-    to_hub_frame,
 )
 from beamviz.errors import Unavailable
 from beamviz.exports.solved_scene import DrawnScene, Moment, SolvedScene
@@ -63,6 +61,8 @@ TIMEOUT = 90.0  # [s] for one picture; a software renderer takes about 5 for the
 WARM_UP = 2  # small pictures until labels and instanced meshes are up to date
 LIGHT, DARK = (255, 255, 255), (20, 20, 20)  # backgrounds of the page
 LETTER_HEIGHT, RELATIVE_LETTER_HEIGHT = 22, 0.032  # [pixels], of the width of a narrow picture
+LETTER_WIDTH = 0.7  # [letter heights] mean width of a letter in a wide font
+TEXT_WIDTH = 0.85  # of the picture: longest line in a wide font
 
 Render = Callable[[Moment], np.ndarray]
 
@@ -86,24 +86,42 @@ def open_renderer(
         yield lambda moment: draw_with_matplotlib(solved, moment, width, height)
         return
     size = supersampling * width, supersampling * height
-    clients: queue.Queue[ClientHandle] = queue.Queue()
+    connected: Future[ClientHandle] = Future()
     with run_server(pictures=True) as server:
         scale = solved.scale(*size)
-        letters = supersampling * min(LETTER_HEIGHT, RELATIVE_LETTER_HEIGHT * width) / scale
+        letters = supersampling * letter_height(solved.warning, width) / scale
         drawn = DrawnScene(server.scene, solved, scale, letters)
-        server.on_client_connect(clients.put)
+
+        @server.on_client_connect
+        def _(client: ClientHandle) -> None:
+            if not connected.done():
+                connected.set_result(client)
+
         dark = "&darkMode" if solved.scene.view.dark else ""
         url = f"http://127.0.0.1:{server.get_port()}/?fixedDpr=1{dark}"
         with open_browser(browser, url, 320, 240):
 
             def render(moment: Moment) -> np.ndarray:
                 drawn.move(moment)
-                with browser_errors(browser):
-                    return downsample(render_in_browser(client, solved, *size), supersampling)
+                try:
+                    client = connected.result(TIMEOUT)
+                    picture = render_in_browser(client, solved, *size)
+                except (TimeoutError, RuntimeError):
+                    raise Unavailable(
+                        f"{browser} drew no picture within {TIMEOUT:g} s: name another browser in"
+                        " BEAMVIZ_BROWSER, or none (BEAMVIZ_BROWSER=none) for matplotlib"
+                    ) from None
+                return downsample(picture, supersampling)
 
-            with browser_errors(browser):
-                client = clients.get(timeout=TIMEOUT)
             yield render
+
+
+def letter_height(text: str, width: int) -> float:
+    """Height [pixels] of letters in which the lines of `text` fit into a picture of `width` in any
+    font of the browser."""
+    longest = max(map(len, text.split("\n")))
+    fitting = TEXT_WIDTH * width / (LETTER_WIDTH * max(longest, 1))
+    return min(LETTER_HEIGHT, RELATIVE_LETTER_HEIGHT * width, fitting)
 
 
 def render_in_browser(
@@ -122,18 +140,6 @@ def render_in_browser(
     for _ in range(WARM_UP):
         render(64, 64, timeout=max(deadline - monotonic(), 0.1))
     return render(height, width, timeout=max(deadline - monotonic(), 0.1))
-
-
-@contextlib.contextmanager
-def browser_errors(browser: str) -> Iterator[None]:
-    """Turns the failures of a browser into Unavailable, with the remedy."""
-    try:
-        yield
-    except (queue.Empty, TimeoutError, RuntimeError):
-        raise Unavailable(
-            f"{browser} drew no picture within {TIMEOUT:g} s: name another browser in"
-            " BEAMVIZ_BROWSER, or none (BEAMVIZ_BROWSER=none) for matplotlib"
-        ) from None
 
 
 def downsample(picture: np.ndarray, factor: int) -> np.ndarray:
@@ -159,12 +165,19 @@ def find_browser() -> str | None:
 
 @contextlib.contextmanager
 def open_browser(browser: str, url: str, width: int = 1280, height: int = 720) -> Iterator[Path]:
-    """`browser` showing `url` without a window; yields its profile folder, and ends it at last."""
+    """`browser` showing `url` without a window, ended at last; yields its profile folder."""
     with tempfile.TemporaryDirectory(prefix="beamviz-", ignore_cleanup_errors=True) as profile:
         end = None
         try:
             with defer_signals():  # one could arrive before the process is known
-                process = start_browser(browser, url, profile, width, height)
+                options = [f"--window-size={width},{height}", f"--user-data-dir={profile}"]
+                process = subprocess.Popen(
+                    [browser, *FLAGS, *options, url],
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.DEVNULL,
+                    stderr=subprocess.DEVNULL,
+                    start_new_session=True,  # a process group of its own
+                )
                 end = partial(end_browser, process, Path(profile))
                 atexit.register(end)  # in case a signal arrives as `finally` begins
             yield Path(profile)
@@ -172,19 +185,6 @@ def open_browser(browser: str, url: str, width: int = 1280, height: int = 720) -
             if end is not None:
                 end()
                 atexit.unregister(end)
-
-
-def start_browser(
-    browser: str, url: str, profile: str, width: int, height: int
-) -> subprocess.Popen:
-    """A browser in a process group of its own."""
-    return subprocess.Popen(
-        [browser, *FLAGS, f"--window-size={width},{height}", f"--user-data-dir={profile}", url],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    )
 
 
 def end_browser(process: subprocess.Popen, profile: Path) -> None:
@@ -205,43 +205,21 @@ def end_browser(process: subprocess.Popen, profile: Path) -> None:
 # Without a browser.
 
 DPI = 100
-NEAR = 0.3  # nothing nearer to the camera is drawn
+NEAR = 0.3  # distance from the camera from which on everything is drawn
 REACH, CELL = 2.0, 0.5  # of the ground: how far it is drawn, distance of its lines
-VISIBLE = 3.0  # nor what is so far from the clamp
+VISIBLE = 3.0  # largest distance from the clamp at which the hub is drawn
 SUN = np.array([-0.5, -1.0, 2.2]) / math.sqrt(0.25 + 1.0 + 4.84)
 SHADOW = (0.86, 0.865, 0.875)
 
 
-def draw_with_matplotlib(
-    solved: SolvedScene, moment: Moment, width: int, height: int
-) -> np.ndarray:
-    """The scene (height, width, 4) on a transparent ground."""
-    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor="none")
-    canvas = FigureCanvasAgg(figure)
-    axes = figure.add_axes((0, 0, 1, 1))
-    tall = math.tan(camera.FIELD_OF_VIEW / 2)
-    axes.set(xlim=(-tall * width / height, tall * width / height), ylim=(-tall, tall))
-    axes.set_axis_off()
-    solid = scene_triangles(solved, moment, solved.scale(width, height))
-    draw(axes, Projection(solved, moment, width / height), moment, *solid)
-    if solved.warning:
-        letters = 14 * min(1.0, width / 640)  # the longest line takes four fifths of the picture
-        figure.text(0.5, 0.8, solved.warning, ha="center", fontsize=letters)
-    canvas.draw()
-    return np.asarray(canvas.buffer_rgba()).copy()
-
-
 class Projection:
-    """Perspective projection from where a solved is seen at a moment."""
+    """Perspective projection of a scene in a picture with width / height = `aspect`."""
 
-    def __init__(self, solved: SolvedScene, moment: Moment, aspect: float):
-        self.solved, seen = solved, solved.camera(aspect)
+    def __init__(self, solved: SolvedScene, aspect: float):
+        view = solved.camera(aspect)
         target = camera.target(solved.shapes, solved.scene.view.rotating_frame)
-        self.position = np.array(seen.position) + target
-        self.axes = camera.axes(np.subtract(seen.position, seen.look_at))
-        self.rotor = Rotation.from_euler(
-            "z", 0.0 if solved.scene.view.rotating_frame else moment.angle
-        ).as_matrix()
+        self.position = np.array(view.position) + target
+        self.axes = camera.axes(np.subtract(view.position, view.look_at))
 
     def depth(self, points: np.ndarray) -> np.ndarray:
         """Distance (...) in front of the camera of points (..., 3)."""
@@ -249,69 +227,76 @@ class Projection:
 
     def project(self, points: np.ndarray) -> np.ndarray:
         """Points (..., 3) in the picture, (..., 2)."""
-        return ((points - self.position) @ self.axes[:, :2] * [1, -1]) / self.depth(points)[
-            ..., None
-        ]
+        seen = (points - self.position) @ self.axes[:, :2] * [1, -1]
+        return seen / self.depth(points)[..., None]
+
+    def in_front(self, points: np.ndarray) -> np.ndarray:
+        """Whether shapes (n, k, 3) are in front of the camera, (n,)."""
+        front: np.ndarray = self.depth(points).min(axis=1) > NEAR
+        return front
 
 
-def draw(
-    axes: Axes, view: Projection, moment: Moment, triangles: np.ndarray, colour: np.ndarray
-) -> None:
-    """Ground, shadow and outline, then triangles (n, 3, 3) in colours (n, 3), far ones first."""
-    solved, beam = view.solved, view.solved.scene.beam
-    triangles = triangles @ view.rotor.T
-    ahead = (view.depth(triangles) > NEAR).all(axis=1)
-    triangles, colour = triangles[ahead], colour[ahead]
+def draw_with_matplotlib(
+    solved: SolvedScene, moment: Moment, width: int, height: int
+) -> np.ndarray:
+    """The scene (height, width, 4) on a transparent background: ground, shadow, hub, beam and mass
+    with far triangles first, and the outline of the undeformed beam."""
+    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor="none")
+    canvas = FigureCanvasAgg(figure)
+    axes = figure.add_axes((0, 0, 1, 1))
+    tall = math.tan(camera.FIELD_OF_VIEW / 2)
+    axes.set(xlim=(-tall * width / height, tall * width / height), ylim=(-tall, tall))
+    axes.set_axis_off()
+    beam, view = solved.scene.beam, solved.scene.view
+    rotor, ground = (0.0, -moment.angle) if view.rotating_frame else (moment.angle, 0.0)
+    rotation = SO3.from_z_radians(rotor).as_matrix().T
+    projection = Projection(solved, width / height)
     low = ground_height(beam)
-    middle = camera.target(solved.shapes, solved.scene.view.rotating_frame)[:2]
-    ground = ground_lines(middle, low, -moment.angle if solved.scene.view.rotating_frame else 0.0)
-    ground = ground[(view.depth(ground) > NEAR).all(axis=1)]
-    axes.add_collection(thin_lines(view.project(ground), 0.4, zorder=0))
-    fallen = triangles - (triangles[..., 2:] - low) / SUN[2] * SUN
-    fallen = fallen[(view.depth(fallen) > NEAR).all(axis=1)]
-    axes.add_collection(
-        PolyCollection(list(view.project(fallen)), facecolors=[SHADOW], edgecolors=[SHADOW])
-    )
+    middle = camera.target(solved.shapes, view.rotating_frame)[:2]
+    lines = ground_lines(middle, low, ground)
+    lines = projection.project(lines[projection.in_front(lines)])
+    thin: dict[str, Any] = {"linewidths": 0.6, "colors": [np.array(colours.GRID) / 255]}
+    axes.add_collection(LineCollection(list(lines), alpha=0.4, zorder=0, **thin))
+    triangles, colour = scene_triangles(solved, moment, solved.scale(width, height))
+    triangles = triangles @ rotation
+    ahead = projection.in_front(triangles)
+    triangles, colour = triangles[ahead], colour[ahead]
+    shadow = triangles - (triangles[..., 2:] - low) / SUN[2] * SUN
+    shadow = projection.project(shadow[projection.in_front(shadow)])
+    axes.add_collection(PolyCollection(list(shadow), facecolors=[SHADOW], edgecolors=[SHADOW]))
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
     lit = np.clip(colour * (0.78 + 0.25 * normals @ SUN)[:, None], 0, 1)
-    order = np.argsort(-view.depth(triangles.mean(axis=1)))
-    order = order[((view.position - triangles[order, 0]) * normals[order]).sum(axis=1) > 0]
+    order = np.argsort(-projection.depth(triangles.mean(axis=1)))
+    towards = projection.position - triangles[order, 0]
+    order = order[(towards * normals[order]).sum(axis=1) > 0]
     axes.add_collection(
         PolyCollection(
-            list(view.project(triangles[order])),
+            list(projection.project(triangles[order])),
             facecolors=lit[order],
             edgecolors=lit[order],
             linewidths=1.0,  # less leaves seams between triangles that one can see through
         )
     )
-    if solved.scene.view.ghosts:
-        section = np.array([1.0, *section_size(beam, solved.scene.view.thicken)])
-        if solved.shapes.plane == "flapwise":
-            section = section[[0, 2, 1]]
-        outline = (EDGES * section + [beam.delta + 0.5, 0.0, 0.0]) @ view.rotor.T
-        axes.add_collection(thin_lines(view.project(outline), 0.7, zorder=2))
-
-
-def thin_lines(lines: np.ndarray, alpha: float, zorder: float) -> LineCollection:
-    """Thin grey lines (n, 2, 2)."""
-    return LineCollection(
-        list(lines),
-        linewidths=0.6,
-        colors=[np.array(colours.GRID) / 255],
-        alpha=alpha,
-        zorder=zorder,
-    )
+    if view.ghosts:
+        normal = beam_mesh.NORMALS[solved.shapes.plane]
+        size = [1.0, 0.0, 0.0] + beam_mesh.extents(section_size(beam, view.thicken), normal)
+        outline = (EDGES * size + [beam.delta + 0.5, 0.0, 0.0]) @ rotation
+        outline = projection.project(outline)
+        axes.add_collection(LineCollection(list(outline), alpha=0.7, zorder=2, **thin))
+    if solved.warning:
+        letters = 14 * min(1.0, width / 640)  # the longest line takes four fifths of the picture
+        figure.text(0.5, 0.8, solved.warning, ha="center", fontsize=letters)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba()).copy()
 
 
 def ground_lines(middle: np.ndarray, low: float, angle: float) -> np.ndarray:
     """Pieces (n, 2, 3) of the lines of the ground around `middle` (2,), at height `low`: a lattice
-    around the axis, turned by angle [rad]."""
+    around the axis, rotated by angle [rad]."""
     lines = []
-    for turned in (angle, angle + math.pi / 2):
-        along, across = (
-            np.array([math.cos(a), math.sin(a)]) for a in (turned, turned + math.pi / 2)
-        )
+    for start in (angle, angle + math.pi / 2):
+        along, across = (np.array([math.cos(a), math.sin(a)]) for a in (start, start + math.pi / 2))
         first, last = (math.ceil((middle @ across + side * REACH) / CELL) for side in (-1, 1))
         for k in range(first, last):
             reach = math.sqrt(REACH**2 - (k * CELL - middle @ across) ** 2)
@@ -329,23 +314,23 @@ def scene_triangles(
     shapes, view = subdivide(solved.shapes, solved.motion(scale)), solved.scene.view
     moved = displacement(shapes, moment.phases, solved.amplitudes)
     points, normal = to_hub_frame(shapes, shapes.centreline + moved)
-    vertices, triangles = beam_mesh.swept(points, normal, *section_size(shapes.beam, view.thicken))
+    section = section_size(shapes.beam, view.thicken)
+    vertices, triangles = beam_mesh.swept(points, normal, section)
     along = colours.along(shapes, view.colouring, moved, solved.amplitudes)
     if solved.warning:
         along = np.tile(np.array(colours.GREYED) / 255, (len(along), 1))
     painted = np.concatenate([np.repeat(along, 8, axis=0), np.repeat(along[[0, -1]], 2, axis=0)])
-    parts = [(vertices[triangles], painted)]
     radius = hub_radius(shapes.beam)
     hoop = annulus(radius)
-    hub = hoop.vertices[hoop.faces] if shapes.beam.delta < 0 else drum(radius)
-    parts.append((hub, np.tile(np.array(colours.HUB) / 255, (len(hub), 1))))
+    solids = [(hoop.triangles if shapes.beam.delta < 0 else drum(radius), colours.HUB)]
     if shapes.beam.alpha > 0:
-        ball = trimesh.creation.icosphere(
-            subdivisions=3, radius=mass_radius(shapes.beam, view.thicken)
-        )
-        mass = (ball.vertices + points[shapes.mass])[ball.faces]
-        parts.append((mass, np.tile(np.array(colours.MASS) / 255, (len(mass), 1))))
-    return np.concatenate([a for a, _ in parts]), np.concatenate([b for _, b in parts])
+        radius = mass_radius(shapes.beam, view.thicken)
+        ball = trimesh.creation.icosphere(subdivisions=3, radius=radius)
+        solids.append((ball.triangles + points[shapes.mass], colours.MASS))
+    return (
+        np.concatenate([vertices[triangles], *(solid for solid, _ in solids)]),
+        np.concatenate([painted, *(np.tile(rgb, (len(solid), 1)) / 255 for solid, rgb in solids)]),
+    )
 
 
 def drum(radius: float) -> np.ndarray:
@@ -353,7 +338,7 @@ def drum(radius: float) -> np.ndarray:
     ones, since one that reaches behind the camera cannot be projected."""
     r = np.append(np.linspace(max(radius - VISIBLE, 0.0), radius, 15), radius)
     z = np.append(np.full(15, HUB_HEIGHT / 2), -HUB_HEIGHT / 2)
-    turn = min(math.pi, VISIBLE / radius) * np.linspace(-1, 1, 121)[:, None]
-    grid = np.stack([r * np.cos(turn), r * np.sin(turn), np.broadcast_to(z, (121, 16))], -1)
+    angle = min(math.pi, VISIBLE / radius) * np.linspace(-1, 1, 121)[:, None]
+    grid = np.stack([r * np.cos(angle), r * np.sin(angle), np.broadcast_to(z, (121, 16))], -1)
     a, b, c, d = grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]
     return np.concatenate([np.stack(part, 2).reshape(-1, 3, 3) for part in ((a, b, c), (a, c, d))])

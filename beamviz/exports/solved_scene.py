@@ -91,9 +91,14 @@ class SolvedScene:
             return Camera((given.look_at + offset).tolist(), given.look_at)
         heights = stacked_heights(len(self.shapes.modes)) if self.all_modes else (0.0,)
         rotating = self.scene.view.rotating_frame
-        direction = tilted(self.direction) if self.direction else None
+        direction = self.direction
+        if direction:  # never quite along the axis of rotation
+            x, y, z = direction
+            direction = x, y if math.hypot(x, y) > MIN_SLOPE * abs(z) else -MIN_SLOPE * abs(z), z
         position = camera.viewpoint(self.shapes, rotating, aspect, 0.0, heights, direction)
-        return Camera((position * (1 + self.axial_reach) / self.zoom).tolist())
+        drawn = np.minimum(self.amplitudes, self.shapes.limits)
+        axial_reach = float(drawn @ np.abs(self.shapes.modes[:, :, 0]).max(axis=1))
+        return Camera((position * (1 + axial_reach) / self.zoom).tolist())
 
     def scale(self, width: int, height: int) -> float:
         """Pixels per length of the beam in a picture."""
@@ -104,23 +109,13 @@ class SolvedScene:
         """The motion that the beam is subdivided for, at `scale` pixels per length of the beam."""
         return DrawnMotion.of(self.shapes, self.amplitudes, self.scene.view.colouring, scale)
 
-    @property
-    def axial_reach(self) -> float:
-        """The largest displacement drawn along the beam, in lengths of the beam."""
-        drawn = np.minimum(self.amplitudes, self.shapes.limits)
-        return float(drawn @ np.abs(self.shapes.modes[:, :, 0]).max(axis=1))
-
-
-def tilted(direction: Direction) -> Direction:
-    """A direction that is never quite along the axis of rotation."""
-    x, y, z = direction
-    return (x, y if math.hypot(x, y) > MIN_SLOPE * abs(z) else -MIN_SLOPE * abs(z), z)
-
 
 class DrawnScene:
-    """A solved scene drawn in a viser scene, at `scale` pixels per length of the beam; texts in
-    letters of `letter_height` [lengths of the beam], where one is given (letters of screen size
-    would fit the browser's window and not the picture)."""
+    """A solved scene drawn in a viser scene, at `scale` pixels per length of the beam.
+
+    letter_height: of texts [lengths of the beam]; by default their size is that of the page, which
+    fits the browser's window and not a picture.
+    """
 
     def __init__(
         self,
@@ -139,7 +134,7 @@ class DrawnScene:
         labels = [self.view.warning]
         if self.rows:
             self.rows.show(shapes, view, scale)
-            labels += [row.title for row in self.rows.rows]
+            labels += [row.title for row in self.rows.rows if row.title]
         if letter_height:
             for label in labels:
                 label.font_size_mode = "scene"
@@ -196,17 +191,22 @@ def find_loop(solved: SolvedScene, periods: int | None = None, *, ground: bool =
     if rate == 0:
         raise InvalidInput("pace = 0: a film needs a pace above 0")
     period = 2 * math.pi / rates[0]
-    n = periods or best_periods(rates, max(1, int(MAX_SECONDS * rate / period)))
-    cycles = whole_cycles(rates, n)
-    changes = cycles / (n * rates / rates[0]) - 1
-    advance = dict(zip(motions, 2 * math.pi * cycles, strict=True))
+    most = max(1, int(MAX_SECONDS * rate / period))
+    tried = np.array([periods]) if periods else np.arange(1, most + 1)
+    exact = tried[:, None] * rates / rates[0]  # cycles of each motion
+    cycles = np.rint(exact)
+    changes = cycles / exact - 1
+    # The first film in which no rate changes by more than MAX_CHANGE, else by as little as it can.
+    best = int(np.maximum(np.abs(changes).max(axis=1), MAX_CHANGE).argmin())
+    n = int(tried[best])
+    advance = dict(zip(motions, 2 * math.pi * cycles[best], strict=True))
     symmetry = GROUND_SYMMETRY if view.rotating_frame else 1
     return Loop(
         seconds=float(n * period / rate),
         periods=n,
         phases=np.array([advance.get(label, 0.0) for label in shapes.labels]),
         angle=float(advance.get(ROTATION, 0.0) / symmetry),
-        changes=dict(zip(motions, changes.tolist(), strict=True)),
+        changes=dict(zip(motions, changes[best].tolist(), strict=True)),
     )
 
 
@@ -228,19 +228,3 @@ def motion_rates(solved: SolvedScene, *, ground: bool) -> dict[str, float]:
     if not motions:
         raise InvalidInput("nothing moves in this scene: show a mode, or let the beam rotate")
     return motions
-
-
-def best_periods(rates: np.ndarray, most: int) -> int:
-    """The smallest number of periods of the first of `rates`, up to `most`, in which all rates
-    change by at most MAX_CHANGE, or else the number with the smallest change."""
-    tried = np.arange(1, most + 1)
-    changes = [
-        np.abs(whole_cycles(rates, int(n)) / (n * rates / rates[0]) - 1).max() for n in tried
-    ]
-    good = tried[np.array(changes) <= MAX_CHANGE]
-    return int(good[0] if len(good) else tried[np.argmin(changes)])
-
-
-def whole_cycles(rates: np.ndarray, n: int) -> np.ndarray:
-    """The nearest whole number of cycles of every motion during n periods of the first."""
-    return np.rint(n * rates / rates[0])

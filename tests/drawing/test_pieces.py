@@ -22,9 +22,10 @@ from beamviz.drawing.beam_mesh import (
     piece_count,
     required_density,
     subdivide,
+    to_hub_frame,
 )
 from beamviz.drawing.modes import SampledModes, displacement
-from beamviz.drawing.objects import HIDDEN, to_hub_frame
+from beamviz.drawing.objects import HIDDEN
 from beamviz.scene import COLOURINGS, ViewOptions
 from beamviz.server import run_server
 from beamviz.solver import solve

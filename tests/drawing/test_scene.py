@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from beamviz.beam import Beam
 from beamviz.drawing import BeamView, camera
-from beamviz.drawing.beam_mesh import DrawnMotion
+from beamviz.drawing.beam_mesh import DrawnMotion, to_hub_frame
 from beamviz.drawing.camera import PageCamera
 from beamviz.drawing.modes import SampledModes
-from beamviz.drawing.objects import HIDDEN, hub_radius, mass_radius, section_size, to_hub_frame
+from beamviz.drawing.objects import HIDDEN, hub_radius, mass_radius, section_size
 from beamviz.scene import ViewOptions
 from beamviz.server import run_server
 
@@ -84,7 +84,7 @@ def test_the_scene_draws_a_beam_and_greys_it():
         assert np.allclose(scene.beam.batched_positions, middle, atol=1e-6)
         assert np.allclose(scene.mass.batched_positions, points[[drawn.mass]], atol=1e-6)
         assert len(np.unique(scene.beam.batched_colors, axis=0)) > 20
-        assert scene.nodes.labels[0].text == f"B2 node at {shapes.nodes[1][0][0]:.3f}"
+        assert scene.nodes.labels[0].text == f"B2 node at {shapes.nodes[1][0]:.3f}"
         assert scene.warning.visible is False
         scene.show(shapes, ViewOptions(), [1], warning="No equilibrium")
         scene.move(np.full(5, np.pi / 2), 0.15 * np.eye(5)[1], angle=0.3)
@@ -117,9 +117,9 @@ def test_the_frame_of_view_turns_the_hub_or_the_ground():
             scene.show(shapes, ViewOptions(rotating_frame=rotating_frame), [0])
             scene.move(np.zeros(5), np.zeros(5), angle=0.3)
             still, moving = (
-                (scene.rotor, scene.ground.grid)
+                (scene.rotor, scene.surroundings.grid)
                 if rotating_frame
-                else (scene.ground.grid, scene.rotor)
+                else (scene.surroundings.grid, scene.rotor)
             )
             assert np.allclose(still.wxyz, [1, 0, 0, 0])
             assert moving.wxyz[3] == pytest.approx(math.sin(-0.15 if rotating_frame else 0.15))
@@ -147,10 +147,10 @@ def test_there_is_no_mass_without_a_mass_and_a_hoop_for_an_inward_beam():
         scene.show(sampled(Beam()), ViewOptions(), [0])
         assert scene.mass.batched_scales is not None
         assert np.allclose(scene.mass.batched_scales, HIDDEN)
-        assert (scene.hub.drum.visible, scene.hub.hoop.visible) == (True, False)
+        assert (scene.surroundings.drum.visible, scene.surroundings.hoop.visible) == (True, False)
         scene.show(SampledModes.at_rest(Beam(delta=-0.5), "chordwise"), ViewOptions(), [])
-        assert (scene.hub.drum.visible, scene.hub.hoop.visible) == (False, True)
-        inner = np.linalg.norm(scene.hub.hoop.vertices[:, :2], axis=1).min()
+        assert (scene.surroundings.drum.visible, scene.surroundings.hoop.visible) == (False, True)
+        inner = np.linalg.norm(scene.surroundings.hoop.vertices[:, :2], axis=1).min()
         assert inner == pytest.approx(0.5, rel=1e-3)
 
 

@@ -12,8 +12,8 @@ from live.visitor import PAPER, Visitor, visitor
 
 from beamviz.beam import Beam
 from beamviz.drawing import AllModesView, camera, stacked_heights
+from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import Clock, SampledModes, displacement
-from beamviz.drawing.objects import to_hub_frame
 from beamviz.explorer.app import explorer
 from beamviz.explorer.features.comparison import (
     CASES,
@@ -150,7 +150,7 @@ def test_both_beams_run_on_one_clock(stacked):
             view, middle = comparison.scene, (centreline[:-1] + centreline[1:]) / 2
             assert np.allclose(view.beam.batched_positions, middle, atol=1e-6)
             assert view.frame.position[2] == max(comparison.heights) == -min(comparison.heights)
-            assert view.ground.grid.visible is False
+            assert view.surroundings.grid.visible is False
         else:
             assert comparison.overlay
             rings = comparison.overlay.body.vertices.reshape(len(shapes.x), 4, 3).mean(axis=1)

@@ -11,9 +11,8 @@ import trimesh
 from live.browser import page
 from live.visitor import PAPER
 
-from beamviz.drawing.beam_mesh import subdivide
+from beamviz.drawing.beam_mesh import subdivide, to_hub_frame
 from beamviz.drawing.modes import displacement
-from beamviz.drawing.objects import to_hub_frame
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports import STATIONS, WRITERS, export
 from beamviz.exports.solved_scene import SolvedScene, find_loop

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.drawing import OverlayBeam, TitledBeam, add_title
+from beamviz.drawing import BeamView, OverlayBeam, add_title
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion
 from beamviz.drawing.modes import Clock, SampledModes, amplitudes
 from beamviz.drawing.text import frequencies
@@ -106,7 +106,7 @@ class Comparison(Feature):
         self.matched: tuple[object, ...] = ()  # the solutions of `match`
         self.match = NO_MATCH
         self.overlay: OverlayBeam | None = None
-        self.scene: TitledBeam | None = None
+        self.scene: BeamView | None = None
 
     @property
     def answer(self) -> SolverAnswer | None:
@@ -166,9 +166,11 @@ class Comparison(Feature):
         view: ViewOptions = state.view
         if state.stacked:
             if self.scene is None:
-                self.scene = TitledBeam(self.api, "/other")
+                self.scene = BeamView(self.api, "/other", alone=False)
                 self.name = add_title(self.api, "/scene", THIS)
-            self.scene.show_row(self.shapes, view, shown, title, self.heights[1], motion)
+            self.scene.height = self.heights[1]
+            self.scene.show(self.shapes, view, shown, title=title, motion=motion)
+            assert self.scene.title
             self.name.visible, self.name.position = True, self.scene.title.position
         else:
             self.overlay = self.overlay or OverlayBeam(self.api)
