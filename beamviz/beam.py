@@ -15,17 +15,15 @@ from beamviz.errors import InvalidInput
 class Parameter:
     """One of the five dimensionless numbers of a beam, for every place that describes it.
 
-    label: its name; short_label: its name beside a slider; formula, definition: the paper's
-    definition for charts (Unicode) and for terminals (ASCII); si_formula: the same in the keywords
-    of `Beam.from_si`; limits: the range accepted; slider: everyday range and step; hint: its
-    meaning and its effect.
+    label: its name; short_label: its name beside a slider; formula: the paper's definition;
+    si_formula: the same in the keywords of `Beam.from_si`; limits: the range accepted; slider:
+    everyday range and step; hint: its meaning and its effect.
     """
 
     symbol: str
     label: str
     short_label: str
     formula: str
-    definition: str
     si_formula: str
     limits: tuple[float, float]
     default: float
@@ -49,7 +47,6 @@ PARAMETERS = {
         label="mass ratio",
         short_label="mass",
         formula="m / (ρ A L)",
-        definition="m / (rho A L)",
         si_formula="mass / (density area length)",
         limits=(0.0, 100.0),
         default=0.0,
@@ -62,7 +59,6 @@ PARAMETERS = {
         label="mass location",
         short_label="position",
         formula="d / L",
-        definition="d / L",
         si_formula="mass_position / length",
         limits=(0.0, 1.0),
         default=1.0,
@@ -74,7 +70,6 @@ PARAMETERS = {
         label="rotation speed",
         short_label="speed",
         formula="Ω T*",
-        definition="Omega T*",
         si_formula="rotation_speed T*",
         limits=(0.0, 200.0),
         default=0.0,
@@ -87,7 +82,6 @@ PARAMETERS = {
         label="hub radius",
         short_label="hub",
         formula="a / L",
-        definition="a / L",
         si_formula="hub_radius / length",
         limits=(-2.0, 20.0),
         default=0.0,
@@ -100,7 +94,6 @@ PARAMETERS = {
         label="slenderness",
         short_label="slenderness",
         formula="√(A L² / I)",
-        definition="sqrt(A L^2 / I)",
         si_formula="length sqrt(area / second_moment)",
         limits=(10.0, 10000.0),
         default=70.0,
@@ -117,7 +110,7 @@ ROUNDING = 1e-12  # relative, so that mu = gamma / 5 is accepted
 @dataclass(frozen=True)
 class Units:
     """The physical size of a dimensionless beam: its length L [m], its time T* [s] and, where it
-    is check_keys, its mass rho A L [kg]."""
+    is known, its mass rho A L [kg]."""
 
     length: float
     time: float
@@ -199,26 +192,16 @@ class Beam:
         Young's modulus [Pa], hub radius [m], rotation speed [rad/s], mass [kg] and its
         position [m] from the root (the tip where none is given), angular acceleration [rad/s^2].
         """
-        sizes = {
-            "length": length,
-            "density": density,
-            "area": area,
-            "second_moment": second_moment,
-            "youngs_modulus": youngs_modulus,
-        }
-        L, rho, A, I, E = (check_float(name, value, 0.0, math.inf) for name, value in sizes.items())
-        for name, value in sizes.items():
-            if value == 0:
-                raise InvalidInput(f"{name} = 0: must be above 0")
+        sizes = (length, density, area, second_moment, youngs_modulus)
+        L, rho, A, I, E = map(check_positive, SI_REQUIRED, sizes)
         time = L * L * math.sqrt(rho / E) * math.sqrt(A / I)
         for name, value in {"T* [s]": time, "density area length [kg]": rho * A * L}.items():
             if not (math.isfinite(value) and value > 0):
                 raise InvalidInput(f"{name} = {value:g}: the SI values are too extreme")
-        if mass_position is None:
-            mass_position = L
+        position = L if mass_position is None else mass_position
         numbers = {
             "alpha": check_float("mass", mass, 0.0, math.inf) / (rho * A * L),
-            "beta": check_float("mass_position", mass_position, 0.0, L) / L,
+            "beta": check_float("mass_position", position, 0.0, L) / L,
             "gamma": check_float("rotation_speed", rotation_speed, 0.0, math.inf) * time,
             "delta": check_float("hub_radius", hub_radius, -math.inf, math.inf) / L,
             "mu": L * math.sqrt(A / I),
@@ -301,6 +284,14 @@ def check_float(name: str, value: object, low: float, high: float) -> float:
     if not (math.isfinite(number) and low <= number <= high):
         raise InvalidInput(f"{name} = {exact_text(number)}: must {range_text(low, high)}")
     return number + 0.0  # -0.0 becomes 0.0
+
+
+def check_positive(name: str, value: object) -> float:
+    """`value` as a finite float above 0, or InvalidInput."""
+    number = check_float(name, value, 0.0, math.inf)
+    if number == 0:
+        raise InvalidInput(f"{name} = 0: must be above 0")
+    return number
 
 
 def check_int(name: str, value: object, low: int, high: int) -> int:

@@ -27,11 +27,20 @@ LESSON_WIDTH = 88
 MODEL_KEYS = ("method", "strain", "curvature", "coriolis", "plane")
 EQUILIBRIUM_KEYS = ("status", "iterations", "tip", "max_stretch")
 STATS_KEYS = ("dof", "seconds", "method", "elements", "order")
+MODE_KEYS = {  # of the JSON, and the attributes of a solution
+    "label": "labels",
+    "family": "families",
+    "frequency": "frequencies",
+    "error": "errors",
+    "bending_fraction": "bending_energy_fraction",
+    "nodes": "nodes",
+}
 MODE_COLUMNS = [
     *("index", "label", "family", "frequency", "growth_rate"),
     *("error", "bending_fraction", "nodes"),
 ]
 SI_COLUMNS = ["hertz", "rad_per_s"]
+BRANCH_KEYS = ("label", "family", "frequency", "growth_rate", "error", "bending_fraction")
 
 
 # Any records.
@@ -73,21 +82,17 @@ def markdown_table(heading: Sequence[str], rows: Iterable[Sequence[str]]) -> str
     return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
 
 
-def aligned_table(columns: list[list[str]]) -> list[str]:
-    """The lines of a table given by columns, each with its heading first; numbers align right."""
-    widths = [max(map(len, column)) for column in columns]
-    justify = [str.ljust if column[0] in LEFT_ALIGNED else str.rjust for column in columns]
+def aligned_table(heading: Sequence[str], *rows: Sequence[Any]) -> list[str]:
+    """The lines of a table; the cells of numbers align right."""
+    cells = [[str(cell) for cell in row] for row in (heading, *rows)]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    sides = ["<" if name in LEFT_ALIGNED else ">" for name in heading]
     return [
         "  ".join(
-            align(cell, width) for align, cell, width in zip(justify, cells, widths, strict=True)
+            f"{cell:{side}{width}}" for cell, side, width in zip(row, sides, widths, strict=True)
         ).rstrip()
-        for cells in zip(*columns, strict=True)
+        for row in cells
     ]
-
-
-def column(heading: str, values: Iterable[Any], spec: str = "") -> list[str]:
-    """A heading and formatted values."""
-    return [heading, *(format(value, spec) for value in values)]
 
 
 def significant_decimals(error: float) -> int:
@@ -132,20 +137,14 @@ def solution_json(solution: "Solution") -> str:
 
 def mode_records(solution: "Solution") -> list[dict[str, Any]]:
     """Each mode under the keys of the JSON; with frequencies in Hz and rad/s for a beam in SI."""
-    records = []
+    records, units = [], solution.beam.units
     for k, frequency in enumerate(solution.frequencies):
-        record = {
-            "index": k + 1,
-            "label": solution.labels[k],
-            "family": solution.families[k],
-            "frequency": frequency,
-            "error": solution.errors[k],
-            "bending_fraction": solution.bending_energy_fraction[k],
-            "nodes": solution.nodes[k],
+        record = {"index": k + 1} | {
+            key: getattr(solution, name)[k] for key, name in MODE_KEYS.items()
         }
         if math.isnan(frequency):
             record["growth_rate"] = solution.growth_rates[k]
-        if units := solution.beam.units:
+        if units:
             record["hertz"] = units.hertz(frequency)
             record["rad_per_s"] = units.angular_frequency(frequency)
         records.append(plain(record))
@@ -180,7 +179,9 @@ def solution_table(solution: "Solution") -> str:
         f"{stats.method}: {plural(stats.elements, 'element')} of order {stats.order},"
         f" {stats.dof} unknowns, {1000 * stats.seconds:.3g} ms"
     )
-    return "\n".join([*heading, "", *aligned_table(mode_columns(solution)), "", footer])
+    return "\n".join(
+        [*heading, "", *aligned_table(*zip(*mode_columns(solution), strict=True)), "", footer]
+    )
 
 
 def described_numbers(beam: "Beam", without: str = "") -> str:
@@ -228,13 +229,12 @@ SOLUTION_FORMATS = {"table": solution_table, "json": solution_json, "csv": solut
 
 def loci_json(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
     """Sweep, branches, crossings and veerings as JSON."""
-    numbers = loci.beam.numbers
-    data = {
-        "beam": {name: value for name, value in numbers.items() if name != loci.over},
+    data: dict[str, Any] = {
+        "beam": {name: x for name, x in loci.beam.numbers.items() if name != loci.over},
         "model": loci.problem.model,
         "over": loci.over,
         "values": loci.values,
-        "branches": [branch_record(loci, branch) for branch in loci.branches],
+        "branches": [{key: getattr(one, key) for key in BRANCH_KEYS} for one in loci.branches],
         "events": loci.events,
         "limits": loci.limits,
         "complete": loci.complete,
@@ -244,17 +244,12 @@ def loci_json(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
     if resonances:
         data["resonances"] = resonances
     if units := loci.units:
+        for branch, record in zip(loci.branches, data["branches"], strict=True):
+            record["hertz"] = units.hertz(branch.frequency)
         data["units"] = {"length": units.length, "time": units.time}
         if loci.over == "gamma":
             data["rpm"] = units.rpm(loci.values)
     return json_text(data)
-
-
-def branch_record(loci: "Loci", branch: "Branch") -> dict[str, Any]:
-    """A branch under the keys of the JSON; one entry for each value."""
-    keys = ("label", "family", "frequency", "growth_rate", "error", "bending_fraction")
-    record = {key: getattr(branch, key) for key in keys}
-    return record | ({"hertz": loci.units.hertz(branch.frequency)} if loci.units else {})
 
 
 def loci_csv(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
@@ -296,7 +291,7 @@ def frequency_lines(loci: "Loci") -> list[str]:
     columns = [[loci.over, *(f"{loci.values[i]:.7g}" for i in rows)]]
     columns += [branch_column(branch, rows) for branch in loci.branches]
     thinned = f", one value in {step} (--format csv has all)" if step > 1 else ""
-    lines = [f"Frequencies [1/T*]{thinned}", *aligned_table(columns)]
+    lines = [f"Frequencies [1/T*]{thinned}", *aligned_table(*zip(*columns, strict=True))]
     if any(cell[-1:] in FAMILY_LETTERS.values() for column in columns[1:] for cell in column[1:]):
         lines.append("b, s, m: bending, stretching or mixed there, unlike the label")
     return lines
@@ -324,31 +319,36 @@ def event_lines(loci: "Loci") -> list[str]:
     note = [loci.warning] if loci.warning else []
     if not loci.events:
         return note or ["No two of these loci meet here."]
-    events = loci.events
-    columns = [
-        column("event", (event.kind for event in events)),
-        column("branches", (" ".join(event.branches) for event in events)),
-        column(f"at {loci.over}", (event.at for event in events), ".6f"),
-        column("frequency", (event.frequency for event in events), ".5f"),
-        column("gap", (event.gap for event in events), ".3g"),
-        column("veering index", (event.index for event in events), ".3f"),
+    heading = ("event", "branches", f"at {loci.over}", "frequency", "gap", "veering index")
+    rows = [
+        (
+            e.kind,
+            " ".join(e.branches),
+            f"{e.at:.6f}",
+            f"{e.frequency:.5f}",
+            f"{e.gap:.3g}",
+            f"{e.index:.3f}",
+        )
+        for e in loci.events
     ]
-    return aligned_table(columns) + note
+    return aligned_table(heading, *rows) + note
 
 
 def resonance_lines(loci: "Loci", resonances: Sequence["Resonance"]) -> list[str]:
     """The table of resonances; with rpm for a beam in SI."""
     if not resonances:
         return []
-    columns = [
-        column("per rev", (one.per_rev for one in resonances)),
-        column("branch", (one.branch for one in resonances)),
-        column("at gamma", (one.at for one in resonances), ".6f"),
-        column("frequency", (one.frequency for one in resonances), ".5f"),
+    heading = ["per rev", "branch", "at gamma", "frequency"]
+    rows = [
+        [one.per_rev, one.branch, f"{one.at:.6f}", f"{one.frequency:.5f}"] for one in resonances
     ]
     if loci.units:
-        columns.append(column("rpm", (loci.units.rpm(one.at) for one in resonances), ".6g"))
-    return ["Resonances, frequency = per rev x speed", *aligned_table(columns)]
+        heading.append("rpm")
+        rows = [
+            [*row, f"{loci.units.rpm(one.at):.6g}"]
+            for row, one in zip(rows, resonances, strict=True)
+        ]
+    return ["Resonances, frequency = per rev x speed", *aligned_table(heading, *rows)]
 
 
 LOCI_FORMATS = {"table": loci_table, "json": loci_json, "csv": loci_csv}
@@ -369,28 +369,21 @@ def lessons_table(lessons: Sequence["Lesson"]) -> str:
 
 
 def lessons_json(lessons: Sequence["Lesson"]) -> str:
-    """Every lesson with its texts, computed numbers and scene."""
-    return json_text({"lessons": [lesson_record(lesson) for lesson in lessons]})
-
-
-def lesson_record(lesson: "Lesson") -> dict[str, Any]:
-    """A lesson under the keys of the JSON; texts without the marks of emphasis."""
-    texts = {key: getattr(lesson, key).replace("*", "") for key in ("do", "see", "meaning")}
-    challenge = lesson.challenge
-    return {
-        "name": lesson.name,
-        "title": lesson.title,
-        "question": lesson.question,
-        **texts,
-        "proof": {"words": lesson.proof.words, "numbers": lesson.proof.numbers},
-        "challenge": {
-            "task": challenge.task,
-            "number": challenge.number,
-            "within": challenge.within,
-            "answers": [challenge.answer],
-        },
-        "scene": lesson.scene.tables,
-    }
+    """Every lesson with its texts, computed numbers and scene; texts without marks of emphasis."""
+    records = [
+        {
+            **{key: getattr(lesson, key) for key in ("name", "title", "question")},
+            **{key: getattr(lesson, key).replace("*", "") for key in ("do", "see", "meaning")},
+            "proof": {"words": lesson.proof.words, "numbers": lesson.proof.numbers},
+            "challenge": {
+                **{key: getattr(lesson.challenge, key) for key in ("task", "number", "within")},
+                "answers": [lesson.challenge.answer],
+            },
+            "scene": lesson.scene.tables,
+        }
+        for lesson in lessons
+    ]
+    return json_text({"lessons": records})
 
 
 LESSONS_FORMATS = {"table": lessons_table, "json": lessons_json}

@@ -3,6 +3,7 @@
 import json
 import math
 import tomllib
+from collections import ChainMap
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Self
@@ -16,6 +17,7 @@ from beamviz.beam import (
     check_float,
     check_int,
     check_keys,
+    check_positive,
     check_si_keys,
     parse_toml,
     read_toml,
@@ -141,23 +143,18 @@ def clip(value: Any, upper: float, old: float) -> float:
     return min(max(float(value), 0.0), upper)
 
 
-def names(kind: type) -> tuple[str, ...]:
-    """The field names of a dataclass."""
-    return tuple(entry.name for entry in fields(kind))
-
-
 # The tables of a file and their keys. [beam], [model], [view], [camera] and [chart] share no key,
 # so that a link and `Scene.of` need no tables; [si] stands for [beam] and [units] together.
 TABLES = {
     "beam": tuple(PARAMETERS),
     "model": tuple(name for name in OPTIONS if name != "modes"),
-    "view": (*names(ViewOptions), "mode"),
-    "camera": names(Camera),
+    "view": (*ViewOptions.__dataclass_fields__, "mode"),
+    "camera": tuple(Camera.__dataclass_fields__),
     "chart": ("over", "per_rev"),
-    "units": names(Units),
+    "units": tuple(Units.__dataclass_fields__),
     "si": tuple(SI_KEYS),
 }
-FILE_ONLY = ("units", "si")
+FILE_ONLY = {"units", "si"}
 KEYS = tuple(key for table, keys in TABLES.items() if table not in FILE_ONLY for key in keys)
 
 
@@ -201,7 +198,7 @@ class Scene:
             self,
             beam=self.beam.replace(**by_table["beam"]),
             options={**self.options, **by_table["model"]},
-            view=change_view(self.view, by_table["view"]),
+            view=change_view(self.view, **by_table["view"]),
             camera=change_camera(self.camera, by_table["camera"]),
             **by_table["chart"],
         )
@@ -225,12 +222,11 @@ class Scene:
 
     def to_toml(self) -> str:
         """The scene as the text of a TOML file."""
-        return TOML_HEADER + "".join(
-            f"\n[{table}]\n"
-            + "".join(f"{key} = {json.dumps(value)}\n" for key, value in values.items())
-            for table, values in self.tables.items()
-            if values
-        )
+        lines = [TOML_HEADER]
+        for table, values in self.tables.items():
+            lines += [f"\n[{table}]\n"] if values else []
+            lines += [f"{key} = {json.dumps(value)}\n" for key, value in values.items()]
+        return "".join(lines)
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
@@ -250,12 +246,7 @@ class Scene:
             if not isinstance(values, dict):
                 raise InvalidInput(f"{name}: {table} = {values!r}: must be a table [{table}]")
             check_keys(values, TABLES[table], f"{name} [{table}]")
-        values = {
-            key: value
-            for table in tables
-            if table not in FILE_ONLY
-            for key, value in tables[table].items()
-        }
+        values = ChainMap(*(tables[table] for table in tables.keys() - FILE_ONLY))
         try:
             return cls.of(beam_with_units(tables), **values)
         except InvalidInput as error:
@@ -281,13 +272,13 @@ def parse_value(text: str) -> Any:
     return values["value"] if len(values) == 1 else text
 
 
-def change_view(view: ViewOptions, values: dict[str, Any]) -> ViewOptions:
-    """`view` with other values of some keys; `mode` is short for the shares of one mode."""
-    if "mode" in values:
+def change_view(view: ViewOptions, mode: Any = None, **values: Any) -> ViewOptions:
+    """`view` with other values of some keys; `mode` (1-based) is short for the shares of one."""
+    if mode is not None:
         if "shares" in values:
             raise InvalidInput("mode and shares exclude each other")
-        view = view.only(check_int("mode", values["mode"], 1, MAX_SHARES) - 1)
-    return replace(view, **{key: value for key, value in values.items() if key != "mode"})
+        view = view.only(check_int("mode", mode, 1, MAX_SHARES) - 1)
+    return replace(view, **values)
 
 
 def change_camera(camera: Camera | None, values: dict[str, Any]) -> Camera | None:
@@ -311,10 +302,7 @@ def beam_with_units(tables: dict[str, Any]) -> Beam:
     for key in ("length", "time"):
         if key not in units:
             raise InvalidInput(f"[units]: missing key {key!r}")
-    for key, value in units.items():
-        if check_float(key, value, 0.0, math.inf) == 0:
-            raise InvalidInput(f"{key} = 0: must be above 0")
-    return Beam(units=Units(**units))
+    return Beam(units=Units(**{key: check_positive(key, value) for key, value in units.items()}))
 
 
 def without_none(entry: Any) -> dict[str, Any]:

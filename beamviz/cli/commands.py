@@ -10,11 +10,14 @@ import typer
 
 from beamviz import __version__
 from beamviz.beam import PARAMETERS, Beam, check_float, check_int, exact_text
-from beamviz.cli.options import number, sweep_values, takes_beam, takes_scene, triple
+from beamviz.cli.options import number, parse_triple, sweep_values, takes_beam, takes_scene
 from beamviz.files import check_suffix
 
-DIRECTION = triple(
-    "--from", "Look from this direction, 0,0,1 being above and 0,-1,0 beside the beam."
+DIRECTION = typer.Option(
+    "--from",
+    help="Look from this direction, 0,0,1 being above and 0,-1,0 beside the beam.",
+    parser=parse_triple,
+    metavar="X,Y,Z",
 )
 ZOOM = number("How much nearer than where the beam fills the picture.")
 
@@ -24,11 +27,6 @@ MAX_VISITORS = 1000
 MAX_PROCESSES = 64
 
 app = typer.Typer(add_completion=False)
-
-
-def show(text: str) -> None:
-    """Print a result with one newline at its end."""
-    print(text.removesuffix("\n"))
 
 
 def show_version(wanted: bool) -> None:
@@ -60,7 +58,7 @@ def modes(
     from beamviz.output import SOLUTION_FORMATS
     from beamviz.solver import solve
 
-    show(SOLUTION_FORMATS[format](solve(beam, modes=modes, **options)))
+    print(SOLUTION_FORMATS[format](solve(beam, modes=modes, **options)).rstrip("\n"))
 
 
 @app.command()
@@ -100,7 +98,7 @@ def loci(
     crossed = resonances(found, check_int("per-rev", per_rev, 0, MAX_PER_REV))
     if plot:
         save_chart(plot, found, crossed, per_rev)
-    show(LOCI_FORMATS[format](found, crossed))
+    print(LOCI_FORMATS[format](found, crossed).rstrip("\n"))
 
 
 @app.command()
@@ -165,18 +163,10 @@ def screenshot(
     ] = False,
 ) -> None:
     """The 3D scene as a picture, without a screen."""
+    options = locals() | {"phase": check_float("phase", phase, 0, 1)}
     from beamviz.exports import screenshot
 
-    screenshot(
-        path,
-        scene,
-        width=width,
-        height=height,
-        phase=check_float("phase", phase, 0, 1),
-        transparent=transparent,
-        direction=direction,
-        zoom=zoom,
-    )
+    screenshot(**options)
 
 
 @app.command()
@@ -195,6 +185,7 @@ def animate(
     ] = None,
 ) -> None:
     """The 3D scene as a film that ends where it began, without a screen."""
+    options = dict(locals())
     from beamviz.exports import animate
 
     with contextlib.ExitStack() as stack:
@@ -204,17 +195,7 @@ def animate(
                 typer.progressbar(range(count), label="beamviz: frames", file=sys.stderr)
             )
 
-        loop = animate(
-            path,
-            scene,
-            width=width,
-            height=height,
-            fps=fps,
-            periods=periods,
-            direction=direction,
-            zoom=zoom,
-            progress=progress,
-        )
+        loop = animate(**options, progress=progress)
     if loop.note:
         print(f"beamviz: {loop.note}", file=sys.stderr)
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from beamviz.scene import Scene
 
 MAX_POINTS = 10_000  # of a sweep
+ASCII = str.maketrans({"ρ": "rho", "Ω": "Omega", "√": "sqrt", "²": "^2"})
 
 
 def parse_number(text: str | float) -> float | str:
@@ -34,11 +35,6 @@ def number(help: str, **settings: Any) -> Any:
     return typer.Option(help=help, parser=parse_number, metavar="NUMBER", **settings)
 
 
-def triple(name: str, help: str) -> Any:
-    """An option that takes three comma-separated numbers."""
-    return typer.Option(name, help=help, parser=parse_triple, metavar="X,Y,Z")
-
-
 def parse_triple(text: str) -> tuple[float, float, float]:
     """Three comma-separated numbers; typer.BadParameter for anything else."""
     parts = [parse_number(part) for part in text.split(",")]
@@ -51,11 +47,9 @@ def parse_triple(text: str) -> tuple[float, float, float]:
 def parameter(name: str) -> Any:
     """The option of one of the five numbers."""
     one = PARAMETERS[name]
-    low, high = one.limits
-    label = f"{one.label.capitalize()} {one.definition}"
-    return number(
-        f"{label}, {low:g} .. {high:g} (default {one.default:g}).", rich_help_panel="Beam"
-    )
+    formula, (low, high) = one.formula.translate(ASCII), one.limits
+    text = f"{one.label.capitalize()} {formula}, {low:g} .. {high:g} (default {one.default:g})."
+    return number(text, rich_help_panel="Beam")
 
 
 def model(help: str) -> Any:
@@ -177,15 +171,12 @@ def scene_from_options(
         start = Scene.from_toml(file) if file else Scene()
     if beam_options.pop("si"):
         start = replace(start, beam=beam)
-    changes = {name: value for name, value in beam_options.items() if is_given(context, name)}
-    changes |= {k: v for k, v in {"mode": mode, "dark": dark}.items() if v is not None}
-    return (start.changed(**changes),)
-
-
-def is_given(context: typer.Context, name: str) -> bool:
-    """Whether the command line gives an option, even with its default value."""
-    source = context.get_parameter_source(name)
-    return source is not None and source.name == "COMMANDLINE"
+    given = {  # on the command line, even with its default value
+        name: value
+        for name, value in {"mode": mode, "dark": dark, **beam_options}.items()
+        if getattr(context.get_parameter_source(name), "name", "") == "COMMANDLINE"
+    }
+    return (start.changed(**given),)
 
 
 def shared_options(
