@@ -28,8 +28,8 @@ import numpy as np
 from mpmath import fdot, mp, mpf
 
 from beamviz.beam import Beam
-from beamviz.benchmark.cases import MODES, SCENES
 from beamviz.benchmark.external import calculix
+from beamviz.benchmark.work_precision import MODES, SCENES
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver import solve
 

@@ -1,5 +1,6 @@
 """beamviz benchmark: measure every method, write the chart and the numbers, report the ratios."""
 
+import contextlib
 import os
 import platform
 import sys
@@ -10,12 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from beamviz.benchmark import work_precision
-from beamviz.benchmark.cases import METHODS, SCENES, Solver
 from beamviz.benchmark.external import PEERS
 from beamviz.benchmark.work_precision import (
     FULL,
+    METHODS,
     QUICK,
+    SCENES,
     Row,
+    Solver,
     dominated,
     lapack_times,
     pareto_front,
@@ -47,9 +50,7 @@ def benchmark(folder: Path, quick: bool, peers: bool, release: str) -> str:
     }
     about = environment(solvers, quick, release) | ratios
     with writable_folder(folder):
-        write_files(
-            folder, {f"{NAME}.{ending}": data for ending, data in files(rows, about).items()}
-        )
+        write_files(folder, files(rows, about))
     return "\n".join(summary(rows, ratios))
 
 
@@ -74,35 +75,30 @@ def environment(solvers: tuple[Solver, ...], quick: bool, release: str) -> dict[
 
 def processor() -> str:
     """The model of the processor."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-    except OSError:
-        lines = []
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.processor() or platform.machine()
+    with contextlib.suppress(OSError):
+        for line in Path("/proc/cpuinfo").read_text().splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
 
 
 def files(rows: list[Row], about: dict[str, Any]) -> dict[str, bytes]:
-    """The contents of the files by ending."""
+    """The contents of the files by name."""
     from beamviz.benchmark.plot import draw
     from beamviz.plotting import picture_files
 
     models = work_precision.model_errors()
+    versions = ", ".join(f"{name} {number}" for name, number in about["versions"].items())
+    caption = f"{about['date']}, one thread of {about['machine']['processor']}.\n{versions}."
     data = {
         **about,
         "scenes": {scene: beam.numbers for scene, beam in SCENES.items()},
         "rows": rows,
         "model_errors": models,
     }
-    figure = draw(rows, models, caption(about))
-    return picture_files(figure) | {"json": (json_text(data, indent=1) + "\n").encode()}
-
-
-def caption(about: dict[str, Any]) -> str:
-    """The text below the chart."""
-    machine, versions = about["machine"], about["versions"]
-    others = ", ".join(f"{name} {number}" for name, number in versions.items())
-    return f"{about['date']}, one thread of {machine['processor']}.\n{others}."
+    text = json_text(data, indent=1) + "\n"
+    contents = picture_files(draw(rows, models, caption)) | {"json": text.encode()}
+    return {f"{NAME}.{ending}": content for ending, content in contents.items()}
 
 
 def summary(rows: list[Row], ratios: dict[str, dict[str, float]]) -> Iterator[str]:

@@ -24,14 +24,14 @@ from collections.abc import Iterator
 from functools import partial
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from beamviz.beam import Beam
-from beamviz.benchmark.cases import Solver
+from beamviz.benchmark.work_precision import ELEMENTS, Solver
 from beamviz.errors import NotConverged
 
 
@@ -246,9 +246,10 @@ def calculix_input(beam: Beam, elements: int, modes: int) -> Iterator[str]:
     names = [name for name, kind in (("PLAIN", False), ("DENSE", True)) if kind in dense]
     for name in names:
         yield f"*ELEMENT, TYPE=CPS8R, ELSET={name}"
-        for e in range(len(dense)):
+        for e, k in product(range(len(dense)), range(ROWS // 2)):
             if dense[e] is (name == "DENSE"):
-                yield from element_nodes(e)
+                nodes = [(2 * e + a) * ROWS + 2 * k + b + 1 for a, b in CORNERS_AND_MIDSIDES]
+                yield ", ".join(map(str, [e * (ROWS // 2) + k + 1, *nodes]))
         yield f"*SOLID SECTION, ELSET={name}, MATERIAL={name}\n{height!r}"
         rho = 1 / height**2 * (1 + (beam.alpha / SLICE if name == "DENSE" else 0.0))
         yield f"*MATERIAL, NAME={name}\n*ELASTIC\n{12 / height**4!r}, 0."
@@ -283,14 +284,6 @@ def node_columns(beam: Beam, elements: int) -> tuple[list[float], list[bool]]:
     return x, dense
 
 
-def element_nodes(e: int) -> Iterator[str]:
-    """The elements at place e along the beam, each with its eight nodes."""
-    across = ROWS // 2
-    for k in range(across):
-        nodes = [(2 * e + a) * ROWS + 2 * k + b + 1 for a, b in CORNERS_AND_MIDSIDES]
-        yield ", ".join(map(str, [e * across + k + 1, *nodes]))
-
-
 def calculix_version() -> str:
     """The version of CalculiX. Raises PackageNotFoundError where it is not on the path."""
     try:
@@ -300,26 +293,15 @@ def calculix_version() -> str:
     return done.stdout.split()[-1]
 
 
-EXUDYN_ELEMENTS, EXUDYN_VERSION = (5, 10, 20, 40, 80, 160), partial(version, "exudyn")
-PEERS = (
-    Solver(
-        *("Exudyn", "biot", "elements", EXUDYN_ELEMENTS, partial(exudyn, "own")),
-        version=EXUDYN_VERSION,
-        install="pip install exudyn",
-    ),
-    Solver(
-        *("Exudyn, paper's energy", "green", "elements", EXUDYN_ELEMENTS, partial(exudyn, "paper")),
-        version=EXUDYN_VERSION,
-        install="pip install exudyn",
-    ),
-    Solver(
-        *("OpenSees", "biot", "elements", (10, 20, 40, 80, 160, 320, 640), opensees),
-        version=partial(version, "openseespy"),
-        install="pip install openseespy",
-    ),
-    Solver(
-        *("CalculiX", "solid", "elements", (10, 20, 40, 80), calculix),
-        version=calculix_version,
-        install="apt-get install calculix-ccx",
-    ),
+EXUDYN = (partial(version, "exudyn"), "pip install exudyn")
+OPENSEES = (partial(version, "openseespy"), "pip install openseespy")
+CALCULIX = (calculix_version, "apt-get install calculix-ccx")
+PEERS = tuple(
+    Solver(name, theory, "elements", resolutions, omega_squared, *package)
+    for name, theory, resolutions, omega_squared, package in (
+        ("Exudyn", "biot", ELEMENTS, partial(exudyn, "own"), EXUDYN),
+        ("Exudyn, paper's energy", "green", ELEMENTS, partial(exudyn, "paper"), EXUDYN),
+        ("OpenSees", "biot", (10, 20, 40, 80, 160, 320, 640), opensees, OPENSEES),
+        ("CalculiX", "solid", (10, 20, 40, 80), calculix, CALCULIX),
+    )
 )

@@ -11,8 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from beamviz.beam import PARAMETERS
-from beamviz.benchmark.cases import SCENES
-from beamviz.benchmark.work_precision import REFERENCE, Row
+from beamviz.benchmark.work_precision import REFERENCE, SCENES, Row
 from beamviz.plotting import DPI, INK, STYLE
 from beamviz.plotting.labels import LabelPlacer
 
@@ -126,7 +125,7 @@ def _title(scene: str) -> str:
 
 
 def _lines(axes: Axes, rows: list[Row]) -> None:
-    """The lines of one scene with their names on them."""
+    """The lines of one scene, named at their last points; auto first, which gets the best place."""
     ends = []
     for name, style in LINE_STYLES.items():
         points = [
@@ -138,24 +137,14 @@ def _lines(axes: Axes, rows: list[Row]) -> None:
             x, y = np.array(points).T
             axes.plot(x, np.minimum(y, 1.0), mfc="white" if style["lw"] < 1 else None, **style)
             ends.append((name, *points[-1]))
-    if ends:
-        _line_labels(axes, ends)
-
-
-def _line_labels(axes: Axes, ends: list[tuple[str, float, float]]) -> None:
-    """The name of each line at its last point; auto is placed first and so gets the best place."""
+    if not ends:
+        return
     placer = LabelPlacer(axes)
     for name, x, y in sorted(ends, key=lambda end: (end[0] != "auto", end[2])):
-        ours = name == "auto"
-        placer.annotate(
-            name,
-            x,
-            min(y, 1.0),
-            color=LINE_STYLES[name]["color"],
-            weight="bold" if ours else "normal",
-            fontsize=9.5 if ours else 7.5,
-            bbox=LABEL_BOX,
-        )
+        size, weight = (9.5, "bold") if name == "auto" else (7.5, "normal")
+        font: dict[str, Any] = {"fontsize": size, "weight": weight}
+        font["color"] = LINE_STYLES[name]["color"]
+        placer.annotate(name, x, min(y, 1.0), bbox=LABEL_BOX, **font)
 
 
 def _failures(rows: list[Row]) -> list[str]:

@@ -1,4 +1,5 @@
-"""Work against precision: the time of a solve against the error of its frequencies.
+"""Work against precision: the time of a solve against the error of its frequencies, for six beams
+from gentle to harsh, every method of beamviz, and other programs.
 
 The discretisation error is the largest relative error of the five lowest frequencies against the
 exact ones of the method's own model (limits.json). The model error is the distance of these from
@@ -14,16 +15,27 @@ import time
 from collections.abc import Callable, Iterable
 from functools import partial
 from importlib import resources
+from importlib.metadata import PackageNotFoundError
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import eigh, lapack
 
 from beamviz.beam import Beam
-from beamviz.benchmark.cases import MODES, SCENES, Solver
 from beamviz.errors import BeamvizError
 from beamviz.solver import solve
 
+MODES = 5
+SCENES = {
+    "slow": Beam(gamma=2),
+    "tip mass": Beam(alpha=1, gamma=5),
+    "inner mass": Beam(alpha=1, beta=0.5, gamma=10),
+    "fast": Beam(gamma=50, delta=1),
+    "fast, inner mass": Beam(alpha=1, beta=0.3, gamma=50, delta=1),
+    "fastest": Beam(gamma=200),
+}
+TOLERANCES = (0.1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10)
+ELEMENTS = (5, 10, 20, 40, 80, 160)
 REFERENCE = "green"  # the paper's model
 FLOOR = 1e-15  # errors are drawn on a logarithmic axis
 EXACT = 1e-13  # an error that no finer resolution need improve
@@ -43,6 +55,54 @@ class Effort(NamedTuple):
 
 
 FULL, QUICK = Effort(0.2, 4.0), Effort(0.03, 0.5, 2)
+
+
+class Solver(NamedTuple):
+    """A method of beamviz or another program, at several resolutions.
+
+    `theory` is the model whose exact frequencies it converges to, a key of limits.json; `option`
+    says what its resolutions are; `omega_squared` maps beam, resolution and number of modes to
+    omega^2 (modes,). For another program, `version` raises PackageNotFoundError where it is not
+    installed, and `install` is the command that installs it.
+    """
+
+    name: str
+    theory: str
+    option: str
+    resolutions: tuple[float, ...]
+    omega_squared: Callable[[Beam, Any, int], np.ndarray]
+    version: Callable[[], str] = str
+    install: str = ""
+
+    @property
+    def missing(self) -> str:
+        """Why it cannot run; empty where it can."""
+        try:
+            self.version()
+        except PackageNotFoundError:
+            return f"not installed: {self.install}"
+        return ""
+
+
+def _solve(method: str, option: str, beam: Beam, resolution: Any, modes: int) -> np.ndarray:
+    options: dict[str, Any] = {option: resolution}
+    return solve(beam, modes, method, **options).omega_squared
+
+
+METHODS = tuple(
+    Solver(name, theory, option, resolutions, partial(_solve, name, option))
+    for name, theory, option, resolutions in (
+        ("auto", "green", "tolerance", TOLERANCES),
+        ("ancf", "green", "elements", ELEMENTS),
+        ("ancf-planar", "green", "elements", ELEMENTS),
+        ("chebyshev", "green", "terms", (8, 12, 16, 24, 32, 48, 64, 96)),
+        ("foac", "rigid", "tolerance", TOLERANCES),
+        ("linear", "rigid", "elements", ELEMENTS),
+        ("assumed-modes", "rigid", "terms", (5, 6, 8, 10, 12, 14, 20)),
+        ("power-series", "rigid", "terms", (24, 32, 40, 60, 80, 120)),
+        ("zoac", "none", "tolerance", TOLERANCES),
+    )
+)
 
 
 class Row(NamedTuple):
@@ -72,13 +132,6 @@ def limits() -> Limits:
     }
 
 
-def paper_limit(theories: dict[str, np.ndarray | str]) -> np.ndarray:
-    """The exact omega^2 (modes,) of the paper's model in one scene."""
-    values = theories[REFERENCE]
-    assert not isinstance(values, str), "green strain always has an equilibrium outward"
-    return values
-
-
 def relative_error(omega_squared: np.ndarray, exact: np.ndarray) -> float:
     """The largest relative error of a frequency or growth rate, from omega^2 (modes,)."""
     off = abs(omega_squared - exact).max()
@@ -100,13 +153,15 @@ def measure(
 def _rows_of(
     scene: str, solver: Solver, theories: dict[str, np.ndarray | str], effort: Effort
 ) -> list[Row]:
-    """The rows of one solver in one scene, coarse to fine; the budget ends them."""
+    """The rows of one solver in one scene, coarse to fine; the budget ends them.
+
+    The first call warms up and gives the errors, the fastest of the others the time.
+    """
     exact = theories[solver.theory]
     blank = Row(scene, solver.name, solver.theory, solver.option, None, None, None)
-    if missing := solver.missing:
-        return [blank._replace(reason=missing)]
-    if isinstance(exact, str):
-        return [blank._replace(reason=exact)]
+    if isinstance(exact, str) or solver.missing:
+        return [blank._replace(reason=solver.missing or str(exact))]
+    paper = np.asarray(theories[REFERENCE])
     rows: list[Row] = []
     spent = 0.0
     for resolution in solver.resolutions[:: -effort.stride][::-1]:
@@ -114,28 +169,20 @@ def _rows_of(
         if spent > effort.budget:
             rows.append(row._replace(reason=f"out of budget: the coarser one took {spent:.1f} s"))
             continue
+        work = partial(solver.omega_squared, SCENES[scene], resolution, MODES)
         start = processor_time()
-        rows.append(_measure_row(row, solver, exact, paper_limit(theories), effort))
-        spent = rows[-1].seconds or processor_time() - start
-        if (found := rows[-1].error) and found < EXACT:
+        try:
+            found = work()
+        except BeamvizError as failure:
+            rows.append(row._replace(reason=str(failure)))
+            spent = processor_time() - start
+            continue
+        spent = least_time(work, seconds=effort.seconds)
+        error, distance = relative_error(found, exact), relative_error(found, paper)
+        rows.append(row._replace(seconds=spent, error=error, from_paper=distance))
+        if error < EXACT:
             break
     return rows
-
-
-def _measure_row(
-    row: Row, solver: Solver, exact: np.ndarray, paper: np.ndarray, effort: Effort
-) -> Row:
-    """The first call warms up and gives the errors, the fastest of the others the time."""
-    work = partial(solver.omega_squared, SCENES[row.scene], row.resolution, MODES)
-    try:
-        omega_squared = work()
-    except BeamvizError as failure:
-        return row._replace(reason=str(failure))
-    return row._replace(
-        seconds=least_time(work, seconds=effort.seconds),
-        error=relative_error(omega_squared, exact),
-        from_paper=relative_error(omega_squared, paper),
-    )
 
 
 def least_time(
@@ -178,10 +225,11 @@ def lapack_times(beam: Beam, repeats: int = REPEATS) -> LapackTimes:
             solve(beam)
             total = processor_time() - start
         shares.append((total, recorder.seconds / total))
+    problems = recorder.problems
     return LapackTimes(
         least_time(partial(solve, beam), repeats),
-        sum(least_time(problem, repeats) for problem in recorder.problems),
-        sum(least_time(partial(eigh, *one.args), repeats) for one in recorder.problems),
+        sum(least_time(problem, repeats) for problem in problems),
+        sum(least_time(partial(eigh, *one.args), repeats) for one in problems),
         min(shares)[1],
     )
 
@@ -218,7 +266,7 @@ def model_errors() -> dict[str, dict[str, float | str]]:
         scene: {
             theory: values
             if isinstance(values, str)
-            else relative_error(values, paper_limit(theories))
+            else relative_error(values, np.asarray(theories[REFERENCE]))
             for theory, values in theories.items()
             if theory != REFERENCE
         }

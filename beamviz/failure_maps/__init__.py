@@ -6,9 +6,19 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from beamviz.beam import PARAMETERS
-from beamviz.failure_maps.compute import FULL, QUICK, Map, compute_maps
-from beamviz.failure_maps.verdicts import KINDS, METHODS, MODES, OUTSIDE, RIGHT, TRULY_UNSTABLE
+from beamviz.beam import PARAMETERS, Beam
+from beamviz.failure_maps.compute import (
+    FULL,
+    KINDS,
+    METHODS,
+    MODES,
+    OUTSIDE,
+    QUICK,
+    RIGHT,
+    TRULY_UNSTABLE,
+    Map,
+    compute_maps,
+)
 from beamviz.files import Files, writable_folder, write_files
 from beamviz.output import json_text, markdown_table
 
@@ -63,28 +73,23 @@ def as_data(found: Map) -> dict[str, Any]:
 
 def failing(found: Map, method: int) -> Iterator[dict[str, Any]]:
     """Each failing cell of a method: the verdict, its errors, and the command that shows it."""
-    over = found.plane.over
     for value, row in zip(found.values.tolist(), found.verdicts, strict=True):
         for gamma, cell in zip(found.gammas.tolist(), row, strict=True):
-            verdict = cell[method]
+            verdict, place = cell[method], {"gamma": gamma, found.plane.over: value}
             if verdict.kind not in CORRECT:
-                yield {
-                    "gamma": gamma,
-                    over: value,
+                yield place | {
                     "kind": verdict.kind,
                     "discretisation error": rounded(verdict.discretisation),
                     "model error": rounded(verdict.model),
                     "says": verdict.message,
-                    "command": command(found, {"gamma": gamma, over: value}, method),
+                    "command": command(found.plane.beam.replace(**place), METHODS[method].options),
                 }
 
 
-def command(found: Map, place: dict[str, float], method: int) -> str:
-    """The command that solves the beam of a cell by a method."""
-    numbers = found.plane.beam.replace(**place).numbers
-    words = [f"--{name} {value:.10g}" for name, value in numbers.items()]
-    words += [f"--modes {MODES}"]
-    words += [f"--{name} {value}" for name, value in METHODS[method].options.items()]
+def command(beam: Beam, options: dict[str, Any]) -> str:
+    """The command that solves a beam with options of `solve`."""
+    words = [f"--{name} {value:.10g}" for name, value in beam.numbers.items()]
+    words += [f"--{name} {value}" for name, value in {"modes": MODES, **options}.items()]
     return " ".join(["beamviz modes", *words])
 
 

@@ -19,9 +19,8 @@ from scipy import ndimage
 
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import NoEquilibrium
-from beamviz.failure_maps import verdicts as kinds
-from beamviz.failure_maps.compute import FASTEST, SLOWEST, Map, edges
-from beamviz.failure_maps.verdicts import METHODS, answer
+from beamviz.failure_maps import compute as kinds
+from beamviz.failure_maps.compute import FASTEST, METHODS, SLOWEST, Map, answer, edges
 from beamviz.plotting import FAINT, INK, STYLE, picture_files
 
 COLUMNS = 4
@@ -104,29 +103,31 @@ def panel(axes: Axes, found: Map, method: int) -> None:
     for kind, style in CELL_STYLES.items():
         here = names == kind
         if here.any():
-            axes.pcolor(x, y, np.ma.masked_where(~here, here), **fill_style(style))
+            edge = "none" if not style.hatch else "white" if style.ink == "white" else "#777777"
+            axes.pcolor(
+                *(x, y, np.ma.masked_where(~here, here)),
+                cmap=ListedColormap([style.face]),
+                hatch=style.hatch,
+                edgecolor=edge,
+                linewidth=0,
+                antialiased=False,
+                zorder=1,
+            )
             label_region(axes, x, y, here, style)
-    losses = np.where(
-        np.mean(names == kinds.FALSELY_UNSTABLE) > SMALLEST_LOSS, found.losses[:, method], np.nan
-    )
-    for boundary in (found.limits(method), losses):
+    boundaries = [found.limits(method)]
+    if np.mean(names == kinds.FALSELY_UNSTABLE) > SMALLEST_LOSS:
+        boundaries.append(found.losses[:, method])
+    for boundary in boundaries:
         if np.isfinite(boundary).any():
             draw_boundary(axes, boundary, found.values, ls="-")
             label_constant(axes, boundary)
     draw_boundary(axes, found.buckling, found.values, ls=BUCKLING)
-    name, resolution = METHODS[method].name, METHODS[method].resolution
+    name, options, *_ = METHODS[method]
+    resolution = "".join(f"{options[k]} {k}" for k in ("elements", "terms") if k in options)
     axes.set_title(name, loc="left", size=10, pad=3, weight="bold")
     axes.set_title(resolution, loc="right", size=8.5, pad=3, color="#555555")
     if found.plane.over == "delta" and "hencky" in name:
         mark_ansys(axes)
-
-
-def fill_style(style: CellStyle) -> dict[str, Any]:
-    """Keywords of pcolor for the cells of a kind."""
-    lines = "white" if style.ink == "white" else "#777777"
-    filled = {"cmap": ListedColormap([style.face]), "hatch": style.hatch}
-    edge = {"edgecolor": lines if style.hatch else "none", "linewidth": 0}
-    return {**filled, **edge, "antialiased": False, "zorder": 1}
 
 
 def label_region(

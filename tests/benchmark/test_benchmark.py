@@ -14,11 +14,14 @@ from published import INDEPENDENT
 from beamviz import benchmark
 from beamviz.beam import Beam
 from beamviz.benchmark import TARGETS, front_report, plot, work_precision
-from beamviz.benchmark.cases import METHODS, MODES, SCENES, Solver
 from beamviz.benchmark.external import PEERS
 from beamviz.benchmark.work_precision import (
+    METHODS,
+    MODES,
+    SCENES,
     Effort,
     Row,
+    Solver,
     dominated,
     limits,
     measure,

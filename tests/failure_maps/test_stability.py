@@ -1,4 +1,4 @@
-"""Where methods fail: what the maps must show, each claim by the solver itself."""
+"""Failure maps: each claim about where methods fail, by the solver itself."""
 
 import json
 from dataclasses import replace
@@ -13,9 +13,20 @@ from beamviz import Beam, NotConverged, failure_maps, solve
 from beamviz.cli import main
 from beamviz.cli.commands import app
 from beamviz.errors import NoEquilibrium
-from beamviz.failure_maps import verdicts as kinds
-from beamviz.failure_maps.compute import PLANES, compute_row, edges, middles, onset
-from beamviz.failure_maps.verdicts import GREEN, METHODS, RIGID, Verdict, improved, judge, verdicts
+from beamviz.failure_maps import compute as kinds
+from beamviz.failure_maps.compute import (
+    METHODS,
+    MODELS,
+    PLANES,
+    Verdict,
+    compute_row,
+    edges,
+    improved,
+    judge,
+    middles,
+    onset,
+    verdicts,
+)
 from beamviz.solver.continuation import newton
 from beamviz.solver.fem.ancf import PlanarBeam
 from beamviz.solver.fem.hermite import dense
@@ -23,7 +34,7 @@ from beamviz.solver.fem.straight import along, straight_equilibrium
 from beamviz.solver.problem import Problem
 
 NAMES = [method.name for method in METHODS]
-SLENDER = 1000.0  # nearly rigid along itself: what is left is discretisation
+SLENDER = 1000.0  # nearly rigid along itself: its errors are discretisation errors
 SPEEDS = np.geomspace(0.5, 200, 12)
 
 
@@ -39,15 +50,15 @@ def kind(name, **numbers):
 
 def test_zoac_falsely_loses_its_stability():
     """At gamma = 3.516, the first frequency at rest (Kane, Ryan & Banerjee 1987)."""
-    assert onset(Beam(delta=1), SPEEDS, {"method": "zoac"}) == pytest.approx(3.5160153, abs=1e-4)
-    assert np.isnan(onset(Beam(delta=1), SPEEDS, GREEN))
+    assert onset(Beam(delta=1), SPEEDS, MODELS["unstiffened"]) == pytest.approx(3.5160153, abs=1e-4)
+    assert np.isnan(onset(Beam(delta=1), SPEEDS, MODELS["green"]))
     assert kind("zoac", gamma=3.51, delta=1) == kinds.OTHER_MODEL
     assert kind("zoac", gamma=3.52, delta=1) == kinds.FALSELY_UNSTABLE
 
 
 def test_rigid_tension_loses_its_stability_too():
     """A linear bar in resonance with its own rotation: gamma = mu pi / 2, as biot's limit."""
-    assert onset(Beam(delta=1), SPEEDS, RIGID) == pytest.approx(70 * np.pi / 2, abs=1e-3)
+    assert onset(Beam(delta=1), SPEEDS, MODELS["rigid"]) == pytest.approx(70 * np.pi / 2, abs=1e-3)
     assert kind("foac", gamma=115, delta=1) == kinds.FALSELY_UNSTABLE
     assert kind("auto, biot strain", gamma=115, delta=1) == kinds.NO_EQUILIBRIUM
 
@@ -66,7 +77,7 @@ def test_limit_curves(delta, hencky):
 
 
 @pytest.mark.parametrize("gamma", [40.0, 50.0])
-def test_what_the_paper_says_of_ansys(gamma):
+def test_speeds_at_which_ansys_diverges_in_the_paper(gamma):
     """At delta 1 a logarithmic-strain beam has no equilibrium beyond 31.4887; the paper's has."""
     found = by_method(gamma=gamma, delta=1)
     assert found["auto, hencky strain"].kind == kinds.NO_EQUILIBRIUM
@@ -79,7 +90,7 @@ def test_what_the_paper_says_of_ansys(gamma):
 def test_inward_beams_buckle(mu, gamma):
     """delta -1: the straight state is truly unstable from there on, and methods say so."""
     beam = Beam(delta=-1, mu=mu)
-    assert onset(beam, SPEEDS, GREEN) == pytest.approx(gamma, abs=1e-4)
+    assert onset(beam, SPEEDS, MODELS["green"]) == pytest.approx(gamma, abs=1e-4)
     after = by_method(delta=-1, mu=mu, gamma=4)
     assert {after[name].kind for name in NAMES} == {kinds.TRULY_UNSTABLE}
     before = {name: cell.kind for name, cell in by_method(delta=-1, mu=mu, gamma=2.5).items()}
@@ -110,7 +121,7 @@ def test_assumed_modes_lose_their_digits():
     assert kind("assumed-modes", alpha=30.0, beta=0.5, gamma=0.6, delta=1) == kinds.ROUNDING
 
 
-def test_uniform_elements_miss_the_layers():
+def test_uniform_elements_do_not_resolve_boundary_layers():
     """ancf's 20 elements are longer than the bending layers 1 / sqrt(N) at speed."""
     slow, fast = (by_method(mu=SLENDER, delta=1, gamma=g)["ancf"] for g in (5, 150))
     assert slow.kind == kinds.RIGHT
@@ -128,23 +139,18 @@ def test_uniform_elements_miss_the_layers():
 @pytest.mark.parametrize(
     ("strain", "gamma", "delta"), [("biot", 150, 1), ("hencky", 40, 1), ("hencky", 60, 0)]
 )
-def test_newton_from_the_undeformed_state_finds_what_is_none(strain, gamma, delta):
-    """Beyond the limit a bare Newton still converges, to a beam turned inside out (f < 0): without
-    continuation nothing says so."""
+def test_newton_converges_beyond_the_limit_without_continuation(strain, gamma, delta):
+    """Newton's method from the undeformed state converges to a beam turned inside out (f < 0)."""
     model = planar_model(Beam(gamma=gamma, delta=delta), strain)
-    root = bare_newton(model)
-    assert root is not None
-    assert model.slopes(root.state)[:, 0].min() < -1
+    assert model.slopes(newton_without_steps(model).state)[:, 0].min() < -1
     with pytest.raises(NoEquilibrium):
         straight_equilibrium(model)
 
 
-def test_newton_from_the_undeformed_state_takes_longer():
-    """Where there is an equilibrium but far away, continuation needs fewer iterations in all."""
+def test_newton_takes_longer_without_continuation():
+    """Where the equilibrium is far from the undeformed state."""
     model = planar_model(Beam(gamma=200, delta=1), "green")
-    found = straight_equilibrium(model)
-    root = bare_newton(model)
-    assert root is not None
+    found, root = straight_equilibrium(model), newton_without_steps(model)
     assert root.state == pytest.approx(found.state, abs=1e-8)
     assert root.iterations > 2 * found.iterations
 
@@ -153,7 +159,7 @@ def planar_model(beam, strain):
     return PlanarBeam.on(np.linspace(0, 1, 21), beam, Problem(strain=strain))
 
 
-def bare_newton(model):
+def newton_without_steps(model):
     """Newton-Raphson on the full load from the unstressed state, whatever the tangent is."""
     load = model.beam.gamma**2
 
@@ -163,36 +169,44 @@ def bare_newton(model):
         dq[2::2] = -np.linalg.solve(K, model.residual(q, load)[2::2])
         return dq
 
-    return newton(increment, model.unstressed, 200)
+    root = newton(increment, model.unstressed, 200)
+    assert root is not None
+    return root
 
 
 def test_verdicts_from_the_errors_behind_them():
-    """Each answer, its model's and the reference's: the kind that they make together."""
+    """The kind that an answer, the exact one of its model and the reference's make together."""
     beam = Beam(gamma=20, delta=1)
     good, more = solve(beam), solve(beam, modes=10, tolerance=1e-9)
     rigid, rigid_more = solve(beam, method="foac"), solve(beam, 10, method="foac")
     gone, lost = NoEquilibrium("beyond", 3.0), NotConverged("no")
     off = replace(good, omega_squared=good.omega_squared * 1.01)
     unstable = replace(good, equilibrium=replace(good.equilibrium, stable=False))
-    assert judge(good, more, more).kind == kinds.RIGHT
-    assert judge(off, more, more).kind == kinds.INACCURATE
-    assert judge(rigid, rigid_more, more).kind == kinds.OTHER_MODEL
-    assert judge(unstable, more, more).kind == kinds.FALSELY_UNSTABLE
-    assert judge(unstable, more, unstable).kind == kinds.TRULY_UNSTABLE
+    for found, own, reference, expected in (
+        (good, more, more, kinds.RIGHT),
+        (off, more, more, kinds.INACCURATE),
+        (rigid, rigid_more, more, kinds.OTHER_MODEL),
+        (unstable, more, more, kinds.FALSELY_UNSTABLE),
+        (unstable, more, unstable, kinds.TRULY_UNSTABLE),
+        (gone, more, more, kinds.NOT_CONVERGED),  # there is an equilibrium
+        (lost, more, more, kinds.NOT_CONVERGED),
+        (good, more, gone, kinds.OTHER_MODEL),  # the reference has no equilibrium
+    ):
+        assert judge(found, own, reference).kind == expected
     assert judge(gone, gone, more) == Verdict(kinds.NO_EQUILIBRIUM, message="beyond", limit=3.0)
-    assert judge(gone, more, more).kind == kinds.NOT_CONVERGED  # claims what is not so
-    assert judge(lost, more, more).kind == kinds.NOT_CONVERGED
-    assert judge(good, more, gone).kind == kinds.OTHER_MODEL  # an answer where there is none
 
 
-def test_whether_more_terms_help():
-    """Half the error does; an error that stays, or no answer still, does not."""
+def test_more_terms_help_if_they_halve_the_error():
+    """An error that stays, or still no answer, is no improvement."""
     coarse, lost = Verdict(kinds.INACCURATE, 1e-2), Verdict(kinds.NOT_CONVERGED)
-    assert improved(coarse, Verdict(kinds.RIGHT, 1e-5))
-    assert not improved(coarse, Verdict(kinds.INACCURATE, 8e-3))
-    assert not improved(coarse, lost)
-    assert not improved(lost, lost)
-    assert improved(lost, Verdict(kinds.RIGHT, 1e-5))
+    for before, after, helped in (
+        (coarse, Verdict(kinds.RIGHT, 1e-5), True),
+        (coarse, Verdict(kinds.INACCURATE, 8e-3), False),
+        (coarse, lost, False),
+        (lost, lost, False),
+        (lost, Verdict(kinds.RIGHT, 1e-5), True),
+    ):
+        assert improved(before, after) == helped
 
 
 @pytest.fixture(scope="module")
@@ -207,23 +221,17 @@ def written(tmp_path_factory):
 
 
 @pytest.mark.slow
-def test_the_command_writes_maps_and_words(written):
-    """A picture of each plane, the data, and the page that is printed too."""
+def test_files_of_the_command(written):
+    """A picture of each plane, the page that is printed too, and the data: as many commands as
+    cells that fail, each naming its cell's numbers."""
     folder, printed = written
     data = json.loads((folder / "stability.json").read_text())
+    assert (folder / "stability.md").read_text().strip() in printed
     for plane, found in zip(PLANES, data, strict=True):
         assert (folder / f"stability-{plane.over}.png").read_bytes().startswith(b"\x89PNG")
         picture = (folder / f"stability-{plane.over}.svg").read_text()
         assert ("γ = 3.516" in picture) == (plane.over != "alpha")  # a mass lowers it
         assert set(found["methods"]) == set(NAMES)
-    assert (folder / "stability.md").read_text().strip() in printed
-
-
-@pytest.mark.slow
-def test_every_failing_cell_has_its_command(written):
-    """As many commands as cells that fail, each naming its cell's numbers."""
-    data = json.loads((written[0] / "stability.json").read_text())
-    for found in data:
         for method in found["methods"].values():
             flat = [name for row in method["kinds"] for name in row]
             failing = [name for name in flat if name not in failure_maps.CORRECT]
@@ -247,8 +255,8 @@ def test_a_failing_cell_can_be_replayed(written, capsys, name, code, shown):
     assert shown in said.out + said.err
 
 
-def test_cells_lie_in_the_middle_of_their_places():
-    """Middles to four digits between edges that meet, on either scale."""
+def test_middles_lie_between_edges():
+    """On either scale, rounded to four digits."""
     for logarithmic in (False, True):
         places = edges(0.5, 200, 7, logarithmic)
         inside = middles(0.5, 200, 7, logarithmic)
