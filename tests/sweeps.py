@@ -14,13 +14,15 @@ class Problem:
 
     def __init__(self, K: Callable[[float], np.ndarray], modes: int | None = None):
         self.K, self.modes, self.solves = K, modes, 0
+        self.chance = np.random.default_rng(1)
 
     def __call__(self, values: np.ndarray) -> Points:
-        """The lowest modes at some values, with the signs that LAPACK happens to give."""
+        """The lowest modes at some values, each shape with a random sign."""
         self.solves += len(values)
         pairs = [np.linalg.eigh(self.K(float(p))) for p in values]
         squares = np.array([squares[: self.modes] for squares, _ in pairs])
-        shapes = np.array([V.T[: self.modes] for _, V in pairs])
+        signs = self.chance.choice([-1.0, 1.0], (*squares.shape, 1))
+        shapes = signs * np.array([V.T[: self.modes] for _, V in pairs])
         return Points(np.asarray(values, float), squares, shapes, shapes)
 
     def chart(self, values: np.ndarray, window: int) -> tuple[Track, list[Event]]:

@@ -106,16 +106,10 @@ class Direct:
 
     def shapes(self, x: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """x^order times Legendre polynomials, with two derivatives, (len(x), COUNT) each."""
-        made = []
-        for k in range(self.COUNT):
-            one = (
-                np.polynomial.Legendre.basis(k, domain=[0, 1]).convert(
-                    kind=np.polynomial.Polynomial
-                )
-                * np.polynomial.Polynomial([0, 1]) ** order
-            )
-            made.append([one(x), one.deriv(1)(x), one.deriv(2)(x)])
-        return tuple(np.array(made).transpose(1, 2, 0))  # type: ignore[return-value]
+        P = np.polynomial.Polynomial
+        basis = [np.polynomial.Legendre.basis(k, domain=[0, 1]) for k in range(self.COUNT)]
+        made = [one.convert(kind=P) * P([0, 1]) ** order for one in basis]
+        return tuple(np.array([one.deriv(d)(x) for one in made]).T for d in range(3))  # type: ignore[return-value]
 
     def tip(self, omega: float, coriolis: bool, damping: np.ndarray | float = 0.0) -> np.ndarray:
         """The tip (2,) under the force at omega."""

@@ -1,7 +1,6 @@
 """Tracking and classification on small problems whose answers are known in closed form."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,10 +11,7 @@ from scipy.optimize import minimize_scalar
 
 from beamviz.frequency_loci.tracking import (
     CLEAR,
-    BranchTable,
-    Points,
     assignment,
-    candidates,
     follow,
 )
 from tests.sweeps import Problem, crossing, frequencies, rotation
@@ -32,31 +28,26 @@ def grid(count: int) -> np.ndarray:
     return np.linspace(-1.0, 1.0, count)
 
 
-@pytest.mark.parametrize("count", [2, 3, 4, 20, 21, 201])
-def test_uncoupled_modes_cross(count):
-    """Their crossing is located to rounding, with no gap, and their branches change places."""
-    track, (event,) = crossing(0.137).chart(grid(count), 2)
-    assert event.kind == "crossing"
-    assert event.at == pytest.approx(0.137, abs=1e-12)
-    assert event.frequency == pytest.approx(10, abs=1e-12)
-    assert (event.gap, event.coupling, event.index, event.width) == (0, 0, 0, 0)
-    assert track.branch[0].tolist() == [0, 1]
-    assert track.branch[-1].tolist() == [1, 0]
-
-
-@pytest.mark.parametrize("coupling", [1e-5, 1e-3, 0.1, 1.0, 4.0])
+@pytest.mark.parametrize("coupling", [0.0, 1e-5, 1e-3, 0.1, 1.0, 4.0])
 @pytest.mark.parametrize("count", [2, 3, 20, 21, 201])
-def test_coupled_modes_veer(count, coupling):
-    """lambda = 100 +- sqrt((20 p)^2 + c^2): gap, width, coupling s = 20 and index 1, in closed
-    form; the branches keep their order."""
+def test_two_modes_cross_or_veer(count, coupling):
+    """lambda = 100 +- sqrt((20 p)^2 + c^2): gap, width, coupling s = 20 and index 1 of a veering,
+    in closed form, and branches that keep their order; a crossing to rounding, no gap, and branches
+    that change places."""
     track, (event,) = crossing(0.137, coupling).chart(grid(count), 2)
-    gap = math.sqrt(100 + coupling) - math.sqrt(100 - coupling)
-    assert event.kind == "veering"
-    assert event.at == pytest.approx(0.137, abs=1e-3 * coupling / 20)
-    assert event.gap == pytest.approx(gap, rel=1e-6)
-    assert event.width == pytest.approx(coupling / 20, rel=1e-4)
-    assert event.coupling == pytest.approx(20, rel=1e-4)
-    assert event.index == pytest.approx(1, abs=1e-4)
+    assert event.kind == ("veering" if coupling else "crossing")
+    assert event.at == pytest.approx(0.137, abs=1e-3 * coupling / 20 or 1e-12)
+    assert track.branch[0].tolist() == [0, 1]
+    assert track.branch[-1].tolist() == ([0, 1] if coupling else [1, 0])
+    numbers = event.coupling, event.index, event.width
+    if not coupling:
+        assert event.frequency == pytest.approx(10, abs=1e-12)
+        assert (event.gap, *numbers) == (0, 0, 0, 0)
+        return
+    assert event.gap == pytest.approx(
+        math.sqrt(100 + coupling) - math.sqrt(100 - coupling), rel=1e-6
+    )
+    assert numbers == pytest.approx((20, 1, coupling / 20), rel=1e-4)
     assert (track.branch == [0, 1]).all()
 
 
@@ -105,23 +96,15 @@ def test_few_solves():
 
 
 @pytest.mark.parametrize("count", [4, 11, 12, 101])
-@pytest.mark.parametrize("depth", [1e-4, 1e-2, 0.1])
+@pytest.mark.parametrize("depth", [1e-4, 1e-2, 0.1, -1e-4, -1e-2, -0.1])
 def test_two_crossings_between_two_points_are_seen(count, depth):
-    """A lens narrower than the grid: the difference 20 (p^2 - depth) has two roots."""
+    """A lens narrower than the grid: the difference 20 ((p - 0.05)^2 - depth) of uncoupled modes
+    has two roots; with a negative depth they nearly touch, and no event is made up."""
     problem = Problem(lambda p: np.diag([100.0, 100 + 20 * ((p - 0.05) ** 2 - depth)]))
     _, events = problem.chart(grid(count), 2)
-    assert [event.kind for event in events] == ["crossing", "crossing"]
-    assert [event.at for event in events] == pytest.approx(
-        [0.05 - math.sqrt(depth), 0.05 + math.sqrt(depth)], abs=1e-9
-    )
-
-
-@pytest.mark.parametrize("count", [4, 11, 12, 101])
-@pytest.mark.parametrize("distance", [1e-4, 1e-2, 0.1])
-def test_loci_that_nearly_touch_do_not_meet(count, distance):
-    """Uncoupled, and apart by `distance` at the closest: no event is made up."""
-    problem = Problem(lambda p: np.diag([100.0, 100 + 20 * ((p - 0.05) ** 2 + distance)]))
-    assert problem.chart(grid(count), 2)[1] == []
+    roots = [0.05 - math.sqrt(depth), 0.05 + math.sqrt(depth)] if depth > 0 else []
+    assert [event.kind for event in events] == ["crossing"] * len(roots)
+    assert [event.at for event in events] == pytest.approx(roots, abs=1e-9)
 
 
 @pytest.mark.parametrize("count", [12, 31, 201])
@@ -137,15 +120,17 @@ def test_two_veerings_close_together(count):
     assert (track.branch == [0, 1]).all()
 
 
-def test_passing_at_a_distance_is_no_veering():
-    """Two coupled modes whose gap has a least value, while their shapes hardly rotate."""
-    problem = Problem(lambda p: np.array([[100 - p * p, 0.5], [0.5, 108 + p * p]]))
-    assert problem.chart(grid(101), 2)[1] == []
-
-
-def test_a_wide_exchange_is_no_veering():
-    """Shapes that rotate into each other where the gap is a good part of the frequency."""
-    assert crossing(0.0, 15.0).chart(np.linspace(-4, 4, 101), 2)[1] == []
+@pytest.mark.parametrize(
+    ("problem", "values"),
+    [
+        (Problem(lambda p: np.array([[100 - p * p, 0.5], [0.5, 108 + p * p]])), grid(101)),
+        (crossing(0.0, 15.0), 4 * grid(101)),
+    ],
+    ids=["shapes hardly rotate", "gap of a good part of the frequency"],
+)
+def test_a_least_gap_that_is_no_veering(problem, values):
+    """Two coupled modes that pass at a distance, or exchange their shapes over a wide range."""
+    assert problem.chart(values, 2)[1] == []
 
 
 @pytest.mark.parametrize("count", [7, 40, 201])
@@ -157,11 +142,11 @@ def test_three_modes_one_of_them_apart(count):
         return block_diag(pair, [[101 - 3 * p]])
 
     _, events = Problem(stiffness).chart(grid(count), 3)
-    assert sorted(event.kind for event in events) == ["crossing", "crossing", "veering"]
-    (veering,) = (event for event in events if event.kind == "veering")
-    assert veering.at == pytest.approx(0, abs=1e-4)
-    assert veering.branches == (0, 1) or veering.branches == (0, 2)
-    for event in (event for event in events if event.kind == "crossing"):
+    veering, *crossings = sorted(events, key=lambda event: event.kind, reverse=True)
+    assert [event.kind for event in crossings] == ["crossing", "crossing"]
+    assert (veering.kind, veering.at) == ("veering", pytest.approx(0, abs=1e-4))
+    assert veering.branches in {(0, 1), (0, 2)}
+    for event in crossings:
         squares = np.linalg.eigvalsh(stiffness(event.at))
         assert np.diff(squares).min() < 1e-9 * squares[0]
 
@@ -292,34 +277,3 @@ def test_assignment_is_the_best_in_sum():
     mac = np.array([[[0.7, 0.6], [0.5, 0.1]]])
     assert assignment(mac).tolist() == [[1, 0]]
     assert assignment(np.eye(3)[None]).tolist() == [[0, 1, 2]]
-
-
-@given(st.integers(0, 2**32 - 1))
-def test_signs_do_not_matter(seed):
-    """Each solve may rotate any shape by 180 degrees, or by any phase; nothing else changes."""
-    problem = crossing(0.137, 0.3)
-    points = problem(grid(15))
-    chance = np.random.default_rng(seed)
-    phases = np.exp(2j * math.pi * chance.random(points.omega_squared.shape))[:, :, None]
-    rotated_points = Points(
-        points.at, points.omega_squared, points.shapes * phases, points.shapes * phases
-    )
-    track = follow(rotated_points, 2, problem)
-    assert (track.branch == [0, 1]).all()
-
-
-def test_a_branch_that_enters_meets_nothing_where_it_is_not():
-    """A shape that rotates into one that was not among the modes before: no two loci to compare."""
-    angles = np.array([[[0.0, 1.2], [-1.2, 0.0]]])
-    absent = BranchTable(
-        at=np.array([0.0, 1.0]),
-        branches=np.array([0, 1]),
-        mode_index=np.array([[2, 0], [0, 1]]),
-        frequencies=np.array([[np.nan, 1.0], [1.0, 2.0]]),
-        rotation=angles,
-        recovered=np.zeros((1, 2, 2)),
-        window=2,
-    )
-    assert candidates(absent) == []
-    there = replace(absent, frequencies=np.array([[0.9, 1.0], [1.0, 2.0]]))
-    assert [(c.low, c.high) for c in candidates(there)] == [(0, 1)]
