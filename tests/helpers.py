@@ -1,6 +1,7 @@
-"""Scripts as modules, and marks for parts of a parametrised test."""
+"""Scripts as modules, marks for parts of a parametrised test, and JSON read strictly."""
 
 import importlib.util
+import json
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -23,3 +24,12 @@ def load_script(name: str) -> ModuleType:
 def slow(*values: Any) -> list[Any]:
     """Parameters for which a test is marked slow."""
     return [pytest.param(value, marks=pytest.mark.slow) for value in values]
+
+
+def strict(text: str) -> Any:
+    """JSON read by a parser that refuses NaN and Infinity."""
+
+    def refuse(constant: str) -> None:
+        raise AssertionError(f"{constant} is not JSON")
+
+    return json.loads(text, parse_constant=refuse)
