@@ -12,18 +12,15 @@ from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam
 from beamviz.explorer.features.loci_chart import (
     FAMILIES,
     PER_REV,
+    STYLES,
     Chart,
     ChartRequest,
-    enough_lanes,
-    series,
-    styles,
+    Lines,
+    chart_lines,
 )
-from beamviz.explorer.features.loci_tab import LANES, event_table, gap_notes, per_rev_labels
+from beamviz.explorer.features.loci_tab import event_table, gap_notes, per_rev_labels
 from beamviz.frequency_loci.sweep import chart_range
-from beamviz.scene import MODES
 from beamviz.solver import solve
-
-LINES = len(FAMILIES) * LANES
 
 
 @pytest.fixture(scope="module")
@@ -32,9 +29,14 @@ def tip() -> Chart:
     return chart_of(TIP)
 
 
-def drawn(chart: Chart, beam: Beam = TIP, *, per_rev: bool = False) -> tuple[np.ndarray, ...]:
-    """Its arrays, with a beam on it."""
-    return series(chart, solve(beam), LANES, per_rev=per_rev)
+def drawn(chart: Chart, beam: Beam = TIP, *, per_rev: bool = False) -> tuple[np.ndarray, Lines]:
+    """Its lines, with a beam on it."""
+    return chart_lines(chart, solve(beam), per_rev=per_rev)
+
+
+def points(x: np.ndarray, line: np.ndarray) -> list[tuple[float, float]]:
+    """Where a line is drawn."""
+    return [(a, b) for a, b in zip(x.tolist(), line.tolist(), strict=True) if np.isfinite(b)]
 
 
 # The range of the axis
@@ -70,7 +72,7 @@ def test_the_lines_are_the_branches_and_have_no_holes(tip):
     """All finite frequencies are drawn, in the colour of their family; each line is in one piece,
     since a page would draw straight across a hole."""
     assert tip.loci
-    for family, rows in tip.lanes.items():
+    for family, rows in tip.lines.items():
         for row in rows:
             known = np.flatnonzero(np.isfinite(row))
             assert len(known) == known[-1] - known[0] + 1
@@ -83,81 +85,67 @@ def test_the_lines_are_the_branches_and_have_no_holes(tip):
 def test_a_line_that_changes_its_family_has_no_gap():
     """With Coriolis forces S1 becomes mixed: the two colours share a point."""
     chart = chart_of(TIP, coriolis=True)
-    ends = {int(np.flatnonzero(np.isfinite(row))[-1]) for row in chart.lanes["stretching"]}
-    starts = {int(np.flatnonzero(np.isfinite(row))[0]) for row in chart.lanes["mixed"]}
+    ends = {int(np.flatnonzero(np.isfinite(row))[-1]) for row in chart.lines["stretching"]}
+    starts = {int(np.flatnonzero(np.isfinite(row))[0]) for row in chart.lines["mixed"]}
     assert ends & starts - {0, len(chart.values) - 1}
 
 
-def test_all_arrays_are_of_one_length_and_one_for_each_style(tip):
-    """x ascends; there is an array for each line the page knows; so it is without any loci."""
-    for arrays in (drawn(tip), drawn(tip, per_rev=True), drawn(Chart(tip.request, message="none"))):
-        assert len(arrays) == len(styles(LANES))
-        assert {len(array) for array in arrays} == {len(arrays[0])}
-        assert (np.diff(arrays[0]) >= 0).all()
+def test_all_arrays_are_of_one_length_and_have_a_style(tip):
+    """x ascends, also without any loci."""
+    for x, lines in (drawn(tip), drawn(tip, per_rev=True), drawn(Chart(tip.request, message="no"))):
+        assert (np.diff(x) >= 0).all()
+        assert set(lines) <= set(STYLES)
+        assert {len(line) for group in lines.values() for line in group} == {len(x)}
 
 
 def test_between_its_values_a_chart_is_drawn_on_the_line(tip):
     """The x of marks are put in between; the lines there are interpolated, not interrupted."""
-    x, *lines = drawn(tip, TIP.replace(gamma=3.21))
+    x, lines = drawn(tip, TIP.replace(gamma=3.21))
     k = int(np.searchsorted(x, 3.21))
-    first = next(line for line in lines[:LINES] if np.isfinite(line[0]))
+    first = next(line for line in lines["bending"] if np.isfinite(line[0]))
     assert first[k] == pytest.approx(np.interp(3.21, x[[k - 1, k + 2]], first[[k - 1, k + 2]]))
-
-
-def test_the_number_of_lanes_is_doubled_until_it_suffices(tip):
-    """And never shrinks."""
-    assert enough_lanes(4, {family: [np.zeros(2)] * 9 for family in FAMILIES}) == 16
-    assert enough_lanes(16, {family: [] for family in FAMILIES}) == 16
-    assert len(series(tip, None, 32, per_rev=False)) == len(styles(32))
 
 
 def test_the_mark_of_the_beam_is_where_its_modes_are(tip):
     """An upright line at its value, and a ring on each branch; none where it is not on the axis."""
-    x, *lines = drawn(tip, TIP.replace(gamma=3.21))
-    upright, *rings = lines[LINES + len(PER_REV) :][: 1 + MODES]
-    assert x[np.isfinite(upright)].tolist() == [3.21, 3.21]
-    assert upright[np.isfinite(upright)].tolist() == [0, tip.top]
-    for ring, frequency in zip(rings, solve(TIP.replace(gamma=3.21)).frequencies, strict=True):
-        assert ring[np.isfinite(ring)].tolist() == [frequency]
-        assert x[np.isfinite(ring)].tolist() == [3.21]
-    _, *elsewhere = drawn(tip, TIP.replace(gamma=30))
-    assert not any(np.isfinite(line).any() for line in elsewhere[LINES:-2])
+    x, lines = drawn(tip, TIP.replace(gamma=3.21))
+    assert points(x, lines["beam"][0]) == [(3.21, 0), (3.21, tip.top)]
+    rings = [points(x, ring) for ring in lines["modes"]]
+    assert rings == [[(3.21, one)] for one in solve(TIP.replace(gamma=3.21)).frequencies]
+    assert not {"beam", "modes"} & drawn(tip, TIP.replace(gamma=30))[1].keys()
 
 
 def test_crossings_and_veerings_are_marked_apart(tip):
     """One kind of mark each, at its place and frequency."""
-    for chart, kind, other in ((tip, -2, -1), (chart_of(TIP, coriolis=True), -1, -2)):
-        arrays = drawn(chart)
-        marked = np.isfinite(arrays[kind])
-        assert arrays[0][marked].tolist() == [event.at for event in chart.events]
-        assert arrays[kind][marked].tolist() == [event.frequency for event in chart.events]
-        assert not np.isfinite(arrays[other]).any()
+    for chart, kinds in ((tip, ("crossing", "veering")),
+                         (chart_of(TIP, coriolis=True), ("veering", "crossing"))):  # fmt: skip
+        x, lines = drawn(chart)
+        marked, others = (points(x, lines[kind][0]) for kind in kinds)
+        assert marked == [(event.at, event.frequency) for event in chart.events]
+        assert others == []
 
 
 def test_per_rev_lines_are_multiples_of_the_speed():
     """omega = k gamma as far as the picture goes; over any other axis there are none."""
     low = chart_of(TIP, modes=2)
     assert low.top < 100
-    x, *lines = drawn(low, per_rev=True)
-    for k, line in zip(PER_REV, lines[LINES:], strict=False):
-        known = np.isfinite(line)
-        assert line[known].tolist() == (k * x[known]).tolist()
-        assert known.tolist() == (k * x <= low.top).tolist()
-    over_alpha = drawn(chart_of(TIP, "alpha"), per_rev=True)
-    assert not np.isfinite(np.array(over_alpha[1 + LINES :][: len(PER_REV)])).any()
+    x, lines = drawn(low, per_rev=True)
+    for k, line in zip(PER_REV, lines["per-rev"], strict=True):
+        assert points(x, line) == [(at, k * at) for at in x if k * at <= low.top]
+    assert "per-rev" not in drawn(chart_of(TIP, "alpha"), per_rev=True)[1]
 
 
 def test_the_loci_compared_with_are_drawn_under_the_chart(tip):
     """They are those of the other beam at the same speeds, as far as the picture goes."""
     request = tip.request.same_axis(case(TIP.replace(alpha=2)))
     assert (request.start, request.stop, request.over) == (0, 20, "gamma")
-    count = 4
-    x, *lines = series(tip, None, LANES, per_rev=False, second=request.chart(), second_count=count)
-    assert 1 + len(lines) == len(styles(LANES, count))
+    x, lines = chart_lines(tip, None, per_rev=False, second=request.chart())
     k = int(np.searchsorted(x, 10.0))
-    values = sorted(float(line[k]) for line in lines[-2 - 3 * count : -2] if np.isfinite(line[k]))
+    below = [line[k] for family in FAMILIES for line in lines[f"second {family}"]]
     expected = solve(TIP.replace(alpha=2, gamma=10)).frequencies
-    assert values == pytest.approx(expected[expected <= tip.top], rel=1e-6)
+    assert sorted(one for one in below if np.isfinite(one)) == pytest.approx(
+        expected[expected <= tip.top], rel=1e-6
+    )
 
 
 # Labels and texts
@@ -176,7 +164,7 @@ def test_gaps_are_explained_by_their_limit():
     assert chart.loci
     (limit,) = chart.loci.limits
     assert f"no equilibrium for γ = {limit.start:.6g}" in gap_notes(chart)
-    ends = [chart.values[np.isfinite(row)].max() for row in chart.lanes["bending"]]
+    ends = [chart.values[np.isfinite(row)].max() for row in chart.lines["bending"]]
     assert limit.start - 0.5 < max(ends) <= limit.start
 
 

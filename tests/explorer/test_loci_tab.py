@@ -9,12 +9,9 @@ from live.browser import Page, control, field, page, tab
 from live.visitor import frequency_text, pause, visitor
 
 from beamviz.explorer.features import loci_chart as charts
-from beamviz.explorer.features.loci_chart import FAMILIES, PER_REV
-from beamviz.explorer.features.loci_tab import LANES
 from beamviz.scene import Scene
 
 FIRST = Scene(TIP)
-LINES = len(FAMILIES) * LANES
 
 
 def test_the_chart_follows_the_sliders(url):
@@ -86,10 +83,10 @@ def pick(shown: Page, axis: str) -> None:
 
 def mark_of(shown: Page) -> float:
     """Where the upright line of the chart is."""
-    column = 1 + LINES + len(PER_REV)
     return shown.evaluate(
-        f"(() => {{ const d = {CHART}.data;"
-        f" return d[0][d[{column}].findIndex(y => !Number.isNaN(y))]; }})()"
+        f"(() => {{ const {{ data, series }} = {CHART};"
+        " const k = series.findIndex(one => String(one.dash) === '2,3');"
+        " return data[0][data[k].findIndex(y => !Number.isNaN(y))]; })()"
     )
 
 

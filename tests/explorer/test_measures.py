@@ -2,6 +2,8 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,8 +22,8 @@ from beamviz.drawing.text import (
     rounded,
     rounded_to_error,
 )
-from beamviz.explorer.features.loci_chart import series
-from beamviz.explorer.features.loci_tab import LANES, MAX_RESONANCES, modes_here, resonance_table
+from beamviz.explorer.features.loci_tab import MAX_RESONANCES, modes_here, resonance_table
+from beamviz.explorer.page.style import Plot
 from beamviz.frequency_loci import loci
 from beamviz.scene import Scene
 from beamviz.solver import solve
@@ -84,17 +86,18 @@ def test_round_numbers():
 def test_the_chart_of_a_real_beam_is_in_rpm_and_hertz():
     """x and y are those of the plain chart times their units; the axes end at round numbers."""
     chart, solution = chart_of(RULER), solve(RULER)
-    plain = replace(chart.request, beam=chart.request.beam.replace(units=None)).chart()
     assert RULER.units
-    x, *lines = series(chart, solution, LANES, per_rev=True)
-    x0, *lines0 = series(plain, solution, LANES, per_rev=True)
-    assert x == pytest.approx(RULER.units.rpm(x0))
-    curves = 3 * LANES
-    assert np.allclose(lines[:curves], RULER.units.hertz(np.array(lines0[:curves])), equal_nan=True)
+    gui: Any = SimpleNamespace(add_uplot=lambda *_, **options: SimpleNamespace(**options))
+    plot, x = Plot(gui, {"": {}}, 100), np.array([0.0, 1.0])
+    plot.show(x, {"": [2 * x]}, chart.request.measures, (0.0, 1.0), (0.0, 3.0))
+    shown = plot.handle
+    assert [axis["label"] for axis in shown.axes] == ["speed [rpm]", "Hz"]
+    assert np.allclose(shown.data, [RULER.units.rpm(x), RULER.units.hertz(2 * x)])
+    assert shown.scales["y"]["range"] == pytest.approx((0.0, RULER.units.hertz(3.0)))
     end = RULER.units.hertz(chart.top)
     assert end == pytest.approx(rounded(end))
     assert "this beam, 600 rpm:<br>" in modes_here(chart, solution)
-    assert chart_of(RULER, "mu").measures[1].unit == ""  # T* itself depends on mu
+    assert chart_of(RULER, "mu").request.measures[1].unit == ""  # T* itself depends on mu
 
 
 def test_resonances_are_listed_in_rpm_and_hertz():

@@ -10,7 +10,7 @@ import pytest
 from charts import SynchronousVisitor
 from live.visitor import PAPER, frequency_text, visitor
 
-from beamviz.beam import Beam, Units
+from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import measure
 from beamviz.explorer.app import explorer
@@ -19,7 +19,7 @@ from beamviz.explorer.features.run_up import (
     PER_SECOND,
     RunUpPlayback,
     resonance_table,
-    series,
+    run_lines,
     with_damping,
 )
 from beamviz.explorer.state import State
@@ -150,20 +150,17 @@ def test_another_force_damping_or_beam_ends_the_run_up():
 
 
 def test_the_chart_shows_run_resonances_and_beam():
-    """Amplitudes over the speeds, in rpm for a real beam; a ring on each peak, a dot at gamma."""
+    """Amplitudes over the speeds, a ring on each peak, a dot at gamma."""
     run = run_of(started())
-    for units in (None, Units(1.0, 0.1)):
-        along = measure("gamma", units)
-        x, amplitudes, peaks, mark = series(run, along, 4.321)
-        assert (np.diff(x) >= 0).all()
-        assert len(x) == len(run.speeds) + 1
-        at = x[np.isfinite(peaks)] / along.factor
-        assert at == pytest.approx([one.at for one in run.resonances])
-        assert peaks[np.isfinite(peaks)] == pytest.approx([run.peak(r) for r in run.resonances])
-        (k,) = np.flatnonzero(np.isfinite(mark))
-        assert x[k] == pytest.approx(along.factor * 4.321)
-        assert mark[k] == amplitudes[k]
-    assert not np.isfinite(series(run, along, 99.0)[3]).any()
+    x, lines = run_lines(run, 4.321)
+    (amplitudes,), (peaks,), (mark,) = lines.values()
+    assert (np.diff(x) > 0).all()
+    assert len(x) == len(run.speeds) + 1
+    assert x[np.isfinite(peaks)] == pytest.approx([one.at for one in run.resonances])
+    assert peaks[np.isfinite(peaks)] == pytest.approx([run.peak(one) for one in run.resonances])
+    (k,) = np.flatnonzero(np.isfinite(mark))
+    assert (x[k], mark[k]) == (4.321, amplitudes[k])
+    assert not np.isfinite(run_lines(run, 99.0)[1]["beam"]).any()
     table = resonance_table(run, measure("gamma", None))
     for one in run.resonances:
         assert f"{one.at:.4f}" in table

@@ -8,13 +8,12 @@ from charts import TIP, chart_of
 
 from beamviz.drawing.modes import SampledModes
 from beamviz.explorer.features.veering import (
-    LANES,
+    STYLES,
     LociPair,
     VeeringRequest,
     mode_shape,
+    pair_lines,
     sentence,
-    series,
-    styles,
 )
 from beamviz.solver import solve
 
@@ -45,7 +44,7 @@ def test_a_crossing_becomes_a_veering_with_coriolis_forces(pairs):
     for before, at, after in on.shapes:
         assert abs(after.bending_fraction - before.bending_fraction) > 0.8
         assert at.bending_fraction == pytest.approx(0.5, abs=0.05)
-    measures = request(0).measures
+    measures = request(0).chart.measures
     assert "smallest frequency gap 0.241 at γ 4.650" in sentence(on, *measures)
     assert "exchange their shapes" in sentence(on, *measures)
     assert "uncoupled (gap 0)" in sentence(off, *measures)
@@ -68,7 +67,7 @@ def test_shapes_keep_their_signs_across_the_view(pairs):
     for pair in pairs:
         for first, middle, last in pair.shapes:
             for end in (first, last):
-                assert end.axial @ middle.axial + end.transverse @ middle.transverse >= 0
+                assert (end.displacement * middle.displacement).sum() >= 0
     assert pairs[0].at not in pairs[0].values
 
 
@@ -76,15 +75,17 @@ def test_a_branch_has_no_shape_where_it_is_not_solved():
     """Above the modes that are solved for."""
     assert CHART.loci
     branch = replace(CHART.loci.branches[0], mode_index=np.full(len(CHART.values), -1))
-    assert np.isnan(mode_shape(branch, 0).axial).all()
+    assert np.isnan(mode_shape(branch, 0).displacement).all()
 
 
 def test_loci_that_stay_far_apart_are_no_veering():
     """S1 and B2 cross at 16.32; with Coriolis forces they stay far apart."""
     pairs = request(1).pairs()
     assert (pairs[0].kind, pairs[1].event) == ("crossing", None)
-    assert "too far apart for a veering" in sentence(pairs[1], *request(1).measures)
-    assert len(series(pairs, LANES)) == len(styles(LANES))
+    assert "too far apart for a veering" in sentence(pairs[1], *request(1).chart.measures)
+    x, lines = pair_lines(pairs)
+    assert set(lines) == set(STYLES) - {"gap"}
+    assert {len(line) for group in lines.values() for line in group} == {len(x)}
 
 
 def test_nodes_are_marked_in_the_middle_of_a_veering():

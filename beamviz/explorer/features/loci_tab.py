@@ -12,39 +12,25 @@ from beamviz.explorer.features.comparison import comparison_case
 from beamviz.explorer.features.loci_chart import (
     FAMILIES,
     PER_REV,
+    STYLES,
     Chart,
     ChartRequest,
-    enough_lanes,
+    chart_lines,
     same_event,
-    series,
-    styles,
 )
-from beamviz.explorer.jobs import Answer
-from beamviz.explorer.page.html import SMALL, small
-from beamviz.explorer.page.style import (
-    ABOVE,
-    BELOW,
-    COLOURS,
-    FAINT,
-    LEFT,
-    add_plot,
-    apart,
-    axes,
-    scales,
-)
-from beamviz.explorer.state import Case
+from beamviz.explorer.page.html import SMALL, coloured, small
+from beamviz.explorer.page.style import ABOVE, BELOW, COLOURS, FAINT, LEFT, Plot, apart
 from beamviz.explorer.visitor import Feature, Visitor, on_press
 from beamviz.exports.html_page import table
 from beamviz.frequency_loci import Event
-from beamviz.scene import Scene
 from beamviz.solver.solution import Solution
 
 AXES = {PARAMETERS[name].slider_label: name for name in ("gamma", "alpha", "beta", "delta", "mu")}
-LANES, SECOND_LANES = 16, 4  # initial lines per family, of the beam and of the one compared with
 RESONANCES = "Resonances: a force that repeats k times per revolution excites the mode"
 SIGNS = {"crossing": "○", "veering": "●"}
 MAX_EVENTS, MAX_RESONANCES = 8, 12  # rows of the tables
 HEIGHT, RIGHT = 210, 32  # [px] of the chart, and of its right margin
+LINES_HEIGHT = HEIGHT - ABOVE - BELOW
 FRAME = (10.25, 8.25, 12)  # [px] around the chart: left, right, below
 LETTERS = 11  # [px]
 
@@ -58,8 +44,6 @@ class LociTab(Feature):
         self.charts = visitor.job("loci chart", ChartRequest.chart)
         self.second_charts = visitor.job("loci chart", ChartRequest.chart)  # of the comparison
         self.chosen: Event | None = None
-        self.lanes, self.second_lanes = LANES, 0
-        self.scaled: tuple[object, ...] = ()  # what the axes are drawn for
         axis = gui.add_dropdown("horizontal axis", tuple(AXES), hint="The number that varies")
         visitor.bind(
             axis,
@@ -69,10 +53,7 @@ class LociTab(Feature):
         hint = "ω = γ, 2γ ... 5γ: where a line intersects a mode, each revolution can excite it"
         self.per_rev = gui.add_checkbox("per-rev lines", False, hint=hint)
         visitor.bind_key(self.per_rev, "per_rev")
-        chart = Chart(ChartRequest.around(Case.of(Scene()), visitor.state.over))
-        data = series(chart, None, LANES, per_rev=False)
-        labels = (measure.label for measure in chart.measures)
-        self.plot = add_plot(gui, data, styles(LANES), axes(*labels), HEIGHT, right=RIGHT)
+        self.plot = Plot(gui, STYLES, HEIGHT, right=RIGHT)
         self.labels, self.texts = gui.add_html(""), gui.add_html("")
         hint = "Move the beam to a crossing or veering"
         self.go_to = gui.add_button_group("go to", ("1",), visible=False, hint=hint)
@@ -89,7 +70,7 @@ class LociTab(Feature):
     @property
     def chart(self) -> Chart | None:
         """The last chart; one without lines where it could not be computed."""
-        return drawable(self.charts.answer)
+        return Chart.of(self.charts.answer)
 
     @property
     def inputs(self) -> tuple[object, ...]:
@@ -107,16 +88,26 @@ class LociTab(Feature):
         chart = self.chart
         if chart is None:
             return
-        if self.chosen and chart.request.over != state.over:
+        request = chart.request
+        if self.chosen and request.over != state.over:
             self.chosen = None
         if self.chosen and chart.loci and not self.charts.busy:  # it moves with the chart
-            reach = chart.request.stop - chart.request.start
+            reach = request.stop - request.start
             self.chosen = same_event(chart.loci, self.chosen, reach) or self.chosen
-        second = drawable(self.second_charts.answer) if compared else None
+        second = Chart.of(self.second_charts.answer) if compared else None
         solution = answer.solution if answer else None
-        self.draw(chart, solution, second, per_rev=state.per_rev)
+        x, lines = chart_lines(chart, solution, per_rev=state.per_rev, second=second)
+        ranges = (request.start, request.stop), (0.0, chart.top)
+        self.plot.show(x, lines, request.measures, *ranges)
+        self.per_rev.visible = request.over == "gamma"
         self.labels.content = line_labels(chart, state.per_rev)
-        self.texts.content = chart_html(chart, solution, self.chosen, second, state.per_rev)
+        self.texts.content = (
+            legend(chart, second)
+            + (modes_here(chart, solution) if solution else "")
+            + event_table(chart, self.chosen)
+            + (resonance_table(chart) if state.per_rev else "")
+            + gap_notes(chart)
+        )
         numbers = tuple(str(k + 1) for k in range(min(len(chart.events), MAX_EVENTS)))
         self.go_to.visible = bool(numbers)
         if numbers and self.go_to.options != numbers:
@@ -126,44 +117,15 @@ class LociTab(Feature):
         """Request the chart around the answer shown, and that of the beam compared with; whether
         there is one. A follower takes over the chart of the presenter."""
         state, answer = self.visitor.state, self.visitor.chart_answer
-        case = comparison_case(state, answer.request) if answer else ""
+        other = comparison_case(state, answer.request) if answer else ""
         if answer is not None:
             with contextlib.suppress(InvalidInput):  # the panel says so; the last chart stays
                 request = ChartRequest.around(answer.request, state.over)
                 if not (state.following and self.charts.answer):
                     self.charts.request(request)
-                if not isinstance(case, str):
-                    self.second_charts.request(request.same_axis(case.case))
-        return not isinstance(case, str)
-
-    def draw(
-        self, chart: Chart, solution: Solution | None, second: Chart | None, *, per_rev: bool
-    ) -> None:
-        """Draw a chart with the beam of a solution on it, and a second chart under it."""
-        request, (along, across) = chart.request, chart.measures
-        x = along.factor * request.start, along.factor * request.stop
-        y = 0.0, across.factor * chart.top
-        self.per_rev.visible = request.over == "gamma"
-        if self.scaled != (along, across, x, y):  # only then: the page builds the chart anew
-            self.scaled, self.plot.scales = (along, across, x, y), scales(x, y)
-            self.plot.axes = axes(along.label, across.label)
-        before = self.lanes, self.second_lanes
-        self.lanes = enough_lanes(self.lanes, chart.lanes)
-        if second:
-            self.second_lanes = enough_lanes(self.second_lanes or SECOND_LANES, second.lanes)
-        self.plot.data = series(
-            chart, solution, self.lanes,
-            per_rev=per_rev, second=second, second_count=self.second_lanes,
-        )  # fmt: skip
-        if before != (self.lanes, self.second_lanes):
-            self.plot.series = styles(self.lanes, self.second_lanes)
-
-
-def drawable(answer: Answer[ChartRequest, Chart] | None) -> Chart | None:
-    """The chart of an answer, one without lines where there is an error; None without an answer."""
-    if answer is None:
-        return None
-    return answer.result or Chart(answer.request, message=answer.message)
+                if not isinstance(other, str):
+                    self.second_charts.request(request.same_axis(other.case))
+        return not isinstance(other, str)
 
 
 # Labels and texts
@@ -177,14 +139,14 @@ def line_labels(chart: Chart, per_rev: bool) -> str:
     """
     if chart.loci is None:
         return ""
-    top, pixels = chart.top, HEIGHT - ABOVE - BELOW
+    top = chart.top
     ends = sorted(
         (float(solution.frequencies[k]), solution.labels[k], COLOURS[solution.families[k]])
         for branch in chart.loci.branches
         if (solution := branch.solutions[-1]) and (k := int(branch.mode_index[-1])) >= 0
         if math.isfinite(solution.frequencies[k])
     )
-    heights = apart([end for end, _, _ in ends], top * 13 / pixels)
+    heights = apart([end for end, _, _ in ends], top * 13 / LINES_HEIGHT)
     labels = "".join(
         f'<b style="position:absolute;left:100%;margin-left:4px;color:{colour};'
         f'bottom:calc({100 * height / top:.2f}% - .65em)">{escape(label)}</b>'
@@ -196,17 +158,17 @@ def line_labels(chart: Chart, per_rev: bool) -> str:
         '<div aria-hidden="true" data-labels style="position:relative;height:0;'
         'pointer-events:none;font-size:11px;line-height:1.3">'
         f'<div style="position:absolute;left:{LEFT + FRAME[0]}px;right:{RIGHT + FRAME[1]}px;'
-        f'bottom:{BELOW + FRAME[2]}px;height:{pixels}px">{labels}</div></div>'
+        f'bottom:{BELOW + FRAME[2]}px;height:{LINES_HEIGHT}px">{labels}</div></div>'
     )
 
 
 def per_rev_labels(stop: float, top: float) -> list[str]:
     """Labels near the upper ends of the per-rev lines; overlapping ones are left out."""
-    labels, below, height = [], -math.inf, HEIGHT - ABOVE - BELOW
+    labels, below = [], -math.inf
     for k in PER_REV:
         x = min(0.97 * stop, 0.94 * top / k)
         right, up = x / stop, k * x / top
-        if right <= 0.9 or (up - below) * height >= LETTERS:
+        if right <= 0.9 or (up - below) * LINES_HEIGHT >= LETTERS:
             below = up
             labels.append(
                 f'<span style="position:absolute;color:#6b7177;left:{100 * right:.2f}%;'
@@ -215,31 +177,15 @@ def per_rev_labels(stop: float, top: float) -> list[str]:
     return labels
 
 
-def chart_html(
-    chart: Chart,
-    solution: Solution | None,
-    chosen: Event | None,
-    second: Chart | None,
-    per_rev: bool,
-) -> str:
-    """Everything below the chart."""
-    return (
-        legend(chart, second)
-        + (modes_here(chart, solution) if solution else "")
-        + event_table(chart, chosen)
-        + (resonance_table(chart) if per_rev else "")
-        + gap_notes(chart)
-    )
-
-
 def legend(chart: Chart, second: Chart | None) -> str:
     """Meaning of the colours and marks."""
     if chart.loci is None:
         return ""
-    seen = {str(family) for branch in chart.loci.branches for family in branch.family if family}
-    parts = [f'<b style="color:{COLOURS[f]}">━</b> {f}' for f in FAMILIES if f in seen]
+    parts = [
+        f"{coloured('━', COLOURS[family])} {family}" for family in FAMILIES if chart.lines[family]
+    ]
     if second:
-        parts.append(f'<b style="color:{FAINT}">╍</b> compared with')
+        parts.append(f"{coloured('╍', FAINT)} compared with")
     kinds = {event.kind for event in chart.events}
     parts += [f"{sign} {kind}" for kind, sign in SIGNS.items() if kind in kinds]
     return f'<div aria-label="key" style="{SMALL};opacity:.8">{" &ensp;".join(parts)}</div>'
@@ -247,9 +193,9 @@ def legend(chart: Chart, second: Chart | None) -> str:
 
 def modes_here(chart: Chart, solution: Solution) -> str:
     """The modes of the beam shown, which is the upright line of the chart."""
-    along, across = chart.measures
+    along, across = chart.request.measures
     modes = " &ensp;".join(
-        f'<span style="white-space:nowrap"><b style="color:{COLOURS[family]}">{label}</b>'
+        f'<span style="white-space:nowrap">{coloured(label, COLOURS[family])}'
         f" {across.factor * frequency:.4g}</span>"
         for label, family, frequency in zip(
             solution.labels, solution.families, solution.frequencies, strict=True
@@ -257,9 +203,9 @@ def modes_here(chart: Chart, solution: Solution) -> str:
         if math.isfinite(frequency)
     )
     value = along.text(getattr(solution.beam, chart.request.over), 5)
-    unit = f" {across.unit}" if across.unit else ""
     return (
-        f'<div aria-label="this beam" style="{SMALL}">┊ this beam, {value}:<br>{modes}{unit}</div>'
+        f'<div aria-label="this beam" style="{SMALL}">┊ this beam, {value}:<br>'
+        f"{f'{modes} {across.unit}'.rstrip()}</div>"
     )
 
 
@@ -269,7 +215,7 @@ def event_table(chart: Chart, chosen: Event | None) -> str:
         return ""
     if not chart.events:
         return small(chart.loci.warning or "No crossing or veering in this range.")
-    along, across = chart.measures
+    along, across = chart.request.measures
     heads = ("", "", "modes", f"at {along.head}", across.label, "smallest<br>frequency gap")
     rows = [
         (
@@ -295,7 +241,7 @@ def resonance_table(chart: Chart) -> str:
     """Table of resonances, in descending order of speed: slow ones are close together."""
     if not chart.resonances:
         return small("No line 1γ .. 5γ intersects a mode in this range.")
-    along, across = chart.measures
+    along, across = chart.request.measures
     heads = ("per rev", "mode", f"at {along.head}", across.label)
     rows = [
         (

@@ -2,8 +2,8 @@
 the scene shows the steady forced response at each speed."""
 
 import math
-from dataclasses import dataclass, replace
-from typing import Self
+from dataclasses import replace
+from typing import NamedTuple, Self
 
 import numpy as np
 from viser import uplot
@@ -14,21 +14,21 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer.features.loci_chart import PER_REV
 from beamviz.explorer.jobs import Answer, Job, SolverAnswer
 from beamviz.explorer.page.html import small
-from beamviz.explorer.page.style import COLOURS, LINE, MARK, add_plot, axes, dot
+from beamviz.explorer.page.style import COLOURS, LINE, MARK, Plot, Range, dot, marks
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Feature, Visitor, on_press
 from beamviz.exports.html_page import table
 from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run_up
 from beamviz.frequency_loci.sweep import CHART_FILL, chart_range
 from beamviz.scene import clip
+from beamviz.server.viser_private import set_html
 from beamviz.solver.solution import Solution
 
 PER_SECOND = 6.0  # speeds of the run-up passed per second; they are dense near resonances
 PEAK = 2.0  # largest displacement drawn, over the amplitude of the view
 
 
-@dataclass(frozen=True)
-class RunUpRequest:
+class RunUpRequest(NamedTuple):
     """A run-up to compute; the speed of the case is 0."""
 
     case: Case
@@ -191,12 +191,12 @@ def scaled_response(
 # The tab
 
 HEIGHT = 190  # [px] of the chart
-STYLES: tuple[uplot.Series, ...] = (
-    {},
-    {"stroke": COLOURS["bending"], "width": 2, **LINE},
-    {"stroke": MARK, "width": 0, "points": dot("#ffffff", MARK, 7)},
-    {"stroke": MARK, "width": 0, "points": dot("#D55E00", "#ffffff", 11)},
-)
+STYLES: dict[str, uplot.Series] = {
+    "amplitude": {"stroke": COLOURS["bending"], "width": 2, **LINE},
+    "resonances": dot("#ffffff", MARK, 7),
+    "beam": dot("#D55E00", "#ffffff", 11),
+}
+AMPLITUDE = Measure("tip, times at rest", "")
 START = "Run up from rest"
 FORCES = {f"{k} × per revolution": k for k in PER_REV}
 ABOVE, BELOW = 1.5, 1e-4  # ends of the amplitude axis, over the largest amplitude
@@ -227,10 +227,8 @@ class RunUpTab(Feature):
         hint = "The speed rises through the resonances, then returns to what it was"
         self.button = gui.add_button(START, hint=hint)
         on_press(self.button, lambda _: playback.start_or_stop())
-        empty = (np.array([0.0, 1.0]), *np.ones((3, 2)))
-        self.plot = add_plot(gui, empty, STYLES, amplitude_axes(""), HEIGHT, visible=False)
+        self.plot = Plot(gui, STYLES, HEIGHT, log=True, visible=False)
         self.texts = gui.add_html(small(NOTE))
-        self.drawn: RunUp | None = None
 
     @property
     def inputs(self) -> tuple[object, ...]:
@@ -239,20 +237,19 @@ class RunUpTab(Feature):
 
     def show(self) -> None:
         """Show the run-up with the beam on it, or why there is none."""
-        playback, run, answer = self.playback, self.playback.run, self.playback.answer
+        playback, run, answer = self.playback, self.playback.run, self.visitor.answer
         self.button.label = "Stop" if playback.running else START
-        self.plot.visible = run is not None
+        self.plot.handle.visible = run is not None
         if run is None:
-            self.drawn = None
-            self.texts.content = small(answer.message if answer else NOTE, "note")
+            set_html(
+                self.texts, small(playback.answer.message if playback.answer else NOTE, "note")
+            )
             return
         along = measure("gamma", run.beam.units)
-        if run is not self.drawn:
-            self.drawn = run
-            self.plot.axes, self.plot.scales = amplitude_axes(along.label), scales(run, along)
-            self.texts.content = resonance_table(run, along) + small(NOTE)
-        beam = self.visitor.answer.beam if self.visitor.answer else None
-        self.plot.data = series(run, along, beam.gamma if beam else 0.0)
+        gamma = answer.beam.gamma if answer and answer.beam else 0.0
+        ranges = (0.0, float(run.speeds[-1])), amplitude_range(run)
+        self.plot.show(*run_lines(run, gamma), (along, AMPLITUDE), *ranges)
+        set_html(self.texts, resonance_table(run, along) + small(NOTE))
 
 
 def with_damping(state: State, percent: object) -> State:
@@ -261,35 +258,26 @@ def with_damping(state: State, percent: object) -> State:
     return replace(state, damping=max(clip(ratio, DAMPING[1], state.damping), DAMPING[0]))
 
 
-def amplitude_axes(label: str) -> tuple[uplot.Axis, ...]:
-    """The axes, without the nine grid lines per decade of a logarithmic one."""
-    x, y = axes(label, "tip, times at rest")
-    return x, {**y, "grid": {"show": False}, "ticks": {"show": False}}
-
-
-def scales(run: RunUp, along: Measure) -> dict[str, uplot.Scale]:
-    """Ends of both axes; that of amplitudes is logarithmic."""
+def amplitude_range(run: RunUp) -> Range:
+    """Ends of the logarithmic axis of amplitudes."""
     known = run.amplitudes[np.isfinite(run.amplitudes)]
     low, high = (float(known.min()), float(known.max())) if known.size else (1.0, 1.0)
-    return {
-        "x": {"time": False, "range": (0.0, along.factor * float(run.speeds[-1]))},
-        "y": {"distr": 3, "range": (max(low, BELOW * high) / ABOVE, ABOVE * high)},
+    return max(low, BELOW * high) / ABOVE, ABOVE * high
+
+
+def run_lines(run: RunUp, gamma: float) -> tuple[np.ndarray, dict[str, list[np.ndarray]]]:
+    """Speeds (n,) and the lines by the groups of STYLES: amplitudes, resonances, the beam at a
+    speed."""
+    own = [gamma] if gamma <= run.speeds[-1] else []
+    x = np.union1d(run.speeds, own)
+    amplitudes = np.interp(x, run.speeds, run.amplitudes)
+    peaks = [(run.speeds[np.argmin(abs(run.speeds - r.at))], run.peak(r)) for r in run.resonances]
+    beam = [(at, float(np.interp(at, x, amplitudes))) for at in own]
+    return x, {
+        "amplitude": [amplitudes],
+        "resonances": [marks(x, peaks)],
+        "beam": [marks(x, beam)],
     }
-
-
-def series(run: RunUp, along: Measure, gamma: float) -> tuple[np.ndarray, ...]:
-    """Speeds (n,) in display units, amplitudes, marks of the resonances, mark of the beam."""
-    shown = gamma <= run.speeds[-1] * (1 + 1e-9)
-    x = np.append(run.speeds, [gamma] if shown else [])
-    order = np.argsort(x, kind="stable")
-    peaks, mark = np.full((2, len(x)), np.nan)
-    for one in run.resonances:
-        peaks[np.argmin(abs(run.speeds - one.at))] = run.peak(one)
-    amplitudes = np.append(
-        run.amplitudes, np.interp(x[len(run.speeds) :], run.speeds, run.amplitudes)
-    )
-    mark[len(run.speeds) :] = amplitudes[len(run.speeds) :]
-    return (along.factor * x[order], amplitudes[order], peaks[order], mark[order])
 
 
 def resonance_table(run: RunUp, along: Measure) -> str:

@@ -10,19 +10,18 @@ import numpy as np
 from viser import uplot
 
 from beamviz.beam import PARAMETERS
-from beamviz.drawing.text import Measure, frequencies, measure
+from beamviz.drawing.text import Measure
 from beamviz.explorer.features.loci_chart import (
     FAMILIES,
     ChartRequest,
-    enough_lanes,
-    lanes,
-    padded,
+    Lines,
+    lines_by_family,
     same_event,
 )
 from beamviz.explorer.features.loci_tab import LociTab
 from beamviz.explorer.jobs import Answer
-from beamviz.explorer.page.html import SMALL, small
-from beamviz.explorer.page.style import COLOURS, FAINT, LINE, MARK, add_plot, axes, dot, scales
+from beamviz.explorer.page.html import SMALL, coloured, small
+from beamviz.explorer.page.style import COLOURS, FAINT, LINE, MARK, Plot, dot, marks
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, loci
 from beamviz.solver.solution import BENDING, STRETCHING
@@ -37,10 +36,10 @@ X = np.linspace(0.0, 1.0, 61)
 
 
 class ModeShape(NamedTuple):
-    """Shape of a mode at X, largest displacement 1, and its share of bending energy."""
+    """Displacements (61, 2) of a mode along and across the beam at X, the largest 1, and its share
+    of bending energy."""
 
-    axial: np.ndarray  # (61,)
-    transverse: np.ndarray  # (61,)
+    displacement: np.ndarray
     bending_fraction: float
 
 
@@ -73,12 +72,6 @@ class VeeringRequest:
 
     chart: ChartRequest
     event: Event
-
-    @property
-    def measures(self) -> tuple[Measure, Measure]:
-        """Display units of the axis and of the frequencies."""
-        units = None if self.chart.over == "mu" else self.chart.beam.units
-        return measure(self.chart.over, units), frequencies(units)
 
     @property
     def width(self) -> float:
@@ -154,27 +147,37 @@ def mode_shape(branch: Branch, k: int) -> ModeShape:
     """
     solution, mode = branch.solutions[k], int(branch.mode_index[k])
     if solution is None or mode < 0:
-        return ModeShape(np.full(len(X), np.nan), np.full(len(X), np.nan), np.nan)
+        return ModeShape(np.full((len(X), 2), np.nan), np.nan)
     shape = solution.shape(mode, X)
     parts = shape.real + shape.imag
-    axial, transverse = parts.T / np.linalg.norm(parts, axis=1).max()
-    return ModeShape(axial, transverse, float(solution.bending_energy_fraction[mode]))
+    largest = np.linalg.norm(parts, axis=1).max()
+    return ModeShape(parts / largest, float(solution.bending_energy_fraction[mode]))
 
 
 def aligned(one: ModeShape, other: ModeShape) -> ModeShape:
     """A shape with the sign that correlates with another."""
-    overlap = one.axial @ other.axial + one.transverse @ other.transverse
-    return one._replace(axial=-one.axial, transverse=-one.transverse) if overlap < 0 else one
+    opposite = (one.displacement * other.displacement).sum() < 0
+    return one._replace(displacement=-one.displacement) if opposite else one
 
+
+# The tab
 
 HEIGHT = 175  # [px] of the chart
-LANES = 4  # initial lines per family
 WIDTH, TALL = 96, 30  # [px] of the drawing of a shape
+CASES: dict[str, uplot.Series] = {"off": {"width": 1.25, "dash": (5, 4)}, "on": {"width": 2.5}}
+STYLES: dict[str, uplot.Series] = {
+    **{
+        f"{case} {family}": {"stroke": COLOURS[family], **LINE, **style}
+        for case, style in CASES.items()
+        for family in FAMILIES
+    },
+    "gap": {"stroke": MARK, "width": 1.5, **LINE},
+    "crossing": dot("#ffffff", MARK, 7),
+}
 INVITATION = "Choose a crossing or veering in the tab Loci to see it magnified here."
 KEY = small(
-    "Displacement of the beam: "
-    f'<b style="color:{COLOURS[BENDING]}">━</b> transverse (bending), '
-    f'<b style="color:{COLOURS[STRETCHING]}">━</b> axial (stretching).'
+    f"Displacement of the beam: {coloured('━', COLOURS[BENDING])} transverse (bending), "
+    f"{coloured('━', COLOURS[STRETCHING])} axial (stretching)."
 )
 
 
@@ -183,11 +186,10 @@ class VeeringTab(Feature):
 
     def __init__(self, visitor: Visitor, loci_tab: LociTab):
         super().__init__(visitor)
-        gui, self.loci_tab, self.lanes = visitor.client.gui, loci_tab, LANES
+        gui, self.loci_tab = visitor.client.gui, loci_tab
         self.job = visitor.job("veering", VeeringRequest.pairs)
         self.summary = gui.add_html(small(INVITATION))
-        empty = (np.array([0.0, 1.0]), *[np.full(2, np.nan)] * (len(styles(LANES)) - 1))
-        self.plot = add_plot(gui, empty, styles(LANES), axes("", ""), HEIGHT, visible=False)
+        self.plot = Plot(gui, STYLES, HEIGHT, visible=False)
         self.shapes = gui.add_html("")
 
     @property
@@ -203,59 +205,37 @@ class VeeringTab(Feature):
             self.job.request(VeeringRequest(chart.request, chosen))
         answer = self.job.answer if chosen else None
         pairs = (answer.result or ()) if answer and exists else ()
-        self.plot.visible = bool(pairs)
+        self.plot.handle.visible = bool(pairs)
         self.summary.content = summary(answer, exists=exists)
         self.shapes.content = "".join(map(shape_table, pairs)) + KEY if pairs else ""
         if answer and pairs:
-            self.plot_pairs(pairs, *answer.request.measures)
-
-    def plot_pairs(self, pairs: Pairs, along: Measure, across: Measure) -> None:
-        """Draw the loci of both cases."""
-        frequency = [branch.frequency for pair in pairs for branch in pair.branches]
-        low, high = np.nanmin(frequency), np.nanmax(frequency)
-        margin = 0.06 * (high - low)
-        x_ends = along.factor * pairs[0].values[0], along.factor * pairs[0].values[-1]
-        y_ends = across.factor * (low - margin), across.factor * (high + margin)
-        before = self.lanes
-        for pair in pairs:
-            self.lanes = enough_lanes(self.lanes, lanes(pair.branches))
-        x, *lines = series(pairs, self.lanes)
-        self.plot.axes = axes(along.label, across.label)
-        self.plot.scales = scales(
-            (float(x_ends[0]), float(x_ends[1])), (float(y_ends[0]), float(y_ends[1]))
-        )
-        self.plot.data = (along.factor * x, *(across.factor * line for line in lines))
-        if self.lanes != before:
-            self.plot.series = styles(self.lanes)
+            values = pairs[0].values
+            frequency = [branch.frequency for pair in pairs for branch in pair.branches]
+            low, high = np.nanmin(frequency), np.nanmax(frequency)
+            margin = 0.06 * (high - low)
+            ranges = (values[0], values[-1]), (low - margin, high + margin)
+            self.plot.show(*pair_lines(pairs), answer.request.chart.measures, *ranges)
 
 
-def styles(count: int) -> tuple[uplot.Series, ...]:
-    """Styles of `series`: dashed without Coriolis forces, thick with them."""
-    lines: list[uplot.Series] = [{}]
-    cases: tuple[uplot.Series, ...] = ({"width": 1.25, "dash": (5, 4)}, {"width": 2.5})
-    for case in cases:
-        for family in FAMILIES:
-            lines += [{"stroke": COLOURS[family], **LINE, **case}] * count
-    lines.append({"stroke": MARK, "width": 1.5, **LINE})
-    return (*lines, {"stroke": MARK, "width": 0, "points": dot("#ffffff", MARK, 7)})
-
-
-def series(pairs: Pairs, count: int) -> tuple[np.ndarray, ...]:
-    """Arrays (n,) over common values: x, `count` lines per family without and with Coriolis
-    forces, the smallest gap as an upright line, the crossings."""
-    x = pairs[0].values
+def pair_lines(pairs: Pairs) -> tuple[np.ndarray, Lines]:
+    """x (n,) and the lines by the groups of STYLES: the loci without and with Coriolis forces, the
+    smallest gap as an upright line, the crossings."""
+    x = values = pairs[0].values
     veering = next((pair for pair in reversed(pairs) if pair.kind == "veering"), None)
-    doubled = np.insert(x, np.searchsorted(x, veering.at), veering.at) if veering else x
-    keep = np.searchsorted(x, doubled)
-    lines = [row[keep] for pair in pairs for row in padded(lanes(pair.branches), count, len(x))]
-    gap, crossings = np.full((2, len(doubled)), np.nan)
+    if veering:  # twice, so that the gap can be an upright line
+        x = np.insert(x, np.searchsorted(x, veering.at), veering.at)
+    keep = np.searchsorted(values, x)
+    lines: Lines = {}
+    for case, pair in zip(CASES, pairs, strict=True):
+        for family, rows in lines_by_family(pair.branches).items():
+            lines[f"{case} {family}"] = [row[keep] for row in rows]
     if veering:
-        k = int(np.searchsorted(doubled, veering.at))
+        k, gap = int(np.searchsorted(x, veering.at)), np.full(len(x), np.nan)
         gap[k : k + 2] = [branch.frequency[keep[k]] for branch in veering.branches]
-    for pair in pairs:
-        if pair.event and pair.kind == "crossing":
-            crossings[np.searchsorted(doubled, pair.at)] = pair.event.frequency
-    return (doubled, *lines, gap, crossings)
+        lines["gap"] = [gap]
+    crossings = [pair.event for pair in pairs if pair.event and pair.kind == "crossing"]
+    lines["crossing"] = [marks(x, [(event.at, event.frequency) for event in crossings])]
+    return x, lines
 
 
 def summary(answer: Answer[VeeringRequest, Pairs] | None, *, exists: bool) -> str:
@@ -266,7 +246,7 @@ def summary(answer: Answer[VeeringRequest, Pairs] | None, *, exists: bool) -> st
     if answer.message or not exists:
         reason = escape(answer.message)
         return small(reason or f"{a} and {b} neither cross nor veer now. {INVITATION}", "note")
-    measures = answer.request.measures
+    measures = answer.request.chart.measures
     items = "".join(f"<li>{sentence(pair, *measures)}</li>" for pair in answer.result or ())
     return (
         f'<div aria-label="crossing or veering" style="{SMALL}"><b>{a} and {b}</b>'
@@ -284,18 +264,14 @@ def sentence(pair: LociPair, along: Measure, across: Measure) -> str:
     if pair.kind == "crossing":
         return f"{case}they cross {at}, uncoupled (gap 0)."
     gap = f"{across.factor * pair.event.gap:.3g} {across.unit}".strip()
-    return f"{case}they veer, smallest frequency gap {gap} {at}; {exchange(pair)}."
-
-
-def exchange(pair: LociPair) -> str:
-    """How much of their shapes the two branches exchange."""
     first, _, last = pair.shapes[0]
     change = abs(last.bending_fraction - first.bending_fraction)
-    if not math.isfinite(change) or change < KEPT:
-        return "each keeps its family"
-    return (
-        "they exchange their shapes" if change > EXCHANGED else "they exchange part of their shapes"
-    )
+    exchange = "they exchange part of their shapes"
+    if not change >= KEPT:  # or nan
+        exchange = "each keeps its family"
+    elif change > EXCHANGED:
+        exchange = "they exchange their shapes"
+    return f"{case}they veer, smallest frequency gap {gap} {at}; {exchange}."
 
 
 def shape_table(pair: LociPair) -> str:
@@ -324,20 +300,17 @@ def drawing(shape: ModeShape) -> str:
     if not math.isfinite(shape.bending_fraction):
         return "–"
     family = BENDING if shape.bending_fraction >= 0.5 else STRETCHING
-    lines = "".join(
-        f'<polyline points="{points(part)}" fill="none" stroke="{COLOURS[own]}" '
-        f'stroke-width="{2 if own == family else 1}"/>'
-        for own, part in ((STRETCHING, shape.axial), (BENDING, shape.transverse))
-    )
+    lines = ""
+    for own, part in zip((STRETCHING, BENDING), shape.displacement.T, strict=True):
+        places = zip(WIDTH * X, TALL / 2 * (1 - 0.9 * part), strict=True)
+        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in places)
+        lines += (
+            f'<polyline points="{points}" fill="none" stroke="{COLOURS[own]}" '
+            f'stroke-width="{2 if own == family else 1}"/>'
+        )
     share = max(shape.bending_fraction, 1 - shape.bending_fraction)
     return (
         f'<svg width="{WIDTH}" height="{TALL}" role="img">'
         f'<path d="M0 {TALL / 2}H{WIDTH}" stroke="{FAINT}" stroke-width=".5"/>{lines}</svg>'
         f"<br>{100 * share:.0f} % {family}"
     )
-
-
-def points(part: np.ndarray) -> str:
-    """A curve as points of an SVG."""
-    y = TALL / 2 * (1 - 0.9 * part)
-    return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(WIDTH * X, y, strict=True))

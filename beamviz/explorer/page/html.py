@@ -25,6 +25,11 @@ def small(content: str, role: str = "") -> str:
     return f'<div{attribute} style="{SMALL}">{content}</div>'
 
 
+def coloured(content: str, colour: str) -> str:
+    """HTML in bold letters of a colour."""
+    return f'<b style="color:{colour}">{content}</b>'
+
+
 def equilibrium_state(answer: SolverAnswer) -> str:
     """The state of the equilibrium in up to three lines: stable, or what is wrong."""
     if answer.shapes and not answer.warning:
