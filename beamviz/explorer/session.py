@@ -27,7 +27,7 @@ from beamviz.explorer.features.files import Downloads, SceneFiles, open_link
 from beamviz.explorer.features.lessons import Lessons
 from beamviz.explorer.features.loci_tab import LociTab
 from beamviz.explorer.features.method_timing import MethodTimingTab
-from beamviz.explorer.features.real_beam import RealBeamButtons
+from beamviz.explorer.features.real_beam import RealBeamForm
 from beamviz.explorer.features.run_up import RunUpPlayback, RunUpTab
 from beamviz.explorer.features.veering import VeeringTab
 from beamviz.explorer.jobs import SolveQueue, SolverAnswer, WorkerPool
@@ -203,7 +203,7 @@ class Session:
         add_tab = panel.results.add_tab
         self.comparison, self.run_up = Comparison(visitor), RunUpPlayback(visitor)
         with panel.beam_folder:
-            RealBeamButtons(visitor)
+            RealBeamForm(visitor)
         with add_tab("Loci"):
             loci = LociTab(visitor)
         with add_tab("Veering"):

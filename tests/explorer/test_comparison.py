@@ -16,8 +16,12 @@ from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import Clock, SampledModes, displacement
 from beamviz.explorer.app import explorer
 from beamviz.explorer.features.comparison import (
+    ANCF,
     CASES,
     CHOICES,
+    CORIOLIS,
+    DOUBLE,
+    EFFECTS,
     STACKED,
     Comparison,
     ComparisonCase,
@@ -33,7 +37,6 @@ from beamviz.solver import solve
 
 PAPER_CASE = case(PAPER)
 OVERLAY = "/scene/rotor/overlay"
-ANCF, CORIOLIS, DOUBLE, EFFECTS = CASES
 
 # What is compared
 

@@ -4,7 +4,6 @@ Its modes are matched to those of the beam by the correlation of their shapes, n
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from html import escape
 from typing import Any, NamedTuple
@@ -21,7 +20,6 @@ from beamviz.explorer.state import EARLIER, NO_COMPARISON, TERMS, Case, State
 from beamviz.explorer.visitor import Feature, Visitor, on_press
 from beamviz.exports.html_page import table
 from beamviz.frequency_loci.sweep import ModeMatch, match_modes
-from beamviz.scene import ViewOptions
 from beamviz.solver.solution import MIXED, Solution
 
 
@@ -32,54 +30,38 @@ class ComparisonCase(NamedTuple):
     case: Case
 
 
-def other_method(case: Case) -> ComparisonCase:
-    """The elements of the paper, or auto where these are chosen already."""
-    if case.options["method"] == "ancf":
-        return ComparisonCase("auto", case.with_options(method="auto"))
-    return ComparisonCase("20 ANCF elements", case.with_options(method="ancf"))
-
-
-def other_coriolis(case: Case) -> ComparisonCase | str:
-    """Coriolis forces switched."""
-    if case.options["plane"] == "flapwise":
-        return "Coriolis forces act in the plane of rotation only: choose chordwise under Model."
-    on = not case.is_on("coriolis")
-    return ComparisonCase(f"Coriolis {'on' if on else 'off'}", case.with_options(coriolis=on))
-
-
-def double_mass(case: Case) -> ComparisonCase | str:
-    """Twice the mass."""
-    alpha = case.numbers["alpha"]
-    if alpha == 0:
-        return "There is no mass to double: give the beam one first."
-    return ComparisonCase("twice the mass", case.changed("alpha", 2 * alpha))
-
-
-def all_effects(case: Case) -> ComparisonCase | str:
-    """Every term of the equations on."""
-    if all(case.is_on(term) for term in TERMS):
-        return "All effects are on already."
-    return ComparisonCase("all effects", case.with_options(**dict.fromkeys(TERMS, True)))
-
-
-CASES: dict[str, Callable[[Case], ComparisonCase | str]] = {
-    "20 ANCF elements (paper, 2017)": other_method,
-    "Coriolis on / off": other_coriolis,
-    "twice the mass": double_mass,
-    "all effects on": all_effects,
-}
+CASES = ANCF, CORIOLIS, DOUBLE, EFFECTS = (
+    "20 ANCF elements (paper, 2017)", "Coriolis on / off", "twice the mass", "all effects on"
+)  # fmt: skip
 CHOICES = (NO_COMPARISON, EARLIER, *CASES)
 
 
 def comparison_case(state: State, case: Case) -> ComparisonCase | str:
     """What a case is compared with; or why there is nothing, "" where no comparison is chosen."""
-    if state.comparison == NO_COMPARISON:
+    choice, alpha = state.comparison, case.numbers["alpha"]
+    if choice == NO_COMPARISON:
         return ""
-    if state.comparison in CASES:
-        return CASES[state.comparison](case)
-    if state.kept is None:
-        return "Nothing is kept yet: press the button below, then change the beam."
-    return ComparisonCase("before", state.kept)
+    if choice == EARLIER:
+        missing = "Nothing is kept yet: press the button below, then change the beam."
+        return ComparisonCase("before", state.kept) if state.kept else missing
+    if choice == ANCF:
+        title, method = "20 ANCF elements", "ancf"
+        if case.options["method"] == method:
+            title = method = "auto"
+        return ComparisonCase(title, case.with_options(method=method))
+    if choice == CORIOLIS:
+        if case.options["plane"] == "flapwise":
+            return (
+                "Coriolis forces act in the plane of rotation only: choose chordwise under Model."
+            )
+        on = not case.is_on("coriolis")
+        return ComparisonCase(f"Coriolis {'on' if on else 'off'}", case.with_options(coriolis=on))
+    if choice == DOUBLE:
+        missing = "There is no mass to double: give the beam one first."
+        return ComparisonCase(DOUBLE, case.changed("alpha", 2 * alpha)) if alpha else missing
+    if all(case.is_on(term) for term in TERMS):
+        return "All effects are on already."
+    return ComparisonCase("all effects", case.with_options(**dict.fromkeys(TERMS, True)))
 
 
 # The second beam in the scene
@@ -145,36 +127,31 @@ class Comparison(Feature):
         self.hide()
         if self.shapes is None or isinstance(self.case, str) or second is None:
             return
-        self.match_to(second.solution)
+        if self.matched != (self.main, second.solution):
+            self.matched = self.main, second.solution
+            self.match = (
+                match_modes(self.main, second.solution)
+                if self.main and second.solution
+                else NO_MATCH
+            )
         if restarted or len(self.clock.phases) != len(self.shapes.modes):
             self.clock.phases = self.transferred(clock.phases, np.pi / 2)
             self.clock.angle = clock.angle
         sizes = self.transferred(amplitudes(state.view, len(main.modes)), 0.0)
         motion = DrawnMotion.of(self.shapes, sizes, state.view.colouring, scale)
         partners = [int(self.match.partner[k]) for k in shown if k < len(self.match.partner)]
-        self.build(state, [k for k in partners if k >= 0], self.case.title, motion)
-
-    def match_to(self, second: Solution | None) -> None:
-        """Match the modes of both beams, if there are new ones."""
-        if self.matched != (self.main, second):
-            self.matched = self.main, second
-            self.match = match_modes(self.main, second) if self.main and second else NO_MATCH
-
-    def build(self, state: State, shown: list[int], title: str, motion: DrawnMotion) -> None:
-        """Draw it in the chosen layout, whose objects are built when first needed."""
-        assert self.shapes
-        view: ViewOptions = state.view
+        drawing, title = (self.shapes, state.view, [k for k in partners if k >= 0]), self.case.title
         if state.stacked:
             if self.scene is None:
                 self.scene = BeamView(self.api, "/other", alone=False)
                 self.name = add_title(self.api, "/scene", THIS)
             self.scene.height = self.heights[1]
-            self.scene.show(self.shapes, view, shown, title=title, motion=motion)
+            self.scene.show(*drawing, title=title, motion=motion)
             assert self.scene.title
             self.name.visible, self.name.position = True, self.scene.title.position
         else:
             self.overlay = self.overlay or OverlayBeam(self.api)
-            self.overlay.show(self.shapes, view, shown, title, motion)
+            self.overlay.show(*drawing, title, motion)
 
     def hide(self) -> None:
         """Draw nothing."""
@@ -271,17 +248,15 @@ def comparison_table(first: tuple[str, Solution], second: tuple[str, Solution]) 
 
 def row(this: Solution, k: int, other: Solution, j: int) -> tuple[str, ...]:
     """Mode k of a beam beside mode j of another one; -1 where it is not among those solved."""
-    labels = dict.fromkeys(s.labels[i] for s, i in ((this, k), (other, j)) if i >= 0)
-    first, second = frequency(this, k), frequency(other, j)
+    pair = (this, k), (other, j)
+    labels = dict.fromkeys(solution.labels[i] for solution, i in pair if i >= 0)
+    first, second = (
+        frequencies(one.beam.units).factor * float(one.frequencies[i]) if i >= 0 else math.nan
+        for one, i in pair
+    )
     change = 100 * (second / first - 1) if first > 0 else math.nan
     changed = f"{change:+.2g} %" if math.isfinite(change) else "–"
     return f"<b>{' → '.join(labels)}</b>", number(first), number(second), changed
-
-
-def frequency(solution: Solution, k: int) -> float:
-    """Frequency of mode k in display units; nan where unstable and for k = -1."""
-    factor = frequencies(solution.beam.units).factor
-    return factor * float(solution.frequencies[k]) if k >= 0 else math.nan
 
 
 def number(frequency: float) -> str:

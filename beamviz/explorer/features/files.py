@@ -55,17 +55,15 @@ class SceneFiles:
     def save(self) -> None:
         """Send the scene as a file."""
         try:
-            text = self.visitor.to_scene().to_toml()
+            content = self.visitor.to_scene().to_toml().encode()
+            self.visitor.client.send_file_download("scene.toml", content, save_immediately=True)
         except InvalidInput as error:
             self.visitor.notify("This scene cannot be saved", str(error))
-        else:
-            client = self.visitor.client
-            client.send_file_download("scene.toml", text.encode(), save_immediately=True)
 
     def load(self, event: GuiEvent) -> None:
         """Show the scene in a file; an invalid one changes nothing."""
-        file = event.target.value
         try:
+            file = event.target.value
             self.visitor.load(within_limits(Scene.from_bytes(file.content, file.name)))
         except InvalidInput as error:
             self.visitor.notify("The scene was not loaded", str(error))
@@ -115,13 +113,11 @@ class Downloads:
     def start(self) -> None:
         """Make the chosen file in a thread of its own, unless another one is being made."""
         suffix = SUFFIXES.get(self.kind.value)
-        if suffix is None:
-            return
-        if not EXPORTING.acquire(blocking=False):
+        if suffix and EXPORTING.acquire(blocking=False):
+            threading.Thread(target=self.export, args=(suffix,), name="export").start()
+        elif suffix:
             message = "Another one is being made: try again in a moment."
             self.visitor.notify("One file at a time", message)
-            return
-        threading.Thread(target=self.export, args=(suffix,), name="export").start()
 
     def export(self, suffix: str) -> None:
         """Make the file and send it, or say why not."""

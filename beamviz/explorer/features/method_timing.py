@@ -6,10 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.explorer.jobs import Answer
-from beamviz.explorer.page.html import SMALL, small
+from beamviz.explorer.page.html import SMALL, coloured, small
 from beamviz.explorer.page.style import apart
 from beamviz.explorer.state import Case
 from beamviz.explorer.visitor import Feature, Visitor
@@ -42,14 +41,13 @@ class Timing(NamedTuple):
     reason: str = ""
 
 
-def time_methods(beam: Beam, options: dict[str, Any]) -> tuple[Timing, ...]:
-    """Every method at its resolutions, with the keywords `options` of `solve`.
-
-    Raises BeamvizError where there is no reference solution.
-    """
-    reference = solve(beam, **{**options, "method": "auto", "tolerance": REFERENCE_TOLERANCE})
+def time_methods(case: Case) -> tuple[Timing, ...]:
+    """A case by every method at its resolutions. Raises BeamvizError where there is no reference
+    solution."""
+    options = {**case.options, "method": "auto", "tolerance": REFERENCE_TOLERANCE}
+    reference = solve(case.beam(), **options)
     return tuple(
-        time_method(reference, method, value, options)
+        time_method(reference, method, value, case.options)
         for method in METHODS
         for value in RESOLUTIONS[OPTION[method]]
     )
@@ -109,7 +107,7 @@ class MethodTimingTab(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        gui, self.job = visitor.client.gui, visitor.job("method timing", timed)
+        gui, self.job = visitor.client.gui, visitor.job("method timing", time_methods)
         self.summary = gui.add_html("")
         hint = "Time them all, again for every beam you show"
         visitor.bind_key(gui.add_checkbox("all methods", False, hint=hint), "time_methods")
@@ -132,16 +130,11 @@ class MethodTimingTab(Feature):
         self.chart.content = timing_chart(timings, solution) if timings else ""
 
 
-def timed(case: Case) -> tuple[Timing, ...]:
-    """The timings of a case. Raises BeamvizError where there is no reference solution."""
-    return time_methods(case.beam(), case.options)
-
-
 def summary(solution: Solution) -> str:
     """The method in use, and when to choose it."""
     name = solution.problem.method
     return (
-        f'<div role="note" aria-label="this method"><b style="color:{COLOURS[name]}">{name}</b>: '
+        f'<div role="note" aria-label="this method">{coloured(name, COLOURS[name])}: '
         f"{escape(cost(solution))}<br>"
         f'<span style="opacity:.65">Recommended {escape(METHODS[name].choose)}.</span></div>'
     )
@@ -174,46 +167,66 @@ def timing_chart(answer: Answer[Case, tuple[Timing, ...]], solution: Solution | 
     lines = "".join(
         line([t for t in good if t.method == name], name == own, span) for name in order
     )
-    ring = scene_mark(solution, span) if solution else ""
+    ring = ""  # at the time and the estimated error of the scene's own solve
+    if solution:
+        x, y = position(
+            min(max(solution.stats.seconds, span[0]), span[1]), relative_error(solution), span
+        )
+        title = f"this scene: {escape(cost(solution))}"
+        ring = (
+            f'<g fill="none" stroke="currentColor" stroke-width="1.6">{circle(x, y, 6, title)}</g>'
+        )
+    reasons = {timing.method: timing.reason for timing in answer.result if timing.reason}
+    missing = "".join(
+        f"<li>{coloured(name, COLOURS[name])}: {escape(reason)}</li>"
+        for name, reason in reasons.items()
+    )
     return (
         f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="time against error" '
         'style="width:calc(100% - 1.5em);margin:.2em .75em;overflow:visible" '
         'font-family="sans-serif" font-size="10.5" fill="currentColor">'
         f"{frame(span)}{lines}{method_labels(good, own)}{ring}</svg>"
-        f'<div style="{SMALL};opacity:.8">{NOTE}</div>{missing(answer.result)}'
+        f'<div style="{SMALL};opacity:.8">{NOTE}</div>'
+        + (f'<ul style="{SMALL};padding-left:1.2em">{missing}</ul>' if missing else "")
     )
 
 
-def x_of(seconds: float, span: Span) -> float:
-    """Horizontal position [px] of a time."""
-    share = math.log(seconds / span[0]) / math.log(span[1] / span[0])
-    return LEFT + share * (WIDTH - LEFT - RIGHT)
+def position(seconds: float, error: float, span: Span) -> tuple[float, float]:
+    """Position [px] of a time and an error on the logarithmic axes."""
+    right = math.log(seconds / span[0]) / math.log(span[1] / span[0])
+    up = math.log(min(max(error, MIN_ERROR), MAX_ERROR) / MIN_ERROR) / math.log(
+        MAX_ERROR / MIN_ERROR
+    )
+    x = LEFT + right * (WIDTH - LEFT - RIGHT)
+    return x, HEIGHT - BELOW - up * (HEIGHT - ABOVE - BELOW)
 
 
-def y_of(error: float) -> float:
-    """Vertical position [px] of an error."""
-    error = min(max(error, MIN_ERROR), MAX_ERROR)
-    share = math.log(error / MIN_ERROR) / math.log(MAX_ERROR / MIN_ERROR)
-    return HEIGHT - BELOW - share * (HEIGHT - ABOVE - BELOW)
+def text(x: float, y: float, content: str, attributes: str = 'text-anchor="middle"') -> str:
+    """A text in the chart."""
+    return f'<text x="{x:.1f}" y="{y:.1f}" {attributes}>{content}</text>'
+
+
+def circle(x: float, y: float, radius: float, title: str) -> str:
+    """A mark in the chart, with a title that appears under the pointer."""
+    return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius}"><title>{title}</title></circle>'
 
 
 def frame(span: Span) -> str:
     """Grid and axes."""
     marks, bottom = [], HEIGHT - BELOW
     for power in range(-12, 1, 3):
-        y = y_of(10.0**power)
+        _, y = position(span[0], 10.0**power, span)
         label = "1" if power == 0 else f"10<tspan dy=-4 font-size=8>{power}</tspan>"
         marks.append(f'<path d="M{LEFT} {y:.1f}H{WIDTH - RIGHT}"/>')
-        marks.append(f'<text x="{LEFT - 5}" y="{y + 4:.1f}" text-anchor="end">{label}</text>')
+        marks.append(text(LEFT - 5, y + 4, label, 'text-anchor="end"'))
     low, high = (round(math.log10(end)) for end in span)
     for power in range(low, high + 1):
-        x, label = x_of(10.0**power, span), f"{10.0 ** (power + 3):g} ms"
+        x, _ = position(10.0**power, MAX_ERROR, span)
         marks.append(f'<path d="M{x:.1f} {ABOVE}V{bottom}"/>')
-        marks.append(f'<text x="{x:.1f}" y="{bottom + 14}" text-anchor="middle">{label}</text>')
-    x, y = (LEFT + WIDTH - RIGHT) / 2, (bottom + ABOVE) / 2
-    marks.append(f'<text x="{x}" y="{HEIGHT - 4}" text-anchor="middle">time of a solve</text>')
-    turned = f'transform="translate(10 {y}) rotate(-90)" text-anchor="middle"'
-    marks.append(f"<text {turned}>relative error</text>")
+        marks.append(text(x, bottom + 14, f"{10.0 ** (power + 3):g} ms"))
+    marks.append(text((LEFT + WIDTH - RIGHT) / 2, HEIGHT - 4, "time of a solve"))
+    rotated = f'transform="translate(10 {(bottom + ABOVE) / 2}) rotate(-90)" text-anchor="middle"'
+    marks.append(text(0, 0, "relative error", rotated))
     return f'<g stroke="currentColor" stroke-opacity=".18" stroke-width=".7">{"".join(marks)}</g>'
 
 
@@ -222,13 +235,12 @@ def line(timings: list[Timing], own: bool, span: Span) -> str:
     if not timings:
         return ""
     colour = COLOURS[timings[0].method]
-    places = [(x_of(t.seconds, span), y_of(t.error)) for t in timings]
+    places = [position(t.seconds, t.error, span) for t in timings]
     path = " ".join(f"{x:.1f},{y:.1f}" for x, y in places)
-    dots = "".join(
-        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{4 if own else 2.5}"><title>{t.method},'
-        f" {t.resolution}: {1000 * t.seconds:.2g} ms, error {t.error:.0e}</title></circle>"
-        for t, (x, y) in zip(timings, places, strict=True)
-    )
+    dots = ""
+    for t, (x, y) in zip(timings, places, strict=True):
+        title = f"{t.method}, {t.resolution}: {1000 * t.seconds:.2g} ms, error {t.error:.0e}"
+        dots += circle(x, y, 4 if own else 2.5, title)
     width = 2.5 if own else 1.2
     return (
         f'<g fill="{colour}"><polyline points="{path}" fill="none" stroke="{colour}" '
@@ -236,37 +248,14 @@ def line(timings: list[Timing], own: bool, span: Span) -> str:
     )
 
 
-def scene_mark(solution: Solution, span: Span) -> str:
-    """A ring at the time and the estimated error of the scene's own solve."""
-    seconds = min(max(solution.stats.seconds, span[0]), span[1])
-    x, y = x_of(seconds, span), y_of(relative_error(solution))
-    return (
-        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="6" fill="none" stroke="currentColor" '
-        f'stroke-width="1.6"><title>this scene: {escape(cost(solution))}</title></circle>'
-    )
-
-
 def method_labels(timings: list[Timing], own: str) -> str:
     """Names of the methods on the right, near the end of their lines, without overlap."""
-    ends = sorted(
-        (y_of(error), name) for name, error in {t.method: t.error for t in timings}.items()
-    )
-    bottom, heights = float(HEIGHT - BELOW), []
-    for y in reversed(apart([y for y, _ in ends], 13)):  # from below, within the chart
-        heights.append(min(y, bottom))
-        bottom = heights[-1] - 13
-    return "".join(
-        f'<text x="{WIDTH - RIGHT + 6}" y="{y + 3.5:.1f}" fill="{COLOURS[name]}" '
-        f'font-weight="{700 if name == own else 400}">{name}</text>'
-        for (_, name), y in zip(ends, reversed(heights), strict=True)
-    )
-
-
-def missing(timings: tuple[Timing, ...]) -> str:
-    """The methods without a line, and why."""
-    reasons = {timing.method: timing.reason for timing in timings if timing.reason}
-    items = "".join(
-        f'<li><b style="color:{COLOURS[name]}">{name}</b>: {escape(reason)}</li>'
-        for name, reason in reasons.items()
-    )
-    return f'<ul style="{SMALL};padding-left:1.2em">{items}</ul>' if items else ""
+    errors = {timing.method: timing.error for timing in timings}
+    ends = sorted((position(1.0, error, (1.0, 10.0))[1], name) for name, error in errors.items())
+    bottom, lowered = float(HEIGHT - BELOW), apart([y for y, _ in ends], 13)
+    heights = apart([max(bottom - y, 0.0) for y in reversed(lowered)], 13)  # within the chart
+    labels = ""
+    for height, (_, name) in zip(heights, reversed(ends), strict=True):
+        weight = f'fill="{COLOURS[name]}" font-weight="{700 if name == own else 400}"'
+        labels += text(WIDTH - RIGHT + 6, bottom - height + 3.5, name, weight)
+    return labels

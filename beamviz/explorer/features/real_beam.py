@@ -6,8 +6,6 @@ from functools import partial
 from html import escape
 from typing import Any
 
-from viser import GuiInputHandle
-
 from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, SI_REQUIRED, Beam, check_float
 from beamviz.errors import InvalidInput
 from beamviz.explorer.page.html import BAD, small
@@ -29,68 +27,60 @@ FIELDS = {
 }
 MAX_VALUE = 1e12  # in the unit of a field
 REAL_BEAM, DIMENSIONLESS = "real beam ...", "none"
+PRESETS: dict[Any, RealBeam] = {real.name: real for real in REAL_BEAMS}
 
 
-class RealBeamButtons:
-    """Open the form, or return to dimensionless numbers."""
+class RealBeamForm:
+    """Buttons that open the form or return to dimensionless numbers, and the form, a modal window.
+
+    texts: the entries by field.
+    """
 
     def __init__(self, visitor: Visitor):
-        self.visitor, gui = visitor, visitor.client.gui
+        self.visitor, self.gui = visitor, visitor.client.gui
+        self.texts: dict[str, Any] = {}
+        self.window: Any = None
         hint = "A real beam is shown in kg, mm, rpm and Hz"
-        units = gui.add_button_group("units", (DIMENSIONLESS, REAL_BEAM), hint=hint)
+        units = self.gui.add_button_group("units", (DIMENSIONLESS, REAL_BEAM), hint=hint)
         units.on_click(lambda event: self.choose(event.target.value))
-        self.form: RealBeamForm | None = None
 
     def choose(self, units: Any) -> None:
         """Open the form in place of an open one, or show the same beam without units."""
         if units == REAL_BEAM:
             with self.visitor.lock:
-                if self.form:
-                    self.form.close()
-                self.form = RealBeamForm(self.visitor)
+                self.close()
+                self.open()
         elif units == DIMENSIONLESS and self.visitor.state.case.units:
             scene = current_scene(self.visitor)
             self.visitor.load(replace(scene, beam=scene.beam.replace(units=None)))
 
-
-class RealBeamForm:
-    """The form, a modal window. texts: the entries by field."""
-
-    def __init__(self, visitor: Visitor):
-        self.visitor, gui = visitor, visitor.client.gui
-        self.window = gui.add_modal("A real beam")
-        self.texts: dict[str, Any] = {}
+    def open(self) -> None:
+        """Open the form with the first preset."""
+        gui, self.window = self.gui, self.gui.add_modal("A real beam")
         with self.window:
-            names = tuple(real.name for real in REAL_BEAMS)
-            presets = gui.add_button_group("start from", names)  # a dropdown would open by itself
-            presets.on_click(lambda event: self.start(event.target.value))
+            presets = gui.add_button_group("start from", tuple(PRESETS))  # a dropdown would open
+            presets.on_click(lambda event: self.fill(event.target.value))
             self.source = gui.add_html("")
-            self.fields = {name: self.add_field(name) for name in FIELDS}
+            self.fields = {name: gui.add_text(label, "") for name, (label, _) in FIELDS.items()}
             self.error = gui.add_html("")
             gui.add_button("Show this beam").on_click(lambda _: self.apply())
             gui.add_button("Cancel", color="gray").on_click(lambda _: self.close())
-        self.fill(REAL_BEAMS[0])
+        for name, field in self.fields.items():
+            on_edit(field, partial(self.texts.__setitem__, name))
+        self.fill(REAL_BEAMS[0].name)
 
-    def add_field(self, name: str) -> GuiInputHandle[str]:
-        """A text field, whose entry is checked when the form is applied."""
-        field = self.visitor.client.gui.add_text(FIELDS[name][0], "")
-        on_edit(field, partial(self.texts.__setitem__, name))
-        return field
-
-    def start(self, name: Any) -> None:
-        """Fill in a preset by its name; an unknown one changes nothing."""
-        for real in REAL_BEAMS:
-            if real.name == name:
-                self.fill(real)
-
-    def fill(self, real: RealBeam) -> None:
-        """Fill in a preset; one without a mass gets the tip as its position."""
+    def fill(self, name: Any) -> None:
+        """Fill in a preset, one without a mass with the tip as its position; an unknown name
+        changes nothing."""
+        if name not in PRESETS:
+            return
+        real = PRESETS[name]
         self.plane = real.plane
         self.source.content = small(escape(real.source))
         defaults = {"hub_radius": 0.0, "mass": 0.0, "mass_position": real.values["length"]}
-        for name, value in {**defaults, **real.values}.items():
-            self.texts[name] = f"{value / FIELDS[name][1]:.10g}"
-            show(self.fields[name], self.texts[name])
+        for key, value in {**defaults, **real.values}.items():
+            self.texts[key] = f"{value / FIELDS[key][1]:.10g}"
+            show(self.fields[key], self.texts[key])
         self.error.content = ""
 
     def apply(self) -> None:
@@ -107,8 +97,8 @@ class RealBeamForm:
         self.close()
 
     def close(self) -> None:
-        """Close the window."""
-        if not self.window.closed:
+        """Close the window, if it is open."""
+        if self.window and not self.window.closed:
             self.window.close()
 
 
@@ -123,7 +113,13 @@ def current_scene(visitor: Visitor) -> Scene:
 def parse_beam(texts: dict[str, Any]) -> Beam:
     """The beam of the entries. Raises InvalidInput, which names a field, its entry and the values
     allowed, in the unit of the field."""
-    values = {name: parse_number(label, texts[name]) for name, (label, _) in FIELDS.items()}
+    values = {}
+    for name, (label, _) in FIELDS.items():
+        try:
+            values[name] = float(texts[name])
+        except (TypeError, ValueError):
+            entry = f"{label} = {texts[name]!r}"
+            raise InvalidInput(f"{entry}: must be a number, as 12.5 or 2.1e5") from None
     for name in SI_REQUIRED:
         label = FIELDS[name][0]
         if check_float(label, values[name], 0.0, MAX_VALUE) == 0:
@@ -153,11 +149,3 @@ def si_limits(required: dict[str, Any]) -> dict[str, tuple[float, float]]:
         "mass": (0.0, PARAMETERS["alpha"].limits[1] * mass),
         "mass_position": (0.0, length),
     }
-
-
-def parse_number(label: str, text: Any) -> float:
-    """The number in a field. Raises InvalidInput."""
-    try:
-        return float(text)
-    except (TypeError, ValueError):
-        raise InvalidInput(f"{label} = {text!r}: must be a number, as 12.5 or 2.1e5") from None

@@ -138,13 +138,13 @@ class Plot:
         along, across = measures
         if self.frame != (measures, x_range, y_range):
             self.frame = measures, x_range, y_range
-            y_axis, distr = axis(across.label, LEFT, 14, 28), 3 if self.log else 1
+            y_axis: uplot.Axis = axis(across.label, LEFT, 14, 28)
+            y_scale: uplot.Scale = {"range": scaled(across.factor, y_range)}
             if self.log:  # without nine grid lines per decade
                 y_axis = {**y_axis, "grid": {"show": False}, "ticks": {"show": False}}
-            self.handle.scales = {
-                "x": {"time": False, "range": scaled(along.factor, x_range)},
-                "y": {"distr": distr, "range": scaled(across.factor, y_range)},
-            }
+                y_scale = {**y_scale, "distr": 3}
+            x_scale: uplot.Scale = {"time": False, "range": scaled(along.factor, x_range)}
+            self.handle.scales = {"x": x_scale, "y": y_scale}
             self.handle.axes = axis(along.label, BELOW, 18, 45), y_axis
         nothing, arrays, before = np.full(len(x), math.nan), [], self.room
         self.room = {
