@@ -9,12 +9,14 @@ from typing import Any
 
 from viser import PanelHandle
 
+from beamviz.beam import Beam
 from beamviz.explorer.jobs import SolverAnswer
 from beamviz.explorer.page.html import GOOD
 from beamviz.explorer.visitor import Feature, Visitor, on_edit, on_press
 from beamviz.explorer.visitor import show as show_value
 from beamviz.lessons import LESSONS, NAMES
-from beamviz.lessons.model import Lesson, Verdict
+from beamviz.lessons.model import Lesson
+from beamviz.server.viser_private import set_html
 
 STEPS = ("try it", "why", "challenge")
 CHALLENGE = len(STEPS) - 1
@@ -25,16 +27,30 @@ FAINT = "opacity:.7"
 LARGE = "font-size:1.1em;font-weight:600;line-height:1.35"
 BOX = "border-left:4px solid {};padding:.15em .6em;margin:.5em 0 0"
 ACCENT, WAITING = "#2f7fc1", "#9aa0a6"
+INTRODUCTION = (
+    (
+        "The picture",
+        "a beam clamped to a rotating hub. Its vibration is slowed down and enlarged.",
+    ),
+    (
+        "The table",
+        "its *natural modes*: shapes in which it vibrates freely, each at its own *frequency* ω."
+        " B: bending, S: stretching.",
+    ),
+    ("The sliders", "the properties of the beam. Every change is solved at once."),
+)
+FINE_STEPS = "Fine steps: click a slider and use the arrow keys, or type the number beside it."
 
 
 class Lessons(Feature):
-    """The lessons of one visitor. page: 0 for the introduction, then the steps of every lesson."""
+    """The lessons of one visitor. page: 0 for the introduction, then the steps of every lesson;
+    met: lessons, from 0, whose challenge has been met."""
 
     def __init__(self, visitor: Visitor, results: PanelHandle):
         super().__init__(visitor)
         gui = visitor.client.gui
         self.first = scene = visitor.state.scene
-        self.met: set[int] = set()  # challenges, by the number of their lesson
+        self.met: set[int] = set()
         number = next((k for k, one in enumerate(LESSONS) if one.scene == scene), None)
         self.page = 0 if number is None else first_page(number)
         self.panel = gui.add_panel()
@@ -46,11 +62,11 @@ class Lessons(Feature):
         self.panel.dock_below(results)
         on_edit(self.choice, self.choose)
         on_press(buttons, self.press)
-        gui.add_command("Lesson: next page", hotkey="N").on_trigger(lambda _: self.turn(1))
-        gui.add_command("Lesson: previous page", hotkey="B").on_trigger(lambda _: self.turn(-1))
+        gui.add_command("Lesson: next page", hotkey="N").on_trigger(lambda _: self.press(NEXT))
+        gui.add_command("Lesson: previous page", hotkey="B").on_trigger(lambda _: self.press(BACK))
         for lesson in LESSONS:
             command = gui.add_command(f"Lesson: {lesson.title}")
-            command.on_trigger(partial(self.open_command, lesson.name))
+            command.on_trigger(partial(lambda name, _: self.open(name), lesson.name))
         self.show_page()
 
     @property
@@ -67,27 +83,19 @@ class Lessons(Feature):
         """Begin a lesson by its name."""
         self.go(first_page(NAMES.index(name)))
 
-    def open_command(self, name: str, _: object) -> None:
-        """Begin a lesson by its command."""
-        self.open(name)
-
     def choose(self, title: Any) -> None:
         """Begin a lesson by its title; an unknown one changes nothing."""
         choices = titles(self.met)
         if title in choices:
-            number = choices.index(title) - 1
-            self.submit(first_page(number) if number >= 0 else 0)
+            self.submit(first_page(choices.index(title) - 1) if title != NO_LESSON else 0)
 
     def press(self, button: Any) -> None:
-        """Turn a page, or reset the scene; an unknown button changes nothing."""
+        """Turn a page (the introduction follows the last one) or reset the scene; an unknown
+        button changes nothing."""
         if button == RESET:
             self.visitor.reset()
         elif button in (BACK, NEXT):
-            self.turn(1 if button == NEXT else -1)
-
-    def turn(self, pages: int) -> None:
-        """Turn pages; the last one is followed by the introduction."""
-        self.submit(max(self.page + pages, 0) % PAGES)
+            self.submit(max(self.page + (1 if button == NEXT else -1), 0) % PAGES)
 
     def submit(self, page: int) -> None:
         """Go to a page on a worker thread: the numbers of a lesson take time to compute."""
@@ -129,22 +137,23 @@ class Lessons(Feature):
         with self.visitor.lock:
             answer, content = self.visitor.answer, ""
             if self.number is not None and self.step == CHALLENGE and answer and answer.beam:
-                content = self.check(self.number, answer)
-            if content != self.verdict.content:
-                self.verdict.content = content
+                content = self.check(self.number, answer, answer.beam)
+            set_html(self.verdict, content)
 
-    def check(self, number: int, answer: SolverAnswer) -> str:
-        """Check the challenge of a lesson with an answer, and note where it is met."""
-        assert answer.beam
+    def check(self, number: int, answer: SolverAnswer, beam: Beam) -> str:
+        """Check the challenge of a lesson with an answer, and note where it is met: the verdict,
+        and the quantity to watch."""
         lesson = LESSONS[number]
-        verdict = lesson.check(answer.beam, answer.request.options)
+        verdict = lesson.check(beam, answer.request.options)
         if verdict.met and number not in self.met:
             self.met.add(number)
             self.choice.options = titles(self.met)
             show_value(self.choice, titles(self.met)[number + 1])
-        obstructed = verdict.words and not verdict.met
-        gauge = lesson.measured(answer.solution) if answer.solution and not obstructed else ""
-        return verdict_html(verdict, gauge)
+        colour, word = (GOOD, "Right!") if verdict.met else (WAITING, "Not yet.")
+        words = f"<b>{word}</b> {escape(verdict.words)}"
+        if answer.solution and (verdict.met or not verdict.words):  # nothing is in the way
+            words += f"<br>Now: {escape(lesson.measured(answer.solution))}."
+        return framed(f'<div role="status" style="{BOX.format(colour)}">{words}</div>')
 
 
 def first_page(number: int) -> int:
@@ -167,16 +176,7 @@ def introduction(met: int) -> str:
     done = f"<br>Challenges met: {met} of {count}." if met else ""
     return framed(
         f'<div style="{LARGE}">New here?</div>'
-        + entry(
-            "The picture",
-            "a beam clamped to a rotating hub. Its vibration is slowed down and enlarged.",
-        )
-        + entry(
-            "The table",
-            "its *natural modes*: shapes in which it vibrates freely, each at its own *frequency*"
-            " ω. B: bending, S: stretching.",
-        )
-        + entry("The sliders", "the properties of the beam. Every change is solved at once.")
+        + "".join(entry(*one) for one in INTRODUCTION)
         + f'<div style="margin-top:.45em">{count} short lessons, one question each: press'
         f" <b>next</b>, or choose one.{done}</div>"
     )
@@ -185,46 +185,29 @@ def introduction(met: int) -> str:
 def lesson_html(lesson: Lesson, step: int) -> str:
     """One step of a lesson, without the verdict on its challenge."""
     names = [f"<b>{name}</b>" if k == step else name for k, name in enumerate(STEPS)]
-    heading = (
+    large = f'<div style="{LARGE}">{{}}</div>'
+    body = (
+        large.format(formatted(lesson.question))
+        + entry("Do", lesson.do)
+        + entry("Look for", lesson.see),
+        f"<div>{formatted(lesson.meaning)}</div>"
+        f'<div style="{BOX.format(ACCENT)}"><span style="{FAINT}">The number that proves it:</span>'
+        f" {escape(lesson.proof.words)}</div>",
+        large.format(formatted(lesson.challenge.task))
+        + f'<div style="{FAINT};margin-top:.3em">{FINE_STEPS}</div>',
+    )[step]
+    return framed(
         f'<div style="display:flex;justify-content:space-between;{FAINT};margin-bottom:.3em">'
         f"<span>{' &ensp;›&ensp; '.join(names)}</span>"
         f'<a href="?lesson={lesson.name}" title="Opens this lesson: copy it" style="color:inherit">'
-        "link</a></div>"
+        f"link</a></div>{body}"
     )
-    if step == 0:
-        body = (
-            f'<div style="{LARGE}">{formatted(lesson.question)}</div>'
-            f"{entry('Do', lesson.do)}{entry('Look for', lesson.see)}"
-        )
-    elif step == 1:
-        body = (
-            f"<div>{formatted(lesson.meaning)}</div>"
-            f'<div style="{BOX.format(ACCENT)}"><span style="{FAINT}">The number that proves it:'
-            f"</span> {escape(lesson.proof.words)}</div>"
-        )
-    else:
-        body = (
-            f'<div style="{LARGE}">{formatted(lesson.challenge.task)}</div>'
-            f'<div style="{FAINT};margin-top:.3em">Fine steps: click a slider and use the arrow'
-            " keys, or type the number beside it.</div>"
-        )
-    return framed(heading + body)
 
 
 def entry(name: str, text: str) -> str:
     """A paragraph with a name before it."""
     name = f'<span style="{FAINT}">{name}:</span>'
     return f'<div style="margin-top:.45em">{name} {formatted(text)}</div>'
-
-
-def verdict_html(verdict: Verdict, gauge: str) -> str:
-    """Whether the challenge is met, and the quantity to watch."""
-    colour, word = (GOOD, "Right!") if verdict.met else (WAITING, "Not yet.")
-    now = f"<br>Now: {escape(gauge)}." if gauge else ""
-    return framed(
-        f'<div role="status" style="{BOX.format(colour)}"><b>{word}</b> {escape(verdict.words)}'
-        f"{now}</div>"
-    )
 
 
 def framed(content: str) -> str:
