@@ -53,21 +53,9 @@ def solve(
     Raises InvalidInput, NoEquilibrium (with .limit) and NotConverged.
     """
     start = time.perf_counter()
-    problem = parse_options(
-        modes,
-        method,
-        strain,
-        curvature,
-        coriolis,
-        plane,
-        tolerance,
-        elements,
-        terms,
-        stiffening,
-        softening,
-        state,
-        **unknown,
-    )
+    model = (modes, method, strain, curvature, coriolis, plane)
+    others = (tolerance, elements, terms, stiffening, softening, state)
+    problem = parse_options(*model, *others, **unknown)
     answer = _solve([beam], problem, start)[0]
     if isinstance(answer, BeamvizError):
         raise answer
@@ -120,10 +108,10 @@ def _validated(*options: Any) -> Problem:
     values["tolerance"] = check_float("tolerance", values["tolerance"], *TOLERANCES)
     problem = Problem(**values)
     for feature in METHODS[problem.method].unsupported:
-        if feature.requested(problem):
+        if option := feature.requested_by(problem):
             able = [row.name for row in METHODS.values() if feature not in row.unsupported]
             raise InvalidInput(
-                f"{feature.value(problem)}: method {problem.method} takes no {feature.noun};"
+                f"{option}: method {problem.method} takes no {feature.noun};"
                 f" methods that do: {', '.join(able)}"
             )
     return problem

@@ -142,21 +142,15 @@ _STRAIN_LAWS = (
     ),
 )
 
-_CURVATURES = (
-    Curvature(
-        name="spatial",
-        power=3,
-        source="curvature of the deformed axis, per deformed length (paper, eq. 16)",
-    ),
-    Curvature(
-        name="material",
-        power=2,
-        source="rotation per reference length, d theta / dx (Gerstmayr & Irschik 2008)",
-    ),
-)
-
 STRAIN_LAWS = {law.name: law for law in _STRAIN_LAWS}
-CURVATURES = {measure.name: measure for measure in _CURVATURES}
+CURVATURES = {
+    "spatial": Curvature(
+        "spatial", 3, "curvature of the deformed axis, per deformed length (paper, eq. 16)"
+    ),
+    "material": Curvature(
+        "material", 2, "rotation per reference length, d theta / dx (Gerstmayr & Irschik 2008)"
+    ),
+}
 
 
 def _law(name: str) -> StrainLaw:

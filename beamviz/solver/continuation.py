@@ -94,7 +94,11 @@ def continue_load(
                 continue
             if margin(load, state) < LIMIT_MARGIN:
                 return Path(state, load, iterations, steps, rejected)
-            raise NotConverged(stopped(load, target, steps))
+            raise NotConverged(
+                f"the equilibrium was followed to {load / target:.6g} of the load (gamma^2) in"
+                f" {steps} steps and not beyond, though no limit was found; a finer or a more even"
+                " mesh may help"
+            )
         load, state, step = trial, root.state, 2 * step
         iterations, steps = iterations + root.iterations, steps + 1
         if not rejected:
@@ -123,10 +127,3 @@ def vanishing_load(points: list[tuple[float, float]]) -> float:
         near, far = margins[k:], margins[:-k]
         table = (far * table[1:] - near * table[:-1]) / (far - near)
     return float(table[0])
-
-
-def stopped(load: float, target: float, steps: int) -> str:
-    return (
-        f"the equilibrium was followed to {load / target:.6g} of the load (gamma^2) in {steps}"
-        " steps and not beyond, though no limit was found; a finer or a more even mesh may help"
-    )

@@ -224,19 +224,9 @@ def _inverse_largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]
 def _indefinite(
     Ka: np.ndarray, Fa: np.ndarray, Kb: np.ndarray, Fb: np.ndarray, gamma: float, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The lowest modes of one problem where Ka or Kb is indefinite (both are not solved)."""
-    if np.linalg.eigvalsh(Ka)[0] > 0:
-        return _one_indefinite(Ka, Fa, Kb, Fb, gamma, count)
-    omega_squared, b, a = _one_indefinite(Kb, Fb, Ka, Fa, -gamma, count)
-    return omega_squared, a, b
+    """The lowest modes (omega^2, a, b) of one problem where Ka or Kb is indefinite, not both.
 
-
-def _one_indefinite(
-    Ka: np.ndarray, Fa: np.ndarray, Kb: np.ndarray, Fb: np.ndarray, gamma: float, count: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The lowest modes where Kb is indefinite; Ka is not, where the beam is stretched stably.
-
-    With the family along the beam in its own modes, Ka = diag(l), Fa' Fa = 1 and C = Fa' Fb,
+    Say it is Kb. With the other family in its own modes, Ka = diag(l), Fa' Fa = 1 and C = Fa' Fb,
     and with y = sqrt(l) a and z = b' (q = (a, b) e^(s t)), the problem is symmetric:
 
         [         l             -2 gamma sqrt(l) C  ] [y]        [1         ] [y]
@@ -251,13 +241,16 @@ def _one_indefinite(
             f" many, at most {MAX_INDEFINITE} are tried: ask without them, or for a lower gamma"
         )
     l, A, _ = symmetric_modes(Ka, Fa.T @ Fa, len(Ka), COMPRESSED)
-    kept = (l >= l[0]) & (l < HIGHEST * (1 + abs(l[0])))
-    l, A = l[kept], A[:, kept]
     if l[0] <= 0:
-        raise NotConverged(
-            "both families are unstable; with Coriolis forces such a beam is not solved: ask"
-            " without them, or for a lower gamma"
-        )
+        if np.linalg.eigvalsh(Kb)[0] <= 0:
+            raise NotConverged(
+                "both families are unstable; with Coriolis forces such a beam is not solved: ask"
+                " without them, or for a lower gamma"
+            )
+        omega_squared, b, a = _indefinite(Kb, Fb, Ka, Fa, -gamma, count)
+        return omega_squared, a, b
+    kept = (l >= l[0]) & (l < HIGHEST * (1 + l[0]))
+    l, A = l[kept], A[:, kept]
     na, n = len(l), len(l) + len(Kb)
     C = (Fa @ A).T @ Fb
     P, M = np.zeros((n, n)), np.eye(n)

@@ -1,6 +1,6 @@
 """What is asked of a solve: the problem, validated, and the methods it can be given to."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -72,28 +72,21 @@ class Feature(NamedTuple):
     """Something a problem may ask for that not every method treats."""
 
     noun: str
-    requested: Callable[[Problem], bool]
-    value: Callable[[Problem], str]  # the option as it was given
+    options: tuple[str, ...]
+
+    def requested_by(self, problem: Problem) -> str | None:
+        """The option that asks for it, as it was given; None where the problem does without it."""
+        for name in self.options:
+            value = getattr(problem, name)
+            if value != getattr(Problem, name) and (name != "coriolis" or problem.gyroscopic):
+                return f"{name} = {value!r}"
+        return None
 
 
-ELEMENTS = Feature(
-    "number of elements",
-    lambda problem: problem.elements is not None,
-    lambda problem: f"elements = {problem.elements!r}",
-)
-TERMS = Feature(
-    "number of terms",
-    lambda problem: problem.terms is not None,
-    lambda problem: f"terms = {problem.terms!r}",
-)
-CORIOLIS = Feature(
-    "Coriolis forces", lambda problem: problem.gyroscopic, lambda problem: "coriolis = True"
-)
-SWITCHES = Feature(
-    "switched-off term",
-    lambda problem: not (problem.stiffening and problem.softening),
-    lambda problem: f"{'softening' if problem.stiffening else 'stiffening'} = False",
-)
+ELEMENTS = Feature("number of elements", ("elements",))
+TERMS = Feature("number of terms", ("terms",))
+CORIOLIS = Feature("Coriolis forces", ("coriolis",))
+SWITCHES = Feature("switched-off term", ("stiffening", "softening"))
 
 
 @dataclass(frozen=True)

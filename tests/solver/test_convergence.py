@@ -5,7 +5,7 @@ import pytest
 
 from beamviz.beam import Beam
 from beamviz.solver import solve
-from beamviz.solver.hp.equilibrium import equilibrium, inertia, single
+from beamviz.solver.hp.equilibrium import AxialProblem, inertia, single
 from beamviz.solver.hp.mesh import make_mesh
 from beamviz.solver.hp.modes import lowest_modes
 from beamviz.solver.problem import Problem
@@ -31,7 +31,7 @@ def test_the_default_converges_exponentially(beam, breaks):
         mesh = make_mesh(breaks, (order,) * (len(breaks) - 1))
         stack = single(beam)
         rho = inertia(mesh, stack)
-        state = equilibrium(mesh, rho, stack, PROBLEM.strain_law)
+        state = AxialProblem(mesh, rho, stack, PROBLEM.strain_law).solve()
         modes = lowest_modes(mesh, rho, state, stack, 5, PROBLEM)
         errors.append(abs(np.sqrt(modes.omega_squared[0, -1]) / exact.frequencies[-1] - 1))
     seen = np.array(errors) > 1e-11

@@ -32,24 +32,17 @@ def reference(order: int) -> Reference:
     """The reference element with `order` Gauss points."""
     points, weights = legendre.leggauss(order)
     norms = np.arange(order) + 0.5
-    to_legendre = norms[:, None] * legendre.legvander(points, order - 1).T * weights
-    last_two = legendre.legvander(points, order - 1)[:, -2:] @ to_legendre[-2:]
-    integration = _antiderivatives(points, order) @ to_legendre
+    P = legendre.legvander(points, order)
+    to_legendre = norms[:, None] * P[:, :-1].T * weights
+    last_two = P[:, -3:-1] @ to_legendre[-2:]
+    integrals = np.column_stack((points + 1, (P[:, 2:] - P[:, :-2]) / (2 * norms[1:])))
+    integration = integrals @ to_legendre
     tails = to_legendre[-2:] / np.sqrt(norms[-2:, None])
     nodes = np.append(-1.0, points)
     apart = nodes[:, None] - nodes + np.eye(order + 1)
     barycentric = 1 / (2 * apart).prod(axis=1)  # differences of capacity 1: no under- or overflow
     arrays = (points, weights, to_legendre, last_two, tails, integration, nodes, barycentric)
     return Reference(*(_frozen(array) for array in arrays))
-
-
-def _antiderivatives(xi: np.ndarray, order: int) -> np.ndarray:
-    """Integrals of P_0 .. P_(order-1) from -1 to each xi: (n, order)."""
-    P = legendre.legvander(xi, order)
-    Q = np.empty((len(xi), order))
-    Q[:, 0] = xi + 1
-    Q[:, 1:] = (P[:, 2:] - P[:, :-2]) / (2 * np.arange(1, order) + 1)
-    return Q
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,11 +63,6 @@ class Grid:
     def __getitem__(self, k: int) -> "Grid":
         """Grid k of a stack."""
         return Grid(self.breaks[k], self.orders, self.points[k], self.weights[k], self.J[k])
-
-    @property
-    def elements(self) -> int:
-        """How many there are."""
-        return len(self.orders)
 
     def from_clamp(self, x: np.ndarray) -> np.ndarray:
         """Matrix (..., len(x), n): values at the points -> integral from the clamp to each x.

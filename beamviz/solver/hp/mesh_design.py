@@ -124,26 +124,18 @@ def find_spans(beam: Beam, positions: Positions, law: StrainLaw) -> list[Span]:
 
 
 def extra_digits(beam: Beam, positions: Positions, spans: list[Span], problem: Problem) -> float:
-    """Digits that a mesh needs beyond those asked for: where softening cancels some, and where a
-    large stretch falls off along the beam."""
-    lost = 0.0
-    if beam.delta >= 0 and problem.plane == "chordwise" and problem.softening and problem.stiffens:
-        lost = cancellation_digits(beam, positions, spans, problem.curvature_measure)
-    return max(0.0, lost + DIGITS_PER_STRETCH * math.log10(spans[0].f[0]) - SPARE_DIGITS)
+    """Digits that a mesh needs beyond those asked for: where a large stretch falls off along the
+    beam, and where softening cancels some of omega^2 of the lowest chordwise mode.
 
-
-def cancellation_digits(
-    beam: Beam, positions: Positions, spans: list[Span], curvature: Curvature
-) -> float:
-    """Digits that omega^2 of the lowest chordwise mode of an outward beam loses to the softening
-    -gamma^2.
-
-    Such a beam turns about its clamp almost as a rigid body. What the softening leaves is bending,
-    3 at rest and sqrt(N f^(5 - 2c)) in a layer, and the pull of the hub radius, over its moment of
-    inertia.
+    An outward beam turns about its clamp almost as a rigid body. What the softening -gamma^2 leaves
+    is bending, 3 at rest and sqrt(N f^(5 - 2c)) in a layer, and the pull of the hub radius, over
+    its moment of inertia.
     """
-    inertia = moment = 0.0
-    start = u_start = 0.0
+    N, f = spans[0].N[0], spans[0].f[0]
+    more = DIGITS_PER_STRETCH * math.log10(f) - SPARE_DIGITS
+    if beam.delta < 0 or not (problem.chordwise and problem.softening and problem.stiffens):
+        return max(0.0, more)
+    inertia = moment = start = u_start = 0.0
     for end, u, mean in zip(positions.ends[1:], positions.u[1:], positions.means, strict=True):
         length = end - start
         inertia += length * (mean**2 + (u - u_start) ** 2 / 12)
@@ -152,11 +144,10 @@ def cancellation_digits(
             inertia += beam.alpha * u**2
             moment += beam.alpha * u
         start, u_start = end, u
-    N, f = spans[0].N[0], spans[0].f[0]
-    bending = 3 + math.sqrt(N * f ** (5 - 2 * curvature.power))
+    bending = 3 + math.sqrt(N * f ** (5 - 2 * problem.curvature_measure.power))
     softening = beam.gamma**2
     left = (bending + softening * beam.delta * moment) / inertia
-    return math.log10(1 + softening / left)
+    return max(0.0, more + math.log10(1 + softening / left))
 
 
 def choose_mesh(
@@ -187,7 +178,9 @@ def choose_mesh(
         thin = [layer.end for layer in layers if layer.order > most] if layers else []
         ends = sorted(breaks.union(thin))
         if waves > WAVES_PER_ELEMENT:
-            ends = _subdivided(ends, WAVES_PER_ELEMENT / waves)
+            pieces = [math.ceil((b - a) * waves / WAVES_PER_ELEMENT) for a, b in pairwise(ends)]
+            parts = zip(pairwise(ends), pieces, strict=True)
+            ends = [a + (b - a) * i / n for (a, b), n in parts for i in range(n)] + ends[-1:]
         candidates.append(
             _with_orders(ends, layers, most, len(ends) > len(spans) + 1, waves, digits)
         )
@@ -273,14 +266,3 @@ def _graded(distance: float, length: float) -> list[float]:
         breaks.append(distance)
         distance *= GRADING
     return breaks
-
-
-def _subdivided(breaks: list[float], longest: float) -> list[float]:
-    """The breaks with more between them where an element is longer than `longest`."""
-    ends = [breaks[0]]
-    for a, b in pairwise(breaks):
-        if b - a > longest:
-            pieces = math.ceil((b - a) / longest)
-            ends += [a + (b - a) * i / pieces for i in range(1, pieces)]
-        ends.append(b)
-    return ends

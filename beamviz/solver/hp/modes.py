@@ -9,7 +9,7 @@ in the order.
 Everything here is for a stack of beams, in a leading axis.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -111,7 +111,7 @@ def uncoupled_modes(
     else:
         omega_squared, v, size = eigen.family_modes(*matrices[:4], count)
     scale = abs(omega_squared) + eigen.COMPRESSED
-    tail = np.maximum.accumulate(tail_energy(mesh, matrices, v) / scale, axis=-1)
+    tail = relative_tail(mesh, matrices, v, scale)
     times = size / size[..., :1]  # rounding falls on the high ones
     if not beams.outward:  # compression cancels against the rest: each unknown rounds by itself
         added = (size - omega_squared)[..., :1]
@@ -163,8 +163,7 @@ def gyroscopic_modes(
     v = np.empty((len(s), 2, *s.shape[1:]))
     v[:, 0], v[:, 1] = kappa.real + kappa.imag, s.real + s.imag  # a family moves in one phase
     scale = size[:, None] + eigen.COMPRESSED
-    tail = np.maximum.accumulate(tail_energy(mesh, matrices, v) / scale, axis=-1)
-    tail = tail.sum(axis=1, keepdims=True)
+    tail = relative_tail(mesh, matrices, v, scale).sum(axis=1, keepdims=True)
     stored = (v * (K @ v)).sum(axis=(1, 2))
     tail *= (2 * abs(omega_squared) / (abs(omega_squared) + abs(stored)))[:, None]
     fractions = ((F[:, 0] @ v[:, 0]) ** 2).sum(axis=1)
@@ -198,48 +197,48 @@ def _both(bending: np.ndarray, stretching: np.ndarray) -> np.ndarray:
     return both
 
 
-def tail_energy(mesh: Mesh, matrices: Matrices, v: np.ndarray) -> np.ndarray:
-    """The energy (beams, 2, k) that shapes v (beams, 2, n, k) of the two families have in the two
-    highest polynomials of each element, compression counted as tension: it bounds what a higher
-    order would change."""
+def relative_tail(mesh: Mesh, matrices: Matrices, v: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """The energy (beams, 2, k) in units of `scale` that shapes v (beams, 2, n, k) of the families
+    have in the two highest polynomials of each element, compression counted as tension: it bounds
+    what a higher order would change. By chance it may nearly vanish: for modes in ascending order
+    none is smaller than those below it."""
     tail = v.mT @ mesh.IJT[..., None, :, :].mT
-    return np.matvec(tail * tail, abs(matrices.stiffness))
+    energy = np.matvec(tail * tail, abs(matrices.stiffness))
+    return np.maximum.accumulate(energy / scale, axis=-1)
 
 
 def _errors(
     mesh: Mesh,
     state: AxialState,
     scale: np.ndarray,
-    relative_tail: np.ndarray,
+    tail: np.ndarray,
     size: np.ndarray,
     times: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Estimated errors (beams, families, k) of omega^2 from the order of the mesh and the error of
     the stretch, and from rounding.
 
-    scale: of omega^2 without softening. relative_tail: tail energies in units of it, for modes in
-    ascending order none smaller than those below it: by chance an estimate may nearly vanish. size:
-    of the numbers that are rounded, as many `times`.
+    scale: of omega^2 without softening. tail: relative_tail. size: of the numbers that are rounded,
+    as many `times`.
 
     A large stretch falls off along the beam almost singularly: more is lost then than the tail
     shows. Near the limit of equilibrium an error of the load moves the stretch by 1 / margin as
     much, and that the least omega^2, which falls to zero with the margin, as much again.
     """
-    tail = np.matvec(mesh.tails, state.f)
-    values = np.vecdot(tail, tail), np.vecdot(mesh.weights, state.f), state.f[:, 0], state.error
-    energy, length, clamped, error = map(_per_beam, values)
+    f, error = state.f, state.error
+    rest = np.matvec(mesh.tails, f)
+    values = np.vecdot(rest, rest), np.vecdot(mesh.weights, f), f[:, 0]
+    if len(f) == 1:  # floats are faster
+        energy, length, clamped = [value.item() for value in values]
+    else:
+        energy, length, clamped = [value[:, None, None] for value in values]
+    if not isinstance(error, float):
+        error = error[:, None, None]
     lost = 4 * energy / length**2 + error / 2
     rounding = size * (ROUNDING_FACTOR * EPS * (1 + times))
     if state.margin is not None:
-        margin = _per_beam(state.margin)
+        margin = state.margin[:, None, None]
         lost = lost / margin**2
         rounding += scale * (ROUNDING_FACTOR * EPS * (1 / margin - 1))
     factor = TRUNCATION_FACTOR * np.maximum(clamped, 1.0)
-    return (relative_tail + lost) * (scale * factor), rounding
-
-
-def _per_beam(values: Any) -> Any:
-    """Values (beams,) to multiply arrays (beams, families, k) with; a float of a stack of one."""
-    if isinstance(values, float):
-        return values
-    return values.item() if len(values) == 1 else values[:, None, None]
+    return (tail + lost) * (scale * factor), rounding

@@ -15,11 +15,12 @@ import numpy as np
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 from beamviz.solver.constitutive import StrainLaw
+from beamviz.solver.continuation import LIMIT_MARGIN
 from beamviz.solver.hp.equilibrium import (
+    AxialProblem,
     AxialState,
     BeamStack,
     State,
-    equilibrium,
     has_unique_equilibrium,
     inertia,
     is_small_strain,
@@ -45,6 +46,7 @@ STACKED = 2  # of them in stacks: the beams left then need care of their own
 CHUNK = 32  # beams that share a mesh: it is as fine as the hardest of them needs
 FEWER_DIGITS = 0.15  # asked of a shared mesh: most of its beams need less than the hardest
 MORE_DIGITS = 0.7  # for each further attempt, beyond those the last one missed
+GREATEST_ERROR = 0.01  # relative, of omega^2 near a limit where the tolerance cannot be met
 COARSE_ORDER, COARSE_ERROR = 6, 1e-6  # of the equilibrium that a mesh is designed from
 STRETCH_SHARE = 1e-3  # of the tolerance: an error of the stretch that is accepted
 
@@ -98,7 +100,8 @@ class Refinement:
     """The progress of a refinement: answers, and what the beams still waiting are tried with.
 
     waiting: place of each beam without an answer, with the digits that its attempts have added;
-    alone: places of beams that are solved by themselves; round: number of the attempt.
+    alone: places of beams that are solved by themselves; near_limit: the best attempt at beams near
+    their limit of equilibrium, with its error ratio; round: number of the attempt.
     """
 
     def __init__(self, beams: Sequence[Beam], problem: Problem, extra_modes: int):
@@ -106,22 +109,19 @@ class Refinement:
         self.count = problem.modes + extra_modes
         self.answers: list[Any] = [None] * len(beams)
         self.designs: dict[int, Design] = {}
+        self.near_limit: dict[int, tuple[float, StraightModes]] = {}
         self.waiting = dict.fromkeys(range(len(beams)), 0.0)
         self.alone = set(self.waiting)
         self.round = 0
         if len(beams) > 1:
             self.numbers = np.array([_numbers(beam) for beam in beams])  # (beams, 5)
-            self.alone -= set(np.flatnonzero(self._stackable()).tolist())
-
-    def _stackable(self) -> np.ndarray:
-        """Which beams (beams,) can be solved together with others."""
-        alpha, beta, gamma, delta, mu = self.numbers.T
-        arrays = BeamStack(alpha, beta, gamma, delta, mu, len(self.beams), False)
-        problem = self.problem
-        stackable = is_small_strain(arrays) | has_unique_equilibrium(arrays, problem.strain_law)
-        if problem.gyroscopic:
-            stackable &= (arrays.gamma > 0) & (arrays.delta >= 0)
-        return stackable & (not problem.rigid_tension)
+            alpha, beta, gamma, delta, mu = self.numbers.T
+            stack = BeamStack(alpha, beta, gamma, delta, mu, len(beams), False)
+            stackable = is_small_strain(stack) | has_unique_equilibrium(stack, problem.strain_law)
+            if problem.gyroscopic:
+                stackable &= (gamma > 0) & (delta >= 0)
+            if not problem.rigid_tension:
+                self.alone -= set(stackable.nonzero()[0].tolist())
 
     def next_stacks(self) -> list[tuple[list[int], Mesh]]:
         """The next attempt at all waiting beams: the places of those to solve together, and the
@@ -131,8 +131,9 @@ class Refinement:
             self.alone.update(self.waiting)
         if self.round > REFINEMENTS:
             for place in list(self.waiting):
-                reason = f"its errors are above the tolerance after {REFINEMENTS} refinements"
-                self._answer(place, self._failure(place, reason))
+                self._give_up(
+                    place, f"its errors are above the tolerance after {REFINEMENTS} refinements"
+                )
         stacks = []
         if len(self.alone) < len(self.waiting):
             together = np.array([place for place in self.waiting if place not in self.alone])
@@ -196,7 +197,7 @@ class Refinement:
         if place not in self.alone:
             self.alone.add(place)
         else:
-            self._answer(place, self._failure(place, f"it takes {unknowns} unknowns"))
+            self._give_up(place, f"it takes {unknowns} unknowns")
         return None
 
     def solve_stack(self, places: list[int], mesh: Mesh) -> None:
@@ -218,8 +219,8 @@ class Refinement:
                 state = AxialState(np.ones((1, mesh.weights.shape[-1])), 0, 0.0)
             else:
                 accept_error = STRETCH_SHARE * problem.tolerance / 10**extra
-                law = problem.strain_law
-                state = equilibrium(mesh, rho, beams, law, start, accept_error)
+                axial = AxialProblem(mesh, rho, beams, problem.strain_law)
+                state = axial.solve(start, accept_error)
             modes = lowest_modes(mesh, rho, state, beams, self.count, problem)
         except (NoEquilibrium, NotConverged, np.linalg.LinAlgError) as error:
             if not one:  # one of them buckles: each by itself
@@ -243,34 +244,44 @@ class Refinement:
         for place, ratio, grid, f, *own in rows:
             if ratio == math.inf:  # no equilibrium was found
                 self.alone.add(place)
-            elif ratio <= 1:
-                self._answer(place, StraightModes(grid, f, state.iterations, *own))
-            else:
-                self.waiting[place] += MORE_DIGITS * self.round + math.log10(ratio)
-                if one:
-                    self.designs[place] = self.designs[place]._replace(start=(mesh, state.f))
+                continue
+            answer = StraightModes(grid, f, state.iterations, *own)
+            if ratio <= 1:
+                self._answer(place, answer)
+                continue
+            self.waiting[place] += MORE_DIGITS * self.round + math.log10(ratio)
+            if one:
+                self.designs[place] = self.designs[place]._replace(start=(mesh, state.f))
+                best = self.near_limit[place][0] if place in self.near_limit else math.inf
+                if state.margin is not None and state.margin[0] < LIMIT_MARGIN and ratio < best:
+                    self.near_limit[place] = ratio, answer
 
     def _answer(self, place: int, answer: Answer) -> None:
         self.answers[place] = answer
         del self.waiting[place]
         self.alone.discard(place)
 
-    def _failure(self, place: int, reason: str) -> BeamvizError:
-        """The error of a beam that cannot be resolved, in words that name a remedy."""
+    def _give_up(self, place: int, reason: str) -> None:
+        """Answer a beam that cannot be resolved by an error that names a remedy. Near a limit the
+        best attempt is the answer: there the stretch rounds more than any mesh can make up for."""
         beam, problem = self.beams[place], self.problem
+        ratio, answer = self.near_limit.get(place, (math.inf, None))
+        if answer and ratio * problem.tolerance < GREATEST_ERROR:
+            return self._answer(place, answer)
         if not problem.rigid_tension and not (problem.strain_law.hardens and beam.delta >= 0):
             try:
                 if near := limit_error(beam, problem.strain_law):
-                    return near
+                    return self._answer(place, near)
             except NotConverged:  # no limit was found
                 pass
         cause, remedy = "", "a larger tolerance or fewer modes"
         if beam.delta < 0:
             cause = ": the straight beam buckles in many half-waves"
             remedy = "a lower gamma or a larger delta"
-        return NotConverged(
+        error = (
             f"{reason}, at most {MAX_UNKNOWNS} in each family are tried{cause}; ask for {remedy}"
         )
+        return self._answer(place, NotConverged(error))
 
 
 def design(beam: Beam, problem: Problem) -> Design:
@@ -288,9 +299,10 @@ def coarse_equilibrium(beam: Beam, law: StrainLaw) -> tuple[State, Positions]:
     ends = unstretched_positions(beam).ends
     mesh = make_mesh(ends, (COARSE_ORDER,) * (len(ends) - 1))
     stack = single(beam)
-    state = equilibrium(mesh, inertia(mesh, stack), stack, law, accept_error=COARSE_ERROR)
+    problem = AxialProblem(mesh, inertia(mesh, stack), stack, law)
+    state = problem.solve(accept_error=COARSE_ERROR)
     f = state.f[0]
-    values = mesh.weights * np.stack((f, mesh.J @ f))
+    values = mesh.weights * np.array((f, mesh.J @ f))
     parts = values.reshape(2, -1, COARSE_ORDER).sum(axis=2)  # integrals of f and u over each part
     u = accumulate(parts[0].tolist(), initial=0.0)
     means = parts[1] / (mesh.breaks[1:] - mesh.breaks[:-1])
