@@ -25,7 +25,7 @@ MAX_LOCI_DECIMALS = 5
 FAMILY_LETTERS = {"bending": "b", "stretching": "s", "mixed": "m"}
 LESSON_WIDTH = 88
 MODEL_KEYS = ("method", "strain", "curvature", "coriolis", "plane")
-EQUILIBRIUM_KEYS = ("status", "iterations", "tip", "max_stretch")
+EQUILIBRIUM_KEYS = ("status", "shape", "iterations", "tip", "max_stretch")
 STATS_KEYS = ("dof", "seconds", "method", "elements", "order")
 MODE_KEYS = {  # of the JSON, and the attributes of a solution
     "label": "labels",
@@ -122,9 +122,9 @@ def plural(count: int, noun: str) -> str:
 def solution_json(solution: "Solution") -> str:
     """Beam, model, equilibrium, modes and statistics of a solution as JSON."""
     state, stats, units = solution.equilibrium, solution.stats, solution.beam.units
-    model = solution.problem.model
+    model, spin_up = solution.problem.model, solution.beam.spin_up
     data = {
-        "beam": solution.beam.numbers,
+        "beam": solution.beam.numbers | ({"spin_up": spin_up} if spin_up else {}),
         "model": {key: model[key] for key in MODEL_KEYS},
         "equilibrium": {key: getattr(state, key) for key in EQUILIBRIUM_KEYS},
         "modes": mode_records(solution),
@@ -142,7 +142,7 @@ def mode_records(solution: "Solution") -> list[dict[str, Any]]:
         record = {"index": k + 1} | {
             key: getattr(solution, name)[k] for key, name in MODE_KEYS.items()
         }
-        if math.isnan(frequency):
+        if math.isnan(frequency) or solution.growth_rates[k] > 0:
             record["growth_rate"] = solution.growth_rates[k]
         if units:
             record["hertz"] = units.hertz(frequency)
@@ -169,10 +169,10 @@ def solution_table(solution: "Solution") -> str:
             f"SI units     L = {units.length:g} m, T* = {units.time:.7g} s,"
             f" {units.rpm(beam.gamma):.7g} rpm"
         )
-    x, y = state.tip
+    (x, y), bent = state.tip, ", bent" if state.shape == "bent" else ""
     heading += [
         described_model(solution.problem.model),
-        f"Equilibrium  {state.status}, tip at ({x:.7g}, {y:.7g}) L from the clamp,"
+        f"Equilibrium  {state.status}{bent}, tip at ({x:.7g}, {y:.7g}) L from the clamp,"
         f" greatest stretch {state.max_stretch:.7g}",
     ]
     footer = (

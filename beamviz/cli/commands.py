@@ -53,11 +53,17 @@ def modes(
     options: dict[str, Any],
     modes: Annotated[int, number("How many modes.")] = 5,
     format: Annotated[Literal["table", "json", "csv"], typer.Option(help="Output.")] = "table",
+    spin_up: Annotated[
+        float,
+        number("Spin-up T*^2 dOmega/dt; takes --state bent or stable.", rich_help_panel="Beam"),
+    ] = 0.0,
 ) -> None:
     """Equilibrium and modes of a beam."""
     from beamviz.output import SOLUTION_FORMATS
     from beamviz.solver import solve
 
+    if spin_up:
+        beam = beam.replace(spin_up=spin_up)
     print(SOLUTION_FORMATS[format](solve(beam, modes=modes, **options)).rstrip("\n"))
 
 

@@ -102,6 +102,12 @@ def beam_and_model(
     plane: Annotated[
         Literal["chordwise", "flapwise"], model("Vibration in the plane of rotation, or out of it.")
     ] = "chordwise",
+    state: Annotated[
+        Literal["straight", "bent", "stable"],
+        model(
+            "State to vibrate about; stable: the straight one where it is stable, else the bent one."
+        ),
+    ] = "straight",
     elements: Annotated[
         int | None,
         number("Elements of ancf, ancf-planar and linear (default 20).", rich_help_panel="Model"),

@@ -50,8 +50,9 @@ class SampledModes:
         """`solution` at its stations, with the signs of `previous`."""
         x = stations(solution.beam.beta)
         raw = np.moveaxis(solution.displacement(x), 2, 0)
-        modes = normalisation(raw) * raw
-        stretching = np.abs(np.diff(modes[:, :, 0], axis=1) / np.diff(x)).max(axis=1)
+        local = normalisation(raw) * raw  # along and across the beam's axis
+        modes = rotated(local, solution.equilibrium.angle(x))
+        stretching = np.abs(np.diff(local[:, :, 0], axis=1) / np.diff(x)).max(axis=1)
         equilibrium = solution.equilibrium
         bends = solution.bending_energy_fraction >= 0.5
         return cls(
@@ -65,7 +66,7 @@ class SampledModes:
             modes=modes if previous is None else align_signs(modes, x, previous),
             limits=MAX_STRAIN / np.maximum(stretching, 1e-12),
             nodes=node_positions(
-                x, solution.beam.beta, modes[np.arange(len(modes)), :, bends.astype(int)]
+                x, solution.beam.beta, local[np.arange(len(modes)), :, bends.astype(int)]
             ),
         )
 
@@ -115,6 +116,15 @@ def stations(mass: float) -> np.ndarray:
         x[1 + np.argmin(np.abs(x[1:-1] - mass))] = mass
     x.flags.writeable = False
     return x
+
+
+def rotated(local: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Fields (m, n, 2) along and across an axis at angles (n,), in the axes of the hub."""
+    if not angle.any():
+        return local
+    c, s = np.cos(angle), np.sin(angle)
+    u, w = local[..., 0], local[..., 1]
+    return np.stack((c * u - s * w, s * u + c * w), axis=-1)
 
 
 def normalisation(modes: np.ndarray) -> np.ndarray:

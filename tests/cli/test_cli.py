@@ -55,7 +55,7 @@ def test_modes_as_json(run):
     assert data["beam"] == {"alpha": 1, "beta": 0.5, "gamma": 10, "delta": 0, "mu": 70}
     assert data["model"].keys() == {"method", "strain", "curvature", "coriolis", "plane"}
     assert list(data["model"].values()) == ["auto", "green", "spatial", False, "chordwise"]
-    assert data["equilibrium"].keys() == {"status", "iterations", "tip", "max_stretch"}
+    assert data["equilibrium"].keys() == {"status", "shape", "iterations", "tip", "max_stretch"}
     assert data["equilibrium"]["status"] == "stable"
     assert data["stats"].keys() >= {"dof", "seconds"}
     found = [mode["frequency"] for mode in data["modes"]]

@@ -1,5 +1,6 @@
 """Bent states: the check values, the pitchfork, spin-up, and an independent solution."""
 
+import json
 import pickle
 
 import numpy as np
@@ -8,7 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from oracle.bent import bent_state
 
-from beamviz import Beam, InvalidInput, NoEquilibrium, solve
+from beamviz import Beam, InvalidInput, NoEquilibrium, loci, solve
 from beamviz.solver import solve_many
 
 BUCKLING = 2.9960  # gamma at delta = -1, mu = 70 (green, spatial)
@@ -114,6 +115,31 @@ def test_shapes_are_orthonormal_and_pickle():
     mass = np.einsum("xck,x,xcl->kl", fields, w, fields) + at_mass.T @ at_mass
     assert mass == pytest.approx(np.eye(5), abs=1e-4)  # quadrature across the mass
     assert [len(nodes) for nodes in solution.nodes[:3]] == [0, 1, 2]
+
+
+def test_the_command_line(run):
+    """`beamviz modes` takes --state and --spin-up, and says which shape the state has."""
+    code, out, _ = run("modes", "--delta=-1", "--gamma", "4", "--state", "stable")
+    assert code == 0
+    assert "stable, bent, tip at (-0.01852021, 0.8584648)" in out
+    arguments = ("--gamma", "5", "--spin-up", "10", "--state", "bent", "--format", "json")
+    data = json.loads(run("modes", *arguments)[1])
+    assert data["beam"]["spin_up"] == 10
+    assert data["equilibrium"]["shape"] == "bent"
+    assert data["modes"][0]["frequency"] == pytest.approx(4.2092623, abs=1e-7)
+    assert run("modes", "--gamma", "5", "--spin-up", "10")[0] == 2
+    assert run("modes", "--delta=-1", "--gamma", "2", "--state", "bent")[0] == 3
+
+
+def test_loci_through_buckling():
+    """B1 is one branch from the straight beam to the bent one."""
+    chart = loci(
+        Beam(delta=-1), over="gamma", values=np.linspace(2, 5, 31), modes=3, state="stable"
+    )
+    branch = chart["B1"].frequency
+    assert len(chart.branches) == 3
+    assert np.isfinite(branch).all()
+    assert 9 <= branch.argmin() <= 11
 
 
 @st.composite
