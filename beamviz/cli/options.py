@@ -105,7 +105,7 @@ def beam_and_model(
     state: Annotated[
         Literal["straight", "bent", "stable"],
         model(
-            "State to vibrate about; stable: the straight one where it is stable, else the bent one."
+            "State to vibrate about; stable: the straight one where that is stable, else the bent."
         ),
     ] = "straight",
     elements: Annotated[
