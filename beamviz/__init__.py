@@ -1,6 +1,6 @@
 """A rotating beam with a concentrated mass: equilibrium, modes, and a live 3D explorer.
 
-What computes and what draws loads on first use, so that `import beamviz` alone stays light.
+Modules that compute or draw are imported on first use, so that `import beamviz` stays fast.
 """
 
 from importlib import import_module

@@ -1,20 +1,20 @@
-"""What can go wrong, told apart: the input, the physics, the numerics, the surroundings."""
+"""Exceptions: invalid input, no equilibrium, no convergence, something outside unavailable."""
 
 
 class BeamvizError(Exception):
-    """Base of every error this package raises on purpose."""
+    """Base class of the errors of this package."""
 
     kind = "error"
 
 
 class InvalidInput(BeamvizError, ValueError):
-    """The input is wrong; the message names it, the value given and what is allowed."""
+    """Invalid input; the message names it, its value and the values allowed."""
 
     kind = "invalid-input"
 
 
 class NoEquilibrium(BeamvizError):
-    """The physics has no answer: no equilibrium beyond `limit`, the largest gamma with one."""
+    """No equilibrium exists; `limit` is the largest gamma that has one."""
 
     kind = "no-equilibrium"
 
@@ -24,12 +24,12 @@ class NoEquilibrium(BeamvizError):
 
 
 class NotConverged(BeamvizError):
-    """The numerics gave up; the message says what was tried."""
+    """The solver did not converge; the message names what was tried."""
 
     kind = "not-converged"
 
 
 class Unavailable(BeamvizError):
-    """Something outside is missing or in the way (a port, a browser, a path)."""
+    """A port, a browser, a program or a path is missing or cannot be used."""
 
     kind = "unavailable"

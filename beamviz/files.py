@@ -1,4 +1,4 @@
-"""Files that are either complete or absent, and the errors of writing them."""
+"""Writing files that are either complete or absent."""
 
 import contextlib
 import os

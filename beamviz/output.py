@@ -318,7 +318,7 @@ def event_lines(loci: "Loci") -> list[str]:
     """The table of crossings and veerings, and a note if there may be more."""
     note = [loci.warning] if loci.warning else []
     if not loci.events:
-        return note or ["No two of these loci meet here."]
+        return note or ["No crossing or veering in this range."]
     heading = ("event", "branches", f"at {loci.over}", "frequency", "gap", "veering index")
     rows = [
         (

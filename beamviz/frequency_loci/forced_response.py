@@ -1,11 +1,11 @@
 """Resonances with multiples of the speed, and the steady response while running up through them.
 
 The force acts on every particle in proportion to its mass, as weight does on a beam that rotates in
-a vertical plane: seen from the beam it goes round once per revolution, along it and across it (out
-of the plane of rotation: across it only). Here it may go round 2, 3 ... times per revolution. The
-response is linear and steady, as if each speed were held until the beam has settled, and every mode
-has the same damping ratio. Amplitudes are in units of the deflection of the tip at rest under the
-same force held still.
+a vertical plane: in the frame of the beam it rotates once per revolution, with a component along
+the beam and one across it (out of the plane of rotation: across it only). A force of higher order
+rotates 2, 3 ... times per revolution. The response is linear and steady, as if each speed were held
+until transients have decayed, and every mode has the same damping ratio. Amplitudes are in units of
+the static deflection of the tip under the same force at rest.
 """
 
 from collections.abc import Iterator
@@ -231,8 +231,8 @@ def response(solution: Solution, frequency: float, damping: float, x: np.ndarray
     displacement is the real part of them times exp(i frequency t), over the static deflection.
 
     Sums the modes of the solution: with shapes phi and poles p, D(omega) = K + 2 i omega gamma G -
-    omega^2 M has the inverse sum of phi phi^H / (n (p - omega)) and, for the same modes turning the
-    other way, of their conjugates. nan where a mode is unstable, as nothing settles then.
+    omega^2 M has the inverse sum of phi phi^H / (n (p - omega)) and the same over the conjugate
+    modes, whose poles are -conj(p). nan where a mode is unstable: there is no steady response.
     """
     if solution.omega_squared[0] < 0:
         return np.full((len(x), 2), np.nan + 0j)
@@ -243,14 +243,14 @@ def response(solution: Solution, frequency: float, damping: float, x: np.ndarray
     coriolis = weight @ (w.conj() * u - u.conj() * w)  # phi^H G phi, 0 for real shapes
     along, across = LOADS[solution.problem.plane]
     force = weight @ (along * u.conj() + across * w.conj())  # its work on each shape
-    force_back = weight @ (along * u + across * w)  # and on the conjugate one
-    swing = np.sqrt(1 - damping**2)
-    pole = omega * (swing + 1j * damping)
-    norm = swing * (2 * omega * mass - 2j * beam.gamma * coriolis).real
+    force_conjugate = weight @ (along * u + across * w)  # and on its conjugate
+    ratio = np.sqrt(1 - damping**2)
+    pole = omega * (ratio + 1j * damping)
+    norm = ratio * (2 * omega * mass - 2j * beam.gamma * coriolis).real
     shapes = solution.displacement(x)  # (len(x), 2, modes)
-    ahead = shapes @ (force / (norm * (pole - frequency)))
-    behind = shapes.conj() @ (force_back / (norm * (pole.conj() + frequency)))
-    return (ahead + behind) / static_deflection(beam)
+    direct = shapes @ (force / (norm * (pole - frequency)))
+    conjugate = shapes.conj() @ (force_conjugate / (norm * (pole.conj() + frequency)))
+    return (direct + conjugate) / static_deflection(beam)
 
 
 def quadrature(beam: Beam) -> tuple[np.ndarray, np.ndarray]:
