@@ -329,7 +329,7 @@ SOURCES = (
             )
             for (strain, delta), value in LIMITS.items()
         ],
-        (f"{TEST}fem.py::test_hencky_limit",),
+        (f"{TEST}fem.py::test_limit_of_the_speed",),
     ),
     Source(
         "Where stability ends",

@@ -1,4 +1,4 @@
-"""The solver against the oracle on random beams: what it reports as its error must be its error.
+"""The solver against the oracle on random beams: its errors are within those that it reports.
 
 The solver makes an energy stationary, the oracle collocates the differential equations; they share
 `Beam` alone. Each comparison allows the solver's reported error and the oracle's own
@@ -38,7 +38,7 @@ def random_model(rng: np.random.Generator) -> dict[str, Any]:
 
 
 def assert_agree(solution: Solution, expected: Truth, tolerance: float) -> None:
-    """Within the reported errors; and these within what was asked for."""
+    """Within the reported errors, and these within the tolerance."""
     off = np.abs(solution.frequencies - expected.frequencies)
     assert np.all(off <= solution.errors + expected.differences)
     assert np.all(solution.errors <= tolerance * solution.frequencies)

@@ -1,4 +1,4 @@
-"""Honest error bars: a fixed sample of what scripts/measure_error_bars.py measures on thousands."""
+"""Reported errors: a fixed sample of the beams that scripts/measure_error_bars.py measures."""
 
 import json
 import os
@@ -34,7 +34,7 @@ def test_a_sample_of_random_scenes(seed):
     assert found["kind"] in SCRIPT.GOOD, found
 
 
-def test_a_frequency_outside_its_bar_is_seen():
+def test_a_frequency_outside_its_error_is_recognised():
     """The verdict turns when the truth moves by twice the reported error, and not by half."""
     fair = verdict(SCENE, answer())
     assert fair["kind"] == "within"
@@ -46,7 +46,7 @@ def test_a_frequency_outside_its_bar_is_seen():
         assert verdict(SCENE, answer() | {"squares": moved})["kind"] == kind
 
 
-def test_another_branch_is_seen():
+def test_another_branch_is_recognised():
     """A stretch or a tip that is not the oracle's."""
     assert verdict(SCENE, answer() | {"tip": 1.2})["kind"] == "wrong-branch"
     assert verdict(SCENE, answer() | {"stretch": [1.2] * 9})["kind"] == "wrong-branch"

@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
-from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from beamviz.solver.fem.hermite import (
     assemble_band,
@@ -77,52 +76,28 @@ def test_interpolation_on_uneven_elements():
         assert interpolate(NODES, q[:, 0], x, order) == pytest.approx(exact[:, 0], abs=1e-12)
 
 
-def test_element_coordinates_share_nodes():
-    """Each element has the coordinates of its two nodes (paper, eqs. 2-4)."""
-    q_e = element_coordinates(np.arange(12.0), 4)
-    assert q_e.tolist() == [list(range(8)), list(range(4, 12))]
-
-
-def summed(parts):
-    """The assembled matrix, entry by entry: sum_e B_e' parts_e B_e."""
-    elements, width, _ = parts.shape
-    total = np.zeros((width // 2 * (elements + 1),) * 2)
-    for e, part in enumerate(parts):
-        place = slice(width // 2 * e, width // 2 * e + width)
-        total[place, place] += part
-    return total
-
-
 @pytest.mark.parametrize("width", [4, 8])
 @pytest.mark.parametrize("elements", [1, 2, 5])
-def test_band_is_the_sum_of_elements(width, elements):
-    """Band and full matrix hold exactly the sum over elements."""
-    parts = np.random.default_rng(7).standard_normal((elements, width, width))
-    parts = parts + parts.swapaxes(1, 2)
-    assert dense(assemble_band(parts)) == pytest.approx(summed(parts), abs=1e-14)
-
-
-def test_vector_is_the_sum_of_elements():
-    """Element vectors add where elements meet, complex ones too."""
+def test_assembly_is_the_sum_of_elements(width, elements):
+    """Band and vector hold exactly the sum over elements (paper, eqs. 2-4, 10 and 19), complex
+    vectors too; the definiteness of a band is recognised."""
     rng = np.random.default_rng(7)
-    parts = rng.standard_normal((3, 8)) + 1j * rng.standard_normal((3, 8))
-    total = np.zeros(16, complex)
-    for e in range(3):
-        total[4 * e : 4 * e + 8] += parts[e]
-    assert assemble_vector(parts) == pytest.approx(total, abs=1e-15)
-
-
-def test_solve_and_definiteness():
-    """A positive definite band solves its system; an indefinite one is recognised."""
-    rng = np.random.default_rng(7)
-    parts = rng.standard_normal((4, 8, 8))
-    A = assemble_band(parts @ parts.swapaxes(1, 2) + np.eye(8))
-    b = rng.standard_normal(20)
-    x = cho_solve_banded((cholesky_banded(A, lower=True), True), b)
-    assert dense(A) @ x == pytest.approx(b, abs=1e-9)
-    assert positive_definite(A)
-    A[0, 7] = -1
-    assert not positive_definite(A)
+    parts = rng.standard_normal((elements, width, width))
+    parts = parts @ parts.swapaxes(1, 2) + np.eye(width)
+    vectors = parts[..., 0] + 1j * parts[..., 1]
+    K, F = np.zeros((2, width // 2 * (elements + 1), width // 2 * (elements + 1)), complex)
+    for e in range(elements):
+        place = slice(width // 2 * e, width // 2 * e + width)
+        K[place, place] += parts[e]
+        F[0, place] += vectors[e]
+    band = assemble_band(parts)
+    assert dense(band) == pytest.approx(K.real, abs=1e-13)
+    assert assemble_vector(vectors) == pytest.approx(F[0], abs=1e-14)
+    q = np.arange(float(len(K)))
+    assert element_coordinates(q, width // 2)[-1].tolist() == q[-width:].tolist()
+    assert positive_definite(band)
+    band[0, -1] = -1
+    assert not positive_definite(band)
 
 
 @given(nodes=node_lists, alpha=alphas, beta=betas)
@@ -150,7 +125,7 @@ def test_mass_matrix_of_the_paper():
 
 
 def point_mass(beta, alpha=3.0):
-    """What a concentrated mass adds to the mass matrix of each element."""
+    """The mass matrix of each element with a concentrated mass, less that without."""
     return mass(NODES, alpha, beta) - mass(NODES, 0.0, beta)
 
 

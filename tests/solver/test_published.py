@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from published import RIGID_CORIOLIS
-from scipy.optimize import brentq
+from published import RIGID_CORIOLIS, bar_at_rest, cantilever_at_rest
 
 from beamviz import Beam, solve
 
@@ -17,27 +16,17 @@ RIGID = 10000.0  # slenderness; stretch is (gamma / mu)^2 = 1e-6 at most in the 
 
 @pytest.mark.parametrize("alpha", [0.0, 0.01, 1.0, 100.0])
 def test_tip_mass_at_rest_in_closed_form(alpha):
-    """1 + cos b cosh b = alpha b (sin b cosh b - cos b sinh b), omega = b^2 (Blevins)."""
+    """Blevins's characteristic equation of a cantilever with a tip mass."""
     solution = solve(Beam(alpha=alpha, mu=RIGID), 4)
-
-    def characteristic(b):  # divided by cosh b
-        tip = alpha * b * (np.sin(b) - np.cos(b) * np.tanh(b))
-        return 1 / np.cosh(b) + np.cos(b) - tip
-
-    b = np.linspace(0.05, 14, 4000)
-    signs = np.sign(characteristic(b))
-    crossings = np.flatnonzero(np.diff(signs))[:4]
-    roots = np.array([brentq(characteristic, b[i], b[i + 1], xtol=1e-14) for i in crossings])
-    assert np.all(np.abs(solution.frequencies - roots**2) <= solution.errors)
+    assert np.all(abs(solution.frequencies - cantilever_at_rest(alpha)) <= solution.errors)
 
 
 @pytest.mark.parametrize("alpha", [0.0, 0.3, 1.0, 30.0])
 def test_stretching_at_rest_in_closed_form(alpha):
     """omega = mu z with z tan z = 1 / alpha: 109.9557 and 60.2234 at alpha 0 and 1, mu 70."""
-    z = brentq(lambda z: alpha * z * np.sin(z) - np.cos(z), 1e-6, np.pi / 2 + 1e-9)
     solution = solve(Beam(alpha=alpha), tolerance=1e-8)
     found = solution.frequencies[solution.labels.index("S1")]
-    assert found == pytest.approx(70 * z, rel=1e-8)
+    assert found == pytest.approx(70 * bar_at_rest(alpha), rel=1e-8)
 
 
 @pytest.mark.parametrize(("gamma", "published"), RIGID_CORIOLIS)
@@ -51,7 +40,7 @@ def test_coriolis_at_slenderness_70(gamma, published):
 
 
 def test_coriolis_turns_a_crossing_into_a_veering():
-    """alpha = beta = 1: S1 meets B3 at gamma 4.4641; with Coriolis 0.241 is left at 4.650."""
+    """alpha = beta = 1: S1 crosses B3 at 4.4641; with Coriolis the least gap, 0.241, is at 4.650."""
 
     def gap(gamma, coriolis):
         solution = solve(Beam(alpha=1, gamma=gamma), 4, coriolis=coriolis, tolerance=1e-8)
@@ -80,9 +69,6 @@ def test_diverging_iterations_give_no_warnings():
     """A step of the continuation that diverges is halved; numpy does not warn of it."""
     assert solve(Beam(0.5, 0, 120, -1), strain="hencky").equilibrium.status == "unstable"
 
-
-# ---------------------------------------------------------------------------------------------
-# Properties
 
 alphas = st.floats(0, 100)
 betas = st.floats(0, 1)
