@@ -223,8 +223,7 @@ SOURCES = (
         ],
         (
             f"{TEST}published.py::test_a_mass_at_a_node_changes_nothing",
-            f"{TEST}ancf.py::test_force_of_the_paper",
-            f"{TEST}ancf.py::test_tangent_of_the_paper",
+            f"{TEST}ancf.py::test_force_and_tangent_of_the_paper",
         ),
     ),
     Source(

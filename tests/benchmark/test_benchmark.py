@@ -44,8 +44,8 @@ LITTLE = Effort(0.0, 1.0)
 
 
 @pytest.mark.parametrize(("scene", "theory"), [("slow", "green"), ("inner mass", "rigid")])
-def test_the_stored_limits_are_those_of_the_script(scene, theory):
-    """The first mode computed anew in extended precision, to sixteen digits."""
+def test_the_script_gives_the_stored_limits(scene, theory):
+    """The first mode in extended precision, to sixteen digits."""
     script = load_script("limits")
     (square,) = script.Straight(SCENES[scene], script.THEORIES[theory], 1).squares()
     assert float(square) == pytest.approx(limits()[scene][theory][0], rel=1e-15, abs=0)
@@ -66,30 +66,31 @@ def test_the_solver_agrees_with_the_limits(scene, theory):
 
 
 def test_the_limits_are_the_independent_values():
-    """Seven digits known before (tests/published.py), of the scenes that are there too."""
-    compared = 0
-    for known_beam, values in INDEPENDENT:
-        for scene, beam in SCENES.items():
-            if beam == known_beam:
-                exact, known = np.sqrt(limits()[scene]["green"]), np.array(values)
-                distances = abs(exact / known[:, None] - 1).min(axis=1)
-                assert np.all(distances[known <= exact.max()] < 1e-7)
-                compared += 1
-    assert compared == 3
+    """Seven digits (tests/published.py), of the three scenes among those beams."""
+    scenes = {beam: scene for scene, beam in SCENES.items()}
+    shared = [(scenes[beam], np.array(known)) for beam, known in INDEPENDENT if beam in scenes]
+    assert len(shared) == 3
+    for scene, known in shared:
+        exact = np.sqrt(limits()[scene]["green"])
+        distances = abs(exact / known[:, None] - 1).min(axis=1)
+        assert np.all(distances[known <= exact.max()] < 1e-7)
 
 
 def test_errors_are_relative_and_count_growth_rates():
     """Half the relative error of omega^2, whatever its sign; never zero on a log axis."""
-    assert relative_error(np.array([4.0, 101.0]), np.array([4.0, 100.0])) == pytest.approx(0.005)
-    assert relative_error(np.array([-4.04]), np.array([-4.0])) == pytest.approx(0.005)
-    assert relative_error(np.ones(2), np.ones(2)) == work_precision.FLOOR
+    for found, exact, error in (
+        ([4.0, 101.0], [4.0, 100.0], 0.005),
+        ([-4.04], [-4.0], 0.005),
+        ([1.0, 1.0], [1.0, 1.0], work_precision.FLOOR),
+    ):
+        assert relative_error(np.array(found), np.array(exact)) == pytest.approx(error)
 
 
 def row(name: str, seconds: float | None, error: float | None, reason: str = "") -> Row:
     return Row("slow", name, "green", "terms", 1.0, seconds, error, error, reason)
 
 
-def test_a_front_leaves_out_points_that_are_slower_and_worse():
+def test_a_front_excludes_points_that_are_slower_and_worse():
     """The time to an error is that of a point, not between two."""
     rows = [row("a", 1.0, 1e-2), row("a", 2.0, 1e-1), row("a", 3.0, 1e-5), row("b", 0.1, 1e-9)]
     points = pareto_front([*rows, row("a", None, None, "failed")], "a")
@@ -117,7 +118,7 @@ MISSING = fake(None, version=partial(version, "no-such-package"), install="buy i
 
 
 def test_rows_that_fail_stay_with_their_reason():
-    """A failure, a budget spent and a missing program are rows like others."""
+    """A failure, an exhausted budget and a missing program are rows too."""
 
     def fails_twice(beam, resolution, modes):
         if resolution < 3:
@@ -152,14 +153,12 @@ def test_peers_converge_to_the_limits_they_are_measured_against(peer):
         assert fine < coarse
 
 
-def test_methods_are_called_with_their_own_option():
-    """Each row is what solve() gives for that option."""
-    beam = Beam(gamma=2)
-    for solver in METHODS:
-        resolution = solver.resolutions[-2]
-        found = solver.omega_squared(beam, resolution, 3)
-        options = {solver.option: resolution}
-        assert found.tolist() == solve(beam, 3, solver.name, **options).omega_squared.tolist()
+@pytest.mark.parametrize("solver", METHODS, ids=lambda solver: solver.name)
+def test_methods_are_called_with_their_own_option(solver):
+    """Each row is the answer of solve() for that option."""
+    beam, resolution = Beam(gamma=2), solver.resolutions[-2]
+    expected = solve(beam, 3, solver.name, **{solver.option: resolution}).omega_squared
+    assert solver.omega_squared(beam, resolution, 3).tolist() == expected.tolist()
 
 
 @pytest.fixture(scope="module")
@@ -191,7 +190,7 @@ def test_the_committed_measurement_is_complete(committed):
     assert all(r.reason or (r.seconds and r.error and r.from_paper) for r in rows)
 
 
-def test_the_pages_state_what_was_measured(committed):
+def test_the_pages_quote_the_committed_measurement(committed):
     """The ratios of the README and of the reference page are those of the committed measurement."""
     rows, data = committed
     readme, reference = (
@@ -245,8 +244,8 @@ def test_the_command_writes_chart_and_numbers(small, tmp_path, run):
     assert "slow: auto" in err
 
 
-def test_a_folder_that_cannot_be_written_is_one_line(small, tmp_path, run):
-    """Exit code 1 before anything is measured."""
+def test_an_unwritable_folder(small, tmp_path, run):
+    """One line and exit code 1 before anything is measured."""
     (tmp_path / "file").write_text("")
     code, out, err = run("benchmark", "--out", str(tmp_path / "file"))
     assert (code, out) == (1, "")

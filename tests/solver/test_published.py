@@ -40,7 +40,7 @@ def test_coriolis_at_slenderness_70(gamma, published):
 
 
 def test_coriolis_turns_a_crossing_into_a_veering():
-    """alpha = beta = 1: S1 crosses B3 at 4.4641; with Coriolis the least gap, 0.241, is at 4.650."""
+    """alpha = beta = 1: S1 crosses B3 at 4.4641; with Coriolis they keep 0.241 apart at 4.650."""
 
     def gap(gamma, coriolis):
         solution = solve(Beam(alpha=1, gamma=gamma), 4, coriolis=coriolis, tolerance=1e-8)

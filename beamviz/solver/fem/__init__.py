@@ -108,11 +108,10 @@ def _dense(parts: NDArray) -> NDArray:
 
 def _uncoupled(assembled: Assembled, nodes: NDArray, beam: Beam, modes: int) -> Modes:
     """The families apart."""
-    Ka, Kb, m = assembled.Ka, assembled.Kb, assembled.m
-    stretching, U, _ = eigen.symmetric_modes(Ka, m[1:, 1:], modes)
-    bending, W, _ = eigen.symmetric_modes(Kb, m[2:, 2:], modes)
-    along, across = _shapes(nodes, U), _shapes(nodes, W)
-    return merge(Family(stretching, along), Family(bending, across), modes)
+    m = assembled.m
+    stretching, U, _ = eigen.symmetric_modes(assembled.Ka, m[1:, 1:], modes)
+    bending, W, _ = eigen.symmetric_modes(assembled.Kb, m[2:, 2:], modes)
+    return merge(Family(stretching, _shapes(nodes, U)), Family(bending, _shapes(nodes, W)), modes)
 
 
 def _gyroscopic(assembled: Assembled, nodes: NDArray, beam: Beam, modes: int) -> Modes:
