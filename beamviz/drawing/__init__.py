@@ -27,8 +27,6 @@ from beamviz.drawing.objects import (
     add_lights,
     axis_rotation,
     mass_radius,
-    open_box,
-    place_instances,
     section_size,
 )
 from beamviz.drawing.text import frequencies
@@ -58,13 +56,15 @@ class BeamView:
         self.rotor = api.add_frame(f"{root}/rotor", show_axes=False)
         self.surroundings = Surroundings(api, root, alone=alone)
         api.add_frame(f"{root}/rotor/beam", show_axes=False)
+        box, ball = trimesh.creation.box(), trimesh.creation.icosphere(subdivisions=4)
+        tube = trimesh.creation.box()  # without ends, which would stick out at a bend
+        tube.update_faces(np.abs(tube.face_normals[:, 0]) < 0.5)
         unshaded = {"receive_shadow": False}
         self.beams = {
-            count: add_instances(api, f"{root}/rotor/beam/{count}", count, open_box(), **unshaded)
+            count: add_instances(api, f"{root}/rotor/beam/{count}", count, tube, **unshaded)
             for count in PIECE_COUNTS  # one node each: a browser cannot change a node's count
         }
         self.count = 0  # of the pieces drawn
-        box, ball = trimesh.creation.box(), trimesh.creation.icosphere(subdivisions=4)
         self.ends = add_instances(api, f"{root}/rotor/ends", 2, box, **unshaded)
         self.mass = add_instances(
             api, f"{root}/rotor/mass", 1, ball, flat_shading=False, **unshaded
@@ -144,9 +144,12 @@ class BeamView:
             hidden = np.full((self.count, 3), HIDDEN, np.float32)
             set_properties(self.beam, {"batched_scales": hidden})
         self.count = len(paint)
-        place_instances(self.beam, *pieces, paint)
-        ends = (part[:: len(paint) - 1] for part in (*pieces, paint))  # the pieces have no ends
-        place_instances(self.ends, *ends)
+        names = ("batched_positions", "batched_wxyzs", "batched_scales")
+        placed = dict(zip(names, (part.astype(np.float32) for part in pieces), strict=True))
+        placed["batched_colors"] = paint
+        set_properties(self.beam, placed)
+        ends = {name: values[[0, -1]] for name, values in placed.items()}  # pieces have none
+        set_properties(self.ends, ends)
         self.nodes.move(points, pieces[1])
         mass = points[shapes.mass : shapes.mass + 1].astype(np.float32)
         set_properties(self.mass, {"batched_positions": mass})

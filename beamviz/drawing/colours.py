@@ -52,14 +52,9 @@ def gradient(anchors: tuple[RGB, ...]) -> str:
     return f"linear-gradient(90deg, {', '.join(f'rgb{colour}' for colour in anchors)})"
 
 
-def along(shapes: SampledModes, name: str, moved: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
-    """sRGB colours (n - 1, 3) in 0 .. 1 by `name`, one of COLOURINGS."""
-    largest = colour_range(shapes, name, amplitudes)
-    return mapped(scaled(shapes, name, moved, largest), MAPS[name])
-
-
 def painted(shapes: SampledModes, name: str, moved: np.ndarray, largest: float) -> np.ndarray:
-    """The same as bytes (n - 1, 3) of linear light, from a table, for every frame."""
+    """Colours (n - 1, 3), bytes of linear light, of a beam displaced by `moved` (n, 2), by the
+    colour map `name`."""
     places = scaled(shapes, name, moved, largest) * (STEPS - 1) + 0.5
     return PALETTES[name][places.astype(int).clip(0, STEPS - 1)]
 

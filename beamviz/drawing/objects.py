@@ -1,6 +1,5 @@
 """The objects of a scene: their sizes, instanced meshes, light, ground, hub and vibration nodes."""
 
-import itertools
 import math
 from typing import Any
 
@@ -69,30 +68,6 @@ def add_instances(
         lod="off",
         **{"flat_shading": True, **options},
     )
-
-
-def open_box() -> trimesh.Trimesh:
-    """A unit box without its ends, which would stick out where a row of boxes bends."""
-    whole = trimesh.creation.box()
-    walls = np.abs(whole.face_normals[:, 0]) < 0.5
-    return trimesh.Trimesh(whole.vertices, whole.faces[walls], process=False)
-
-
-def place_instances(
-    bodies: BatchedMeshHandle,
-    centres: np.ndarray,
-    wxyz: np.ndarray,
-    lengths: np.ndarray,
-    paint: np.ndarray,
-) -> None:
-    """Set centres (n, 3), orientations (n, 4), sizes (n, 3) and colours (n, 3) of all instances."""
-    placed = {
-        "batched_positions": centres.astype(np.float32),
-        "batched_wxyzs": wxyz.astype(np.float32),
-        "batched_scales": lengths.astype(np.float32),
-        "batched_colors": paint,
-    }
-    set_properties(bodies, placed)
 
 
 HUB_HEIGHT = 0.14
@@ -180,11 +155,9 @@ def annulus(radius: float) -> trimesh.Trimesh:
     return trimesh.creation.annulus(radius, radius + HOOP, HUB_HEIGHT, sections=160)
 
 
-# A unit box along x from 0 to 1, and the twelve edges (12, 2, 3) of one around the origin.
+# A beam of unit size, until a mesh gets the vertices of its own.
 ENDS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
 BOX, SIDES = beam_mesh.swept(ENDS, NORMALS["chordwise"], (1.0, 1.0))
-CORNERS = np.array(list(itertools.product((-0.5, 0.5), repeat=3)))
-EDGES = np.array([(a, b) for a in CORNERS for b in CORNERS if sorted(b - a) == [0, 0, 1]])
 
 
 class ReferenceShapes:
@@ -214,14 +187,12 @@ class ReferenceShapes:
         self.outline.visible = self.equilibrium.visible = visible
         if not visible:
             return
-        start, end = shapes.beam.delta + shapes.centreline[[0, -1], 0]  # it is straight
-        size = extents(section, NORMALS[shapes.plane])
-        along = np.array([1.0, 0.0, 0.0])
-        body = 0.97 * size + (end - start) * along  # its faces do not coincide with the beam's
-        vertices = BOX * body + start * along
-        set_properties(self.equilibrium, {"vertices": vertices.astype(np.float32)})
-        edges = EDGES * (size + along) + (shapes.beam.delta + 0.5) * along
-        set_properties(self.outline, {"points": edges.astype(np.float32)})
+        inner = (0.97 * section[0], 0.97 * section[1])  # its faces do not coincide with the beam's
+        ends = to_hub_frame(shapes, shapes.centreline[[0, -1]])  # it is straight
+        vertices = beam_mesh.swept(*ends, inner)[0].astype(np.float32)
+        set_properties(self.equilibrium, {"vertices": vertices})
+        edges = beam_mesh.straight_edges(shapes, section).astype(np.float32)
+        set_properties(self.outline, {"points": edges})
 
 
 class Nodes:

@@ -21,7 +21,7 @@ class Measure(NamedTuple):
     factor: float = 1.0
 
     def plain(self, shown: Any) -> Any:
-        """The dimensionless number behind a shown one; what is no number stays what it is."""
+        """The dimensionless number of a shown one; anything else unchanged."""
         return shown / self.factor if isinstance(shown, int | float) else shown
 
     def field(self, name: str) -> str:
@@ -44,7 +44,7 @@ class Measure(NamedTuple):
         return f"{shown} {self.unit}" if self.unit else f"{self.symbol} = {shown}"
 
     def number(self, value: float, decimals: int) -> str:
-        """With that many decimals where dimensionless, with as many digits and one in units."""
+        """`decimals` decimals where dimensionless, one more significant digits in units."""
         shown = self.factor * value
         return significant(shown, decimals + 1) if self.unit else f"{shown:.{decimals}f}"
 
@@ -56,23 +56,12 @@ class Measure(NamedTuple):
 
 def measure(name: str, units: Units | None) -> Measure:
     """How one of the five numbers is shown; mu has no unit, as T* itself depends on it."""
-    unit, factor = UNITS[name], scale(name, units)
     parameter = PARAMETERS[name]
-    if units is None or factor is None:
-        return Measure(parameter.slider_label, parameter.symbol)
-    return Measure(f"{parameter.short_label} [{unit}]", parameter.symbol, unit, factor)
-
-
-UNITS = {"alpha": "kg", "beta": "mm", "gamma": "rpm", "delta": "mm", "mu": ""}
-
-
-def scale(name: str, units: Units | None) -> float | None:
-    """What 1 is in the unit of a number, None where it stays dimensionless."""
     if units is None or name == "mu":
-        return None
-    if name == "alpha":
-        return units.mass
-    return units.rpm(1.0) if name == "gamma" else MILLIMETRES * units.length
+        return Measure(parameter.slider_label, parameter.symbol)
+    others = {"alpha": ("kg", units.mass), "gamma": ("rpm", units.rpm(1.0))}
+    unit, factor = others.get(name, ("mm", MILLIMETRES * units.length))
+    return Measure(f"{parameter.short_label} [{unit}]", parameter.symbol, unit, factor)
 
 
 def frequencies(units: Units | None) -> Measure:
@@ -88,7 +77,7 @@ def measures(units: Units | None) -> dict[str, Measure]:
 
 
 def significant(value: float, digits: int) -> str:
-    """A number with so many digits, all of those before the point, and no power of ten."""
+    """A number with `digits` significant digits and all before the point, without exponent."""
     return f"{value:.0f}" if abs(value) >= 10.0 ** (digits - 1) else f"{value:.{digits}g}"
 
 

@@ -32,9 +32,6 @@ MAX_FRAMES = 1000
 PALETTE_SAMPLE = 6  # frames that the palette of a GIF is chosen from
 COMMON_COLOURS = 96  # of the 256 of a GIF, chosen by area
 COARSE = 0xF8  # mask of a colour channel: smaller differences count as the same colour
-NO_FFMPEG = (
-    "no ffmpeg found, which MP4 needs: pip install imageio-ffmpeg (.webp and .gif need nothing)"
-)
 STATIONS = 201  # equally spaced along the beam; the position of the mass is added to them
 FIELD_COLUMNS = [
     *("mode", "label", "family", "frequency", "error", "growth_rate", "bending_fraction"),
@@ -285,7 +282,9 @@ def ffmpeg() -> str:
         return str(imageio_ffmpeg.get_ffmpeg_exe())
     if found := shutil.which("ffmpeg"):
         return found
-    raise Unavailable(NO_FFMPEG)
+    raise Unavailable(
+        "no ffmpeg found, which MP4 needs: pip install imageio-ffmpeg (.webp and .gif need nothing)"
+    )
 
 
 # How a film is written: (file, frames, frames per second, sample of the frames); and the unit [ms]

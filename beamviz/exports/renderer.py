@@ -28,7 +28,6 @@ from beamviz.drawing import beam_mesh, camera, colours
 from beamviz.drawing.beam_mesh import subdivide, to_hub_frame
 from beamviz.drawing.modes import displacement
 from beamviz.drawing.objects import (
-    EDGES,
     HUB_HEIGHT,
     annulus,
     ground_height,
@@ -60,9 +59,9 @@ FLAGS = (
 TIMEOUT = 90.0  # [s] for one picture; a software renderer takes about 5 for the first
 WARM_UP = 2  # small pictures until labels and instanced meshes are up to date
 LIGHT, DARK = (255, 255, 255), (20, 20, 20)  # backgrounds of the page
-LETTER_HEIGHT, RELATIVE_LETTER_HEIGHT = 22, 0.032  # [pixels], of the width of a narrow picture
-LETTER_WIDTH = 0.7  # [letter heights] mean width of a letter in a wide font
-TEXT_WIDTH = 0.85  # of the picture: longest line in a wide font
+# Height of letters: [pixels], and of the width of a narrow picture, for a title and for a line of
+# one letter (a line then fits in any font: the mean letter of a wide one is 0.7 as wide as high).
+MAX_LETTERS, RELATIVE_LETTERS, RELATIVE_LINE = 22, 0.032, 0.85 / 0.7
 
 Render = Callable[[Moment], np.ndarray]
 
@@ -89,8 +88,9 @@ def open_renderer(
     connected: Future[ClientHandle] = Future()
     with run_server(pictures=True) as server:
         scale = solved.scale(*size)
-        letters = supersampling * letter_height(solved.warning, width) / scale
-        drawn = DrawnScene(server.scene, solved, scale, letters)
+        longest = max(map(len, solved.warning.split("\n"))) or 1
+        letters = min(MAX_LETTERS, width * min(RELATIVE_LETTERS, RELATIVE_LINE / longest))
+        drawn = DrawnScene(server.scene, solved, scale, supersampling * letters / scale)
 
         @server.on_client_connect
         def _(client: ClientHandle) -> None:
@@ -114,14 +114,6 @@ def open_renderer(
                 return downsample(picture, supersampling)
 
             yield render
-
-
-def letter_height(text: str, width: int) -> float:
-    """Height [pixels] of letters in which the lines of `text` fit into a picture of `width` in any
-    font of the browser."""
-    longest = max(map(len, text.split("\n")))
-    fitting = TEXT_WIDTH * width / (LETTER_WIDTH * max(longest, 1))
-    return min(LETTER_HEIGHT, RELATIVE_LETTER_HEIGHT * width, fitting)
 
 
 def render_in_browser(
@@ -279,10 +271,8 @@ def draw_with_matplotlib(
         )
     )
     if view.ghosts:
-        normal = beam_mesh.NORMALS[solved.shapes.plane]
-        size = [1.0, 0.0, 0.0] + beam_mesh.extents(section_size(beam, view.thicken), normal)
-        outline = (EDGES * size + [beam.delta + 0.5, 0.0, 0.0]) @ rotation
-        outline = projection.project(outline)
+        edges = beam_mesh.straight_edges(solved.shapes, section_size(beam, view.thicken))
+        outline = projection.project(edges @ rotation)
         axes.add_collection(LineCollection(list(outline), alpha=0.7, zorder=2, **thin))
     if solved.warning:
         letters = 14 * min(1.0, width / 640)  # the longest line takes four fifths of the picture
@@ -311,12 +301,14 @@ def scene_triangles(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Triangles (n, 3, 3) of hub, beam and mass, and their colours (n, 3); a length of the beam
     takes `scale` pixels."""
-    shapes, view = subdivide(solved.shapes, solved.motion(scale)), solved.scene.view
+    view, motion = solved.scene.view, solved.motion(scale)
+    shapes = subdivide(solved.shapes, motion)
     moved = displacement(shapes, moment.phases, solved.amplitudes)
     points, normal = to_hub_frame(shapes, shapes.centreline + moved)
     section = section_size(shapes.beam, view.thicken)
     vertices, triangles = beam_mesh.swept(points, normal, section)
-    along = colours.along(shapes, view.colouring, moved, solved.amplitudes)
+    places = colours.scaled(shapes, view.colouring, moved, motion.largest)
+    along = colours.mapped(places, colours.MAPS[view.colouring])
     if solved.warning:
         along = np.tile(np.array(colours.GREYED) / 255, (len(along), 1))
     painted = np.concatenate([np.repeat(along, 8, axis=0), np.repeat(along[[0, -1]], 2, axis=0)])

@@ -19,7 +19,6 @@ from beamviz.drawing.beam_mesh import (
     PIECE_COUNTS,
     STEP,
     DrawnMotion,
-    piece_count,
     required_density,
     subdivide,
     to_hub_frame,
@@ -153,33 +152,25 @@ def count(beam: Beam, mode: int, amplitude: float = 0.15, scale: float = DEFAULT
 
 
 def test_simple_pictures_take_few_pieces():
-    """A straight beam 16, its first mode 64, the fifth far more; and more from near."""
-    counts = [count(PAPER, mode) for mode in range(6)]
-    assert counts[:3] == [16, 64, 128]
+    """A straight beam 16, its first mode 64, the fifth far more; and more at a larger scale."""
+    assert [count(PAPER, mode) for mode in range(3)] == [16, 64, 128]
     assert count(PAPER, 5, 0.4) == 256
     assert count(Beam(), 2, scale=20 * DEFAULT_SCALE) > count(Beam(), 2)
 
 
-@given(st.floats(5, 256), st.sampled_from((0, *PIECE_COUNTS)), st.lists(st.floats(0.92, 1.08)))
-def test_the_count_does_not_flicker(need, before, wobble):
-    """It is enough, at most twice the smallest that is; around one need it changes once."""
-    seen = [piece_count(math.ceil(need), before)]
-    for part in wobble:
-        wanted = min(math.ceil(need * part), PIECE_COUNTS[-1])
-        seen.append(piece_count(wanted, seen[-1]))
-        assert wanted <= seen[-1] < 4 * max(wanted, PIECE_COUNTS[0])
-    assert np.count_nonzero(np.diff(seen)) <= 1
-
-
-def test_the_count_follows_a_slider_and_rarely():
-    """The amplitude up and down again: the pieces get more and fewer, in one step each time."""
-    shapes, seen = SampledModes.sampled(solve(PAPER)), [0]
-    for amplitude in 0.4 * np.sin(np.linspace(0, math.pi, 200)):
+def test_the_count_follows_a_slider_and_does_not_flicker():
+    """The amplitude up and down again, with noise: the pieces get more and fewer, in one step each
+    time."""
+    shapes, counts = SampledModes.sampled(solve(PAPER)), [0]
+    noise = np.random.default_rng(1).uniform(0.97, 1.03, 200)
+    for amplitude in 0.4 * np.sin(np.linspace(0, math.pi, 200)) * noise:
         swing = DrawnMotion.of(shapes, amplitude * np.eye(5)[4], "axial strain", DEFAULT_SCALE)
-        seen.append(len(subdivide(shapes, swing, seen[-1]).strain))
-    changes = np.diff(seen[1:])
-    assert seen[1] == seen[-1] == 16
-    assert max(seen) == 128
+        counts.append(len(subdivide(shapes, swing, counts[-1]).strain))
+        enough = len(subdivide(shapes, swing).strain)
+        assert enough <= counts[-1] <= 2 * enough
+    changes = np.diff(counts[1:])
+    assert counts[1] == counts[-1] == 16
+    assert max(counts) == 128
     assert np.count_nonzero(changes > 0) == np.count_nonzero(changes < 0) == 3
 
 
@@ -192,47 +183,31 @@ def test_the_mass_lies_where_two_pieces_meet(beam, mode):
     assert np.abs(pieces.x - beam.beta).min() < 1e-8
 
 
-def test_the_scene_shows_one_set_of_pieces():
-    """When their number changes, both ways, the others have no size."""
+def test_a_scene_shows_one_set_of_pieces_and_an_overlay_has_faces_for_its_vertices():
+    """When the number of pieces changes, both ways, the other sets have no size."""
     shapes = SampledModes.sampled(solve(PAPER))
     with run_server() as server:
-        scene = BeamView(server.scene)
+        scene, overlay = BeamView(server.scene), OverlayBeam(server.scene)
         for mode in (0, 4, 0, 1):
-            view = ViewOptions().only(mode)
+            view, sizes = ViewOptions().only(mode), 0.15 * np.eye(5)[mode]
+            motion = DrawnMotion.of(shapes, sizes, "displacement")
             scene.show(shapes, view, [mode])
-            scene.move(np.full(5, math.pi / 2), view.amplitude * np.eye(5)[mode], 0.0)
-            sizes = {k: np.asarray(node.batched_scales).max() for k, node in scene.beams.items()}
-            assert [k for k, size in sizes.items() if size > HIDDEN] == [scene.count]
+            overlay.show(shapes, view, [mode], "", motion)
+            for beam in (scene, overlay):
+                beam.move(np.full(5, math.pi / 2), sizes, 0.0)
+            largest = {k: np.asarray(node.batched_scales).max() for k, node in scene.beams.items()}
+            assert [k for k, size in largest.items() if size > HIDDEN] == [scene.count]
             assert scene.count == count(PAPER, mode + 1)
-
-
-def test_a_ghost_has_the_faces_of_its_vertices():
-    """When the number of its pieces changes, both ways."""
-    shapes = SampledModes.sampled(solve(PAPER))
-    with run_server() as server:
-        ghost, rings = OverlayBeam(server.scene), []
-        for mode in (4, 0, 3):
-            sizes = 0.15 * np.eye(5)[mode]
-            ghost.show(
-                shapes, ViewOptions(), [mode], "", DrawnMotion.of(shapes, sizes, "displacement")
-            )
-            ghost.move(np.full(5, math.pi / 2), sizes, 0.0)
-            assert ghost.body.faces.max() + 1 == len(ghost.body.vertices)
-            rings.append(len(ghost.body.vertices) // 4)
-        assert rings[0] > rings[1] < rings[2]
-
-
-@given(BEAMS)
-def test_an_equilibrium_is_straight(beam):
-    """So its two ends are enough to draw it."""
-    assert not SampledModes.sampled(solve(beam)).centreline[:, 1].any()
+            assert len(overlay.body.vertices) == 4 * (overlay.count + 1)
+            assert overlay.body.faces.max() + 1 == len(overlay.body.vertices)
 
 
 @given(BEAMS)
 @settings(max_examples=20)
-def test_the_strain_of_a_piece_is_how_much_longer_it_is(beam):
+def test_the_strain_of_a_piece_is_its_relative_elongation(beam):
     """That of the equilibrium, which is straight, and the mean over the piece."""
     drawn = Drawn(beam, [1.0, 0.0, 0.0, 0.0, 0.0], 0.15, "axial strain")
+    assert not drawn.shapes.centreline[:, 1].any()
     longer = np.diff(drawn.pieces.centreline[:, 0]) / np.diff(drawn.pieces.x) - 1
     assert drawn.pieces.strain == pytest.approx(longer, abs=1e-3 * max(longer.max(), 1e-9))
 

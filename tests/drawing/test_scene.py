@@ -1,6 +1,7 @@
-"""The picture without a browser: its sizes, its viewpoint, and the scene in a server."""
+"""The scene without a browser: its sizes, its viewpoint, and its nodes in a server."""
 
 import math
+from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any
 
@@ -19,40 +20,36 @@ from beamviz.drawing.objects import HIDDEN, hub_radius, mass_radius, section_siz
 from beamviz.scene import ViewOptions
 from beamviz.server import run_server
 
-# Sizes
+
+@pytest.fixture
+def scene() -> Iterator[BeamView]:
+    """A beam in a server without visitors."""
+    with run_server() as server:
+        yield BeamView(server.scene)
 
 
-def test_the_beam_is_as_thick_as_its_slenderness_says():
-    """h = sqrt(12) / mu in the plane of motion, and thicker only when asked."""
-    assert section_size(Beam(mu=70))[0] == pytest.approx(math.sqrt(12) / 70)
-    assert section_size(Beam(mu=10000))[0] == pytest.approx(math.sqrt(12) / 10000)
-    assert section_size(Beam(mu=10000), thicken=True)[0] == 0.04
-    assert section_size(Beam(mu=10), thicken=True) == section_size(Beam(mu=10))
-
-
-def test_the_volume_of_the_mass_follows_alpha():
-    """Eight times the mass is twice as wide; a small one still shows; a large one is no planet."""
+def test_sizes_are_true_and_visible():
+    """The thickness is h = sqrt(12) / mu, larger only on request. Eight times the mass has twice
+    the radius; a small one still shows, a large one stays small. The hub has the radius |delta|, at
+    0 a small one."""
+    for mu, thicken, thickness in (
+        (70, False, math.sqrt(12) / 70),
+        (10000, False, math.sqrt(12) / 10000),
+        (10000, True, 0.04),
+        (10, True, math.sqrt(12) / 10),
+    ):
+        assert section_size(Beam(mu=mu), thicken)[0] == pytest.approx(thickness)
     assert mass_radius(Beam(alpha=8)) == pytest.approx(2 * mass_radius(Beam(alpha=1)))
     assert mass_radius(Beam(alpha=1e-3)) > section_size(Beam())[1] / 2
     assert mass_radius(Beam(alpha=100)) < 0.4
-
-
-def test_the_hub_has_the_radius_delta_and_never_vanishes():
-    """True to delta on both sides of 0; a small drum at 0."""
-    assert hub_radius(Beam(delta=1.5)) == 1.5
-    assert hub_radius(Beam(delta=-1.5)) == 1.5
-    assert hub_radius(Beam(delta=0)) == 0.05
+    assert [hub_radius(Beam(delta=delta)) for delta in (1.5, -1.5, 0)] == [1.5, 1.5, 0.05]
 
 
 def test_an_inward_beam_points_from_the_rim_to_the_axis():
     """delta = -1: the clamp is at x = -1 on the rim, the tip at the axis."""
     shapes = SampledModes.at_rest(Beam(delta=-1), "chordwise")
     points, _ = to_hub_frame(shapes, shapes.centreline)
-    assert np.allclose(points[0], [-1, 0, 0])
-    assert np.allclose(points[-1], [0, 0, 0], atol=1e-12)
-
-
-# Viewpoint
+    assert np.allclose(points[[0, -1]], [[-1, 0, 0], [0, 0, 0]], atol=1e-12)
 
 
 @given(BEAMS, st.booleans(), st.floats(0.5, 3.0), st.sampled_from([0.0, 0.25]))
@@ -68,94 +65,73 @@ def test_the_beam_is_inside_the_picture_and_fills_it(beam, rotating_frame, aspec
     assert 0.9 < max(wide, high) <= 1
 
 
-# The scene in a real (unwatched) server
-
-
-def test_the_scene_draws_a_beam_and_greys_it():
-    """Pieces lie on the beam, the mass on its station; words grey all of it and stand above."""
+def test_a_scene_draws_a_beam_and_greys_it(scene):
+    """Pieces lie on the beam, the mass on its station; a warning greys all of it and stands
+    above."""
     shapes = sampled()
-    with run_server() as server:
-        scene = BeamView(server.scene)
-        scene.show(shapes, ViewOptions(), [1])
+    for warning in ("", "No equilibrium"):
+        scene.show(shapes, ViewOptions(), [1], warning=warning)
         scene.move(np.full(5, np.pi / 2), 0.15 * np.eye(5)[1], angle=0.3)
         drawn = scene.shapes
         points, _ = to_hub_frame(drawn, drawn.centreline + single_mode(drawn, 1, 0.25))
         middle = (points[:-1] + points[1:]) / 2
         assert np.allclose(scene.beam.batched_positions, middle, atol=1e-6)
         assert np.allclose(scene.mass.batched_positions, points[[drawn.mass]], atol=1e-6)
-        assert len(np.unique(scene.beam.batched_colors, axis=0)) > 20
+        colours = len(np.unique(scene.beam.batched_colors, axis=0))
+        assert colours == 1 if warning else colours > 20
+        assert scene.warning.visible is bool(warning)
+        assert scene.nodes.labels[0].visible is not bool(warning)
         assert scene.nodes.labels[0].text == f"B2 node at {shapes.nodes[1][0]:.3f}"
-        assert scene.warning.visible is False
-        scene.show(shapes, ViewOptions(), [1], warning="No equilibrium")
-        scene.move(np.full(5, np.pi / 2), 0.15 * np.eye(5)[1], angle=0.3)
-        assert len(np.unique(scene.beam.batched_colors, axis=0)) == 1
-        assert bool(scene.warning.visible) is not False
-        assert scene.nodes.labels[0].visible is False
 
 
-def test_labels_of_nodes_can_be_read_and_leave_room():
+@pytest.mark.parametrize("scale", [250.0, 500.0])
+@pytest.mark.parametrize("mode", [1, 4])
+def test_labels_of_nodes_are_legible_and_leave_room(scene, scale, mode):
     """Thirteen pixels high on a laptop as on a phone; four of them share the beam."""
-    shapes = sampled(Beam())
-    with run_server() as server:
-        scene = BeamView(server.scene)
-        for scale in (250.0, 500.0):
-            for mode in (1, 4):
-                view = ViewOptions().only(mode)
-                seen = DrawnMotion.of(shapes, 0.15 * np.eye(5)[mode], view.colouring, scale)
-                scene.show(shapes, view, [mode], motion=seen)
-                heights = {tag.font_scene_height for tag in scene.nodes.labels if tag.visible}
-                (height,) = heights
-                assert height * scale == pytest.approx(13) if mode == 1 else height <= 0.0301
+    shapes, view = sampled(Beam()), ViewOptions().only(mode)
+    motion = DrawnMotion.of(shapes, 0.15 * np.eye(5)[mode], view.colouring, scale)
+    scene.show(shapes, view, [mode], motion=motion)
+    (height,) = {label.font_scene_height for label in scene.nodes.labels if label.visible}
+    assert height * scale == pytest.approx(13) if mode == 1 else height <= 0.0301
 
 
-def test_the_frame_of_view_turns_the_hub_or_the_ground():
-    """Riding, the ground turns backwards under a still hub; beside it, the hub turns."""
-    shapes = sampled()
-    with run_server() as server:
-        scene = BeamView(server.scene)
-        for rotating_frame in (True, False):
-            scene.show(shapes, ViewOptions(rotating_frame=rotating_frame), [0])
-            scene.move(np.zeros(5), np.zeros(5), angle=0.3)
-            still, moving = (
-                (scene.rotor, scene.surroundings.grid)
-                if rotating_frame
-                else (scene.surroundings.grid, scene.rotor)
-            )
-            assert np.allclose(still.wxyz, [1, 0, 0, 0])
-            assert moving.wxyz[3] == pytest.approx(math.sin(-0.15 if rotating_frame else 0.15))
+@pytest.mark.parametrize("rotating_frame", [True, False])
+def test_the_frame_of_view_rotates_the_hub_or_the_ground(scene, rotating_frame):
+    """In the rotating frame the ground rotates backwards, else the hub rotates."""
+    scene.show(sampled(), ViewOptions(rotating_frame=rotating_frame), [0])
+    scene.move(np.zeros(5), np.zeros(5), angle=0.3)
+    still, moving = scene.surroundings.grid, scene.rotor
+    if rotating_frame:
+        still, moving = moving, still
+    assert np.allclose(still.wxyz, [1, 0, 0, 0])
+    assert moving.wxyz[3] == pytest.approx(math.sin(-0.15 if rotating_frame else 0.15))
 
 
-def test_flapwise_motion_is_out_of_the_plane_of_rotation():
-    """Across is z flapwise and y chordwise; the thickness turns with it."""
-    for plane, axis in (("chordwise", 1), ("flapwise", 2)):
-        shapes = sampled(PAPER, plane=plane)
-        with run_server() as server:
-            scene = BeamView(server.scene)
-            scene.show(shapes, ViewOptions(), [0])
-            scene.move(np.full(5, np.pi / 2), 0.15 * np.eye(5)[0], angle=0.0)
-            assert np.abs(scene.beam.batched_positions[:, axis]).max() > 0.1
-            assert np.abs(scene.beam.batched_positions[:, 3 - axis]).max() == 0
-            lengths = scene.beam.batched_scales
-            assert lengths is not None
-            assert lengths[0, axis] == pytest.approx(section_size(PAPER)[0], rel=1e-6)
+@pytest.mark.parametrize(("plane", "axis"), [("chordwise", 1), ("flapwise", 2)])
+def test_flapwise_motion_is_out_of_the_plane_of_rotation(scene, plane, axis):
+    """Across is z flapwise and y chordwise, the direction of the thickness."""
+    scene.show(sampled(PAPER, plane=plane), ViewOptions(), [0])
+    scene.move(np.full(5, np.pi / 2), 0.15 * np.eye(5)[0], angle=0.0)
+    assert np.abs(scene.beam.batched_positions[:, axis]).max() > 0.1
+    assert np.abs(scene.beam.batched_positions[:, 3 - axis]).max() == 0
+    assert scene.beam.batched_scales is not None
+    assert scene.beam.batched_scales[0, axis] == pytest.approx(section_size(PAPER)[0], rel=1e-6)
 
 
-def test_there_is_no_mass_without_a_mass_and_a_hoop_for_an_inward_beam():
+def test_a_beam_without_a_mass_has_none_and_an_inward_beam_a_hoop(scene):
     """alpha = 0 hides the sphere; delta < 0 swaps the drum for a hoop."""
-    with run_server() as server:
-        scene = BeamView(server.scene)
-        scene.show(sampled(Beam()), ViewOptions(), [0])
-        assert scene.mass.batched_scales is not None
-        assert np.allclose(scene.mass.batched_scales, HIDDEN)
-        assert (scene.surroundings.drum.visible, scene.surroundings.hoop.visible) == (True, False)
-        scene.show(SampledModes.at_rest(Beam(delta=-0.5), "chordwise"), ViewOptions(), [])
-        assert (scene.surroundings.drum.visible, scene.surroundings.hoop.visible) == (False, True)
-        inner = np.linalg.norm(scene.surroundings.hoop.vertices[:, :2], axis=1).min()
-        assert inner == pytest.approx(0.5, rel=1e-3)
+    around = scene.surroundings
+    scene.show(sampled(Beam()), ViewOptions(), [0])
+    assert np.allclose(np.asarray(scene.mass.batched_scales), HIDDEN)
+    assert (around.drum.visible, around.hoop.visible) == (True, False)
+    scene.show(SampledModes.at_rest(Beam(delta=-0.5), "chordwise"), ViewOptions(), [])
+    assert (around.drum.visible, around.hoop.visible) == (False, True)
+    inner = np.linalg.norm(around.hoop.vertices[:, :2], axis=1).min()
+    assert inner == pytest.approx(0.5, rel=1e-3)
 
 
-def test_a_viewpoint_that_a_page_overtook_is_chosen_again():
-    """A page that tells of its old viewpoint while it is sent two others may end with the first
+def test_a_viewpoint_that_crossed_a_message_of_the_page_is_chosen_again():
+    """A page that reports its old viewpoint while it is sent two others may end with the first
     of them; where a visitor has moved the camera, it stays."""
     view: Any = SimpleNamespace(position=(0, 0, 3), look_at=(0, 0, 0), aspect=1.8, image_height=900)
     page_camera, shapes = PageCamera(view), SampledModes.at_rest(Beam(), "chordwise")
