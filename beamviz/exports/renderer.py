@@ -301,13 +301,13 @@ def scene_triangles(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Triangles (n, 3, 3) of hub, beam and mass, and their colours (n, 3); a length of the beam
     takes `scale` pixels."""
-    view, motion = solved.scene.view, solved.motion(scale)
-    shapes = subdivide(solved.shapes, motion)
+    shapes, view = subdivide(solved.shapes, solved.motion(scale)), solved.scene.view
     moved = displacement(shapes, moment.phases, solved.amplitudes)
     points, normal = to_hub_frame(shapes, shapes.centreline + moved)
     section = section_size(shapes.beam, view.thicken)
     vertices, triangles = beam_mesh.swept(points, normal, section)
-    places = colours.scaled(shapes, view.colouring, moved, motion.largest)
+    largest = colours.colour_range(shapes, view.colouring, solved.amplitudes)
+    places = colours.scaled(shapes, view.colouring, moved, largest)
     along = colours.mapped(places, colours.MAPS[view.colouring])
     if solved.warning:
         along = np.tile(np.array(colours.GREYED) / 255, (len(along), 1))
