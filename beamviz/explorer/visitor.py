@@ -5,6 +5,7 @@ has its results computed by a `job`. State is never read out of a control.
 """
 
 import math
+import operator
 import threading
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,7 +18,7 @@ from beamviz.drawing.camera import PageCamera
 from beamviz.explorer.jobs import Job, SolveJob, SolveQueue, SolverAnswer, WorkerPool
 from beamviz.explorer.state import State
 from beamviz.scene import Scene
-from beamviz.server.viser_private import set_value, stop_sync
+from beamviz.server.viser_private import group_messages, set_value, stop_sync
 
 MESSAGE_SECONDS = 12.0
 SAME = 1e-9  # relative: a number shown in other units comes back with a rounding error
@@ -45,6 +46,7 @@ class Visitor:
         wake: Callable[[], None],
     ):
         self.client, self.wake = client, wake
+        group_messages(client)
         self.state = self.shown = state
         self.queue, self.background = queue, background
         self.lock, self.camera = threading.RLock(), PageCamera(client.camera)
@@ -149,15 +151,12 @@ class Visitor:
 
     def job(self, name: str, compute: Callable[[Any], Any]) -> Job:
         """A background job of this visitor, closed when they leave."""
-        return self.added(Job(name, compute, self.background.submit, self.wake))
+        self.jobs.append(Job(name, compute, self.background.submit, self.wake))
+        return self.jobs[-1]
 
     def solve_job(self) -> SolveJob:
         """A job that solves cases, closed when the visitor leaves."""
-        return self.added(SolveJob(self.queue, self.wake))
-
-    def added(self, job: Any) -> Any:
-        """The same job, noted."""
-        self.jobs.append(job)
+        self.jobs.append(job := SolveJob(self.queue, self.wake))
         return job
 
     def close(self) -> None:
@@ -188,9 +187,7 @@ class Feature:
     def outdated(self) -> bool:
         """Whether an input is another object than when it was shown."""
         inputs = self.inputs
-        return len(inputs) != len(self.shown) or any(
-            one is not other for one, other in zip(inputs, self.shown, strict=True)
-        )
+        return len(inputs) != len(self.shown) or any(map(operator.is_not, inputs, self.shown))
 
     def update(self) -> None:
         """Show the inputs of this moment."""
