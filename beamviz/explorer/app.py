@@ -157,16 +157,9 @@ def signal_queue() -> Iterator[Signals]:
 
 
 def wait_for_signal(signals: Signals) -> None:
-    """Wait until a signal has come."""
-    while not has_come(signals):
-        pass
-
-
-def has_come(signals: Signals) -> bool:
-    """Whether a signal comes within a second. Python handles one that arrives just before an
-    endless wait only after that wait, hence the timeout."""
-    try:
-        signals.get(timeout=1.0)
-    except queue.Empty:
-        return False
-    return True
+    """Wait until a signal has come. Python handles one that arrives just before an endless wait
+    only after that wait, hence the timeout."""
+    while True:
+        with contextlib.suppress(queue.Empty):
+            signals.get(timeout=1.0)
+            return

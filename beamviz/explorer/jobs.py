@@ -12,7 +12,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 
 from beamviz.beam import Beam
@@ -141,30 +141,23 @@ class SolveQueue:
             else:  # another method was chosen meanwhile
                 self.pool.submit(work)
         if batch:
-            self.batch_pool.submit(partial(run_all, batch, done))
+
+            def run_all() -> None:
+                with contextlib.suppress(IndexError):  # none is left, or the rest is taken away
+                    while True:
+                        batch.popleft()()
+                done.set()
+
+            self.batch_pool.submit(run_all)
             if not done.wait(BATCH_TIMEOUT):
-                while rest := next_of(batch):
-                    self.pool.submit(rest)
+                with contextlib.suppress(IndexError):
+                    while True:
+                        self.pool.submit(batch.popleft())
 
     def close(self) -> None:
         """Run nothing more."""
         self.waiting.clear()
         self.batch_pool.close()
-
-
-def run_all(batch: deque[Work], done: threading.Event) -> None:
-    """Run a batch, unless the rest of it is taken away meanwhile, and tell who waits for it."""
-    while work := next_of(batch):
-        work()
-    done.set()
-
-
-def next_of(batch: deque[Work]) -> Work | None:
-    """Take the first work of a batch, from any thread; None where there is no more."""
-    try:
-        return batch.popleft()
-    except IndexError:
-        return None
 
 
 @dataclass(frozen=True)
@@ -209,11 +202,6 @@ class Job(Generic[Q, R]):
     def result(self) -> R | None:
         """The result of the last answer, if it has one."""
         return self.answer.result if self.answer else None
-
-    @property
-    def stale(self) -> bool:
-        """Whether the last answer is not the one to the latest request."""
-        return self.answer is None or self.answer.request is not self.latest
 
     def request(self, request: Q) -> None:
         """Compute `request` in place of any earlier one, unless it is the latest already."""

@@ -93,7 +93,7 @@ def test_a_presenter_who_leaves_and_returns_leads_again(url, frame_loops):
 
 def test_the_presenters_link_is_printed_beside_the_other(capsys, monkeypatch):
     """Two links, two keys."""
-    monkeypatch.setattr(server, "has_come", lambda _: True)
+    monkeypatch.setattr(server, "wait_for_signal", lambda _: None)
     server.serve(Scene(PAPER), port=0, follow=True, public="https://beams.example.org")
     first, second = capsys.readouterr().out.splitlines()
     keys = [line.partition("?token=")[2].split()[0] for line in (first, second)]

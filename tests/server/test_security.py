@@ -198,7 +198,7 @@ def test_keys_are_compared_in_constant_time():
 @pytest.mark.parametrize(("host", "public"), [("0.0.0.0", ""), ("127.0.0.1", "https://x.example")])
 def test_a_server_that_others_can_reach_makes_a_key_and_says_so(host, public, capsys, monkeypatch):
     """A new one each time, 128 bits; on loopback there is none."""
-    monkeypatch.setattr(server, "has_come", lambda _: True)
+    monkeypatch.setattr(server, "wait_for_signal", lambda _: None)
     for _ in range(2):
         server.serve(SCENE, host=host, port=0, public=public, processes=1)
     server.serve(SCENE, port=0)
