@@ -26,24 +26,22 @@ def test_resonances():
         assert abs(frequencies - one.frequency).min() < 1e-6 * one.frequency
 
 
-@pytest.mark.parametrize("points", [2, 5, 201])
-def test_few_speeds_are_enough(points):
-    """4x B3 has two, closer together than the speeds of the sweep."""
-    found = loci(Beam(), "gamma", np.linspace(0, 200, points), modes=6)
-    assert located(found, 4, "B3") == pytest.approx([73.591, 85.314], abs=1e-3)
+CLOSE_PAIR = 0.0007236814724  # hub radius at which a locus nearly touches its line
 
 
-@pytest.mark.parametrize("points", [5, 401])
-def test_a_close_pair(points):
-    """A locus that nearly touches its line meets it twice, between two speeds of the sweep."""
-    found = loci(Beam(delta=0.0007236814724), "gamma", np.linspace(0, 200, points), modes=6)
-    assert located(found, 4, "B3") == pytest.approx([79.102, 79.238], abs=1e-3)
-
-
-def test_a_locus_that_just_misses_its_line():
-    """A little more hub radius, and the pair is gone."""
-    found = loci(Beam(delta=0.00073), "gamma", np.linspace(0, 200, 101), modes=6)
-    assert located(found, 4, "B3") == []
+@pytest.mark.parametrize(
+    ("delta", "points", "expected"),
+    [
+        *((0.0, points, [73.591, 85.314]) for points in (2, 5, 201)),
+        *((CLOSE_PAIR, points, [79.102, 79.238]) for points in (5, 401)),
+        (0.00073, 101, []),
+    ],
+)
+def test_few_speeds_are_enough(delta, points, expected):
+    """4x B3 has two resonances, closer together than the speeds of the sweep; with a little more
+    hub radius the locus misses its line."""
+    found = loci(Beam(delta=delta), "gamma", np.linspace(0, 200, points), modes=6)
+    assert located(found, 4, "B3") == pytest.approx(expected, abs=1e-3)
 
 
 def test_up_to_the_end_of_an_equilibrium():
