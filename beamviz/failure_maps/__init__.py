@@ -1,10 +1,11 @@
 """beamviz stability: maps of where methods fail, as pictures, data and text."""
 
 import math
-from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.failure_maps.compute import (
@@ -88,9 +89,9 @@ def failing(found: Map, method: int) -> Iterator[dict[str, Any]]:
 
 def command(beam: Beam, options: dict[str, Any]) -> str:
     """The command that solves a beam with options of `solve`."""
-    words = [f"--{name} {value:.10g}" for name, value in beam.numbers.items()]
-    words += [f"--{name} {value}" for name, value in {"modes": MODES, **options}.items()]
-    return " ".join(["beamviz modes", *words])
+    numbers = {name: f"{value:.10g}" for name, value in beam.numbers.items()}
+    given = {**numbers, "modes": MODES, **options}
+    return " ".join(["beamviz modes", *(f"--{name} {value}" for name, value in given.items())])
 
 
 def rounded(value: float) -> float | None:
@@ -111,9 +112,9 @@ def shares(found: Map) -> str:
     """A table of the share [%] of each kind of verdict, method by method."""
     rows = []
     for k, method in enumerate(METHODS):
-        count = Counter(kind for kind in found.kinds(k).ravel().tolist() if kind != OUTSIDE)
-        percent = {kind: f"{100 * n / count.total():.0f}" for kind, n in count.items()}
-        rows.append([method.name, *(percent.get(kind, "") for kind in KINDS)])
+        kinds = found.kinds(k)
+        percent = {kind: 100 * np.mean(kinds[kinds != OUTSIDE] == kind) for kind in KINDS}
+        rows.append([method.name, *(f"{p:.0f}" if p else "" for p in percent.values())])
     return markdown_table(["method", *KINDS], rows)
 
 

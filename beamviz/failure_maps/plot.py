@@ -59,35 +59,30 @@ CELL_STYLES = {
 
 
 def pictures(found: Map) -> dict[str, bytes]:
-    """The sheet of one plane as PNG and SVG, by ending."""
+    """The sheet of one plane as PNG and SVG, by ending: a panel for each method."""
     with rc_context(STYLE | {"hatch.linewidth": 0.5}):
-        return picture_files(sheet(found))
-
-
-def sheet(found: Map) -> Figure:
-    """All methods over one plane."""
-    across = PARAMETERS[found.plane.over].axis_label
-    figure = Figure(figsize=(WIDTH, HEIGHT))
-    FigureCanvasAgg(figure)
-    grid = figure.subplots(-(-(len(METHODS) + 1) // COLUMNS), COLUMNS, sharex=True, sharey=True)
-    panels = grid.ravel()
-    figure.subplots_adjust(0.062, 0.068, 0.985, 0.885, 0.08, 0.2)
-    for k, axes in enumerate(panels[: len(METHODS)]):
-        panel(axes, found, k)
-    for axes in panels[-COLUMNS:]:
-        axes.set_xlabel(PARAMETERS["gamma"].axis_label)
-    for axes in panels[::COLUMNS]:
-        axes.set_ylabel(across)
-    for axes in panels[len(METHODS) :]:
-        legend(axes, found)
-    title = f"Where methods fail: speed γ and {across}"
-    subtitle = (
-        f"Five lowest modes in the plane of rotation, {found.plane.held}. Reference: the paper's"
-        " model (green strain, spatial curvature), solved by auto."
-    )
-    figure.text(0.012, 0.967, title, va="center", weight="bold", size=12)
-    figure.text(0.012, 0.934, subtitle, va="center", color="#555555", size=9)
-    return figure
+        across = PARAMETERS[found.plane.over].axis_label
+        figure = Figure(figsize=(WIDTH, HEIGHT))
+        FigureCanvasAgg(figure)
+        figure.subplots_adjust(0.062, 0.068, 0.985, 0.885, 0.08, 0.2)
+        rows = -(-(len(METHODS) + 1) // COLUMNS)
+        panels = figure.subplots(rows, COLUMNS, sharex=True, sharey=True).ravel()
+        for k, axes in enumerate(panels[: len(METHODS)]):
+            panel(axes, found, k)
+        for axes in panels[-COLUMNS:]:
+            axes.set_xlabel(PARAMETERS["gamma"].axis_label)
+        for axes in panels[::COLUMNS]:
+            axes.set_ylabel(across)
+        for axes in panels[len(METHODS) :]:
+            legend(axes, found)
+        title = f"Where methods fail: speed γ and {across}"
+        subtitle = (
+            f"Five lowest modes in the plane of rotation, {found.plane.held}. Reference: the"
+            " paper's model (green strain, spatial curvature), solved by auto."
+        )
+        figure.text(0.012, 0.967, title, va="center", weight="bold", size=12)
+        figure.text(0.012, 0.934, subtitle, va="center", color="#555555", size=9)
+        return picture_files(figure)
 
 
 def panel(axes: Axes, found: Map, method: int) -> None:

@@ -16,7 +16,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import legendre, polynomial
+from numpy.polynomial import legendre
+from scipy.interpolate import PPoly
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
@@ -124,12 +125,10 @@ def _bending(beam: Beam, terms: int, modes: int, softening: float) -> Family:
     s = _lowest_roots(determinant, beam, terms, modes)
     tip = series(beam, terms, s * abs(s))
     shares = np.stack((-tip.moment[1], tip.moment[0])) / np.hypot(*tip.moment)
-    coefficients = [(c * shares).sum(axis=1) for c in tip.coefficients]  # (terms, modes) each
-    starts = [part.start for part in parts(beam)]
-    scale = _unit_mass(beam, partial(_piecewise, starts, coefficients))
-    return Family(
-        s * abs(s) - softening, partial(_piecewise, starts, [c * scale for c in coefficients])
-    )
+    c = np.stack([(c * shares).sum(axis=1) for c in tip.coefficients], axis=1)
+    ends = [*(part.start for part in parts(beam)), 1.0]
+    scale = _unit_mass(beam, PPoly(c[::-1], ends))  # powers descend
+    return Family(s * abs(s) - softening, PPoly(c[::-1] * scale, ends))
 
 
 def _stretching(beam: Beam, modes: int) -> Family:
@@ -188,15 +187,6 @@ def _refined_roots(function: Function, grid: np.ndarray) -> np.ndarray:
         if np.all(done | (fc == 0)):
             break
     return b
-
-
-def _piecewise(starts: list[float], coefficients: list[np.ndarray], x: np.ndarray) -> np.ndarray:
-    """The series (terms, modes) of each part at x: (len(x), modes)."""
-    values = np.empty((len(x), coefficients[0].shape[1]))
-    for start, c in zip(starts, coefficients, strict=True):
-        here = x >= start
-        values[here] = polynomial.polyval(x[here] - start, c).T
-    return values
 
 
 def _sines(beam: Beam, z: np.ndarray, scale: np.ndarray | float, x: np.ndarray) -> np.ndarray:
