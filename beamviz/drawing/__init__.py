@@ -102,7 +102,12 @@ class BeamView:
         self.reference.show(shapes, self.section, visible=view.ghosts)
         marked = shown if view.nodes and len(shown) == 1 and not warning else []
         self.nodes.show(shapes, self.section, marked, labels=not view.all_modes, scale=motion.scale)
-        self.show_mass(mass_radius(beam, view.thicken) if beam.alpha > 0 else HIDDEN)
+        radius = mass_radius(beam, view.thicken) if beam.alpha > 0 else HIDDEN
+        if (radius, self.greyed) != self.mass_drawn:
+            self.mass_drawn = radius, self.greyed
+            colour = np.array([colours.GREYED if warning else colours.MASS]) / 255
+            self.mass.batched_scales = np.full((1, 3), radius)
+            self.mass.batched_colors = colours.instanced(colour)
         self.warning.visible = bool(warning)
         if warning:
             self.warning.text = warning
@@ -115,14 +120,6 @@ class BeamView:
     def hide(self) -> None:
         """Draw nothing."""
         self.frame.visible = False
-
-    def show_mass(self, radius: float) -> None:
-        """Size and colour of the mass, sent only where they change."""
-        if (radius, self.greyed) != self.mass_drawn:
-            self.mass_drawn = radius, self.greyed
-            colour = np.array([colours.GREYED if self.greyed else colours.MASS]) / 255
-            self.mass.batched_scales = np.full((1, 3), radius)
-            self.mass.batched_colors = colours.instanced(colour)
 
     def move(self, phases: np.ndarray, amplitudes: np.ndarray, angle: float) -> None:
         """Draw the beam at phases (m,) [rad] with amplitudes (m,), the hub rotated by angle [rad];

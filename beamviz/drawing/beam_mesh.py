@@ -27,14 +27,10 @@ def to_hub_frame(shapes: SampledModes, centreline: np.ndarray) -> tuple[np.ndarr
     return points, NORMALS[shapes.plane]
 
 
-def crosswise(normal: np.ndarray) -> np.ndarray:
-    """The direction (3,) across a straight beam in the plane of motion: normal x (1, 0, 0)."""
-    return np.array([0.0, normal[2], -normal[1]])
-
-
 def extents(section: Section, normal: np.ndarray) -> np.ndarray:
     """Size (3,) of a section of a straight beam, 0 along it."""
-    return section[0] * np.abs(crosswise(normal)) + section[1] * np.abs(normal)
+    across = np.array([0.0, normal[2], normal[1]])
+    return section[0] * np.abs(across) + section[1] * np.abs(normal)
 
 
 def straight_edges(shapes: SampledModes, section: Section) -> np.ndarray:
@@ -74,7 +70,8 @@ def segments(
     Returns centres (n - 1, 3), orientations wxyz (n - 1, 4) and sizes (n - 1, 3). Each box is
     extended to close the wedge to its neighbours on the outside of a bend.
     """
-    along, aside = points[1:, 0] - points[:-1, 0], (points[1:] - points[:-1]) @ crosswise(normal)
+    across = np.array([0.0, normal[2], -normal[1]])  # normal x (1, 0, 0)
+    along, aside = points[1:, 0] - points[:-1, 0], (points[1:] - points[:-1]) @ across
     direction = np.arctan2(aside, along)
     bend = direction[1:] - direction[:-1]
     bend = np.abs(bend - 2 * np.pi * np.rint(bend / (2 * np.pi)))

@@ -170,7 +170,10 @@ def animate(
     if tick:
         fps = 1000 / (tick * round(1000 / fps / tick))
     if suffix == ".mp4":
-        check_mp4(*size)
+        ffmpeg()  # raises Unavailable
+        for name, pixels in zip(("width", "height"), size, strict=True):
+            if pixels % 2:
+                raise InvalidInput(f"{name} = {pixels}: must be even for MP4")
     periods = None if periods is None else check_int("periods", periods, 1, MAX_FRAMES)
     with replaced(path) as file:
         solved = SolvedScene.of(scene, direction, zoom)
@@ -192,29 +195,19 @@ def animate(
     return loop
 
 
-def write_gif(file: Path, frames: Frames, fps: float, sample: Frames) -> None:
-    """A GIF with one palette for all frames, so that nothing flickers."""
-    palette = gif_palette(np.concatenate(list(sample)))
-    pictures = (
-        Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE)
-        for frame in frames
-    )
-    save_with_pillow(file, "GIF", pictures, fps, disposal=1)
-
-
-def write_webp(file: Path, frames: Frames, fps: float, sample: Frames) -> None:
-    """A WebP film in full colour."""
-    save_with_pillow(file, "WEBP", map(Image.fromarray, frames), fps, quality=85, method=3)
-
-
-def save_with_pillow(
-    file: Path, kind: str, pictures: Iterator[Image.Image], fps: float, **options: int
-) -> None:
-    """Write pictures as one looping film."""
-    duration = round(1000 / fps)  # [ms]
-    next(pictures).save(
-        file, kind, save_all=True, append_images=pictures, duration=duration, loop=0, **options
-    )
+def write_with_pillow(file: Path, frames: Frames, fps: float, sample: Frames) -> None:
+    """A looping GIF, with one palette for all frames so that nothing flickers, or WebP."""
+    pictures: Iterator[Image.Image] = map(Image.fromarray, frames)
+    options: dict[str, Any] = {"duration": round(1000 / fps), "loop": 0}
+    if file.suffix.lower() == ".gif":
+        palette = gif_palette(np.concatenate(list(sample)))
+        pictures = (
+            picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures
+        )
+        options |= {"disposal": 1}
+    else:
+        options |= {"quality": 85, "method": 3}
+    next(pictures).save(file, save_all=True, append_images=pictures, **options)
 
 
 def gif_palette(picture: np.ndarray) -> Image.Image:
@@ -266,14 +259,6 @@ def write_mp4(file: Path, frames: Frames, fps: float, sample: Frames) -> None:
             raise OSError(lines[-1] if lines else f"{command[0]} failed")
 
 
-def check_mp4(width: int, height: int) -> None:
-    """Unavailable without ffmpeg, InvalidInput for an odd size."""
-    ffmpeg()
-    for name, pixels in (("width", width), ("height", height)):
-        if pixels % 2:
-            raise InvalidInput(f"{name} = {pixels}: must be even for MP4")
-
-
 def ffmpeg() -> str:
     """The path of ffmpeg: of imageio-ffmpeg, or of the system; else Unavailable."""
     with contextlib.suppress(ImportError, RuntimeError):
@@ -291,7 +276,7 @@ def ffmpeg() -> str:
 # in which the format counts the duration of a frame, 0 for any.
 Encoder = Callable[[Path, Frames, float, Frames], None]
 ENCODERS: dict[str, tuple[Encoder, int]] = {
-    ".gif": (write_gif, 10),
-    ".webp": (write_webp, 1),
+    ".gif": (write_with_pillow, 10),
+    ".webp": (write_with_pillow, 1),
     ".mp4": (write_mp4, 0),
 }

@@ -56,26 +56,21 @@ def table(
 
 def solution_table(solution: Solution, shown: list[int]) -> str:
     """The modes: number, label, kind, frequency, error; the ones shown are marked."""
-    across = frequencies(solution.beam.units)
+    units, across = solution.beam.units, frequencies(solution.beam.units)
+    second, unit = (units.time, "s") if units else (1.0, "T*")
+    rows = []
+    for k, (label, family) in enumerate(zip(solution.labels, solution.families, strict=True)):
+        error = float(solution.errors[k])
+        if math.isfinite(solution.frequencies[k]):
+            error *= across.factor
+            value = rounded_to_error(across.factor * solution.frequencies[k], error)
+        else:
+            error /= second
+            rate = f"{solution.growth_rates[k] / second:.4g} t/{unit}"
+            value = f'grows e<sup style="line-height:0">{rate}</sup>'
+        rows.append([str(k + 1), f"<b>{label}</b>", family, value, f"{error:.0e}"])
     heads = ["", "mode", "kind", f'<span title="{TIME}">{across.label}</span>', "error"]
-    rows = [mode_row(solution, k) for k in range(len(solution.labels))]
     return table("modes", heads, rows, marked=shown)
-
-
-def mode_row(solution: Solution, k: int) -> list[str]:
-    """One mode of the table, in the units of its beam."""
-    cells = [str(k + 1), f"<b>{solution.labels[k]}</b>", solution.families[k]]
-    units = solution.beam.units
-    if math.isfinite(solution.frequencies[k]):
-        factor = frequencies(units).factor
-        error = factor * solution.errors[k]
-        cells += [rounded_to_error(factor * solution.frequencies[k], error), f"{error:.0e}"]
-    else:
-        second, unit = (units.time, "s") if units else (1.0, "T*")
-        rate = f"{solution.growth_rates[k] / second:.4g} t/{unit}"
-        grows = f'grows e<sup style="line-height:0">{rate}</sup>'
-        cells += [grows, f"{solution.errors[k] / second:.0e}"]
-    return cells
 
 
 FRAME_RATE = 30.0  # [1/s]
