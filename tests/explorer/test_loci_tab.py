@@ -1,11 +1,11 @@
 """The tabs Loci and Veering in a running explorer, and on the real page."""
 
 import math
-import time
 
 import pytest
 from charts import TIP, chart_of
-from live.browser import Page, control, field, page, tab
+from live.browser import Page, control, element, field, page, tab
+from live.server import wait_until
 from live.visitor import frequency_text, pause, visitor
 
 from beamviz.explorer.features import loci_chart as charts
@@ -76,9 +76,9 @@ PICK = "Array.from(document.querySelectorAll('button')).filter(e => e.innerText 
 def pick(shown: Page, axis: str) -> None:
     """Choose another axis."""
     shown.click(control("horizontal axis"))
-    time.sleep(0.5)  # the list unfolds
-    options = "Array.from(document.querySelectorAll('[role=option]'))"
-    shown.click(f"{options}.find(e => e.innerText === '{axis}')")
+    option = element("[role=option]", axis)
+    shown.wait(f"{option}?.offsetHeight")
+    shown.evaluate(f"{option}.click()")  # wherever it is while the list unfolds
 
 
 def mark_of(shown: Page) -> float:
@@ -92,10 +92,7 @@ def mark_of(shown: Page) -> float:
 
 def reaches(shown: Page, value: float) -> None:
     """Wait until the mark of the beam is at a value."""
-    end = time.monotonic() + 30
-    while abs(mark_of(shown) - value) > 1e-6:
-        assert time.monotonic() < end, (mark_of(shown), value)
-        time.sleep(0.2)
+    wait_until(lambda: abs(mark_of(shown) - value) < 1e-6)
 
 
 @pytest.mark.slow

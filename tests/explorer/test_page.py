@@ -1,13 +1,12 @@
 """The real page in a browser without a window."""
 
-import time
 from collections.abc import Iterator
-from pathlib import Path
 
 import matplotlib.image
 import numpy as np
 import pytest
 from live.browser import Page, button, control, field, page, says
+from live.server import wait_until
 from live.visitor import frequency_text
 
 from beamviz.beam import Beam
@@ -45,7 +44,6 @@ def shown() -> Iterator[Page]:
     with explorer(scene) as url, page(url, 1280, 900) as opened:
         opened.wait(f"{NODES} && {NODES}['/scene/rotor/beam'] && {PIECES}")
         opened.wait(says(frequency_text(START)))
-        settled(opened)
         yield opened
 
 
@@ -54,16 +52,12 @@ def pieces(shown: Page) -> np.ndarray:
     return np.array(shown.wait(PIECES)).reshape(-1, 16)[:, 12:15]
 
 
-def settled(shown: Page) -> np.ndarray:
-    """Middles of the pieces, once they have stopped moving."""
-    before = pieces(shown)
-    for _ in range(60):
-        time.sleep(0.3)
-        now = pieces(shown)
-        if np.array_equal(now, before):
-            return now
-        before = now
-    raise TimeoutError("the beam does not come to rest")
+def crossings(shown: Page) -> np.ndarray:
+    """The x at which the drawn beam crosses its line at rest, but for its root."""
+    places = pieces(shown)
+    k = np.flatnonzero(np.diff(np.sign(places[:, 1])))
+    (x, y), (dx, dy) = places[k, :2].T, (places[k + 1, :2] - places[k, :2]).T
+    return x - y * dx / dy
 
 
 def test_the_page_loads_without_complaint(shown):
@@ -76,65 +70,43 @@ def test_the_page_loads_without_complaint(shown):
 
 def test_mode_2_shows_its_node(shown):
     """Marked at 0.783, and there the drawn beam crosses its line at rest."""
-    places = settled(shown)
-    (k,) = np.flatnonzero(np.diff(np.sign(places[:, 1])))
-    x, y = places[k : k + 2, 0], places[k : k + 2, 1]
-    assert x[0] - y[0] * (x[1] - x[0]) / (y[1] - y[0]) == pytest.approx(0.7834, abs=1e-3)
-    assert np.abs(places[:, 1]).max() == pytest.approx(0.15, rel=0.05)
-    collars = shown.wait(COLLARS)
-    assert collars[12] == pytest.approx(0.78344, abs=1e-4)
+    wait_until(lambda: crossings(shown) == pytest.approx([0.7834], abs=1e-3))
+    wait_until(lambda: np.abs(pieces(shown)[:, 1]).max() == pytest.approx(0.15, rel=0.05))
+    assert shown.wait(COLLARS)[12] == pytest.approx(0.78344, abs=1e-4)
 
 
 def test_pictures_of_two_modes_are_not_blank_and_differ(shown, tmp_path):
     """The page itself, as a visitor sees it."""
     pictures = []
-    for mode, crossings in (("3", 2), ("2", 1)):
+    for mode in ("3", "2"):
         shown.click(button(mode))
-        end = time.monotonic() + 20
-        while np.diff(np.sign(pieces(shown)[:, 1])).nonzero()[0].size != crossings:
-            assert time.monotonic() < end
-            time.sleep(0.2)
-        time.sleep(1.0)
+        wait_until(lambda count=int(mode) - 1: len(crossings(shown)) == count)
+        shown.next_frame()
         shown.picture(tmp_path / "page.png")
-        pictures.append(scene_of(tmp_path / "page.png"))
-    assert coloured(pictures[0]) > 0.01
-    assert coloured(pictures[1]) > 0.01
+        scene = matplotlib.image.imread(tmp_path / "page.png")[350:, :900, :3]  # without panels
+        assert (np.ptp(scene, axis=2) > 0.25).mean() > 0.01  # neither white nor grey
+        pictures.append(scene)
     assert (np.abs(pictures[0] - pictures[1]).max(axis=2) > 0.1).mean() > 0.005
-
-
-def scene_of(path: Path) -> np.ndarray:
-    """The part of a picture of the page without panels (h, w, 3)."""
-    whole = matplotlib.image.imread(path)[..., :3]
-    return whole[350:, :900]
-
-
-def coloured(picture: np.ndarray) -> float:
-    """Share of the picture that is neither white nor grey."""
-    return float((np.ptp(picture, axis=2) > 0.25).mean())
 
 
 def test_dragging_a_slider_changes_beam_and_table(shown):
     """Dragged from 70 to a stouter beam: thicker as 1 / mu; then a mass: another shape."""
     size = thickness(shown)
     shown.drag(control("slenderness μ"), 0.33, 0.1)
-    mu = value(shown, "slenderness μ")
+    mu = wait_until(lambda: solved_value(shown, "slenderness μ", "mu", START))
     assert 10 <= mu < 50
-    shown.wait(says(frequency_text(Beam(mu=mu))))
-    settled(shown)
-    assert thickness(shown) / size == pytest.approx(70 / mu, rel=1e-3)
+    wait_until(lambda: thickness(shown) / size == pytest.approx(70 / mu, rel=1e-3))
     before = pieces(shown)
     shown.drag(control("mass α"), 0.02, 0.6)
-    alpha = value(shown, "mass α")
-    assert alpha > 1
-    shown.wait(says(frequency_text(Beam(alpha=alpha, mu=mu))))
-    after = settled(shown)
-    assert after.shape != before.shape or not np.allclose(after, before, atol=1e-3)
+    assert wait_until(lambda: solved_value(shown, "mass α", "alpha", Beam(mu=mu))) > 1
+    wait_until(lambda: not same(pieces(shown), before))
 
 
-def value(shown: Page, label: str) -> float:
-    """The number beside a slider."""
-    time.sleep(0.5)
-    return float(shown.evaluate(f"{field(label)}.value"))
+def solved_value(shown: Page, label: str, name: str, beam: Beam) -> float | None:
+    """The number beside a slider if it is another one than before, and the table has its beam."""
+    value = float(shown.evaluate(f"{field(label)}.value"))
+    moved = beam.replace(**{name: value})
+    return value if moved != beam and shown.evaluate(says(frequency_text(moved))) else None
 
 
 def thickness(shown: Page) -> float:
@@ -142,21 +114,34 @@ def thickness(shown: Page) -> float:
     return float(np.linalg.norm(np.array(shown.wait(PIECES))[4:7]))
 
 
+def same(places: np.ndarray, others: np.ndarray) -> bool:
+    """Whether two beams are the same."""
+    return places.shape == others.shape and np.allclose(places, others, atol=1e-3)
+
+
 def test_playing_moves_the_beam_and_pausing_stops_it(shown):
     """The box in the panel starts and stops the one clock."""
-    before = settled(shown)
+    before = pieces(shown)
     shown.click(control("playing"))
-    end = time.monotonic() + 20
-    while np.allclose(pieces(shown), before, atol=1e-3):
-        assert time.monotonic() < end
-        time.sleep(0.2)
+    wait_until(lambda: not same(pieces(shown), before))
     shown.click(control("playing"))
-    settled(shown)
+
+    def at_rest() -> bool:
+        before = pieces(shown)
+        shown.next_frame(frames=20)
+        return np.array_equal(pieces(shown), before)
+
+    wait_until(at_rest)
+
+
+def colours(shown: Page) -> int:
+    """How many colours the pieces of the beam have."""
+    return len(np.unique(np.array(shown.wait(COLOURS)).reshape(-1, 4), axis=0))
 
 
 def test_a_beam_in_equilibrium_is_coloured(shown):
     """By how far each piece moves."""
-    assert len(np.unique(np.array(shown.wait(COLOURS)).reshape(-1, 4), axis=0)) > 20
+    assert colours(shown) > 20
 
 
 def test_no_equilibrium_is_said_on_the_page_and_greys_the_beam(shown):
@@ -166,6 +151,5 @@ def test_no_equilibrium_is_said_on_the_page_and_greys_the_beam(shown):
         shown.wait(says("No equilibrium"))
         shown.wait(says("there is one up to γ = 15.71"))
         shown.wait(f"{NODES} && {NODES}['/scene/rotor/beam'] && {COLOURS}")
-        settled(shown)
-        assert len(np.unique(np.array(shown.wait(COLOURS)).reshape(-1, 4), axis=0)) == 1
+        wait_until(lambda: colours(shown) == 1)
     assert shown.problems == []

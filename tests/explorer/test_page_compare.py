@@ -1,7 +1,6 @@
 """The real page: the mass dragged by a mouse, all modes at once, a real beam entered."""
 
 import contextlib
-import time
 from collections.abc import Iterator
 
 import numpy as np
@@ -30,7 +29,7 @@ def shown() -> Iterator[Page]:
         opened.wait(f"!!({NODES} && {NODES}['/scene/rotor/mass'])")
         opened.wait("document.body?.innerText.includes('Stable equilibrium')")
         opened.wait("!document.getElementById('root')?.innerText.includes('Connecting')")
-        time.sleep(1.0)
+        opened.next_frame()
         yield opened
 
 
@@ -60,12 +59,12 @@ def on_screen(shown: Page, x: float) -> tuple[float, float]:
 def move(shown: Page, start: tuple[float, float], end: tuple[float, float]) -> None:
     """Drag from one point of the page to another."""
     shown.mouse("mouseMoved", *start)
-    time.sleep(0.3)
+    shown.next_frame()
     shown.mouse("mousePressed", *start, 1)
     for share in np.linspace(0.1, 1, 10):
         x, y = (a + share * (b - a) for a, b in zip(start, end, strict=True))
         shown.mouse("mouseMoved", x, y, 1)
-        time.sleep(0.1)
+        shown.next_frame()
     shown.mouse("mouseReleased", *end)
 
 

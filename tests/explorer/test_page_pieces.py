@@ -1,6 +1,5 @@
 """The beam in the real page while the count of its pieces changes."""
 
-import time
 from pathlib import Path
 
 import matplotlib.image
@@ -34,7 +33,7 @@ def press(shown: Page, key: str, expected: int) -> None:
     for part in ("keyDown", "keyUp"):
         shown.call("Input.dispatchKeyEvent", type=part, key=key, code=f"{kind}{key.upper()}")
     shown.wait(f"{SIZED}.join() === '{expected}'")
-    time.sleep(0.5)
+    shown.next_frame()
 
 
 def coloured(file: Path) -> np.ndarray:

@@ -1,10 +1,11 @@
 """The page on a phone held upright and in the dark: looked at in a browser without a window."""
 
-import time
+import contextlib
 from collections.abc import Iterator
 
 import pytest
 from live.browser import Page, field, page, tab
+from live.server import wait_until
 
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
@@ -15,6 +16,7 @@ pytestmark = pytest.mark.browser
 
 WIDTH, HEIGHT = 390, 844
 BEAM = Beam(alpha=1, beta=0.5, mu=123.4567)
+RESULTS = "document.querySelector('[role=button][aria-label*=\"panel\"]')"
 CANVAS = "document.querySelector('canvas[data-engine]')"
 
 
@@ -34,50 +36,49 @@ def phone() -> Iterator[Page]:
 
 
 def place(phone: Page, element: str) -> list[float]:
-    """Left, top, width and height of an element, once it has stopped moving."""
-    script = (
-        f"(({{x, y, width, height}}) => [x, y, width, height])({element}.getBoundingClientRect())"
+    """Left, top, width and height of an element."""
+    return phone.wait(
+        f"(r => r && [r.x, r.y, r.width, r.height])({element}?.getBoundingClientRect())"
     )
-    before = phone.evaluate(script)
-    for _ in range(40):
-        time.sleep(0.3)
-        now = phone.evaluate(script)
-        if now == before:
-            return now
-        before = now
-    raise TimeoutError(f"{element} does not come to rest")
 
 
 def test_on_a_phone_the_controls_stand_below_the_scene(phone):
     """The scene has at least 40 % of the screen, and nothing lies over it."""
-    _, top, width, height = place(phone, f"document.querySelector('{SHEET}')")
-    assert width == WIDTH
-    assert top + height == pytest.approx(HEIGHT, abs=1)
-    canvas = place(phone, CANVAS)
-    assert canvas == pytest.approx([0, 0, WIDTH, top], abs=1)
-    assert top > 0.4 * HEIGHT
+
+    def below() -> bool:
+        _, top, width, height = place(phone, f"document.querySelector('{SHEET}')")
+        scene = place(phone, CANVAS) == pytest.approx([0, 0, WIDTH, top], abs=1)
+        bottom = top + height == pytest.approx(HEIGHT, abs=1)
+        return scene and bottom and width == WIDTH and top > 0.4 * HEIGHT
+
+    wait_until(below)
 
 
 def test_on_a_phone_results_come_before_the_controls(phone):
     """The tab Modes is above the first slider."""
-    results = place(phone, "document.querySelector('[role=button][aria-label*=\"panel\"]')")
-    slider = place(phone, "document.querySelector('.mantine-Slider-root')")
-    assert results[1] < slider[1]
+    slider = "document.querySelector('.mantine-Slider-root')"
+    wait_until(lambda: place(phone, RESULTS)[1] < place(phone, slider)[1])
 
 
 def test_on_a_phone_a_chart_is_no_wider_than_the_screen(phone):
     """The chart of loci fills the sheet, and nothing has to be scrolled sideways."""
-    results = "document.querySelector('[role=button][aria-label*=\"panel\"]')"
-    place(phone, results)
-    phone.click(results)
-    place(phone, tab("Loci"))
+    for _ in range(10):  # a click misses what moves meanwhile
+        phone.click(RESULTS)
+        with contextlib.suppress(TimeoutError):
+            phone.wait(f"{tab('Loci')}?.offsetWidth", timeout=4)
+            break
     phone.click(tab("Loci"))
     chart = "[...document.querySelectorAll('.uplot')].find(e => e.offsetWidth)"
     phone.wait(f"{chart} && !!document.querySelector('[aria-label=\"crossings and veerings\"]')")
-    left, _, width, _ = place(phone, chart)
-    assert 0.9 * WIDTH < left + width <= WIDTH
-    viewport = f"document.querySelector('{SHEET} .mantine-ScrollArea-viewport')"
-    assert phone.evaluate(f"{viewport}.scrollWidth") == WIDTH
+
+    def fits() -> bool:
+        left, _, width, _ = place(phone, chart)
+        return 0.9 * WIDTH < left + width <= WIDTH
+
+    wait_until(fits)
+    phone.wait(
+        f"document.querySelector('{SHEET} .mantine-ScrollArea-viewport').scrollWidth === {WIDTH}"
+    )
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

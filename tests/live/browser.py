@@ -124,6 +124,13 @@ class Page(Target):
         left, top, width, height = self.box(script)
         return left + width / 2, top + height / 2
 
+    def next_frame(self, frames: int = 2) -> None:
+        """Wait until the page has been drawn, `frames` times."""
+        self.evaluate(
+            f"new Promise(done => {{ let left = {frames};"
+            " (function next() { left-- ? requestAnimationFrame(next) : done(1) })() })"
+        )
+
     def picture(self, path: Path) -> None:
         """Save a screenshot of the page as PNG."""
         path.write_bytes(base64.b64decode(self.call("Page.captureScreenshot")["data"]))
