@@ -17,6 +17,10 @@ from beamviz.plotting.labels import LabelPlacer
 
 WIDTH, HEIGHT = 9.0, 13.8  # [in]
 COLUMNS = 2
+SUBTITLE = (
+    "Lower left is better. Error: the largest of five frequencies, against the exact ones of each"
+    " method's own model."
+)
 FAILURES_WIDTH = 74  # [characters]
 MUTED = "#5A5A5A"
 LABEL_BOX: dict[str, Any] = {"fc": "white", "ec": "none", "alpha": 0.7, "pad": 0.6}
@@ -55,54 +59,42 @@ REASONS = {  # part of a reason: its short form in the chart
 }
 
 
+@rc_context(STYLE)
 def draw(rows: list[Row], models: dict[str, dict[str, float | str]], caption: str) -> Figure:
     """The chart; the caption below it names the machine and the versions."""
-    with rc_context({**STYLE, "font.size": 9}):
-        figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI)
-        FigureCanvasAgg(figure)
-        lines = -(-len(SCENES) // COLUMNS)
-        grid = figure.add_gridspec(
-            lines + 1,
-            COLUMNS,
-            left=0.085,
-            right=0.985,
-            top=0.925,
-            bottom=0.1,
-            hspace=0.43,
-            wspace=0.16,
-            height_ratios=[1.0] * lines + [0.62],
-        )
-        times = [row.seconds for row in rows if row.seconds is not None]
-        for k, scene in enumerate(SCENES):
-            axes = figure.add_subplot(grid[k // COLUMNS, k % COLUMNS])
-            here = [row for row in rows if row.scene == scene]
-            _frame(axes, scene, here)
-            axes.set_ylabel("" if k % COLUMNS else "relative error")
-            axes.set_xlim(0.5e3 * min(times), 3e3 * max(times))
-            _lines(axes, here)
-        _model_errors(figure.add_subplot(grid[lines, :]), models)
-        _texts(figure, caption)
+    figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI)
+    FigureCanvasAgg(figure)
+    figure.subplots_adjust(0.085, 0.1, 0.985, 0.925, wspace=0.16, hspace=0.43)
+    lines = -(-len(SCENES) // COLUMNS)
+    grid = figure.add_gridspec(lines + 1, COLUMNS, height_ratios=[1.0] * lines + [0.62])
+    times = [row.seconds for row in rows if row.seconds is not None]
+    for k, scene in enumerate(SCENES):
+        axes = figure.add_subplot(grid[k // COLUMNS, k % COLUMNS])
+        here = [row for row in rows if row.scene == scene]
+        _frame(axes, scene, here)
+        axes.set_ylabel("" if k % COLUMNS else "relative error")
+        axes.set_xlim(0.5e3 * min(times), 3e3 * max(times))
+        _lines(axes, here)
+    _model_errors(figure.add_subplot(grid[lines, :]), models)
+    title = "Time of a solve against its error"
+    figure.text(0.012, 0.988, title, size=14, weight="bold", va="top")
+    figure.text(0.012, 0.970, SUBTITLE, color=MUTED, va="top")
+    figure.text(0.012, 0.008, caption, color=MUTED, size=8, va="bottom")
     return figure
 
 
-def _texts(figure: Figure, caption: str) -> None:
-    figure.text(0.012, 0.988, "Time of a solve against its error", size=14, weight="bold", va="top")
-    figure.text(
-        0.012,
-        0.970,
-        "Lower left is better. Error: the largest of five frequencies, against the exact ones of"
-        " each method's own model.",
-        color=MUTED,
-        va="top",
-    )
-    figure.text(0.012, 0.008, caption, color=MUTED, size=8, va="bottom")
-
-
 def _frame(axes: Axes, scene: str, rows: list[Row]) -> None:
-    """Axes of one scene, with its name and the solvers without an answer above."""
+    """Axes of one scene; above them its name, its numbers without the slenderness that all share,
+    and the solvers without an answer."""
     failures = "; ".join(_failures(rows))
     lines = textwrap.wrap(f"× {failures}", FAILURES_WIDTH) if failures else []
-    axes.set_title(_title(scene), loc="left", size=10, weight="bold", pad=6 + 8.5 * len(lines))
+    beam = SCENES[scene]
+    shown = [name for name in ("alpha", "beta", "gamma", "delta") if beam.numbers[name]]
+    if not beam.alpha:
+        shown.remove("beta")
+    numbers = ", ".join(f"{PARAMETERS[name].symbol} {beam.numbers[name]:g}" for name in shown)
+    title: dict[str, Any] = {"loc": "left", "size": 10, "weight": "bold"}
+    axes.set_title(f"{scene}: {numbers}", pad=6 + 8.5 * len(lines), **title)
     place: dict[str, Any] = {"transform": axes.transAxes, "va": "bottom"}
     axes.text(0, 1.015, "\n".join(lines), size=7, linespacing=1.05, color=MUTED, **place)
     axes.set(xscale="log", yscale="log", xlabel="processor time [ms]", ylim=(2e-16, 3))
@@ -111,17 +103,6 @@ def _frame(axes: Axes, scene: str, rows: list[Row]) -> None:
     axes.minorticks_off()
     axes.grid(color="#E6E6E6", lw=0.6)
     axes.set_axisbelow(True)
-
-
-def _title(scene: str) -> str:
-    """A scene and its numbers, without the slenderness that all share."""
-    beam = SCENES[scene]
-    shown = [name for name in ("alpha", "beta", "gamma", "delta") if beam.numbers[name]]
-    if not beam.alpha:
-        shown.remove("beta")
-    return f"{scene}: " + ", ".join(
-        f"{PARAMETERS[name].symbol} {beam.numbers[name]:g}" for name in shown
-    )
 
 
 def _lines(axes: Axes, rows: list[Row]) -> None:
