@@ -102,9 +102,9 @@ def open_renderer(
         with open_browser(browser, url, 320, 240):
 
             def render(moment: Moment) -> np.ndarray:
-                drawn.move(moment)
                 try:
                     client = connected.result(TIMEOUT)
+                    drawn.move(moment)
                     picture = render_in_browser(client, solved, *size)
                 except (TimeoutError, RuntimeError):
                     raise Unavailable(
