@@ -90,7 +90,7 @@ def test_the_chart_of_a_real_beam_is_in_rpm_and_hertz():
     gui: Any = SimpleNamespace(add_uplot=lambda *_, **options: SimpleNamespace(**options))
     plot, x = Plot(gui, {"": {}}, 100), np.array([0.0, 1.0])
     plot.show(x, {"": [2 * x]}, chart.request.measures, (0.0, 1.0), (0.0, 3.0))
-    shown = plot.handle
+    shown: Any = plot.handle
     assert [axis["label"] for axis in shown.axes] == ["speed [rpm]", "Hz"]
     assert np.allclose(shown.data, [RULER.units.rpm(x), RULER.units.hertz(2 * x)])
     assert shown.scales["y"]["range"] == pytest.approx((0.0, RULER.units.hertz(3.0)))
