@@ -67,16 +67,9 @@ def test_text_of_a_solution_is_one_line():
 def test_arrays_of_a_solution_are_read_only(method):
     """They are computed once and may be shared."""
     solution = solve(Beam(alpha=1, beta=0.5, gamma=2), method=method)
-    arrays = (
-        solution.omega_squared,
-        solution.omega_squared_errors,
-        solution.frequencies,
-        solution.errors,
-        solution.growth_rates,
-        solution.bending_energy_fraction,
-        solution.nodes[1],
-        solution.equilibrium.tip,
-    )
+    names = "omega_squared omega_squared_errors frequencies errors growth_rates"
+    arrays = [getattr(solution, name) for name in (*names.split(), "bending_energy_fraction")]
+    arrays += [solution.nodes[1], solution.equilibrium.tip]
     for array in arrays:
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0.0
