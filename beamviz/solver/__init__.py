@@ -89,11 +89,12 @@ def parse_options(*options: Any, **unknown: Any) -> Problem:
         hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(OPTIONS)}"
         raise InvalidInput(f"unknown option {name!r}: {hint}")
     try:
-        return _remembered(*options)
-    except TypeError:  # an option that cannot be hashed
         return _validated(*options)
+    except TypeError:  # an option that cannot be hashed
+        return _validated.__wrapped__(*options)
 
 
+@lru_cache(maxsize=256, typed=True)
 def _validated(*options: Any) -> Problem:
     """The problem in plain Python numbers; InvalidInput where an option is wrong."""
     values = dict(zip(OPTIONS, options, strict=True))
@@ -115,9 +116,6 @@ def _validated(*options: Any) -> Problem:
                 f" methods that do: {', '.join(able)}"
             )
     return problem
-
-
-_remembered = lru_cache(maxsize=256, typed=True)(_validated)
 
 
 def _solve(
