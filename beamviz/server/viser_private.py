@@ -60,7 +60,7 @@ Serve = Callable[..., Any]  # with the arguments of websockets.asyncio.server.se
 
 messages: Any = getattr(viser, "_messages", None)
 log = RateLimitedLog(__name__)
-building = threading.Lock()  # one server at a time: `replaced` changes a module for all threads
+building = threading.Lock()  # one server at a time: a module is changed for all threads
 
 
 # Probing
@@ -123,17 +123,25 @@ def viser_server(host: str, port: int, serve: Serve) -> Iterator[viser.ViserServ
     check_attributes()
     warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # left meanwhile
     called = threading.Event()
+    module = websockets.asyncio.server
 
     def guarded_serve(*args: Any, **options: Any) -> Any:
         called.set()
         asyncio.get_running_loop().set_exception_handler(log_callback_error)
         return serve(*args, **options)
 
+    def stop() -> None:
+        with silence():
+            server.stop()
+
     with contextlib.ExitStack() as stack:
         with defer_signals(), silence(), building:
-            with replaced(websockets.asyncio.server, "serve", guarded_serve):
+            original, module.serve = module.serve, guarded_serve  # type: ignore[misc,assignment]
+            try:
                 server = TunnelFreeServer(host=host, port=port, verbose=False)
-            stack.callback(stop, server)
+            finally:
+                module.serve = original  # type: ignore[misc]
+            stack.callback(stop)
         if not called.is_set():
             raise Unavailable("viser did not build its server as expected: it would be unprotected")
         for path in INSTANCE_ATTRIBUTES:
@@ -142,23 +150,6 @@ def viser_server(host: str, port: int, serve: Serve) -> Iterator[viser.ViserServ
             except AttributeError:
                 raise unsupported(f"viser:ViserServer.{path}") from None
         yield server
-
-
-@contextlib.contextmanager
-def replaced(module: Any, name: str, value: Any) -> Iterator[None]:
-    """Within, an attribute of a module has another value."""
-    original = getattr(module, name)
-    setattr(module, name, value)
-    try:
-        yield
-    finally:
-        setattr(module, name, original)
-
-
-def stop(server: viser.ViserServer) -> None:
-    """Stop a server."""
-    with silence():
-        server.stop()
 
 
 @contextlib.contextmanager
