@@ -41,8 +41,8 @@ def test_json(run):
     assert len(data["confidence"]) == 20
 
 
-def test_a_search_that_was_ended_says_so(run, monkeypatch):
-    """In the JSON and in the table, where it does not say that nothing meets."""
+def test_an_incomplete_search_is_reported(run, monkeypatch):
+    """In the JSON and in the table, which then does not say that there are no events."""
     monkeypatch.setattr("beamviz.frequency_loci.sweep.MAX_ADDED", 0)
     found = loci(Beam(alpha=1), "gamma", np.linspace(0, 10, 5))
     assert not found.complete
@@ -64,7 +64,7 @@ def test_json_is_what_python_gives(run):
     assert [event["gap"] for event in data["events"]] == pytest.approx([found.events[0].gap])
 
 
-def test_json_where_there_is_nothing(run):
+def test_json_without_equilibrium_or_stability(run):
     """null, and the limit in a row of its own: no equilibrium, or growth instead of vibration."""
     code, out, _ = run(
         *("loci", "--over", "gamma", "--start", "40", "--stop", "50", "--points", "11"),
@@ -96,7 +96,7 @@ def test_csv_for_numpy(run):
 
 
 def test_table(run):
-    """A few rows of all, the meetings below them, and what differs from a label marked."""
+    """At most 21 values, the events below them; a family other than the label's is marked."""
     code, out, _ = run(*SWEEP, "--coriolis")
     assert code == 0
     assert "Frequencies [1/T*], one value in 10 (--format csv has all)" in out
@@ -106,7 +106,7 @@ def test_table(run):
 
 
 def test_table_of_an_unstable_beam(run):
-    """In words, in the cell and below the table."""
+    """Named in the cell and below the table."""
     out = run(*INWARD)[1]
     assert "unstable for gamma = 2.99604 .. 8" in out
     assert "No crossing or veering in this range." in out
@@ -168,8 +168,8 @@ def words(figure):
         (Beam(gamma=10), "alpha", 2, {"coriolis": True}),
     ],
 )
-def test_words_in_the_plot_do_not_overlap(beam, over, stop, options):
-    """No label on another, none outside the picture, and each meeting is marked."""
+def test_labels_in_the_plot_do_not_overlap(beam, over, stop, options):
+    """No label on another, none outside the picture, and each event is marked."""
     found = loci(beam, over, np.linspace(0, stop, 101), **options)
     figure = draw_chart(
         found, resonances(found, 3) if over == "gamma" else [], 3 * (over == "gamma")
@@ -185,8 +185,8 @@ def test_words_in_the_plot_do_not_overlap(beam, over, stop, options):
         assert drawn.count(mark) == sum(event.kind == kind for event in found.events)
 
 
-def test_the_plot_says_what_is_missing():
-    """In words, in the part of the chart where it is missing."""
+def test_limits_are_labelled_in_the_plot():
+    """In the part of the chart without an equilibrium or a stable one."""
     found = loci(Beam(), "gamma", np.linspace(0, 60, 61), strain="hencky")
     (text,) = (t for t in draw_chart(found).axes[0].texts if "equilibrium" in t.get_text())
     assert text.get_text() == "no equilibrium\nbeyond γ = 45.420"
@@ -197,8 +197,8 @@ def test_the_plot_says_what_is_missing():
     )
 
 
-def test_a_veering_is_shown_closer():
-    """In a frame of its own, with the gap in numbers and each line named on both sides."""
+def test_a_veering_has_an_inset():
+    """Enlarged, with its gap in the title and labels at both ends of each line."""
     found = loci(Beam(alpha=1), "gamma", np.linspace(0, 20, 101), coriolis=True)
     (frame,) = draw_chart(found).axes[0].child_axes
     assert frame.get_title("left") == "veering at γ = 4.6502: gap 0.241"
@@ -247,8 +247,8 @@ def test_no_equilibrium_anywhere(run):
     assert strict(out)["error"]["limit"] == pytest.approx(45.42, abs=0.01)
 
 
-def test_a_value_that_is_not_used_is_said(run):
-    """--gamma beside --over gamma does no harm, but nobody should rely on it."""
+def test_an_option_without_effect_is_noted(run):
+    """A note says that --gamma has no effect with --over gamma."""
     code, out, err = run(*SWEEP, "--points", "3", "--gamma", "5", "--format", "csv")
     assert code == 0
     assert err == "beamviz: --gamma 5 is not used: --over gamma varies it\n"

@@ -117,10 +117,10 @@ def test_crossings_of_random_beams(seed):
     """On a coarse grid: the crossings that a dense one shows, each in its dense step."""
     beam, over, low, high = random_beam(np.random.default_rng(seed))
     dense = np.linspace(low, high, 601)
-    wanted = truth(beam, over, dense, 5)
+    expected = truth(beam, over, dense, 5)
     found = [e for e in loci(beam, over, np.linspace(low, high, 31)).events if e.kind == "crossing"]
-    assert [set(event.branches) for event in found] == [pair for pair, _ in wanted]
-    for event, (_, at) in zip(found, wanted, strict=True):
+    assert [set(event.branches) for event in found] == [pair for pair, _ in expected]
+    for event, (_, at) in zip(found, expected, strict=True):
         assert at - 1e-6 <= event.at <= at + (high - low) / 600 + 1e-6
         (two,) = {tuple(sorted(event.branches))}
         solution = solve(beam.replace(**{over: event.at}), modes=6, tolerance=1e-9)
@@ -225,7 +225,7 @@ def test_flapwise():
     assert {event.kind for event in events} == {"crossing"}
 
 
-def test_a_veering_seen_closer():
+def test_close_up_of_a_veering():
     """Around its least gap, within four widths, the same veering."""
     found = loci(TIP, "gamma", np.linspace(0, 10, 51), coriolis=True)
     (event,) = found.events

@@ -42,7 +42,7 @@ def test_without_rotation_it_is_the_closed_form(frequency):
     assert np.abs(found[:, 1] - exact).max() < 1e-4 * np.abs(exact).max()
 
 
-def test_held_still_the_tip_is_deflected_by_one():
+def test_the_static_deflection_is_the_unit():
     """The unit of the amplitude, with a mass anywhere: by definition, whatever the beam."""
     for beam in (Beam(), Beam(alpha=2, beta=0.4), Beam(alpha=1, beta=1)):
         still = response(solve(beam, modes=20), 1e-6, 0.01, TIP)[0]
@@ -113,8 +113,8 @@ class Direct:
 
     def tip(self, omega: float, coriolis: bool, damping: np.ndarray | float = 0.0) -> np.ndarray:
         """The tip (2,) under the force at omega."""
-        turning = 2j * omega * self.beam.gamma * self.G if coriolis else 0.0
-        q = np.linalg.solve(self.K - omega**2 * self.M + turning + 1j * omega * damping, self.F)
+        gyroscopic = 2j * omega * self.beam.gamma * self.G if coriolis else 0.0
+        q = np.linalg.solve(self.K - omega**2 * self.M + gyroscopic + 1j * omega * damping, self.F)
         parts = q[: self.COUNT], q[self.COUNT :]
         ends = [self.shapes(TIP, order)[0][0] for order in (1, 2)]
         tip = [end @ part for end, part in zip(ends, parts, strict=True)]
@@ -180,7 +180,7 @@ def test_an_ellipse_is_measured_at_its_largest():
     assert run.amplitudes[40] == pytest.approx(far, rel=1e-5)
 
 
-def test_nothing_settles_where_the_beam_is_unstable():
+def test_no_steady_response_where_the_beam_is_unstable():
     """An inward beam past its buckling: no amplitude."""
     run = run_up(Beam(delta=-1), 1, 0.02, 6.0)
     assert np.isfinite(run.amplitudes[run.speeds < 2.9]).all()
@@ -197,7 +197,7 @@ def test_wrong_input():
 
 @settings(max_examples=10)
 @given(st.floats(0, 20), st.floats(0, 2), st.floats(0, 1), st.booleans())
-def test_with_more_modes_the_tip_moves_hardly_otherwise(gamma, alpha, beta, coriolis):
+def test_five_modes_are_enough(gamma, alpha, beta, coriolis):
     """Five modes are enough for the picture: 2 % of the deflection with all twenty."""
     beam = Beam(alpha=alpha, beta=beta, gamma=gamma)
     few, many = (
