@@ -84,13 +84,11 @@ def test_the_end_of_a_force_law_over_the_hub_radius():
     assert limit.start == pytest.approx(brentq(excess, 1, 2, xtol=1e-14), rel=3e-9)
 
 
-def test_where_numerics_fail_before_physics_the_limit_is_that_of_physics():
-    """A beam pressed together does not converge just before its equilibrium ends: at the limit over
-    the hub radius the speed is that at which equilibria end, found from a faster beam."""
+def test_the_end_of_a_compressed_equilibrium_is_that_of_physics():
+    """Convergence is hardest just before the equilibrium of a compressed beam ends: at the limit
+    over the hub radius the speed is that at which equilibria end, found from a faster beam."""
     beam = Beam(alpha=0.0127587733, beta=0.9629133184, gamma=82.3011768324, mu=145.3672840086)
     limit, _ = loci(beam, "delta", np.linspace(-2, 20, 21), 2).limits
-    with pytest.raises((NotConverged, NoEquilibrium)):
-        solve(beam.replace(delta=limit.stop + 1e-7))
     with pytest.raises(NoEquilibrium) as caught:
         solve(beam.replace(delta=limit.stop, gamma=100.0))
     assert caught.value.limit == pytest.approx(beam.gamma, rel=1e-8)
