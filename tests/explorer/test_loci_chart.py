@@ -1,5 +1,6 @@
 """The loci chart as data: its range, its lines, its marks; and the texts below it."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +19,13 @@ from beamviz.explorer.features.loci_chart import (
     Lines,
     chart_lines,
 )
-from beamviz.explorer.features.loci_tab import event_table, gap_notes, per_rev_labels
+from beamviz.explorer.features.loci_tab import (
+    event_table,
+    gap_notes,
+    line_labels,
+    modes_here,
+    per_rev_labels,
+)
 from beamviz.frequency_loci.sweep import chart_range
 from beamviz.solver import solve
 
@@ -184,3 +191,20 @@ def test_a_request_out_of_range_is_refused():
     """It names the number; the page goes on with the last chart."""
     with pytest.raises(ValueError, match="alpha = nan"):
         ChartRequest.around(case(TIP).changed("alpha", float("nan")), "gamma")
+
+
+def test_a_mode_has_one_label_in_the_chart():
+    """Beyond a veering the labels at the ends of the lines and those of the beam are those of the
+    tracked branches, as in the tables of crossings and resonances; a solution by itself counts
+    within its families."""
+    beam = Beam(alpha=1, beta=1, gamma=20)
+    chart = chart_of(beam.replace(gamma=19), coriolis=True)
+    beam = beam.replace(gamma=chart.request.stop)
+    solution = solve(beam, coriolis=True)
+    branches = {branch.label: branch.frequency[-1] for branch in chart.loci.branches}
+    tracked = sorted(branches, key=branches.__getitem__)[:5]
+    assert tracked != list(solution.labels)
+    assert re.findall(r">([BS]\d)<", modes_here(chart, solution)) == tracked
+    assert set(tracked) <= set(re.findall(r">([BS]\d)<", line_labels(chart, per_rev=False)))
+    other = solve(beam.replace(alpha=2), coriolis=True)
+    assert re.findall(r">([BS]\d)<", modes_here(chart, other)) == list(other.labels)

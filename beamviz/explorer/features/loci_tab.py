@@ -134,14 +134,14 @@ class LociTab(Feature):
 def line_labels(chart: Chart, per_rev: bool) -> str:
     """Mode labels at the right ends of the lines, as an overlay of the chart above.
 
-    The labels are those of the solution at the end: modes that have exchanged their shapes on the
-    way have exchanged their labels.
+    The labels are those of the tracked branches, as in the tables of crossings and resonances; the
+    colour is the family at the end.
     """
     if chart.loci is None:
         return ""
     top = chart.top
     ends = sorted(
-        (float(solution.frequencies[k]), solution.labels[k], COLOURS[solution.families[k]])
+        (float(solution.frequencies[k]), branch.label, COLOURS[solution.families[k]])
         for branch in chart.loci.branches
         if (solution := branch.solutions[-1]) and (k := int(branch.mode_index[-1])) >= 0
         if math.isfinite(solution.frequencies[k])
@@ -192,13 +192,15 @@ def legend(chart: Chart, second: Chart | None) -> str:
 
 
 def modes_here(chart: Chart, solution: Solution) -> str:
-    """The modes of the beam shown, which is the upright line of the chart."""
+    """The modes of the beam shown, which is the upright line of the chart, by the labels of their
+    branches where the chart is that of the beam."""
     along, across = chart.request.measures
+    labels = branch_labels(chart, solution) or solution.labels
     modes = " &ensp;".join(
         f'<span style="white-space:nowrap">{coloured(label, COLOURS[family])}'
         f" {across.factor * frequency:.4g}</span>"
         for label, family, frequency in zip(
-            solution.labels, solution.families, solution.frequencies, strict=True
+            labels, solution.families, solution.frequencies, strict=False
         )
         if math.isfinite(frequency)
     )
@@ -207,6 +209,18 @@ def modes_here(chart: Chart, solution: Solution) -> str:
         f'<div aria-label="this beam" style="{SMALL}">┊ this beam, {value}:<br>'
         f"{f'{modes} {across.unit}'.rstrip()}</div>"
     )
+
+
+def branch_labels(chart: Chart, solution: Solution) -> tuple[str, ...]:
+    """The labels of the branches that the modes of a beam belong to; none where the chart is of
+    another beam or does not reach it."""
+    over = chart.request.over
+    value = getattr(solution.beam, over)
+    same = chart.request.beam.replace(**{over: value}) == solution.beam
+    if chart.loci is None or not same or not chart.values[0] <= value <= chart.values[-1]:
+        return ()
+    labels = chart.loci.labels_at(value)
+    return labels if len(labels) >= len(solution.frequencies) else ()
 
 
 def event_table(chart: Chart, chosen: Event | None) -> str:
