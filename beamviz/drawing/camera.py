@@ -30,15 +30,16 @@ def span(shapes: SampledModes) -> tuple[float, float]:
     radius = mass_radius(beam) if beam.alpha > 0 else 0.0
     rim = min(2 * hub_radius(beam), RIM) if beam.delta >= 0 else MARGIN
     mass = along[shapes.mass]
-    return min(-rim, mass - radius), max(along[-1], mass + radius)
+    return min(-rim, mass - radius, along.min()), max(along.max(), mass + radius)
 
 
 def target(shapes: SampledModes, rotating_frame: bool) -> np.ndarray:
     """The point (3,) of the hub's frame in the middle of the picture: the middle of the beam in
     the rotating frame, else the axis."""
-    return np.array(
-        [shapes.beam.delta + sum(span(shapes)) / 2 if rotating_frame else 0.0, 0.0, 0.0]
-    )
+    if not rotating_frame:
+        return np.zeros(3)
+    y = shapes.centreline[:, 1]
+    return np.array([shapes.beam.delta + sum(span(shapes)) / 2, (y.min() + y.max()) / 2, 0.0])
 
 
 def corners(shapes: SampledModes, rotating_frame: bool) -> np.ndarray:
@@ -46,7 +47,8 @@ def corners(shapes: SampledModes, rotating_frame: bool) -> np.ndarray:
     beam, (left, right) = shapes.beam, span(shapes)
     radius = mass_radius(beam) if beam.alpha > 0 else 0.0
     if rotating_frame:
-        half, side, height = (right - left) / 2, max(ROOM, radius), max(0.75 * ROOM, radius)
+        half, height = (right - left) / 2, max(0.75 * ROOM, radius)
+        side = max(ROOM, radius) + np.ptp(shapes.centreline[:, 1]) / 2
         return np.array(
             [(x, y, z) for x in (-half, half) for y in (-side, side) for z in (-height, height)]
         )

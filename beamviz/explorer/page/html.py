@@ -49,8 +49,11 @@ def equilibrium_state(answer: SolverAnswer) -> str:
 
 
 def stretch_text(shapes: SampledModes) -> str:
-    """How much the rotation stretches the beam."""
-    beam, change = shapes.beam, 100 * (shapes.centreline[-1, 0] - 1)
+    """How much the rotation stretches the beam, or where the tip of a bent one is."""
+    beam, (x, y) = shapes.beam, shapes.centreline[-1]
+    if shapes.centreline[:, 1].any():
+        return f"bent: the tip is at ({x:.3f}, {y:.3f}) L from the clamp"
+    change = 100 * (x - 1)
     if beam.gamma == 0:
         return "at rest: no rotation"
     if abs(change) < ROUNDING:
