@@ -148,8 +148,9 @@ def node_positions(x: np.ndarray, mass: float, components: np.ndarray) -> list[n
     slope = (v[k, i + 1] - v[k, i]) / (x[i + 1] - x[i])
     further = (v[k, third] - v[k, i + 1]) / (x[third] - x[i + 1])
     bend = (further - slope) / (x[third] - x[i])
-    line = x[i] - v[k, i] / slope
-    nodes = x[i] - v[k, i] / (slope + bend * (line - x[i + 1]))
+    b = slope - bend * (x[i + 1] - x[i])  # v + b t + bend t^2 = 0 at the node, t from station i
+    root = np.sign(v[k, i]) * np.sqrt(b**2 - 4 * bend * v[k, i])
+    nodes = x[i] + 2 * v[k, i] / (root - b)
     return np.split(nodes, np.searchsorted(k, np.arange(1, len(v))))
 
 

@@ -55,11 +55,12 @@ class Measure(NamedTuple):
 
 
 def measure(name: str, units: Units | None) -> Measure:
-    """How one of the five numbers is shown; mu has no unit, as T* itself depends on it."""
+    """How one of the five numbers is shown. mu has no unit, as T* itself depends on it, and alpha
+    has none where the mass of the beam is not known."""
     parameter = PARAMETERS[name]
-    if units is None or name == "mu":
+    if units is None or name == "mu" or (name == "alpha" and units.mass is None):
         return Measure(parameter.slider_label, parameter.symbol)
-    others = {"alpha": ("kg", units.mass), "gamma": ("rpm", units.rpm(1.0))}
+    others = {"alpha": ("kg", units.mass or 1.0), "gamma": ("rpm", units.rpm(1.0))}
     unit, factor = others.get(name, ("mm", MILLIMETRES * units.length))
     return Measure(f"{parameter.short_label} [{unit}]", parameter.symbol, unit, factor)
 

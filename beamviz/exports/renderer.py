@@ -58,6 +58,7 @@ FLAGS = (
 )
 TIMEOUT = 90.0  # [s] for one picture; a software renderer takes about 5 for the first
 WARM_UP = 2  # small pictures until labels and instanced meshes are up to date
+FIRST_WARM_UP = 8  # before the first picture, while the page loads the letters of labels
 LIGHT, DARK = (255, 255, 255), (20, 20, 20)  # backgrounds of the page
 # Height of letters: [pixels], and of the width of a narrow picture, for a title and for a line of
 # one letter (a line then fits in any font: the mean letter of a wide one is 0.7 as wide as high).
@@ -100,12 +101,13 @@ def open_renderer(
         dark = "&darkMode" if solved.scene.view.dark else ""
         url = f"http://127.0.0.1:{server.get_port()}/?fixedDpr=1{dark}"
         with open_browser(browser, url, 320, 240):
+            warm_up = iter((FIRST_WARM_UP,))
 
             def render(moment: Moment) -> np.ndarray:
                 try:
                     client = connected.result(TIMEOUT)
                     drawn.move(moment)
-                    picture = render_in_browser(client, solved, *size)
+                    picture = render_in_browser(client, solved, *size, next(warm_up, WARM_UP))
                 except (TimeoutError, RuntimeError):
                     raise Unavailable(
                         f"{browser} drew no picture within {TIMEOUT:g} s: name another browser in"
@@ -117,9 +119,9 @@ def open_renderer(
 
 
 def render_in_browser(
-    client: ClientHandle, solved: SolvedScene, width: int, height: int
+    client: ClientHandle, solved: SolvedScene, width: int, height: int, warm_up: int
 ) -> np.ndarray:
-    """The client's picture (height, width, 4)."""
+    """The client's picture (height, width, 4), after small ones that are not used."""
     deadline, view = monotonic() + TIMEOUT, solved.camera(width / height)
     position = np.array(view.position)
     render = partial(
@@ -129,7 +131,7 @@ def render_in_browser(
         fov=camera.FIELD_OF_VIEW,
         transport_format="png",
     )
-    for _ in range(WARM_UP):
+    for _ in range(warm_up):
         render(64, 64, timeout=max(deadline - monotonic(), 0.1))
     return render(height, width, timeout=max(deadline - monotonic(), 0.1))
 
@@ -181,7 +183,8 @@ def open_browser(browser: str, url: str, width: int = 1280, height: int = 720) -
 
 def end_browser(process: subprocess.Popen, profile: Path) -> None:
     """End a browser and its child processes, and remove the folder that Chromium, killed, leaves
-    outside its profile (for a short socket path); may be called twice."""
+    outside its profile (for a short socket path), empty where its profile has no link to it yet;
+    may be called twice."""
     if process.returncode is None:
         if os.name == "posix":
             with contextlib.suppress(ProcessLookupError):
@@ -192,6 +195,9 @@ def end_browser(process: subprocess.Popen, profile: Path) -> None:
     socket = profile / "SingletonSocket"
     if socket.is_symlink() and socket.readlink().parent.name.startswith("org.chromium."):
         shutil.rmtree(socket.readlink().parent, ignore_errors=True)
+    for folder in Path(tempfile.gettempdir()).glob("org.chromium.Chromium.*"):
+        with contextlib.suppress(OSError):
+            folder.rmdir()
 
 
 # Without a browser.
