@@ -138,8 +138,8 @@ def normalisation(modes: np.ndarray) -> np.ndarray:
 def node_positions(x: np.ndarray, mass: float, components: np.ndarray) -> list[np.ndarray]:
     """Nodes (j,) of each mode: where its larger component (m, n), given at x (n,), changes sign.
 
-    Quadratic interpolation between stations, to 1e-5, never across the mass, where the slope may
-    jump; `Solution.nodes` has all digits at a higher cost."""
+    Quadratic interpolation between stations, to 1e-5 where a shape is smooth between them, never
+    across the mass, where the slope may jump; `Solution.nodes` has all digits at a higher cost."""
     far = np.take_along_axis(components, np.abs(components).argmax(axis=1)[:, None], 1)
     v = (np.conj(far) / np.abs(far) * components).real  # complex with Coriolis forces
     k, i = np.nonzero(v[:, 1:-1] * v[:, 2:] < 0)

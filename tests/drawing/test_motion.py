@@ -128,10 +128,11 @@ def test_a_large_picture_of_stretching_never_folds():
 @settings(max_examples=30)
 @given(beam=BEAMS)
 def test_marked_nodes_are_those_of_the_solver(coriolis, beam):
-    """To the digits that a label shows."""
+    """To the three digits that a label shows, also in a layer at the mass that is as thin as the
+    distance of two stations."""
     solution = solve(beam, coriolis=coriolis)
     for x, exact in zip(SampledModes.sampled(solution).nodes, solution.nodes, strict=True):
-        assert x == pytest.approx(exact, abs=2e-5)
+        assert x == pytest.approx(exact, abs=5e-4)
 
 
 def test_the_colour_maps_do_not_depend_on_hue():
