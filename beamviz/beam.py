@@ -1,4 +1,4 @@
-"""The beam: its five dimensionless numbers, their limits, and conversion from and to SI units."""
+"""The beam: its dimensionless numbers, their limits, and conversion from and to SI units."""
 
 import math
 import tomllib
@@ -13,7 +13,7 @@ from beamviz.errors import InvalidInput
 
 @dataclass(frozen=True)
 class Parameter:
-    """One of the five dimensionless numbers of a beam, for every place that describes it.
+    """One of the dimensionless numbers of a beam, for every place that describes it.
 
     label: its name; short_label: its name beside a slider; formula: the paper's definition;
     si_formula: the same in the keywords of `Beam.from_si`; limits: the range accepted; slider:
@@ -102,8 +102,20 @@ PARAMETERS = {
         " frequencies beside bending, and less stretch at the same speed",
     ),
 }
+SPIN_UP = Parameter(
+    symbol="λ",
+    label="spin-up",
+    short_label="spin-up",
+    formula="T*² dΩ/dt",
+    si_formula="angular_acceleration T*^2",
+    limits=(-1000.0, 1000.0),
+    default=0.0,
+    slider=(-20.0, 20.0, 0.1),
+    hint="How fast the speed grows. The beam lags behind its hub and is bent; below 0, where the"
+    " speed falls, it runs ahead",
+)
+NUMBERS = {**PARAMETERS, "spin_up": SPIN_UP}  # the five, and what bends a beam while they change
 MAX_GAMMA_OVER_MU = 5.0
-MAX_SPIN_UP = 1000.0
 ROUNDING = 1e-12  # relative, so that mu = gamma / 5 is accepted
 
 
@@ -136,7 +148,7 @@ class Beam:
     alpha: mass ratio m / (rho A L), beta: mass location d / L, gamma: speed Omega T*,
     delta: hub radius a / L (negative: the beam points inward), mu: slenderness
     sqrt(A L^2 / I). T* = sqrt(rho A L^4 / (E I)). `units` is set for a beam given in SI. spin_up:
-    lambda = T*^2 dOmega/dt, -1000 .. 1000, of a beam whose speed changes.
+    lambda = T*^2 dOmega/dt of a beam whose speed changes.
 
     Raises InvalidInput (a ValueError) that names the number, its value and its limits.
     """
@@ -147,7 +159,7 @@ class Beam:
     delta: float = PARAMETERS["delta"].default
     mu: float = PARAMETERS["mu"].default
     units: Units | None = None
-    spin_up: float = 0.0
+    spin_up: float = SPIN_UP.default
 
     def __post_init__(self) -> None:
         for name, parameter in PARAMETERS.items():
@@ -155,7 +167,7 @@ class Beam:
             if not (type(value) is float and low <= value <= high and value):  # fast
                 object.__setattr__(self, name, check_float(name, value, low, high))
         if self.spin_up or type(self.spin_up) is not float:
-            spin_up = check_float("spin_up", self.spin_up, -MAX_SPIN_UP, MAX_SPIN_UP)
+            spin_up = check_float("spin_up", self.spin_up, *SPIN_UP.limits)
             object.__setattr__(self, "spin_up", spin_up)
         if self.gamma > MAX_GAMMA_OVER_MU * self.mu * (1 + ROUNDING):
             gamma, mu = exact_text(self.gamma), exact_text(self.mu)
@@ -170,8 +182,9 @@ class Beam:
 
     @property
     def numbers(self) -> dict[str, float]:
-        """The five numbers by name."""
-        return {name: getattr(self, name) for name in PARAMETERS}
+        """The five numbers by name, and spin_up where it is not 0."""
+        names = NUMBERS if self.spin_up else PARAMETERS
+        return {name: getattr(self, name) for name in names}
 
     @classmethod
     def from_si(
@@ -205,12 +218,15 @@ class Beam:
             "gamma": check_float("rotation_speed", rotation_speed, 0.0, math.inf) * time,
             "delta": check_float("hub_radius", hub_radius, -math.inf, math.inf) / L,
             "mu": L * math.sqrt(A / I),
+            "spin_up": check_float(
+                "angular_acceleration", angular_acceleration, -math.inf, math.inf
+            )
+            * time**2,
         }
-        for name, parameter in PARAMETERS.items():
+        for name, parameter in NUMBERS.items():
             check_float(f"{parameter.si_formula} = {name}", numbers[name], *parameter.limits)
-        spin_up = check_float("angular_acceleration", angular_acceleration, -math.inf, math.inf)
         units = Units(length=L, time=time, mass=rho * A * L)
-        return cls(**numbers, units=units, spin_up=spin_up * time**2)
+        return cls(**numbers, units=units)
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:

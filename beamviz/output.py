@@ -122,9 +122,9 @@ def plural(count: int, noun: str) -> str:
 def solution_json(solution: "Solution") -> str:
     """Beam, model, equilibrium, modes and statistics of a solution as JSON."""
     state, stats, units = solution.equilibrium, solution.stats, solution.beam.units
-    model, spin_up = solution.problem.model, solution.beam.spin_up
+    model = solution.problem.model
     data = {
-        "beam": solution.beam.numbers | ({"spin_up": spin_up} if spin_up else {}),
+        "beam": solution.beam.numbers,
         "model": {key: model[key] for key in MODEL_KEYS},
         "equilibrium": {key: getattr(state, key) for key in EQUILIBRIUM_KEYS},
         "modes": mode_records(solution),

@@ -10,6 +10,7 @@ from typing import Any, Self
 from urllib.parse import parse_qsl
 
 from beamviz.beam import (
+    NUMBERS,
     PARAMETERS,
     SI_KEYS,
     Beam,
@@ -146,7 +147,7 @@ def clip(value: Any, upper: float, old: float) -> float:
 # The tables of a file and their keys. [beam], [model], [view], [camera] and [chart] share no key,
 # so that a link and `Scene.of` need no tables; [si] stands for [beam] and [units] together.
 TABLES = {
-    "beam": tuple(PARAMETERS),
+    "beam": tuple(NUMBERS),
     "model": tuple(name for name in OPTIONS if name != "modes"),
     "view": (*ViewOptions.__dataclass_fields__, "mode"),
     "camera": tuple(Camera.__dataclass_fields__),

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from beamviz.beam import PARAMETERS, Beam, Units
+from beamviz.beam import PARAMETERS, SPIN_UP, Beam, Units
 from beamviz.errors import InvalidInput
 from beamviz.scene import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, Camera, Scene, ViewOptions, clip
 from beamviz.solver import CHOICES
@@ -33,6 +33,7 @@ beams = st.builds(
     Beam,
     **{name: between(*PARAMETERS[name].limits) for name in ("alpha", "beta", "delta")},
     gamma=between(0, 50),
+    spin_up=st.just(0.0) | between(*SPIN_UP.limits),
     mu=between(10, 10000),
     units=st.none() | st.builds(Units, between(1e-3, 1e3), between(1e-6, 1e3), between(1e-3, 1e6)),
 )

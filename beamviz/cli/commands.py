@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from beamviz import __version__
-from beamviz.beam import PARAMETERS, Beam, check_float, check_int, exact_text
+from beamviz.beam import NUMBERS, Beam, check_float, check_int, exact_text
 from beamviz.cli.options import number, parse_triple, sweep_values, takes_beam, takes_scene
 from beamviz.files import check_suffix
 
@@ -53,17 +53,11 @@ def modes(
     options: dict[str, Any],
     modes: Annotated[int, number("How many modes.")] = 5,
     format: Annotated[Literal["table", "json", "csv"], typer.Option(help="Output.")] = "table",
-    spin_up: Annotated[
-        float,
-        number("Spin-up T*^2 dOmega/dt; takes --state bent or stable.", rich_help_panel="Beam"),
-    ] = 0.0,
 ) -> None:
     """Equilibrium and modes of a beam."""
     from beamviz.output import SOLUTION_FORMATS
     from beamviz.solver import solve
 
-    if spin_up:
-        beam = beam.replace(spin_up=spin_up)
     print(SOLUTION_FORMATS[format](solve(beam, modes=modes, **options)).rstrip("\n"))
 
 
@@ -73,7 +67,8 @@ def loci(
     beam: Beam,
     options: dict[str, Any],
     over: Annotated[
-        Literal["gamma", "alpha", "beta", "delta", "mu"], typer.Option(help="The number to vary.")
+        Literal["gamma", "alpha", "beta", "delta", "mu", "spin_up"],
+        typer.Option(help="The number to vary."),
     ],
     start: Annotated[float, number("Its first value.")],
     stop: Annotated[float, number("Its last value.")],
@@ -86,7 +81,7 @@ def loci(
     ] = None,
     per_rev: Annotated[int, number("Resonances with 1 .. N times the speed.")] = 0,
 ) -> None:
-    """Frequencies along one of the five numbers, tracked, with their crossings and veerings."""
+    """Frequencies along one of the beam's numbers, tracked, with their crossings and veerings."""
     from beamviz.frequency_loci import loci
     from beamviz.frequency_loci.forced_response import resonances
     from beamviz.output import LOCI_FORMATS
@@ -96,9 +91,10 @@ def loci(
         from beamviz.plotting.loci import SUFFIXES, save_chart
 
         check_suffix(plot, SUFFIXES)
-    given = beam.numbers[over]
-    if not beam.units and given != PARAMETERS[over].default:
-        note = f"--{over} {exact_text(given)} is not used: --over {over} varies it"
+    given = getattr(beam, over)
+    if not beam.units and given != NUMBERS[over].default:
+        option = over.replace("_", "-")
+        note = f"--{option} {exact_text(given)} is not used: --over {over} varies it"
         print(f"beamviz: {note}", file=sys.stderr)
     found = loci(beam, over, values, modes, **options)
     crossed = resonances(found, check_int("per-rev", per_rev, 0, MAX_PER_REV))

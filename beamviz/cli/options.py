@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from beamviz.beam import PARAMETERS, Beam, check_float, check_int, exact_text
+from beamviz.beam import NUMBERS, Beam, check_float, check_int, exact_text
 from beamviz.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -45,8 +45,8 @@ def parse_triple(text: str) -> tuple[float, float, float]:
 
 
 def parameter(name: str) -> Any:
-    """The option of one of the five numbers."""
-    one = PARAMETERS[name]
+    """The option of one of the beam's numbers."""
+    one = NUMBERS[name]
     formula, (low, high) = one.formula.translate(ASCII), one.limits
     text = f"{one.label.capitalize()} {formula}, {low:g} .. {high:g} (default {one.default:g})."
     return number(text, rich_help_panel="Beam")
@@ -63,10 +63,11 @@ def beam_and_model(
     gamma: Annotated[float | None, parameter("gamma")] = None,
     delta: Annotated[float | None, parameter("delta")] = None,
     mu: Annotated[float | None, parameter("mu")] = None,
+    spin_up: Annotated[float | None, parameter("spin_up")] = None,
     si: Annotated[
         Path | None,
         typer.Option(
-            help="TOML file with the beam in SI units, in place of the five numbers.",
+            help="TOML file with the beam in SI units, in place of these numbers.",
             metavar="FILE.toml",
             rich_help_panel="Beam",
         ),
@@ -125,15 +126,14 @@ def beam_and_model(
 ) -> tuple[Beam, dict[str, Any]]:
     """The beam, and the keywords of `solve` that describe its model."""
     options: dict[str, Any] = dict(locals())
-    numbers = {name: options.pop(name) for name in PARAMETERS}
+    numbers = {name: options.pop(name) for name in NUMBERS}
     given = {name: value for name, value in numbers.items() if value is not None}
     del options["si"]
     if si is None:
         return Beam(**given), options
     for name, value in given.items():
-        raise InvalidInput(
-            f"--{name} {value} and --si {si} exclude each other: the file gives all five numbers"
-        )
+        option = f"--{name} {value}".replace("_", "-")
+        raise InvalidInput(f"{option} and --si {si} exclude each other: the file gives all numbers")
     return Beam.from_toml(si), options
 
 
@@ -165,7 +165,7 @@ def scene_from_options(
     """The scene of a file, of a lesson or the default one, with the options of the command line."""
     from beamviz.scene import Scene
 
-    beam, _ = beam_and_model(**beam_options)  # also rejects --si beside one of the five numbers
+    beam, _ = beam_and_model(**beam_options)  # also rejects --si beside one of the numbers
     file = context.params.get("scene_file") or scene
     if file and lesson:
         raise InvalidInput(f"--scene {file} and --lesson {lesson} exclude each other")
@@ -220,11 +220,11 @@ takes_scene = shared_options(scene_from_options, beam_and_model)
 
 
 def sweep_values(over: str, start: object, stop: object, points: object) -> list[float]:
-    """Equally spaced values of one of the five numbers; InvalidInput names the wrong option."""
+    """Equally spaced values of one of the beam's numbers; InvalidInput names the wrong option."""
     ends = []
     for option, value in (("--start", start), ("--stop", stop)):
         try:
-            ends.append(check_float(over, value, *PARAMETERS[over].limits))
+            ends.append(check_float(over, value, *NUMBERS[over].limits))
         except InvalidInput as error:
             raise InvalidInput(f"{option}: {error}") from None
     first, last = ends

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.beam import PARAMETERS, Beam, Units
+from beamviz.beam import NUMBERS, Beam, Units
 from beamviz.errors import BeamvizError, NoEquilibrium
 from beamviz.solver import Solution
 
@@ -55,12 +55,16 @@ class Measure(NamedTuple):
 
 
 def measure(name: str, units: Units | None) -> Measure:
-    """How one of the five numbers is shown. mu has no unit, as T* itself depends on it, and alpha
+    """How one of a beam's numbers is shown. mu has no unit, as T* itself depends on it, and alpha
     has none where the mass of the beam is not known."""
-    parameter = PARAMETERS[name]
+    parameter = NUMBERS[name]
     if units is None or name == "mu" or (name == "alpha" and units.mass is None):
         return Measure(parameter.slider_label, parameter.symbol)
-    others = {"alpha": ("kg", units.mass or 1.0), "gamma": ("rpm", units.rpm(1.0))}
+    others = {
+        "alpha": ("kg", units.mass or 1.0),
+        "gamma": ("rpm", units.rpm(1.0)),
+        "spin_up": ("rad/s²", 1 / units.time**2),
+    }
     unit, factor = others.get(name, ("mm", MILLIMETRES * units.length))
     return Measure(f"{parameter.short_label} [{unit}]", parameter.symbol, unit, factor)
 
@@ -73,8 +77,8 @@ def frequencies(units: Units | None) -> Measure:
 
 
 def measures(units: Units | None) -> dict[str, Measure]:
-    """How all five numbers are shown."""
-    return {name: measure(name, units) for name in PARAMETERS}
+    """How all numbers are shown."""
+    return {name: measure(name, units) for name in NUMBERS}
 
 
 def significant(value: float, digits: int) -> str:

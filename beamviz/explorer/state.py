@@ -7,7 +7,7 @@ the five numbers, which are kept as they were sent and checked when the beam is 
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, Self
 
-from beamviz.beam import PARAMETERS, Beam, Units
+from beamviz.beam import NUMBERS, PARAMETERS, Beam, Units
 from beamviz.scene import TABLES as SCENE_KEYS
 from beamviz.scene import Camera, Scene, ViewOptions
 from beamviz.solver import CHOICES as SOLVER_CHOICES
@@ -21,8 +21,8 @@ VIEW_KEYS = tuple(entry.name for entry in fields(ViewOptions))
 
 @dataclass(frozen=True)
 class Case:
-    """A beam and its model as a visitor entered them: the five numbers, which may be no beam, and
-    the keywords of `solve`."""
+    """A beam and its model as a visitor entered them: its numbers with the spin-up, which may be no
+    beam, and the keywords of `solve`."""
 
     numbers: dict[str, Any]
     options: dict[str, Any]
@@ -31,7 +31,8 @@ class Case:
     @classmethod
     def of(cls, scene: Scene) -> Self:
         """The case that a scene shows."""
-        return cls(scene.beam.numbers, scene.solver_options, scene.beam.units)
+        numbers = {name: getattr(scene.beam, name) for name in NUMBERS}
+        return cls(numbers, scene.solver_options, scene.beam.units)
 
     def beam(self) -> Beam:
         """The beam. Raises InvalidInput, which names the number that is out of range."""
@@ -42,9 +43,12 @@ class Case:
         return bool(self.options[term])
 
     def changed(self, name: str, value: Any) -> Self:
-        """With one number or keyword of `solve` changed."""
+        """With one number or keyword of `solve` changed. A spin-up bends the beam: of a straight
+        state it makes the stable one."""
         if name in self.numbers:
-            return replace(self, numbers={**self.numbers, name: value})
+            case = replace(self, numbers={**self.numbers, name: value})
+            straight = name == "spin_up" and value and self.options["state"] == "straight"
+            return case.with_options(state="stable") if straight else case
         if name in TERMS:
             return self.with_options(**{name: bool(value)})
         if name in CHOICES and value in CHOICES[name]:

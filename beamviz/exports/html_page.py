@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib import rc_context
 
-from beamviz.beam import PARAMETERS
+from beamviz.beam import NUMBERS
 from beamviz.drawing import camera
 from beamviz.drawing.text import frequencies, rounded_to_error
 from beamviz.errors import BeamvizError
@@ -103,10 +103,8 @@ def write_html(file: Path, solved: SolvedScene) -> None:
 
 
 def heading(scene: Scene) -> str:
-    """The five numbers."""
-    return ", ".join(
-        f"{PARAMETERS[name].symbol} = {x:.6g}" for name, x in scene.beam.numbers.items()
-    )
+    """The beam's numbers."""
+    return ", ".join(f"{NUMBERS[name].symbol} = {x:.6g}" for name, x in scene.beam.numbers.items())
 
 
 def panel(solved: SolvedScene) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
-from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam, check_float
+from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, Beam, check_float
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
 from beamviz.frequency_loci.tracking import LOST, Points
 from beamviz.solver import MAX_MODES, displacements, solve_many
@@ -29,6 +29,7 @@ CHART_RANGES = {  # at first; the upper end is doubled until the beam lies in th
     "gamma": (0.0, 20.0),
     "delta": (0.0, 1.0),
     "mu": (10.0, 100.0),
+    "spin_up": (0.0, 20.0),
 }
 CHART_FILL = 0.8  # of the range: it stays the same during most of a drag
 SI_GAMMA = 5.0  # upper end for beams in SI units, which rotate slowly
@@ -39,7 +40,7 @@ _gauss = lru_cache(maxsize=8)(np.polynomial.legendre.leggauss)
 
 def chart_range(beam: Beam, over: str) -> tuple[float, float]:
     """The ends of the axis of a loci chart around a beam, within the limits of the parameter."""
-    (least, most), (low, high) = PARAMETERS[over].limits, CHART_RANGES[over]
+    (least, most), (low, high) = NUMBERS[over].limits, CHART_RANGES[over]
     if over == "gamma":
         high = SI_GAMMA if beam.units else high
         most = min(most, MAX_GAMMA_OVER_MU * beam.mu)
@@ -56,8 +57,8 @@ def chart_range(beam: Beam, over: str) -> tuple[float, float]:
 def check_values(over: str, values: ArrayLike) -> np.ndarray:
     """The values of a sweep as an array (n,); InvalidInput unless they are 2 .. MAX_POINTS
     ascending numbers within the limits of the parameter."""
-    if over not in PARAMETERS:
-        raise InvalidInput(f"over = {over!r}: must be one of {', '.join(PARAMETERS)}")
+    if over not in NUMBERS:
+        raise InvalidInput(f"over = {over!r}: must be one of {', '.join(NUMBERS)}")
     try:
         array = np.array(values, float)
     except (TypeError, ValueError, OverflowError):
@@ -66,7 +67,7 @@ def check_values(over: str, values: ArrayLike) -> np.ndarray:
         count = len(array) if array.ndim == 1 else f"an array of {array.ndim} dimensions"
         raise InvalidInput(f"values of {over}: must be 2 .. {MAX_POINTS} numbers, not {count}")
     for value in array if not np.isfinite(array).all() else array[[0, -1]]:
-        check_float(over, float(value), *PARAMETERS[over].limits)
+        check_float(over, float(value), *NUMBERS[over].limits)
     falls = np.flatnonzero(np.diff(array) <= 0)
     if len(falls):
         first, second = array[falls[0] : falls[0] + 2]

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.transforms import Bbox
 
-from beamviz.beam import PARAMETERS
+from beamviz.beam import NUMBERS
 from beamviz.files import check_suffix, replaced
 from beamviz.frequency_loci import Branch, Event, Loci, close_up
 from beamviz.frequency_loci.forced_response import Resonance
@@ -88,7 +88,7 @@ class _Chart:
 
     def __init__(self, loci: Loci, axes: Axes):
         self.loci, self.axes = loci, axes
-        units, parameter = loci.units, PARAMETERS[loci.over]
+        units, parameter = loci.units, NUMBERS[loci.over]
         self.x = self.y = lambda value: value  # from numbers to the units of the axes
         xlabel, ylabel = parameter.axis_label, "frequency ω [1/T*]"
         self.value, self.unit = parameter.symbol + " = {:#.5g}", ""  # template of x, unit of y
@@ -316,9 +316,9 @@ def _head(figure: Figure, loci: Loci, resonances: Sequence[Resonance], per_rev: 
     """The parameters held fixed, the model, and the meaning of colours and marks."""
     beam, problem = loci.beam, loci.problem
     held = ", ".join(
-        f"{PARAMETERS[n].symbol} = {beam.numbers[n]:.5g}" for n in PARAMETERS if n != loci.over
+        f"{NUMBERS[n].symbol} = {x:.5g}" for n, x in beam.numbers.items() if n != loci.over
     )
-    title = f"Loci over {PARAMETERS[loci.over].symbol} at {held}".replace("-", "−")
+    title = f"Loci over {NUMBERS[loci.over].symbol} at {held}".replace("-", "−")
     coriolis = "with" if problem.coriolis else "without"
     theory = (
         f"{problem.strain} strain, {problem.curvature} curvature, {problem.plane},"

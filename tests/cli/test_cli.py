@@ -12,7 +12,7 @@ from helpers import strict
 
 import beamviz
 from beamviz import Beam, __version__, solve
-from beamviz.beam import PARAMETERS
+from beamviz.beam import NUMBERS
 from beamviz.cli.options import beam_and_model
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.lessons import lesson
@@ -43,7 +43,8 @@ def test_help_names_every_shared_option(run, command, monkeypatch):
     code, out, _ = run(command, "--help")
     assert code == 0
     shared = ("alpha", "beta", "gamma", "delta", "mu", "si", "method", "strain", "curvature")
-    for name in (*shared, "coriolis", "no-coriolis", "plane", "elements", "tolerance"):
+    shared += ("spin-up", "state", "coriolis", "no-coriolis", "plane", "elements", "tolerance")
+    for name in shared:
         assert f"--{name}" in out
 
 
@@ -171,7 +172,7 @@ WHOLE = f"must be a whole number in 1 .. {MAX_MODES}"
         ("--si none.toml", "none.toml: No such file or directory"),
         (
             "--si none.toml --gamma 0",
-            "--gamma 0 and --si none.toml exclude each other: the file gives all five numbers",
+            "--gamma 0 and --si none.toml exclude each other: the file gives all numbers",
         ),
     ],
 )
@@ -306,7 +307,7 @@ def test_a_wrong_scene_is_one_line(run, tmp_path):
     for options, message in (
         (
             ("--scene", str(file)),
-            f"{file} [beam]: unknown key 'gama'; known: {', '.join(PARAMETERS)}\n",
+            f"{file} [beam]: unknown key 'gama'; known: {', '.join(NUMBERS)}\n",
         ),
         (("--lesson", "magic"), "lesson = magic: must be one of stiffening, "),
         (("--lesson", "nodes", "--scene", str(file)), f"--scene {file} and --lesson nodes exclude"),

@@ -56,6 +56,15 @@ def test_an_edit_changes_one_value_and_a_wrong_one_changes_nothing(name, value, 
     assert state.value(other) == START.value(other)
 
 
+def test_a_spin_up_bends_a_straight_beam():
+    """There is no straight state with one; a state that was chosen stays."""
+    state = START.changed("spin_up", 3.0)
+    assert state.value("state") == "stable"
+    assert state.to_scene().beam == PAPER.replace(spin_up=3.0)
+    assert START.changed("state", "bent").changed("spin_up", 3.0).value("state") == "bent"
+    assert START.changed("spin_up", 0.0) == START
+
+
 def test_numbers_that_are_no_beam_are_kept_and_named():
     """The page shows them; as a scene they are refused."""
     state = START.changed("gamma", 1e300)

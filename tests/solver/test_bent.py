@@ -127,8 +127,36 @@ def test_the_command_line(run):
     assert data["beam"]["spin_up"] == 10
     assert data["equilibrium"]["shape"] == "bent"
     assert data["modes"][0]["frequency"] == pytest.approx(4.2092623, abs=1e-7)
-    assert run("modes", "--gamma", "5", "--spin-up", "10")[0] == 2
+    assert run("modes", *arguments[:4])[0] == 2
     assert run("modes", "--delta=-1", "--gamma", "2", "--state", "bent")[0] == 3
+
+
+def test_a_spin_up_is_in_every_file(run, tmp_path):
+    """Numbers, page and model of the beam that spins up, and not of the one that does not; in SI
+    units an angular acceleration is the same."""
+    options = ("--gamma", "5", "--state", "stable")
+    for name in ("a.npz", "a.html"):
+        code, _, err = run("export", str(tmp_path / name), *options, "--spin-up", "10")
+        assert code == 0, err
+    with np.load(tmp_path / "a.npz") as arrays:
+        assert dict(zip(arrays["beam_names"], arrays["beam"], strict=True))["spin_up"] == 10
+        assert arrays["frequencies"][0] == pytest.approx(4.2092623, abs=1e-7)
+    page = (tmp_path / "a.html").read_text()
+    assert "λ = 10" in page
+    assert "spin_up = 10" in page
+    loci_options = (*options[2:], "--over", "spin_up", "--start", "0", "--stop", "10", "--points")
+    chart = json.loads(run("loci", "--gamma", "5", *loci_options, "5", "--format", "json")[1])
+    assert chart["branches"][0]["frequency"][-1] == pytest.approx(4.2092623, abs=1e-7)
+    sizes = {"length": 2.0, "density": 1.0, "area": 1.0, "second_moment": 4 / 70**2}
+    si = sizes | {"youngs_modulus": 1e4, "rotation_speed": 1.0, "angular_acceleration": 0.2}
+    file = tmp_path / "beam.toml"
+    file.write_text("".join(f"{key} = {value}\n" for key, value in si.items()))
+    beam = json.loads(run("modes", "--si", file, "--state", "bent", "--format", "json")[1])["beam"]
+    assert beam["spin_up"] == pytest.approx(0.2 * (2 * 70 / 1e2) ** 2)
+    file.write_text("[si]\n" + file.read_text().replace("0.2", "2e3"))
+    code, _, err = run("screenshot", "a.png", "--scene", file)
+    assert code == 2
+    assert "angular_acceleration T*^2 = spin_up = 3920" in err
 
 
 def test_loci_through_buckling():

@@ -80,7 +80,8 @@ class NumberControls:
         """Choose labels and ranges for another scene, and show its numbers."""
         units = state.case.units
         self.measures = measures(units)
-        for name, number in state.case.numbers.items():
+        for name in self.sliders:
+            number = state.case.numbers[name]
             self.choose_range(name, number, units)
             self.show(name, number)
         self.sliders["mu"].visible = self.fields["mu"].visible = units is None
