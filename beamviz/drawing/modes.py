@@ -10,6 +10,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid, trapezoid
 
 from beamviz.beam import Beam
+from beamviz.frequency_loci.identity import identify_modes
 from beamviz.scene import ViewOptions
 from beamviz.solver import Solution
 
@@ -58,7 +59,7 @@ class SampledModes:
         return cls(
             beam=solution.beam,
             plane=solution.problem.plane,
-            labels=solution.labels,
+            labels=identify_modes(solution).labels,
             frequencies=solution.frequencies,
             x=x,
             centreline=equilibrium.position(x),

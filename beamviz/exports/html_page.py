@@ -16,6 +16,7 @@ from beamviz.drawing.text import frequencies, rounded_to_error
 from beamviz.errors import BeamvizError
 from beamviz.exports.solved_scene import DrawnScene, SolvedScene, find_loop
 from beamviz.frequency_loci import loci
+from beamviz.frequency_loci.identity import identify_modes
 from beamviz.frequency_loci.sweep import CHART_POINTS, chart_range
 from beamviz.plotting import STYLE as CHART_STYLE
 from beamviz.plotting.loci import draw_chart
@@ -59,7 +60,8 @@ def solution_table(solution: Solution, shown: list[int]) -> str:
     units, across = solution.beam.units, frequencies(solution.beam.units)
     second, unit = (units.time, "s") if units else (1.0, "T*")
     rows = []
-    for k, (label, family) in enumerate(zip(solution.labels, solution.families, strict=True)):
+    labels, mixtures = identify_modes(solution)
+    for k, (label, family) in enumerate(zip(labels, solution.families, strict=True)):
         error = float(solution.errors[k])
         if math.isfinite(solution.frequencies[k]):
             error *= across.factor
@@ -68,7 +70,7 @@ def solution_table(solution: Solution, shown: list[int]) -> str:
             error /= second
             rate = f"{solution.growth_rates[k] / second:.4g} t/{unit}"
             value = f'grows e<sup style="line-height:0">{rate}</sup>'
-        rows.append([str(k + 1), f"<b>{label}</b>", family, value, f"{error:.0e}"])
+        rows.append([str(k + 1), f"<b>{label}</b>", mixtures[k] or family, value, f"{error:.0e}"])
     heads = ["", "mode", "kind", f'<span title="{TIME}">{across.label}</span>', "error"]
     return table("modes", heads, rows, marked=shown)
 

@@ -4,16 +4,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from itertools import combinations
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import linear_sum_assignment
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, Beam, check_float
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
-from beamviz.frequency_loci.tracking import LOST, Points
+from beamviz.frequency_loci.tracking import Points
 from beamviz.solver import MAX_MODES, displacements, solve_many
 from beamviz.solver.solution import Solution
 
@@ -143,38 +141,6 @@ class Sweep:
         return outcome.labels if isinstance(outcome, Solution) else self.added[value]
 
 
-class ModeMatch(NamedTuple):
-    """Correspondence of the modes of two solutions."""
-
-    partner: np.ndarray  # (m1,) mode of the second for each of the first, -1 where none is alike
-    mac: np.ndarray  # (m1, m2) mass-weighted modal assurance criterion, 0 .. 1
-
-
-def match_modes(first: Solution, second: Solution) -> ModeMatch:
-    """Match the modes of two solutions by the correlation of their mass-weighted shapes.
-
-    The solutions may differ in beam, model and number of modes. The assignment has the largest sum
-    of the MAC; pairs below LOST are no pairs. Two modes that are mixtures of the same two shapes
-    keep their order.
-    """
-    count = max(gauss_points([first]), gauss_points([second]))
-    a, b = (
-        _mass_weighted([one], one.omega_squared[None], count)[0].reshape(len(one.omega_squared), -1)
-        for one in (first, second)
-    )
-    sizes = np.linalg.norm(a, axis=1)[:, None] * np.linalg.norm(b, axis=1)
-    mac = (a @ b.T / sizes) ** 2
-    partner = np.full(len(mac), -1)
-    rows, columns = linear_sum_assignment(mac, maximize=True)
-    alike = mac[rows, columns] >= LOST
-    partner[rows[alike]] = columns[alike]
-    for i, j in combinations(rows[alike], 2):
-        k, l = partner[i], partner[j]
-        if k > l and min(mac[i, l], mac[j, k]) >= LOST:
-            partner[i], partner[j] = l, k
-    return ModeMatch(partner, mac)
-
-
 def gauss_points(solutions: Sequence[Solution]) -> int:
     """Number of Gauss points that keep the modes of solutions orthogonal.
 
@@ -198,7 +164,7 @@ def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Poin
     if not solutions:
         return Points(at, *(np.empty((0, 0, 0)[:d]) for d in (2, 3, 3)))
     squares = np.array([solution.omega_squared for solution in solutions])
-    vectors, gyroscopic = _mass_weighted(solutions, squares, count)
+    vectors, gyroscopic = mass_weighted(solutions, squares, count)
     gamma = np.array([solution.beam.gamma for solution in solutions])
     if gyroscopic and gamma.any():
         return Points(at, squares, *_gyroscopic(vectors, squares, gamma))
@@ -206,7 +172,7 @@ def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Poin
     return Points(at, squares, shapes, shapes)
 
 
-def _mass_weighted(
+def mass_weighted(
     solutions: Sequence[Solution], squares: np.ndarray, count: int
 ) -> tuple[np.ndarray, bool]:
     """u and w (n, m, 2, count + 1) of all modes at Gauss points and at the mass, times the roots of

@@ -110,7 +110,7 @@ def test_modes_mixed_by_coriolis_forces_are_compared_by_shape():
     changes = [row[3] for row in rows(html)]
     assert len(changes) == 5
     assert all(abs(float(change.split()[0])) < 2 for change in changes)
-    assert "S1 and B3 are mixed in this beam: B3 is 49 % S1 + 50 % B3" in html
+    assert "Mixed in this beam: S1 (B3/S1 mixed 50:50), B3 (S1/B3 mixed 50:50)." in html
 
 
 def test_a_mode_that_is_not_among_the_others_has_a_dash():
@@ -242,7 +242,7 @@ def test_the_page_compares_a_veering_with_coriolis_forces_off():
     scene = Scene.of(alpha=1, beta=1, gamma=4.65, coriolis=True, mode=4)
     with explorer(scene) as url, visitor(url) as guest:
         guest.choose("compare with", CORIOLIS)
-        guest.says("S1 and B3 are mixed in this beam")
+        guest.says("Mixed in this beam: S1 (B3/S1 mixed 50:50), B3")
         assert "+89 %" not in guest.text
 
 

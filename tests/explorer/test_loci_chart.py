@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam
+from beamviz.drawing.modes import SampledModes
 from beamviz.explorer.features.loci_chart import (
     FAMILIES,
     PER_REV,
@@ -26,6 +27,7 @@ from beamviz.explorer.features.loci_tab import (
     modes_here,
     per_rev_labels,
 )
+from beamviz.exports.html_page import solution_table
 from beamviz.frequency_loci.sweep import chart_range
 from beamviz.solver import solve
 
@@ -193,18 +195,17 @@ def test_a_request_out_of_range_is_refused():
         ChartRequest.around(case(TIP).changed("alpha", float("nan")), "gamma")
 
 
-def test_a_mode_has_one_label_in_the_chart():
-    """Beyond a veering the labels at the ends of the lines and those of the beam are those of the
-    tracked branches, as in the tables of crossings and resonances; a solution by itself counts
-    within its families."""
-    beam = Beam(alpha=1, beta=1, gamma=20)
-    chart = chart_of(beam.replace(gamma=19), coriolis=True)
-    beam = beam.replace(gamma=chart.request.stop)
+@pytest.mark.parametrize("gamma", [4.65, 20.0])
+def test_a_mode_has_one_name_on_the_page(gamma):
+    """At a veering and beyond it: in the table of modes, beside the chart, at the ends of its lines
+    and in the scene. S1 is the mode that stretches, and where S1 and B3 are mixed it is told."""
+    beam = Beam(alpha=1, beta=1, gamma=gamma)
     solution = solve(beam, coriolis=True)
-    branches = {branch.label: branch.frequency[-1] for branch in chart.loci.branches}
-    tracked = sorted(branches, key=branches.__getitem__)[:5]
-    assert tracked != list(solution.labels)
-    assert re.findall(r">([BS]\d)<", modes_here(chart, solution)) == tracked
-    assert set(tracked) <= set(re.findall(r">([BS]\d)<", line_labels(chart, per_rev=False)))
-    other = solve(beam.replace(alpha=2), coriolis=True)
-    assert re.findall(r">([BS]\d)<", modes_here(chart, other)) == list(other.labels)
+    chart = replace(ChartRequest.around(case(beam, coriolis=True), "gamma"), stop=gamma).chart()
+    table = solution_table(solution, [])
+    names = re.findall(r"<b>([BS]\d)</b>", table)
+    assert names == ["B1", "B2", "S1", "B3", "B4"]
+    assert ("S1/B3 mixed 50:50" in table) == (gamma == 4.65)
+    assert re.findall(r">([BS]\d)<", modes_here(chart, solution)) == names
+    assert set(names) == set(re.findall(r">([BS]\d)<", line_labels(chart, per_rev=False)))
+    assert SampledModes.sampled(solution).labels == tuple(names)

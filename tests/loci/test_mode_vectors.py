@@ -1,13 +1,17 @@
 """Mode shapes as mass-weighted vectors: orthonormal in a point, matched between two solutions."""
 
 import math
+import re
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from beamviz import Beam, solve
-from beamviz.frequency_loci.sweep import GAUSS_POINTS, gauss_points, match_modes, mode_points
+from beamviz import Beam, loci, solve
+from beamviz.frequency_loci.identity import identify_modes, match_modes, names_of_branches
+from beamviz.frequency_loci.sweep import GAUSS_POINTS, gauss_points, mode_points
 
 TIP = Beam(alpha=1, beta=1)
 HEAVY = Beam(alpha=2, beta=0.7, mu=500)
@@ -74,3 +78,28 @@ def test_at_a_veering_two_modes_share_two_shapes():
     assert partner.tolist() == list(range(5))
     assert mac[2:4, 2:4] == pytest.approx(0.5, abs=0.05)
     assert plain.frequencies[partner] == pytest.approx(mixed.frequencies, rel=0.02)
+
+
+def test_names_stay_with_the_shapes_through_a_veering():
+    """Coriolis on, gamma from rest to 20: each mode is called as the one it is like without these
+    forces, S1/B3 are mixed at 4.65 only, and the branches that veer exchange their names."""
+    for gamma, mixed in ((0.0, False), (4.0, False), (4.65, True), (5.0, False)):
+        solution = solve(TIP.replace(gamma=gamma), coriolis=True)
+        names, mixtures = identify_modes(solution)
+        assert names == solve(TIP.replace(gamma=gamma)).labels
+        pair = {k for k, name in enumerate(names) if name in ("S1", "B3")}
+        assert {k for k, mixture in enumerate(mixtures) if mixture} == (pair if mixed else set())
+    found = loci(TIP, "gamma", np.linspace(0, 10, 21), coriolis=True)
+    before, after = (names_of_branches(found, value) for value in (0.0, 10.0))
+    assert (before["B3"], before["S1"]) == ("B3", "S1")
+    assert (after["B3"], after["S1"]) == ("S1", "B3")
+
+
+@given(
+    st.floats(0, 5), st.floats(0, 1), st.floats(0, 60), st.floats(0, 2), st.floats(20, 200)
+)  # fmt: skip
+def test_names_are_all_different(alpha, beta, gamma, delta, mu):
+    """However strongly Coriolis forces mix the modes."""
+    names, _ = identify_modes(solve(Beam(alpha, beta, gamma, delta, mu), coriolis=True))
+    assert len(set(names)) == len(names) == 5
+    assert all(re.fullmatch(r"[BS]\d", name) for name in names)

@@ -19,8 +19,8 @@ from beamviz.explorer.page.html import small
 from beamviz.explorer.state import EARLIER, NO_COMPARISON, TERMS, Case, State
 from beamviz.explorer.visitor import Feature, Visitor, on_press
 from beamviz.exports.html_page import table
-from beamviz.frequency_loci.sweep import ModeMatch, match_modes
-from beamviz.solver.solution import MIXED, Solution
+from beamviz.frequency_loci.identity import ModeMatch, identify_modes, match_modes
+from beamviz.solver.solution import Solution
 
 
 class ComparisonCase(NamedTuple):
@@ -184,7 +184,6 @@ class Comparison(Feature):
 
 OVERLAID, STACKED = "overlaid", "one above the other"
 THIS = "this beam"
-MIN_SHARE = 0.1  # MAC of a mode that counts as a part of a mixture
 INVITATION = (
     "A second beam on the same clock shows the effect of one change. "
     "Or drag the mass in the picture: the beam as it was before stays as an overlay."
@@ -234,22 +233,22 @@ def choose(state: State, choice: Any) -> State:
 def comparison_table(first: tuple[str, Solution], second: tuple[str, Solution]) -> str:
     """Frequencies of two beams with their titles (HTML), modes matched by shape, and the change."""
     (title, this), (other_title, other) = first, second
-    partner, mac = match_modes(this, other)
+    partner = match_modes(this, other).partner
     unit = frequencies(this.beam.units).label
     heads = ("mode", f"{title}<br>{unit}", f"{other_title}<br>{unit}", "change")
     rows = [row(this, k, other, int(j)) for k, j in enumerate(partner)]
     rows += [row(this, -1, other, j) for j in range(len(other.labels)) if j not in partner]
     return (
         table("comparison", heads, rows)
-        + mixture_note(title, this, other, mac)
-        + mixture_note(other_title, other, this, mac.T)
+        + mixture_note(title, this)
+        + mixture_note(other_title, other)
     )
 
 
 def row(this: Solution, k: int, other: Solution, j: int) -> tuple[str, ...]:
     """Mode k of a beam beside mode j of another one; -1 where it is not among those solved."""
     pair = (this, k), (other, j)
-    labels = dict.fromkeys(solution.labels[i] for solution, i in pair if i >= 0)
+    labels = dict.fromkeys(identify_modes(solution).labels[i] for solution, i in pair if i >= 0)
     first, second = (
         frequencies(one.beam.units).factor * float(one.frequencies[i]) if i >= 0 else math.nan
         for one, i in pair
@@ -264,17 +263,8 @@ def number(frequency: float) -> str:
     return f"{frequency:.6g}" if math.isfinite(frequency) else "–"
 
 
-def mixture_note(title: str, this: Solution, other: Solution, mac: np.ndarray) -> str:
-    """Which modes of a beam are mixtures of modes of the other one, by their MAC (m, m')."""
-    mixed: dict[str, None] = {}
-    mixtures = []
-    for k, family in enumerate(this.families):
-        parts = np.flatnonzero(mac[k] >= MIN_SHARE)
-        if family == MIXED and len(parts) > 1:
-            mixed |= dict.fromkeys(other.labels[j] for j in parts)
-            shares = " + ".join(f"{100 * mac[k, j]:.0f} % {other.labels[j]}" for j in parts)
-            mixtures.append(f"{this.labels[k]} is {shares}")
-    if not mixtures:
-        return ""
-    words = f"{' and '.join(mixed)} are mixed in {title}: {', '.join(mixtures)}."
-    return small(words, "note")
+def mixture_note(title: str, solution: Solution) -> str:
+    """Which modes of a beam are mixtures."""
+    found = zip(*identify_modes(solution), strict=True)
+    mixtures = [f"{label} ({mixture})" for label, mixture in found if mixture]
+    return small(f"Mixed in {title}: {', '.join(mixtures)}.", "note") if mixtures else ""

@@ -23,6 +23,7 @@ from beamviz.explorer.page.style import ABOVE, BELOW, COLOURS, FAINT, LEFT, Plot
 from beamviz.explorer.visitor import Feature, Visitor, on_press
 from beamviz.exports.html_page import table
 from beamviz.frequency_loci import Event
+from beamviz.frequency_loci.identity import identify_modes, names_of_branches
 from beamviz.solver.solution import Solution
 
 AXES = {PARAMETERS[name].slider_label: name for name in ("gamma", "alpha", "beta", "delta", "mu")}
@@ -134,14 +135,13 @@ class LociTab(Feature):
 def line_labels(chart: Chart, per_rev: bool) -> str:
     """Mode labels at the right ends of the lines, as an overlay of the chart above.
 
-    The labels are those of the tracked branches, as in the tables of crossings and resonances; the
-    colour is the family at the end.
+    A mode is called as its shape there; the colour is its family there.
     """
     if chart.loci is None:
         return ""
-    top = chart.top
+    top, names = chart.top, names_of_branches(chart.loci, chart.values[-1])
     ends = sorted(
-        (float(solution.frequencies[k]), branch.label, COLOURS[solution.families[k]])
+        (float(solution.frequencies[k]), names[branch.label], COLOURS[solution.families[k]])
         for branch in chart.loci.branches
         if (solution := branch.solutions[-1]) and (k := int(branch.mode_index[-1])) >= 0
         if math.isfinite(solution.frequencies[k])
@@ -192,10 +192,9 @@ def legend(chart: Chart, second: Chart | None) -> str:
 
 
 def modes_here(chart: Chart, solution: Solution) -> str:
-    """The modes of the beam shown, which is the upright line of the chart, by the labels of their
-    branches where the chart is that of the beam."""
+    """The modes of the beam shown, which is the upright line of the chart."""
     along, across = chart.request.measures
-    labels = branch_labels(chart, solution) or solution.labels
+    labels = identify_modes(solution).labels
     modes = " &ensp;".join(
         f'<span style="white-space:nowrap">{coloured(label, COLOURS[family])}'
         f" {across.factor * frequency:.4g}</span>"
@@ -211,16 +210,10 @@ def modes_here(chart: Chart, solution: Solution) -> str:
     )
 
 
-def branch_labels(chart: Chart, solution: Solution) -> tuple[str, ...]:
-    """The labels of the branches that the modes of a beam belong to; none where the chart is of
-    another beam or does not reach it."""
-    over = chart.request.over
-    value = getattr(solution.beam, over)
-    same = chart.request.beam.replace(**{over: value}) == solution.beam
-    if chart.loci is None or not same or not chart.values[0] <= value <= chart.values[-1]:
-        return ()
-    labels = chart.loci.labels_at(value)
-    return labels if len(labels) >= len(solution.frequencies) else ()
+def named(chart: Chart, value: float, *branches: str) -> list[str]:
+    """What the modes of branches are called near a value."""
+    names = names_of_branches(chart.loci, value) if chart.loci else {}
+    return [names.get(branch, branch) for branch in branches]
 
 
 def event_table(chart: Chart, chosen: Event | None) -> str:
@@ -235,7 +228,7 @@ def event_table(chart: Chart, chosen: Event | None) -> str:
         (
             k,
             f"{SIGNS[event.kind]} {event.kind}",
-            f"<b>{escape(', '.join(event.branches))}</b>",
+            f"<b>{escape(', '.join(named(chart, event.at, *event.branches)))}</b>",
             along.number(event.at, 4),
             across.number(event.frequency, 3),
             "0" if event.kind == "crossing" else f"{across.factor * event.gap:.3g}",
@@ -260,7 +253,7 @@ def resonance_table(chart: Chart) -> str:
     rows = [
         (
             f"{one.per_rev} ×",
-            f"<b>{escape(one.branch)}</b>",
+            f"<b>{escape(named(chart, one.at, one.branch)[0])}</b>",
             along.number(one.at, 4),
             across.number(one.frequency, 3),
         )

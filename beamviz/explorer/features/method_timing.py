@@ -12,7 +12,7 @@ from beamviz.explorer.page.html import SMALL, coloured, small
 from beamviz.explorer.page.style import apart
 from beamviz.explorer.state import Case
 from beamviz.explorer.visitor import Feature, Visitor
-from beamviz.frequency_loci.sweep import match_modes
+from beamviz.frequency_loci.identity import match_modes
 from beamviz.solver import METHODS, Solution, solve
 
 REFERENCE_TOLERANCE = 1e-11  # relative, of the frequencies that errors are measured against

@@ -24,6 +24,7 @@ from beamviz.explorer.page.html import SMALL, coloured, small
 from beamviz.explorer.page.style import COLOURS, FAINT, LINE, MARK, Plot, dot, marks
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, loci
+from beamviz.frequency_loci.identity import identify_modes
 from beamviz.solver.solution import BENDING, STRETCHING
 
 POINTS = 40  # of a sweep; even, so that its middle is not one of them
@@ -278,7 +279,7 @@ def shape_table(pair: LociPair) -> str:
     """The shapes of both branches, the upper one first, before, at and after."""
     order = sorted((0, 1), key=lambda k: -float(np.nan_to_num(pair.branches[k].frequency[0])))
     rows = "".join(
-        f"<tr><td><b>{escape(pair.branches[k].label)}</b></td>"
+        f"<tr><td><b>{escape(names(pair.branches[k]))}</b></td>"
         + "".join(f"<td>{drawing(shape)}</td>" for shape in pair.shapes[k])
         + "</tr>"
         for k in order
@@ -293,6 +294,13 @@ def shape_table(pair: LociPair) -> str:
         f'line-height:1.2"><tr style="opacity:.65"><th style="text-align:left;font-weight:500">'
         f"{case}</th>{heads}</tr>{rows}</table>"
     )
+
+
+def names(branch: Branch) -> str:
+    """What the mode of a branch is called before and after: two that veer exchange their names."""
+    ends = ((branch.solutions[k], int(branch.mode_index[k])) for k in (0, -1))
+    found = (identify_modes(solution).labels[k] for solution, k in ends if solution and k >= 0)
+    return " → ".join(dict.fromkeys(found))
 
 
 def drawing(shape: ModeShape) -> str:

@@ -1,0 +1,129 @@
+"""Identity of modes: corresponding modes of two solutions, and one name for each mode wherever a
+beam is shown, also where Coriolis forces mix the shapes."""
+
+from itertools import combinations
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from beamviz.errors import BeamvizError
+from beamviz.frequency_loci import Loci
+from beamviz.frequency_loci.sweep import gauss_points, mass_weighted
+from beamviz.frequency_loci.tracking import LOST
+from beamviz.solver import MAX_MODES, OPTIONS, solve
+from beamviz.solver.solution import Solution
+
+
+class ModeMatch(NamedTuple):
+    """Correspondence of the modes of two solutions."""
+
+    partner: np.ndarray  # (m1,) mode of the second for each of the first, -1 where none is alike
+    mac: np.ndarray  # (m1, m2) mass-weighted modal assurance criterion, 0 .. 1
+
+
+def match_modes(first: Solution, second: Solution) -> ModeMatch:
+    """Match the modes of two solutions by the correlation of their mass-weighted shapes.
+
+    The solutions may differ in beam, model and number of modes. The assignment has the largest sum
+    of the MAC; pairs below LOST are no pairs. Two modes that are mixtures of the same two shapes
+    keep their order.
+    """
+    count = max(gauss_points([first]), gauss_points([second]))
+    a, b = (
+        mass_weighted([one], one.omega_squared[None], count)[0].reshape(len(one.omega_squared), -1)
+        for one in (first, second)
+    )
+    sizes = np.linalg.norm(a, axis=1)[:, None] * np.linalg.norm(b, axis=1)
+    mac = (a @ b.T / sizes) ** 2
+    partner = np.full(len(mac), -1)
+    rows, columns = linear_sum_assignment(mac, maximize=True)
+    alike = mac[rows, columns] >= LOST
+    partner[rows[alike]] = columns[alike]
+    for i, j in combinations(rows[alike], 2):
+        k, l = partner[i], partner[j]
+        if k > l and min(mac[i, l], mac[j, k]) >= LOST:
+            partner[i], partner[j] = l, k
+    return ModeMatch(partner, mac)
+
+
+EXTRA_MODES = 2  # solved for without Coriolis forces, where another mode may be the fifth
+MIN_SHARE = 0.1  # MAC of a mode that counts as a part of a mixture
+
+
+class ModeIdentity(NamedTuple):
+    """What the modes of a solution are called.
+
+    labels: one for each mode, all different; mixtures: "S1/B3 mixed 55:45" for a mode that is one,
+    "" for any other.
+    """
+
+    labels: tuple[str, ...]
+    mixtures: tuple[str, ...]
+
+
+def identify_modes(solution: Solution) -> ModeIdentity:
+    """The names of the modes of a solution.
+
+    Without Coriolis forces they are those of `solution.labels`: stretching and bending are
+    uncoupled, and within a family the order never changes. Coriolis forces couple them: a mode is
+    called as the mode of the same beam without these forces that its shape is most like, and where
+    it is like several, the mixture is told. So a name stays with its shape through a veering.
+    """
+    found = _known.get(solution)
+    if found is None:
+        found = _known[solution] = _identified(solution)
+    return found
+
+
+_known: WeakKeyDictionary[Solution, ModeIdentity] = WeakKeyDictionary()
+
+
+def _identified(solution: Solution) -> ModeIdentity:
+    labels, problem = solution.labels, solution.problem
+    pure = ModeIdentity(labels, ("",) * len(labels))
+    if not (problem.gyroscopic and solution.beam.gamma) or solution.equilibrium.shape == "bent":
+        return pure
+    options = {name: getattr(problem, name) for name in OPTIONS}
+    options |= {"coriolis": False, "modes": min(len(labels) + EXTRA_MODES, MAX_MODES)}
+    try:
+        uncoupled = solve(solution.beam, **options)
+    except BeamvizError:  # fewer elements than modes, say
+        return pure
+    partner, mac = match_modes(solution, uncoupled)
+    names = [uncoupled.labels[k] if k >= 0 else "" for k in partner]
+    for k, label in enumerate(labels):  # of a shape that is like none
+        number = 1
+        while not names[k]:
+            name, number = f"{label[0]}{number}", number + 1
+            names[k] = "" if name in names else name
+    return ModeIdentity(tuple(names), tuple(_mixture(row, uncoupled.labels) for row in mac))
+
+
+def _mixture(mac: np.ndarray, labels: tuple[str, ...]) -> str:
+    """Of which modes (m,) a shape consists, the largest part first; "" where it is one of them."""
+    parts = [k for k in np.argsort(-mac) if mac[k] >= MIN_SHARE]
+    if len(parts) < 2:
+        return ""
+    shares = np.round(100 * mac[parts] / mac[parts].sum())
+    return f"{'/'.join(labels[k] for k in parts)} mixed {':'.join(f'{x:.0f}' for x in shares)}"
+
+
+def names_of_branches(found: Loci, value: float) -> dict[str, str]:
+    """The names of the modes, by the label of the branch they belong to, at the solved value that
+    is nearest to `value`.
+
+    A branch keeps its label while its shape may change: two branches that veer exchange their
+    shapes, and with them the names of their modes.
+    """
+    k = int(np.argmin(abs(found.values - value)))
+    solution = next((one.solutions[k] for one in found.branches), None)
+    if solution is None:
+        return {}
+    labels = identify_modes(solution).labels
+    return {
+        branch.label: labels[branch.mode_index[k]]
+        for branch in found.branches
+        if branch.mode_index[k] >= 0
+    }
