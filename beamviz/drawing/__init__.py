@@ -22,13 +22,12 @@ from beamviz.drawing.objects import (
     SIDES,
     Nodes,
     ReferenceShapes,
-    Surroundings,
     add_instances,
-    add_lights,
-    axis_rotation,
-    mass_radius,
+    collar,
+    mass_size,
     section_size,
 )
+from beamviz.drawing.surroundings import Surroundings, add_lights, axis_rotation
 from beamviz.drawing.text import frequencies
 from beamviz.scene import ViewOptions
 from beamviz.server.viser_private import set_orientation, set_position, set_properties
@@ -56,7 +55,7 @@ class BeamView:
         self.rotor = api.add_frame(f"{root}/rotor", show_axes=False)
         self.surroundings = Surroundings(api, root, alone=alone)
         api.add_frame(f"{root}/rotor/beam", show_axes=False)
-        box, ball = trimesh.creation.box(), trimesh.creation.icosphere(subdivisions=4)
+        box = trimesh.creation.box()
         tube = trimesh.creation.box()  # without ends, which would stick out at a bend
         tube.update_faces(np.abs(tube.face_normals[:, 0]) < 0.5)
         unshaded = {"receive_shadow": False}
@@ -66,10 +65,8 @@ class BeamView:
         }
         self.count = 0  # of the pieces drawn
         self.ends = add_instances(api, f"{root}/rotor/ends", 2, box, **unshaded)
-        self.mass = add_instances(
-            api, f"{root}/rotor/mass", 1, ball, flat_shading=False, **unshaded
-        )
-        self.mass_drawn: tuple = ()  # radius and colour
+        self.mass = add_instances(api, f"{root}/rotor/mass", 1, collar(), **unshaded)
+        self.mass_drawn: tuple = ()  # size and colour
         self.reference = ReferenceShapes(api, root)
         self.nodes = Nodes(api, root)
         self.warning = api.add_label(
@@ -98,15 +95,15 @@ class BeamView:
         self.section = section_size(beam, view.thicken)
         middle = [0.0, 0.0, self.height] - camera.target(shapes, view.rotating_frame)
         set_position(self.frame, middle)
-        self.surroundings.show(beam, rotating_frame=view.rotating_frame)
+        self.surroundings.show(beam, rotating_frame=view.rotating_frame, dark=view.dark)
         self.reference.show(shapes, self.section, visible=view.ghosts)
         marked = shown if view.nodes and len(shown) == 1 and not warning else []
         self.nodes.show(shapes, self.section, marked, labels=not view.all_modes, scale=motion.scale)
-        radius = mass_radius(beam, view.thicken) if beam.alpha > 0 else HIDDEN
-        if (radius, self.greyed) != self.mass_drawn:
-            self.mass_drawn = radius, self.greyed
+        size = mass_size(beam, view.thicken) if beam.alpha > 0 else (HIDDEN, HIDDEN)
+        if (size, self.greyed) != self.mass_drawn:
+            self.mass_drawn = size, self.greyed
             colour = np.array([colours.GREYED if warning else colours.MASS]) / 255
-            self.mass.batched_scales = np.full((1, 3), radius)
+            self.mass.batched_scales = np.array([[size[0], size[1], size[1]]])
             self.mass.batched_colors = colours.instanced(colour)
         self.warning.visible = bool(warning)
         if warning:
@@ -148,9 +145,11 @@ class BeamView:
         ends = {name: values[[0, -1]] for name, values in placed.items()}  # pieces have none
         set_properties(self.ends, ends)
         self.nodes.move(points, pieces[1])
-        mass = points[shapes.mass : shapes.mass + 1].astype(np.float32)
-        set_properties(self.mass, {"batched_positions": mass})
-        set_orientation(self.surroundings.grid, axis_rotation(-angle if rotating else 0.0))
+        at = slice(shapes.mass, shapes.mass + 1)
+        piece = min(shapes.mass, len(paint) - 1)
+        along = {"batched_wxyzs": placed["batched_wxyzs"][piece : piece + 1]}
+        set_properties(self.mass, {"batched_positions": points[at].astype(np.float32), **along})
+        set_orientation(self.surroundings.floor, axis_rotation(-angle if rotating else 0.0))
         set_orientation(self.rotor, axis_rotation(0.0 if rotating else angle))
 
     @property
@@ -168,7 +167,15 @@ class OverlayBeam:
         self.body = api.add_mesh_simple(
             f"{OVERLAY}/beam", BOX, SIDES, color=colours.BEFORE, flat_shading=True, **pale
         )
-        self.mass = api.add_icosphere(f"{OVERLAY}/mass", 1.0, color=colours.BEFORE, **pale)
+        ring = collar()
+        self.mass = api.add_mesh_simple(
+            f"{OVERLAY}/mass",
+            ring.vertices,
+            ring.faces,
+            color=colours.BEFORE,
+            flat_shading=True,
+            **pale,
+        )
         self.nodes = Nodes(api, OVERLAY, colours.BEFORE)
         self.title = api.add_label(f"{OVERLAY}/title", "", anchor="bottom-center")
         self.count = 0  # of the pieces drawn
@@ -188,12 +195,13 @@ class OverlayBeam:
         self.shapes, self.section = shapes, (INSET * thickness, INSET * breadth)
         self.root.visible = True
         self.mass.visible = shapes.beam.alpha > 0
-        self.mass.radius = INSET * mass_radius(shapes.beam, view.thicken)
+        length, radius = mass_size(shapes.beam, view.thicken)
+        self.mass.scale = (INSET * length, INSET * radius, INSET * radius)
         self.nodes.show(shapes, self.section, shown if view.nodes else [], labels=False)
         self.title.text = title
         points, _ = to_hub_frame(shapes, shapes.centreline)
         top = points[shapes.mass if shapes.beam.alpha > 0 else -1] + TITLE_OFFSET
-        set_position(self.title, top + [0.0, 0.0, self.mass.radius])
+        set_position(self.title, top + [0.0, 0.0, radius])
 
     def hide(self) -> None:
         """Draw nothing."""
@@ -209,8 +217,10 @@ class OverlayBeam:
         if len(faces) != len(self.body.faces):  # in one message: they always fit each other
             surface["faces"] = faces.astype(np.uint32)
         set_properties(self.body, surface)
-        self.nodes.move(points, beam_mesh.segments(points, normal, self.section)[1])
+        wxyz = beam_mesh.segments(points, normal, self.section)[1]
+        self.nodes.move(points, wxyz)
         set_position(self.mass, points[shapes.mass])
+        set_orientation(self.mass, wxyz[min(shapes.mass, len(wxyz) - 1)])
 
 
 def stacked_heights(count: int) -> list[float]:

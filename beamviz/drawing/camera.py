@@ -7,7 +7,8 @@ import numpy as np
 from viser import CameraHandle, InitialCameraConfig
 
 from beamviz.drawing.modes import SampledModes
-from beamviz.drawing.objects import hub_radius, mass_radius
+from beamviz.drawing.objects import mass_size
+from beamviz.drawing.surroundings import hub_radius
 from beamviz.scene import Camera
 
 FIELD_OF_VIEW = math.radians(24)  # vertical
@@ -27,7 +28,7 @@ def span(shapes: SampledModes) -> tuple[float, float]:
     """The part of the x axis [from the clamp] that a picture shows: the beam, its mass and some of
     the hub."""
     beam, along = shapes.beam, shapes.centreline[:, 0]
-    radius = mass_radius(beam) if beam.alpha > 0 else 0.0
+    radius = max(mass_size(beam)) if beam.alpha > 0 else 0.0
     rim = min(2 * hub_radius(beam), RIM) if beam.delta >= 0 else MARGIN
     mass = along[shapes.mass]
     return min(-rim, mass - radius, along.min()), max(along.max(), mass + radius)
@@ -45,7 +46,7 @@ def target(shapes: SampledModes, rotating_frame: bool) -> np.ndarray:
 def corners(shapes: SampledModes, rotating_frame: bool) -> np.ndarray:
     """Points (n, 3), relative to `target`, that must be inside the picture."""
     beam, (left, right) = shapes.beam, span(shapes)
-    radius = mass_radius(beam) if beam.alpha > 0 else 0.0
+    radius = max(mass_size(beam)) if beam.alpha > 0 else 0.0
     if rotating_frame:
         half, height = (right - left) / 2, max(0.75 * ROOM, radius)
         side = max(ROOM, radius) + np.ptp(shapes.centreline[:, 1]) / 2

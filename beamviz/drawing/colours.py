@@ -7,12 +7,13 @@ from beamviz.drawing.modes import SampledModes, axial_strain, largest_strain
 RGB = tuple[int, int, int]
 
 HUB: RGB = (150, 160, 176)
-MARKER: RGB = (213, 94, 0)  # vermilion, Okabe & Ito
+ROTATION: RGB = (64, 132, 190)
 MASS: RGB = (84, 92, 110)
 NODE: RGB = (204, 60, 140)
 GHOST: RGB = (140, 148, 160)
 BEFORE: RGB = (138, 148, 186)
 GRID: RGB = (140, 146, 156)
+FLOOR: tuple[RGB, RGB] = ((247, 249, 251), (62, 67, 75))  # light and dark
 GREYED: RGB = (165, 168, 174)
 
 # From no displacement to the largest: blue, teal, yellow (the bright part of viridis).

@@ -1,4 +1,4 @@
-"""The objects of a scene: their sizes, instanced meshes, light, ground, hub and vibration nodes."""
+"""The objects on the beam: mass, reference shapes and vibration nodes, and their sizes."""
 
 import math
 from typing import Any
@@ -14,9 +14,9 @@ from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import measure
 from beamviz.server.viser_private import set_position, set_properties
 
-MIN_HUB = 0.05
 VISIBLE_THICKNESS = 0.04
-MASS_RADIUS = 0.08  # at alpha = 1
+COLLAR_LENGTH = 0.9  # over its radius, unless the mass is too small for that
+COLLAR_HEIGHT = 0.62  # least radius, over the diagonal of the section that it encloses
 
 
 def section_size(beam: Beam, thicken: bool = False) -> Section:
@@ -31,19 +31,24 @@ def section_size(beam: Beam, thicken: bool = False) -> Section:
     return thickness, min(max(1.5 * thickness, 0.05), 0.1)
 
 
-def mass_radius(beam: Beam, thicken: bool = False) -> float:
-    """Radius of the mass: its volume follows alpha, but it never hides inside the beam."""
-    return max(MASS_RADIUS * beam.alpha ** (1 / 3), 0.8 * section_size(beam, thicken)[1])
+def mass_size(beam: Beam, thicken: bool = False) -> tuple[float, float]:
+    """Length and radius of the mass: a collar clamped round the beam, of the beam's own density, so
+    that its volume is alpha times that of the beam."""
+    section = section_size(beam, thicken)
+    inside = math.prod(section)  # area of the hole
+    volume = beam.alpha * inside
+    radius = max(
+        (volume / (COLLAR_LENGTH * math.pi)) ** (1 / 3), COLLAR_HEIGHT * math.hypot(*section)
+    )
+    return volume / (math.pi * radius**2 - inside), radius
 
 
-def hub_radius(beam: Beam) -> float:
-    """Radius of the hub: |delta|, but a small drum is left at delta = 0."""
-    return max(abs(beam.delta), MIN_HUB)
-
-
-def ground_height(beam: Beam) -> float:
-    """Height of the ground below the beam."""
-    return -max(0.3, 1.2 * mass_radius(beam)) if beam.alpha > 0 else -0.3
+def collar() -> trimesh.Trimesh:
+    """A collar of unit length and radius along the x axis, with chamfered edges."""
+    outline = np.array([(0, -0.5), (0.9, -0.5), (1, -0.4), (1, 0.4), (0.9, 0.5), (0, 0.5)])
+    ring = trimesh.creation.revolve(outline, sections=64)
+    ring.vertices = ring.vertices[:, [2, 0, 1]]
+    return ring
 
 
 HIDDEN = 1e-6  # size of an instance that is not shown
@@ -70,89 +75,10 @@ def add_instances(
     )
 
 
-HUB_HEIGHT = 0.14
-HOOP = 0.05
 MAX_NODES = 10
 LETTER_HEIGHT = 13  # [pixels] of labels
 # In lengths of the beam: at least, and at most for all labels of a mode together.
 MIN_LETTERS, MAX_LETTERS = 0.016, 0.09
-FADE_DISTANCE = 2.2  # of the ground, from the beam
-
-
-def axis_rotation(angle: float) -> tuple[float, float, float, float]:
-    """The rotation about the axis by angle [rad] as a quaternion wxyz."""
-    return (math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2))
-
-
-def add_lights(api: SceneApi) -> None:
-    """Soft light from above and behind the viewer on the left; shadows fall on the ground."""
-    api.configure_environment_map(hdri=None)
-    api.configure_default_lights(enabled=False)
-    api.add_light_hemisphere("/light/sky", ground_color=(200, 200, 210), intensity=1.6)
-    api.add_light_directional(
-        "/light/key", position=(-0.5, -1.0, 2.2), intensity=1.8, cast_shadow=True
-    )
-    api.add_light_directional("/light/fill", position=(1.5, -2.0, 0.6), intensity=0.5)
-
-
-class Surroundings:
-    """A hub with a mark on a post, above a grid with cells of a tenth of the beam length.
-
-    The hub is a drum, or a hoop for a beam that points inward; the grid fades with distance.
-    """
-
-    def __init__(self, api: SceneApi, root: str, *, alone: bool):
-        self.alone = alone  # with grid and post, of which a scene has one
-        self.drawn_for: tuple = ()  # the values they were last drawn for
-        self.grid = api.add_grid(
-            f"{root}/ground",
-            cell_size=0.1,
-            cell_thickness=0.7,
-            cell_color=colours.GRID,
-            section_size=0.5,
-            section_thickness=1.1,
-            section_color=colours.GRID,
-            fade_from="origin",
-            shadow_opacity=0.25,
-        )
-        hub: Any = {"color": colours.HUB, "receive_shadow": False}
-        self.post = api.add_cylinder(f"{root}/rotor/post", 0.018, 1.0, **hub)
-        self.drum = api.add_cylinder(
-            f"{root}/rotor/drum", 1.0, HUB_HEIGHT, radial_segments=160, **hub
-        )
-        hoop = annulus(1.0)
-        self.hoop = api.add_mesh_simple(
-            f"{root}/rotor/hoop", hoop.vertices, hoop.faces, flat_shading=True, **hub
-        )
-        self.mark = api.add_box(f"{root}/rotor/mark", color=colours.MARKER)
-
-    def show(self, beam: Beam, *, rotating_frame: bool) -> None:
-        """Place them for `beam`: the clamp is on the rim, so the hub's radius is |delta|."""
-        ground, inward, radius = ground_height(beam), beam.delta < 0, hub_radius(beam)
-        drawn_for = beam.delta, ground, rotating_frame
-        if drawn_for == self.drawn_for:
-            return
-        self.drawn_for, reach = drawn_for, 1.0 + abs(beam.delta) + FADE_DISTANCE
-        self.grid.visible, self.post.visible = self.alone, self.alone and not inward
-        self.grid.width = self.grid.height = 2 * reach
-        self.grid.fade_distance = FADE_DISTANCE if rotating_frame else reach
-        self.grid.position = (0.0, 0.0, ground)
-        self.post.height = -ground
-        self.post.position = (0.0, 0.0, ground / 2)
-        self.drum.visible, self.hoop.visible = not inward, inward
-        self.drum.radius = radius
-        if inward:
-            self.hoop.vertices = annulus(radius).vertices
-            self.mark.dimensions = (HOOP, 0.03, 0.004)
-            self.mark.position = (-radius - HOOP / 2, 0.0, HUB_HEIGHT / 2)
-        else:
-            self.mark.dimensions = (0.6 * radius, min(0.4 * radius, 0.03), 0.004)
-            self.mark.position = (0.6 * radius, 0.0, HUB_HEIGHT / 2)
-
-
-def annulus(radius: float) -> trimesh.Trimesh:
-    """The hoop that an inward beam is clamped to from inside."""
-    return trimesh.creation.annulus(radius, radius + HOOP, HUB_HEIGHT, sections=160)
 
 
 # A beam of unit size, until a mesh gets the vertices of its own.

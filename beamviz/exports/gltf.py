@@ -14,7 +14,8 @@ from beamviz import __version__
 from beamviz.drawing import beam_mesh, colours
 from beamviz.drawing.beam_mesh import subdivide, to_hub_frame
 from beamviz.drawing.modes import displacement
-from beamviz.drawing.objects import HUB_HEIGHT, annulus, hub_radius, mass_radius, section_size
+from beamviz.drawing.objects import collar, mass_size, section_size
+from beamviz.drawing.surroundings import HUB_HEIGHT, annulus, hub_radius
 from beamviz.exports.solved_scene import Moment, SolvedScene, find_loop
 
 FLOAT, UNSIGNED = 5126, 5125
@@ -67,13 +68,9 @@ class Gltf:
         )
         return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
-    def solid(
-        self, name: str, body: trimesh.Trimesh, colour: colours.RGB, *, smooth: bool = False
-    ) -> int:
+    def solid(self, name: str, body: trimesh.Trimesh, colour: colours.RGB) -> int:
         """A mesh of one colour; without normals a viewer draws its faces flat."""
         attributes = {"POSITION": self.array(body.vertices, VERTICES)}
-        if smooth:
-            attributes["NORMAL"] = self.array(body.vertex_normals, VERTICES)
         primitive = {
             "attributes": attributes,
             "indices": self.array(body.faces.ravel(), INDICES),
@@ -113,14 +110,18 @@ def write_glb(file: Path, solved: SolvedScene) -> None:
     channels = [(nodes[-1], "weights", swing.ravel())]
     if beam.alpha > 0:
         moved = [displacement(shapes, moment.phases, solved.amplitudes) for moment in moments]
-        lines = (to_hub_frame(shapes, shapes.centreline + line)[0] for line in moved)
-        path = np.array([line[shapes.mass] for line in lines])
-        radius = mass_radius(beam, solved.scene.view.thicken)
-        ball = trimesh.creation.icosphere(subdivisions=3, radius=radius)
-        mesh = gltf.solid("mass", ball, colours.MASS, smooth=True)
-        node = {"name": "mass", "mesh": mesh, "translation": path[0].tolist()}
+        section = section_size(beam, solved.scene.view.thicken)
+        lines = [to_hub_frame(shapes, shapes.centreline + line) for line in moved]
+        path = np.array([line[shapes.mass] for line, _ in lines])
+        piece = min(shapes.mass, len(shapes.x) - 2)
+        wxyz = [beam_mesh.segments(*line, section)[1][piece] for line in lines]
+        turned = np.roll(np.array(wxyz), -1, axis=1)  # glTF has xyzw
+        length, radius = mass_size(beam, solved.scene.view.thicken)
+        mass = collar().apply_transform(np.diag([length, radius, radius, 1.0]))
+        node = {"name": "mass", "mesh": gltf.solid("mass", mass, colours.MASS)}
+        node |= {"translation": path[0].tolist(), "rotation": turned[0].tolist()}
         nodes.append(gltf.add("nodes", node))
-        channels.append((nodes[-1], "translation", path))
+        channels += [(nodes[-1], "translation", path), (nodes[-1], "rotation", turned)]
     wheel = gltf.add("nodes", {"name": "wheel", "children": nodes})
     if loop and loop.angle:
         rotations = Rotation.from_euler("z", [[moment.angle] for moment in moments])

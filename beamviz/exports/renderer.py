@@ -27,14 +27,8 @@ from viser.transforms import SO3
 from beamviz.drawing import beam_mesh, camera, colours
 from beamviz.drawing.beam_mesh import subdivide, to_hub_frame
 from beamviz.drawing.modes import displacement
-from beamviz.drawing.objects import (
-    HUB_HEIGHT,
-    annulus,
-    ground_height,
-    hub_radius,
-    mass_radius,
-    section_size,
-)
+from beamviz.drawing.objects import mass_size, section_size
+from beamviz.drawing.surroundings import HUB_HEIGHT, annulus, ground_height, hub_radius
 from beamviz.errors import Unavailable
 from beamviz.exports.solved_scene import DrawnScene, Moment, SolvedScene
 from beamviz.scene import ViewOptions
@@ -322,7 +316,7 @@ def scene_triangles(
     hoop = annulus(radius)
     solids = [(hoop.triangles if shapes.beam.delta < 0 else drum(radius), colours.HUB)]
     if shapes.beam.alpha > 0:
-        radius = mass_radius(shapes.beam, view.thicken)
+        radius = max(mass_size(shapes.beam, view.thicken))
         ball = trimesh.creation.icosphere(subdivisions=3, radius=radius)
         solids.append((ball.triangles + points[shapes.mass], colours.MASS))
     return (

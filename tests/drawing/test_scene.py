@@ -16,7 +16,8 @@ from beamviz.drawing import BeamView, camera
 from beamviz.drawing.beam_mesh import DrawnMotion, to_hub_frame
 from beamviz.drawing.camera import PageCamera
 from beamviz.drawing.modes import SampledModes
-from beamviz.drawing.objects import HIDDEN, hub_radius, mass_radius, section_size
+from beamviz.drawing.objects import HIDDEN, mass_size, section_size
+from beamviz.drawing.surroundings import floor_radius, hub_radius
 from beamviz.scene import ViewOptions
 from beamviz.server import run_server
 
@@ -29,9 +30,9 @@ def scene() -> Iterator[BeamView]:
 
 
 def test_sizes_are_true_and_visible():
-    """The thickness is h = sqrt(12) / mu, larger only on request. Eight times the mass has twice
-    the radius; a small one still shows, a large one stays small. The hub has the radius |delta|, at
-    0 a small one."""
+    """The thickness is h = sqrt(12) / mu, larger only on request. The volume of the mass is alpha
+    times that of the beam, and it encloses the beam. The hub has the radius |delta|, at 0 a small
+    one, and the floor reaches beyond the tip."""
     for mu, thicken, thickness in (
         (70, False, math.sqrt(12) / 70),
         (10000, False, math.sqrt(12) / 10000),
@@ -39,9 +40,12 @@ def test_sizes_are_true_and_visible():
         (10, True, math.sqrt(12) / 10),
     ):
         assert section_size(Beam(mu=mu), thicken)[0] == pytest.approx(thickness)
-    assert mass_radius(Beam(alpha=8)) == pytest.approx(2 * mass_radius(Beam(alpha=1)))
-    assert mass_radius(Beam(alpha=1e-3)) > section_size(Beam())[1] / 2
-    assert mass_radius(Beam(alpha=100)) < 0.4
+    for alpha in (1e-3, 1.0, 100.0):
+        (length, radius), section = mass_size(Beam(alpha=alpha)), section_size(Beam())
+        inside = math.prod(section)
+        assert length * (math.pi * radius**2 - inside) == pytest.approx(alpha * inside)
+        assert math.hypot(*section) / 2 < radius < 0.6
+    assert all(floor_radius(Beam(delta=delta)) > abs(delta + 1) for delta in (-1.5, -0.5, 0, 2))
     assert [hub_radius(Beam(delta=delta)) for delta in (1.5, -1.5, 0)] == [1.5, 1.5, 0.05]
 
 
@@ -97,10 +101,10 @@ def test_labels_of_nodes_are_legible_and_leave_room(scene, scale, mode):
 
 @pytest.mark.parametrize("rotating_frame", [True, False])
 def test_the_frame_of_view_rotates_the_hub_or_the_ground(scene, rotating_frame):
-    """In the rotating frame the ground rotates backwards, else the hub rotates."""
+    """In the rotating frame the floor rotates backwards, else the hub rotates."""
     scene.show(sampled(), ViewOptions(rotating_frame=rotating_frame), [0])
     scene.move(np.zeros(5), np.zeros(5), angle=0.3)
-    still, moving = scene.surroundings.grid, scene.rotor
+    still, moving = scene.surroundings.floor, scene.rotor
     if rotating_frame:
         still, moving = moving, still
     assert np.allclose(still.wxyz, [1, 0, 0, 0])
@@ -119,7 +123,7 @@ def test_flapwise_motion_is_out_of_the_plane_of_rotation(scene, plane, axis):
 
 
 def test_a_beam_without_a_mass_has_none_and_an_inward_beam_a_hoop(scene):
-    """alpha = 0 hides the sphere; delta < 0 swaps the drum for a hoop."""
+    """alpha = 0 hides the collar; delta < 0 swaps the drum for a hoop."""
     around = scene.surroundings
     scene.show(sampled(Beam()), ViewOptions(), [0])
     assert np.allclose(np.asarray(scene.mass.batched_scales), HIDDEN)
@@ -145,3 +149,15 @@ def test_a_viewpoint_that_crossed_a_message_of_the_page_is_chosen_again():
     assert page_camera.overtaken
     view.position = (1.0, -2.0, 1.0)
     assert not page_camera.overtaken
+
+
+def test_an_arrow_shows_the_speed_where_there_is_one(scene):
+    """The arrow and its label are hidden at rest, and keep out of the way of the beam."""
+    around = scene.surroundings
+    scene.show(sampled(Beam(gamma=3)), ViewOptions(), [0])
+    assert around.arrow.visible
+    assert around.speed.text == "speed = 3"
+    assert (around.arrow.vertices[:, 0] < 0.05).all()
+    scene.show(sampled(Beam()), ViewOptions(), [0])
+    assert not around.arrow.visible
+    assert not around.speed.visible

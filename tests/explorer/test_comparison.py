@@ -153,7 +153,7 @@ def test_both_beams_run_on_one_clock(stacked):
             view, middle = comparison.scene, (centreline[:-1] + centreline[1:]) / 2
             assert np.allclose(view.beam.batched_positions, middle, atol=1e-6)
             assert view.frame.position[2] == max(comparison.heights) == -min(comparison.heights)
-            assert view.surroundings.grid.visible is False
+            assert view.surroundings.floor.visible is False
         else:
             assert comparison.overlay
             rings = comparison.overlay.body.vertices.reshape(len(shapes.x), 4, 3).mean(axis=1)

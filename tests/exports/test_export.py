@@ -10,6 +10,7 @@ import pytest
 import trimesh
 from live.browser import page
 from live.visitor import PAPER
+from scipy.spatial.transform import Rotation
 
 from beamviz.drawing.beam_mesh import subdivide, to_hub_frame
 from beamviz.drawing.modes import displacement
@@ -73,11 +74,13 @@ def test_a_model_swings_as_the_solution_does(model):
         (gltf.nodes[c.target.node].name, c.target.path): animation.samplers[c.sampler]
         for c in animation.channels
     }
-    assert set(samplers) == {("beam", "weights"), ("mass", "translation"), ("wheel", "rotation")}
+    mass = {("mass", "translation"), ("mass", "rotation")}
+    assert set(samplers) == {("beam", "weights"), ("wheel", "rotation"), *mass}
     swing = samplers["beam", "weights"]
     times = values(gltf, swing.input)[:, 0]
     weights = values(gltf, swing.output).reshape(len(times), len(targets))
     masses = values(gltf, samplers["mass", "translation"].output)
+    tilts = Rotation.from_quat(values(gltf, samplers["mass", "rotation"].output))
     loop, shapes = find_loop(solved, ground=False), subdivide(solved.shapes, solved.motion())
     assert times[-1] == pytest.approx(loop.seconds)
     assert weights[-1] == pytest.approx(weights[0], abs=1e-6)
@@ -90,6 +93,8 @@ def test_a_model_swings_as_the_solution_does(model):
         corners = rest + np.tensordot(weights[k], targets, 1)
         assert corners.reshape(-1, 4, 3).mean(axis=1) == pytest.approx(axis, abs=1e-5)
         assert masses[k] == pytest.approx(axis[shapes.mass], abs=1e-5)
+        along = axis[shapes.mass + 1] - axis[shapes.mass]
+        assert tilts[k].apply([1, 0, 0]) == pytest.approx(along / np.linalg.norm(along), abs=0.02)
     turns = values(gltf, samplers["wheel", "rotation"].output)
     assert np.linalg.norm(turns, axis=1) == pytest.approx(1)
     assert abs(turns[0] @ turns[-1]) == pytest.approx(1)

@@ -1,0 +1,197 @@
+"""What surrounds the beam: light, floor, hub, and an arrow for the rotation."""
+
+import math
+from typing import Any
+
+import numpy as np
+import trimesh
+from viser import SceneApi
+
+from beamviz.beam import Beam
+from beamviz.drawing import colours
+from beamviz.drawing.objects import add_instances, mass_size
+from beamviz.drawing.text import measure
+from beamviz.server.viser_private import set_position, set_properties
+
+MIN_HUB = 0.05
+HUB_HEIGHT = 0.14
+HOOP = 0.05
+POST = 0.018  # radius
+BOLTS = 6
+BOLT_SIZE = (0.12, 0.01)  # radius over that of the hub, height
+FLOOR_EDGE = 0.3  # of the floor beyond the tip of the beam
+FLOOR_THICKNESS = 0.02
+TICKS = 36  # of the floor's scale, one for every ten degrees
+LARGE_HUB = 0.4  # radius from which on the arrow lies on the hub
+ARROW_LENGTH, ARROW_WIDTH, ARROW_HEAD = 0.38, 0.009, 0.06  # in lengths of the beam; half width
+ARROW_HEIGHT = HUB_HEIGHT / 2 + 0.03
+
+
+def hub_radius(beam: Beam) -> float:
+    """Radius of the hub: |delta|, but a small drum is left at delta = 0."""
+    return max(abs(beam.delta), MIN_HUB)
+
+
+def ground_height(beam: Beam) -> float:
+    """Height of the floor below the beam."""
+    return -max(0.3, 1.2 * mass_size(beam)[1]) if beam.alpha > 0 else -0.3
+
+
+def axis_rotation(angle: float) -> tuple[float, float, float, float]:
+    """The rotation about the axis by angle [rad] as a quaternion wxyz."""
+    return (math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2))
+
+
+def add_lights(api: SceneApi) -> None:
+    """Soft light from above and behind the viewer on the left; shadows fall on the floor."""
+    api.configure_environment_map(hdri=None)
+    api.configure_default_lights(enabled=False)
+    api.add_light_hemisphere("/light/sky", ground_color=(200, 200, 210), intensity=1.6)
+    api.add_light_directional(
+        "/light/key", position=(-0.5, -1.0, 2.2), intensity=1.8, cast_shadow=True
+    )
+    api.add_light_directional("/light/fill", position=(1.5, -2.0, 0.6), intensity=0.5)
+
+
+class Surroundings:
+    """A bolted hub on a post above a round floor with a scale in degrees, and an arrow with the
+    speed in the direction of rotation.
+
+    The hub is a drum, or a hoop for a beam that points inward.
+    """
+
+    def __init__(self, api: SceneApi, root: str, *, alone: bool):
+        self.alone = alone  # with floor, post and arrow, of which a scene has one
+        self.drawn_for: tuple = ()  # the values they were last drawn for
+        hub: Any = {"color": colours.HUB, "receive_shadow": False}
+        self.post = api.add_cylinder(f"{root}/rotor/post", POST, 1.0, **hub)
+        self.drum = api.add_cylinder(
+            f"{root}/rotor/drum", 1.0, HUB_HEIGHT, radial_segments=160, **hub
+        )
+        hoop = annulus(1.0)
+        self.hoop = api.add_mesh_simple(
+            f"{root}/rotor/hoop", hoop.vertices, hoop.faces, flat_shading=True, **hub
+        )
+        head = trimesh.creation.cylinder(1.0, 1.0, sections=6)
+        self.bolts = add_instances(api, f"{root}/rotor/bolts", BOLTS, head)
+        self.bolts.batched_colors = colours.instanced(np.tile(colours.MASS, (BOLTS, 1)) / 255)
+        self.floor = api.add_frame(f"{root}/floor", show_axes=False, visible=alone)
+        self.disc = api.add_cylinder(
+            f"{root}/floor/disc", 1.0, FLOOR_THICKNESS, radial_segments=160,
+            cast_shadow=False, receive_shadow=0.5,
+        )  # fmt: skip
+        self.scale = api.add_line_segments(
+            f"{root}/floor/scale", scale_lines(1.0), colours.GRID, thickness=1.0,
+            thickness_units="screen",
+        )  # fmt: skip
+        ribbon = arrow(1.0, 0.0)
+        self.arrow = api.add_mesh_simple(
+            f"{root}/arrow", ribbon.vertices, ribbon.faces, color=colours.ROTATION, side="double",
+            cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
+        self.speed = api.add_label(f"{root}/speed", "", anchor="center-center")
+
+    def show(self, beam: Beam, *, rotating_frame: bool, dark: bool = False) -> None:
+        """Place them for `beam`: the clamp is on the rim, so the hub's radius is |delta|. Outside
+        the rotating frame the whole floor is in the picture, and the arrow larger."""
+        ground = ground_height(beam)
+        drawn_for = beam.delta, beam.gamma, ground, rotating_frame, dark, beam.units
+        if drawn_for == self.drawn_for:
+            return
+        self.drawn_for = drawn_for
+        self.disc.color = colours.FLOOR[dark]
+        self.show_hub(beam, ground)
+        self.arrow.visible = self.speed.visible = self.alone and beam.gamma > 0
+        if self.arrow.visible:
+            self.show_speed(beam, 1.0 if rotating_frame else max(1.0, hub_radius(beam)))
+        reach = floor_radius(beam)
+        self.disc.radius = reach
+        self.scale.points = scale_lines(reach)
+        set_position(self.floor, (0.0, 0.0, ground - FLOOR_THICKNESS / 2))
+
+    def show_hub(self, beam: Beam, ground: float) -> None:
+        """Place the hub and its bolts, and the post on the floor."""
+        inward, radius = beam.delta < 0, hub_radius(beam)
+        self.post.visible = self.alone and not inward
+        self.post.height = -ground
+        self.post.position = (0.0, 0.0, ground / 2)
+        self.drum.visible, self.hoop.visible = not inward, inward
+        self.drum.radius = radius
+        if inward:
+            self.hoop.vertices = annulus(radius).vertices
+        size = 0.2 * HOOP if inward else min(BOLT_SIZE[0] * radius, 0.02)
+        place = radius + HOOP / 2 if inward else radius - 2.2 * size
+        angle = np.linspace(0.0, 2 * np.pi, BOLTS, endpoint=False) + np.pi / BOLTS
+        height = np.full(BOLTS, (HUB_HEIGHT + BOLT_SIZE[1]) / 2)
+        positions = np.stack([place * np.cos(angle), place * np.sin(angle), height], 1)
+        sizes = np.tile([size, size, BOLT_SIZE[1]], (BOLTS, 1))
+        set_properties(
+            self.bolts,
+            {
+                "batched_positions": positions.astype(np.float32),
+                "batched_scales": sizes.astype(np.float32),
+            },
+        )
+
+    def show_speed(self, beam: Beam, size: float) -> None:
+        """Place the arrow and its label, `size` times as large as usual: beside the hub, or on it
+        where that is large."""
+        radius, middle, text = arrow_place(beam, size)
+        ribbon = arrow(radius, middle, size)
+        set_properties(self.arrow, {"vertices": ribbon.vertices.astype(np.float32)})
+        speed = measure("gamma", beam.units)
+        shown = speed.text(beam.gamma, 4)
+        self.speed.text = shown if speed.unit else shown.replace(speed.symbol, "speed")
+        set_position(self.speed, (text * math.cos(middle), text * math.sin(middle), ARROW_HEIGHT))
+
+
+def floor_radius(beam: Beam) -> float:
+    """Radius of the floor: the beam passes above it all the way round."""
+    return max(hub_radius(beam) + HOOP, abs(beam.delta + 1)) + FLOOR_EDGE
+
+
+def scale_lines(radius: float) -> np.ndarray:
+    """The lines (n, 2, 3) on a floor: a ring at every half length of the beam, and marks at every
+    ten degrees, longer ones at thirty."""
+    angle = np.linspace(0.0, 2 * np.pi, TICKS, endpoint=False)
+    inner = np.where(np.arange(TICKS) % 3 == 0, radius - 0.12, radius - 0.05)
+    marks = np.stack([inner, np.full(TICKS, radius - 0.01)], 1)[..., None] * np.stack(
+        [np.cos(angle), np.sin(angle)], 1
+    )[:, None]  # fmt: skip
+    turn = np.linspace(0.0, 2 * np.pi, 145)
+    circle = np.stack([np.cos(turn), np.sin(turn)], 1)
+    pieces = np.stack([circle[:-1], circle[1:]], 1)
+    rings = [ring * pieces for ring in np.arange(0.5, radius - 0.13, 0.5)]
+    flat = np.concatenate([marks, *rings])
+    height = np.full((*flat.shape[:2], 1), FLOOR_THICKNESS / 2 + 0.002)
+    return np.concatenate([flat, height], 2).astype(np.float32)
+
+
+def arrow_place(beam: Beam, size: float) -> tuple[float, float, float]:
+    """Radius of the arrow, angle [rad] of its middle, and radius of its label."""
+    radius = hub_radius(beam)
+    if beam.delta < 0:
+        return radius + HOOP + 0.06, math.pi, radius + HOOP + 0.15
+    if radius < LARGE_HUB:
+        return radius + 0.09, math.pi, radius + 0.2
+    return radius - 0.12 * size, 0.0, radius - 0.34 * size
+
+
+def arrow(radius: float, middle: float, size: float = 1.0) -> trimesh.Trimesh:
+    """A flat arrow, curved about the axis in the direction of rotation."""
+    turn = min(size * ARROW_LENGTH / radius, 1.25 * math.pi)
+    head = min(size * ARROW_HEAD / radius, turn / 2)
+    shaft = np.linspace(middle - turn / 2, middle + turn / 2 - head, 40)
+    angle = np.append(np.repeat(shaft, 2), [shaft[-1], shaft[-1], middle + turn / 2])
+    across = np.append(np.tile([-1.0, 1.0], len(shaft)), [-2.4, 2.4, 0.0])
+    across = radius + size * ARROW_WIDTH * across
+    height = np.full(len(angle), ARROW_HEIGHT)
+    vertices = np.stack([across * np.cos(angle), across * np.sin(angle), height], 1)
+    first = 2 * np.arange(len(shaft) - 1)[:, None]
+    faces = np.concatenate([first + [0, 1, 3], first + [0, 3, 2], [np.arange(3) + 2 * len(shaft)]])
+    return trimesh.Trimesh(vertices, faces, process=False)
+
+
+def annulus(radius: float) -> trimesh.Trimesh:
+    """The hoop that an inward beam is clamped to from inside."""
+    return trimesh.creation.annulus(radius, radius + HOOP, HUB_HEIGHT, sections=160)
