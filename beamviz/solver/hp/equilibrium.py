@@ -220,18 +220,19 @@ class AxialProblem(NamedTuple):
         inertia, beams, law = self.inertia, self.beams, self.law
         A = load * inertia.G if beams.size == 1 else load[..., None] * inertia.G
         w, static = inertia.weights, load * beams.delta * inertia.g
-        step, accepted, iteration = np.empty(f.shape), max(accept_error, NEWTON_STEP**2), 0
-        renew, largest = True, math.inf
+        accepted, iteration, renew, largest = max(accept_error, NEWTON_STEP**2), 0, True, math.inf
         while iteration < NEWTON_ITERATIONS and largest >= accepted:
             iteration += 1
-            residual = w * law.force(f) - np.matvec(A, f) - static
+            step = (
+                w * law.force(f) - np.matvec(A, f) - static
+            )  # the residual, to be solved in place
             if renew:
                 tangent = self.mesh.eye * (w * law.stiffness(f))[:, None, :] - A
             for k in range(len(f)):
                 if renew:  # its factors take the place of the tangent
-                    _, step[k], info = lapack.dposv(tangent[k].T, residual[k], overwrite_a=True)
+                    *_, info = lapack.dposv(tangent[k].T, step[k], 0, True, True)
                 else:
-                    step[k], info = lapack.dpotrs(tangent[k].T, residual[k])
+                    _, info = lapack.dpotrs(tangent[k].T, step[k], 0, True)
                 if info:  # not positive definite: the branch of stable states was left
                     step[k] = np.nan
             f = f - step
@@ -242,10 +243,10 @@ class AxialProblem(NamedTuple):
                 error = np.sqrt(first * error)
             largest = np.fmax.reduce(error)
             renew = renew and not largest < SAME_TANGENT**2
-        stable = (error < accepted) & (np.minimum.reduce(f, axis=-1) > law.min_stretch)
-        if law.max_stretch < math.inf:
-            stable &= np.maximum.reduce(f, axis=-1) < law.max_stretch
-        if not np.logical_and.reduce(stable):
+        low, high = law.min_stretch, law.max_stretch
+        inside = f.min() > low and (high == math.inf or f.max() < high)  # nan is not
+        if not (inside and largest < accepted):
+            stable = (error < accepted) & (f.min(axis=-1) > low) & (f.max(axis=-1) < high)
             f, error = np.where(stable[:, None], f, 1.0), np.where(stable, error, math.inf)
         return AxialState(f, iteration, error)
 
