@@ -121,12 +121,13 @@ ROUNDING = 1e-12  # relative, so that mu = gamma / 5 is accepted
 
 @dataclass(frozen=True)
 class Units:
-    """The physical size of a dimensionless beam: its length L [m], its time T* [s] and, where it
-    is known, its mass rho A L [kg]."""
+    """The physical size of a dimensionless beam: its length L [m], its time T* [s] and, where they
+    are known, its mass rho A L [kg] and Young's modulus E [Pa]."""
 
     length: float
     time: float
     mass: float | None = None
+    youngs_modulus: float | None = None
 
     def angular_frequency(self, frequency):
         """Frequency [rad/s] of a dimensionless one (units of 1/T*)."""
@@ -225,8 +226,34 @@ class Beam:
         }
         for name, parameter in NUMBERS.items():
             check_float(f"{parameter.si_formula} = {name}", numbers[name], *parameter.limits)
-        units = Units(length=L, time=time, mass=rho * A * L)
+        units = Units(length=L, time=time, mass=rho * A * L, youngs_modulus=E)
         return cls(**numbers, units=units)
+
+    @property
+    def si(self) -> dict[str, float]:
+        """The keywords of `from_si` for this beam; {} where its size is not known in full."""
+        if self.units is None or self.units.mass is None or self.units.youngs_modulus is None:
+            return {}
+        L, T, mass, E = (
+            self.units.length,
+            self.units.time,
+            self.units.mass,
+            self.units.youngs_modulus,
+        )
+        density = E * (T / (L * self.mu)) ** 2
+        area = mass / (density * L)
+        return {
+            "length": L,
+            "density": density,
+            "area": area,
+            "second_moment": area * (L / self.mu) ** 2,
+            "youngs_modulus": E,
+            "hub_radius": self.delta * L,
+            "rotation_speed": self.gamma / T,
+            "mass": self.alpha * mass,
+            "mass_position": self.beta * L,
+            "angular_acceleration": self.spin_up / T**2,
+        }
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:

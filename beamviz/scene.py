@@ -4,10 +4,11 @@ import json
 import math
 import tomllib
 from collections import ChainMap
+from collections.abc import Collection
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Self
-from urllib.parse import parse_qsl
+from urllib.parse import parse_qsl, urlencode
 
 from beamviz.beam import (
     NUMBERS,
@@ -156,6 +157,7 @@ TABLES = {
     "si": tuple(SI_KEYS),
 }
 FILE_ONLY = {"units", "si"}
+LINKED = tuple(table for table in TABLES if table not in FILE_ONLY)  # in a link by their keys
 KEYS = tuple(key for table, keys in TABLES.items() if table not in FILE_ONLY for key in keys)
 
 
@@ -229,6 +231,40 @@ class Scene:
             lines += [f"{key} = {json.dumps(value)}\n" for key, value in values.items()]
         return "".join(lines)
 
+    def to_query(self, base: Self | None = None, without: Collection[str] = ()) -> str:
+        """The query of a link to the scene: the keys, but for some, whose values differ from those
+        of `base`, in SI for a beam with known sizes. `Scene.from_query` reads it."""
+        base, beam = base or type(self)(), self.beam
+        values, usual = (
+            {key: value for name in LINKED for key, value in scene.tables[name].items()}
+            for scene in (self, base)
+        )
+        if beam != base.beam and beam.si:
+            values = {key: value for key, value in values.items() if key not in TABLES["beam"]}
+            values = beam.si | values
+            usual |= {**dict.fromkeys(beam.si, 0.0), "mass_position": beam.si["length"]}
+        shares = self.view.shares
+        if shares != base.view.shares and self.view.only(len(shares) - 1).shares == shares:
+            values["mode"] = len(shares)
+            del values["shares"]
+        return urlencode(
+            {
+                key: value if isinstance(value, str) else json.dumps(value, separators=(",", ":"))
+                for key, value in values.items()
+                if value != usual.get(key) and key not in without
+            },
+            safe="[],",
+        )
+
+    @classmethod
+    def from_query(cls, query: dict[str, Any], base: Self | None = None) -> Self:
+        """The scene of a link, `base` with other values of the keys of its query (`parse_query`).
+        Raises InvalidInput."""
+        base, si = base or cls(), {key: query[key] for key in query if key in SI_KEYS}
+        if si:
+            base = replace(base, beam=Beam.from_si(**check_si_keys(si, "the link")))
+        return base.changed(**{key: value for key, value in query.items() if key not in si})
+
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
         """The scene in a TOML file; InvalidInput names the file and the mistake."""
@@ -258,9 +294,10 @@ def parse_query(query: str) -> dict[str, Any]:
     """The keys and values of a link's query, as in "alpha=1&mode=3": each value as in TOML, or else
     the text itself. InvalidInput where it has more keys than a scene."""
     try:
-        pairs = parse_qsl(query, keep_blank_values=True, max_num_fields=2 * len(KEYS))
+        most = 2 * (len(KEYS) + len(SI_KEYS))
+        pairs = parse_qsl(query, keep_blank_values=True, max_num_fields=most)
     except ValueError:
-        raise InvalidInput(f"a scene has no more than {len(KEYS)} keys") from None
+        raise InvalidInput(f"a scene has no more than {most} keys") from None
     return {key: parse_value(text) for key, text in pairs}
 
 

@@ -1,6 +1,8 @@
 """A scene as TOML: there and back, and every way to get one wrong."""
 
 import math
+import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -9,7 +11,17 @@ from hypothesis import strategies as st
 
 from beamviz.beam import PARAMETERS, SPIN_UP, Beam, Units
 from beamviz.errors import InvalidInput
-from beamviz.scene import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, Camera, Scene, ViewOptions, clip
+from beamviz.lessons import lesson
+from beamviz.scene import (
+    COLOURINGS,
+    MAX_AMPLITUDE,
+    MAX_PACE,
+    Camera,
+    Scene,
+    ViewOptions,
+    clip,
+    parse_query,
+)
 from beamviz.solver import CHOICES
 
 REAL = """
@@ -64,6 +76,28 @@ scenes = st.builds(
 def test_a_saved_scene_comes_back_as_it_was(scene):
     """Through TOML, to the last bit."""
     assert Scene.from_bytes(scene.to_toml().encode(), "scene.toml") == scene
+
+
+@given(scenes)
+@settings(max_examples=60, deadline=None)
+def test_a_link_shows_the_same_scene(scene):
+    """Every key goes through the query of an address, over the usual scene and over that of a
+    lesson; units go with a beam whose sizes are known in full."""
+    for base in (Scene(), lesson("veering").scene):
+        shown = Scene.from_query(parse_query(scene.to_query(base)), base)
+        assert shown == replace(scene, beam=scene.beam.replace(units=None))
+
+
+def test_a_link_says_only_what_is_not_as_usual():
+    """By the names of the keys, a real beam by its sizes."""
+    assert Scene().to_query() == ""
+    assert Scene.of(gamma=3, mode=3, coriolis=True).to_query() == "gamma=3.0&coriolis=true&mode=3"
+    scene = Scene.from_bytes(REAL.encode(), "scene.toml")
+    query = parse_query(scene.to_query())
+    assert query.keys() == set(tomllib.loads(REAL)["si"])
+    shown = Scene.from_query(query).beam
+    assert shown.numbers == pytest.approx(scene.beam.numbers, rel=1e-12)
+    assert shown.si == pytest.approx(scene.beam.si, rel=1e-12)
 
 
 def test_a_file_needs_to_say_only_what_is_not_as_usual(tmp_path):

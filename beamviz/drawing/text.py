@@ -10,6 +10,7 @@ from beamviz.errors import BeamvizError, NoEquilibrium
 from beamviz.solver import Solution
 
 MILLIMETRES = 1000.0
+LARGE_STRETCH = 0.5  # gamma / mu from which on a stable state is told to be far from a real beam
 
 
 class Measure(NamedTuple):
@@ -112,17 +113,34 @@ def places(step: float) -> int:
 
 
 def stability_warning(solution: Solution) -> str:
-    """How an unstable equilibrium diverges, in at most two lines; "" for a stable one."""
+    """How a disturbance of an unstable equilibrium grows, on two lines; "" for a stable one."""
     if solution.equilibrium.status == "stable":
         return ""
     fastest = int(np.argmax(solution.growth_rates))
     motion = "stretching" if solution.labels[fastest].startswith("S") else "bending"
-    warning = f"Unstable: the straight beam diverges in {motion}"
     growth_rate = float(solution.growth_rates[fastest])
-    if growth_rate <= 0:
-        return warning
-    tenfold = duration(math.log(10) / growth_rate, solution.beam.units)
-    return f"{warning}\na perturbation grows tenfold in {tenfold}"
+    return f"Unstable in {motion}\na disturbance {growth(growth_rate, solution.beam.units)}"
+
+
+def growth(rate: float, units: Units | None) -> str:
+    """How a growth rate [1/T*] is told: "grows 35-fold per T*", or in how many ms tenfold."""
+    if rate <= 0:
+        return "grows"
+    if units is None and math.log(2) <= rate <= math.log(1000):
+        return f"grows {significant(math.exp(rate), 2)}-fold per T*"
+    return f"grows tenfold in {duration(math.log(10) / rate, units)}"
+
+
+def stretch_caution(beam: Beam, max_stretch: float) -> str:
+    """Why a stable equilibrium is far from a real beam, "" where it is not: its tip is nearly as
+    fast as sound in it, gamma / mu = speed of the tip / sqrt(E / rho)."""
+    ratio = beam.gamma / beam.mu
+    if ratio < LARGE_STRETCH:
+        return ""
+    return (
+        f"Stretched by up to {significant(100 * (max_stretch - 1), 2)} %: γ / μ = {ratio:.2g},"
+        " speed of the tip over speed of sound. Real materials fail long before."
+    )
 
 
 def duration(time: float, units: Units | None) -> str:
@@ -131,14 +149,14 @@ def duration(time: float, units: Units | None) -> str:
 
 
 def error_summary(error: BeamvizError, beam: Beam | None) -> str:
-    """Why a beam has no solution, in at most two lines; beam: the one that was asked for, None
+    """Why a beam has no solution, in one line; beam: the one that was asked for, None
     where its numbers are out of range."""
     if isinstance(error, NoEquilibrium) and beam is not None:
         speed = measure("gamma", beam.units)
-        summary = f"No equilibrium at {speed.text(beam.gamma, 6)}"
+        law = " with this material law" if beam.delta >= 0 else ""  # inward, thrust is the limit
         if math.isfinite(error.limit):
-            summary += f"\nthere is one up to {speed.text(error.limit, 4)}"
-        return summary
+            return f"No equilibrium above {speed.text(error.limit, 4)}{law}"
+        return f"No equilibrium at {speed.text(beam.gamma, 6)}{law}"
     return {
         "invalid-input": "A value is out of range",
         "not-converged": "The calculation did not converge",

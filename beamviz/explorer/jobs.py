@@ -17,7 +17,7 @@ from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 
 from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
-from beamviz.drawing.text import error_summary, stability_warning
+from beamviz.drawing.text import error_summary, stability_warning, stretch_caution
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer.state import Case
 from beamviz.server.log import RateLimitedLog
@@ -278,6 +278,13 @@ class SolverAnswer(Answer[Case, "Solved"]):
         if self.error:
             return error_summary(self.error, self.beam)
         return stability_warning(self.result.solution) if self.result else ""
+
+    @cached_property
+    def caution(self) -> str:
+        """Why a stable equilibrium is far from a real beam, "" where it is not."""
+        if self.solution is None or self.warning:
+            return ""
+        return stretch_caution(self.solution.beam, self.solution.equilibrium.max_stretch)
 
     @property
     def message(self) -> str:

@@ -4,7 +4,9 @@ Nothing a browser sends is trusted: a value that makes no sense leaves the state
 the five numbers, which are kept as they were sent and checked when the beam is solved.
 """
 
+from collections import deque
 from dataclasses import dataclass, field, fields, replace
+from math import inf
 from typing import Any, Self
 
 from beamviz.beam import NUMBERS, PARAMETERS, Beam, Units
@@ -16,6 +18,9 @@ TERMS = ("stiffening", "softening", "coriolis")  # of the equations, each on or 
 CHOICES = {name: tuple(choices) for name, choices in SOLVER_CHOICES.items()}
 NO_COMPARISON, EARLIER = "nothing", "how it was before"
 SWITCHES = ("per_rev", "stacked", "time_methods", "following")
+LASTING = ("playing", "dark")  # of the view: they stay as they are when an edit is undone
+STEPS = 200  # that can be undone
+PAUSE = 1.0  # [s] after which another edit of the same values is another step
 VIEW_KEYS = tuple(entry.name for entry in fields(ViewOptions))
 
 
@@ -143,6 +148,12 @@ class State:
         """With one mode (from 0) alone."""
         return replace(self, view=self.view.only(mode), forced_response=False)
 
+    def differences(self, other: Self) -> set[str]:
+        """The names of the values that differ from those of another state, but for LASTING ones."""
+        names = {*vars(self), *self.case.numbers, *self.case.options, *VIEW_KEYS}
+        names -= {"case", "view", *LASTING}
+        return {name for name in names if self.value(name) != other.value(name)}
+
     def keep(self) -> Self:
         """Keep the case, to compare the next ones with."""
         return replace(self, kept=self.case, comparison=EARLIER)
@@ -150,3 +161,44 @@ class State:
     def keep_for_comparison(self) -> Self:
         """Keep the case unless it is compared with something else."""
         return self.keep() if self.comparison in (NO_COMPARISON, EARLIER) else self
+
+
+class History:
+    """The states of a visitor to return to. Edits of the same values in quick succession, as a drag
+    makes them, are one step."""
+
+    def __init__(self) -> None:
+        self.past: deque[State] = deque(maxlen=STEPS)
+        self.future: deque[State] = deque(maxlen=STEPS)
+        self.edited: set[str] = set()  # the names of the values that were edited last
+        self.time = -inf  # [s] of the last edit
+
+    def note(self, before: State, after: State, time: float) -> None:
+        """Note an edit at a time [s]."""
+        names = after.differences(before)
+        if not names:
+            return
+        goes_on = names <= self.edited or self.edited <= {"comparison", "kept"}
+        if not goes_on or time - self.time > PAUSE:
+            self.past.append(before)
+        self.edited = names
+        self.future.clear()
+        self.time = time
+
+    def undo(self, state: State) -> State:
+        """The state before the last step; `state` itself where there is none."""
+        return self.move(self.past, self.future, state)
+
+    def redo(self, state: State) -> State:
+        """The state before the last step that was undone; `state` itself where there is none."""
+        return self.move(self.future, self.past, state)
+
+    def move(self, source: deque[State], target: deque[State], state: State) -> State:
+        """The last state of `source`; the present one is kept in `target`."""
+        if not source:
+            return state
+        target.append(state)
+        self.time = -inf
+        found = source.pop()
+        lasting = {name: getattr(state.view, name) for name in LASTING}
+        return replace(found, view=replace(found.view, **lasting), following=False)

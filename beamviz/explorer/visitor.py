@@ -7,6 +7,7 @@ has its results computed by a `job`. State is never read out of a control.
 import math
 import operator
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -16,7 +17,7 @@ from viser import ClientHandle, GuiButtonGroupHandle, GuiButtonHandle, GuiEvent,
 
 from beamviz.drawing.camera import PageCamera
 from beamviz.explorer.jobs import Job, SolveJob, SolveQueue, SolverAnswer, WorkerPool
-from beamviz.explorer.state import State
+from beamviz.explorer.state import History, State
 from beamviz.scene import Scene
 from beamviz.server.viser_private import group_messages, set_value, stop_sync
 
@@ -48,6 +49,7 @@ class Visitor:
         self.client, self.wake = client, wake
         group_messages(client)
         self.state = self.shown = state
+        self.history = History()
         self.queue, self.background = queue, background
         self.lock, self.camera = threading.RLock(), PageCamera(client.camera)
         self.camera.take(state.camera)
@@ -67,7 +69,25 @@ class Visitor:
             state = edit(self.state)
             if state.following and self.state.following:
                 state = replace(state, following=False)
+            self.history.note(self.state, state, time.monotonic())
             self.follow(state)
+
+    def undo(self) -> None:
+        """Take back the last step."""
+        self.restore(self.history.undo)
+
+    def redo(self) -> None:
+        """Take the last step again that was taken back."""
+        self.restore(self.history.redo)
+
+    def restore(self, step: Callable[[State], State]) -> None:
+        """Return to another state, and to its viewpoint where that is given or of another scene."""
+        with self.lock:
+            before = self.state
+            self.follow(step(before))
+            if self.state.scene is not before.scene or self.state.camera != before.camera:
+                self.camera.take(self.state.camera)
+        self.wake()
 
     def follow(self, state: State) -> None:
         """Take another state, which the next frame shows, and solve its case."""

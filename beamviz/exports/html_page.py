@@ -12,7 +12,7 @@ from matplotlib import rc_context
 
 from beamviz.beam import NUMBERS
 from beamviz.drawing import camera
-from beamviz.drawing.text import frequencies, rounded_to_error
+from beamviz.drawing.text import frequencies, growth, rounded_to_error
 from beamviz.errors import BeamvizError
 from beamviz.exports.solved_scene import DrawnScene, SolvedScene, find_loop
 from beamviz.frequency_loci import loci
@@ -58,7 +58,7 @@ def table(
 def solution_table(solution: Solution, shown: list[int]) -> str:
     """The modes: number, label, kind, frequency, error; the ones shown are marked."""
     units, across = solution.beam.units, frequencies(solution.beam.units)
-    second, unit = (units.time, "s") if units else (1.0, "T*")
+    second = units.time if units else 1.0
     rows = []
     labels, mixtures = identify_modes(solution)
     for k, (label, family) in enumerate(zip(labels, solution.families, strict=True)):
@@ -68,8 +68,7 @@ def solution_table(solution: Solution, shown: list[int]) -> str:
             value = rounded_to_error(across.factor * solution.frequencies[k], error)
         else:
             error /= second
-            rate = f"{solution.growth_rates[k] / second:.4g} t/{unit}"
-            value = f'grows e<sup style="line-height:0">{rate}</sup>'
+            value = growth(float(solution.growth_rates[k]), units)
         rows.append([str(k + 1), f"<b>{label}</b>", mixtures[k] or family, value, f"{error:.0e}"])
     heads = ["", "mode", "kind", f'<span title="{TIME}">{across.label}</span>', "error"]
     return table("modes", heads, rows, marked=shown)

@@ -175,7 +175,7 @@ def test_beyond_the_last_equilibrium_the_challenge_still_answers(guest):
     challenged(guest, "no-equilibrium")
     guest.says("the root is stretched")
     guest.choose("speed γ", 40.0)
-    guest.says("there is one up to γ = 31.49")
+    guest.says("No equilibrium above γ = 31.49 with this material law")
     guest.says("Not yet.")
     guest.choose("speed γ", 31.5)
     guest.says("Right!")

@@ -149,7 +149,7 @@ def test_no_equilibrium_is_said_on_the_page_and_greys_the_beam(shown):
     with explorer(Scene(Beam(mu=10, gamma=20), {"strain": "biot"})) as url:
         shown.call("Page.navigate", url=url)
         shown.wait(says("No equilibrium"))
-        shown.wait(says("there is one up to γ = 15.71"))
+        shown.wait(says("No equilibrium above γ = 15.71"))
         shown.wait(f"{NODES} && {NODES}['/scene/rotor/beam'] && {COLOURS}")
         wait_until(lambda: colours(shown) == 1)
     assert shown.problems == []

@@ -9,7 +9,7 @@ from live.visitor import PAPER
 
 from beamviz.beam import Beam, Units
 from beamviz.errors import InvalidInput
-from beamviz.explorer.state import EARLIER, Case, State
+from beamviz.explorer.state import EARLIER, PAUSE, Case, History, State
 from beamviz.explorer.visitor import show
 from beamviz.scene import Camera, Scene
 
@@ -107,3 +107,39 @@ def test_a_control_is_sent_what_it_does_not_show_yet(monkeypatch, old, new, sent
     monkeypatch.setattr("beamviz.explorer.visitor.set_value", lambda _, value: values.append(value))
     show(SimpleNamespace(value=old), new)  # type: ignore[arg-type]
     assert bool(values) is sent
+
+
+def edited(history: History, states: list[tuple[float, State]]) -> State:
+    """The last of some states at their times, each an edit of the one before."""
+    state = START
+    for time, after in states:
+        history.note(state, after, time)
+        state = after
+    return state
+
+
+def test_undo_returns_by_steps_and_redo_forward():
+    """A drag of one slider is one step, also where it keeps the beam for comparison; a drag of
+    another value or after a rest is the next; a new edit ends what could be done again."""
+    history, mass = History(), START.keep_for_comparison()
+    drag = [(0.1 * k, mass.changed("beta", 0.5 + 0.01 * k)) for k in range(5)]
+    faster = drag[-1][1].changed("gamma", 3.0)
+    rested = faster.changed("gamma", 4.0)
+    last = edited(history, [*drag, (0.5, faster), (0.6 + PAUSE, rested)])
+    back = [last := history.undo(last) for _ in range(3)]
+    assert back == [faster, drag[-1][1], START]
+    assert history.undo(START) is START
+    assert [history.redo(START), history.redo(back[1])] == [drag[-1][1], faster]
+    history.note(faster, other := faster.only(0), 9.0)
+    assert history.redo(other) is other
+
+
+def test_undo_leaves_the_page_dark_and_still():
+    """What is not of the beam makes no step, and stays."""
+    history, still = History(), START.changed("dark", True).changed("playing", False)
+    history.note(START, still, 0.0)
+    assert history.undo(still) is still
+    history.note(still, faster := still.changed("gamma", 3.0), 1.0)
+    loud = faster.changed("dark", False)
+    history.note(faster, loud, 2.0)
+    assert history.undo(loud) == still.changed("dark", False)

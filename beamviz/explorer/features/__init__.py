@@ -102,11 +102,15 @@ class MassDrag:
         x = self.distance_along_beam(np.asarray(event.end_position, float))
         if x is None:
             return
+        keep = self.offset is None
         if self.offset is None:
             self.offset, visitor.dragging = x - shapes.centreline[shapes.mass, 0], True
-            visitor.change(State.keep_for_comparison)
         beta = self.beta(x - self.offset)
-        visitor.change(lambda state: state.changed("beta", beta))
+
+        def moved(state: State) -> State:
+            return (state.keep_for_comparison() if keep else state).changed("beta", beta)
+
+        visitor.change(moved)
 
     def distance_along_beam(self, point: np.ndarray) -> float | None:
         """Distance from the clamp of the place on the beam that is nearest to the line of sight

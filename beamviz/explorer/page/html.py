@@ -11,7 +11,7 @@ from beamviz.explorer.jobs import SolverAnswer
 from beamviz.exports.html_page import TIME
 
 SMALL = "font-size:.8em;line-height:1.5;margin:.2em .75em .3em"
-GOOD, BAD = "#2b8a3e", "#d9480f"
+GOOD, AMBER, BAD = "#2b8a3e", "#b36b00", "#d9480f"
 FADED = "opacity:.65"
 ROUNDING = 1e-9  # [%]
 NOTHING = 1e-8  # [lengths of the beam] a smaller displacement is none
@@ -31,9 +31,12 @@ def coloured(content: str, colour: str) -> str:
 
 
 def equilibrium_state(answer: SolverAnswer) -> str:
-    """The state of the equilibrium in up to three lines: stable, or what is wrong."""
+    """The state of the equilibrium in up to three lines: stable, with a caution in amber where it
+    is far from a real beam; or what is wrong."""
     if answer.shapes and not answer.warning:
         title, text, colour = "Stable equilibrium", stretch_text(answer.shapes), GOOD
+        if answer.caution:
+            text, colour = answer.caution, AMBER
     else:
         title, _, text = answer.warning.partition("\n")
         colour = BAD
