@@ -75,7 +75,7 @@ def edited(
     for k in range(edits):
         time.sleep(0.03)
         start = time.perf_counter()
-        guest.choose("speed γ", 10.0 + 0.1 * (1 + k % 99) + 0.01 * (k // 99))
+        guest.choose("gamma", 10.0 + 0.1 * (1 + k % 99) + 0.01 * (k // 99))
         guest.wait(seen)
         times.append(1000 * (time.perf_counter() - start))
     twentieths = statistics.quantiles(times, n=20)

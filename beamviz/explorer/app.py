@@ -13,6 +13,7 @@ from beamviz.drawing.modes import SampledModes
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.explorer.frames import FrameLoop
 from beamviz.explorer.jobs import WorkerPool
+from beamviz.explorer.page.page import insert_page
 from beamviz.explorer.page.style import theme
 from beamviz.scene import Scene
 from beamviz.server import run_server, self_test
@@ -128,7 +129,9 @@ def explorer(
     """
     visitor_count = visitor_count or VisitorCount()
     with (
-        run_server(host, port, visitor_count=visitor_count, listener=listener, **access) as server,
+        run_server(
+            host, port, visitor_count=visitor_count, listener=listener, insert=insert_page, **access
+        ) as server,
         WorkerPool(SOLVERS, "solver") as pool,
         WorkerPool(CHARTS, "chart") as charts,
     ):

@@ -14,6 +14,7 @@ A move of a slider becomes a picture at these stations:
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from viser import CameraHandle, ClientHandle
@@ -225,7 +226,8 @@ class Session:
         self.features: list[Feature] = [
             loci, veering, comparison, run_up, timing, self.lessons
         ]  # fmt: skip
-        theme(client, dark=scene.view.dark)
+        visitor.on("preferences", self.take_preferences)
+        self.choose_theme(scene.view.dark)
         client.camera.on_update(self.camera_moved)
         open_link(visitor, self.lessons)
 
@@ -302,7 +304,25 @@ class Session:
             self.panel.show_answer(visitor.answer, view.solved, view.shown_modes)
         self.panel.show_picture(view.largest, view.pace, view.shapes.beam.units)
         if state.view.dark != dark:
-            theme(visitor.client, dark=state.view.dark)
+            self.choose_theme(state.view.dark)
+
+    def choose_theme(self, dark: bool) -> None:
+        """Choose dark or light colours for the page and for viser's scene."""
+        theme(self.visitor.client, dark=dark)
+        self.visitor.page.theme(dark=dark)
+
+    def take_preferences(self, preferences: Any) -> None:
+        """Follow the preferences of the visitor's system; a dark scene stays dark."""
+        visitor = self.visitor
+        if not isinstance(preferences, dict):
+            return
+        with visitor.lock:
+            state = visitor.state
+            if preferences.get("reduced_motion") is True:
+                state = state.changed("playing", False)
+            if not state.scene.view.dark:
+                state = state.changed("dark", preferences.get("dark") is True)
+            visitor.follow(state)
 
     def update_features(self, now: float) -> None:
         """Bring the tabs up to date; in a crowd, charts wait until the slider rests."""

@@ -17,6 +17,7 @@ from viser import ClientHandle, GuiButtonGroupHandle, GuiButtonHandle, GuiEvent,
 
 from beamviz.drawing.camera import PageCamera
 from beamviz.explorer.jobs import Job, SolveJob, SolveQueue, SolverAnswer, WorkerPool
+from beamviz.explorer.page.page import Page
 from beamviz.explorer.state import History, State
 from beamviz.scene import Scene
 from beamviz.server.viser_private import group_messages, set_value, stop_sync
@@ -31,11 +32,11 @@ Set = Callable[[State, Any], State]
 class Visitor:
     """The store of one visitor's state.
 
-    client: their viser client; state: what they have chosen, replaced by each edit; shown: the
-    state in the controls; solver: the job that solves the case of the state; answer: the one in the
-    scene; chart_answer: the one in the charts, which wait for a slider to rest while visitors are
-    many; wake: has the frame loop draw what is new; dragging: the mass is being dragged, and time
-    stands still.
+    client: their viser client; page: what surrounds the scene; state: what they have chosen,
+    replaced by each edit; shown: the state in the controls; solver: the job that solves the case of
+    the state; answer: the one in the scene; chart_answer: the one in the charts, which wait for a
+    slider to rest while visitors are many; wake: has the frame loop draw what is new; dragging: the
+    mass is being dragged, and time stands still.
     """
 
     def __init__(
@@ -46,7 +47,7 @@ class Visitor:
         background: WorkerPool,
         wake: Callable[[], None],
     ):
-        self.client, self.wake = client, wake
+        self.client, self.wake, self.page = client, wake, Page(client)
         group_messages(client)
         self.state = self.shown = state
         self.history = History()
@@ -146,7 +147,27 @@ class Visitor:
 
     # Controls
 
-    def bind(self, control: GuiInputHandle, get: Get, edit: Set) -> None:
+    def bind(self, key: str, get: Get, edit: Set) -> None:
+        """Show `get(state)` in the controls with data-set="key" of the page; what the visitor sets
+        one to becomes `edit(state, value)`."""
+
+        def edited(value: Any) -> None:
+            self.change(lambda state: edit(state, value))
+            self.page.value(key, get(self.state))  # for a value that was not taken as it is
+
+        self.page.on(key, edited)
+        self.render(get, partial(self.page.value, key))
+
+    def bind_key(self, key: str) -> None:
+        """Bind controls to the value that has their key in `State.value`."""
+        self.bind(key, lambda state: state.value(key), lambda state, x: state.changed(key, x))
+
+    def on(self, action: str, act: Callable[[Any], None]) -> None:
+        """Call `act` with the value of an action of the page; it must be quick, as it runs on the
+        event loop, one action after the other."""
+        self.page.on(action, act)
+
+    def bind_control(self, control: GuiInputHandle, get: Get, edit: Set) -> None:
         """Show `get(state)` in a control; what the visitor sets it to becomes
         `edit(state, value)`."""
 
@@ -157,9 +178,11 @@ class Visitor:
         on_edit(control, edited)
         self.render(get, partial(show, control))
 
-    def bind_key(self, control: GuiInputHandle, key: str) -> None:
+    def bind_control_key(self, control: GuiInputHandle, key: str) -> None:
         """Bind a control to the value that has this name in `State.value`."""
-        self.bind(control, lambda state: state.value(key), lambda state, x: state.changed(key, x))
+        self.bind_control(
+            control, lambda state: state.value(key), lambda state, x: state.changed(key, x)
+        )
 
     def notify(self, title: str, message: str) -> None:
         """Tell the visitor what went wrong."""

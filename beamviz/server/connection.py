@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import gzip
 import html
 import math
 import socket
@@ -73,6 +74,7 @@ HEADERS = {
     "Permissions-Policy": "camera=(), geolocation=(), microphone=(), usb=()",
     "Cache-Control": "no-store",
 }
+NAMES = ("Type", "Encoding")
 REFUSAL_PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8">{retry}
 <meta name="viewport" content="width=device-width"><title>beamviz: {title}</title>
@@ -87,6 +89,7 @@ log = RateLimitedLog(__name__)
 
 Handler = Callable[[ServerConnection], Awaitable[None]]
 Scalar = bool | int | float | Annotated[str, msgspec.Meta(max_length=MAX_TEXT)]
+Insert = Callable[[str], str]  # of elements into the HTML of viser's page
 Key = tuple[Any, ...]  # what a message sets; of two with one key, the later one counts
 
 
@@ -206,8 +209,8 @@ class Guard:
     """Stands between the network and viser's server.
 
     access: the rules; visitor_count: the visitors of all processes; pictures: whether pictures may
-    come in; listener: where connections come from, by default the address given to `serve`. Raises
-    Unavailable if viser has other messages.
+    come in; listener: where connections come from, by default the address given to `serve`; insert:
+    changes the HTML of viser's page. Raises Unavailable if viser has other messages.
     """
 
     def __init__(
@@ -216,9 +219,11 @@ class Guard:
         visitor_count: VisitorCount,
         pictures: bool = False,
         listener: socket.socket | None = None,
+        insert: Insert | None = None,
     ):
         self.access, self.visitor_count = access, visitor_count
-        self.pictures, self.listener = pictures, listener
+        self.pictures, self.listener, self.insert = pictures, listener, insert
+        self.pages: dict[str, bytes] = {}  # the changed page by its encoding
         self.types = message_types(*MESSAGES, *([PICTURE] if pictures else []))
 
     def serve(self, handler: Handler, *address: Any, **options: Any) -> Any:
@@ -258,7 +263,20 @@ class Guard:
         if not upgrade and (cookie := self.access.key_cookie(headers, request.path)):
             headers = {"Location": without_key(request.path), "Set-Cookie": cookie}
             return reply(303, "See Other", b"", headers)
-        return page(connection, request)
+        response = page(connection, request)
+        return self.with_elements(response) if response and self.insert else response
+
+    def with_elements(self, response: Response) -> Response:
+        """A response whose page, if it is one, has our elements."""
+        kind, encoding = (response.headers.get(f"Content-{name}", "") for name in NAMES)
+        if response.status_code != 200 or not kind.startswith("text/html") or not self.insert:
+            return response
+        if encoding not in self.pages:
+            zipped = encoding == "gzip"
+            body = gzip.decompress(response.body) if zipped else response.body
+            changed = self.insert(body.decode()).encode()
+            self.pages[encoding] = gzip.compress(changed) if zipped else changed
+        return reply(200, "OK", self.pages[encoding], dict(response.headers.raw_items()))
 
     def add_headers(
         self, connection: ServerConnection, request: Request, response: Response

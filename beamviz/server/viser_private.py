@@ -48,6 +48,7 @@ ATTRIBUTES = {  # of viser, by class or module; fields of dataclasses count as a
         "FileTransferPartAck",
         "FileTransferStartUpload",
         "GuiUpdateMessage",
+        "RunJavascriptMessage",
         "SceneNodeUpdateMessage",
         "SetOrientationMessage",
         "SetPositionMessage",
@@ -220,6 +221,24 @@ class NodeUpdate(getattr(messages, "SceneNodeUpdateMessage", object)):  # type: 
             binary_buffers.append(np.ascontiguousarray(array).data)
         kind = "SceneNodeUpdateMessage"
         return {"name": self.name, "updates": updates, "owner": self.owner, "type": kind}
+
+
+class PageScript(getattr(messages, "RunJavascriptMessage", object)):  # type: ignore[misc]
+    """A RunJavascriptMessage whose source is asked for when it is sent."""
+
+    def as_serializable_dict(self, binary_buffers: list[memoryview]) -> dict[str, Any]:
+        """The message."""
+        return {"source": self.source(), "type": "RunJavascriptMessage"}
+
+
+def run_script(client: viser.ClientHandle, source: Callable[[], str]) -> None:
+    """Have a visitor's page run a script, which `source` gives when it is sent."""
+    client.gui._websock_interface.queue_message(PageScript(source))
+
+
+def control_id(control: viser.GuiInputHandle) -> str:
+    """The id of a control in the messages about it."""
+    return str(control._impl.uuid)
 
 
 def set_properties(node: viser.SceneNodeHandle, properties: dict[str, np.ndarray]) -> None:

@@ -251,7 +251,7 @@ def test_a_kept_beam_stays_while_the_other_changes(url):
     with visitor(url) as guest:
         guest.choose("Keep this beam", True)
         guest.says("before<br>")
-        guest.choose("speed γ", 20.0)
+        guest.choose("gamma", 20.0)
         guest.says(frequency(PAPER.replace(gamma=20)))
         guest.says(frequency(PAPER))
         overlay_is(guest, visible=True)

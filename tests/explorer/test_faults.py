@@ -110,12 +110,12 @@ def test_tabs_closed_in_the_middle_of_a_solution(url, other, frame_loops):
     """What nobody waits for any more is not solved: a later visitor gets an answer at once."""
     for _ in range(8):
         with visitor(url) as guest:
-            guest.choose("γ rotation speed", SLOW)
+            guest.choose("gamma", SLOW)
             vanish(guest.socket.socket)
     alone(frame_loops)
     start = time.monotonic()
     with visitor(url) as guest:
-        guest.choose("speed γ", 12.0)
+        guest.choose("gamma", 12.0)
         guest.says(frequency_text(PAPER.replace(gamma=12)))
     assert time.monotonic() - start < 6
 
@@ -186,7 +186,7 @@ def test_a_flood_of_5000_values_ends_at_the_last(url, other):
         pause(guest)
         start = time.monotonic()
         for k in range(5000):
-            guest.choose("speed γ", 30 - 0.005 * k)
+            guest.choose("gamma", 30 - 0.005 * k)
         guest.says(frequency_text(PAPER.replace(gamma=30 - 0.005 * 4999)))
         assert time.monotonic() - start < 15
 
@@ -224,11 +224,11 @@ def test_a_solver_that_fails_is_said_and_logged_in_one_line(url, other, caplog):
     """The visitor reads that it was unexpected; the next number is solved."""
     with visitor(url) as guest:
         for _ in range(3):
-            guest.choose("γ rotation speed", 12.0)
+            guest.choose("gamma", 12.0)
             guest.wait(lambda _: "a mistake of ours" not in guest.text)
-            guest.choose("γ rotation speed", BROKEN)
+            guest.choose("gamma", BROKEN)
             guest.says("unexpected: a mistake of ours")
-        guest.choose("γ rotation speed", 12.0)
+        guest.choose("gamma", 12.0)
         guest.says(frequency_text(PAPER.replace(gamma=12)))
     lines = [record for record in caplog.records if "a mistake of ours" in record.getMessage()]
     assert len(lines) == 1
@@ -239,7 +239,7 @@ def test_a_slow_solver_does_not_stop_the_pictures(url, other):
     """While one visitor waits, another sees frames and gets answers."""
     other.choose("playing", True)
     with visitor(url) as guest:
-        guest.choose("γ rotation speed", SLOW)
+        guest.choose("gamma", SLOW)
         frames, end = 0, time.monotonic() + 0.9
         while time.monotonic() < end:
             frames += beam_moved(other.receive(1.0))
@@ -255,14 +255,14 @@ def test_solutions_without_end_stop_nobody_else(url, other):
         for _ in range(server.SOLVERS + 1):
             guest = guests.enter_context(visitor(url))
             guests.callback(vanish, guest.socket.socket)
-            guest.choose("γ rotation speed", ENDLESS)
+            guest.choose("gamma", ENDLESS)
         guests.callback(ENOUGH.set)
         for gamma in (12.0, 13.0):
-            other.choose("speed γ", gamma)
+            other.choose("gamma", gamma)
             other.says(frequency_text(PAPER.replace(gamma=gamma)))
             for _ in range(5):
                 other.wait(beam_moved)
-    other.choose("speed γ", PAPER.gamma)
+    other.choose("gamma", PAPER.gamma)
     other.says(frequency_text(PAPER))
 
 
@@ -277,11 +277,11 @@ def test_solutions_without_end_stop_nobody_in_a_crowd(url, other, frame_loops):
         guests.callback(ENOUGH.set)
         wait_until(frame_loops[0].crowded)
         for guest in crowd[:3]:
-            guest.choose("speed γ", 11.0)
+            guest.choose("gamma", 11.0)
             guest.says(frequency_text(PAPER.replace(gamma=11)))
-            guest.choose("γ rotation speed", ENDLESS)
+            guest.choose("gamma", ENDLESS)
         for gamma in (12.0, 13.0):
-            crowd[-1].choose("speed γ", gamma)
+            crowd[-1].choose("gamma", gamma)
             crowd[-1].says(frequency_text(PAPER.replace(gamma=gamma)))
             for _ in range(20):
                 crowd[-1].wait(beam_moved)
@@ -303,7 +303,7 @@ def test_the_server_ends_in_the_middle_of_a_solution_without_end(monkeypatch):
     monkeypatch.setattr(jobs, "solve", solved)
     try:
         with explorer(SCENE) as found, visitor(found) as guest:
-            guest.choose("γ rotation speed", ENDLESS)
+            guest.choose("gamma", ENDLESS)
             assert begun.wait(20)
             vanish(guest.socket.socket)
     finally:

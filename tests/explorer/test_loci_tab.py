@@ -18,9 +18,9 @@ def test_the_chart_follows_the_sliders(url):
     """Another mass moves the crossing; the mark of the beam follows the speed."""
     with visitor(url) as guest:
         guest.says("4.4641")
-        guest.choose("mass α", 2.0)
+        guest.choose("alpha", 2.0)
         guest.says(f"{chart_of(TIP.replace(alpha=2)).events[0].at:.4f}")
-        guest.choose("speed γ", 7.25)
+        guest.choose("gamma", 7.25)
         guest.says("this beam, γ = 7.25")
 
 
@@ -30,7 +30,7 @@ def test_moving_along_the_axis_computes_no_chart(url, monkeypatch):
         guest.says("4.4641")
         pause(guest, 0.7)
         monkeypatch.setattr(charts, "loci", None)  # a call would end in words
-        guest.choose("speed γ", 6.5)
+        guest.choose("gamma", 6.5)
         guest.says("this beam, γ = 6.5")
         pause(guest, 0.7)
         assert "unexpected" not in guest.text
@@ -56,11 +56,11 @@ def test_nonsense_about_the_chart_changes_nothing(url):
         guest.choose("go to", "99")
         guest.choose("go to", 7)
         guest.choose("per-rev lines", "maybe")
-        guest.choose("speed γ", 8.0)
+        guest.choose("gamma", 8.0)
         guest.says("this beam, γ = 8")
-        guest.choose("mass α", math.nan)
+        guest.choose("alpha", math.nan)
         guest.says("alpha = nan")
-        guest.choose("mass α", 1.5)
+        guest.choose("alpha", 1.5)
         guest.says(f"{chart_of(TIP.replace(alpha=1.5, gamma=8)).events[0].at:.4f}")
 
 

@@ -121,10 +121,10 @@ def test_resonances_are_listed_in_rpm_and_hertz():
 def test_sliders_of_a_real_beam_take_rpm_kg_and_millimetres(url):
     """What is set in units is solved as the same beam made from SI values; no slider for mu."""
     with visitor(url) as guest:
-        assert "slenderness μ" not in guest.controls
-        guest.choose("speed [rpm]", 300.0)
-        guest.choose("mass [kg]", 0.01)
-        guest.choose("position [mm]", 200.0)
+        assert guest.props["mu-row"]["hidden"] is True
+        guest.choose("gamma", 300.0)
+        guest.choose("alpha", 0.01)
+        guest.choose("beta", 200.0)
         assert RULER.units
         assert RULER.units.mass
         same = RULER.replace(
@@ -133,7 +133,7 @@ def test_sliders_of_a_real_beam_take_rpm_kg_and_millimetres(url):
         guest.says(hertz(same))
         guest.says("300 rpm")
         guest.choose("per-rev lines", True)
-        guest.choose("exact speed [rpm]", 450.0)
+        guest.choose("gamma", 450.0)
         guest.says(hertz(same.replace(gamma=450 / RULER.units.rpm(1))))
         at = chart_of(same).resonances[-1].at
         guest.says(f"{RULER.units.rpm(at):.5g}")

@@ -122,9 +122,9 @@ def same(places: np.ndarray, others: np.ndarray) -> bool:
 def test_playing_moves_the_beam_and_pausing_stops_it(shown):
     """The box in the panel starts and stops the one clock."""
     before = pieces(shown)
-    shown.click(control("playing"))
+    shown.click("document.getElementById('play')")
     wait_until(lambda: not same(pieces(shown), before))
-    shown.click(control("playing"))
+    shown.click("document.getElementById('play')")
 
     def at_rest() -> bool:
         before = pieces(shown)

@@ -29,7 +29,7 @@ def test_all_see_what_the_presenter_does(url, frame_loops, monkeypatch):
     with visitor(f"{url}/?token={PRESENTER}") as lead, visitor(url) as one, visitor(url) as other:
         solved = []
         monkeypatch.setattr(jobs, "solve", lambda *a, **o: (solved.append(a), solve(*a, **o))[1])
-        lead.choose("speed γ", 21.0)
+        lead.choose("gamma", 21.0)
         for guest in (one, other):
             guest.says(frequency_text(PAPER.replace(gamma=21)))
         lead.choose("colour", "axial strain")
@@ -46,19 +46,19 @@ def test_all_see_what_the_presenter_does(url, frame_loops, monkeypatch):
 def test_the_controls_follow_as_well(url):
     """A student's slider stands where the presenter's does."""
     with visitor(f"{url}/?token={PRESENTER}") as lead, visitor(url) as one:
-        lead.choose("speed γ", 21.0)
+        lead.choose("gamma", 21.0)
         one.says(frequency_text(PAPER.replace(gamma=21)))
-        wait_until(lambda: one.receive(5) and one.values.get("speed γ") == 21.0)
+        wait_until(lambda: one.receive(5) and one.values.get("gamma") == 21.0)
 
 
 def test_a_student_leaves_to_explore_and_comes_back(url):
     """From where the presenter is; nobody else moves; and back with one tick."""
     with visitor(f"{url}/?token={PRESENTER}") as lead, visitor(url) as one, visitor(url) as other:
-        lead.choose("speed γ", 21.0)
+        lead.choose("gamma", 21.0)
         one.says(frequency_text(PAPER.replace(gamma=21)))
-        one.choose("mass α", 2.0)
+        one.choose("alpha", 2.0)
         one.says(frequency_text(PAPER.replace(gamma=21, alpha=2)))
-        lead.choose("speed γ", 22.0)
+        lead.choose("gamma", 22.0)
         other.says(frequency_text(PAPER.replace(gamma=22)))
         assert frequency_text(PAPER.replace(gamma=21, alpha=2)) in one.text
         assert frequency_text(PAPER.replace(gamma=21, alpha=2)) not in lead.text + other.text
@@ -69,7 +69,7 @@ def test_a_student_leaves_to_explore_and_comes_back(url):
 def test_a_student_cannot_lead(url):
     """Without the key there is nothing to lead with."""
     with visitor(f"{url}/?token=guessed") as one, visitor(url) as other:
-        one.choose("speed γ", 21.0)
+        one.choose("gamma", 21.0)
         one.says(frequency_text(PAPER.replace(gamma=21)))
         time.sleep(0.5)
         assert frequency_text(PAPER.replace(gamma=21)) not in other.text
@@ -81,13 +81,13 @@ def test_a_presenter_who_leaves_and_returns_leads_again(url, frame_loops):
     with visitor(url) as one:
         with visitor(f"{url}/?token={PRESENTER}") as lead:
             assert FOLLOW_LABEL not in lead.controls
-            lead.choose("speed γ", 21.0)
+            lead.choose("gamma", 21.0)
             one.says(frequency_text(PAPER.replace(gamma=21)))
             lead.choose("playing", False)
         wait_until(lambda: len(frame_loops[-1].sessions) == 1)
         assert frequency_text(PAPER.replace(gamma=21)) in one.text
         with visitor(f"{url}/?token={PRESENTER}") as lead:
-            lead.choose("speed γ", 5.0)
+            lead.choose("gamma", 5.0)
             one.says(frequency_text(PAPER.replace(gamma=5)))
 
 

@@ -155,7 +155,7 @@ def control(label: str) -> str:
 
 def field(label: str) -> str:
     """The field beside a slider."""
-    return f"{control(label)}.parentElement.querySelector('input[type=text]')"
+    return f"{control(label)}.parentElement.querySelector('input[type=number],input[type=text]')"
 
 
 def button(text: str) -> str:

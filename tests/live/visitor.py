@@ -1,6 +1,7 @@
 """A visitor without a browser: a client of viser's protocol, for tests and timings."""
 
 import contextlib
+import json
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -20,7 +21,11 @@ PAPER = Beam(alpha=1, beta=0.5, gamma=10)  # where visitors start
 
 
 class Visitor:
-    """The state that a browser would show: controls by label, texts by id, nodes of the scene."""
+    """The state that a browser would show: controls by label, texts by id, nodes of the scene.
+
+    Of the page around the scene: texts by id of the element, values and props by key, charts by id;
+    said: what the visitor was told, the latest last; parts: the rest, as it was sent last.
+    """
 
     def __init__(self, socket: Connection):
         self.socket = socket
@@ -29,6 +34,12 @@ class Visitor:
         self.commands: dict[str, str] = {}
         self.texts: dict[str, str] = {}
         self.updated: dict[str, Any] = {}
+        self.shown: dict[str, Any] = {}
+        self.props: dict[str, dict[str, Any]] = {}
+        self.charts: dict[str, Any] = {}
+        self.parts: dict[str, Any] = {}
+        self.said: list[dict[str, Any]] = []
+        self.actions = 0
         self.nodes: dict[str, dict[str, Any]] = {}
         self.camera: tuple[float, ...] = ()  # the position last sent
         self.received = 0
@@ -38,9 +49,19 @@ class Visitor:
         """Send one message."""
         self.socket.send(encoded(**message))
 
+    def do(self, action: str, value: Any = None) -> None:
+        """Send an action, as the page does."""
+        self.wait(lambda _: "bridge" in self.parts)
+        self.actions += 1
+        text = json.dumps([self.actions, action, value])
+        self.send(type="GuiUpdateMessage", uuid=self.parts["bridge"], updates={"value": text})
+
     def choose(self, label: str, value: Any) -> None:
-        """Set a control as soon as it exists, as a browser would."""
-        self.wait(lambda _: label in self.controls)
+        """Set a control, given by its key or label, as soon as it exists, as a browser would."""
+        self.wait(lambda _: label in self.controls or label in self.shown)
+        if label in self.shown:
+            self.do(label, value)
+            return
         self.send(type="GuiUpdateMessage", uuid=self.controls[label], updates={"value": value})
 
     def press(self, key: str) -> None:
@@ -79,6 +100,8 @@ class Visitor:
             self.nodes.setdefault(message["name"], {})["visible"] = message["visible"]
         elif kind == "SetSceneNodeDragBindingsMessage":
             self.nodes.setdefault(message["name"], {})["owner"] = message["owner"]
+        elif kind == "RunJavascriptMessage":
+            self.apply_script(message["source"])
         elif kind == "GuiUpdateMessage":
             self.update(message["uuid"], message["updates"])
         elif kind == "GuiHtmlMessage":
@@ -93,6 +116,18 @@ class Visitor:
         elif "name" in message and props:
             self.nodes.setdefault(message["name"], {}).update(props)
 
+    def apply_script(self, source: str) -> None:
+        """Apply what beamviz.apply would show."""
+        update = json.loads(source.removeprefix("beamviz.apply(").removesuffix(")"))
+        self.texts |= update.pop("html", {})
+        self.shown |= update.pop("values", {})
+        self.charts |= update.pop("charts", {})
+        for key, changes in update.pop("props", {}).items():
+            self.props.setdefault(key, {}).update(changes)
+        if "say" in update:
+            self.said.append(update.pop("say"))
+        self.parts |= update
+
     def update(self, uuid: str, updates: dict[str, Any]) -> None:
         """Keep another text, label or visibility of a control; hidden ones cannot be chosen."""
         if "value" in updates:
@@ -106,8 +141,9 @@ class Visitor:
 
     @property
     def values(self) -> dict[str, Any]:
-        """The values that the server has set, by label of the control."""
-        return {n: self.updated[uuid] for n, uuid in self.controls.items() if uuid in self.updated}
+        """The values that the server has set, by key or label of the control."""
+        labelled = {n: self.updated[u] for n, u in self.controls.items() if u in self.updated}
+        return labelled | self.shown
 
     @property
     def text(self) -> str:

@@ -36,7 +36,7 @@ def is_alive(pid: int) -> bool:
 
 def show_speed(guest: Visitor, gamma: float) -> None:
     """Set the speed, and see its first frequency."""
-    guest.choose("speed γ", gamma)
+    guest.choose("gamma", gamma)
     guest.says(frequency_text(PAPER.replace(gamma=gamma)))
 
 
@@ -58,7 +58,7 @@ def test_visitors_are_shared_evenly_and_have_private_scenes(hall):
         now = [open_sockets(pid) for pid in hall.workers]
         assert [n - m for n, m in zip(now, before, strict=True)] == [2, 2]
         for k, guest in enumerate(guests):
-            guest.choose("speed γ", 20.0 + k)
+            guest.choose("gamma", 20.0 + k)
         for k, guest in enumerate(guests):
             guest.says(frequency_text(PAPER.replace(gamma=20 + k)))
     wait_until(lambda: [open_sockets(pid) for pid in hall.workers] == before)

@@ -126,18 +126,19 @@ def test_an_invalid_message_closes_the_connection(hall, message, code):
 def test_nobody_changes_or_removes_the_controls_of_another(hall):
     """A visitor names the controls of another one, in the same process and in the other."""
     cookie = {"additional_headers": hall.cookie}
+    action = {"value": '[1, "gamma", 11]'}
 
     def sees(guest, gamma: float) -> str:
-        guest.choose("speed γ", gamma)
+        guest.choose("gamma", gamma)
         return guest.says(frequency_text(PAPER.replace(gamma=gamma)))
 
     with visitor(hall.url, **cookie) as one, visitor(hall.url, **cookie) as other:
         for k, guest in enumerate((one, other)):
             sees(guest, 20.0 + k)
-            uuid = guest.controls["speed γ"]
+            uuid = guest.parts["bridge"]
             for _ in range(PROCESSES):
                 with visitor(hall.url, **cookie) as stranger:
-                    stranger.send(type="GuiUpdateMessage", uuid=uuid, updates={"value": 11.0})
+                    stranger.send(type="GuiUpdateMessage", uuid=uuid, updates=action)
                     sees(stranger, 33.0)  # so the message has been read
             removal = encoded(type="GuiUpdateMessage", uuid=uuid, updates={"removed": True})
             closing = hall.everywhere(lambda: close_code(hall.url, removal, **cookie))  # noqa: B023

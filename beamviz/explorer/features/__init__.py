@@ -39,7 +39,7 @@ class PresenterMode:
         self.own, self.presenter = own, presenter
         hint = "Move any control to explore by yourself; tick this to come back"
         box = own.visitor.client.gui.add_checkbox(FOLLOW_LABEL, True, hint=hint, order=TOP)
-        own.visitor.bind_key(box, "following")
+        own.visitor.bind_control_key(box, "following")
 
     @property
     def followed(self) -> Presentation | None:

@@ -197,7 +197,7 @@ class ComparisonTab(Feature):
         super().__init__(visitor)
         self.comparison, gui = comparison, visitor.client.gui
         choice = gui.add_dropdown("compare with", CHOICES, hint="The second beam")
-        visitor.bind(choice, lambda state: state.comparison, choose)
+        visitor.bind_control(choice, lambda state: state.comparison, choose)
         layout = gui.add_button_group("drawn", (OVERLAID, STACKED))
         on_press(
             layout, lambda name: visitor.change(lambda s: s.changed("stacked", name == STACKED))

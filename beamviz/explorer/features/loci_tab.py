@@ -46,14 +46,14 @@ class LociTab(Feature):
         self.second_charts = visitor.job("loci chart", ChartRequest.chart)  # of the comparison
         self.chosen: Event | None = None
         axis = gui.add_dropdown("horizontal axis", tuple(AXES), hint="The number that varies")
-        visitor.bind(
+        visitor.bind_control(
             axis,
             lambda state: PARAMETERS[state.over].slider_label,
             lambda state, label: state.changed("over", AXES.get(label, "")),
         )
         hint = "ω = γ, 2γ ... 5γ: where a line intersects a mode, each revolution can excite it"
         self.per_rev = gui.add_checkbox("per-rev lines", False, hint=hint)
-        visitor.bind_key(self.per_rev, "per_rev")
+        visitor.bind_control_key(self.per_rev, "per_rev")
         self.plot = Plot(gui, STYLES, HEIGHT, right=RIGHT)
         self.labels, self.texts = gui.add_html(""), gui.add_html("")
         hint = "Move the beam to a crossing or veering"

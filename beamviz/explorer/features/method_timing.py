@@ -110,7 +110,7 @@ class MethodTimingTab(Feature):
         gui, self.job = visitor.client.gui, visitor.job("method timing", time_methods)
         self.summary = gui.add_html("")
         hint = "Time them all, again for every beam you show"
-        visitor.bind_key(gui.add_checkbox("all methods", False, hint=hint), "time_methods")
+        visitor.bind_control_key(gui.add_checkbox("all methods", False, hint=hint), "time_methods")
         self.chart = gui.add_html("")
 
     @property

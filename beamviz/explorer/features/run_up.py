@@ -215,7 +215,7 @@ class RunUpTab(Feature):
         super().__init__(visitor)
         self.playback, gui = playback, visitor.client.gui
         force = gui.add_dropdown("force", tuple(FORCES), hint="It excites along the line ω = kγ")
-        visitor.bind(
+        visitor.bind_control(
             force,
             lambda state: next(name for name, k in FORCES.items() if k == state.force_per_rev),
             lambda state, name: replace(state, force_per_rev=FORCES.get(name, state.force_per_rev)),
@@ -223,7 +223,7 @@ class RunUpTab(Feature):
         low, high = (100 * end for end in DAMPING)
         hint = "Damping ratio of every mode; 100 % is critical damping"
         damping = gui.add_slider("damping ζ [%]", low, high, 0.1, low, hint=hint)
-        visitor.bind(damping, lambda state: 100 * state.damping, with_damping)
+        visitor.bind_control(damping, lambda state: 100 * state.damping, with_damping)
         hint = "The speed rises through the resonances, then returns to what it was"
         self.button = gui.add_button(START, hint=hint)
         on_press(self.button, lambda _: playback.start_or_stop())

@@ -2,14 +2,14 @@
 
 import math
 from functools import partial
+from html import escape
 from typing import Any
 
-from viser import GuiApi, GuiNumberHandle, GuiSliderHandle
-
 from beamviz.beam import PARAMETERS, Units
-from beamviz.drawing.text import measures, places
+from beamviz.drawing.text import measures
+from beamviz.explorer.page.html import slider
 from beamviz.explorer.state import State
-from beamviz.explorer.visitor import Visitor, on_edit, show
+from beamviz.explorer.visitor import Visitor
 
 TERMS = {
     "stiffening": (
@@ -27,6 +27,7 @@ TERMS = {
     ),
 }
 MASS = "The concentrated mass; switched on again it is what it was"
+DIGITS = 8  # of a number in its field
 FIRST_MASS = 1.0  # for a beam that never had one
 
 
@@ -35,31 +36,14 @@ class NumberControls:
     the units of the beam."""
 
     def __init__(self, visitor: Visitor):
-        gui, self.visitor = visitor.client.gui, visitor
-        self.sliders = {name: self.add_slider(gui, name) for name in PARAMETERS}
-        with gui.add_folder("Exact, over the full range", expand_by_default=False):
-            self.fields = {name: self.add_field(gui, name) for name in PARAMETERS}
+        self.visitor, self.page = visitor, visitor.page
+        self.ranges: dict[str, tuple[float, float]] = {}  # of the sliders
+        self.page.html("beam", "".join(map(number_slider, PARAMETERS)))
         self.measures = measures(visitor.state.case.units)
         visitor.render(lambda state: state.scene, lambda _: self.choose_ranges(visitor.state))
         for name in PARAMETERS:
+            visitor.on(name, partial(self.edit, name))
             visitor.render(partial(State.value, name=name), partial(self.show, name))
-
-    def add_slider(self, gui: GuiApi, name: str) -> GuiSliderHandle[float]:
-        """The slider of a number."""
-        parameter = PARAMETERS[name]
-        low, high, step = parameter.slider
-        label, hint = parameter.slider_label, parameter.hint
-        slider = gui.add_slider(label, low, high, step, low, hint=hint)
-        on_edit(slider, lambda value: self.edit(name, value))
-        return slider
-
-    def add_field(self, gui: GuiApi, name: str) -> GuiNumberHandle[float]:
-        """The field of a number."""
-        low, high = PARAMETERS[name].limits
-        step = PARAMETERS[name].slider[2]
-        field = gui.add_number(name, low, min=low, max=high, step=step)
-        on_edit(field, lambda value: self.edit(name, value))
-        return field
 
     def edit(self, name: str, value: Any) -> None:
         """A number was set, in its unit."""
@@ -70,37 +54,53 @@ class NumberControls:
         """Show a number; the slider widens for one beyond its everyday range."""
         if not isinstance(number, int | float) or not math.isfinite(number):
             return
-        slider, factor = self.sliders[name], self.measures[name].factor
-        if not slider.min <= factor * number <= slider.max:
-            slider.min, slider.max = (factor * limit for limit in PARAMETERS[name].limits)
-        show(slider, factor * number)
-        show(self.fields[name], factor * number)
+        measure, (low, high) = self.measures[name], self.ranges[name]
+        shown = float(f"{measure.factor * number:.{DIGITS}g}")
+        if not low <= shown <= high:
+            self.set_range(name, *(measure.factor * limit for limit in PARAMETERS[name].limits))
+        self.page.value(name, shown)
+        self.page.props(f"{name}-slider", aria_valuetext=f"{shown:g} {measure.unit}".strip())
 
     def choose_ranges(self, state: State) -> None:
         """Choose labels and ranges for another scene, and show its numbers."""
         units = state.case.units
         self.measures = measures(units)
-        for name in self.sliders:
+        for name in PARAMETERS:
             number = state.case.numbers[name]
             self.choose_range(name, number, units)
             self.show(name, number)
-        self.sliders["mu"].visible = self.fields["mu"].visible = units is None
+        self.page.props("mu-row", hidden=units is not None)
 
     def choose_range(self, name: str, number: float, units: Units | None) -> None:
-        """Label and range of a slider and its field. The slider covers four times the value of a
-        real beam, and the full range where it must."""
-        slider, field, measure = self.sliders[name], self.fields[name], self.measures[name]
-        parameter = PARAMETERS[name]
-        slider.label, field.label = measure.label, measure.field(parameter.label)
-        field.precision = 8 if measure.unit == "" else 4
-        field.min, field.max = (measure.factor * limit for limit in parameter.limits)
+        """Label and range of a slider. It covers four times the value of a real beam, and the full
+        range where it must."""
+        measure, parameter = self.measures[name], PARAMETERS[name]
+        self.page.html(f"{name}-label", escape(measure.label))
         low, high, step = parameter.slider
         if units and number > 0 and name in ("alpha", "gamma"):
             low, high, step = 0.0, 4 * number, number / 100
         if not low <= number <= high:
             low, high = parameter.limits
-        slider.min, slider.max, slider.step = measure.range(low, high, step, parameter.limits)
-        slider.precision = 4 if measure.unit == "" else places(slider.step)
+        low, high, step = measure.range(low, high, step, parameter.limits)
+        self.page.props(f"{name}-slider", step=step)
+        self.page.props(f"{name}-field", aria_label=measure.label)
+        self.set_range(name, low, high)
+
+    def set_range(self, name: str, low: float, high: float) -> None:
+        """Range of a slider, as shown."""
+        self.ranges[name] = low, high
+        self.page.props(f"{name}-slider", min=low, max=high)
+
+
+def number_slider(name: str) -> str:
+    """The slider and the field of one of the five numbers."""
+    parameter = PARAMETERS[name]
+    low, high, step = parameter.slider
+    return (
+        f'<div id="{name}-row">'
+        + slider(name, parameter.slider_label, parameter.hint, min=low, max=high, step=step)
+        + "</div>"
+    )
 
 
 def switch_term(name: str, state: State, on: Any) -> State:
@@ -115,8 +115,10 @@ class TermControls:
         gui, self.alpha = visitor.client.gui, FIRST_MASS
         for name, (label, hint) in TERMS.items():
             box = gui.add_checkbox(label, False, hint=hint)
-            visitor.bind(box, partial(State.value, name=name), partial(switch_term, name))
-        visitor.bind(gui.add_checkbox("mass", False, hint=MASS), self.has_mass, self.switch_mass)
+            visitor.bind_control(box, partial(State.value, name=name), partial(switch_term, name))
+        visitor.bind_control(
+            gui.add_checkbox("mass", False, hint=MASS), self.has_mass, self.switch_mass
+        )
 
     def has_mass(self, state: State) -> bool:
         """Whether the beam has a mass; how large it is, is noted."""

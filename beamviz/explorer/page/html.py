@@ -1,6 +1,9 @@
 """Texts of the page as HTML: the state of the equilibrium, the legend and the pace."""
 
+import json
+from collections.abc import Iterable, Mapping
 from html import escape
+from typing import Any
 
 from beamviz.beam import Units
 from beamviz.drawing import colours
@@ -101,3 +104,81 @@ def pace(rate: float, units: Units | None) -> str:
         much = f"{ratio} {'slower' if slower else 'faster'}"
         return f'<div style="{PACE}">one second here = {duration(rate, units)} ({much})</div>'
     return f'<div title="{TIME}" style="{PACE}">one second here = {duration(rate, None)}</div>'
+
+
+# Controls
+
+
+def attributes(**values: Any) -> str:
+    """Attributes as HTML: aria_label= becomes aria-label, disabled=True stands alone, None and
+    False are left out, data_value= and what is no text become JSON."""
+    parts = []
+    for name, value in values.items():
+        name = name.strip("_").replace("_", "-")
+        is_state = name.startswith(("aria-", "data-"))
+        if value is None or (value is False and not is_state):
+            continue
+        if value is True and not is_state:
+            parts.append(f" {name}")
+        else:
+            text = value if isinstance(value, str) and name != "data-value" else json.dumps(value)
+            parts.append(f' {name}="{escape(text)}"')
+    return "".join(parts)
+
+
+def button(label: str, **values: Any) -> str:
+    """A button: data_do= or data_set= say what it does, data_value= with which value."""
+    return f'<button type="button"{attributes(**values)}>{escape(label)}</button>'
+
+
+def hint(name: str, text: str) -> str:
+    """A question mark that opens an explanation; name: of what it explains."""
+    key = "hint-" + "".join(c if c.isalnum() else "-" for c in name)
+    about = attributes(popovertarget=key, aria_label=f"About {name}")
+    return (
+        f'<button type="button" class="hint"{about}>?</button>'
+        f'<span popover id="{key}">{escape(text)}</span>'
+    )
+
+
+def slider(key: str, label: str, help: str = "", field: bool = True, **values: Any) -> str:
+    """A slider with its label and, where `field`, a box for any value; values: min=, max=,
+    step= and other attributes of the slider."""
+    box = attributes(id=f"{key}-field", data_set=key, aria_label=label, step="any")
+    return (
+        f'<div class="field"><label for="{key}-slider"><span id="{key}-label">{escape(label)}'
+        f"</span></label><span>{hint(label, help) if help else ''}"
+        f"{f'<input type=number{box}>' if field else ''}</span>"
+        f'<input type="range" id="{key}-slider"'
+        f"{attributes(data_set=key, **values)}></div>"
+    )
+
+
+def checkbox(key: str, label: str, help: str = "") -> str:
+    """A box to tick with its label."""
+    return (
+        f'<div class="row"><label class="check"><input type="checkbox"{attributes(data_set=key)}>'
+        f"{escape(label)}</label>{hint(label, help) if help else ''}</div>"
+    )
+
+
+def select(
+    key: str, label: str, choices: Iterable[str] | Mapping[str, str], help: str = "", **values: Any
+) -> str:
+    """A list of choices with its label; choices: the values, or names by value."""
+    names = choices if isinstance(choices, Mapping) else {one: one for one in choices}
+    options = "".join(
+        f"<option{attributes(value=value)}>{escape(name)}</option>" for value, name in names.items()
+    )
+    return (
+        f'<div class="field"><label for="{key}-select">{escape(label)}</label>'
+        f"<span>{hint(label, help) if help else ''}"
+        f'<select id="{key}-select"{attributes(data_set=key, **values)}>{options}</select></span>'
+        "</div>"
+    )
+
+
+PLAY = (
+    '<button type="button" data-set="playing" data-key="p" id="play" title="Play or pause (P)"'
+    ' aria-label="Play">▶</button>'
+)

@@ -67,7 +67,7 @@ class Panel:
             TermControls(visitor)
         with gui.add_folder("Model", expand_by_default=False):
             for name, hint in MODEL.items():
-                visitor.bind_key(gui.add_dropdown(name, CHOICES[name], hint=hint), name)
+                visitor.bind_control_key(gui.add_dropdown(name, CHOICES[name], hint=hint), name)
 
     def add_modes(self, gui: GuiApi) -> None:
         """State of the equilibrium, table of modes, buttons to choose one, and the legend."""
@@ -86,8 +86,9 @@ class Panel:
 
     def add_motion(self, gui: GuiApi) -> None:
         """Clock, amplitude, mix of modes and frame of view."""
-        bind = self.visitor.bind_key
-        bind(gui.add_checkbox("playing", True), "playing")
+        bind = self.visitor.bind_control_key
+        self.visitor.page.html("transport", html.PLAY)
+        self.visitor.bind_key("playing")
         hint = "Speed of the one clock of rotation and vibration"
         bind(gui.add_slider("pace", 0.0, MAX_PACE, 0.05, 1.0, hint=hint), "pace")
         self.pace = gui.add_html("")
@@ -109,11 +110,11 @@ class Panel:
         def share(state: State) -> float:
             return state.view.shares[mode] if mode < len(state.view.shares) else 0.0
 
-        self.visitor.bind(slider, share, lambda state, value: state.share(mode, value))
+        self.visitor.bind_control(slider, share, lambda state, value: state.share(mode, value))
 
     def add_picture(self, gui: GuiApi) -> None:
         """What is drawn, and how."""
-        bind = self.visitor.bind_key
+        bind = self.visitor.bind_control_key
         bind(gui.add_dropdown("colour", COLOURINGS), "colouring")
         hint = "Outline: undeformed. Pale: stretched by the rotation, not vibrating"
         bind(gui.add_checkbox("ghosts", True, hint=hint), "ghosts")

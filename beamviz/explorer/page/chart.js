@@ -1,0 +1,2 @@
+/* Charts: beamvizChart.draw(element, data). */
+window.beamvizChart = { draw(element, data) {} };

@@ -1,0 +1,262 @@
+/* The page around viser's scene: shows what the server sends (beamviz.apply), and sends what the
+   visitor does with elements that have data-set, data-do or data-key. See page.py. */
+"use strict";
+const beamviz = (() => {
+  const PERIOD = 33; // [ms] between two messages of the same action
+  const REST = 300; // [ms] after which a control that was moved shows the server's value again
+  const ALL = "[data-set]", ACT = "button[data-set], [data-do]", TAB = "[role=tab]";
+  const values = {}, props = {}, drawn = {}, waiting = {}, used = {};
+  let bridge = null, count = 0, held = null;
+
+  const all = (selector, root = document) => [...root.querySelectorAll(selector)];
+  const byId = (id) => document.getElementById(id);
+  const media = (query) => matchMedia(`(${query})`);
+  const isTyped = (e) => e.matches?.("input[type=text], input[type=number], textarea, select");
+
+  // To the server
+
+  function send(action, value) {
+    if (!bridge) return;
+    const text = JSON.stringify([++count, action, value]);
+    if (text.length > 1000) return;
+    const message = { type: "GuiUpdateMessage", uuid: bridge, updates: { value: text } };
+    window.__viserMutable?.sendMessage(message);
+  }
+
+  /* At once, and then every PERIOD the latest value. */
+  function sendOften(action, value) {
+    const timer = waiting[action];
+    if (timer) return void (timer.value = { value });
+    send(action, value);
+    waiting[action] = { value: null, id: setInterval(() => {
+      const { value, id } = waiting[action];
+      waiting[action].value = null;
+      if (value) return send(action, value.value);
+      clearInterval(id);
+      delete waiting[action];
+    }, PERIOD) };
+  }
+
+  function sendPreferences() {
+    send("preferences", {
+      dark: media("prefers-color-scheme: dark").matches,
+      reduced_motion: media("prefers-reduced-motion: reduce").matches,
+    });
+  }
+
+  // From the server
+
+  function apply(update) {
+    if (update.bridge) {
+      bridge = update.bridge;
+      for (const store of [values, props, drawn]) for (const key in store) delete store[key];
+      sendPreferences();
+    }
+    for (const [id, html] of Object.entries(update.html ?? {})) fill(byId(id), html);
+    for (const [key, value] of Object.entries(update.values ?? {})) {
+      values[key] = value;
+      controls(key).forEach((e) => showValue(e, value));
+    }
+    for (const [key, changes] of Object.entries(update.props ?? {})) {
+      props[key] = { ...props[key], ...changes };
+      controls(key, true).forEach((e) => setProps(e, changes));
+    }
+    for (const [id, data] of Object.entries(update.charts ?? {})) draw(id, data);
+    if (update.open) openTab(byId(update.open), false);
+    if (update.dark !== undefined) document.documentElement.dataset.theme = update.dark ? "dark" : "light";
+    if (update.address !== undefined) {
+      history.replaceState(null, "", location.pathname + (update.address && `?${update.address}`));
+    }
+    if (update.say) say(update.say.text, update.say.error);
+  }
+
+  function controls(key, named = false) {
+    const found = all(`[data-set="${CSS.escape(key)}"]`);
+    const one = named && byId(key);
+    return one ? [...found, one] : found;
+  }
+
+  /* A control that is in use shows the visitor's value; the server's comes when it rests. */
+  function showValue(e, value) {
+    if (e === held) return;
+    const left = (used[e.dataset.set] ?? 0) + REST - performance.now();
+    if (left > 0 && e.matches("input") && e === document.activeElement) {
+      clearTimeout(e.later);
+      e.later = setTimeout(() => showValue(e, values[e.dataset.set]), left + 1);
+      return;
+    }
+    if (e.matches("button")) e.setAttribute("aria-pressed", e.dataset.value === undefined
+      ? Boolean(value) : JSON.stringify(JSON.parse(e.dataset.value)) === JSON.stringify(value));
+    else if (e.type === "checkbox") e.checked = Boolean(value);
+    else if (e.type === "radio") e.checked = e.value === String(value);
+    else if (e.value !== String(value ?? "")) e.value = value ?? "";
+    if (e.type === "range") paint(e);
+  }
+
+  function setProps(e, changes) {
+    for (const [name, value] of Object.entries(changes)) {
+      if (value === null || value === false) e.removeAttribute(name);
+      else e.setAttribute(name, value === true ? "" : value);
+    }
+    if ("min" in changes || "max" in changes || "step" in changes) {
+      if (e.dataset.set in values) showValue(e, values[e.dataset.set]);
+    }
+  }
+
+  /* The part of a slider's track left of its thumb. */
+  const paint = (e) =>
+    e.style.setProperty("--part", `${(100 * (e.value - e.min)) / (e.max - e.min || 1)}%`);
+
+  function draw(id, data) {
+    drawn[id] = data;
+    if (byId(id)) window.beamvizChart?.draw(byId(id), data);
+  }
+
+  // Content is compared with what is there, so that focus, scrolling and drags survive.
+
+  function fill(e, html) {
+    if (!e) return;
+    const template = document.createElement("template");
+    template.innerHTML = html;
+    morph(e, template.content);
+    for (const one of all(ALL, e)) {
+      const key = one.dataset.set;
+      if (props[key]) setProps(one, props[key]);
+      if (key in values) showValue(one, values[key]);
+    }
+    for (const one of all("[id]", e)) {
+      if (props[one.id]) setProps(one, props[one.id]);
+      if (one.id in drawn) draw(one.id, drawn[one.id]);
+    }
+  }
+
+  function morph(old, fresh) {
+    const before = [...old.childNodes], after = [...fresh.childNodes];
+    after.forEach((node, k) => {
+      const there = before[k];
+      if (!there) old.append(node);
+      else if (there.nodeType !== node.nodeType || there.nodeName !== node.nodeName
+        || there.id !== node.id) there.replaceWith(node);
+      else if (node.nodeType !== Node.ELEMENT_NODE) {
+        if (there.nodeValue !== node.nodeValue) there.nodeValue = node.nodeValue;
+      } else {
+        for (const { name } of [...there.attributes]) {
+          if (!node.hasAttribute(name) && !(there.matches(ALL) && /^(style|aria-pressed)$/.test(name)))
+            there.removeAttribute(name);
+        }
+        for (const { name, value } of node.attributes)
+          if (there.getAttribute(name) !== value) there.setAttribute(name, value);
+        if (!there.hasAttribute("data-chart")) morph(there, node);
+      }
+    });
+    before.slice(after.length).forEach((node) => node.remove());
+  }
+
+  function say(text, error) {
+    const live = byId("live"), toast = byId("toast");
+    live.textContent = text;
+    if (!error) return;
+    toast.textContent = text;
+    toast.hidden = false;
+    clearTimeout(toast.timer);
+    toast.timer = setTimeout(() => (toast.hidden = true), 12000);
+  }
+
+  // What the visitor does
+
+  const json = (text, fallback = null) => (text === undefined ? fallback : JSON.parse(text));
+
+  function press(e) {
+    if (e.getAttribute("aria-disabled") === "true" || e.disabled) return;
+    if (e.dataset.set) {
+      const pressed = e.getAttribute("aria-pressed") === "true";
+      send(e.dataset.set, e.dataset.value === undefined ? !pressed : json(e.dataset.value));
+    } else send(e.dataset.do, json(e.dataset.value));
+  }
+
+  function openTab(panel, tell = true) {
+    const tab = panel && document.querySelector(`[aria-controls="${panel.id}"]`);
+    if (!tab) return;
+    for (const one of all(TAB, tab.closest("[role=tablist]"))) {
+      one.setAttribute("aria-selected", one === tab);
+      one.tabIndex = one === tab ? 0 : -1;
+      byId(one.getAttribute("aria-controls")).hidden = one !== tab;
+    }
+    tab.scrollIntoView({ block: "nearest", inline: "nearest" });
+    panel.dispatchEvent(new CustomEvent("shown", { bubbles: true }));
+    if (tell) send("tab", panel.id);
+  }
+
+  function onInput(event) {
+    const e = event.target, key = e.dataset?.set;
+    if (!key) return;
+    used[key] = performance.now();
+    if (e.type === "range") paint(e);
+    if (e.type === "range" && event.type === "input") sendOften(key, e.valueAsNumber);
+    else if (event.type === "change" && e.type === "checkbox") send(key, e.checked);
+    else if (event.type === "change" && e.type === "number") {
+      if (Number.isFinite(e.valueAsNumber)) send(key, e.valueAsNumber);
+      else showValue(e, values[key]);
+    } else if (event.type === "change" && e.type !== "range") send(key, e.value);
+  }
+
+  function release() {
+    const e = held;
+    held = null;
+    if (e && e.dataset.set in values) setTimeout(() => showValue(e, values[e.dataset.set]), REST);
+  }
+
+  function onTabKey(event, tab) {
+    const tabs = all(TAB, tab.closest("[role=tablist]")), k = tabs.indexOf(tab);
+    const next = { ArrowRight: k + 1, ArrowLeft: k - 1, Home: 0, End: tabs.length - 1 }[event.key];
+    if (next === undefined) return;
+    event.preventDefault();
+    const other = tabs[(next + tabs.length) % tabs.length];
+    openTab(byId(other.getAttribute("aria-controls")));
+    other.focus();
+  }
+
+  const letters = () => localStorage.getItem("beamviz-letters") !== "off";
+
+  /* viser flies with letters and arrows: none of them reaches it, but for arrows on the scene. */
+  function onKey(event) {
+    const e = event.target, key = event.key.toLowerCase();
+    const inViser = e.closest?.("#root [role=dialog], .mantine-Modal-root, .mantine-Spotlight-root");
+    if (e.matches?.(TAB)) onTabKey(event, e);
+    if ((event.ctrlKey || event.metaKey) && key === "z" && !isTyped(e)) {
+      event.preventDefault();
+      send(event.shiftKey ? "redo" : "undo", null);
+    }
+    if (event.ctrlKey || event.metaKey || event.altKey || isTyped(e) || inViser) return;
+    const letter = key.length === 1 && key !== " ";
+    const arrow = key.startsWith("arrow");
+    if (letter || (arrow && !e.closest?.("#scene"))) event.stopPropagation();
+    if (!letter || !letters() || document.querySelector("dialog[open]")) return;
+    const target = document.querySelector(`[data-key="${CSS.escape(key)}"]`);
+    if (target) target.click();
+  }
+
+  function start() {
+    document.addEventListener("click", (event) => {
+      const tab = event.target.closest(TAB), acting = event.target.closest(ACT);
+      const dialog = event.target.closest("[data-dialog]");
+      if (tab) openTab(byId(tab.getAttribute("aria-controls")));
+      else if (dialog) byId(dialog.dataset.dialog).showModal();
+      else if (acting && !event.target.closest("input, select, label")) press(acting);
+    });
+    for (const kind of ["input", "change"]) document.addEventListener(kind, onInput);
+    document.addEventListener("pointerdown", (event) => (held = event.target.closest(ALL)), true);
+    for (const kind of ["pointerup", "pointercancel"]) document.addEventListener(kind, release, true);
+    window.addEventListener("keydown", onKey, true);
+    for (const query of ["prefers-color-scheme: dark", "prefers-reduced-motion: reduce"])
+      media(query).addEventListener("change", sendPreferences);
+    const box = byId("letters");
+    if (box) {
+      box.checked = letters();
+      box.addEventListener("change", () => localStorage.setItem("beamviz-letters", box.checked ? "on" : "off"));
+    }
+  }
+
+  start();
+  return { apply, send, sendOften, openTab, values };
+})();

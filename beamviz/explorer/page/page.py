@@ -1,0 +1,138 @@
+"""The page of one visitor: what it shows, and what the visitor does there.
+
+The page is HTML of our own around viser's scene (page.html, page.css, page.js). The server sends it
+scripts `beamviz.apply({...})` with what has changed; it answers through one hidden text control of
+viser, the bridge, with texts [number, action, value].
+"""
+
+import json
+import threading
+from collections.abc import Callable
+from importlib.resources import files
+from typing import Any
+
+from viser import ClientHandle, GuiEvent
+
+from beamviz.server.log import RateLimitedLog
+from beamviz.server.viser_private import control_id, run_script, stop_sync
+
+ROOT = '<div id="root"></div>'  # of viser's page
+MAX_DIGITS = 15  # of a whole number; one with more becomes a float
+
+Handler = Callable[[Any], None]
+
+log = RateLimitedLog(__name__)
+
+
+def insert_page(viser_page: str) -> str:
+    """viser's page with our elements around its scene, our style and our scripts."""
+    folder = files("beamviz.explorer.page")
+    html, css, *scripts = (
+        folder.joinpath(name).read_text(encoding="utf-8")
+        for name in ("page.html", "page.css", "page.js", "chart.js")
+    )
+    elements = f"<style>{css}</style>{html}<script>{''.join(scripts)}</script>"
+    return viser_page.replace(ROOT, elements).replace("<title>Viser<", "<title>beamviz<")
+
+
+class Page:
+    """Sends what changes, once for all changes between two messages, and passes on what comes."""
+
+    def __init__(self, client: ClientHandle):
+        self.client, self.lock = client, threading.Lock()
+        self.handlers: dict[str, Handler] = {}
+        self.sent: dict[tuple[str, str], Any] = {}  # what the page shows, by part and name
+        self.waiting: dict[str, Any] = {}
+        self.bridge = client.gui.add_text("bridge", "", visible=False)
+        self.bridge.on_update(self.received)
+        stop_sync(self.bridge)
+        self.send("bridge", control_id(self.bridge))
+
+    # To the page
+
+    def html(self, id: str, content: str) -> None:
+        """Show HTML in the element with this id. Text in it must be escaped."""
+        self.send_changed("html", id, content)
+
+    def value(self, key: str, value: Any) -> None:
+        """Show a value in all controls with data-set="key"."""
+        self.send_changed("values", key, value)
+
+    def props(self, key: str, **attributes: Any) -> None:
+        """Set attributes (aria_label= for aria-label) of the elements with data-set="key", or of
+        the one with that id; False or None removes one."""
+        named = {name.strip("_").replace("_", "-"): value for name, value in attributes.items()}
+        known = self.sent.setdefault(("props", key), {})
+        if changed := {name: value for name, value in named.items() if known.get(name) != value}:
+            known |= changed
+            self.send("props", key, changed)
+
+    def chart(self, id: str, data: Any) -> None:
+        """Draw a chart in the element with this id (chart.js)."""
+        self.send_changed("charts", id, data)
+
+    def open(self, tab: str) -> None:
+        """Open a tab, by the id of its panel."""
+        self.send("open", tab)
+
+    def address(self, query: str) -> None:
+        """Show another query in the address of the page."""
+        self.send("address", query)
+
+    def theme(self, *, dark: bool) -> None:
+        """Choose dark or light colours."""
+        self.send("dark", dark)
+
+    def say(self, text: str, error: bool = False) -> None:
+        """Tell the visitor something; an error stays on the page for a while."""
+        self.send("say", {"text": text, "error": error})
+
+    def send_changed(self, part: str, name: str, content: Any) -> None:
+        """Send an entry of a part, unless the page has it."""
+        if self.sent.get((part, name), self) != content:
+            self.sent[part, name] = content
+            self.send(part, name, content)
+
+    def send(self, part: str, *entry: Any) -> None:
+        """Send a part, given as its content, or as the name and the content of one entry."""
+        with self.lock:
+            queued = bool(self.waiting)
+            if len(entry) == 1:
+                (self.waiting[part],) = entry
+            else:
+                name, content = entry
+                entries = self.waiting.setdefault(part, {})
+                merged = part == "props" and name in entries
+                entries[name] = {**entries[name], **content} if merged else content
+        if not queued:
+            run_script(self.client, self.script)
+
+    def script(self) -> str:
+        """What waits, as the script that shows it."""
+        with self.lock:
+            waiting, self.waiting = self.waiting, {}
+        return f"beamviz.apply({json.dumps(waiting)})"
+
+    # From the page
+
+    def on(self, action: str, handler: Handler) -> None:
+        """Call `handler` with the value of each action of this name, on the event loop, one after
+        the other."""
+        self.handlers[action] = handler
+
+    async def received(self, event: GuiEvent) -> None:
+        """Pass an action on; what no page sends is ignored."""
+        try:
+            _, action, value = json.loads(self.bridge.value, parse_int=whole_number)
+            handler = self.handlers[action]
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
+            visitor = f"visitor {event.client_id}"
+            log.warn(visitor, "action", f"an unknown action was ignored: {str(error)[:80]}")
+            return
+        self.sent.pop(("values", action), None)  # the page shows what the visitor chose
+        handler(value)
+
+
+def whole_number(digits: str) -> float:
+    """A whole number; as a float where it is very large."""
+    return int(digits) if len(digits) <= MAX_DIGITS else float(digits)

@@ -1,0 +1,76 @@
+"""What the page and the server send each other (page.py)."""
+
+import gzip
+import json
+import logging
+
+import pytest
+from live.server import close_code, encoded, http_get
+from live.visitor import PAPER, frequency_text, pause, visitor
+
+from beamviz.server.connection import POLICY_VIOLATION
+
+
+def test_the_page_has_our_elements_around_the_scene(url):
+    """Once each, packed or not; its title is the name of the program."""
+    _, _, plain = http_get(url)
+    for part in (b'id="root"', b'id="scene"', b"const beamviz", b"<title>beamviz<"):
+        assert plain.count(part) == 1
+    _, headers, packed = http_get(url, **{"Accept-Encoding": "gzip"})
+    assert headers["Content-Encoding"] == "gzip"
+    assert gzip.decompress(packed) == plain
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "1", "[1]", "[1, 2, 3, 4]", "{}", "[1, {}, 2]", '[1, "nothing", 1]', "[" * 900, "NaN"],
+)
+def test_what_no_page_sends_is_ignored(url, text, caplog):
+    """With one line in the log; the next action is taken."""
+    caplog.set_level(logging.WARNING)
+    with visitor(url) as guest:
+        guest.do("gamma", 11)
+        update = {"value": text}
+        guest.send(type="GuiUpdateMessage", uuid=guest.parts["bridge"], updates=update)
+        guest.do("gamma", 12)
+        guest.says(frequency_text(PAPER.replace(gamma=12)))
+        assert "unknown action" in caplog.text
+
+
+def test_an_action_is_short(url):
+    """1000 characters at most."""
+    with visitor(url) as guest:
+        text = json.dumps([1, "gamma", "9" * 1000])
+        message = encoded(
+            type="GuiUpdateMessage", uuid=guest.parts["bridge"], updates={"value": text}
+        )
+        assert close_code(url, message) == POLICY_VIOLATION
+
+
+@pytest.mark.parametrize("value", ["fast", None, [1, 2], {"a": 1}, 10**40, 1e9])
+def test_a_value_that_is_none_leaves_the_next_one_alone(url, value):
+    """Of the five numbers: what was sent is no beam, and the page says so."""
+    with visitor(url) as guest:
+        guest.do("gamma", value)
+        guest.says("out of range")
+        guest.do("gamma", 12)
+        guest.says(frequency_text(PAPER.replace(gamma=12)))
+
+
+def test_only_what_changed_is_sent_and_a_rejected_value_is_corrected(url):
+    """Setting a number again sends no text; a choice that does not exist is set back."""
+    with visitor(url) as guest:
+        pause(guest)
+        guest.shown.clear()
+        guest.do("playing", "no")
+        guest.wait(lambda _: "playing" in guest.shown)
+        assert guest.shown == {"playing": True}
+
+
+def test_the_preferences_of_the_system_are_followed(url):
+    """Dark, and at rest; anything else is ignored."""
+    with visitor(url) as guest:
+        guest.do("preferences", 3)
+        guest.do("preferences", {"dark": True, "reduced_motion": True})
+        guest.wait(lambda _: guest.parts["dark"] is True)
+        assert guest.values["playing"] is False
