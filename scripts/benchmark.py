@@ -21,8 +21,8 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.benchmark.work_precision import lapack_times, least_time
 from beamviz.solver import solve, solve_many
+from beamviz.solver.fem import straight_equilibrium
 from beamviz.solver.fem.ancf import PlanarBeam
-from beamviz.solver.fem.straight import straight_equilibrium
 from beamviz.solver.problem import Problem
 
 PAPER = Problem()

@@ -105,40 +105,22 @@ def test_the_scripts_need_the_standard_library_only(name):
     subprocess.run([sys.executable, "-I", "-S", "-c", load + run], check=True)
 
 
-def test_an_installation_is_made_once_and_reused(environment, project):
-    """The second call installs nothing."""
+def test_an_installation_is_made_once_and_reused(environment, project, tmp_path):
+    """What the tests need includes what the explorer needs, and not the other way round. It is made
+    again for a changed pyproject.toml and for a moved project, to whose old place it points."""
     root, done = project
-    python = environment.ensure(root=root, venv=root / "venv")
-    assert python == environment.python_of(root / "venv")
-    assert environment.ensure(root=root, venv=root / "venv") == python
-    assert done == [""]
 
+    def ensured(extra: str = "") -> list[str]:
+        python = environment.ensure(extra, root=root, venv=root / "venv")
+        assert python == environment.python_of(root / "venv")
+        return done
 
-def test_a_changed_project_file_installs_again(environment, project):
-    """pyproject.toml decides what is installed."""
-    root, done = project
-    environment.ensure(root=root, venv=root / "venv")
+    assert ensured() == ensured() == [""]
+    assert ensured("test") == ensured() == ["", "test"]
     (root / "pyproject.toml").write_text("two")
-    environment.ensure(root=root, venv=root / "venv")
-    assert done == ["", ""]
-
-
-def test_a_moved_project_installs_again(environment, project, tmp_path):
-    """An environment copied along with its project still points to the old place."""
-    root, done = project
-    environment.ensure(root=root, venv=root / "venv")
-    moved = root.rename(tmp_path.with_name(tmp_path.name + "-moved"))
-    environment.ensure(root=moved, venv=moved / "venv")
-    assert done == ["", ""]
-
-
-def test_the_test_environment_serves_too(environment, project):
-    """What the tests need includes what the explorer needs, and not the other way round."""
-    root, done = project
-    environment.ensure(root=root, venv=root / "venv")
-    environment.ensure("test", root=root, venv=root / "venv")
-    environment.ensure(root=root, venv=root / "venv")
-    assert done == ["", "test"]
+    assert ensured() == ["", "test", ""]
+    root = root.rename(tmp_path.with_name(tmp_path.name + "-moved"))
+    assert ensured() == ["", "test", "", ""]
 
 
 def test_an_interrupted_installation_is_done_again(environment, project, monkeypatch):

@@ -3,19 +3,29 @@
 import contextlib
 import os
 import platform
+import re
 import sys
+import textwrap
 from collections.abc import Iterator
 from datetime import date
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from beamviz.beam import PARAMETERS
 from beamviz.benchmark import work_precision
 from beamviz.benchmark.external import PEERS
 from beamviz.benchmark.work_precision import (
     FULL,
     METHODS,
     QUICK,
+    REFERENCE,
     SCENES,
     Row,
     Solver,
@@ -26,10 +36,56 @@ from beamviz.benchmark.work_precision import (
 )
 from beamviz.files import writable_folder, write_files
 from beamviz.output import json_text
+from beamviz.plotting import DPI, INK, STYLE, picture_files
+from beamviz.plotting.labels import LabelPlacer
 
 NAME = "benchmark"
 TARGETS = (1e-2, 1e-4, 1e-6)
 LAPACK_REPEATS = {False: 400, True: 50}  # by `quick`
+
+# The chart: a frame for each scene, and one for the models.
+WIDTH, HEIGHT = 9.0, 13.8  # [in]
+COLUMNS = 2
+SUBTITLE = (
+    "Lower left is better. Error: the largest of five frequencies, against the exact ones of each"
+    " method's own model."
+)
+FAILURES_WIDTH = 74  # [characters]
+MUTED = "#5A5A5A"
+LABEL_BOX: dict[str, Any] = {"fc": "white", "ec": "none", "alpha": 0.7, "pad": 0.6}
+THIN: dict[str, Any] = {"lw": 0.9, "ms": 3.0, "zorder": 2}
+# Okabe & Ito: safe for the colour-blind. Same hue: same family; dashes and markers tell apart.
+LINE_STYLES: dict[str, dict[str, Any]] = {
+    "auto": {"color": "#0072B2", "lw": 2.6, "ms": 5.5, "marker": "o", "zorder": 5},
+    "foac": {"color": "#0072B2", "marker": "s", "ls": (0, (4, 2)), **THIN},
+    "zoac": {"color": "#0072B2", "marker": "d", "ls": (0, (1, 1.5)), **THIN},
+    "ancf": {"color": "#D55E00", "lw": 1.5, "ms": 4, "marker": "o", "zorder": 4},
+    "ancf-planar": {"color": "#D55E00", "marker": "s", "ls": (0, (4, 2)), **THIN},
+    "linear": {"color": "#D55E00", "marker": "d", "ls": (0, (1, 1.5)), **THIN},
+    "chebyshev": {"color": "#007A5E", "lw": 1.5, "ms": 4, "marker": "o", "zorder": 4},
+    "power-series": {"color": "#007A5E", "marker": "s", "ls": (0, (4, 2)), **THIN},
+    "assumed-modes": {"color": "#007A5E", "marker": "d", "ls": (0, (1, 1.5)), **THIN},
+    "Exudyn": {"color": "#A8417F", "lw": 1.5, "ms": 4, "marker": "o", "zorder": 4},
+    "Exudyn, paper's energy": {"color": "#A8417F", "marker": "s", "ls": (0, (4, 2)), **THIN},
+    "OpenSees": {"color": "#555555", "lw": 1.2, "ms": 3.5, "marker": "o", "zorder": 3},
+    "CalculiX": {"color": "#555555", "marker": "s", "ls": (0, (4, 2)), **THIN},
+}
+THEORIES = {
+    "rigid": ("rigid tension: foac, linear, assumed-modes, power-series", "#007A5E", "s"),
+    "none": ("no stiffening: zoac", "#0072B2", "d"),
+    "biot": ("engineering strain, material curvature: Exudyn, OpenSees", "#A8417F", "o"),
+    "solid": ("a solid: CalculiX", "#555555", "^"),
+}
+REASONS = {  # part of a reason: its short form in the chart
+    "ill-conditioned": "ill-conditioned",
+    "more terms may help": "too few terms",
+    "inverted beam": "inverted beam",
+    "static solver failed": "static solver fails",
+    "out of budget": "out of time",
+    "took more than": "out of time",
+    "not installed": "not installed",
+    "neighbours share": "shared gradient fails",
+}
 
 
 def benchmark(folder: Path, quick: bool, peers: bool, release: str) -> str:
@@ -84,9 +140,6 @@ def processor() -> str:
 
 def files(rows: list[Row], about: dict[str, Any]) -> dict[str, bytes]:
     """The contents of the files by name."""
-    from beamviz.benchmark.plot import draw
-    from beamviz.plotting import picture_files
-
     models = work_precision.model_errors()
     versions = ", ".join(f"{name} {number}" for name, number in about["versions"].items())
     caption = f"{about['date']}, one thread of {about['machine']['processor']}.\n{versions}."
@@ -138,3 +191,142 @@ def _ratio(rows: list[Row], scene: str, name: str, target: float) -> str:
         return f"{theirs / ours:.2g}" if theirs < 10 * ours else f"{theirs / ours:.0f}"
     reasons = [row.reason for row in here if row.name == name]
     return "no answer" if all(reasons) else "not reached"
+
+
+@rc_context(STYLE)
+def draw(rows: list[Row], models: dict[str, dict[str, float | str]], caption: str) -> Figure:
+    """The chart; the caption below it names the machine and the versions."""
+    figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI)
+    FigureCanvasAgg(figure)
+    figure.subplots_adjust(0.085, 0.1, 0.985, 0.925, wspace=0.16, hspace=0.43)
+    lines = -(-len(SCENES) // COLUMNS)
+    grid = figure.add_gridspec(lines + 1, COLUMNS, height_ratios=[1.0] * lines + [0.62])
+    times = [row.seconds for row in rows if row.seconds is not None]
+    for k, scene in enumerate(SCENES):
+        axes = figure.add_subplot(grid[k // COLUMNS, k % COLUMNS])
+        here = [row for row in rows if row.scene == scene]
+        _frame(axes, scene, here)
+        axes.set_ylabel("" if k % COLUMNS else "relative error")
+        axes.set_xlim(0.5e3 * min(times), 3e3 * max(times))
+        _lines(axes, here)
+    _model_errors(figure.add_subplot(grid[lines, :]), models)
+    title = "Time of a solve against its error"
+    figure.text(0.012, 0.988, title, size=14, weight="bold", va="top")
+    figure.text(0.012, 0.970, SUBTITLE, color=MUTED, va="top")
+    figure.text(0.012, 0.008, caption, color=MUTED, size=8, va="bottom")
+    return figure
+
+
+def _frame(axes: Axes, scene: str, rows: list[Row]) -> None:
+    """Axes of one scene; above them its name, its numbers without the slenderness that all share,
+    and the solvers without an answer."""
+    failures = "; ".join(_failures(rows))
+    lines = textwrap.wrap(f"× {failures}", FAILURES_WIDTH) if failures else []
+    beam = SCENES[scene]
+    shown = [name for name in ("alpha", "beta", "gamma", "delta") if beam.numbers[name]]
+    if not beam.alpha:
+        shown.remove("beta")
+    numbers = ", ".join(f"{PARAMETERS[name].symbol} {beam.numbers[name]:g}" for name in shown)
+    title: dict[str, Any] = {"loc": "left", "size": 10, "weight": "bold"}
+    axes.set_title(f"{scene}: {numbers}", pad=6 + 8.5 * len(lines), **title)
+    place: dict[str, Any] = {"transform": axes.transAxes, "va": "bottom"}
+    axes.text(0, 1.015, "\n".join(lines), size=7, linespacing=1.05, color=MUTED, **place)
+    axes.set(xscale="log", yscale="log", xlabel="processor time [ms]", ylim=(2e-16, 3))
+    axes.set_yticks([1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 1])
+    axes.set_xticks([0.1, 1, 10, 100, 1000], ["0.1", "1", "10", "100", "1000"])
+    axes.minorticks_off()
+    axes.grid(color="#E6E6E6", lw=0.6)
+    axes.set_axisbelow(True)
+
+
+def _lines(axes: Axes, rows: list[Row]) -> None:
+    """The lines of one scene, named at their last points; auto first, which gets the best place."""
+    ends = []
+    for name, style in LINE_STYLES.items():
+        points = [
+            (1e3 * row.seconds, row.error)
+            for row in rows
+            if row.name == name and row.seconds is not None and row.error is not None
+        ]
+        if points:
+            x, y = np.array(points).T
+            axes.plot(x, np.minimum(y, 1.0), mfc="white" if style["lw"] < 1 else None, **style)
+            ends.append((name, *points[-1]))
+    if not ends:
+        return
+    placer = LabelPlacer(axes)
+    for name, x, y in sorted(ends, key=lambda end: (end[0] != "auto", end[2])):
+        size, weight = (9.5, "bold") if name == "auto" else (7.5, "normal")
+        font: dict[str, Any] = {"fontsize": size, "weight": weight}
+        font["color"] = LINE_STYLES[name]["color"]
+        placer.annotate(name, x, min(y, 1.0), bbox=LABEL_BOX, **font)
+
+
+def _failures(rows: list[Row]) -> list[str]:
+    """Solvers without an answer, by reason; with the resolutions where only some have none."""
+    found: dict[str, list[str]] = {}
+    for name in LINE_STYLES:
+        failed = [row for row in rows if row.name == name and row.reason]
+        for short in dict.fromkeys(_short(row.reason) for row in failed):
+            where = [row for row in failed if _short(row.reason) == short]
+            every = len(where) == sum(row.name == name for row in rows)
+            sizes = ", ".join(f"{row.resolution:g}" for row in where if row.resolution)
+            found.setdefault(short, []).append(name if every else f"{name} ({sizes})")
+    return [f"{', '.join(names)}: {short}" for short, names in found.items()]
+
+
+def _short(reason: str) -> str:
+    """A reason in a few words."""
+    if match := re.search(r"no equilibrium beyond gamma = ([\d.]+)", reason):
+        return f"no equilibrium beyond γ = {float(match[1]):.4g}"
+    return next((short for part, short in REASONS.items() if part in reason), reason)
+
+
+def _model_errors(axes: Axes, models: dict[str, dict[str, float | str]]) -> None:
+    """Distance of the exact answer of each model from the paper's model, by scene."""
+    axes.set_title(
+        "Model error: distance of the exact answer of each model from the paper's model",
+        loc="left",
+        size=10,
+        weight="bold",
+    )
+    for place, (theory, (label, colour, marker)) in enumerate(THEORIES.items()):
+        points = [
+            (k + 0.08 * (place - 1.5), value)
+            for k, scene in enumerate(SCENES)
+            if isinstance(value := models[scene].get(theory, ""), float)
+        ]
+        if points:
+            x, y = zip(*points, strict=True)
+            axes.plot(x, y, marker=marker, color=colour, ls="", ms=7, label=label, mec="white")
+    axes.set(yscale="log", ylim=(1e-4, 1000), ylabel="model error", xlim=(-0.5, len(SCENES) - 0.5))
+    axes.set_xticks(range(len(SCENES)), list(SCENES))
+    axes.set_yticks([1e-4, 1e-2, 1, 100])
+    axes.minorticks_off()
+    axes.grid(axis="y", color="#E6E6E6", lw=0.6)
+    axes.set_axisbelow(True)
+    axes.legend(
+        loc="upper left",
+        bbox_to_anchor=(-0.02, -0.14),
+        ncols=2,
+        frameon=False,
+        fontsize=8,
+        labelcolor=INK,
+        handletextpad=0.3,
+    )
+    missing = [
+        f"{scene}: {_short(value)} ({THEORIES[theory][0].split(':')[0]})"
+        for scene, theories in models.items()
+        for theory, value in theories.items()
+        if isinstance(value, str) and theory != REFERENCE
+    ]
+    if missing:
+        axes.text(
+            0.99,
+            0.04,
+            "\n".join(missing),
+            transform=axes.transAxes,
+            ha="right",
+            size=7.5,
+            color=MUTED,
+        )

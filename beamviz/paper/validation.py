@@ -292,7 +292,7 @@ SOURCES = (
         (
             f"{TEST}published.py::test_coriolis_turns_a_crossing_into_a_veering",
             f"{TEST}solve.py::test_coriolis_vanishes_with_the_speed",
-            f"{TEST}against_oracle.py::test_random_beams_with_coriolis",
+            f"{TEST}error_bars.py::test_random_beams",
         ),
     ),
     Source(
@@ -302,10 +302,7 @@ SOURCES = (
             claim(f"stretched-{k}", described(beam, NUMBERS), values, beam, "B1 B2 B3 B4 S1")
             for k, (beam, values) in enumerate(STRETCHED.items())
         ],
-        (
-            f"{TEST}against_oracle.py::test_random_beams",
-            f"{TEST}against_oracle.py::test_random_beams_of_other_strain_laws",
-        ),
+        (f"{TEST}error_bars.py::test_random_beams",),
     ),
     Source(
         "A spinning cable",
@@ -328,7 +325,7 @@ SOURCES = (
             )
             for (strain, delta), value in LIMITS.items()
         ],
-        (f"{TEST}fem.py::test_limit_of_the_speed",),
+        (f"{TEST}limits.py::test_limit_of_the_speed",),
     ),
     Source(
         "Where stability ends",
@@ -344,9 +341,8 @@ SOURCES = (
             )
         ],
         (
-            f"{TEST}fem.py::test_buckling_speed",
-            f"{TEST}published.py::test_inward_beam_buckles",
-            f"{TEST}solve.py::test_coriolis_does_not_move_the_point_of_buckling",
+            f"{TEST}limits.py::test_buckling_speed",
+            f"{TEST}limits.py::test_inward_beam_buckles",
         ),
     ),
     Source(
@@ -372,7 +368,7 @@ SOURCES = (
         ],
         (
             f"{TEST}fem.py::test_finite_elements_converge_as_declared",
-            f"{TEST}convergence.py::test_the_default_converges_exponentially",
+            f"{TEST}refinement.py::test_the_default_converges_exponentially",
         ),
     ),
 )

@@ -253,11 +253,3 @@ def test_an_option_without_effect_is_noted(run):
     assert code == 0
     assert err == "beamviz: --gamma 5 is not used: --over gamma varies it\n"
     assert out == run(*SWEEP, "--points", "3", "--format", "csv")[1]
-
-
-def test_a_plot_that_cannot_be_written(run, tmp_path):
-    """One line and exit 1, no traceback."""
-    code, _, err = run(*SWEEP, "--points", "3", "--plot", str(tmp_path / "no" / "loci.png"))
-    assert code == 1
-    assert err.startswith("beamviz: cannot write ")
-    assert err.count("\n") == 1

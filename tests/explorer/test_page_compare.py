@@ -9,7 +9,7 @@ from live.browser import Page, button, field, page
 
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
-from beamviz.presets import RULER
+from beamviz.explorer.features.real_beam import RULER
 from beamviz.scene import Scene, ViewOptions
 from beamviz.solver import solve
 

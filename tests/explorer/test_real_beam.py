@@ -9,8 +9,17 @@ from live.visitor import Visitor, frequency_text, visitor
 from beamviz.beam import Beam
 from beamviz.drawing.text import rounded_to_error, significant
 from beamviz.errors import InvalidInput
-from beamviz.explorer.features.real_beam import DIMENSIONLESS, FIELDS, REAL_BEAM, parse_beam
-from beamviz.presets import ARM, BLADE, REAL_BEAMS, RPM, RULER
+from beamviz.explorer.features.real_beam import (
+    ARM,
+    BLADE,
+    DIMENSIONLESS,
+    FIELDS,
+    REAL_BEAM,
+    REAL_BEAMS,
+    RPM,
+    RULER,
+    parse_beam,
+)
 from beamviz.solver import solve
 
 CANTILEVER = 3.5160153  # omega_1 of a clamped beam at rest

@@ -27,11 +27,6 @@ from beamviz.failure_maps.compute import (
     onset,
     verdicts,
 )
-from beamviz.solver.continuation import newton
-from beamviz.solver.fem.ancf import PlanarBeam
-from beamviz.solver.fem.hermite import dense
-from beamviz.solver.fem.straight import along, straight_equilibrium
-from beamviz.solver.problem import Problem
 
 NAMES = [method.name for method in METHODS]
 SLENDER = 1000.0  # nearly rigid along itself: its errors are discretisation errors
@@ -134,44 +129,6 @@ def test_uniform_elements_do_not_resolve_boundary_layers():
     ]
     assert off[0] == pytest.approx(fast.discretisation, rel=1e-3)
     assert off[1] < off[0] / 20
-
-
-@pytest.mark.parametrize(
-    ("strain", "gamma", "delta"), [("biot", 150, 1), ("hencky", 40, 1), ("hencky", 60, 0)]
-)
-def test_newton_converges_beyond_the_limit_without_continuation(strain, gamma, delta):
-    """Newton's method from the undeformed state converges to a beam turned inside out (f < 0)."""
-    model = planar_model(Beam(gamma=gamma, delta=delta), strain)
-    assert model.slopes(newton_without_steps(model).state)[:, 0].min() < -1
-    with pytest.raises(NoEquilibrium):
-        straight_equilibrium(model)
-
-
-def test_newton_takes_longer_without_continuation():
-    """Where the equilibrium is far from the undeformed state."""
-    model = planar_model(Beam(gamma=200, delta=1), "green")
-    found, root = straight_equilibrium(model), newton_without_steps(model)
-    assert root.state == pytest.approx(found.state, abs=1e-8)
-    assert root.iterations > 2 * found.iterations
-
-
-def planar_model(beam, strain):
-    return PlanarBeam.on(np.linspace(0, 1, 21), beam, Problem(strain=strain))
-
-
-def newton_without_steps(model):
-    """Newton-Raphson on the full load from the unstressed state, whatever the tangent is."""
-    load = model.beam.gamma**2
-
-    def increment(q):
-        K = dense(along(model.tangent(q, load)))
-        dq = np.zeros_like(q)
-        dq[2::2] = -np.linalg.solve(K, model.residual(q, load)[2::2])
-        return dq
-
-    root = newton(increment, model.unstressed, 200)
-    assert root is not None
-    return root
 
 
 def test_verdicts_from_the_errors_behind_them():

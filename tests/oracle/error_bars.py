@@ -97,6 +97,7 @@ def oracle_answer(scene: Scene) -> dict[str, Any]:
     stations = np.linspace(0, len(found.x) - 1, STATIONS).astype(int)
     return {
         "squares": found.squares.tolist(),
+        "families": list(found.families),
         "differences": found.square_differences.tolist(),
         "x": found.x[stations].tolist(),
         "stretch": found.stretch[stations].tolist(),
@@ -149,8 +150,13 @@ def _solved(solution: Solution, answer: dict[str, Any]) -> dict[str, Any]:
     if not _same_branch(solution, answer):
         return {"kind": "wrong-branch", "says": f"tip {solution.equilibrium.tip}"}
     off, reported, doubt = compared(solution, answer)
+    within = np.all(off <= reported + doubt)
+    apart = np.diff(np.sqrt(np.abs(answer["squares"]))) > 2 * np.maximum(reported[1:], doubt[1:])
+    known = np.all(apart) and "mixed" not in answer["families"]
+    if within and known and list(solution.families) != answer["families"]:
+        return {"kind": "wrong-family", "says": f"{solution.families}"}
     return {
-        "kind": "within" if np.all(off <= reported + doubt) else "outside",
+        "kind": "within" if within else "outside",
         "off": off.tolist(),
         "reported": reported.tolist(),
         "doubt": doubt.tolist(),

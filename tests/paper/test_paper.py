@@ -209,29 +209,6 @@ def test_models_differ_by_the_stretch(column):
     assert np.all(abs(far) > 1e-4)
 
 
-def test_linear_elements_converge_to_foac():
-    """The difference of linear finite elements and FOAC is their error, of order 4."""
-    errors = [abs(deviation("linear", elements=n) - deviation("foac")) for n in (20, 40)]
-    assert np.all(errors[1] < errors[0] / 12)
-
-
-def test_the_paper_s_elements_fail_in_thin_layers():
-    """Their error grows with the tension, and falls with order 4 once they resolve the layers."""
-    slow, fast = (abs(deviation("ancf", gamma=gamma)) for gamma in (10, 50))
-    assert np.all(fast > 20 * slow)
-    coarse, fine = (abs(deviation("ancf", gamma=50, elements=n)) for n in (80, 160))
-    assert np.all(fine < coarse / 12)
-
-
-def test_the_curvature_measures_agree_at_rest():
-    """Without stretch there is one curvature."""
-    spatial, material = (
-        solve(Beam(alpha=1, beta=0.5), curvature=name, tolerance=1e-9).frequencies
-        for name in ("spatial", "material")
-    )
-    assert spatial == pytest.approx(material, rel=1e-9)
-
-
 def test_the_mode_shift():
     """The first stretching mode is the fourth at alpha 1 and the third at alpha 2 (figs. 14-15),
     and passes at the crossing of figure 8."""

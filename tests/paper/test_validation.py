@@ -1,13 +1,11 @@
 """The validation page: every row holds, names a test that exists, and the page is current."""
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-from beamviz.paper.validation import COMMAND, FILE, LOOSE, SOURCES, page
+from beamviz.paper.validation import COMMAND, LOOSE, SOURCES, page
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "assets" / "validation.md"
@@ -29,7 +27,7 @@ def test_the_page_is_current():
 
 
 def test_the_tests_named_exist():
-    """Each row of the page names its test, pytest knows every test of the page, and every
+    """Each row of the page names its test, each source the further tests in their files, and every
     tolerance belongs to a row."""
     text = PAGE.read_text(encoding="utf-8")
     names = [claim.name for claim in CLAIMS]
@@ -38,12 +36,9 @@ def test_the_tests_named_exist():
     assert set(LOOSE) <= set(names)
     tests = [test for source in SOURCES for test in source.tests]
     assert re.findall(r"`(tests/\w+/test_\w+\.py::\w+)`", text) == tests
-    files = sorted({test.partition("::")[0] for test in tests})
-    command = [sys.executable, "-m", "pytest", "--collect-only", "-q", FILE, *files]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-    known = set(done.stdout.splitlines())
-    assert {f"{FILE}::test_claim[{name}]" for name in names} <= known
-    assert set(tests) <= {test.partition("[")[0] for test in known}
+    for test in tests:
+        file, _, name = test.partition("::")
+        assert f"\ndef {name}(" in (ROOT / file).read_text(), test
 
 
 def test_tables_are_well_formed():

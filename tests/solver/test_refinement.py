@@ -16,8 +16,27 @@ EXACT = 1e-11
 
 
 def within_the_bars(coarse, fine):
-    off = abs(coarse.omega_squared - fine.omega_squared)
-    return np.all(off <= coarse.omega_squared_errors + fine.omega_squared_errors)
+    error = abs(coarse.omega_squared - fine.omega_squared)
+    return np.all(error <= coarse.omega_squared_errors + fine.omega_squared_errors)
+
+
+@pytest.mark.parametrize(
+    "beam",
+    [
+        Beam(),
+        Beam(gamma=20),
+        Beam(alpha=1, beta=0.5, gamma=10),
+        Beam(alpha=1, beta=0.3, gamma=30, delta=0.2),
+    ],
+)
+def test_the_default_converges_exponentially(beam):
+    """Nine digits more take at most 2.5 times the unknowns; of order 4 in h they would take 170
+    times as many. The errors are those of the finest solve."""
+    finest = solve(beam, tolerance=1e-12)
+    rough, fine = (solve(beam, tolerance=tolerance) for tolerance in (1e-2, 1e-11))
+    assert fine.stats.dof <= 2.5 * rough.stats.dof
+    assert fine.frequencies == pytest.approx(finest.frequencies, rel=1e-10)
+    assert within_the_bars(rough, finest)
 
 
 def test_a_small_strain_needs_no_newton_iteration():
@@ -31,34 +50,50 @@ def test_a_small_strain_needs_no_newton_iteration():
     assert iterations[-1] >= 1
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(
-    beam=beams(gamma=(0, 12), mu=(50, 500)),
+    beam=beams(),
     tolerance=st.sampled_from((0.1, 1e-2, 1e-3, 1e-5)),
-    strain=st.sampled_from(("green", "biot", "hencky")),
+    strain=st.sampled_from(("green", "green", "biot", "hencky")),
+    modes=st.integers(1, 12),
     coriolis=st.booleans(),
-    flapwise=st.booleans(),
+    plane=st.sampled_from(("chordwise", "flapwise")),
 )
-def test_the_error_of_the_stretch_is_in_the_error_bars(beam, tolerance, strain, coriolis, flapwise):
-    """However roughly a stretch is found, the errors reported hold."""
-    plane = "flapwise" if flapwise else "chordwise"
-    options = {"strain": strain, "coriolis": coriolis, "plane": plane}
+def test_error_bars_hold_against_a_finer_solve(beam, tolerance, **options):
+    """However roughly a beam is solved, the errors reported meet the tolerance and hold."""
+    try:
+        rough = solve(beam, tolerance=tolerance, **options)
+    except NoEquilibrium:
+        assert options["strain"] != "green"
+        return
+    assert within_the_bars(rough, solve(beam, tolerance=EXACT, **options))
+    assert np.all(rough.errors <= 1.01 * tolerance * rough.frequencies + 1e-9)
+
+
+HARD = {
+    "a stretch that falls off almost singularly": (
+        Beam(alpha=83, beta=0.8125, gamma=25, mu=10),
+        {},
+    ),
+    "the same at a mass inside": (Beam(51.65, 0.4847, 200, 0, 101.14), {}),
+    "the same with a hub": (Beam(gamma=200, delta=2.58, mu=109.8), {}),
+    "3e-4 below its limit": (Beam(0.0, 0.1, 28.691018, -0.66, 19.0), {"strain": "hencky"}),
+    "2e-4 below its limit": (Beam(4.4, 0.6, 6.3986495, -0.71, 18.0), {}),
+    "buckled": (Beam(alpha=6, beta=0.25, gamma=5, delta=-1.9, mu=200), {"modes": 20}),
+    "far beyond buckling": (Beam(alpha=6, beta=0.25, gamma=18, delta=-1.9, mu=200), {"modes": 20}),
+}
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4, 1e-6, 1e-8])
+@pytest.mark.parametrize("name", HARD)
+def test_error_bars_of_hard_beams(name, tolerance):
+    """Near a limit the tangent is almost singular: a small residual is a long way from
+    equilibrium. The stiffness of a buckled beam is indefinite."""
+    beam, options = HARD[name]
     rough = solve(beam, tolerance=tolerance, **options)
     assert within_the_bars(rough, solve(beam, tolerance=EXACT, **options))
-
-
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
-@pytest.mark.parametrize(
-    ("beam", "strain"),
-    [
-        (Beam(0.0, 0.1, 28.691018, -0.66, 19.0), "hencky"),  # 3e-4 below its limit
-        (Beam(4.4, 0.6, 6.3986495, -0.71, 18.0), "green"),  # 2e-4
-    ],
-)
-def test_near_a_limit_no_error_of_the_stretch_is_accepted(beam, strain, tolerance):
-    """There the tangent is all but singular: a small residual is a long way from equilibrium."""
-    rough = solve(beam, strain=strain, tolerance=tolerance)
-    assert within_the_bars(rough, solve(beam, strain=strain, tolerance=EXACT))
+    if "buckl" in name:
+        assert rough.equilibrium.status == "unstable"
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from beamviz.beam import Beam
-from beamviz.errors import InvalidInput
 from beamviz.solver import solve, solve_many
 
 BEAM = Beam(alpha=1, beta=0.5, gamma=10, delta=0.5)
@@ -76,11 +75,3 @@ def test_together_as_apart():
     for beam, together in zip(beams, solve_many(beams, **options), strict=True):
         alone = solve(beam, **options).frequencies
         np.testing.assert_allclose(together.frequencies, alone, rtol=1e-6)
-
-
-def test_methods_that_cannot_say_so():
-    """The paper's elements have no switches: the error names the term."""
-    with pytest.raises(InvalidInput, match="softening = False: method ancf takes no switched-off"):
-        solve(BEAM, method="ancf", softening=False)
-    with pytest.raises(InvalidInput, match="stiffening = 0: must be True or False"):
-        solve(BEAM, stiffening=0)

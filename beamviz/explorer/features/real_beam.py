@@ -1,7 +1,7 @@
-"""The form for a real beam in SI units: a preset to start from, its sizes, and what is wrong."""
+"""Real beams in SI units: three presets with their sources, and the form for their values."""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from html import escape
 from typing import Any
@@ -10,8 +10,75 @@ from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, SI_REQUIRED, Beam, check
 from beamviz.errors import InvalidInput
 from beamviz.explorer.page.html import BAD, small
 from beamviz.explorer.visitor import Visitor, on_edit, show
-from beamviz.presets import REAL_BEAMS, RPM, RealBeam
 from beamviz.scene import Scene
+
+RPM = 0.10471975511965977  # [rad/s]
+
+
+@dataclass(frozen=True)
+class RealBeam:
+    """A beam in SI units, the keywords of `Beam.from_si`; `plane` is where it vibrates first."""
+
+    name: str
+    source: str
+    plane: str
+    values: dict[str, float]
+
+    @property
+    def beam(self) -> Beam:
+        """The beam."""
+        return Beam.from_si(**self.values)
+
+
+RULER = RealBeam(
+    "steel ruler",
+    "A laboratory rule of a common size, 300 x 25 x 1 mm, with a clip of 10 g at its tip, on a"
+    " turntable. Steel as usually taken: E = 210 GPa (the value of EN 1993-1-1), 7850 kg/m³.",
+    "chordwise",
+    {
+        "length": 0.3,
+        "density": 7850.0,
+        "area": 25e-3 * 1e-3,
+        "second_moment": 25e-3 * 1e-9 / 12,
+        "youngs_modulus": 210e9,
+        "rotation_speed": 300 * RPM,
+        "mass": 0.01,
+        "mass_position": 0.3,
+    },
+)
+ARM = RealBeam(
+    "spin-up arm",
+    "A manipulator arm: the spin-up manoeuvre after Simo & Vu-Quoc (J. Appl. Mech. 53, 1986),"
+    " with the values that many papers repeat: EI = 14 kN m², EA = 28 MN, 1.2 kg/m, 10 m, up to"
+    " 6 rad/s. With E = 70 GPa the section follows.",
+    "chordwise",
+    {
+        "length": 10.0,
+        "density": 3000.0,
+        "area": 4e-4,
+        "second_moment": 2e-7,
+        "youngs_modulus": 70e9,
+        "rotation_speed": 6.0,
+    },
+)
+BLADE = RealBeam(
+    "wind blade",
+    "A wind turbine blade made uniform: length, mass, hub and rated speed of the NREL 5 MW"
+    " reference turbine (Jonkman et al., NREL/TP-500-38060, 2009). A glass-fibre section"
+    " (E = 30 GPa, 1900 kg/m³: typical values) as stiff as gives its first flapwise frequency,"
+    " 0.67 Hz, at rest. A real one tapers and twists.",
+    "flapwise",
+    {
+        "length": 61.5,
+        "density": 1900.0,
+        "area": 17740.0 / (1900.0 * 61.5),
+        "second_moment": 0.197,
+        "youngs_modulus": 30e9,
+        "hub_radius": 1.5,
+        "rotation_speed": 12.1 * RPM,
+    },
+)
+REAL_BEAMS = (RULER, ARM, BLADE)
 
 # For each keyword of `Beam.from_si`: its label, and the SI value of its unit.
 FIELDS = {

@@ -1,17 +1,23 @@
 """Methods on uniform cubic elements: the paper's, by parts or fully planar, and the linear one.
 
-Each assembles the stiffness along and across a straight state; the eigenproblem is shared.
+Each assembles the stiffness along and across a straight state; the eigenproblem is shared. At such
+a state the full planar tangent couples nothing along the beam to anything across it: its even
+coordinates (r1, r1' of each node) stretch, its odd ones (r2, r2') bend. The clamp holds r1, r2 and
+r2' of the first node.
 """
 
+import math
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from beamviz.beam import Beam, check_int
-from beamviz.errors import InvalidInput
-from beamviz.solver import eigen
+from beamviz.errors import InvalidInput, NoEquilibrium, NotConverged
+from beamviz.solver import constitutive, eigen
+from beamviz.solver.continuation import Root, continue_load, newton
 from beamviz.solver.families import (
     Family,
     Modes,
@@ -22,14 +28,21 @@ from beamviz.solver.families import (
     coupled_modes,
     merge,
 )
-from beamviz.solver.fem import straight
 from beamviz.solver.fem.ancf import PlanarBeam
-from beamviz.solver.fem.hermite import assemble_band, dense, interpolate
+from beamviz.solver.fem.hermite import (
+    assemble_band,
+    dense,
+    element_coordinates,
+    interpolate,
+    positive_definite,
+)
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution
 
 PAPER_ELEMENTS = 20
 MAX_ELEMENTS = 1000
+MIN_CARRIED = 0.5  # share of the force at the end of a law that the load must account for
+LAW_END = 0.1  # a limit at a stretch this close to the end of a force law is attributed to it
 
 
 class Assembled(NamedTuple):
@@ -70,19 +83,19 @@ def solve(beam: Beam, problem: Problem, start: float) -> Solution:
 def _ancf(beam: Beam, problem: Problem, nodes: NDArray) -> Assembled:
     """Half the coordinates at a time, about the equilibrium of the full residual."""
     model = PlanarBeam.on(nodes, beam, problem)
-    root = straight.straight_equilibrium(model)
+    root = straight_equilibrium(model)
     q = root.state[::2]
-    Ka = _dense(straight.axial(model, q, beam.gamma**2))
-    Kb = _dense(straight.bending(model, q, centrifugal_softening(beam, problem)))
+    Ka = _dense(axial(model, q, beam.gamma**2))
+    Kb = _dense(bending(model, q, centrifugal_softening(beam, problem)))
     return Assembled(q, root.iterations, Ka[1:, 1:], Kb[2:, 2:], _dense(model.m))
 
 
 def _ancf_planar(beam: Beam, problem: Problem, nodes: NDArray) -> Assembled:
     """The full planar tangent."""
     model = PlanarBeam.on(nodes, beam, problem)
-    root = straight.straight_equilibrium(model)
+    root = straight_equilibrium(model)
     K = model.tangent(root.state, beam.gamma**2)
-    Ka, Kb = dense(straight.along(K)), dense(straight.across(K))
+    Ka, Kb = dense(along(K)), dense(across(K))
     return Assembled(root.state[::2], root.iterations, Ka, Kb, _dense(model.m))
 
 
@@ -90,11 +103,11 @@ def _linear(beam: Beam, problem: Problem, nodes: NDArray) -> Assembled:
     """Linear statics under the load of the reference length, then vibration with its prestress."""
     model, load = PlanarBeam.on(nodes, beam, problem), beam.gamma**2
     rest = model.unstressed[::2]
-    m, K = _dense(model.m), _dense(straight.axial(model, rest, 0.0))
+    m, K = _dense(model.m), _dense(axial(model, rest, 0.0))
     arm = rest + beam.delta * np.tile([1.0, 0.0], len(nodes))
     u = np.zeros_like(rest)
     u[1:] = np.linalg.solve(K[1:, 1:], load * (m @ arm)[1:])
-    Kb = _dense(straight.prestressed(model, u, centrifugal_softening(beam, problem)))
+    Kb = _dense(prestressed(model, u, centrifugal_softening(beam, problem)))
     return Assembled(rest + u, 1, (K - load * m)[1:, 1:], Kb[2:, 2:], m)
 
 
@@ -130,3 +143,143 @@ def _shapes(nodes: NDArray, free: NDArray) -> Shapes:
 def _axial(nodes: NDArray, position: NDArray, x: NDArray) -> tuple[NDArray, NDArray]:
     """u(x) and f(x) of the equilibrium."""
     return interpolate(nodes, position, x), interpolate(nodes, position, x, 1)
+
+
+def along(K: NDArray) -> NDArray:
+    """The part of a planar band that acts along a straight beam, without the clamp's r1."""
+    return K[::2, ::2][:, 1:]
+
+
+def across(K: NDArray) -> NDArray:
+    """The part of a planar band that acts across a straight beam, without the clamp's r2, r2'."""
+    return K[::2, 1::2][:, 2:]
+
+
+def straight_equilibrium(model: PlanarBeam) -> Root:
+    """The straight state (paper, eq. 40), followed by Newton-Raphson from rest to the beam's gamma.
+
+    Returns its planar coordinates and the number of iterations; it may be unstable (delta < 0).
+    Raises NoEquilibrium with the limit in gamma, and NotConverged.
+    """
+
+    def solve_at(load: float, guess: NDArray) -> Root | None:
+        def increment(q: NDArray) -> NDArray:
+            dq = np.zeros_like(q)
+            dq[2::2] = -_solve_along(model, load, q, model.residual(q, load)[2::2])
+            return dq
+
+        root = newton(increment, guess)
+        return root if root is not None and margin(load, root.state) > 0 else None
+
+    margin = partial(straight_margin, model)
+    load = model.beam.gamma**2
+    path = continue_load(solve_at, model.unstressed, load, margin)
+    if path.limit is not None:
+        raise _no_equilibrium(model, path.limit, path.state)
+    if model.beam.delta >= 0 and not positive_definite(across(model.tangent(path.state, load))):
+        raise _overshoot(model, load, path.state)  # an outward beam does not buckle
+    return Root(path.state, path.iterations)
+
+
+def straight_margin(model: PlanarBeam, load: float, q: NDArray) -> float:
+    """Distance of a straight state from the end of its branch: 1 at rest, falling to 0 there.
+
+    The least of the stretch, the slope n' of the force law and the static stiffness of the tip.
+    """
+    f = model.slopes(q)[:, 0]
+    if f.min() <= 0:
+        return 0.0
+    return min(f.min(), model.law.stiffness(f).min(), tip_stiffness(model, load, q))
+
+
+def tip_stiffness(model: PlanarBeam, load: float, q: NDArray) -> float:
+    """Force along the beam per displacement of the tip, divided by its value EA / L at rest;
+    0 where the tangent is not positive definite."""
+    unit = np.zeros(len(q) // 2 - 1)
+    unit[-2] = 1
+    try:
+        displacement = _solve_along(model, load, q, unit)
+    except np.linalg.LinAlgError:
+        return 0.0
+    return 1 / (displacement[-2] * model.beam.mu**2)
+
+
+def _solve_along(model: PlanarBeam, load: float, q: NDArray, force: NDArray) -> NDArray:
+    """The displacement under a force along the beam, clamped; np.linalg.LinAlgError where the
+    tangent is not positive definite."""
+    L = cholesky_banded(along(model.tangent(q, load)), lower=True, check_finite=False)
+    return cho_solve_banded((L, True), force, check_finite=False)
+
+
+def carried_force(model: PlanarBeam, load: float, q: NDArray) -> NDArray:
+    """Axial force / mu^2 at each node that balances the load outboard of it: (n + 1,).
+
+    It depends on positions only, so it stays correct where the stretch of the elements does not.
+    """
+    parts = model.centrifugal_force(element_coordinates(q, 4), load)
+    outward = parts[:, 0] + parts[:, 4]
+    return np.append(np.cumsum(outward[::-1])[::-1], 0.0) / model.beam.mu**2
+
+
+def _no_equilibrium(model: PlanarBeam, limit: float, q: NDArray) -> NoEquilibrium | NotConverged:
+    """The error for a path that ends at a load `limit`, with the cause."""
+    law, gamma = model.law, math.sqrt(limit)
+    f, n = model.slopes(q)[:, 0], carried_force(model, limit, q)
+    reason = "the stiffness of the beam along itself falls to zero there"
+    ends = ((law.min_stretch, f.min(), n.min()), (law.max_stretch, f.max(), n.max()))
+    for end, f_reached, n_carried in ends:
+        if abs(f_reached - end) >= LAW_END:
+            continue
+        if abs(n_carried) >= MIN_CARRIED * abs(law.force(f_reached)):
+            reason = f"the {law.name} force law ends there, at a stretch of {end:.4g}"
+        elif straight_margin(model, limit, q) < tip_stiffness(model, limit, q):
+            return _overshoot(model, limit, q)
+    return NoEquilibrium(f"no equilibrium beyond gamma = {gamma:.9g}: {reason}", gamma)
+
+
+def _overshoot(model: PlanarBeam, load: float, q: NDArray) -> NotConverged:
+    """The error for a stretch of the elements that the force in the beam cannot cause."""
+    f = model.slopes(q)[:, 0]
+    return NotConverged(
+        f"at gamma = {math.sqrt(load):.6g} the stretch of the elements ranges over"
+        f" {f.min():.3g} .. {f.max():.3g}, more than the force in the beam can cause: neighbours"
+        " share one gradient at the mass, where the stretch jumps. This is a limit of the method,"
+        " not of the beam: method auto has none"
+    )
+
+
+# Half the coordinates at a time: values and slopes of node after node, along the beam or across it.
+
+
+def gradient(model: PlanarBeam, q: NDArray) -> NDArray:
+    """The derivative (n, p) at the Gauss points of a field with coordinates q (2 (n + 1),)."""
+    return (model.dS @ element_coordinates(q, 2)[:, :, None])[..., 0]
+
+
+def axial(model: PlanarBeam, q: NDArray, load: float) -> NDArray:
+    """Tangent of each element along the beam at r1 = q, softened by the load: (n, 4, 4)."""
+    stiffness = constitutive.axial_stiffness(gradient(model, q), model.beam.mu, model.law)
+    return _form(model.dS, model.weights * stiffness) - load * model.m
+
+
+def bending(model: PlanarBeam, q: NDArray, load: float) -> NDArray:
+    """Tangent of each element across the beam at r1 = q, softened by the load: (n, 4, 4)."""
+    f = gradient(model, q)
+    df = (model.ddS @ element_coordinates(q, 2)[:, :, None])[..., 0]
+    angle = model.dS / f[..., None]  # theta = w'/f
+    slope = (model.ddS - df[..., None] * angle) / f[..., None]  # theta'
+    stiffness = model.weights * constitutive.bending_stiffness(f, model.curvature)
+    tension = model.weights * constitutive.tension_stiffness(f, model.beam.mu, model.law)
+    return _form(slope, stiffness) + _form(angle, tension) - load * model.m
+
+
+def prestressed(model: PlanarBeam, u: NDArray, load: float) -> NDArray:
+    """Stiffness of each element across the unstretched beam under the tension mu^2 u' of a
+    linear bar, softened by the load: (n, 4, 4)."""
+    tension = model.weights * model.beam.mu**2 * gradient(model, u)
+    return _form(model.ddS, model.weights) + _form(model.dS, tension) - load * model.m
+
+
+def _form(B: NDArray, density: NDArray) -> NDArray:
+    """int B' density B of each element; B (n, p, 4), density with its weights (n, p)."""
+    return B.transpose(0, 2, 1) @ (density[..., None] * B)

@@ -1,0 +1,223 @@
+"""The end of equilibrium and the point of buckling: found, named, and answers up to them."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from beamviz import Beam, Solution, solve
+from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.solver import solve_many
+
+NONLINEAR = ("auto", "ancf", "ancf-planar")
+
+# strain, delta, limit of gamma, relative tolerance of auto and of 20 elements, reason of ancf.
+# Biot has the resonance of a linear bar, mu pi / 2 whatever the hub radius; hencky a
+# fold of the whole beam, and at delta 1 a root that reaches f = e in a thin layer.
+LIMITS = [
+    ("biot", 0.0, 35 * math.pi, 1e-9, 1e-9, r"no equilibrium beyond gamma = 109\.955743"),
+    ("biot", 1.0, 35 * math.pi, 1e-9, 1e-9, r"no equilibrium beyond gamma = 109\.955743"),
+    ("biot", 5.0, 35 * math.pi, 1e-9, 1e-9, r"no equilibrium beyond gamma = 109\.955743"),
+    ("hencky", 0.0, 45.420, 1e-5, 1e-5, "stiffness of the beam"),
+    ("hencky", 1.0, 31.4887, 2e-6, 1e-4, "hencky force law ends"),
+]
+
+
+@pytest.mark.parametrize("method", NONLINEAR)
+@pytest.mark.parametrize(("strain", "delta", "limit", "near", "coarse", "reason"), LIMITS)
+def test_limit_of_the_speed(method, strain, delta, limit, near, coarse, reason):
+    """The same limit, however far beyond it the speed is; the paper's elements name its reason.
+    Just below there is a stable state."""
+
+    def at(gamma):
+        return solve(Beam(gamma=gamma, delta=delta), strain=strain, method=method)
+
+    for gamma in (1.0005 * limit, 1.02 * limit, 150.0):
+        with pytest.raises(NoEquilibrium) as caught:
+            at(gamma)
+        assert caught.value.limit == pytest.approx(limit, rel=near if method == "auto" else coarse)
+        assert f"no equilibrium beyond gamma = {caught.value.limit:.6g}"[:34] in str(caught.value)
+        if method == "ancf":
+            assert caught.match(reason)
+    below = at(0.97 * limit)
+    assert below.equilibrium.status == "stable"
+    assert below.equilibrium.stretch(np.linspace(0, 1, 101)).min() > 0
+    if strain == "hencky" and method == "ancf":
+        found = caught.value.limit
+        assert at(found * (1 - 1e-7)).equilibrium.status == "stable"
+        with pytest.raises(NoEquilibrium):
+            at(found * (1 + 1e-7))
+
+
+@pytest.mark.parametrize("delta", [0.0, 1.0, 5.0])
+@pytest.mark.parametrize("below", [-10.0, -1e-6, 1e-7, 3e-4])
+def test_biot_has_a_limit(delta, below):
+    """So near below it that the stretch exceeds a thousand, the error names it too."""
+    limit = 35 * math.pi
+    with pytest.raises(NoEquilibrium, match=r"109\.955743") as caught:
+        solve(Beam(gamma=limit - below, delta=delta), strain="biot")
+    assert caught.value.limit == pytest.approx(limit, rel=1e-9)
+    assert solve(Beam(gamma=0.99 * limit, delta=delta), strain="biot").errors.max() < 1e-3
+
+
+@pytest.mark.parametrize("delta", [-1.0, -1.3, -2.0])
+def test_an_inward_biot_beam_ends_where_its_root_is_crushed(delta):
+    """Biot, no mass: X'' = -k^2 X with X(0) = delta and X'(1) = 1 has f(0) = 0 where
+    k sin k = -1 / delta; k = gamma / mu."""
+    k = brentq(lambda k: k * math.sin(k) + 1 / delta, 0.1, 1.5)
+    for gamma in (70 * k * 1.02, 200.0):
+        with pytest.raises(NoEquilibrium) as caught:
+            solve(Beam(gamma=gamma, delta=delta), strain="biot")
+        assert caught.value.limit == pytest.approx(70 * k, rel=1e-4)
+    near = solve(Beam(gamma=70 * k * 0.98, delta=delta), strain="biot", plane="flapwise")
+    assert near.equilibrium.stretch([0.0])[0] < 0.1
+
+
+@pytest.mark.parametrize(("strain", "end"), [("green", "0.5774"), ("biot", "0")])
+def test_inward_limit(strain, end):
+    """The paper's elements compress an inward beam to the end of its force law, never through it:
+    at the speed that the default method finds too, from whatever speed beyond it."""
+    with pytest.raises(NoEquilibrium) as exact:
+        solve(Beam(gamma=150, delta=-2), strain=strain)
+    for beyond in (1.001, 1.03, 1.38237, 1.7):
+        beam = Beam(gamma=exact.value.limit * beyond, delta=-2)
+        with pytest.raises(
+            NoEquilibrium, match=f"{strain} force law ends there, at .* {end}$"
+        ) as e:
+            solve(beam, method="ancf", strain=strain, elements=80)
+        assert e.value.limit == pytest.approx(exact.value.limit, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    "beam",
+    [
+        Beam(alpha=98, beta=0.725, gamma=97, delta=10.8),  # false limit
+        Beam(alpha=33, beta=0.966, gamma=26, delta=19.8, mu=1533),  # false buckling
+    ],
+)
+@pytest.mark.parametrize("method", ["ancf", "ancf-planar"])
+def test_overshoot_at_a_mass_is_not_physics(beam, method):
+    """Where the gradient shared at a heavy inner mass overshoots into compression, neither a limit
+    nor an instability of the beam is reported: the method did not converge."""
+    with pytest.raises(NotConverged, match="a limit of the method, not of the beam"):
+        solve(beam, method=method)
+
+
+def ritz_buckling_speed(delta):
+    """The least gamma at which an inextensible inward beam buckles chordwise, by polynomials."""
+    x, weights = np.polynomial.legendre.leggauss(40)
+    x, weights = (x + 1) / 2, weights / 2
+    tension = (1 - x**2) / 2 + delta * (1 - x)
+    powers = np.arange(2, 10)[:, None]
+    w, dw, ddw = x**powers, powers * x ** (powers - 1), powers * (powers - 1) * x ** (powers - 2)
+    K = (weights * ddw) @ ddw.T
+    softening = (weights * w) @ w.T - (weights * tension * dw) @ dw.T
+    return 1 / math.sqrt(np.linalg.eigvals(np.linalg.solve(K, softening)).real.max())
+
+
+@pytest.mark.parametrize("method", NONLINEAR)
+@pytest.mark.parametrize("delta", [-1.0, -0.3, -2.0])  # -0.3: it buckles in tension
+def test_buckling_speed(delta, method):
+    """The straight inward beam becomes unstable at the speed of the inextensible one."""
+
+    def state(gamma):
+        return solve(Beam(gamma=gamma, delta=delta, mu=1000), 1, method=method)
+
+    critical = ritz_buckling_speed(delta)
+    found = brentq(lambda gamma: state(gamma).omega_squared[0], critical - 0.5, critical + 0.5)
+    assert found == pytest.approx(critical, rel=1e-4)
+    statuses = [state(factor * critical).equilibrium.status for factor in (0.99, 1.01)]
+    assert statuses == ["stable", "unstable"]
+
+
+@pytest.mark.parametrize(
+    ("options", "before", "beyond"),
+    [
+        ({}, 2.9955, 2.9965),
+        ({"method": "ancf"}, 2.9955, 2.9965),
+        ({"method": "ancf-planar"}, 2.9955, 2.9965),
+        ({"coriolis": True}, 2.9955, 2.9965),  # nothing moves at omega = 0: the same speed
+        ({"method": "ancf", "plane": "flapwise"}, 5, 6.5),  # later, without the softening
+    ],
+)
+def test_inward_beam_buckles(options, before, beyond):
+    """delta = -1: unstable beyond gamma = 2.9939 without stretch (w'''' + gamma^2 (((1 - x)^2 / 2)
+    w')' = gamma^2 w by a Runge-Kutta march), 2.9960 with the shortening at mu 70; it says so with a
+    growth rate of B1, and of no other mode."""
+    stable, unstable = (solve(Beam(gamma=g, delta=-1), **options) for g in (before, beyond))
+    assert [s.equilibrium.status for s in (stable, unstable)] == ["stable", "unstable"]
+    assert np.isnan(unstable.frequencies[0])
+    assert unstable.growth_rates[0] > 0
+    assert not unstable.growth_rates[1:].any()
+    assert unstable.labels[0] == "B1"
+
+
+def test_coriolis_at_the_point_of_buckling_loses_no_mode():
+    """Where omega_1 is almost zero the other modes are still there."""
+    for gamma in (2.99603, 2.996038663, 2.99605):
+        solution = solve(Beam(gamma=gamma, delta=-1), coriolis=True)
+        assert solution.omega_squared[1:] == pytest.approx(
+            [457.4348, 3738.020, 12099.08, 14487.45], 1e-5
+        )
+
+
+def test_where_a_mode_is_about_to_buckle_the_others_keep_their_digits():
+    """Next to its frequency, almost zero, rounding takes the others from Z' Z, not from Z."""
+    beam = Beam(alpha=1, beta=1.6e-14, gamma=4, delta=-0.6111255052738858, mu=21)
+    at, beside = (
+        solve(one, 3, coriolis=True, tolerance=1e-9) for one in (beam, beam.replace(delta=-0.6111))
+    )
+    assert abs(at.omega_squared[0]) < 1e-9
+    assert at.frequencies[1:] == pytest.approx(beside.frequencies[1:], rel=1e-4)
+    assert np.all(at.omega_squared_errors[1:] < 1e-5 * at.omega_squared[1:])
+
+
+def test_a_growing_shape_moves_as_one():
+    """Where nothing oscillates both components grow in phase: the shape is real."""
+    shape = solve(Beam(gamma=5, delta=-1), coriolis=True).shape(0, np.linspace(0, 1, 9))
+    assert abs(shape.imag).max() < 1e-9 * abs(shape).max()
+    assert abs(shape[:, 0]).max() > 1e-3
+
+
+INWARD = [
+    Beam(gamma=5, delta=-1),
+    Beam(gamma=30, delta=-0.3, alpha=2),
+    Beam(gamma=20, delta=-2, mu=500),
+    Beam(gamma=100, delta=-1, mu=1000),
+    Beam(alpha=3, beta=0.6, gamma=40, delta=-0.8, mu=300),
+]
+
+
+@pytest.mark.parametrize("coriolis", [False, True])
+@pytest.mark.parametrize("beam", INWARD)
+def test_unstable_beams(beam, coriolis):
+    """However far beyond buckling: all modes asked for, errors that are positive and hold, and the
+    growth rates of elements that share no discretisation with them."""
+    rough, fine = (solve(beam, coriolis=coriolis, tolerance=t) for t in (1e-3, 1e-9))
+    assert rough.equilibrium.status == "unstable"
+    assert len(rough.omega_squared) == 5
+    assert np.all(rough.omega_squared_errors >= 0)
+    error = abs(rough.omega_squared - fine.omega_squared)
+    slack = 1e-9 * abs(fine.omega_squared) if coriolis else 0
+    assert np.all(error <= rough.omega_squared_errors + fine.omega_squared_errors + slack)
+    if not coriolis:
+        elements = solve(beam, method="ancf", elements=200)
+        assert elements.growth_rates == pytest.approx(fine.growth_rates, rel=1e-4)
+        assert elements.labels == fine.labels
+
+
+def test_a_beam_buckled_beyond_resolving_says_so():
+    """Compressed into hundreds of half-waves: an answer at once, with the remedy; in a sweep too,
+    where meshes for a thousand half-waves would fill the memory."""
+    for options in ({}, {"coriolis": True}, {"method": "foac"}):
+        with pytest.raises(NotConverged, match="lower gamma"):
+            solve(Beam(alpha=50, beta=0.3, gamma=200, delta=-1, mu=5000), **options)
+    buckled = Beam(alpha=100, gamma=40, delta=-2, mu=10000)
+    for sweep in (
+        [buckled.replace(gamma=gamma) for gamma in (0.0, 40.0)],
+        [buckled.replace(beta=beta) for beta in (0.0, 0.3, 0.4)],
+    ):
+        first, *others = solve_many(sweep, modes=3)
+        assert isinstance(first, Solution)
+        assert all("half-waves" in str(other) for other in others)
