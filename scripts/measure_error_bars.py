@@ -5,6 +5,9 @@ drawn over everything that is accepted (tests/oracle/error_bars.py). Run it on a
 oracle takes about half a second a beam, and its answers are kept in a file:
 
     python scripts/measure_error_bars.py [--beams 5000] [--truths FILE] [--out assets]
+
+With --bent the beams are bent ones (tests/oracle/bent_error_bars.py), the files are
+error_bars_bent.json and .md, and what is kept are the verdicts: remove them to measure anew.
 """
 
 import argparse
@@ -14,6 +17,7 @@ import platform
 import sys
 import tempfile
 from collections import Counter
+from collections.abc import Callable
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -24,6 +28,10 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 import numpy as np  # noqa: E402
 import scipy  # noqa: E402
+from oracle.bent_error_bars import (  # type: ignore[import-not-found]  # noqa: E402
+    bent_verdict,
+    random_bent_scene,
+)
 from oracle.error_bars import (  # type: ignore[import-not-found]  # noqa: E402
     oracle_answer,
     random_scene,
@@ -46,7 +54,7 @@ SENTENCES = {
     "wrong-branch": "another equilibrium than the one that starts at rest",
     "not-converged": "did not converge",
     "crash": "crashed",
-    "unknown": "the reference itself has no answer (too many waves in a buckled beam)",
+    "unknown": "the reference itself has no answer",
 }
 
 
@@ -56,29 +64,46 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
     parser.add_argument("--beams", type=int, default=5000)
-    parser.add_argument(
-        "--truths", type=Path, default=Path(tempfile.gettempdir()) / "beamviz-truths.jsonl"
-    )
+    parser.add_argument("--bent", action="store_true")
+    parser.add_argument("--truths", type=Path)
     parser.add_argument("--out", type=Path, default=ROOT / "assets")
     given = parser.parse_args()
-    answers = truths(given.beams, given.truths)
-    rows = verdicts(answers)
+    name = "error_bars_bent" if given.bent else "error_bars"
+    file = given.truths or Path(tempfile.gettempdir()) / f"beamviz-{name}.jsonl"
+    if given.bent:
+        rows = kept_rows(given.beams, file, bent_row)
+    else:
+        rows = verdicts(
+            kept_rows(given.beams, file, lambda seed: oracle_answer(random_scene(seed)))
+        )
     counted = summary(rows)
     given.out.mkdir(parents=True, exist_ok=True)
-    (given.out / "error_bars.json").write_text(json.dumps(counted, indent=1) + "\n")
-    (given.out / "error_bars.md").write_text(page(counted))
-    print(page(counted))
+    (given.out / f"{name}.json").write_text(json.dumps(counted, indent=1) + "\n")
+    (given.out / f"{name}.md").write_text(page(counted, given.bent))
+    print(page(counted, given.bent))
 
 
-def truths(count: int, file: Path) -> list[dict[str, Any]]:
-    """The oracle's answers for seeds 0 .. count - 1, those in the file not asked again."""
+def bent_row(seed: int) -> dict[str, Any]:
+    """A verdict on a bent beam."""
+    scene = random_bent_scene(seed)
+    told = {
+        "command": scene.command,
+        "coriolis": scene.options["coriolis"],
+        "inward": scene.beam.delta < 0,
+        "spin-up": scene.beam.spin_up != 0,
+    }
+    return told | bent_verdict(scene)
+
+
+def kept_rows(count: int, file: Path, row: Callable[[int], dict[str, Any]]) -> list[dict[str, Any]]:
+    """The rows of seeds 0 .. count - 1, those in the file not computed again."""
     known = {}
     if file.exists():
         lines = [line for line in file.read_text().splitlines() if line.endswith("}")]
         known = {row["seed"]: row for row in map(json.loads, lines)}
     with file.open("a") as kept:
         for seed in (seed for seed in range(count) if seed not in known):
-            known[seed] = {"seed": seed} | oracle_answer(random_scene(seed))
+            known[seed] = {"seed": seed} | row(seed)
             print(json.dumps(known[seed]), file=kept, flush=True)
             if seed % 100 == 0:
                 print(f"oracle: {seed} of {count}", file=sys.stderr)
@@ -112,6 +137,7 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "Coriolis": [row for row in compared if row["coriolis"]],
         "no Coriolis": [row for row in compared if not row["coriolis"]],
         "inward (delta < 0)": [row for row in compared if row["inward"]],
+        "spin-up": [row for row in compared if row.get("spin-up")],
     }
     wrong = [row for row in rows if row["kind"] not in GOOD]
     slow = [row for row in rows if row["seconds"] > SLOW]
@@ -165,15 +191,19 @@ def listed(row: dict[str, Any]) -> dict[str, Any]:
     return entry
 
 
-def page(counted: dict[str, Any]) -> str:
+def page(counted: dict[str, Any], bent: bool) -> str:
     """The summary for people, in Markdown."""
     kinds, seconds = counted["kinds"], counted["seconds"]
+    drawn = "beams over everything that is accepted"
+    if bent:
+        drawn = "bent beams, inward ones past buckling and ones that spin up"
     lines = [
-        "# Honest error bars",
+        "# Honest error bars" + (" of bent beams" if bent else ""),
         "",
-        f"{counted['beams']} random beams over everything that is accepted, solved by `auto`"
+        f"{counted['beams']} random {drawn}, solved by `auto`"
         " and held against an independent solution of the differential equations (tests/oracle)."
-        " `python scripts/measure_error_bars.py` computes this page anew.",
+        f" `python scripts/measure_error_bars.py{' --bent' if bent else ''}` computes this page"
+        " anew.",
         "",
         f"beamviz {counted['version']}, {counted['machine']}, {counted['day']}.",
         "",

@@ -1,162 +1,224 @@
-"""Bent states and their modes by shooting along the beam, sharing only `Beam` with the program.
+"""Bent states and their modes from the differential equations, sharing only `Beam`.
 
-State, from the clamp: x' = f cos a, y' = f sin a, a' = m / b(f), m' = -f (P . n), P' = -q, with the
-force P and the moment m that the part further out exerts, n = (-sin a, cos a), the stretch f from
-mu^2 e e' + b' m^2 / (2 b^2) = P . t, and the load q = gamma^2 R + lambda (R_y, -R_x),
-R = r + delta e1. At the concentrated mass P has a step alpha q. At the
-clamp m and P are unknown, at the tip both vanish.
+State z = (x, y, a, m, P_x, P_y): position and angle, and the moment and force that the part
+further out exerts; n = (-sin a, cos a), t = (cos a, sin a), b = f^p the bending stiffness:
 
-Modes: the same equations linearised, with omega^2 (and 2 i gamma omega for Coriolis forces) in the
-load; a frequency is a zero of the determinant of the tip's conditions on the three solutions that
-leave the clamp.
+    x' = f cos a,  y' = f sin a,  a' = m / b(f),  m' = -f P . n,  P' = -rho q,
+    mu^2 e e' + b'(f) (m / b)^2 / 2 = P . t,
+    q = gamma^2 R + lambda (R_y, -R_x),  R = r + delta e1.
+
+x, y and a vanish at the clamp, m and P at the tip; at the mass P has a step alpha q. Modes: the
+same equations linearised, with omega^2 d (and 2 i gamma omega (d_y, -d_x) for Coriolis forces) in
+q. Chebyshev collocation as for straight beams, on elements that halve towards the clamp, the mass
+and the tip, at two resolutions; the lowest frequencies by Arnoldi's method about zero.
 """
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import solve_ivp
-from scipy.optimize import brentq, newton, root
+from scipy.sparse.linalg import LinearOperator, eigs, splu
 
 from beamviz import Beam
+from oracle.collocation import Mesh, integration
+from oracle.eigen import UnresolvedError
 
 STRAIN = {
-    "green": (lambda f: (f * f - 1) / 2, lambda f: f),
-    "biot": (lambda f: f - 1, lambda f: 1.0),
-    "hencky": (np.log, lambda f: 1 / f),
+    "green": (lambda f: (f * f - 1) * f / 2, lambda f: 1.5 * f * f - 0.5),
+    "biot": (lambda f: f - 1, lambda f: 1 + 0 * f),
+    "hencky": (lambda f: np.log(f) / f, lambda f: (1 - np.log(f)) / f**2),
 }
 POWER = {"spatial": -2, "material": 0}  # of b(f)
-TOLERANCE = {"rtol": 1e-11, "atol": 1e-12, "method": "DOP853"}
 STEP = 1e-30  # of a complex derivative
+D = 6  # unknowns
+RESOLUTIONS = ((14, 1.5), (18, 1.0))  # points of an element; its length in layers at the ends
+LONGEST = 0.1
+NEWTON_STEPS, NEWTON_TOLERANCE = 25, 1e-10
 
 
-class BentOracle(NamedTuple):
-    """A beam's bent state: values at the clamp that meet the tip's conditions."""
+@dataclass(frozen=True)
+class BentTruth:
+    """omega (k,) complex [1/T*], ascending by real part, the differences (k,) between the two
+    resolutions, and the tip (2,) from the clamp."""
 
+    omega: np.ndarray
+    differences: np.ndarray
+    tip: np.ndarray
+
+
+def bent_truth(
+    beam: Beam,
+    strain: str,
+    curvature: str,
+    coriolis: bool,
+    count: int,
+    guess: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]],
+) -> BentTruth:
+    """The state next to a guess, and its lowest modes.
+
+    guess: position (k, 2), angle (k,) and stretch (k,) at points (k,). Raises UnresolvedError.
+    """
+    found = []
+    for points, layers in RESOLUTIONS:
+        problem = _Problem(beam, strain, curvature, _mesh(beam, points, layers, guess))
+        z, f = problem.state(guess)
+        found.append((problem.modes(z, f, coriolis, count), z[-D:][:2]))
+    (coarse, _), (omega, tip) = found
+    return BentTruth(omega, abs(omega - coarse), tip)
+
+
+def _mesh(beam: Beam, points: int, layers: float, guess: Callable) -> Mesh:
+    """Elements that halve towards the ends of what is smooth, down to the width of a layer."""
+    mass_inside = beam.alpha > 0 and 0 < beam.beta < 1
+    ends = [0.0, *([beam.beta] if mass_inside else []), 1.0]
+    x = np.linspace(0, 1, 401)
+    r, _, f = guess(x)
+    arm = np.hypot(r[:, 0] + beam.delta, r[:, 1])
+    load = beam.gamma**2 + abs(beam.spin_up)
+    tension = load * (arm.mean() + beam.alpha * np.interp(beam.beta, x, arm))
+    narrowest = layers / np.sqrt(1 + tension * f.max() ** 3)
+    breaks = set(ends)
+    for a, b in pairwise(ends):
+        length = (b - a) / 2
+        while length > narrowest:
+            breaks |= {a + length, b - length}
+            length /= 2
+    every = [0.0]
+    for a, b in pairwise(sorted(breaks)):
+        parts = int(np.ceil((b - a) / LONGEST))
+        every += [a + (b - a) * k / parts for k in range(1, parts + 1)]
+    lefts, lengths = np.array(every[:-1]), np.diff(every)
+    mass = None
+    if beam.alpha and beam.beta:
+        mass = int(np.argmin(abs(np.array(every[1:]) - beam.beta)))
+    return Mesh(lefts, lengths, points, beam.alpha, mass, integration(points))
+
+
+@dataclass
+class _Problem:
     beam: Beam
     strain: str
     curvature: str
-    clamp: np.ndarray  # m, P_x, P_y
+    mesh: Mesh
 
-    def frequency(self, near: complex, coriolis: bool = False) -> complex:
-        """The root omega of the determinant next to a guess."""
-        scale = abs(self.determinant(near * 1.001, coriolis))
-        return newton(
-            lambda omega: self.determinant(omega, coriolis) / scale,
-            complex(near),
-            x1=near * (1 + 1e-4 + 1e-5j),
-            tol=1e-12 * abs(near),
-            maxiter=50,
+    def __post_init__(self) -> None:
+        mesh = self.mesh
+        self.skeleton = mesh.skeleton(D)
+        ones = np.ones_like(mesh.x)
+        self.integral = mesh.integral(D, {(a, a): ones for a in range(D)})
+        turn, spin = self.beam.gamma**2, self.beam.spin_up
+        self.load = (  # of P by r, spread and at the mass
+            mesh.mass(D, 4, 0, -turn)
+            + mesh.mass(D, 5, 1, -turn)
+            + mesh.mass(D, 4, 1, -spin)
+            + mesh.mass(D, 5, 0, spin)
         )
+        at_hub = np.zeros(mesh.size(D))
+        at_hub[0::D] = self.beam.delta
+        self.hub_load = self.load @ at_hub
 
-    def determinant(self, omega: complex, coriolis: bool) -> complex:
-        """Of the tip's conditions on the three solutions that leave the clamp."""
-        end = _integrate(self, np.eye(3), omega, coriolis)
-        return np.linalg.det(end)
+    def state(self, guess: Callable) -> tuple[np.ndarray, np.ndarray]:
+        """Unknowns z and the stretch (elements, p) of the state, by Newton's method."""
+        mesh = self.mesh
+        x = np.concatenate(
+            [np.append(left, row) for left, row in zip(mesh.lefts, mesh.x, strict=True)] + [[1.0]]
+        )
+        r, a, f = guess(x)
+        z = np.zeros((len(x), D))
+        z[:, :2], z[:, 2] = r, a
+        z[:, 3:] = self.carried(x, r, a, f)
+        f = f[:-1].reshape(len(mesh.lefts), -1)[:, 1:]
+        z, last = z.ravel(), np.inf
+        scale = np.tile(np.maximum(abs(z.reshape(-1, D)).max(axis=0), 1.0), len(x))
+        for _ in range(NEWTON_STEPS):
+            F, C, f = self.slopes(z, f)
+            rhs = np.zeros((len(x) - 1, D)).reshape(len(mesh.lefts), -1, D)
+            rhs[:, 1:] = F
+            flat = np.append(rhs.ravel(), np.zeros(D))
+            residual = self.skeleton @ z - self.integral @ flat - self.load @ z - self.hub_load
+            A = self.skeleton - mesh.integral(D, C) - self.load
+            step = splu(A.tocsc()).solve(-residual)
+            z, size = z + step, abs(step / scale).max()
+            if not np.isfinite(size) or size > 1e3:
+                break
+            if size < NEWTON_TOLERANCE or (size < 1e-7 and size > last / 2):
+                return z, f
+            last = size
+        raise UnresolvedError(f"{self.beam}: no bent state next to the guess")
 
-    @property
-    def tip(self) -> np.ndarray:
-        """Position of the tip from the clamp."""
-        return _integrate(self)[:2]
+    def carried(self, x: np.ndarray, r: np.ndarray, a: np.ndarray, f: np.ndarray) -> np.ndarray:
+        """m, P_x and P_y (k, 3) that balance the load of a guess, roughly."""
+        beam, h = self.beam, np.diff(x)
+        X, Y = r[:, 0] + beam.delta, r[:, 1]
+        turn, spin = beam.gamma**2, beam.spin_up
+        q = np.column_stack((turn * X + spin * Y, turn * Y - spin * X))
+        P = np.array([np.interp(beam.beta, x, q[:, k]) for k in (0, 1)])
+        P = beam.alpha * P * ((x <= beam.beta) & (x < 1))[:, None]
+        middle = (q[1:] + q[:-1]) / 2 * h[:, None]
+        P[:-1] += np.cumsum(middle[::-1], axis=0)[::-1]
+        bend = f * (P[:, 1] * np.cos(a) - P[:, 0] * np.sin(a))
+        m = np.append(np.cumsum(((bend[1:] + bend[:-1]) / 2 * h)[::-1])[::-1], 0.0)
+        return np.column_stack((m, P))
 
+    def slopes(self, z: np.ndarray, f: np.ndarray) -> tuple[np.ndarray, dict, np.ndarray]:
+        """z' without the load (elements, p, 6), its derivatives by z, and the stretch."""
+        at = self.mesh.at_points(z, D)
+        F, f = self._slope(at, f)
+        C = {}
+        for b in range(D):
+            moved = at.astype(complex)
+            moved[..., b] += 1j * STEP
+            column = self._slope(moved, f)[0].imag / STEP
+            C |= {(a, b): column[..., a] for a in range(D) if column[..., a].any()}
+        return F, C, f
 
-def bent_state(beam: Beam, strain: str, curvature: str, guess: np.ndarray) -> BentOracle:
-    """The state next to a guess of m, P_x and P_y at the clamp."""
-    oracle = BentOracle(beam, strain, curvature, np.asarray(guess, float))
-    scale = np.maximum(abs(oracle.clamp), 1.0)
+    def _slope(self, z: np.ndarray, f: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        a, m, Px, Py = np.moveaxis(z[..., 2:], -1, 0)
+        c, s = np.cos(a), np.sin(a)
+        f = self._stretch(m, Px * c + Py * s, f)
+        zero = np.zeros_like(f)
+        slope = (f * c, f * s, m / f ** POWER[self.curvature], -f * (Py * c - Px * s), zero, zero)
+        return np.stack(slope, axis=-1), f
 
-    def tip(values: np.ndarray) -> np.ndarray:
-        return _integrate(oracle._replace(clamp=values * scale))[3:6] / scale
+    def _stretch(self, m: np.ndarray, pull: np.ndarray, f: np.ndarray) -> np.ndarray:
+        """f from the force along the beam, on the branch where it grows with the force; by Newton's
+        method, through which small imaginary parts pass."""
+        (n, dn), p, mu2 = STRAIN[self.strain], POWER[self.curvature], self.beam.mu**2
+        f = f.astype(m.dtype)
+        for _ in range(60):
+            excess = mu2 * n(f) + p * f ** (-p - 1) * m**2 / 2 - pull
+            slope = mu2 * dn(f) + p * (-p - 1) * f ** (-p - 2) * m**2 / 2
+            step = np.clip((excess / slope).real, -0.3 * f.real, 0.3 * f.real) + (
+                1j * (excess / slope).imag if np.iscomplexobj(f) else 0
+            )
+            f = f - step
+            if abs(step / f).max() < 1e-14:
+                break
+        return f
 
-    found = root(tip, oracle.clamp / scale, tol=1e-13)
-    assert abs(found.fun).max() < 1e-7, found.message
-    return oracle._replace(clamp=found.x * scale)
+    def modes(self, z: np.ndarray, f: np.ndarray, coriolis: bool, count: int) -> np.ndarray:
+        """The lowest omega (count,), complex."""
+        mesh, gamma = self.mesh, self.beam.gamma
+        _, C, _ = self.slopes(z, f)
+        solve = splu((self.skeleton - mesh.integral(D, C) - self.load).tocsc()).solve
+        T2 = mesh.mass(D, 4, 0, -1.0) + mesh.mass(D, 5, 1, -1.0)
+        n, rng = mesh.size(D), np.random.default_rng(0)
+        if not (coriolis and gamma):
+            operator = LinearOperator((n, n), lambda v: solve(T2 @ v), dtype=float)
+            nu = eigs(operator, count + 4, v0=rng.random(n), return_eigenvectors=False)
+            omega = np.sqrt(1 / nu.astype(complex))
+        else:
+            T1 = 2j * gamma * (mesh.mass(D, 4, 1, -1.0) - mesh.mass(D, 5, 0, -1.0))
 
+            def inverse(v: np.ndarray) -> np.ndarray:
+                rhs = T1 @ v[:n] + T2 @ v[n:]
+                return np.append(solve(rhs.real) + 1j * solve(rhs.imag), v[:n])
 
-def _slope(oracle: BentOracle, z: np.ndarray) -> np.ndarray:
-    """The derivative (6, ...) of z = (x, y, a, m, P_x, P_y) by x; z may be complex."""
-    beam, (_, _, a, m, Px, Py) = oracle.beam, z
-    c, s = np.cos(a), np.sin(a)
-    f = _stretch(oracle, m, Px * c + Py * s)
-    q = _load(beam, z[:2])
-    return np.array(
-        [f * c, f * s, m / f ** POWER[oracle.curvature], -f * (Py * c - Px * s), -q[0], -q[1]]
-    )
-
-
-def _load(beam: Beam, r: np.ndarray) -> np.ndarray:
-    x, y = r[0] + beam.delta, r[1]
-    turn = beam.gamma**2
-    return np.array([turn * x + beam.spin_up * y, turn * y - beam.spin_up * x])
-
-
-def _stretch(oracle: BentOracle, m: np.ndarray, pull: np.ndarray) -> np.ndarray:
-    """f by bracketing, then by Newton's method, through which small imaginary parts pass: m and
-    pull (k,) have equal real parts."""
-    (e, de), p, mu2 = STRAIN[oracle.strain], POWER[oracle.curvature], oracle.beam.mu**2
-
-    def excess(f, m, pull):
-        return mu2 * e(f) * de(f) + p * f ** (-p - 1) * m**2 / 2 - pull
-
-    real = float(np.real(m).flat[0]), float(np.real(pull).flat[0])
-    low = high = 1.0
-    while excess(high, *real) < 0:
-        high *= 1.3
-    while excess(low, *real) > 0:
-        low /= 1.1
-    f = brentq(excess, low, high, args=real, xtol=1e-15) if high > low else 1.0
-    h = 1e-6
-    for _ in range(2):
-        slope = (excess(f + h, m, pull) - excess(f - h, m, pull)) / (2 * h)
-        f = f - excess(f, m, pull) / slope
-    return f
-
-
-def _integrate(
-    oracle: BentOracle,
-    columns: np.ndarray | None = None,
-    omega: complex = 0.0,
-    coriolis: bool = False,
-) -> np.ndarray:
-    """The state at the tip, (6,); with columns (3, k), tip conditions (3, k) of the linearised
-    solutions that leave the clamp with these m and P."""
-    beam = oracle.beam
-    swirl = 2j * beam.gamma * omega if coriolis else 0.0
-    count = 0 if columns is None else columns.shape[1]
-    z0 = np.concatenate((np.zeros(3), oracle.clamp))
-    start = np.zeros((6, count), complex if count else float)
-    if count:
-        start[3:] = columns * np.maximum(abs(oracle.clamp), 1.0)[:, None]
-
-    def jacobian(z: np.ndarray) -> np.ndarray:
-        return _slope(oracle, z[:, None] + 1j * STEP * np.eye(6)).imag / STEP
-
-    def inertia(d: np.ndarray) -> np.ndarray:
-        dx, dy = d
-        return np.array([omega**2 * dx + swirl * dy, omega**2 * dy - swirl * dx])
-
-    def slope(_: float, packed: np.ndarray) -> np.ndarray:
-        z, d = packed[:6].real, packed[6:].reshape(6, count)
-        dz = _slope(oracle, z)
-        dd = jacobian(z) @ d if count else d
-        if count:
-            dd[4:] -= inertia(d[:2])
-        return np.concatenate((dz, dd.ravel()))
-
-    def step(packed: np.ndarray) -> np.ndarray:
-        z, d = packed[:6].real, packed[6:].reshape(6, count).copy()
-        new = z.copy()
-        new[4:] -= beam.alpha * _load(beam, z[:2])
-        if count:
-            turn, spin = beam.gamma**2, beam.spin_up
-            d[4:] -= beam.alpha * (np.array([[turn, spin], [-spin, turn]]) @ d[:2] + inertia(d[:2]))
-        return np.concatenate((new, d.ravel()))
-
-    packed = np.concatenate((z0, start.ravel()))
-    has_mass = beam.alpha > 0 and beam.beta > 0
-    ends = [0.0, *([beam.beta] if has_mass and beam.beta < 1 else []), 1.0]
-    for a, b in pairwise(ends):
-        packed = solve_ivp(slope, (a, b), packed, **TOLERANCE).y[:, -1]
-        if has_mass and b == beam.beta:
-            packed = step(packed)
-    return packed[6:].reshape(6, count)[3:] if count else packed
+            operator = LinearOperator((2 * n, 2 * n), inverse, dtype=complex)
+            start = rng.random(2 * n) + 0j
+            nu = eigs(operator, 2 * count + 8, v0=start, return_eigenvectors=False)
+            omega = 1 / nu
+            omega = omega[omega.real > -1e-6 * abs(omega)]
+        order = np.lexsort((omega.imag, omega.real.round(9)))
+        return omega[order][:count]

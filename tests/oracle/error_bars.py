@@ -31,7 +31,7 @@ class Scene(NamedTuple):
         numbers = {name: repr(value) for name, value in self.beam.numbers.items()}
         given = numbers | {name: str(value) for name, value in self.options.items()}
         on = given.pop("coriolis", "False") == "True"
-        words = [f"--{name} {value}" for name, value in given.items()]
+        words = [f"--{name.replace('_', '-')} {value}" for name, value in given.items()]
         return " ".join(["beamviz modes", *words, *(["--coriolis"] if on else [])])
 
 

@@ -7,7 +7,6 @@ import math
 import time
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -17,25 +16,23 @@ from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverg
 from beamviz.solver.bent.equilibrium import (
     State,
     descend,
-    limit_of_stability,
+    is_straight,
     newton,
-    spin_up_state,
     stable_states,
     upward,
     without_spin_up,
 )
+from beamviz.solver.bent.mesh_design import first_mesh, refined_mesh, tails
 from beamviz.solver.bent.modes import BentModes, bent_modes
+from beamviz.solver.bent.paths import follow_speed, spin_up_state
 from beamviz.solver.bent.tangent import BentBeam, Tangent
 from beamviz.solver.hp import solve_hp
-from beamviz.solver.hp.mesh import Mesh, make_mesh, reference
+from beamviz.solver.hp.mesh import Mesh
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Equilibrium, Solution, Stats
 
-FIRST_ORDER, HIGHEST_ORDER, LONGEST_ELEMENT = 10, 16, 0.5
-LAYER, GRADING = 3.0, 4.0  # first element in widths of a bending layer; ratio of neighbours
 REFINEMENTS, MAX_UNKNOWNS = 14, 1000
 TRUNCATION_FACTOR, ROUNDING_FACTOR = 4.0, 100.0  # of the two error estimates, see the tests
-STRAIGHT = 1e-6  # largest angle [rad] of a state that counts as straight
 EPS = float(np.finfo(float).eps)
 
 
@@ -135,15 +132,15 @@ def solve_bent(
     verified = near is not None and state.beam.mesh is near.beam.mesh
     for _ in range(REFINEMENTS):
         modes = _modes(state, count)
-        omega_squared = modes.frequencies**2
+        omega_squared = modes.omega_squared
         truncation, rounding = _errors(state, modes)
         if coarser is not None:
             truncation = np.maximum(truncation, abs(omega_squared - coarser))
-        allowed = 2 * problem.tolerance * omega_squared + rounding
+        allowed = 2 * problem.tolerance * abs(omega_squared) + rounding
         excess = float((truncation / allowed)[: problem.modes].max())
         if excess <= 1 and (verified or coarser is not None):
             return _solution(beam, problem, state, modes, truncation + rounding, start), state
-        state = _on_mesh(state, _refined(state, modes, problem.tolerance))
+        state = _on_mesh(state, refined_mesh(state.beam, state.q, modes, problem.tolerance))
         coarser = omega_squared
     raise NotConverged(
         f"errors are still {excess:.1e} times the tolerance {problem.tolerance:g} with"
@@ -154,31 +151,16 @@ def solve_bent(
 def _first_state(beam: Beam, problem: Problem) -> State:
     """A state found from nothing, on the first mesh."""
     still = without_spin_up(beam)
-    bent = BentBeam(first_mesh(beam), still, problem)
-    states = stable_states(bent)
-    if not states:
-        raise _no_stable_state(bent)
+    bent = BentBeam(first_mesh(beam, problem), still, problem)
+    states = stable_states(bent) or [follow_speed(bent)]
     if beam.spin_up:
-        return spin_up_state(BentBeam(bent.mesh, beam, problem), states[0])
+        return spin_up_state(BentBeam(states[0].beam.mesh, beam, problem), states[0])
     for state in states:
-        if abs(bent.J @ bent.split(state.q)[1]).max() > STRAIGHT:
-            return state._replace(
-                q=upward(bent, state.q), tangent=bent.tangent(upward(bent, state.q))
-            )
+        if not is_straight(state):
+            q = upward(state.beam, state.q)
+            return state._replace(q=q, tangent=state.beam.tangent(q))
     raise NoEquilibrium(
         f"gamma = {beam.gamma:.6g}: no bent state found, the straight one is stable", math.nan
-    )
-
-
-def _no_stable_state(bent: BentBeam) -> NoEquilibrium:
-    """The error of a beam without a stable state, with the limit found on a finer mesh."""
-    mesh, beam = bent.mesh, bent.beam
-    finer = make_mesh(tuple(mesh.breaks), tuple(order + 6 for order in mesh.orders))
-    limit = limit_of_stability(BentBeam(finer, beam, bent.problem))
-    return NoEquilibrium(
-        f"gamma = {beam.gamma:.6g}: no stable state beyond gamma = {limit:.6g}: there the"
-        f" {bent.problem.strain} strain law carries no more force",
-        limit,
     )
 
 
@@ -202,27 +184,6 @@ def _modes(state: State, count: int) -> BentModes:
     )
 
 
-def first_mesh(beam: Beam) -> Mesh:
-    """Elements graded towards the clamp and the concentrated mass, where bending is confined to a
-    layer of width sqrt(EI / N)."""
-    tension = (1 + beam.alpha) * (1 + abs(beam.delta)) * max(beam.gamma**2, abs(beam.spin_up))
-    width = LAYER / math.sqrt(tension) if tension else 1.0
-    ends = [0.0, beam.beta, 1.0] if beam.alpha and 0 < beam.beta < 1 else [0.0, 1.0]
-    breaks = set(ends)
-    for a, b in pairwise(ends):
-        distance = width
-        while 2 * distance < b - a:
-            breaks.add(a + distance)
-            if b < 1:
-                breaks.add(b - distance)
-            distance *= GRADING
-    spread = [0.0]
-    for a, b in pairwise(sorted(breaks)):
-        parts = math.ceil((b - a) / LONGEST_ELEMENT)
-        spread += [a + (b - a) * k / parts for k in range(1, parts + 1)]
-    return make_mesh(tuple(spread), (FIRST_ORDER,) * (len(spread) - 1))
-
-
 def _on_mesh(state: State, refined: Mesh) -> State:
     """The same state on another mesh."""
     old = state.beam
@@ -232,26 +193,13 @@ def _on_mesh(state: State, refined: Mesh) -> State:
         )
     rows = old.mesh.grid.at(refined.points)
     q = np.concatenate([rows @ part for part in old.split(state.q)])
-    beam = BentBeam(refined, old.beam, old.problem)
-    found = newton(beam, q) or (None if beam.beam.spin_up else descend(beam, q))
-    if found is None and old.beam.spin_up:
-        raise NotConverged("Newton's method left a bent state when its mesh was refined")
+    beam, steady = BentBeam(refined, old.beam, old.problem), not old.beam.spin_up
+    found = newton(beam, q, stable=steady) or (descend(beam, q) if steady else None)
+    if found is None and steady:
+        found = follow_speed(beam)
     if found is None:
-        raise _no_stable_state(beam)
+        raise NotConverged("Newton's method left a bent state when its mesh was refined")
     return found._replace(iterations=state.iterations + found.iterations)
-
-
-def _tails(bent: BentBeam, Q: np.ndarray, parity: int) -> np.ndarray:
-    """The part of values Q (2 n, ...) in the two highest polynomials of every second element."""
-    tails = np.zeros_like(Q)
-    for half in (0, len(bent.w)):
-        end = half
-        for k, order in enumerate(bent.mesh.orders):
-            block = slice(end, end + order)
-            if k % 2 == parity:
-                tails[block] = reference(order).last_two @ Q[block]
-            end += order
-    return tails
 
 
 def _errors(state: State, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:
@@ -261,18 +209,19 @@ def _errors(state: State, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:
     and those of the shapes to their energies; neighbouring elements apart, since they may cancel.
     """
     bent, omega, V = state.beam, modes.frequencies, modes.V
+    squares = -((modes.growth_rates + 1j * omega) ** 2)
     exact = _energies(state, state.tangent, V)
     stiffness, _, inertia = exact
-    size = omega**2 * inertia + abs(stiffness)
+    size = abs(squares) * inertia + abs(stiffness)
     truncation = np.zeros_like(omega)
     for parity in (0, 1):
-        lower = bent.tangent(state.q - _tails(bent, state.q, parity))
+        lower = bent.tangent(state.q - tails(bent, state.q, parity))
         for energies in (
             _energies(state, lower, V),
-            _energies(state, state.tangent, V - _tails(bent, V, parity)),
+            _energies(state, state.tangent, V - tails(bent, V, parity)),
         ):
             dK, dG, dM = energies - exact
-            truncation += abs(dK + omega * dG - omega**2 * dM) * 2 * omega**2 / size
+            truncation += abs(dK + omega * dG - squares * dM) * 2 * abs(squares) / size
     rounding = (abs(np.diag(state.tangent.K))[:, None] * abs(V) ** 2).sum(axis=0)
     return TRUNCATION_FACTOR * truncation, ROUNDING_FACTOR * EPS * rounding
 
@@ -285,31 +234,6 @@ def _energies(state: State, tangent: Tangent, V: np.ndarray) -> np.ndarray:
     swirl = (moved[1].conj() * moved[0] - moved[0].conj() * moved[1]).sum(axis=0)
     inertia = (abs(moved) ** 2).sum(axis=(0, 1))
     return np.array([stiffness, (1j * coriolis * swirl).real, inertia])
-
-
-def _refined(state: State, modes: BentModes, tolerance: float) -> Mesh:
-    """A mesh with a higher order, or halves, where the tails of the state or of a shape are."""
-    bent, n = state.beam, len(state.beam.w)
-    q = _tails(bent, state.q, 0) + _tails(bent, state.q, 1)
-    V = abs(_tails(bent, modes.V, 0)) ** 2 + abs(_tails(bent, modes.V, 1)) ** 2
-    stiffness = 1 / bent.scale**2
-    breaks, orders, start = [0.0], [], 0
-    lengths = np.diff(bent.mesh.breaks)
-    for order, length, end in zip(bent.mesh.orders, lengths, bent.mesh.breaks[1:], strict=True):
-        block = slice(start, start + order)
-        angle = math.sqrt(length * (bent.w[block] @ q[n:][block] ** 2))
-        stretch = math.sqrt(length * (bent.w[block] @ q[:n][block] ** 2))
-        strain = stiffness[block] @ V[block] + stiffness[n:][block] @ V[n:][block]
-        shapes = strain / modes.frequencies**2
-        needed = max(max(angle, stretch) * 10, math.sqrt(shapes.max())) / math.sqrt(tolerance)
-        start += order
-        if needed > 1 and order >= HIGHEST_ORDER:
-            breaks += [end - length / 2, end]
-            orders += [order, order]
-        else:
-            breaks.append(end)
-            orders.append(order + (6 if needed > 10 else 4 if needed > 1 else 2))
-    return make_mesh(tuple(breaks), tuple(orders))
 
 
 def _solution(
@@ -331,7 +255,7 @@ def _solution(
         stats=Stats(
             len(state.q), time.perf_counter() - start, "hp", len(grid.orders), max(grid.orders)
         ),
-        omega_squared=modes.frequencies**2,
+        omega_squared=modes.omega_squared,
         estimate_errors=partial(np.array, errors),
         bending_energy_fraction=(abs(across) ** 2).sum(axis=0),
         fields=Fields(state, modes.V),

@@ -1,9 +1,8 @@
-"""Bent equilibria: the stable state of lowest energy, and the states of a beam that spins up.
+"""Bent equilibria at a constant speed: stable states by descent of the energy, and Newton's method.
 
 Without a spin-up the loads have a potential, and a stable state is one of its minima: descent
 finds one from any guess. Guesses are the straight state bent along its buckling modes, and a beam
-folded over at the clamp, from where it points outward. A spin-up is applied in steps, by Newton's
-method from the stable state without it.
+folded over at the clamp, from where it points outward.
 """
 
 import math
@@ -14,18 +13,19 @@ import numpy as np
 from scipy.linalg import lapack
 
 from beamviz.beam import Beam
-from beamviz.errors import NotConverged
+from beamviz.solver.bent.mesh_design import folded_beam
 from beamviz.solver.bent.tangent import BentBeam, Tangent
 
-DESCENT_STEPS, NEWTON_STEPS = 150, 12
+DESCENT_STEPS, NEWTON_STEPS, STRAIGHT_STEPS = 150, 12, 40
 MAX_TURN, MAX_STRETCH = 0.7, 0.3  # of a descent step: angle [rad], relative change of f
 QUADRATIC = 0.05  # a Newton step below this size needs no line search
 CONVERGED = 1e-7  # size of a Newton step after which the next one is rounding
 SAME_ENERGY = 1e-9  # relative difference of two descents to the same state
-SMALLEST_STEP = 1e-4  # of the spin-up
-COLLAPSED, TORN = 1e-3, 1e3  # stretch where a descent ends: the strain law carries no more
-SLOWER = 0.8  # ratio of speeds when a beam with a stable state is looked for
-LIMIT_ACCURACY = 1e-5  # of a limit, relative; a mesh that is too coarse moves it more
+STRAIGHT = 1e-6  # largest angle [rad] of a state that counts as straight
+ROUNDED = 1e-5  # size of a Newton step below which one that no longer shrinks is rounding
+ENERGY_ROUNDING = 1e-12  # of its terms
+COLLAPSED, TORN = 1e-3, 1e3  # stretch where a descent ends
+BEYOND = 4.0  # times past the ends of a strain law's force, where a descent ends as well
 
 
 class State(NamedTuple):
@@ -40,11 +40,17 @@ class State(NamedTuple):
 def stable_states(beam: BentBeam) -> list[State]:
     """The stable states found from all guesses, lowest energy first, without mirror images."""
     states: list[State] = []
-    for guess in _guesses(beam):
+    for guess in guesses(beam):
         state = descend(beam, guess)
         if state and not any(_same(state, other) for other in states):
             states.append(state)
     return sorted(states, key=lambda state: beam.energy(state.q))
+
+
+def is_straight(state: State) -> bool:
+    """Whether no point of the beam has turned."""
+    beam = state.beam
+    return bool(abs(beam.J @ beam.split(state.q)[1]).max() <= STRAIGHT)
 
 
 def _same(a: State, b: State) -> bool:
@@ -53,14 +59,12 @@ def _same(a: State, b: State) -> bool:
     return abs(a.beam.energy(a.q) - energy) <= SAME_ENERGY * (1 + abs(energy))
 
 
-def _guesses(beam: BentBeam) -> Iterator[np.ndarray]:
+def guesses(beam: BentBeam) -> Iterator[np.ndarray]:
     """Folded over at the clamp; the straight state, bent along its two lowest buckling modes."""
     w, n = beam.w, len(beam.w)
-    width = 1 / max(1.0, beam.beam.gamma * math.sqrt(1 + abs(beam.beam.delta)))
-    decay = np.exp(-beam.mesh.points / width)
-    lever = beam.R @ np.ones(n) + abs(beam.beam.delta)
-    force = (beam.beam.gamma / beam.beam.mu) ** 2 * ((beam.mass * lever) @ beam.R) / w
-    f = np.clip(beam.law.stretch(force), 1.0, beam.law.max_stretch)
+    folded = folded_beam(beam.beam, beam.problem)
+    decay = np.exp(-beam.mesh.points / folded.width[0])
+    f = np.interp(beam.mesh.points, folded.x, folded.stretch)
     yield np.concatenate((f, math.pi * decay / (w @ decay)))
     straight = straight_state(beam)
     if straight is None:
@@ -77,7 +81,7 @@ def straight_state(beam: BentBeam) -> State | None:
     does not converge."""
     n = len(beam.w)
     q = np.concatenate((np.ones(n), np.zeros(n)))
-    for iteration in range(1, DESCENT_STEPS + 1):
+    for iteration in range(1, STRAIGHT_STEPS + 1):
         tangent = beam.tangent(q)
         step = np.linalg.solve(tangent.K[:n, :n], -tangent.residual[:n])
         size = abs(step / q[:n]).max()
@@ -93,23 +97,29 @@ def descend(beam: BentBeam, q: np.ndarray) -> State | None:
     Newton's method where the stiffness is positive definite and the step small; elsewhere a bounded
     step of descent, which leaves saddle points.
     """
-    tangent, energy, last = beam.tangent(q), beam.energy(q), math.inf
+    low = max(COLLAPSED, beam.law.min_stretch / BEYOND)
+    high = min(TORN, beam.law.max_stretch * BEYOND)
+    tangent, last = beam.tangent(q), math.inf
     for iteration in range(1, DESCENT_STEPS + 1):
         step, size = _newton_step(beam, q, tangent)
-        near = size < QUADRATIC and size <= last / 2
+        energy, rounding = beam.energy(q), ENERGY_ROUNDING * beam.energy_terms(q)
+        # A fall of the energy that is below its rounding cannot be seen by a line search.
+        unseen = size < 1 and -tangent.residual @ step < rounding
+        near = size < QUADRATIC and (size <= last / 2 or unseen)
         if not near:
             if size > 1:
                 step = _bounded_step(beam, q, tangent)
-            shortened = _line_search(beam, q, step, energy, tangent.residual)
+            shortened = _line_search(beam, q, step, energy + rounding, tangent.residual)
             if shortened is None:
                 return None
             step = shortened
-        q, last = q + step, size
-        tangent, energy = beam.tangent(q), beam.energy(q)
-        if near and size < CONVERGED:
-            return State(beam, q, tangent, iteration)
+        q, tangent = q + step, beam.tangent(q + step)
+        if near and (size < CONVERGED or ROUNDED > size > last / 2):
+            stable = beam.local_stiffness(q).min() > 0
+            return State(beam, q, tangent, iteration) if stable else None
+        last = size
         f, _ = beam.split(q)
-        if f.min() < COLLAPSED or f.max() > TORN:
+        if not low < f.min() <= f.max() < high:
             return None
     return None
 
@@ -122,7 +132,7 @@ def _newton_step(beam: BentBeam, q: np.ndarray, tangent: Tangent) -> tuple[np.nd
     if info:
         return np.zeros_like(q), math.inf
     step = -scale * lapack.dpotrs(L, scale * tangent.residual, lower=1)[0]
-    return step, _size(beam, q, step)
+    return step, step_size(beam, q, step)
 
 
 def _bounded_step(beam: BentBeam, q: np.ndarray, tangent: Tangent) -> np.ndarray:
@@ -134,13 +144,13 @@ def _bounded_step(beam: BentBeam, q: np.ndarray, tangent: Tangent) -> np.ndarray
     shift = 0.0
     for _ in range(60):
         step = -scale * (U @ (g / (abs(eigenvalues) + shift + 1e-12)))
-        if _size(beam, q, step) <= 1:
+        if step_size(beam, q, step) <= 1:
             break
         shift = 2 * shift or 1e-6
     return step
 
 
-def _size(beam: BentBeam, q: np.ndarray, step: np.ndarray) -> float:
+def step_size(beam: BentBeam, q: np.ndarray, step: np.ndarray) -> float:
     """The size of a step in units of the largest that descent takes."""
     (f, _), (df, dkappa) = beam.split(q), beam.split(step)
     return float(max(abs(beam.J @ dkappa).max() / MAX_TURN, abs(df / f).max() / MAX_STRETCH))
@@ -150,89 +160,37 @@ def _line_search(
     beam: BentBeam, q: np.ndarray, step: np.ndarray, energy: float, residual: np.ndarray
 ) -> np.ndarray | None:
     """The step, halved until the energy falls as it should; None where it does not."""
-    rounding = 1e-13 * abs(energy)
     for _ in range(40):
-        if beam.energy(q + step) <= energy + 1e-4 * (residual @ step) + rounding:
+        if beam.energy(q + step) <= energy + 1e-4 * (residual @ step):
             return step
         step = step / 2
     return None
 
 
-def newton(beam: BentBeam, q: np.ndarray) -> State | None:
-    """The equilibrium near a guess, stable or not; None where Newton's method finds none."""
+def newton(beam: BentBeam, q: np.ndarray, stable: bool = False) -> State | None:
+    """The equilibrium near a guess, a stable one where that is asked for; None where Newton's
+    method finds none."""
     scale = beam.scale
     for iteration in range(1, NEWTON_STEPS + 1):
         tangent = beam.tangent(q)
         K = scale[:, None] * tangent.K * scale
         step = -scale * np.linalg.solve(K, scale * tangent.residual)
-        size = _size(beam, q, step)
-        if not size < 2:
-            return None
+        size = step_size(beam, q, step)
         q = q + step
+        if not (size < 2 and q[: len(q) // 2].min() > 0):
+            return None
         if size < CONVERGED:
-            return State(beam, q, beam.tangent(q), iteration)
+            state = State(beam, q, beam.tangent(q), iteration)
+            return state if not stable or is_stable(state) else None
     return None
 
 
-def limit_of_stability(beam: BentBeam) -> float:
-    """The largest gamma up to which a stable state exists, for a beam that has none at its own.
-
-    The state is followed upward from a slower beam that has one.
-    """
-
-    def slowed(gamma: float) -> BentBeam:
-        return BentBeam(beam.mesh, beam.beam.replace(gamma=gamma), beam.problem)
-
-    low = high = beam.beam.gamma
-    found: State | None = None
-    while found is None:
-        low, high = SLOWER * low, low
-        found = descend(slowed(low), next(_guesses(slowed(low))))
-    q = found.q
-    while high - low > LIMIT_ACCURACY * high:
-        gamma = (low + high) / 2
-        found = descend(slowed(gamma), q)
-        if found is None:
-            high = gamma
-        else:
-            low, q = gamma, found.q
-    return low
-
-
-def spin_up_state(beam: BentBeam, rest: State) -> State:
-    """The state of a beam that spins up, followed from the stable state without the spin-up.
-
-    Of two mirror images the one is followed that the Euler force bends further. Raises
-    NotConverged with the spin-up reached.
-    """
-    target = beam.beam.spin_up
-    state = rest._replace(q=_on_the_side_of_the_force(rest, target))
-    reached, step = 0.0, 1.0
-    while reached < 1:
-        share = min(1.0, reached + step)
-        loaded = BentBeam(beam.mesh, beam.beam.replace(spin_up=share * target), beam.problem)
-        found = newton(loaded, state.q)
-        if found is None:
-            step /= 2
-            if step < SMALLEST_STEP:
-                raise NotConverged(
-                    f"spin_up = {target:g}: the equilibrium was followed up to"
-                    f" {reached * target:.6g}, not further; ask for a smaller spin_up"
-                )
-            continue
-        state = found._replace(iterations=state.iterations + found.iterations)
-        reached, step = share, 1.5 * step
-    return state._replace(beam=beam)
-
-
-def _on_the_side_of_the_force(state: State, spin_up: float) -> np.ndarray:
-    """The state or its mirror image: that on which the Euler force of a spin-up does work."""
-    beam, q = state.beam, state.q.copy()
-    (f, kappa), (c, s) = beam.split(q), beam.directions(q)
-    x, y = beam.R @ (f * c) + beam.beam.delta, beam.R @ (f * s)
-    if -spin_up * (beam.mass @ (x * y)) < 0:
-        q[len(f) :] = -kappa
-    return q
+def is_stable(state: State) -> bool:
+    """Whether the stiffness is positive definite, on the mesh and for deformations of any length
+    (Legendre's condition)."""
+    beam, K = state.beam, state.tangent.K
+    _, info = lapack.dpotrf(beam.scale[:, None] * K * beam.scale, lower=1)
+    return info == 0 and bool(beam.local_stiffness(state.q).min() > 0)
 
 
 def upward(beam: BentBeam, q: np.ndarray) -> np.ndarray:

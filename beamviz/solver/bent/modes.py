@@ -12,6 +12,8 @@ from scipy.linalg import lapack
 from beamviz.errors import NotConverged
 from beamviz.solver.bent.tangent import Tangent
 
+STILL = 1e-9  # share of its growth rate up to which a frequency is rounding
+
 
 class BentModes(NamedTuple):
     """The lowest modes: frequency and growth rate from s = growth + i frequency."""
@@ -20,6 +22,12 @@ class BentModes(NamedTuple):
     growth_rates: np.ndarray  # (count,) real part of s; 0 without a spin-up
     V: np.ndarray  # (2 n, count) complex with Coriolis forces or a spin-up, unit modal mass
     definite: bool  # whether K is positive definite: a stable state, where it is symmetric
+
+    @property
+    def omega_squared(self) -> np.ndarray:
+        """Squared frequencies (count,); minus squared growth rates of modes without frequency."""
+        still = self.frequencies <= STILL * abs(self.growth_rates)
+        return np.where(still, -(self.growth_rates**2), self.frequencies**2)
 
 
 def bent_modes(
@@ -47,7 +55,7 @@ def bent_modes(
         found = _gyroscopic(L, F, G, gamma, count)
     s, V = found
     V = V / np.sqrt((abs(F @ V) ** 2).sum(axis=0))
-    order = np.argsort(s.imag, kind="stable")
+    order = np.lexsort((-s.real, np.where(s.imag <= STILL * abs(s), 0.0, s.imag)))
     return BentModes(s.imag[order], s.real[order], scale[:, None] * V[:, order], info == 0)
 
 
@@ -91,11 +99,13 @@ def _general(
         nu, V = np.linalg.eig(np.linalg.solve(K, M))  # 1 / omega^2
         largest = np.argsort(-abs(nu))[:count]
         s = 1j * np.sqrt(1 / nu[largest].astype(complex))
-        return np.where(s.imag < 0, -s, s), V[:, largest]
+        grows = (s.imag < 0) | ((s.imag <= STILL * abs(s)) & (s.real < 0))
+        return np.where(grows, -s, s), V[:, largest]
     inverse = np.linalg.solve(K, np.hstack((-2 * gamma * G, -M)))  # q = inverse (s q, s^2 q)
     P = np.zeros((2 * n, 2 * n))
     P[:n], P[n:, :n] = inverse, np.eye(n)  # (q, s q) = s P (q, s q)
     nu, V = np.linalg.eig(P)
-    upward = np.flatnonzero(nu.imag <= 0)  # s = 1 / nu has a frequency of 0 or more
+    still = abs(nu.imag) <= STILL * abs(nu)  # s = 1 / nu has a frequency above 0, or it grows
+    upward = np.flatnonzero(np.where(still, nu.real > 0, nu.imag < 0))
     largest = upward[np.argsort(-abs(nu[upward]))[:count]]
     return 1 / nu[largest], V[:n, largest]

@@ -20,6 +20,8 @@ from beamviz.beam import Beam
 from beamviz.solver.hp.mesh import Mesh
 from beamviz.solver.problem import Problem
 
+SECTION_STEPS = 60  # of Newton's method for the stretch at the clamp
+
 
 class Tangent(NamedTuple):
     """A state's residual, its tangent stiffness, and the displacements that its inertia needs."""
@@ -78,6 +80,29 @@ class BentBeam:
         stored = self.beam.mu**2 * self.law.strain(f) ** 2 + f**self.power * kappa**2
         centrifugal = self.mass @ (x * x + self.softens * y * y)
         return float(self.w @ stored - self.beam.gamma**2 * centrifugal) / 2
+
+    def energy_terms(self, q: np.ndarray) -> float:
+        """The sum of the sizes of the terms of the energy: what it is rounded to."""
+        f, kappa = self.split(q)
+        stored = self.w @ (self.beam.mu**2 * self.law.strain(f) ** 2 + f**self.power * kappa**2) / 2
+        return float(stored + abs(stored - self.energy(q)))
+
+    def local_stiffness(self, q: np.ndarray) -> np.ndarray:
+        """Stiffness (n + 1,) in f of deformations much shorter than the beam, the angle following:
+        the second derivative of the energy density less what kappa takes of it; at the points and,
+        by the force and the moment that it bears, at the clamp."""
+        f, kappa = self.split(q)
+        p, mu2, law = self.power, self.beam.mu**2, self.law
+        moment, pull, _ = self.clamp_values(q)
+        f0 = float(f[0])
+        for _ in range(SECTION_STEPS):
+            stiffness = mu2 * law.stiffness(f0) - p * (p + 1) / 2 * f0 ** (-p - 2) * moment**2
+            excess = mu2 * law.force(f0) + p / 2 * f0 ** (-p - 1) * moment**2 - pull
+            if stiffness <= 0 or abs(excess) <= 1e-9 * stiffness * f0:
+                break
+            f0 -= float(np.clip(excess / stiffness, -0.3 * f0, 0.3 * f0))
+        softening = p * (p + 1) / 2 * f ** (p - 2) * kappa**2
+        return np.append(mu2 * law.stiffness(f) - softening, stiffness)
 
     def tangent(self, q: np.ndarray) -> Tangent:
         """Residual, tangent stiffness and inertia of a state (paper, eqs. 40-44)."""

@@ -1,0 +1,226 @@
+"""Paths of bent equilibria: along the speed from a slower beam, and along the spin-up."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from beamviz.beam import SPIN_UP
+from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.solver.bent.equilibrium import (
+    CONVERGED,
+    State,
+    descend,
+    guesses,
+    is_straight,
+    newton,
+    step_size,
+)
+from beamviz.solver.bent.mesh_design import first_mesh, folded_beam
+from beamviz.solver.bent.tangent import BentBeam
+from beamviz.solver.continuation import Path, Root, continue_load
+from beamviz.solver.hp.mesh import Mesh, make_mesh
+
+SLOWER, SLOWEST = 0.8, 1e-3  # ratio of speeds when a beam with a stable state is looked for
+PAST_BUCKLING = 1.002  # times the speed at which the straight state ends
+SMALLEST_STEP = 1e-4  # of the spin-up
+FIRST_ARC, LONGEST_ARC, MAX_ARCS = 0.01, 0.3, 300  # steps around limit points
+CORRECTIONS, DIFFERENCE = 8, 1e-4  # Newton steps of one; step of a derivative by the load
+MAX_MESHES, FINER = 4, 4.0  # on which a limit is located; ratio of their first elements
+LIMIT_ACCURACY = 1e-3  # relative
+
+
+def follow_speed(bent: BentBeam) -> State:
+    """A stable state followed to the speed of a beam from that of a slower one that has one.
+
+    Raises NoEquilibrium with the largest speed that has one, or NotConverged.
+    """
+    start = _slower(bent)
+    limits: list[float] = []
+    for _ in range(MAX_MESHES):
+        start = _finer(start)
+        path = _follow(bent, start)
+        if path.limit is not None and is_straight(start):
+            bifurcated = _bifurcated(bent, start.beam.mesh, _speed(start, path.limit))
+            if bifurcated:
+                start = bifurcated
+                path = _follow(bent, start)
+        if path.limit is None:
+            end = _at_speed(bent, bent.beam.gamma, start.beam.mesh)
+            return State(end, path.state, end.tangent(path.state), path.iterations)
+        limits.append(_speed(start, path.limit))
+        if len(limits) > 1 and abs(limits[-1] / limits[-2] - 1) < LIMIT_ACCURACY:
+            break
+    raise NoEquilibrium(
+        f"gamma = {bent.beam.gamma:.6g}: no stable state beyond gamma = {limits[-1]:.4g}, to which"
+        f" one was followed from gamma = {start.beam.beam.gamma:.5g}"
+        f" ({bent.problem.strain} strain)",
+        limits[-1],
+    )
+
+
+def _at_speed(bent: BentBeam, gamma: float, mesh: Mesh) -> BentBeam:
+    """The same beam at another speed on another mesh."""
+    return BentBeam(mesh, bent.beam.replace(gamma=gamma), bent.problem)
+
+
+def _finer(state: State) -> State:
+    """The same state with a higher order, and a shorter first element: at the clamp is the end of
+    a strain law."""
+    mesh = state.beam.mesh
+    breaks = (0.0, mesh.breaks[1] / FINER, *mesh.breaks[1:])
+    finer = make_mesh(tuple(breaks), tuple(order + 2 for order in (mesh.orders[0], *mesh.orders)))
+    rows = mesh.grid.at(finer.points)
+    q = np.concatenate([rows @ part for part in state.beam.split(state.q)])
+    return newton(_at_speed(state.beam, state.beam.beam.gamma, finer), q, stable=True) or state
+
+
+def _slower(bent: BentBeam) -> State:
+    """A stable state of the same beam at the first lower speed where one is found."""
+    gamma = bent.beam.gamma
+    while gamma > SLOWEST * bent.beam.gamma:
+        gamma *= SLOWER
+        beam = bent.beam.replace(gamma=gamma)
+        if not folded_beam(beam, bent.problem).bears:
+            continue
+        slower = BentBeam(first_mesh(beam, bent.problem), beam, bent.problem)
+        for guess in guesses(slower):
+            if found := descend(slower, guess):
+                return found
+    raise NotConverged(
+        f"gamma = {bent.beam.gamma:.6g}: no stable state was found by descent of the energy, nor at"
+        f" lower speeds down to gamma = {gamma:.3g}"
+    )
+
+
+def _bifurcated(bent: BentBeam, mesh: Mesh, gamma: float) -> State | None:
+    """A bent state just beyond the speed at which the straight one ceases to be stable."""
+    beyond = _at_speed(bent, PAST_BUCKLING * gamma, mesh)
+    for guess in list(guesses(beyond))[1:]:  # those along buckling modes
+        found = descend(beyond, guess)
+        if found and not is_straight(found):
+            return found
+    return None
+
+
+def _speed(start: State, load: float) -> float:
+    """The speed of a load, which is gamma^2 less that of the start."""
+    return math.sqrt(start.beam.beam.gamma**2 + load)
+
+
+def _follow(bent: BentBeam, start: State) -> Path:
+    """The stable states from a slower beam's to the speed of the beam, or to their limit."""
+
+    def solve_at(load: float, guess: NDArray) -> Root | None:
+        beam = _at_speed(bent, _speed(start, load), start.beam.mesh)
+        found = newton(beam, guess, stable=True)
+        return Root(found.q, found.iterations) if found else None
+
+    def margin(load: float, q: NDArray) -> float:
+        found = _margins(_at_speed(bent, _speed(start, load), start.beam.mesh), q)
+        return float((found / first).min())
+
+    first = _margins(start.beam, start.q)
+    target = bent.beam.gamma**2 - start.beam.beam.gamma**2
+    return continue_load(solve_at, start.q, target, margin)
+
+
+def _margins(beam: BentBeam, q: NDArray) -> NDArray:
+    """What is positive where a state is stable: the lowest eigenvalue of the stiffness, the least
+    stretch, and the least local stiffness."""
+    K = beam.scale[:, None] * beam.tangent(q).K * beam.scale
+    lowest = scipy.linalg.eigvalsh(K, subset_by_index=(0, 0))[0]
+    return np.array([lowest, q[: len(q) // 2].min(), beam.local_stiffness(q).min()])
+
+
+def spin_up_state(beam: BentBeam, rest: State) -> State:
+    """The state of a beam that spins up, followed from the stable state without the spin-up.
+
+    Of two mirror images the one is followed that the Euler force bends further. Where the spin-up
+    has a limit point on the way, the path is followed around it by its arc length. Raises
+    NotConverged with the spin-ups reached.
+    """
+    target = beam.beam.spin_up
+
+    def at(share: float) -> BentBeam:
+        spin_up = float(np.clip(share * target, *SPIN_UP.limits))
+        return BentBeam(beam.mesh, beam.beam.replace(spin_up=spin_up), beam.problem)
+
+    q, iterations = _on_the_side_of_the_force(rest, target), rest.iterations
+    found, reached, step = rest, 0.0, 1.0
+    while reached < 1:
+        share = min(1.0, reached + step)
+        near = newton(at(share), q)
+        if near is None:
+            step /= 2
+            if step > SMALLEST_STEP:
+                continue
+            near = _around_limit_points(at, q, reached)
+            if near is None:
+                raise NotConverged(
+                    f"spin_up = {target:g}: the equilibrium was followed up to"
+                    f" {reached * target:.6g}, and on around that limit point in {MAX_ARCS} steps"
+                )
+            share = 1.0
+        found, q, iterations = near, near.q, iterations + near.iterations
+        reached, step = share, 1.5 * step
+    return found._replace(beam=beam, iterations=iterations)
+
+
+def _around_limit_points(at: Callable[[float], BentBeam], q: NDArray, p: float) -> State | None:
+    """The state at p = 1, followed from that at a lower p by the arc length of the path (Riks):
+    R(q, p) = 0 with one more equation, that of a plane across the path."""
+    beam = at(p)
+    n, w = len(q), np.sqrt(beam.w)
+    unit = np.concatenate((w, w / max(1.0, np.linalg.norm(w * beam.split(q)[1])), [1.0]))
+    direction, arc, z = np.append(np.zeros(n), 1.0), FIRST_ARC, np.append(q, p)
+    for _ in range(MAX_ARCS):
+        ahead = np.linalg.solve(_bordered(at, z, direction * unit**2)[0], np.append(np.zeros(n), 1))
+        ahead /= np.linalg.norm(ahead * unit)
+        found = None
+        while found is None:
+            found = _corrected(at, z + arc * ahead, ahead * unit**2)
+            arc = arc / 2 if found is None else min(1.5 * arc, LONGEST_ARC)
+            if arc < SMALLEST_STEP * FIRST_ARC:
+                return None
+        if found[-1] >= 1 and (last := newton(at(1.0), found[:-1])):
+            return last
+        direction, z = ahead, found
+    return None
+
+
+def _bordered(
+    at: Callable[[float], BentBeam], z: NDArray, across: NDArray
+) -> tuple[NDArray, NDArray]:
+    """The tangent of R(q, p) by q and p with the row `across` below it, and R."""
+    q, p = z[:-1], float(z[-1])
+    tangent, h = at(p).tangent(q), DIFFERENCE
+    slope = (at(p + h).tangent(q).residual - at(p - h).tangent(q).residual) / (2 * h)
+    return np.vstack((np.column_stack((tangent.K, slope)), across)), tangent.residual
+
+
+def _corrected(at: Callable[[float], BentBeam], z: NDArray, across: NDArray) -> NDArray | None:
+    """The point of the path in the plane through z, by Newton's method; None if it is far off."""
+    for _ in range(CORRECTIONS):
+        A, residual = _bordered(at, z, across)
+        step = -np.linalg.solve(A, np.append(residual, 0.0))
+        z = z + step
+        beam = at(float(z[-1]))
+        size = step_size(beam, z[:-1], step[:-1])
+        if not (size < 1 and z[: len(beam.w)].min() > 0):
+            return None
+        if size < CONVERGED:
+            return z
+    return None
+
+
+def _on_the_side_of_the_force(state: State, spin_up: float) -> np.ndarray:
+    """The state or its mirror image: that on which the Euler force of a spin-up does work."""
+    beam, q = state.beam, state.q.copy()
+    (f, kappa), (c, s) = beam.split(q), beam.directions(q)
+    x, y = beam.R @ (f * c) + beam.beam.delta, beam.R @ (f * s)
+    if -spin_up * (beam.mass @ (x * y)) < 0:
+        q[len(f) :] = -kappa
+    return q
