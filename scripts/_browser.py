@@ -1,6 +1,6 @@
 """A browser for the tests of the page: the one that is there, Debian's, or Playwright's.
 
-Standard library only; the search of the package runs in the environment made for it.
+Standard library only.
 """
 
 import os
@@ -11,17 +11,14 @@ from pathlib import Path
 
 from _environment import ROOT, run_quietly, say
 
-FIND = "from beamviz.exports.renderer import find_browser; print(find_browser() or '')"
+sys.path.insert(0, str(ROOT / "tests"))
+from live.chromium import find_browser  # type: ignore[import-not-found]
+
 PLAYWRIGHT_PATH = """
 from playwright.sync_api import sync_playwright
 with sync_playwright() as playwright:
     print(playwright.chromium.executable_path)
 """
-
-
-def find_browser(python: Path) -> str:
-    """The browser that the package finds, or ""."""
-    return output_of([str(python), "-c", FIND])
 
 
 def find_or_fetch(python: Path) -> str | None:
@@ -31,10 +28,10 @@ def find_or_fetch(python: Path) -> str | None:
         return None
     if named:
         remedy = "name one that does, or none, or unset it"
-        return working(find_browser(python)) or sys.exit(
+        return working(find_browser()) or sys.exit(
             f"beamviz: BEAMVIZ_BROWSER = {named}: does not start; {remedy}"
         )
-    return working(find_browser(python)) or from_debian(python) or from_playwright(python)
+    return working(find_browser()) or from_debian(python) or from_playwright(python)
 
 
 def working(browser: str | None) -> str | None:
@@ -52,7 +49,7 @@ def from_debian(python: Path) -> str | None:
     succeeded(["apt-get", "update"])  # may fail for one source and still do for ours
     packages = ["chromium", "fonts-liberation"]  # else only DejaVu is there
     succeeded(["apt-get", "install", "--yes", "--no-install-recommends", *packages])
-    return working(find_browser(python))
+    return working(find_browser())
 
 
 def from_playwright(python: Path) -> str | None:

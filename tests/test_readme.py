@@ -83,7 +83,6 @@ def test_the_files_it_names_can_be_written(command):
 def test_the_python_runs(code, tmp_path, monkeypatch):
     """Each Python block runs as it stands, and writes the files it names."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
     exec(compile(code, "README.md", "exec"), {})
     assert {path.name for path in tmp_path.iterdir()} == set(re.findall(r'"(\w+\.\w+)"', code))
 

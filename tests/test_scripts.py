@@ -31,7 +31,7 @@ def browser(monkeypatch):
     monkeypatch.delenv("BEAMVIZ_BROWSER", raising=False)
     module = loaded("_browser", monkeypatch)
     monkeypatch.setattr(module, "working", lambda browser: browser)
-    monkeypatch.setattr(module, "find_browser", lambda python: None)
+    monkeypatch.setattr(module, "find_browser", lambda: None)
     monkeypatch.setattr(module, "from_debian", lambda python: None)
     monkeypatch.setattr(module, "from_playwright", lambda python: None)
     return module
@@ -167,7 +167,7 @@ def test_a_browser_that_is_there_comes_first(browser, monkeypatch):
     for name, answer in (
         ("from_playwright", lambda python: "playwright"),
         ("from_debian", lambda python: "debian"),
-        ("find_browser", lambda python: "find"),
+        ("find_browser", lambda: "find"),
     ):
         monkeypatch.setattr(browser, name, answer)
         assert browser.find_or_fetch(python) in name

@@ -58,14 +58,13 @@ class BeamView:
         box = trimesh.creation.box()
         tube = trimesh.creation.box()  # without ends, which would stick out at a bend
         tube.update_faces(np.abs(tube.face_normals[:, 0]) < 0.5)
-        unshaded = {"receive_shadow": False}
         self.beams = {
-            count: add_instances(api, f"{root}/rotor/beam/{count}", count, tube, **unshaded)
+            count: add_instances(api, f"{root}/rotor/beam/{count}", count, tube)
             for count in PIECE_COUNTS  # one node each: a browser cannot change a node's count
         }
         self.count = 0  # of the pieces drawn
-        self.ends = add_instances(api, f"{root}/rotor/ends", 2, box, **unshaded)
-        self.mass = add_instances(api, f"{root}/rotor/mass", 1, collar(), **unshaded)
+        self.ends = add_instances(api, f"{root}/rotor/ends", 2, box)
+        self.mass = add_instances(api, f"{root}/rotor/mass", 1, collar())
         self.mass_drawn: tuple = ()  # size and colour
         self.reference = ReferenceShapes(api, root)
         self.nodes = Nodes(api, root)

@@ -69,7 +69,7 @@ def axes(direction: Sequence[float] | np.ndarray) -> np.ndarray:
     at, with z up."""
     x, y, z = np.divide(direction, -np.linalg.norm(direction)).tolist()
     across = math.hypot(x, y)
-    right = (y / across, -x / across)
+    right = (y / across, -x / across) if across else (1.0, 0.0)
     down = (-z * right[1], z * right[0], x * right[1] - y * right[0])
     return np.array([(*right, 0.0), down, (x, y, z)]).T
 

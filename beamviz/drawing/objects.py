@@ -71,7 +71,7 @@ def add_instances(
         batched_colors=np.zeros((count, 3), np.uint8),
         side="double",
         lod="off",
-        **{"flat_shading": True, **options},
+        **{"flat_shading": True, "receive_shadow": False, **options},
     )
 
 
@@ -114,9 +114,13 @@ class ReferenceShapes:
         if not visible:
             return
         inner = (0.97 * section[0], 0.97 * section[1])  # its faces do not coincide with the beam's
-        ends = to_hub_frame(shapes, shapes.centreline[[0, -1]])  # it is straight
-        vertices = beam_mesh.swept(*ends, inner)[0].astype(np.float32)
-        set_properties(self.equilibrium, {"vertices": vertices})
+        straight = not shapes.centreline[:, 1].any()
+        axis = shapes.centreline[[0, -1]] if straight else shapes.centreline
+        vertices, faces = beam_mesh.swept(*to_hub_frame(shapes, axis), inner)
+        surface = {"vertices": vertices.astype(np.float32)}
+        if len(faces) != len(self.equilibrium.faces):  # in one message: they always fit each other
+            surface["faces"] = faces.astype(np.uint32)
+        set_properties(self.equilibrium, surface)
         edges = beam_mesh.straight_edges(shapes, section).astype(np.float32)
         set_properties(self.outline, {"points": edges})
 

@@ -1,336 +1,341 @@
-"""Pictures of a solved scene: rendered by a headless browser, or by matplotlib without one."""
+"""Pictures of a solved scene: what the page draws, rendered in numpy with the page's light.
 
-import atexit
-import contextlib
+A page is drawn by three.js; what it does to light is repeated here (Lambert's and a rough
+specular reflection, the ACES tone curve), without a browser, a display or a graphics library.
+"""
+
 import math
-import os
-import shutil
-import signal
-import subprocess
-import sys
-import tempfile
-from collections.abc import Callable, Iterator
-from concurrent.futures import Future
-from functools import partial
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.util import find_spec
 from pathlib import Path
-from time import monotonic
-from typing import Any
+from typing import Self
 
 import numpy as np
-import trimesh
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.figure import Figure
-from viser import ClientHandle
-from viser.transforms import SO3
+from PIL import Image, ImageDraw, ImageFont
 
-from beamviz.drawing import beam_mesh, camera, colours
-from beamviz.drawing.beam_mesh import subdivide, to_hub_frame
-from beamviz.drawing.modes import displacement
-from beamviz.drawing.objects import mass_size, section_size
-from beamviz.drawing.surroundings import HUB_HEIGHT, annulus, ground_height, hub_radius
-from beamviz.errors import Unavailable
+from beamviz.drawing import camera
+from beamviz.exports.geometry import Geometry, Triangles, geometry, linear
+from beamviz.exports.rasteriser import NEAR, clipped, planes, rasterised
 from beamviz.exports.solved_scene import DrawnScene, Moment, SolvedScene
-from beamviz.scene import ViewOptions
-from beamviz.server import run_server
-from beamviz.signals import defer_signals
+from beamviz.server.viser_private import VisibleNode, offline_scene
 
-BROWSERS = (
-    *("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome"),
-    *("microsoft-edge", "msedge"),
-    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
-    "/Applications/Chromium.app/Contents/MacOS/Chromium",
-    "/Applications/Microsoft Edge.app/Contents/MacOS/Microsoft Edge",
-)
-FLAGS = (
-    "--headless",
-    "--no-sandbox",  # it needs rights that containers lack; only our own page is opened
-    *("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
-    *("--hide-scrollbars", "--no-first-run", "--disable-background-networking"),
-    *("--disable-component-update", "--disable-sync", "--disable-quic"),
-    *("--disable-dev-shm-usage", "--remote-debugging-port=0"),
-)
-TIMEOUT = 90.0  # [s] for one picture; a software renderer takes about 5 for the first
-WARM_UP = 2  # small pictures until labels and instanced meshes are up to date
-FIRST_WARM_UP = 8  # before the first picture, while the page loads the letters of labels
 LIGHT, DARK = (255, 255, 255), (20, 20, 20)  # backgrounds of the page
-# Height of letters: [pixels], and of the width of a narrow picture, for a title and for a line of
-# one letter (a line then fits in any font: the mean letter of a wide one is 0.7 as wide as high).
-MAX_LETTERS, RELATIVE_LETTERS, RELATIVE_LINE = 22, 0.032, 0.85 / 0.7
+FINE, FAST = 8, 5  # samples of a pixel: in a picture, in a film
+SPECULAR = 0.04  # reflectance of a dielectric seen from the front
+ROWS = 32  # of pixels that are computed together, for the processor's cache
+FULL_HEIGHT = 720  # [pixels] of a picture: lines are as much thinner as it is smaller
+SMALL = 1e-6  # in place of a divisor that may be 0
+UP = np.array([0.0, 0.0, 1.0])
+SHADOW_CELLS = 320  # of the larger side of a shadow
+SHADOW_SAMPLES = 3
+SHADOW_BLUR = 0.014  # [lengths of the beam] standard deviation
+# Letters of a label of fixed size: [pixels], and of the width of the picture; the part of the width
+# that a line may take; height [lengths of the beam] at most, for a title between two beams.
+MAX_LETTERS, RELATIVE_LETTERS, RELATIVE_LINE, MAX_TITLE = 18, 0.026, 0.8, 0.065
+LABEL_OPACITY, LABEL_PADDING = 0.85, 0.1  # of its slab; of a line's height, on each side
+# The ACES tone curve as in three.js: to its colour space and back.
+TO_ACES = np.array(
+    [[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]]
+)
+FROM_ACES = np.array(
+    [[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]]
+)
+EXPOSURE = 1 / 0.6
 
-Render = Callable[[Moment], np.ndarray]
 
+class Renderer:
+    """Pictures of a solved scene of `width` by `height` pixels.
 
-@contextlib.contextmanager
-def open_renderer(
-    solved: SolvedScene, width: int, height: int, supersampling: int = 1
-) -> Iterator[Render]:
-    """A function that renders a solved scene at any moment: (height, width, 4), bytes, on a
-    transparent background. supersampling: factor by which a browser's picture is larger before it
-    is averaged, for smooth edges.
-
-    Raises Unavailable where the browser fails.
+    `draw` takes the scene at a moment, `render` makes the picture of it; only the former is bound
+    to one thread.
     """
-    browser = find_browser()
-    if browser is None and solved.all_modes:
-        raise Unavailable("all modes at once need a browser: install one, or set BEAMVIZ_BROWSER")
-    if browser is None:
-        note = "no browser found (set BEAMVIZ_BROWSER), drawn by matplotlib"
-        print(f"beamviz: {note}", file=sys.stderr)
-        yield lambda moment: draw_with_matplotlib(solved, moment, width, height)
-        return
-    size = supersampling * width, supersampling * height
-    connected: Future[ClientHandle] = Future()
-    with run_server(pictures=True) as server:
-        scale = solved.scale(*size)
-        longest = max(map(len, solved.warning.split("\n"))) or 1
-        letters = min(MAX_LETTERS, width * min(RELATIVE_LETTERS, RELATIVE_LINE / longest))
-        drawn = DrawnScene(server.scene, solved, scale, supersampling * letters / scale)
 
-        @server.on_client_connect
-        def _(client: ClientHandle) -> None:
-            if not connected.done():
-                connected.set_result(client)
-
-        dark = "&darkMode" if solved.scene.view.dark else ""
-        url = f"http://127.0.0.1:{server.get_port()}/?fixedDpr=1{dark}"
-        with open_browser(browser, url, 320, 240):
-            warm_up = iter((FIRST_WARM_UP,))
-
-            def render(moment: Moment) -> np.ndarray:
-                try:
-                    client = connected.result(TIMEOUT)
-                    drawn.move(moment)
-                    picture = render_in_browser(client, solved, *size, next(warm_up, WARM_UP))
-                except (TimeoutError, RuntimeError):
-                    raise Unavailable(
-                        f"{browser} drew no picture within {TIMEOUT:g} s: name another browser in"
-                        " BEAMVIZ_BROWSER, or none (BEAMVIZ_BROWSER=none) for matplotlib"
-                    ) from None
-                return downsample(picture, supersampling)
-
-            yield render
-
-
-def render_in_browser(
-    client: ClientHandle, solved: SolvedScene, width: int, height: int, warm_up: int
-) -> np.ndarray:
-    """The client's picture (height, width, 4), after small ones that are not used."""
-    deadline, view = monotonic() + TIMEOUT, solved.camera(width / height)
-    position = np.array(view.position)
-    render = partial(
-        client.get_render,
-        position=position,
-        wxyz=SO3.from_matrix(camera.axes(position - view.look_at)).wxyz,
-        fov=camera.FIELD_OF_VIEW,
-        transport_format="png",
-    )
-    for _ in range(warm_up):
-        render(64, 64, timeout=max(deadline - monotonic(), 0.1))
-    return render(height, width, timeout=max(deadline - monotonic(), 0.1))
-
-
-def downsample(picture: np.ndarray, factor: int) -> np.ndarray:
-    """A picture (factor h, factor w, 4) averaged to (h, w, 4)."""
-    height, width = picture.shape[0] // factor, picture.shape[1] // factor
-    blocks = picture.reshape(height, factor, width, factor, 4).astype(float)
-    alpha = blocks[..., 3:].mean(axis=(1, 3))
-    colour = (blocks[..., :3] * blocks[..., 3:]).mean(axis=(1, 3)) / np.maximum(alpha, 1e-9)
-    return np.rint(np.concatenate([colour, alpha], -1)).astype(np.uint8)
-
-
-def over_background(picture: np.ndarray, view: ViewOptions) -> np.ndarray:
-    """A picture (h, w, 4) on the background of the page, (h, w, 3)."""
-    alpha, background = picture[..., 3:] / 255, np.array(DARK if view.dark else LIGHT)
-    return np.rint(picture[..., :3] * alpha + background * (1 - alpha)).astype(np.uint8)
-
-
-def find_browser() -> str | None:
-    """The browser named by BEAMVIZ_BROWSER (a name or a path), else the first of BROWSERS found."""
-    named = os.environ.get("BEAMVIZ_BROWSER")
-    return next(filter(None, map(shutil.which, [named] if named else BROWSERS)), None)
-
-
-@contextlib.contextmanager
-def open_browser(browser: str, url: str, width: int = 1280, height: int = 720) -> Iterator[Path]:
-    """`browser` showing `url` without a window, ended at last; yields its profile folder."""
-    with tempfile.TemporaryDirectory(prefix="beamviz-", ignore_cleanup_errors=True) as profile:
-        end = None
-        try:
-            with defer_signals():  # one could arrive before the process is known
-                options = [f"--window-size={width},{height}", f"--user-data-dir={profile}"]
-                process = subprocess.Popen(
-                    [browser, *FLAGS, *options, url],
-                    stdin=subprocess.DEVNULL,
-                    stdout=subprocess.DEVNULL,
-                    stderr=subprocess.DEVNULL,
-                    start_new_session=True,  # a process group of its own
-                )
-                end = partial(end_browser, process, Path(profile))
-                atexit.register(end)  # in case a signal arrives as `finally` begins
-            yield Path(profile)
-        finally:
-            if end is not None:
-                end()
-                atexit.unregister(end)
-
-
-def end_browser(process: subprocess.Popen, profile: Path) -> None:
-    """End a browser and its child processes, and remove the folder that Chromium, killed, leaves
-    outside its profile (for a short socket path), empty where its profile has no link to it yet;
-    may be called twice."""
-    if process.returncode is None:
-        if os.name == "posix":
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
-        else:
-            process.kill()
-        process.wait()
-    socket = profile / "SingletonSocket"
-    if socket.is_symlink() and socket.readlink().parent.name.startswith("org.chromium."):
-        shutil.rmtree(socket.readlink().parent, ignore_errors=True)
-    for folder in Path(tempfile.gettempdir()).glob("org.chromium.Chromium.*"):
-        with contextlib.suppress(OSError):
-            folder.rmdir()
-
-
-# Without a browser.
-
-DPI = 100
-NEAR = 0.3  # distance from the camera from which on everything is drawn
-REACH, CELL = 2.0, 0.5  # of the ground: how far it is drawn, distance of its lines
-VISIBLE = 3.0  # largest distance from the clamp at which the hub is drawn
-SUN = np.array([-0.5, -1.0, 2.2]) / math.sqrt(0.25 + 1.0 + 4.84)
-SHADOW = (0.86, 0.865, 0.875)
-
-
-class Projection:
-    """Perspective projection of a scene in a picture with width / height = `aspect`."""
-
-    def __init__(self, solved: SolvedScene, aspect: float):
-        view = solved.camera(aspect)
-        target = camera.target(solved.shapes, solved.scene.view.rotating_frame)
-        self.position = np.array(view.position) + target
+    def __init__(self, solved: SolvedScene, width: int, height: int, samples: int = FINE):
+        self.width, self.height, self.samples = width, height, samples
+        view = solved.camera(width / height)
+        self.eye = np.array(view.position)
         self.axes = camera.axes(np.subtract(view.position, view.look_at))
+        self.distance = math.dist(view.position, view.look_at)
+        self.focal = height / (2 * math.tan(camera.FIELD_OF_VIEW / 2))  # [pixels]
+        self.background = np.array(DARK if solved.scene.view.dark else LIGHT) / 255
+        self.scene = offline_scene()
+        self.drawn = DrawnScene(self.scene, solved, solved.scale(width, height))
 
-    def depth(self, points: np.ndarray) -> np.ndarray:
-        """Distance (...) in front of the camera of points (..., 3)."""
-        return (points - self.position) @ self.axes[:, 2]
+    def draw(self, moment: Moment) -> Geometry:
+        """The scene at a moment."""
+        self.drawn.move(moment)
+        return geometry(self.scene)
 
-    def project(self, points: np.ndarray) -> np.ndarray:
-        """Points (..., 3) in the picture, (..., 2)."""
-        seen = (points - self.position) @ self.axes[:, :2] * [1, -1]
-        return seen / self.depth(points)[..., None]
+    def render(self, scene: Geometry, *, transparent: bool = False) -> np.ndarray:
+        """The picture of a scene: (height, width, 3), or with transparency (height, width, 4),
+        bytes."""
+        picture = np.zeros((self.height, self.width, 4), np.float32)  # colour times alpha, alpha
+        if not transparent:
+            picture[:] = (*self.background, 1.0)
+        if scene.floor is not None:  # everything is above it
+            self.add_floor(picture, scene.floor, scene)
+        self.add_objects(picture, scene)
+        for label in scene.labels:
+            self.add_label(picture, label)
+        if transparent:
+            picture[..., :3] /= np.maximum(picture[..., 3:], 1e-6)
+        else:
+            picture = picture[..., :3]
+        return np.rint(255 * picture.clip(0, 1)).astype(np.uint8)
 
-    def in_front(self, points: np.ndarray) -> np.ndarray:
-        """Whether shapes (n, k, 3) are in front of the camera, (n,)."""
-        front: np.ndarray = self.depth(points).min(axis=1) > NEAR
-        return front
+    def seen(self, points: np.ndarray) -> np.ndarray:
+        """Points (..., 3) in the axes of the camera: right, down, forward."""
+        return (points - self.eye) @ self.axes
+
+    def projected(self, seen: np.ndarray) -> np.ndarray:
+        """Points (..., 3) in the axes of the camera as x, y [pixels] and the inverse distance."""
+        inverse = 1 / seen[..., 2:]
+        middle = [self.width / 2, self.height / 2]
+        return np.concatenate([self.focal * seen[..., :2] * inverse + middle, inverse], -1)
+
+    # Objects
+
+    def add_objects(self, picture: np.ndarray, scene: Geometry) -> None:
+        """Put bodies and lines over a picture, and then translucent bodies over those."""
+        bodies = scene.triangles
+        seen = self.seen(bodies.corners)
+        across = np.cross(seen[:, 1] - seen[:, 0], seen[:, 2] - seen[:, 0])
+        facing = (across * seen[:, 0]).sum(axis=1) < 0
+        facing |= bodies.double
+        solid = facing & (bodies.opacity == 1)
+        places, colours, smooth = self.shaded(bodies.part(solid), scene)
+        thin = min(1.0, self.height / FULL_HEIGHT)
+        strips = [self.strips(ends, colour, thin * width) for ends, colour, width in scene.lines]
+        places = np.concatenate([places, *(strip for strip, _ in strips)])
+        colours = np.concatenate([colours, *(colour for _, colour in strips)])
+        smooth = np.append(smooth, np.zeros(len(places) - len(smooth), bool))
+        depth = self.add_layer(picture, places, colours, smooth, 1.0, None)
+        for opacity in np.unique(bodies.opacity[facing & (bodies.opacity < 1)]):
+            part = bodies.part(facing & (bodies.opacity == opacity))
+            self.add_layer(picture, *self.shaded(part, scene), float(opacity), depth)
+
+    def add_layer(
+        self,
+        picture: np.ndarray,
+        places: np.ndarray,
+        colours: np.ndarray,
+        smooth: np.ndarray,
+        opacity: float,
+        behind: np.ndarray | None,
+    ) -> np.ndarray:
+        """Put triangles (t, 3, 3) with colours (t, 3, 3) at their corners over a picture, except
+        where something is nearer; returns the inverse distance of every sample."""
+        pixels, weight = self.width * self.height, opacity / self.samples
+        drawn = rasterised(places, self.width, self.height, self.samples, behind)
+        curved = np.flatnonzero(smooth[drawn.owner])
+        owner, x, y = drawn.owner[curved], drawn.x[curved], drawn.y[curved]
+        slopes = planes(places[..., :2], colours)
+        covered = np.bincount(drawn.pixel, minlength=pixels)
+        where = np.flatnonzero(covered)
+        share = (weight * covered[where])[:, None]
+        flat = picture.reshape(-1, 4)
+        over = flat[where] * (1 - share)
+        for k in range(3):
+            colour = colours[..., k].mean(axis=1)[drawn.owner]
+            constant, dx, dy = slopes[:, :, k].T
+            colour[curved] = (constant[owner] + dx[owner] * x + dy[owner] * y).clip(0, 1)
+            over[:, k] += weight * np.bincount(drawn.pixel, colour, pixels)[where]
+        over[:, 3:] += share
+        flat[where] = over
+        return drawn.depth
+
+    def shaded(
+        self, bodies: Triangles, scene: Geometry
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Triangles in the picture (t, 3, 3), their colours (t, 3, 3) in sRGB, and whether these
+        differ at the corners (t,)."""
+        normals, albedo = bodies.normals, bodies.albedo[:, None]
+        behind = ((self.eye - bodies.corners) * normals).sum(axis=-1, keepdims=True) < 0
+        normals = np.where(bodies.double[:, None, None] & behind, -normals, normals)
+        colours = shades(self.eye, bodies.corners, normals, albedo, scene)
+        seen, colours, origin = clipped(self.seen(bodies.corners), colours)
+        return self.projected(seen), colours, bodies.smooth[origin]
+
+    def strips(
+        self, ends: np.ndarray, colour: np.ndarray, thickness: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Lines (n, 2, 3) as triangles (2 n, 3, 3) in the picture, `thickness` pixels wide, and
+        their colours."""
+        seen = self.seen(ends)
+        seen = seen[seen[..., 2].max(axis=1) > NEAR]
+        first, last = seen[:, :1], seen[:, 1:]
+        share = (NEAR - seen[..., 2:]) / np.where(last == first, np.inf, last - first)[..., 2:]
+        moved = first + share * (last - first)
+        seen = self.projected(np.where(seen[..., 2:] > NEAR, seen, moved))
+        along = seen[:, 1, :2] - seen[:, 0, :2]
+        along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
+        aside = np.stack([-along[:, 1], along[:, 0], 0 * along[:, 0]], 1) * thickness / 2
+        a, b = seen[:, 0], seen[:, 1]
+        quads = np.stack([a - aside, b - aside, b + aside, a + aside], 1)
+        places = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+        tone = toned(colour)
+        return places, np.broadcast_to(tone, (len(places), 3, 3))
+
+    # The floor
+
+    def add_floor(self, picture: np.ndarray, floor: VisibleNode, scene: Geometry) -> None:
+        """Put the top of a round floor over a picture, with the shadow on it."""
+        props, level = floor.props, float(floor.position[2] + floor.props.height / 2)
+        if self.eye[2] <= level:
+            return
+        centre = np.append(floor.position[:2], level)
+        shown = shades(self.eye, centre, UP, linear(props.color), scene)
+        tone = np.append(shown, 1.0).astype(np.float32)
+        shadow = Shadow.of(scene, level, props.receive_shadow)
+        for first in range(0, self.height, ROWS):
+            last = min(first + ROWS, self.height)
+            x, y = self.on_level(level, first, last + 1)
+            away = np.hypot(x - float(centre[0]), y - float(centre[1]))
+            across = np.abs(np.diff(away[:-1], axis=1, append=away[:-1, -1:]))
+            change = np.abs(np.diff(away, axis=0)) + across  # in a pixel
+            away = away[:-1]
+            covered = (props.radius - away) / np.maximum(change, SMALL) + 0.5
+            covered = np.where(away < 2 * props.radius, covered, 0).clip(0, 1)[..., None]
+            if not covered.any():
+                continue
+            part = picture[first:last]
+            part *= 1 - covered
+            covered = covered * tone
+            if shadow is not None:
+                covered[..., :3] *= 1 - shadow.at(x[:-1], y[:-1])[..., None]
+            part += covered
+
+    def on_level(self, level: float, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
+        """x and y (n, width) of the points at height `level` that the pixels of n rows show; far
+        away where they show none."""
+        right, down, forward = self.axes.T.tolist()
+        x = (np.arange(self.width, dtype=np.float32) + 0.5 - self.width / 2) / self.focal
+        y = np.arange(first, last, dtype=np.float32)[:, None] + 0.5 - self.height / 2
+        y = y / np.float32(self.focal)
+        rays = [right[k] * x + (down[k] * y + forward[k]) for k in range(3)]
+        distance = (level - float(self.eye[2])) / np.minimum(rays[2], -SMALL)
+        return tuple(float(self.eye[k]) + distance * rays[k] for k in (0, 1))
+
+    # Labels
+
+    def add_label(self, picture: np.ndarray, label: VisibleNode) -> None:
+        """Put a label over a picture: black letters on a white slab."""
+        props, (place,) = label.props, self.seen(label.position[None])
+        if place[2] <= NEAR or not props.text:
+            return
+        lines = props.text.split("\n")
+        if props.font_size_mode == "scene":
+            letters = props.font_scene_height * self.focal / place[2]
+        else:
+            letters = min(MAX_LETTERS, RELATIVE_LETTERS * self.width) * props.font_screen_scale
+            widest = max(map(font(100.0).getlength, lines)) / 100
+            letters = min(letters, RELATIVE_LINE * self.width / widest)
+            letters = min(letters, MAX_TITLE * self.focal / self.distance)
+        face = font(max(float(letters), 1.0))
+        ascent, descent = face.getmetrics()
+        line, padding = ascent + descent, LABEL_PADDING * (ascent + descent)
+        width = math.ceil(max(map(face.getlength, lines)) + 2 * padding)
+        height = math.ceil(len(lines) * line + 2 * padding)
+        text = Image.new("L", (width, height))
+        for k, words in enumerate(lines):
+            at = (padding, padding + k * line + ascent)
+            ImageDraw.Draw(text).text(at, words, 255, face, anchor="ls")
+        (x, y, _), (vertical, _, horizontal) = self.projected(place), props.anchor.partition("-")
+        left = round(x - {"left": 0.0, "right": 1.0}.get(horizontal, 0.5) * width)
+        top = round(y - {"top": 0.0, "bottom": 1.0}.get(vertical, 0.5) * height)
+        if -width < left < self.width:  # one that is partly outside is moved in
+            left = max(min(left, self.width - width), 0)
+        x0, y0 = max(left, 0), max(top, 0)
+        part = picture[y0 : max(top + height, 0), x0 : max(left + width, 0)]
+        ink = np.asarray(text, np.float32)[y0 - top :, x0 - left :][: part.shape[0]] / 255
+        ink = ink[:, : part.shape[1], None]
+        part *= 1 - LABEL_OPACITY
+        part += LABEL_OPACITY
+        part *= 1 - ink
+        part[..., 3:] += ink
 
 
-def draw_with_matplotlib(
-    solved: SolvedScene, moment: Moment, width: int, height: int
-) -> np.ndarray:
-    """The scene (height, width, 4) on a transparent background: ground, shadow, hub, beam and mass
-    with far triangles first, and the outline of the undeformed beam."""
-    figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, facecolor="none")
-    canvas = FigureCanvasAgg(figure)
-    axes = figure.add_axes((0, 0, 1, 1))
-    tall = math.tan(camera.FIELD_OF_VIEW / 2)
-    axes.set(xlim=(-tall * width / height, tall * width / height), ylim=(-tall, tall))
-    axes.set_axis_off()
-    beam, view = solved.scene.beam, solved.scene.view
-    rotor, ground = (0.0, -moment.angle) if view.rotating_frame else (moment.angle, 0.0)
-    rotation = SO3.from_z_radians(rotor).as_matrix().T
-    projection = Projection(solved, width / height)
-    low = ground_height(beam)
-    middle = camera.target(solved.shapes, view.rotating_frame)[:2]
-    lines = ground_lines(middle, low, ground)
-    lines = projection.project(lines[projection.in_front(lines)])
-    thin: dict[str, Any] = {"linewidths": 0.6, "colors": [np.array(colours.GRID) / 255]}
-    axes.add_collection(LineCollection(list(lines), alpha=0.4, zorder=0, **thin))
-    triangles, colour = scene_triangles(solved, moment, solved.scale(width, height))
-    triangles = triangles @ rotation
-    ahead = projection.in_front(triangles)
-    triangles, colour = triangles[ahead], colour[ahead]
-    shadow = triangles - (triangles[..., 2:] - low) / SUN[2] * SUN
-    shadow = projection.project(shadow[projection.in_front(shadow)])
-    axes.add_collection(PolyCollection(list(shadow), facecolors=[SHADOW], edgecolors=[SHADOW]))
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-    lit = np.clip(colour * (0.78 + 0.25 * normals @ SUN)[:, None], 0, 1)
-    order = np.argsort(-projection.depth(triangles.mean(axis=1)))
-    towards = projection.position - triangles[order, 0]
-    order = order[(towards * normals[order]).sum(axis=1) > 0]
-    axes.add_collection(
-        PolyCollection(
-            list(projection.project(triangles[order])),
-            facecolors=lit[order],
-            edgecolors=lit[order],
-            linewidths=1.0,  # less leaves seams between triangles that one can see through
+@lru_cache(64)
+def font(size: float) -> ImageFont.FreeTypeFont:
+    """DejaVu Sans, which matplotlib brings along: the same letters on every machine."""
+    found = find_spec("matplotlib")
+    assert found
+    assert found.origin
+    file = Path(found.origin).parent / "mpl-data" / "fonts" / "ttf" / "DejaVuSans.ttf"
+    return ImageFont.truetype(file, size, layout_engine=ImageFont.Layout.BASIC)
+
+
+@dataclass(frozen=True)
+class Shadow:
+    """Darkness (rows, columns) of square cells on the floor, the first of them at `corner`."""
+
+    cells: np.ndarray
+    corner: np.ndarray
+    size: float
+
+    @classmethod
+    def of(cls, scene: Geometry, low: float, opacity: float) -> Self | None:
+        """The soft shadow on a floor at height `low`; None without a light that casts one."""
+        bodies, sun = scene.triangles, scene.sun
+        if sun is None:
+            return None
+        corners = bodies.corners[bodies.casts & ((bodies.normals @ sun).mean(axis=1) > 0)]
+        fallen = (corners - (corners[..., 2:] - low) / sun[2] * sun)[..., :2]
+        edge = 4 * SHADOW_BLUR
+        corner = fallen.min(axis=(0, 1)) - edge
+        extent = fallen.max(axis=(0, 1)) + edge - corner
+        size = float(extent.max()) / SHADOW_CELLS
+        width, height = (np.ceil(extent / size).astype(int) + 2).tolist()
+        places = np.concatenate([(fallen - corner) / size, np.ones((*fallen.shape[:2], 1))], -1)
+        drawn = rasterised(places, width, height, SHADOW_SAMPLES)
+        covered = np.bincount(drawn.pixel, minlength=width * height).reshape(height, width)
+        rate = 2 * (math.pi * SHADOW_BLUR / size) ** 2
+        rows, columns = np.fft.fftfreq(height)[:, None], np.fft.rfftfreq(width)
+        damped = np.fft.rfft2(covered) * np.exp(-rate * (rows**2 + columns**2))
+        soft = np.fft.irfft2(damped, covered.shape) * (opacity / SHADOW_SAMPLES)
+        return cls(soft.astype(np.float32), corner, size)
+
+    def at(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """The darkness at points (...), by bilinear interpolation."""
+        height, width = self.cells.shape
+        x, y = (
+            (at - float(c)) / self.size - 0.5 for at, c in zip((x, y), self.corner, strict=True)
         )
-    )
-    if view.ghosts:
-        edges = beam_mesh.straight_edges(solved.shapes, section_size(beam, view.thicken))
-        outline = projection.project(edges @ rotation)
-        axes.add_collection(LineCollection(list(outline), alpha=0.7, zorder=2, **thin))
-    if solved.warning:
-        letters = 14 * min(1.0, width / 640)  # the longest line takes four fifths of the picture
-        figure.text(0.5, 0.8, solved.warning, ha="center", fontsize=letters)
-    canvas.draw()
-    return np.asarray(canvas.buffer_rgba()).copy()
+        dark = np.zeros(x.shape, np.float32)
+        inside = np.flatnonzero((x >= 0) & (y >= 0) & (x < width - 1) & (y < height - 1))
+        x, y = x.ravel()[inside], y.ravel()[inside]
+        i, j = x.astype(np.int32), y.astype(np.int32)
+        u, v, at, flat = x - i, y - j, j * width + i, self.cells.ravel()
+        upper = (1 - u) * flat[at] + u * flat[at + 1]
+        lower = (1 - u) * flat[at + width] + u * flat[at + width + 1]
+        dark.ravel()[inside] = (1 - v) * upper + v * lower
+        return dark
 
 
-def ground_lines(middle: np.ndarray, low: float, angle: float) -> np.ndarray:
-    """Pieces (n, 2, 3) of the lines of the ground around `middle` (2,), at height `low`: a lattice
-    around the axis, rotated by angle [rad]."""
-    lines = []
-    for start in (angle, angle + math.pi / 2):
-        along, across = (np.array([math.cos(a), math.sin(a)]) for a in (start, start + math.pi / 2))
-        first, last = (math.ceil((middle @ across + side * REACH) / CELL) for side in (-1, 1))
-        for k in range(first, last):
-            reach = math.sqrt(REACH**2 - (k * CELL - middle @ across) ** 2)
-            at = middle @ along + reach * np.linspace(-1, 1, 17)[:, None]
-            points = np.insert(at * along + k * CELL * across, 2, low, axis=1)
-            lines.append(np.stack([points[:-1], points[1:]], 1))
-    return np.concatenate(lines)
+def shades(
+    eye: np.ndarray, points: np.ndarray, normals: np.ndarray, albedo: np.ndarray, scene: Geometry
+) -> np.ndarray:
+    """Colours (..., 3) in sRGB of points on surfaces with unit normals and albedo (..., 3), by
+    Lambert's reflection and that of a surface as rough as can be, as in three.js."""
+    towards = eye - points
+    towards = towards / np.linalg.norm(towards, axis=-1, keepdims=True)
+    facing = np.abs((normals * towards).sum(axis=-1, keepdims=True))
+    light = albedo / math.pi * scene.ambient
+    for direction, colour in scene.lights:
+        incident = np.maximum(normals @ direction, 0.0)[..., None]
+        half = towards + direction
+        half = half / np.maximum(np.linalg.norm(half, axis=-1, keepdims=True), SMALL)
+        grazing = 1 - (half @ direction)[..., None].clip(0, 1)
+        fresnel = SPECULAR + (1 - SPECULAR) * grazing**5
+        specular = fresnel / (2 * np.maximum(incident + facing, SMALL))
+        light = light + incident * colour / math.pi * (albedo + specular)
+    return toned(light)
 
 
-def scene_triangles(
-    solved: SolvedScene, moment: Moment, scale: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Triangles (n, 3, 3) of hub, beam and mass, and their colours (n, 3); a length of the beam
-    takes `scale` pixels."""
-    shapes, view = subdivide(solved.shapes, solved.motion(scale)), solved.scene.view
-    moved = displacement(shapes, moment.phases, solved.amplitudes)
-    points, normal = to_hub_frame(shapes, shapes.centreline + moved)
-    section = section_size(shapes.beam, view.thicken)
-    vertices, triangles = beam_mesh.swept(points, normal, section)
-    largest = colours.colour_range(shapes, view.colouring, solved.amplitudes)
-    places = colours.scaled(shapes, view.colouring, moved, largest)
-    along = colours.mapped(places, colours.MAPS[view.colouring])
-    if solved.warning:
-        along = np.tile(np.array(colours.GREYED) / 255, (len(along), 1))
-    painted = np.concatenate([np.repeat(along, 8, axis=0), np.repeat(along[[0, -1]], 2, axis=0)])
-    radius = hub_radius(shapes.beam)
-    hoop = annulus(radius)
-    solids = [(hoop.triangles if shapes.beam.delta < 0 else drum(radius), colours.HUB)]
-    if shapes.beam.alpha > 0:
-        radius = max(mass_size(shapes.beam, view.thicken))
-        ball = trimesh.creation.icosphere(subdivisions=3, radius=radius)
-        solids.append((ball.triangles + points[shapes.mass], colours.MASS))
-    return (
-        np.concatenate([vertices[triangles], *(solid for solid, _ in solids)]),
-        np.concatenate([painted, *(np.tile(rgb, (len(solid), 1)) / 255 for solid, rgb in solids)]),
-    )
-
-
-def drum(radius: float) -> np.ndarray:
-    """Triangles (n, 3, 3) of the part of a drum around the clamp that a picture can hold: small
-    ones, since one that reaches behind the camera cannot be projected."""
-    r = np.append(np.linspace(max(radius - VISIBLE, 0.0), radius, 15), radius)
-    z = np.append(np.full(15, HUB_HEIGHT / 2), -HUB_HEIGHT / 2)
-    angle = min(math.pi, VISIBLE / radius) * np.linspace(-1, 1, 121)[:, None]
-    grid = np.stack([r * np.cos(angle), r * np.sin(angle), np.broadcast_to(z, (121, 16))], -1)
-    a, b, c, d = grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]
-    return np.concatenate([np.stack(part, 2).reshape(-1, 3, 3) for part in ((a, b, c), (a, c, d))])
+def toned(light: np.ndarray) -> np.ndarray:
+    """Linear light (..., 3) as three.js shows it: the ACES tone curve, then sRGB."""
+    v = np.asarray(light) * EXPOSURE @ TO_ACES.T
+    curve = (v * (v + 0.0245786) - 0.000090537) / (v * (0.983729 * v + 0.4329510) + 0.238081)
+    shown = (curve @ FROM_ACES.T).clip(0, 1)
+    return np.where(shown <= 0.0031308, 12.92 * shown, 1.055 * shown ** (1 / 2.4) - 0.055)

@@ -19,9 +19,10 @@ from beamviz.solver import Solution, solve
 Direction = tuple[float, float, float]
 ZOOMS = (0.1, 100.0)
 MIN_SLOPE = 1e-3  # of a direction against the axis: straight from above, y is up in the picture
-MAX_TITLE = 0.065  # [lengths of the beam] height of a title between two of all modes
 MAX_CHANGE = 0.05  # relative change of a motion's rate that is not noticed
-MAX_SECONDS = 10.0  # of a loop, unless one period takes longer
+# At the default pace [s]: a loop of several motions is sought up to this length, is played within
+# this time, but with no cycle shorter than this.
+LOOP_SECONDS, FILM_SECONDS, CYCLE_SECONDS = 10.0, 3.0, 0.4
 GROUND_SYMMETRY = 4  # the ground looks the same after a quarter turn
 ROTATION = "rotation"
 
@@ -111,19 +112,9 @@ class SolvedScene:
 
 
 class DrawnScene:
-    """A solved scene drawn in a viser scene, at `scale` pixels per length of the beam.
+    """A solved scene drawn in a viser scene, at `scale` pixels per length of the beam."""
 
-    letter_height: of texts [lengths of the beam]; by default their size is that of the page, which
-    fits the browser's window and not a picture.
-    """
-
-    def __init__(
-        self,
-        api: SceneApi,
-        solved: SolvedScene,
-        scale: float = DEFAULT_SCALE,
-        letter_height: float | None = None,
-    ):
+    def __init__(self, api: SceneApi, solved: SolvedScene, scale: float = DEFAULT_SCALE):
         self.solved, self.view = solved, BeamView(api)
         self.rows = AllModesView(api) if solved.all_modes else None
         shapes, view = solved.shapes, solved.scene.view
@@ -131,14 +122,8 @@ class DrawnScene:
             shapes, view, solved.shown, warning=solved.warning, motion=solved.motion(scale)
         )
         self.view.frame.visible = not self.rows
-        labels = [self.view.warning]
         if self.rows:
             self.rows.show(shapes, view, scale)
-            labels += [row.title for row in self.rows.rows if row.title]
-        if letter_height:
-            for label in labels:
-                label.font_size_mode = "scene"
-                label.font_scene_height = min(letter_height, MAX_TITLE if self.rows else math.inf)
 
     def move(self, moment: Moment) -> None:
         """Draw everything at a moment."""
@@ -177,21 +162,28 @@ class Loop:
         return f"so that the film closes, {', '.join(parts)}" if parts else ""
 
 
-def find_loop(solved: SolvedScene, periods: int | None = None, *, ground: bool = True) -> Loop:
+def find_loop(
+    solved: SolvedScene,
+    periods: int | None = None,
+    *,
+    ground: bool = True,
+    seconds: float = FILM_SECONDS,
+) -> Loop:
     """The shortest film of whole periods of the first mode shown (or of `periods` of them) in which
     every other motion nearly completes whole cycles; their rates are changed to do so exactly.
 
-    ground: whether a ground that rotates in the rotating frame is drawn. Raises InvalidInput where
+    ground: whether a ground that rotates in the rotating frame is drawn; seconds: a longer film is
+    played faster, unless its periods are given. Raises InvalidInput where
     nothing moves, or an unstable mode is shown.
     """
     motions = motion_rates(solved, ground=ground)
     rates = np.array(list(motions.values()))
     view, shapes = solved.scene.view, solved.shapes
-    rate = view.pace * playback_rate(shapes.frequencies[solved.shown], solved.scene.beam.gamma)
-    if rate == 0:
+    rate = playback_rate(shapes.frequencies[solved.shown], solved.scene.beam.gamma)
+    if view.pace == 0:
         raise InvalidInput("pace = 0: a film needs a pace above 0")
     period = 2 * math.pi / rates[0]
-    most = max(1, int(MAX_SECONDS * rate / period))
+    most = max(1, int(LOOP_SECONDS * rate / period))
     tried = np.array([periods]) if periods else np.arange(1, most + 1)
     exact = tried[:, None] * rates / rates[0]  # cycles of each motion
     cycles = np.rint(exact)
@@ -200,9 +192,11 @@ def find_loop(solved: SolvedScene, periods: int | None = None, *, ground: bool =
     best = int(np.maximum(np.abs(changes).max(axis=1), MAX_CHANGE).argmin())
     n = int(tried[best])
     advance = dict(zip(motions, 2 * math.pi * cycles[best], strict=True))
+    shortest = max(seconds, CYCLE_SECONDS * float(cycles[best].max()))
+    length = n * period / rate if periods else min(n * period / rate, shortest)
     symmetry = GROUND_SYMMETRY if view.rotating_frame else 1
     return Loop(
-        seconds=float(n * period / rate),
+        seconds=float(length / view.pace),
         periods=n,
         phases=np.array([advance.get(label, 0.0) for label in shapes.labels]),
         angle=float(advance.get(ROTATION, 0.0) / symmetry),

@@ -31,7 +31,6 @@ def run_server(
     host: str = "127.0.0.1",
     port: int = 0,
     *,
-    pictures: bool = False,
     listener: Pipe | None = None,
     visitor_count: VisitorCount | None = None,
     insert: connection.Insert | None = None,
@@ -39,11 +38,10 @@ def run_server(
 ) -> Iterator[viser.ViserServer]:
     """A running server, stopped on leaving; port 0 takes a free one.
 
-    pictures: whether visitors may send pictures, as the browser of the exports does; listener:
-    where a worker process gets its connections from; visitor_count: shared by all processes;
-    insert: changes the HTML of viser's page; access: further fields of Access. Raises Unavailable
-    if the address cannot be had (viser would silently take the next port) or if viser lacks an
-    attribute that is needed.
+    listener: where a worker process gets its connections from; visitor_count: shared by all
+    processes; insert: changes the HTML of viser's page; access: further fields of Access. Raises
+    Unavailable if the address cannot be had (viser would silently take the next port) or if viser
+    lacks an attribute that is needed.
     """
     if listener:
         port = listener.getsockname()[1]
@@ -52,7 +50,7 @@ def run_server(
             port = first.getsockname()[1]
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # browsers hang up at will
     rules = Access(host, port, **access)
-    guard = connection.Guard(rules, visitor_count or VisitorCount(), pictures, listener, insert)
+    guard = connection.Guard(rules, visitor_count or VisitorCount(), listener, insert)
     with viser_server(host, port, guard.serve) as server:
         if server.get_port() != port:
             raise Unavailable(f"port {port} was taken a moment ago: choose another with --port")

@@ -40,10 +40,8 @@ MESSAGES = (  # that viser's page sends
     "FileTransferStartUpload",
     "FileTransferPart",
 )
-PICTURE = "GetRenderResponseMessage"  # that only the browser of the exports sends
 MAX_BYTES = 64_000  # of a message
 MAX_PART_BYTES = 600_000  # of a FileTransferPart: a page sends 512 kB at a time
-MAX_PICTURE_BYTES = 50_000_000
 MAX_FILE_BYTES = 1_000_000_000  # that may be announced; scene_files.py accepts small ones only
 MAX_TEXT = 1000  # characters of a control's value
 MAX_ITEMS = 64  # of a list
@@ -124,7 +122,7 @@ def validate(raw: bytes | str, types: dict[str, type]) -> Key:
         fields: Any = msgspec.convert(message, ControlUpdate if kind == CONTROL else types[kind])
     except (msgspec.MsgspecError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InvalidMessage(f"{type(error).__name__} {str(error)[:80]}".strip()) from None
-    if len(raw) > MAX_BYTES and kind not in ("FileTransferPart", PICTURE):
+    if len(raw) > MAX_BYTES and kind != "FileTransferPart":
         raise InvalidMessage(f"{kind} of {len(raw)} bytes")
     if kind == CONTROL:
         return (kind, fields.uuid)
@@ -208,23 +206,22 @@ class Connection(ServerConnection):
 class Guard:
     """Stands between the network and viser's server.
 
-    access: the rules; visitor_count: the visitors of all processes; pictures: whether pictures may
-    come in; listener: where connections come from, by default the address given to `serve`; insert:
-    changes the HTML of viser's page. Raises Unavailable if viser has other messages.
+    access: the rules; visitor_count: the visitors of all processes; listener: where connections
+    come from, by default the address given to `serve`; insert: changes the HTML of viser's page.
+    Raises Unavailable if viser has other messages.
     """
 
     def __init__(
         self,
         access: Access,
         visitor_count: VisitorCount,
-        pictures: bool = False,
         listener: socket.socket | None = None,
         insert: Insert | None = None,
     ):
         self.access, self.visitor_count = access, visitor_count
-        self.pictures, self.listener, self.insert = pictures, listener, insert
+        self.listener, self.insert = listener, insert
         self.pages: dict[str, bytes] = {}  # the changed page by its encoding
-        self.types = message_types(*MESSAGES, *([PICTURE] if pictures else []))
+        self.types = message_types(*MESSAGES)
 
     def serve(self, handler: Handler, *address: Any, **options: Any) -> Any:
         """Replaces `websockets.asyncio.server.serve`."""
@@ -233,7 +230,7 @@ class Guard:
             "process_request": lambda connection, request: self.answer(connection, request, page),
             "process_response": self.add_headers,
             "create_connection": partial(Connection, self.types),
-            "max_size": MAX_PICTURE_BYTES if self.pictures else MAX_PART_BYTES,
+            "max_size": MAX_PART_BYTES,
             "server_header": None,
             "open_timeout": TIMEOUT,
             "ping_interval": TIMEOUT,

@@ -14,12 +14,14 @@ import pkgutil
 import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, NamedTuple
 
 import numpy as np
 import viser
 import websockets
 import websockets.asyncio.server
+from viser.transforms import SO3
 from websockets.http11 import Request
 
 from beamviz.errors import Unavailable
@@ -167,6 +169,54 @@ def log_callback_error(loop: asyncio.AbstractEventLoop, context: dict[str, Any])
     visitor = frame.f_locals.get("client_id") if frame else None  # of viser's callback
     text = f"a message was ignored: {error or context['message']}"
     log.warn(f"visitor {visitor}", type(error).__name__, text)
+
+
+# A scene without a server
+
+
+class NoConnection:
+    """In place of a connection: nobody sends or hears anything."""
+
+    def register_handler(self, *_: Any) -> None:
+        """Nobody sends."""
+
+    def queue_message(self, *_: Any) -> None:
+        """Nobody hears."""
+
+
+def offline_scene() -> viser.SceneApi:
+    """A scene that no page shows: what is drawn in it is kept by its nodes (`visible_nodes`)."""
+    server = SimpleNamespace(_scene_lifecycle_lock=threading.RLock())
+    owner: Any = SimpleNamespace(
+        client_id=0, _viser_server=server, _websock_connection=NoConnection()
+    )
+    unused: Any = None
+    return viser.SceneApi(owner, unused, unused)
+
+
+class VisibleNode(NamedTuple):
+    """What is drawn at one node of a scene: `props` of the class `kind`; points of the node are at
+    rotation (3, 3) @ point + position (3,) in the scene."""
+
+    kind: str
+    props: Any
+    rotation: np.ndarray
+    position: np.ndarray
+
+
+def visible_nodes(scene: viser.SceneApi) -> list[VisibleNode]:
+    """The nodes that a page would show, parents first."""
+    nodes: dict[str, VisibleNode] = {"": VisibleNode("", None, np.eye(3), np.zeros(3))}
+    for name, handle in scene._handle_from_node_name.items():
+        parent, state = nodes.get(name.rpartition("/")[0]), handle._impl
+        if parent and handle.visible:
+            nodes[name] = VisibleNode(
+                type(state.props).__name__,
+                state.props,
+                parent.rotation @ SO3(np.asarray(state.wxyz)).as_matrix(),
+                parent.rotation @ state.position + parent.position,
+            )
+    return list(nodes.values())
 
 
 # Visitors

@@ -182,31 +182,3 @@ def test_a_signal_whose_exception_python_discards_comes_again(capsys):
     with pytest.raises(Terminated), terminate_on_signal():
         work()
     assert capsys.readouterr().err == ""
-
-
-@pytest.mark.browser
-def test_a_browser_is_closed_whenever_the_signal_comes(tmp_path):
-    """Even as `finally` begins, before its first line."""
-    with run(tmp_path, "-c", HASTY) as process:
-        _, errors = process.communicate(timeout=60)
-    assert (process.returncode, errors) == (143, "")
-    assert mentioning(tmp_path) == []
-    assert list(tmp_path.iterdir()) == []
-
-
-HASTY = """
-import signal, sys
-from beamviz.signals import Terminated, terminate_on_signal
-from beamviz.exports import renderer
-
-def hasty(*given):
-    signal.raise_signal(signal.SIGTERM)
-    end_browser(*given)
-
-end_browser, renderer.end_browser = renderer.end_browser, hasty
-try:
-    with terminate_on_signal(), renderer.open_browser(renderer.find_browser(), "about:blank"):
-        pass
-except Terminated as end:
-    sys.exit(end.code)
-"""

@@ -97,7 +97,6 @@ def test_a_loaded_scene_is_shown_and_the_controls_follow(url):
 )
 def test_every_file_can_be_exported(url, monkeypatch, kind, begin):
     """The button sends what the command line writes, whole."""
-    monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
     monkeypatch.setattr(files, "animate", partial(exports.animate, width=96, height=64, fps=5))
     with visitor(url) as guest:
         guest.choose("file", kind)
@@ -111,7 +110,6 @@ def test_every_file_can_be_exported(url, monkeypatch, kind, begin):
 
 def test_a_film_of_what_does_not_move_is_refused_in_words(url, monkeypatch):
     """And the next file can be made."""
-    monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
     still = Scene.of(shares=[0.0])
     with visitor(url) as guest:
         upload(guest, still.to_toml().encode())

@@ -20,19 +20,12 @@ from PIL import Image, ImageSequence
 
 from beamviz import exports
 from beamviz.errors import InvalidInput, Unavailable
-from beamviz.exports import animate
-from beamviz.exports.renderer import draw_with_matplotlib
+from beamviz.exports import animate, film
+from beamviz.exports.renderer import Renderer
 from beamviz.exports.solved_scene import SolvedScene, find_loop
 from beamviz.scene import Scene
 
-BROWSER = os.environ.get("BEAMVIZ_BROWSER")
 SMALL = {"width": 192, "height": 108, "fps": 6.25}
-
-
-@pytest.fixture(autouse=True)
-def no_browser(monkeypatch):
-    """Drawn by matplotlib: the film is the same, and each frame takes a moment."""
-    monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
 
 
 def decoded(path: Path) -> np.ndarray:
@@ -64,27 +57,6 @@ def test_a_film_shows_a_beam_that_swings_and_closes(tmp_path, kind):
     assert steps[-1] <= 1.5 * max(steps[:-1])
     assert max(apart(frames[0], frame) for frame in frames) > 2 * max(steps) / 1.5
     assert list(tmp_path.iterdir()) == [path]
-
-
-@pytest.mark.slow
-@pytest.mark.browser
-def test_a_browser_takes_the_film(tmp_path, monkeypatch):
-    """The frames are those that matplotlib draws, or nearly; the ground stays white."""
-    monkeypatch.delenv("BEAMVIZ_BROWSER")
-    if named := BROWSER:
-        monkeypatch.setenv("BEAMVIZ_BROWSER", named)
-    small = {"width": 192, "height": 108, "fps": 5, "periods": 1}
-    scene = Scene.of(mode=1, pace=4.0, nodes=False)
-    animate(tmp_path / "browser.gif", scene, **small)
-    monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
-    animate(tmp_path / "figure.gif", scene, **small)
-    taken, figure = decoded(tmp_path / "browser.gif"), decoded(tmp_path / "figure.gif")
-    assert taken.shape == figure.shape
-    for one, other in zip(taken, figure, strict=True):
-        beams = np.ptp(one, axis=2) > 60, np.ptp(other, axis=2) > 60
-        assert (beams[0] & beams[1]).sum() > 0.7 * (beams[0] | beams[1]).sum()
-        assert np.ptp(np.median(one, axis=(0, 1))) <= 2  # a ground without a tint
-        assert np.percentile(one, 80) >= 244
 
 
 @pytest.mark.slow
@@ -131,9 +103,8 @@ def test_after_the_last_frame_comes_the_first(scene):
     turns = loop.phases[solved.shown] / (2 * math.pi)
     assert turns == pytest.approx(np.rint(turns), abs=1e-9)
     assert turns[0] == loop.periods
-    first, last = (
-        draw_with_matplotlib(solved, loop.moment(share), 128, 72) for share in (0.0, 1.0)
-    )
+    renderer = Renderer(solved, 128, 72)
+    first, last = (renderer.render(renderer.draw(loop.moment(share))) for share in (0.0, 1.0))
     assert np.abs(first.astype(int) - last.astype(int)).max() <= 3
     for name, change in loop.changes.items():
         assert abs(change) <= 1
@@ -170,11 +141,11 @@ def test_a_missing_or_failing_encoder_is_reported(tmp_path, monkeypatch):
     """With the remedy, or the encoder's own message; no file is left."""
     with monkeypatch.context() as patch:
         patch.setitem(sys.modules, "imageio_ffmpeg", None)
-        patch.setattr(exports.shutil, "which", lambda name: None)
+        patch.setattr(film.shutil, "which", lambda name: None)
         patch.setattr(exports, "SolvedScene", None)  # before any work
         with pytest.raises(Unavailable, match=r"no ffmpeg found.*pip install imageio-ffmpeg"):
             animate(tmp_path / "a.mp4", Scene())
-    monkeypatch.setattr(exports, "ffmpeg", lambda: "/bin/false")
+    monkeypatch.setattr(film, "ffmpeg", lambda: "/bin/false")
     with pytest.raises(Unavailable, match=r"cannot write .*a\.mp4: /bin/false failed"):
         animate(tmp_path / "a.mp4", Scene(), **SMALL)
     assert list(tmp_path.iterdir()) == []
@@ -190,7 +161,7 @@ def test_a_full_disk_leaves_the_former_file(tmp_path, monkeypatch, kind):
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setitem(exports.ENCODERS, f".{kind}", (full, 0))
+    monkeypatch.setitem(film.ENCODERS, f".{kind}", film.Encoder(full, 0))
     with pytest.raises(Unavailable, match="No space left on device; choose another place"):
         animate(path, Scene(), **SMALL)
     assert path.read_bytes() == b"before"

@@ -14,10 +14,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from live.chromium import find_browser, open_browser
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
-
-from beamviz.exports.renderer import find_browser, open_browser
 
 NO_BROWSER = "no Chrome, Chromium or Edge found (set BEAMVIZ_BROWSER to one)"
 PROFILE = "BEAMVIZ_TEST_BROWSER"  # environment variable: profile folder of the running browser

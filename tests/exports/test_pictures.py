@@ -1,0 +1,166 @@
+"""Pictures: as stored ones look, on any machine; and what prevents one."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from exports.pictures import SCENES, SIZE, difference, rendered, stored
+from PIL import Image
+
+from beamviz import exports
+from beamviz.beam import Beam
+from beamviz.drawing import colours
+from beamviz.drawing.text import Measure
+from beamviz.errors import InvalidInput, NoEquilibrium, Unavailable
+from beamviz.exports import screenshot
+from beamviz.exports.solved_scene import SolvedScene
+from beamviz.scene import Scene
+
+ALIKE = 3.0  # difference of pictures that look the same
+PAPER = SCENES["mass"]
+
+
+def coloured(picture: np.ndarray) -> np.ndarray:
+    """Which pixels have a colour of the beam: neither white nor grey."""
+    return np.ptp(picture[..., :3].astype(int), axis=2) > 64
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_picture_looks_as_it_did(name):
+    """Beam, mass, hub, shadow, ground, labels and light, in light and dark."""
+    assert difference(rendered(SCENES[name]), stored(name)) < ALIKE
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"mu": 60}, {"mode": 1}, {"alpha": 1.1}, {"beta": 0.49}, {"colouring": "axial strain"}]
+    + [{"nodes": False}, {"ghosts": False}, {"thicken": True, "mu": 100}, {"dark": True}],
+    ids=str,
+)
+def test_another_beam_mass_colour_or_label_looks_different(changes):
+    """The measure tells a mass larger by a tenth, a node that is not labelled."""
+    assert difference(rendered(PAPER.changed(**changes)), stored("mass")) > 2 * ALIKE
+
+
+def test_another_colour_or_text_looks_different(monkeypatch):
+    """The colour of the mass alone; one digit of a label alone."""
+    with monkeypatch.context() as patch:
+        patch.setattr(colours, "MASS", (84, 110, 92))
+        assert difference(rendered(PAPER), stored("mass")) > 2 * ALIKE
+    monkeypatch.setattr(Measure, "text", lambda *_: "")
+    other = SCENES["all modes"]
+    assert difference(rendered(other), stored("all modes")) > 2 * ALIKE
+
+
+@pytest.mark.parametrize("plane", ["chordwise", "flapwise"])
+@pytest.mark.parametrize("beam", [Beam(delta=-0.5), Beam(delta=3), Beam(mu=10), Beam(mu=10000)])
+def test_every_kind_of_beam_can_be_drawn(beam, plane):
+    """Inward, on a large hub, thick, thin."""
+    assert 0.01 < coloured(rendered(Scene(beam, {"plane": plane}), (320, 180))).mean() < 0.5
+
+
+@pytest.mark.parametrize("camera", [(0.0, 0.0, -4.0), (0.1, -0.3, 0.1), (0.0, -100.0, 0.0)])
+def test_a_camera_can_be_anywhere(camera):
+    """Below the ground, inside the scene, far away."""
+    picture = rendered(PAPER.changed(position=camera), (320, 180))
+    assert picture.shape == (180, 320, 3)
+    assert np.ptp(picture) > 60
+
+
+def test_phase_and_direction_change_the_picture(tmp_path):
+    """Half a period later the beam is on the other side; a repetition is the same to the last
+    bit."""
+    pictures = []
+    for options in ({}, {}, {"phase": 0.75}, {"direction": (0.0, 0.0, 1.0)}, {"zoom": 2.0}):
+        screenshot(tmp_path / "a.png", PAPER, *SIZE, **options)
+        pictures.append(np.asarray(Image.open(tmp_path / "a.png")))
+    first, again, *others = pictures
+    assert (first == again).all()
+    assert min(difference(first, other) for other in others) > 2 * ALIKE
+    assert list(tmp_path.iterdir()) == [tmp_path / "a.png"]
+
+
+def test_a_transparent_picture_is_the_same_over_the_background():
+    """Clear in the corner, solid on the beam."""
+    clear = rendered(PAPER, transparent=True)
+    assert clear.shape == (*SIZE[::-1], 4)
+    assert clear[:4, -4:, 3].max() < 128
+    assert clear[..., 3].max() == 255
+    alpha = clear[..., 3:] / 255
+    over = np.rint(clear[..., :3] * alpha + 255 * (1 - alpha)).astype(np.uint8)
+    assert difference(over, stored("mass")) < ALIKE
+
+
+@pytest.mark.parametrize("width", [160, 320, 1280])
+def test_a_warning_fits_into_a_picture_of_any_size(width):
+    """Its white ground covers a part of a dark picture and leaves its rim."""
+    scene = SCENES["unstable"].changed(dark=True)
+    white = (rendered(scene, (width, width * 9 // 16)) > 200).all(axis=2)
+    columns = np.flatnonzero(white.sum(axis=0) > 5)
+    assert 0.02 < white.mean() < 0.2
+    assert 0.02 * width < columns[0] < columns[-1] < 0.98 * width
+    assert not coloured(rendered(scene)).any() or coloured(rendered(scene)).mean() < 0.001
+
+
+def test_a_stretching_beam_stays_in_the_picture():
+    """From above, a mass at the tip that swings along the beam is seen whole at its farthest."""
+    solved = SolvedScene.of(Scene.of(alpha=1, mode=3), direction=(0.0, 0.0, 1.0))
+    renderer = exports.Renderer(solved, 320, 180)
+    right = renderer.render(renderer.draw(solved.moment(0.0)))[:, -3:]
+    assert np.ptp(right.astype(int), axis=2).max() < 25
+    assert right.min() > 150
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a search path of one folder")
+def test_a_bare_machine_is_enough(tmp_path):
+    """Without a browser or a display, in a process of its own: the same picture, no word."""
+    bare = {"PATH": str(tmp_path), "HOME": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, "-m", "beamviz", "screenshot", str(tmp_path / "a.png")]
+    options = [
+        "--alpha",
+        "1",
+        "--beta",
+        "0.5",
+        "--gamma",
+        "10",
+        "--width",
+        "480",
+        "--height",
+        "270",
+    ]
+    done = subprocess.run([*command, *options], env=bare, capture_output=True, check=True)
+    assert (done.stdout, done.stderr) == (b"", b"")
+    assert difference(np.asarray(Image.open(tmp_path / "a.png")), stored("mass")) < ALIKE
+
+
+@pytest.mark.parametrize(
+    ("name", "width", "error", "message"),
+    [
+        ("missing/a.png", 480, Unavailable, r"cannot write .*missing/a\.png: No such file"),
+        ("folder.png", 480, Unavailable, "it is a folder"),
+        ("a.jpg", 480, InvalidInput, r"must end in \.png"),
+        ("a.png", 5, InvalidInput, r"width = 5: must be a whole number in 64 \.\. 4096"),
+    ],
+)
+def test_a_picture_that_cannot_be_written_is_not_solved(
+    tmp_path: Path, monkeypatch: Any, name: str, width: int, error: type, message: str
+):
+    """A missing folder, a folder itself, a wrong suffix or size."""
+    monkeypatch.setattr(exports, "SolvedScene", None)
+    (tmp_path / "folder.png").mkdir()
+    with pytest.raises(error, match=message):
+        screenshot(tmp_path / name, PAPER, width=width)
+
+
+def test_a_failure_leaves_the_former_file(tmp_path):
+    """And no other one."""
+    path = tmp_path / "a.png"
+    path.write_bytes(b"before")
+    with pytest.raises(NoEquilibrium):
+        screenshot(path, Scene(Beam(mu=10, gamma=20), {"strain": "biot"}))
+    assert path.read_bytes() == b"before"
+    assert list(tmp_path.iterdir()) == [path]

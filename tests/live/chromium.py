@@ -1,0 +1,66 @@
+"""A headless Chrome, Chromium or Edge: found, started and ended. Standard library only."""
+
+import contextlib
+import os
+import shutil
+import signal
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+BROWSERS = (
+    *("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome"),
+    *("microsoft-edge", "msedge"),
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+    "/Applications/Chromium.app/Contents/MacOS/Chromium",
+    "/Applications/Microsoft Edge.app/Contents/MacOS/Microsoft Edge",
+)
+FLAGS = (
+    "--headless",
+    "--no-sandbox",  # it needs rights that containers lack; only our own page is opened
+    *("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
+    *("--hide-scrollbars", "--no-first-run", "--disable-background-networking"),
+    *("--disable-component-update", "--disable-sync", "--disable-quic"),
+    *("--disable-dev-shm-usage", "--remote-debugging-port=0"),
+)
+
+
+def find_browser() -> str | None:
+    """The browser named by BEAMVIZ_BROWSER (a name or a path), else the first of BROWSERS found."""
+    named = os.environ.get("BEAMVIZ_BROWSER")
+    return next(filter(None, map(shutil.which, [named] if named else BROWSERS)), None)
+
+
+@contextlib.contextmanager
+def open_browser(browser: str, url: str) -> Iterator[Path]:
+    """`browser` showing `url` without a window, ended at last; yields its profile folder."""
+    with tempfile.TemporaryDirectory(prefix="beamviz-", ignore_cleanup_errors=True) as profile:
+        process = subprocess.Popen(
+            [browser, *FLAGS, f"--user-data-dir={profile}", url],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,  # a process group of its own
+        )
+        try:
+            yield Path(profile)
+        finally:
+            end_browser(process, Path(profile))
+
+
+def end_browser(process: subprocess.Popen, profile: Path) -> None:
+    """End a browser and its child processes, and remove the folder that Chromium, killed, leaves
+    outside its profile (for a short socket path), empty where its profile has no link to it yet."""
+    if os.name == "posix":
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+    else:
+        process.kill()
+    process.wait()
+    socket = profile / "SingletonSocket"
+    if socket.is_symlink() and socket.readlink().parent.name.startswith("org.chromium."):
+        shutil.rmtree(socket.readlink().parent, ignore_errors=True)
+    for folder in Path(tempfile.gettempdir()).glob("org.chromium.Chromium.*"):
+        with contextlib.suppress(OSError):
+            folder.rmdir()
