@@ -125,7 +125,7 @@ def _solve(
     if problem.state != "straight" or any(map(SPIN_UP, beams)):
         from beamviz.solver.bent import solve_states
 
-        return solve_states(beams, problem, start, extra_modes)
+        return solve_states(_solve, beams, problem, start, extra_modes)
     package = METHODS[problem.method].package
     if package == "hp":
         return solve_hp(beams, problem, start, extra_modes)

@@ -45,7 +45,7 @@ class Equilibrium:
     @property
     def shape(self) -> Literal["straight", "bent"]:
         """The kind of state."""
-        return "straight"
+        return "straight" if self.axial else "bent"
 
     @property
     def status(self) -> Literal["stable", "unstable"]:

@@ -5,9 +5,9 @@ Imported when a bent state is asked for, or a beam has a spin-up: a straight bea
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal
 
 import numpy as np
 
@@ -26,13 +26,15 @@ from beamviz.solver.bent.mesh_design import first_mesh, refined_mesh, tails
 from beamviz.solver.bent.modes import BentModes, bent_modes
 from beamviz.solver.bent.paths import follow_speed, spin_up_state
 from beamviz.solver.bent.tangent import BentBeam, Tangent
-from beamviz.solver.hp import solve_hp
 from beamviz.solver.hp.mesh import Mesh
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Equilibrium, Solution, Stats
 
+METHODS_THAT_BEND = ("auto", "ancf-planar")
+REFERENCE_TOLERANCE = 1e-8  # of the state that the paper's elements start from
 REFINEMENTS, MAX_UNKNOWNS = 14, 1000
 TRUNCATION_FACTOR, ROUNDING_FACTOR = 4.0, 100.0  # of the two error estimates, see the tests
+Solver = Callable[[list[Beam], Problem, float, int], list[Solution | BeamvizError]]
 EPS = float(np.finfo(float).eps)
 
 
@@ -41,11 +43,6 @@ class BentEquilibrium(Equilibrium):
     """A bent state, as functions of the reference coordinate x."""
 
     state: State
-
-    @property
-    def shape(self) -> Literal["straight", "bent"]:
-        """The kind of state: "bent"."""
-        return "bent"
 
     def position(self, x: np.ndarray) -> np.ndarray:
         """Position (len(x), 2) of the points x, measured from the clamp."""
@@ -83,25 +80,53 @@ class Fields:
 
 
 def solve_states(
-    beams: list[Beam], problem: Problem, start: float, extra_modes: int = 0
+    solve_straight: Solver, beams: list[Beam], problem: Problem, start: float, extra_modes: int = 0
 ) -> list[Solution | BeamvizError]:
     """Solutions of beams about the states that the problem asks for, or their errors: straight
     where that is stable and "stable" is asked for, else bent. Each bent state is the first guess
-    for the next beam."""
-    answers: list[Solution | BeamvizError] = []
-    near: State | None = None
+    for the next beam. solve_straight: solves straight states by the problem's method."""
     for beam in beams:
         _check(beam, problem)
-        answer: Solution | BeamvizError | None = None
-        if problem.state == "stable" and not beam.spin_up:
-            answer = solve_hp([beam], replace(problem, state="straight"), start, extra_modes)[0]
+    answers: list[Solution | BeamvizError] = []
+    near: State | None = None
+    for beam, answer in zip(
+        beams, _straight(solve_straight, beams, problem, start, extra_modes), strict=True
+    ):
         if not (isinstance(answer, Solution) and answer.equilibrium.stable):
             try:
-                answer, near = solve_bent(beam, problem, start, near, extra_modes)
+                answer, near = _solve_bent(beam, problem, start, near, extra_modes)
             except (NoEquilibrium, NotConverged) as error:
                 answer, near = error, None
         answers.append(answer)
     return answers
+
+
+def _straight(
+    solve_straight: Solver, beams: list[Beam], problem: Problem, start: float, extra_modes: int
+) -> list[Solution | BeamvizError | None]:
+    """The straight states of beams without a spin-up where the stable state is asked for."""
+    answers: list[Solution | BeamvizError | None] = [None] * len(beams)
+    still = [k for k, beam in enumerate(beams) if not beam.spin_up]
+    if problem.state == "stable" and still:
+        straight = replace(problem, state="straight")
+        found = solve_straight([beams[k] for k in still], straight, start, extra_modes)
+        for k, answer in zip(still, found, strict=True):
+            answers[k] = answer
+    return answers
+
+
+def _solve_bent(
+    beam: Beam, problem: Problem, start: float, near: State | None, extra_modes: int
+) -> tuple[Solution, State]:
+    """`solve_bent` by the method of the problem."""
+    if problem.method == "auto":
+        return solve_bent(beam, problem, start, near, extra_modes)
+    from beamviz.solver.bent.ancf_planar import solve_planar
+
+    more = replace(problem, modes=problem.modes + extra_modes)
+    finer = replace(more, method="auto", elements=None, tolerance=REFERENCE_TOLERANCE)
+    exact, state = solve_bent(beam, finer, start, near)
+    return solve_planar(beam, more, exact, start), state
 
 
 def _check(beam: Beam, problem: Problem) -> None:
@@ -109,8 +134,9 @@ def _check(beam: Beam, problem: Problem) -> None:
     wanted = f"spin_up = {beam.spin_up:g}" if beam.spin_up else f"state = {problem.state!r}"
     if beam.spin_up and problem.state == "straight":
         raise InvalidInput(f"{wanted}: there is no straight state; use state = 'bent' or 'stable'")
-    if problem.method != "auto":
-        raise InvalidInput(f"{wanted}: method {problem.method} has no bent states; use auto")
+    if problem.method not in METHODS_THAT_BEND:
+        able = " or ".join(METHODS_THAT_BEND)
+        raise InvalidInput(f"{wanted}: method {problem.method} has no bent states; use {able}")
     if not (problem.stiffening and problem.softening):
         raise InvalidInput(f"{wanted}: stiffening and softening cannot be switched off")
     if beam.spin_up and not problem.chordwise:

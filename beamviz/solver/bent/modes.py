@@ -26,8 +26,18 @@ class BentModes(NamedTuple):
     @property
     def omega_squared(self) -> np.ndarray:
         """Squared frequencies (count,); minus squared growth rates of modes without frequency."""
-        still = self.frequencies <= STILL * abs(self.growth_rates)
-        return np.where(still, -(self.growth_rates**2), self.frequencies**2)
+        return squared(self.growth_rates + 1j * self.frequencies)
+
+
+def squared(s: np.ndarray) -> np.ndarray:
+    """Squared frequencies; minus squared growth rates of modes without a frequency."""
+    return np.where(s.imag <= STILL * abs(s.real), -(s.real**2), s.imag**2)
+
+
+def oscillating_or_growing(s: np.ndarray) -> np.ndarray:
+    """Of each pair s and -s the one with a frequency above 0, or that grows."""
+    still = abs(s.imag) <= STILL * abs(s)
+    return np.where(np.where(still, s.real < 0, s.imag < 0), -s, s)
 
 
 def bent_modes(
@@ -98,14 +108,12 @@ def _general(
     if G is None:
         nu, V = np.linalg.eig(np.linalg.solve(K, M))  # 1 / omega^2
         largest = np.argsort(-abs(nu))[:count]
-        s = 1j * np.sqrt(1 / nu[largest].astype(complex))
-        grows = (s.imag < 0) | ((s.imag <= STILL * abs(s)) & (s.real < 0))
-        return np.where(grows, -s, s), V[:, largest]
+        return oscillating_or_growing(1j * np.sqrt(1 / nu[largest].astype(complex))), V[:, largest]
     inverse = np.linalg.solve(K, np.hstack((-2 * gamma * G, -M)))  # q = inverse (s q, s^2 q)
     P = np.zeros((2 * n, 2 * n))
     P[:n], P[n:, :n] = inverse, np.eye(n)  # (q, s q) = s P (q, s q)
     nu, V = np.linalg.eig(P)
-    still = abs(nu.imag) <= STILL * abs(nu)  # s = 1 / nu has a frequency above 0, or it grows
-    upward = np.flatnonzero(np.where(still, nu.real > 0, nu.imag < 0))
-    largest = upward[np.argsort(-abs(nu[upward]))[:count]]
-    return 1 / nu[largest], V[:n, largest]
+    s = 1 / nu
+    upward = np.flatnonzero(oscillating_or_growing(s) == s)
+    lowest = upward[np.argsort(abs(s[upward]))[:count]]
+    return s[lowest], V[:n, lowest]

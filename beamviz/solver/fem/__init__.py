@@ -61,12 +61,7 @@ def solve(beam: Beam, problem: Problem, start: float) -> Solution:
     start: the clock (time.perf_counter) at the call. Raises InvalidInput, NoEquilibrium with the
     limit, and NotConverged.
     """
-    elements = PAPER_ELEMENTS if problem.elements is None else problem.elements
-    elements = check_int("elements", elements, 1, MAX_ELEMENTS)
-    if problem.modes > 2 * elements:
-        raise InvalidInput(
-            f"modes = {problem.modes}: at most {2 * elements} with elements = {elements}"
-        )
+    elements = element_count(problem)
     nodes = np.linspace(0.0, 1.0, elements + 1)
     assembled = ASSEMBLERS[problem.method](beam, problem, nodes)
     coupled = problem.gyroscopic and beam.gamma > 0
@@ -78,6 +73,17 @@ def solve(beam: Beam, problem: Problem, start: float) -> Solution:
         iterations=assembled.iterations,
     )
     return build_solution(beam, problem, start, solved, order=3, elements=elements)
+
+
+def element_count(problem: Problem) -> int:
+    """The number of elements, enough for the modes asked for, or InvalidInput."""
+    elements = PAPER_ELEMENTS if problem.elements is None else problem.elements
+    elements = check_int("elements", elements, 1, MAX_ELEMENTS)
+    if problem.modes > 2 * elements:
+        raise InvalidInput(
+            f"modes = {problem.modes}: at most {2 * elements} with elements = {elements}"
+        )
+    return elements
 
 
 def _ancf(beam: Beam, problem: Problem, nodes: NDArray) -> Assembled:
