@@ -10,7 +10,7 @@ from types import FrameType
 from typing import Any
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
-IGNORED = 5.0  # [s] after a signal, during which further ones do nothing
+IGNORE_TIME = 5.0  # [s] after a signal, during which further ones are ignored
 DELAY = 0.05  # [s] until a signal is raised again
 Handler = Callable[[int, FrameType | None], None]
 
@@ -32,7 +32,7 @@ def terminate_on_signal() -> Iterator[None]:
     def terminate(number: int, frame: FrameType | None) -> None:
         if is_importing(frame):
             reraise(number)
-        elif not received or time.monotonic() - received[-1] > IGNORED:
+        elif not received or time.monotonic() - received[-1] > IGNORE_TIME:
             received.append(time.monotonic())
             raise Terminated(number)
 
@@ -47,8 +47,8 @@ def terminate_on_signal() -> Iterator[None]:
 
 @contextlib.contextmanager
 def reraise_unraisable(received: list[float]) -> Iterator[None]:
-    """Within, the signal comes again if its Terminated was raised where Python discards exceptions,
-    as in `__del__`, which may run at any moment."""
+    """Within, the signal is raised again if Python discarded its Terminated, as it does in
+    `__del__`, which may run at any moment."""
     original = sys.unraisablehook
 
     def hook(discarded: Any) -> None:
@@ -66,14 +66,14 @@ def reraise_unraisable(received: list[float]) -> Iterator[None]:
 
 
 def is_importing(frame: FrameType | None) -> bool:
-    """Whether a module is being imported: some discard any exception meanwhile."""
+    """Whether a module is being imported: some modules discard any exception on import."""
     while frame and not frame.f_code.co_filename.startswith("<frozen importlib"):
         frame = frame.f_back
     return frame is not None
 
 
 def reraise(number: int) -> None:
-    """Raise a signal again in a moment, for whatever handler is set then."""
+    """Raise a signal again after DELAY, for the handler set then."""
     if hasattr(signal, "setitimer"):  # not on Windows, where Ctrl-C has to be pressed again
         signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(number))
         signal.setitimer(signal.ITIMER_REAL, DELAY)
@@ -81,7 +81,8 @@ def reraise(number: int) -> None:
 
 @contextlib.contextmanager
 def defer_signals() -> Iterator[None]:
-    """Within, a signal waits, so that what is started here is known to the code that ends it."""
+    """Within, signals are deferred, so that a process started here is known to the code that ends
+    it."""
     waiting: list[int] = []
     with handle_signals(lambda number, _: waiting.append(number)):
         yield

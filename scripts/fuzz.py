@@ -1,10 +1,10 @@
-"""Random inputs for Beam, solve, loci, the TOML reader and the command line, as many as you like.
+"""Random inputs for Beam, solve, loci, the TOML reader and the command line, any number of them.
 
     python scripts/fuzz.py [--inputs 100000] [--only NAME ...] [--seed N]
 
 Each outcome must be an answer within its error bar, or an error of the package that names the
-input (tests/fuzzing.py says how that is judged). Prints a row for each kind, with the processor
-time it took, and the smallest input found that breaks the rule; the exit code is 1 if there is
+input (tests/fuzzing.py has the checks). Prints a row for each kind, with the processor
+time it took, and the smallest input found with another outcome; the exit code is 1 if there is
 one.
 """
 
@@ -21,7 +21,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from fuzzing import CASES  # type: ignore[import-not-found]  # noqa: E402
 
-# Of all inputs; what is quick to check gets more of them.
+# Share of each kind in all inputs: more of those that are quick to check.
 SHARES = {
     "Beam": 0.4,
     "TOML": 0.3,
@@ -34,8 +34,8 @@ SHARES = {
 }
 
 
-def broken(name: str, inputs: int, number: int) -> str:
-    """The smallest input that breaks the rule, as it is replayed, or ""."""
+def smallest_failure(name: str, inputs: int, number: int) -> str:
+    """The smallest input that fails the check, with its traceback, or ""."""
     check, strategies = CASES[name]
     drawn = settings(
         max_examples=inputs,
@@ -55,7 +55,7 @@ def broken(name: str, inputs: int, number: int) -> str:
 
 
 def main() -> int:
-    """Draw, judge, and print."""
+    """Draw inputs, check them, and print the rows."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
@@ -66,9 +66,9 @@ def main() -> int:
     failures = 0
     for name in options.only:
         began, inputs = time.process_time(), max(int(SHARES[name] * options.inputs), 1)
-        found = broken(name, inputs, options.seed)
+        found = smallest_failure(name, inputs, options.seed)
         failures += bool(found)
-        verdict = "BROKEN" if found else "kept"
+        verdict = "FAILED" if found else "passed"
         print(f"{name:<20} {inputs:>7} inputs {time.process_time() - began:7.0f} s  {verdict}")
         print(found, end="", flush=True)
     return 1 if failures else 0

@@ -81,9 +81,9 @@ class Step(NamedTuple):
     x: Any
     h: Any
     f: Series
-    turn: Series  # f^power
-    pull: Series  # f N
-    give: Series  # 1 / (mu^2 n'(f))
+    bending_factor: Series  # f^power
+    tension: Series  # f N
+    compliance: Series  # 1 / (mu^2 n'(f))
     mass: Any  # at the end of the step
 
 
@@ -132,14 +132,14 @@ class Straight:
 
     def __init__(self, beam: Beam, theory: Theory, modes: int = MODES):
         self.theory = theory
-        self.rough = solve(beam, modes, tolerance=1e-8, **theory.start)
+        self.approximate = solve(beam, modes, tolerance=1e-8, **theory.start)
         mp.dps = DIGITS + GUARD
         self.alpha, self.beta, self.gamma, self.delta, self.mu = map(mpf, beam.numbers.values())
-        self.steps, _ = self.march(self.tension_at_clamp(self.steepest()))
+        self.steps, _ = self.march(self.tension_at_clamp(self.approximate_tension()))
 
-    def steepest(self) -> Any:
-        """The tension at the clamp of the rough solution."""
-        f = mpf(float(self.rough.equilibrium.stretch(np.zeros(1))[0]))
+    def approximate_tension(self) -> Any:
+        """The tension at the clamp of the approximate solution."""
+        f = mpf(float(self.approximate.equilibrium.stretch(np.zeros(1))[0]))
         return self.mu**2 * {"green": (f**3 - f) / 2, "biot": f - 1}.get(self.theory.strain, 0)
 
     def tension_at_clamp(self, start: Any) -> Any:
@@ -161,7 +161,9 @@ class Straight:
             rate = float(abs(f[0] ** (self.theory.power + 1) * N)) ** 0.5
             h = min(mpf(LONGEST), PHASE / mpf(rate + 1), SHARE * radius(f), end - x)
             mass = self.alpha if x + h >= end == self.beta else mpf(0)
-            steps.append(Step(x, h, f, self.turn(f), times(f, tension), self.give(f), mass))
+            steps.append(
+                Step(x, h, f, self.bending_factor(f), times(f, tension), self.compliance(f), mass)
+            )
             u, N = at(position, h), at(tension, h)
             if self.theory.strain != "none":
                 N -= self.gamma**2 * mass * (u + self.delta)
@@ -196,10 +198,11 @@ class Straight:
         guess = mp.cbrt(2 * n) if n > 1 else 1 + n / (1 + n)
         return mp.findroot(lambda f: f**3 - f - 2 * n, guess)
 
-    def turn(self, f: Series) -> Series:
+    def bending_factor(self, f: Series) -> Series:
+        """f^power."""
         return times(f, f) if self.theory.power else [mpf(1)] + [mpf(0)] * (TERMS - 1)
 
-    def give(self, f: Series) -> Series:
+    def compliance(self, f: Series) -> Series:
         """1 / (mu^2 n'(f))."""
         one = [mpf(1)] + [mpf(0)] * (TERMS - 1)
         slope = one
@@ -212,7 +215,7 @@ class Straight:
         w, theta, m, V, and the triangle that made them so."""
         Q, R = [(Column(0, 0, 1, 0), Column(0, 0, 0, 1))], []
         for step in self.steps:
-            first, second = (self.carried(step, Lambda, column) for column in Q[-1])
+            first, second = (self.advanced(step, Lambda, column) for column in Q[-1])
             a = mp.norm(first)
             first = Column(*(value / a for value in first))
             b = fdot(first, second)
@@ -222,13 +225,13 @@ class Straight:
             R.append((a, b, c))
         return Q, R
 
-    def carried(self, step: Step, Lambda: Any, start: Column) -> Column:
+    def advanced(self, step: Step, Lambda: Any, start: Column) -> Column:
         """A bending solution at the end of a step, from its start."""
         w, theta, m, V = ([value] for value in start)
         for k in range(TERMS - 1):
             w.append(product(step.f, theta, k) / (k + 1))
-            theta.append(product(step.turn, m, k) / (k + 1))
-            m.append((product(step.pull, theta[: k + 1], k) - product(step.f, V, k)) / (k + 1))
+            theta.append(product(step.bending_factor, m, k) / (k + 1))
+            m.append((product(step.tension, theta[: k + 1], k) - product(step.f, V, k)) / (k + 1))
             V.append(-Lambda * w[k] / (k + 1))
         end = Column(*(at(series, step.h) for series in (w, theta, m, V)))
         return end._replace(V=end.V - Lambda * step.mass * end.w)
@@ -239,7 +242,7 @@ class Straight:
         for step in self.steps:
             v, p = ([c] for c in states[-1])
             for k in range(TERMS - 1):
-                v.append(product(step.give, p, k) / (k + 1))
+                v.append(product(step.compliance, p, k) / (k + 1))
                 p.append(-Lambda * v[k] / (k + 1))
             end = at(v, step.h)
             states.append((end, at(p, step.h) - Lambda * step.mass * end))
@@ -264,7 +267,9 @@ class Straight:
     def squares(self) -> list[Any]:
         """omega^2 of the lowest modes of both families, ascending."""
         found = []
-        for label, rough in zip(self.rough.labels, self.rough.omega_squared, strict=True):
+        for label, rough in zip(
+            self.approximate.labels, self.approximate.omega_squared, strict=True
+        ):
             start = mpf(float(rough)) + self.gamma**2
             if label[0] == "B":
                 Lambda = secant(self.determinant, start)

@@ -46,10 +46,10 @@ def main() -> None:
         url = next(word for word in words if word.startswith("http://"))
         with visitor(url) as guest:
             report("playing", moving_picture(guest))
-            report("edit while playing", edited(guest, edits, retabled))
+            report("edit while playing", edit_times(guest, edits, has_new_table))
             guest.choose("playing", False)
-            quiet(guest)
-            report("edit while paused", edited(guest, edits, beam_moved))
+            drain(guest)
+            report("edit while paused", edit_times(guest, edits, beam_moved))
     finally:
         process.terminate()
         process.wait()
@@ -61,13 +61,13 @@ def report(name: str, rows: dict[str, tuple[float, str]]) -> None:
         print(f"{name:<20} {key:<10} {value:8.1f} {unit}")
 
 
-def retabled(messages: list[dict[str, Any]]) -> bool:
+def has_new_table(messages: list[dict[str, Any]]) -> bool:
     """Whether a group of messages brings a new table of modes with the beam."""
     texts = [str(m.get("updates", {}).get("content", "")) for m in messages]
     return beam_moved(messages) and any(TABLE in text for text in texts)
 
 
-def edited(
+def edit_times(
     guest: Visitor, edits: int, seen: Callable[[list[dict[str, Any]]], bool]
 ) -> dict[str, tuple[float, str]]:
     """Time from sending an edit until its picture has arrived."""
@@ -97,8 +97,8 @@ def moving_picture(guest: Visitor, seconds: float = 4.0) -> dict[str, tuple[floa
     }
 
 
-def quiet(guest: Visitor) -> None:
-    """Take in what is on its way."""
+def drain(guest: Visitor) -> None:
+    """Receive the messages that are on their way."""
     try:
         while True:
             guest.receive(0.5)

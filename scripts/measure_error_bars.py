@@ -52,6 +52,7 @@ SENTENCES = {
     "wrong-limit": "no equilibrium claimed, or a wrong limit",
     "missed-limit": "an answer where there is no equilibrium",
     "wrong-branch": "another equilibrium than the one that starts at rest",
+    "wrong-family": "bending taken for stretching, or the reverse",
     "not-converged": "did not converge",
     "crash": "crashed",
     "unknown": "the reference itself has no answer",
@@ -86,13 +87,13 @@ def main() -> None:
 def bent_row(seed: int) -> dict[str, Any]:
     """A verdict on a bent beam."""
     scene = random_bent_scene(seed)
-    told = {
+    about = {
         "command": scene.command,
         "coriolis": scene.options["coriolis"],
         "inward": scene.beam.delta < 0,
         "spin-up": scene.beam.spin_up != 0,
     }
-    return told | bent_verdict(scene)
+    return about | bent_verdict(scene)
 
 
 def kept_rows(count: int, file: Path, row: Callable[[int], dict[str, Any]]) -> list[dict[str, Any]]:
@@ -111,7 +112,7 @@ def kept_rows(count: int, file: Path, row: Callable[[int], dict[str, Any]]) -> l
 
 
 def verdicts(answers: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """A verdict on each; what was slow is timed again, and keeps its least time."""
+    """A verdict on each scene; a slow one is timed again, and its least time counts."""
     rows = []
     for seed, answer in enumerate(answers):
         scene = random_scene(seed)
@@ -119,18 +120,18 @@ def verdicts(answers: list[dict[str, Any]]) -> list[dict[str, Any]]:
         for _ in range(3):
             if row["seconds"] > SLOW:
                 row["seconds"] = min(row["seconds"], verdict(scene, answer)["seconds"])
-        told = {
+        about = {
             "seed": seed,
             "command": scene.command,
             "coriolis": scene.options["coriolis"],
             "inward": scene.beam.delta < 0,
         }
-        rows.append(told | row)
+        rows.append(about | row)
     return rows
 
 
 def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """Counts, shares and every scene that is not as it should be."""
+    """Counts, shares and every scene with a wrong verdict."""
     compared = [row for row in rows if row["kind"] in COMPARED]
     groups = {
         "all": compared,
@@ -163,19 +164,19 @@ def shares(rows: list[dict[str, Any]]) -> dict[str, float]:
     """How many beams and frequencies are within their bars, and how wide the bars are."""
     if not rows:
         return {"beams": 0}
-    off, reported, doubt = (
-        np.concatenate([row[key] for row in rows]) for key in ("off", "reported", "doubt")
+    error, reported, oracle_error = (
+        np.concatenate([row[key] for row in rows]) for key in ("error", "reported", "oracle_error")
     )
     return {
         "beams": len(rows),
         "beams within": sum(row["kind"] == "within" for row in rows) / len(rows),
-        "frequencies": len(off),
-        "frequencies within": float(np.mean(off <= reported + doubt)),
-        "median reported / true": float(np.median(reported / np.maximum(off, 1e-300))),
+        "frequencies": len(error),
+        "frequencies within": float(np.mean(error <= reported + oracle_error)),
+        "median reported / true": float(np.median(reported / np.maximum(error, 1e-300))),
         "median reported / largest possible true": float(
-            np.median(reported / (off + doubt + 1e-300))
+            np.median(reported / (error + oracle_error + 1e-300))
         ),
-        "90 % reported / true": float(np.quantile(reported / np.maximum(off, 1e-300), 0.9)),
+        "90 % reported / true": float(np.quantile(reported / np.maximum(error, 1e-300), 0.9)),
     }
 
 
@@ -185,7 +186,7 @@ def listed(row: dict[str, Any]) -> dict[str, Any]:
     entry: dict[str, Any] = {key: row[key] for key in keys if key in row}
     entry["ms"] = round(1000 * row["seconds"], 1)
     if row["kind"] == "outside":
-        ratio = np.array(row["off"]) / (np.array(row["reported"]) + np.array(row["doubt"]))
+        ratio = np.array(row["error"]) / (np.array(row["reported"]) + np.array(row["oracle_error"]))
         entry["worst mode"] = int(ratio.argmax()) + 1
         entry["true / reported"] = round(float(ratio.max()), 2)
     return entry
@@ -225,7 +226,7 @@ def page(counted: dict[str, Any], bent: bool) -> str:
         f" {1000 * seconds['largest']:.0f} ms at most; {seconds['above 50 ms']} of"
         f" {counted['beams']} take more than 50 ms.",
     ]
-    lines += listing("Not as it should be", counted["wrong"])
+    lines += listing("Wrong", counted["wrong"])
     lines += listing("Slower than 50 ms", counted["slow"])
     return "\n".join(lines) + "\n"
 

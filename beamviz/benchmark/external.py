@@ -35,10 +35,10 @@ from beamviz.benchmark.work_precision import ELEMENTS, Solver
 from beamviz.errors import NotConverged
 
 
-def check_upright(program: str, x: list[float]) -> None:
+def check_not_inverted(program: str, x: list[float]) -> None:
     """Raise NotConverged for a beam folded back on itself, whose frequencies look plausible."""
     if not np.all(np.diff(x) > 0):
-        raise NotConverged(f"{program} landed on an inverted beam, its tip at {x[-1]:.3g}")
+        raise NotConverged(f"{program} converged to an inverted beam, its tip at {x[-1]:.3g}")
 
 
 # Exudyn
@@ -54,7 +54,7 @@ HERMITE = np.array(  # mass of a cubic element, value and slope of each end, tim
 def exudyn(energy: str, beam: Beam, elements: int, modes: int) -> np.ndarray:
     """omega^2 (modes,) of Exudyn with its "own" energy or the "paper"'s. Raises NotConverged."""
     module: Any = import_module("exudyn")
-    module.config.printToConsole = False  # its failures would go to stdout
+    module.config.printToConsole = False  # else it prints errors on stdout
     settings = module.SimulationSettings()
     settings.staticSolver.verboseMode = 0
     settings.solution.file.write = False
@@ -70,7 +70,7 @@ def exudyn(energy: str, beam: Beam, elements: int, modes: int) -> np.ndarray:
     else:
         raise NotConverged(f"Exudyn's static solver failed with {LOAD_STEPS[-1]} load steps")
     position = module.OutputVariableType.Position
-    check_upright("Exudyn", [system.GetNodeOutput(node, position)[0] for node in nodes])
+    check_not_inverted("Exudyn", [system.GetNodeOutput(node, position)[0] for node in nodes])
     found = import_module("exudyn.solver").ComputeODE2Eigenvalues(
         system,
         settings,
@@ -162,7 +162,7 @@ def opensees(beam: Beam, elements: int, modes: int) -> np.ndarray:
     ops.analysis("Static")
     if beam.gamma and ops.analyze(OPENSEES_STEPS):
         raise NotConverged("OpenSees: Newton's method did not converge")
-    check_upright("OpenSees", [n / elements + ops.nodeDisp(n, 1) for n in range(elements + 1)])
+    check_not_inverted("OpenSees", [n / elements + ops.nodeDisp(n, 1) for n in range(elements + 1)])
     return np.array(ops.eigen("-genBandArpack", modes))
 
 

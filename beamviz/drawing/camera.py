@@ -1,4 +1,4 @@
-"""Where to look from so that the beam fills the picture."""
+"""Camera positions from which the beam fills the picture."""
 
 import math
 from collections.abc import Sequence
@@ -15,13 +15,13 @@ FIELD_OF_VIEW = math.radians(24)  # vertical
 # Directions from the middle of the picture to the camera: rotating with the hub, and beside it.
 ROTATING_DIRECTIONS = {"chordwise": (-0.3, -1.0, 0.8), "flapwise": (-0.3, -1.0, 0.45)}
 FIXED_DIRECTION = (0.0, -1.0, 0.85)
-ROOM = 0.2  # on both sides of the beam, for its motion
-MARGIN = 0.1  # around the hub: the hoop of an inward beam, and room
-SCALES = (100.0, 1e5)  # [pixels] per length of the beam: smaller and larger ones count as these
-RIM = 0.3  # largest part of the hub that is kept in the picture of the beam
-LIFT = 0.1  # part of half the height of a page that is free above the beam, for a label
-NEARER, FARTHER = 0.7, 1.15  # relative changes of the best distance at which a camera is moved
-TOLERANCE = 1e-3  # distance of two viewpoints that count as one
+ROOM = 0.2  # half of the width [L] kept in the picture for the motion of the beam
+MARGIN = 0.1  # width [L] kept in the picture around the hub, with the hoop of an inward beam
+SCALES = (100.0, 1e5)  # limits [pixels] of the length of the beam in a picture
+RIM = 0.3  # greatest length [L] of the hub in the picture of the beam
+LIFT = 0.1  # share of half the height of a page left free above the beam for a label
+NEARER, FARTHER = 0.7, 1.15  # ratios of the best distance to the last: within, the camera stays
+TOLERANCE = 1e-3  # largest distance of two viewpoints taken as the same
 
 
 def span(shapes: SampledModes) -> tuple[float, float]:
@@ -82,10 +82,10 @@ def viewpoint(
     heights: Sequence[float] = (0.0,),
     direction: tuple[float, float, float] | None = None,
 ) -> np.ndarray:
-    """Camera position (3,) for a picture with width / height = `aspect`, as near as it can be. It
-    looks at the origin, where the scene puts `target`, and is free in its upper part: `lift` of
-    half its height. heights: of the beams above each other; direction: to the camera, None for
-    the usual one."""
+    """Camera position (3,) for a picture with width / height = `aspect`, as near as the beam
+    allows. The camera looks at the origin, where the scene puts `target`. lift: share of half the
+    height left free at the top; heights: of the beams drawn above each other; direction: to the
+    camera, None for the default."""
     usual = ROTATING_DIRECTIONS[shapes.plane] if rotating_frame else FIXED_DIRECTION
     tall = math.tan(FIELD_OF_VIEW / 2)
     points = np.concatenate(
@@ -99,7 +99,7 @@ def viewpoint(
 def fitted(
     shapes: SampledModes, rotating_frame: bool, aspect: float, heights: Sequence[float] = (0.0,)
 ) -> Camera:
-    """The camera of a page: it looks at a point a little above the beam, where labels stand."""
+    """The camera that fits the beam into a page: it looks a little above the beam, for labels."""
     position = viewpoint(shapes, rotating_frame, aspect, LIFT, heights)
     lift = LIFT * math.tan(FIELD_OF_VIEW / 2) * float(np.linalg.norm(position))
     target = np.array([0.0, 0.0, lift])
@@ -113,35 +113,35 @@ def place(view: CameraHandle | InitialCameraConfig, camera: Camera) -> None:
 
 
 class PageCamera:
-    """The camera of a page: it stays where the visitor moves it, and is fitted again when asked
-    to and when what it shows has changed."""
+    """The camera of a page: it stays where the visitor moves it, and is fitted again on request
+    and when the picture has changed too much."""
 
     def __init__(self, view: CameraHandle):
         self.view = view
-        self.given: Camera | None = None  # a viewpoint in place of the one that fits
+        self.given: Camera | None = None  # a fixed viewpoint; None: fitted to the beam
         self.placed = self.before = Camera((1.0, 1.0, 1.0))  # its last two placements
-        self.asked = True  # to be moved
-        self.unsettled = False  # to be moved again with the answer to the latest request
-        self.fitted_to: tuple = ()  # what the viewpoint was chosen for, and its distance
+        self.requested = True  # a move, at the next picture
+        self.provisional = False  # placed before the latest request was answered
+        self.fitted_to: tuple = ()  # frame, plane, aspect and number of beams of the viewpoint
         self.distance = 0.0
 
-    def take(self, given: Camera | None) -> None:
-        """Look from a viewpoint, None for the one that fits."""
-        self.given, self.asked = given, True
+    def set_viewpoint(self, given: Camera | None) -> None:
+        """Move to a viewpoint; None fits the beam into the page."""
+        self.given, self.requested = given, True
 
     def look_at(
         self, shapes: SampledModes, rotating_frame: bool, heights: Sequence[float], *, settled: bool
     ) -> None:
-        """Move the camera where needed, for beams at `heights`. Until the answer is `settled`, the
-        one to the latest request, it is moved again."""
+        """Move the camera where needed, for beams at `heights`. settled: whether the shapes
+        answer the latest request; before that, the camera is moved again at the next call."""
         camera = fitted(shapes, rotating_frame, self.view.aspect, heights)
         distance = math.dist(camera.position, camera.look_at)
         fitted_to = (rotating_frame, shapes.plane, self.view.aspect, len(heights))
         stays = NEARER * self.distance < distance < FARTHER * self.distance
         moved = fitted_to != self.fitted_to or not stays
-        if self.asked or self.unsettled or (moved and self.given is None):
+        if self.requested or self.provisional or (moved and self.given is None):
             self.fitted_to, self.distance = fitted_to, distance
-            self.asked, self.unsettled = False, not settled
+            self.requested, self.provisional = False, not settled
             self.before, self.placed = self.placed, self.given or camera
             place(self.view, self.placed)
 
@@ -164,11 +164,11 @@ class PageCamera:
 
     @property
     def reshaped(self) -> bool:
-        """Whether the page has another aspect ratio than the viewpoint was chosen for."""
+        """Whether the page has another aspect ratio than at the last placement."""
         return bool(self.fitted_to) and self.view.aspect != self.fitted_to[2] and self.given is None
 
     @property
-    def overtaken(self) -> bool:
+    def outdated(self) -> bool:
         """Whether the page has the camera at the placement before the last: its message crossed
         the last one, which viser does not send again."""
         return self.is_at(self.before) and not self.is_at(self.placed)

@@ -235,9 +235,9 @@ class Session:
         """If the page changed its shape, choose the viewpoint anew."""
         camera = self.visitor.camera
         if camera.reshaped:
-            camera.take(None)
-        camera.asked |= camera.overtaken
-        if camera.asked or self.view.zoomed:
+            camera.set_viewpoint(None)
+        camera.requested |= camera.outdated
+        if camera.requested or self.view.zoomed:
             self.visitor.wake()
 
     @property
@@ -265,7 +265,7 @@ class Session:
         """Whether the scene itself waits to be drawn."""
         visitor, view = self.visitor, self.view
         return (
-            visitor.camera.asked
+            visitor.camera.requested
             or visitor.state.view is not view.state.view
             or visitor.state.scene is not view.opened
             or visitor.solver.answer is not view.answer

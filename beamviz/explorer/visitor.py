@@ -53,7 +53,7 @@ class Visitor:
         self.history = History()
         self.queue, self.background = queue, background
         self.lock, self.camera = threading.RLock(), PageCamera(client.camera)
-        self.camera.take(state.camera)
+        self.camera.set_viewpoint(state.camera)
         self.renderers: list[Callable[[State], None]] = []
         self.jobs: list[Job] = []
         self.answer: SolverAnswer | None = None
@@ -87,7 +87,7 @@ class Visitor:
             before = self.state
             self.follow(step(before))
             if self.state.scene is not before.scene or self.state.camera != before.camera:
-                self.camera.take(self.state.camera)
+                self.camera.set_viewpoint(self.state.camera)
         self.wake()
 
     def follow(self, state: State) -> None:
@@ -125,7 +125,7 @@ class Visitor:
         """Show another scene; `home` is the one that a reset returns to from now on."""
         with self.lock:
             self.change(lambda state: replace(state.loaded(scene), home=home or state.home))
-            self.camera.take(scene.camera)
+            self.camera.set_viewpoint(scene.camera)
         self.wake()
 
     def reset(self) -> None:
@@ -137,7 +137,7 @@ class Visitor:
         """Fit the beam into the page."""
         with self.lock:
             self.change(lambda state: replace(state, camera=None))
-            self.camera.take(None)
+            self.camera.set_viewpoint(None)
         self.wake()
 
     def to_scene(self) -> Scene:

@@ -79,7 +79,7 @@ MAX_FRAMES = 360
 
 
 def write_html(file: Path, solved: SolvedScene) -> None:
-    """The page of viser, which holds all it needs, with the recorded film and a panel of ours."""
+    """viser's self-contained page with the recorded film, and a panel with the numbers."""
     view, film = solved.scene.view, [(solved.moment(0.0), 1.0)]  # moments and their seconds
     if not solved.warning:
         loop = find_loop(solved)

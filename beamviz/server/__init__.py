@@ -91,21 +91,21 @@ def self_test(
 
 
 def successful_attack(access: Access, connect: Callable[[], socket.socket]) -> str:
-    """Try to connect from a foreign page and without the key, and to send invalid messages; a
-    phrase for what succeeded, or ""."""
+    """Try to connect from a foreign page and without the key, and to send invalid messages; the
+    description of the attack that succeeded, or ""."""
     uri = access.local_url.replace("http://", "ws://")
     options: dict[str, Any] = {"uri": uri, "subprotocols": [PROTOCOL], "open_timeout": TIMEOUT}
     key: dict[str, Any] = {
         "additional_headers": {"Cookie": f"{access.cookie}={access.visitor_key}"}
     }
-    strangers: dict[str, dict[str, Any]] = {
+    attackers: dict[str, dict[str, Any]] = {
         "a page of a foreign origin": {"origin": FOREIGN_ORIGIN, **key}
     }
     if access.visitor_key:
-        strangers["a visitor without the key"] = {}
-    for name, stranger in strangers.items():
+        attackers["a visitor without the key"] = {}
+    for name, attacker in attackers.items():
         try:
-            with unix_connect(sock=connect(), **options, **stranger):
+            with unix_connect(sock=connect(), **options, **attacker):
                 return f"{name} can connect"
         except InvalidStatus as error:
             if error.response.status_code != 403:

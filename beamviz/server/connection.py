@@ -1,4 +1,4 @@
-"""What a connection passes before viser sees it: access, security headers, message validation."""
+"""Checks of a connection before viser handles it: access, security headers, messages."""
 
 import asyncio
 import contextlib
@@ -204,7 +204,7 @@ class Connection(ServerConnection):
 
 
 class Guard:
-    """Stands between the network and viser's server.
+    """Checks every request and message before viser's server handles it.
 
     access: the rules; visitor_count: the visitors of all processes; listener: where connections
     come from, by default the address given to `serve`; insert: changes the HTML of viser's page.
@@ -288,7 +288,7 @@ class Guard:
         return response
 
     async def visit(self, connection: ServerConnection, handler: Handler) -> None:
-        """Count a visitor and serve them, unless others have just filled the last place."""
+        """Count a visitor and serve them, unless the limit has been reached meanwhile."""
         with contextlib.ExitStack() as leaving:
             if not is_presenter(self.access, connection.request):
                 self.visitor_count.enter()

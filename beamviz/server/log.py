@@ -1,4 +1,4 @@
-"""A log in which nobody can cause a flood."""
+"""A rate-limited log: repeated warnings are counted instead of written."""
 
 import contextlib
 import logging
@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterator
 
 INTERVAL = 600.0  # [s] between two lines about one kind of error of one visitor
-MAX_KINDS = 1000  # remembered
+MAX_KINDS = 1000  # number of pairs of visitor and kind that are remembered
 
 
 class RateLimitedLog:

@@ -63,7 +63,7 @@ def _straight_is_unstable(beam: Beam, options: dict[str, Any]) -> bool:
 
 def bent_verdict(scene: Scene) -> dict[str, Any]:
     """The solver's answer against the oracle's: `kind` and processor time `seconds`; where both
-    have modes also `off`, `reported` and `doubt` (the oracle's own error) of each frequency."""
+    have modes also the `error`, the `reported` one and the `oracle_error` of each frequency."""
     start = time.process_time()
     solution: Solution | Exception
     try:
@@ -105,12 +105,12 @@ def _solved(scene: Scene, solution: Solution) -> dict[str, Any]:
     still = np.isnan(solution.frequencies)
     ours = np.where(still, solution.growth_rates, solution.frequencies)
     theirs = np.where(still, abs(truth.omega.imag), truth.omega.real)
-    doubt = truth.differences + ROUNDING * abs(truth.omega)
-    off = abs(ours - theirs)
+    oracle_error = truth.differences + ROUNDING * abs(truth.omega)
+    error = abs(ours - theirs)
     return {
-        "kind": "within" if np.all(off <= solution.errors + doubt) else "outside",
-        "off": off.tolist(),
+        "kind": "within" if np.all(error <= solution.errors + oracle_error) else "outside",
+        "error": error.tolist(),
         "reported": solution.errors.tolist(),
-        "doubt": doubt.tolist(),
+        "oracle_error": oracle_error.tolist(),
         "sizes": abs(truth.omega).tolist(),
     }

@@ -85,7 +85,7 @@ def pick(rng: np.random.Generator, weights: dict[float, float]) -> float:
 
 
 def oracle_answer(scene: Scene) -> dict[str, Any]:
-    """What the oracle says of a scene, as plain data: `squares`, or why there are none."""
+    """The oracle's answer to a scene, as plain data: `squares`, or why there are none."""
     options = {name: value for name, value in scene.options.items() if name != "tolerance"}
     levels = FINE if scene.beam.delta >= 0 else QUICK  # all eigenvalues of a full matrix
     try:
@@ -107,7 +107,7 @@ def oracle_answer(scene: Scene) -> dict[str, Any]:
 
 def verdict(scene: Scene, answer: dict[str, Any]) -> dict[str, Any]:
     """The solver's answer against the oracle's: `kind` and processor time `seconds`; where both
-    have modes also `off`, `reported` and `doubt` (the oracle's own error) of each frequency."""
+    have modes also the `error`, the `reported` one and the `oracle_error` of each frequency."""
     start = time.process_time()
     solution: Solution | Exception
     try:
@@ -149,17 +149,18 @@ def _solved(solution: Solution, answer: dict[str, Any]) -> dict[str, Any]:
         return {"kind": "missed-limit" if missed else "unknown", "says": answer["missing"]}
     if not _same_branch(solution, answer):
         return {"kind": "wrong-branch", "says": f"tip {solution.equilibrium.tip}"}
-    off, reported, doubt = compared(solution, answer)
-    within = np.all(off <= reported + doubt)
-    apart = np.diff(np.sqrt(np.abs(answer["squares"]))) > 2 * np.maximum(reported[1:], doubt[1:])
+    error, reported, oracle_error = compared(solution, answer)
+    within = np.all(error <= reported + oracle_error)
+    gaps = np.diff(np.sqrt(np.abs(answer["squares"])))
+    apart = gaps > 2 * np.maximum(reported, oracle_error)[1:]
     known = np.all(apart) and "mixed" not in answer["families"]
     if within and known and list(solution.families) != answer["families"]:
         return {"kind": "wrong-family", "says": f"{solution.families}"}
     return {
         "kind": "within" if within else "outside",
-        "off": off.tolist(),
+        "error": error.tolist(),
         "reported": reported.tolist(),
-        "doubt": doubt.tolist(),
+        "oracle_error": oracle_error.tolist(),
         "sizes": np.sqrt(np.abs(answer["squares"])).tolist(),
     }
 
@@ -175,12 +176,12 @@ def _same_branch(solution: Solution, answer: dict[str, Any]) -> bool:
 def compared(
     solution: Solution, answer: dict[str, Any]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """True error, reported error and the oracle's own doubt of each frequency (modes,): of
+    """True error, reported error and the oracle's own error of each frequency (modes,): of
     omega^2 where the two disagree on its sign."""
-    squares, doubt = np.array(answer["squares"]), np.array(answer["differences"])
-    off = abs(solution.omega_squared - squares)
+    squares, oracle_error = np.array(answer["squares"]), np.array(answer["differences"])
+    error = abs(solution.omega_squared - squares)
     root = np.sqrt(abs(solution.omega_squared)) + np.sqrt(abs(squares))
     alike = (solution.omega_squared < 0) == (squares < 0)
     scale = np.where(alike & (root > 0), root, 1.0)
     reported = np.where(alike, solution.errors, solution.omega_squared_errors)
-    return off / scale, reported, doubt / scale
+    return error / scale, reported, oracle_error / scale

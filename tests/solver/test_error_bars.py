@@ -94,7 +94,7 @@ def test_the_page_lists_what_is_wrong():
     told = {"seed": 0, "command": SCENE.command, "coriolis": False, "inward": False}
     row = told | verdict(SCENE, answer())
     assert SCENE.command not in SCRIPT.page(SCRIPT.summary([row]))
-    wrong = row | {"kind": "outside", "off": [10 * error for error in row["reported"]]}
+    wrong = row | {"kind": "outside", "error": [10 * value for value in row["reported"]]}
     assert SCENE.command in SCRIPT.page(SCRIPT.summary([row, wrong]))
 
 
