@@ -192,7 +192,7 @@ def listed(row: dict[str, Any]) -> dict[str, Any]:
     return entry
 
 
-def page(counted: dict[str, Any], bent: bool) -> str:
+def page(counted: dict[str, Any], bent: bool = False) -> str:
     """The summary for people, in Markdown."""
     kinds, seconds = counted["kinds"], counted["seconds"]
     drawn = "beams over everything that is accepted"

@@ -144,11 +144,11 @@ def test_a_viewpoint_that_crossed_a_message_of_the_page_is_chosen_again():
     view.aspect = 1.0
     assert page_camera.reshaped
     page_camera.look_at(shapes, True, [0.0], settled=True)
-    assert not page_camera.overtaken
+    assert not page_camera.outdated
     view.position, view.look_at = wide
-    assert page_camera.overtaken
+    assert page_camera.outdated
     view.position = (1.0, -2.0, 1.0)
-    assert not page_camera.overtaken
+    assert not page_camera.outdated
 
 
 def test_an_arrow_shows_the_speed_where_there_is_one(scene):
