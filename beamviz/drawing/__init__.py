@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import trimesh
-from viser import BatchedMeshHandle, LabelHandle, SceneApi
+from viser import BatchedMeshHandle, SceneApi
 
 from beamviz.drawing import beam_mesh, camera, colours
 from beamviz.drawing.beam_mesh import (
@@ -20,6 +20,7 @@ from beamviz.drawing.objects import (
     BOX,
     HIDDEN,
     SIDES,
+    Caption,
     Nodes,
     ReferenceShapes,
     add_instances,
@@ -43,7 +44,7 @@ class BeamView:
     """One beam in a scene: `show` takes what changes with the beam, `move` what changes with time.
 
     root: name of its node in the scene; alone: with lights, ground and post, which a second beam in
-    the same scene does not need: it has a title instead; height: of its middle, in lengths of the
+    the same scene does not need; height: of its middle, in lengths of the
     beam.
     """
 
@@ -68,10 +69,8 @@ class BeamView:
         self.mass_drawn: tuple = ()  # size and colour
         self.reference = ReferenceShapes(api, root)
         self.nodes = Nodes(api, root)
-        self.warning = api.add_label(
-            f"{root}/rotor/words", "", anchor="bottom-center", font_screen_scale=1.25, visible=False
-        )
-        self.title = None if alone else add_title(api, root, "")
+        self.warning = Caption(api, f"{root}/rotor/warning", "bottom")
+        self.title = Caption(api, f"{root}/title", "bottom")
 
     def show(
         self,
@@ -97,21 +96,22 @@ class BeamView:
         self.surroundings.show(beam, rotating_frame=view.rotating_frame, dark=view.dark)
         self.reference.show(shapes, self.section, visible=view.ghosts)
         marked = shown if view.nodes and len(shown) == 1 and not warning else []
-        self.nodes.show(shapes, self.section, marked, labels=not view.all_modes, scale=motion.scale)
+        self.nodes.show(shapes, self.section, marked, labels=not view.all_modes)
         size = mass_size(beam, view.thicken) if beam.alpha > 0 else (HIDDEN, HIDDEN)
         if (size, self.greyed) != self.mass_drawn:
             self.mass_drawn = size, self.greyed
             colour = np.array([colours.GREYED if warning else colours.MASS]) / 255
             self.mass.batched_scales = np.array([[size[0], size[1], size[1]]])
             self.mass.batched_colors = colours.instanced(colour)
-        self.warning.visible = bool(warning)
-        if warning:
-            self.warning.text = warning
-            set_position(self.warning, (beam.delta + 0.5, 0.0, 0.12))
-        if self.title:
-            self.frame.visible, self.title.text = True, title
-            x = beam.delta if view.rotating_frame else 0.0
-            self.title.position = (x, 0.0, TITLE_HEIGHT)
+        self.warning.show(warning, (beam.delta + 0.5, 0.0, 0.12))
+        self.title.show(title, (beam.delta if view.rotating_frame else 0.0, 0.0, TITLE_HEIGHT))
+        self.frame.visible = True
+
+    @property
+    def captions(self) -> list[Caption]:
+        """The texts to be written over the picture."""
+        texts = [*self.nodes.captions, self.warning, self.title, self.surroundings.speed]
+        return [caption for caption in texts if caption.text and self.frame.visible]
 
     def hide(self) -> None:
         """Draw nothing."""
@@ -176,7 +176,7 @@ class OverlayBeam:
             **pale,
         )
         self.nodes = Nodes(api, OVERLAY, colours.BEFORE)
-        self.title = api.add_label(f"{OVERLAY}/title", "", anchor="bottom-center")
+        self.title = Caption(api, f"{OVERLAY}/title", "bottom")
         self.count = 0  # of the pieces drawn
 
     def show(
@@ -197,10 +197,14 @@ class OverlayBeam:
         length, radius = mass_size(shapes.beam, view.thicken)
         self.mass.scale = (INSET * length, INSET * radius, INSET * radius)
         self.nodes.show(shapes, self.section, shown if view.nodes else [], labels=False)
-        self.title.text = title
         points, _ = to_hub_frame(shapes, shapes.centreline)
         top = points[shapes.mass if shapes.beam.alpha > 0 else -1] + TITLE_OFFSET
-        set_position(self.title, top + [0.0, 0.0, radius])
+        self.title.show(title, top + [0.0, 0.0, radius])
+
+    @property
+    def captions(self) -> list[Caption]:
+        """The texts to be written over the picture."""
+        return [self.title] if self.root.visible else []
 
     def hide(self) -> None:
         """Draw nothing."""
@@ -225,11 +229,6 @@ class OverlayBeam:
 def stacked_heights(count: int) -> list[float]:
     """Heights of `count` beams around the middle of the picture, the first on top."""
     return [ROW_SPACING * ((count - 1) / 2 - k) for k in range(count)]
-
-
-def add_title(api: SceneApi, root: str, text: str) -> LabelHandle:
-    """A title above the hub of the beam under `root`, where it never covers the beam."""
-    return api.add_label(f"{root}/title", text, anchor="bottom-center", font_screen_scale=1.1)
 
 
 class AllModesView:

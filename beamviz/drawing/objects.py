@@ -1,6 +1,7 @@
 """The objects on the beam: mass, reference shapes and vibration nodes, and their sizes."""
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from viser import BatchedMeshHandle, SceneApi
 
 from beamviz.beam import Beam
 from beamviz.drawing import beam_mesh, colours
-from beamviz.drawing.beam_mesh import DEFAULT_SCALE, NORMALS, Section, extents, to_hub_frame
+from beamviz.drawing.beam_mesh import NORMALS, Section, extents, to_hub_frame
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import measure
 from beamviz.server.viser_private import set_position, set_properties
@@ -76,9 +77,20 @@ def add_instances(
 
 
 MAX_NODES = 10
-LETTER_HEIGHT = 13  # [pixels] of labels
-# In lengths of the beam: at least, and at most for all labels of a mode together.
-MIN_LETTERS, MAX_LETTERS = 0.016, 0.09
+
+
+class Caption:
+    """A text at a point of the scene. The page writes it over the picture, in its own letters and
+    colours, which viser's labels do not have; anchor: the side of the text at the point."""
+
+    def __init__(self, api: SceneApi, name: str, anchor: str = "center"):
+        self.point = api.add_frame(name, show_axes=False)
+        self.anchor, self.text = anchor, ""
+
+    def show(self, text: str, position: Iterable[float]) -> None:
+        """Show a text at a point (3,) of the frame around; none hides it."""
+        self.text = text
+        set_position(self.point, position)
 
 
 # A beam of unit size, until a mesh gets the vertices of its own.
@@ -126,30 +138,19 @@ class ReferenceShapes:
 
 
 class Nodes:
-    """A collar and a label at each vibration node."""
+    """A ring and a caption at each vibration node."""
 
     def __init__(self, api: SceneApi, root: str, colour: colours.RGB = colours.NODE):
         self.piece = np.zeros(0, int)  # the piece of the beam of each node
         self.share = np.zeros((0, 1))  # and its relative position along the piece
-        self.count = 0  # of the labels shown
         self.collars = add_instances(api, f"{root}/rotor/nodes", MAX_NODES, trimesh.creation.box())
         self.collars.batched_colors = colours.instanced(np.tile(colour, (MAX_NODES, 1)) / 255)
-        style: Any = {"anchor": "top-center", "font_size_mode": "scene", "visible": False}
-        self.labels = [
-            api.add_label(f"{root}/rotor/node {k}", "", **style) for k in range(MAX_NODES)
-        ]
+        self.captions = [Caption(api, f"{root}/rotor/node {k}", "top") for k in range(MAX_NODES)]
 
     def show(
-        self,
-        shapes: SampledModes,
-        section: Section,
-        shown: list[int],
-        *,
-        labels: bool = True,
-        scale: float = DEFAULT_SCALE,
+        self, shapes: SampledModes, section: Section, shown: list[int], *, labels: bool = True
     ) -> None:
-        """Mark the nodes of the modes `shown` (0-based), at most MAX_NODES of them, at `scale`
-        pixels per length of the beam."""
+        """Mark the nodes of the modes `shown` (0-based), at most MAX_NODES of them."""
         marks = [(shapes.labels[k], float(at)) for k in shown for at in shapes.nodes[k]][:MAX_NODES]
         at, x = np.array([at for _, at in marks]), shapes.x
         self.piece = np.searchsorted(x, at, side="right").clip(1, len(x) - 1) - 1
@@ -159,19 +160,16 @@ class Nodes:
         scales[: len(marks)] = size
         self.collars.visible = bool(marks)
         set_properties(self.collars, {"batched_scales": scales})
-        height = min(max(LETTER_HEIGHT / scale, MIN_LETTERS), MAX_LETTERS / max(len(marks), 1))
         still, _ = to_hub_frame(shapes, shapes.centreline)
-        places = self.on_beam(still) - [0.0, 0.0, size[2] / 2 + 0.05]
+        places = self.on_beam(still) - [0.0, 0.0, size[2] / 2 + 0.03]
         units = shapes.beam.units
-        for label, (mode, at_x), place in zip(self.labels, marks, places, strict=False):
-            label.font_scene_height = height
+        for caption in self.captions:
+            caption.text = ""
+        for caption, (mode, at_x), place in zip(
+            self.captions if labels else (), marks, places, strict=False
+        ):
             position = measure("beta", units).text(at_x, 4) if units else f"{at_x:.3f}"
-            label.text = f"{mode} node at {position}"
-            set_position(label, place)
-        count = len(marks) if labels else 0
-        for k in range(min(count, self.count), max(count, self.count)):
-            self.labels[k].visible = k < count
-        self.count = count
+            caption.show(f"{mode} node at {position}", place)
 
     def on_beam(self, points: np.ndarray) -> np.ndarray:
         """The nodes (j, 3) on the line of `points` (n, 3)."""

@@ -9,7 +9,7 @@ from viser import SceneApi
 
 from beamviz.beam import Beam
 from beamviz.drawing import colours
-from beamviz.drawing.objects import add_instances, mass_size
+from beamviz.drawing.objects import Caption, add_instances, mass_size
 from beamviz.drawing.text import measure
 from beamviz.server.viser_private import set_position, set_properties
 
@@ -89,7 +89,7 @@ class Surroundings:
             f"{root}/arrow", ribbon.vertices, ribbon.faces, color=colours.ROTATION, side="double",
             cast_shadow=False, receive_shadow=False,
         )  # fmt: skip
-        self.speed = api.add_label(f"{root}/speed", "", anchor="center-center")
+        self.speed = Caption(api, f"{root}/speed")
 
     def show(self, beam: Beam, *, rotating_frame: bool, dark: bool = False) -> None:
         """Place them for `beam`: the clamp is on the rim, so the hub's radius is |delta|. Outside
@@ -101,7 +101,8 @@ class Surroundings:
         self.drawn_for = drawn_for
         self.disc.color = colours.FLOOR[dark]
         self.show_hub(beam, ground)
-        self.arrow.visible = self.speed.visible = self.alone and beam.gamma > 0
+        self.arrow.visible = self.alone and beam.gamma > 0
+        self.speed.text = ""
         if self.arrow.visible:
             self.show_speed(beam, 1.0 if rotating_frame else max(1.0, hub_radius(beam)))
         reach = floor_radius(beam)
@@ -139,10 +140,9 @@ class Surroundings:
         radius, middle, text = arrow_place(beam, size)
         ribbon = arrow(radius, middle, size)
         set_properties(self.arrow, {"vertices": ribbon.vertices.astype(np.float32)})
-        speed = measure("gamma", beam.units)
-        shown = speed.text(beam.gamma, 4)
-        self.speed.text = shown if speed.unit else shown.replace(speed.symbol, "speed")
-        set_position(self.speed, (text * math.cos(middle), text * math.sin(middle), ARROW_HEIGHT))
+        speed = measure("gamma", beam.units).text(beam.gamma, 4)
+        place = (text * math.cos(middle), text * math.sin(middle), ARROW_HEIGHT)
+        self.speed.show(speed if beam.units else f"speed {speed}", place)
 
 
 def floor_radius(beam: Beam) -> float:

@@ -22,8 +22,9 @@ from viser import CameraHandle, ClientHandle
 from beamviz.drawing import AllModesView, BeamView, colours, stacked_heights
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion, interpolate
 from beamviz.drawing.modes import Clock, SampledModes, amplitudes
+from beamviz.drawing.objects import Caption
 from beamviz.explorer.features import MassDrag, Presentation, PresenterMode
-from beamviz.explorer.features.comparison import Comparison, ComparisonTab
+from beamviz.explorer.features.comparison import THIS, Comparison, ComparisonTab
 from beamviz.explorer.features.files import Downloads, SceneFiles, open_link
 from beamviz.explorer.features.lessons import Lessons
 from beamviz.explorer.features.loci_tab import LociTab
@@ -102,9 +103,9 @@ class SceneView:
         view, self.scale = self.state.view, self.camera.scale
         self.comparison.draw(self.shapes, self.clock, self.shown_modes, self.scale)
         self.scene.height = self.comparison.heights[0]
-        self.scene.show(
-            self.shapes, view, self.shown_modes, warning=self.warning, motion=self.motion
-        )
+        title = THIS if len(self.comparison.heights) > 1 else ""
+        texts = {"warning": self.warning, "title": title}
+        self.scene.show(self.shapes, view, self.shown_modes, motion=self.motion, **texts)
         together = view.all_modes and len(self.shapes.modes) > 0 and not self.warning
         self.scene.frame.visible = not together
         if together:
@@ -125,6 +126,12 @@ class SceneView:
             self.scene.move(self.clock.phases, self.amplitudes, self.clock.angle)
         self.comparison.move(time, self.amplitudes)
         self.all_modes.move(self.clock.phases, self.state.view.amplitude, self.clock.angle)
+
+    @property
+    def captions(self) -> list[Caption]:
+        """The texts to be written over the picture."""
+        parts: list[BeamView | Comparison] = [self.scene, *self.all_modes.rows, self.comparison]
+        return [caption for part in parts for caption in part.captions]
 
     @property
     def warning(self) -> str:
@@ -300,6 +307,7 @@ class Session:
         with visitor.lock:
             state, visitor.answer = visitor.state, visitor.solver.answer
         view.show(state, visitor.answer)
+        visitor.page.captions(view.captions)
         if visitor.answer:
             self.panel.show_answer(visitor.answer, view.solved, view.shown_modes)
         self.panel.show_picture(view.largest, view.pace, view.shapes.beam.units)

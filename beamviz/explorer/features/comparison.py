@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.drawing import BeamView, OverlayBeam, add_title
+from beamviz.drawing import BeamView, OverlayBeam
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion
 from beamviz.drawing.modes import Clock, SampledModes, amplitudes
+from beamviz.drawing.objects import Caption
 from beamviz.drawing.text import frequencies
 from beamviz.explorer.jobs import SolveJob, SolverAnswer
 from beamviz.explorer.page.html import small
@@ -144,14 +145,17 @@ class Comparison(Feature):
         if state.stacked:
             if self.scene is None:
                 self.scene = BeamView(self.api, "/other", alone=False)
-                self.name = add_title(self.api, "/scene", THIS)
             self.scene.height = self.heights[1]
             self.scene.show(*drawing, title=title, motion=motion)
-            assert self.scene.title
-            self.name.visible, self.name.position = True, self.scene.title.position
         else:
             self.overlay = self.overlay or OverlayBeam(self.api)
             self.overlay.show(*drawing, title, motion)
+
+    @property
+    def captions(self) -> list[Caption]:
+        """The texts to be written over the picture."""
+        drawn = [part for part in (self.overlay, self.scene) if part]
+        return [caption for part in drawn for caption in part.captions]
 
     def hide(self) -> None:
         """Draw nothing."""
@@ -159,7 +163,6 @@ class Comparison(Feature):
             self.overlay.hide()
         if self.scene:
             self.scene.hide()
-            self.name.visible = False
 
     def move(self, time: float, amplitudes: np.ndarray) -> None:
         """Advance by `time` [T*], with the amplitudes (m,) of the first beam."""

@@ -62,6 +62,7 @@ const beamviz = (() => {
       controls(key, true).forEach((e) => setProps(e, changes));
     }
     for (const [id, data] of Object.entries(update.charts ?? {})) draw(id, data);
+    if (update.captions) beamvizCaptions.show(update.captions.scene);
     if (update.open) openTab(byId(update.open), false);
     if (update.dark !== undefined) document.documentElement.dataset.theme = update.dark ? "dark" : "light";
     if (update.address !== undefined) {

@@ -7,12 +7,13 @@ viser, the bridge, with texts [number, action, value].
 
 import json
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from importlib.resources import files
 from typing import Any
 
 from viser import ClientHandle, GuiEvent
 
+from beamviz.drawing.objects import Caption
 from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import control_id, run_script, stop_sync
 
@@ -29,7 +30,7 @@ def insert_page(viser_page: str) -> str:
     folder = files("beamviz.explorer.page")
     html, css, *scripts = (
         folder.joinpath(name).read_text(encoding="utf-8")
-        for name in ("page.html", "page.css", "page.js", "chart.js")
+        for name in ("page.html", "page.css", "page.js", "captions.js", "chart.js")
     )
     elements = f"<style>{css}</style>{html}<script>{''.join(scripts)}</script>"
     return viser_page.replace(ROOT, elements).replace("<title>Viser<", "<title>beamviz<")
@@ -70,6 +71,13 @@ class Page:
     def chart(self, id: str, data: Any) -> None:
         """Draw a chart in the element with this id (chart.js)."""
         self.send_changed("charts", id, data)
+
+    def captions(self, captions: Iterable[Caption]) -> None:
+        """Write texts over the picture, each at the point of its node (captions.js)."""
+        texts = [
+            {"name": one.point.name, "text": one.text, "anchor": one.anchor} for one in captions
+        ]
+        self.send_changed("captions", "scene", texts)
 
     def open(self, tab: str) -> None:
         """Open a tab, by the id of its panel."""

@@ -1,0 +1,47 @@
+/* Texts at points of viser's scene, written over its picture. Each point is a node of the scene. */
+"use strict";
+const beamvizCaptions = (() => {
+  const EDGE = 4; // [px] from the edge of the picture
+  const SIDES = { top: 0, center: -0.5, bottom: -1 }; // of the text at its point: its offset
+  let captions = [], frame = 0;
+
+  /* list: [{name, text, anchor}], with the name of the node and a key of SIDES. */
+  function show(list) {
+    const layer = document.getElementById("caption-layer");
+    layer.replaceChildren(...list.map(({ text }) => {
+      const element = document.createElement("span");
+      element.textContent = text;
+      return element;
+    }));
+    captions = list.map((one, k) => {
+      const element = layer.children[k];
+      return { ...one, element, width: element.offsetWidth, height: element.offsetHeight };
+    });
+    if (!frame && captions.length) frame = requestAnimationFrame(place);
+  }
+
+  /* Moves all texts to their points; one that would cover another is moved down. */
+  function place() {
+    frame = captions.length ? requestAnimationFrame(place) : 0;
+    const { nodeRefFromName: nodes, camera, canvas } = window.__viserMutable ?? {};
+    if (!camera || !canvas) return;
+    const { clientWidth: width, clientHeight: height } = canvas, placed = [];
+    for (const one of captions) {
+      const node = nodes[one.name];
+      one.element.hidden = !node;
+      if (!node) continue;
+      const { x, y } = node.position.clone().setFromMatrixPosition(node.matrixWorld).project(camera);
+      const across = width - one.width - EDGE;
+      const left = Math.max(EDGE, Math.min(((x + 1) / 2) * width - one.width / 2, across));
+      let top = ((1 - y) / 2) * height + SIDES[one.anchor] * one.height;
+      for (const other of placed) {
+        const beside = left > other.left + other.width || other.left > left + one.width;
+        if (!beside && Math.abs(top - other.top) < one.height) top = other.top + one.height;
+      }
+      placed.push({ left, top, width: one.width });
+      one.element.style.transform = `translate(${left.toFixed(1)}px, ${top.toFixed(1)}px)`;
+    }
+  }
+
+  return { show };
+})();
