@@ -13,7 +13,7 @@ NODE: RGB = (204, 60, 140)
 GHOST: RGB = (140, 148, 160)
 BEFORE: RGB = (138, 148, 186)
 GRID: RGB = (140, 146, 156)
-FLOOR: tuple[RGB, RGB] = ((247, 249, 251), (62, 67, 75))  # light and dark
+FLOOR: tuple[RGB, RGB] = ((255, 255, 255), (62, 67, 75))  # light and dark
 GREYED: RGB = (165, 168, 174)
 
 # From no displacement to the largest: blue, teal, yellow (the bright part of viridis).

@@ -24,6 +24,7 @@ FLOOR_THICKNESS = 0.02
 TICKS = 36  # of the floor's scale, one for every ten degrees
 LARGE_HUB = 0.4  # radius from which on the arrow lies on the hub
 ARROW_LENGTH, ARROW_WIDTH, ARROW_HEAD = 0.38, 0.009, 0.06  # in lengths of the beam; half width
+ARROW_GAP = 0.05  # from its end to the speed
 ARROW_HEIGHT = HUB_HEIGHT / 2 + 0.03
 
 
@@ -78,7 +79,7 @@ class Surroundings:
         self.floor = api.add_frame(f"{root}/floor", show_axes=False, visible=alone)
         self.disc = api.add_cylinder(
             f"{root}/floor/disc", 1.0, FLOOR_THICKNESS, radial_segments=160,
-            cast_shadow=False, receive_shadow=0.5,
+            cast_shadow=False, receive_shadow=0.4,
         )  # fmt: skip
         self.scale = api.add_line_segments(
             f"{root}/floor/scale", scale_lines(1.0), colours.GRID, thickness=1.0,
@@ -137,11 +138,12 @@ class Surroundings:
     def show_speed(self, beam: Beam, size: float) -> None:
         """Place the arrow and its label, `size` times as large as usual: beside the hub, or on it
         where that is large."""
-        radius, middle, text = arrow_place(beam, size)
+        radius, middle = arrow_place(beam, size)
         ribbon = arrow(radius, middle, size)
         set_properties(self.arrow, {"vertices": ribbon.vertices.astype(np.float32)})
         speed = measure("gamma", beam.units).text(beam.gamma, 4)
-        place = (text * math.cos(middle), text * math.sin(middle), ARROW_HEIGHT)
+        behind = middle - arrow_turn(radius, size) / 2 - ARROW_GAP * size / radius
+        place = (radius * math.cos(behind), radius * math.sin(behind), ARROW_HEIGHT)
         self.speed.show(speed if beam.units else f"speed {speed}", place)
 
 
@@ -167,19 +169,24 @@ def scale_lines(radius: float) -> np.ndarray:
     return np.concatenate([flat, height], 2).astype(np.float32)
 
 
-def arrow_place(beam: Beam, size: float) -> tuple[float, float, float]:
-    """Radius of the arrow, angle [rad] of its middle, and radius of its label."""
+def arrow_place(beam: Beam, size: float) -> tuple[float, float]:
+    """Radius of the arrow, and angle [rad] of its middle."""
     radius = hub_radius(beam)
     if beam.delta < 0:
-        return radius + HOOP + 0.06, math.pi, radius + HOOP + 0.15
+        return radius + HOOP + 0.06, math.pi
     if radius < LARGE_HUB:
-        return radius + 0.09, math.pi, radius + 0.2
-    return radius - 0.12 * size, 0.0, radius - 0.34 * size
+        return radius + 0.09, math.pi
+    return radius - 0.12 * size, 0.0
+
+
+def arrow_turn(radius: float, size: float) -> float:
+    """The angle [rad] from the end of an arrow to its point."""
+    return min(size * ARROW_LENGTH / radius, 1.25 * math.pi)
 
 
 def arrow(radius: float, middle: float, size: float = 1.0) -> trimesh.Trimesh:
     """A flat arrow, curved about the axis in the direction of rotation."""
-    turn = min(size * ARROW_LENGTH / radius, 1.25 * math.pi)
+    turn = arrow_turn(radius, size)
     head = min(size * ARROW_HEAD / radius, turn / 2)
     shaft = np.linspace(middle - turn / 2, middle + turn / 2 - head, 40)
     angle = np.append(np.repeat(shaft, 2), [shaft[-1], shaft[-1], middle + turn / 2])

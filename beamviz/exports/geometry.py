@@ -1,4 +1,4 @@
-"""What a page would draw of a scene, as triangles, lines, labels and lights."""
+"""What a page would draw of a scene, as triangles, lines, captions and lights."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -36,13 +36,13 @@ class Triangles:
 class Geometry:
     """All that is visible of a scene at one moment.
 
-    lines: ends (n, 2, 3), colour (3,), linear, and thickness [pixels]; labels: nodes;
+    lines: ends (n, 2, 3), colour (3,), linear, and thickness [pixels]; points: of frames, by name;
     lights: unit vectors (3,) towards them and their colour (3,), linear; ambient: (3,), linear.
     """
 
     triangles: Triangles
     lines: list[tuple[np.ndarray, np.ndarray, float]] = field(default_factory=list)
-    labels: list[VisibleNode] = field(default_factory=list)
+    points: dict[str, np.ndarray] = field(default_factory=dict)
     lights: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
     ambient: np.ndarray = field(default_factory=lambda: np.zeros(3))
     sun: np.ndarray | None = None  # the direction to the light that casts shadows
@@ -68,8 +68,8 @@ def geometry(scene: SceneApi) -> Geometry:
         elif node.kind == "LineSegmentsProps":
             ends = props.points @ place.T + node.position
             found.lines.append((ends, linear(props.colors.reshape(-1, 3)[0]), props.thickness))
-        elif node.kind == "LabelProps":
-            found.labels.append(node)
+        elif node.kind == "FrameProps":
+            found.points[node.name] = node.position
         elif node.kind == "HemisphereLightProps":  # at the origin, so the same from everywhere
             both = linear(props.sky_color) + linear(props.ground_color)
             found.ambient = found.ambient + props.intensity * both / 2
@@ -77,7 +77,7 @@ def geometry(scene: SceneApi) -> Geometry:
             towards = node.position / np.linalg.norm(node.position)
             found.lights.append((towards, props.intensity * linear(props.color)))
             found.sun = towards if props.cast_shadow else found.sun
-        elif node.kind not in ("", "FrameProps"):
+        elif node.kind:
             raise NotImplementedError(f"pictures have no {node.kind}")
     columns = zip(*(vars(part).values() for part in parts), strict=True)
     found.triangles = Triangles(*map(np.concatenate, columns))

@@ -15,12 +15,15 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from beamviz.drawing import camera
+from beamviz.drawing.objects import Caption
 from beamviz.exports.geometry import Geometry, Triangles, geometry, linear
 from beamviz.exports.rasteriser import NEAR, clipped, planes, rasterised
 from beamviz.exports.solved_scene import DrawnScene, Moment, SolvedScene
 from beamviz.server.viser_private import VisibleNode, offline_scene
 
-LIGHT, DARK = (255, 255, 255), (20, 20, 20)  # backgrounds of the page
+LIGHT, DARK = (244, 246, 248), (15, 18, 20)  # backgrounds of the page, and its letters
+Box = tuple[int, int, int]  # of a text: left, right, top [pixels]
+INK = {False: (27, 32, 38), True: (233, 236, 239)}
 FINE, FAST = 8, 5  # samples of a pixel: in a picture, in a film
 SPECULAR = 0.04  # reflectance of a dielectric seen from the front
 ROWS = 32  # of pixels that are computed together, for the processor's cache
@@ -30,10 +33,10 @@ UP = np.array([0.0, 0.0, 1.0])
 SHADOW_CELLS = 320  # of the larger side of a shadow
 SHADOW_SAMPLES = 3
 SHADOW_BLUR = 0.014  # [lengths of the beam] standard deviation
-# Letters of a label of fixed size: [pixels], and of the width of the picture; the part of the width
+# Letters of a caption: [pixels], and of the width of the picture; the part of the width
 # that a line may take; height [lengths of the beam] at most, for a title between two beams.
 MAX_LETTERS, RELATIVE_LETTERS, RELATIVE_LINE, MAX_TITLE = 18, 0.026, 0.8, 0.065
-LABEL_OPACITY, LABEL_PADDING = 0.85, 0.1  # of its slab; of a line's height, on each side
+CAPTION_OPACITY, CAPTION_PADDING = 0.78, 0.3  # of its ground; of a line's height, on each side
 # The ACES tone curve as in three.js: to its colour space and back.
 TO_ACES = np.array(
     [[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]]
@@ -60,7 +63,10 @@ class Renderer:
         self.focal = height / (2 * math.tan(camera.FIELD_OF_VIEW / 2))  # [pixels]
         self.background = np.array(DARK if solved.scene.view.dark else LIGHT) / 255
         self.scene = offline_scene()
-        self.drawn = DrawnScene(self.scene, solved, solved.scale(width, height))
+        self.solved, self.drawn = (
+            solved,
+            DrawnScene(self.scene, solved, solved.scale(width, height)),
+        )
 
     def draw(self, moment: Moment) -> Geometry:
         """The scene at a moment."""
@@ -76,8 +82,9 @@ class Renderer:
         if scene.floor is not None:  # everything is above it
             self.add_floor(picture, scene.floor, scene)
         self.add_objects(picture, scene)
-        for label in scene.labels:
-            self.add_label(picture, label)
+        boxes: list[Box] = []
+        for caption in self.drawn.captions:
+            self.add_caption(picture, caption, scene.points[caption.point.name], boxes)
         if transparent:
             picture[..., :3] /= np.maximum(picture[..., 3:], 1e-6)
         else:
@@ -217,43 +224,43 @@ class Renderer:
         distance = (level - float(self.eye[2])) / np.minimum(rays[2], -SMALL)
         return tuple(float(self.eye[k]) + distance * rays[k] for k in (0, 1))
 
-    # Labels
+    # Captions
 
-    def add_label(self, picture: np.ndarray, label: VisibleNode) -> None:
-        """Put a label over a picture: black letters on a white slab."""
-        props, (place,) = label.props, self.seen(label.position[None])
-        if place[2] <= NEAR or not props.text:
+    def add_caption(
+        self, picture: np.ndarray, caption: Caption, point: np.ndarray, boxes: list[Box]
+    ) -> None:
+        """Write a text over a picture, below the ones before that it would cover, as the page does
+        (captions.js)."""
+        place = self.seen(point)
+        if place[2] <= NEAR:
             return
-        lines = props.text.split("\n")
-        if props.font_size_mode == "scene":
-            letters = props.font_scene_height * self.focal / place[2]
-        else:
-            letters = min(MAX_LETTERS, RELATIVE_LETTERS * self.width) * props.font_screen_scale
-            widest = max(map(font(100.0).getlength, lines)) / 100
-            letters = min(letters, RELATIVE_LINE * self.width / widest)
-            letters = min(letters, MAX_TITLE * self.focal / self.distance)
-        face = font(max(float(letters), 1.0))
+        lines = caption.text.split("\n")
+        widest = max(map(font(100.0).getlength, lines)) / 100
+        letters = min(MAX_LETTERS, RELATIVE_LETTERS * self.width)
+        letters = min(letters, RELATIVE_LINE * self.width / widest)
+        face = font(max(min(letters, MAX_TITLE * self.focal / self.distance), 1.0))
         ascent, descent = face.getmetrics()
-        line, padding = ascent + descent, LABEL_PADDING * (ascent + descent)
-        width = math.ceil(max(map(face.getlength, lines)) + 2 * padding)
-        height = math.ceil(len(lines) * line + 2 * padding)
+        line = ascent + descent
+        width = math.ceil(max(map(face.getlength, lines)) + 2 * CAPTION_PADDING * line)
+        height = len(lines) * line
+        x, y, _ = self.projected(place)
+        left = max(min(round(x - width / 2), self.width - width), 0)
+        top = round(y - {"top": 0.0, "bottom": 1.0}.get(caption.anchor, 0.5) * height)
+        for box in boxes:
+            beside = left > box[1] or box[0] > left + width
+            top = box[2] + height if not beside and abs(top - box[2]) < height else top
+        boxes.append((left, left + width, top))
         text = Image.new("L", (width, height))
         for k, words in enumerate(lines):
-            at = (padding, padding + k * line + ascent)
-            ImageDraw.Draw(text).text(at, words, 255, face, anchor="ls")
-        (x, y, _), (vertical, _, horizontal) = self.projected(place), props.anchor.partition("-")
-        left = round(x - {"left": 0.0, "right": 1.0}.get(horizontal, 0.5) * width)
-        top = round(y - {"top": 0.0, "bottom": 1.0}.get(vertical, 0.5) * height)
-        if -width < left < self.width:  # one that is partly outside is moved in
-            left = max(min(left, self.width - width), 0)
-        x0, y0 = max(left, 0), max(top, 0)
-        part = picture[y0 : max(top + height, 0), x0 : max(left + width, 0)]
-        ink = np.asarray(text, np.float32)[y0 - top :, x0 - left :][: part.shape[0]] / 255
-        ink = ink[:, : part.shape[1], None]
-        part *= 1 - LABEL_OPACITY
-        part += LABEL_OPACITY
-        part *= 1 - ink
-        part[..., 3:] += ink
+            at = (width / 2, k * line + ascent)
+            ImageDraw.Draw(text).text(at, words, 255, face, anchor="ms")
+        rows = slice(max(top, 0), max(top + height, 0))
+        part = picture[rows, left : left + width]
+        ink = np.asarray(text, np.float32)[max(-top, 0) :][: len(part), : part.shape[1], None] / 255
+        letter = np.array(INK[self.solved.scene.view.dark]) / 255
+        for colour, cover in ((self.background, CAPTION_OPACITY), (letter, ink)):
+            part *= 1 - cover
+            part += cover * np.array([*colour, 1.0], np.float32)
 
 
 @lru_cache(64)

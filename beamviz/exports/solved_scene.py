@@ -11,6 +11,7 @@ from beamviz.beam import check_float
 from beamviz.drawing import AllModesView, BeamView, camera, stacked_heights
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion
 from beamviz.drawing.modes import SampledModes, amplitudes, playback_rate
+from beamviz.drawing.objects import Caption
 from beamviz.drawing.text import stability_warning
 from beamviz.errors import InvalidInput
 from beamviz.scene import Camera, Scene
@@ -124,6 +125,12 @@ class DrawnScene:
         self.view.frame.visible = not self.rows
         if self.rows:
             self.rows.show(shapes, view, scale)
+
+    @property
+    def captions(self) -> list[Caption]:
+        """The texts to be written over the picture."""
+        parts = [self.view, *(self.rows.rows if self.rows else [])]
+        return [caption for part in parts for caption in part.captions]
 
     def move(self, moment: Moment) -> None:
         """Draw everything at a moment."""

@@ -198,6 +198,7 @@ class VisibleNode(NamedTuple):
     """What is drawn at one node of a scene: `props` of the class `kind`; points of the node are at
     rotation (3, 3) @ point + position (3,) in the scene."""
 
+    name: str
     kind: str
     props: Any
     rotation: np.ndarray
@@ -206,11 +207,12 @@ class VisibleNode(NamedTuple):
 
 def visible_nodes(scene: viser.SceneApi) -> list[VisibleNode]:
     """The nodes that a page would show, parents first."""
-    nodes: dict[str, VisibleNode] = {"": VisibleNode("", None, np.eye(3), np.zeros(3))}
+    nodes: dict[str, VisibleNode] = {"": VisibleNode("", "", None, np.eye(3), np.zeros(3))}
     for name, handle in scene._handle_from_node_name.items():
         parent, state = nodes.get(name.rpartition("/")[0]), handle._impl
         if parent and handle.visible:
             nodes[name] = VisibleNode(
+                name,
                 type(state.props).__name__,
                 state.props,
                 parent.rotation @ SO3(np.asarray(state.wxyz)).as_matrix(),
