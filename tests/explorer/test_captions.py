@@ -18,14 +18,14 @@ BOXES = """JSON.stringify([...document.querySelectorAll("#caption-layer > span:n
 
 @pytest.mark.parametrize(("width", "height"), [(1280, 720), (390, 844)])
 def test_captions_are_legible_and_keep_apart(width, height):
-    """The four nodes of a fifth mode and the speed: at least 14 pixels high, inside the scene, and
-    none covers another."""
+    """The three nodes of the fourth bending mode and the speed: at least 14 pixels high, inside the
+    page, and none covers another."""
     scene = Scene(Beam(gamma=2), view=ViewOptions(playing=False).only(4))
     with explorer(scene) as url, page(url, width, height) as window:
-        window.wait("document.querySelectorAll('#caption-layer > span').length === 5")
+        window.wait("document.querySelectorAll('#caption-layer > span').length === 4")
         window.next_frame(10)
         boxes = json.loads(window.evaluate(BOXES))
-        assert sum("node at" in box["text"] for box in boxes) == 4
+        assert sum("node at" in box["text"] for box in boxes) == 3
         assert all(box["size"] >= 14 and 0 <= box["left"] < box["right"] <= width for box in boxes)
         for k, one in enumerate(boxes):
             for other in boxes[:k]:
