@@ -105,28 +105,32 @@ def rasterised(
 ) -> Samples:
     """Samples of triangles (t, 3, 3): x and y in pixels, and the inverse distance, which is linear
     in the picture; behind: the depth of an earlier layer, which hides what is farther."""
-    places = triangles[..., :2]
+    order = np.argsort(triangles[..., 2].sum(axis=1), kind="stable")  # far ones first
+    places = triangles[order, :, :2]
     lines = spans(places, width, height, count)
+    lengths = lines.stop - lines.start
     line, column = ranges(lines.start, lines.stop)
-    constant, dx, dy = planes(places, triangles[..., 2:])[lines.owner, :, 0].T
+    constant, dx, dy = planes(places, triangles[order, :, 2:])[lines.owner, :, 0].T
     constant = constant + dx * lines.shift + dy * (lines.row + 0.5) / count
-    value = constant.astype(np.float32)[line]
-    value += dx.astype(np.float32)[line] * column
-    place = (lines.row * width)[line] + column
+    value = np.repeat(dx.astype(np.float32), lengths) * column.astype(np.float32)
+    value += np.repeat(constant.astype(np.float32), lengths)
+    place = np.repeat(lines.row.astype(np.int64) * width, lengths) + column
     nearest = np.zeros(width * height * count, np.float32)
     if behind is not None:
         nearest[:] = behind.ravel()
-    np.maximum.at(nearest, place, value)
-    seen = np.flatnonzero(value == nearest[place])
-    place, line = place[seen], line[seen]
     shown = np.empty(width * height * count, np.int32)
-    shown[place] = line
-    kept = np.flatnonzero(shown[place] == line)  # of several at the same depth
+    left = np.flatnonzero(value > nearest[place])
+    while len(left):  # of several values at one place the last is kept, mostly the nearest
+        nearest[place[left]] = value[left]
+        shown[place[left]] = line[left]
+        left = left[value[left] > nearest[place[left]]]
+    kept = np.flatnonzero(value == nearest[place])
+    kept = kept[shown[place[kept]] == line[kept]]
     place, line = place[kept], line[kept]
     row, column = lines.row[line], place % width
     return Samples(
         pixel=row // count * width + column,
-        owner=lines.owner[line],
+        owner=order[lines.owner[line]],
         x=column + lines.shift[line],
         y=(row + 0.5) / count,
         depth=nearest.reshape(height, count, width),
@@ -138,7 +142,7 @@ def ranges(start: np.ndarray, stop: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     lengths = stop - start
     owner = np.repeat(np.arange(len(start), dtype=np.int32), lengths)
     shift = (start - np.cumsum(lengths) + lengths).astype(np.int32)
-    return owner, np.arange(len(owner), dtype=np.int32) + shift[owner]
+    return owner, np.arange(len(owner), dtype=np.int32) + np.repeat(shift, lengths)
 
 
 def planes(places: np.ndarray, values: np.ndarray) -> np.ndarray:

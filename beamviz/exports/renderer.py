@@ -24,7 +24,7 @@ from beamviz.server.viser_private import VisibleNode, offline_scene
 LIGHT, DARK = (244, 246, 248), (15, 18, 20)  # backgrounds of the page, and its letters
 Box = tuple[int, int, int]  # of a text: left, right, top [pixels]
 INK = {False: (27, 32, 38), True: (233, 236, 239)}
-FINE, FAST = 8, 5  # samples of a pixel: in a picture, in a film
+FINE, FAST, TRANSLUCENT = 8, 5, 3  # samples of a pixel: in a picture, a film, a pale body
 SPECULAR = 0.04  # reflectance of a dielectric seen from the front
 ROWS = 32  # of pixels that are computed together, for the processor's cache
 FULL_HEIGHT = 720  # [pixels] of a picture: lines are as much thinner as it is smaller
@@ -117,10 +117,12 @@ class Renderer:
         places = np.concatenate([places, *(strip for strip, _ in strips)])
         colours = np.concatenate([colours, *(colour for _, colour in strips)])
         smooth = np.append(smooth, np.zeros(len(places) - len(smooth), bool))
-        depth = self.add_layer(picture, places, colours, smooth, 1.0, None)
+        depth = self.add_layer(picture, places, colours, smooth, 1.0, self.samples)
+        depth = depth[:, :: math.ceil(self.samples / TRANSLUCENT)]
         for opacity in np.unique(bodies.opacity[facing & (bodies.opacity < 1)]):
             part = bodies.part(facing & (bodies.opacity == opacity))
-            self.add_layer(picture, *self.shaded(part, scene), float(opacity), depth)
+            shaded = self.shaded(part, scene)
+            self.add_layer(picture, *shaded, float(opacity), depth.shape[1], depth)
 
     def add_layer(
         self,
@@ -129,12 +131,13 @@ class Renderer:
         colours: np.ndarray,
         smooth: np.ndarray,
         opacity: float,
-        behind: np.ndarray | None,
+        count: int,
+        behind: np.ndarray | None = None,
     ) -> np.ndarray:
         """Put triangles (t, 3, 3) with colours (t, 3, 3) at their corners over a picture, except
         where something is nearer; returns the inverse distance of every sample."""
-        pixels, weight = self.width * self.height, opacity / self.samples
-        drawn = rasterised(places, self.width, self.height, self.samples, behind)
+        pixels, weight = self.width * self.height, opacity / count
+        drawn = rasterised(places, self.width, self.height, count, behind)
         curved = np.flatnonzero(smooth[drawn.owner])
         owner, x, y = drawn.owner[curved], drawn.x[curved], drawn.y[curved]
         slopes = planes(places[..., :2], colours)
