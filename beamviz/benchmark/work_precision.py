@@ -205,59 +205,43 @@ def processor_time() -> float:
 
 
 class LapackTimes(NamedTuple):
-    """Times [s] of a default solve; of its eigenproblems alone, repeated while caches are warm, by
-    LAPACK's routines and by scipy.linalg.eigh (all modes); and the share of the fastest solve that
-    is spent in LAPACK."""
+    """Times [s] of a default solve, and of its eigenproblems alone, repeated while caches are warm,
+    by LAPACK's routines and by scipy.linalg.eigh (all modes)."""
 
     solve: float
     lapack: float
     eigh: float
-    share: float
 
 
 def lapack_times(beam: Beam, repeats: int = REPEATS) -> LapackTimes:
     """A default solve beside the eigenproblems in it: LAPACK's time is the least that any solver
     of them would take, that of scipy.linalg.eigh is where anyone would start."""
-    shares = []
-    for _ in range(repeats):
-        with LapackRecorder() as recorder:
-            start = processor_time()
-            solve(beam)
-            total = processor_time() - start
-        shares.append((total, recorder.seconds / total))
-    problems = recorder.problems
+    problems = lapack_problems(beam)
     return LapackTimes(
         least_time(partial(solve, beam), repeats),
         sum(least_time(problem, repeats) for problem in problems),
         sum(least_time(partial(eigh, *one.args), repeats) for one in problems),
-        min(shares)[1],
     )
 
 
-class LapackRecorder:
-    """Within `with`, times every call of LAPACK's eigensolvers and keeps its arguments."""
+def lapack_problems(beam: Beam) -> list[partial[tuple]]:
+    """The calls of LAPACK's eigensolvers in a default solve, with copies of their arguments."""
+    problems: list[partial[tuple]] = []
 
-    def __init__(self) -> None:
-        self.seconds = 0.0
-        self.problems: list[partial[tuple]] = []
-
-    def __enter__(self) -> "LapackRecorder":
-        self.routines = {name: getattr(lapack, name) for name in ROUTINES}
-        for name, routine in self.routines.items():
-            setattr(lapack, name, partial(self._call, routine))
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        for name, routine in self.routines.items():
-            setattr(lapack, name, routine)
-
-    def _call(self, routine: Callable[..., tuple], *matrices: Any, **options: Any) -> tuple:
+    def record(routine: Callable[..., tuple], *matrices: Any, **options: Any) -> tuple:
         kept = [matrix.copy(order="K") for matrix in matrices]  # LAPACK may overwrite them
-        self.problems.append(partial(routine, *kept, **options | {"overwrite_a": False}))
-        start = processor_time()
-        answer = routine(*matrices, **options)
-        self.seconds += processor_time() - start
-        return answer
+        problems.append(partial(routine, *kept, **options | {"overwrite_a": False}))
+        return routine(*matrices, **options)
+
+    routines = {name: getattr(lapack, name) for name in ROUTINES}
+    try:
+        for name, routine in routines.items():
+            setattr(lapack, name, partial(record, routine))
+        solve(beam)
+    finally:
+        for name, routine in routines.items():
+            setattr(lapack, name, routine)
+    return problems
 
 
 def model_errors() -> dict[str, dict[str, float | str]]:

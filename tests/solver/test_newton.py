@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from beamviz.errors import NotConverged
-from beamviz.solver.continuation import Root, continue_load, newton, vanishing_load
+from beamviz.solver.continuation import continue_load, newton, vanishing_load
 
 
 def scalar(function, slope):
@@ -120,23 +120,17 @@ def test_no_load():
     assert path.state.tolist() == [0]
 
 
-def test_fold():
-    """The load of q exp(-q) folds at 1/e: the limit is found to 1e-9 and never passed."""
-    curve = Curve(lambda q: q * math.exp(-q), lambda q: (1 - q) * math.exp(-q))
-    path = curve.follow(1.0)
-    assert path.limit == pytest.approx(math.exp(-1), rel=1e-9)
-    assert path.state[0] < 1
-    assert curve.load(path.state[0]) < math.exp(-1)
-    assert len(curve.solved) < 40
-
-
 @given(peak=st.floats(0.01, 100), bend=st.floats(0.2, 5), beyond=st.floats(1.001, 1e4))
 def test_folds_of_all_sizes(peak, bend, beyond):
-    """load = peak (1 - (1 - q / bend)^2): the limit is the peak, however far beyond the target."""
+    """load = peak (1 - (1 - q / bend)^2): the limit is the peak, however far beyond the target; it
+    is never passed, and found in a few dozen solves."""
     curve = Curve(
         lambda q: peak * (1 - (1 - q / bend) ** 2), lambda q: 2 * peak * (1 - q / bend) / bend
     )
-    assert curve.follow(beyond * peak).limit == pytest.approx(peak, rel=1e-9)
+    path = curve.follow(beyond * peak)
+    assert path.limit == pytest.approx(peak, rel=1e-9)
+    assert path.state[0] < bend
+    assert len(curve.solved) < 60
 
 
 @pytest.mark.parametrize("longest", [0.05, 1.0])
@@ -173,19 +167,15 @@ def test_stop_without_a_limit():
         curve.follow(10.0)
 
 
-def test_poor_guess_is_not_a_limit():
-    """Where only the step was too long the path goes on to its target."""
-    path = line(reach=lambda load, q: load - q < 0.3).follow(10.0)
+def test_steps_shrink_and_grow_again():
+    """A step that is too long is no limit; after a difficult start the steps double: 1000 loads of
+    0.01 take a dozen steps. The iterations of accepted steps are added up."""
+    path = line(reach=lambda load, q: load - q < 0.02 or q > 0.1).follow(10.0)
     assert path.limit is None
     assert path.state[0] == pytest.approx(10)
     assert path.rejected > 0
-
-
-def test_steps_grow_again():
-    """After a difficult start the steps double: 1000 loads of 0.01 take a dozen steps."""
-    path = line(reach=lambda load, q: load - q < 0.02 or q > 0.1).follow(10.0)
-    assert path.state[0] == pytest.approx(10)
     assert path.steps < 20
+    assert path.steps <= path.iterations <= 2 * path.steps
 
 
 def test_margin_that_heads_for_zero_and_stays():
@@ -215,13 +205,3 @@ def test_vanishing_load(limit, slope, curvature, first):
 def test_nothing_to_extrapolate(points):
     """Without margins that fall no limit is in sight."""
     assert vanishing_load(points) == math.inf
-
-
-def test_root_is_what_solve_at_returns():
-    """The iterations of accepted steps are added up."""
-
-    def solve_at(load, guess):
-        return Root(np.array([load]), 7) if load - guess[0] <= 0.5 else None
-
-    path = continue_load(solve_at, np.zeros(1), 1.0, lambda load, state: 1.0)
-    assert (path.iterations, path.steps, path.rejected) == (14, 2, 1)
