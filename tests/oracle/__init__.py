@@ -19,9 +19,9 @@ about the straight state gives
 
 theta is the rotation, m the moment, V the shear force; k = theta' / f^c with c = 1 for the spatial
 curvature, c = 0 for the material one. Clamp: X = delta, v = w = theta = 0. Tip: N = p = m = V = 0.
-The mass makes N, p and V jump, and nothing else; at the tip they jump to the tip's zero. Lambda is
-omega^2 + gamma^2 for motions in the plane of rotation and omega^2 out of it. With Coriolis the
-motion is (v, i w) exp(i omega t) and
+N, p and V jump at the mass, nothing else does; a mass at the tip makes them jump to zero there.
+Lambda is omega^2 + gamma^2 for motions in the plane of rotation and omega^2 out of it. With
+Coriolis the motion is (v, i w) exp(i omega t) and
 
     p' = -rho (Lambda v - 2 gamma omega w),   V' = -rho (Lambda w - 2 gamma omega v).
 
@@ -139,7 +139,7 @@ class Spectrum:
 
     @property
     def least(self) -> float:
-        """Below every omega^2: waves in a compressed beam have -N^2 / 4 at least, stretched."""
+        """A lower bound of omega^2: waves in a compressed beam have -N^2 / 4, times stretch, or more."""
         most = float(np.max(self.f)) ** (2 + 4 * self.c)
         return -(self.gamma**2) - 4 * AT_REST - float(np.min(self.N)) ** 2 * max(1.0, most)
 
@@ -148,7 +148,7 @@ class Spectrum:
         spin = self.gamma**2 if plane == "chordwise" else 0.0
         if self.delta < 0:
             B = self.mesh.mass(4, 2, 0, -1 / self.force[1])
-            A = self.mesh.skeleton(4) - self.mesh.integral(4, self._bending()) - spin * B
+            A = self.mesh.differences(4) - self.mesh.integral(4, self._bending()) - spin * B
             return lowest_indefinite(A, B, self.mesh.moving(4, (0,)), modes, self.least)
         squares, Y = self._family(self._bending(), 1 / self.force[1], modes, spin)
         for k in np.flatnonzero(squares < spin / 100):
@@ -190,7 +190,7 @@ class Spectrum:
         """omega^2 and unknowns of one family, Lambda = omega^2 + spin: A y = omega^2 B y."""
         mesh, d = self.mesh, 2 if len(static) == 1 else 4
         B = mesh.mass(d, d // 2, 0, -unit)
-        A = mesh.skeleton(d) - mesh.integral(d, static) - spin * B
+        A = mesh.differences(d) - mesh.integral(d, static) - spin * B
         squares, Y = lowest(A, B, mesh.moving(d, (0,)), modes)
         for k in range(modes):
             if (found := sign_changes(Y[::d, k])) != k:
@@ -204,7 +204,7 @@ class Spectrum:
         B = mesh.mass(6, 3, 0, -units[0]) + mesh.mass(6, 4, 1, -units[1])
         C = 2 * self.gamma * (mesh.mass(6, 3, 1, units[0]) + mesh.mass(6, 4, 0, units[1]))
         static = embedded(self._stretching(), (0, 3)) | embedded(self._bending(), (1, 2, 4, 5))
-        A = mesh.skeleton(6) - mesh.integral(6, static) - self.gamma**2 * B
+        A = mesh.differences(6) - mesh.integral(6, static) - self.gamma**2 * B
         moving = mesh.moving(6, (0, 1))
         if self.delta < 0 and self.bending(1)[0] < 0:
             return lowest_gyroscopic_indefinite(A, B, C, moving, modes, self.least)

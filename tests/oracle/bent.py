@@ -104,7 +104,7 @@ class _Problem:
 
     def __post_init__(self) -> None:
         mesh = self.mesh
-        self.skeleton = mesh.skeleton(D)
+        self.skeleton = mesh.differences(D)
         ones = np.ones_like(mesh.x)
         self.integral = mesh.integral(D, {(a, a): ones for a in range(D)})
         turn, spin = self.beam.gamma**2, self.beam.spin_up

@@ -75,7 +75,7 @@ class Mesh:
         """The unknowns at the points (elements, p, d)."""
         return y[:-d].reshape(len(self.lengths), self.points + 1, d)[:, 1:]
 
-    def skeleton(self, d: int) -> csc_array:
+    def differences(self, d: int) -> csc_array:
         """Y - Y_left in each equation; clamp and tip."""
         e, i, a = np.ix_(range(len(self.lengths)), range(self.points + 1), range(d))
         row = self.equation(d, e, i, a)

@@ -93,9 +93,9 @@ def newton_tip(march: Callable, beam: Beam, strain: str) -> tuple[Piece, ...]:
     """
     tip = 1 + beam.delta
     if strain == "green":
-        tip = outside(march, beam, max(tip, 0.1))
+        tip = tip_beyond(march, beam, max(tip, 0.1))
     elif beam.delta < 0:
-        tip = inside(march, tip)
+        tip = stable_tip(march, tip)
     for _ in range(100):
         pieces = march(tip)
         clamp, _, derivative, _ = pieces[0][2](0.0)
@@ -106,8 +106,8 @@ def newton_tip(march: Callable, beam: Beam, strain: str) -> tuple[Piece, ...]:
     raise UnresolvedError(f"{beam.numbers}: no equilibrium by shooting")
 
 
-def outside(march: Callable, beam: Beam, tip: float) -> float:
-    """A tip beyond the equilibrium of a hardening beam."""
+def tip_beyond(march: Callable, beam: Beam, tip: float) -> float:
+    """A place of the tip beyond the equilibrium of a hardening beam."""
     while True:
         try:
             if march(tip)[0][2](0.0)[0] >= beam.delta:
@@ -117,8 +117,8 @@ def outside(march: Callable, beam: Beam, tip: float) -> float:
         tip *= 1.5
 
 
-def inside(march: Callable, tip: float) -> float:
-    """A tip so far in that a softening beam is stable: compressed, it is stiffer."""
+def stable_tip(march: Callable, tip: float) -> float:
+    """A place of the tip at which a softening beam is stable: it is stiffer in compression."""
     for step in [0.0, *(0.1 * 2.0**k for k in range(8))]:
         try:
             march(tip - step)
@@ -168,9 +168,9 @@ def local_length(state: np.ndarray, beam: Beam, strain: str, c: int) -> np.ndarr
 def equilibrium(mesh: Mesh, beam: Beam, strain: str, pieces: tuple[Piece, ...]) -> np.ndarray:
     """All X and N (n,), by Newton's method on the collocated equations."""
     x = np.append(np.column_stack([mesh.lefts, mesh.x]), 1.0)
-    y = first_values(x, pieces)
+    y = initial_values(x, pieces)
     load = mesh.mass(2, 1, 0, -(beam.gamma**2))
-    linear = mesh.skeleton(2) - load
+    linear = mesh.differences(2) - load
     stretching = mesh.integral(2, {(0, 0): np.ones_like(mesh.x)})
     clamp = np.zeros_like(y)
     clamp[0] = beam.delta
@@ -187,7 +187,7 @@ def equilibrium(mesh: Mesh, beam: Beam, strain: str, pieces: tuple[Piece, ...]) 
     raise UnresolvedError(f"{beam.numbers}: the equilibrium does not settle")
 
 
-def first_values(x: np.ndarray, pieces: tuple[Piece, ...]) -> np.ndarray:
+def initial_values(x: np.ndarray, pieces: tuple[Piece, ...]) -> np.ndarray:
     """(X, N) at x, flat; x ascending, and nothing pulls at the tip."""
     values = np.empty((len(x), 2))
     for left, right, solution in pieces:
