@@ -139,7 +139,7 @@ class Spectrum:
 
     @property
     def least(self) -> float:
-        """A lower bound of omega^2: waves in a compressed beam have -N^2 / 4, times stretch, or more."""
+        """A lower bound of omega^2: a wave in a compressed beam has -N^2 / 4 or more, stretched."""
         most = float(np.max(self.f)) ** (2 + 4 * self.c)
         return -(self.gamma**2) - 4 * AT_REST - float(np.min(self.N)) ** 2 * max(1.0, most)
 

@@ -67,7 +67,8 @@ def test_error_bars_hold_against_a_finer_solve(beam, tolerance, **options):
         assert options["strain"] != "green"
         return
     assert within_the_bars(rough, solve(beam, tolerance=EXACT, **options))
-    assert np.all(rough.errors <= 1.01 * tolerance * rough.frequencies + 1e-9)
+    allowed = 1.06 * tolerance * rough.frequencies  # 2 tolerance of omega^2
+    assert np.all(rough.errors <= allowed + 1e-9)
 
 
 HARD = {

@@ -223,9 +223,7 @@ class AxialProblem(NamedTuple):
         accepted, iteration, renew, largest = max(accept_error, NEWTON_STEP**2), 0, True, math.inf
         while iteration < NEWTON_ITERATIONS and largest >= accepted:
             iteration += 1
-            step = (
-                w * law.force(f) - np.matvec(A, f) - static
-            )  # the residual, to be solved in place
+            step = w * law.force(f) - np.matvec(A, f) - static  # the residual, solved in place
             if renew:
                 tangent = self.mesh.eye * (w * law.stiffness(f))[:, None, :] - A
             for k in range(len(f)):
