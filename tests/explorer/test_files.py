@@ -1,6 +1,7 @@
 """Saving and loading a scene, exports, and links; and what is refused of them."""
 
 import contextlib
+import threading
 from functools import partial
 from typing import Any
 
@@ -12,7 +13,8 @@ from live.visitor import Visitor, frequency_text, visitor
 from beamviz import exports
 from beamviz.beam import MAX_TOML_BYTES, Beam
 from beamviz.errors import InvalidInput
-from beamviz.explorer.features import files
+from beamviz.explorer import export_jobs
+from beamviz.explorer.export_jobs import ExportJob, Status
 from beamviz.explorer.features.files import open_query
 from beamviz.lessons import lesson
 from beamviz.scene import Scene
@@ -20,6 +22,7 @@ from beamviz.scene import Scene
 FIRST = Scene.of(
     Beam(alpha=1, beta=0.5, gamma=10), mode=3, dark=True, over="mu", position=(1.0, -4.0, 2.0)
 )
+SMALL_FILM = partial(exports.animate, width=96, height=64, fps=5)
 
 
 def upload(guest: Visitor, content: bytes, parts: int = 1, name: str = "scene.toml") -> None:
@@ -89,6 +92,7 @@ def test_a_loaded_scene_is_shown_and_the_controls_follow(url):
     [
         ("picture (PNG)", b"\x89PNG"),
         ("film (GIF)", b"GIF89a"),
+        ("film (WebP)", b"RIFF"),
         ("page that plays offline (HTML)", b"<!"),
         ("3D model (GLB)", b"glTF"),
         ("numbers (CSV)", b"mode,label"),
@@ -97,7 +101,7 @@ def test_a_loaded_scene_is_shown_and_the_controls_follow(url):
 )
 def test_every_file_can_be_exported(url, monkeypatch, kind, begin):
     """The button sends what the command line writes, whole."""
-    monkeypatch.setattr(files, "animate", partial(exports.animate, width=96, height=64, fps=5))
+    monkeypatch.setattr(export_jobs, "animate", SMALL_FILM)
     with visitor(url) as guest:
         guest.choose("file", kind)
         guest.choose("Make and download", True)
@@ -108,8 +112,8 @@ def test_every_file_can_be_exported(url, monkeypatch, kind, begin):
             assert len(part["content"]) == start["size_bytes"]
 
 
-def test_a_film_of_what_does_not_move_is_refused_in_words(url, monkeypatch):
-    """And the next file can be made."""
+def test_a_film_of_what_does_not_move_is_refused_in_words(url):
+    """It says what is missing."""
     still = Scene.of(shares=[0.0])
     with visitor(url) as guest:
         upload(guest, still.to_toml().encode())
@@ -120,8 +124,42 @@ def test_a_film_of_what_does_not_move_is_refused_in_words(url, monkeypatch):
             lambda latest: [m for m in latest if "nothing moves" in str(m.get("props", m))], 60
         )
         assert found
-    assert files.EXPORTING.acquire(timeout=20)
-    files.EXPORTING.release()
+
+
+def test_films_queue_while_pictures_are_made_at_once(monkeypatch):
+    """The second film says that it waits for one other, a picture does not wait; the first one is
+    cancelled and leaves nothing; progress rises to the last frame, with the time left."""
+    monkeypatch.setattr(export_jobs, "animate", SMALL_FILM)
+    said: list[tuple[ExportJob, Status]] = []
+
+    def report(job: ExportJob) -> None:
+        said.append((job, job.status))
+        if job is first and job.status.done > 0.2:
+            paused.wait(60)  # until the picture is there
+        if job.status.state not in ("waiting", "working"):
+            done[job].set()
+
+    paused = threading.Event()
+    first, second, third = (
+        ExportJob(FIRST, suffix, report) for suffix in (".gif", ".webp", ".png")
+    )
+    done = {job: threading.Event() for job in (first, second, third)}
+    for job in (first, second, third):
+        job.start()
+    assert done[third].wait(60)
+    assert third.content.startswith(b"\x89PNG")
+    assert (second, Status("waiting", ahead=1)) in said
+    assert second.status.text == "waits for 1 other"
+    first.cancel()
+    paused.set()
+    assert done[first].wait(60)
+    assert done[second].wait(60)
+    assert [job.status.state for job in done] == ["cancelled", "done", "done"]
+    assert first.content == b""
+    assert second.content[8:12] == b"WEBP"
+    progress = [status.done for job, status in said if job is second and status.done]
+    assert progress == sorted(progress)
+    assert progress[-1] > 0.9
 
 
 def test_a_file_that_is_no_scene_changes_nothing(url):

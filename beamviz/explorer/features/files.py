@@ -1,21 +1,21 @@
 """Scenes and files: save and load a scene, open the scene of a link, export what is shown."""
 
 import secrets
-import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
-from viser import ClientHandle, GuiEvent
+from viser import ClientHandle, GuiEvent, NotificationHandle
 
 from beamviz.beam import MAX_TOML_BYTES
-from beamviz.errors import BeamvizError, InvalidInput
+from beamviz.errors import InvalidInput
+from beamviz.explorer.export_jobs import ExportJob
 from beamviz.explorer.features.lessons import Lessons
 from beamviz.explorer.page.style import script_element
 from beamviz.explorer.visitor import Visitor
-from beamviz.exports import animate, export, screenshot
+from beamviz.exports.film import ENCODERS
 from beamviz.lessons import lesson
 from beamviz.scene import Scene, parse_query
 from beamviz.server.access import KEY_PARAMETER
@@ -80,87 +80,70 @@ class SceneFiles:
 # Downloads
 
 SUFFIXES = {
-    "picture (PNG)": "png",
-    "film (GIF)": "gif",
-    "film (MP4)": "mp4",
-    "page that plays offline (HTML)": "html",
-    "3D model (GLB)": "glb",
-    "numbers (CSV)": "csv",
-    "numbers (NPZ)": "npz",
+    "picture (PNG)": ".png",
+    "film (GIF)": ".gif",
+    "film (WebP)": ".webp",
+    "film (MP4)": ".mp4",
+    "page that plays offline (HTML)": ".html",
+    "3D model (GLB)": ".glb",
+    "numbers (CSV)": ".csv",
+    "numbers (NPZ)": ".npz",
 }
-EXPORTING = threading.BoundedSemaphore(1)  # one file at a time for all visitors of a process
-
-
-class VisitorLeft(Exception):
-    """Nobody waits for the file any more."""
+LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
 
 
 class Downloads:
-    """A choice of files, and a button that makes one of what is shown."""
+    """A choice of files, a button that makes one of what is shown, and one that cancels it."""
 
     def __init__(self, visitor: Visitor):
-        self.visitor, self.closed = visitor, False
+        self.visitor = visitor
+        self.job: ExportJob | None = None
         gui = visitor.client.gui
         with gui.add_folder("Export", expand_by_default=False):
             self.kind = gui.add_dropdown("file", tuple(SUFFIXES))
-            button = gui.add_button("Make and download", hint="Of what you see now")
-        button.on_click(lambda _: self.start())
+            self.length = gui.add_dropdown("length of a film", tuple(LENGTHS))
+            make = gui.add_button("Make and download", hint="Of what you see now")
+            self.cancel = gui.add_button("Cancel", disabled=True)
+        make.on_click(lambda _: self.start())
+        self.cancel.on_click(lambda _: self.close())
 
     def close(self) -> None:
-        """Stop: the visitor has left."""
-        self.closed = True
+        """Make no file any more."""
+        if self.job:
+            self.job.cancel()
 
     def start(self) -> None:
-        """Make the chosen file in a thread of its own, unless another one is being made."""
-        suffix = SUFFIXES.get(self.kind.value)
-        if suffix and EXPORTING.acquire(blocking=False):
-            threading.Thread(target=self.export, args=(suffix,), name="export").start()
-        elif suffix:
-            message = "Another one is being made: try again in a moment."
-            self.visitor.notify("One file at a time", message)
-
-    def export(self, suffix: str) -> None:
-        """Make the file and send it, or say why not."""
-        client, notify, name = self.visitor.client, self.visitor.notify, f"beam.{suffix}"
-        note = client.add_notification(f"Making {name}", "", loading=True)
-        try:
-            try:
-                content = exported(suffix, self.visitor.to_scene(), self.frames)
-            finally:
-                EXPORTING.release()  # before the visitor has the file, and asks for the next one
-            if not self.closed:
-                client.send_file_download(name, content, save_immediately=True)
-        except VisitorLeft:
+        """Make the chosen file, in place of the one that is being made for this visitor."""
+        suffix, periods = SUFFIXES.get(self.kind.value), LENGTHS.get(self.length.value)
+        if not suffix:
             return
+        self.close()
+        try:
+            scene = self.visitor.to_scene()
         except InvalidInput as error:
-            notify("Nothing to export", str(error))
-        except BeamvizError as error:
-            notify("The export failed", str(error))
-        except Exception as error:  # a mistake of ours must not end a visitor's session
-            log.error("file", suffix, error)
-            notify("The export failed", "an unexpected error, which the server has noted")
-        finally:
-            note.remove()
+            self.visitor.notify("Nothing to export", str(error))
+            return
+        title = f"Making beam{suffix}"
+        note = self.visitor.client.add_notification(title, "", loading=True)
+        options = {"periods": periods} if suffix in ENCODERS else {}
+        self.job = ExportJob(scene, suffix, partial(self.show, note), **options)
+        self.cancel.disabled = False
+        self.job.start()
 
-    def frames(self, count: int) -> Iterator[int]:
-        """The frames of a film. Raises VisitorLeft."""
-        for k in range(count):
-            if self.closed:
-                raise VisitorLeft
-            yield k
-
-
-def exported(suffix: str, scene: Scene, frames: Callable[[int], Iterator[int]]) -> bytes:
-    """The content of a file with this suffix."""
-    with tempfile.TemporaryDirectory(prefix="beamviz-") as folder:
-        path = Path(folder) / f"beam.{suffix}"
-        if suffix == "png":
-            screenshot(path, scene)
-        elif suffix in ("gif", "mp4"):
-            animate(path, scene, progress=frames)
-        else:
-            export(path, scene)
-        return path.read_bytes()
+    def show(self, note: NotificationHandle, job: ExportJob) -> None:
+        """Tell the visitor how the file is getting on, and send it."""
+        state = job.status.state
+        if state in ("waiting", "working"):
+            note.body = job.status.text
+            return
+        note.remove()
+        self.cancel.disabled = self.job in (job, None)
+        if state == "done" and not job.stopped.is_set():
+            name = f"beam{job.suffix}"
+            self.visitor.client.send_file_download(name, job.content, save_immediately=True)
+        elif state == "failed":
+            title, _, message = job.status.message.partition(": ")
+            self.visitor.notify(title, message)
 
 
 # Links: ?lesson=nodes, or ?alpha=1&gamma=10&mode=3. A server is not told the query of the page that
