@@ -30,6 +30,7 @@ from beamviz.solver import OPTIONS, Problem, solve_many
 MODES = 5  # solved for a scene, and more where its view shows more
 MAX_DISTANCE = 1000.0  # of the camera, in beam lengths
 COLOURINGS = ("displacement", "axial strain")
+PER_REV = (1, 2, 3, 4, 5, 6)  # multiples of the speed in a chart
 MAX_AMPLITUDE = 0.4
 MAX_PACE = 4.0
 UPPER_LIMITS = {"pace": MAX_PACE, "amplitude": MAX_AMPLITUDE}
@@ -131,6 +132,16 @@ def check_bool(name: str, value: Any) -> bool:
     return value
 
 
+def check_per_rev(value: Any) -> tuple[int, ...]:
+    """Multiples of the speed in ascending order, all of PER_REV for true; else InvalidInput."""
+    if isinstance(value, bool):
+        return PER_REV if value else ()
+    if not isinstance(value, list | tuple) or any(one not in PER_REV for one in value):
+        listed = ", ".join(map(str, PER_REV))
+        raise InvalidInput(f"per_rev = {value!r}: must be true, false or a list of {listed}")
+    return tuple(sorted({int(one) for one in value}))
+
+
 def check_choice(name: str, value: Any, choices: Any) -> str:
     """`value` if it is one of `choices`, else InvalidInput."""
     if value not in tuple(choices):
@@ -166,7 +177,8 @@ class Scene:
     """Everything that determines a picture or film of the explorer.
 
     options: keywords of `solve` that describe the model; camera: None fits the beam into the
-    picture; over, per_rev: abscissa of the loci chart, and whether it has per-rev lines.
+    picture; over, per_rev: abscissa of the loci chart, and the multiples of the speed drawn in it;
+    True for all of PER_REV.
     Raises InvalidInput for a value outside its range and for an unknown option.
     """
 
@@ -175,7 +187,7 @@ class Scene:
     view: ViewOptions = field(default_factory=ViewOptions)
     camera: Camera | None = None
     over: str = "gamma"
-    per_rev: bool = False
+    per_rev: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         check_keys(self.options, TABLES["model"], "the model")
@@ -183,7 +195,7 @@ class Scene:
         solve_many([], **options)  # validates the options
         object.__setattr__(self, "options", options)
         check_choice("over", self.over, PARAMETERS)
-        check_bool("per_rev", self.per_rev)
+        object.__setattr__(self, "per_rev", check_per_rev(self.per_rev))
 
     @classmethod
     def of(cls, beam: Beam | None = None, **values: Any) -> Self:

@@ -19,9 +19,9 @@ def case(beam: Beam, **options: Any) -> Case:
     return Case.of(Scene(beam)).with_options(**options)
 
 
-def chart_of(beam: Beam, over: str = "gamma", **options: Any) -> Chart:
-    """The chart around a beam."""
-    return ChartRequest.around(case(beam, **options), over).chart()
+def chart_of(beam: Beam, over: str = "gamma", per_rev: int = 0, **options: Any) -> Chart:
+    """The chart around a beam, with resonances up to a multiple of the speed."""
+    return ChartRequest.around(case(beam, **options), over, per_rev).chart()
 
 
 class SynchronousVisitor:
@@ -35,8 +35,12 @@ class SynchronousVisitor:
 
     def change(self, edit: Callable[[State], State]) -> None:
         """Edit the state, and solve its case."""
-        self.state = edit(self.state)
-        self.solver.request(self.state.case)
+        self.follow(edit(self.state))
+
+    def follow(self, state: State) -> None:
+        """Take another state, and solve its case."""
+        self.state = state
+        self.solver.request(state.shown_case)
         self.answer = self.solver.answer
 
     def job(self, name: str, compute: Callable[[Any], Any]) -> Job:

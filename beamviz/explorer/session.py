@@ -71,7 +71,7 @@ class SceneView:
     def show(self, state: State, answer: SolverAnswer | None) -> None:
         """Draw an answer. Until it is the one to the case of the state, the camera and the pace
         are chosen again with the next one."""
-        settled = answer is not None and answer.request == state.case
+        settled = answer is not None and answer.request == state.shown_case
         if state.scene is not self.opened:
             shapes = self.shapes  # until the first answer
             self.open(state)
@@ -212,16 +212,12 @@ class Session:
         self.comparison, self.run_up = Comparison(visitor), RunUpPlayback(visitor)
         with panel.beam_folder:
             RealBeamForm(visitor)
-        with add_tab("Loci"):
-            loci = LociTab(visitor)
-        with add_tab("Veering"):
-            veering = VeeringTab(visitor, loci)
+        loci = LociTab(visitor)
+        veering = VeeringTab(visitor, loci)
         with add_tab("Compare"):
             comparison = ComparisonTab(visitor, self.comparison)
-        with add_tab("Run-up"):
-            run_up = RunUpTab(visitor, self.run_up)
-        with add_tab("Methods"):
-            timing = MethodTimingTab(visitor)
+        run_up = RunUpTab(visitor, self.run_up)
+        timing = MethodTimingTab(visitor)
         self.lessons = Lessons(visitor, panel.results)
         panel.add_commands()
         SceneFiles(visitor)

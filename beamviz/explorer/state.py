@@ -4,20 +4,22 @@ Nothing a browser sends is trusted: a value that makes no sense leaves the state
 the five numbers, which are kept as they were sent and checked when the beam is solved.
 """
 
+import contextlib
 from collections import deque
 from dataclasses import dataclass, field, fields, replace
 from math import inf
 from typing import Any, Self
 
 from beamviz.beam import NUMBERS, PARAMETERS, Beam, Units
+from beamviz.errors import InvalidInput
 from beamviz.scene import TABLES as SCENE_KEYS
-from beamviz.scene import Camera, Scene, ViewOptions
+from beamviz.scene import Camera, Scene, ViewOptions, check_per_rev
 from beamviz.solver import CHOICES as SOLVER_CHOICES
 
 TERMS = ("stiffening", "softening", "coriolis")  # of the equations, each on or off
 CHOICES = {name: tuple(choices) for name, choices in SOLVER_CHOICES.items()}
 NO_COMPARISON, EARLIER = "nothing", "how it was before"
-SWITCHES = ("per_rev", "stacked", "time_methods", "following")
+SWITCHES = ("stacked", "time_methods", "following")
 LASTING = ("playing", "dark")  # of the view: they stay as they are when an edit is undone
 STEPS = 200  # that can be undone
 PAUSE = 1.0  # [s] after which another edit of the same values is another step
@@ -71,10 +73,11 @@ class State:
 
     scene: the one that was loaded last; home: the one that a reset returns to; camera: a given
     viewpoint, None to fit the beam into the page; over: the number along the loci chart; per_rev:
-    whether it has per-rev lines; comparison, kept: with what the beam is compared, and the case
+    the multiples of the speed in it; comparison, kept: with what the beam is compared, and the case
     that was kept for it; stacked: the two in scenes one above the other; force_per_rev, damping:
     periods of the force in a revolution and damping ratio of the run-up; forced_response: the scene
-    shows the response to that force; time_methods: time all methods for each beam; following:
+    shows the response to that force; run_speed: the speed shown in place of the beam's own during a
+    run-up; time_methods: time all methods for each beam; following:
     follow the presenter.
     """
 
@@ -84,13 +87,14 @@ class State:
     view: ViewOptions = field(default_factory=ViewOptions)
     camera: Camera | None = None
     over: str = "gamma"
-    per_rev: bool = False
+    per_rev: tuple[int, ...] = ()
     comparison: str = NO_COMPARISON
     kept: Case | None = None
     stacked: bool = False
     force_per_rev: int = 1
     damping: float = 0.02
     forced_response: bool = False
+    run_speed: float | None = None
     time_methods: bool = False
     following: bool = False
 
@@ -112,7 +116,13 @@ class State:
             comparison=NO_COMPARISON if self.comparison == EARLIER else self.comparison,
             kept=None,
             forced_response=False,
+            run_speed=None,
         )
+
+    @property
+    def shown_case(self) -> Case:
+        """The case to show: during a run-up at its speed."""
+        return self.case if self.run_speed is None else self.case.changed("gamma", self.run_speed)
 
     def to_scene(self) -> Scene:
         """The scene. Raises InvalidInput where the numbers are no beam."""
@@ -136,6 +146,10 @@ class State:
         if name in SWITCHES:
             switch: dict[str, Any] = {name: bool(value)}
             return replace(self, **switch)
+        if name == "per_rev":
+            with contextlib.suppress(InvalidInput):
+                return replace(self, per_rev=check_per_rev(value))
+            return self
         if name == "over":
             return replace(self, over=value) if value in tuple(PARAMETERS) else self
         return replace(self, case=self.case.changed(name, value), camera=camera)
@@ -151,7 +165,7 @@ class State:
     def differences(self, other: Self) -> set[str]:
         """The names of the values that differ from those of another state, but for LASTING ones."""
         names = {*vars(self), *self.case.numbers, *self.case.options, *VIEW_KEYS}
-        names -= {"case", "view", *LASTING}
+        names -= {"case", "view", "run_speed", *LASTING}
         return {name for name in names if self.value(name) != other.value(name)}
 
     def keep(self) -> Self:
@@ -201,4 +215,4 @@ class History:
         self.time = -inf
         found = source.pop()
         lasting = {name: getattr(state.view, name) for name in LASTING}
-        return replace(found, view=replace(found.view, **lasting), following=False)
+        return replace(found, view=replace(found.view, **lasting), following=False, run_speed=None)

@@ -61,6 +61,7 @@ class Visitor:
         self.dragging = False
         self.solver = self.solve_job()
         self.solver.request(state.case)
+        self.on("tab", self.open_tab)
 
     # State
 
@@ -95,7 +96,7 @@ class Visitor:
         with self.lock:
             self.state = state
             if not state.following:
-                self.solver.request(state.case)
+                self.solver.request(state.shown_case)
         self.wake()
 
     def update_controls(self) -> None:
@@ -146,6 +147,11 @@ class Visitor:
         return replace(self.state.to_scene(), camera=self.camera.chosen)
 
     # Controls
+
+    def open_tab(self, tab: Any) -> None:
+        """The visitor opened a tab, which may have to be brought up to date."""
+        self.page.tab = str(tab)
+        self.wake()
 
     def bind(self, key: str, get: Get, edit: Set) -> None:
         """Show `get(state)` in the controls with data-set="key" of the page; what the visitor sets

@@ -146,7 +146,7 @@ LESSONS = (
         title="Meeting without touching",
         question="Two frequencies run into each other as the speed grows. What happens there?",
         scene=Scene.of(alpha=1, beta=1, gamma=2, mode=4),
-        do="Open the tab **Loci**, left: every line is one mode (a *locus*). Drag **speed γ**"
+        do="Open the tab **Frequencies**: every line is one mode (a *locus*). Drag **speed γ**"
         " through the ring where S1 crosses B3.",
         see="Both lines run straight on, and each keeps its shape: one stretches, one bends.",
         meaning="Without Coriolis forces, stretching and bending of a straight beam are uncoupled,"
@@ -173,8 +173,8 @@ LESSONS = (
         title="The same two modes, now they avoid each other",
         question="The last lesson left out one force. What does it do to the crossing?",
         scene=Scene.of(alpha=1, beta=1, gamma=2, coriolis=True, mode=4),
-        do="**Coriolis** (folder Physical effects) is on now. In the tab **Loci**, choose the"
-        " veering under **go to**, then open the tab **Veering**.",
+        do="**Coriolis** (folder Physical effects) is on now. In the tab **Frequencies**, choose"
+        " the veering in the chart, then open the tab **Veering**.",
         see="Magnified, the lines bend away before they touch. Stretching continues as bending, and"
         " the other way round.",
         meaning="A particle that moves along a rotating beam is pushed across it, as on a"
@@ -200,11 +200,11 @@ LESSONS = (
         title="Excited three times per revolution",
         question="Wind and gravity load a blade at the same places in every revolution. At which"
         " speed is that dangerous?",
-        scene=Scene.of(gamma=5, mode=2, per_rev=True),
-        do="Open the tab **Loci** and drag **speed γ** to where the dashed line 3γ intersects the"
-        " locus of B2.",
-        see="The dashed lines 1γ, 2γ, 3γ: the frequencies of forces that repeat one, two, three"
-        " times per revolution.",
+        scene=Scene.of(gamma=5, mode=2, per_rev=(1, 2, 3)),
+        do="Open the tab **Frequencies** and drag the line of the beam to where the dashed line 3 ×"
+        " intersects the locus of B2.",
+        see="The dashed lines 1 ×, 2 ×, 3 × speed: the frequencies of forces that repeat one, two,"
+        " three times per revolution.",
         meaning="A force at a mode's own frequency adds energy in every cycle: a *resonance*. A"
         " chart of loci with these lines is a *Campbell diagram*; machines are kept away from its"
         " intersections, or run through them fast.",

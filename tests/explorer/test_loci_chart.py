@@ -1,4 +1,4 @@
-"""The loci chart as data: its range, its lines, its marks; and the texts below it."""
+"""The Campbell diagram as data: its range, its lines, its marks; and the lists beside it."""
 
 import re
 from dataclasses import replace
@@ -11,22 +11,8 @@ from hypothesis import strategies as st
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam
 from beamviz.drawing.modes import SampledModes
-from beamviz.explorer.features.loci_chart import (
-    FAMILIES,
-    PER_REV,
-    STYLES,
-    Chart,
-    ChartRequest,
-    Lines,
-    chart_lines,
-)
-from beamviz.explorer.features.loci_tab import (
-    event_table,
-    gap_notes,
-    line_labels,
-    modes_here,
-    per_rev_labels,
-)
+from beamviz.explorer.features.loci_chart import Chart, ChartRequest, chart_data
+from beamviz.explorer.features.loci_tab import event_table, notes, resonance_table
 from beamviz.exports.html_page import solution_table
 from beamviz.frequency_loci.sweep import chart_range
 from beamviz.solver import solve
@@ -36,16 +22,6 @@ from beamviz.solver import solve
 def tip() -> Chart:
     """The loci of TIP over the speed."""
     return chart_of(TIP)
-
-
-def drawn(chart: Chart, beam: Beam = TIP, *, per_rev: bool = False) -> tuple[np.ndarray, Lines]:
-    """Its lines, with a beam on it."""
-    return chart_lines(chart, solve(beam), per_rev=per_rev)
-
-
-def points(x: np.ndarray, line: np.ndarray) -> list[tuple[float, float]]:
-    """Where a line is drawn."""
-    return [(a, b) for a, b in zip(x.tolist(), line.tolist(), strict=True) if np.isfinite(b)]
 
 
 # The range of the axis
@@ -77,116 +53,92 @@ def test_the_range_stays_during_most_of_a_drag_and_then_doubles():
 # The lines
 
 
-def test_the_lines_are_the_branches_and_have_no_holes(tip):
-    """All finite frequencies are drawn, in the colour of their family; each line is in one piece,
-    since a page would draw straight across a hole."""
-    assert tip.loci
-    for family, rows in tip.lines.items():
-        for row in rows:
-            known = np.flatnonzero(np.isfinite(row))
-            assert len(known) == known[-1] - known[0] + 1
-        for branch in tip.loci.branches:
-            for k, own in enumerate(branch.family):
-                if own == family and np.isfinite(branch.frequency[k]):
-                    assert any(row[k] == branch.frequency[k] for row in rows)
+@pytest.mark.parametrize("coriolis", [False, True])
+def test_the_lines_are_the_branches_in_their_families(coriolis):
+    """All finite frequencies are drawn; consecutive runs share a point, so that a line that
+    changes its colour has no gap."""
+    chart = chart_of(TIP, coriolis=coriolis)
+    assert chart.loci
+    data = chart_data(chart)
+    at = np.searchsorted(data["at"], np.round(chart.loci.values, 12))
+    for branch, line in zip(chart.loci.branches, data["lines"], strict=True):
+        known = np.isfinite(branch.frequency)
+        y = np.array(line["y"], float)
+        assert np.isfinite(y[at]).tolist() == known.tolist()
+        assert y[at][known] == pytest.approx(branch.frequency[known], rel=1e-5)
+        runs = line["runs"]
+        assert [first for first, *_ in runs[1:]] == [last for _, last, *_ in runs[:-1]]
+        for first, last, family, _ in runs:
+            inside = [k for k, i in enumerate(at) if first <= i < last]
+            assert {branch.family[k] for k in inside} <= {family}
+    families = {run[2] for line in data["lines"] for run in line["runs"]}
+    assert families == {"bending", "stretching"} | ({"mixed"} if coriolis else set())
 
 
-def test_a_line_that_changes_its_family_has_no_gap():
-    """With Coriolis forces S1 becomes mixed: the two colours share a point."""
-    chart = chart_of(TIP, coriolis=True)
-    ends = {int(np.flatnonzero(np.isfinite(row))[-1]) for row in chart.lines["stretching"]}
-    starts = {int(np.flatnonzero(np.isfinite(row))[0]) for row in chart.lines["mixed"]}
-    assert ends & starts - {0, len(chart.values) - 1}
+def test_per_rev_lines_are_those_chosen_and_in_the_units_of_the_page(tip):
+    """omega = k gamma; over any other axis there are none."""
+    assert chart_data(tip, (2, 4))["perRev"] == {"slope": 1.0, "multiples": [2, 4]}
+    assert chart_data(tip)["perRev"] is None
+    assert chart_data(chart_of(TIP, "alpha"), (2,))["perRev"] is None
 
 
-def test_all_arrays_are_of_one_length_and_have_a_style(tip):
-    """x ascends, also without any loci."""
-    for x, lines in (drawn(tip), drawn(tip, per_rev=True), drawn(Chart(tip.request, message="no"))):
-        assert (np.diff(x) >= 0).all()
-        assert set(lines) <= set(STYLES)
-        assert {len(line) for group in lines.values() for line in group} == {len(x)}
-
-
-def test_between_its_values_a_chart_is_drawn_on_the_line(tip):
-    """The x of marks are put in between; the lines there are interpolated, not interrupted."""
-    x, lines = drawn(tip, TIP.replace(gamma=3.21))
-    k = int(np.searchsorted(x, 3.21))
-    first = next(line for line in lines["bending"] if np.isfinite(line[0]))
-    assert first[k] == pytest.approx(np.interp(3.21, x[[k - 1, k + 2]], first[[k - 1, k + 2]]))
-
-
-def test_the_mark_of_the_beam_is_where_its_modes_are(tip):
-    """An upright line at its value, and a ring on each branch; none where it is not on the axis."""
-    x, lines = drawn(tip, TIP.replace(gamma=3.21))
-    assert points(x, lines["beam"][0]) == [(3.21, 0), (3.21, tip.top)]
-    rings = [points(x, ring) for ring in lines["modes"]]
-    assert rings == [[(3.21, one)] for one in solve(TIP.replace(gamma=3.21)).frequencies]
-    assert not {"beam", "modes"} & drawn(tip, TIP.replace(gamma=30))[1].keys()
-
-
-def test_crossings_and_veerings_are_marked_apart(tip):
-    """One kind of mark each, at its place and frequency."""
-    for chart, kinds in ((tip, ("crossing", "veering")),
-                         (chart_of(TIP, coriolis=True), ("veering", "crossing"))):  # fmt: skip
-        x, lines = drawn(chart)
-        marked, others = (points(x, lines[kind][0]) for kind in kinds)
-        assert marked == [(event.at, event.frequency) for event in chart.events]
-        assert others == []
-
-
-def test_per_rev_lines_are_multiples_of_the_speed():
-    """omega = k gamma as far as the picture goes; over any other axis there are none."""
-    low = chart_of(TIP, modes=2)
-    assert low.top < 100
-    x, lines = drawn(low, per_rev=True)
-    for k, line in zip(PER_REV, lines["per-rev"], strict=True):
-        assert points(x, line) == [(at, k * at) for at in x if k * at <= low.top]
-    assert "per-rev" not in drawn(chart_of(TIP, "alpha"), per_rev=True)[1]
-
-
-def test_the_loci_compared_with_are_drawn_under_the_chart(tip):
-    """They are those of the other beam at the same speeds, as far as the picture goes."""
+def test_the_loci_compared_with_are_drawn_behind_the_chart(tip):
+    """They are those of the other beam at the same speeds."""
     request = tip.request.same_axis(case(TIP.replace(alpha=2)))
     assert (request.start, request.stop, request.over) == (0, 20, "gamma")
-    x, lines = chart_lines(tip, None, per_rev=False, second=request.chart())
-    k = int(np.searchsorted(x, 10.0))
-    below = [line[k] for family in FAMILIES for line in lines[f"second {family}"]]
+    second = [one for one in chart_data(tip, (), request.chart())["lines"] if one.get("second")]
+    behind = [line["y"][line["at"].index(10.0)] for line in second]
     expected = solve(TIP.replace(alpha=2, gamma=10)).frequencies
-    assert sorted(one for one in below if np.isfinite(one)) == pytest.approx(
-        expected[expected <= tip.top], rel=1e-6
-    )
+    assert sorted(y for y in behind if y) == pytest.approx(expected, rel=1e-5)
 
 
-# Labels and texts
+def test_marks_are_buttons_that_say_where_they_go(tip):
+    """The name of an event stays the same when Coriolis forces make a veering of a crossing."""
+    crossing, *_ = chart_data(tip)["marks"]
+    assert crossing["text"] == "crossing of S1 and B3: γ = 4.464, ω = 60.56"
+    veering, *_ = chart_data(chart_of(TIP, coriolis=True))["marks"]
+    assert veering["text"] == "veering of S1 and B3: γ = 4.65, ω = 61.3"
+    assert crossing["value"] == veering["value"] == "B3 S1 1"
+    assert (crossing["kind"], veering["kind"]) == ("crossing", "veering")
 
 
-def test_the_labels_of_per_rev_lines_never_touch():
-    """Flat lines end close to each other: every other one is named. Steep ones all are."""
-    flat = per_rev_labels(stop=60.0, top=1600.0)
-    assert [label[-9:-7] for label in flat] == ["1γ", "3γ", "5γ"]
-    assert len(per_rev_labels(stop=20.0, top=150.0)) == len(PER_REV)
+def test_resonances_with_the_chosen_lines_in_ascending_speed():
+    """Each is an intersection with its line; the list is in the order of the axis."""
+    chart = chart_of(TIP, per_rev=6)
+    marks = [mark for mark in chart_data(chart, (2,))["marks"] if mark["kind"] == "resonance"]
+    assert [mark["x"] for mark in marks] == [pytest.approx(0.79791, abs=1e-5)]
+    assert [mark["y"] for mark in marks] == pytest.approx([2 * mark["x"] for mark in marks])
+    speeds = re.findall(r"×</td><td>([\d.]+)", resonance_table(chart, (1, 2, 3, 4, 5, 6)))
+    assert len(speeds) == len(chart.resonances) > 5
+    assert speeds == sorted(speeds, key=float)
+    assert "No line 6 × speed" in resonance_table(replace(chart, resonances=()), (6,))
+
+
+# Messages and names
 
 
 def test_gaps_are_explained_by_their_limit():
-    """biot at mu = 10 has no equilibrium beyond 10.76: the lines end there."""
+    """biot at mu = 10 has no equilibrium beyond 8.603: the lines end there."""
     chart = chart_of(TIP.replace(mu=10), strain="biot")
     assert chart.loci
     (limit,) = chart.loci.limits
-    assert f"no equilibrium for γ = {limit.start:.6g}" in gap_notes(chart)
-    ends = [chart.values[np.isfinite(row)].max() for row in chart.lines["bending"]]
+    sentence = f"No equilibrium above γ = {limit.start:.4g} with this material law."
+    assert sentence in notes(chart)
+    assert chart_data(chart)["gaps"] == [[limit.start, limit.stop, sentence]]
+    ends = [chart.loci.values[np.isfinite(one.frequency)].max() for one in chart.loci.branches]
     assert limit.start - 0.5 < max(ends) <= limit.start
 
 
 def test_an_incomplete_search_is_told(tip):
-    """Below the table of crossings and veerings, and in place of the text that there are none."""
+    """Below the list of crossings and veerings, and in place of the text that there are none."""
     assert tip.loci
     for events in (tip.loci.events, ()):
         incomplete = replace(tip, loci=replace(tip.loci, complete=False, events=events))
-        text = event_table(incomplete, None)
+        text = event_table(incomplete)
         assert "The search for crossings and veerings stopped" in text
         assert "No crossing or veering" not in text
-    assert "stopped" not in event_table(tip, None)
-    assert "No crossing or veering" in event_table(chart_of(TIP, modes=1), None)
+    assert "stopped" not in event_table(tip)
+    assert "No crossing or veering in this range" in event_table(chart_of(TIP, modes=1))
 
 
 def test_a_request_out_of_range_is_refused():
@@ -197,8 +149,8 @@ def test_a_request_out_of_range_is_refused():
 
 @pytest.mark.parametrize("gamma", [4.65, 20.0])
 def test_a_mode_has_one_name_on_the_page(gamma):
-    """At a veering and beyond it: in the table of modes, beside the chart, at the ends of its lines
-    and in the scene. S1 is the mode that stretches, and where S1 and B3 are mixed it is told."""
+    """At a veering and beyond it: in the table of modes, along and at the ends of the lines and in
+    the scene. S1 is the mode that stretches, and where S1 and B3 are mixed it is told."""
     beam = Beam(alpha=1, beta=1, gamma=gamma)
     solution = solve(beam, coriolis=True)
     chart = replace(ChartRequest.around(case(beam, coriolis=True), "gamma"), stop=gamma).chart()
@@ -206,6 +158,9 @@ def test_a_mode_has_one_name_on_the_page(gamma):
     names = re.findall(r"<b>([BS]\d)</b>", table)
     assert names == ["B1", "B2", "S1", "B3", "B4"]
     assert ("S1/B3 mixed 50:50" in table) == (gamma == 4.65)
-    assert re.findall(r">([BS]\d)<", modes_here(chart, solution)) == names
-    assert set(names) == set(re.findall(r">([BS]\d)<", line_labels(chart, per_rev=False)))
     assert SampledModes.sampled(solution).labels == tuple(names)
+    lines = chart_data(chart)["lines"]
+    ends = sorted((line["y"][-1], line["label"]) for line in lines if line["y"][-1])
+    assert [label for _, label in ends] == names
+    starts = sorted((line["y"][0], line["runs"][0][3]) for line in lines if line["y"][0])
+    assert [label for _, label in starts] == list(solve(beam.replace(gamma=0)).labels)

@@ -1,133 +1,268 @@
-"""The tabs Loci and Veering in a running explorer, and on the real page."""
+"""The tabs Frequencies and Veering in a running explorer, and the chart on the real page."""
 
 import math
+from collections.abc import Iterator
+from typing import Any
 
 import pytest
 from charts import TIP, chart_of
-from live.browser import Page, control, element, field, page, tab
+from live.browser import Page, page
 from live.server import wait_until
-from live.visitor import frequency_text, pause, visitor
+from live.visitor import Visitor, frequency_text, pause, visitor
 
+from beamviz.beam import Beam
+from beamviz.explorer.app import explorer
 from beamviz.explorer.features import loci_chart as charts
 from beamviz.scene import Scene
 
 FIRST = Scene(TIP)
+EVENT = "B3 S1 1"  # the name of the crossing, and of the veering with Coriolis forces
+
+
+def chart_shown(guest: Visitor, beam: Beam, **options: Any) -> None:
+    """Wait for the chart of a beam: where S1 crosses B3, or veers from it."""
+    expected = chart_of(beam, **options).events[EVENT].at
+
+    def shown() -> bool:
+        marks = guest.charts.get("loci-chart", {}).get("marks", [])
+        found = {mark["key"]: mark["x"] for mark in marks}
+        return math.isclose(found.get(EVENT, 0.0), expected, rel_tol=1e-6)
+
+    guest.wait(lambda _: shown())
+
+
+def line_at(guest: Visitor, x: float) -> bool:
+    """Wait until the line of the beam is at x."""
+    return guest.wait(lambda _: guest.charts["loci-chart"]["cursor"] == {"action": "gamma", "x": x})
 
 
 def test_the_chart_follows_the_sliders(url):
-    """Another mass moves the crossing; the mark of the beam follows the speed."""
+    """Another mass moves the crossing; the line of the beam follows the speed."""
     with visitor(url) as guest:
-        guest.says("4.4641")
-        guest.choose("alpha", 2.0)
-        guest.says(f"{chart_of(TIP.replace(alpha=2)).events[0].at:.4f}")
+        chart_shown(guest, TIP)
+        guest.choose("alpha", 1.2)
+        chart_shown(guest, TIP.replace(alpha=1.2))
         guest.choose("gamma", 7.25)
-        guest.says("this beam, γ = 7.25")
+        line_at(guest, 7.25)
 
 
-def test_moving_along_the_axis_computes_no_chart(url, monkeypatch):
-    """Only the mark moves."""
+def test_moving_along_the_axis_computes_no_chart_and_sends_no_lines(url, monkeypatch):
+    """Only the line of the beam moves."""
     with visitor(url) as guest:
-        guest.says("4.4641")
+        chart_shown(guest, TIP)
         pause(guest, 0.7)
         monkeypatch.setattr(charts, "loci", None)  # a call would end in words
+        guest.charts["loci-chart"].pop("lines")
         guest.choose("gamma", 6.5)
-        guest.says("this beam, γ = 6.5")
+        line_at(guest, 6.5)
         pause(guest, 0.7)
+        assert "lines" not in guest.charts["loci-chart"]
         assert "unexpected" not in guest.text
 
 
 def test_choosing_a_crossing_moves_the_beam_there(url):
-    """The number is set, the beam solved again, and the tab Veering magnifies it."""
+    """The number is set, the beam solved again, and the tab Veering magnifies it; the event is
+    still the one chosen when another mass moves it."""
     with visitor(url) as guest:
-        guest.says("4.4641")
-        guest.choose("go to", "1")
-        at = chart_of(TIP).events[0].at
+        chart_shown(guest, TIP)
+        guest.do("go_to_event", EVENT)
+        at = chart_of(TIP).events[EVENT].at
         guest.says(frequency_text(TIP.replace(gamma=at)))
+        guest.do("tab", "tab-veering")
         guest.says("smallest frequency gap 0.241 at γ 4.650")
-        guest.choose("horizontal axis", "mass α")
-        guest.says("at α")
+        guest.choose("alpha", 1.1)
+        chart_shown(guest, TIP.replace(alpha=1.1))
+        assert guest.charts["loci-chart"]["chosen"] == EVENT
+        guest.choose("over", "alpha")
+        guest.wait(lambda _: guest.charts["loci-chart"]["x"]["label"] == "mass α")
+
+
+def test_the_tab_veering_magnifies_the_nearest_event_until_one_is_chosen(url):
+    """Nothing is solved for it while the tab is not open."""
+    with visitor(url) as guest:
+        chart_shown(guest, TIP)
+        pause(guest)
+        assert "veering-chart" not in guest.charts
+        guest.do("tab", "tab-veering")
+        guest.says("they cross at γ 4.464")
+        guest.choose("gamma", 15.0)
+        guest.says("they cross at γ 16.3")
 
 
 def test_nonsense_about_the_chart_changes_nothing(url):
-    """Unknown axes and numbers are ignored, and the session goes on."""
+    """Unknown axes, events and lines are ignored, and the session goes on."""
     with visitor(url) as guest:
-        guest.says("4.4641")
-        guest.choose("horizontal axis", "temperature")
-        guest.choose("go to", "99")
-        guest.choose("go to", 7)
-        guest.choose("per-rev lines", "maybe")
+        chart_shown(guest, TIP)
+        for action, value in (
+            ("over", "temperature"), ("over", ["gamma"]), ("go_to_event", "B9 S9 1"),
+            ("go_to_event", {"at": 1}), ("per_rev_9", True), ("tab", {"tab": 1}),
+        ):  # fmt: skip
+            guest.do(action, value)
         guest.choose("gamma", 8.0)
-        guest.says("this beam, γ = 8")
+        line_at(guest, 8.0)
         guest.choose("alpha", math.nan)
         guest.says("alpha = nan")
         guest.choose("alpha", 1.5)
-        guest.says(f"{chart_of(TIP.replace(alpha=1.5, gamma=8)).events[0].at:.4f}")
+        chart_shown(guest, TIP.replace(alpha=1.5, gamma=8))
 
 
-# The real page
+# The chart on the page
+
+CHART = "document.querySelector('#loci-chart')"
+PLOT = "document.querySelector('#loci-chart .plot')"
+LINE = "document.querySelector('#loci-chart [role=slider]')"
+MARKS = "document.querySelectorAll('#loci-chart button.mark')"
+READOUT = "document.querySelector('#loci-chart .readout')"
+RANGE = "[...document.querySelectorAll('#loci-chart .tick:not(.y)')].map(e => +e.textContent)"
 
 
-CHART = "Object.values(window.__viserTestpoints?.uplots || {})[0]?.chart"
+@pytest.fixture(scope="module")
+def desk() -> Iterator[Page]:
+    """A page 1440 pixels wide with its chart drawn."""
+    with explorer(FIRST) as url, page(url, 1440, 900) as shown:
+        shown.wait(f"{MARKS}.length === 2", timeout=60)
+        boxes: list[list[float]] = []
+        wait_until(lambda: boxes.append(shown.box(PLOT)) or boxes[-20:] == boxes[-1:] * 20)
+        yield shown  # with the chart at its final place
 
 
-PICK = "Array.from(document.querySelectorAll('button')).filter(e => e.innerText === '1').pop()"
+def value(shown: Page) -> float:
+    """The value at the line of the beam."""
+    return float(shown.evaluate(f"{LINE}.getAttribute('aria-valuenow')"))
 
 
-def pick(shown: Page, axis: str) -> None:
-    """Choose another axis."""
-    shown.click(control("horizontal axis"))
-    option = element("[role=option]", axis)
-    shown.wait(f"{option}?.offsetHeight")
-    shown.evaluate(f"{option}.click()")  # wherever it is while the list unfolds
+def set_speed(shown: Page, speed: float) -> None:
+    """Set the speed, and wait for the line."""
+    shown.evaluate(f"beamviz.send('gamma', {speed})")
+    wait_until(lambda: abs(value(shown) - speed) < 1e-9)
 
 
-def mark_of(shown: Page) -> float:
-    """Where the upright line of the chart is."""
-    return shown.evaluate(
-        f"(() => {{ const {{ data, series }} = {CHART};"
-        " const k = series.findIndex(one => String(one.dash) === '2,3');"
-        " return data[0][data[k].findIndex(y => !Number.isNaN(y))]; })()"
-    )
+def field(shown: Page) -> float:
+    """The speed in its field: what the server says."""
+    return float(shown.evaluate("document.querySelector('#gamma-field').value"))
 
 
-def reaches(shown: Page, value: float) -> None:
-    """Wait until the mark of the beam is at a value."""
-    wait_until(lambda: abs(mark_of(shown) - value) < 1e-6)
+def press(shown: Page, key: str, text: str = "") -> None:
+    """Press a key."""
+    for kind in ("keyDown", "keyUp"):
+        shown.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, text=text)
 
 
 @pytest.mark.slow
 @pytest.mark.browser
-def test_the_chart_on_the_page(url):
-    """It is drawn with names on its lines; the mark follows the slider; a chosen crossing moves
-    the beam; the tab Veering draws both cases; no console errors."""
-    with page(url, 1280, 860) as shown:
-        shown.wait("document.body?.innerText.includes('stretching')")
-        shown.click(tab("Loci"))
-        shown.wait(f"{CHART} && {CHART}.scales.y.max === 250")
-        frame, names = shown.wait(
-            f"""(() => {{
-              const names = document.querySelector('[data-labels] > div');
-              if (!names || !{CHART}.over.clientWidth) return null;
-              return [{CHART}.over, names].map(e => {{
-                const r = e.getBoundingClientRect(); return [r.left, r.top, r.right, r.bottom]; }});
-            }})()"""
-        )
-        assert names == pytest.approx(frame, abs=2)  # names stand where their lines end
-        reaches(shown, 3.0)
-        shown.drag(control("speed γ"), 0.06, 0.2)
-        speed = f"{field('speed γ')}.value"
-        moved = float(shown.wait(f"{speed} !== '3' && {speed}"))
-        assert moved > 4
-        reaches(shown, float(shown.evaluate(speed)))
-        shown.click(PICK)
-        reaches(shown, chart_of(TIP).events[0].at)
-        shown.wait(f"{speed} === '4.4641'")
-        pick(shown, "position β")
-        shown.wait(f"{CHART}.scales.x.min === 0 && {CHART}.scales.x.max === 1")
-        pick(shown, "speed γ")
-        shown.wait(f"{CHART}.scales.x.max === 20")
-        shown.click(PICK)
-        shown.click(tab("Veering"))
-        shown.wait("document.body.innerText.includes('smallest frequency gap 0.241 at γ 4.650')")
-        shown.wait("document.querySelectorAll('table[aria-label^=shapes] svg').length === 12")
-        assert shown.problems == []
+def test_the_line_of_the_beam_is_dragged(desk):
+    """It follows the pointer at once, the speed follows it; the axis stays until it is let go, and
+    then has room for more."""
+    set_speed(desk, 3.0)
+    left, top, width, height = desk.box(PLOT)
+    y = top + 0.3 * height
+    desk.mouse("mousePressed", left + 0.4 * width, y, 1)
+    desk.mouse("mouseMoved", left + 0.5 * width, y, 1)
+    middle = value(desk)
+    assert 8 < middle < 11
+    wait_until(lambda: field(desk) == middle)
+    desk.mouse("mouseMoved", left + width - 45, y, 1)
+    wait_until(lambda: field(desk) > 18)
+    assert desk.evaluate(f"Math.max(...{RANGE})") <= 20
+    desk.mouse("mouseReleased", left + width - 45, y)
+    desk.wait(f"Math.max(...{RANGE}) > 30")
+    set_speed(desk, 3.0)
+    desk.wait(f"Math.max(...{RANGE}) <= 20")
+
+
+@pytest.mark.slow
+@pytest.mark.browser
+def test_the_line_of_the_beam_has_a_name_and_moves_by_keys(desk):
+    """Arrows move it, with Page Up further, Home to the start of the axis."""
+    set_speed(desk, 3.0)
+    name = desk.evaluate(f"{LINE}.getAttribute('aria-label')")
+    assert name == "speed γ: line of this beam in the Campbell diagram"
+    desk.evaluate(f"{LINE}.focus()")
+    press(desk, "ArrowRight")
+    step = value(desk) - 3.0
+    assert 0 < step < 0.2
+    press(desk, "PageUp")
+    assert value(desk) == pytest.approx(3.0 + 11 * step)
+    assert desk.evaluate(f"{LINE}.getAttribute('aria-valuetext')").startswith("γ = ")
+    wait_until(lambda: field(desk) == pytest.approx(3.0 + 11 * step))
+    press(desk, "Home")
+    wait_until(lambda: field(desk) == 0)
+
+
+@pytest.mark.slow
+@pytest.mark.browser
+def test_a_crossing_is_clicked_or_reached_by_keys(desk):
+    """A click goes there; the marks are buttons in the order of Tab, with names that say where."""
+    at = chart_of(TIP).events[EVENT].at
+    set_speed(desk, 3.0)
+    desk.click(f"{MARKS}[0]")
+    wait_until(lambda: field(desk) == pytest.approx(at, rel=1e-6))
+    desk.wait(f"{MARKS}[0].getAttribute('aria-pressed') === 'true'")
+    set_speed(desk, 3.0)
+    desk.evaluate(f"{LINE}.focus()")
+    press(desk, "Tab")
+    name = desk.evaluate("document.activeElement.getAttribute('aria-label')")
+    assert name == "Go to crossing of S1 and B3: γ = 4.464, ω = 60.56"
+    assert not desk.evaluate(f"{READOUT}.hidden")
+    press(desk, "Enter", "\r")
+    wait_until(lambda: field(desk) == pytest.approx(at, rel=1e-6))
+
+
+@pytest.mark.slow
+@pytest.mark.browser
+def test_values_are_read_at_the_pointer(desk):
+    """Speed, all frequencies, and the gap from the nearest one to the next; nothing outside."""
+    set_speed(desk, 3.0)
+    left, top, width, height = desk.box(PLOT)
+    desk.mouse("mouseMoved", left + 0.6 * width, top + 0.5 * height)
+    lines = desk.wait(f"!{READOUT}.hidden && [...{READOUT}.children].map(e => e.textContent)")
+    speed = float(lines[0].removeprefix("γ = "))
+    found = dict(line.split("\u2002") for line in lines[1:-1])
+    assert list(found) == ["B4", "B3", "S1", "B2", "B1"]
+    assert float(found["B3"]) == pytest.approx(
+        float(frequency_text(TIP.replace(gamma=speed), 3)), rel=2e-3
+    )
+    gap = float(lines[-1].split("\u2002")[1])
+    assert lines[-1].startswith("gap B3–S1") or lines[-1].startswith("gap S1–B3")
+    assert gap == pytest.approx(float(found["B3"]) - float(found["S1"]), abs=0.02)
+    desk.mouse("mouseMoved", left + 0.6 * width, top - 60)
+    desk.wait(f"{READOUT}.hidden")
+
+
+@pytest.mark.slow
+@pytest.mark.browser
+def test_resonances_with_two_per_revolution_in_one_click(desk):
+    """They are marked in the chart and listed; going to the one at γ = 0.798 zooms in on it, and
+    back to the whole range."""
+    set_speed(desk, 3.0)
+    desk.click("document.querySelector('[data-set=per_rev_2]')")
+    mark = "document.querySelector('#loci-chart .mark.resonance[aria-label*=\"γ = 0.79\"]')"
+    desk.wait(f"!!{mark}")
+    desk.click("document.querySelector('#loci-resonances button')")
+    wait_until(lambda: field(desk) == pytest.approx(0.79791, abs=1e-5))
+    desk.wait(f"Math.max(...{RANGE}) < 2")
+    left, top, width, height = desk.box(PLOT)
+    x, y = desk.middle(mark)
+    assert 0.3 < (x - left) / width < 0.7
+    assert 0.2 < (y - top) / height < 0.8
+    desk.click("document.querySelector('#loci-chart .zoom button:last-child')")
+    desk.wait(f"Math.max(...{RANGE}) === 20")
+    desk.click("document.querySelector('[data-set=per_rev_2]')")
+    desk.wait(f"{MARKS}.length === 2")
+
+
+@pytest.mark.slow
+@pytest.mark.browser
+def test_a_veering_with_coriolis_forces_in_one_click(desk):
+    """The tab Veering shows both cases and all shapes without scrolling, and no console errors."""
+    set_speed(desk, 3.0)
+    desk.click("document.querySelector('#to-veering')")
+    desk.wait("document.querySelectorAll('table.shapes svg').length === 12", timeout=60)
+    assert "S1/B3 mixed 50:50" in desk.evaluate("document.querySelector('#tab-veering').innerText")
+    bottom = desk.evaluate(
+        "Math.max(...[...document.querySelectorAll('table.shapes svg')]"
+        ".map(e => e.getBoundingClientRect().bottom))"
+    )
+    assert bottom < 900
+    desk.click("document.querySelector('#to-frequencies')")
+    assert desk.problems == []

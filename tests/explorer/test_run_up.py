@@ -12,15 +12,14 @@ from live.visitor import PAPER, frequency_text, visitor
 
 from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
-from beamviz.drawing.text import measure
 from beamviz.explorer.app import explorer
 from beamviz.explorer.features.run_up import (
     PEAK,
     PER_SECOND,
     RunUpPlayback,
-    resonance_table,
-    run_lines,
+    run_data,
     with_damping,
+    with_force,
 )
 from beamviz.explorer.state import State
 from beamviz.frequency_loci.forced_response import RunUp, response
@@ -45,8 +44,8 @@ def run_of(playback: RunUpPlayback) -> RunUp:
 
 
 def gamma(playback: RunUpPlayback) -> float:
-    """The speed of the state."""
-    return playback.visitor.state.case.numbers["gamma"]
+    """The speed that is shown."""
+    return playback.visitor.state.shown_case.numbers["gamma"]
 
 
 def played(playback: RunUpPlayback, seconds: float) -> list[float]:
@@ -69,6 +68,15 @@ def test_the_speed_rises_through_all_speeds_and_is_restored():
     assert (gammas[-1], restored) == (speeds[-1], PAPER.gamma)
     playback.step(0.1)
     assert gamma(playback) == PAPER.gamma
+
+
+def test_the_speed_of_the_beam_stays_what_it_is():
+    """Also while the run-up shows other speeds: nothing is left to be undone."""
+    playback = started()
+    playback.step(1.0)
+    assert 0 < gamma(playback) != PAPER.gamma
+    assert playback.visitor.state.case.numbers["gamma"] == PAPER.gamma
+    assert playback.visitor.answer.beam.gamma == gamma(playback)
 
 
 def test_stopping_restores_the_speed_and_setting_it_keeps_it():
@@ -142,6 +150,8 @@ def test_another_force_damping_or_beam_ends_the_run_up():
     state = State.of(Scene(PAPER))
     assert with_damping(state, "much") == with_damping(state, math.nan) == state
     assert with_damping(state, 90.0).damping == 0.2
+    assert with_force(state, "7") == with_force(state, None) == state
+    assert with_force(state, "3").force_per_rev == 3
     for edit in (lambda s: with_damping(s, 5.0), lambda s: s.changed("alpha", 2.0)):
         playback = started()
         playback.visitor.change(edit)
@@ -149,51 +159,49 @@ def test_another_force_damping_or_beam_ends_the_run_up():
         assert (playback.running, playback.run) == (False, None)
 
 
-def test_the_chart_shows_run_resonances_and_beam():
-    """Amplitudes over the speeds, a ring on each peak, a dot at gamma."""
+def test_the_chart_shows_amplitudes_and_resonances():
+    """Amplitudes over the speeds, and a button on each peak that sets its speed."""
     run = run_of(started())
-    x, lines = run_lines(run, 4.321)
-    (amplitudes,), (peaks,), (mark,) = lines.values()
-    assert (np.diff(x) > 0).all()
-    assert len(x) == len(run.speeds) + 1
-    assert x[np.isfinite(peaks)] == pytest.approx([one.at for one in run.resonances])
-    assert peaks[np.isfinite(peaks)] == pytest.approx([run.peak(one) for one in run.resonances])
-    (k,) = np.flatnonzero(np.isfinite(mark))
-    assert (x[k], mark[k]) == (4.321, amplitudes[k])
-    assert not np.isfinite(run_lines(run, 99.0)[1]["beam"]).any()
-    table = resonance_table(run, measure("gamma", None))
-    for one in run.resonances:
-        assert f"{one.at:.4f}" in table
-        assert f"{run.peak(one):.3g} ×" in table
+    data = run_data(run)
+    assert data["at"] == pytest.approx(run.speeds.tolist(), rel=1e-5)
+    assert np.array(data["lines"][0]["y"], float) == pytest.approx(run.amplitudes, rel=1e-5)
+    assert [mark["value"] for mark in data["marks"]] == [one.at for one in run.resonances]
+    assert [mark["y"] for mark in data["marks"]] == [run.peak(one) for one in run.resonances]
+    assert {mark["action"] for mark in data["marks"]} == {"gamma"}
 
 
 def test_a_run_up_in_the_page(url):
-    """It starts from rest and rises; stopped, the speed is restored; a dragged speed keeps the run,
-    another mass ends it."""
+    """The line of the beam rises from rest while the speed of the beam stays; a dragged speed keeps
+    the run, another mass ends it."""
+
+    def speed(guest: Any) -> float:
+        return guest.charts.get("run-up-chart", {"cursor": {"x": -1}})["cursor"]["x"]
+
     with visitor(url) as guest:
-        guest.choose("force", "2 × per revolution")
-        guest.choose("Run up from rest", True)
-        guest.says('aria-label="run-up"')
-        guest.wait(lambda _: 0 < guest.values.get("gamma", 10.0) < 1)
-        guest.wait(lambda _: 0.3 < guest.values["gamma"] < 5)
-        guest.choose("Stop", True)
-        guest.wait(lambda _: "Run up from rest" in guest.controls)
-        guest.wait(lambda _: guest.values["gamma"] == PAPER.gamma)
-        guest.choose("gamma", 4.0)
-        guest.says(frequency_text(PAPER.replace(gamma=4)))
-        assert 'aria-label="run-up"' in guest.text
-        guest.choose("alpha", 2.0)
-        guest.wait(lambda _: 'aria-label="run-up"' not in guest.text)
-        guest.choose("damping ζ [%]", "nonsense")
-        guest.choose("force", "7 × per revolution")
-        guest.choose("gamma", 5.0)
+        guest.do("force_per_rev", "2")
+        guest.do("run_up")
+        guest.wait(lambda _: "resonances of the run-up" in guest.texts["run-up-list"])
+        guest.wait(lambda _: 0 < speed(guest) < 1)
+        guest.wait(lambda _: 1 < speed(guest) < 5)
+        assert guest.values["gamma"] == PAPER.gamma
+        guest.do("run_up")
+        guest.wait(lambda _: guest.texts["run-up-button"] == "Run up from rest")
+        guest.wait(lambda _: speed(guest) == PAPER.gamma)
+        guest.do("gamma", 4.0)
+        guest.wait(lambda _: speed(guest) == 4.0)
+        assert "resonances of the run-up" in guest.texts["run-up-list"]
+        guest.do("alpha", 2.0)
+        guest.wait(lambda _: "resonances of the run-up" not in guest.texts["run-up-list"])
+        guest.do("damping", "nonsense")
+        guest.do("force_per_rev", "7")
+        guest.do("gamma", 5.0)
         guest.says(frequency_text(PAPER.replace(gamma=5, alpha=2)))
 
 
 def test_a_run_up_can_begin_at_an_unstable_beam():
     """Its speed is left at once: the scene is grey until the first speed that is stable."""
     with explorer(Scene(Beam(delta=-1, gamma=10))) as url, visitor(url, first="Unstable") as guest:
-        guest.choose("Run up from rest", True)
-        guest.wait(lambda _: "Stop" in guest.controls)
+        guest.do("run_up")
+        guest.wait(lambda _: guest.texts["run-up-button"] == "Stop")
         guest.says("Stable equilibrium")
-        guest.wait(lambda _: guest.nodes["/scene/rotor/words"].get("visible") is False)
+        guest.wait(lambda _: "Unstable" not in str(guest.parts["captions"]))

@@ -21,7 +21,7 @@ def test_a_state_is_a_scene():
     needed to show it again."""
     units = Units(length=1.0, time=0.01)
     scene = Scene(PAPER.replace(units=units), camera=Camera((1, 2, 3))).changed(
-        plane="flapwise", mode=7, dark=True, over="alpha", per_rev=True
+        plane="flapwise", mode=7, dark=True, over="alpha", per_rev=(2, 3)
     )
     state = State.of(scene)
     assert state.to_scene() == scene
@@ -45,7 +45,8 @@ def test_a_state_is_a_scene():
         ("over", "delta", "delta"),
         ("over", ["delta"], "gamma"),
         ("over", "speed", "gamma"),
-        ("per_rev", "yes", True),
+        ("per_rev", [2, 1], (1, 2)),
+        ("per_rev", [7], ()),
     ],
 )
 def test_an_edit_changes_one_value_and_a_wrong_one_changes_nothing(name, value, expected):

@@ -8,12 +8,12 @@ from charts import TIP, chart_of
 
 from beamviz.drawing.modes import SampledModes
 from beamviz.explorer.features.veering import (
-    STYLES,
     LociPair,
     VeeringRequest,
     mode_shape,
-    pair_lines,
+    pairs_data,
     sentence,
+    shape_table,
 )
 from beamviz.solver import solve
 
@@ -28,7 +28,7 @@ def pairs() -> tuple[LociPair, LociPair]:
 
 def request(number: int) -> VeeringRequest:
     """An event of the chart to magnify."""
-    return VeeringRequest(CHART.request, CHART.events[number])
+    return VeeringRequest(CHART.request, list(CHART.events.values())[number])
 
 
 def test_a_crossing_becomes_a_veering_with_coriolis_forces(pairs):
@@ -48,6 +48,8 @@ def test_a_crossing_becomes_a_veering_with_coriolis_forces(pairs):
     assert "smallest frequency gap 0.241 at γ 4.650" in sentence(on, *measures)
     assert "exchange their shapes" in sentence(on, *measures)
     assert "uncoupled (gap 0)" in sentence(off, *measures)
+    assert "S1/B3 mixed 50:50" in shape_table(on, "")
+    assert "mixed" not in shape_table(off, "")
 
 
 def test_both_events_and_all_of_the_gap_are_in_view(pairs):
@@ -74,7 +76,7 @@ def test_shapes_keep_their_signs_across_the_view(pairs):
 def test_a_branch_has_no_shape_where_it_is_not_solved():
     """Above the modes that are solved for."""
     assert CHART.loci
-    branch = replace(CHART.loci.branches[0], mode_index=np.full(len(CHART.values), -1))
+    branch = replace(CHART.loci.branches[0], mode_index=np.full(len(CHART.loci.values), -1))
     assert np.isnan(mode_shape(branch, 0).displacement).all()
 
 
@@ -83,9 +85,19 @@ def test_loci_that_stay_far_apart_are_no_veering():
     pairs = request(1).pairs()
     assert (pairs[0].kind, pairs[1].event) == ("crossing", None)
     assert "too far apart for a veering" in sentence(pairs[1], *request(1).chart.measures)
-    x, lines = pair_lines(pairs)
-    assert set(lines) == set(STYLES) - {"gap"}
-    assert {len(line) for group in lines.values() for line in group} == {len(x)}
+    lines = pairs_data(pairs, request(1).chart)["lines"]
+    assert not [line for line in lines if line["runs"][0][2] == "measure"]
+
+
+def test_the_chart_shows_both_cases_the_gap_and_the_crossing(pairs):
+    """Without Coriolis forces dashed; the gap as an upright line of its length; the crossing."""
+    data = pairs_data(pairs, request(0).chart)
+    styles = [{run[2].split()[-1] for run in line["runs"]} for line in data["lines"]]
+    assert styles == [{"dashed"}, {"dashed"}, {"thick"}, {"thick"}, {"measure"}]
+    assert abs(np.diff(data["lines"][-1]["y"])[0]) == pytest.approx(0.241, abs=1e-3)
+    (crossing,) = data["marks"]
+    assert crossing["x"] == pytest.approx(4.4641, abs=1e-4)
+    assert len(data["at"]) == len(data["lines"][0]["y"])
 
 
 def test_nodes_are_marked_in_the_middle_of_a_veering():

@@ -121,7 +121,8 @@ class Visitor:
         update = json.loads(source.removeprefix("beamviz.apply(").removesuffix(")"))
         self.texts |= update.pop("html", {})
         self.shown |= update.pop("values", {})
-        self.charts |= update.pop("charts", {})
+        for id, data in update.pop("charts", {}).items():
+            self.charts.setdefault(id, {}).update(data)
         for key, changes in update.pop("props", {}).items():
             self.props.setdefault(key, {}).update(changes)
         if "say" in update:

@@ -1,53 +1,58 @@
-"""The loci chart as data: the loci to compute, and the lines to draw."""
+"""The Campbell diagram as data: the loci to compute, and what the page draws of them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, Self
 
 import numpy as np
-from viser import uplot
 
 from beamviz.beam import Beam
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.explorer.jobs import Answer
-from beamviz.explorer.page.style import COLOURS, FAINT, LINE, MARK, dot, marks
 from beamviz.explorer.state import Case
 from beamviz.frequency_loci import Branch, Event, Loci, loci
 from beamviz.frequency_loci.forced_response import Resonance, resonances
+from beamviz.frequency_loci.identity import names_of_branches
+from beamviz.frequency_loci.limits import Limit
 from beamviz.frequency_loci.sweep import CHART_POINTS, chart_range
-from beamviz.solver.solution import BENDING, MIXED, STRETCHING, Solution
 
-FAMILIES = (BENDING, STRETCHING, MIXED)
-PER_REV = (1, 2, 3, 4, 5)
+DIGITS = 6  # of the numbers sent to the page
 ROUND = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
-Lines = dict[str, list[np.ndarray]]  # arrays (n,) by family, or by another group of one style
+FAILURES = {
+    "no-equilibrium": "No equilibrium",
+    "unstable": "Unstable",
+    "not-converged": "The calculation did not converge",
+}
+Data = dict[str, Any]  # as chart.js takes it
 
 
 @dataclass(frozen=True)
 class ChartRequest:
     """The loci to compute: `beam` has the start of the range as its number `over`; options:
-    keywords of `solve`."""
+    keywords of `solve`; per_rev: resonances up to this multiple of the speed."""
 
     beam: Beam
     over: str
     start: float
     stop: float
     options: dict[str, Any]
+    per_rev: int = 0
 
     @classmethod
-    def around(cls, case: Case, over: str) -> Self:
+    def around(cls, case: Case, over: str, per_rev: int = 0) -> Self:
         """The chart around a case. Raises InvalidInput where a number is out of range."""
         beam = case.beam()
         start, stop = chart_range(beam, over)
-        return cls(beam.replace(**{over: start}), over, start, stop, case.options)
+        beam = beam.replace(**{over: start})
+        return cls(beam, over, start, stop, case.options, per_rev if over == "gamma" else 0)
 
     def same_axis(self, case: Case) -> Self:
         """The chart of another case over the same range."""
         beam = case.beam().replace(**{self.over: self.start})
-        return replace(self, beam=beam, options=case.options)
+        return replace(self, beam=beam, options=case.options, per_rev=0)
 
     @property
     def measures(self) -> tuple[Measure, Measure]:
@@ -59,8 +64,7 @@ class ChartRequest:
         """The chart. Raises the errors of `loci`."""
         values = np.linspace(self.start, self.stop, CHART_POINTS)
         found = loci(self.beam, self.over, values, **self.options)
-        count = len(PER_REV) if self.over == "gamma" else 0
-        return Chart(self, found, tuple(resonances(found, count)))
+        return Chart(self, found, tuple(resonances(found, self.per_rev)))
 
 
 @dataclass(frozen=True)
@@ -79,20 +83,18 @@ class Chart:
             return None
         return answer.result or cls(answer.request, message=answer.message)
 
-    @property
-    def values(self) -> np.ndarray:
-        """Values (n,) of the axis; both its ends where there are no loci."""
-        return self.loci.values if self.loci else np.array([self.request.start, self.request.stop])
-
-    @property
-    def events(self) -> tuple[Event, ...]:
-        """Crossings and veerings."""
-        return self.loci.events if self.loci else ()
-
     @cached_property
-    def lines(self) -> Lines:
-        """The loci by family."""
-        return lines_by_family(self.loci.branches if self.loci else ())
+    def events(self) -> dict[str, Event]:
+        """Crossings and veerings by the names of their branches and a count, as 'B3 S1 1'. The
+        names stay when the beam or the model changes."""
+        return numbered(
+            (*sorted(one.branches), one) for one in (self.loci.events if self.loci else ())
+        )
+
+    def resonances_at(self, multiples: Sequence[int]) -> dict[str, Resonance]:
+        """Resonances with some multiples of the speed, by multiple, branch and a count."""
+        shown = (one for one in self.resonances if one.per_rev in multiples)
+        return numbered((one.per_rev, one.branch, one) for one in shown)
 
     @cached_property
     def top(self) -> float:
@@ -105,84 +107,158 @@ class Chart:
         power = 10.0 ** math.floor(math.log10(largest))
         return power * next(step for step in ROUND if step * power >= largest) / factor
 
-
-def lines_by_family(branches: Sequence[Branch]) -> Lines:
-    """One array (n,) per run of points in which a branch stays in one family, nan elsewhere.
-
-    Consecutive runs share a point, so that a line in two colours has no gap. A branch needs
-    several arrays because uPlot draws a straight line across nan.
-    """
-    lines: Lines = {family: [] for family in FAMILIES}
-    for branch in branches:
-        known, count = np.isfinite(branch.frequency), len(branch.frequency)
-        family = [own if there else None for own, there in zip(branch.family, known, strict=True)]
-        cuts = [k for k in range(1, count) if family[k] != family[k - 1]]
-        for start, stop in pairwise([0, *cuts, count]):
-            if kind := family[start]:
-                line = np.full(count, np.nan)
-                end = stop + 1 if stop < count and known[stop] else stop
-                line[start:end] = branch.frequency[start:end]
-                lines[kind].append(line)
-    return lines
+    @property
+    def limits(self) -> dict[Limit, str]:
+        """The parts of the axis without loci, each with its reason as a sentence."""
+        return {one: limit_text(self, one) for one in (self.loci.limits if self.loci else ())}
 
 
-STYLES: dict[str, uplot.Series] = {
-    **{family: {"stroke": COLOURS[family], "width": 2, **LINE} for family in FAMILIES},
-    "per-rev": {"stroke": FAINT, "width": 1, "dash": (5, 4), **LINE},
-    "beam": {"stroke": MARK, "width": 1, "dash": (2, 3), **LINE},
-    "modes": dot("#ffffff", MARK, 9),
-    **{
-        f"second {family}": {
-            "stroke": COLOURS[family] + "90", "width": 1.25, "dash": (4, 3), **LINE
-        }
-        for family in FAMILIES
-    },
-    "crossing": dot("#ffffff", MARK, 7),
-    "veering": dot(MARK, MARK, 7),
-}  # fmt: skip
+def numbered(named: Iterable[tuple[Any, Any, Any]]) -> dict[str, Any]:
+    """Records (two names, record) by these names and a count from 1."""
+    counts: dict[str, int] = {}
+    found = {}
+    for first, second, record in named:
+        name = f"{first} {second}"
+        counts[name] = counts.get(name, 0) + 1
+        found[f"{name} {counts[name]}"] = record
+    return found
 
 
-def chart_lines(
-    chart: Chart, solution: Solution | None, *, per_rev: bool, second: Chart | None = None
-) -> tuple[np.ndarray, Lines]:
-    """x (n,) and the lines by the groups of STYLES: the loci, multiples of the speed, an upright
-    line and marks at the beam of `solution`, the loci of a second chart, crossings and veerings."""
-    over, top = chart.request.over, chart.top
-    value = getattr(solution.beam, over) if solution else math.nan
-    shown = chart.loci is not None and chart.values[0] <= value <= chart.values[-1]
-    own = [value] if shown else []
-    x = np.union1d(chart.values, [*(event.at for event in chart.events), *own])
-    if shown:  # twice, so that the mark of the beam can be an upright line
-        x = np.insert(x, np.searchsorted(x, value), value)
-    lines = lines_at(x, chart)
-    if per_rev and over == "gamma" and chart.loci:
-        lines["per-rev"] = [np.where(k * x <= top, k * x, np.nan) for k in PER_REV]
-    if solution and shown:
-        upright = marks(x, [(value, 0.0)])
-        upright[np.searchsorted(x, value) + 1] = top
-        lines["beam"] = [upright]
-        lines["modes"] = [marks(x, [(value, frequency)]) for frequency in solution.frequencies]
-    for family, rows in (lines_at(x, second) if second else {}).items():
-        lines[f"second {family}"] = [np.where(row <= top, row, np.nan) for row in rows]
-    for kind in ("crossing", "veering"):
-        found = [(event.at, event.frequency) for event in chart.events if event.kind == kind]
-        lines[kind] = [marks(x, found)]
-    return x, lines
+def limit_text(chart: Chart, limit: Limit) -> str:
+    """Why the lines end, and where."""
+    along, values = chart.request.measures[0], (chart.request.start, chart.request.stop)
+    first, last = along.text(limit.start, 4), along.text(limit.stop, 4)
+    place = f"from {first} to {last}"
+    if limit.stop == values[1]:
+        place = f"above {first}"
+    elif limit.start == values[0]:
+        place = f"below {last}"
+    law = " with this material law" if limit.kind == "no-equilibrium" else ""
+    return f"{FAILURES[limit.kind]} {place}{law}."
 
 
-def lines_at(x: np.ndarray, chart: Chart) -> Lines:
-    """The loci of a chart, interpolated at x (n,)."""
+# What the page draws
+
+
+def sent(values: np.ndarray) -> list[float | None]:
+    """Numbers as JSON has them: rounded, None for nan."""
+    return [float(f"{x:.{DIGITS}g}") if math.isfinite(x) else None for x in values.tolist()]
+
+
+def axis_data(
+    measure: Measure, ends: tuple[float, float], *, log: bool = False, label: str = ""
+) -> Data:
+    """An axis of a chart."""
+    low, high = (measure.factor * end for end in ends)
     return {
-        family: [np.interp(x, chart.values, row, math.nan, math.nan) for row in rows]
-        for family, rows in chart.lines.items()
+        "label": label or measure.label,
+        "symbol": measure.symbol,
+        "unit": measure.unit,
+        "range": [low, high],
+        "log": log,
     }
 
 
-def same_event(found: Loci, event: Event, reach: float) -> Event | None:
-    """The nearest event of the same two branches in other loci, within `reach`."""
-    near = [
-        one
-        for one in found.events
-        if {*one.branches} == {*event.branches} and abs(one.at - event.at) <= reach
+def frequency_axis(measure: Measure, ends: tuple[float, float]) -> Data:
+    """An axis of frequencies."""
+    label = "frequency [Hz]" if measure.unit else f"frequency {measure.label}"
+    return axis_data(measure, ends, label=label)
+
+
+def loci_lines(
+    found: Loci, x: np.ndarray, factor: float, branches: Sequence[Branch] | None = None
+) -> list[Data]:
+    """The loci, all or some branches, interpolated at x (n,), each in runs of one family with the
+    name of the mode there; consecutive runs share a point, so that a line has no gap."""
+    lines = []
+    last = len(x) - 1
+    before = np.maximum(np.searchsorted(found.values, x, "right") - 1, 0)
+    for branch in branches or found.branches:
+        y = np.interp(x, found.values, branch.frequency)
+        family = [branch.family[k] if math.isfinite(y[i]) else None for i, k in enumerate(before)]
+        cuts = [k for k in range(1, len(x)) if family[k] != family[k - 1]]
+        runs = [
+            [
+                start,
+                min(stop, last),
+                family[start],
+                name_of(found, branch, float(x[(start + stop) // 2])),
+            ]
+            for start, stop in pairwise([0, *cuts, len(x)])
+            if family[start]
+        ]
+        if runs:
+            label = name_of(found, branch, float(x[runs[-1][1]]))
+            lines.append({"label": label, "y": sent(factor * y), "runs": runs})
+    return lines
+
+
+def name_of(found: Loci, branch: Branch | str, value: float) -> str:
+    """What the mode of a branch, given itself or by its label, is called near a value."""
+    label = branch if isinstance(branch, str) else branch.label
+    return names_of_branches(found, value).get(label, label)
+
+
+def chart_data(chart: Chart, multiples: Sequence[int] = (), second: Chart | None = None) -> Data:
+    """The chart with per-rev lines, and the loci of another beam behind it."""
+    along, across = chart.request.measures
+    ends = chart.request.start, chart.request.stop
+    found, lines, x = chart.loci, [], np.array(ends)
+    if found:
+        x = np.union1d(found.values, [event.at for event in found.events])
+        lines = loci_lines(found, x, across.factor)
+    if second and second.loci:
+        others = second.loci
+        own = {"at": sent(along.factor * others.values), "second": True}
+        behind = loci_lines(others, others.values, across.factor)
+        lines = [*({**line, **own} for line in behind), *lines]
+    over_speed = chart.request.over == "gamma" and found is not None
+    return {
+        "name": "Campbell diagram" if over_speed else f"Frequencies over {along.label}",
+        "message": "" if found else chart.message,
+        "x": axis_data(along, ends),
+        "y": frequency_axis(across, (0.0, chart.top)),
+        "at": sent(along.factor * x),
+        "lines": lines,
+        "perRev": {"slope": across.factor / along.factor, "multiples": list(multiples)}
+        if over_speed and multiples
+        else None,
+        "gaps": [
+            [along.factor * one.start, along.factor * one.stop, text]
+            for one, text in chart.limits.items()
+        ],
+        "marks": marks(chart, multiples),
+    }
+
+
+def marks(chart: Chart, multiples: Sequence[int]) -> list[Data]:
+    """Crossings, veerings and resonances as buttons."""
+    along, across = chart.request.measures
+    named: list[tuple[str, str, str, Event | Resonance]] = [
+        (key, event.kind, f"{event.kind} of {' and '.join(event_names(chart, event))}", event)
+        for key, event in chart.events.items()
     ]
-    return min(near, key=lambda one: abs(one.at - event.at), default=None)
+    named += [
+        (key, "resonance", f"resonance of {name} with {one.per_rev} per revolution", one)
+        for key, one in chart.resonances_at(multiples).items()
+        for name in event_names(chart, one)
+    ]
+    return [
+        {
+            "key": key,
+            "kind": kind,
+            "x": along.factor * one.at,
+            "y": across.factor * one.frequency,
+            "text": f"{text}: {along.text(one.at, 4)}, {across.text(one.frequency, 4)}",
+            "action": "go_to_event",
+            "value": key,
+        }
+        for key, kind, text, one in named
+    ]
+
+
+def event_names(chart: Chart, event: Event | Resonance) -> list[str]:
+    """What the modes that meet, or the one that resonates, are called there; stretching first."""
+    branches = (event.branch,) if isinstance(event, Resonance) else event.branches
+    names = (name_of(chart.loci, one, event.at) for one in branches if chart.loci)
+    return sorted(names, key=lambda name: (name[0] != "S", name))

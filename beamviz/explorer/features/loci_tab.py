@@ -1,8 +1,8 @@
-"""The tab Loci: the chart of frequencies along one of the five numbers, with tables of crossings,
+"""The tab Frequencies: the Campbell diagram along one of the five numbers, and lists of crossings,
 veerings and resonances."""
 
 import contextlib
-import math
+from functools import partial
 from html import escape
 from typing import Any
 
@@ -10,68 +10,72 @@ from beamviz.beam import PARAMETERS
 from beamviz.errors import InvalidInput
 from beamviz.explorer.features.comparison import comparison_case
 from beamviz.explorer.features.loci_chart import (
-    FAMILIES,
-    PER_REV,
-    STYLES,
     Chart,
     ChartRequest,
-    chart_lines,
-    same_event,
+    Data,
+    chart_data,
+    event_names,
 )
-from beamviz.explorer.page.html import SMALL, coloured, small
-from beamviz.explorer.page.style import ABOVE, BELOW, COLOURS, FAINT, LEFT, Plot, apart
-from beamviz.explorer.visitor import Feature, Visitor, on_press
-from beamviz.exports.html_page import table
+from beamviz.explorer.page.html import button, select, table
+from beamviz.explorer.state import State
+from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import Event
-from beamviz.frequency_loci.identity import identify_modes, names_of_branches
-from beamviz.solver.solution import Solution
+from beamviz.frequency_loci.forced_response import Resonance
+from beamviz.scene import PER_REV
 
-AXES = {PARAMETERS[name].slider_label: name for name in ("gamma", "alpha", "beta", "delta", "mu")}
-RESONANCES = "Resonances: a force that repeats k times per revolution excites the mode"
+AXES = {name: PARAMETERS[name].slider_label for name in ("gamma", "alpha", "beta", "delta", "mu")}
 SIGNS = {"crossing": "○", "veering": "●"}
-MAX_EVENTS, MAX_RESONANCES = 8, 12  # rows of the tables
-HEIGHT, RIGHT = 210, 32  # [px] of the chart, and of its right margin
-LINES_HEIGHT = HEIGHT - ABOVE - BELOW
-FRAME = (10.25, 8.25, 12)  # [px] around the chart: left, right, below
-LETTERS = 11  # [px]
+PER_REV_HELP = (
+    "A force spread over the beam like its weight, repeating k times per revolution, excites a mode"
+    " where the line k × speed intersects it."
+)
 
 
 class LociTab(Feature):
-    """The chart and its controls. chosen: the crossing or veering magnified by the tab Veering."""
+    """The chart and its lists. chosen: the name of the event that the beam was moved to last."""
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        gui = visitor.client.gui
         self.charts = visitor.job("loci chart", ChartRequest.chart)
         self.second_charts = visitor.job("loci chart", ChartRequest.chart)  # of the comparison
-        self.chosen: Event | None = None
-        axis = gui.add_dropdown("horizontal axis", tuple(AXES), hint="The number that varies")
-        visitor.bind_control(
-            axis,
-            lambda state: PARAMETERS[state.over].slider_label,
-            lambda state, label: state.changed("over", AXES.get(label, "")),
-        )
-        hint = "ω = γ, 2γ ... 5γ: where a line intersects a mode, each revolution can excite it"
-        self.per_rev = gui.add_checkbox("per-rev lines", False, hint=hint)
-        visitor.bind_control_key(self.per_rev, "per_rev")
-        self.plot = Plot(gui, STYLES, HEIGHT, right=RIGHT)
-        self.labels, self.texts = gui.add_html(""), gui.add_html("")
-        hint = "Move the beam to a crossing or veering"
-        self.go_to = gui.add_button_group("go to", ("1",), visible=False, hint=hint)
-        on_press(self.go_to, self.choose)
+        self.chosen = ""
+        self.drawn: tuple[Any, ...] = ()  # what the lines were drawn for
+        self.data: Data = {}
+        self.charted: tuple[Any, Chart | None] = (None, None)  # an answer and its chart
+        visitor.page.html("tab-frequencies", skeleton())
+        visitor.bind_key("over")
+        for k in PER_REV:
+            visitor.bind(f"per_rev_{k}", partial(has_line, k=k), partial(with_line, k=k))
+        visitor.on("go_to_event", self.go_to)
 
-    def choose(self, number: Any) -> None:
-        """Choose a crossing or veering by its number in the table, and move the beam there."""
-        chart = self.charts.result
-        if chart is None or number not in self.go_to.options[: len(chart.events)]:
-            return
-        self.chosen = event = chart.events[int(number) - 1]
-        self.visitor.change(lambda state: state.changed(chart.request.over, event.at))
+    def go_to(self, key: Any) -> None:
+        """Move the beam to a crossing, a veering or a resonance."""
+        chart = self.chart
+        event = self.all_events(chart).get(key) if chart and isinstance(key, str) else None
+        if chart and event:
+            self.chosen = str(key)
+            self.visitor.change(lambda state: state.changed(chart.request.over, event.at))
+
+    def all_events(self, chart: Chart) -> dict[str, Event | Resonance]:
+        """Crossings, veerings and the resonances shown, by name."""
+        return {**chart.events, **chart.resonances_at(self.visitor.state.per_rev)}
+
+    @property
+    def event(self) -> Event | None:
+        """The crossing or veering to magnify: the chosen one, or the nearest to the beam."""
+        chart, answer = self.chart, self.visitor.chart_answer
+        if chart is None or not chart.events or answer is None or answer.beam is None:
+            return None
+        value = getattr(answer.beam, chart.request.over)
+        nearest = min(chart.events.values(), key=lambda event: abs(event.at - value))
+        return chart.events.get(self.chosen, nearest)
 
     @property
     def chart(self) -> Chart | None:
         """The last chart; one without lines where it could not be computed."""
-        return Chart.of(self.charts.answer)
+        if self.charts.answer is not self.charted[0]:
+            self.charted = self.charts.answer, Chart.of(self.charts.answer)
+        return self.charted[1]
 
     @property
     def inputs(self) -> tuple[object, ...]:
@@ -84,35 +88,32 @@ class LociTab(Feature):
 
     def show(self) -> None:
         """Request the charts, and draw the last ones."""
-        state, answer = self.visitor.state, self.visitor.chart_answer
-        compared = self.request()
-        chart = self.chart
-        if chart is None:
+        compared, page, state = self.request(), self.visitor.page, self.visitor.state
+        answer = self.charts.answer
+        second = self.second_charts.answer if compared else None
+        if answer is None:
             return
-        request = chart.request
-        if self.chosen and request.over != state.over:
-            self.chosen = None
-        if self.chosen and chart.loci and not self.charts.busy:  # it moves with the chart
-            reach = request.stop - request.start
-            self.chosen = same_event(chart.loci, self.chosen, reach) or self.chosen
-        second = Chart.of(self.second_charts.answer) if compared else None
-        solution = answer.solution if answer else None
-        x, lines = chart_lines(chart, solution, per_rev=state.per_rev, second=second)
-        ranges = (request.start, request.stop), (0.0, chart.top)
-        self.plot.show(x, lines, request.measures, *ranges)
-        self.per_rev.visible = request.over == "gamma"
-        self.labels.content = line_labels(chart, state.per_rev)
-        self.texts.content = (
-            legend(chart, second)
-            + (modes_here(chart, solution) if solution else "")
-            + event_table(chart, self.chosen)
-            + (resonance_table(chart) if state.per_rev else "")
-            + gap_notes(chart)
-        )
-        numbers = tuple(str(k + 1) for k in range(min(len(chart.events), MAX_EVENTS)))
-        self.go_to.visible = bool(numbers)
-        if numbers and self.go_to.options != numbers:
-            self.go_to.options = numbers
+        if self.drawn != (drawn := (answer, second, state.per_rev)):
+            self.drawn = drawn
+            chart = Chart.of(answer)
+            assert chart
+            over_speed = chart.request.over == "gamma"
+            self.data = chart_data(chart, state.per_rev, Chart.of(second))
+            page.html("loci-events", event_table(chart) + notes(chart))
+            page.html("loci-resonances", resonance_table(chart, state.per_rev))
+            page.props("per-rev", hidden=not over_speed)
+            page.props("loci-resonances", hidden=not (over_speed and state.per_rev))
+        page.chart("loci-chart", {**self.data, "cursor": self.cursor, "chosen": self.chosen})
+        page.value("go_to_event", self.chosen)
+
+    @property
+    def cursor(self) -> Data | None:
+        """The line of the beam shown, which sets the number along the axis."""
+        chart, answer = self.chart, self.visitor.chart_answer
+        if chart is None or answer is None or answer.beam is None:
+            return None
+        over = chart.request.over
+        return {"action": over, "x": chart.request.measures[0].factor * getattr(answer.beam, over)}
 
     def request(self) -> bool:
         """Request the chart around the answer shown, and that of the beam compared with; whether
@@ -120,8 +121,9 @@ class LociTab(Feature):
         state, answer = self.visitor.state, self.visitor.chart_answer
         other = comparison_case(state, answer.request) if answer else ""
         if answer is not None:
-            with contextlib.suppress(InvalidInput):  # the panel says so; the last chart stays
-                request = ChartRequest.around(answer.request, state.over)
+            with contextlib.suppress(InvalidInput):  # the page says so; the last chart stays
+                highest = max(state.per_rev, default=0)
+                request = ChartRequest.around(answer.request, state.over, highest)
                 if not (state.following and self.charts.answer):
                     self.charts.request(request)
                 if not isinstance(other, str):
@@ -129,150 +131,86 @@ class LociTab(Feature):
         return not isinstance(other, str)
 
 
-# Labels and texts
+def has_line(state: State, k: int) -> bool:
+    """Whether the chart has the line k × speed."""
+    return k in state.per_rev
 
 
-def line_labels(chart: Chart, per_rev: bool) -> str:
-    """Mode labels at the right ends of the lines, as an overlay of the chart above.
+def with_line(state: State, on: Any, k: int) -> State:
+    """With or without the line k × speed."""
+    multiples = {*state.per_rev, k} if on else {*state.per_rev} - {k}
+    return state.changed("per_rev", sorted(multiples))
 
-    A mode is called as its shape there; the colour is its family there.
-    """
-    if chart.loci is None:
-        return ""
-    top, names = chart.top, names_of_branches(chart.loci, chart.values[-1])
-    ends = sorted(
-        (float(solution.frequencies[k]), names[branch.label], COLOURS[solution.families[k]])
-        for branch in chart.loci.branches
-        if (solution := branch.solutions[-1]) and (k := int(branch.mode_index[-1])) >= 0
-        if math.isfinite(solution.frequencies[k])
+
+# What the page shows
+
+
+def skeleton() -> str:
+    """The tab without its contents."""
+    toggles = "".join(
+        button(f"{k} ×", data_set=f"per_rev_{k}", aria_label=f"{k} per revolution", class_="toggle")
+        for k in PER_REV
     )
-    heights = apart([end for end, _, _ in ends], top * 13 / LINES_HEIGHT)
-    labels = "".join(
-        f'<b style="position:absolute;left:100%;margin-left:4px;color:{colour};'
-        f'bottom:calc({100 * height / top:.2f}% - .65em)">{escape(label)}</b>'
-        for height, (_, label, colour) in zip(heights, ends, strict=True)
-    )
-    if per_rev and chart.loci.over == "gamma":
-        labels += "".join(per_rev_labels(float(chart.values[-1]), top))
     return (
-        '<div aria-hidden="true" data-labels style="position:relative;height:0;'
-        'pointer-events:none;font-size:11px;line-height:1.3">'
-        f'<div style="position:absolute;left:{LEFT + FRAME[0]}px;right:{RIGHT + FRAME[1]}px;'
-        f'bottom:{BELOW + FRAME[2]}px;height:{LINES_HEIGHT}px">{labels}</div></div>'
+        '<div class="chart-tab"><div class="tools">'
+        + select("over", "horizontal axis", AXES)
+        + '<div id="per-rev" class="row" role="group" aria-label="per-rev lines">'
+        f'<span title="{escape(PER_REV_HELP)}">per-rev lines</span>{toggles}</div></div>'
+        '<div id="loci-chart" class="chart" data-chart></div>'
+        '<div class="lists"><div id="loci-resonances"></div><div id="loci-events"></div></div>'
+        "</div>"
     )
 
 
-def per_rev_labels(stop: float, top: float) -> list[str]:
-    """Labels near the upper ends of the per-rev lines; overlapping ones are left out."""
-    labels, below = [], -math.inf
-    for k in PER_REV:
-        x = min(0.97 * stop, 0.94 * top / k)
-        right, up = x / stop, k * x / top
-        if right <= 0.9 or (up - below) * LINES_HEIGHT >= LETTERS:
-            below = up
-            labels.append(
-                f'<span style="position:absolute;color:#6b7177;left:{100 * right:.2f}%;'
-                f'bottom:{100 * up:.2f}%;transform:translate(-110%,0)">{k}γ</span>'
-            )
-    return labels
-
-
-def legend(chart: Chart, second: Chart | None) -> str:
-    """Meaning of the colours and marks."""
+def event_table(chart: Chart) -> str:
+    """Crossings and veerings, each with a button that moves the beam there."""
     if chart.loci is None:
         return ""
-    parts = [
-        f"{coloured('━', COLOURS[family])} {family}" for family in FAMILIES if chart.lines[family]
-    ]
-    if second:
-        parts.append(f"{coloured('╍', FAINT)} compared with")
-    kinds = {event.kind for event in chart.events}
-    parts += [f"{sign} {kind}" for kind, sign in SIGNS.items() if kind in kinds]
-    return f'<div aria-label="key" style="{SMALL};opacity:.8">{" &ensp;".join(parts)}</div>'
-
-
-def modes_here(chart: Chart, solution: Solution) -> str:
-    """The modes of the beam shown, which is the upright line of the chart."""
-    along, across = chart.request.measures
-    labels = identify_modes(solution).labels
-    modes = " &ensp;".join(
-        f'<span style="white-space:nowrap">{coloured(label, COLOURS[family])}'
-        f" {across.factor * frequency:.4g}</span>"
-        for label, family, frequency in zip(
-            labels, solution.families, solution.frequencies, strict=False
-        )
-        if math.isfinite(frequency)
-    )
-    value = along.text(getattr(solution.beam, chart.request.over), 5)
-    return (
-        f'<div aria-label="this beam" style="{SMALL}">┊ this beam, {value}:<br>'
-        f"{f'{modes} {across.unit}'.rstrip()}</div>"
-    )
-
-
-def named(chart: Chart, value: float, *branches: str) -> list[str]:
-    """What the modes of branches are called near a value."""
-    names = names_of_branches(chart.loci, value) if chart.loci else {}
-    return [names.get(branch, branch) for branch in branches]
-
-
-def event_table(chart: Chart, chosen: Event | None) -> str:
-    """Table of crossings and veerings."""
-    if chart.loci is None:
-        return ""
+    warning = f"<p>{escape(chart.loci.warning)}</p>" if chart.loci.warning else ""
     if not chart.events:
-        return small(chart.loci.warning or "No crossing or veering in this range.")
+        return warning or "<p>No crossing or veering in this range.</p>"
     along, across = chart.request.measures
-    heads = ("", "", "modes", f"at {along.head}", across.label, "smallest<br>frequency gap")
+    heads = ("go to", f"at {along.head}", across.label, "smallest gap")
     rows = [
         (
-            k,
-            f"{SIGNS[event.kind]} {event.kind}",
-            f"<b>{escape(', '.join(named(chart, event.at, *event.branches)))}</b>",
+            go_to_button(key, f"{SIGNS[event.kind]} {', '.join(event_names(chart, event))}"),
             along.number(event.at, 4),
             across.number(event.frequency, 3),
             "0" if event.kind == "crossing" else f"{across.factor * event.gap:.3g}",
         )
-        for k, event in enumerate(chart.events[:MAX_EVENTS], 1)
+        for key, event in chart.events.items()
     ]
-    marked = [k for k, event in enumerate(chart.events) if event == chosen]
-    more = len(chart.events) - MAX_EVENTS
     return (
-        table("crossings and veerings", heads, rows, marked=marked)
-        + (small(f"and {more} more") if more > 0 else "")
-        + (small(chart.loci.warning) if chart.loci.warning else "")
+        table("crossings and veerings", heads, rows, caption="Crossings ○ and veerings ●") + warning
     )
 
 
-def resonance_table(chart: Chart) -> str:
-    """Table of resonances, in descending order of speed: slow ones are close together."""
-    if not chart.resonances:
-        return small("No line 1γ .. 5γ intersects a mode in this range.")
+def go_to_button(key: str, label: str) -> str:
+    """A button that moves the beam to an event."""
+    return button(label, data_set="go_to_event", data_value=key, class_="quiet")
+
+
+def resonance_table(chart: Chart, multiples: tuple[int, ...]) -> str:
+    """Resonances in ascending order of speed, each with a button that moves the beam there."""
+    found = chart.resonances_at(multiples)
+    lines = " ".join(f"{k} ×" for k in multiples)
+    if not found:
+        return f"<p>No line {lines} speed intersects a mode in this range.</p>"
     along, across = chart.request.measures
-    heads = ("per rev", "mode", f"at {along.head}", across.label)
+    heads = ("go to", "per rev", f"at {along.head}", across.label)
     rows = [
         (
+            go_to_button(key, f"◆ {', '.join(event_names(chart, one))}"),
             f"{one.per_rev} ×",
-            f"<b>{escape(named(chart, one.at, one.branch)[0])}</b>",
             along.number(one.at, 4),
             across.number(one.frequency, 3),
         )
-        for one in reversed(chart.resonances)
+        for key, one in found.items()
     ]
-    more = len(rows) - MAX_RESONANCES
-    return table("resonances", heads, rows[:MAX_RESONANCES], RESONANCES) + (
-        small(f"and {more} more at lower speeds") if more > 0 else ""
-    )
+    return table("resonances", heads, rows, caption="Resonances")
 
 
-def gap_notes(chart: Chart) -> str:
+def notes(chart: Chart) -> str:
     """Why a line ends, or why there is no chart."""
-    over = chart.request.over
-    limits = chart.loci.limits if chart.loci else ()
-    reasons = [
-        limit.message.replace(f"{over} =", f"{PARAMETERS[over].symbol} =") for limit in limits
-    ]
-    return "".join(
-        small(f"<b>Gap:</b> {escape(reason)}", "note")
-        for reason in ([chart.message] if chart.message else reasons)
-    )
+    reasons = [chart.message] if chart.message else chart.limits.values()
+    return "".join(f'<p class="note">{escape(reason)}</p>' for reason in reasons)

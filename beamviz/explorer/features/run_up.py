@@ -3,25 +3,23 @@ the scene shows the steady forced response at each speed."""
 
 import math
 from dataclasses import replace
+from html import escape
 from typing import NamedTuple, Self
 
 import numpy as np
-from viser import uplot
 
+from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.errors import InvalidInput
-from beamviz.explorer.features.loci_chart import PER_REV
+from beamviz.explorer.features.loci_chart import Data, axis_data, sent
 from beamviz.explorer.jobs import Answer, Job, SolverAnswer
-from beamviz.explorer.page.html import small
-from beamviz.explorer.page.style import COLOURS, LINE, MARK, Plot, Range, dot, marks
+from beamviz.explorer.page.html import button, select, slider, table
 from beamviz.explorer.state import Case, State
-from beamviz.explorer.visitor import Feature, Visitor, on_press
-from beamviz.exports.html_page import table
+from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run_up
 from beamviz.frequency_loci.sweep import CHART_FILL, chart_range
-from beamviz.scene import clip
-from beamviz.server.viser_private import set_html
+from beamviz.scene import PER_REV, clip
 from beamviz.solver.solution import Solution
 
 PER_SECOND = 6.0  # speeds of the run-up passed per second; they are dense near resonances
@@ -49,7 +47,7 @@ class RunUpRequest(NamedTuple):
 
 
 class RunUpPlayback:
-    """The run-up in the scene: `step` raises the speed of the state, `take` prepares the response
+    """The run-up in the scene: `step` raises the speed shown, `take` prepares the response
     at that speed for drawing.
 
     run: None without one for the present beam and force; running: the speed is rising; driven: the
@@ -61,7 +59,7 @@ class RunUpPlayback:
         self.job: Job[RunUpRequest, RunUp] = visitor.job("run-up", RunUpRequest.run_up)
         self.request: RunUpRequest | None = None
         self.position: float | None = None  # index among the speeds of the run, while it runs
-        self.gamma = self.initial = 0.0  # the speed set last, and the one before the run-up
+        self.gamma = 0.0  # of the beam when the run-up began
         self.drawn: tuple[object, ...] = ()
         self.phase = 0.0  # [rad] of the force
         self.field: np.ndarray = np.zeros((0, 2))
@@ -98,7 +96,7 @@ class RunUpPlayback:
         return any(a is not b for a, b in zip(self.inputs, self.drawn or (0, 0, 0), strict=True))
 
     def start_or_stop(self) -> None:
-        """Start from rest, or stop and restore the speed; a beam without a solution stays."""
+        """Start from rest, or stop; a beam without a solution stays."""
         state = self.visitor.state
         if self.running:
             self.stop()
@@ -109,36 +107,38 @@ class RunUpPlayback:
             return
         request = RunUpRequest.of(state)
         self.request = self.job.latest if self.job.latest == request else request
-        self.gamma = self.initial = state.case.numbers["gamma"]
-        self.position = 0.0
+        self.gamma, self.position = state.case.numbers["gamma"], 0.0
         self.visitor.change(
             lambda state: replace(
-                state.changed("all_modes", False), per_rev=True, forced_response=True
+                state.changed("all_modes", False),
+                per_rev=tuple(sorted({*state.per_rev, state.force_per_rev})),
+                forced_response=True,
             )
         )
         self.job.request(request)
 
     def stop(self) -> None:
-        """Stop, and restore the speed from before the run-up."""
+        """Stop; the beam has its own speed again."""
         self.position = None
-        self.visitor.change(lambda state: state.changed("gamma", self.initial))
+        self.visitor.follow(replace(self.visitor.state, run_speed=None))
 
     def step(self, elapsed: float) -> None:
-        """Raise the speed, `elapsed` seconds later. A visitor who sets the speed stops the run-up
-        there; another beam, model or force ends it."""
+        """Raise the speed, `elapsed` seconds later. Another speed set by the visitor stops the
+        run-up; another beam, model or force ends it."""
         with self.visitor.lock:
             state = self.visitor.state
             if self.request is None:
                 return
             if RunUpRequest.of(state) != self.request:
-                self.position = self.request = None
-            elif state.case.numbers["gamma"] != self.gamma:
-                self.position = None
+                self.request = None
+                self.stop()
+            elif self.running and state.case.numbers["gamma"] != self.gamma:
+                self.stop()
             elif self.running:
                 self.advance(elapsed)
 
     def advance(self, elapsed: float) -> None:
-        """Set the next speed; after the last stable one, the speed from before the run-up."""
+        """Show the next speed; after the last stable one, that of the beam."""
         assert self.run
         assert self.position is not None
         unstable = np.flatnonzero(~np.isfinite(self.run.amplitudes))
@@ -148,8 +148,8 @@ class RunUpPlayback:
             return
         self.position = min(self.position + PER_SECOND * elapsed, last)
         indices = np.arange(len(self.run.speeds))
-        self.gamma = float(np.interp(self.position, indices, self.run.speeds))
-        self.visitor.change(lambda state: state.changed("gamma", self.gamma))
+        speed = float(np.interp(self.position, indices, self.run.speeds))
+        self.visitor.follow(replace(self.visitor.state, run_speed=speed))
 
     def take(self, answer: SolverAnswer | None, shapes: SampledModes) -> None:
         """Take up a change, and the answer at the present speed."""
@@ -190,21 +190,17 @@ def scaled_response(
 
 # The tab
 
-HEIGHT = 190  # [px] of the chart
-STYLES: dict[str, uplot.Series] = {
-    "amplitude": {"stroke": COLOURS["bending"], "width": 2, **LINE},
-    "resonances": dot("#ffffff", MARK, 7),
-    "beam": dot("#D55E00", "#ffffff", 11),
-}
-AMPLITUDE = Measure("tip, times at rest", "")
+AMPLITUDE = Measure("tip, times its deflection at rest", "tip")
 START = "Run up from rest"
-FORCES = {f"{k} × per revolution": k for k in PER_REV}
+FORCES = {str(k): f"{k} × per revolution" for k in PER_REV}
 ABOVE, BELOW = 1.5, 1e-4  # ends of the amplitude axis, over the largest amplitude
+DAMPING_HELP = "Damping ratio of every mode; 100 % is critical damping"
 NOTE = (
-    "A force spread over the beam like its weight, repeating k times per revolution. The curve is"
-    " the steady linear response of the tip at each speed, with the same damping ratio for every"
-    " mode; 1 is the deflection at rest under the same force. In the picture, small responses are"
-    " enlarged (square root), and the speed rises slowly near a resonance."
+    "<p>A force spread over the beam like its weight, repeating k times per revolution. The curve"
+    " is the steady linear response of the tip at each speed, with the same damping ratio for"
+    " every mode; 1 is the deflection at rest under the same force. In the picture, small responses"
+    " are enlarged (square root), and the speed rises slowly near a resonance. At the end the beam"
+    " has its own speed again.</p>"
 )
 
 
@@ -213,22 +209,11 @@ class RunUpTab(Feature):
 
     def __init__(self, visitor: Visitor, playback: RunUpPlayback):
         super().__init__(visitor)
-        self.playback, gui = playback, visitor.client.gui
-        force = gui.add_dropdown("force", tuple(FORCES), hint="It excites along the line ω = kγ")
-        visitor.bind_control(
-            force,
-            lambda state: next(name for name, k in FORCES.items() if k == state.force_per_rev),
-            lambda state, name: replace(state, force_per_rev=FORCES.get(name, state.force_per_rev)),
-        )
-        low, high = (100 * end for end in DAMPING)
-        hint = "Damping ratio of every mode; 100 % is critical damping"
-        damping = gui.add_slider("damping ζ [%]", low, high, 0.1, low, hint=hint)
-        visitor.bind_control(damping, lambda state: 100 * state.damping, with_damping)
-        hint = "The speed rises through the resonances, then returns to what it was"
-        self.button = gui.add_button(START, hint=hint)
-        on_press(self.button, lambda _: playback.start_or_stop())
-        self.plot = Plot(gui, STYLES, HEIGHT, log=True, visible=False)
-        self.texts = gui.add_html(small(NOTE))
+        self.playback = playback
+        visitor.page.html("tab-run-up", skeleton())
+        visitor.bind("force_per_rev", lambda state: state.force_per_rev, with_force)
+        visitor.bind("damping", lambda state: round(100 * state.damping, 6), with_damping)
+        visitor.on("run_up", lambda _: playback.start_or_stop())
 
     @property
     def inputs(self) -> tuple[object, ...]:
@@ -237,19 +222,35 @@ class RunUpTab(Feature):
 
     def show(self) -> None:
         """Show the run-up with the beam on it, or why there is none."""
-        playback, run, answer = self.playback, self.playback.run, self.visitor.answer
-        self.button.label = "Stop" if playback.running else START
-        self.plot.handle.visible = run is not None
+        playback, run, page = self.playback, self.playback.run, self.visitor.page
+        page.html("run-up-button", "Stop" if playback.running else START)
+        page.props("run-up-chart", hidden=run is None)
         if run is None:
-            set_html(
-                self.texts, small(playback.answer.message if playback.answer else NOTE, "note")
-            )
+            message = playback.answer.message if playback.answer else ""
+            page.html("run-up-list", f'<p class="note">{escape(message)}</p>' if message else NOTE)
             return
-        along = measure("gamma", run.beam.units)
-        gamma = answer.beam.gamma if answer and answer.beam else 0.0
-        ranges = (0.0, float(run.speeds[-1])), amplitude_range(run)
-        self.plot.show(*run_lines(run, gamma), (along, AMPLITUDE), *ranges)
-        set_html(self.texts, resonance_table(run, along) + small(NOTE))
+        answer = self.visitor.answer
+        beam = answer.beam if answer else None
+        page.chart("run-up-chart", {**run_data(run), "cursor": cursor(run, beam)})
+        page.html("run-up-list", resonance_table(run) + NOTE)
+
+
+def skeleton() -> str:
+    """The tab without its contents."""
+    low, high = (100 * end for end in DAMPING)
+    return (
+        '<div class="chart-tab"><div class="tools">'
+        + select("force_per_rev", "force", FORCES)
+        + slider("damping", "damping ζ [%]", DAMPING_HELP, min=low, max=high, step=0.1)
+        + '<button type="button" id="run-up-button" class="main" data-do="run_up"></button></div>'
+        '<div id="run-up-chart" class="chart" data-chart hidden></div>'
+        '<div id="run-up-list" class="lists"></div></div>'
+    )
+
+
+def with_force(state: State, per_rev: object) -> State:
+    """With another number of periods of the force in a revolution."""
+    return replace(state, force_per_rev=int(str(per_rev))) if str(per_rev) in FORCES else state
 
 
 def with_damping(state: State, percent: object) -> State:
@@ -258,41 +259,58 @@ def with_damping(state: State, percent: object) -> State:
     return replace(state, damping=max(clip(ratio, DAMPING[1], state.damping), DAMPING[0]))
 
 
-def amplitude_range(run: RunUp) -> Range:
-    """Ends of the logarithmic axis of amplitudes."""
+def run_data(run: RunUp) -> Data:
+    """The chart: amplitudes over the speed, and the resonances."""
+    along = measure("gamma", run.beam.units)
     known = run.amplitudes[np.isfinite(run.amplitudes)]
     low, high = (float(known.min()), float(known.max())) if known.size else (1.0, 1.0)
-    return max(low, BELOW * high) / ABOVE, ABOVE * high
-
-
-def run_lines(run: RunUp, gamma: float) -> tuple[np.ndarray, dict[str, list[np.ndarray]]]:
-    """Speeds (n,) and the lines by the groups of STYLES: amplitudes, resonances, the beam at a
-    speed."""
-    own = [gamma] if gamma <= run.speeds[-1] else []
-    x = np.union1d(run.speeds, own)
-    amplitudes = np.interp(x, run.speeds, run.amplitudes)
-    peaks = [(run.speeds[np.argmin(abs(run.speeds - r.at))], run.peak(r)) for r in run.resonances]
-    beam = [(at, float(np.interp(at, x, amplitudes))) for at in own]
-    return x, {
-        "amplitude": [amplitudes],
-        "resonances": [marks(x, peaks)],
-        "beam": [marks(x, beam)],
+    runs = [[0, len(run.speeds) - 1, "bending", ""]]
+    return {
+        "name": "Response of the tip over the speed",
+        "x": axis_data(along, (0.0, float(run.speeds[-1]))),
+        "y": axis_data(AMPLITUDE, (max(low, BELOW * high) / ABOVE, ABOVE * high), log=True),
+        "at": sent(along.factor * run.speeds),
+        "lines": [{"label": "tip", "y": sent(run.amplitudes), "runs": runs}],
+        "marks": [
+            {
+                "key": f"{one.branch} {one.at:.4g}",
+                "kind": "resonance",
+                "x": along.factor * one.at,
+                "y": run.peak(one),
+                "text": f"resonance of {one.branch}: {along.text(one.at, 4)},"
+                f" {run.peak(one):.3g} times the deflection at rest",
+                "action": "gamma",
+                "value": along.factor * one.at,
+            }
+            for one in run.resonances
+        ],
     }
 
 
-def resonance_table(run: RunUp, along: Measure) -> str:
-    """Speed, frequency and amplitude of the resonances."""
+def cursor(run: RunUp, beam: Beam | None) -> Data | None:
+    """The line of the beam shown, which sets the speed."""
+    along = measure("gamma", run.beam.units)
+    return {"action": "gamma", "x": along.factor * beam.gamma} if beam else None
+
+
+def resonance_table(run: RunUp) -> str:
+    """Speed, frequency and amplitude of the resonances, each with a button that moves there."""
     if not run.resonances:
-        return small("No resonance in this range.")
-    across = frequencies(run.beam.units)
-    heads = ("mode", f"at {along.head}", across.label, "tip moves")
+        return "<p>No resonance in this range.</p>"
+    along, across = measure("gamma", run.beam.units), frequencies(run.beam.units)
+    heads = ("go to", f"at {along.head}", across.label, "tip moves")
     rows = [
         (
-            f"<b>{one.branch}</b>",
+            button(
+                f"◆ {one.branch}",
+                data_set="gamma",
+                data_value=along.factor * one.at,
+                class_="quiet",
+            ),
             along.number(one.at, 4),
             across.number(one.frequency, 3),
             f"{run.peak(one):.3g} ×",
         )
         for one in run.resonances
     ]
-    return table("run-up", heads, rows)
+    return table("resonances of the run-up", heads, rows)

@@ -7,21 +7,22 @@ from html import escape
 from typing import NamedTuple
 
 import numpy as np
-from viser import uplot
 
 from beamviz.beam import PARAMETERS
 from beamviz.drawing.text import Measure
 from beamviz.explorer.features.loci_chart import (
-    FAMILIES,
+    Chart,
     ChartRequest,
-    Lines,
-    lines_by_family,
-    same_event,
+    Data,
+    axis_data,
+    event_names,
+    frequency_axis,
+    loci_lines,
+    sent,
 )
 from beamviz.explorer.features.loci_tab import LociTab
 from beamviz.explorer.jobs import Answer
-from beamviz.explorer.page.html import SMALL, coloured, small
-from beamviz.explorer.page.style import COLOURS, FAINT, LINE, MARK, Plot, dot, marks
+from beamviz.explorer.page.html import button
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, loci
 from beamviz.frequency_loci.identity import identify_modes
@@ -37,26 +38,37 @@ X = np.linspace(0.0, 1.0, 61)
 
 
 class ModeShape(NamedTuple):
-    """Displacements (61, 2) of a mode along and across the beam at X, the largest 1, and its share
-    of bending energy."""
+    """Displacements (61, 2) of a mode along and across the beam at X, the largest 1, its share of
+    bending energy, and its name, or what it is a mixture of."""
 
     displacement: np.ndarray
     bending_fraction: float
+    name: str
 
 
 @dataclass(frozen=True)
 class LociPair:
     """Two loci around their crossing or veering, without or with Coriolis forces.
 
-    event: None where the two neither cross nor veer; shapes: of each branch before, at and after.
+    found: the loci in the view; event: None where the two neither cross nor veer; shapes: of each
+    branch before, at and after.
     """
 
-    coriolis: bool
+    found: Loci
     event: Event | None
     at: float
-    values: np.ndarray  # (n,)
     branches: tuple[Branch, Branch]
     shapes: tuple[tuple[ModeShape, ModeShape, ModeShape], ...]
+
+    @property
+    def coriolis(self) -> bool:
+        """Whether with Coriolis forces."""
+        return self.found.problem.coriolis
+
+    @property
+    def values(self) -> np.ndarray:
+        """Values (n,) of the view."""
+        return self.found.values
 
     @property
     def kind(self) -> str:
@@ -117,6 +129,16 @@ class VeeringRequest:
         return centre, float(half)
 
 
+def same_event(found: Loci, event: Event, reach: float) -> Event | None:
+    """The nearest event of the same two branches in other loci, within `reach`."""
+    near = [
+        one
+        for one in found.events
+        if {*one.branches} == {*event.branches} and abs(one.at - event.at) <= reach
+    ]
+    return min(near, key=lambda one: abs(one.at - event.at), default=None)
+
+
 def branches_of(found: Loci, event: Event, at: float) -> tuple[Branch, Branch]:
     """The two branches of an event; by frequency where other loci have other labels."""
     by_label = {branch.label: branch for branch in found.branches}
@@ -137,7 +159,7 @@ def loci_pair(found: Loci, own: Event | None, event: Event, centre: float) -> Lo
     for branch in branches:
         first, middle, last = (mode_shape(branch, i) for i in (0, k, len(found.values) - 1))
         shapes.append((aligned(first, middle), middle, aligned(last, middle)))
-    return LociPair(found.problem.coriolis, own, at, found.values, branches, tuple(shapes))
+    return LociPair(found, own, at, branches, tuple(shapes))
 
 
 def mode_shape(branch: Branch, k: int) -> ModeShape:
@@ -148,11 +170,13 @@ def mode_shape(branch: Branch, k: int) -> ModeShape:
     """
     solution, mode = branch.solutions[k], int(branch.mode_index[k])
     if solution is None or mode < 0:
-        return ModeShape(np.full((len(X), 2), np.nan), np.nan)
+        return ModeShape(np.full((len(X), 2), np.nan), np.nan, "")
     shape = solution.shape(mode, X)
     parts = shape.real + shape.imag
     largest = np.linalg.norm(parts, axis=1).max()
-    return ModeShape(parts / largest, float(solution.bending_energy_fraction[mode]))
+    names = identify_modes(solution)
+    name = names.mixtures[mode] or names.labels[mode]
+    return ModeShape(parts / largest, float(solution.bending_energy_fraction[mode]), name)
 
 
 def aligned(one: ModeShape, other: ModeShape) -> ModeShape:
@@ -163,96 +187,132 @@ def aligned(one: ModeShape, other: ModeShape) -> ModeShape:
 
 # The tab
 
-HEIGHT = 175  # [px] of the chart
-WIDTH, TALL = 96, 30  # [px] of the drawing of a shape
-CASES: dict[str, uplot.Series] = {"off": {"width": 1.25, "dash": (5, 4)}, "on": {"width": 2.5}}
-STYLES: dict[str, uplot.Series] = {
-    **{
-        f"{case} {family}": {"stroke": COLOURS[family], **LINE, **style}
-        for case, style in CASES.items()
-        for family in FAMILIES
-    },
-    "gap": {"stroke": MARK, "width": 1.5, **LINE},
-    "crossing": dot("#ffffff", MARK, 7),
-}
-INVITATION = "Choose a crossing or veering in the tab Loci to see it magnified here."
-KEY = small(
-    f"Displacement of the beam: {coloured('━', COLOURS[BENDING])} transverse (bending), "
-    f"{coloured('━', COLOURS[STRETCHING])} axial (stretching)."
+WIDTH, TALL = 96, 24  # [px] of the drawing of a shape
+INVITATION = "No crossing or veering in the range of the chart Frequencies."
+KEY = (
+    '<p>Displacement of the beam: <b class="swatch bending">━</b> transverse (bending),'
+    ' <b class="swatch stretching">━</b> axial (stretching).</p>'
+)
+SKELETON = (
+    '<div class="veering-tab"><div id="veering-text"></div>'
+    '<div id="veering-chart" class="chart" data-chart></div><div id="veering-shapes"></div></div>'
 )
 
 
 class VeeringTab(Feature):
-    """A summary, a chart of both cases and the mode shapes."""
+    """A summary, a chart of both cases and the mode shapes, of the event of the tab Frequencies:
+    the chosen one, or while this tab is open the nearest."""
 
     def __init__(self, visitor: Visitor, loci_tab: LociTab):
         super().__init__(visitor)
-        gui, self.loci_tab = visitor.client.gui, loci_tab
+        self.loci_tab = loci_tab
         self.job = visitor.job("veering", VeeringRequest.pairs)
-        self.summary = gui.add_html(small(INVITATION))
-        self.plot = Plot(gui, STYLES, HEIGHT, visible=False)
-        self.shapes = gui.add_html("")
+        self.drawn: tuple[object, object] = (None, None)  # chart and answer
+        visitor.page.html("tab-veering", SKELETON)
 
     @property
     def inputs(self) -> tuple[object, ...]:
-        """The chosen crossing or veering, and the answer."""
-        return self.loci_tab.chosen, self.loci_tab.charts.answer, self.job.answer
+        """The open tab, the beam, the chosen event, and the answers."""
+        tab, visitor = self.loci_tab, self.visitor
+        return (
+            visitor.page.tab,
+            visitor.chart_answer,
+            tab.chosen,
+            tab.charts.answer,
+            self.job.answer,
+        )
 
     def show(self) -> None:
-        """Magnify the chosen crossing or veering as long as the chart has it."""
-        chosen, chart = self.loci_tab.chosen, self.loci_tab.chart
-        exists = chosen is not None and chart is not None and chosen in chart.events
-        if chosen and chart and exists and not self.loci_tab.charts.busy:
-            self.job.request(VeeringRequest(chart.request, chosen))
-        answer = self.job.answer if chosen else None
-        pairs = (answer.result or ()) if answer and exists else ()
-        self.plot.handle.visible = bool(pairs)
-        self.summary.content = summary(answer, exists=exists)
-        self.shapes.content = "".join(map(shape_table, pairs)) + KEY if pairs else ""
+        """Magnify the event as long as the chart has it."""
+        if self.visitor.page.tab != "tab-veering":
+            return
+        page, event, chart = self.visitor.page, self.loci_tab.event, self.loci_tab.chart
+        if chart and event and not self.loci_tab.charts.busy:
+            self.job.request(VeeringRequest(chart.request, event))
+        answer = self.job.answer if event else None
+        if chart and (chart is not self.drawn[0] or answer is not self.drawn[1]):
+            self.drawn = chart, answer
+            self.draw(chart, answer)
+        page.chart("veering-chart", {"cursor": self.loci_tab.cursor})
+
+    def draw(self, chart: Chart, answer: Answer[VeeringRequest, Pairs] | None) -> None:
+        """Draw the event that was magnified last."""
+        page, pairs = self.visitor.page, (answer.result or ()) if answer else ()
+        page.html("veering-text", choices(chart) + ("" if pairs else message(answer)))
+        page.props("veering-chart", hidden=not pairs)
+        tables = ""
         if answer and pairs:
-            values = pairs[0].values
-            frequency = [branch.frequency for pair in pairs for branch in pair.branches]
-            low, high = np.nanmin(frequency), np.nanmax(frequency)
-            margin = 0.06 * (high - low)
-            ranges = (values[0], values[-1]), (low - margin, high + margin)
-            self.plot.show(*pair_lines(pairs), answer.request.chart.measures, *ranges)
+            request = answer.request.chart
+            captions = (sentence(pair, *request.measures) for pair in pairs)
+            tables = "".join(map(shape_table, pairs, captions)) + KEY
+            page.chart("veering-chart", pairs_data(pairs, request))
+        page.html("veering-shapes", tables)
 
 
-def pair_lines(pairs: Pairs) -> tuple[np.ndarray, Lines]:
-    """x (n,) and the lines by the groups of STYLES: the loci without and with Coriolis forces, the
-    smallest gap as an upright line, the crossings."""
-    x = values = pairs[0].values
-    veering = next((pair for pair in reversed(pairs) if pair.kind == "veering"), None)
-    if veering:  # twice, so that the gap can be an upright line
-        x = np.insert(x, np.searchsorted(x, veering.at), veering.at)
-    keep = np.searchsorted(values, x)
-    lines: Lines = {}
-    for case, pair in zip(CASES, pairs, strict=True):
-        for family, rows in lines_by_family(pair.branches).items():
-            lines[f"{case} {family}"] = [row[keep] for row in rows]
-    if veering:
-        k, gap = int(np.searchsorted(x, veering.at)), np.full(len(x), np.nan)
-        gap[k : k + 2] = [branch.frequency[keep[k]] for branch in veering.branches]
-        lines["gap"] = [gap]
-    crossings = [pair.event for pair in pairs if pair.event and pair.kind == "crossing"]
-    lines["crossing"] = [marks(x, [(event.at, event.frequency) for event in crossings])]
-    return x, lines
-
-
-def summary(answer: Answer[VeeringRequest, Pairs] | None, *, exists: bool) -> str:
-    """A sentence for each case; `exists`: the two still cross or veer in the chart."""
-    if answer is None:
-        return small(INVITATION)
-    a, b = (escape(label) for label in answer.request.event.branches)
-    if answer.message or not exists:
-        reason = escape(answer.message)
-        return small(reason or f"{a} and {b} neither cross nor veer now. {INVITATION}", "note")
-    measures = answer.request.chart.measures
-    items = "".join(f"<li>{sentence(pair, *measures)}</li>" for pair in answer.result or ())
-    return (
-        f'<div aria-label="crossing or veering" style="{SMALL}"><b>{a} and {b}</b>'
-        f'<ul style="margin:.1em 0;padding-left:1.2em">{items}</ul></div>'
+def choices(chart: Chart) -> str:
+    """Buttons for all crossings and veerings."""
+    if not chart.events:
+        return ""
+    along = chart.request.measures[0]
+    buttons = (
+        button(
+            f"{' and '.join(event_names(chart, event))}, {along.text(event.at, 4)}",
+            data_set="go_to_event",
+            data_value=key,
+        )
+        for key, event in chart.events.items()
     )
+    return f'<div class="row" role="group" aria-label="go to">{"".join(buttons)}</div>'
+
+
+def pairs_data(pairs: Pairs, request: ChartRequest) -> Data:
+    """The chart: the loci without (dashed) and with Coriolis forces, the smallest gap as an
+    upright line, and the crossings."""
+    along, across = request.measures
+    values = pairs[0].values
+    lines = []
+    for pair in pairs:
+        style = "thick" if pair.coriolis else "dashed"
+        for line in loci_lines(pair.found, values, across.factor, pair.branches):
+            runs = [
+                [first, last, f"{own} {style}", name] for first, last, own, name in line["runs"]
+            ]
+            lines.append({**line, "runs": runs, "label": line["label"] if pair.coriolis else ""})
+    frequency = np.array([branch.frequency for pair in pairs for branch in pair.branches])
+    low, high = np.nanmin(frequency), np.nanmax(frequency)
+    margin = 0.06 * (high - low)
+    veering = next((pair for pair in reversed(pairs) if pair.kind == "veering"), None)
+    if veering:
+        k = int(np.searchsorted(values, veering.at))
+        gap = np.array([branch.frequency[k] for branch in veering.branches])
+        upright = sent(np.full(2, along.factor * veering.at))
+        runs = [[0, 1, "measure", ""]]
+        lines.append({"label": "", "at": upright, "y": sent(across.factor * gap), "runs": runs})
+    return {
+        "name": "Veering, magnified",
+        "x": axis_data(along, (values[0], values[-1])),
+        "y": frequency_axis(across, (low - margin, high + margin)),
+        "at": sent(along.factor * values),
+        "lines": lines,
+        "marks": [
+            {
+                "key": "crossing",
+                "kind": "crossing",
+                "x": along.factor * pair.event.at,
+                "y": across.factor * pair.event.frequency,
+                "text": f"crossing: {along.text(pair.event.at, 5)}",
+            }
+            for pair in pairs
+            if pair.event and pair.kind == "crossing"
+        ],
+    }
+
+
+def message(answer: Answer[VeeringRequest, Pairs] | None) -> str:
+    """Why nothing is magnified."""
+    if answer and answer.message:
+        return f'<p class="note">{escape(answer.message)}</p>'
+    return f"<p>{INVITATION}</p>"
 
 
 def sentence(pair: LociPair, along: Measure, across: Measure) -> str:
@@ -275,36 +335,23 @@ def sentence(pair: LociPair, along: Measure, across: Measure) -> str:
     return f"{case}they veer, smallest frequency gap {gap} {at}; {exchange}."
 
 
-def shape_table(pair: LociPair) -> str:
-    """The shapes of both branches, the upper one first, before, at and after."""
+def shape_table(pair: LociPair, caption: str) -> str:
+    """What happens, and the shapes of both branches, the upper one first, before, at and after."""
     order = sorted((0, 1), key=lambda k: -float(np.nan_to_num(pair.branches[k].frequency[0])))
     rows = "".join(
-        f"<tr><td><b>{escape(names(pair.branches[k]))}</b></td>"
-        + "".join(f"<td>{drawing(shape)}</td>" for shape in pair.shapes[k])
-        + "</tr>"
+        "<tr>" + "".join(f"<td>{drawing(shape)}</td>" for shape in pair.shapes[k]) + "</tr>"
         for k in order
     )
     case = "on" if pair.coriolis else "off"
-    heads = "".join(
-        f'<th style="font-weight:500">{head}</th>' for head in ("before", "at", "after")
-    )
+    heads = "".join(f'<th scope="col">{head}</th>' for head in ("before", "at", "after"))
     return (
-        f'<table aria-label="shapes, Coriolis {case}" style="width:calc(100% - 1.5em);'
-        "margin:.2em .75em;font-size:.75em;text-align:center;border-collapse:collapse;"
-        f'line-height:1.2"><tr style="opacity:.65"><th style="text-align:left;font-weight:500">'
-        f"{case}</th>{heads}</tr>{rows}</table>"
+        f'<table class="shapes" aria-label="shapes, Coriolis {case}"><caption>{caption}</caption>'
+        f"<tr>{heads}</tr>{rows}</table>"
     )
-
-
-def names(branch: Branch) -> str:
-    """What the mode of a branch is called before and after: two that veer exchange their names."""
-    ends = ((branch.solutions[k], int(branch.mode_index[k])) for k in (0, -1))
-    found = (identify_modes(solution).labels[k] for solution, k in ends if solution and k >= 0)
-    return " → ".join(dict.fromkeys(found))
 
 
 def drawing(shape: ModeShape) -> str:
-    """A shape as SVG: displacement along and across the beam over x."""
+    """A shape as SVG: displacement along and across the beam over x; below it what it is called."""
     if not math.isfinite(shape.bending_fraction):
         return "–"
     family = BENDING if shape.bending_fraction >= 0.5 else STRETCHING
@@ -312,13 +359,9 @@ def drawing(shape: ModeShape) -> str:
     for own, part in zip((STRETCHING, BENDING), shape.displacement.T, strict=True):
         places = zip(WIDTH * X, TALL / 2 * (1 - 0.9 * part), strict=True)
         points = " ".join(f"{x:.1f},{y:.1f}" for x, y in places)
-        lines += (
-            f'<polyline points="{points}" fill="none" stroke="{COLOURS[own]}" '
-            f'stroke-width="{2 if own == family else 1}"/>'
-        )
-    share = max(shape.bending_fraction, 1 - shape.bending_fraction)
+        weight = ' stroke-width="2.5"' if own == family else ""
+        lines += f'<polyline points="{points}" class="{own}"{weight}/>'
     return (
-        f'<svg width="{WIDTH}" height="{TALL}" role="img">'
-        f'<path d="M0 {TALL / 2}H{WIDTH}" stroke="{FAINT}" stroke-width=".5"/>{lines}</svg>'
-        f"<br>{100 * share:.0f} % {family}"
+        f'<svg viewBox="0 0 {WIDTH} {TALL}" role="img" aria-label="{escape(shape.name)}">'
+        f'<path d="M0 {TALL / 2}H{WIDTH}"/>{lines}</svg>{escape(shape.name)}'
     )

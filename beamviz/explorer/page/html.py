@@ -178,6 +178,19 @@ def select(
     )
 
 
+def table(
+    name: str, heads: Iterable[str], rows: Iterable[Iterable[object]], caption: str = ""
+) -> str:
+    """A table of cells (HTML), called `name` by screen readers."""
+    title = f"<caption>{escape(caption)}</caption>" if caption else ""
+    head = "".join(f'<th scope="col">{escape(one)}</th>' for one in heads)
+    body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
+    return (
+        f"<table{attributes(aria_label=name)}>{title}<thead><tr>{head}</tr></thead>"
+        f"<tbody>{body}</tbody></table>"
+    )
+
+
 PLAY = (
     '<button type="button" data-set="playing" data-key="p" id="play" title="Play or pause (P)"'
     ' aria-label="Play">▶</button>'

@@ -109,8 +109,8 @@ const beamviz = (() => {
     e.style.setProperty("--part", `${(100 * (e.value - e.min)) / (e.max - e.min || 1)}%`);
 
   function draw(id, data) {
-    drawn[id] = data;
-    if (byId(id)) window.beamvizChart?.draw(byId(id), data);
+    drawn[id] = { ...drawn[id], ...data };
+    if (byId(id)) beamvizChart.draw(byId(id), drawn[id]);
   }
 
   // Content is compared with what is there, so that focus, scrolling and drags survive.
@@ -231,7 +231,7 @@ const beamviz = (() => {
     if (event.ctrlKey || event.metaKey || event.altKey || isTyped(e) || inViser) return;
     const letter = key.length === 1 && key !== " ";
     const arrow = key.startsWith("arrow");
-    if (letter || (arrow && !e.closest?.("#scene"))) event.stopPropagation();
+    if (letter || (arrow && !e.closest?.("#scene, [role=slider]"))) event.stopPropagation();
     if (!letter || !letters() || document.querySelector("dialog[open]")) return;
     const target = document.querySelector(`[data-key="${CSS.escape(key)}"]`);
     if (target) target.click();

@@ -18,6 +18,10 @@ from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import control_id, run_script, stop_sync
 
 ROOT = '<div id="root"></div>'  # of viser's page
+STYLES = ("page.css", "chart.css")
+SCRIPTS = ("page.js", "captions.js", "chart.js")
+FIRST_TAB = "tab-frequencies"
+MERGED = ("props", "charts")  # parts whose entries have entries
 MAX_DIGITS = 15  # of a whole number; one with more becomes a float
 
 Handler = Callable[[Any], None]
@@ -27,23 +31,27 @@ log = RateLimitedLog(__name__)
 
 def insert_page(viser_page: str) -> str:
     """viser's page with our elements around its scene, our style and our scripts."""
-    folder = files("beamviz.explorer.page")
-    html, css, *scripts = (
-        folder.joinpath(name).read_text(encoding="utf-8")
-        for name in ("page.html", "page.css", "page.js", "captions.js", "chart.js")
-    )
-    elements = f"<style>{css}</style>{html}<script>{''.join(scripts)}</script>"
+    texts = {
+        name: files("beamviz.explorer.page").joinpath(name).read_text(encoding="utf-8")
+        for name in ("page.html", *STYLES, *SCRIPTS)
+    }
+    style, script = ("".join(texts[name] for name in names) for names in (STYLES, SCRIPTS))
+    elements = f"<style>{style}</style>{texts['page.html']}<script>{script}</script>"
     return viser_page.replace(ROOT, elements).replace("<title>Viser<", "<title>beamviz<")
 
 
 class Page:
-    """Sends what changes, once for all changes between two messages, and passes on what comes."""
+    """Sends what changes, once for all changes between two messages, and passes on what comes.
+
+    tab: the id of the panel that is open.
+    """
 
     def __init__(self, client: ClientHandle):
         self.client, self.lock = client, threading.Lock()
         self.handlers: dict[str, Handler] = {}
         self.sent: dict[tuple[str, str], Any] = {}  # what the page shows, by part and name
         self.waiting: dict[str, Any] = {}
+        self.tab = FIRST_TAB
         self.bridge = client.gui.add_text("bridge", "", visible=False)
         self.bridge.on_update(self.received)
         stop_sync(self.bridge)
@@ -63,14 +71,11 @@ class Page:
         """Set attributes (aria_label= for aria-label) of the elements with data-set="key", or of
         the one with that id; False or None removes one."""
         named = {name.strip("_").replace("_", "-"): value for name, value in attributes.items()}
-        known = self.sent.setdefault(("props", key), {})
-        if changed := {name: value for name, value in named.items() if known.get(name) != value}:
-            known |= changed
-            self.send("props", key, changed)
+        self.send_entries("props", key, named)
 
-    def chart(self, id: str, data: Any) -> None:
+    def chart(self, id: str, data: dict[str, Any]) -> None:
         """Draw a chart in the element with this id (chart.js)."""
-        self.send_changed("charts", id, data)
+        self.send_entries("charts", id, data)
 
     def captions(self, captions: Iterable[Caption]) -> None:
         """Write texts over the picture, each at the point of its node (captions.js)."""
@@ -81,6 +86,7 @@ class Page:
 
     def open(self, tab: str) -> None:
         """Open a tab, by the id of its panel."""
+        self.tab = tab
         self.send("open", tab)
 
     def address(self, query: str) -> None:
@@ -101,6 +107,13 @@ class Page:
             self.sent[part, name] = content
             self.send(part, name, content)
 
+    def send_entries(self, part: str, name: str, entries: dict[str, Any]) -> None:
+        """Send those entries of an entry of a part that the page does not have."""
+        known = self.sent.setdefault((part, name), {})
+        if changed := {key: one for key, one in entries.items() if known.get(key) != one}:
+            known |= changed
+            self.send(part, name, changed)
+
     def send(self, part: str, *entry: Any) -> None:
         """Send a part, given as its content, or as the name and the content of one entry."""
         with self.lock:
@@ -110,7 +123,7 @@ class Page:
             else:
                 name, content = entry
                 entries = self.waiting.setdefault(part, {})
-                merged = part == "props" and name in entries
+                merged = part in MERGED and name in entries
                 entries[name] = {**entries[name], **content} if merged else content
         if not queued:
             run_script(self.client, self.script)
