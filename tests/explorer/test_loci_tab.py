@@ -253,16 +253,69 @@ def test_resonances_with_two_per_revolution_in_one_click(desk):
 
 @pytest.mark.slow
 @pytest.mark.browser
+def test_a_shift_of_modes_in_two_clicks(desk):
+    """The mass on the axis, from a list: S1 and B3 cross between α = 1 and 2, and a click on the
+    mark sets that mass."""
+    axis = "document.querySelector('#over-select')"
+    choose = "{0}.value = '{1}', {0}.dispatchEvent(new Event('change', {{bubbles: true}}))"
+    desk.evaluate(choose.format(axis, "alpha"))
+    name = f"{MARKS}[0]?.getAttribute('aria-label')"
+    label = desk.wait(f"{name}?.includes('α') && {name}")
+    at = float(label.split("α = ")[1].split(",")[0])
+    assert label.startswith("Go to crossing of S1 and B3")
+    assert 1 < at < 2
+    desk.click(f"{MARKS}[0]")
+    mass = "document.querySelector('#alpha-field').value"
+    desk.wait(f"Math.abs({mass} - {at}) < 1e-3")
+    desk.evaluate("beamviz.send('alpha', 1)")
+    desk.evaluate(choose.format(axis, "gamma"))
+    desk.wait(f"{name}?.includes('γ = 4.464')")
+
+
+@pytest.mark.slow
+@pytest.mark.browser
 def test_a_veering_with_coriolis_forces_in_one_click(desk):
     """The tab Veering shows both cases and all shapes without scrolling, and no console errors."""
     set_speed(desk, 3.0)
     desk.click("document.querySelector('#to-veering')")
     desk.wait("document.querySelectorAll('table.shapes svg').length === 12", timeout=60)
     assert "S1/B3 mixed 50:50" in desk.evaluate("document.querySelector('#tab-veering').innerText")
-    bottom = desk.evaluate(
-        "Math.max(...[...document.querySelectorAll('table.shapes svg')]"
-        ".map(e => e.getBoundingClientRect().bottom))"
+    assert desk.evaluate(
+        "(panel => panel.scrollTop === 0 && [...document.querySelectorAll('table.shapes svg')]"
+        ".every(e => e.getBoundingClientRect().bottom < panel.getBoundingClientRect().bottom))"
+        "(document.querySelector('#tab-veering'))"
     )
-    assert bottom < 900
     desk.click("document.querySelector('#to-frequencies')")
     assert desk.problems == []
+
+
+@pytest.mark.slow
+@pytest.mark.browser
+def test_on_a_phone_the_line_is_dragged_by_touch_and_a_crossing_is_tapped(url):
+    """A finger that moves sideways takes the line along; a tap on a crossing goes there."""
+    with page(url, 390, 844) as phone:
+        phone.call("Emulation.setTouchEmulationEnabled", enabled=True)
+        phone.wait(f"{MARKS}.length === 2", timeout=60)
+
+        def touch(kind: str, *points: tuple[float, float]) -> None:
+            phone.call(
+                "Input.dispatchTouchEvent",
+                type=kind,
+                touchPoints=[{"x": x, "y": y} for x, y in points],
+            )
+
+        boxes: list[list[float]] = []
+        wait_until(lambda: boxes.append(phone.box(PLOT)) or boxes[-20:] == boxes[-1:] * 20)
+        left, top, width, height = boxes[-1]
+        y = top + 0.25 * height
+        touch("touchStart", (left + 0.4 * width, y))
+        for step in range(1, 9):
+            touch("touchMove", (left + (0.4 + 0.03 * step) * width, y))
+        touch("touchEnd")
+        wait_until(lambda: field(phone) > 8)
+        assert field(phone) == pytest.approx(value(phone))
+        x, y = phone.middle(f"{MARKS}[0]")
+        touch("touchStart", (x, y))
+        touch("touchEnd")
+        wait_until(lambda: field(phone) == pytest.approx(chart_of(TIP).events[EVENT].at, rel=1e-6))
+        assert phone.evaluate("document.documentElement.scrollWidth") <= 390

@@ -16,7 +16,7 @@ from beamviz.explorer.features.loci_chart import (
     chart_data,
     event_names,
 )
-from beamviz.explorer.page.html import button, select, table
+from beamviz.explorer.page.html import button, hint, select, table
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import Event
@@ -148,14 +148,16 @@ def with_line(state: State, on: Any, k: int) -> State:
 def skeleton() -> str:
     """The tab without its contents."""
     toggles = "".join(
-        button(f"{k} ×", data_set=f"per_rev_{k}", aria_label=f"{k} per revolution", class_="toggle")
+        button(
+            f"{k} ×", data_set=f"per_rev_{k}", aria_label=f"{k} × per revolution", class_="toggle"
+        )
         for k in PER_REV
     )
     return (
         '<div class="chart-tab"><div class="tools">'
         + select("over", "horizontal axis", AXES)
         + '<div id="per-rev" class="row" role="group" aria-label="per-rev lines">'
-        f'<span title="{escape(PER_REV_HELP)}">per-rev lines</span>{toggles}</div></div>'
+        f"<span>per-rev lines</span>{toggles}{hint('per-rev lines', PER_REV_HELP)}</div></div>"
         '<div id="loci-chart" class="chart" data-chart></div>'
         '<div class="lists"><div id="loci-resonances"></div><div id="loci-events"></div></div>'
         "</div>"
@@ -170,7 +172,7 @@ def event_table(chart: Chart) -> str:
     if not chart.events:
         return warning or "<p>No crossing or veering in this range.</p>"
     along, across = chart.request.measures
-    heads = ("go to", f"at {along.head}", across.label, "smallest gap")
+    heads = ("go to", f"at {along.head}", across.label, "smallest frequency gap")
     rows = [
         (
             go_to_button(key, f"{SIGNS[event.kind]} {', '.join(event_names(chart, event))}"),

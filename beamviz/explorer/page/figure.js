@@ -1,0 +1,210 @@
+/* What a chart looks like: axes, lines with their labels, gaps (chart.js has the interaction, and
+   says what the data are). Figure draws this.data into this.svg. */
+const beamvizFigure = (() => {
+  "use strict";
+  const TOP = 20, BOTTOM = 42, LEFT = 62; // [px] of the margins
+  const LETTERS = 15; // [px] least distance of two labels
+  const SIGNS = { "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" };
+  const escape = (text) => String(text).replace(/[&<>"]/g, (sign) => SIGNS[sign]);
+  const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
+  const px = (value) => value.toFixed(1);
+
+  function scale(range, log, start, end) {
+    const [to, back] = log ? [Math.log10, (v) => 10 ** v] : [(v) => v, (v) => v];
+    const low = to(range[0]), rate = (end - start) / (to(range[1]) - low);
+    const position = (value) => start + (to(value) - low) * rate;
+    position.invert = (pixel) => back(low + (pixel - start) / rate);
+    return position;
+  }
+
+  /* The largest of 1, 2 or 5 times a power of ten up to `value`. */
+  function neat(value) {
+    const power = 10 ** Math.floor(Math.log10(value));
+    return power * [5, 2, 1].find((digit) => digit * power <= value * (1 + 1e-9));
+  }
+
+  /* A number with the decimals of a step. */
+  function fixed(value, step) {
+    const decimals = clamp(Math.ceil(-Math.log10(step) - 1e-9), 0, 9);
+    return value.toFixed(decimals).replace(/^-(0\.?0*)$/, "$1");
+  }
+
+  const withUnit = (axis, text) => (axis.unit ? `${text} ${axis.unit}` : `${axis.symbol} = ${text}`);
+  const superscript = (k) => [...String(k)].map((c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]).join("");
+  const power = (k) => Math.abs(k) < 4 ? String(Number((10 ** k).toPrecision(1))) : `10${superscript(k)}`;
+
+  /* Numbers and texts of about `count` ticks. */
+  function ticks([low, high], log, count) {
+    const made = [];
+    if (log) {
+      const first = Math.ceil(Math.log10(low) - 1e-9), last = Math.floor(Math.log10(high) + 1e-9);
+      const step = Math.max(1, Math.ceil((last - first) / count));
+      for (let k = first; k <= last; k += step) made.push([10 ** k, power(k)]);
+      return made;
+    }
+    const least = (high - low) / Math.max(count, 1), below = neat(least);
+    const step = [below, neat(2 * below), neat(2.5 * below), neat(5 * below)].find((s) => s >= least * 0.99);
+    for (let k = Math.ceil(low / step - 1e-9); k * step <= high * (1 + 1e-9); k++)
+      made.push([k * step, fixed(k * step, step)]);
+    return made;
+  }
+
+  /* The y of a line at x, NaN where it has none, and the run it is in there. */
+  function valueAt({ at, y, runs }, x) {
+    if (!(x >= at[0] && x <= at.at(-1))) return [NaN, null];
+    const after = clamp(at.findIndex((one) => one >= x), 1, at.length - 1), before = after - 1;
+    const share = (x - at[before]) / (at[after] - at[before] || 1);
+    const run = runs.find(([first, last]) => before >= first && after <= last) ?? runs.at(-1);
+    if (share === 0 || share === 1) return [y[share ? after : before] ?? NaN, run];
+    if (y[before] === null || y[after] === null) return [NaN, run];
+    return [y[before] + share * (y[after] - y[before]), run];
+  }
+
+  /* Ascending positions, moved as little as needed to be `least` apart, up to `end`. */
+  function spread(places, least, end) {
+    const moved = [];
+    for (const place of places) moved.push(Math.max(place, (moved.at(-1) ?? -Infinity) + least));
+    for (let k = moved.length - 1, limit = end; k >= 0; limit = moved[k--] - least)
+      moved[k] = Math.min(moved[k], limit);
+    return moved;
+  }
+
+  class Figure {
+    // The axes
+
+    get range() { return this.view ?? this.data.x.range; }
+
+    get yRange() {
+      const { y, perRev } = this.data;
+      if (!perRev) return y.range;
+      const end = 1.05 * Math.max(...perRev.multiples) * perRev.slope * this.range[1];
+      return [y.range[0], Math.min(y.range[1], end)];
+    }
+
+    get value() { return this.own ? this.own.x : this.data.cursor?.x; }
+
+    /* A round step of at most a pixel. */
+    get step() {
+      const [low, high] = this.range;
+      return neat((high - low) / Math.max(this.right - LEFT, 100));
+    }
+
+    // Drawing
+
+    /* Axes, lines, labels and the rings at the line of the beam; false where there is no room. */
+    drawFigure() {
+      const { x, y, name, message } = this.data;
+      const { clientWidth: width, clientHeight: height } = this.plot;
+      if (!x || !width || !height) return false;
+      const longest = Math.max(3, ...this.lines.map((line) => line.label.length));
+      this.right = width - 12 - 9 * longest;
+      this.bottom = height - BOTTOM;
+      this.px = scale(this.range, x.log, LEFT, this.right);
+      this.py = scale(this.yRange, y.log, this.bottom, TOP);
+      const frame = `x="${LEFT}" y="${TOP}" width="${this.right - LEFT}" height="${this.bottom - TOP}"`;
+      this.svg.setAttribute("aria-label", name);
+      this.svg.innerHTML = `<clipPath id="clip-${this.host.id}"><rect ${frame}/></clipPath>${this.axes()}`
+        + `<g clip-path="url(#clip-${this.host.id})">${this.gaps()}${this.paths()}</g>`
+        + this.labels() + this.rings()
+        + this.text("message", (LEFT + this.right) / 2, (TOP + this.bottom) / 2, message ?? "");
+      return true;
+    }
+
+    text(style, x, y, content) {
+      return `<text class="${style}" x="${px(x)}" y="${px(y)}">${escape(content)}</text>`;
+    }
+
+    axes() {
+      const { x, y } = this.data, right = this.right, bottom = this.bottom;
+      let made = "";
+      for (const [value, content] of ticks(this.range, x.log, (right - LEFT) / 70)) {
+        const at = this.px(value), covered = Math.abs(at - this.px(this.value)) < 52;
+        made += `<path class="grid" d="M${px(at)} ${TOP}V${bottom}"/>`;
+        if (!covered) made += this.text("tick", at, bottom + 17, content);
+      }
+      for (const [value, content] of ticks(this.yRange, y.log, (bottom - TOP) / 30)) {
+        const at = this.py(value);
+        made += `<path class="grid" d="M${LEFT} ${px(at)}H${right}"/>`;
+        made += this.text("tick y", LEFT - 7, at + 4.5, content);
+      }
+      return `${made}<path class="axis" d="M${LEFT} ${bottom}H${right}"/>`
+        + this.text("title", (LEFT + right) / 2, bottom + 37, x.label)
+        + `<text class="title" transform="translate(13 ${(TOP + bottom) / 2}) rotate(-90)">${escape(y.label)}</text>`;
+    }
+
+    gaps() {
+      return (this.data.gaps ?? []).map(([from, to, text]) => {
+        const [start, end] = [from, to].map((v) => clamp(this.px(v), LEFT, this.right));
+        const fits = end - start > 7.5 * text.length;
+        return `<rect class="gap" x="${px(start)}" y="${TOP}" width="${px(end - start)}" height="${this.bottom - TOP}"/>`
+          + (fits ? this.text("message", (start + end) / 2, (TOP + this.bottom) / 2, text) : "");
+      }).join("");
+    }
+
+    /* Multiples of the speed, as lines. */
+    get rays() {
+      const { slope, multiples } = this.data.perRev ?? { multiples: [] };
+      return multiples.map((k) => ({
+        label: `${k} ×`, at: this.range, y: this.range.map((x) => k * slope * x),
+        runs: [[0, 1, "per-rev", ""]],
+      }));
+    }
+
+    paths() {
+      return [...this.rays, ...this.lines].map((line) => line.runs.map(([first, last, style]) => {
+        let path = "", dots = "";
+        for (let k = first, pen = "M"; k <= last; k++) {
+          if (line.y[k] === null) { pen = "M"; continue; }
+          const [x, y] = [px(this.px(line.at[k])), px(this.py(line.y[k]))];
+          path += `${pen}${x} ${y}`;
+          pen = "L";
+          if (line.dots) dots += `<circle class="dot ${style}" r="3.5" cx="${x}" cy="${y}"/>`;
+        }
+        return `<path class="line ${style}${line.second ? " second" : ""}" d="${path}"/>${dots}`;
+      }).join("")).join("");
+    }
+
+    /* The last point of a line inside the frame, and whether it leaves through the top there. */
+    end({ at, y, runs, label, dots }) {
+      const top = this.yRange[1], [low, high] = this.range;
+      if (dots) return { y: this.py(y.at(-1)), style: runs[0][2], label };
+      let k = at.length - 1;
+      while (k >= 0 && (y[k] === null || y[k] > top || (at[k] > high && at[k - 1] > high))) k--;
+      if (k < 0 || at[k] < low) return null;
+      const style = (runs.findLast(([first]) => first <= k) ?? runs[0])[2];
+      let x = Math.min(at[k], high), height = valueAt({ at, y, runs }, x)[0];
+      const leaves = k + 1 < at.length && y[k + 1] > top && at[k] < high;
+      if (leaves) {
+        x = at[k] + ((top - y[k]) / (y[k + 1] - y[k])) * (at[k + 1] - at[k]);
+        height = top;
+      }
+      if (height < this.yRange[0] || x > high) return null;
+      return { x: this.px(x), y: this.py(height), style, label, above: leaves && this.px(x) < this.right - 8 };
+    }
+
+    /* Labels at the right ends of the lines, or above the chart where they leave it. */
+    labels() {
+      const ends = [...this.rays, ...this.lines].filter((line) => line.label && !line.second)
+        .map((line) => this.end(line)).filter((one) => one);
+      const beside = ends.filter((one) => !one.above).sort((a, b) => a.y - b.y);
+      const heights = spread(beside.map((one) => one.y), LETTERS, this.bottom);
+      let before = -Infinity;
+      const above = ends.filter((one) => one.above).sort((a, b) => a.x - b.x)
+        .filter((one) => one.x - before > 28 && ((before = one.x), true));
+      return beside.map((one, k) =>
+        this.text(`label ${one.style}`, (one.x ?? this.right) + 5, heights[k] + 4.5, one.label)).join("")
+        + above.map((one) => this.text(`label above ${one.style}`, one.x, TOP - 5, one.label)).join("");
+    }
+
+    /* The beam shown, on each line. */
+    rings() {
+      const value = this.value;
+      if (!this.data.cursor || value < this.range[0] || value > this.range[1]) return "";
+      return this.lines.filter((line) => !line.second && !line.dots && line.label)
+        .map((line) => valueAt(line, value)[0]).filter((y) => y <= this.yRange[1])
+        .map((y) => `<circle class="ring" r="4.5" cx="${px(this.px(value))}" cy="${px(this.py(y))}"/>`).join("");
+    }
+  }
+
+  return { Figure, LEFT, TOP, clamp, fixed, neat, px, valueAt, withUnit };
+})();
