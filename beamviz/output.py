@@ -315,7 +315,7 @@ def branch_column(branch: "Branch", rows: list[int]) -> list[str]:
 
 
 def event_lines(loci: "Loci") -> list[str]:
-    """The table of crossings and veerings, and a note if there may be more."""
+    """The table of events, and a note if there may be more."""
     note = [loci.warning] if loci.warning else []
     if not loci.events:
         return note or ["No crossing or veering in this range."]

@@ -189,6 +189,10 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
             events.append(replace(event, branches=(labels[a], labels[b])))
         if end - first > 1:
             confidence[first : end - 1] = np.minimum.reduceat(track.confidence, steps[:-1])
+    if options.get("state", "straight") != "straight":
+        from beamviz.frequency_loci.buckling import state_events
+
+        events = sorted([*events, *state_events(sweep, values, outcomes)], key=lambda one: one.at)
     return Loci(
         beam=beam,
         problem=problem,

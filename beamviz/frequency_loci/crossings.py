@@ -53,11 +53,16 @@ Result = TypeVar("Result")
 Search = Generator[np.ndarray, Points, Result]  # requests points at some values
 
 
+Kind = Literal["crossing", "veering", "buckling", "limit point", "second state"]
+
+
 @dataclass(frozen=True)
 class Event:
-    """A crossing or veering of two branches: their gap is least at `at`."""
+    """A crossing or veering of two branches, whose gap is least at `at`; or an event of the state
+    that they vibrate about (`beamviz.frequency_loci.buckling`), with the lowest branches before and
+    after it, and neither gap nor width."""
 
-    kind: Literal["crossing", "veering"]
+    kind: Kind
     branches: tuple[Any, Any]  # labels; numbers of the track until these have labels
     at: float
     frequency: float  # mean of the two

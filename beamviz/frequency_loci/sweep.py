@@ -164,6 +164,10 @@ def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Poin
     if not solutions:
         return Points(at, *(np.empty((0, 0, 0)[:d]) for d in (2, 3, 3)))
     squares = np.array([solution.omega_squared for solution in solutions])
+    if solutions[0].problem.state != "straight":
+        from beamviz.frequency_loci.complex_modes import orthogonal_vectors
+
+        return Points(at, squares, *orthogonal_vectors(_weighted(solutions, count), solutions))
     vectors, gyroscopic = mass_weighted(solutions, squares, count)
     gamma = np.array([solution.beam.gamma for solution in solutions])
     if gyroscopic and gamma.any():
@@ -177,6 +181,18 @@ def mass_weighted(
 ) -> tuple[np.ndarray, bool]:
     """u and w (n, m, 2, count + 1) of all modes at Gauss points and at the mass, times the roots of
     weights and masses; and whether the modes are those of a gyroscopic eigenproblem."""
+    fields = _weighted(solutions, count)
+    gyroscopic = np.iscomplexobj(fields)
+    if gyroscopic:  # (u, i w) of any phase where stable, (u, w) where not
+        u, w = fields[:, :, 0], fields[:, :, 1]
+        stable = (squares >= 0)[:, :, None]
+        fields = np.stack((u.real + u.imag, np.where(stable, w.imag - w.real, w.real)), axis=2)
+    return fields, gyroscopic
+
+
+def _weighted(solutions: Sequence[Solution], count: int) -> np.ndarray:
+    """Displacements (n, m, 2, count + 1) of all modes at Gauss points and at the mass, times the
+    roots of weights and masses; each mode with a phase of its own."""
     x, w = _gauss(count)
     alpha, beta = np.array([(one.beam.alpha, one.beam.beta) for one in solutions]).T
     stations, masses = (
@@ -184,12 +200,7 @@ def mass_weighted(
         for common, own in (((x + 1) / 2, beta), (w / 2, alpha))
     )
     fields = displacements(solutions, stations)  # (n, count + 1, 2, m)
-    gyroscopic = np.iscomplexobj(fields)
-    if gyroscopic:  # (u, i w) of any phase where stable, (u, w) where not
-        u, w = fields[:, :, 0], fields[:, :, 1]
-        stable = (squares >= 0)[:, None, :]
-        fields = np.stack((u.real + u.imag, np.where(stable, w.imag - w.real, w.real)), axis=2)
-    return fields.swapaxes(1, 3) * np.sqrt(masses)[:, None, None, :], gyroscopic
+    return fields.swapaxes(1, 3) * np.sqrt(masses)[:, None, None, :]
 
 
 def _gyroscopic(

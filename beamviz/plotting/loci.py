@@ -34,6 +34,9 @@ FAMILIES = LinearSegmentedColormap.from_list(
 MARKS: dict[str, dict[str, Any]] = {
     "crossing": {"marker": "o", "ms": 6, "mfc": "white", "mec": INK, "mew": 1.1, "ls": ""},
     "veering": {"marker": "D", "ms": 5.5, "mfc": INK, "mec": "white", "mew": 0.8, "ls": ""},
+    "buckling": {"marker": "v", "ms": 7, "mfc": "white", "mec": INK, "mew": 1.1, "ls": ""},
+    "limit point": {"marker": "^", "ms": 7, "mfc": "white", "mec": INK, "mew": 1.1, "ls": ""},
+    "second state": {"marker": "s", "ms": 5.5, "mfc": "white", "mec": INK, "mew": 1.1, "ls": ""},
     "resonance": {"marker": "x", "ms": 4.5, "mec": INK, "mew": 1.1, "ls": ""},
 }
 PER_REV: dict[str, Any] = {"color": FAINT, "lw": 0.8, "ls": (0, (5, 3)), "zorder": 1}
@@ -111,8 +114,11 @@ class _Chart:
         here = np.isfinite(branch.bending_fraction)
         if not here.any():
             return
-        own = [event for event in loci.events if branch.label in event.branches]
-        sides = [0.5 if branch.label == _upper(loci, event) else -0.5 for event in own]
+        met = (event for event in loci.events if event.kind != "second state")
+        own = [event for event in met if branch.label in event.branches]
+        sides = [
+            0.5 if event.gap and branch.label == _upper(loci, event) else -0.5 for event in own
+        ]
         heights = [
             event.frequency + side * event.gap for event, side in zip(own, sides, strict=True)
         ]
@@ -348,7 +354,7 @@ def _legend(loci: Loci, resonances: Sequence[Resonance], per_rev: int) -> list[L
         for name, share in (("bending", 1.0), ("mixed", 0.5), ("stretching", 0.0))
         if name in families
     ]
-    for kind in ("crossing", "veering"):
+    for kind in (kind for kind in MARKS if kind != "resonance"):
         count = sum(event.kind == kind for event in loci.events)
         label = kind if len(loci.events) <= MAX_LABELLED else f"{count} {kind}s"
         rows += [Line2D([], [], label=label, **MARKS[kind])] if count else []

@@ -79,6 +79,23 @@ def solve_many(
     return _solve(beams, problem, start, extra_modes)
 
 
+def other_stable_states(solution: Solution) -> list[Solution]:
+    """The other stable bent states found of the same beam at a constant speed, mirror images
+    apart, by ascending energy, with their modes."""
+    from beamviz.solver.bent import other_states
+
+    return other_states(solution)
+
+
+def end_of_bent_state(solution: Solution, over: str, stop: float) -> float | None:
+    """The limit point of a bent state: the value of the number `over` of its beam, between the
+    beam's own and `stop`, beyond which the state cannot be followed; None where it can all the way.
+    """
+    from beamviz.solver.bent.paths import end_of_state
+
+    return end_of_state(solution.equilibrium.state, over, stop)  # type: ignore[attr-defined]
+
+
 def parse_options(*options: Any, **unknown: Any) -> Problem:
     """The problem that options describe, in the order of OPTIONS; InvalidInput where one is wrong.
 

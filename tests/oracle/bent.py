@@ -34,6 +34,7 @@ STEP = 1e-30  # of a complex derivative
 D = 6  # unknowns
 RESOLUTIONS = ((14, 1.5), (18, 1.0))  # points of an element; its length in layers at the ends
 LONGEST = 0.1
+HIGH = 20.0  # times the lowest frequency, above which Arnoldi's method leaves too few digits
 NEWTON_STEPS, NEWTON_TOLERANCE = 25, 1e-10
 
 
@@ -201,7 +202,8 @@ class _Problem:
         """The lowest omega (count,), complex."""
         mesh, gamma = self.mesh, self.beam.gamma
         _, C, _ = self.slopes(z, f)
-        solve = splu((self.skeleton - mesh.integral(D, C) - self.load).tocsc()).solve
+        T0 = (self.skeleton - mesh.integral(D, C) - self.load).tocsc()
+        solve, T1 = splu(T0).solve, 0.0 * T0
         T2 = mesh.mass(D, 4, 0, -1.0) + mesh.mass(D, 5, 1, -1.0)
         n, rng = mesh.size(D), np.random.default_rng(0)
         if not (coriolis and gamma):
@@ -221,4 +223,25 @@ class _Problem:
             omega = 1 / nu
             omega = omega[omega.real > -1e-6 * abs(omega)]
         order = np.lexsort((omega.imag, omega.real.round(9)))
-        return omega[order][:count]
+        omega = omega[order][:count]
+        high = abs(omega) > HIGH * abs(omega).min()  # lost digits to the lower ones
+        return np.array(
+            [
+                _refined(T0, T1, T2, one) if far else one
+                for one, far in zip(omega, high, strict=True)
+            ]
+        )
+
+
+def _refined(T0, T1, T2, omega: complex) -> complex:
+    """The root of T0 - omega T1 - omega^2 T2 next to a guess, by inverse iteration."""
+    x = np.random.default_rng(1).standard_normal(T0.shape[0]) + 0j
+    for offset in (1e-6, 1e-9):
+        sigma = omega * (1 + offset)
+        solve = splu((T0 - sigma * T1 - sigma**2 * T2).tocsc()).solve
+        slope = -T1 - 2 * sigma * T2
+        for _ in range(3):
+            y = solve(slope @ x)
+            omega = sigma - np.vdot(y, x) / np.vdot(y, y)
+            x = y / np.linalg.norm(y)
+    return omega

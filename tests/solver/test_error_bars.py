@@ -89,6 +89,16 @@ def test_the_committed_measurement():
     assert not bad & set(COMMITTED["kinds"])
 
 
+def test_the_committed_measurement_of_bent_beams():
+    """A thousand and more, 99.9 % of them with every frequency within its error."""
+    measured = json.loads((ROOT / "assets" / "error_bars_bent.json").read_text())
+    every = measured["groups"]["all"]
+    assert every["beams"] >= 1000
+    assert every["beams within"] >= 0.999
+    assert every["median reported / true"] <= 1000
+    assert set(measured["kinds"]) <= {*SCRIPT.GOOD, "not-converged"}
+
+
 def test_the_page_lists_what_is_wrong():
     """A scene outside its bars appears with the command that shows it."""
     told = {"seed": 0, "command": SCENE.command, "coriolis": False, "inward": False}

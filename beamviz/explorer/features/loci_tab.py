@@ -24,7 +24,13 @@ from beamviz.frequency_loci.forced_response import Resonance
 from beamviz.scene import PER_REV
 
 AXES = {name: PARAMETERS[name].slider_label for name in ("gamma", "alpha", "beta", "delta", "mu")}
-SIGNS = {"crossing": "○", "veering": "●"}
+SIGNS = {
+    "crossing": "○",
+    "veering": "●",
+    "buckling": "▽",
+    "limit point": "△",
+    "second state": "◇",
+}
 PER_REV_HELP = (
     "A force spread over the beam like its weight, repeating k times per revolution, excites a mode"
     " where the line k × speed intersects it."
@@ -178,7 +184,7 @@ def event_table(chart: Chart) -> str:
             go_to_button(key, f"{SIGNS[event.kind]} {', '.join(event_names(chart, event))}"),
             along.number(event.at, 4),
             across.number(event.frequency, 3),
-            "0" if event.kind == "crossing" else f"{across.factor * event.gap:.3g}",
+            f"{across.factor * event.gap:.3g}",
         )
         for key, event in chart.events.items()
     ]

@@ -6,6 +6,7 @@ Imported when a bent state is asked for, or a beam has a spin-up: a straight bea
 import math
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -16,6 +17,8 @@ from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverg
 from beamviz.solver.bent.equilibrium import (
     State,
     descend,
+    is_resolved,
+    is_same,
     is_straight,
     newton,
     stable_states,
@@ -24,7 +27,7 @@ from beamviz.solver.bent.equilibrium import (
 )
 from beamviz.solver.bent.mesh_design import first_mesh, refined_mesh, tails
 from beamviz.solver.bent.modes import BentModes, bent_modes
-from beamviz.solver.bent.paths import follow_speed, spin_up_state
+from beamviz.solver.bent.paths import follow_speed, spin_up_state, states_on_both_sides
 from beamviz.solver.bent.tangent import BentBeam, Tangent
 from beamviz.solver.hp.mesh import Mesh
 from beamviz.solver.problem import Problem
@@ -111,7 +114,9 @@ def _straight(
         straight = replace(problem, state="straight")
         found = solve_straight([beams[k] for k in still], straight, start, extra_modes)
         for k, answer in zip(still, found, strict=True):
-            answers[k] = answer
+            answers[k] = (
+                replace(answer, problem=problem) if isinstance(answer, Solution) else answer
+            )
     return answers
 
 
@@ -172,6 +177,25 @@ def solve_bent(
         f"errors are still {excess:.1e} times the tolerance {problem.tolerance:g} with"
         f" {len(state.q)} unknowns; ask for a larger tolerance or fewer modes"
     )
+
+
+def other_states(solution: Solution) -> list[Solution]:
+    """The other stable bent states of the beam of a solution."""
+    beam, problem, equilibrium = solution.beam, solution.problem, solution.equilibrium
+    start, seen = time.perf_counter(), []
+    if isinstance(equilibrium, BentEquilibrium):
+        seen.append(equilibrium.state)
+    found = []
+    bent = seen[0].beam if seen else BentBeam(first_mesh(beam, problem), beam, problem)
+    for guess in states_on_both_sides(bent) if beam.spin_up else stable_states(bent):
+        with suppress(NoEquilibrium, NotConverged):
+            if any(is_same(guess, one) for one in seen) or not is_resolved(guess):
+                continue
+            other, state = solve_bent(beam, problem, start, guess)
+            if not (is_straight(state) or any(is_same(state, one) for one in seen)):
+                seen.append(state)
+                found.append(other)
+    return found
 
 
 def _first_state(beam: Beam, problem: Problem) -> State:
@@ -274,10 +298,12 @@ def _solution(
     moved = state.tangent.B @ modes.V
     theta = (bent.R @ bent.split(state.q)[1])[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
+    # An Euler force may make vibrations grow; unstable is a state that is left without vibration.
+    stable = bool(modes.omega_squared.min() > 0) if beam.spin_up else modes.definite
     return Solution(
         beam=beam,
         problem=problem,
-        equilibrium=BentEquilibrium(modes.definite, state.iterations, None, state),
+        equilibrium=BentEquilibrium(stable, state.iterations, None, state),
         stats=Stats(
             len(state.q), time.perf_counter() - start, "hp", len(grid.orders), max(grid.orders)
         ),

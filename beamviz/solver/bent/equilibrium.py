@@ -15,11 +15,13 @@ from scipy.linalg import lapack
 from beamviz.beam import Beam
 from beamviz.solver.bent.mesh_design import folded_beam
 from beamviz.solver.bent.tangent import BentBeam, Tangent
+from beamviz.solver.hp.mesh import make_mesh
 
 DESCENT_STEPS, NEWTON_STEPS, STRAIGHT_STEPS = 150, 12, 40
 MAX_TURN, MAX_STRETCH = 0.7, 0.3  # of a descent step: angle [rad], relative change of f
 QUADRATIC = 0.05  # a Newton step below this size needs no line search
 CONVERGED = 1e-7  # size of a Newton step after which the next one is rounding
+RESOLVED = 1e-4  # relative change of the energy of a resolved state on a finer mesh
 SAME_ENERGY = 1e-9  # relative difference of two descents to the same state
 STRAIGHT = 1e-6  # largest angle [rad] of a state that counts as straight
 ROUNDED = 1e-5  # size of a Newton step below which one that no longer shrinks is rounding
@@ -42,7 +44,7 @@ def stable_states(beam: BentBeam) -> list[State]:
     states: list[State] = []
     for guess in guesses(beam):
         state = descend(beam, guess)
-        if state and not any(_same(state, other) for other in states):
+        if state and not any(is_same(state, other) for other in states):
             states.append(state)
     return sorted(states, key=lambda state: beam.energy(state.q))
 
@@ -53,7 +55,23 @@ def is_straight(state: State) -> bool:
     return bool(abs(beam.J @ beam.split(state.q)[1]).max() <= STRAIGHT)
 
 
-def _same(a: State, b: State) -> bool:
+def is_resolved(state: State) -> bool:
+    """Whether a stable state is there with the same energy on elements half as long: a loop may
+    hide in a long one."""
+    coarse = state.beam
+    breaks = np.array(coarse.mesh.breaks)
+    halves = np.sort(np.concatenate((breaks, (breaks[1:] + breaks[:-1]) / 2)))
+    mesh = make_mesh(tuple(halves.tolist()), tuple(np.repeat(coarse.mesh.orders, 2).tolist()))
+    rows = coarse.mesh.grid.at(mesh.points)
+    q = np.concatenate([rows @ part for part in coarse.split(state.q)])
+    finer = newton(BentBeam(mesh, coarse.beam, coarse.problem), q, stable=True)
+    if finer is None:
+        return False
+    energy = coarse.energy(state.q)
+    return abs(finer.beam.energy(finer.q) - energy) <= RESOLVED * abs(energy)
+
+
+def is_same(a: State, b: State) -> bool:
     """Whether two states are one, or mirror images."""
     energy = b.beam.energy(b.q)
     return abs(a.beam.energy(a.q) - energy) <= SAME_ENERGY * (1 + abs(energy))

@@ -2,6 +2,8 @@
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
+from itertools import product
 
 import numpy as np
 import scipy.linalg
@@ -16,6 +18,7 @@ from beamviz.solver.bent.equilibrium import (
     guesses,
     is_straight,
     newton,
+    stable_states,
     step_size,
 )
 from beamviz.solver.bent.mesh_design import first_mesh, folded_beam
@@ -112,18 +115,44 @@ def _speed(start: State, load: float) -> float:
 
 def _follow(bent: BentBeam, start: State) -> Path:
     """The stable states from a slower beam's to the speed of the beam, or to their limit."""
+    target = bent.beam.gamma**2 - start.beam.beam.gamma**2
+    return _follow_load(
+        lambda load: _at_speed(bent, _speed(start, load), start.beam.mesh), start, target
+    )
 
-    def solve_at(load: float, guess: NDArray) -> Root | None:
-        beam = _at_speed(bent, _speed(start, load), start.beam.mesh)
-        found = newton(beam, guess, stable=True)
-        return Root(found.q, found.iterations) if found else None
+
+def end_of_state(start: State, over: str, stop: float) -> float | None:
+    """The value of a beam's number `over`, between its own and `stop`, at which the stable states
+    that continue this one end; None where they reach `stop`. Raises NotConverged."""
+    own, limit = float(getattr(start.beam.beam, over)), _follow_number(start, over, stop).limit
+    return None if limit is None else own + math.copysign(limit, stop - own)
+
+
+def _follow_number(start: State, over: str, stop: float) -> Path:
+    """The stable states that continue one to another value of a number of the beam; loads are
+    distances from its own."""
+    bent, own = start.beam, float(getattr(start.beam.beam, over))
+    sign = math.copysign(1.0, stop - own)
+
+    def at(load: float) -> BentBeam:
+        return BentBeam(bent.mesh, bent.beam.replace(**{over: own + sign * load}), bent.problem)
+
+    return _follow_load(at, start, abs(stop - own))
+
+
+def _follow_load(at: Callable[[float], BentBeam], start: State, target: float) -> Path:
+    """The stable states of the beams at loads from 0 to a target, or to their limit."""
 
     def margin(load: float, q: NDArray) -> float:
-        found = _margins(_at_speed(bent, _speed(start, load), start.beam.mesh), q)
-        return float((found / first).min())
+        return float((_margins(at(load), q) / first).min())
+
+    def solve_at(load: float, guess: NDArray) -> Root | None:
+        found = newton(at(load), guess)
+        if found is None or margin(load, found.q) <= 0:
+            return None
+        return Root(found.q, found.iterations)
 
     first = _margins(start.beam, start.q)
-    target = bent.beam.gamma**2 - start.beam.beam.gamma**2
     return continue_load(solve_at, start.q, target, margin)
 
 
@@ -131,7 +160,10 @@ def _margins(beam: BentBeam, q: NDArray) -> NDArray:
     """What is positive where a state is stable: the lowest eigenvalue of the stiffness, the least
     stretch, and the least local stiffness."""
     K = beam.scale[:, None] * beam.tangent(q).K * beam.scale
-    lowest = scipy.linalg.eigvalsh(K, subset_by_index=(0, 0))[0]
+    if beam.beam.spin_up:
+        lowest = np.linalg.eigvals(K).real.min()
+    else:
+        lowest = scipy.linalg.eigvalsh(K, subset_by_index=(0, 0))[0]
     return np.array([lowest, q[: len(q) // 2].min(), beam.local_stiffness(q).min()])
 
 
@@ -167,6 +199,21 @@ def spin_up_state(beam: BentBeam, rest: State) -> State:
         found, q, iterations = near, near.q, iterations + near.iterations
         reached, step = share, 1.5 * step
     return found._replace(beam=beam, iterations=iterations)
+
+
+def states_on_both_sides(beam: BentBeam) -> list[State]:
+    """The stable states of a beam that spins up on the side to which the Euler force bends it, and
+    on the other one: of those none is left once it has snapped through."""
+    target = beam.beam.spin_up
+    still = BentBeam(beam.mesh, beam.beam.replace(spin_up=0.0), beam.problem)
+    found = []
+    for rest, side in product(stable_states(still), (target, -target)):
+        start = rest._replace(q=_on_the_side_of_the_force(rest, side))
+        with suppress(NotConverged):
+            path = _follow_number(start, "spin_up", target)
+            if path.limit is None and not is_straight(rest):
+                found.append(State(beam, path.state, beam.tangent(path.state), path.iterations))
+    return found
 
 
 def _around_limit_points(at: Callable[[float], BentBeam], q: NDArray, p: float) -> State | None:

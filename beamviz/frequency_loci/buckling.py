@@ -1,0 +1,110 @@
+"""Where the state of a sweep buckles, ends at a limit point, or has a second one beside it."""
+
+from contextlib import suppress
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from scipy.optimize import brentq
+
+from beamviz.errors import BeamvizError, NotConverged
+from beamviz.frequency_loci.crossings import Event, Kind
+from beamviz.frequency_loci.sweep import Outcome, Sweep
+from beamviz.solver import end_of_bent_state, other_stable_states, solve
+from beamviz.solver.solution import Solution
+
+PRECISION = 1e-9  # relative, of a buckling point
+JUMP = 4.0  # times its neighbours' is the move of the tip that may be a jump to another state
+SAME_TIP = 1e-3  # [L] between two states that are one
+SECOND_STATES_SOUGHT = 4  # values of the sweep
+
+
+def state_events(sweep: Sweep, values: np.ndarray, outcomes: list[Outcome]) -> list[Event]:
+    """The events of the states, in no order, of the outcomes at ascending values.
+
+    "buckling": the straight state loses its stability; "limit point": the bent state that was
+    followed ends, and the branches continue about another one; "second state": the value from which
+    on there is another stable bent state beside the one followed.
+    """
+    events: list[Event] = []
+    for low, high in pairwise(range(len(values))):
+        before, after = outcomes[low], outcomes[high]
+        if not (isinstance(before, Solution) and isinstance(after, Solution)):
+            continue
+        ends = float(values[low]), float(values[high])
+        if before.equilibrium.shape != after.equilibrium.shape:
+            events += _buckling(sweep, *ends, before, after)
+        elif before.equilibrium.shape == "bent" and _may_jump(outcomes, low):
+            events += _limit_point(sweep.over, *ends, before, after)
+    return events + _second_states(sweep, values, outcomes)
+
+
+def _event(kind: Kind, before: Solution, after: Solution, at: float, frequency: float) -> Event:
+    """An event of the lowest branches of two solutions."""
+    labels = before.labels[0], after.labels[0]
+    return Event(kind, labels, at, frequency, gap=0.0, coupling=0.0, index=0.0, width=0.0)
+
+
+def _buckling(
+    sweep: Sweep, low: float, high: float, before: Solution, after: Solution
+) -> list[Event]:
+    """The point where the lowest omega^2 of the straight state vanishes."""
+    options = sweep.options | {"state": "straight", "coriolis": False}
+
+    def lowest(value: float) -> float:
+        return float(np.arcsinh(solve(sweep.at(value), modes=1, **options).omega_squared[0]))
+
+    try:
+        at = brentq(lowest, low, high, xtol=PRECISION * (high - low), rtol=PRECISION)
+    except (BeamvizError, ValueError):  # with a spin-up, or no straight state at one of the ends
+        return []
+    return [_event("buckling", before, after, float(at), 0.0)]
+
+
+def _tips(outcomes: list[Outcome]) -> np.ndarray:
+    """Tips (values, 2) of the states; nan without a bent one."""
+    none = np.full(2, np.nan)
+    bent = [isinstance(one, Solution) and one.equilibrium.shape == "bent" for one in outcomes]
+    rows = (
+        one.equilibrium.tip if isinstance(one, Solution) and is_bent else none
+        for one, is_bent in zip(outcomes, bent, strict=True)
+    )
+    return np.array(list(rows))
+
+
+def _may_jump(outcomes: list[Outcome], k: int) -> bool:
+    """Whether the tip moves much further from value k to the next than beside that."""
+    first, last = max(k - 2, 0), min(k + 4, len(outcomes))
+    moves = np.linalg.norm(np.diff(_tips(outcomes[first:last]), axis=0), axis=1)
+    others = np.delete(moves, k - first)
+    others = others[np.isfinite(others)]
+    return moves[k - first] > max(SAME_TIP, JUMP * others.max() if len(others) else 0.0)
+
+
+def _limit_point(
+    over: str, low: float, high: float, before: Solution, after: Solution
+) -> list[Event]:
+    """The end of the state at one of two values on its way to the other."""
+    for start, stop in ((before, high), (after, low)):
+        with suppress(NotConverged):
+            at = end_of_bent_state(start, over, stop)
+            if at is not None and low <= at <= high:
+                return [_event("limit point", before, after, at, 0.0)]
+    return []
+
+
+def _second_states(sweep: Sweep, values: np.ndarray, outcomes: list[Outcome]) -> list[Event]:
+    """Where the first other stable bent state begins that is found at some of the values: its limit
+    point, or the first value. Its lowest branch is called after the state, as "B1 (state 2)"."""
+    for k in np.unique(np.linspace(0, len(values) - 1, SECOND_STATES_SOUGHT).astype(int)):
+        own = outcomes[k]
+        for other in other_stable_states(own)[:1] if isinstance(own, Solution) else ():
+            end = None
+            with suppress(NotConverged):
+                end = end_of_bent_state(other, sweep.over, float(values[0]))
+            labels = own.labels[0], f"{other.labels[0]} (state 2)"
+            event = _event(
+                "second state", own, other, float(values[0]) if end is None else end, 0.0
+            )
+            return [replace(event, branches=labels, frequency=float(other.frequencies[0]))]
+    return []

@@ -1,0 +1,92 @@
+"""Events of the state along a sweep: buckling, limit points, a second stable state."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from beamviz import Beam, loci, solve
+from beamviz.solver import end_of_bent_state, other_stable_states
+
+INWARD = Beam(delta=-1)
+
+
+@pytest.mark.parametrize("coriolis", [False, True])
+@pytest.mark.parametrize(
+    ("beam", "over", "values", "at"),
+    [
+        (INWARD, "gamma", np.linspace(2, 5, 16), 2.9960),
+        (Beam(gamma=4), "delta", np.linspace(-1.5, 0.5, 16), None),
+        (INWARD.replace(gamma=2.5), "alpha", np.linspace(0, 2, 16), None),
+    ],
+)
+def test_the_beam_buckles_in_a_sweep(beam, over, values, at, coriolis):
+    """B1 falls to zero and rises again as one branch; the straight beam's lowest omega^2 changes
+    its sign within 1e-6 of the event."""
+    found = loci(beam, over, values, modes=2, state="stable", coriolis=coriolis)
+    (event,) = [event for event in found.events if event.kind == "buckling"]
+    assert event.branches == ("B1", "B1")
+    assert event.frequency == 0
+    if at:
+        assert event.at == pytest.approx(at, abs=1e-4)
+    ends = [beam.replace(**{over: event.at + step}) for step in (-1e-6, 1e-6)]
+    signs = [np.sign(solve(end, modes=1, tolerance=1e-9).omega_squared[0]) for end in ends]
+    assert set(signs) == {-1, 1}
+    branch = found["B1"].frequency
+    assert np.isfinite(branch).all()
+    before = values < event.at
+    assert branch[before][-1] < branch[before][0] or branch[~before][0] < branch[~before][-1]
+    assert {branch[before].min(), branch[~before].min()} <= {*branch[before][[0, -1]]} | {
+        *branch[~before][[0, -1]]
+    }
+
+
+FOLDING = Beam(4.656, 1, 5.341, -0.09663, 194.4)
+SOFT = {"strain": "biot", "curvature": "material"}
+
+
+def test_a_limit_point_of_the_spin_up():
+    """A bent beam is accelerated to the other side: it snaps through where the lowest omega^2
+    vanishes, as the root of the distance."""
+    options = {"modes": 2, "state": "stable", "tolerance": 1e-9, **SOFT}
+    found = loci(FOLDING, "spin_up", np.linspace(0, 0.3, 13), **options)
+    (event,) = [event for event in found.events if event.kind == "limit point"]
+    near = loci(FOLDING, "spin_up", [0.0, event.at - 4e-5, event.at - 1e-5], **options)
+    squares = near["B1"].omega_squared
+    assert squares[1] / squares[2] == pytest.approx(2, rel=0.02)
+    tips = [solution.equilibrium.tip[1] for solution in found["B1"].solutions]
+    assert [tip > 0 for tip in tips] == [value < event.at for value in found.values]
+
+
+def test_the_command_line_names_the_event(run, tmp_path):
+    """In the table, in JSON and in the chart."""
+    arguments = ("loci", "--over", "gamma", "--start", "2", "--stop", "4", "--points", "9")
+    arguments += ("--delta=-1", "--state", "stable", "--modes", "2")
+    chart = tmp_path / "chart.svg"
+    code, out, err = run(*arguments, "--plot", chart)
+    assert code == 0, err
+    assert re.search(r"buckling +B1 B1 +2\.996039", out)
+    assert "buckling" in chart.read_text()
+    (event,) = json.loads(run(*arguments, "--format", "json")[1])["events"]
+    assert event["kind"] == "buckling"
+    assert event["at"] == pytest.approx(2.99604, abs=1e-5)
+
+
+def test_a_second_stable_state():
+    """Accelerated slowly, a bent beam has two: that to which the Euler force bends it, and one that
+    resists, which ends where the beam snaps through. Beyond, and of a straight beam, there is
+    one."""
+    resists, given = FOLDING.replace(spin_up=0.05), {"modes": 2, "state": "stable", **SOFT}
+    given_way = solve(resists, **given)
+    (other,) = other_stable_states(given_way)
+    assert other.equilibrium.stable
+    assert other.equilibrium.tip[1] > 0 > given_way.equilibrium.tip[1]
+    end = end_of_bent_state(other, "spin_up", 0.3)
+    assert end_of_bent_state(given_way, "spin_up", 0.3) is None
+    found = loci(FOLDING, "spin_up", np.linspace(0, 0.3, 13), **given)
+    events = {event.kind: event for event in found.events}
+    assert events["limit point"].at == pytest.approx(end, abs=1e-7)
+    assert events["second state"].branches == ("B1", "B1 (state 2)")
+    assert other_stable_states(solve(FOLDING.replace(spin_up=0.2), **given)) == []
+    assert other_stable_states(solve(Beam(delta=-1, gamma=4), state="stable")) == []
