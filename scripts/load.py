@@ -36,12 +36,12 @@ from beamviz.beam import Beam  # noqa: E402
 from beamviz.drawing.text import rounded_to_error  # noqa: E402
 from beamviz.solver import solve  # noqa: E402
 
-SLIDER = "speed γ"
 PICTURE, TABLE, CELL = (
     b"/scene/rotor/ends\xa7updates",
-    b'aria-label="modes"',
+    rb"aria-label=\"modes\"",  # in JSON
     re.compile(r">([\d.]+)<"),
 )
+BRIDGE = re.compile(rb'"bridge": "([^"]+)"')
 EDITS = 20  # a second, as a browser sends them while a slider is dragged
 SPEEDS = [round(10 + 0.1 * k, 1) for k in range(100)]
 SETTLING = 5.0  # [s] before anything is measured
@@ -64,7 +64,8 @@ class Visitor:
     An edit is answered by its own table or that of a later edit."""
 
     pace: float = 1 / EDITS  # [s] between two edits; infinite: no edits
-    slider: str = ""
+    bridge: str = ""  # the control that takes edits
+    edits: int = 0
     frames: int = 0
     solved: int = 0
     waiting: deque[tuple[int, float]] = field(default_factory=deque)  # edit and time sent
@@ -90,9 +91,10 @@ class Visitor:
         k = random.randrange(len(SPEEDS))
         while True:
             await asyncio.sleep(self.pace)
-            if self.slider:
-                k = (k + 1) % len(SPEEDS)
-                edit = {"uuid": self.slider, "updates": {"value": SPEEDS[k]}}
+            if self.bridge:
+                k, self.edits = (k + 1) % len(SPEEDS), self.edits + 1
+                action = f'[{self.edits}, "gamma", {SPEEDS[k]}]'
+                edit = {"uuid": self.bridge, "updates": {"value": action}}
                 self.waiting.append((k, time.perf_counter()))
                 await line.send(msgspec.msgpack.encode({"type": "GuiUpdateMessage", **edit}))
 
@@ -104,14 +106,8 @@ class Visitor:
         self.frames += PICTURE in group
         if TABLE in group:
             self.answered(group[group.index(TABLE) :].decode(errors="replace"), texts)
-        if not self.slider:
-            self.find_slider(group)
-
-    def find_slider(self, group: bytes) -> None:
-        """The control to drag, once its message has come."""
-        for message in msgspec.msgpack.decode(group)["messages"]:
-            if message.get("props", {}).get("label") == SLIDER:
-                self.slider = message["uuid"]
+        if found := BRIDGE.search(group):
+            self.bridge = found[1].decode()
 
     def answered(self, content: str, texts: dict[str, int]) -> None:
         """Record the edit that a table answers, found by its first frequency."""
@@ -139,7 +135,7 @@ async def measure(
     answers."""
     texts = first_frequencies()
     visits = [asyncio.create_task(visitor.visit(url, texts)) for visitor in visitors]
-    while not all(visitor.slider for visitor in visitors):
+    while not all(visitor.bridge for visitor in visitors):
         await asyncio.sleep(0.1)
     await asyncio.sleep(SETTLING)
     for visitor in visitors:

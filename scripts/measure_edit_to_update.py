@@ -21,7 +21,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 from live.visitor import Visitor, beam_moved, visitor  # type: ignore[import-not-found]  # noqa: E402
 
-TABLE = 'aria-label="modes"'
+TABLE = 'aria-label=\\"modes\\"'  # in JSON
 SERVE = """
 from beamviz.beam import Beam
 from beamviz.scene import Scene
@@ -63,7 +63,7 @@ def report(name: str, rows: dict[str, tuple[float, str]]) -> None:
 
 def has_new_table(messages: list[dict[str, Any]]) -> bool:
     """Whether a group of messages brings a new table of modes with the beam."""
-    texts = [str(m.get("updates", {}).get("content", "")) for m in messages]
+    texts = [str(m.get("source", "")) for m in messages]
     return beam_moved(messages) and any(TABLE in text for text in texts)
 
 

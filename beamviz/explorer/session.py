@@ -210,7 +210,7 @@ class Session:
         self.panel = panel = Panel(visitor)
         add_tab = panel.results.add_tab
         self.comparison, self.run_up = Comparison(visitor), RunUpPlayback(visitor)
-        with panel.beam_folder:
+        with client.gui.add_folder("Beam"):
             RealBeamForm(visitor)
         loci = LociTab(visitor)
         veering = VeeringTab(visitor, loci)

@@ -22,7 +22,6 @@ from beamviz.explorer.state import History, State
 from beamviz.scene import Scene
 from beamviz.server.viser_private import group_messages, set_value, stop_sync
 
-MESSAGE_SECONDS = 12.0
 SAME = 1e-9  # relative: a number shown in other units comes back with a rounding error
 
 Get = Callable[[State], Any]
@@ -192,9 +191,7 @@ class Visitor:
 
     def notify(self, title: str, message: str) -> None:
         """Tell the visitor what went wrong."""
-        self.client.add_notification(
-            title, message, color="red", auto_close_seconds=MESSAGE_SECONDS
-        )
+        self.page.say(f"{title}: {message}", error=True)
 
     # Jobs
 

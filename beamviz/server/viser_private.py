@@ -288,7 +288,7 @@ def run_script(client: viser.ClientHandle, source: Callable[[], str]) -> None:
     client.gui._websock_interface.queue_message(PageScript(source))
 
 
-def control_id(control: viser.GuiInputHandle) -> str:
+def control_id(control: viser.GuiInputHandle | viser.GuiUploadButtonHandle) -> str:
     """The id of a control in the messages about it."""
     return str(control._impl.uuid)
 

@@ -255,7 +255,7 @@ def test_a_kept_beam_stays_while_the_other_changes(url):
         guest.says(frequency(PAPER.replace(gamma=20)))
         guest.says(frequency(PAPER))
         overlay_is(guest, visible=True)
-        guest.choose("reset", "beam")
+        guest.do("reset")
         overlay_is(guest, visible=False)
         guest.says("shows the effect of one change")
 
@@ -263,9 +263,9 @@ def test_a_kept_beam_stays_while_the_other_changes(url):
 def test_all_modes_are_shown_and_one_again(url):
     """The button beside the numbers of the modes: five scenes in place of one."""
     with visitor(url) as guest:
-        guest.choose("show", "all")
+        guest.choose("all_modes", True)
         guest.wait(lambda _: "/mode 5/rotor/beam" in guest.nodes)
         guest.wait(lambda _: guest.nodes["/scene"].get("visible") is False)
-        guest.choose("show", "2")
+        guest.do("only", 1)
         guest.wait(lambda _: guest.nodes["/scene"].get("visible") is True)
         guest.wait(lambda _: guest.nodes["/mode 5"].get("visible") is False)

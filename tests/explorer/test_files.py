@@ -27,7 +27,7 @@ SMALL_FILM = partial(exports.animate, width=96, height=64, fps=5)
 
 def upload(guest: Visitor, content: bytes, parts: int = 1, name: str = "scene.toml") -> None:
     """Send a file through the button, as a page does."""
-    button = guest.controls["Load scene"]
+    button = guest.wait(lambda _: guest.props.get("scene-file", {}).get("data-upload"))
     about = {"source_component_uuid": button, "transfer_uuid": name}
     guest.send(
         type="FileTransferStartUpload",
@@ -43,7 +43,7 @@ def upload(guest: Visitor, content: bytes, parts: int = 1, name: str = "scene.to
 
 def saved(guest: Visitor) -> Scene:
     """The scene in the file the visitor gets."""
-    guest.choose("Save scene", True)
+    guest.do("save")
     (part,) = heard(guest, "FileTransferPart")
     return Scene.from_bytes(part["content"], "saved")
 
@@ -70,7 +70,7 @@ def test_what_is_saved_is_what_is_set(url):
     with visitor(url) as guest:
         assert saved(guest) == FIRST
         guest.choose("gamma", 20.0)
-        guest.choose("dark page", False)
+        guest.choose("dark", False)
         guest.says(frequency(FIRST.changed(gamma=20)))
         assert saved(guest) == FIRST.changed(gamma=20.0, dark=False)
 
@@ -90,21 +90,20 @@ def test_a_loaded_scene_is_shown_and_the_controls_follow(url):
 @pytest.mark.parametrize(
     ("kind", "begin"),
     [
-        ("picture (PNG)", b"\x89PNG"),
-        ("film (GIF)", b"GIF89a"),
-        ("film (WebP)", b"RIFF"),
-        ("page that plays offline (HTML)", b"<!"),
-        ("3D model (GLB)", b"glTF"),
-        ("numbers (CSV)", b"mode,label"),
-        ("numbers (NPZ)", b"PK"),
+        (".png", b"\x89PNG"),
+        (".gif", b"GIF89a"),
+        (".webp", b"RIFF"),
+        (".html", b"<!"),
+        (".glb", b"glTF"),
+        (".csv", b"mode,label"),
+        (".npz", b"PK"),
     ],
 )
 def test_every_file_can_be_exported(url, monkeypatch, kind, begin):
     """The button sends what the command line writes, whole."""
     monkeypatch.setattr(export_jobs, "animate", SMALL_FILM)
     with visitor(url) as guest:
-        guest.choose("file", kind)
-        guest.choose("Make and download", True)
+        guest.do("export", kind)
         start, part = heard(guest, "FileTransferStartDownload", "FileTransferPart", timeout=120)
         assert start["filename"].startswith("beam.")
         assert part["content"][: len(begin)].lower() == begin.lower()
@@ -118,12 +117,20 @@ def test_a_film_of_what_does_not_move_is_refused_in_words(url):
     with visitor(url) as guest:
         upload(guest, still.to_toml().encode())
         guest.says(frequency(still))
-        guest.choose("file", "film (GIF)")
-        guest.choose("Make and download", True)
-        found = guest.wait(
-            lambda latest: [m for m in latest if "nothing moves" in str(m.get("props", m))], 60
-        )
-        assert found
+        guest.do("export", ".gif")
+        guest.wait(lambda _: any("nothing moves" in one["text"] for one in guest.said))
+
+
+def test_a_film_tells_its_progress_and_is_cancelled(url):
+    """The button for it is there as long; after the cancelling there is no file."""
+    with visitor(url) as guest:
+        guest.do("export", ".gif")
+        guest.wait(lambda _: guest.props.get("export-progress", {}).get("value"))
+        assert " s left" in guest.texts["export-state"]
+        assert guest.props["export-work"]["hidden"] is False
+        guest.do("cancel_export")
+        guest.wait(lambda _: guest.props["export-work"]["hidden"])
+        assert guest.said == [{"text": "beam.gif: cancelled", "error": False}]
 
 
 def test_films_queue_while_pictures_are_made_at_once(monkeypatch):
@@ -166,8 +173,8 @@ def test_a_file_that_is_no_scene_changes_nothing(url):
     """The visitor reads why; the scene stays."""
     with visitor(url) as guest:
         upload(guest, b"[beam]\nalpha = -1\n")
-        (told,) = heard(guest, "NotificationShowMessage")
-        assert "alpha = -1: must lie in 0 .. 100" in str(told)
+        guest.wait(lambda _: guest.said)
+        assert "alpha = -1: must lie in 0 .. 100" in guest.said[-1]["text"]
         assert saved(guest) == FIRST
 
 
@@ -175,9 +182,10 @@ def test_a_large_upload_is_turned_down_before_it_is_kept(url):
     """Nothing of it stays in memory, the page hears that it is over, and why."""
     with visitor(url) as guest:
         upload(guest, b"#" * MAX_TOML_BYTES, parts=3)
-        ack, told = heard(guest, "FileTransferPartAck", "NotificationShowMessage")
+        (ack,) = heard(guest, "FileTransferPartAck")
         assert ack["transferred_bytes"] == ack["total_bytes"] == 3 * MAX_TOML_BYTES
-        assert "larger than 64000 bytes" in str(told)
+        guest.wait(lambda _: guest.said)
+        assert "larger than 64000 bytes" in guest.said[-1]["text"]
         assert saved(guest) == FIRST
 
 

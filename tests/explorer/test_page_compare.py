@@ -87,11 +87,11 @@ def test_the_mass_is_dragged_by_a_mouse(shown):
 
 def test_all_modes_are_drawn_above_each_other(shown):
     """Five beams, each higher than the next; the one scene is hidden."""
-    shown.click(button("all"))
+    shown.click(button("All"))
     shown.wait(f"!!{NODES}['/mode 5'] && {NODES}['/scene'].visible === false")
     heights = shown.evaluate(f"[1,2,3,4,5].map(k => {NODES}['/mode ' + k].position.z)")
     assert heights == sorted(heights, reverse=True)
-    shown.click(button("2"))
+    shown.click(button("B2"))
     shown.wait(f"{NODES}['/scene'].visible !== false")
 
 

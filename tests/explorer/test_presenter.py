@@ -10,7 +10,6 @@ from live.visitor import PAPER, frequency_text, visitor
 from beamviz.explorer import app as server
 from beamviz.explorer import jobs
 from beamviz.explorer.app import explorer
-from beamviz.explorer.features import FOLLOW_LABEL
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
@@ -32,7 +31,7 @@ def test_all_see_what_the_presenter_does(url, frame_loops, monkeypatch):
         lead.choose("gamma", 21.0)
         for guest in (one, other):
             guest.says(frequency_text(PAPER.replace(gamma=21)))
-        lead.choose("colour", "axial strain")
+        lead.choose("colouring", "axial strain")
         for guest in (one, other):
             guest.says("axial strain, as drawn")
         assert len(solved) == 1
@@ -62,7 +61,7 @@ def test_a_student_leaves_to_explore_and_comes_back(url):
         other.says(frequency_text(PAPER.replace(gamma=22)))
         assert frequency_text(PAPER.replace(gamma=21, alpha=2)) in one.text
         assert frequency_text(PAPER.replace(gamma=21, alpha=2)) not in lead.text + other.text
-        one.choose(FOLLOW_LABEL, True)
+        one.choose("following", True)
         one.says(frequency_text(PAPER.replace(gamma=22)))
 
 
@@ -73,14 +72,14 @@ def test_a_student_cannot_lead(url):
         one.says(frequency_text(PAPER.replace(gamma=21)))
         time.sleep(0.5)
         assert frequency_text(PAPER.replace(gamma=21)) not in other.text
-        assert FOLLOW_LABEL in one.controls
+        assert "following" in one.values
 
 
 def test_a_presenter_who_leaves_and_returns_leads_again(url, frame_loops):
     """Meanwhile the last scene stays."""
     with visitor(url) as one:
         with visitor(f"{url}/?token={PRESENTER}") as lead:
-            assert FOLLOW_LABEL not in lead.controls
+            assert "following" not in lead.values
             lead.choose("gamma", 21.0)
             one.says(frequency_text(PAPER.replace(gamma=21)))
             lead.choose("playing", False)

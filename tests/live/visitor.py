@@ -2,8 +2,10 @@
 
 import contextlib
 import json
+import re
 import time
 from collections.abc import Callable, Iterator
+from html import unescape
 from typing import Any
 
 import msgspec.msgpack
@@ -30,7 +32,6 @@ class Visitor:
     def __init__(self, socket: Connection):
         self.socket = socket
         self.controls: dict[str, str] = {}
-        self.hints: dict[str, str] = {}
         self.commands: dict[str, str] = {}
         self.texts: dict[str, str] = {}
         self.updated: dict[str, Any] = {}
@@ -65,7 +66,19 @@ class Visitor:
         self.send(type="GuiUpdateMessage", uuid=self.controls[label], updates={"value": value})
 
     def press(self, key: str) -> None:
-        """Run a command by its key, or by its name if it has no key."""
+        """Press a key of the page, or run a command by its name."""
+        keys = re.compile(rf'<[^>]*data-key="{key.lower()}"[^>]*>')
+        if tag := next(
+            (found[0] for text in self.texts.values() if (found := keys.search(text))), ""
+        ):
+            values = dict(re.findall(r'(data-\w+)="([^"]*)"', tag))
+            value = json.loads(unescape(values.get("data-value", "null")))
+            if name := values.get("data-do"):
+                self.do(name, value)
+            else:
+                name = values["data-set"]
+                self.do(name, not self.shown[name] if value is None else value)
+            return
         self.send(type="CommandTriggerMessage", uuid=self.commands[key])
 
     def wait(self, done: Callable[[list[dict[str, Any]]], Any], timeout: float = TIMEOUT) -> Any:
@@ -112,7 +125,6 @@ class Visitor:
             self.commands[props["hotkey"] or props["label"]] = message["uuid"]
         elif kind.startswith("Gui") and "label" in props:
             self.controls[props["label"]] = message["uuid"]
-            self.hints[props["label"]] = props.get("hint") or ""
         elif "name" in message and props:
             self.nodes.setdefault(message["name"], {}).update(props)
 

@@ -12,13 +12,14 @@ from viser.transforms import SO3
 from beamviz.drawing import BeamView
 from beamviz.drawing.modes import Clock
 from beamviz.explorer.jobs import Job
+from beamviz.explorer.page.html import checkbox
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
 
 # Presenter mode
 
 FOLLOW_LABEL = "follow the presenter"
-TOP = -1.0  # above all other controls
+FOLLOW_HINT = "Move any control to explore by yourself; tick this to come back"
 FOLLOWED = ("scene", "case", "view", "over", "per_rev")  # of the state, which follow
 
 
@@ -37,9 +38,8 @@ class PresenterMode:
 
     def __init__(self, own: Presentation, presenter: Callable[[], Presentation | None]):
         self.own, self.presenter = own, presenter
-        hint = "Move any control to explore by yourself; tick this to come back"
-        box = own.visitor.client.gui.add_checkbox(FOLLOW_LABEL, True, hint=hint, order=TOP)
-        own.visitor.bind_control_key(box, "following")
+        own.visitor.page.html("presenter", checkbox("following", FOLLOW_LABEL, FOLLOW_HINT))
+        own.visitor.bind_key("following")
 
     @property
     def followed(self) -> Presentation | None:

@@ -4,15 +4,16 @@ import secrets
 import threading
 import time
 from collections.abc import Callable
-from functools import partial
+from html import escape
 from typing import Any
 
-from viser import ClientHandle, GuiEvent, NotificationHandle
+from viser import ClientHandle, GuiEvent
 
 from beamviz.beam import MAX_TOML_BYTES
 from beamviz.errors import InvalidInput
 from beamviz.explorer.export_jobs import ExportJob
 from beamviz.explorer.features.lessons import Lessons
+from beamviz.explorer.page.html import button, select
 from beamviz.explorer.page.style import script_element
 from beamviz.explorer.visitor import Visitor
 from beamviz.exports.film import ENCODERS
@@ -20,7 +21,7 @@ from beamviz.lessons import lesson
 from beamviz.scene import Scene, parse_query
 from beamviz.server.access import KEY_PARAMETER
 from beamviz.server.log import RateLimitedLog
-from beamviz.server.viser_private import filter_uploads
+from beamviz.server.viser_private import control_id, filter_uploads
 
 log = RateLimitedLog(__name__)
 
@@ -40,16 +41,14 @@ def within_limits(scene: Scene) -> Scene:
 
 
 class SceneFiles:
-    """Two buttons: save the scene as a TOML file, and load one."""
+    """Saves the scene as a TOML file, and loads one."""
 
     def __init__(self, visitor: Visitor):
-        self.visitor, gui = visitor, visitor.client.gui
-        with gui.add_folder("Scene file", expand_by_default=False):
-            save = gui.add_button("Save scene", hint="A small text file with all settings")
-            hint = "A file from Save scene"
-            load = gui.add_upload_button("Load scene", hint=hint, mime_type=".toml")
-        save.on_click(lambda _: self.save())
+        self.visitor = visitor
+        visitor.on("save", lambda _: self.save())
+        load = visitor.client.gui.add_upload_button("scene", mime_type=".toml", visible=False)
         load.on_upload(self.load)
+        visitor.page.props("scene-file", data_upload=control_id(load))
         filter_uploads(visitor.client, self.accepts)
 
     def save(self) -> None:
@@ -79,43 +78,45 @@ class SceneFiles:
 
 # Downloads
 
-SUFFIXES = {
-    "picture (PNG)": ".png",
-    "film (GIF)": ".gif",
-    "film (WebP)": ".webp",
-    "film (MP4)": ".mp4",
-    "page that plays offline (HTML)": ".html",
-    "3D model (GLB)": ".glb",
-    "numbers (CSV)": ".csv",
-    "numbers (NPZ)": ".npz",
+KINDS = {
+    ".png": ("Picture (PNG)", "The scene as it is now"),
+    ".gif": ("Film (GIF)", "A seamless loop, for slides"),
+    ".webp": ("Film (WebP)", "The same, smaller"),
+    ".mp4": ("Film (MP4)", "The same, for video programs"),
+    ".html": ("Page (HTML)", "Scene, chart and table in one file that plays offline"),
+    ".glb": ("3D model (GLB)", "Animated, for 3D programs"),
+    ".csv": ("Numbers (CSV)", "Frequencies, shapes and equilibrium, for spreadsheets"),
+    ".npz": ("Numbers (NPZ)", "The same, for Python"),
 }
 LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
 
 
 class Downloads:
-    """A choice of files, a button that makes one of what is shown, and one that cancels it."""
+    """The tab Export: a button for each kind of file, its progress, and a button that cancels."""
 
     def __init__(self, visitor: Visitor):
-        self.visitor = visitor
+        self.visitor, self.page = visitor, visitor.page
         self.job: ExportJob | None = None
-        gui = visitor.client.gui
-        with gui.add_folder("Export", expand_by_default=False):
-            self.kind = gui.add_dropdown("file", tuple(SUFFIXES))
-            self.length = gui.add_dropdown("length of a film", tuple(LENGTHS))
-            make = gui.add_button("Make and download", hint="Of what you see now")
-            self.cancel = gui.add_button("Cancel", disabled=True)
-        make.on_click(lambda _: self.start())
-        self.cancel.on_click(lambda _: self.close())
+        self.length = next(iter(LENGTHS))
+        self.page.html("tab-export", export_tab())
+        self.page.value("film_length", self.length)
+        visitor.on("export", self.start)
+        visitor.on("cancel_export", lambda _: self.close())
+        visitor.on("film_length", self.choose_length)
+
+    def choose_length(self, length: Any) -> None:
+        """Choose how long films are."""
+        self.length = length if length in tuple(LENGTHS) else self.length
+        self.page.value("film_length", self.length)
 
     def close(self) -> None:
         """Make no file any more."""
         if self.job:
             self.job.cancel()
 
-    def start(self) -> None:
-        """Make the chosen file, in place of the one that is being made for this visitor."""
-        suffix, periods = SUFFIXES.get(self.kind.value), LENGTHS.get(self.length.value)
-        if not suffix:
+    def start(self, suffix: Any) -> None:
+        """Make a file, in place of the one that is being made for this visitor."""
+        if suffix not in tuple(KINDS):
             return
         self.close()
         try:
@@ -123,27 +124,46 @@ class Downloads:
         except InvalidInput as error:
             self.visitor.notify("Nothing to export", str(error))
             return
-        title = f"Making beam{suffix}"
-        note = self.visitor.client.add_notification(title, "", loading=True)
-        options = {"periods": periods} if suffix in ENCODERS else {}
-        self.job = ExportJob(scene, suffix, partial(self.show, note), **options)
-        self.cancel.disabled = False
+        options = {"periods": LENGTHS[self.length]} if suffix in ENCODERS else {}
+        self.job = ExportJob(scene, suffix, self.show, **options)
         self.job.start()
 
-    def show(self, note: NotificationHandle, job: ExportJob) -> None:
+    def show(self, job: ExportJob) -> None:
         """Tell the visitor how the file is getting on, and send it."""
-        state = job.status.state
-        if state in ("waiting", "working"):
-            note.body = job.status.text
+        if job is not self.job:
             return
-        note.remove()
-        self.cancel.disabled = self.job in (job, None)
+        state, name = job.status.state, f"beam{job.suffix}"
+        working = state in ("waiting", "working")
+        self.page.html("export-state", escape(f"{name}: {job.status.text}"))
+        self.page.props("export-progress", value=job.status.done or None)
+        self.page.props("export-work", hidden=not working)
         if state == "done" and not job.stopped.is_set():
-            name = f"beam{job.suffix}"
             self.visitor.client.send_file_download(name, job.content, save_immediately=True)
         elif state == "failed":
             title, _, message = job.status.message.partition(": ")
             self.visitor.notify(title, message)
+        if not working:
+            self.page.say(f"{name}: {state}")
+
+
+def export_tab() -> str:
+    """Buttons for all kinds of files, and for scene files."""
+    files = "".join(
+        f'<div class="file">{button(name, data_do="export", data_value=suffix)}'
+        f'<span class="soft">{escape(text)}</span></div>'
+        for suffix, (name, text) in KINDS.items()
+    )
+    return (
+        '<div id="export-work" class="row" hidden><span id="export-state"></span>'
+        '<progress id="export-progress" aria-label="Progress of the export"></progress>'
+        f"{button('Cancel', data_do='cancel_export')}</div>"
+        f'<div class="files">{files}<div class="file">{button("Save the scene", data_do="save")}'
+        '<span class="soft">All settings, as a small text file (TOML)</span></div>'
+        '<div class="file"><label class="button" for="scene-file">Load a scene</label>'
+        '<input type="file" id="scene-file" class="hidden" accept=".toml">'
+        '<span class="soft">A file from Save the scene</span></div>'
+        f'<div class="file">{select("film_length", "length of a film", LENGTHS.keys())}</div></div>'
+    )
 
 
 # Links: ?lesson=nodes, or ?alpha=1&gamma=10&mode=3. A server is not told the query of the page that

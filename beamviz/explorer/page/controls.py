@@ -7,7 +7,7 @@ from typing import Any
 
 from beamviz.beam import PARAMETERS, Units
 from beamviz.drawing.text import measures
-from beamviz.explorer.page.html import slider
+from beamviz.explorer.page.html import button, checkbox, slider
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
 
@@ -38,7 +38,10 @@ class NumberControls:
     def __init__(self, visitor: Visitor):
         self.visitor, self.page = visitor, visitor.page
         self.ranges: dict[str, tuple[float, float]] = {}  # of the sliders
-        self.page.html("beam", "".join(map(number_slider, PARAMETERS)))
+        reset = button(
+            "Reset", data_do="reset", data_key="r", title="Back to how it was at first (R)"
+        )
+        self.page.html("beam", "".join(map(number_slider, PARAMETERS)) + reset)
         self.measures = measures(visitor.state.case.units)
         visitor.render(lambda state: state.scene, lambda _: self.choose_ranges(visitor.state))
         for name in PARAMETERS:
@@ -59,7 +62,6 @@ class NumberControls:
         if not low <= shown <= high:
             self.set_range(name, *(measure.factor * limit for limit in PARAMETERS[name].limits))
         self.page.value(name, shown)
-        self.page.props(f"{name}-slider", aria_valuetext=f"{shown:g} {measure.unit}".strip())
 
     def choose_ranges(self, state: State) -> None:
         """Choose labels and ranges for another scene, and show its numbers."""
@@ -70,6 +72,7 @@ class NumberControls:
             self.choose_range(name, number, units)
             self.show(name, number)
         self.page.props("mu-row", hidden=units is not None)
+        self.page.html("units", "SI units" if units else "no units")
 
     def choose_range(self, name: str, number: float, units: Units | None) -> None:
         """Label and range of a slider. It covers four times the value of a real beam, and the full
@@ -82,7 +85,7 @@ class NumberControls:
         if not low <= number <= high:
             low, high = parameter.limits
         low, high, step = measure.range(low, high, step, parameter.limits)
-        self.page.props(f"{name}-slider", step=step)
+        self.page.props(f"{name}-slider", step=step, data_unit=measure.unit)
         self.page.props(f"{name}-field", aria_label=measure.label)
         self.set_range(name, low, high)
 
@@ -112,13 +115,13 @@ class TermControls:
     """A switch for each term of the equations, and one for the mass."""
 
     def __init__(self, visitor: Visitor):
-        gui, self.alpha = visitor.client.gui, FIRST_MASS
-        for name, (label, hint) in TERMS.items():
-            box = gui.add_checkbox(label, False, hint=hint)
-            visitor.bind_control(box, partial(State.value, name=name), partial(switch_term, name))
-        visitor.bind_control(
-            gui.add_checkbox("mass", False, hint=MASS), self.has_mass, self.switch_mass
-        )
+        self.alpha = FIRST_MASS
+        boxes = {**TERMS, "mass": ("mass", MASS)}
+        rows = (checkbox(key, label, help) for key, (label, help) in boxes.items())
+        visitor.page.html("effects", "".join(rows))
+        for name in TERMS:
+            visitor.bind(name, partial(State.value, name=name), partial(switch_term, name))
+        visitor.bind("mass", self.has_mass, self.switch_mass)
 
     def has_mass(self, state: State) -> bool:
         """Whether the beam has a mass; how large it is, is noted."""

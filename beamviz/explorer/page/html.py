@@ -11,15 +11,11 @@ from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import duration, significant
 from beamviz.errors import NoEquilibrium
 from beamviz.explorer.jobs import SolverAnswer
-from beamviz.exports.html_page import TIME
 
 SMALL = "font-size:.8em;line-height:1.5;margin:.2em .75em .3em"
-GOOD, AMBER, BAD = "#2b8a3e", "#b36b00", "#d9480f"
-FADED = "opacity:.65"
+GOOD, BAD = "#2b8a3e", "#d9480f"
 ROUNDING = 1e-9  # [%]
 NOTHING = 1e-8  # [lengths of the beam] a smaller displacement is none
-MIN_HEIGHT = "4.25em"  # of three lines, so that nothing below moves when the text changes
-PACE = f"font-size:.8em;margin:-.3em .75em .5em;{FADED}"
 
 
 def small(content: str, role: str = "") -> str:
@@ -37,21 +33,16 @@ def equilibrium_state(answer: SolverAnswer) -> str:
     """The state of the equilibrium in up to three lines: stable, with a caution in amber where it
     is far from a real beam; or what is wrong."""
     if answer.shapes and not answer.warning:
-        title, text, colour = "Stable equilibrium", stretch_text(answer.shapes), GOOD
+        title, text, kind = "Stable equilibrium", stretch_text(answer.shapes), "good"
         if answer.caution:
-            text, colour = answer.caution, AMBER
+            text, kind = answer.caution, "warn"
     else:
         title, _, text = answer.warning.partition("\n")
-        colour = BAD
+        kind = "bad"
         if answer.error and not isinstance(answer.error, NoEquilibrium):
             text = answer.message
-    return (
-        f'<div role="status" style="border-left:4px solid {colour};padding:.1em .6em;'
-        f"min-height:{MIN_HEIGHT};margin:.2em .75em .5em;font-size:.85em;line-height:1.35"
-        f'"><b>{escape(title)}</b>'
-        + (f'<br><span style="{FADED}">{escape(text)}</span>' if text else "")
-        + "</div>"
-    )
+    line = f"<br>{escape(text)}" if text else ""
+    return f'<p class="state {kind}"><b>{escape(title)}</b>{line}</p>'
 
 
 def stretch_text(shapes: SampledModes) -> str:
@@ -70,11 +61,6 @@ def stretch_text(shapes: SampledModes) -> str:
     return f"{speed}the rotation makes the beam {significant(abs(change), 2)} % {longer}{length}"
 
 
-def faded(content: str) -> str:
-    """Content that belongs to an earlier answer."""
-    return f'<div style="opacity:.35">{content}</div>' if content else ""
-
-
 def legend(name: str, largest: float, units: Units | None) -> str:
     """The colour map `name` with the values at its ends."""
     anchors: tuple[colours.RGB, ...]
@@ -86,24 +72,19 @@ def legend(name: str, largest: float, units: Units | None) -> str:
         ends = ("0 at rest", "", far if largest > NOTHING else "")
         anchors, title = colours.SEQUENTIAL, "displacement, as drawn"
     return (
-        '<div aria-label="legend" style="font-size:.8em;margin:.2em .75em .6em">'
-        f'<span style="{FADED}">{title}</span>'
-        f'<div style="height:.7em;border-radius:3px;background:{colours.gradient(anchors)}"></div>'
-        '<div style="display:flex;justify-content:space-between">'
-        + "".join(f"<span>{end}</span>" for end in ends)
-        + "</div></div>"
+        f'<span>{title}</span><div class="colours" style="background:{colours.gradient(anchors)}">'
+        '</div><div class="ends">' + "".join(f"<span>{end}</span>" for end in ends) + "</div>"
     )
 
 
 def pace(rate: float, units: Units | None) -> str:
     """How much time [T*] passes in one second, `rate`, in the units of the beam."""
+    ratio = ""
     if units:
         faster = rate * units.time
-        slower = faster < 1
-        ratio = f"{significant(1 / faster if slower else faster, 3)} times"
-        much = f"{ratio} {'slower' if slower else 'faster'}"
-        return f'<div style="{PACE}">one second here = {duration(rate, units)} ({much})</div>'
-    return f'<div title="{TIME}" style="{PACE}">one second here = {duration(rate, None)}</div>'
+        times = significant(1 / faster if 0 < faster < 1 else faster, 3)
+        ratio = f" ({times} times {'slower' if faster < 1 else 'faster'})"
+    return f"one second here = {duration(rate, units)}{ratio}"
 
 
 # Controls
@@ -146,9 +127,9 @@ def slider(key: str, label: str, help: str = "", field: bool = True, **values: A
     step= and other attributes of the slider."""
     box = attributes(id=f"{key}-field", data_set=key, aria_label=label, step="any")
     return (
-        f'<div class="field"><label for="{key}-slider"><span id="{key}-label">{escape(label)}'
-        f"</span></label><span>{hint(label, help) if help else ''}"
-        f"{f'<input type=number{box}>' if field else ''}</span>"
+        f'<div class="field"><span class="name"><label for="{key}-slider" id="{key}-label">'
+        f"{escape(label)}</label>{hint(label, help) if help else ''}</span>"
+        f"{f'<input type=number{box}>' if field else '<span></span>'}"
         f'<input type="range" id="{key}-slider"'
         f"{attributes(data_set=key, **values)}></div>"
     )
@@ -171,9 +152,9 @@ def select(
         f"<option{attributes(value=value)}>{escape(name)}</option>" for value, name in names.items()
     )
     return (
-        f'<div class="field"><label for="{key}-select">{escape(label)}</label>'
-        f"<span>{hint(label, help) if help else ''}"
-        f'<select id="{key}-select"{attributes(data_set=key, **values)}>{options}</select></span>'
+        f'<div class="field"><span class="name"><label for="{key}-select">{escape(label)}</label>'
+        f"{hint(label, help) if help else ''}</span>"
+        f'<select id="{key}-select"{attributes(data_set=key, **values)}>{options}</select>'
         "</div>"
     )
 
@@ -189,9 +170,3 @@ def table(
         f"<table{attributes(aria_label=name)}>{title}<thead><tr>{head}</tr></thead>"
         f"<tbody>{body}</tbody></table>"
     )
-
-
-PLAY = (
-    '<button type="button" data-set="playing" data-key="p" id="play" title="Play or pause (P)"'
-    ' aria-label="Play">▶</button>'
-)

@@ -104,9 +104,11 @@ const beamviz = (() => {
     }
   }
 
-  /* The part of a slider's track left of its thumb. */
-  const paint = (e) =>
+  /* The part of a slider's track left of its thumb, and its value in words. */
+  function paint(e) {
     e.style.setProperty("--part", `${(100 * (e.value - e.min)) / (e.max - e.min || 1)}%`);
+    e.setAttribute("aria-valuetext", `${e.value} ${e.dataset.unit ?? ""}`.trim());
+  }
 
   function draw(id, data) {
     drawn[id] = { ...drawn[id], ...data };
@@ -142,7 +144,7 @@ const beamviz = (() => {
         if (there.nodeValue !== node.nodeValue) there.nodeValue = node.nodeValue;
       } else {
         for (const { name } of [...there.attributes]) {
-          if (!node.hasAttribute(name) && !(there.matches(ALL) && /^(style|aria-pressed)$/.test(name)))
+          if (!node.hasAttribute(name) && !(there.matches(ALL) && /^(style|aria-pressed|aria-valuetext)$/.test(name)))
             there.removeAttribute(name);
         }
         for (const { name, value } of node.attributes)
@@ -190,6 +192,7 @@ const beamviz = (() => {
 
   function onInput(event) {
     const e = event.target, key = e.dataset?.set;
+    if (e.type === "file" && event.type === "change") upload(e);
     if (!key) return;
     used[key] = performance.now();
     if (e.type === "range") paint(e);
@@ -199,6 +202,20 @@ const beamviz = (() => {
       if (Number.isFinite(e.valueAsNumber)) send(key, e.valueAsNumber);
       else showValue(e, values[key]);
     } else if (event.type === "change" && e.type !== "range") send(key, e.value);
+  }
+
+  /* A file through a hidden upload button of viser, in one part. */
+  async function upload(e) {
+    const [file] = e.files, transfer = `file ${++count}`;
+    if (!file || !e.dataset.upload) return;
+    const content = new Uint8Array(await file.slice(0, 500000).arrayBuffer());
+    const about = { source_component_uuid: e.dataset.upload, transfer_uuid: transfer };
+    const { sendMessage } = window.__viserMutable;
+    sendMessage({ type: "FileTransferStartUpload", filename: file.name, mime_type: "text/plain",
+      part_count: 1, size_bytes: file.size, ...about });
+    if (file.size === content.length)
+      sendMessage({ type: "FileTransferPart", part_index: 0, content, ...about });
+    e.value = "";
   }
 
   function release() {
@@ -237,7 +254,22 @@ const beamviz = (() => {
     if (target) target.click();
   }
 
+  /* viser connects again by itself; meanwhile nothing the visitor does arrives. Its canvas gets a
+     name and a tab stop. */
+  function watchViser() {
+    const canvas = document.querySelector("#root canvas[data-engine]");
+    if (canvas && !canvas.ariaLabel) {
+      canvas.setAttribute("role", "img");
+      canvas.ariaLabel = "The rotating beam in motion. Arrow keys turn the view.";
+      canvas.tabIndex = 0;
+    }
+    const offline = bridge && /not connected/.test(window.__viserMutable?.sendMessage);
+    if (offline && !byId("offline").open) byId("offline").show();
+    if (!offline && byId("offline").open) byId("offline").close();
+  }
+
   function start() {
+    setInterval(watchViser, 1000);
     document.addEventListener("click", (event) => {
       const tab = event.target.closest(TAB), acting = event.target.closest(ACT);
       const dialog = event.target.closest("[data-dialog]");

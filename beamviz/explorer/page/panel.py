@@ -1,185 +1,219 @@
-"""The page: results over the scene on the left, controls docked on the right, keys."""
+"""What surrounds the scene: status, table of modes, controls of motion, picture and model, keys."""
 
 from collections.abc import Callable
 from functools import partial
 from html import escape
 from typing import Any
 
-from viser import GuiApi
-
 from beamviz.beam import Units
 from beamviz.explorer.jobs import SolverAnswer
 from beamviz.explorer.page import html
 from beamviz.explorer.page.controls import NumberControls, TermControls
-from beamviz.explorer.page.style import add_style
+from beamviz.explorer.page.html import button, checkbox, hint, select, slider
+from beamviz.explorer.page.modes import HEADING, mode_table
 from beamviz.explorer.state import CHOICES, State
-from beamviz.explorer.visitor import Visitor, on_press
-from beamviz.exports.html_page import solution_table
-from beamviz.scene import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, MODES
-from beamviz.server.viser_private import set_html
+from beamviz.explorer.visitor import Visitor
+from beamviz.scene import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, MAX_SHARES, MODES
 
 MODEL = {
-    "method": "How the equations are discretised and solved",
     "strain": "The law that relates stretch and force: green is the paper's",
     "curvature": "How bending is measured where the beam is stretched: spatial is the paper's",
-    "plane": "chordwise: vibration in the plane of rotation; flapwise: out of it",
+    "state": "straight; bent: the beam leaves its axis, as under spin-up; stable: straight where"
+    " that is stable",
 }
-ALL = "all"
-BEAM, VIEW = "beam", "view"
-ROTATING, FIXED = "ride on the hub", "stand beside it"
+METHOD_HINT = "How the equations are discretised and solved. auto is exact to the error shown."
+PLANES = {"chordwise": "in plane (chordwise)", "flapwise": "out of plane (flapwise)"}
+VIEWS = {"ride on the hub": True, "stand beside it": False}
+BOUND = ("playing", "pace", "amplitude", "rotating_frame", "all_modes", "plane", "method")
+PICTURE = {
+    "ghosts": ("undeformed outline", "Outline: undeformed. Pale: stretched, not vibrating"),
+    "nodes": ("nodes", "Points that stay at rest in a mode"),
+    "thicken": ("draw thicker", "Draw a thin beam thicker than it is"),
+}
 KEYS = (
-    ("P", "pause or play"),
+    ("P", "play or pause"),
     (f"1 … {MODES}", "one mode alone"),
     ("N, B", "next and back in a lesson"),
     ("R", "reset the beam"),
-    ("V", "reset the view"),
+    ("V", "fit the view"),
     ("H, S", "ride on the hub, stand beside it"),
     ("C", "Coriolis forces on or off"),
     ("D", "dark or light page"),
+    ("Ctrl+Z, Ctrl+Shift+Z", "undo, redo"),
     ("Ctrl+K", "all commands, by name"),
     ("Ctrl +", "larger letters, for a projector"),
+)
+INVITATION = "Drag the mass along the beam, or the line of the speed in the chart below."
+HELP = (
+    "Drag the mass along the beam, or drag the scene to look from elsewhere; the wheel zooms.",
+    "Tab moves from control to control; arrow keys move a slider, or turn the scene.",
 )
 
 
 class Panel:
-    """The controls of one visitor and the tab of modes. results: the panel of results, for more
-    tabs; beam_folder: the folder of the beam, for more controls."""
+    """The page of one visitor, but for the tabs."""
 
     def __init__(self, visitor: Visitor):
-        self.visitor, gui = visitor, visitor.client.gui
-        gui.set_panel_label("beamviz")
-        gui.main_panel.dock_right()
-        gui.main_panel.set_width(320)
-        add_style(gui)
-        self.results = gui.add_panel()
-        with self.results.add_tab("Modes"):
-            self.add_modes(gui)
+        self.visitor, page = visitor, visitor.page
+        gui = visitor.client.gui
+        self.results = gui.add_panel()  # of tabs that are still viser's
         self.results.dock_left()
-        self.results.set_width(370)
-        self.beam_folder = gui.add_folder("Beam")
-        with self.beam_folder:
-            NumberControls(visitor)
-        with gui.add_folder("Motion"):
-            self.add_motion(gui)
-        with gui.add_folder("Picture"):
-            self.add_picture(gui)
-        with gui.add_folder("Physical effects", expand_by_default=False):
-            TermControls(visitor)
-        with gui.add_folder("Model", expand_by_default=False):
-            for name, hint in MODEL.items():
-                visitor.bind_control_key(gui.add_dropdown(name, CHOICES[name], hint=hint), name)
-
-    def add_modes(self, gui: GuiApi) -> None:
-        """State of the equilibrium, table of modes, buttons to choose one, and the legend."""
-        self.state, self.table = gui.add_html(""), gui.add_html("")
-        numbers = [str(k + 1) for k in range(MODES)]
-        pick = gui.add_button_group("show", [*numbers, ALL], hint="One mode alone, or all")
-        self.legend = gui.add_html("")
-
-        def picked(number: Any) -> None:
-            if number == ALL:
-                self.visitor.change(lambda state: state.changed("all_modes", True))
-            elif number in numbers:
-                self.visitor.change(lambda state: state.only(int(number) - 1))
-
-        on_press(pick, picked)
-
-    def add_motion(self, gui: GuiApi) -> None:
-        """Clock, amplitude, mix of modes and frame of view."""
-        bind = self.visitor.bind_control_key
-        self.visitor.page.html("transport", html.PLAY)
-        self.visitor.bind_key("playing")
-        hint = "Speed of the one clock of rotation and vibration"
-        bind(gui.add_slider("pace", 0.0, MAX_PACE, 0.05, 1.0, hint=hint), "pace")
-        self.pace = gui.add_html("")
-        hint = "Largest displacement drawn, over the length of the beam"
-        bind(gui.add_slider("amplitude", 0.0, MAX_AMPLITUDE, 0.01, 0.0, hint=hint), "amplitude")
-        with gui.add_folder("Mix several modes", expand_by_default=False):
-            for mode in range(MODES):
-                self.add_share(gui, mode)
-        frame = gui.add_button_group("view", (ROTATING, FIXED))
-        on_press(frame, lambda name: self.visitor.change(
-            lambda state: state.changed("rotating_frame", name == ROTATING)
+        for id, content in {
+            "status": status(),
+            "transport": transport(),
+            "modes": HEADING,
+            "motion": motion(),
+            "picture": picture(),
+            "model": model(),
+            "keys": help_text(),
+        }.items():
+            page.html(id, content)
+        NumberControls(visitor)
+        TermControls(visitor)
+        for key in (*BOUND, *MODEL, *PICTURE, "colouring", "dark"):
+            visitor.bind_key(key)
+        for mode in range(MODES):
+            self.bind_share(mode)
+        first = visitor.state.case
+        visitor.render(lambda state: state.case, lambda case: page.html(
+            "scene-caption", INVITATION if case is first else ""
         ))  # fmt: skip
+        visitor.on("only", self.show_alone)
+        visitor.on("undo", lambda _: visitor.undo())
+        visitor.on("redo", lambda _: visitor.redo())
+        visitor.on("reset", lambda _: visitor.reset())
+        visitor.on("reset_view", lambda _: visitor.reset_view())
 
-    def add_share(self, gui: GuiApi, mode: int) -> None:
-        """The share of one mode (from 0) in the picture."""
-        hint = f"Share of mode {mode + 1} in the picture"
-        slider = gui.add_slider(f"mode {mode + 1}", 0.0, 1.0, 0.05, 0.0, hint=hint)
+    def show_alone(self, mode: Any) -> None:
+        """Show one mode (from 0) alone."""
+        if isinstance(mode, int) and 0 <= mode < MAX_SHARES:
+            self.visitor.change(partial(State.only, mode=mode))
+
+    def bind_share(self, mode: int) -> None:
+        """Bind the slider of one mode's (from 0) share in the motion."""
 
         def share(state: State) -> float:
             return state.view.shares[mode] if mode < len(state.view.shares) else 0.0
 
-        self.visitor.bind_control(slider, share, lambda state, value: state.share(mode, value))
-
-    def add_picture(self, gui: GuiApi) -> None:
-        """What is drawn, and how."""
-        bind = self.visitor.bind_control_key
-        bind(gui.add_dropdown("colour", COLOURINGS), "colouring")
-        hint = "Outline: undeformed. Pale: stretched by the rotation, not vibrating"
-        bind(gui.add_checkbox("ghosts", True, hint=hint), "ghosts")
-        bind(gui.add_checkbox("nodes", True, hint="Points that stay at rest in a mode"), "nodes")
-        hint = "Draw a thin beam thicker than it is"
-        bind(gui.add_checkbox("thicken", False, hint=hint), "thicken")
-        bind(gui.add_checkbox("dark page", False), "dark")
-        reset = gui.add_button_group("reset", (BEAM, VIEW), hint="Back to how it was at first")
-        resets = {BEAM: self.visitor.reset, VIEW: self.visitor.reset_view}
-        on_press(reset, lambda name: resets.get(name, lambda: None)())
+        self.visitor.bind(f"share-{mode}", share, lambda state, value: state.share(mode, value))
 
     def add_commands(self) -> None:
-        """Keys, commands of the palette (Ctrl+K), and the list of keys."""
+        """The commands of the palette (Ctrl+K)."""
         visitor = self.visitor
-        self.add_switch("Pause or play", "P", "playing")
-        for k in range(MODES):
-            self.add_edit(f"Show mode {k + 1} alone", str(k + 1), partial(State.only, mode=k))
-        self.add_command("Reset the beam", "R", visitor.reset)
-        self.add_command("Reset the view", "V", visitor.reset_view)
-        self.add_edit(ROTATING.capitalize(), "H", lambda s: s.changed("rotating_frame", True))
-        self.add_edit(FIXED.capitalize(), "S", lambda s: s.changed("rotating_frame", False))
-        self.add_switch("Coriolis forces on or off", "C", "coriolis")
-        self.add_switch("Dark or light page", "D", "dark")
-        with visitor.client.gui.add_folder("Keys", expand_by_default=False):
-            visitor.client.gui.add_html(key_list())
-
-    def add_switch(self, name: str, key: str, switch: str) -> None:
-        """A command that switches something on or off."""
-
-        def toggled(state: State) -> State:
-            state = state.keep_for_comparison() if switch == "coriolis" else state
-            return state.changed(switch, not state.value(switch))
-
-        self.add_edit(name, key, toggled)
-
-    def add_edit(self, name: str, key: str, edit: Callable[[State], State]) -> None:
-        """A command that edits the state."""
-        self.add_command(name, key, lambda: self.visitor.change(edit))
-
-    def add_command(self, name: str, key: Any, run: Callable[[], Any]) -> None:
-        """A command with a key."""
-        self.visitor.client.gui.add_command(name, hotkey=key).on_trigger(lambda _: run())
+        edits = {
+            "Play or pause": partial(toggled, "playing"),
+            "Coriolis forces on or off": partial(toggled, "coriolis"),
+            "Dark or light page": partial(toggled, "dark"),
+            **{f"Show mode {k + 1} alone": partial(State.only, mode=k) for k in range(MODES)},
+            **{
+                name.capitalize(): partial(State.changed, name="rotating_frame", value=value)
+                for name, value in VIEWS.items()
+            },
+        }
+        commands: dict[str, Callable[[], None]] = {
+            name: partial(visitor.change, edit) for name, edit in edits.items()
+        }
+        commands |= {"Reset the beam": visitor.reset, "Fit the view": visitor.reset_view}
+        for name, run in commands.items():
+            visitor.client.gui.add_command(name).on_trigger(partial(ignoring_event, run))
 
     def show_answer(
         self, answer: SolverAnswer, solved: SolverAnswer | None, shown: list[int]
     ) -> None:
         """Show an answer; where it has no solution, that of the last `solved` one, faded."""
-        set_html(self.state, html.equilibrium_state(answer))
-        table = solution_table(solved.solution, shown) if solved and solved.solution else ""
-        set_html(self.table, table if answer.solution else html.faded(table))
+        page = self.visitor.page
+        page.props("scene", data_ready="")
+        page.html("equilibrium", html.equilibrium_state(answer))
+        page.html("mode-rows", mode_table(solved, shown) if solved and solved.solution else "")
+        page.props("mode-rows", class_=None if answer.solution else "faded")
 
     def show_picture(self, largest: float, pace: float, units: Units | None) -> None:
         """Show the scale of the colours and the pace of the picture."""
-        set_html(self.legend, html.legend(self.visitor.state.view.colouring, largest, units))
-        set_html(self.pace, html.pace(pace, units))
+        page = self.visitor.page
+        page.html("legend", html.legend(self.visitor.state.view.colouring, largest, units))
+        page.html("pace-text", html.pace(pace, units))
 
 
-def key_list() -> str:
-    """The keys, as HTML."""
+def toggled(name: str, state: State) -> State:
+    """With a switch turned; how the beam was before a change of its equations is kept."""
+    state = state.keep_for_comparison() if name == "coriolis" else state
+    return state.changed(name, not state.value(name))
+
+
+def ignoring_event(run: Callable[[], None], _: object) -> None:
+    """Run what needs no event of viser."""
+    run()
+
+
+def status() -> str:
+    """The model and the units in words that are switches."""
+    planes = "".join(
+        f"<option{html.attributes(value=value)}>{escape(name)}</option>"
+        for value, name in PLANES.items()
+    )
+    methods = "".join(f"<option>{escape(name)}</option>" for name in CHOICES["method"])
+    return (
+        f'<select class="quiet" data-set="plane" aria-label="Plane of vibration">{planes}</select>'
+        + button(
+            "Coriolis", data_set="coriolis", data_key="c", class_="quiet switch",
+            title="Coriolis forces (C)",
+        )
+        + f'<select class="quiet" data-set="method" aria-label="Method">{methods}</select>'
+        + button("units", data_point="real-beam", id="units", class_="quiet")
+    )  # fmt: skip
+
+
+def transport() -> str:
+    """Play, frame of view and view, over the scene."""
+    views = "".join(
+        button(
+            name,
+            data_set="rotating_frame",
+            data_value=value,
+            data_key="h" if value else "s",
+            class_="quiet",
+        )
+        for name, value in VIEWS.items()
+    )
+    play = button(
+        "", data_set="playing", data_key="p", id="play", title="Play or pause (P)",
+        aria_label="Play",
+    )  # fmt: skip
+    fit = button(
+        "fit", data_do="reset_view", data_key="v", class_="quiet", title="Fit the view (V)"
+    )
+    return f'{play}<span role="group" aria-label="View">{views}</span>{fit}'
+
+
+def motion() -> str:
+    """Clock and amplitude."""
+    pace = "Speed of the one clock of rotation and vibration"
+    amplitude = "Largest displacement drawn, over the length of the beam"
+    return (
+        slider("pace", "slow motion", pace, min=0, max=MAX_PACE, step=0.05)
+        + '<div id="pace-text" class="soft"></div>'
+        + slider("amplitude", "amplitude", amplitude, min=0, max=MAX_AMPLITUDE, step=0.01)
+    )
+
+
+def picture() -> str:
+    """What is drawn, and how."""
+    boxes = (checkbox(key, label, text) for key, (label, text) in PICTURE.items())
+    dark = button("Dark page", data_set="dark", data_key="d", title="Dark or light page (D)")
+    return select("colouring", "colour", COLOURINGS) + "".join(boxes) + dark
+
+
+def model() -> str:
+    """The strain law, the curvature and the state."""
+    lists = (select(name, name, CHOICES[name], text) for name, text in MODEL.items())
+    return "".join(lists) + f'<p class="soft">Method {hint("the method", METHOD_HINT)}</p>'
+
+
+def help_text() -> str:
+    """How to use the page, and its keys."""
     rows = "".join(
-        f'<tr><td style="padding-right:1em;white-space:nowrap"><b>{escape(key)}</b></td>'
-        f"<td>{escape(command)}</td></tr>"
+        f"<tr><td><kbd>{escape(key)}</kbd></td><td>{escape(command)}</td></tr>"
         for key, command in KEYS
     )
-    return (
-        '<table aria-label="keys" style="font-size:.85em;line-height:1.5;margin:0 .75em .5em">'
-        f"{rows}</table>"
-    )
+    texts = "".join(f"<p>{escape(text)}</p>" for text in HELP)
+    return f'{texts}<table aria-label="keys">{rows}</table>'

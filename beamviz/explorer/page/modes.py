@@ -1,0 +1,103 @@
+"""The table of modes: a row shows one mode, its slider mixes it with others."""
+
+import math
+from collections.abc import Collection
+from html import escape
+
+import numpy as np
+
+from beamviz.drawing.text import frequencies, growth, rounded_to_error, significant
+from beamviz.explorer.jobs import SolverAnswer
+from beamviz.explorer.page.html import attributes, button, hint
+from beamviz.frequency_loci.identity import identify_modes
+from beamviz.solver import Solution
+
+STRIP, INSET = 48, 4  # [px] length of the drawing of a beam with its nodes, and of its ends
+MODES_HINT = (
+    "The shapes in which the beam vibrates freely, each at its own frequency. Click one to see it"
+    " alone; the sliders mix several. B: bending, S: stretching."
+)
+UNIT_HINT = "× 1/T*, the beam's own unit of time: T* = √(ρ A L⁴ / E I)."
+HEADING = (
+    f'<div class="row"><h2>Natural modes</h2>{hint("natural modes", MODES_HINT)}'
+    '<span class="space"></span>'
+    f"{button('All', data_set='all_modes', aria_label='All modes beside each other')}</div>"
+    '<div id="mode-rows"></div>'
+)
+
+
+def mode_table(answer: SolverAnswer, shown: Collection[int]) -> str:
+    """The modes of an answer with a solution; the ones shown (from 0) are marked."""
+    solution = answer.solution
+    assert solution
+    across = frequencies(solution.beam.units)
+    unit = "" if solution.beam.units else hint("the unit", UNIT_HINT)
+    heads = ("mode", f"{across.label} {unit}", "± error", "nodes", "amount")
+    labels, mixtures = identify_modes(solution)
+    nodes = answer.shapes.nodes if answer.shapes else ()
+    rows = "".join(
+        f"<tr{attributes(data_do='only', data_value=k, class_='shown' if k in shown else None)}>"
+        f"<td>{mode_button(solution, k, labels[k], shown=k in shown)}</td>"
+        + "".join(f"<td>{cell}</td>" for cell in value_and_error(solution, k))
+        + f"<td>{strip(nodes[k]) if k < len(nodes) else ''}</td>"
+        f"<td>{amount(k, labels[k])}</td></tr>"
+        for k in range(len(labels))
+    )
+    mixed = "; ".join(f"{a}: {b}" for a, b in zip(labels, mixtures, strict=True) if b)
+    return (
+        '<table aria-label="modes"><thead><tr>'
+        + "".join(f"<th>{head}</th>" for head in heads)
+        + f'</tr></thead><tbody>{rows}</tbody></table><p class="soft">{escape(mixed)}</p>'
+    )
+
+
+def mode_button(solution: Solution, k: int, label: str, *, shown: bool) -> str:
+    """The button that shows mode k (from 0) alone, in the colour of its family."""
+    family = solution.families[k]
+    values = attributes(
+        data_do="only",
+        data_value=k,
+        data_key=str(k + 1) if k < 9 else None,
+        class_=f"mode {family}",
+        aria_label=f"{label}, {family}",
+        aria_pressed=shown,
+    )
+    return f'<button type="button"{values}>{escape(label)}</button>'
+
+
+def value_and_error(solution: Solution, k: int) -> tuple[str, str]:
+    """The frequency of a mode and its estimated error; of an unstable one, how it grows."""
+    units = solution.beam.units
+    error = float(solution.errors[k])
+    if not math.isfinite(solution.frequencies[k]):
+        return escape(growth(float(solution.growth_rates[k]), units)), ""
+    factor = frequencies(units).factor
+    value = rounded_to_error(factor * solution.frequencies[k], factor * error)
+    return value, f"{factor * error:.0e}".replace("e-0", "e-")
+
+
+def strip(nodes: np.ndarray) -> str:
+    """A beam as a line, with its nodes."""
+    places = ", ".join(significant(float(x), 3) for x in nodes)
+    dots = "".join(
+        f'<circle cx="{INSET + (STRIP - 2 * INSET) * x:.1f}" cy="8" r="3"/>' for x in nodes
+    )
+    name = f"nodes at {places}" if places else "no nodes"
+    return (
+        f'<svg class="strip" role="img" width="{STRIP}" height="16"{attributes(aria_label=name)}>'
+        f"<title>{name}</title>"
+        f'<path d="M{INSET} 3v10M{INSET} 8H{STRIP - INSET}"/>{dots}</svg>'
+    )
+
+
+def amount(k: int, label: str) -> str:
+    """The slider of a mode's share in the motion."""
+    values = attributes(
+        data_set=f"share-{k}",
+        id=f"share-{k}",
+        min=0,
+        max=1,
+        step=0.05,
+        aria_label=f"Amount of {label}",
+    )
+    return f'<input type="range"{values}>'

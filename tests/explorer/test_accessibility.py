@@ -1,0 +1,234 @@
+"""The page for everyone: sizes, light and dark, keyboard, names; axe-core finds nothing serious."""
+
+from collections.abc import Iterator
+from importlib.resources import files
+
+import pytest
+from live.browser import Page, page, says, tab
+from live.server import wait_until
+
+from beamviz.beam import Beam
+from beamviz.explorer.app import explorer
+from beamviz.scene import Scene
+
+pytestmark = pytest.mark.browser
+
+AXE = files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8") + ";1"
+SIZES = [(1920, 1080), (1440, 900), (1024, 768), (820, 1180), (390, 844)]
+PHONE, DESK = SIZES[-1], SIZES[1]
+TABS = ["frequencies", "veering", "compare", "run-up", "methods", "lessons", "export"]
+RUN_AXE = """axe.run({exclude: ['#root']}, {resultTypes: ['violations']}).then(found =>
+  found.violations.filter(v => ['serious', 'critical'].includes(v.impact)).map(v =>
+    `${v.id}: ${v.nodes.map(n => n.html.slice(0, 99) + ' ' + n.failureSummary).join(' | ')}`))"""
+# Own elements that can be seen, without those that only screen readers find.
+SEEN = """[...document.querySelectorAll('body *')].filter(e => e.checkVisibility()
+  && !e.closest('#root, .hidden, svg, canvas') && e.getBoundingClientRect().width > 1)"""
+SCENE = "document.getElementById('scene').getBoundingClientRect()"
+
+
+@pytest.fixture(scope="module")
+def served() -> Iterator[str]:
+    """A running explorer."""
+    with explorer(Scene(Beam(alpha=1, beta=0.5, gamma=5))) as url:
+        yield url
+
+
+@pytest.fixture(scope="module")
+def shown(served) -> Iterator[Page]:
+    """One page that the tests of this file use in turn."""
+    with page(served, *DESK) as opened:
+        ready(opened)
+        opened.evaluate(AXE)
+        yield opened
+
+
+def ready(shown: Page) -> None:
+    """Wait until the page has its beam and its table."""
+    shown.wait("!!document.querySelector('#scene[data-ready] canvas')")
+    shown.wait(says("B1"))
+
+
+def resize(shown: Page, width: int, height: int) -> None:
+    """Another size of the window; a touch screen where it is narrow."""
+    phone = width < 500
+    size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": phone}
+    shown.call("Emulation.setDeviceMetricsOverride", **size)
+    shown.call("Emulation.setTouchEmulationEnabled", enabled=phone)
+    shown.wait(f"innerWidth === {width}")
+    shown.next_frame()
+
+
+def prefer(shown: Page, scheme: str, motion: str = "no-preference") -> None:
+    """Preferences of the system."""
+    features = {"prefers-color-scheme": scheme, "prefers-reduced-motion": motion}
+    shown.call(
+        "Emulation.setEmulatedMedia",
+        features=[{"name": name, "value": value} for name, value in features.items()],
+    )
+
+
+def key(shown: Page, name: str, code: int = 0) -> None:
+    """A key, down and up."""
+    for kind in ("rawKeyDown", "keyUp"):
+        shown.call(
+            "Input.dispatchKeyEvent", type=kind, key=name, code=name, windowsVirtualKeyCode=code
+        )
+
+
+@pytest.mark.parametrize("size", SIZES, ids=lambda size: f"{size[0]}x{size[1]}")
+def test_the_scene_has_half_of_the_page(shown, size):
+    """At every size, and nothing is cut off at the sides; panels are below it on narrow pages."""
+    resize(shown, *size)
+    shown.evaluate("scrollTo(0, 0)")
+    left, top, width, height = shown.evaluate(f"(r => [r.x, r.y, r.width, r.height])({SCENE})")
+    assert min(height, size[1] - top) * width >= 0.5 * size[0] * size[1]
+    assert shown.evaluate("document.documentElement.scrollWidth") <= size[0]
+    if size[0] < 1100:
+        assert (left, width) == (0, size[0])
+        below = shown.evaluate("document.getElementById('controls').getBoundingClientRect().top")
+        assert below >= top + height
+
+
+@pytest.mark.parametrize("size", [DESK, PHONE], ids=lambda size: f"{size[0]}x{size[1]}")
+def test_letters_and_targets_are_large_enough(shown, size):
+    """14 px at least; targets of 24 px, of 44 px on a touch screen."""
+    resize(shown, *size)
+    for name in TABS:
+        shown.evaluate(f"document.getElementById('to-{name}').click()")
+        small = shown.evaluate(
+            f"{SEEN}.filter(e => [...e.childNodes].some(n => n.nodeType === 3 && n.data.trim())"
+            " && parseFloat(getComputedStyle(e).fontSize) < 13.99)"
+            ".map(e => e.outerHTML.slice(0, 90))"
+        )
+        assert small == []
+        least = 44 if size == PHONE else 24
+        targets = shown.evaluate(
+            f"{SEEN}.filter(e => e.matches('button, select, input, summary')"
+            " && !e.closest('table .hint, label')).map(e => [e.getBoundingClientRect(), e])"
+            f".filter(([r, e]) => r.height < {least} - .5 || r.width < {least} - .5)"
+            ".map(([r, e]) => `${r.width}x${r.height} ${e.outerHTML.slice(0, 90)}`)"
+        )
+        assert targets == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("size", [DESK, PHONE], ids=lambda size: f"{size[0]}x{size[1]}")
+def test_axe_finds_nothing_serious(shown, size, scheme):
+    """On the start page, in every tab, and in the help."""
+    resize(shown, *size)
+    prefer(shown, scheme)
+    shown.wait(f"document.documentElement.dataset.theme === '{scheme}'")
+    shown.evaluate("document.querySelectorAll('#controls details').forEach(e => e.open = true)")
+    for name in TABS:
+        shown.evaluate(f"document.getElementById('to-{name}').click()")
+        assert shown.evaluate(RUN_AXE) == [], name
+    shown.evaluate("document.getElementById('help').showModal()")
+    found = shown.evaluate(RUN_AXE)
+    shown.evaluate("document.getElementById('help').close()")
+    assert found == []
+
+
+def test_every_control_is_reached_and_seen_by_keyboard(shown):
+    """Tab goes through all of them, each with a focus ring; an arrow key moves a slider."""
+    resize(shown, *DESK)
+    shown.evaluate("document.querySelectorAll('#controls details').forEach(e => e.open = true)")
+    shown.evaluate("document.activeElement.blur(); document.body.focus()")
+    count = shown.evaluate(
+        f"{SEEN}.filter(e => e.matches('button:not([role=tab]), select, input,"
+        " summary')).forEach(e => e.dataset.unseen = '')"
+        "; document.querySelectorAll('[data-unseen]').length"
+    )
+    assert count > 40
+    for _ in range(2 * count):
+        key(shown, "Tab", 9)
+        shown.evaluate(
+            "(e => { const s = getComputedStyle(e); if (s.outlineStyle !== 'none' &&"
+            " parseFloat(s.outlineWidth) >= 2) delete e.dataset.unseen })(document.activeElement)"
+        )
+    left = "[...document.querySelectorAll('[data-unseen]')].map(e => e.outerHTML.slice(0, 120))"
+    assert shown.evaluate(left) == []
+    shown.evaluate("document.getElementById('gamma-slider').focus()")
+    key(shown, "ArrowRight", 39)
+    shown.wait("document.getElementById('gamma-slider').getAttribute('aria-valuetext') === '5.1'")
+    shown.wait("document.getElementById('gamma-field').value === '5.1'")
+
+
+def test_tabs_are_turned_by_arrow_keys(shown):
+    """Right, and left again round the end; only the chosen one has a tab stop."""
+    resize(shown, *DESK)
+    shown.click(tab("Frequencies"))
+    key(shown, "ArrowLeft", 37)
+    shown.wait(
+        "document.activeElement.id === 'to-export' && !document.getElementById('tab-export').hidden"
+    )
+    key(shown, "ArrowRight", 39)
+    shown.wait("document.activeElement.id === 'to-frequencies'")
+    stops = "[...document.querySelectorAll('#dock [role=tab]')].filter(e => e.tabIndex === 0)"
+    assert shown.evaluate(f"{stops}.map(e => e.id)") == ["to-frequencies"]
+
+
+def test_every_slider_has_a_name_and_a_spoken_value(shown):
+    """Of the beam, the motion and the modes."""
+    unnamed = shown.evaluate(
+        "[...document.querySelectorAll('input[type=range]')].filter(e =>"
+        " !(e.labels.length || e.ariaLabel) || !e.getAttribute('aria-valuetext')).map(e => e.id)"
+    )
+    assert unnamed == []
+
+
+def test_letters_never_fly_the_camera_and_can_be_switched_off(shown):
+    """W and A do nothing; P pauses, and does not when single-letter keys are off."""
+    camera = "Object.values(window.__viserMutable.camera.position).map(x => x.toFixed(6)).join()"
+    playing = "document.getElementById('play').ariaPressed"
+    shown.evaluate("document.activeElement.blur()")
+    before = shown.evaluate(camera)
+    for letter in "waqe":
+        shown.call(
+            "Input.dispatchKeyEvent", type="keyDown", key=letter, code=f"Key{letter.upper()}"
+        )
+        shown.next_frame(5)
+        shown.call("Input.dispatchKeyEvent", type="keyUp", key=letter, code=f"Key{letter.upper()}")
+    assert shown.evaluate(camera) == before
+    key(shown, "p", 80)
+    shown.wait(f"{playing} === 'false'")
+    shown.evaluate("document.getElementById('letters').click()")
+    key(shown, "p", 80)
+    shown.next_frame(20)
+    assert shown.evaluate(playing) == "false"
+    shown.evaluate("document.getElementById('letters').click()")
+    key(shown, "p", 80)
+    shown.wait(f"{playing} === 'true'")
+
+
+def test_the_page_works_at_twice_the_size(shown):
+    """Zoom 200 % at 1440x900, that is 720x450: nothing is cut off at the sides."""
+    resize(shown, 720, 450)
+    assert shown.evaluate("document.documentElement.scrollWidth") <= 720
+    shown.evaluate("document.getElementById('mu-slider').scrollIntoView()")
+    wait_until(
+        lambda: shown.evaluate(
+            "document.getElementById('mu-slider').getBoundingClientRect().bottom < innerHeight"
+        )
+    )
+    resize(shown, *DESK)
+
+
+# The last ones: they open the page anew
+
+
+@pytest.mark.parametrize("name", ["veering", "nodes"])
+def test_axe_finds_nothing_serious_in_a_lesson(served, shown, name):
+    """Two of them, at their first step."""
+    shown.call("Page.navigate", url=f"{served}/?lesson={name}")
+    ready(shown)
+    shown.evaluate(AXE)
+    assert shown.evaluate(RUN_AXE) == []
+
+
+def test_a_page_starts_at_rest_where_motion_is_not_wanted(served, shown):
+    """prefers-reduced-motion."""
+    prefer(shown, "dark", "reduce")
+    shown.call("Page.navigate", url=served)
+    ready(shown)
+    shown.wait("document.getElementById('play').ariaPressed === 'false'")
+    shown.wait("document.documentElement.dataset.theme === 'dark'")
