@@ -104,7 +104,7 @@ def test_letters_and_targets_are_large_enough(shown, size):
         least = 44 if size == PHONE else 24
         targets = shown.evaluate(
             f"{SEEN}.filter(e => e.matches('button, select, input, summary')"
-            " && !e.closest('table .hint, label')).map(e => [e.getBoundingClientRect(), e])"
+            " && !e.closest('table .hint, label, .mark')).map(e => [e.getBoundingClientRect(), e])"
             f".filter(([r, e]) => r.height < {least} - .5 || r.width < {least} - .5)"
             ".map(([r, e]) => `${r.width}x${r.height} ${e.outerHTML.slice(0, 90)}`)"
         )

@@ -14,7 +14,7 @@ from beamviz.server.connection import POLICY_VIOLATION
 def test_the_page_has_our_elements_around_the_scene(url):
     """Once each, packed or not; its title is the name of the program."""
     _, _, plain = http_get(url)
-    for part in (b'id="root"', b'id="scene"', b"const beamviz", b"<title>beamviz<"):
+    for part in (b'id="root"', b'id="scene"', b"const beamviz =", b"<title>beamviz<"):
         assert plain.count(part) == 1
     _, headers, packed = http_get(url, **{"Accept-Encoding": "gzip"})
     assert headers["Content-Encoding"] == "gzip"

@@ -137,8 +137,7 @@ class Visitor:
             self.charts.setdefault(id, {}).update(data)
         for key, changes in update.pop("props", {}).items():
             self.props.setdefault(key, {}).update(changes)
-        if "say" in update:
-            self.said.append(update.pop("say"))
+        self.said += update.pop("say", [])
         self.parts |= update
 
     def update(self, uuid: str, updates: dict[str, Any]) -> None:

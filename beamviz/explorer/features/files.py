@@ -142,7 +142,7 @@ class Downloads:
         elif state == "failed":
             title, _, message = job.status.message.partition(": ")
             self.visitor.notify(title, message)
-        if not working:
+        if state in ("done", "cancelled"):
             self.page.say(f"{name}: {state}")
 
 

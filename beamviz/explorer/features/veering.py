@@ -195,7 +195,8 @@ KEY = (
 )
 SKELETON = (
     '<div class="veering-tab"><div id="veering-text"></div>'
-    '<div id="veering-chart" class="chart" data-chart></div><div id="veering-shapes"></div></div>'
+    '<div id="veering-chart" class="chart" data-chart></div>'
+    '<div id="veering-shapes" tabindex="0" role="group" aria-label="Mode shapes"></div></div>'
 )
 
 

@@ -68,7 +68,7 @@ const beamviz = (() => {
     if (update.address !== undefined) {
       history.replaceState(null, "", location.pathname + (update.address && `?${update.address}`));
     }
-    if (update.say) say(update.say.text, update.say.error);
+    for (const one of update.say ?? []) say(one.text, one.error);
   }
 
   function controls(key, named = false) {

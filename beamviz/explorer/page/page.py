@@ -99,7 +99,9 @@ class Page:
 
     def say(self, text: str, error: bool = False) -> None:
         """Tell the visitor something; an error stays on the page for a while."""
-        self.send("say", {"text": text, "error": error})
+        with self.lock:
+            said = [*self.waiting.get("say", ()), {"text": text, "error": error}]
+        self.send("say", said)
 
     def send_changed(self, part: str, name: str, content: Any) -> None:
         """Send an entry of a part, unless the page has it."""
