@@ -1,10 +1,12 @@
 """HTML: tables of numbers, and a scene as one file that plays without a network."""
 
 import io
+import json
 import math
 import re
 from collections.abc import Collection, Iterable, Sequence
 from html import escape
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +16,8 @@ from beamviz.beam import NUMBERS
 from beamviz.drawing import camera
 from beamviz.drawing.text import frequencies, growth, rounded_to_error
 from beamviz.errors import BeamvizError
-from beamviz.exports.solved_scene import DrawnScene, SolvedScene, find_loop
+from beamviz.exports.solved_scene import DrawnScene, SolvedScene
+from beamviz.exports.speeds import speed_data
 from beamviz.frequency_loci import loci
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.frequency_loci.sweep import CHART_POINTS, chart_range
@@ -74,32 +77,29 @@ def solution_table(solution: Solution, shown: list[int]) -> str:
     return table("modes", heads, rows, marked=shown)
 
 
-FRAME_RATE = 30.0  # [1/s]
-MAX_FRAMES = 360
-
-
 def write_html(file: Path, solved: SolvedScene) -> None:
-    """viser's self-contained page with the recorded film, and a panel with the numbers."""
-    view, film = solved.scene.view, [(solved.moment(0.0), 1.0)]  # moments and their seconds
-    if not solved.warning:
-        loop = find_loop(solved)
-        count = min(round(loop.seconds * FRAME_RATE), MAX_FRAMES)
-        film = [(loop.moment(k / count), loop.seconds / count) for k in range(count)]
+    """viser's self-contained page with a script that moves the beam at any speed (offline.js), and
+    a panel with the numbers."""
+    view, player = solved.scene.view, ""
     with run_server() as server:
         fitted = camera.fitted(solved.shapes, view.rotating_frame, 1.0)
         camera.place(server.initial_camera, solved.scene.camera or fitted)
-        drawn, recorder = DrawnScene(server.scene, solved), server.get_scene_serializer()
-        for moment, seconds in film:
-            drawn.move(moment)
-            recorder.insert_sleep(seconds)
-        page = recorder.as_html(dark_mode=view.dark)
+        drawn = DrawnScene(server.scene, solved)
+        drawn.move(solved.moment(0.0))
+        page = server.get_scene_serializer().as_html(dark_mode=view.dark)
+        if not solved.warning:
+            data = json.dumps(speed_data(solved, drawn)).replace("</", "<\\/")
+            script = files("beamviz.exports").joinpath("offline.js").read_text(encoding="utf-8")
+            player = f'<script type="application/json" id="speeds">{data}</script>'
+            player += f"<script>{script}</script>"
     head, body = page.index("</head>"), page.rindex("</body>")
     mode = "dark" if view.dark else "light"
     title = f"<title>beamviz: {escape(heading(solved.scene))}</title>"
     top = re.sub("<title>.*?</title>", title, page[:head])  # of two, browsers take the first
     file.write_text(
         f"{top}<style>{STYLE}</style>{page[head:body]}"
-        f'<aside class="{mode}" aria-label="numbers">{panel(solved)}</aside>{page[body:]}'
+        f'<aside class="{mode}" aria-label="numbers">{panel(solved)}</aside>'
+        f'<div id="captions" class="{mode}"></div>{player}{page[body:]}'
     )
 
 
@@ -121,6 +121,7 @@ def panel(solved: SolvedScene) -> str:
         f"<h1>{escape(heading(scene))}</h1>"
         + (f"<p>{escape(options)}</p>" if options else "")
         + (f"<p class=wrong>{escape(solved.warning)}</p>" if solved.warning else "")
+        + ("" if solved.warning else CONTROLS)
         + solution_table(solved.solution, solved.shown)
         + chart(scene)
         + f"<details><summary>The scene as a file</summary><pre>{escape(scene.to_toml())}</pre>"
@@ -145,6 +146,10 @@ def chart(scene: Scene) -> str:
     return f'<figure title="click to enlarge" onclick="{enlarge}">{svg}</figure>'
 
 
+CONTROLS = (
+    '<p class="controls"><button id="play">Pause</button> <label for="speed">speed</label>'
+    ' <input id="speed" type="range"> <output id="speed-shown" for="speed"></output></p>'
+)
 STYLE = """
 #root { position: fixed !important; inset: 0 440px 0 0; width: auto !important; }
 aside { position: fixed; inset: 0 0 0 auto; width: 440px; box-sizing: border-box; overflow: auto;
@@ -159,6 +164,14 @@ aside figure.large { position: fixed; inset: 3vh 3vw; margin: 0; padding: 2vh 2v
 aside figure.large svg { height: 100%; }
 aside.dark figure { border-radius: 6px; padding: .3em; }
 aside table { width: 100% !important; margin: 0 !important; }
+aside .controls { display: flex; gap: .6em; align-items: center;
+                  font-variant-numeric: tabular-nums; }
+aside .controls input { flex: 1; } aside .controls output { min-width: 5.5em; text-align: right; }
+aside .controls button { font: inherit; min-width: 4.5em; padding: .3em .6em; cursor: pointer; }
+#captions { position: fixed; inset: 0 440px 0 0; overflow: hidden; pointer-events: none; }
+#captions span { position: absolute; white-space: pre-line; padding: .1em .4em; border-radius: 4px;
+                 font: 15px/1.4 system-ui, sans-serif; background: #fffc; color: #1b2026; }
+#captions.dark span { background: #1a1a1acc; color: #e9ecef; }
 aside .wrong { border-left: 4px solid #d9480f; padding-left: .6em; white-space: pre-line; }
 aside summary { cursor: pointer; opacity: .7; } aside pre { font-size: .75em; overflow: auto; }
 @media (max-width: 900px) {

@@ -1,5 +1,7 @@
 """Exports, each opened by a reader of its kind: pages, models, numbers."""
 
+import base64
+import json
 import math
 import re
 from pathlib import Path
@@ -210,6 +212,49 @@ def test_a_page_plays_from_the_disk_without_a_network(document):
         shown.wait(f"{place} !== {first!r}", 60)
         assert shown.evaluate("document.querySelector('aside').innerText").count("bending") == 4
         assert shown.problems == []
+
+        there = shown.evaluate(f"{place}")
+        speed = "const s = document.getElementById('speed'); s.value = 19"
+        shown.evaluate(f"(() => {{ {speed}; s.dispatchEvent(new Event('input')); }})()")
+        told = "document.querySelector('aside').innerText"
+        expected = f"{solve(PAPER.replace(gamma=19)).frequencies[0]:.3f}"
+        shown.wait(f"{told}.includes({expected[:-1]!r}) && {place} !== {there!r}")
+        assert shown.problems == []
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        Scene.of(PAPER, shares=[0.5, 0.0, 1.0]),
+        Scene.of(PAPER, mode=4, coriolis=True),
+        Scene.of(gamma=4, delta=-1, state="bent", mode=1),
+        Scene.of(delta=-1, gamma=1, mode=1, all_modes=True, colouring="axial strain"),
+    ],
+    ids=["two modes", "coriolis", "bent", "range with an end"],
+)
+def test_a_page_has_the_beam_at_many_speeds(tmp_path, scene):
+    """41 solved speeds or more with all shapes, in less than 3 MB; half-way between two of them
+    the interpolated frequency and axis are those of a solution there."""
+    export(tmp_path / "a.html", scene)
+    assert (tmp_path / "a.html").stat().st_size < 3e6
+    text = (tmp_path / "a.html").read_text()
+    (found,) = re.findall('<script type="application/json" id="speeds">(.*?)</script>', text)
+    data = json.loads(found)
+    speeds = np.array(data["speeds"])
+    assert len(speeds) >= 41
+    assert scene.beam.gamma in speeds
+    middle = len(speeds) // 2
+    gamma = math.sqrt((speeds[middle] ** 2 + speeds[middle + 1] ** 2) / 2)
+    there = solve(scene.beam.replace(gamma=gamma), **{**scene.solver_options, "modes": 8})
+    for beam in data["beams"]:
+        axes = np.frombuffer(base64.b64decode(beam["axes"]), "<f4").reshape(len(speeds), -1, 2)
+        step = (gamma - speeds[middle]) / (speeds[middle + 1] - speeds[middle])
+        axis = (1 - step) * axes[middle] + step * axes[middle + 1]
+        assert axis == pytest.approx(there.equilibrium.position(np.array(beam["x"])), abs=2e-3)
+        for label in beam["labels"]:
+            squares = np.array(data["frequencies"][label][middle : middle + 2]) ** 2
+            exact = there.frequencies[there.labels.index(label)]
+            assert math.sqrt(squares.mean()) == pytest.approx(exact, rel=2e-3)
 
 
 def test_a_path_that_cannot_be_written_is_reported(tmp_path, monkeypatch):

@@ -1,0 +1,140 @@
+"""A scene solved at many speeds, as data from which the offline page draws it at any of them."""
+
+import base64
+from typing import Any
+
+import numpy as np
+
+from beamviz.drawing import BeamView, colours
+from beamviz.drawing.beam_mesh import NORMALS, extents, interpolate
+from beamviz.drawing.modes import SampledModes, playback_rate
+from beamviz.drawing.text import frequencies, measure
+from beamviz.exports.solved_scene import DrawnScene, SolvedScene
+from beamviz.frequency_loci.sweep import chart_range
+from beamviz.solver import Solution, solve_many
+
+SPEEDS = 61  # solved over the range of the chart, besides that of the scene
+EXTRA_MODES = 3  # solved for, since the order of modes changes with the speed
+PALETTE = 256  # colours
+
+
+def solved_speeds(solved: SolvedScene) -> list[Solution]:
+    """The solutions at the speeds around that of the scene at which the modes shown vibrate, by
+    ascending speed; in the state that the scene is in."""
+    beam, (low, high) = solved.scene.beam, chart_range(solved.scene.beam, "gamma")
+    wanted = {solved.solution.labels[k] for k in solved.shown}
+    options = {**solved.scene.solver_options, "state": solved.solution.equilibrium.shape}
+    options["modes"] += EXTRA_MODES
+    usable: list[Solution] = []
+    while len(usable) < SPEEDS and low < high:  # again where a part of the range has no solution
+        speeds = np.union1d(np.linspace(low, high, SPEEDS), [beam.gamma])
+        found = solve_many([beam.replace(gamma=float(speed)) for speed in speeds], **options)
+        good = [
+            isinstance(one, Solution)
+            and one.equilibrium.status == "stable"
+            and wanted <= set(one.labels)
+            for one in found
+        ]
+        here = int(np.searchsorted(speeds, beam.gamma))
+        first = max((k + 1 for k in range(here) if not good[k]), default=0)
+        end = min((k for k in range(here + 1, len(good)) if not good[k]), default=len(good))
+        usable = [one for one in found[first:end] if isinstance(one, Solution)]
+        low, high = float(speeds[first]), float(speeds[end - 1])
+    return usable or [solved.solution]
+
+
+def speed_data(solved: SolvedScene, drawn: DrawnScene) -> dict[str, Any]:
+    """What offline.js needs; shapes and frequencies of a mode are matched by its label."""
+    beam, view = solved.scene.beam, solved.scene.view
+    solutions = solved_speeds(solved)
+    shapes: list[SampledModes] = []
+    for one in solutions:
+        shapes.append(SampledModes.sampled(one, shapes[-1] if shapes else None))
+    labels = solved.solution.labels
+    speed, across = measure("gamma", beam.units), frequencies(beam.units)
+    rows = drawn.rows.rows[: drawn.rows.count] if drawn.rows else [drawn.view]
+    shown = [[k] for k in range(len(rows))] if drawn.rows else [solved.shown]
+    rotor = not view.rotating_frame
+    return {
+        "speeds": [one.beam.gamma for one in solutions],
+        "start": beam.gamma,
+        "speed": {"label": speed.label, "factor": speed.factor, "unit": speed.unit or speed.symbol},
+        "frequencies": {
+            label: [by_label(one, label, one.frequencies) for one in solutions] for label in labels
+        },
+        "factor": across.factor,
+        "rate": view.pace * playback_rate(solved.shapes.frequencies[solved.shown], beam.gamma),
+        "turning": [row.rotor.name if rotor else row.surroundings.floor.name for row in rows],
+        "direction": 1 if rotor else -1,
+        "palette": packed(palette(view.colouring)),
+        "strain": view.colouring == "axial strain",
+        "captions": [
+            {"name": one.point.name, "text": one.text, "anchor": one.anchor}
+            for one in drawn.captions
+        ],
+        "beams": [beam_data(row, solved, shapes, k) for row, k in zip(rows, shown, strict=True)],
+    }
+
+
+def by_label(solution: Solution, label: str, values: np.ndarray) -> float | None:
+    """The value of the mode with a label, if it has one."""
+    return float(values[solution.labels.index(label)]) if label in solution.labels else None
+
+
+def beam_data(
+    row: BeamView, solved: SolvedScene, shapes: list[SampledModes], shown: list[int]
+) -> dict[str, Any]:
+    """One beam with the modes `shown` (0-based, at the speed of the scene), at all speeds: for each
+    its axis, its strain, and real and imaginary part of each mode."""
+    x, normal, amplitude = row.shapes.x, NORMALS[row.shapes.plane], solved.scene.view.amplitude
+    shares = (
+        np.ones(len(shown))
+        if solved.all_modes
+        else np.array(solved.scene.view.shares)[np.array(shown, int)]
+    )
+    axes, strains, modes, sizes = [], [], [], []
+    for one in shapes:
+        at = np.array([one.labels.index(solved.shapes.labels[k]) for k in shown], int)
+        fields = interpolate(one.x, one.modes[at], x)
+        axes.append(interpolate(one.x, one.centreline, x))
+        strain = np.append(0.0, np.cumsum(one.strain * np.diff(one.x)))
+        strains.append(np.diff(np.interp(x, one.x, strain)) / np.diff(x))
+        modes.append(np.stack([fields.real, fields.imag], 1))
+        sizes.append(np.minimum(amplitude * shares, one.limits[at]))
+    largest = colours.colour_range(row.shapes, solved.scene.view.colouring, solved.amplitudes)
+    marked = len(shown) == 1 and bool(row.nodes.collars.visible)
+    return {
+        "labels": [solved.shapes.labels[k] for k in shown],
+        "names": {
+            "pieces": row.beam.name,
+            "ends": row.ends.name,
+            "mass": row.mass.name if solved.scene.beam.alpha > 0 else None,
+            "nodes": row.nodes.collars.name if marked else None,
+            "rest": row.reference.equilibrium.name,
+        },
+        "x": x.tolist(),
+        "axes": packed(axes),
+        "strains": packed(strains),
+        "modes": packed(modes),
+        "sizes": np.array(sizes).tolist(),
+        "mass": row.shapes.mass,
+        "delta": solved.scene.beam.delta,
+        "normal": normal.tolist(),
+        "thickness": row.section[0],
+        "size": extents(row.section, normal).tolist(),
+        "bends": solved.solution.bending_energy_fraction[shown].tolist(),
+        "largest": largest,
+        "straight": solved.solution.equilibrium.shape == "straight",
+        "vertices": packed(row.reference.equilibrium.vertices),
+    }
+
+
+def palette(colouring: str) -> np.ndarray:
+    """The colour map (n, 3), bytes of linear light."""
+    places = np.linspace(0, colours.STEPS - 1, PALETTE).astype(int)
+    return colours.PALETTES[colouring][places]
+
+
+def packed(values: Any) -> str:
+    """Numbers as 32-bit floats in base64."""
+    return base64.b64encode(np.asarray(values, "<f4").tobytes()).decode()
