@@ -169,6 +169,7 @@ aside .controls { display: flex; gap: .6em; align-items: center;
 aside .controls input { flex: 1; } aside .controls output { min-width: 5.5em; text-align: right; }
 aside .controls button { font: inherit; min-width: 4.5em; padding: .3em .6em; cursor: pointer; }
 #captions { position: fixed; inset: 0 440px 0 0; overflow: hidden; pointer-events: none; }
+#captions [hidden] { display: none; }
 #captions span { position: absolute; white-space: pre-line; padding: .1em .4em; border-radius: 4px;
                  font: 15px/1.4 system-ui, sans-serif; background: #fffc; color: #1b2026; }
 #captions.dark span { background: #1a1a1acc; color: #e9ecef; }

@@ -162,17 +162,29 @@ beam_mesh.segments and modes.displacement of the package on the data of speeds.p
   }
 
   function choose() {
-    position = locate(slider.value / data.speed.factor);
-    const speed = (data.speed.factor * between(data.speeds, position)).toPrecision(4);
-    shown.textContent = `${Number(speed)} ${data.speed.unit}`;
-    for (const [label, cell] of cells) {
-      const value = frequency(label, position);
-      cell.textContent = value === null ? "–" : (data.factor * value).toPrecision(6);
+    const wanted = slider.value / data.speed.factor, near = slider.step / data.speed.factor;
+    position = locate(Math.abs(wanted - data.start) < near ? data.start : wanted);
+    const speed = between(data.speeds, position), moved = Math.abs(speed - data.start) > 1e-9;
+    const number = Number((data.speed.factor * speed).toPrecision(4));
+    shown.textContent = data.speed.unit ? `${number} ${data.speed.unit}` : `γ = ${number}`;
+    for (const [label, { cell, error, texts }] of cells) {
+      const value = moved ? frequency(label, position) : null;
+      const text = value === null ? "–" : (data.factor * value).toPrecision(6);
+      [cell.textContent, error.textContent] = moved ? [text, "–"] : texts;
+    }
+    for (const { text, element } of data.captions) {  // some hold for the speed of the scene alone
+      const label = text.split(" ")[0], ofSpeed = text.startsWith("speed") || text.endsWith("rpm");
+      const title = data.beams.length > 1 && label in data.frequencies;
+      element.hidden = moved && !ofSpeed && !title;
+      element.textContent = !moved ? text : ofSpeed ? text.replace(/[-.0-9]+/, number) : label;
     }
   }
 
   for (const row of document.querySelectorAll("aside table[aria-label=modes] tr"))
-    if (row.cells[1]?.tagName === "TD") cells.set(row.cells[1].textContent, row.cells[3]);
+    if (row.cells[1]?.tagName === "TD") {
+      const [cell, error] = [row.cells[3], row.cells[4]];
+      cells.set(row.cells[1].textContent, { cell, error, texts: [cell.textContent, error.textContent] });
+    }
   const layer = document.getElementById("captions");
   for (const caption of data.captions) {
     caption.element = layer.appendChild(document.createElement("span"));
@@ -182,13 +194,12 @@ beam_mesh.segments and modes.displacement of the package on the data of speeds.p
   slider.max = data.speed.factor * data.speeds[last];
   slider.step = (slider.max - slider.min) / 2000 || 1;
   slider.value = data.speed.factor * data.start;
-  position = locate(data.start);
   slider.oninput = choose;
   button.onclick = () => {
     playing = !playing;
     button.textContent = playing ? "Pause" : "Play";
   };
   button.textContent = playing ? "Pause" : "Play";
-  shown.textContent = `${Number((data.speed.factor * data.start).toPrecision(4))} ${data.speed.unit}`;
+  choose();
   requestAnimationFrame(frame);
 })();

@@ -58,7 +58,7 @@ def speed_data(solved: SolvedScene, drawn: DrawnScene) -> dict[str, Any]:
     return {
         "speeds": [one.beam.gamma for one in solutions],
         "start": beam.gamma,
-        "speed": {"label": speed.label, "factor": speed.factor, "unit": speed.unit or speed.symbol},
+        "speed": {"label": speed.label, "factor": speed.factor, "unit": speed.unit},
         "frequencies": {
             label: [by_label(one, label, one.frequencies) for one in solutions] for label in labels
         },
