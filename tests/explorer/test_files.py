@@ -49,11 +49,12 @@ def saved(guest: Visitor) -> Scene:
 
 
 def heard(guest: Visitor, *kinds: str, timeout: float = 40) -> list[dict[str, Any]]:
-    """Wait for a message of each kind."""
+    """Wait for a message of each kind, the first one."""
     found: dict[str, dict[str, Any]] = {}
 
     def all_of(latest: list[dict[str, Any]]) -> bool:
-        found.update({one["type"]: one for one in latest})
+        for one in latest:
+            found.setdefault(one["type"], one)
         return all(kind in found for kind in kinds)
 
     guest.wait(all_of, timeout)
