@@ -6,6 +6,8 @@
 2. The paper's elements: equilibrium and assembly per element, which should not grow with their
    number.
 3. A sweep of 201 points with 6 modes against 201 separate solves.
+4. A bent solve, from nothing and from a neighbour's state, against a straight one that has at
+   least as many unknowns.
 
 Times are the least of many repeats, in one thread.
 """
@@ -15,12 +17,13 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.benchmark.work_precision import lapack_times, least_time
-from beamviz.solver import solve, solve_many
+from beamviz.solver import Solution, solve, solve_many
 from beamviz.solver.fem import straight_equilibrium
 from beamviz.solver.fem.ancf import PlanarBeam
 from beamviz.solver.problem import Problem
@@ -34,6 +37,12 @@ SCENES = {
     "gamma 10, mass at 0.5": Beam(alpha=1, beta=0.5, gamma=10),
     "gamma 50, delta 1": Beam(gamma=50, delta=1),
     "gamma 50, delta 1, mass at 0.3": Beam(alpha=1, beta=0.3, gamma=50, delta=1),
+}
+
+BENT_SCENES = {
+    "delta -1, gamma 4": Beam(delta=-1, gamma=4),
+    "delta -1, gamma 20, mass at 0.5": Beam(alpha=1, beta=0.5, delta=-1, gamma=20),
+    "gamma 5, spin-up 10": Beam(gamma=5, spin_up=10),
 }
 
 
@@ -77,7 +86,36 @@ def sweeps() -> None:
         print(f"{name:32}{1e3 * together:8.1f}{1e3 * apart:14.1f}{apart / together:8.1f}")
 
 
+def straight_with(unknowns: int, coriolis: bool) -> partial[Solution]:
+    """A solve of a straight beam with as many unknowns, by the number of modes asked for."""
+    beam = Beam(alpha=1, beta=0.5, gamma=30, delta=1)
+    for tolerance in (1e-6, 1e-8, 1e-10, 1e-12):
+        for modes in range(5, 21):
+            one = partial(solve, beam, modes=modes, tolerance=tolerance, coriolis=coriolis)
+            if one().stats.dof >= unknowns:
+                return one
+    return one
+
+
+def bent_solves() -> None:
+    print(f"\n{'bent solve':40}{'unknowns':>10}{'ms':>8}{'/ straight':>12}{'neighbour':>12}")
+    for name, beam in BENT_SCENES.items():
+        for coriolis in (False, True):
+            options: dict[str, Any] = {"state": "bent", "coriolis": coriolis}
+            unknowns = solve(beam, **options).stats.dof
+            straight = least_time(straight_with(unknowns, coriolis), 20)
+            cold = least_time(partial(solve, beam, **options), 10)
+            beams = [beam.replace(gamma=beam.gamma * (1 + 1e-3 * k)) for k in range(21)]
+            row = least_time(partial(solve_many, beams, **options), 3)
+            near = (row - cold) / (len(beams) - 1)
+            print(
+                f"{name + ', Coriolis' * coriolis:40}{unknowns:10}{1e3 * cold:8.1f}"
+                f"{cold / straight:12.1f}{near / straight:12.1f}"
+            )
+
+
 if __name__ == "__main__":
     default_solves()
     paper_elements()
     sweeps()
+    bent_solves()

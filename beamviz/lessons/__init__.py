@@ -9,6 +9,9 @@ from beamviz.scene import Scene
 from beamviz.solver import solve
 
 INWARD = Beam(delta=-1)
+FOLDED = INWARD.replace(gamma=4)
+LAGGING = Beam(spin_up=10)
+STABLE = {"state": "stable"}
 ON_A_HUB = Beam(delta=1)
 
 LESSONS = (
@@ -272,6 +275,54 @@ LESSONS = (
             0.05,
             lambda: values.first_unstable(INWARD, 5),
             lambda s: f"ω² of B1 is {s.omega_squared[0]:.2f}",
+        ),
+    ),
+    Lesson(
+        name="folding",
+        title="Folded over its own axis",
+        question="A beam that points at the axis has buckled. Where does it go?",
+        scene=Scene.of(gamma=2, delta=-1, state="stable", mode=1),
+        do="The folder **Model** is set to the stable state. Raise **speed γ** slowly from 2 to 5.",
+        see="Up to γ = 3 the beam is straight and B1 falls to zero. Then it bends aside, further"
+        " with every step, and B1 rises again; at γ = 4 the tip lies behind the clamp.",
+        meaning="The straight state is still an equilibrium, but an unstable one. On either side of"
+        " it a bent and stable one begins: a *pitchfork bifurcation*. Bent outward, the beam is"
+        " pulled, not pushed, so it stiffens again with the speed.",
+        proof=Fact(
+            "At γ = 4 the tip is at x = {:.4f} L, y = {:.4f} L; ω of B1 is {:.3f}.",
+            lambda: (*values.tip(FOLDED), frequency(FOLDED, state="stable")),
+        ),
+        challenge=Challenge(
+            "Find the speed at which the tip is exactly beside the clamp, x = 0.",
+            "gamma",
+            0.05,
+            lambda: value_where(lambda s: values.tip_of(s)[0], 0, INWARD, "gamma", 6, **STABLE),
+            lambda s: "the tip is at x = {:.3f} L, y = {:.3f} L".format(*values.tip_of(s)),
+        ),
+    ),
+    Lesson(
+        name="lag",
+        title="Why a blade lags while it speeds up",
+        question="The hub turns faster and faster. Can the beam follow it?",
+        scene=Scene.of(gamma=5, spin_up=10, state="stable", mode=1),
+        do="The speed grows at the rate λ = 10. Raise **speed γ** from 5 to 20.",
+        see="The beam is bent backwards, against the rotation. The faster it rotates already, the"
+        " straighter it is.",
+        meaning="A beam whose hub accelerates is left behind by its inertia, as you are pressed"
+        " into the seat of a car: the *Euler force*. The centrifugal force straightens the beam"
+        " against it, and grows with the square of the speed.",
+        proof=Fact(
+            "At γ = 5 the tip lags by {:.3f} L, at γ = 20 by {:.3f} L.",
+            lambda: tuple(-values.tip(LAGGING.replace(gamma=gamma))[1] for gamma in (5, 20)),
+        ),
+        challenge=Challenge(
+            "Find the speed at which the tip lags by 0.3 L.",
+            "gamma",
+            0.1,
+            lambda: value_where(
+                lambda s: -values.tip_of(s)[1], 0.3, LAGGING, "gamma", 30, **STABLE
+            ),
+            lambda s: f"the tip lags by {-values.tip_of(s)[1]:.3f} L",
         ),
     ),
     Lesson(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from beamviz.beam import PARAMETERS, Beam
+from beamviz.beam import NUMBERS, PARAMETERS, Beam
 from beamviz.errors import BeamvizError
 from beamviz.scene import Scene
 from beamviz.solver import Solution
@@ -104,9 +104,9 @@ class Lesson:
         free = (*self.challenge.free, self.challenge.number, *ACCURACY)
         if "alpha" in free and beam.alpha < MIN_MASS:
             return f"Make the mass α at least {MIN_MASS:g}: a lighter one has little effect."
-        for name, start in self.scene.beam.numbers.items():
+        for name, parameter in NUMBERS.items():
+            start = getattr(self.scene.beam, name)
             if name not in free and getattr(beam, name) != start:
-                parameter = PARAMETERS[name]
                 return f"Put the {parameter.label} {parameter.symbol} back to {start:g} first."
         for name, choice in self.scene.options.items():
             if name not in free and options.get(name, choice) != choice:

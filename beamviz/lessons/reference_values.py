@@ -102,6 +102,17 @@ def strain_at_mass(solution: Solution) -> tuple[float, float]:
     return float(inside), float(outside)
 
 
+def tip(beam: Beam) -> tuple[float, float]:
+    """Place of the tip from the clamp in the stable state."""
+    return tip_of(solve(beam, state="stable"))
+
+
+def tip_of(solution: Solution) -> tuple[float, float]:
+    """Place of the tip from the clamp."""
+    x, y = solution.equilibrium.tip
+    return float(x), float(y)
+
+
 def value_where(
     gauge: Callable[[Solution], float],
     level: float,

@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 from oracle import truth
+from oracle.bent import bent_truth
 from oracle.equilibrium import shoot, stretch
 from scipy.optimize import brentq
 
@@ -130,6 +131,32 @@ def test_buckling():
     assert before.squares[0] > 0 > beyond.squares[0]
     assert speed == answer
     assert rest == pytest.approx(3.516015, abs=1e-6)
+
+
+def bent_tip(beam: Beam) -> np.ndarray:
+    """The tip by the oracle, next to the program's state."""
+    state = solve(beam, state="stable").equilibrium
+
+    def guess(x):
+        return state.position(x), state.angle(x), state.stretch(x)
+
+    return bent_truth(beam, "green", "spatial", False, 1, guess).tip
+
+
+def test_folding():
+    """The tip and B1 by the differential equations; beside the clamp at the answer."""
+    numbers, answer = proof("folding")
+    assert numbers == pytest.approx((-0.018520, 0.858465, 4.26199), abs=5e-6)
+    assert bent_tip(INWARD.replace(gamma=answer))[0] == pytest.approx(0, abs=1e-8)
+
+
+def test_lag():
+    """The lag of the tip by the differential equations, 0.3 at the answer."""
+    numbers, answer = proof("lag")
+    exact = [-bent_tip(Beam(gamma=gamma, spin_up=10))[1] for gamma in (5, 20)]
+    assert numbers == pytest.approx(exact, abs=1e-8)
+    assert numbers[0] == pytest.approx(0.596033, abs=1e-6)
+    assert bent_tip(Beam(gamma=answer, spin_up=10))[1] == pytest.approx(-0.3, abs=1e-8)
 
 
 def test_stretch_jump():

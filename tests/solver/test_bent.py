@@ -2,6 +2,8 @@
 
 import json
 import pickle
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -90,6 +92,18 @@ def test_what_has_no_bent_state_says_so(beam, options, message):
     """Wrong input names the value and the remedy."""
     with pytest.raises(InvalidInput, match=message):
         solve(beam, **options)
+
+
+@pytest.mark.parametrize("state", ["straight", "stable"])
+def test_a_straight_beam_imports_nothing_of_bent_ones(state):
+    """By default; where the stable state is asked for, what is needed to tell is imported."""
+    code = (
+        "import sys; from beamviz import Beam, solve;"
+        f"solve(Beam(alpha=1, beta=0.5, gamma=10), state={state!r}, coriolis=True);"
+        "print('beamviz.solver.bent' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == str(state == "stable")
 
 
 def test_a_stable_straight_beam_has_no_bent_state():
