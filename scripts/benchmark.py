@@ -90,7 +90,7 @@ def straight_with(unknowns: int, coriolis: bool) -> partial[Solution]:
     """A solve of a straight beam with as many unknowns, by the number of modes asked for."""
     beam = Beam(alpha=1, beta=0.5, gamma=30, delta=1)
     for tolerance in (1e-6, 1e-8, 1e-10, 1e-12):
-        for modes in range(5, 21):
+        for modes in (5, 10, 20):
             one = partial(solve, beam, modes=modes, tolerance=tolerance, coriolis=coriolis)
             if one().stats.dof >= unknowns:
                 return one
