@@ -8,12 +8,14 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 LAYERS = (  # a module belongs to the layer that names it or the nearest of its parents
-    ("errors", "signals", "files"),
+    ("errors", "signals", "files", "optional"),
     ("beam",),
     ("solver",),
     ("scene",),
     ("frequency_loci",),
+    ("sweeps",),
     ("plotting",),
+    ("results",),
     ("lessons",),
     ("output",),
     ("paper", "failure_maps"),

@@ -10,7 +10,14 @@ import typer
 
 from beamviz import __version__
 from beamviz.beam import NUMBERS, Beam, check_float, check_int, exact_text
-from beamviz.cli.options import number, parse_triple, sweep_values, takes_beam, takes_scene
+from beamviz.cli.options import (
+    number,
+    parse_triple,
+    sweep_axes,
+    sweep_values,
+    takes_beam,
+    takes_scene,
+)
 from beamviz.files import check_suffix
 
 DIRECTION = typer.Option(
@@ -101,6 +108,44 @@ def loci(
     if plot:
         save_chart(plot, found, crossed, per_rev)
     print(LOCI_FORMATS[format](found, crossed).rstrip("\n"))
+
+
+@app.command()
+@takes_beam
+def sweep(
+    beam: Beam,
+    options: dict[str, Any],
+    path: Annotated[
+        Path, typer.Argument(help="The Zarr store to write, or to go on with.", metavar="OUT.zarr")
+    ],
+    over: Annotated[
+        list[str],
+        typer.Option(
+            help="An axis; repeat it for more, up to five.",
+            metavar="NAME=START:STOP:POINTS|NAME=VALUE,VALUE,...",
+        ),
+    ],
+    modes: Annotated[int, number("How many modes of each beam.")] = 5,
+    workers: Annotated[
+        int | None, number("Processes on this machine (default: one for each core).")
+    ] = None,
+    scheduler: Annotated[
+        str, typer.Option(help="Dask scheduler, to use its workers.", metavar="ADDRESS")
+    ] = "",
+) -> None:
+    """Every combination of parameters, in parallel; interrupted, the same command goes on."""
+    from beamviz.cli.progress import ProgressLine
+    from beamviz.sweeps import count_statuses, dask_client, sweep
+
+    axes = sweep_axes(over)
+    for name in axes.keys() & {n for n, x in beam.numbers.items() if x != NUMBERS[n].default}:
+        print(f"beamviz: --{name} is not used: --over {name} varies it", file=sys.stderr)
+    with contextlib.ExitStack() as stack:
+        client = stack.enter_context(dask_client(scheduler)) if scheduler else None
+        line = stack.enter_context(ProgressLine())
+        keywords = {"beam": beam, "workers": workers, "progress": line.show, **options}
+        sweep(axes, path, modes, client, **keywords)
+    print(", ".join(f"{count} {status}" for status, count in count_statuses(path).items()))
 
 
 @app.command()

@@ -3,7 +3,8 @@
 import functools
 import inspect
 import math
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -233,3 +234,26 @@ def sweep_values(over: str, start: object, stop: object, points: object) -> list
         raise InvalidInput("--start {} --stop {}: stop must be above start".format(*texts))
     steps = check_int("--points", points, 2, MAX_POINTS) - 1
     return [first + (last - first) * i / steps for i in range(steps)] + [last]
+
+
+def sweep_axes(texts: Iterable[str]) -> dict[str, list[float]]:
+    """The axes given as NAME=START:STOP:POINTS or NAME=VALUE,VALUE,...; InvalidInput names a wrong
+    one."""
+    axes: dict[str, list[float]] = {}
+    for text in texts:
+        name, _, values = text.partition("=")
+        numbers = [parse_number(part) for part in re.split("[:,]", values)]
+        floats = [float(value) for value in numbers if not isinstance(value, str)]
+        known = name in NUMBERS and len(floats) == len(numbers)
+        if not known or (":" in values and not re.fullmatch("[^:,]+:[^:,]+:[^:,]+", values)):
+            raise InvalidInput(
+                f"--over {text}: must be NAME=START:STOP:POINTS or NAME=VALUE,VALUE,..., NAME one"
+                f" of {', '.join(NUMBERS)}"
+            )
+        if name in axes:
+            raise InvalidInput(f"--over {text}: {name} is given twice")
+        try:
+            axes[name] = sweep_values(name, *floats) if ":" in values else floats
+        except InvalidInput as error:
+            raise InvalidInput(f"--over {text}: {error}") from None
+    return axes

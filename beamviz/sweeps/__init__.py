@@ -1,0 +1,234 @@
+"""sweep(axes, out): every combination of parameters, in parallel, into a Zarr store.
+
+The executor is one of the standard library or Dask's; a task is a chunk of the store.
+"""
+
+import contextlib
+import itertools
+import multiprocessing
+import os
+import signal
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    wait,
+)
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import ArrayLike
+
+from beamviz.beam import Beam, check_int
+from beamviz.errors import Unavailable
+from beamviz.optional import optional
+from beamviz.sweeps.chunks import solve_and_write
+from beamviz.sweeps.plan import Plan, Task, make_plan
+from beamviz.sweeps.store import ARRAYS, open_group, open_store
+from beamviz.sweeps.store import count_statuses as count_statuses
+
+if TYPE_CHECKING:
+    import xarray
+
+MAX_WORKERS = 1024
+IN_FLIGHT = 2  # tasks for each worker: one is computed, one waits
+THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
+CONNECT = 30.0  # [s] to find a scheduler and a first worker
+
+
+@dataclass
+class Progress:
+    """How far a sweep is: numbers of beams, of those of earlier runs, and seconds of this run."""
+
+    total: int
+    done: int
+    before: int
+    seconds: float = 0.0
+
+    @property
+    def rate(self) -> float:
+        """Beams per second in this run."""
+        return (self.done - self.before) / self.seconds if self.seconds else 0.0
+
+    @property
+    def left(self) -> float:
+        """Seconds left at this rate."""
+        return (self.total - self.done) / self.rate if self.rate else float("inf")
+
+
+Report = Callable[[Progress], None]
+
+
+def sweep(
+    axes: Mapping[str, ArrayLike],
+    out: str | Path | None,
+    modes: int = 5,
+    executor: Any = None,
+    *,
+    beam: Beam | None = None,
+    workers: int | None = None,
+    progress: Report | None = None,
+    **options: Any,
+) -> "xarray.Dataset":
+    """Frequencies of every combination of parameters, as a Zarr store and an xarray Dataset.
+
+    axes: ascending values by parameter, up to five: {"gamma": values, "alpha": values, ...}. out:
+    the store, "NAME.zarr"; None: none is kept, the Dataset is in memory. executor: a
+    concurrent.futures.Executor or a Dask Client; by default `workers` processes of this machine
+    (all cores; in a script, call it under `if __name__ == "__main__"`). beam: the numbers that do
+    not vary. progress: called with a Progress after each chunk. options: as for solve().
+
+    The Dataset, which reads the store as it is used, has frequency, error and growth_rate [1/T*]
+    and family by mode, and status and limit of each beam; codes are named in `flag_meanings`.
+
+    Interrupted at any moment and called again with the same arguments, it goes on. Raises
+    InvalidInput, also where the store was made with other arguments, and Unavailable.
+    """
+    for package in ("zarr", "xarray"):
+        optional(package, "sweep")
+    plan = make_plan(axes, beam or Beam(), modes=modes, **options)
+    if out is not None:
+        run(plan, Path(out), executor, workers, progress)
+        return open_sweep(out)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "sweep.zarr"
+        run(plan, path, executor, workers, progress)
+        return open_sweep(path).load()
+
+
+def open_sweep(path: str | Path) -> "xarray.Dataset":
+    """The store of a sweep as a Dataset that reads it as it is used."""
+    xarray = optional("xarray", "sweep")
+    open_group(Path(path))
+    return xarray.open_dataset(path, engine="zarr", consolidated=False)[list(ARRAYS)]
+
+
+def run(
+    plan: Plan,
+    path: Path,
+    executor: Any = None,
+    workers: int | None = None,
+    report: Report | None = None,
+) -> None:
+    """Compute the chunks that a store lacks."""
+    path = path.absolute()  # the working directory of workers may be another
+    workers = core_count() if workers is None else check_int("workers", workers, 1, MAX_WORKERS)
+    left = open_store(plan, path)
+    total = sum(map(plan.beams_of, plan.tasks))
+    before = total - sum(map(plan.beams_of, left))
+    state, start = Progress(total, before, before), time.monotonic()
+
+    def capacity() -> int:
+        cores = sum(executor.nthreads().values()) if is_dask else workers
+        return IN_FLIGHT * max(1, cores)
+
+    is_dask = hasattr(executor, "get_executor")  # a client, whose workers may come and go
+    with contextlib.ExitStack() as stack:
+        if executor is None:
+            pool = stack.enter_context(process_pool(min(workers, len(left))))
+        else:
+            pool = executor.get_executor(pure=False) if is_dask else executor
+        for task in completed(pool, capacity, path, left):
+            state.done += plan.beams_of(task)
+            state.seconds = time.monotonic() - start
+            if report:
+                report(state)
+
+
+def completed(
+    executor: Executor | None, capacity: Callable[[], int], path: Path, tasks: list[Task]
+) -> Iterator[Task]:
+    """Each task as it is done, with `capacity` of them submitted at a time; in this process
+    without an executor."""
+    if executor is None:
+        for task in tasks:
+            solve_and_write(path, task)
+            yield task
+        return
+    waiting = iter(tasks)
+    pending: dict[Future, Task] = {}
+    try:
+        while True:
+            for task in itertools.islice(waiting, max(0, capacity() - len(pending))):
+                pending[executor.submit(solve_and_write, path, task)] = task
+            if not pending:
+                return
+            for future in wait(pending, return_when=FIRST_COMPLETED).done:
+                future.result()
+                yield pending.pop(future)
+    except (BrokenProcessPool, CancelledError):
+        raise Unavailable(
+            "a worker ended before its work was done (out of memory? a script without"
+            ' `if __name__ == "__main__"`?); what is written is kept: run it again to go on'
+        ) from None
+    finally:
+        for future in pending:
+            future.cancel()
+
+
+@contextlib.contextmanager
+def process_pool(workers: int) -> Iterator[ProcessPoolExecutor | None]:
+    """Processes of this machine, which end with this one, however it ends; None for one worker."""
+    if workers <= 1:
+        yield None
+        return
+    spawn = multiprocessing.get_context("spawn")  # forking a process with threads is unsafe
+    listener, ours = spawn.Pipe(duplex=False)
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ |= dict.fromkeys(THREADS, "1")  # small matrices: more threads wait for each other
+    pool = ProcessPoolExecutor(workers, spawn, _start_worker, (listener,))
+    try:
+        yield pool
+        pool.shutdown()
+    finally:
+        ours.close()
+        pool.shutdown()
+        listener.close()
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _start_worker(listener: Any) -> None:
+    """In a worker: leave Ctrl-C to the first process, and end as soon as that closes its end of the
+    pipe or dies."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def watch() -> None:
+        listener.poll(None)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+def core_count() -> int:
+    """The cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+@contextlib.contextmanager
+def dask_client(address: str) -> Iterator[Any]:
+    """A client of a Dask scheduler that has a worker; Unavailable where there is none."""
+    distributed = optional("distributed", "cluster")
+    try:
+        client = distributed.Client(address, timeout=CONNECT)
+    except (OSError, ValueError) as error:
+        raise Unavailable(f"no Dask scheduler at {address} ({error})") from None
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=CONNECT)
+        except TimeoutError:
+            raise Unavailable(f"the Dask scheduler at {address} has no workers") from None
+        yield client

@@ -1,0 +1,243 @@
+"""Beams along one parameter: some are solved, the others interpolated within known errors.
+
+On the straight state omega^2 of the k-th mode of a family is an analytic function of each of the
+five parameters. (With Coriolis forces the two families are one.) A line is cut into pieces; in each
+it is a polynomial through beams near its Chebyshev points, checked at beams that it does not use.
+A piece that fails is halved, until every beam of it is solved. The error of an interpolated omega^2
+is that of the solver as the interpolation carries it on, plus SAFETY times the largest found by the
+checks.
+"""
+
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from beamviz.beam import Beam
+from beamviz.errors import BeamvizError, NoEquilibrium
+from beamviz.solver import DEFAULTS, TOLERANCES, Problem, Solution, solve_many
+
+NODES, CHECKS = 17, (1, 6, 9, 14)  # beams of a piece: interpolated, and intervals with a check
+SAFETY = 5.0
+SHARE = 0.1  # of the tolerance: accepted error of the interpolation
+NODE_SHARE = 0.4  # of the tolerance: that of the solver, which interpolation carries on up to twice
+FRACTION = 2e-3  # the same of the share of the kinetic energy across the beam
+DENSE = 2  # a piece has this many times the beams solved in it; smaller ones are solved
+FEW = 0.1  # of a piece: beams that are solved because the interpolation leaves them open
+
+Piece = tuple[int, int]  # its first and its last beam
+
+
+class Stencil(NamedTuple):
+    """The beams solved in a piece, and what interpolates the others."""
+
+    nodes: np.ndarray  # (n,) beams that the polynomial passes through
+    checks: np.ndarray  # (c,) further beams; none in a piece whose beams are all nodes
+    weights: np.ndarray  # (beams of the piece, n)
+
+    @property
+    def solved(self) -> list[int]:
+        """All beams to solve."""
+        return [*self.nodes.tolist(), *self.checks.tolist()]
+
+
+class Grid:
+    """The values of a parameter along a line, and their pieces; many lines have the same."""
+
+    def __init__(self, values: np.ndarray):
+        self.values = values
+        self.stencils: dict[Piece, Stencil] = {}
+
+    def stencil(self, piece: Piece) -> Stencil:
+        """The stencil of a piece."""
+        if piece not in self.stencils:
+            self.stencils[piece] = self._stencil(*piece)
+        return self.stencils[piece]
+
+    def _stencil(self, first: int, last: int) -> Stencil:
+        x = self.values[first : last + 1]
+        nodes = self._nearest(x, np.arange(NODES))
+        checks = np.setdiff1d(self._nearest(x, np.array(CHECKS) + 0.5), nodes)
+        if len(x) < DENSE * (NODES + len(CHECKS)) or len(nodes) < NODES - 2 or len(checks) < 2:
+            everything = np.arange(first, last + 1)
+            return Stencil(everything, everything[:0], np.eye(len(x)))
+        at = x[nodes]
+        distances = (at[:, None] - at) * (4 / (at[-1] - at[0]))  # their products stay near 1
+        barycentric = 1 / (distances + np.eye(len(at))).prod(axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            weights = barycentric / (x[:, None] - at)
+            weights /= weights.sum(axis=1, keepdims=True)
+        weights[nodes] = np.eye(len(nodes))
+        return Stencil(first + nodes, first + checks, weights)
+
+    @staticmethod
+    def _nearest(x: np.ndarray, k: np.ndarray) -> np.ndarray:
+        """The places in x nearest to Chebyshev points."""
+        at = (x[0] + x[-1] - (x[-1] - x[0]) * np.cos(np.pi * k / (NODES - 1))) / 2
+        return np.unique(abs(x[:, None] - at).argmin(axis=0))
+
+    def halves(self, piece: Piece) -> list[Piece]:
+        """A piece as two that share a beam."""
+        first, last = piece
+        middle = (self.values[first] + self.values[last]) / 2
+        cut = int(np.searchsorted(self.values[first : last + 1], middle)) + first
+        cut = min(max(cut, first + 1), last - 1)
+        return [(first, cut), (cut, last)]
+
+
+def solve_lines(lines: list["Line"]) -> None:
+    """Make all beams known: the first line alone, and the others in the pieces that it took."""
+    for line in lines:
+        line.find_limit()
+    whole = [(0, len(lines[0].grid.values) - 1)]
+    pieces = _fill(lines[:1], whole)
+    _fill(lines[1:], pieces)
+
+
+def _fill(lines: list["Line"], pieces: list[Piece]) -> list[Piece]:
+    """Make all beams of some pieces known, the smaller pieces that it took."""
+    work = [(line, piece) for line in lines for piece in line.within_limit(pieces)]
+    served: list[Piece] = []
+    while work:
+        _solve([(line, k) for line, piece in work for k in line.grid.stencil(piece).solved])
+        found = [(line, piece, line.interpolate(piece)) for line, piece in work]
+        _solve([(line, k) for line, _, unclear in found for k in unclear or ()])
+        served += [piece for _, piece, unclear in found if unclear is not None]
+        failed = [(line, piece) for line, piece, unclear in found if unclear is None]
+        work = [(line, half) for line, piece in failed for half in line.grid.halves(piece)]
+    return sorted(served)
+
+
+def _solve(wanted: Iterable[tuple["Line", int]]) -> None:
+    """Solve beams of lines that are not solved yet, together those that share their meshes."""
+    groups: dict[Any, dict[tuple[int, int], tuple[Line, int, Beam]]] = {}
+    for line, k in wanted:
+        if k not in line.answers:
+            key = id(line) if line.over == "beta" else line.beam.beta
+            groups.setdefault(key, {})[id(line), k] = line, k, line.beam_at(k)
+    for group in groups.values():
+        lines, places, beams = zip(*group.values(), strict=True)
+        answers = lines[0].solve_many(beams)
+        for line, k, answer in zip(lines, places, answers, strict=True):
+            line.keep(k, answer)
+
+
+class Line:
+    """The lowest modes of the beams of a line, as far as they are known.
+
+    answers: of the beams solved; where there is a Solution or None, the rows of omega_squared,
+    errors (of omega_squared) and bending_energy_fraction (beams, modes) are known.
+    """
+
+    def __init__(self, beam: Beam, over: str, grid: Grid, problem: Problem):
+        self.beam, self.over, self.grid, self.problem = beam, over, grid, problem
+        count, modes = len(grid.values), problem.modes
+        self.coupled = problem.gyroscopic and self.beam_at(count - 1).gamma > 0
+        self.answers: dict[int, Solution | BeamvizError] = {}
+        self.omega_squared, self.errors, self.bending_energy_fraction = np.full(
+            (3, count, modes), np.nan
+        )
+        # omega^2 and errors by family (with Coriolis forces in one, and the fractions as the
+        # second), twice as many as asked for: so the next mode of a family is known
+        self.families = np.full((2, count, 2, 2 * modes), np.nan)
+
+    def beam_at(self, k: int) -> Beam:
+        """A beam."""
+        return self.beam.replace(**{self.over: float(self.grid.values[k])})
+
+    @property
+    def beams(self) -> list[Beam]:
+        """All beams."""
+        return [self.beam_at(k) for k in range(len(self.grid.values))]
+
+    def solve_many(self, beams: Sequence[Beam]) -> list[Solution | BeamvizError]:
+        """Their modes, twice as many as asked for, a little better than asked for."""
+        options = {name: getattr(self.problem, name) for name in DEFAULTS}
+        options["tolerance"] = max(NODE_SHARE * self.problem.tolerance, TOLERANCES[0])
+        return solve_many(beams, extra_modes=self.problem.modes, **options)
+
+    def find_limit(self) -> None:
+        """Where the highest speed has no equilibrium, so have all beyond the limit."""
+        bounded = self.problem.strain != "green" or self.beam.delta < 0
+        if self.over == "gamma" and bounded:
+            (answer,) = self.solve_many([self.beam_at(len(self.grid.values) - 1)])
+            if isinstance(answer, NoEquilibrium):
+                beyond = np.flatnonzero(self.grid.values > answer.limit)
+                self.answers |= dict.fromkeys(beyond.tolist(), answer)
+
+    def within_limit(self, pieces: list[Piece]) -> list[Piece]:
+        """Pieces up to the limit of equilibrium."""
+        last = len(self.grid.values) - 1 - len(self.answers)
+        cut = [(a, min(b, last)) for a, b in pieces if a < last]
+        return [*cut[:-1], (cut[-1][0], last)] if cut else [(0, 0)] * (last == 0)
+
+    def keep(self, k: int, answer: Solution | BeamvizError) -> None:
+        """Take the answer of a beam."""
+        self.answers[k] = answer
+        if isinstance(answer, Solution):
+            self._keep(k, answer)
+
+    def _keep(self, k: int, solution: Solution) -> None:
+        modes, fraction = self.problem.modes, solution.bending_energy_fraction
+        numbers = np.array([solution.omega_squared, solution.omega_squared_errors])
+        self.omega_squared[k], self.errors[k] = numbers[:, :modes]
+        self.bending_energy_fraction[k] = fraction[:modes]
+        if self.coupled:
+            self.families[:, k, 0, : len(fraction)] = numbers
+            self.families[:, k, 1, : len(fraction)] = fraction, np.zeros_like(fraction)
+        else:
+            for family, own in enumerate((fraction >= 0.5, fraction < 0.5)):
+                self.families[:, k, family, : own.sum()] = numbers[:, own]
+
+    def interpolate(self, piece: Piece) -> list[int] | None:
+        """Interpolate in a piece: the beams to be solved nevertheless; None where it fails."""
+        nodes, checks, weights = stencil = self.grid.stencil(piece)
+        if not len(checks):
+            return []
+        solved = stencil.solved
+        if not all(isinstance(self.answers[k], Solution) for k in solved):
+            return None
+        known = self.families[0][solved]  # (solved, 2, columns)
+        complete = np.isfinite(known).all(axis=0)
+        values = np.tensordot(weights, np.where(complete, known[: len(nodes)], np.nan), 1)
+        off = abs(values[checks - piece[0]] - known[len(nodes) :]).max(axis=0) * SAFETY
+        carried = np.tensordot(abs(weights), self.families[1][nodes], 1)
+        clear, order = self._clear(values, off, carried, known)
+        places = np.arange(piece[0], piece[1] + 1)
+        if (~clear).sum() > FEW * len(places):
+            return None
+        clear &= [k not in self.answers for k in places.tolist()]
+        rows = places[clear]
+        flat = values.reshape(len(values), -1)[clear]
+        errors = (off + carried).reshape(len(values), -1)[clear]
+        order = order[clear]
+        self.omega_squared[rows] = np.take_along_axis(flat, order, 1)
+        self.errors[rows] = np.take_along_axis(errors, order, 1)
+        columns = values.shape[2]
+        if self.coupled:
+            self.bending_energy_fraction[rows] = np.take_along_axis(flat, order + columns, 1)
+        else:
+            self.bending_energy_fraction[rows] = order < columns
+        return [k for k in places[~clear].tolist() if k not in self.answers]
+
+    def _clear(
+        self, values: np.ndarray, off: np.ndarray, carried: np.ndarray, known: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Which beams of a piece are known well enough by interpolated values, and the columns
+        (beams, modes) of their lowest modes.
+
+        The lowest modes are known if each is, if none is missed (a family that ends below the
+        highest of them could have another one there) and if each is surely stable or unstable.
+        """
+        accurate = off <= SHARE * 2 * self.problem.tolerance * abs(values)
+        sure = accurate & (abs(values) > off + carried)
+        if self.coupled:  # the second "family" is that of the fractions
+            sure &= (off[1] <= FRACTION) | ~np.isfinite(values)
+            values, sure, off, carried = values[:, :1], sure[:, :1], off[:1], carried[:, :1]
+            known = known[:, :1]
+        flat = values.reshape(len(values), -1)
+        order = flat.argsort(axis=1)[:, : self.problem.modes]
+        highest = np.take_along_axis(flat, order[:, -1:], 1)[:, :, None]
+        clear = ~((values - off - carried <= highest) & ~sure).any(axis=(1, 2))
+        ends = np.fmax.reduce(values, axis=2, initial=np.nanmax(known, axis=(1, 2)).min())
+        return clear & (highest[:, :, 0] <= ends).all(axis=1), order

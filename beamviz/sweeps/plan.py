@@ -1,0 +1,128 @@
+"""A sweep as data: its axes, the numbers and options that do not vary, and its chunks."""
+
+import itertools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from beamviz.beam import NUMBERS, Beam, check_float
+from beamviz.errors import InvalidInput
+from beamviz.solver import DEFAULTS, METHODS, Problem, parse_options
+
+MAX_VALUES = 1_000_000  # of an axis
+# Beams of a chunk: about a second of work, so that a cluster's scheduler keeps up, and few enough
+# files. A small sweep has about TASKS of them, for all processes to have some.
+FAST, COUPLED, SLOW, LEAST = 16384, 4096, 256, 1024
+TASKS = 32
+
+Task = tuple[int, ...]  # a chunk, by its position along each axis
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Every combination of the values of some parameters of a beam.
+
+    axes: the values (n,) by parameter, in the order of the dimensions. beam: holds the other
+    numbers.
+    """
+
+    axes: dict[str, np.ndarray]
+    beam: Beam
+    problem: Problem
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        """Numbers of values."""
+        return tuple(map(len, self.axes.values()))
+
+    @cached_property
+    def line(self) -> int:
+        """The axis along which beams are solved together: the longest."""
+        return self.shape.index(max(self.shape))
+
+    @cached_property
+    def smooth(self) -> bool:
+        """Whether omega^2 of each mode is a smooth function of the parameters."""
+        hp = METHODS[self.problem.method].package == "hp"
+        spin_up = self.beam.spin_up or "spin_up" in self.axes
+        return hp and self.problem.state == "straight" and not spin_up
+
+    @cached_property
+    def chunk(self) -> tuple[int, ...]:
+        """Numbers of values of a chunk: whole lines, if they are not too long, and neighbours.
+
+        They follow from the arguments alone: what is solved together, hence every digit, must not
+        depend on the machine.
+        """
+        quick = COUPLED if self.problem.gyroscopic else FAST
+        left = min(quick if self.smooth else SLOW, max(math.prod(self.shape) // TASKS, LEAST))
+        chunk = [1] * len(self.shape)
+        names = list(self.axes)  # beams with their mass at one place share their meshes
+        others = sorted(range(len(names)), key=lambda axis: (names[axis] == "beta", -axis))
+        for axis in (self.line, *others):
+            if chunk[axis] == 1:
+                pieces = math.ceil(self.shape[axis] / max(left, 1))
+                chunk[axis] = math.ceil(self.shape[axis] / pieces)
+                left //= chunk[axis]
+        return tuple(chunk)
+
+    @cached_property
+    def tasks(self) -> list[Task]:
+        """All chunks."""
+        counts = [math.ceil(n / c) for n, c in zip(self.shape, self.chunk, strict=True)]
+        return list(itertools.product(*map(range, counts)))
+
+    def region(self, task: Task) -> tuple[slice, ...]:
+        """The part of the arrays that a chunk is."""
+        ends = zip(task, self.chunk, self.shape, strict=True)
+        return tuple(slice(k * c, min((k + 1) * c, n)) for k, c, n in ends)
+
+    def beams_of(self, task: Task) -> int:
+        """The number of beams of a chunk."""
+        return math.prod(part.stop - part.start for part in self.region(task))
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The keywords of `solve`."""
+        return {name: getattr(self.problem, name) for name in DEFAULTS}
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """What besides the axes makes this sweep, by name, in the types of JSON."""
+        fixed = {name: getattr(self.beam, name) for name in NUMBERS if name not in self.axes}
+        return {**fixed, **self.options}
+
+
+def make_plan(axes: Mapping[str, ArrayLike], beam: Beam, **options: Any) -> Plan:
+    """The sweep of validated arguments; InvalidInput names what is wrong."""
+    if not axes:
+        raise InvalidInput(f"no axis is given: name one or more of {', '.join(NUMBERS)}")
+    values = {name: check_axis(name, given) for name, given in axes.items()}
+    extremes = {name: float(array[0 if name == "mu" else -1]) for name, array in values.items()}
+    beam = beam.replace(**extremes)  # its units are kept; raises where gamma / mu is too large
+    chosen = [options.pop(option, default) for option, default in DEFAULTS.items()]
+    return Plan(values, beam, parse_options(*chosen, **options))
+
+
+def check_axis(name: str, given: ArrayLike) -> np.ndarray:
+    """The values (n,) of an axis: ascending numbers within the limits of the parameter."""
+    if name not in NUMBERS:
+        raise InvalidInput(f"axis {name!r}: must be one of {', '.join(NUMBERS)}")
+    try:
+        array = np.atleast_1d(np.array(given, float))
+    except (TypeError, ValueError, OverflowError):
+        raise InvalidInput(f"values of {name}: must be numbers") from None
+    if array.ndim > 1 or not 1 <= array.size <= MAX_VALUES:
+        raise InvalidInput(f"values of {name}: must be a list of 1 .. {MAX_VALUES} numbers")
+    for value in array[~np.isfinite(array)][:1].tolist() + array[[0, -1]].tolist():
+        check_float(name, value, *NUMBERS[name].limits)
+    falls = np.flatnonzero(np.diff(array) <= 0)
+    if len(falls):
+        first, second = array[falls[0] : falls[0] + 2]
+        raise InvalidInput(f"values of {name}: must ascend, but {second:g} follows {first:g}")
+    return array + 0.0  # -0.0 becomes 0.0

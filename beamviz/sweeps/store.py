@@ -1,0 +1,197 @@
+"""The Zarr store of a sweep: made once, filled chunk by chunk, gone on with after any interruption.
+
+Every array has the same chunks; a task writes one chunk of each, `status` last. zarr writes a chunk
+into a temporary file that it renames, so a chunk of `status` is there if and only if the task is
+done, however it or others were interrupted.
+"""
+
+import contextlib
+import errno
+import os
+import shutil
+import zlib
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from beamviz import __version__
+from beamviz.beam import NUMBERS, Beam, exact_text
+from beamviz.errors import InvalidInput, Unavailable
+from beamviz.files import check_suffix, temporary
+from beamviz.optional import optional
+from beamviz.solver import DEFAULTS, solve_many
+from beamviz.sweeps.plan import Plan, Task, make_plan
+
+STATUSES = ("not computed", "solved", "unstable", "no equilibrium", "not converged")
+FAMILIES = ("bending", "stretching", "mixed")
+MODES = ("mode",)  # the last dimension of most arrays
+ARRAYS: dict[str, tuple[str, tuple[str, ...], float, dict[str, Any]]] = {
+    # type, dimensions beyond the axes, value where there is none, attributes
+    "frequency": ("f8", MODES, np.nan, {"long_name": "frequency", "units": "1/T*"}),
+    "error": (
+        "f4",
+        MODES,
+        np.nan,
+        {"long_name": "estimated absolute error of frequency or growth rate", "units": "1/T*"},
+    ),
+    "growth_rate": ("f8", MODES, np.nan, {"long_name": "growth rate", "units": "1/T*"}),
+    "family": ("i1", MODES, -1, {"long_name": "family", "flag_meanings": " ".join(FAMILIES)}),
+    "limit": ("f8", (), np.nan, {"long_name": "largest gamma with an equilibrium"}),
+    "status": (
+        "i1",
+        (),
+        0,
+        {"flag_meanings": " ".join(name.replace(" ", "_") for name in STATUSES)},
+    ),
+}
+FLAGS = {"family": FAMILIES, "status": STATUSES}
+FORMAT = "beamviz sweep 1"
+
+
+def open_store(plan: Plan, path: Path) -> list[Task]:
+    """Make the store of a sweep, or find it begun; the tasks that are left.
+
+    Raises InvalidInput where it is the store of another sweep, Unavailable where it cannot be
+    written.
+    """
+    check_suffix(path, (".zarr",))
+    with written(path):
+        if not path.exists():
+            solve_many([plan.beam], **plan.options)  # raises for options that do not fit together
+            part = temporary(path)
+            try:
+                part.mkdir()
+                _create(plan, part)
+                part.rename(path)
+            finally:
+                shutil.rmtree(part, ignore_errors=True)
+        left = tasks_left(plan, path)
+        check_same(plan, path, bool(left))
+        for unfinished in path.rglob("*.partial") if left else ():
+            unfinished.unlink(missing_ok=True)
+        if left and not os.access(path / "status", os.W_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    return left
+
+
+def tasks_left(plan: Plan, path: Path) -> list[Task]:
+    """The tasks whose chunk of `status` is not there."""
+    chunks = path / "status" / "c"
+    return [task for task in plan.tasks if not chunks.joinpath(*map(str, task)).exists()]
+
+
+@contextlib.contextmanager
+def written(path: Path) -> Iterator[None]:
+    """Within, failures to write are Unavailable, with the remedy."""
+    try:
+        yield
+    except OSError as error:
+        raise Unavailable(
+            f"cannot write {path}: {error.strerror or error}; what is written is kept: make room"
+            " or give permission, and the same command goes on"
+        ) from None
+
+
+def _create(plan: Plan, path: Path) -> None:
+    """The template of a sweep: all metadata, and the coordinates."""
+    zarr = optional("zarr", "sweep")
+    units = plan.beam.units if "mu" not in plan.axes else None
+    group = zarr.create_group(
+        path,
+        attributes={
+            "title": "Natural frequencies of a rotating beam with a concentrated mass",
+            "format": FORMAT,
+            "beamviz_version": __version__,
+            **plan.arguments,
+            **({"unit_length_m": units.length, "unit_time_s": units.time} if units else {}),
+        },
+    )
+    modes = np.arange(1, plan.problem.modes + 1)
+    for name, values in {**plan.axes, "mode": modes}.items():
+        label = NUMBERS[name].axis_label if name in NUMBERS else "number by frequency"
+        group.create_array(
+            name,
+            data=values,
+            chunks=values.shape,
+            dimension_names=[name],
+            attributes={"long_name": label, "units": "1"},
+        )
+    for name, (kind, extra, empty, about) in ARRAYS.items():
+        flags = {"flag_values": list(range(len(FLAGS[name])))} if name in FLAGS else {}
+        group.create_array(
+            name,
+            shape=plan.shape + (plan.problem.modes,) * len(extra),
+            chunks=plan.chunk + (plan.problem.modes,) * len(extra),
+            dtype=kind,
+            fill_value=empty,
+            dimension_names=[*plan.axes, *extra],
+            attributes={**about, **flags},
+        )
+
+
+def check_same(plan: Plan, path: Path, unfinished: bool) -> None:
+    """InvalidInput that names the first difference where a store is not that of a sweep."""
+    group, other = open_group(path), stored_plan(path)
+    old, new = ({"axes": ", ".join(one.axes)} for one in (other, plan))
+    for one, texts in ((other, old), (plan, new)):
+        texts |= {f"values of {name}": axis_text(values) for name, values in one.axes.items()}
+        texts |= {name: repr(value) for name, value in one.arguments.items()}
+    if unfinished:
+        old["beamviz_version"], new["beamviz_version"] = group.attrs["beamviz_version"], __version__
+    for name, before in old.items():
+        if before != new.get(name, ""):
+            raise InvalidInput(
+                f"{path} was made with {name} = {before}, not {new.get(name, 'an axis')}: give the"
+                " same arguments to go on with it, or name another store"
+            )
+
+
+def open_group(path: Path) -> Any:
+    """The store as a zarr group; InvalidInput where it is none of a sweep."""
+    zarr = optional("zarr", "sweep")
+    try:
+        group = zarr.open_group(path, mode="r+")
+    except (FileNotFoundError, ValueError, KeyError):  # no group, or metadata of something else
+        group = None
+    if group is None or group.attrs.get("format") != FORMAT:
+        raise InvalidInput(f"{path}: is no sweep of this program; name another store")
+    return group
+
+
+@lru_cache(maxsize=4)
+def stored_plan(path: Path) -> Plan:
+    """The sweep that a store was made for."""
+    group = open_group(path)
+    modes = group["frequency"].metadata.dimension_names
+    axes = {name: group[name][:] for name in modes[:-1]}
+    attributes = group.attrs
+    fixed = {name: attributes[name] for name in NUMBERS if name in attributes}
+    return make_plan(axes, Beam(**fixed), **{name: attributes[name] for name in DEFAULTS})
+
+
+def write_chunk(path: Path, plan: Plan, task: Task, arrays: dict[str, np.ndarray]) -> None:
+    """Write the results of a task, `status` last."""
+    group, region = open_group(path), plan.region(task)
+    with written(path):
+        for name in ARRAYS:
+            group[name][region] = arrays[name]
+
+
+def count_statuses(path: Path) -> dict[str, int]:
+    """How many beams of a store have each status."""
+    plan, status = stored_plan(path), open_group(path)["status"]
+    counts = np.zeros(len(STATUSES), int)
+    for task in plan.tasks:
+        counts += np.bincount(status[plan.region(task)].ravel(), minlength=len(STATUSES))
+    return {name: count for name, count in zip(STATUSES, counts.tolist(), strict=True) if count}
+
+
+def axis_text(values: np.ndarray) -> str:
+    """The values of an axis in few words."""
+    first, *_, last = texts = [exact_text(value) for value in values.tolist()]
+    if len(texts) <= 6:
+        return ", ".join(texts)
+    return f"{first} .. {last} ({len(texts)} values, checksum {zlib.crc32(values.tobytes()):08x})"
