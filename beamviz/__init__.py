@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from beamviz.frequency_loci.forced_response import Resonance, RunUp, resonances, run_up
     from beamviz.scene import Scene
     from beamviz.solver import Solution, solve, solve_many
-    from beamviz.sweeps import sweep
 
 __version__ = "0.1.0"
 

@@ -1,7 +1,7 @@
 """The work of a task: every beam of a chunk, line by line."""
 
 import itertools
-from collections.abc import Iterable
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -47,16 +47,17 @@ def solve_chunk(plan: Plan, task: Task) -> dict[str, np.ndarray]:
         rows.append({name: array[here] for name, array in arrays.items()})
     if plan.smooth:
         solve_lines(lines)
-        for line, row in zip(lines, rows, strict=True):
-            fill_interpolated(row, line)
-            fill_solved(row, line.answers.items())
-    else:
-        for line, row in zip(lines, rows, strict=True):
-            fill_solved(row, enumerate(solve_many(line.beams, **plan.options)))
+    for line, row in zip(lines, rows, strict=True):
+        if plan.smooth:
+            fill_known(row, line)
+            errors = {k: one for k, one in line.answers.items() if isinstance(one, BeamvizError)}
+            fill_answers(row, errors)
+        else:
+            fill_answers(row, dict(enumerate(solve_many(line.beams, **plan.options))))
     return arrays
 
 
-def fill_interpolated(row: Row, line: Line) -> None:
+def fill_known(row: Row, line: Line) -> None:
     """The numbers of a line that is known by omega^2."""
     squares, errors, fraction = line.omega_squared, line.errors, line.bending_energy_fraction
     root = np.sqrt(abs(squares))
@@ -68,16 +69,15 @@ def fill_interpolated(row: Row, line: Line) -> None:
     row["status"][:] = np.where(stable[:, 0], SOLVED, UNSTABLE)
 
 
-def fill_solved(row: Row, answers: Iterable[tuple[int, Solution | BeamvizError]]) -> None:
+def fill_answers(row: Row, answers: Mapping[int, Solution | BeamvizError]) -> None:
     """The numbers of beams by what `solve_many` answers."""
-    modes = row["frequency"].shape[1]
-    for k, answer in answers:
+    for k, answer in answers.items():
         if isinstance(answer, Solution):
             row["status"][k] = SOLVED if answer.equilibrium.stable else UNSTABLE
-            row["frequency"][k] = answer.frequencies[:modes]
-            row["growth_rate"][k] = answer.growth_rates[:modes]
-            row["error"][k] = answer.errors[:modes]
-            row["family"][k] = [FAMILIES.index(family) for family in answer.families[:modes]]
+            row["frequency"][k] = answer.frequencies
+            row["growth_rate"][k] = answer.growth_rates
+            row["error"][k] = answer.errors
+            row["family"][k] = [FAMILIES.index(family) for family in answer.families]
             continue
         for name, (_, _, empty, _) in ARRAYS.items():
             row[name][k] = empty

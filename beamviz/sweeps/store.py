@@ -85,13 +85,13 @@ def tasks_left(plan: Plan, path: Path) -> list[Task]:
 
 @contextlib.contextmanager
 def written(path: Path) -> Iterator[None]:
-    """Within, failures to write are Unavailable, with the remedy."""
+    """Within, failures to write a part of a store are Unavailable, with the remedy."""
     try:
         yield
     except OSError as error:
+        reason, kept = error.strerror or error, "what is written is kept; " if path.exists() else ""
         raise Unavailable(
-            f"cannot write {path}: {error.strerror or error}; what is written is kept: make room"
-            " or give permission, and the same command goes on"
+            f"cannot write {path}: {reason}; {kept}make room there, or choose another place"
         ) from None
 
 
@@ -191,7 +191,8 @@ def count_statuses(path: Path) -> dict[str, int]:
 
 def axis_text(values: np.ndarray) -> str:
     """The values of an axis in few words."""
-    first, *_, last = texts = [exact_text(value) for value in values.tolist()]
+    texts = [exact_text(value) for value in values.tolist()]
     if len(texts) <= 6:
         return ", ".join(texts)
-    return f"{first} .. {last} ({len(texts)} values, checksum {zlib.crc32(values.tobytes()):08x})"
+    checksum = f"{zlib.crc32(values.tobytes()):08x}"
+    return f"{texts[0]} .. {texts[-1]} ({len(texts)} values, checksum {checksum})"

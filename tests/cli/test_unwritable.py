@@ -27,8 +27,9 @@ COMMANDS = {
     "reproduce, a new folder": ("reproduce", "table1", "--out", "{}/new"),
     "benchmark": ("benchmark", "--quick", "--out", "{}"),
     "stability": ("stability", "--quick", "--out", "{}"),
+    "sweep": ("sweep", "{}/a.zarr", "--over", "gamma=0:5:3"),
 }
-REMEDY = "(choose another place|name another folder)"
+REMEDY = "(make room there, or )?(choose another place|name another folder)"
 SAID = rf"beamviz: cannot write (to )?{{}}.*: .+; {REMEDY}\n"
 OVERRIDE, READ_SEARCH, DROP = 1, 2, 24  # capabilities, and what prctl calls giving one up
 

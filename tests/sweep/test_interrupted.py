@@ -1,0 +1,126 @@
+"""A sweep that is killed, out of room or forbidden to write loses nothing, and goes on."""
+
+import json
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+LINE = ["--over", "gamma=0:20:401", "--over", "alpha=0:3:31", "--over", "beta=0.5,1", "--coriolis"]
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and limits of Unix")
+
+
+def start(store: Path, *more: str, **settings) -> subprocess.Popen:
+    """`beamviz sweep` as a process."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "beamviz", "sweep", str(store), *LINE, *more],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        **settings,
+    )
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """The bytes of every file in a folder, by name."""
+    paths = (path for path in folder.rglob("*") if path.is_file())
+    return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
+
+
+def chunks(store: Path) -> int:
+    """How many chunks of `status` are there."""
+    return sum(path.is_file() for path in (store / "status" / "c").rglob("*"))
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory) -> dict[str, bytes]:
+    """The store of a run to its end, with one process."""
+    store = tmp_path_factory.mktemp("undisturbed") / "a.zarr"
+    with start(store, "--workers", "1") as process:
+        out, _ = process.communicate(timeout=120)
+    assert out == "24862 solved\n"
+    return contents(store)
+
+
+def test_killed_several_times(undisturbed, tmp_path):
+    """SIGKILL at three moments, its workers end too; then the same store, byte by byte."""
+    store = tmp_path / "a.zarr"
+    for count in (1, 3, 5):
+        with start(store, "--workers", "2") as process:
+            until = time.monotonic() + 60
+            while chunks(store) < count and process.poll() is None and time.monotonic() < until:
+                time.sleep(0.002)
+            process.send_signal(signal.SIGKILL)
+            process.communicate(timeout=10)  # the pipes close when the workers have ended
+        (store / "status" / "c" / "0.0123.partial").touch()  # as left by a write
+    assert count <= chunks(store) < 16
+    with start(store) as process:
+        out, err = process.communicate(timeout=120)
+    assert (process.returncode, out) == (0, "24862 solved\n"), err
+    assert "100 %, 24,862 of 24,862 beams" in err
+    assert contents(store) == undisturbed
+
+
+def test_no_room(undisturbed, tmp_path):
+    """A file may not become large enough: one line, what is written stays; with room it goes on."""
+    store = tmp_path / "a.zarr"
+    largest = max(len(data) for name, data in undisturbed.items() if name.startswith("frequency"))
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (largest - 1, resource.RLIM_INFINITY))
+
+    with start(store, "--workers", "2", preexec_fn=limit) as process:
+        out, err = process.communicate(timeout=120)
+    assert (process.returncode, out) == (1, "")
+    assert err.splitlines()[-1] == (
+        f"beamviz: cannot write {store}: File too large; what is written is kept; make room there,"
+        " or choose another place"
+    )
+    assert "Traceback" not in err
+    with start(store) as process:
+        process.communicate(timeout=120)
+    assert contents(store) == undisturbed
+
+
+@pytest.mark.slow
+def test_a_dask_cluster_loses_a_worker(undisturbed, tmp_path):
+    """A scheduler and three workers, as processes; one is killed in the middle of its work."""
+    store = tmp_path / "a.zarr"
+    dask = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--port", "0", "--no-dashboard"]
+    address = tmp_path / "scheduler.json"
+    settings = {
+        "stdout": subprocess.DEVNULL,
+        "stderr": subprocess.DEVNULL,
+        "env": {**os.environ, "PYTHONPATH": str(ROOT)},
+    }
+    processes = [
+        subprocess.Popen([*dask, "--scheduler-file", str(address)], cwd=tmp_path, **settings)
+    ]
+    worker = [sys.executable, "-m", "distributed.cli.dask_worker", "--nthreads", "1", "--no-nanny"]
+    try:
+        until = time.monotonic() + 30
+        while not address.exists() and time.monotonic() < until:
+            time.sleep(0.1)
+        for _ in range(3):
+            line = [*worker, "--scheduler-file", str(address), "--no-dashboard"]
+            processes.append(subprocess.Popen(line, cwd=tmp_path, **settings))
+        with start(store, "--scheduler", json.loads(address.read_text())["address"]) as process:
+            while chunks(store) < 3 and process.poll() is None:
+                time.sleep(0.01)
+            processes[1].kill()
+            out, err = process.communicate(timeout=120)
+        assert (process.returncode, out) == (0, "24862 solved\n"), err
+        assert processes[1].wait() == -signal.SIGKILL
+        assert contents(store) == undisturbed
+    finally:
+        for one in processes:
+            one.kill()
+            one.wait()

@@ -1,0 +1,167 @@
+"""sweep() and `beamviz sweep`: the numbers of solve(), labelled, in a store that can go on."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+
+from beamviz import Beam, InvalidInput, NoEquilibrium, Unavailable, __version__, sweep
+
+STATUS = ("not computed", "solved", "unstable", "no equilibrium", "not converged")
+FAMILIES = ("bending", "stretching", "mixed")
+SPEEDS = np.linspace(0, 40, 161)
+SWEEPS = {  # axes, fixed numbers, options; with lines long enough to be interpolated
+    "speed": ({"gamma": SPEEDS, "alpha": [0, 1, 4], "beta": [0.3, 1]}, {}, {}),
+    "all five": (
+        {
+            "gamma": [0, 9],
+            "alpha": np.linspace(0, 3, 61),
+            "beta": [0.5],
+            "delta": [0, 1.0],
+            "mu": [50, 70],
+        },
+        {},
+        {"modes": 3},
+    ),
+    "position": ({"beta": np.linspace(0, 1, 121)}, {"alpha": 1, "gamma": 8}, {}),
+    "slenderness": ({"mu": np.geomspace(20, 2000, 121)}, {"gamma": 3, "alpha": 1}, {}),
+    "Coriolis": (
+        {"gamma": SPEEDS, "delta": [0, 0.5]},
+        {"alpha": 1},
+        {"coriolis": True, "modes": 4},
+    ),
+    "Coriolis at rest": ({"alpha": np.linspace(0, 3, 61)}, {}, {"coriolis": True}),
+    "limits": ({"gamma": SPEEDS, "delta": [0, 1]}, {}, {"strain": "hencky"}),
+    "limits across": ({"delta": np.linspace(0, 2, 61)}, {"gamma": 40}, {"strain": "hencky"}),
+    "inward": ({"gamma": np.linspace(0, 8, 81)}, {"delta": -1}, {"plane": "flapwise"}),
+    "buckling": ({"gamma": np.linspace(0, 8, 81), "alpha": [0, 1]}, {"delta": -1}, {}),
+    "rigid tension": ({"gamma": SPEEDS}, {}, {"method": "zoac"}),
+    "the paper's elements": ({"gamma": SPEEDS[:4]}, {}, {"method": "ancf", "modes": 2}),
+    "bent": ({"gamma": [2, 4]}, {"delta": -1}, {"state": "stable"}),
+    "spin-up": ({"spin_up": [0, 10.0]}, {"gamma": 5}, {"state": "stable"}),
+}
+
+
+@pytest.mark.parametrize("name", SWEEPS)
+def test_numbers_are_those_of_solve(name):
+    """At random places: status, limit, families, and frequencies within the error bars, which are
+    within the tolerance."""
+    axes, fixed, options = SWEEPS[name]
+    modes = options.get("modes", 5)
+    options = {key: value for key, value in options.items() if key != "modes"}
+    data = sweep(axes, None, modes, beam=Beam(**fixed), workers=1, **options)
+    assert data["frequency"].dims == (*axes, "mode")
+    assert data["status"].min() > 0
+    chance = np.random.default_rng(1)
+    for _ in range(25):
+        place = {key: float(chance.choice(values)) for key, values in axes.items()}
+        found = data.sel(place)
+        (exact,) = solve_many([Beam(**{**fixed, **place})], modes=modes, **options)
+        if isinstance(exact, NoEquilibrium):
+            assert STATUS[int(found["status"])] == "no equilibrium"
+            assert float(found["limit"]) == pytest.approx(exact.limit, rel=1e-5)
+            assert np.isnan(found["frequency"]).all()
+            continue
+        status = "solved" if exact.equilibrium.status == "stable" else "unstable"
+        assert STATUS[int(found["status"])] == status
+        assert [FAMILIES[k] for k in found["family"].values] == list(exact.families)
+        allowed = found["error"].values + exact.errors
+        assert (np.isnan(found["frequency"].values) == np.isnan(exact.frequencies)).all()
+        here = ~np.isnan(exact.frequencies)
+        assert (abs(found["frequency"].values - exact.frequencies) <= allowed)[here].all()
+        assert (abs(found["growth_rate"].values - exact.growth_rates) <= allowed).all()
+        if options.get("method") != "ancf":
+            size = np.fmax(found["frequency"].values, found["growth_rate"].values)
+            assert (found["error"].values <= 2e-6 * size + 10 * exact.errors).all()
+
+
+def test_the_dataset_is_labelled(tmp_path):
+    """Dimensions, units, codes with their meaning, arguments and version; read by xarray alone."""
+    import xarray
+
+    store = tmp_path / "a.zarr"
+    made = sweep({"gamma": [0, 5, 10], "alpha": [0, 1]}, store, 4, beam=Beam(mu=100), workers=1)
+    read = xarray.open_zarr(store, consolidated=False)
+    assert dict(read.sizes) == {"gamma": 3, "alpha": 2, "mode": 4}
+    assert read.identical(made.load())
+    assert read["mode"].values.tolist() == [1, 2, 3, 4]
+    assert {read[name].units for name in ("frequency", "error", "growth_rate")} == {"1/T*"}
+    assert "rotation speed" in read["gamma"].long_name
+    meanings = read["status"].flag_meanings.split()
+    assert meanings == [status.replace(" ", "_") for status in STATUS]
+    assert read["status"].flag_values == [0, 1, 2, 3, 4]
+    assert read["family"].flag_meanings.split() == list(FAMILIES)
+    assert read.attrs["beamviz_version"] == __version__
+    assert (read.mu, read.beta, read.strain, read.coriolis) == (100.0, 1.0, "green", False)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"modes": 4}, "modes = 3, not 4"),
+        ({"coriolis": True}, "coriolis = False, not True"),
+        ({"beam": Beam(mu=80)}, "mu = 70.0, not 80.0"),
+        ({"axes": {"gamma": [0, 5, 11]}}, r"values of gamma = 0, 5, 10, not 0, 5, 11"),
+        ({"axes": {"gamma": [0, 5, 10], "alpha": [1]}}, "axes = gamma, not gamma, alpha"),
+    ],
+)
+def test_other_arguments_are_refused(arguments, message, tmp_path):
+    """The difference is named, and the store stays as it is."""
+    given = {"axes": {"gamma": [0, 5, 10]}, "modes": 3, "workers": 1}
+    store = tmp_path / "a.zarr"
+    sweep(out=store, **given)
+    before = contents(store)
+    with pytest.raises(InvalidInput, match=message):
+        sweep(out=store, **{**given, **arguments})
+    assert contents(store) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"axes": {}}, "no axis"),
+        ({"axes": {"speed": [1]}}, "axis 'speed': must be one of alpha"),
+        ({"axes": {"gamma": [1, 0]}}, "values of gamma: must ascend, but 0 follows 1"),
+        ({"axes": {"gamma": [0, 300]}}, r"gamma = 300: must lie in 0 \.\. 200"),
+        ({"axes": {"gamma": [0, 150], "mu": [20, 70]}}, "gamma / mu = 7.5: must be at most 5"),
+        ({"coriolois": True}, "did you mean 'coriolis'"),
+        ({"method": "ancf", "elements": 2, "modes": 9}, "modes = 9: at most 4"),
+        ({"out": "a.nc"}, r"a.nc: must end in .zarr"),
+        ({"workers": 0}, r"workers = 0: must be a whole number"),
+    ],
+)
+def test_wrong_arguments_make_no_store(arguments, message, tmp_path, monkeypatch):
+    """One line that names the mistake, before anything is written."""
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InvalidInput, match=message):
+        sweep(**{"axes": {"gamma": [0, 1]}, "out": "a.zarr", **arguments})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_store_of_something_else_is_refused(tmp_path):
+    """Nothing in it is touched."""
+    store = tmp_path / "a.zarr"
+    store.mkdir()
+    (store / "zarr.json").write_text(json.dumps({"zarr_format": 3, "node_type": "group"}))
+    before = contents(store)
+    with pytest.raises(InvalidInput, match="no sweep"):
+        sweep({"gamma": [0, 1]}, store, workers=1)
+    assert contents(store) == before
+
+
+@pytest.mark.parametrize("package", ["zarr", "xarray"])
+def test_a_missing_package_names_the_extra(package, tmp_path, monkeypatch):
+    """One line."""
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(Unavailable, match=rf"{package}: pip install 'beamviz\[sweep\]'"):
+        sweep({"gamma": [0, 1]}, tmp_path / "a.zarr")
+
+
+def contents(folder):
+    """The bytes of every file in a folder, by name."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
