@@ -4,6 +4,7 @@ import math
 import time
 from dataclasses import dataclass, replace
 from functools import cached_property
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -110,6 +111,29 @@ class Loci:
             f" {kinds.count('crossing')} crossings, {kinds.count('veering')} veerings,"
             f" {len(self.limits)} limits)"
         )
+
+    def to_xarray(self) -> Any:
+        """An xarray.Dataset: frequency, error, growth_rate, bending_fraction and family by value
+        and branch; the model, the fixed numbers, units and version as attributes.
+
+        Raises Unavailable where xarray is not installed.
+        """
+        return import_module("beamviz.results").loci_dataset(self)
+
+    def events_dataframe(self) -> Any:
+        """The events as a pandas.DataFrame, a row for each."""
+        return import_module("beamviz.results").records_dataframe(self.events)
+
+    def limits_dataframe(self) -> Any:
+        """The limits as a pandas.DataFrame, a row for each."""
+        return import_module("beamviz.results").records_dataframe(self.limits)
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the chart onto matplotlib axes (the current ones by default), and return these."""
+        return import_module("beamviz.results").plot_loci(self, ax)
+
+    def _repr_html_(self) -> str:
+        return import_module("beamviz.results").loci_html(self)
 
     def labels_at(self, value: float) -> tuple[str, ...]:
         """The labels of the branches that the lowest modes at a value belong to, by frequency.

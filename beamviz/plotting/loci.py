@@ -73,17 +73,28 @@ def draw_chart(
         figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI)
         FigureCanvasAgg(figure)
         axes = figure.add_axes((LEFT, BOTTOM, RIGHT - LEFT, TOP - BOTTOM))
-        chart = _Chart(loci, axes)
-        for limit in loci.limits:
-            chart.draw_limit(limit)
-        chart.label_ends(chart.draw_per_rev_lines(per_rev))
-        chart.draw_marks(resonances)
-        chart.label_inside()
-        chart.label_events()
+        chart = draw_on(axes, loci, resonances, per_rev)
         if marker is not None:
             axes.axvline(chart.x(marker), color="0.5", lw=0.8, zorder=0)
         _head(figure, loci, resonances, per_rev)
     return figure
+
+
+def draw_on(
+    axes: Axes, loci: Loci, resonances: Sequence[Resonance] = (), per_rev: int = 0
+) -> "_Chart":
+    """Draw loci, their limits, marks and labels onto axes."""
+    figure = axes.get_figure(root=True)
+    if figure is not None and not hasattr(figure.canvas, "get_renderer"):
+        FigureCanvasAgg(figure)  # labels are placed by their size
+    chart = _Chart(loci, axes)
+    for limit in loci.limits:
+        chart.draw_limit(limit)
+    chart.label_ends(chart.draw_per_rev_lines(per_rev))
+    chart.draw_marks(resonances)
+    chart.label_inside()
+    chart.label_events()
+    return chart
 
 
 class _Chart:

@@ -7,7 +7,8 @@ needs them.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal, NamedTuple
+from importlib import import_module
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -100,6 +101,25 @@ class Solution:
             f"<Solution of Beam({numbers}) by {self.problem.method}:"
             f" {self.equilibrium.status}, frequencies [{lowest}{more}]>"
         )
+
+    def to_xarray(self) -> Any:
+        """An xarray.Dataset: frequency, error, growth_rate, family and shape by mode, position and
+        stretch along x; the model, the numbers, units and version as attributes.
+
+        Raises Unavailable where xarray is not installed.
+        """
+        return self._result("solution_dataset")
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the shapes onto matplotlib axes (the current ones by default), and return these."""
+        return self._result("plot_solution", ax)
+
+    def _repr_html_(self) -> str:
+        return self._result("solution_html")
+
+    def _result(self, function: str, *given: Any) -> Any:
+        """What a layer above makes of this: labels and drawings are no part of the solver."""
+        return getattr(import_module("beamviz.results"), function)(self, *given)
 
     @cached_property
     def frequencies(self) -> np.ndarray:

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from beamviz import Beam, InvalidInput, NoEquilibrium, Unavailable, __version__, sweep
+from beamviz import Beam, InvalidInput, NoEquilibrium, Unavailable, __version__, solve_many, sweep
 
 STATUS = ("not computed", "solved", "unstable", "no equilibrium", "not converged")
 FAMILIES = ("bending", "stretching", "mixed")

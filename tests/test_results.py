@@ -1,0 +1,76 @@
+"""What a notebook needs of a result: labelled arrays, tables, drawings, pickling."""
+
+import pickle
+import sys
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from beamviz import Beam, Unavailable, __version__, loci, solve
+
+BEAM = Beam(alpha=1, beta=1, gamma=5)
+
+
+@pytest.fixture(scope="module")
+def found():
+    """Loci over the speed: S1 crosses B3."""
+    return loci(BEAM, "gamma", np.linspace(0, 10, 11))
+
+
+@pytest.mark.parametrize("coriolis", [False, True])
+def test_a_solution_as_a_dataset(coriolis):
+    """Labelled shapes and numbers; model, numbers and version as attributes."""
+    solution = solve(BEAM, modes=4, coriolis=coriolis)
+    data = solution.to_xarray()
+    assert dict(data.sizes) == {"mode": 4, "x": 201, "component": 2}
+    assert data["frequency"].values.tolist() == solution.frequencies.tolist()
+    assert tuple(data["family"].values) == solution.families
+    assert tuple(data["label"].values) == solution.labels
+    shape = data["shape"].sel(mode=2, x=0.5, component="across")
+    assert complex(shape) == pytest.approx(complex(solution.shape(1, 0.5)[0, 1]))
+    assert (data.gamma, data.strain, data.coriolis) == (5.0, "green", coriolis)
+    assert data.beamviz_version == __version__
+
+
+def test_loci_as_a_dataset_and_tables(found):
+    """By value and label; events and limits as tables."""
+    data = found.to_xarray()
+    assert data["frequency"].dims == ("gamma", "branch")
+    assert data["frequency"].sel(branch="S1").values.tolist() == found["S1"].frequency.tolist()
+    assert "gamma" not in data.attrs
+    events = found.events_dataframe()
+    assert events["at"][0] == pytest.approx(4.4641, abs=1e-4)
+    beyond = loci(Beam(delta=1), "gamma", [10, 30, 40], strain="hencky").limits_dataframe()
+    assert beyond["start"][0] == pytest.approx(31.4887, abs=1e-4)
+
+
+def test_drawn_onto_given_axes(found):
+    """The axes are returned, with a line for each mode and the label of each branch."""
+    figure = Figure()
+    one, two = figure.subplots(1, 2)
+    solution = solve(BEAM)
+    assert solution.plot(one) is one
+    assert found.plot(ax=two) is two
+    assert [text.get_text()[:2] for text in one.get_legend().get_texts()] == list(solution.labels)
+    assert {branch.label for branch in found.branches} <= {text.get_text() for text in two.texts}
+
+
+def test_tables_in_a_notebook(found):
+    """Each mode, and each crossing, is a row; every result pickles."""
+    solution = solve(BEAM)
+    table = solution._repr_html_()
+    assert table.count("<tr>") == 6
+    assert "<td>S1</td><td>stretching</td><td>" in table
+    assert found._repr_html_().count("<td>crossing</td>") == len(found.events)
+    assert pickle.loads(pickle.dumps(solution))._repr_html_() == table
+
+
+@pytest.mark.parametrize(
+    ("package", "method"), [("xarray", "to_xarray"), ("pandas", "events_dataframe")]
+)
+def test_a_missing_package_names_the_extra(package, method, found, monkeypatch):
+    """One line."""
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(Unavailable, match=rf"{package}: pip install 'beamviz\[xarray\]'"):
+        getattr(found, method)()
