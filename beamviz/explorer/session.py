@@ -233,6 +233,7 @@ class Session:
         self.choose_theme(scene.view.dark)
         client.camera.on_update(self.camera_moved)
         open_link(visitor, self.lessons)
+        visitor.page.ready()
 
     async def camera_moved(self, _: CameraHandle) -> None:
         """If the page changed its shape, choose the viewpoint anew."""

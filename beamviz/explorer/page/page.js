@@ -50,7 +50,6 @@ const beamviz = (() => {
     if (update.bridge) {
       bridge = update.bridge;
       for (const store of [values, props, drawn]) for (const key in store) delete store[key];
-      sendPreferences();
     }
     for (const [id, html] of Object.entries(update.html ?? {})) fill(byId(id), html);
     for (const [key, value] of Object.entries(update.values ?? {})) {
@@ -63,6 +62,7 @@ const beamviz = (() => {
     }
     for (const [id, data] of Object.entries(update.charts ?? {})) draw(id, data);
     if (update.captions) beamvizCaptions.show(update.captions.scene);
+    if (update.ready) sendPreferences();
     if (update.open) openTab(byId(update.open), false);
     if (update.dark !== undefined) document.documentElement.dataset.theme = update.dark ? "dark" : "light";
     if (update.address !== undefined) {

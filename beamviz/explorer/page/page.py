@@ -84,6 +84,10 @@ class Page:
         ]
         self.send_changed("captions", "scene", texts)
 
+    def ready(self) -> None:
+        """Ask for the preferences of the visitor's system: all actions have their handlers."""
+        self.send("ready", True)
+
     def open(self, tab: str) -> None:
         """Open a tab, by the id of its panel."""
         self.tab = tab
