@@ -331,9 +331,9 @@ SOURCES = (
         "Where stability ends",
         "Inward beams (δ = −1): a Ritz computation of the inextensible beam, 2.994, and with the"
         " shortening at μ = 70, 2.996. Without tension (`zoac`): ω₁ at rest, the paradox of Kane,"
-        " Ryan & Banerjee (1987). Experiments on what comes after buckling, by centrifugal and Euler"
-        " forces (arXiv 2308.16667), and on harmonic rotation (arXiv 2602.20803), are not held"
-        " against it: only their abstracts could be had, without numbers.",
+        " Ryan & Banerjee (1987). Experiments on what comes after buckling, by centrifugal and"
+        " Euler forces (arXiv 2308.16667), and on harmonic rotation (arXiv 2602.20803), are not"
+        " compared here: only their abstracts could be had, without numbers.",
         [
             Claim(name, case, "γ", value, partial(stability_limit, beam, start, method))
             for name, case, value, beam, start, method in (
