@@ -202,7 +202,7 @@ def timing_data(timings: Sequence[Timing], solution: Solution | None) -> Data:
             }
         )
     time = Measure("time of a solve [ms]", "time", "ms")
-    error = Measure("largest relative frequency error", "error")
+    error = Measure("relative error", "error")
     return {
         "name": "Time against error of every method",
         "x": axis_data(time, span, log=True),
@@ -230,9 +230,9 @@ def timing_table(timings: Sequence[Timing]) -> str:
             result = (
                 f"{1000 * best.seconds:.2g} ms",
                 f"{best.error:.0e}",
-                best.resolution.replace(" ", "\u00a0"),
+                best.resolution,
             )
         else:
-            result = "–", "–", escape(own[0].reason)
+            result = "–", "–", f'<span class="reason">{escape(own[0].reason)}</span>'
         rows.append((choose, *result))
     return table("methods", ("use", "time", "error", "at"), rows)
