@@ -55,7 +55,7 @@ that are not given stay. All numbers are in the units of the page.
         document.querySelectorAll("[data-enlarge]").forEach((one) => one.setAttribute("aria-pressed", large));
       };
       this.plot = make(host, "div", { class: "plot" });
-      this.plot.innerHTML = '<svg role="img"></svg>';
+      this.plot.innerHTML = '<svg role="img" aria-label="chart"></svg>';
       this.svg = this.plot.firstChild;
       this.line = make(this.plot, "div", { class: "operating", hidden: "" });
       this.flag = make(this.line, "span", { class: "flag" });
