@@ -358,3 +358,7 @@ def beam_with_units(tables: dict[str, Any]) -> Beam:
 def without_none(entry: Any) -> dict[str, Any]:
     """The fields of a dataclass that have a value; {} for None."""
     return {k: v for k, v in asdict(entry).items() if v is not None} if entry else {}
+
+
+# The explorer opens on it where no other scene is given.
+START = Scene.of(alpha=1.0, beta=0.5, gamma=5.0, shares=[1.0, 1.0], rotating_frame=False)

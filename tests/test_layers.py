@@ -11,7 +11,7 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("errors", "signals", "files", "optional"),
     ("beam",),
     ("solver",),
-    ("scene",),
+    ("scene", "presets"),
     ("frequency_loci",),
     ("sweeps",),
     ("plotting",),

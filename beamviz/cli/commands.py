@@ -178,7 +178,8 @@ def serve(
         ),
     ] = None,
 ) -> None:
-    """The explorer in a browser; Ctrl-C ends it."""
+    """The explorer in a browser; Ctrl-C ends it. Without a beam, a model or a scene it opens on a
+    beam with a mass in rotation, two modes superimposed."""
     from beamviz.explorer.app import serve
 
     serve(

@@ -163,8 +163,9 @@ def scene_from_options(
     ] = None,
     **beam_options: Any,
 ) -> tuple["Scene"]:
-    """The scene of a file, of a lesson or the default one, with the options of the command line."""
-    from beamviz.scene import Scene
+    """The scene of a file, of a lesson or the default one, with the options of the command line;
+    the explorer without any of them has a scene of its own."""
+    from beamviz.scene import START, Scene
 
     beam, _ = beam_and_model(**beam_options)  # also rejects --si beside one of the numbers
     file = context.params.get("scene_file") or scene
@@ -176,13 +177,15 @@ def scene_from_options(
         start = lessons.lesson(lesson).scene
     else:
         start = Scene.from_toml(file) if file else Scene()
-    if beam_options.pop("si"):
+    if si := beam_options.pop("si"):
         start = replace(start, beam=beam)
     given = {  # on the command line, even with its default value
         name: value
         for name, value in {"mode": mode, "dark": dark, **beam_options}.items()
         if getattr(context.get_parameter_source(name), "name", "") == "COMMANDLINE"
     }
+    if context.command.name == "serve" and not (file or lesson or si or given):
+        return (START,)
     return (start.changed(**given),)
 
 

@@ -25,11 +25,12 @@ from beamviz.drawing.modes import Clock, SampledModes, amplitudes
 from beamviz.drawing.objects import Caption
 from beamviz.explorer.features import MassDrag, Presentation, PresenterMode
 from beamviz.explorer.features.comparison import THIS, Comparison, ComparisonTab
-from beamviz.explorer.features.files import Downloads, SceneFiles, open_link
+from beamviz.explorer.features.files import Downloads, SceneFiles
 from beamviz.explorer.features.lessons import Lessons
+from beamviz.explorer.features.links import Links
 from beamviz.explorer.features.loci_tab import LociTab
 from beamviz.explorer.features.method_timing import MethodTimingTab
-from beamviz.explorer.features.real_beam import RealBeamForm
+from beamviz.explorer.features.real_beam import RealBeamPanel
 from beamviz.explorer.features.run_up import RunUpPlayback, RunUpTab
 from beamviz.explorer.features.veering import VeeringTab
 from beamviz.explorer.jobs import SolveQueue, SolverAnswer, WorkerPool
@@ -207,18 +208,16 @@ class Session:
         self.visitor = visitor = Visitor(client, state, queue, background, wake)
         self.crowded, self.last_tick = crowded, 0.0
         self.charts_due = 0.0  # [s] when the charts follow
+        self.is_ready = False  # the page shows the scene
         self.panel = panel = Panel(visitor)
-        add_tab = panel.results.add_tab
         self.comparison, self.run_up = Comparison(visitor), RunUpPlayback(visitor)
-        with client.gui.add_folder("Beam"):
-            RealBeamForm(visitor)
+        RealBeamPanel(visitor)
         loci = LociTab(visitor)
         veering = VeeringTab(visitor, loci)
-        with add_tab("Compare"):
-            comparison = ComparisonTab(visitor, self.comparison)
+        comparison = ComparisonTab(visitor, self.comparison)
         run_up = RunUpTab(visitor, self.run_up)
         timing = MethodTimingTab(visitor)
-        self.lessons = Lessons(visitor, panel.results)
+        self.lessons = Lessons(visitor)
         panel.add_commands()
         SceneFiles(visitor)
         self.downloads = Downloads(visitor)
@@ -232,7 +231,7 @@ class Session:
         visitor.on("preferences", self.take_preferences)
         self.choose_theme(scene.view.dark)
         client.camera.on_update(self.camera_moved)
-        open_link(visitor, self.lessons)
+        self.links = Links(visitor, self.lessons)
         visitor.page.ready()
 
     async def camera_moved(self, _: CameraHandle) -> None:
@@ -241,6 +240,7 @@ class Session:
         if camera.reshaped:
             camera.set_viewpoint(None)
         camera.requested |= camera.outdated
+        self.links.moved = True
         if camera.requested or self.view.zoomed:
             self.visitor.wake()
 
@@ -256,7 +256,7 @@ class Session:
         """Whether the next frame is needed, whatever happens until then."""
         visitor = self.visitor
         late = visitor.state is not visitor.shown or visitor.chart_answer is not visitor.answer
-        return late or self.is_moving or self.outdated
+        return late or self.is_moving or self.outdated or self.links.outdated
 
     @property
     def outdated(self) -> bool:
@@ -294,6 +294,8 @@ class Session:
             if self.presenter:
                 self.presenter.update_clock()
             self.view.move(time)
+            self.links.update(now)
+            self.welcome()
         self.visitor.client.flush()
         self.update_features(now)
 
@@ -310,6 +312,15 @@ class Session:
         self.panel.show_picture(view.largest, view.pace, view.shapes.beam.units)
         if state.view.dark != dark:
             self.choose_theme(state.view.dark)
+
+    def welcome(self) -> None:
+        """Show the scene, hidden until then, as soon as it is the one that the page opens on."""
+        answer = self.view.answer
+        if self.is_ready or answer is None or not self.links.opened:
+            return
+        self.is_ready = answer.request == self.visitor.state.case
+        if self.is_ready:
+            self.visitor.page.props("scene", data_ready="")
 
     def choose_theme(self, dark: bool) -> None:
         """Choose dark or light colours for the page and for viser's scene."""

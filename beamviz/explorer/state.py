@@ -77,8 +77,9 @@ class State:
     that was kept for it; stacked: the two in scenes one above the other; force_per_rev, damping:
     periods of the force in a revolution and damping ratio of the run-up; forced_response: the scene
     shows the response to that force; run_speed: the speed shown in place of the beam's own during a
-    run-up; time_methods: time all methods for each beam; following:
-    follow the presenter.
+    run-up; time_methods: time all methods for each beam; following: follow the presenter; section:
+    by which sizes the panel of a real beam gives its section; lesson, step: the lesson that is open
+    ("" for none) and its step, from 0.
     """
 
     scene: Scene
@@ -96,6 +97,9 @@ class State:
     forced_response: bool = False
     run_speed: float | None = None
     time_methods: bool = False
+    section: str = "rectangle"
+    lesson: str = ""
+    step: int = 0
     following: bool = False
 
     @classmethod
@@ -163,7 +167,8 @@ class State:
         return replace(self, view=self.view.only(mode), forced_response=False)
 
     def differences(self, other: Self) -> set[str]:
-        """The names of the values that differ from those of another state, but for LASTING ones."""
+        """The names of the values that differ from those of another state, but for those that an
+        undo leaves alone."""
         names = {*vars(self), *self.case.numbers, *self.case.options, *VIEW_KEYS}
         names -= {"case", "view", "run_speed", *LASTING}
         return {name for name in names if self.value(name) != other.value(name)}
@@ -179,7 +184,7 @@ class State:
 
 class History:
     """The states of a visitor to return to. Edits of the same values in quick succession, as a drag
-    makes them, are one step."""
+    makes them, are one step; another scene always is."""
 
     def __init__(self) -> None:
         self.past: deque[State] = deque(maxlen=STEPS)
@@ -195,7 +200,7 @@ class History:
         goes_on = names <= self.edited or self.edited <= {"comparison", "kept"}
         if not goes_on or time - self.time > PAUSE:
             self.past.append(before)
-        self.edited = names
+        self.edited = {"another scene"} if "scene" in names else names
         self.future.clear()
         self.time = time
 

@@ -105,6 +105,8 @@ class Visitor:
                 self.shown = self.state
                 for update in self.renderers:
                     update(self.shown)
+                self.page.props("undo", disabled=not self.history.past)
+                self.page.props("redo", disabled=not self.history.future)
 
     def render(self, get: Get, show: Callable[[Any], None]) -> None:
         """Call `show(get(state))` now, and for each frame in which it is another object."""
@@ -121,10 +123,11 @@ class Visitor:
             self.renderers.append(update)
             update(self.state)
 
-    def load(self, scene: Scene, home: Scene | None = None) -> None:
-        """Show another scene; `home` is the one that a reset returns to from now on."""
+    def load(self, scene: Scene, **values: Any) -> None:
+        """Show another scene, with other values of the state; `home` is the scene that a reset
+        returns to from now on."""
         with self.lock:
-            self.change(lambda state: replace(state.loaded(scene), home=home or state.home))
+            self.change(lambda state: replace(state.loaded(scene), **values))
             self.camera.set_viewpoint(scene.camera)
         self.wake()
 

@@ -43,8 +43,7 @@ LESSONS = (
         question="A helicopter blade vibrates up and down, and back and forth in the plane in which"
         " it rotates. Which of the two is faster?",
         scene=Scene.of(gamma=10, mode=1),
-        do="Open the folder **Model** and switch **plane** between flapwise (up and down) and"
-        " chordwise (side to side).",
+        do="Switch **plane** between flapwise (up and down) and chordwise (side to side).",
         see="B1 is slower side to side, as if the beam had become softer.",
         meaning="A piece displaced in the plane of rotation is pulled radially outward, which is a"
         " little further aside: the centrifugal force acts against the stiffness. Up and down it"
@@ -149,8 +148,8 @@ LESSONS = (
         title="Meeting without touching",
         question="Two frequencies run into each other as the speed grows. What happens there?",
         scene=Scene.of(alpha=1, beta=1, gamma=2, mode=4),
-        do="Open the tab **Frequencies**: every line is one mode (a *locus*). Drag **speed γ**"
-        " through the ring where S1 crosses B3.",
+        do="In **Frequencies** every line is one mode (a *locus*). Drag **speed γ** through the"
+        " ring where S1 crosses B3.",
         see="Both lines run straight on, and each keeps its shape: one stretches, one bends.",
         meaning="Without Coriolis forces, stretching and bending of a straight beam are uncoupled,"
         " so the two lines pass through each other: a *crossing*. A chart that only sorts the"
@@ -176,8 +175,8 @@ LESSONS = (
         title="The same two modes, now they avoid each other",
         question="The last lesson left out one force. What does it do to the crossing?",
         scene=Scene.of(alpha=1, beta=1, gamma=2, coriolis=True, mode=4),
-        do="**Coriolis** (folder Physical effects) is on now. In the tab **Frequencies**, choose"
-        " the veering in the chart, then open the tab **Veering**.",
+        do="**Coriolis** is on now. In **Frequencies**, click the dot where S1 and B3 come closest,"
+        " then open **Veering**.",
         see="Magnified, the lines bend away before they touch. Stretching continues as bending, and"
         " the other way round.",
         meaning="A particle that moves along a rotating beam is pushed across it, as on a"
@@ -233,8 +232,8 @@ LESSONS = (
         question="In the 1980s respected programs predicted that a spinning beam collapses."
         " Does it?",
         scene=Scene.of(gamma=2, method="zoac", mode=1),
-        do="The folder **Model** is set to **zoac**, the classical linear theory. Raise **speed γ**"
-        " beyond 4. Then set **method** to auto.",
+        do="The **method** is zoac, the classical linear theory. Raise **speed γ** beyond 4. Then"
+        " set it to auto.",
         see="B1 falls to zero and the page says: unstable. With auto the beam stays stable.",
         meaning="The linear theory neglects that bending draws the tip inward, against the"
         " centrifugal force. So it has the softening of the second lesson without the"
@@ -357,7 +356,7 @@ LESSONS = (
         title="When the material law has a limit",
         question="A program finds no equilibrium for a fast beam. Is the program wrong?",
         scene=Scene.of(gamma=20, delta=1, strain="hencky", mode=1),
-        do="The folder **Model** is set to the law **hencky** (logarithmic strain). Raise"
+        do="The **strain** law is hencky (logarithmic strain). Raise"
         " **speed γ** towards 40. Then set **strain** to green.",
         see="The page says: no equilibrium, and gives the highest speed that has one. With green"
         " there is an equilibrium.",

@@ -17,7 +17,7 @@ from beamviz.cli.options import beam_and_model
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.lessons import lesson
 from beamviz.output import significant_decimals as decimals
-from beamviz.scene import Scene
+from beamviz.scene import START, Scene
 from beamviz.solver import CHOICES, MAX_MODES
 
 PAPER = ("--alpha", "1", "--beta", "0.5", "--gamma", "10")  # physics: green, spatial, mu 70
@@ -282,7 +282,8 @@ def test_ctrl_c_is_quiet(run, monkeypatch):
 
 def test_the_command_line_goes_before_the_scene_file(run, tmp_path, monkeypatch):
     """What is named on it is changed in the scene, also back to the usual value; nothing else is.
-    `serve SCENE.toml` and `--scene SCENE.toml` are the same."""
+    `serve SCENE.toml` and `--scene SCENE.toml` are the same. Without any of them the explorer has a
+    scene of its own."""
     scenes = []
     monkeypatch.setattr(
         "beamviz.explorer.app.serve", lambda scene, **_: scenes.append(scene), raising=True
@@ -298,6 +299,9 @@ def test_the_command_line_goes_before_the_scene_file(run, tmp_path, monkeypatch)
     assert scenes[:2] == [saved, saved]
     assert scenes[2] == Scene.of(alpha=1, gamma=20, mode=2)
     assert scenes[3] == lesson("nodes").scene.changed(mode=3)
+    for options in ((), ("--no-open",), ("--alpha", "0"), ("--mode", "3")):
+        assert run("serve", *options)[0] == 0
+    assert scenes[4:] == [START, START, Scene(), Scene.of(mode=3)]
 
 
 def test_a_wrong_scene_is_one_line(run, tmp_path):

@@ -22,7 +22,6 @@ from beamviz.explorer.features.comparison import (
     CORIOLIS,
     DOUBLE,
     EFFECTS,
-    STACKED,
     Comparison,
     ComparisonCase,
     choose,
@@ -76,7 +75,7 @@ def test_where_there_is_nothing_to_compare_with_a_message_says_so():
     assert compared(NO_COMPARISON, PAPER_CASE) == ""
     assert "no mass to double" in str(compared(DOUBLE, PAPER_CASE.changed("alpha", 0.0)))
     assert "Nothing is kept" in str(compared(EARLIER, PAPER_CASE))
-    assert "choose chordwise" in str(compared(CORIOLIS, PAPER_CASE.changed("plane", "flapwise")))
+    assert "to chordwise" in str(compared(CORIOLIS, PAPER_CASE.changed("plane", "flapwise")))
     state = State.of(Scene())
     assert choose(state, "rubber") is state
 
@@ -224,15 +223,15 @@ def overlay_is(guest: Visitor, *, visible: bool) -> None:
 def test_comparing_is_chosen_drawn_and_given_up(url):
     """Both frequencies are told; an overlay is drawn, or a second scene; none when it is over."""
     with visitor(url) as guest:
-        guest.choose("compare with", DOUBLE)
+        guest.choose("comparison", DOUBLE)
         guest.says(frequency(PAPER.replace(alpha=2)))
         overlay_is(guest, visible=True)
-        guest.choose("drawn", STACKED)
+        guest.choose("stacked", True)
         guest.wait(lambda _: "/other/rotor/beam" in guest.nodes)
-        guest.choose("compare with", CORIOLIS)
+        guest.choose("comparison", CORIOLIS)
         guest.says(frequency(PAPER, coriolis=True))
-        guest.choose("compare with", "rubber")
-        guest.choose("compare with", NO_COMPARISON)
+        guest.choose("comparison", "rubber")
+        guest.choose("comparison", NO_COMPARISON)
         guest.wait(lambda _: guest.nodes["/other"].get("visible") is False)
         guest.says("shows the effect of one change")
 
@@ -241,7 +240,7 @@ def test_the_page_compares_a_veering_with_coriolis_forces_off():
     """?alpha=1&beta=1&gamma=4.65&coriolis=true&mode=4, Compare, Coriolis on / off."""
     scene = Scene.of(alpha=1, beta=1, gamma=4.65, coriolis=True, mode=4)
     with explorer(scene) as url, visitor(url) as guest:
-        guest.choose("compare with", CORIOLIS)
+        guest.choose("comparison", CORIOLIS)
         guest.says("Mixed in this beam: S1 (B3/S1 mixed 50:50), B3")
         assert "+89 %" not in guest.text
 
@@ -249,7 +248,7 @@ def test_the_page_compares_a_veering_with_coriolis_forces_off():
 def test_a_kept_beam_stays_while_the_other_changes(url):
     """The button keeps it; the change is from it to the present one. Another scene ends that."""
     with visitor(url) as guest:
-        guest.choose("Keep this beam", True)
+        guest.do("keep")
         guest.says("before<br>")
         guest.choose("gamma", 20.0)
         guest.says(frequency(PAPER.replace(gamma=20)))

@@ -1,22 +1,16 @@
-"""Saving and loading a scene, exports, and links; and what is refused of them."""
+"""Saving and loading a scene, and exports; and what is refused of them."""
 
-import contextlib
 import threading
 from functools import partial
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from live.visitor import Visitor, frequency_text, visitor
 
 from beamviz import exports
 from beamviz.beam import MAX_TOML_BYTES, Beam
-from beamviz.errors import InvalidInput
 from beamviz.explorer import export_jobs
 from beamviz.explorer.export_jobs import ExportJob, Status
-from beamviz.explorer.features.files import open_query
-from beamviz.lessons import lesson
 from beamviz.scene import Scene
 
 FIRST = Scene.of(
@@ -188,56 +182,3 @@ def test_a_large_upload_is_turned_down_before_it_is_kept(url):
         guest.wait(lambda _: guest.said)
         assert "larger than 64000 bytes" in guest.said[-1]["text"]
         assert saved(guest) == FIRST
-
-
-# Links
-
-
-def opened(query: str) -> list[str | Scene]:
-    """The lesson opened and the scene loaded by a link."""
-    done: list[str | Scene] = []
-    open_query(query, done.append, done.append)
-    return done
-
-
-@pytest.mark.parametrize(
-    ("query", "done"),
-    [
-        ("", []),
-        ("fixedDpr=1&token=abc", []),
-        ("lesson=nodes", ["nodes"]),
-        ("lesson=nodes&dark=true", ["nodes", lesson("nodes").scene.changed(dark=True)]),
-        ("alpha=1&mode=3", [Scene.of(alpha=1, mode=3)]),
-        ("gamma=10.0&over=mu&dark=true", [Scene.of(gamma=10, over="mu", dark=True)]),
-        ("strain=hencky&shares=[0.5,%201]", [Scene.of(strain="hencky", shares=[0.5, 1.0])]),
-    ],
-)
-def test_a_link_is_followed(query, done):
-    """Lessons by name, scenes by their keys; what others read from it is left alone."""
-    assert opened(query) == done
-
-
-@pytest.mark.parametrize(
-    ("query", "words"),
-    [
-        ("lesson=magic", "must be one of stiffening"),
-        ("gama=3", "gama"),
-        ("alpha=-1", "alpha = -1: must lie in 0 .. 100"),
-        ("alpha=1%0Abeta=3", "alpha = "),  # a line end does not begin another key
-        ("a&" * 1000, "no more than"),
-    ],
-)
-def test_a_link_without_sense_is_refused(query, words):
-    """It says what is wrong and opens nothing."""
-    done: list[str | Scene] = []
-    with pytest.raises(ValueError, match=words):
-        open_query(query, done.append, done.append)
-    assert done == []
-
-
-@given(st.text(max_size=60))
-@settings(max_examples=200)
-def test_no_link_does_more_than_be_refused(query):
-    """Whatever is typed into the address: it is followed, or refused in words."""
-    with contextlib.suppress(InvalidInput):
-        assert len(opened(query)) <= 2

@@ -1,4 +1,4 @@
-"""The panel of lessons and the keys: lessons begun, turned through, met and reset by a visitor."""
+"""The lessons: begun, turned through, met and reset by a visitor."""
 
 import re
 import time
@@ -11,7 +11,7 @@ from live.visitor import PAPER, Visitor, frequency_text, visitor
 from beamviz.beam import Beam
 from beamviz.explorer import jobs
 from beamviz.explorer.app import explorer
-from beamviz.explorer.features.lessons import BACK, NEXT, NO_LESSON, RESET, formatted
+from beamviz.explorer.features.lessons import CONTROLS, formatted, points, tabs
 from beamviz.lessons import LESSONS, lesson
 
 
@@ -22,48 +22,58 @@ def guest(url) -> Iterator[Visitor]:
         yield visiting
 
 
+def reads(guest: Visitor, words: str) -> None:
+    """Wait until the open lesson has these words."""
+    guest.wait(lambda _: words in guest.texts.get("lesson-text", ""))
+
+
 def begin(guest: Visitor, name: str) -> None:
-    """Choose a lesson by its title."""
-    number = [one.name for one in LESSONS].index(name) + 1
-    guest.choose("lesson", f"{number}  {lesson(name).title}")
-    guest.says(formatted(lesson(name).question))
+    """Choose a lesson."""
+    guest.do("lesson", name)
+    reads(guest, formatted(lesson(name).question))
 
 
 def challenged(guest: Visitor, name: str) -> None:
-    """Begin a lesson and turn to its challenge; clicks that come together count as one."""
+    """Begin a lesson and go to its challenge."""
     begin(guest, name)
-    for words in (lesson(name).proof.words, lesson(name).challenge.task):
-        guest.choose("page", NEXT)
-        guest.says(formatted(words))
+    guest.do("lesson_step", 2)
+    reads(guest, formatted(lesson(name).challenge.task))
 
 
-def read(guest: Visitor) -> str:
-    """All the panel says, without its HTML."""
-    return re.sub("<[^>]*>", "", guest.text)
+# Cards and steps
 
 
-# Pages
-
-
-def test_a_newcomer_is_invited(guest):
-    """And sees the scene the server was started with."""
+def test_a_card_for_every_lesson_invites_a_newcomer(guest):
+    """With a picture; the scene is that of the server."""
     guest.says(f"{len(LESSONS)} short lessons")
+    cards = guest.texts["tab-lessons"]
+    pictures = re.findall("<svg.*?</svg>", cards)
+    assert len(pictures) == len(LESSONS)
+    assert len(set(pictures)) >= len(LESSONS) - 3
+    assert not any("nan" in picture for picture in pictures)
     assert frequency_text(PAPER) in guest.text
 
 
 def test_next_leads_through_every_page_and_back_again(guest):
-    """Question, meaning with its number, challenge; then the next lesson; behind the last the
-    invitation."""
+    """Question, meaning with its number, challenge; then the next lesson; behind the last none."""
     for one in LESSONS[:2]:
         for words in (one.question, one.proof.words, one.challenge.task):
-            guest.choose("page", NEXT)
-            guest.says(formatted(words))
-    guest.choose("page", BACK)
-    guest.says(LESSONS[1].proof.words)
-    begin(guest, LESSONS[-1].name)
-    for words in (LESSONS[-1].proof.words, LESSONS[-1].challenge.task, "New here?"):
-        guest.choose("page", NEXT)
-        guest.says(words)
+            guest.do("lesson_turn", 1)
+            reads(guest, formatted(words))
+    guest.do("lesson_turn", -1)
+    reads(guest, LESSONS[1].proof.words)
+    challenged(guest, LESSONS[-1].name)
+    guest.do("lesson_turn", 1)
+    guest.wait(lambda _: guest.props["lesson"]["hidden"] is True)
+
+
+@pytest.mark.parametrize("one", LESSONS, ids=[one.name for one in LESSONS])
+def test_what_is_to_be_done_points_at_controls(one):
+    """Every control named in a lesson is one of the page."""
+    for text in (one.do, one.see, one.meaning, one.challenge.task):
+        for name in re.findall(r"\*\*(.+?)\*\*", text):
+            assert name in CONTROLS
+    assert points(one.do) or tabs(one)
 
 
 @pytest.mark.parametrize("one", LESSONS, ids=[one.name for one in LESSONS])
@@ -97,7 +107,7 @@ def test_turning_a_page_leaves_the_beam_alone(guest):
     guest.choose("gamma", 7.0)
     moved = frequency_text(Beam(gamma=7), plane="flapwise")
     guest.says(moved)
-    guest.choose("page", NEXT)
+    guest.do("lesson_turn", 1)
     guest.says("proves it")
     assert moved in guest.text
 
@@ -107,7 +117,7 @@ def test_reset_brings_back_the_start_of_the_lesson(guest):
     begin(guest, "moving-mass")
     start = frequency_text(lesson("moving-mass").scene.beam)
     for again in (
-        lambda: guest.choose("page", RESET),
+        lambda: guest.do("lesson_restart"),
         lambda: guest.do("reset"),
         lambda: guest.press("R"),
     ):
@@ -121,7 +131,7 @@ def test_without_a_lesson_reset_brings_back_the_first_scene(guest):
     """What the server was started with."""
     guest.choose("gamma", 20.0)
     guest.says(frequency_text(PAPER.replace(gamma=20)))
-    guest.choose("page", RESET)
+    guest.do("lesson_restart")
     guest.says(frequency_text(PAPER))
 
 
@@ -132,11 +142,12 @@ def test_a_scene_that_is_that_of_a_lesson_begins_it():
 
 
 def test_nonsense_opens_nothing(guest):
-    """An unknown title, an unknown button."""
-    guest.choose("lesson", "13  Magic")
-    guest.choose("page", "tear out")
-    guest.do("reset", "everything")
-    guest.choose("lesson", 7)
+    """An unknown name, step or direction."""
+    for value in ("Magic", 7, None, ["nodes"]):
+        guest.do("lesson", value)
+    for value in (-1, 3, "why", 1):
+        guest.do("lesson_step", value)
+        guest.do("lesson_turn", 5)
     begin(guest, "nodes")
 
 
@@ -151,12 +162,12 @@ def test_the_answer_is_checked_live(guest, name, label, value):
     """Not yet, with what is measured; then right, with the computed answer, and a tick."""
     challenged(guest, name)
     guest.says("Not yet.")
-    assert "Now: " in read(guest)
+    guest.wait(lambda _: "Now: " in guest.texts["verdict"])
     guest.choose(label, value)
     guest.says("Right!")
     answer = lesson(name).challenge.answer
     assert f"{answer:.5g}" in guest.text
-    guest.choose("lesson", NO_LESSON)
+    guest.do("lesson", "")
     guest.says(f"Challenges met: 1 of {len(LESSONS)}")
 
 
@@ -185,16 +196,12 @@ def test_beyond_the_last_equilibrium_the_challenge_still_answers(guest):
 
 
 def test_keys_do_what_the_controls_do(guest):
-    """Modes, Coriolis, pages of a lesson; each has an entry in the list of keys."""
+    """Modes and Coriolis; lessons by their titles in the palette."""
     keys = {*re.findall('data-key="(.)"', guest.text), *map(str.lower, guest.commands)}
-    assert set("12345pnbrvhscd") <= keys
+    assert set("12345prvhscd") <= keys
     guest.press("C")
     with_coriolis = frequency_text(PAPER, coriolis=True)
     guest.says(with_coriolis)
-    guest.press("N")
-    guest.says(LESSONS[0].question)
-    guest.press("B")
-    guest.says("New here?")
     guest.press("Lesson: " + lesson("veering").title)
     guest.says(formatted(lesson("veering").question))
 

@@ -10,7 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from live.visitor import PAPER, Visitor, visitor
 
+from beamviz.beam import Beam
 from beamviz.drawing import BeamView
+from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import SampledModes
 from beamviz.explorer.features import MassDrag, nearest
 from beamviz.explorer.features.comparison import number
@@ -23,35 +25,45 @@ unit = st.floats(-1, 1)
 points = st.tuples(unit, unit, unit).map(np.array)
 
 
-@given(points, points, points, st.floats(-2, 2), st.floats(0.1, 5))
+@given(points, points, points, st.floats(0.01, 0.99), st.floats(0.1, 5))
 def test_the_place_on_a_line_nearest_to_a_line_of_sight(start, along, eye, place, far):
     """Looking at a point of the line gives that point, unless one looks along it."""
     if np.linalg.norm(along) < 0.1:
         along = along + [1.0, 0, 0]
-    along = along / np.linalg.norm(along)
     target = start + place * along
     if np.linalg.norm(target - eye) < 0.1:
         return
-    found = nearest(start, along, eye, eye + far * (target - eye))
+    line = start + np.linspace(0, 1, 7)[:, None] * along
+    found = nearest(line, np.linspace(0, 1, 7), eye, eye + far * (target - eye))
     sight = (target - eye) / np.linalg.norm(target - eye)
     if found is None:
-        assert abs(along @ sight) > 0.99
+        assert abs(along @ sight) > 0.99 * np.linalg.norm(along)
     else:
         assert found == pytest.approx(place, abs=1e-6)
 
 
 def test_no_line_of_sight_is_no_place():
     """Along the beam, from the point itself, or not a number."""
-    x, origin = np.array([1.0, 0.0, 0.0]), np.zeros(3)
-    assert nearest(origin, x, -3 * x, origin) is None
-    assert nearest(origin, x, origin, origin) is None
-    assert nearest(origin, x, np.array([0.0, -3.0, 1.0]), np.full(3, np.nan)) is None
+    line, x, origin = np.array([[0.0, 0, 0], [1.0, 0, 0]]), np.array([0.0, 1.0]), np.zeros(3)
+    assert nearest(line, x, np.array([-3.0, 0, 0]), origin) is None
+    assert nearest(line, x, origin, origin) is None
+    assert nearest(line, x, np.array([0.0, -3.0, 1.0]), np.full(3, np.nan)) is None
 
 
 @pytest.mark.parametrize("rotating_frame", [True, False])
-def test_a_place_on_the_stretched_beam_is_its_reference_coordinate(rotating_frame):
-    """Riding on the hub or beside it, turned: what is seen on the beam is where it is on it."""
-    shapes = SampledModes.sampled(solve(PAPER.replace(delta=0.5, gamma=40)))
+@pytest.mark.parametrize(
+    ("beam", "state"),
+    [
+        (PAPER.replace(delta=0.5, gamma=40), "straight"),
+        (Beam(alpha=0.2, beta=0.6, gamma=4, delta=-1), "stable"),
+    ],
+    ids=["straight", "bent"],
+)
+def test_a_place_on_the_beam_is_its_reference_coordinate(beam, state, rotating_frame):
+    """Riding on the hub or beside it, turned, stretched or bent: what is seen on the beam is where
+    it is on it."""
+    shapes = SampledModes.sampled(solve(beam, state=state))
+    assert shapes.centreline[:, 1].any() == (state == "stable")
     with run_server() as server:
         view = BeamView(server.scene)
         view.show(shapes, ViewOptions(rotating_frame=rotating_frame), [0])
@@ -59,12 +71,12 @@ def test_a_place_on_the_stretched_beam_is_its_reference_coordinate(rotating_fram
         camera = SimpleNamespace(position=np.array([0.3, -3.0, 2.0]))
         guest: Any = SimpleNamespace(client=SimpleNamespace(camera=camera))
         drag, turn = MassDrag(guest, view), 0.0 if rotating_frame else 0.7
-        for k in (10, 64, 120):
-            radius = shapes.beam.delta + shapes.centreline[k, 0]
-            direction = np.array([math.cos(turn), math.sin(turn), 0.0])
-            x = drag.distance_along_beam(np.array(view.frame.position) + radius * direction)
-            assert x is not None
-            assert drag.beta(x) == pytest.approx(shapes.x[k], abs=1e-3)
+        points, _ = to_hub_frame(shapes, shapes.centreline)
+        c, s = math.cos(turn), math.sin(turn)
+        turned = points @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
+        for k in (60, 250, 500):
+            x = drag.place(np.array(view.frame.position) + turned[k])
+            assert x == pytest.approx(shapes.x[k], abs=1e-3)
 
 
 def drag(guest: Visitor, phase: str, x: float) -> None:

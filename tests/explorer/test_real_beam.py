@@ -1,25 +1,26 @@
-"""Real beams: what their sources say of them, and the form to enter one."""
+"""Real beams: what their sources say of them, and the panel to enter one."""
 
+import contextlib
 import math
 import re
 
 import pytest
-from live.visitor import Visitor, frequency_text, visitor
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from live.visitor import frequency_text, visitor
 
 from beamviz.beam import Beam
 from beamviz.drawing.text import rounded_to_error, significant
 from beamviz.errors import InvalidInput
 from beamviz.explorer.features.real_beam import (
-    ARM,
-    BLADE,
-    DIMENSIONLESS,
+    ALL_FIELDS,
     FIELDS,
-    REAL_BEAM,
-    REAL_BEAMS,
-    RPM,
-    RULER,
-    parse_beam,
+    PERCENT,
+    SECTIONS,
+    edited,
+    entries,
 )
+from beamviz.presets import ARM, BLADE, REAL_BEAMS, RPM, RULER, STEEL_BEAM
 from beamviz.solver import solve
 
 CANTILEVER = 3.5160153  # omega_1 of a clamped beam at rest
@@ -74,46 +75,123 @@ def test_each_real_beam_is_stable_and_slender(real):
     assert len(real.source) > 50
 
 
-# The form
+# The panel
 
 
-def entries(**changes: object) -> dict[str, object]:
-    """The entries for the ruler, some of them changed."""
-    units = {name: unit for name, (_, unit) in FIELDS.items()}
-    texts = {name: f"{RULER.values.get(name, 0.0) / unit:g}" for name, unit in units.items()}
-    return {**texts, **changes}
+def hertz(beam: Beam, **options: str) -> str:
+    """The first frequency as the table prints it."""
+    assert beam.units
+    solution = solve(beam, **options)
+    frequency, error = solution.frequencies[0], solution.errors[0]
+    return rounded_to_error(beam.units.hertz(frequency), beam.units.hertz(error))
 
 
-def test_entries_are_in_the_units_of_their_fields():
-    """Millimetres, gigapascals and revolutions per minute; text that is no number is named."""
-    beam = parse_beam(entries(rotation_speed="600", hub_radius=" 1.5e2 "))
-    values = {**RULER.values, "rotation_speed": 20 * math.pi, "hub_radius": 0.15}
-    assert beam.numbers == pytest.approx(Beam.from_si(**values).numbers)
-    for text in ("1,5", "", "steel", None):
-        with pytest.raises(InvalidInput, match=r"length L .mm. = .*must be a number"):
-            parse_beam(entries(length=text))
-    assert pytest.approx(2 * math.pi / 60) == RPM
+def test_a_steel_beam_is_entered_in_one_panel(url):
+    """1.2 m x 30 mm x 5 mm at 600 rpm in Hz, from the first scene, which has a mass: none is left.
+    What was entered stays when another field is edited, and can be undone."""
+    area, moment = 30e-3 * 5e-3, 30e-3 * 5e-3**3 / 12
+    values = {"length": 1.2, "density": 7850.0, "youngs_modulus": 210e9}
+    sizes = {"area": area, "second_moment": moment, "rotation_speed": 600 * RPM}
+    beam = Beam.from_si(**values, **sizes)
+    with visitor(url) as guest:
+        guest.do("real.preset", "steel beam")
+        for name, value in (("length", 1200), ("thickness", 5), ("rotation_speed", 600)):
+            guest.choose(f"real.{name}", value)
+        guest.says(hertz(beam))
+        shown = {name: guest.values[f"real.{name}"] for name in FIELDS}
+        expected = [1200, 210, 7850, 0, 600, 0, 100]
+        assert list(shown.values()) == pytest.approx(expected, rel=1e-7)
+        assert (guest.values["real.width"], guest.values["real.material"]) == (30, "steel")
+        guest.choose("real.mass", 0.5)
+        guest.choose(f"real.{PERCENT}", 50)
+        guest.choose("real.length", 1000)
+        half = Beam.from_si(**values | {"length": 1.0}, **sizes, mass=0.5, mass_position=0.5)
+        guest.says(hertz(half))
+        guest.choose("real.material", "aluminium")
+        light = {"length": 1.0, "density": 2700.0, "youngs_modulus": 70e9}
+        guest.says(hertz(Beam.from_si(**light, **sizes, mass=0.5, mass_position=0.5)))
+        guest.choose("plane", "flapwise")
+        guest.do("undo")
+        guest.do("undo")
+        guest.says(hertz(half))
+        guest.wait(lambda _: guest.values["real.material"] == "steel")
+        guest.do("dimensionless")
+        guest.says(frequency_text(half))
+
+
+def test_a_section_is_a_rectangle_a_tube_or_its_own_numbers(url):
+    """A rod of 20 mm; the tube that it becomes; the same beam by its area and second moment."""
+    with visitor(url) as guest:
+        guest.do("real.preset", "steel beam")
+        guest.wait(lambda _: "real.section" in guest.values)
+        guest.do("real.section", "tube")
+        guest.choose("real.diameter", 20)
+        guest.choose("real.wall", 10)
+        rod = math.pi * 0.02**2 / 4, math.pi * 0.02**4 / 64
+        guest.do("real.section", "own")
+        guest.wait(lambda _: guest.values.get("real.area") == pytest.approx(1e6 * rod[0]))
+        assert guest.values["real.second_moment"] == pytest.approx(1e12 * rod[1])
+        guest.do("real.section", "tube")
+        guest.choose("real.wall", 2)
+        area = math.pi * (0.02**2 - 0.016**2) / 4
+        guest.wait(lambda _: guest.values["real.area"] == pytest.approx(1e6 * area, rel=1e-6))
+        guest.do("real.section", "triangle")
+        guest.choose("real.wall", 11)
+        guest.says("wall t [mm] = 11: the wall is at most half the diameter")
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("name", "value", "words"),
     [
-        ({"area": "0"}, r"section area A \[mm²\] = 0: must be above 0"),
-        ({"density": "-1"}, r"density ρ \[kg/m³\] = -1: must lie in 0 \.\."),
-        ({"second_moment": "1e9"}, r"L √\(A / I\) = 0.04743: must lie in 10 \.\. 10000"),
-        ({"rotation_speed": "1e6"}, r"rotation speed Ω \[rpm\] = 1000000: must lie in 0 \.\. \d+"),
-        ({"mass": "1e3"}, r"mass m \[kg\] = 1000: must lie in 0 \.\. 5\.8875"),
-        ({"mass_position": "400"}, r"mass at d \[mm\] = 400: must lie in 0 \.\. 300"),
-        ({"hub_radius": "-700"}, r"hub radius a \[mm\] = -700: must lie in -600 \.\. 6000"),
-        ({"rotation_speed": "nan"}, r"rotation speed Ω \[rpm\] = nan: must lie in"),
-        ({"youngs_modulus": "inf"}, r"Young's modulus E \[GPa\] = inf: must lie in"),
+        ("area", 0, r"area A \[mm²\] = 0: must be above 0"),
+        ("density", -1, r"density ρ \[kg/m³\] = -1: must lie in 0 \.\."),
+        ("second_moment", 1e9, r"L √\(A / I\) = 0.04743: must lie in 10 \.\. 10000"),
+        ("rotation_speed", 1e6, r"rotation speed Ω \[rpm\] = 1000000: must lie in 0 \.\. \d+"),
+        ("mass", 1e3, r"mass m \[kg\] = 1000: must lie in 0 \.\. 5\.8875"),
+        (PERCENT, 101, r"mass at \[% of L\] = 101: must lie in 0 \.\. 100"),
+        ("hub_radius", -700, r"hub radius a \[mm\] = -700: must lie in -600 \.\. 6000"),
+        ("rotation_speed", math.nan, r"rotation speed Ω \[rpm\] = nan: must lie in"),
+        ("youngs_modulus", math.inf, r"Young's modulus E \[GPa\] = inf: must lie in"),
+        ("length", "long", r"length L \[mm\] = 'long': must be a number"),
+        ("width", None, r"width b \[mm\] = None: must be a number"),
     ],
 )
-def test_what_cannot_be_is_named_as_it_was_entered(changes, words):
+def test_what_cannot_be_is_named_as_it_was_entered(name, value, words):
     """A label, its unit and what is allowed in it; none of the five numbers nor of the keywords."""
     with pytest.raises(InvalidInput, match=words) as told:
-        parse_beam(entries(**changes))
+        edited(RULER.beam, name, value)
     assert not re.search(r"alpha|beta|gamma|delta|\bmu\b|_", str(told.value))
+
+
+@given(
+    st.sampled_from(sorted(ALL_FIELDS)), st.floats(0.5, 2), st.sampled_from(REAL_BEAMS)
+)  # fmt: skip
+def test_an_edit_changes_one_field(name, factor, real):
+    """All others keep their values, but for those of the other kinds of sections."""
+    beam = real.beam
+    before = entries(beam)
+    assume(name in before)
+    value = before[name] / ALL_FIELDS[name].factor * factor
+    with contextlib.suppress(InvalidInput):
+        after = entries(edited(beam, name, value))
+        assert after[name] == pytest.approx(before[name] * factor)
+        kept = next((one.fields for one in SECTIONS.values() if name in one.fields), {})
+        for other in {*FIELDS, *kept} - {name}:
+            assert after[other] == pytest.approx(before[other], rel=1e-9, abs=1e-12)
+
+
+def test_wrong_sizes_are_named_and_lose_nothing(url):
+    """The beam of the scene stays what it is, also for a preset and a field that there are not."""
+    with visitor(url) as guest:
+        guest.do("real.preset", "steel beam")
+        guest.says(hertz(STEEL_BEAM.beam))
+        guest.choose("real.length", 0)
+        guest.says("length L [mm] = 0: must be above 0")
+        guest.do("real.preset", "a broomstick")
+        guest.do("real.colour", 3)
+        guest.choose("real.length", 900)
+        guest.wait(lambda _: guest.texts["real-error"] == "")
+        guest.wait(lambda _: guest.values["real.length"] == 900)
 
 
 def test_large_numbers_have_no_power_of_ten():
@@ -124,60 +202,3 @@ def test_large_numbers_have_no_power_of_ten():
         "123.5",
         "0.01235",
     ]
-
-
-def opened(guest: Visitor) -> None:
-    """Open the form, another one where there was one."""
-    guest.controls.pop("Show this beam", None)
-    guest.choose("units", REAL_BEAM)
-    guest.wait(lambda _: "Show this beam" in guest.controls)
-    guest.says("laboratory rule")
-
-
-def hertz(real: Beam, **options: str) -> str:
-    """The first frequency as the table prints it."""
-    assert real.units
-    solution = solve(real, **options)
-    frequency, error = solution.frequencies[0], solution.errors[0]
-    return rounded_to_error(real.units.hertz(frequency), real.units.hertz(error))
-
-
-def test_a_real_beam_is_entered_and_left_again(url):
-    """The ruler as it is; then plain numbers; its fields changed; a blade out of the plane."""
-    with visitor(url) as guest:
-        opened(guest)
-        guest.choose("Show this beam", True)
-        guest.says(hertz(RULER.beam))
-        guest.says("300 rpm")
-        guest.wait(lambda _: guest.texts["gamma-label"] == "speed [rpm]")
-        guest.choose("units", DIMENSIONLESS)
-        guest.wait(lambda _: guest.texts["gamma-label"] == "speed γ")
-        guest.says(frequency_text(RULER.beam))
-        opened(guest)
-        guest.choose("start from", BLADE.name)
-        guest.says("5 MW")
-        guest.choose("rotation speed Ω [rpm]", "6")
-        guest.choose("Show this beam", True)
-        slow = Beam.from_si(**{**BLADE.values, "rotation_speed": 6 * RPM})
-        guest.says(hertz(slow, plane="flapwise"))
-
-
-def test_wrong_sizes_are_named_and_lose_nothing(url):
-    """The form stays open with the reason; the beam of the scene stays what it is."""
-    with visitor(url) as guest:
-        before = guest.text
-        opened(guest)
-        guest.choose("length L [mm]", "long")
-        guest.choose("Show this beam", True)
-        guest.says("length L [mm] = &#x27;long&#x27;: must be a number")
-        guest.choose("length L [mm]", "0")
-        guest.choose("Show this beam", True)
-        guest.says("length L [mm] = 0: must be above 0")
-        guest.choose("length L [mm]", "200")
-        guest.choose("Show this beam", True)
-        guest.says("mass at d [mm] = 300: must lie in 0 .. 200<")
-        guest.choose("start from", "a broomstick")
-        guest.choose("Cancel", True)
-        guest.choose("gamma", 11.0)
-        guest.says(frequency_text(Beam(alpha=1, beta=0.5, gamma=11)))
-        assert "Stable equilibrium" in before

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from live.visitor import BEAM, PAPER, beam_moved, frequency_text, pause, visitor
 
-from beamviz.beam import PARAMETERS, Beam, Units
+from beamviz.beam import NUMBERS, Beam, Units
 from beamviz.drawing.text import rounded_to_error
 from beamviz.explorer import frames, jobs, session
 from beamviz.explorer import visitor as visitor_module
@@ -51,10 +51,10 @@ def test_sliders_and_exact_fields_agree(url):
 
 
 def test_a_hint_says_what_a_slider_does_to_the_beam(url):
-    """Each of the five numbers: in a sentence or more, not in its own name."""
+    """Each of the numbers: in a sentence or more, not in its own name."""
     with visitor(url) as guest:
         hints = re.findall("<span popover [^>]*>(.*?)</span>", guest.texts["beam"])
-        assert len(hints) == len(PARAMETERS)
+        assert len(hints) == len(NUMBERS)
         for hint in hints:
             assert len(hint) > 60
             assert not set(hint) & set("αβγδμ")

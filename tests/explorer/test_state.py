@@ -126,7 +126,19 @@ def test_undo_returns_by_steps_and_redo_forward():
     drag = [(0.1 * k, mass.changed("beta", 0.5 + 0.01 * k)) for k in range(5)]
     faster = drag[-1][1].changed("gamma", 3.0)
     rested = faster.changed("gamma", 4.0)
-    last = edited(history, [*drag, (0.5, faster), (0.6 + PAUSE, rested)])
+    other = rested.loaded(Scene(Beam(gamma=2)))
+    last = edited(
+        history,
+        [
+            *drag,
+            (0.5, faster),
+            (0.6 + PAUSE, rested),
+            (0.7 + PAUSE, other),
+            (0.8 + PAUSE, other.changed("gamma", 5.0)),
+        ],
+    )
+    back = [last := history.undo(last) for _ in range(2)]
+    assert back == [other, rested]
     back = [last := history.undo(last) for _ in range(3)]
     assert back == [faster, drag[-1][1], START]
     assert history.undo(START) is START

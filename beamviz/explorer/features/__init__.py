@@ -10,6 +10,7 @@ from viser import BatchedMeshHandle, SceneNodeDragEvent
 from viser.transforms import SO3
 
 from beamviz.drawing import BeamView
+from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import Clock
 from beamviz.explorer.jobs import Job
 from beamviz.explorer.page.html import checkbox
@@ -81,7 +82,8 @@ class PresenterMode:
 # Dragging the mass
 
 DIGITS = 3  # of beta: finer than a pointer
-PARALLEL = 1e-3  # sin^2 of the angle between view and beam below which there is no position
+PARALLEL = 0.03  # sine of the angle between view and beam below which there is no position
+TINY = 1e-300
 
 
 class MassDrag:
@@ -91,52 +93,55 @@ class MassDrag:
         self.visitor, self.view = visitor, view
         self.offset: float | None = None  # from the centre of the mass to where it was picked up
         view.mass.on_drag(self.dragged)
+        view.mass.on_click(self.clicked)  # for the outline under the pointer
+
+    async def clicked(self, event: object) -> None:
+        """A click without a drag changes nothing."""
 
     async def dragged(self, event: SceneNodeDragEvent[BatchedMeshHandle]) -> None:
         """Take a step of a drag; on the event loop, so that steps come in order."""
-        visitor, shapes = self.visitor, self.view.shapes
+        visitor = self.visitor
         if event.phase == "end":
             self.offset, visitor.dragging = None, False
             visitor.wake()
             return
-        x = self.distance_along_beam(np.asarray(event.end_position, float))
+        x = self.place(np.asarray(event.end_position, float))
         if x is None:
             return
         keep = self.offset is None
         if self.offset is None:
-            self.offset, visitor.dragging = x - shapes.centreline[shapes.mass, 0], True
-        beta = self.beta(x - self.offset)
+            self.offset, visitor.dragging = x - self.view.shapes.beam.beta, True
+        beta = min(max(round(x - self.offset, DIGITS), 0.0), 1.0)
 
         def moved(state: State) -> State:
             return (state.keep_for_comparison() if keep else state).changed("beta", beta)
 
         visitor.change(moved)
 
-    def distance_along_beam(self, point: np.ndarray) -> float | None:
-        """Distance from the clamp of the place on the beam that is nearest to the line of sight
-        through a point (3,); None where that is not defined."""
+    def place(self, point: np.ndarray) -> float | None:
+        """The reference coordinate of the place on the beam, straight or bent, that is nearest to
+        the line of sight through a point (3,); None where that is not defined."""
         view = self.view
-        axis = SO3(np.asarray(view.rotor.wxyz)).apply(np.array([1.0, 0.0, 0.0]))
-        clamp = np.asarray(view.frame.position) + view.shapes.beam.delta * axis
-        return nearest(clamp, axis, np.asarray(self.visitor.client.camera.position), point)
-
-    def beta(self, x: float) -> float:
-        """The reference coordinate of a place on the stretched beam."""
-        shapes = self.view.shapes
-        return round(float(np.interp(x, shapes.centreline[:, 0], shapes.x)), DIGITS)
+        points, _ = to_hub_frame(view.shapes, view.shapes.centreline)
+        turned = SO3(np.asarray(view.rotor.wxyz)).apply(points)
+        eye = np.asarray(self.visitor.client.camera.position)
+        return nearest(np.asarray(view.frame.position) + turned, view.shapes.x, eye, point)
 
 
-def nearest(
-    start: np.ndarray, direction: np.ndarray, eye: np.ndarray, point: np.ndarray
-) -> float | None:
-    """Distance along a line, from `start` (3,) in the unit `direction` (3,), of its place nearest
-    to the line from `eye` through `point`; None where these are parallel or not finite."""
-    sight = point - eye
+def nearest(points: np.ndarray, x: np.ndarray, eye: np.ndarray, at: np.ndarray) -> float | None:
+    """The coordinate, x (n,) at `points` (n, 3), of the place of a line that is nearest to the line
+    of sight from `eye` through `at`; None where it is seen end on or the numbers are not finite."""
+    sight = at - eye
     length = float(np.linalg.norm(sight))
     if not (np.isfinite(length) and length > 0):
         return None
     sight = sight / length
-    cosine = float(direction @ sight)
-    if 1 - cosine**2 < PARALLEL:
+    seen = points - eye
+    seen = seen - np.outer(seen @ sight, sight)  # as the line of sight sees the points
+    steps = np.diff(seen, axis=0)
+    sizes = (steps**2).sum(axis=1)
+    if np.sqrt(sizes).sum() < PARALLEL * np.linalg.norm(np.diff(points, axis=0), axis=1).sum():
         return None
-    return float((direction - cosine * sight) @ (eye - start)) / (1 - cosine**2)
+    share = np.clip(-(seen[:-1] * steps).sum(axis=1) / np.maximum(sizes, TINY), 0.0, 1.0)
+    k = int(np.argmin(((seen[:-1] + share[:, None] * steps) ** 2).sum(axis=1)))
+    return float(x[k] + share[k] * (x[k + 1] - x[k]))

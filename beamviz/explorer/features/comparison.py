@@ -16,9 +16,9 @@ from beamviz.drawing.modes import Clock, SampledModes, amplitudes
 from beamviz.drawing.objects import Caption
 from beamviz.drawing.text import frequencies
 from beamviz.explorer.jobs import SolveJob, SolverAnswer
-from beamviz.explorer.page.html import small
+from beamviz.explorer.page.html import button
 from beamviz.explorer.state import EARLIER, NO_COMPARISON, TERMS, Case, State
-from beamviz.explorer.visitor import Feature, Visitor, on_press
+from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.exports.html_page import table
 from beamviz.frequency_loci.identity import ModeMatch, identify_modes, match_modes
 from beamviz.solver.solution import Solution
@@ -35,6 +35,7 @@ CASES = ANCF, CORIOLIS, DOUBLE, EFFECTS = (
     "20 ANCF elements (paper, 2017)", "Coriolis on / off", "twice the mass", "all effects on"
 )  # fmt: skip
 CHOICES = (NO_COMPARISON, EARLIER, *CASES)
+SHORT = {ANCF: "ancf", CORIOLIS: "coriolis", DOUBLE: "mass", EFFECTS: "effects"}  # in links
 
 
 def comparison_case(state: State, case: Case) -> ComparisonCase | str:
@@ -53,7 +54,7 @@ def comparison_case(state: State, case: Case) -> ComparisonCase | str:
     if choice == CORIOLIS:
         if case.options["plane"] == "flapwise":
             return (
-                "Coriolis forces act in the plane of rotation only: choose chordwise under Model."
+                "Coriolis forces act in the plane of rotation only: switch the plane to chordwise."
             )
         on = not case.is_on("coriolis")
         return ComparisonCase(f"Coriolis {'on' if on else 'off'}", case.with_options(coriolis=on))
@@ -185,29 +186,37 @@ class Comparison(Feature):
 
 # The tab
 
-OVERLAID, STACKED = "overlaid", "one above the other"
 THIS = "this beam"
 INVITATION = (
     "A second beam on the same clock shows the effect of one change. "
-    "Or drag the mass in the picture: the beam as it was before stays as an overlay."
+    "Or drag the mass in the scene: the beam as it was before stays as an overlay."
+)
+LABELS = {NO_COMPARISON: "nothing", EARLIER: "the beam before", ANCF: "20 ANCF elements (paper)"}
+TAB = (
+    '<div class="row" role="group" aria-label="Compare with"><span class="soft">Compare with</span>'
+    + "".join(
+        button(LABELS.get(name, name), data_set="comparison", data_value=name) for name in CHOICES
+    )
+    + '</div><div class="row" role="group" aria-label="How it is drawn">'
+    '<span class="soft">Drawn</span>'
+    + button("overlaid", data_set="stacked", data_value=False)
+    + button("one above the other", data_set="stacked", data_value=True)
+    + '<span class="space"></span>'
+    + button("Keep this beam, then change it", data_do="keep")
+    + '</div><div id="comparison"></div>'
 )
 
 
 class ComparisonTab(Feature):
-    """The controls, and a table of the frequencies of both beams."""
+    """The choice of the second beam, and a table of the frequencies of both beams."""
 
     def __init__(self, visitor: Visitor, comparison: Comparison):
         super().__init__(visitor)
-        self.comparison, gui = comparison, visitor.client.gui
-        choice = gui.add_dropdown("compare with", CHOICES, hint="The second beam")
-        visitor.bind_control(choice, lambda state: state.comparison, choose)
-        layout = gui.add_button_group("drawn", (OVERLAID, STACKED))
-        on_press(
-            layout, lambda name: visitor.change(lambda s: s.changed("stacked", name == STACKED))
-        )
-        self.table = gui.add_html("")
-        keep = gui.add_button("Keep this beam", hint="Then change it: the kept one stays as it was")
-        on_press(keep, lambda _: visitor.change(State.keep))
+        self.comparison, self.page = comparison, visitor.page
+        self.page.html("tab-compare", TAB)
+        visitor.bind("comparison", lambda state: state.comparison, choose)
+        visitor.bind_key("stacked")
+        visitor.on("keep", lambda _: visitor.change(State.keep))
 
     @property
     def inputs(self) -> tuple[object, ...]:
@@ -219,13 +228,13 @@ class ComparisonTab(Feature):
         """Show the frequencies of both beams, or why there are none."""
         case, answer, second = self.comparison.case, self.visitor.answer, self.comparison.answer
         if isinstance(case, str):
-            self.table.content = small(escape(case or INVITATION), "note")
+            self.page.html("comparison", f"<p>{escape(case or INVITATION)}</p>")
         elif second and second.solution is None:
-            self.table.content = small(escape(f"{case.title}: {second.message}"), "note")
+            self.page.html("comparison", f"<p>{escape(f'{case.title}: {second.message}')}</p>")
         elif second and second.solution and answer and answer.solution:
             pair = [(THIS, answer.solution), (escape(case.title), second.solution)]
             earlier = self.visitor.state.comparison == EARLIER
-            self.table.content = comparison_table(*(pair[::-1] if earlier else pair))
+            self.page.html("comparison", comparison_table(*(pair[::-1] if earlier else pair)))
 
 
 def choose(state: State, choice: Any) -> State:
@@ -270,4 +279,4 @@ def mixture_note(title: str, solution: Solution) -> str:
     """Which modes of a beam are mixtures."""
     found = zip(*identify_modes(solution), strict=True)
     mixtures = [f"{label} ({mixture})" for label, mixture in found if mixture]
-    return small(f"Mixed in {title}: {', '.join(mixtures)}.", "note") if mixtures else ""
+    return f'<p role="note">Mixed in {title}: {", ".join(mixtures)}.</p>' if mixtures else ""

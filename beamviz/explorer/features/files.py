@@ -1,25 +1,17 @@
-"""Scenes and files: save and load a scene, open the scene of a link, export what is shown."""
+"""Scenes and files: save and load a scene, export what is shown."""
 
-import secrets
-import threading
-import time
-from collections.abc import Callable
 from html import escape
 from typing import Any
 
-from viser import ClientHandle, GuiEvent
+from viser import GuiEvent
 
 from beamviz.beam import MAX_TOML_BYTES
 from beamviz.errors import InvalidInput
 from beamviz.explorer.export_jobs import ExportJob
-from beamviz.explorer.features.lessons import Lessons
 from beamviz.explorer.page.html import button, select
-from beamviz.explorer.page.style import script_element
 from beamviz.explorer.visitor import Visitor
 from beamviz.exports.film import ENCODERS
-from beamviz.lessons import lesson
-from beamviz.scene import Scene, parse_query
-from beamviz.server.access import KEY_PARAMETER
+from beamviz.scene import Scene
 from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import control_id, filter_uploads
 
@@ -164,63 +156,3 @@ def export_tab() -> str:
         '<span class="soft">A file from Save the scene</span></div>'
         f'<div class="file">{select("film_length", "length of a film", LENGTHS.keys())}</div></div>'
     )
-
-
-# Links: ?lesson=nodes, or ?alpha=1&gamma=10&mode=3. A server is not told the query of the page that
-# connects to it, so the page is asked, by way of its local storage.
-
-PAGE_TIMEOUT = 20.0  # [s] for a page to answer
-POLL_INTERVAL = 0.2  # [s]
-# Parameters of the same link for others: the key of the server, the switches of viser's page.
-RESERVED = {KEY_PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "logCamera"}
-# The page prefixes the keys of its local storage; only viser needs to know how.
-STORE_QUERY = (
-    "localStorage.setItem(Object.keys(localStorage).find(name => name.endsWith('{key}')),"
-    " '?' + location.search)"
-)
-
-
-def open_link(visitor: Visitor, lessons: Lessons) -> None:
-    """Show the scene of the visitor's link, from a thread of its own."""
-
-    def run() -> None:
-        query = page_query(visitor.client)
-        try:
-            open_query(query, visitor.load, lessons.open)
-        except InvalidInput as error:
-            visitor.notify("The link is not valid", str(error))
-
-    threading.Thread(target=run, name="link", daemon=True).start()
-
-
-def page_query(client: ClientHandle) -> str:
-    """The query of the page's address; "" without one, and for a program without pages."""
-    key, end = secrets.token_hex(8), time.monotonic() + PAGE_TIMEOUT
-    client.local_storage.set_item(key, "")
-    element = client.gui.add_html(script_element(STORE_QUERY.format(key=key)))
-    query = ""
-    try:
-        while not query and time.monotonic() < end:
-            time.sleep(POLL_INTERVAL)
-            query = client.local_storage.get_item(key, timeout=PAGE_TIMEOUT) or ""
-    except (RuntimeError, TimeoutError):
-        return ""
-    client.local_storage.remove_item(key)
-    element.remove()
-    return query.lstrip("?")
-
-
-def open_query(
-    query: str, load: Callable[[Scene], None], open_lesson: Callable[[str], None]
-) -> None:
-    """Open the lesson and load the scene of a query. Raises InvalidInput."""
-    values = {key: value for key, value in parse_query(query).items() if key not in RESERVED}
-    name = str(values.pop("lesson", ""))
-    if not (name or values):
-        return
-    scene = lesson(name).scene if name else Scene()
-    scene = within_limits(scene.changed(**values))
-    if name:
-        open_lesson(name)
-    if values:
-        load(scene)

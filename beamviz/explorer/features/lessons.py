@@ -1,221 +1,206 @@
-"""The panel of lessons: one after the other, step by step, with a challenge checked live."""
+"""The tab Lessons: a card for each, and beside the tabs the lesson that is open, step by step."""
 
 import re
-from collections.abc import Collection
 from dataclasses import replace
 from functools import partial
 from html import escape
 from typing import Any
 
-from viser import PanelHandle
-
-from beamviz.beam import Beam
+from beamviz.beam import NUMBERS, Beam
 from beamviz.explorer.jobs import SolverAnswer
-from beamviz.explorer.page.html import GOOD
-from beamviz.explorer.visitor import Feature, Visitor, on_edit, on_press
-from beamviz.explorer.visitor import show as show_value
+from beamviz.explorer.page.html import attributes, button
+from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.lessons import LESSONS, NAMES
 from beamviz.lessons.model import Lesson
-from beamviz.server.viser_private import set_html
+from beamviz.lessons.sketches import sketch
+from beamviz.scene import Scene
 
-STEPS = ("try it", "why", "challenge")
+STEPS = ("Try it", "Why", "Challenge")
 CHALLENGE = len(STEPS) - 1
-PAGES = 1 + len(STEPS) * len(LESSONS)  # an introduction, then the steps of every lesson
-NO_LESSON = "choose one ..."
-BACK, RESET, NEXT = "‹ back", "reset", "next ›"
-FAINT = "opacity:.7"
-LARGE = "font-size:1.1em;font-weight:600;line-height:1.35"
-BOX = "border-left:4px solid {};padding:.15em .6em;margin:.5em 0 0"
-ACCENT, WAITING = "#2f7fc1", "#9aa0a6"
-INTRODUCTION = (
-    (
-        "The picture",
-        "a beam clamped to a rotating hub. Its vibration is slowed down and enlarged.",
-    ),
-    (
-        "The table",
-        "its *natural modes*: shapes in which it vibrates freely, each at its own *frequency* ω."
-        " B: bending, S: stretching.",
-    ),
-    ("The sliders", "the properties of the beam. Every change is solved at once."),
-)
 FINE_STEPS = "Fine steps: click a slider and use the arrow keys, or type the number beside it."
+CONTROLS = {  # named in the texts of lessons: the key of each, or the id of a tab
+    **{parameter.slider_label: name for name, parameter in NUMBERS.items()},
+    **{name: name for name in ("method", "plane", "strain", "state", "curvature")},
+    "Coriolis": "coriolis",
+    "Frequencies": "tab-frequencies",
+    "Veering": "tab-veering",
+}
 
 
 class Lessons(Feature):
-    """The lessons of one visitor. page: 0 for the introduction, then the steps of every lesson;
-    met: lessons, from 0, whose challenge has been met."""
+    """The lessons of one visitor, of whom the state knows the lesson and its step.
 
-    def __init__(self, visitor: Visitor, results: PanelHandle):
+    first: the scene to return to after the lessons; met: lessons whose challenge has been met;
+    verdict: that on the challenge, as HTML.
+    """
+
+    def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        gui = visitor.client.gui
-        self.first = scene = visitor.state.scene
-        self.met: set[int] = set()
-        number = next((k for k, one in enumerate(LESSONS) if one.scene == scene), None)
-        self.page = 0 if number is None else first_page(number)
-        self.panel = gui.add_panel()
-        with self.panel.add_tab("Lessons"):
-            hint = "A question about the beam"
-            self.choice = gui.add_dropdown("lesson", titles(self.met), hint=hint)
-            buttons = gui.add_button_group("page", (BACK, RESET, NEXT))
-            self.text, self.verdict = gui.add_html(""), gui.add_html("")
-        self.panel.dock_below(results)
-        on_edit(self.choice, self.choose)
-        on_press(buttons, self.press)
-        gui.add_command("Lesson: next page", hotkey="N").on_trigger(lambda _: self.press(NEXT))
-        gui.add_command("Lesson: previous page", hotkey="B").on_trigger(lambda _: self.press(BACK))
-        for lesson in LESSONS:
-            command = gui.add_command(f"Lesson: {lesson.title}")
-            command.on_trigger(partial(lambda name, _: self.open(name), lesson.name))
-        self.show_page()
+        self.page, self.first = visitor.page, visitor.state.scene
+        self.met: frozenset[str] = frozenset()
+        visitor.on("lesson", self.open)
+        visitor.on("lesson_step", self.go)
+        visitor.on("lesson_turn", self.turn)
+        visitor.on("lesson_restart", lambda _: visitor.reset())
+        self.cards = ""
+        name = next((one.name for one in LESSONS if one.scene == self.first), "")
+        if name:
+            visitor.change(lambda state: replace(state, lesson=name))
+        for one in LESSONS:
+            command = visitor.client.gui.add_command(f"Lesson: {one.title}")
+            command.on_trigger(partial(lambda name, _: self.open(name), one.name))
+        visitor.background.submit(self.draw_cards)
 
-    @property
-    def number(self) -> int | None:
-        """The lesson that is open, from 0."""
-        return (self.page - 1) // len(STEPS) if self.page else None
+    def draw_cards(self) -> None:
+        """Draw the pictures of the cards, on a worker thread: they take some time to compute."""
+        for name in NAMES:
+            sketch(name)
+        self.cards = "drawn"
+        self.visitor.wake()
 
-    @property
-    def step(self) -> int:
-        """The step of the open lesson, from 0."""
-        return (self.page - 1) % len(STEPS)
+    def open(self, name: Any) -> None:
+        """Begin a lesson by its name, "" to leave them; an unknown one changes nothing."""
+        if name in NAMES:
+            self.visitor.background.submit(partial(self.begin, name))
+        elif name == "":
+            self.visitor.change(lambda state: replace(state, lesson="", step=0, home=self.first))
 
-    def open(self, name: str) -> None:
-        """Begin a lesson by its name."""
-        self.go(first_page(NAMES.index(name)))
+    def begin(self, name: str, step: int = 0, scene: Scene | None = None) -> None:
+        """Show a lesson, with its own scene or another; its numbers are computed before, on a
+        worker thread."""
+        lesson, visitor = LESSONS[NAMES.index(name)], self.visitor
+        _ = lesson.proof.numbers, lesson.challenge.answer
+        scene = (scene or lesson.scene).changed(dark=visitor.state.view.dark)
+        visitor.load(scene, home=lesson.scene, lesson=name, step=step)
+        self.page.open(next(iter(tabs(lesson)), "tab-frequencies"))
+        self.page.point(*points(lesson.do))
 
-    def choose(self, title: Any) -> None:
-        """Begin a lesson by its title; an unknown one changes nothing."""
-        choices = titles(self.met)
-        if title in choices:
-            self.submit(first_page(choices.index(title) - 1) if title != NO_LESSON else 0)
+    def go(self, step: Any) -> None:
+        """Go to a step of the open lesson, by its number; an unknown one changes nothing."""
+        if step in range(len(STEPS)) and self.visitor.state.lesson:
+            self.visitor.change(lambda state: replace(state, step=int(step)))
 
-    def press(self, button: Any) -> None:
-        """Turn a page (the introduction follows the last one) or reset the scene; an unknown
-        button changes nothing."""
-        if button == RESET:
-            self.visitor.reset()
-        elif button in (BACK, NEXT):
-            self.submit(max(self.page + (1 if button == NEXT else -1), 0) % PAGES)
-
-    def submit(self, page: int) -> None:
-        """Go to a page on a worker thread: the numbers of a lesson take time to compute."""
-        self.visitor.background.submit(partial(self.go, page))
-
-    def go(self, page: int) -> None:
-        """Go to a page; a lesson starts with its own scene."""
-        if page:
-            lesson = LESSONS[(page - 1) // len(STEPS)]
-            _ = lesson.proof.numbers, lesson.challenge.answer  # computed here, and kept
-        with self.visitor.lock:
-            before, self.page = self.number, page
-            if self.number is not None and self.number != before:
-                self.panel.expand()
-                scene, dark = LESSONS[self.number].scene, self.visitor.state.view.dark
-                self.visitor.load(scene.changed(dark=dark), home=scene)
-            elif self.number is None and before is not None:
-                self.visitor.change(lambda state: replace(state, home=self.first))
-            self.show_page()
-
-    def show_page(self) -> None:
-        """Show the page that is open."""
-        with self.visitor.lock:
-            number = self.number
-            show_value(self.choice, titles(self.met)[0 if number is None else number + 1])
-            if number is None:
-                self.text.content = introduction(len(self.met))
-            else:
-                self.text.content = lesson_html(LESSONS[number], self.step)
-            self.show()
+    def turn(self, by: Any) -> None:
+        """Go to the next step (1) or the last one (-1), at the ends to the next lesson or the last
+        one; without a lesson, to the first or the last step of all."""
+        state = self.visitor.state
+        if by not in (1, -1):
+            return
+        here = NAMES.index(state.lesson) if state.lesson else -1 if by == 1 else len(NAMES)
+        step = state.step + by if state.lesson else -1
+        if step in range(len(STEPS)):
+            self.go(step)
+        elif here + by in range(len(NAMES)):
+            self.open(NAMES[here + by])
+        else:
+            self.open("")
 
     @property
     def inputs(self) -> tuple[object, ...]:
-        """The answer that the challenge is checked with."""
-        return (self.visitor.answer,)
+        """The lesson, its step, and the answer that the challenge is checked with."""
+        state = self.visitor.state
+        return self.visitor.answer, state.lesson, state.step, self.cards
 
     def show(self) -> None:
-        """Show whether the challenge is met, where one is open."""
-        with self.visitor.lock:
-            answer, content = self.visitor.answer, ""
-            if self.number is not None and self.step == CHALLENGE and answer and answer.beam:
-                content = self.check(self.number, answer, answer.beam)
-            set_html(self.verdict, content)
+        """Show the cards, and the lesson that is open with the verdict on its challenge."""
+        state, answer, verdict = self.visitor.state, self.visitor.answer, ""
+        lesson = LESSONS[NAMES.index(state.lesson)] if state.lesson else None
+        if lesson and state.step == CHALLENGE and answer and answer.beam:
+            verdict = self.check(lesson, answer, answer.beam)
+        self.page.html("lesson-text", lesson_html(lesson, state.step) if lesson else "")
+        self.page.html("verdict", verdict)
+        self.page.props("lesson", hidden=lesson is None)
+        if self.cards:
+            self.page.html("tab-lessons", cards_html(state.lesson, self.met))
 
-    def check(self, number: int, answer: SolverAnswer, beam: Beam) -> str:
-        """Check the challenge of a lesson with an answer, and note where it is met: the verdict,
-        and the quantity to watch."""
-        lesson = LESSONS[number]
+    def check(self, lesson: Lesson, answer: SolverAnswer, beam: Beam) -> str:
+        """The verdict on a challenge, and the quantity to watch; a challenge that is met is
+        noted."""
         verdict = lesson.check(beam, answer.request.options)
-        if verdict.met and number not in self.met:
-            self.met.add(number)
-            self.choice.options = titles(self.met)
-            show_value(self.choice, titles(self.met)[number + 1])
-        colour, word = (GOOD, "Right!") if verdict.met else (WAITING, "Not yet.")
+        if verdict.met:
+            self.met |= {lesson.name}
+        word = "Right!" if verdict.met else "Not yet."
         words = f"<b>{word}</b> {escape(verdict.words)}"
         if answer.solution and (verdict.met or not verdict.words):  # nothing is in the way
             words += f"<br>Now: {escape(lesson.measured(answer.solution))}."
-        return framed(f'<div role="status" style="{BOX.format(colour)}">{words}</div>')
-
-
-def first_page(number: int) -> int:
-    """The first page of a lesson (from 0)."""
-    return 1 + len(STEPS) * number
+        return f'<p class="verdict{" met" if verdict.met else ""}">{words}</p>'
 
 
 # Texts
 
 
-def titles(met: Collection[int]) -> tuple[str, ...]:
-    """The choices of the dropdown; lessons whose challenge has been met are ticked."""
-    ticked = (f"{'✓ ' if k in met else ''}{lesson.title}" for k, lesson in enumerate(LESSONS))
-    return (NO_LESSON, *(f"{k}  {title}" for k, title in enumerate(ticked, 1)))
-
-
-def introduction(met: int) -> str:
-    """The page before the first lesson and after the last; `met`: number of challenges met."""
-    count = len(LESSONS)
-    done = f"<br>Challenges met: {met} of {count}." if met else ""
-    return framed(
-        f'<div style="{LARGE}">New here?</div>'
-        + "".join(entry(*one) for one in INTRODUCTION)
-        + f'<div style="margin-top:.45em">{count} short lessons, one question each: press'
-        f" <b>next</b>, or choose one.{done}</div>"
+def cards_html(open_lesson: str, met: frozenset[str]) -> str:
+    """A card for each lesson; the one that is open is marked, and those met are ticked."""
+    done = f" Challenges met: {len(met)} of {len(LESSONS)}." if met else ""
+    return (
+        f'<div class="row"><span>{len(LESSONS)} short lessons, one question each, every one a small'
+        f" experiment.{done}</span>"
+        + button("Begin", data_do="lesson_turn", data_value=1, data_key="n")
+        + '</div><div class="cards">'
+        + "".join(
+            f'<button type="button" class="card"'
+            f"{attributes(data_do='lesson', data_value=one.name)}"
+            f"{' aria-current=true' if one.name == open_lesson else ''}>{sketch(one.name)}"
+            f"<b>{k}. {escape(one.title)}{' ✓' if one.name in met else ''}</b></button>"
+            for k, one in enumerate(LESSONS, 1)
+        )
+        + "</div>"
     )
 
 
 def lesson_html(lesson: Lesson, step: int) -> str:
     """One step of a lesson, without the verdict on its challenge."""
-    names = [f"<b>{name}</b>" if k == step else name for k, name in enumerate(STEPS)]
-    large = f'<div style="{LARGE}">{{}}</div>'
+    steps = "".join(
+        button(
+            name, data_do="lesson_step", data_value=k, class_="step",
+            aria_current="step" if k == step else None, data_key="b" if k == step - 1 else None,
+        )
+        for k, name in enumerate(STEPS)
+    )  # fmt: skip
     body = (
-        large.format(formatted(lesson.question))
-        + entry("Do", lesson.do)
-        + entry("Look for", lesson.see),
-        f"<div>{formatted(lesson.meaning)}</div>"
-        f'<div style="{BOX.format(ACCENT)}"><span style="{FAINT}">The number that proves it:</span>'
-        f" {escape(lesson.proof.words)}</div>",
-        large.format(formatted(lesson.challenge.task))
-        + f'<div style="{FAINT};margin-top:.3em">{FINE_STEPS}</div>',
+        f'<p class="question">{formatted(lesson.question)}</p>'
+        + f'<p><span class="soft">Do:</span> {formatted(lesson.do)}</p>'
+        + f'<p><span class="soft">Look for:</span> {formatted(lesson.see)}</p>',
+        f"<p>{formatted(lesson.meaning)}</p>"
+        f'<p class="proof"><span class="soft">The number that proves it:</span>'
+        f" {escape(lesson.proof.words)}</p>",
+        f'<p class="question">{formatted(lesson.challenge.task)}</p>'
+        f'<p class="soft">{FINE_STEPS}</p>',
     )[step]
-    return framed(
-        f'<div style="display:flex;justify-content:space-between;{FAINT};margin-bottom:.3em">'
-        f"<span>{' &ensp;›&ensp; '.join(names)}</span>"
-        f'<a href="?lesson={lesson.name}" title="Opens this lesson: copy it" style="color:inherit">'
-        f"link</a></div>{body}"
+    number = NAMES.index(lesson.name) + 1
+    return (
+        f'<div class="title"><h3>{number}. {escape(lesson.title)}</h3>'
+        + button("Restart", data_do="lesson_restart", class_="quiet")
+        + button(
+            "✕", data_do="lesson", data_value="", class_="quiet", aria_label="Leave the lesson"
+        )
+        + f'</div><div class="row" role="group" aria-label="Steps of the lesson">{steps}'
+        + button("Next ›", data_do="lesson_turn", data_value=1, data_key="n", class_="main")
+        + f"</div>{body}"
     )
 
 
-def entry(name: str, text: str) -> str:
-    """A paragraph with a name before it."""
-    name = f'<span style="{FAINT}">{name}:</span>'
-    return f'<div style="margin-top:.45em">{name} {formatted(text)}</div>'
+def points(text: str) -> list[str]:
+    """The keys of the controls named in a text, tabs left out."""
+    names = re.findall(r"\*\*(.+?)\*\*", text)
+    keys = [CONTROLS[name] for name in names if name in CONTROLS]
+    return [key for key in keys if not key.startswith("tab-")]
 
 
-def framed(content: str) -> str:
-    """With the margins of the panel."""
-    return f'<div style="font-size:.85em;line-height:1.45;margin:.35em .75em .5em">{content}</div>'
+def tabs(lesson: Lesson) -> list[str]:
+    """The ids of the tabs named in what is to be done."""
+    names = re.findall(r"\*\*(.+?)\*\*", lesson.do)
+    return [CONTROLS[name] for name in names if CONTROLS.get(name, "").startswith("tab-")]
 
 
 def formatted(text: str) -> str:
-    """**Controls of the page** in bold, *technical terms* in italics."""
-    text = re.sub(r"\*\*(.+?)\*\*", r"<b>\1</b>", escape(text))
+    """**Controls of the page** as buttons that point at them, *technical terms* in italics."""
+
+    def control(match: re.Match[str]) -> str:
+        key = CONTROLS.get(match[1])
+        if key is None:
+            return f"<b>{match[1]}</b>"
+        return f'<button type="button" class="link" data-point="{key}">{match[1]}</button>'
+
+    text = re.sub(r"\*\*(.+?)\*\*", control, escape(text))
     return re.sub(r"\*(.+?)\*", r"<i>\1</i>", text)

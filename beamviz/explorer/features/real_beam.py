@@ -1,208 +1,170 @@
-"""Real beams in SI units: three presets with their sources, and the form for their values."""
+"""The panel of a real beam in SI units: section, material and sizes, each edit shown at once."""
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from html import escape
-from typing import Any
+from typing import Any, NamedTuple
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, SI_REQUIRED, Beam, check_float
 from beamviz.errors import InvalidInput
-from beamviz.explorer.page.html import BAD, small
-from beamviz.explorer.visitor import Visitor, on_edit, show
+from beamviz.explorer.state import State
+from beamviz.explorer.visitor import Visitor
+from beamviz.presets import MATERIALS, REAL_BEAMS, RPM
 from beamviz.scene import Scene
 
-RPM = 0.10471975511965977  # [rad/s]
+MAX_VALUE = 1e12  # in the unit of a field
+DIGITS = 8
+ROUNDING = 1e-9
+PERCENT = "mass_percent"
+
+Pair = tuple[float, float]
 
 
-@dataclass(frozen=True)
-class RealBeam:
-    """A beam in SI units, the keywords of `Beam.from_si`; `plane` is where it vibrates first."""
+class Field(NamedTuple):
+    """A field of the panel: its label, its unit, and the SI value of the unit."""
 
-    name: str
-    source: str
-    plane: str
-    values: dict[str, float]
+    label: str
+    unit: str
+    factor: float
 
     @property
-    def beam(self) -> Beam:
-        """The beam."""
-        return Beam.from_si(**self.values)
+    def name(self) -> str:
+        """Label and unit."""
+        return f"{self.label} [{self.unit}]"
 
 
-RULER = RealBeam(
-    "steel ruler",
-    "A laboratory rule of a common size, 300 x 25 x 1 mm, with a clip of 10 g at its tip, on a"
-    " turntable. Steel as usually taken: E = 210 GPa (the value of EN 1993-1-1), 7850 kg/m³.",
-    "chordwise",
-    {
-        "length": 0.3,
-        "density": 7850.0,
-        "area": 25e-3 * 1e-3,
-        "second_moment": 25e-3 * 1e-9 / 12,
-        "youngs_modulus": 210e9,
-        "rotation_speed": 300 * RPM,
-        "mass": 0.01,
-        "mass_position": 0.3,
-    },
-)
-ARM = RealBeam(
-    "spin-up arm",
-    "A manipulator arm: the spin-up manoeuvre after Simo & Vu-Quoc (J. Appl. Mech. 53, 1986),"
-    " with the values that many papers repeat: EI = 14 kN m², EA = 28 MN, 1.2 kg/m, 10 m, up to"
-    " 6 rad/s. With E = 70 GPa the section follows.",
-    "chordwise",
-    {
-        "length": 10.0,
-        "density": 3000.0,
-        "area": 4e-4,
-        "second_moment": 2e-7,
-        "youngs_modulus": 70e9,
-        "rotation_speed": 6.0,
-    },
-)
-BLADE = RealBeam(
-    "wind blade",
-    "A wind turbine blade made uniform: length, mass, hub and rated speed of the NREL 5 MW"
-    " reference turbine (Jonkman et al., NREL/TP-500-38060, 2009). A glass-fibre section"
-    " (E = 30 GPa, 1900 kg/m³: typical values) as stiff as gives its first flapwise frequency,"
-    " 0.67 Hz, at rest. A real one tapers and twists.",
-    "flapwise",
-    {
-        "length": 61.5,
-        "density": 1900.0,
-        "area": 17740.0 / (1900.0 * 61.5),
-        "second_moment": 0.197,
-        "youngs_modulus": 30e9,
-        "hub_radius": 1.5,
-        "rotation_speed": 12.1 * RPM,
-    },
-)
-REAL_BEAMS = (RULER, ARM, BLADE)
+class Section(NamedTuple):
+    """A kind of cross-section, given by two sizes.
 
-# For each keyword of `Beam.from_si`: its label, and the SI value of its unit.
-FIELDS = {
-    "length": ("length L [mm]", 1e-3),
-    "area": ("section area A [mm²]", 1e-6),
-    "second_moment": ("second moment I [mm⁴]", 1e-12),
-    "youngs_modulus": ("Young's modulus E [GPa]", 1e9),
-    "density": ("density ρ [kg/m³]", 1.0),
-    "hub_radius": ("hub radius a [mm]", 1e-3),
-    "rotation_speed": ("rotation speed Ω [rpm]", RPM),
-    "mass": ("mass m [kg]", 1.0),
-    "mass_position": ("mass at d [mm]", 1e-3),
-}
-MAX_VALUE = 1e12  # in the unit of a field
-REAL_BEAM, DIMENSIONLESS = "real beam ...", "none"
-PRESETS: dict[Any, RealBeam] = {real.name: real for real in REAL_BEAMS}
-
-
-class RealBeamForm:
-    """Buttons that open the form or return to dimensionless numbers, and the form, a modal window.
-
-    texts: the entries by field.
+    area_and_moment: A [m^2] and I [m^4] of the sizes in SI; sizes: those of A and I; ValueError
+    where there is no such section.
     """
 
-    def __init__(self, visitor: Visitor):
-        self.visitor, self.gui = visitor, visitor.client.gui
-        self.texts: dict[str, Any] = {}
-        self.window: Any = None
-        hint = "A real beam is shown in kg, mm, rpm and Hz"
-        units = self.gui.add_button_group("units", (DIMENSIONLESS, REAL_BEAM), hint=hint)
-        units.on_click(lambda event: self.choose(event.target.value))
+    fields: dict[str, Field]
+    area_and_moment: Callable[[float, float], Pair]
+    sizes: Callable[[float, float], Pair]
 
-    def choose(self, units: Any) -> None:
-        """Open the form in place of an open one, or show the same beam without units."""
-        if units == REAL_BEAM:
-            with self.visitor.lock:
-                self.close()
-                self.open()
-        elif units == DIMENSIONLESS and self.visitor.state.case.units:
-            scene = current_scene(self.visitor)
-            self.visitor.load(replace(scene, beam=scene.beam.replace(units=None)))
 
-    def open(self) -> None:
-        """Open the form with the first preset."""
-        gui, self.window = self.gui, self.gui.add_modal("A real beam")
-        with self.window:
-            presets = gui.add_button_group("start from", tuple(PRESETS))  # a dropdown would open
-            presets.on_click(lambda event: self.fill(event.target.value))
-            self.source = gui.add_html("")
-            self.fields = {name: gui.add_text(label, "") for name, (label, _) in FIELDS.items()}
-            self.error = gui.add_html("")
-            gui.add_button("Show this beam").on_click(lambda _: self.apply())
-            gui.add_button("Cancel", color="gray").on_click(lambda _: self.close())
-        for name, field in self.fields.items():
-            on_edit(field, partial(self.texts.__setitem__, name))
-        self.fill(REAL_BEAMS[0].name)
+def rectangle_sizes(area: float, moment: float) -> Pair:
+    """Width and thickness of a rectangle."""
+    thickness = math.sqrt(12 * moment / area)
+    return area / thickness, thickness
 
-    def fill(self, name: Any) -> None:
-        """Fill in a preset, one without a mass with the tip as its position; an unknown name
-        changes nothing."""
-        if name not in PRESETS:
-            return
-        real = PRESETS[name]
-        self.plane = real.plane
-        self.source.content = small(escape(real.source))
-        defaults = {"hub_radius": 0.0, "mass": 0.0, "mass_position": real.values["length"]}
-        for key, value in {**defaults, **real.values}.items():
-            self.texts[key] = f"{value / FIELDS[key][1]:.10g}"
-            show(self.fields[key], self.texts[key])
-        self.error.content = ""
 
-    def apply(self) -> None:
-        """Show the beam entered, or say what is wrong with it."""
+def tube(diameter: float, wall: float) -> Pair:
+    """A and I of a tube; a wall of half the diameter makes a rod."""
+    area = math.pi * wall * (diameter - wall)
+    return area, area * (diameter**2 + (diameter - 2 * wall) ** 2) / 16
+
+
+def tube_sizes(area: float, moment: float) -> Pair:
+    """Outer diameter and wall of a tube."""
+    outer, inner = (8 * moment / area + side * 2 * area / math.pi for side in (1, -1))
+    diameter, hole = (
+        math.sqrt(outer),
+        math.sqrt(max(inner, 0.0) if inner > -ROUNDING * outer else inner),
+    )
+    return diameter, (diameter - hole) / 2
+
+
+SECTIONS = {
+    "rectangle": Section(
+        {
+            "width": Field("width b", "mm", 1e-3),
+            "thickness": Field("thickness h, as it bends", "mm", 1e-3),
+        },
+        lambda b, h: (b * h, b * h**3 / 12),
+        rectangle_sizes,
+    ),
+    "tube": Section(
+        {
+            "diameter": Field("outer diameter D", "mm", 1e-3),
+            "wall": Field("wall t", "mm", 1e-3),
+        },
+        tube,
+        tube_sizes,
+    ),
+    "own": Section(
+        {
+            "area": Field("area A", "mm²", 1e-6),
+            "second_moment": Field("second moment I", "mm⁴", 1e-12),
+        },
+        lambda area, moment: (area, moment),
+        lambda area, moment: (area, moment),
+    ),
+}
+FIELDS = {
+    "length": Field("length L", "mm", 1e-3),
+    "youngs_modulus": Field("Young's modulus E", "GPa", 1e9),
+    "density": Field("density ρ", "kg/m³", 1.0),
+    "hub_radius": Field("hub radius a", "mm", 1e-3),
+    "rotation_speed": Field("rotation speed Ω", "rpm", RPM),
+    "mass": Field("mass m", "kg", 1.0),
+    PERCENT: Field("mass at", "% of L", 0.01),
+}
+ALL_FIELDS = FIELDS | {
+    name: field for one in SECTIONS.values() for name, field in one.fields.items()
+}
+PRESETS = {real.name: real for real in REAL_BEAMS}
+
+
+# The beam of the panel as a table: the keywords of Beam.from_si and the sizes of its sections.
+
+
+def entries(beam: Beam) -> dict[str, float]:
+    """The values of the fields in SI, those of sections that a beam does not have left out; {} for
+    a beam whose sizes are not known."""
+    si = beam.si
+    if not si:
+        return {}
+    values = {name: si[name] for name in FIELDS if name != PERCENT}
+    values[PERCENT] = beam.beta
+    for section in SECTIONS.values():
         try:
-            beam = parse_beam(self.texts)
-        except InvalidInput as error:
-            message = f'<span style="color:{BAD}">{escape(str(error))}</span>'
-            self.error.content = small(message, "alert")
-            return
-        scene = current_scene(self.visitor)
-        options = {**scene.options, "plane": self.plane}
-        self.visitor.load(replace(scene, beam=beam, options=options, camera=None))
-        self.close()
-
-    def close(self) -> None:
-        """Close the window, if it is open."""
-        if self.window and not self.window.closed:
-            self.window.close()
+            sizes = section.sizes(si["area"], si["second_moment"])
+        except ValueError:  # no tube has this area and second moment
+            continue
+        values |= dict(zip(section.fields, sizes, strict=True))
+    return values
 
 
-def current_scene(visitor: Visitor) -> Scene:
-    """The scene as it is; the default one where a number is out of range."""
-    try:
-        return visitor.to_scene()
-    except InvalidInput:
-        return Scene()
+def edited(beam: Beam, name: str, value: Any) -> Beam:
+    """The beam with one field set, in the unit of the field; all other fields keep their values.
+    Raises InvalidInput, which names the field, its value and the values allowed in its unit."""
+    field, values = ALL_FIELDS[name], entries(beam)
+    positive = name not in ("hub_radius", "rotation_speed", "mass", PERCENT)
+    low = -MAX_VALUE if name == "hub_radius" else 0.0
+    number = check_float(field.name, value, low, 100.0 if name == PERCENT else MAX_VALUE)
+    if positive and number == 0:
+        raise InvalidInput(f"{field.name} = 0: must be above 0")
+    values[name] = number * field.factor
+    if "wall" in values and values["wall"] > (1 + ROUNDING) * values["diameter"] / 2:
+        raise InvalidInput(f"{field.name} = {value:g}: the wall is at most half the diameter")
+    for section in SECTIONS.values():
+        if name in section.fields:
+            area, moment = section.area_and_moment(*(values[one] for one in section.fields))
+            values |= {"area": area, "second_moment": moment}
+    return built(values)
 
 
-def parse_beam(texts: dict[str, Any]) -> Beam:
-    """The beam of the entries. Raises InvalidInput, which names a field, its entry and the values
-    allowed, in the unit of the field."""
-    values = {}
-    for name, (label, _) in FIELDS.items():
-        try:
-            values[name] = float(texts[name])
-        except (TypeError, ValueError):
-            entry = f"{label} = {texts[name]!r}"
-            raise InvalidInput(f"{entry}: must be a number, as 12.5 or 2.1e5") from None
-    for name in SI_REQUIRED:
-        label = FIELDS[name][0]
-        if check_float(label, values[name], 0.0, MAX_VALUE) == 0:
-            raise InvalidInput(f"{label} = 0: must be above 0")
-    si: dict[str, Any] = {name: value * FIELDS[name][1] for name, value in values.items()}
-    slenderness = si["length"] * math.sqrt(si["area"] / si["second_moment"])
+def built(values: dict[str, float]) -> Beam:
+    """The beam of values in SI. Raises InvalidInput in the units of the fields."""
+    slenderness = values["length"] * math.sqrt(values["area"] / values["second_moment"])
     low, high = PARAMETERS["mu"].limits
     if not low <= slenderness <= high:
         raise InvalidInput(f"L √(A / I) = {slenderness:.4g}: must lie in {low:g} .. {high:g}")
-    for name, (low, high) in si_limits({name: si[name] for name in SI_REQUIRED}).items():
-        label, unit = FIELDS[name]
-        check_float(label, values[name], low / unit, high / unit)
-    return Beam.from_si(**si)
+    required = {name: values[name] for name in SI_REQUIRED}
+    for name, limits in si_limits(required).items():
+        field = ALL_FIELDS[name]
+        check_float(field.name, values[name] / field.factor, *(x / field.factor for x in limits))
+    optional = {name: values[name] for name in ("hub_radius", "rotation_speed", "mass")}
+    position = values[PERCENT] * values["length"]
+    return Beam.from_si(**required, **optional, mass_position=position)
 
 
-def si_limits(required: dict[str, Any]) -> dict[str, tuple[float, float]]:
+def si_limits(required: dict[str, float]) -> dict[str, Pair]:
     """Limits, in SI, of the hub, the speed and the mass of a beam with these `required` values."""
     bare = Beam.from_si(**required)
     assert bare.units
@@ -214,5 +176,156 @@ def si_limits(required: dict[str, Any]) -> dict[str, tuple[float, float]]:
         "hub_radius": (low * length, high * length),
         "rotation_speed": (0.0, max_gamma / time),
         "mass": (0.0, PARAMETERS["alpha"].limits[1] * mass),
-        "mass_position": (0.0, length),
     }
+
+
+def with_section(beam: Beam, kind: str) -> Beam:
+    """The beam with another kind of section: the same area and second moment where there is one
+    with these, else one as thick."""
+    values = entries(beam)
+    section = SECTIONS[kind]
+    if not values or set(section.fields) <= values.keys():
+        return beam
+    thickness = values["thickness"]
+    area, moment = section.area_and_moment(thickness, thickness / 10)
+    return built(values | {"area": area, "second_moment": moment})
+
+
+def material(beam: Beam) -> str:
+    """The name of the material with the modulus and density of a beam, else "own"."""
+    si = beam.si
+    for name, values in MATERIALS.items():
+        if si and all(math.isclose(si[key], value, rel_tol=1e-6) for key, value in values.items()):
+            return name
+    return "own"
+
+
+# The panel
+
+
+class RealBeamPanel:
+    """The panel in the page. `section` of the state says by which sizes the section is given."""
+
+    def __init__(self, visitor: Visitor):
+        self.visitor, self.page = visitor, visitor.page
+        for name in ALL_FIELDS:
+            visitor.on(f"real.{name}", partial(self.edit, name))
+        visitor.on("real.preset", self.choose)
+        visitor.on("real.material", self.choose_material)
+        visitor.on("real.section", self.choose_section)
+        visitor.on("dimensionless", lambda _: self.load(lambda beam: beam.replace(units=None)))
+        visitor.render(lambda state: state.case, lambda _: self.show(visitor.state))
+        visitor.render(lambda state: state.section, lambda _: self.show(visitor.state))
+
+    def edit(self, name: str, value: Any) -> None:
+        """A field was set."""
+        self.load(lambda beam: edited(beam, name, value))
+
+    def choose(self, name: Any) -> None:
+        """A preset was chosen; an unknown one changes nothing."""
+        if name in PRESETS:
+            real = PRESETS[name]
+            self.visitor.change(lambda state: replace(state, section=real.section))
+            self.load(lambda _: real.beam)
+
+    def choose_material(self, name: Any) -> None:
+        """A material was chosen; "own" keeps the values."""
+        if name in MATERIALS:
+            self.load(lambda beam: built(entries(beam) | MATERIALS[name]))
+
+    def choose_section(self, kind: Any) -> None:
+        """A kind of section was chosen."""
+        if kind in SECTIONS:
+            self.visitor.change(lambda state: replace(state, section=kind))
+            self.load(lambda beam: with_section(beam, kind))
+
+    def load(self, edit: Callable[[Beam], Beam]) -> None:
+        """Show another beam in the same scene, or say what is wrong with it."""
+        scene = current_scene(self.visitor)
+        try:
+            beam = edit(scene.beam)
+        except InvalidInput as error:
+            self.page.html("real-error", escape(str(error)))
+            return
+        self.page.html("real-error", "")
+        if beam != scene.beam:
+            self.visitor.load(replace(scene, beam=beam, camera=None))
+
+    def show(self, state: State) -> None:
+        """Show the values of the beam, where they make one."""
+        try:
+            beam = state.case.beam()
+        except InvalidInput:
+            return
+        values = entries(beam)
+        self.page.html("real-beam", panel(state.section, beam) if values else INVITATION)
+        self.page.value("real.material", material(beam))
+        self.page.value("real.section", state.section)
+        for name, value in values.items():
+            self.page.value(f"real.{name}", float(f"{value / ALL_FIELDS[name].factor:.{DIGITS}g}"))
+
+
+def current_scene(visitor: Visitor) -> Scene:
+    """The scene as it is; the default one where a number is out of range."""
+    try:
+        return visitor.to_scene()
+    except InvalidInput:
+        return Scene()
+
+
+def preset_button(name: str) -> str:
+    """A button that starts from a preset."""
+    real = PRESETS[name]
+    return (
+        f'<button type="button" data-do="real.preset" data-value=\'"{name}"\''
+        f' title="{escape(real.source)}">{name}</button>'
+    )
+
+
+INVITATION = (
+    '<details class="real"><summary>Real beam (m, kg, rpm, Hz)</summary>'
+    "<p>Numbers are dimensionless now. Start from a real beam and set its sizes:</p>"
+    f'<div class="choices">{"".join(map(preset_button, PRESETS))}</div></details>'
+)
+
+
+def number(name: str) -> str:
+    """A number field."""
+    label = escape(ALL_FIELDS[name].name)
+    return f'<label>{label} <input type="number" step="any" data-set="real.{name}"></label>'
+
+
+def choice(name: str, label: str, choices: dict[str, str]) -> str:
+    """A selection by name and text."""
+    options = "".join(f'<option value="{key}">{text}</option>' for key, text in choices.items())
+    return f'<label>{label} <select data-set="real.{name}">{options}</select></label>'
+
+
+SECTION_NAMES = {"rectangle": "rectangle b × h", "tube": "tube", "own": "own A and I"}
+
+
+def panel(kind: str, beam: Beam) -> str:
+    """The fields of a real beam."""
+    units = beam.units
+    assert units
+    materials = {name: name for name in MATERIALS} | {"own": "own E and ρ"}
+    plane = "".join(
+        f'<button type="button" data-set="plane" data-value=\'"{name}"\'>{text}</button>'
+        for name, text in (("chordwise", "in plane"), ("flapwise", "out of plane"))
+    )
+    return (
+        '<details class="real" open><summary>Real beam</summary><div class="fields">'
+        + number("length")
+        + choice("section", "section", SECTION_NAMES)
+        + "".join(map(number, SECTIONS[kind].fields))
+        + choice("material", "material", materials)
+        + "".join(map(number, ("youngs_modulus", "density", "rotation_speed")))
+        + "".join(map(number, ("hub_radius", "mass", PERCENT)))
+        + f'</div><div role="group" aria-label="The thickness h bends"><span>The thickness h bends'
+        f" </span>{plane}</div>"
+        '<p id="real-error" role="alert"></p>'
+        f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {1000 * units.time:.4g} ms,"
+        f" mass of the beam {units.mass:.4g} kg</p>"
+        f'<div class="choices">{"".join(map(preset_button, PRESETS))}'
+        '<button type="button" data-do="dimensionless">without units</button></div></details>'
+    )

@@ -5,7 +5,7 @@ from functools import partial
 from html import escape
 from typing import Any
 
-from beamviz.beam import PARAMETERS, Units
+from beamviz.beam import NUMBERS, PARAMETERS, Units
 from beamviz.drawing.text import measures
 from beamviz.explorer.page.html import button, checkbox, slider
 from beamviz.explorer.state import State
@@ -32,8 +32,8 @@ FIRST_MASS = 1.0  # for a beam that never had one
 
 
 class NumberControls:
-    """The five numbers, each with a slider for its everyday range and a field for all of it, in
-    the units of the beam."""
+    """The five numbers and the spin-up, each with a slider for its everyday range and a field for
+    all of it, in the units of the beam."""
 
     def __init__(self, visitor: Visitor):
         self.visitor, self.page = visitor, visitor.page
@@ -41,10 +41,11 @@ class NumberControls:
         reset = button(
             "Reset", data_do="reset", data_key="r", title="Back to how it was at first (R)"
         )
-        self.page.html("beam", "".join(map(number_slider, PARAMETERS)) + reset)
+        more = f"<details><summary>Advanced</summary>{number_slider('spin_up')}</details>"
+        self.page.html("beam", "".join(map(number_slider, PARAMETERS)) + more + reset)
         self.measures = measures(visitor.state.case.units)
         visitor.render(lambda state: state.scene, lambda _: self.choose_ranges(visitor.state))
-        for name in PARAMETERS:
+        for name in NUMBERS:
             visitor.on(name, partial(self.edit, name))
             visitor.render(partial(State.value, name=name), partial(self.show, name))
 
@@ -60,14 +61,14 @@ class NumberControls:
         measure, (low, high) = self.measures[name], self.ranges[name]
         shown = float(f"{measure.factor * number:.{DIGITS}g}")
         if not low <= shown <= high:
-            self.set_range(name, *(measure.factor * limit for limit in PARAMETERS[name].limits))
+            self.set_range(name, *(measure.factor * limit for limit in NUMBERS[name].limits))
         self.page.value(name, shown)
 
     def choose_ranges(self, state: State) -> None:
         """Choose labels and ranges for another scene, and show its numbers."""
         units = state.case.units
         self.measures = measures(units)
-        for name in PARAMETERS:
+        for name in NUMBERS:
             number = state.case.numbers[name]
             self.choose_range(name, number, units)
             self.show(name, number)
@@ -77,7 +78,7 @@ class NumberControls:
     def choose_range(self, name: str, number: float, units: Units | None) -> None:
         """Label and range of a slider. It covers four times the value of a real beam, and the full
         range where it must."""
-        measure, parameter = self.measures[name], PARAMETERS[name]
+        measure, parameter = self.measures[name], NUMBERS[name]
         self.page.html(f"{name}-label", escape(measure.label))
         low, high, step = parameter.slider
         if units and number > 0 and name in ("alpha", "gamma"):
@@ -97,7 +98,7 @@ class NumberControls:
 
 def number_slider(name: str) -> str:
     """The slider and the field of one of the five numbers."""
-    parameter = PARAMETERS[name]
+    parameter = NUMBERS[name]
     low, high, step = parameter.slider
     return (
         f'<div id="{name}-row">'

@@ -42,7 +42,19 @@ def equilibrium_state(answer: SolverAnswer) -> str:
         if answer.error and not isinstance(answer.error, NoEquilibrium):
             text = answer.message
     line = f"<br>{escape(text)}" if text else ""
-    return f'<p class="state {kind}"><b>{escape(title)}</b>{line}</p>'
+    return f'<p class="state {kind}"><b>{escape(title)}</b>{state_switch(answer)}{line}</p>'
+
+
+def state_switch(answer: SolverAnswer) -> str:
+    """A button from an unstable straight state to the stable one, and back from a bent one."""
+    options, solution = answer.request.options, answer.solution
+    if solution is None or solution.beam.spin_up:
+        return ""
+    if options["state"] == "straight" and solution.equilibrium.status == "unstable":
+        return button("Show the stable state", data_set="state", data_value="stable")
+    if solution.equilibrium.shape == "bent":
+        return button("Show the straight state", data_set="state", data_value="straight")
+    return ""
 
 
 def stretch_text(shapes: SampledModes) -> str:

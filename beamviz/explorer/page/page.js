@@ -62,8 +62,12 @@ const beamviz = (() => {
     }
     for (const [id, data] of Object.entries(update.charts ?? {})) draw(id, data);
     if (update.captions) beamvizCaptions.show(update.captions.scene);
-    if (update.ready) sendPreferences();
+    if (update.ready) {
+      sendPreferences();
+      send("link", location.search.slice(0, 900));
+    }
     if (update.open) openTab(byId(update.open), false);
+    for (const key of update.point ?? []) point(key);
     if (update.dark !== undefined) document.documentElement.dataset.theme = update.dark ? "dark" : "light";
     if (update.address !== undefined) {
       history.replaceState(null, "", location.pathname + (update.address && `?${update.address}`));
@@ -190,6 +194,28 @@ const beamviz = (() => {
     if (tell) send("tab", panel.id);
   }
 
+  /* Opens what a control is in, and has it pulse. */
+  function point(key) {
+    const e = [...controls(key, true), ...all(`[data-do="${CSS.escape(key)}"]`)][0];
+    if (!e) return;
+    if (e.matches("[role=tabpanel]")) return openTab(e);
+    for (let up = e.parentElement; up; up = up.parentElement) {
+      if (up.matches("details")) up.open = true;
+      else if (up.matches("[role=tabpanel]")) openTab(up);
+    }
+    const pulsing = e.closest(".field, .row") ?? e;
+    pulsing.scrollIntoView({ block: "nearest" });
+    pulsing.classList.remove("pulse");
+    requestAnimationFrame(() => pulsing.classList.add("pulse"));
+    setTimeout(() => pulsing.classList.remove("pulse"), 3200);
+  }
+
+  function copyLink() {
+    const copied = navigator.clipboard?.writeText(location.href);
+    if (!copied) return say(`Copy the address of this page: ${location.href}`, true);
+    copied.then(() => say("Link copied", true), () => say("The browser did not copy the link", true));
+  }
+
   function onInput(event) {
     const e = event.target, key = e.dataset?.set;
     if (e.type === "file" && event.type === "change") upload(e);
@@ -273,7 +299,10 @@ const beamviz = (() => {
     document.addEventListener("click", (event) => {
       const tab = event.target.closest(TAB), acting = event.target.closest(ACT);
       const dialog = event.target.closest("[data-dialog]");
+      const pointing = event.target.closest("[data-point]");
       if (tab) openTab(byId(tab.getAttribute("aria-controls")));
+      else if (pointing) point(pointing.dataset.point);
+      else if (event.target.closest("#copy-link")) copyLink();
       else if (dialog) byId(dialog.dataset.dialog).showModal();
       else if (acting && !event.target.closest("input, select, label")) press(acting);
     });

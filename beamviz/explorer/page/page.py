@@ -85,13 +85,18 @@ class Page:
         self.send_changed("captions", "scene", texts)
 
     def ready(self) -> None:
-        """Ask for the preferences of the visitor's system: all actions have their handlers."""
+        """Ask for the preferences of the visitor's system and for the address of the page: all
+        actions have their handlers."""
         self.send("ready", True)
 
     def open(self, tab: str) -> None:
         """Open a tab, by the id of its panel."""
         self.tab = tab
         self.send("open", tab)
+
+    def point(self, *keys: str) -> None:
+        """Point at controls, by their keys or ids; what they are in is opened."""
+        self.send("point", keys)
 
     def address(self, query: str) -> None:
         """Show another query in the address of the page."""

@@ -55,9 +55,6 @@ class Panel:
 
     def __init__(self, visitor: Visitor):
         self.visitor, page = visitor, visitor.page
-        gui = visitor.client.gui
-        self.results = gui.add_panel()  # of tabs that are still viser's
-        self.results.dock_left()
         for id, content in {
             "status": status(),
             "transport": transport(),
@@ -122,7 +119,6 @@ class Panel:
     ) -> None:
         """Show an answer; where it has no solution, that of the last `solved` one, faded."""
         page = self.visitor.page
-        page.props("scene", data_ready="")
         page.html("equilibrium", html.equilibrium_state(answer))
         page.html("mode-rows", mode_table(solved, shown) if solved and solved.solution else "")
         page.props("mode-rows", class_=None if answer.solution else "faded")
