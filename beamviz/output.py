@@ -238,7 +238,6 @@ def loci_json(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
         "events": loci.events,
         "limits": loci.limits,
         "complete": loci.complete,
-        "confidence": loci.confidence,
         "stats": {"solves": loci.solves, "seconds": loci.seconds},
     }
     if resonances:
@@ -274,9 +273,7 @@ def loci_table(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
     ]
     if units := loci.units:
         heading.append(f"SI units     L = {units.length:g} m, T* = {units.time:.7g} s")
-    confidence = [value for value in loci.confidence if math.isfinite(value)]
-    footer = f"least MAC from value to value {min(confidence):.4f}, " if confidence else ""
-    footer += f"{plural(loci.solves, 'solve')}, {1000 * loci.seconds:.3g} ms"
+    footer = f"{plural(loci.solves, 'solve')}, {1000 * loci.seconds:.3g} ms"
     limits = [limit.message for limit in loci.limits]
     events, crossed = event_lines(loci), resonance_lines(loci, resonances)
     parts = [heading, frequency_lines(loci), events, crossed, limits, [footer]]

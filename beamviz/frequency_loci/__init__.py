@@ -2,8 +2,7 @@
 
 import math
 import time
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
@@ -12,70 +11,11 @@ from numpy.typing import ArrayLike
 
 from beamviz.beam import Beam, Units, check_int
 from beamviz.errors import BeamvizError, InvalidInput
-from beamviz.frequency_loci.crossings import Event, track_and_locate
-from beamviz.frequency_loci.limits import Limit, locate_limits
-from beamviz.frequency_loci.sweep import Sweep, check_values, mode_points
-from beamviz.frequency_loci.tracking import Track
+from beamviz.frequency_loci.branches import Branch, Part, branches_of, trace
+from beamviz.frequency_loci.crossings import Event
+from beamviz.frequency_loci.limits import Limit, LimitSearch
+from beamviz.frequency_loci.sweep import Sweep, check_values
 from beamviz.solver import MAX_MODES, Problem
-from beamviz.solver.solution import Solution
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Branch:
-    """One mode along a sweep: it keeps its label while its family may change.
-
-    All arrays have one entry for each value and are read-only. Where the branch is not among the
-    requested modes mode_index is -1, family None and the numbers are nan.
-    """
-
-    label: str
-    mode_index: np.ndarray  # (values,) which mode of each solution it is, from 0
-    solutions: tuple[Solution | None, ...]  # per value, None where there is none
-
-    @cached_property
-    def frequency(self) -> np.ndarray:
-        """Frequencies (values,) in units of 1/T*; nan also where unstable."""
-        return _read_only(np.sqrt(np.where(self.omega_squared >= 0, self.omega_squared, np.nan)))
-
-    @cached_property
-    def growth_rate(self) -> np.ndarray:
-        """Growth rates (values,) in units of 1/T*; 0 where stable."""
-        return _read_only(np.sqrt(np.maximum(-self.omega_squared, 0.0)))
-
-    @cached_property
-    def omega_squared(self) -> np.ndarray:
-        """Squared frequencies (values,); negative where unstable."""
-        return self._collect("omega_squared")
-
-    @cached_property
-    def error(self) -> np.ndarray:
-        """Estimated absolute errors (values,) of frequency or growth rate."""
-        return self._collect("errors")
-
-    @cached_property
-    def bending_fraction(self) -> np.ndarray:
-        """Share (values,) of the kinetic energy across the beam."""
-        return self._collect("bending_energy_fraction")
-
-    @cached_property
-    def family(self) -> tuple[str | None, ...]:
-        """Family per value: "bending", "stretching" or "mixed"."""
-        return tuple(
-            None if solution is None or k < 0 else solution.families[k]
-            for solution, k in zip(self.solutions, self.mode_index, strict=True)
-        )
-
-    def __repr__(self) -> str:
-        present = int((self.mode_index >= 0).sum())
-        return f"Branch({self.label!r}, at {present} of {len(self.solutions)} values)"
-
-    def _collect(self, quantity: str) -> np.ndarray:
-        """An array of the solutions, of this mode at each value."""
-        numbers = (
-            math.nan if solution is None or k < 0 else getattr(solution, quantity)[k]
-            for solution, k in zip(self.solutions, self.mode_index.tolist(), strict=True)
-        )
-        return _read_only(np.fromiter(numbers, float, len(self.solutions)))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -91,9 +31,9 @@ class Loci:
     events: tuple[Event, ...]  # crossings and veerings, by ascending value
     limits: tuple[Limit, ...]
     complete: bool  # False if the search for crossings stopped early
-    confidence: np.ndarray  # (values - 1,) of each step: least MAC, nan across a gap
-    solves: int  # number of values solved, those between the requested ones included
+    solves: int  # number of values solved
     seconds: float
+    parts: tuple[Part, ...]  # between the limits
 
     def __getitem__(self, label: str) -> Branch:
         """The branch with a label; KeyError lists the labels there are."""
@@ -193,43 +133,31 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
     began = time.perf_counter()
     values = check_values(over, values)
     sweep = Sweep(beam, over, check_int("modes", modes, 1, MAX_MODES), options)
-    outcomes = sweep.solve(values)
-    solutions = tuple(outcome if isinstance(outcome, Solution) else None for outcome in outcomes)
-    problem = next((solution.problem for solution in solutions if solution), None)
-    if problem is None:
-        raise next(outcome for outcome in outcomes if isinstance(outcome, BeamvizError))
-    rows: dict[str, np.ndarray] = {}  # mode_index by label
-    events: list[Event] = []
-    confidence = np.full(len(values) - 1, np.nan)
-    exists = np.array([False, *(solution is not None for solution in solutions), False])
-    for first, end in np.flatnonzero(exists[1:] != exists[:-1]).reshape(-1, 2).tolist():
-        run = slice(first, end)  # consecutive values with solutions
-        points = mode_points(values[run], outcomes[run], sweep.gauss_points)
-        track, located = track_and_locate(points, sweep.modes, sweep.points)
-        steps = np.searchsorted(track.points.at, values[run])
-        labels = _label_branches(rows, sweep, track, run, steps, len(values))
-        for event in located:
-            a, b = event.branches
-            events.append(replace(event, branches=(labels[a], labels[b])))
-        if end - first > 1:
-            confidence[first : end - 1] = np.minimum.reduceat(track.confidence, steps[:-1])
-    if options.get("state", "straight") != "straight":
+    search = LimitSearch(sweep, float(np.ptp(values)))
+    parts = trace(sweep, values, search)
+    branches = branches_of(sweep, values, parts)
+    if not branches:
+        raise next(one for one in sweep.solve(values) if isinstance(one, BeamvizError))
+    events = [event for part in parts for event in part.labelled_events]
+    if sweep.problem.state != "straight":
         from beamviz.frequency_loci.buckling import state_events
 
-        events = sorted([*events, *state_events(sweep, values, outcomes)], key=lambda one: one.at)
+        events = sorted(
+            [*events, *state_events(sweep, values, sweep.solve(values))], key=lambda one: one.at
+        )
     return Loci(
         beam=beam,
-        problem=problem,
+        problem=sweep.problem,
         options=options,
         over=over,
         values=values,
-        branches=tuple(Branch(label, _read_only(row), solutions) for label, row in rows.items()),
+        branches=branches,
         events=tuple(events),
-        limits=tuple(locate_limits(sweep, values)),
+        limits=tuple(search.limits(values[0], values[-1])),
         complete=not sweep.exhausted,
-        confidence=_read_only(confidence),
-        solves=len(sweep.outcomes.keys() | sweep.added.keys()),
+        solves=len(sweep.outcomes),
         seconds=time.perf_counter() - began,
+        parts=tuple(parts),
     )
 
 
@@ -239,39 +167,3 @@ def close_up(found: Loci, event: Event, widths: float = 4.0, points: int = 41) -
     high = min(event.at + widths * event.width, found.values[-1])
     values = np.linspace(low, high, points)
     return loci(found.beam, found.over, values, found.modes, **found.options)
-
-
-def _label_branches(
-    rows: dict[str, np.ndarray],
-    sweep: Sweep,
-    track: Track,
-    run: slice,
-    steps: np.ndarray,
-    count: int,
-) -> dict[int, str]:
-    """The labels of the branches of a track by number; their mode_index (values,) is added to rows.
-
-    A branch has the label of its mode where it first appears. It continues where a later branch
-    appears under the same label, across a gap say; a second one beside it gets a prime.
-    run: the values of the track among all `count`; steps: these values among its points.
-    """
-    labels: dict[int, str] = {}
-    branch = track.branch[:, : sweep.modes]
-    numbers, first = np.unique(branch, return_index=True)
-    for i in first.argsort().tolist():
-        number, (point, mode) = int(numbers[i]), divmod(int(first[i]), sweep.modes)
-        label = sweep.labels(float(track.points.at[point]))[mode]
-        here = branch[steps] == number
-        row = np.full(count, -1)
-        row[run] = np.where(here.any(axis=1), here.argmax(axis=1), -1)
-        while label in rows and (np.minimum(rows[label], row) >= 0).any():
-            label += "'"
-        labels[number] = label
-        rows[label] = np.maximum(rows.get(label, row), row)
-    return labels
-
-
-def _read_only(array: np.ndarray) -> np.ndarray:
-    """The array, no longer writable."""
-    array.flags.writeable = False
-    return array

@@ -1,5 +1,8 @@
 """Crossings and veerings: every approach of two loci, located and measured.
 
+Loci of different families cross where nothing couples these; the places are roots of differences.
+Modes that couple keep their order, however narrowly they veer (von Neumann & Wigner 1929).
+
 Two modes near their least gap are a 2 x 2 problem in the shapes they have beside it. Its entries
 are smooth however sharply the loci veer, so few points locate the gap. With half the difference d
 of its diagonal and its coupling c,
@@ -9,31 +12,25 @@ of its diagonal and its coupling c,
 
 import math
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.polynomial import polynomial
 from scipy.optimize import brentq
 
-from beamviz.frequency_loci.tracking import (
-    BranchTable,
-    Candidate,
-    Points,
-    SolveAt,
-    Track,
-    branch_table,
-    candidates,
-    follow,
-    steps_to_halve,
-)
+from beamviz.frequency_loci.curves import Curves, polish
+from beamviz.frequency_loci.sweep import Points, Sweep
 
 # A veering is a least gap below CLOSE of the frequency, around which the shapes rotate into each
-# other by tracking.ROTATED or more, and whose veering index reaches MIN_INDEX.
+# other by ROTATED or more, 90 degrees for a complete one, between the points where the gap is
+# widest before and after, and whose veering index reaches MIN_INDEX.
 CLOSE = 0.1
+ROTATED = math.radians(30)
+REACH = 10.0  # widths of a veering, beyond which the shapes hardly rotate any more
 MIN_INDEX = 0.5
 DIFFERENCE_STEP = 0.02  # of the width of a veering: half the distance its rates are taken over
-MAX_ROUNDS = 16
+WIDER = 2.0  # times CLOSE: a sampled gap that is looked at
 
 TOUCHING = 1e-8  # of omega^2: a smaller gap is rounding
 NEAREST = 6  # points the entries are interpolated from
@@ -63,7 +60,7 @@ class Event:
     after it, and neither gap nor width."""
 
     kind: Kind
-    branches: tuple[Any, Any]  # labels; numbers of the track until these have labels
+    branches: tuple[Any, Any]  # labels; (family, number in it) until these have labels
     at: float
     frequency: float  # mean of the two
     gap: float  # 0 for a crossing
@@ -82,50 +79,72 @@ class Approach(NamedTuple):
     modes: tuple[int, int]  # indices of the two among all modes
 
 
-def track_and_locate(points: Points, window: int, solve_at: SolveAt) -> tuple[Track, list[Event]]:
-    """Follow the lowest `window` modes through a sweep and locate all their crossings and veerings.
+class Candidate(NamedTuple):
+    """Modes k and k + 1 of a family whose gap is least at `at` among the samples."""
 
-    The branches of the events are numbers of the track.
-    """
-    track, table = _resolved(points, window, solve_at)
-    for _ in range(MAX_ROUNDS):
-        seen = candidates(table)
-        searches = [_locate(candidate, track.points, table) for candidate in seen]
-        found = _run_together(searches, solve_at)
-        misjudged = [
-            (candidate, approach)
-            for candidate, (approach, _) in zip(seen, found, strict=True)
-            if approach and candidate.crosses != (approach.gap == 0)
-        ]
-        if not misjudged:
-            break
-        # Modes that couple elsewhere may cross where their coupling vanishes (Perkins & Mote 1986):
-        # the two branches are exchanged beyond that.
-        candidate, approach = misjudged[0]
-        a, b = table.branches[[candidate.a, candidate.b]]
-        beyond = (track.points.at > approach.at)[:, None]
-        is_a, is_b = beyond & (track.branch == a), beyond & (track.branch == b)
-        track = replace(track, branch=np.where(is_a, b, np.where(is_b, a, track.branch)))
-        table = branch_table(track, window)
-    lowest = set(track.branch[:, :window].ravel().tolist())
-    events = [event for _, event in found if event and lowest.issuperset(event.branches)]
-    return track, sorted(events, key=lambda event: event.at)
+    family: int
+    k: int
+    low: float  # the samples before and after
+    at: float
+    high: float
+    before: float  # where the gap is widest on either side
+    after: float
+    smooth: bool  # whether the loci are interpolated there
 
 
-def _resolved(points: Points, window: int, solve_at: SolveAt) -> tuple[Track, BranchTable]:
-    """The track, with points added until they show every approach of two loci."""
-    for _ in range(MAX_ROUNDS):
-        track = follow(points, window, solve_at)
-        table = branch_table(track, window)
-        more = steps_to_halve(table)
-        found = solve_at(more) if len(more) else None
-        if found is None or not len(found.at):
-            break
-        points = track.points.merge(found)
-    return track, table
+def locate_events(curves: Curves, sweep: Sweep) -> list[Event]:
+    """All crossings and veerings of the lowest `sweep.modes` loci, by ascending value."""
+    crossings = [] if sweep.coupled else _crossings(curves, sweep)
+    found = _candidates(curves, sweep.modes)
+    veerings = _run_together([_locate(one, curves, sweep) for one in found], sweep.points)
+    events = {(event.branches, event.at): event for event in [*crossings, *filter(None, veerings)]}
+    return sorted(events.values(), key=lambda event: event.at)
 
 
-def _run_together(searches: Sequence[Search[Result]], solve_at: SolveAt) -> list[Result]:
+def _crossings(curves: Curves, sweep: Sweep) -> list[Event]:
+    """The crossings of the two families."""
+    count = curves.table.squares.shape[2]
+
+    def difference(p: np.ndarray, squares: np.ndarray) -> np.ndarray:
+        return (squares[:, 0, :, None] - squares[:, 1, None, :]).reshape(len(p), -1)
+
+    roots = curves.roots(difference)
+    polish(roots, sweep, difference)
+    events = []
+    for root in roots:
+        b, s = divmod(root.channel, count)
+        solved = float(root.at - root.shift)  # the last place solved
+        squares = sweep.spectra(np.array([solved])).squares[0]
+        square = (squares[0, b] + squares[1, s]) / 2
+        below = int((squares < min(squares[0, b], squares[1, s])).sum())
+        if below < sweep.modes and square >= 0:
+            pair = ((0, b), (1, s)) if root.slope > 0 else ((1, s), (0, b))
+            events.append(Event("crossing", pair, root.at, math.sqrt(square), 0.0, 0.0, 0.0, 0.0))
+    return events
+
+
+def _candidates(curves: Curves, modes: int) -> list[Candidate]:
+    """Where the gap of two neighbours of a family is least among the samples, and small."""
+    p, squares, rank, smooth = curves.table
+    f = np.sqrt(np.where(squares >= 0, squares, np.nan))
+    gap = f[..., 1:] - f[..., :-1]  # (n, families, k - 1)
+    least = (gap[1:-1] <= gap[:-2]) & (gap[1:-1] < gap[2:])
+    least &= (gap[1:-1] < WIDER * CLOSE * f[1:-1, :, 1:]) & (rank[1:-1, :, :-1] < modes)
+    found = []
+    for i, family, k in np.argwhere(least).tolist():
+        own = gap[:, family, k]
+        low, high = i, i + 2
+        while low > 0 and own[low - 1] >= own[low]:  # as far as the gap grows on both sides
+            low -= 1
+        while high < len(p) - 1 and own[high + 1] >= own[high]:
+            high += 1
+        whole = bool(smooth[i] and smooth[i + 1])
+        left, at, right, before, after = p[[i, i + 1, i + 2, low, high]].tolist()
+        found.append(Candidate(family, k, left, at, right, before, after, whole))
+    return found
+
+
+def _run_together(searches: Sequence[Search[Result]], solve_at: Any) -> list[Result]:
     """The results of several searches, which are solved for in common batches."""
     results: dict[int, Result] = {}
     active: dict[int, Points | None] = dict.fromkeys(range(len(searches)))
@@ -143,25 +162,74 @@ def _run_together(searches: Sequence[Search[Result]], solve_at: SolveAt) -> list
     return [results[k] for k in range(len(searches))]
 
 
-def _locate(
-    candidate: Candidate, points: Points, table: BranchTable
-) -> Search[tuple[Approach | None, Event | None]]:
-    """The approach of two candidates, and the event if it is a crossing or veering."""
-    a, b, low, high, _ = candidate
-    shapes = points.shapes[low, table.mode_index[low, [a, b]]]
-    around = points.take(slice(max(low - 2, 0), high + 3))
-    approach = yield from _least_gap(around, shapes, points.at[low], points.at[high])
-    if approach is None or approach.modes[approach.gap > 0] >= table.window:
-        return None, None  # outside the window; a crossing on its edge is inside
-    numbers = int(table.branches[a]), int(table.branches[b])
+def _locate(candidate: Candidate, curves: Curves, sweep: Sweep) -> Search[Event | None]:
+    """The crossing or veering of two neighbours of a family, if it is one."""
+    family, k, low, at, high, before, after, smooth = candidate
+    if smooth:
+        low, at, high, gap, frequency = _zoom(candidate, curves)
+        if gap > 1.01 * CLOSE * frequency:
+            return None
+    points = yield np.array([low, at, high])
+    start = points.at.searchsorted(low)
+    if not (start < len(points.at) and points.at[start] == low):
+        return None
+    modes = _places(sweep, low, family)[[k, k + 1]]
+    shapes = points.shapes[start, modes]
+    around = points.take((points.at >= low) & (points.at <= high))
+    approach = yield from _least_gap(around, shapes, low, high)
+    if approach is None or approach.modes[approach.gap > 0] >= sweep.modes:
+        return None  # outside the window; a crossing on its edge is inside
+    pair = (family, k), (family, k + 1)
     if approach.gap == 0:
-        return approach, Event("crossing", numbers, *approach[:3], 0.0, 0.0, 0.0)
+        return Event("crossing", pair, *approach[:3], 0.0, 0.0, 0.0)
     if approach.gap > CLOSE * approach.frequency:
-        return approach, None
-    coupling, index = yield from _veering_index(approach, shapes, points.at[0], points.at[-1])
+        return None
+    reach = REACH * approach.width
+    ends = np.array([max(before, approach.at - reach), min(after, approach.at + reach)])
+    beside = yield ends
+    if len(beside.at) == 2:
+        own = [_places(sweep, value, family)[[k, k + 1]] for value in ends.tolist()]
+        if _rotation(beside.shapes[0, own[0]].conj() @ beside.duals[1, own[1]].T) < ROTATED:
+            return None
+    start, stop = curves.table.at[[0, -1]].tolist()
+    coupling, index = yield from _veering_index(approach, shapes, start, stop)
     if index < MIN_INDEX:
-        return approach, None
-    return approach, Event("veering", numbers, *approach[:3], coupling, index, approach.width)
+        return None
+    return Event("veering", pair, *approach[:3], coupling, index, approach.width)
+
+
+def _places(sweep: Sweep, value: float, family: int) -> np.ndarray:
+    """The modes of a family (k,) among all modes at a solved value."""
+    squares = sweep.spectra(np.array([value]))
+    return squares.rank[0, family]
+
+
+def _zoom(candidate: Candidate, curves: Curves) -> tuple[float, float, float, float, float]:
+    """The least gap of interpolated loci: a bracket of it, a width to each side, its place, its
+    size and the frequency there."""
+    family, k, low, at, high, *_ = candidate
+    first, last = low, high
+    for _ in range(MAX_ZOOMS):
+        p = np.linspace(low, high, SAMPLES)
+        squares = curves.at(p).squares[:, family, k : k + 2]
+        lower, upper = np.sqrt(np.maximum(squares, FLOOR)).T
+        gap = upper - lower
+        i = int(gap.argmin())
+        low, high, at = p[max(i - 1, 0)], p[min(i + 1, SAMPLES - 1)], float(p[i])
+        if gap.max() <= (1 + 1e-2) * gap[i] or high - low < FINEST * (last - first):
+            break
+    # gap^2 = least^2 (1 + ((p - at) / width)^2), from the ends of the last samples
+    least, distance = float(gap[i]), max(p[-1] - at, at - p[0])
+    growth = max(float((gap.max() / least) ** 2 - 1), np.finfo(float).eps)
+    width = max(distance / math.sqrt(growth), FINEST * (last - first))
+    return max(first, at - width), at, min(last, at + width), least, float(upper[i])
+
+
+def _rotation(O: np.ndarray) -> float:
+    """The angle [rad], up to 90 degrees, by which two modes rotate into each other between two
+    points with inner products O (2, 2)."""
+    exchanged, kept = abs(O[0, 1]) + abs(O[1, 0]), abs(O[0, 0]) + abs(O[1, 1])
+    return math.atan2(exchanged, kept)
 
 
 def _veering_index(

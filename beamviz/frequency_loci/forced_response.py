@@ -8,30 +8,20 @@ until transients have decayed, and every mode has the same damping ratio. Amplit
 the static deflection of the tip under the same force at rest.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from beamviz.beam import Beam, check_float, check_int
 from beamviz.errors import InvalidInput
-from beamviz.frequency_loci import Branch, Loci, loci
+from beamviz.frequency_loci import Loci, loci
+from beamviz.frequency_loci.curves import polish
+from beamviz.frequency_loci.sweep import Sweep
 from beamviz.solver import solve_many
 from beamviz.solver.solution import Solution
-
-DEGREES = (5, 3)  # of the splines of omega^2; the difference of the two is the error of the first
-SAFETY = 10.0  # times that error
-SAMPLES = 8  # of the interpolation in each interval
-COARSE = 1 / 40  # of the sweep: longer intervals are halved in any case
-FINEST = 1e-6  # of the sweep: shorter intervals are not
-NEAR_LIMIT = (1e-4, 1e-2, 0.1, 0.3, 0.6)  # of an interval that ends at a limit: added speeds
-MAX_ROUNDS = 30
-MAX_CORRECTIONS = 6
-SETTLED = 1e-10  # of the largest speed: a smaller correction is the last one
 
 LOADS = {"chordwise": (1j, -1.0), "flapwise": (0.0, -1.0)}  # along, across; times exp(i omega t)
 DAMPING = (0.001, 0.2)  # least and greatest damping ratio
@@ -54,176 +44,31 @@ class Resonance(NamedTuple):
 def resonances(found: Loci, count: int) -> list[Resonance]:
     """The intersections of loci over gamma with the per-rev lines omega = k gamma, k = 1 .. count.
 
-    Between the speeds of the loci omega^2 is interpolated, and solved for at more speeds until its
-    intersections with the lines are certain: close pairs and coarse sweeps are resolved. Raises
-    InvalidInput for loci over another parameter.
+    They are located on the interpolated loci, however few the speeds, and corrected by solves.
+    Raises InvalidInput for loci over another parameter.
     """
     if not count:
         return []
     if found.over != "gamma":
         raise InvalidInput(f"per-rev lines need loci over gamma, not over {found.over}")
-    located = [
-        Resonance(root.per_rev, names.get(root.label, root.label), root.at, root.per_rev * root.at)
-        for chart, names in [(found, {}), *_beside_limits(found)]
-        for root in _roots(chart, range(1, count + 1), COARSE * np.ptp(found.values))
-    ]
-    return sorted(located, key=lambda resonance: resonance.at)
+    sweep = Sweep(found.beam, "gamma", found.problem.modes, found.options)
+    lines = np.arange(1, count + 1)
 
-
-def _beside_limits(found: Loci) -> Iterator[tuple[Loci, dict[str, str]]]:
-    """The loci between the last values with an equilibrium and its limits, and for the labels of
-    their branches those of the same branches in `found`."""
-    values = found.values
-    for limit in (limit for limit in found.limits if limit.kind != "unstable"):
-        below, above = values[values < limit.start][-1:], values[values > limit.stop][:1]
-        for edge, value in [(limit.start, x) for x in below] + [(limit.stop, x) for x in above]:
-            nearer = [edge + share * (value - edge) for share in NEAR_LIMIT]
-            speeds = [x for x, solved in _solve(found, np.sort([value, *nearer])).items() if solved]
-            if len(speeds) > 1 and value in speeds:
-                chart = loci(found.beam, "gamma", speeds, found.modes, **found.options)
-                labels = zip(chart.labels_at(value), found.labels_at(value), strict=False)
-                yield chart, dict(labels)
-
-
-def _roots(found: Loci, lines: range, coarse: float) -> list["_Root"]:
-    """The intersections of loci with lines, after all intervals longer than `coarse` are halved."""
-    curves = [curve for branch in found.branches for curve in _curves(found, branch)]
-    solved: dict[float, dict[str, float]] = {}
-    for _ in range(MAX_ROUNDS):
-        uncertain = {speed for curve in curves for speed in curve.uncertain(lines, coarse)}
-        speeds = np.array(sorted(uncertain - solved.keys()))
-        if not len(speeds):
-            break
-        solved |= _solve(found, speeds)
-        curves = [curve.with_points(solved) for curve in curves]
-    roots = [root for curve in curves for k in lines for root in curve.roots(k)]
-    for _ in range(MAX_CORRECTIONS):
-        moving = [root for root in roots if abs(root.shift) > SETTLED * found.values[-1]]
-        if not moving:
-            break
-        solved = _solve(found, np.unique([root.at for root in moving]))
-        for root in moving:
-            root.correct(solved[root.at].get(root.label), *found.values[[0, -1]].tolist())
-    return roots
-
-
-def _solve(found: Loci, speeds: np.ndarray) -> dict[float, dict[str, float]]:
-    """omega^2 by branch at each of some speeds (n,); nothing where there is no solution."""
-    beams = [found.beam.replace(gamma=float(speed)) for speed in speeds]
-    outcomes = solve_many(beams, modes=found.modes, **found.options)
-    return {
-        speed: dict(zip(found.labels_at(speed), outcome.omega_squared.tolist(), strict=False))
-        if isinstance(outcome, Solution)
-        else {}
-        for speed, outcome in zip(speeds.tolist(), outcomes, strict=True)
-    }
-
-
-def _curves(found: Loci, branch: Branch) -> Iterator["_Curve"]:
-    """The parts of a branch that are among the requested modes."""
-    x, y = found.values, branch.omega_squared
-    padded = np.isfinite([np.nan, *y, np.nan])
-    edges = np.flatnonzero(padded[1:] != padded[:-1])
-    crossings = [e for e in found.events if e.kind == "crossing" and branch.label in e.branches]
-    for start, stop in edges.reshape(-1, 2).tolist():
-        low, high = x[max(start - 1, 0)], x[min(stop, len(x) - 1)]
-        curve = _Curve(branch.label, low, high, np.ptp(x), x[start:stop], y[start:stop])
-        # Where it enters or leaves the requested modes it crosses the one above them.
-        outside = [e for e in crossings if low < e.at < x[start] or x[stop - 1] < e.at < high]
-        yield curve.with_points({e.at: {branch.label: e.frequency**2} for e in outside})
-
-
-@dataclass(frozen=True)
-class _Curve:
-    """omega^2 of a branch over neighbouring speeds, interpolated."""
-
-    label: str
-    low: float  # speeds between which it may be extended
-    high: float
-    length: float  # of the sweep
-    x: np.ndarray  # (n,) speeds
-    y: np.ndarray  # (n,) omega^2
-
-    def with_points(self, solved: dict[float, dict[str, float]]) -> "_Curve":
-        """The curve with omega^2 at more speeds."""
-        more = [
-            (speed, branches[self.label])
-            for speed, branches in solved.items()
-            if self.low < speed < self.high and self.label in branches
-        ]
-        x, y = np.array([*zip(self.x, self.y, strict=True), *more]).T
-        x, first = np.unique(x, return_index=True)
-        return replace(self, x=x, y=y[first])
-
-    @cached_property
-    def _sampled(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Speeds, omega^2 and the error of its interpolation, (SAMPLES (n - 1) + 1,) each."""
-        x, y, n = self.x, self.y, len(self.x)
-        s = x[:-1, None] + np.diff(x)[:, None] * np.arange(SAMPLES) / SAMPLES
-        if n > max(DEGREES):
-            fine, rough = (make_interp_spline(x, y, degree)(s) for degree in DEGREES)
-            error = abs(fine - rough).max(axis=1)
-        else:
-            fine, error = np.interp(s, x, y), np.full(n - 1, np.inf)
-        error = np.pad(error, 1, mode="edge")
-        error = np.maximum(np.maximum(error[:-2], error[2:]), error[1:-1])
-        return (
-            np.append(s, x[-1]),
-            np.append(fine, self.y[-1]),
-            np.append(np.repeat(error, SAMPLES), error[-1]),
+    def above_lines(p: np.ndarray, squares: np.ndarray) -> np.ndarray:
+        return (squares.reshape(len(p), 1, -1) - ((lines * p[:, None]) ** 2)[..., None]).reshape(
+            len(p), -1
         )
 
-    def uncertain(self, lines: range, coarse: float) -> list[float]:
-        """Middles of the intervals in which an intersection with a line may be overlooked."""
-        step = np.diff(self.x)
-        if not len(step):
-            return []
-        s, omega_squared, error = self._sampled
-        halve = step > coarse
-        for k in lines:
-            G = omega_squared - (k * s) ** 2
-            changes, size = np.diff(G >= 0), abs(G)
-            sides = np.maximum(size[:-2], size[2:])
-            # At a lowest sample the minimum may be deeper, by much less than the rise beside it.
-            rise = np.where(np.minimum(size[:-2], size[2:]) >= size[1:-1], sides - size[1:-1], 0.0)
-            doubtful = size - np.pad(rise, 1) / 2 <= SAFETY * error
-            doubtful &= ~(np.append(changes, False) | np.append(False, changes))
-            halve |= doubtful[:-1].reshape(-1, SAMPLES).any(axis=1)
-        halve &= step > FINEST * self.length
-        return ((self.x[:-1] + self.x[1:]) / 2)[halve].tolist()
-
-    def roots(self, k: int) -> Iterator["_Root"]:
-        """The intersections with the line omega = k gamma."""
-        if len(self.x) < 2:
-            return
-        s, omega_squared, _ = self._sampled
-        G = omega_squared - (k * s) ** 2
-        for i in np.flatnonzero(np.diff(G >= 0)).tolist():
-            slope = (G[i + 1] - G[i]) / (s[i + 1] - s[i])
-            yield _Root(k, self.label, float(s[i] - G[i] / slope), float(slope))
-
-
-@dataclass
-class _Root:
-    """An intersection of a branch with a per-rev line, located by the secant method."""
-
-    per_rev: int
-    label: str
-    at: float
-    slope: float  # of omega^2 - (per_rev gamma)^2
-    shift: float = np.inf  # the last correction
-    residual: float = np.nan  # before it
-
-    def correct(self, omega_squared: float | None, low: float, high: float) -> None:
-        """Correct by omega^2 solved for at the present speed, within low .. high; None ends it."""
-        if omega_squared is None:
-            self.shift = 0.0
-            return
-        residual = omega_squared - (self.per_rev * self.at) ** 2
-        if np.isfinite(self.shift) and residual != self.residual:
-            self.slope = (residual - self.residual) / self.shift
-        corrected = min(max(self.at - residual / self.slope, low), high)
-        self.at, self.shift, self.residual = corrected, corrected - self.at, residual
+    roots = [(part, root) for part in found.parts for root in part.curves.roots(above_lines)]
+    polish([root for _, root in roots], sweep, above_lines)
+    located = []
+    for part, root in roots:
+        at = np.array([root.at])
+        line, mode = divmod(root.channel, part.numbers(at).shape[1])
+        label = part.labels.get(int(part.numbers(at)[0, mode]))
+        if label and sweep.spectra(at).rank.flat[mode] < sweep.modes:
+            located.append(Resonance(line + 1, label, root.at, (line + 1) * root.at))
+    return sorted(located, key=lambda resonance: resonance.at)
 
 
 def response(solution: Solution, frequency: float, damping: float, x: np.ndarray) -> np.ndarray:

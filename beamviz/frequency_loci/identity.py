@@ -11,9 +11,10 @@ from scipy.optimize import linear_sum_assignment
 from beamviz.errors import BeamvizError
 from beamviz.frequency_loci import Loci
 from beamviz.frequency_loci.sweep import gauss_points, mass_weighted
-from beamviz.frequency_loci.tracking import LOST
 from beamviz.solver import MAX_MODES, OPTIONS, solve
 from beamviz.solver.solution import Solution
+
+LOST = 0.25  # MAC below which two modes are no pair
 
 
 class ModeMatch(NamedTuple):

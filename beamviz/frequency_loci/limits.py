@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -11,6 +11,8 @@ from scipy.interpolate import barycentric_interpolate
 from scipy.optimize import brentq
 
 from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.frequency_loci.curves import Curves
+from beamviz.frequency_loci.interpolation import Axis
 from beamviz.frequency_loci.sweep import Outcome, Sweep
 from beamviz.solver.solution import Solution
 
@@ -20,12 +22,14 @@ ROUGH = 1e-5  # of the sweep: how exactly the end of convergence is located
 OVERSHOOT = 0.1  # of the interval left: how far beyond the extrapolated limit it is bracketed
 EXTRAPOLATED = 3  # values
 MAX_SOLVES = 300  # for all limits of a sweep; one takes about 10, and few sweeps have more than 4
+BESIDE = 1e-5  # of the sweep: distance from an interpolated onset of instability to its bracket
 
 WORDS = {
     NoEquilibrium.kind: "no equilibrium",
     NotConverged.kind: "not converged",
     "unstable": "unstable",
 }
+ERRORS = NoEquilibrium.kind, NotConverged.kind
 
 Change = tuple[float, str]  # where the state changes, and to which
 
@@ -37,20 +41,6 @@ class Limit(NamedTuple):
     start: float
     stop: float
     message: str
-
-
-def locate_limits(sweep: Sweep, values: np.ndarray) -> Iterator[Limit]:
-    """The parts of solved values (n,) without equilibrium, stability or convergence."""
-    search = _Search(sweep, float(np.ptp(values)), MAX_SOLVES)
-    changes = [(float(values[0]), _state(sweep.outcomes[float(values[0])]))]
-    for low, high in pairwise(values.tolist()):
-        changes += search.changes(low, high)
-    ends = [*(at for at, _ in changes[1:]), float(values[-1])]
-    for (start, kind), stop in zip(changes, ends, strict=True):
-        if kind != "stable":
-            about = "" if search.remaining > 0 else "about "  # some are halfway between two values
-            message = f"{WORDS[kind]} for {sweep.over} = {about}{start:.6g} .. {stop:.6g}"
-            yield Limit(kind, start, stop, message)
 
 
 def _state(outcome: Outcome) -> str:
@@ -66,14 +56,78 @@ class _ThirdState(Exception):
 
 
 @dataclass
-class _Search:
+class LimitSearch:
     """Search between solved values of a sweep, with a limited number of solves."""
 
     sweep: Sweep
     length: float  # of the sweep
-    remaining: int  # solves
+    changes: list[Change] = field(default_factory=list)  # found so far
+    remaining: int = MAX_SOLVES  # solves
 
-    def changes(self, low: float, high: float) -> list[Change]:
+    def axes(self) -> list[Axis]:
+        """The parts of the sweep with solutions; `changes` are where they begin and end."""
+        outcomes = self.sweep.outcomes
+        solved = sorted(outcomes)
+        axes: list[Axis] = []
+        start, limited = solved[0], False
+        kind = _state(outcomes[start])
+        for low, high in pairwise(solved):
+            if isinstance(outcomes[low], Solution) and isinstance(outcomes[high], Solution):
+                continue
+            for at, after in self._between(low, high):
+                self.changes.append((at, after))
+                at_limit = NoEquilibrium.kind in (kind, after)
+                if kind in ERRORS:
+                    start, limited = at, at_limit
+                elif after in ERRORS:
+                    axes += self._axis(start, at, (limited, at_limit))
+                kind = after
+        return axes + (
+            self._axis(start, solved[-1], (limited, False)) if kind not in ERRORS else []
+        )
+
+    def _axis(self, low: float, high: float, limited: tuple[bool, bool]) -> list[Axis]:
+        """The axis between two changes: to limits of equilibrium, else to the last solutions."""
+        solved = [
+            value
+            for value, outcome in self.sweep.outcomes.items()
+            if isinstance(outcome, Solution) and low <= value <= high
+        ]
+        if not solved:
+            return []
+        ends = low if limited[0] else min(solved), high if limited[1] else max(solved)
+        return [Axis(self.sweep.over, *ends, limited)]
+
+    def find_instabilities(self, curves: Curves) -> None:
+        """Add to `changes` where the lowest omega^2 of loci vanishes."""
+
+        def lowest(p: np.ndarray, squares: np.ndarray) -> np.ndarray:
+            return np.arcsinh(np.fmin.reduce(squares, axis=(1, 2)))[:, None]
+
+        beside = BESIDE * self.length
+        start, stop = curves.table.at[[0, -1]].tolist()
+        for root in curves.roots(lowest):
+            low, high = root.low, root.high
+            if root.smooth:
+                low, high = max(root.at - beside, start), min(root.at + beside, stop)
+            outcomes = self.sweep.solve(np.array([low, high]))
+            if all(isinstance(outcome, Solution) for outcome in outcomes):
+                self.changes += self._between(low, high)
+
+    def limits(self, start: float, stop: float) -> Iterator[Limit]:
+        """The parts of start .. stop without equilibrium, stability or convergence."""
+        kinds: list[Change] = [(start, _state(self.sweep.outcomes[start]))]
+        for at, kind in sorted(self.changes):
+            if kind != kinds[-1][1]:
+                kinds.append((at, kind))
+        ends = [*(at for at, _ in kinds[1:]), stop]
+        for (low, kind), high in zip(kinds, ends, strict=True):
+            if kind in WORDS:
+                about = "" if self.remaining > 0 else "about "  # some are halfway between values
+                message = f"{WORDS[kind]} for {self.sweep.over} = {about}{low:.6g} .. {high:.6g}"
+                yield Limit(kind, low, high, message)
+
+    def _between(self, low: float, high: float) -> list[Change]:
         """Where the state changes between two solved values, and to which; halfway once no solves
         remain."""
         before, after = self.sweep.outcomes[low], self.sweep.outcomes[high]
@@ -89,7 +143,7 @@ class _Search:
             else:
                 at = self._end_of_equilibrium(low, high)
         except _ThirdState as third:
-            return self.changes(low, third.at) + self.changes(third.at, high)
+            return self._between(low, third.at) + self._between(third.at, high)
         return [(at, _state(after))]
 
     def _onset_of_instability(self, low: float, high: float) -> float:
@@ -140,10 +194,8 @@ class _Search:
 
     def _outcome(self, value: float) -> Outcome:
         """The outcome at a value, solved if it was not."""
-        if value not in self.sweep.outcomes:
-            self.remaining -= 1
-            self.sweep.solve(np.array([value]))
-        outcome = self.sweep.outcomes[value]
+        self.remaining -= value not in self.sweep.outcomes
+        (outcome,) = self.sweep.solve(np.array([value]))
         if isinstance(outcome, NoEquilibrium) and self.sweep.at(value).gamma < outcome.limit:
             return NotConverged(str(outcome))  # there is one, too near its end to be solved
         return outcome

@@ -4,20 +4,28 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, Beam, check_float
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
-from beamviz.frequency_loci.tracking import Points
-from beamviz.solver import MAX_MODES, displacements, solve_many
+from beamviz.frequency_loci.interpolation import Spectra
+from beamviz.solver import (
+    DEFAULTS,
+    MAX_MODES,
+    Problem,
+    displacements,
+    family_spectrum,
+    parse_options,
+    solve_many,
+)
 from beamviz.solver.solution import Solution
 
 EXTRA_MODES = 2  # solved for beyond those requested: they may enter and leave the lowest ones
 MAX_POINTS = 10_000
-MAX_ADDED = 4000  # values solved to locate crossings; random extreme beams take up to 1000
+MAX_SOLVES = 4000  # of a sweep, to interpolate and to locate crossings
 GAUSS_POINTS = 16  # of a mode vector, plus two for each mode, and some for a buckled beam
 
 CHART_POINTS = 81
@@ -74,7 +82,22 @@ def check_values(over: str, values: ArrayLike) -> np.ndarray:
     return array
 
 
-@dataclass(frozen=True)
+class Points(NamedTuple):
+    """Modes at n ascending values of one parameter, m at each, as mass-weighted vectors: inner
+    products are modal masses, so the modes of a point are orthonormal. Gyroscopic modes are so in
+    another product: shape_i . dual_j = 1 for i = j and 0 otherwise."""
+
+    at: np.ndarray  # (n,)
+    omega_squared: np.ndarray  # (n, m) ascending in each row
+    shapes: np.ndarray  # (n, m, d)
+    duals: np.ndarray  # (n, m, d)
+
+    def take(self, index: np.ndarray | slice) -> "Points":
+        """The points of an index."""
+        return Points(*(array[index] for array in self))
+
+
+@dataclass
 class Sweep:
     """A beam with one parameter set free, and the outcome of each value solved so far."""
 
@@ -82,30 +105,61 @@ class Sweep:
     over: str
     modes: int
     options: dict[str, Any]
-    outcomes: dict[float, Outcome] = field(default_factory=dict)  # of `solve`
-    added: dict[float, tuple[str, ...]] = field(default_factory=dict)  # labels, of `points`
+    outcomes: dict[float, Outcome] = field(default_factory=dict)
+
+    @cached_property
+    def problem(self) -> Problem:
+        """What is solved at each value."""
+        given = {**DEFAULTS, **self.options, "modes": self.modes}
+        known = [given.pop(name) for name in DEFAULTS]
+        return parse_options(*known, **given)
+
+    @property
+    def tolerance(self) -> float:
+        """Relative error of a frequency that is asked for."""
+        return self.problem.tolerance
+
+    @cached_property
+    def straight(self) -> bool:
+        """Whether the beam is straight at every value: its frequencies are smooth then."""
+        return self.problem.state == "straight" and self.over != "spin_up" and not self.beam.spin_up
+
+    @cached_property
+    def coupled(self) -> bool:
+        """Whether all modes couple; else the families are independent."""
+        moves = self.over == "gamma" or self.beam.gamma > 0
+        return not self.straight or (self.problem.gyroscopic and moves)
+
+    @property
+    def exhausted(self) -> bool:
+        """Whether the search for crossings has used up its solves."""
+        return len(self.outcomes) > MAX_SOLVES
 
     def at(self, value: float) -> Beam:
         """The beam with this value of the free parameter."""
         return self.beam.replace(**{self.over: float(value)})
 
     def solve(self, values: np.ndarray) -> list[Outcome]:
-        """Solution, or NoEquilibrium or NotConverged, at each of ascending values (n,)."""
+        """Solution, or NoEquilibrium or NotConverged, at each of some values (n,); those not known
+        yet are solved in one batch, with EXTRA_MODES more modes as far as the method has them."""
+        new = np.array(sorted(set(values.tolist()) - self.outcomes.keys()))
+        if len(new):
+            self.outcomes.update(zip(new.tolist(), self._solve(new), strict=True))
+        return [self.outcomes[value] for value in values.tolist()]
+
+    def _solve(self, values: np.ndarray) -> list[Outcome]:
         beams = [self.at(value) for value in values]
         beyond: list[Outcome] = []
         bounded = self.options.get("strain", "green") != "green" or self.beam.delta < 0
-        if self.over == "gamma" and bounded:
+        if self.over == "gamma" and bounded and len(beams) > 1:
             # The highest speed gives the limit of equilibrium: speeds beyond it need no solve.
             beyond = self._solve_many(beams[-1:])
             if isinstance(beyond[0], NoEquilibrium):
                 beyond *= int((values > beyond[0].limit).sum())
             beams = beams[: len(beams) - len(beyond)]
-        outcomes = self._solve_many(beams) + beyond
-        self.outcomes.update(zip(values.tolist(), outcomes, strict=True))
-        return outcomes
+        return self._solve_many(beams) + beyond
 
     def _solve_many(self, beams: list[Beam]) -> list[Outcome]:
-        """Outcomes with EXTRA_MODES more modes than requested, as far as the method has them."""
         most = MAX_MODES
         elements = self.options.get("elements")
         if isinstance(elements, int):  # anything else is refused by solve_many
@@ -113,32 +167,43 @@ class Sweep:
         extra = max(min(EXTRA_MODES, most - self.modes), 0)
         return solve_many(beams, extra_modes=extra, modes=self.modes, **self.options)
 
-    @property
-    def exhausted(self) -> bool:
-        """Whether the search for crossings has used up its solves."""
-        return len(self.added) > MAX_ADDED
+    def spectra(self, values: np.ndarray) -> Spectra:
+        """The modes at some values (n,), by family unless all couple; nan without a solution."""
+        outcomes, count = self.solve(values), self.modes + EXTRA_MODES
+        shape = len(values), 1 if self.coupled else 2, count
+        spectra = Spectra(*(np.full(shape, np.nan) for _ in range(3)))
+        squares, errors, bending = spectra
+        for i, outcome in enumerate(outcomes):
+            if not isinstance(outcome, Solution):
+                continue
+            found = None if self.coupled else family_spectrum(outcome)
+            if found:
+                k = found[0].shape[1]
+                squares[i, :, :k], errors[i, :, :k] = found
+                continue
+            fraction = outcome.bending_energy_fraction
+            bends = fraction >= 0.5
+            groups = [bends | True] if self.coupled else [bends, ~bends]
+            for f, own in enumerate(groups):
+                k = len(fraction[own])
+                squares[i, f, :k] = outcome.omega_squared[own]
+                bending[i, f, :k] = fraction[own]
+                if outcome.stats.method == "hp":  # of other methods an estimate costs a solve
+                    errors[i, f, :k] = outcome.omega_squared_errors[own]
+        if not self.coupled:
+            bending[:, 0], bending[:, 1] = 1.0, 0.0
+        return spectra
 
     def points(self, values: np.ndarray) -> Points:
-        """Solve at more values and return those with a solution; none once exhausted.
-
-        Solutions are not kept, only the labels of their modes.
-        """
+        """The mode vectors at those of some values that have a solution; none once exhausted."""
         if self.exhausted:
             values = values[:0]
-        outcomes = self._solve_many([self.at(value) for value in values])
-        for value, outcome in zip(values.tolist(), outcomes, strict=True):
-            self.added[value] = outcome.labels if isinstance(outcome, Solution) else ()
-        return mode_points(values, outcomes, self.gauss_points)
+        return mode_points(values, self.solve(values), self.gauss_points)
 
     @cached_property
     def gauss_points(self) -> int:
         """Length of the mode vectors of the whole sweep, by the values solved first."""
         return gauss_points([one for one in self.outcomes.values() if isinstance(one, Solution)])
-
-    def labels(self, value: float) -> tuple[str, ...]:
-        """The labels of the modes at a solved value."""
-        outcome = self.outcomes.get(value)
-        return outcome.labels if isinstance(outcome, Solution) else self.added[value]
 
 
 def gauss_points(solutions: Sequence[Solution]) -> int:

@@ -13,6 +13,7 @@ import numpy as np
 from beamviz.beam import Beam, check_float, check_int
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
 from beamviz.solver.hp import displacements as displacements
+from beamviz.solver.hp import family_spectrum as family_spectrum
 from beamviz.solver.hp import solve_hp
 from beamviz.solver.problem import CHOICES, METHODS, OPTIONS, Problem
 from beamviz.solver.problem import PLANES as PLANES

@@ -151,10 +151,7 @@ class Solution:
     @cached_property
     def families(self) -> tuple[str, ...]:
         """Family of each mode by its share of kinetic energy: bending, stretching or mixed."""
-        return tuple(
-            BENDING if share >= PURE else STRETCHING if share <= 1 - PURE else MIXED
-            for share in self.bending_energy_fraction
-        )
+        return tuple(map(family_of, self.bending_energy_fraction))
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
@@ -207,6 +204,11 @@ class Solution:
         seen = np.maximum.accumulate(abs(values)) > VISIBLE * abs(values).max()
         before = np.flatnonzero(np.diff(np.sign(values)) * seen[:-1])
         return _bisect(component, x[before], x[before + 1])
+
+
+def family_of(share: float) -> str:
+    """The family of a mode by the share of its kinetic energy across the beam."""
+    return BENDING if share >= PURE else STRETCHING if share <= 1 - PURE else MIXED
 
 
 def _bisect(

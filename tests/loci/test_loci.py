@@ -1,10 +1,7 @@
 """loci(): branches and their labels, crossings and veerings of random beams, wrong input."""
 
-import gc
 import math
 import re
-import tracemalloc
-import weakref
 
 import numpy as np
 import pytest
@@ -13,8 +10,7 @@ from sweeps import sorted_frequencies
 from beamviz import Beam, InvalidInput, loci, solve
 from beamviz.beam import PARAMETERS
 from beamviz.frequency_loci import close_up, sweep
-from beamviz.frequency_loci.crossings import CLOSE
-from beamviz.frequency_loci.tracking import ROTATED
+from beamviz.frequency_loci.crossings import CLOSE, ROTATED
 
 TIP = Beam(alpha=1, beta=1)
 
@@ -166,21 +162,26 @@ def test_veerings_of_random_beams(seed):
                 assert not near, (k, dense[i], share)
 
 
-def test_solutions_between_the_values_are_not_kept(monkeypatch):
-    """A search for a hundred crossings would fill the memory with them."""
-    solve_many, solved, kept = sweep.solve_many, [], []
+def test_solutions_are_solved_for_when_asked(monkeypatch):
+    """A chart takes fewer solves than values; then each solution is one, and all are a batch."""
+    solve_many, batches = sweep.solve_many, []
 
     def watched(beams, **options):
-        gc.collect()
-        kept.append(sum(solution() is not None for solution in solved))
-        answers = solve_many(beams, **options)
-        solved.extend(map(weakref.ref, answers))
-        return answers
+        batches.append(len(beams))
+        return solve_many(beams, **options)
 
     monkeypatch.setattr(sweep, "solve_many", watched)
-    found = loci(Beam(alpha=20, gamma=5), "beta", np.linspace(0, 1, 11))
-    assert found.solves == len(solved) > 20
-    assert max(kept) == 11
+    values = np.linspace(0, 20, 201)
+    found = loci(TIP, "gamma", values)
+    assert sum(batches) == found.solves < 40
+    batches.clear()
+    branch = found["S1"]
+    solution = branch.solutions[7]
+    exact = solution.frequencies[branch.mode_index[7]]
+    assert exact == pytest.approx(branch.frequency[7], rel=1e-6)
+    assert solution is found["B1"].solutions[7]
+    assert len(list(branch.solutions)) == 201
+    assert batches == [1, 200]
 
 
 @pytest.mark.parametrize(
@@ -249,19 +250,3 @@ def test_modes_that_enter_a_buckled_sweep_with_coriolis_do_not_veer(count):
     (event,) = found.events
     assert (event.kind, event.branches) == ("veering", ("B3", "S1"))
     assert event.at == pytest.approx(-0.6658, abs=2e-4)
-
-
-def test_a_chart_keeps_little_of_its_meshes():
-    """A matrix for each solution, the one that makes functions of x of what was found."""
-    hard = Beam(alpha=100, gamma=200, delta=20, mu=10000)
-    tracemalloc.start()
-    try:
-        found = loci(hard, "beta", np.linspace(0.1, 0.9, 9))
-        unknowns = max(solution.stats.dof for solution in found.branches[0].solutions) / 2
-        before = tracemalloc.get_traced_memory()[0]
-        del found
-        gc.collect()
-        kept = before - tracemalloc.get_traced_memory()[0]
-    finally:
-        tracemalloc.stop()
-    assert kept < 9 * 2 * 8 * unknowns**2

@@ -78,7 +78,8 @@ def test_results_are_compared_by_identity(tip):
 def test_arrays_are_read_only(tip):
     """What is kept cannot be changed by mistake."""
     branch = tip["B3"]
-    for array in (tip.values, tip.confidence, branch.mode_index, branch.frequency, branch.error):
+    arrays = branch.omega_squared, branch.mode_index, branch.frequency, branch.error
+    for array in (tip.values, *arrays):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 1
 

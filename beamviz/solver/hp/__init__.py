@@ -72,6 +72,15 @@ class Shapes:
         return _displacements(rows, found.grid.J, found.f, found.kappa, found.s, found.mode_order)
 
 
+def family_spectrum(solution: Solution) -> tuple[np.ndarray, np.ndarray] | None:
+    """omega^2 of each family, bending first, and its estimated errors, (2, k) each, k as many as
+    the modes of the solution; None with Coriolis forces and by other methods."""
+    found = solution.fields.found if isinstance(solution.fields, Shapes) else None
+    if found is None or found.family_squares is None or found.family_errors is None:
+        return None
+    return found.family_squares, found.family_errors
+
+
 def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
     """Displacements (solutions, len(x), 2, modes) of solutions with equally many modes, each at
     places x (solutions, len(x)) of its own; of those on meshes of the same orders at once.

@@ -40,6 +40,9 @@ class Modes(NamedTuple):
     omega_squared: np.ndarray  # (beams, modes) ascending
     truncation: np.ndarray  # (beams, modes) error of omega^2 from the order of the mesh
     rounding: np.ndarray  # (beams, modes) error of omega^2 from rounding
+    # Of as many modes of each family, bending first (beams, 2, modes): None with Coriolis forces.
+    family_squares: np.ndarray | None = None  # omega^2
+    family_errors: np.ndarray | None = None  # of omega^2, from both
 
 
 class Matrices(NamedTuple):
@@ -133,6 +136,8 @@ def uncoupled_modes(
         omega_squared.take(picks),
         truncation.take(picks),
         rounding.take(picks),
+        omega_squared,
+        truncation + rounding,
     )
 
 

@@ -72,6 +72,8 @@ class StraightModes(NamedTuple):
     omega_squared: np.ndarray
     truncation: np.ndarray
     rounding: np.ndarray
+    family_squares: np.ndarray | None
+    family_errors: np.ndarray | None
 
 
 class Design(NamedTuple):

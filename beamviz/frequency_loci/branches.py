@@ -1,0 +1,252 @@
+"""The loci between two limits of a sweep, the labels of their branches, and the branches."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from beamviz.errors import BeamvizError, NotConverged
+from beamviz.frequency_loci.crossings import Event, locate_events
+from beamviz.frequency_loci.curves import Curves, Values
+from beamviz.frequency_loci.interpolation import (
+    Axis,
+    Spectra,
+    interpolate,
+    root_places,
+    unresolved,
+)
+from beamviz.frequency_loci.limits import LimitSearch
+from beamviz.frequency_loci.sweep import Sweep
+from beamviz.solver.solution import Solution, family_of
+
+SHORTEST = 1e-6  # of a sweep: a shorter part between two limits is not interpolated
+
+
+class Solutions(Sequence[Any]):
+    """The Solution at each value of a sweep, None where there is none: solved for when one is asked
+    for, and all at once in an iteration."""
+
+    def __init__(self, sweep: Sweep, values: np.ndarray, exists: np.ndarray):
+        self._sweep, self._values, self._exists = sweep, values, exists
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __getitem__(self, k: Any) -> Any:
+        if isinstance(k, slice):
+            return [self[i] for i in range(*k.indices(len(self)))]
+        return self._sweep.solve(self._values[[k]])[0] if self._exists[k] else None
+
+    def __iter__(self) -> Iterator[Solution | None]:
+        self._sweep.solve(self._values[self._exists])
+        return (self[k] for k in range(len(self)))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Branch:
+    """One mode along a sweep: it keeps its label while its family may change.
+
+    All arrays have one entry for each value and are read-only. Where the branch is not among the
+    requested modes mode_index is -1, family None and the numbers are nan.
+    """
+
+    label: str
+    mode_index: np.ndarray  # (values,) which mode of each solution it is, from 0
+    omega_squared: np.ndarray  # (values,) negative where unstable
+    bending_fraction: np.ndarray  # (values,) share of the kinetic energy across the beam
+    interpolation_error: np.ndarray  # (values,) estimated absolute error of omega^2 on top of that
+    solver_error: np.ndarray  # (values,) of solves; nan where its estimate takes another solve
+    solutions: Solutions  # per value, None where there is none
+
+    @cached_property
+    def frequency(self) -> np.ndarray:
+        """Frequencies (values,) in units of 1/T*; nan also where unstable."""
+        return _read_only(np.sqrt(np.where(self.omega_squared >= 0, self.omega_squared, np.nan)))
+
+    @cached_property
+    def growth_rate(self) -> np.ndarray:
+        """Growth rates (values,) in units of 1/T*; 0 where stable."""
+        return _read_only(np.sqrt(np.maximum(-self.omega_squared, 0.0)))
+
+    @cached_property
+    def error(self) -> np.ndarray:
+        """Estimated absolute errors (values,) of frequency or growth rate."""
+        size, solver = abs(self.omega_squared), self.solver_error
+        if np.isnan(solver[self.mode_index >= 0]).any():
+            solver = np.full(len(size), np.nan)
+            for i, (solution, k) in enumerate(zip(self.solutions, self.mode_index, strict=True)):
+                if solution is not None and k >= 0:
+                    solver[i] = solution.omega_squared_errors[k]
+        error = solver + self.interpolation_error
+        return _read_only(error / (np.sqrt(size) + np.sqrt(np.maximum(size - error, 0.0))))
+
+    @cached_property
+    def family(self) -> tuple[str | None, ...]:
+        """Family per value: "bending", "stretching" or "mixed"."""
+        return tuple(
+            None if math.isnan(x) else family_of(x) for x in self.bending_fraction.tolist()
+        )
+
+    def __repr__(self) -> str:
+        present = int((self.mode_index >= 0).sum())
+        return f"Branch({self.label!r}, at {present} of {len(self.mode_index)} values)"
+
+
+@dataclass(frozen=True)
+class Part:
+    """The loci between two limits.
+
+    A branch is known by a number: that of its mode among all modes by family. Modes that all couple
+    change their numbers where they cross nevertheless, as their coupling vanishes there
+    (Perkins & Mote 1986).
+    """
+
+    curves: Curves
+    events: tuple[Event, ...]
+    labels: dict[int, str]  # of the branches among the requested modes somewhere
+
+    @property
+    def labelled_events(self) -> Iterator[Event]:
+        """The events with the labels of their branches."""
+        for event, numbers in zip(self.events, self.pairs, strict=True):
+            if all(number in self.labels for number in numbers):
+                a, b = (self.labels[number] for number in numbers)
+                yield replace(event, branches=(a, b))
+
+    @cached_property
+    def pairs(self) -> tuple[tuple[int, int], ...]:
+        """The numbers of the branches of each event."""
+        count = self.curves.squares.shape[2]
+        numbers = self.numbers(np.array([np.nextafter(event.at, -np.inf) for event in self.events]))
+        places = [[f * count + k for f, k in event.branches] for event in self.events]
+        return tuple(
+            (int(row[a]), int(row[b])) for row, (a, b) in zip(numbers, places, strict=True)
+        )
+
+    def numbers(self, p: np.ndarray) -> np.ndarray:
+        """The branch (n, families * k) of each mode, by family, at some values (n,)."""
+        _, families, count = self.curves.squares.shape
+        numbers = np.tile(np.arange(families * count), (len(p), 1))
+        for event in self.events if families == 1 else ():
+            if event.kind == "crossing":
+                (_, i), (_, j) = event.branches
+                beyond = p > event.at
+                numbers[np.ix_(beyond, [i, j])] = numbers[np.ix_(beyond, [j, i])]
+        return numbers
+
+
+def trace(sweep: Sweep, values: np.ndarray, search: LimitSearch) -> list[Part]:
+    """The loci between the first and the last of some values, with their events."""
+    sweep.solve(
+        root_places(Axis(sweep.over, *values[[0, -1]].tolist())) if sweep.straight else values
+    )
+    if any(
+        outcome.kind == NotConverged.kind
+        for outcome in sweep.outcomes.values()
+        if isinstance(outcome, BeamvizError)
+    ):
+        sweep.solve(values)  # where it converges may change from value to value
+    parts = []
+    for axis in search.axes():
+        curves = _curves(sweep, axis, values)
+        search.find_instabilities(curves)
+        part = Part(curves, tuple(locate_events(curves, sweep)), {})
+        parts.append(replace(part, labels=_labels(part, sweep)))
+    return parts
+
+
+def _curves(sweep: Sweep, axis: Axis, values: np.ndarray) -> Curves:
+    """The loci on an axis; solved for at the values where the interpolation does not converge."""
+    if sweep.straight and axis.high - axis.low > SHORTEST * np.ptp(values):
+        pieces = interpolate(sweep, axis)
+    else:
+        pieces = [unresolved(axis, sweep.spectra(values))]
+    curves = Curves(axis, pieces, np.empty(0), np.empty((0, *pieces[0].spectra.squares.shape[1:])))
+    sweep.solve(values[curves.uncertain(values)])
+    solved = np.array(sorted(sweep.outcomes))
+    solved = solved[curves.uncertain(solved)]
+    squares = sweep.spectra(solved).squares
+    exists = np.isfinite(squares).any(axis=(1, 2))
+    return replace(curves, solved=solved[exists], squares=squares[exists])
+
+
+def _labels(part: Part, sweep: Sweep) -> dict[int, str]:
+    """The labels of the branches that are among the requested modes somewhere, as they first
+    appear: B or S and the number in the family, of modes that couple the family at the first
+    value."""
+    table = part.curves.table
+    _, families, count = table.squares.shape
+    rank = table.rank.reshape(len(table.at), -1)
+    numbers = part.numbers(table.at)
+    inside = (rank < sweep.modes) & np.isfinite(table.squares).reshape(rank.shape)
+    order = np.where(inside, rank + rank.shape[1] * np.arange(len(rank))[:, None], rank.size)
+    first = np.full(families * count, rank.size)
+    np.minimum.at(first, numbers, order)
+    found = [n for n in first.argsort(kind="stable").tolist() if first[n] < rank.size]
+    if families == 2:
+        return {n: f"{'BS'[n // count]}{n % count + 1}" for n in found}
+    (outcome,) = sweep.solve(table.at[:1])
+    labels = outcome.labels if isinstance(outcome, Solution) else ()
+    return {n: labels[n] for n in found if n < len(labels)}
+
+
+def branches_of(sweep: Sweep, values: np.ndarray, parts: Sequence[Part]) -> tuple[Branch, ...]:
+    """The branches at some values. A branch continues where a later one appears under the same
+    label, across a gap say; a second one beside it gets a prime."""
+    columns: dict[str, list[np.ndarray]] = {}  # mode_index, then Values, (values,) each
+    exists = np.zeros(len(values), bool)
+    for part in parts:
+        axis = part.curves.axis
+        here = np.flatnonzero((values >= axis.low) & (values <= axis.high))
+        found, numbers = _values(sweep, values[here], part.curves), part.numbers(values[here])
+        rank = Spectra(*found[:3]).rank
+        rank = np.where(np.isfinite(found.squares) & (rank < sweep.modes), rank, -1)
+        known = np.isfinite(found.squares).any(axis=(1, 2))
+        exists[here] = known
+        rank = rank.reshape(numbers.shape)
+        for number, label in part.labels.items():
+            column = (numbers == number).argmax(axis=1)[:, None]
+            index = np.take_along_axis(rank, column, axis=1)[:, 0]
+            own = [np.full(len(values), -1), *(np.full(len(values), np.nan) for _ in found)]
+            own[0][here] = index
+            for array, part_values in zip(own[1:], found, strict=True):
+                row = np.take_along_axis(part_values.reshape(numbers.shape), column, axis=1)[:, 0]
+                array[here] = np.where(index >= 0, row, np.nan)
+            while label in columns and (np.minimum(columns[label][0], own[0]) >= 0).any():
+                label += "'"
+            if label in columns:
+                later = own[0] >= 0
+                own = [
+                    np.where(later, new, old) for new, old in zip(own, columns[label], strict=True)
+                ]
+            columns[label] = own
+    if not exists.any():
+        return ()
+    for array in (array for own in columns.values() for array in own):
+        array.flags.writeable = False
+    solutions = Solutions(replace(sweep, outcomes={}), values, exists)
+    return tuple(
+        Branch(label, index, squares, bending, interpolated, solved, solutions)
+        for label, (index, squares, solved, bending, interpolated) in columns.items()
+    )
+
+
+def _values(sweep: Sweep, values: np.ndarray, curves: Curves) -> Values:
+    """The modes at some values of an axis; by solves where they are not interpolated."""
+    found = curves.at(values)
+    low, high = curves.axis.ends
+    solved = curves.uncertain(values) | (values < low) | (values > high)
+    if solved.any():
+        spectra = sweep.spectra(values[solved])
+        for array, own in zip(found, (*spectra, np.zeros_like(spectra.squares)), strict=True):
+            array[solved] = own
+    return found
+
+
+def _read_only(array: np.ndarray) -> np.ndarray:
+    """The array, no longer writable."""
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,196 @@
+"""The loci of a part of a sweep as functions of the parameter, and the roots of functions of them.
+
+A function of the loci is given by `Measure`: the difference of two of them vanishes at a crossing,
+omega^2 - (k gamma)^2 at a resonance, the lowest omega^2 at the onset of instability.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from beamviz.frequency_loci.interpolation import Axis, Piece, Solves, Spectra
+
+Measure = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""Values (n,), omega^2 (n, families, k) -> functions (n, channels)."""
+
+ZOOMS, SAMPLES = 6, 17  # of an interpolated function around a minimum that may touch zero
+STEPS = 6  # of the secant method on interpolated loci
+MAX_CORRECTIONS = 60  # by solves
+MARGIN = 1e-3  # of the sweep: within it a root of interpolated loci is corrected by solves
+SETTLED = (
+    1e-3  # of this margin: a smaller correction, with the slope of the interpolant, is the last
+)
+FINEST = 1e-12  # of the sweep: other corrections
+
+
+class Values(NamedTuple):
+    """The modes at n values: omega^2, its error by the solver, the bending fraction, the error of
+    omega^2 by interpolation, (n, families, k) each; nan where a mode is not known."""
+
+    squares: np.ndarray
+    solver_error: np.ndarray
+    bending: np.ndarray
+    interpolation_error: np.ndarray
+
+
+class Table(NamedTuple):
+    """Samples of the loci, dense enough to show every approach of two."""
+
+    at: np.ndarray  # (n,)
+    squares: np.ndarray  # (n, families, k)
+    rank: np.ndarray  # (n, families, k) by frequency, from 0
+    smooth: np.ndarray  # (n - 1,) whether the loci are interpolated between two samples
+
+
+@dataclass
+class Root:
+    """A root of a measure, between two values."""
+
+    channel: int
+    low: float
+    high: float
+    at: float
+    slope: float  # of the measure
+    rises: bool
+    smooth: bool  # whether the loci are interpolated there
+    settled: float  # a smaller correction is the last
+    shift: float = np.inf  # the last correction
+    residual: float = np.nan  # before it
+
+    def correct(self, residual: float) -> None:
+        """One step of the secant method; of bisection where that leaves the bracket."""
+        if not np.isfinite(residual):
+            self.shift = 0.0
+            return
+        if (residual < 0) == self.rises:
+            self.low = self.at
+        else:
+            self.high = self.at
+        if np.isfinite(self.shift) and self.shift and residual != self.residual:
+            slope = (residual - self.residual) / self.shift
+            self.slope = slope if slope * self.slope > 0 else self.slope
+        corrected = self.at - residual / self.slope
+        if not self.low <= corrected <= self.high:
+            corrected = (self.low + self.high) / 2
+        self.shift, self.residual, self.at = corrected - self.at, residual, corrected
+
+
+@dataclass(frozen=True)
+class Curves:
+    """The loci on an axis. Where they are not interpolated, their samples are the solved values."""
+
+    axis: Axis
+    pieces: Sequence[Piece]
+    solved: np.ndarray  # (n,) values, within pieces that did not converge
+    squares: np.ndarray  # (n, families, k) omega^2 there
+
+    def at(self, p: np.ndarray) -> Values:
+        """The modes at some values (n,); nan where they are not interpolated."""
+        t = self.axis.t(p)
+        owner = np.searchsorted([piece.high for piece in self.pieces[:-1]], t)
+        found = Values(
+            *(np.full((len(p), *self.squares.shape[1:]), np.nan) for _ in Values._fields)
+        )
+        for k in np.unique(owner).tolist():
+            rows = owner == k
+            if self.pieces[k].errors:
+                spectra, error = self.pieces[k].at(t[rows])
+                for array, part in zip(found, (*spectra, error), strict=True):
+                    array[rows] = part
+        return found
+
+    def uncertain(self, p: np.ndarray) -> np.ndarray:
+        """Which of some values (n,) lie where the interpolation did not converge."""
+        t = self.axis.t(p)
+        parts = [(t >= piece.low) & (t <= piece.high) for piece in self.pieces if not piece.errors]
+        return np.any(parts, axis=0) if parts else np.zeros(len(p), bool)
+
+    @cached_property
+    def table(self) -> Table:
+        """Samples of all pieces."""
+        at, squares = [self.solved], [self.squares]
+        for piece in self.pieces:
+            if piece.errors:
+                t = piece.dense
+                at.append(self.axis.p(t))
+                squares.append(piece.at(t)[0].squares)
+        places, first = np.unique(np.concatenate(at), return_index=True)
+        found = np.concatenate(squares)[first]
+        middles = (places[1:] + places[:-1]) / 2
+        rank = Spectra(found, found, found).rank
+        return Table(places, found, rank, ~self.uncertain(middles))
+
+    def roots(self, measure: Measure) -> list[Root]:
+        """The roots of a measure between the samples, by interpolation."""
+        p, squares, _, smooth = self.table
+        if len(p) < 2:
+            return []
+        with np.errstate(invalid="ignore"):
+            G = measure(p, squares)
+            side = np.sign(G)
+            for i in (np.flatnonzero((side[1:] == 0).any(axis=1)) + 1).tolist():
+                side[i] = np.where(side[i] == 0, side[i - 1], side[i])
+            brackets = [
+                (k, p[i], p[i + 1], G[i, k], G[i + 1, k], bool(smooth[i]))
+                for i, k in np.argwhere(side[:-1] * side[1:] < 0).tolist()
+            ]
+            size = abs(G)
+            middle = (size[1:-1] <= size[:-2]) & (size[1:-1] < size[2:])
+            middle &= (side[:-2] * side[2:] > 0) & (side[:-2] * side[1:-1] > 0)
+            # The vertex of a parabola through three samples, with as much again to spare.
+            rise = np.maximum(size[:-2], size[2:]) - size[1:-1]
+            middle &= (size[1:-1] < rise) & (smooth[1:] & smooth[:-1])[:, None]
+        for i, k in np.argwhere(middle).tolist():
+            brackets += self._touching(measure, k, p[i], p[i + 2])
+        return self._refined(measure, brackets)
+
+    def _touching(
+        self, measure: Measure, k: int, low: float, high: float
+    ) -> list[tuple[int, float, float, float, float, bool]]:
+        """Brackets of two close roots around a minimum of the size of a measure, if it has any."""
+        for _ in range(ZOOMS):
+            p = np.linspace(low, high, SAMPLES)
+            g = measure(p, self.at(p).squares)[:, k]
+            changes = np.flatnonzero(g[:-1] * g[1:] < 0)
+            if len(changes):
+                return [(k, p[i], p[i + 1], g[i], g[i + 1], True) for i in changes.tolist()]
+            i = int(np.nanargmin(abs(g)))
+            low, high = p[max(i - 1, 0)], p[min(i + 1, SAMPLES - 1)]
+        return []
+
+    def _refined(self, measure: Measure, brackets: Sequence[tuple]) -> list[Root]:
+        """Roots in brackets, by the secant method on what is interpolated."""
+        roots, length = [], float(np.ptp(self.table.at))
+        for k, low, high, below, above, smooth in brackets:
+            slope = float((above - below) / (high - low))
+            settled = FINEST * (high - low if smooth else length)
+            at = float(low - below / slope)
+            roots.append(Root(k, low, high, at, slope, slope > 0, smooth, settled))
+        interpolated = [root for root in roots if root.smooth]
+        for _ in range(STEPS):
+            moving = [root for root in interpolated if abs(root.shift) > root.settled]
+            if not moving:
+                break
+            p = np.array([root.at for root in moving])
+            for root, row in zip(moving, measure(p, self.at(p).squares), strict=True):
+                root.correct(float(row[root.channel]))
+        for root in interpolated:  # to be corrected by solves, which differ by the errors of both
+            margin = MARGIN * length
+            root.low = max(root.at - margin, self.table.at[0])
+            root.high = min(root.at + margin, self.table.at[-1])
+            root.shift, root.residual, root.settled = np.inf, np.nan, SETTLED * margin
+        return roots
+
+
+def polish(roots: Sequence[Root], sweep: Solves, measure: Measure) -> None:
+    """Correct roots by solves, all of them at once, until their corrections are small."""
+    for _ in range(MAX_CORRECTIONS):
+        moving = [root for root in roots if abs(root.shift) > root.settled]
+        if not moving:
+            break
+        at = np.array([root.at for root in moving])
+        for root, row in zip(moving, measure(at, sweep.spectra(at).squares), strict=True):
+            root.correct(float(row[root.channel]))
