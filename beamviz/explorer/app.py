@@ -13,8 +13,7 @@ from beamviz.drawing.modes import SampledModes
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.explorer.frames import FrameLoop
 from beamviz.explorer.jobs import WorkerPool
-from beamviz.explorer.page.page import insert_page
-from beamviz.explorer.page.style import theme
+from beamviz.explorer.page.page import choose_theme, insert_page
 from beamviz.scene import Scene
 from beamviz.server import run_server, self_test
 from beamviz.server.access import KEY_PARAMETER, MAX_VISITORS, Access, VisitorCount, public_url
@@ -137,7 +136,7 @@ def explorer(
     ):
         rules = Access(host, server.get_port(), **access)
         self_test(server, rules, visitor_count, listener)
-        theme(server, dark=scene.view.dark)
+        choose_theme(server, dark=scene.view.dark)
         rest = SampledModes.at_rest(scene.beam, scene.options["plane"])
         fitted = camera.fitted(rest, scene.view.rotating_frame, aspect=1.0)
         camera.place(server.initial_camera, scene.camera or fitted)

@@ -2,7 +2,7 @@
 
 A move of a slider becomes a picture at these stations:
 
-1. `visitor.on_edit`: viser passes on the value;
+1. `Page.received`: the page sends the value;
 2. `Visitor.change`: the state is replaced;
 3. `Job.request`: the new case becomes the latest request of the solver job;
 4. `SolveQueue` or `WorkerPool`: it waits for a worker;
@@ -34,8 +34,8 @@ from beamviz.explorer.features.real_beam import RealBeamPanel
 from beamviz.explorer.features.run_up import RunUpPlayback, RunUpTab
 from beamviz.explorer.features.veering import VeeringTab
 from beamviz.explorer.jobs import SolveQueue, SolverAnswer, WorkerPool
+from beamviz.explorer.page.page import choose_theme
 from beamviz.explorer.page.panel import Panel
-from beamviz.explorer.page.style import theme
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.scene import Scene
@@ -324,7 +324,7 @@ class Session:
 
     def choose_theme(self, dark: bool) -> None:
         """Choose dark or light colours for the page and for viser's scene."""
-        theme(self.visitor.client, dark=dark)
+        choose_theme(self.visitor.client, dark=dark)
         self.visitor.page.theme(dark=dark)
 
     def take_preferences(self, preferences: Any) -> None:

@@ -4,7 +4,6 @@ A feature gets a `Visitor`: it reads `state`, edits it by `change`, binds its co
 has its results computed by a `job`. State is never read out of a control.
 """
 
-import math
 import operator
 import threading
 import time
@@ -13,16 +12,14 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from viser import ClientHandle, GuiButtonGroupHandle, GuiButtonHandle, GuiEvent, GuiInputHandle
+from viser import ClientHandle
 
 from beamviz.drawing.camera import PageCamera
 from beamviz.explorer.jobs import Job, SolveJob, SolveQueue, SolverAnswer, WorkerPool
 from beamviz.explorer.page.page import Page
 from beamviz.explorer.state import History, State
 from beamviz.scene import Scene
-from beamviz.server.viser_private import group_messages, set_value, stop_sync
-
-SAME = 1e-9  # relative: a number shown in other units comes back with a rounding error
+from beamviz.server.viser_private import group_messages
 
 Get = Callable[[State], Any]
 Set = Callable[[State, Any], State]
@@ -175,23 +172,6 @@ class Visitor:
         event loop, one action after the other."""
         self.page.on(action, act)
 
-    def bind_control(self, control: GuiInputHandle, get: Get, edit: Set) -> None:
-        """Show `get(state)` in a control; what the visitor sets it to becomes
-        `edit(state, value)`."""
-
-        def edited(value: Any) -> None:
-            self.change(lambda state: edit(state, value))
-            show(control, get(self.state))  # for a value that was not taken as it is
-
-        on_edit(control, edited)
-        self.render(get, partial(show, control))
-
-    def bind_control_key(self, control: GuiInputHandle, key: str) -> None:
-        """Bind a control to the value that has this name in `State.value`."""
-        self.bind_control(
-            control, lambda state: state.value(key), lambda state, x: state.changed(key, x)
-        )
-
     def notify(self, title: str, message: str) -> None:
         """Tell the visitor what went wrong."""
         self.page.say(f"{title}: {message}", error=True)
@@ -242,40 +222,3 @@ class Feature:
         """Show the inputs of this moment."""
         self.shown = self.inputs
         self.show()
-
-
-def on_edit(control: GuiInputHandle, take: Callable[[Any], None]) -> None:
-    """Pass each value that a visitor sets a control to on to `take`.
-
-    viser runs plain callbacks on many threads in no order, where a change could be overtaken by
-    the one before it; asynchronous ones run one after the other. What the program sets has no
-    client, and is no edit.
-    """
-
-    async def edited(event: GuiEvent) -> None:
-        if event.client is not None:
-            take(control.value)
-
-    control.on_update(edited)
-    stop_sync(control)
-
-
-def on_press(button: GuiButtonHandle | GuiButtonGroupHandle, act: Callable[[Any], None]) -> None:
-    """Call `act` with the value of a button, or of the pressed button of a group; it must be
-    quick, as it runs on the event loop, one press after the other."""
-
-    async def pressed(event: GuiEvent) -> None:
-        act(event.target.value)
-
-    button.on_click(pressed)
-
-
-def show(control: GuiInputHandle, value: Any) -> None:
-    """Show a value in a control, unless it is there already; what is no number stays unshown."""
-    if isinstance(value, float):
-        old = control.value
-        if not math.isfinite(value) or (
-            isinstance(old, int | float) and math.isclose(old, value, rel_tol=SAME)
-        ):
-            return
-    set_value(control, value)

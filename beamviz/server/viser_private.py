@@ -321,30 +321,6 @@ def set_pose(
         node._impl.api._queue_scene_message(message(node.name, numbers))
 
 
-def set_html(text: viser.GuiHtmlHandle, content: str) -> None:
-    """Set the content of a text, unless it has it already."""
-    state: Any = text._impl
-    if state.props.content != content:
-        state.props.content = content
-        update_control(state, "content", content)
-
-
-def set_value(control: viser.GuiInputHandle, value: Any) -> None:
-    """Set the value of a control, unless it has it already, without calling its callbacks."""
-    state = control._impl
-    value = type(state.value)(value)
-    if state.value != value:
-        update_control(state, "value", value)
-        state.value = value
-
-
-def update_control(state: Any, name: str, value: Any) -> None:
-    """Send one property of a control."""
-    state.gui_api._websock_interface.queue_message(
-        messages.GuiUpdateMessage(state.uuid, {name: value})
-    )
-
-
 def stop_sync(control: viser.GuiInputHandle) -> None:
     """Send no messages about a control to other visitors: it belongs to one."""
     control._impl.sync_cb = None

@@ -17,7 +17,7 @@ AXE = files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="
 SIZES = [(1920, 1080), (1440, 900), (1024, 768), (820, 1180), (390, 844)]
 PHONE, DESK = SIZES[-1], SIZES[1]
 TABS = ["frequencies", "veering", "compare", "run-up", "methods", "lessons", "export"]
-RUN_AXE = """axe.run({exclude: ['#root']}, {resultTypes: ['violations']}).then(found =>
+RUN_AXE = """axe.run({resultTypes: ['violations']}).then(found =>
   found.violations.filter(v => ['serious', 'critical'].includes(v.impact)).map(v =>
     `${v.id}: ${v.nodes.map(n => n.html.slice(0, 99) + ' ' + n.failureSummary).join(' | ')}`))"""
 # Own elements that can be seen, without those that only screen readers find.
@@ -83,6 +83,8 @@ def test_the_scene_has_half_of_the_page(shown, size):
     left, top, width, height = shown.evaluate(f"(r => [r.x, r.y, r.width, r.height])({SCENE})")
     assert min(height, size[1] - top) * width >= 0.5 * size[0] * size[1]
     assert shown.evaluate("document.documentElement.scrollWidth") <= size[0]
+    canvas = "document.querySelector('canvas[data-engine]').getBoundingClientRect()"
+    wait_until(lambda: shown.evaluate(f"{canvas}.width") == pytest.approx(width, abs=2))
     if size[0] < 1100:
         assert (left, width) == (0, size[0])
         below = shown.evaluate("document.getElementById('controls').getBoundingClientRect().top")
@@ -198,6 +200,13 @@ def test_letters_never_fly_the_camera_and_can_be_switched_off(shown):
     shown.evaluate("document.getElementById('letters').click()")
     key(shown, "p", 80)
     shown.wait(f"{playing} === 'true'")
+
+
+def test_nothing_of_the_workshop_is_seen(shown):
+    """No address field, no developer's settings, no tree of the scene, no notice over it."""
+    for words in ("Dev Settings", "Scene tree", "ws://", "Software WebGL", "Connected"):
+        assert not shown.evaluate(says(words))
+    assert shown.evaluate("document.title") == "beamviz"
 
 
 def test_the_page_works_at_twice_the_size(shown):

@@ -1,6 +1,5 @@
 """Visitors without a browser: a session of their own each, and the latest edit."""
 
-import math
 import re
 import threading
 from typing import Any
@@ -13,9 +12,8 @@ from beamviz.drawing.text import rounded_to_error
 from beamviz.explorer import frames, jobs, session
 from beamviz.explorer import visitor as visitor_module
 from beamviz.explorer.app import explorer
-from beamviz.explorer.visitor import on_edit, show
+from beamviz.explorer.page import page
 from beamviz.scene import Scene
-from beamviz.server import run_server
 from beamviz.solver import Solution, solve
 
 # Each visitor has a session of their own
@@ -104,19 +102,6 @@ def test_only_the_latest_of_many_edits_is_kept(url, monkeypatch):
     assert len(solved) < 300
 
 
-def test_what_the_program_sets_is_no_edit():
-    """A slider that follows its field must not set the field back."""
-    edits: list[float] = []
-    with run_server() as server:
-        slider = server.gui.add_slider("x", 0.0, 1.0, 0.1, 0.0)
-        on_edit(slider, edits.append)
-        show(slider, 0.5)
-        assert slider.value == 0.5
-        show(slider, math.nan)
-        assert slider.value == 0.5
-    assert edits == []
-
-
 def test_moving_a_slider_starts_no_thread(url, monkeypatch):
     """100 moves, each drawn."""
     started: list[str] = []
@@ -136,12 +121,11 @@ def test_the_stations_of_a_slider_move_are_at_most_eight():
     """They are listed where they meet, by names that exist."""
     stations = re.findall(r"^\d+\. `(\w+)\.?(\w*)`", session.__doc__ or "", re.MULTILINE)
     assert 5 <= len(stations) <= 8
-    modules = (session, jobs, frames, visitor_module)
+    modules = (session, jobs, frames, visitor_module, page)
     for owner, name in stations:
         found = [getattr(module, owner) for module in modules if hasattr(module, owner)]
-        assert (owner == "visitor" and hasattr(visitor_module, name)) or (
-            found and (not name or hasattr(found[0], name))
-        )
+        assert found
+        assert not name or hasattr(found[0], name)
 
 
 # Scenes without an equilibrium

@@ -1,8 +1,6 @@
 """The state of a visitor: what edits make of it, and controls that show it."""
 
 import math
-from types import SimpleNamespace
-from typing import Any
 
 import pytest
 from live.visitor import PAPER
@@ -10,7 +8,6 @@ from live.visitor import PAPER
 from beamviz.beam import Beam, Units
 from beamviz.errors import InvalidInput
 from beamviz.explorer.state import EARLIER, PAUSE, Case, History, State
-from beamviz.explorer.visitor import show
 from beamviz.scene import Camera, Scene
 
 START = State.of(Scene(PAPER))
@@ -96,18 +93,6 @@ def test_a_case_of_a_scene_has_all_options():
     assert case == Case.of(Scene(Beam(gamma=3), {"strain": "green"}))
     assert case.changed("unknown", 1.0) is case
     assert case.beam() == Beam(gamma=3)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "sent"),
-    [(1.0, 2.0, True), (1.0, 1.0 + 1e-12, False), (1.0, math.nan, False), ("a", "b", True)],
-)
-def test_a_control_is_sent_what_it_does_not_show_yet(monkeypatch, old, new, sent):
-    """A number that comes back from other units with a rounding error is the same one."""
-    values: list[Any] = []
-    monkeypatch.setattr("beamviz.explorer.visitor.set_value", lambda _, value: values.append(value))
-    show(SimpleNamespace(value=old), new)  # type: ignore[arg-type]
-    assert bool(values) is sent
 
 
 def edited(history: History, states: list[tuple[float, State]]) -> State:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 from importlib.resources import files
 from typing import Any
 
-from viser import ClientHandle, GuiEvent
+from viser import ClientHandle, GuiEvent, ViserServer
 
 from beamviz.drawing.objects import Caption
 from beamviz.server.log import RateLimitedLog
@@ -38,6 +38,11 @@ def insert_page(viser_page: str) -> str:
     style, script = ("".join(texts[name] for name in names) for names in (STYLES, SCRIPTS))
     elements = f"<style>{style}</style>{texts['page.html']}<script>{script}</script>"
     return viser_page.replace(ROOT, elements).replace("<title>Viser<", "<title>beamviz<")
+
+
+def choose_theme(side: ClientHandle | ViserServer, *, dark: bool) -> None:
+    """Set viser's dark or light theme, without its own buttons."""
+    side.gui.configure_theme(dark_mode=dark, show_logo=False, show_share_button=False)
 
 
 class Page:
