@@ -31,8 +31,8 @@ def main() -> None:
     with explorer(scene) as url, page(url, WIDTH, HEIGHT) as live:
         live.wait("document.body?.innerText.includes('B1')")
         time.sleep(8)
-        thumb = "document.querySelectorAll('[role=slider]')[2]"
-        x, y = live.middle(thumb)
+        left, top, width, height = live.box("document.getElementById('gamma-slider')")
+        x, y = left + 0.1 * width, top + height / 2  # gamma = 5 of 0 .. 50
         frames = []
         live.mouse("mousePressed", x, y, 1)
         for k in range(FRAMES):
