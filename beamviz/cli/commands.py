@@ -11,13 +11,18 @@ import typer
 from beamviz import __version__
 from beamviz.beam import NUMBERS, Beam, check_float, check_int, exact_text
 from beamviz.cli.options import (
+    AT,
+    SWEEP_STORE,
+    check_store_options,
     number,
+    parse_place,
     parse_triple,
     sweep_axes,
     sweep_values,
     takes_beam,
     takes_scene,
 )
+from beamviz.errors import InvalidInput
 from beamviz.files import check_suffix
 
 DIRECTION = typer.Option(
@@ -73,12 +78,13 @@ def modes(
 def loci(
     beam: Beam,
     options: dict[str, Any],
+    context: typer.Context,
     over: Annotated[
         Literal["gamma", "alpha", "beta", "delta", "mu", "spin_up"],
         typer.Option(help="The number to vary."),
     ],
-    start: Annotated[float, number("Its first value.")],
-    stop: Annotated[float, number("Its last value.")],
+    start: Annotated[float | None, number("Its first value.")] = None,
+    stop: Annotated[float | None, number("Its last value.")] = None,
     points: Annotated[int, number("How many values.")] = 201,
     modes: Annotated[int, number("How many modes at each.")] = 5,
     format: Annotated[Literal["table", "json", "csv"], typer.Option(help="Output.")] = "table",
@@ -87,19 +93,33 @@ def loci(
         typer.Option(help="The chart to write as well.", metavar="FILE.png|svg|pdf"),
     ] = None,
     per_rev: Annotated[int, number("Resonances with 1 .. N times the speed.")] = 0,
+    sweep: Annotated[Path | None, SWEEP_STORE] = None,
+    at: Annotated[str, AT] = "",
 ) -> None:
-    """Frequencies along one of the beam's numbers, tracked, with their crossings and veerings."""
+    """Frequencies along one of the beam's numbers, tracked, with their crossings and veerings.
+
+    --sweep takes the beam, the values and the model from a line of a store.
+    """
     from beamviz.frequency_loci import loci
     from beamviz.frequency_loci.forced_response import resonances
     from beamviz.output import LOCI_FORMATS
 
-    values = sweep_values(over, start, stop, points)
+    check_store_options(context, sweep, ["at"], ["over", "format", "plot", "per_rev"])
+    if sweep:
+        from beamviz.sweeps import open_line
+
+        beam, values, options = open_line(sweep, over, parse_place(at))
+        modes = options.pop("modes")
+    else:
+        for option in (name for name, value in (("start", start), ("stop", stop)) if value is None):
+            raise InvalidInput(f"Missing option '--{option}'.")
+        values = sweep_values(over, start, stop, points)
     if plot:
         from beamviz.plotting.loci import SUFFIXES, save_chart
 
         check_suffix(plot, SUFFIXES)
     given = getattr(beam, over)
-    if not beam.units and given != NUMBERS[over].default:
+    if not (sweep or beam.units) and given != NUMBERS[over].default:
         option = over.replace("_", "-")
         note = f"--{option} {exact_text(given)} is not used: --over {over} varies it"
         print(f"beamviz: {note}", file=sys.stderr)
@@ -252,16 +272,35 @@ def animate(
 @takes_scene
 def export(
     scene: Any,
+    context: typer.Context,
     path: Annotated[
         Path,
         typer.Argument(
             help="html: a page with film, chart and table, without a network; glb: an animated"
-            " 3D model; csv, npz: frequencies, shapes and equilibrium.",
-            metavar="OUT.html|glb|csv|npz",
+            " 3D model; csv, npz: frequencies, shapes and equilibrium; png, svg, pdf: with --sweep,"
+            " a map of the frequency of --mode over two parameters.",
+            metavar="OUT.html|glb|csv|npz|png|svg|pdf",
         ),
     ],
+    sweep: Annotated[Path | None, SWEEP_STORE] = None,
+    over: Annotated[
+        str, typer.Option(help="With --sweep: the axes of the map.", metavar="NAME,NAME")
+    ] = "",
+    at: Annotated[str, AT] = "",
+    gap: Annotated[
+        bool, typer.Option("--gap", help="With --sweep: the smallest gap between frequencies.")
+    ] = False,
 ) -> None:
-    """The scene or its numbers as a file for others."""
+    """The scene or its numbers as a file for others; a map of a sweep."""
+    check_store_options(context, sweep, ["over", "at", "gap"], ["path", "mode"])
+    if sweep:
+        from beamviz.plotting.maps import save_map
+        from beamviz.sweeps import open_sweep
+
+        mode = context.params["mode"] or (None if gap else len(scene.view.shares))
+        place = parse_place(at)
+        save_map(path, open_sweep(sweep), over.split(","), mode=mode, gap=gap, at=place)
+        return
     from beamviz.exports import export
 
     export(path, scene)

@@ -202,18 +202,19 @@ def shared_options(
     }
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
-        own = [
-            entry.replace(kind=inspect.Parameter.KEYWORD_ONLY)
-            for entry in inspect.signature(command).parameters.values()
-            if entry.name not in ("beam", "options", "scene")
-        ]
+        own = {
+            name: entry.replace(kind=inspect.Parameter.KEYWORD_ONLY)
+            for name, entry in inspect.signature(command).parameters.items()
+            if name not in ("beam", "options", "scene")
+        }
 
         @functools.wraps(command)
         def wrapper(**values: Any) -> None:
-            received = build(**{name: values.pop(name) for name in shared})
-            command(*received, **values)
+            received = build(**{name: values[name] for name in shared})
+            command(*received, **{name: values[name] for name in own})
 
-        wrapper.__signature__ = inspect.Signature([*own, *shared.values()])  # type: ignore[attr-defined]
+        entries = {**own, **shared}.values()
+        wrapper.__signature__ = inspect.Signature(list(entries))  # type: ignore[attr-defined]
         return wrapper
 
     return decorate
@@ -260,3 +261,33 @@ def sweep_axes(texts: Iterable[str]) -> dict[str, list[float]]:
         except InvalidInput as error:
             raise InvalidInput(f"--over {text}: {error}") from None
     return axes
+
+
+def check_store_options(
+    context: typer.Context, store: Path | None, needing: Iterable[str], others: Iterable[str]
+) -> None:
+    """InvalidInput for an option `needing` a store that is given without one, and beside a store
+    for any other than these and `others`."""
+    for name in context.params:
+        given = getattr(context.get_parameter_source(name), "name", "") == "COMMANDLINE"
+        option = f"--{name.replace('_', '-')}"
+        if given and store and name not in ("sweep", *needing, *others):
+            raise InvalidInput(f"{option} and --sweep {store} exclude each other: the store has it")
+        if given and not store and name in needing:
+            raise InvalidInput(f"{option}: needs --sweep STORE.zarr")
+
+
+def parse_place(text: str) -> dict[str, float]:
+    """The values given as NAME=VALUE,NAME=VALUE; InvalidInput names a wrong one."""
+    place = {}
+    for part in filter(None, text.split(",")):
+        name, _, value = part.partition("=")
+        number = parse_number(value)
+        if name not in NUMBERS or isinstance(number, str):
+            raise InvalidInput(f"--at {part}: must be NAME=VALUE, NAME one of {', '.join(NUMBERS)}")
+        place[name] = float(number)
+    return place
+
+
+SWEEP_STORE = typer.Option(help="The store of a sweep to take it from.", metavar="STORE.zarr")
+AT = typer.Option(help="With --sweep: its other axes.", metavar="NAME=VALUE,...")

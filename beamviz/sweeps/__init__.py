@@ -31,8 +31,8 @@ from beamviz.beam import Beam, check_int
 from beamviz.errors import Unavailable
 from beamviz.optional import optional
 from beamviz.sweeps.chunks import solve_and_write
-from beamviz.sweeps.plan import Plan, Task, make_plan
-from beamviz.sweeps.store import ARRAYS, open_group, open_store
+from beamviz.sweeps.plan import Plan, Task, find_place, make_plan
+from beamviz.sweeps.store import ARRAYS, open_group, open_store, stored_plan
 from beamviz.sweeps.store import count_statuses as count_statuses
 
 if TYPE_CHECKING:
@@ -109,6 +109,19 @@ def open_sweep(path: str | Path) -> "xarray.Dataset":
     xarray = optional("xarray", "sweep")
     open_group(Path(path))
     return xarray.open_dataset(path, engine="zarr", consolidated=False)[list(ARRAYS)]
+
+
+def open_line(
+    path: Path, over: str, at: Mapping[str, float]
+) -> tuple[Beam, list[float], dict[str, Any]]:
+    """A line of a store: its beam, the values along one axis, and the options of `solve`.
+
+    at: values of the other axes; those of one value need none.
+    """
+    plan = stored_plan(path)
+    place = find_place(plan.axes, [over], at)
+    beam = plan.beam.replace(**{name: float(plan.axes[name][k]) for name, k in place.items()})
+    return beam, plan.axes[over].tolist(), plan.options
 
 
 def run(

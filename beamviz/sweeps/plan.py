@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beamviz.beam import NUMBERS, Beam, check_float
+from beamviz.beam import NUMBERS, Beam, check_float, exact_text
 from beamviz.errors import InvalidInput
 from beamviz.solver import DEFAULTS, METHODS, Problem, parse_options
 
 MAX_VALUES = 1_000_000  # of an axis
+ROUNDING = 1e-9  # relative, of a value of an axis that is named again
 # Beams of a chunk: about a second of work, so that a cluster's scheduler keeps up, and few enough
 # files. A small sweep has about TASKS of them, for all processes to have some.
 FAST, COUPLED, SLOW, LEAST = 16384, 4096, 256, 1024
@@ -126,3 +127,31 @@ def check_axis(name: str, given: ArrayLike) -> np.ndarray:
         first, second = array[falls[0] : falls[0] + 2]
         raise InvalidInput(f"values of {name}: must ascend, but {second:g} follows {first:g}")
     return array + 0.0  # -0.0 becomes 0.0
+
+
+def find_place(
+    axes: Mapping[str, np.ndarray], over: Sequence[str], at: Mapping[str, float]
+) -> dict[str, int]:
+    """The position on each axis of a sweep but those in `over`, by its value; an axis of one value
+    needs none. InvalidInput names what is wrong."""
+    known = ", ".join(axes)
+    for name in over:
+        if name not in axes or len(axes[name]) < 2:
+            fault = "has one value in" if name in axes else "is no axis of"
+            raise InvalidInput(f"over {name}: {name} {fault} this sweep, which is over {known}")
+    for name, value in at.items():
+        if name not in axes or name in over:
+            fault = "varies" if name in over else f"is no axis of this sweep, which is over {known}"
+            raise InvalidInput(f"at {name}={value:g}: {name} {fault}")
+    place = {}
+    for name in (name for name in axes if name not in over):
+        values = axes[name]
+        if name not in at and len(values) > 1:
+            ends = f"{values[0]:g} .. {values[-1]:g}"
+            raise InvalidInput(f"at: {name} is missing, one of its {len(values)} values {ends}")
+        value = at.get(name, values[0])
+        place[name] = k = int(abs(values - value).argmin())
+        if not abs(values[k] - value) <= ROUNDING * abs(value):
+            near = exact_text(float(values[k]))
+            raise InvalidInput(f"at {name}={value:g}: not in this sweep; the nearest is {near}")
+    return place

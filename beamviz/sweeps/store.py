@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from beamviz import __version__
-from beamviz.beam import NUMBERS, Beam, exact_text
+from beamviz.beam import NUMBERS, Beam, Units, exact_text
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.files import check_suffix, temporary
 from beamviz.optional import optional
@@ -169,7 +169,11 @@ def stored_plan(path: Path) -> Plan:
     axes = {name: group[name][:] for name in modes[:-1]}
     attributes = group.attrs
     fixed = {name: attributes[name] for name in NUMBERS if name in attributes}
-    return make_plan(axes, Beam(**fixed), **{name: attributes[name] for name in DEFAULTS})
+    sizes = [attributes[name] for name in ("unit_length_m", "unit_time_s") if name in attributes]
+    units = Units(*sizes) if sizes else None
+    return make_plan(
+        axes, Beam(**fixed, units=units), **{name: attributes[name] for name in DEFAULTS}
+    )
 
 
 def write_chunk(path: Path, plan: Plan, task: Task, arrays: dict[str, np.ndarray]) -> None:

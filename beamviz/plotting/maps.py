@@ -1,0 +1,225 @@
+"""A sweep as a picture: one frequency, or the smallest gap, over two of its parameters."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib import patheffects, rc_context
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import ListedColormap, LogNorm, Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from scipy import ndimage
+
+from beamviz.beam import NUMBERS, Units, check_int
+from beamviz.errors import InvalidInput
+from beamviz.files import check_suffix, replaced
+from beamviz.plotting import DPI, INK, STYLE, figure_bytes
+from beamviz.sweeps.plan import find_place
+from beamviz.sweeps.store import FAMILIES, STATUSES
+
+if TYPE_CHECKING:
+    import xarray
+
+SUFFIXES = (".png", ".svg", ".pdf")
+SIZE = (7.0, 5.0)  # [in]
+EMPTY = {  # by status: colour and hatch of beams without a number
+    "not computed": ("#FFFFFF", "...."),
+    "unstable": ("#E4E4E4", "\\\\\\"),
+    "no equilibrium": ("#C8C8C8", "////"),
+    "not converged": ("#A0A0A0", "xxxx"),
+}
+NAMED = 0.03  # of the map: the least part in which families are named
+DECADES = 1e-4  # of the largest gap: colours end there
+HALO = [patheffects.withStroke(linewidth=2.5, foreground="white")]
+
+
+def save_map(path: Path, dataset: "xarray.Dataset", over: Sequence[str], **options: Any) -> None:
+    """Write a map in the format of the suffix; see `draw_map`. Raises Unavailable, too."""
+    extension = check_suffix(path, SUFFIXES)[1:]
+    with rc_context(STYLE):
+        figure = Figure(figsize=SIZE, dpi=DPI, layout="constrained")
+        FigureCanvasAgg(figure)
+        draw_map(dataset, over, ax=figure.add_subplot(), **options)
+    with replaced(path) as part:
+        part.write_bytes(figure_bytes(figure, extension))
+
+
+def draw_map(
+    dataset: "xarray.Dataset",
+    over: Sequence[str],
+    *,
+    mode: int | None = None,
+    gap: bool = False,
+    at: Mapping[str, float] | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw a frequency over two parameters of a sweep, and return the axes.
+
+    dataset: of `sweep`. over: the parameters of the horizontal and the vertical axis. mode: whose
+    frequency (1 is the lowest), or gap=True: the smallest gap between neighbouring frequencies.
+    at: values of the other axes of the sweep, which may be left out where an axis has one value.
+    ax: where to draw, by default the current axes.
+
+    Parts where the family of the mode, or the modes of the gap, change are separated by lines and
+    named. Beams without a number are grey, by their status. Frequencies are in Hz and speeds in rpm
+    for a sweep of a beam in SI. Raises InvalidInput.
+    """
+    if (mode is None) != gap:
+        raise InvalidInput("a map is either of one mode or, with gap, of the smallest gap")
+    axes = {str(name): dataset[name].values for name in dataset["status"].dims}
+    if len(over) != 2 or over[0] == over[1]:
+        raise InvalidInput(f"over {', '.join(over)}: must be two axes of the sweep")
+    place = find_place(axes, over, at or {})
+    part = dataset.isel(place).transpose(over[1], over[0], "mode")
+    count = part.sizes["mode"]
+    if mode is not None:
+        check_int("mode", mode, 1, count)
+        values = part["frequency"].isel(mode=mode - 1).values
+        kinds = part["family"].isel(mode=mode - 1).values.astype(int)
+        names = dict(enumerate(FAMILIES))
+        what = f"frequency of mode {mode}"
+    else:
+        values, kinds, names = smallest_gap(part)
+        what = "smallest gap between frequencies"
+    status = part["status"].values
+    if not np.isfinite(values).any():
+        met = ", ".join(STATUSES[code] for code in np.unique(status))
+        raise InvalidInput(f"there is no {what} to draw here; the beams are: {met}")
+    if ax is None:
+        from matplotlib import pyplot
+
+        ax = pyplot.gca()
+    units = units_of(dataset)
+    x, y = (convert(units, name, axes[name]) for name in over)
+    values = units.hertz(values) if units else values
+    draw_empty(ax, x, y, np.where(np.isfinite(values), -1, status))
+    draw_values(ax, x, y, values, gap, f"{what} [{'Hz' if units else '1/T*'}]")
+    kinds = np.where(np.isfinite(values), kinds, -1)
+    name_parts(ax, x, y, kinds, names)
+    held = {**dataset.attrs, **{name: axes[name][k] for name, k in place.items()}}
+    ax.set_title(title(what, over, held), loc="left", fontsize=8)
+    ax.set(xlabel=axis_label(units, over[0]), ylabel=axis_label(units, over[1]))
+    ax.set(xlim=x[[0, -1]], ylim=y[[0, -1]])
+    return ax
+
+
+def smallest_gap(part: "xarray.Dataset") -> tuple[np.ndarray, np.ndarray, dict[int, str]]:
+    """Smallest gaps (rows, columns), between which modes and families as a code, and its names."""
+    frequency, family = part["frequency"].values, part["family"].values.astype(int)
+    if frequency.shape[-1] < 2:
+        raise InvalidInput("the sweep has one mode: a gap needs two, as with modes=5")
+    gaps = np.diff(frequency, axis=-1)
+    gaps[~np.isfinite(gaps)] = np.inf
+    lower = gaps.argmin(axis=-1)[..., None]
+    smallest = np.take_along_axis(gaps, lower, -1)[..., 0]
+    pair = (np.take_along_axis(family, lower + side, -1)[..., 0] for side in (0, 1))
+    first, second = np.sort(np.stack(list(pair)), axis=0)
+    base = len(FAMILIES)
+    codes = (lower[..., 0] * base + first) * base + second
+    names = {}
+    for code in np.unique(codes[np.isfinite(smallest)]).tolist():
+        k, a, b = code // base**2, FAMILIES[code // base % base], FAMILIES[code % base]
+        both = f"both\n{a}" if a == b else f"{a},\n{b}"
+        names[code] = f"modes {k + 1}, {k + 2}:\n{both}"
+    return np.where(np.isfinite(smallest), smallest, np.nan), codes, names
+
+
+def draw_empty(ax: Axes, x: np.ndarray, y: np.ndarray, status: np.ndarray) -> None:
+    """Fill the beams without a number (status >= 0) in grey, hatched by status, with a legend."""
+    handles = []
+    for name, (colour, hatch) in EMPTY.items():
+        here = status == STATUSES.index(name)
+        if not here.any():
+            continue
+        one = ListedColormap([colour])
+        ax.pcolormesh(x, y, np.ma.masked_where(~here, here), cmap=one, rasterized=True)
+        ax.contourf(x, y, here, levels=[0.5, 1.5], colors="none", hatches=[hatch])
+        handles.append(Patch(facecolor=colour, edgecolor=INK, hatch=hatch, lw=0.5, label=name))
+    if handles:
+        ax.legend(
+            handles=handles,
+            loc="upper left",
+            bbox_to_anchor=(0, -0.12),
+            borderaxespad=0,
+            ncols=len(handles),
+            frameon=False,
+            fontsize=8,
+        )
+
+
+def draw_values(
+    ax: Axes, x: np.ndarray, y: np.ndarray, values: np.ndarray, logarithmic: bool, label: str
+) -> None:
+    """Colours and their bar; lines of equal values at its ticks where they are not logarithmic."""
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    norm, ends = Normalize(low, high), "neither"
+    if logarithmic := logarithmic and high > 0:
+        least = max(low, DECADES * high)
+        norm, ends = LogNorm(least, high, clip=True), "min" if low < least else "neither"
+    known = np.ma.masked_invalid(values)
+    mesh = ax.pcolormesh(x, y, known, norm=norm, cmap="viridis", rasterized=True)
+    figure: Any = ax.get_figure()
+    bar = figure.colorbar(mesh, ax=ax, label=label, extend=ends)
+    ticks = [tick for tick in bar.get_ticks() if low < tick < high]
+    if ticks and not logarithmic:
+        ax.contour(x, y, known, levels=ticks, colors="white", linewidths=0.5)
+
+
+def name_parts(
+    ax: Axes, x: np.ndarray, y: np.ndarray, kinds: np.ndarray, names: Mapping[int, str]
+) -> None:
+    """Lines between parts of different kinds (>= 0), and their names in the larger of them."""
+    shares = tuple(1 / n for n in kinds.shape)
+    for kind in np.unique(kinds[kinds >= 0]).tolist():
+        own = kinds == kind
+        if (~own & (kinds >= 0)).any():
+            ax.contour(x, y, own, levels=[0.5], colors=INK, linewidths=0.9)
+        parts, count = ndimage.label(own)
+        for number in range(1, count + 1):
+            part = parts == number
+            if part.mean() < NAMED:
+                continue
+            inside = ndimage.distance_transform_edt(np.pad(part, 1), sampling=shares)[1:-1, 1:-1]
+            row, column = np.unravel_index(inside.argmax(), inside.shape)
+            ax.text(
+                float(x[column]),
+                float(y[row]),
+                names[kind],
+                ha="center",
+                va="center",
+                color=INK,
+                fontsize=7.5,
+                path_effects=HALO,
+            )
+
+
+def units_of(dataset: "xarray.Dataset") -> Units | None:
+    """The units of the sweep of a beam given in SI."""
+    length, time = (dataset.attrs.get(name) for name in ("unit_length_m", "unit_time_s"))
+    return Units(length, time) if length and time else None
+
+
+def convert(units: Units | None, name: str, values: np.ndarray) -> np.ndarray:
+    """Values of a parameter as its axis has them."""
+    return units.rpm(values) if units and name == "gamma" else values
+
+
+def axis_label(units: Units | None, name: str) -> str:
+    """The label of the axis of a parameter."""
+    return "rotation speed [rpm]" if units and name == "gamma" else NUMBERS[name].axis_label
+
+
+def title(what: str, over: Sequence[str], held: Mapping[str, Any]) -> str:
+    """What the map shows, the numbers held fixed, and the model."""
+    numbers = ", ".join(
+        f"{number.symbol} = {held[name]:.5g}"
+        for name, number in NUMBERS.items()
+        if name not in over and (name != "spin_up" or held[name])
+    )
+    coriolis = "with" if held["coriolis"] else "without"
+    model = f"{held['strain']} strain, {held['curvature']} curvature, {held['plane']}"
+    head = f"{what.capitalize()} at {numbers}".replace("-", "−")
+    return f"{head}\n{model}, {coriolis} Coriolis"

@@ -1,0 +1,149 @@
+"""Maps and lines of a sweep's store: `beamviz export --sweep`, `beamviz loci --sweep`."""
+
+import numpy as np
+import pytest
+from helpers import strict
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+
+from beamviz import Beam, solve, sweep
+from beamviz.plotting.maps import draw_map
+
+SPEEDS = np.linspace(0, 40, 21)
+MASSES = np.array([0, 0.5, 1, 2])
+LINE = ("loci", "--over", "gamma", "--at", "alpha=1,beta=0.5", "--sweep")
+MAP = ("--over", "gamma,alpha", "--at", "beta=0.5")
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
+    """A sweep that has beams without an equilibrium."""
+    path = tmp_path_factory.mktemp("sweep") / "a.zarr"
+    axes = {"gamma": SPEEDS, "alpha": MASSES, "beta": [0.5, 1]}
+    sweep(axes, path, 3, beam=Beam(mu=60), workers=1, strain="hencky")
+    return path
+
+
+def drawn(store, **options):
+    """Axes of a map, the values (rows, columns) in its colours, and its texts."""
+    from beamviz.sweeps import open_sweep
+
+    ax = Figure().add_subplot()
+    draw_map(open_sweep(store), ("gamma", "alpha"), at={"beta": 0.5}, ax=ax, **options)
+    (mesh,) = (
+        one for one in ax.collections if one.get_cmap().name == "viridis" and one.get_rasterized()
+    )
+    return ax, mesh.get_array(), {text.get_text() for text in ax.texts}
+
+
+def test_a_map_shows_a_frequency(store):
+    """Colours are the frequencies of solve; families, parameters, unit and gaps are named."""
+    ax, values, texts = drawn(store, mode=2)
+    beam = Beam(gamma=SPEEDS[3], alpha=MASSES[2], beta=0.5, mu=60)
+    assert values.shape == (4, 21)
+    assert values[2, 3] == pytest.approx(solve(beam, strain="hencky").frequencies[1], rel=1e-5)
+    assert values.mask[3, -1]
+    assert texts == {"bending", "stretching"}
+    assert ("rotation speed γ" in ax.get_xlabel(), "mass ratio α" in ax.get_ylabel()) == (True,) * 2
+    assert "mode 2 at β = 0.5, δ = 0, μ = 60" in ax.get_title(loc="left")
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["no equilibrium"]
+    assert ax.figure.axes[1].get_ylabel() == "frequency of mode 2 [1/T*]"
+
+
+def test_a_map_shows_the_smallest_gap(store):
+    """The smallest difference of neighbouring frequencies, its modes and families named."""
+    _, values, texts = drawn(store, gap=True)
+    beam = Beam(gamma=SPEEDS[3], alpha=MASSES[2], beta=0.5, mu=60)
+    frequencies = solve(beam, modes=3, strain="hencky").frequencies
+    assert values[2, 3] == pytest.approx(np.diff(frequencies).min(), rel=1e-4)
+    assert "modes 1, 2:\nboth\nbending" in texts
+
+
+@pytest.mark.parametrize("options", [("--mode", "2"), ("--gap",)])
+def test_the_map_is_a_file(options, store, tmp_path, run):
+    """`beamviz export OUT.png --sweep` writes a picture in colours and greys."""
+    out = tmp_path / "map.png"
+    assert run("export", str(out), "--sweep", str(store), *MAP, *options) == (0, "", "")
+    assert len(np.unique(imread(out).reshape(-1, 4), axis=0)) > 30
+
+
+def test_a_map_of_a_beam_in_si(tmp_path, steel, run):
+    """Frequencies in Hz over the speed in rpm."""
+    from beamviz.sweeps import open_sweep
+
+    store = tmp_path / "si.zarr"
+    sweep({"gamma": SPEEDS[:3], "alpha": [0, 1]}, store, 2, beam=Beam.from_toml(steel), workers=1)
+    ax = draw_map(open_sweep(store), ("gamma", "alpha"), mode=1, ax=Figure().add_subplot())
+    assert ax.get_xlabel() == "rotation speed [rpm]"
+    assert ax.get_xlim()[1] == pytest.approx(Beam.from_toml(steel).units.rpm(SPEEDS[2]))
+    assert "[Hz]" in ax.figure.axes[1].get_ylabel()
+    code, out, err = run("loci", "--over", "gamma", "--at", "alpha=1", "--sweep", str(store))
+    assert (code, err) == (0, "")
+    assert "SI units     L = 2 m" in out
+
+
+def test_the_loci_of_a_line(store, tmp_path, run):
+    """Beam, values and model are those of the store, and so are the frequencies."""
+    from beamviz.sweeps import open_sweep
+
+    plot = tmp_path / "line.svg"
+    code, out, err = run(*LINE, str(store), "--format", "json", "--plot", str(plot))
+    data = strict(out)
+    assert (code, err) == (0, "")
+    assert data["values"] == SPEEDS.tolist()
+    assert data["beam"] == {"alpha": 1, "beta": 0.5, "delta": 0, "mu": 60}
+    assert data["model"]["strain"] == "hencky"
+    found = np.array([branch["frequency"] for branch in data["branches"]], float)
+    line = open_sweep(store).sel(alpha=1, beta=0.5)
+    np.testing.assert_allclose(np.sort(found, axis=0)[:3].T, line.frequency, rtol=1e-5)
+    assert np.isnan(line.frequency[-1]).all()
+    assert {one["kind"] for one in data["limits"]} == {"no-equilibrium"}
+    assert plot.stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        (("loci", "--over", "mu", "--sweep"), "over mu: mu is no axis of this sweep"),
+        (("loci", "--over", "gamma", "--sweep"), "alpha is missing, one of its 4 values 0 .. 2"),
+        ((*LINE[:4], "alpha=1,beta=0.6", "--sweep"), "beta=0.6: not in this sweep; the nearest is"),
+        ((*LINE[:4], "alpha=x", "--sweep"), "--at alpha=x: must be NAME=VALUE"),
+        ((*LINE[:4], "gamma=1", "--sweep"), "at gamma=1: gamma varies"),
+        (("loci", "--start", "1", *LINE[1:]), "--start and --sweep"),
+        (("loci", "--coriolis", *LINE[1:]), "--coriolis and --sweep"),
+        (
+            ("export", "a.png", "--gap", "--mode", "1", *MAP, "--sweep"),
+            "either of one mode or, with gap",
+        ),
+        (("export", "a.png", "--mode", "4", *MAP, "--sweep"), "mode = 4"),
+        (("export", "a.glb", *MAP, "--sweep"), "a.glb: must end in .png, .svg or .pdf"),
+        (("export", "a.png", "--over", "gamma", "--sweep"), "must be two axes"),
+        (("export", "a.png", "--alpha", "1", *MAP, "--sweep"), "--alpha and --sweep"),
+        (("export", "a.png", "--sweep"), "must be two axes"),
+    ],
+)
+def test_wrong_input_is_one_line(line, message, store, run):
+    """Exit code 2, and a line that names what is wrong."""
+    code, out, err = run(*line, str(store))
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert message in err
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("export a.html --gap", "--gap: needs --sweep"),
+        ("export a.html --over gamma,alpha", "--over: needs --sweep"),
+        ("loci --over gamma --start 0 --stop 1 --at alpha=1", "--at: needs --sweep"),
+        ("loci --over gamma --stop 1", "--start"),
+        ("loci --over gamma --sweep no.zarr", "no.zarr: is no sweep"),
+        ("export a.png --sweep no.zarr --over gamma,alpha", "no.zarr: is no sweep"),
+    ],
+)
+def test_options_of_a_store_need_one(line, message, tmp_path, monkeypatch, run):
+    """The message names the option, and no file is written."""
+    monkeypatch.chdir(tmp_path)
+    code, _, err = run(*line.split())
+    assert (code, err.count("\n")) == (2, 1)
+    assert message in err
+    assert not list(tmp_path.iterdir())
