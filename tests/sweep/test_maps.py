@@ -8,6 +8,7 @@ from matplotlib.image import imread
 
 from beamviz import Beam, solve, sweep
 from beamviz.plotting.maps import draw_map
+from beamviz.sweeps import open_sweep
 
 SPEEDS = np.linspace(0, 40, 21)
 MASSES = np.array([0, 0.5, 1, 2])
@@ -26,8 +27,6 @@ def store(tmp_path_factory):
 
 def drawn(store, **options):
     """Axes of a map, the values (rows, columns) in its colours, and its texts."""
-    from beamviz.sweeps import open_sweep
-
     ax = Figure().add_subplot()
     draw_map(open_sweep(store), ("gamma", "alpha"), at={"beta": 0.5}, ax=ax, **options)
     (mesh,) = (
@@ -69,8 +68,6 @@ def test_the_map_is_a_file(options, store, tmp_path, run):
 
 def test_a_map_of_a_beam_in_si(tmp_path, steel, run):
     """Frequencies in Hz over the speed in rpm."""
-    from beamviz.sweeps import open_sweep
-
     store = tmp_path / "si.zarr"
     sweep({"gamma": SPEEDS[:3], "alpha": [0, 1]}, store, 2, beam=Beam.from_toml(steel), workers=1)
     ax = draw_map(open_sweep(store), ("gamma", "alpha"), mode=1, ax=Figure().add_subplot())
@@ -84,8 +81,6 @@ def test_a_map_of_a_beam_in_si(tmp_path, steel, run):
 
 def test_the_loci_of_a_line(store, tmp_path, run):
     """Beam, values and model are those of the store, and so are the frequencies."""
-    from beamviz.sweeps import open_sweep
-
     plot = tmp_path / "line.svg"
     code, out, err = run(*LINE, str(store), "--format", "json", "--plot", str(plot))
     data = strict(out)
@@ -147,3 +142,17 @@ def test_options_of_a_store_need_one(line, message, tmp_path, monkeypatch, run):
     assert (code, err.count("\n")) == (2, 1)
     assert message in err
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("status", ["not computed", "unstable", "not converged"])
+def test_beams_without_a_number_are_grey(status, store):
+    """Exactly these, named in the legend."""
+    data = open_sweep(store).load()
+    code = ("not computed", "solved", "unstable", "no equilibrium", "not converged").index(status)
+    data["status"] = data["status"].where(data["status"] == 1, code)
+    ax = draw_map(data, ("gamma", "alpha"), mode=1, at={"beta": 1}, ax=Figure().add_subplot())
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == [status]
+    greys, colours = (one.get_array() for one in ax.collections if one.get_rasterized())
+    assert (greys.mask != colours.mask).all()
+    assert (colours.mask == (data["status"].sel(beta=1) == code).T.values).all()
+    assert 0 < colours.mask.sum() < colours.size
