@@ -95,20 +95,23 @@ class Surroundings:
     def show(self, beam: Beam, *, rotating_frame: bool, dark: bool = False) -> None:
         """Place them for `beam`: the clamp is on the rim, so the hub's radius is |delta|. Outside
         the rotating frame the whole floor is in the picture, and the arrow larger."""
-        ground = ground_height(beam)
-        drawn_for = beam.delta, beam.gamma, ground, rotating_frame, dark, beam.units
-        if drawn_for == self.drawn_for:
-            return
-        self.drawn_for = drawn_for
-        self.disc.color = colours.FLOOR[dark]
-        self.show_hub(beam, ground)
-        self.arrow.visible = self.alone and beam.gamma > 0
-        self.speed.text = ""
-        if self.arrow.visible:
-            self.show_speed(beam, 1.0 if rotating_frame else max(1.0, hub_radius(beam)))
-        reach = floor_radius(beam)
-        self.disc.radius = reach
-        self.scale.points = scale_lines(reach)
+        ground, turning = ground_height(beam), self.alone and beam.gamma > 0
+        drawn_for = beam.delta, ground, turning, rotating_frame, dark
+        if drawn_for != self.drawn_for:
+            self.drawn_for = drawn_for
+            self.show_hub(beam, ground)
+            self.show_floor(beam, ground, dark=dark)
+            self.arrow.visible = turning
+            if turning:
+                self.show_arrow(beam, 1.0 if rotating_frame else max(1.0, hub_radius(beam)))
+        speed = measure("gamma", beam.units).text(beam.gamma, 4)
+        self.speed.text = (speed if beam.units else f"speed {speed}") if turning else ""
+
+    def show_floor(self, beam: Beam, ground: float, *, dark: bool) -> None:
+        """Place the floor below the beam."""
+        radius = floor_radius(beam)
+        self.disc.color, self.disc.radius = colours.FLOOR[dark], radius
+        self.scale.points = scale_lines(radius)
         set_position(self.floor, (0.0, 0.0, ground - FLOOR_THICKNESS / 2))
 
     def show_hub(self, beam: Beam, ground: float) -> None:
@@ -135,16 +138,15 @@ class Surroundings:
             },
         )
 
-    def show_speed(self, beam: Beam, size: float) -> None:
-        """Place the arrow and its label, `size` times as large as usual: beside the hub, or on it
-        where that is large."""
+    def show_arrow(self, beam: Beam, size: float) -> None:
+        """Place the arrow and the point of the speed, `size` times as large as usual: beside the
+        hub, or on it where that is large."""
         radius, middle = arrow_place(beam, size)
         ribbon = arrow(radius, middle, size)
         set_properties(self.arrow, {"vertices": ribbon.vertices.astype(np.float32)})
-        speed = measure("gamma", beam.units).text(beam.gamma, 4)
         behind = middle - arrow_turn(radius, size) / 2 - ARROW_GAP * size / radius
         place = (radius * math.cos(behind), radius * math.sin(behind), ARROW_HEIGHT)
-        self.speed.show(speed if beam.units else f"speed {speed}", place)
+        set_position(self.speed.point, place)
 
 
 def floor_radius(beam: Beam) -> float:

@@ -328,16 +328,15 @@ class Session:
         self.visitor.page.theme(dark=dark)
 
     def take_preferences(self, preferences: Any) -> None:
-        """Follow the preferences of the visitor's system; a dark scene stays dark."""
-        visitor = self.visitor
-        if not isinstance(preferences, dict):
-            return
+        """Follow the preferences of the visitor's system, the words "dark" and "still" (reduced
+        motion); a dark scene stays dark."""
+        visitor, words = self.visitor, str(preferences).split()
         with visitor.lock:
             state = visitor.state
-            if preferences.get("reduced_motion") is True:
+            if "still" in words:
                 state = state.changed("playing", False)
             if not state.scene.view.dark:
-                state = state.changed("dark", preferences.get("dark") is True)
+                state = state.changed("dark", "dark" in words)
             visitor.follow(state)
 
     def update_features(self, now: float) -> None:

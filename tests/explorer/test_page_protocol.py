@@ -47,7 +47,7 @@ def test_an_action_is_short(url):
         assert close_code(url, message) == POLICY_VIOLATION
 
 
-@pytest.mark.parametrize("value", ["fast", None, [1, 2], {"a": 1}, 10**40, 1e9])
+@pytest.mark.parametrize("value", ["fast", None, 10**40, 1e9])
 def test_a_value_that_is_none_leaves_the_next_one_alone(url, value):
     """Of the five numbers: what was sent is no beam, and the page says so."""
     with visitor(url) as guest:
@@ -71,6 +71,6 @@ def test_the_preferences_of_the_system_are_followed(url):
     """Dark, and at rest; anything else is ignored."""
     with visitor(url) as guest:
         guest.do("preferences", 3)
-        guest.do("preferences", {"dark": True, "reduced_motion": True})
+        guest.do("preferences", "dark still")
         guest.wait(lambda _: guest.parts["dark"] is True)
         assert guest.values["playing"] is False

@@ -56,7 +56,7 @@ class NumberControls:
 
     def show(self, name: str, number: Any) -> None:
         """Show a number; the slider widens for one beyond its everyday range."""
-        if not isinstance(number, int | float) or not math.isfinite(number):
+        if not is_finite(number):
             return
         measure, (low, high) = self.measures[name], self.ranges[name]
         shown = float(f"{measure.factor * number:.{DIGITS}g}")
@@ -70,7 +70,7 @@ class NumberControls:
         self.measures = measures(units)
         for name in NUMBERS:
             number = state.case.numbers[name]
-            self.choose_range(name, number, units)
+            self.choose_range(name, number if is_finite(number) else 0.0, units)
             self.show(name, number)
         self.page.props("mu-row", hidden=units is not None)
         self.page.html("units", "SI units" if units else "no units")
@@ -94,6 +94,11 @@ class NumberControls:
         """Range of a slider, as shown."""
         self.ranges[name] = low, high
         self.page.props(f"{name}-slider", min=low, max=high)
+
+
+def is_finite(number: Any) -> bool:
+    """Whether a value that a page has sent is a finite number."""
+    return isinstance(number, int | float) and math.isfinite(number)
 
 
 def number_slider(name: str) -> str:

@@ -38,10 +38,9 @@ const beamviz = (() => {
   }
 
   function sendPreferences() {
-    send("preferences", {
-      dark: media("prefers-color-scheme: dark").matches,
-      reduced_motion: media("prefers-reduced-motion: reduce").matches,
-    });
+    const preferences = { dark: "prefers-color-scheme: dark", still: "prefers-reduced-motion: reduce" };
+    const names = Object.keys(preferences).filter((name) => media(preferences[name]).matches);
+    send("preferences", names.join(" "));
   }
 
   // From the server

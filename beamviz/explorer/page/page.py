@@ -162,6 +162,8 @@ class Page:
         try:
             _, action, value = json.loads(self.bridge.value, parse_int=whole_number)
             handler = self.handlers[action]
+            if isinstance(value, list | dict):
+                raise ValueError(f"{action} with {str(value)[:40]}")
         except (ValueError, KeyError, TypeError, RecursionError) as error:
             visitor = f"visitor {event.client_id}"
             log.warn(visitor, "action", f"an unknown action was ignored: {str(error)[:80]}")
