@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from beamviz.errors import BeamvizError, NotConverged
+from beamviz.frequency_loci.axis import Axis
 from beamviz.frequency_loci.crossings import Event, locate_events
 from beamviz.frequency_loci.curves import Curves, Values
 from beamviz.frequency_loci.interpolation import (
-    Axis,
     Spectra,
     interpolate,
     root_places,

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beamviz.frequency_loci.interpolation import Axis, Piece, Solves, Spectra
+from beamviz.frequency_loci.axis import Axis
+from beamviz.frequency_loci.interpolation import Piece, Solves, Spectra
 
 Measure = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """Values (n,), omega^2 (n, families, k) -> functions (n, channels)."""

@@ -11,8 +11,8 @@ from scipy.interpolate import barycentric_interpolate
 from scipy.optimize import brentq
 
 from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.frequency_loci.axis import Axis
 from beamviz.frequency_loci.curves import Curves
-from beamviz.frequency_loci.interpolation import Axis
 from beamviz.frequency_loci.sweep import Outcome, Sweep
 from beamviz.solver.solution import Solution
 

@@ -1,0 +1,72 @@
+"""The axis of loci, and the variable of their interpolation on it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+SHORT_OF = 1e-5  # of an axis: how far from a limit of equilibrium the loci end
+SHIFTS = {"alpha": 0.2, "gamma": 16.0, "mu": 0.0}  # see Axis.t
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A range of the parameter, and the variable t of the interpolation on it, in which
+    singularities are far away: log(alpha + 0.2), log(gamma^2 + 16), log mu, log(delta + 1) or so.
+
+    limited: whether an equilibrium ends at `low` and at `high`, where omega^2 has the singularity
+    of a square root.
+    """
+
+    over: str
+    low: float
+    high: float
+    limited: tuple[bool, bool] = (False, False)
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The values between which there are loci: short of the limits."""
+        reach = SHORT_OF * (self.high - self.low)
+        return self.low + reach * self.limited[0], self.high - reach * self.limited[1]
+
+    def t(self, p: np.ndarray) -> np.ndarray:
+        """The variable at values of the parameter."""
+        y = self._stretched(p)
+        low, high = self._stretched(np.array([self.low, self.high]))
+        match self.limited:
+            case (True, True):
+                return np.arcsin(np.clip(2 * (y - low) / (high - low) - 1, -1, 1))
+            case (False, True):
+                return -np.sqrt(np.maximum(high - y, 0.0))
+            case (True, False):
+                return np.sqrt(np.maximum(y - low, 0.0))
+        return y
+
+    def p(self, t: np.ndarray) -> np.ndarray:
+        """The parameter at values of the variable, within the ends."""
+        low, high = self._stretched(np.array([self.low, self.high]))
+        match self.limited:
+            case (True, True):
+                y = low + (high - low) * (np.sin(t) + 1) / 2
+            case (False, True):
+                y = high - t**2
+            case (True, False):
+                y = low + t**2
+            case _:
+                y = t
+        p = y if self._shift is None else np.exp(y) - self._shift
+        if self.over == "gamma":
+            p = np.sqrt(np.maximum(p, 0.0))
+        start, stop = self.ends
+        first, last = self.t(np.array([start, stop]))
+        return np.where(t == first, start, np.where(t == last, stop, np.clip(p, start, stop)))
+
+    def _stretched(self, p: np.ndarray) -> np.ndarray:
+        """The logarithm, if the parameter has one."""
+        if self._shift is None:
+            return p
+        return np.log((p**2 if self.over == "gamma" else p) + self._shift)
+
+    @property
+    def _shift(self) -> float | None:
+        """Added to the parameter, or the square of gamma, before its logarithm is taken."""
+        return 1 - min(self.low, 0.0) if self.over == "delta" else SHIFTS.get(self.over)
