@@ -281,7 +281,7 @@ LESSONS = (
         title="Folded over its own axis",
         question="A beam that points at the axis has buckled. Where does it go?",
         scene=Scene.of(gamma=2, delta=-1, state="stable", mode=1),
-        do="The folder **Model** is set to the stable state. Raise **speed γ** slowly from 2 to 5.",
+        do="The **state** is set to stable. Raise **speed γ** slowly from 2 to 5.",
         see="Up to γ = 3 the beam is straight and B1 falls to zero. Then it bends aside, further"
         " with every step, and B1 rises again; at γ = 4 the tip lies behind the clamp.",
         meaning="The straight state is still an equilibrium, but an unstable one. On either side of"

@@ -304,17 +304,20 @@ def test_on_a_phone_the_line_is_dragged_by_touch_and_a_crossing_is_tapped(url):
                 touchPoints=[{"x": x, "y": y} for x, y in points],
             )
 
-        boxes: list[list[float]] = []
-        wait_until(lambda: boxes.append(phone.box(PLOT)) or boxes[-20:] == boxes[-1:] * 20)
-        left, top, width, height = boxes[-1]
+        def at_rest(element: str) -> list[float]:
+            boxes: list[list[float]] = []
+            wait_until(lambda: boxes.append(phone.box(element)) or boxes[-20:] == boxes[-1:] * 20)
+            return boxes[-1]
+
+        left, top, width, height = at_rest(PLOT)
         y = top + 0.25 * height
         touch("touchStart", (left + 0.4 * width, y))
         for step in range(1, 9):
             touch("touchMove", (left + (0.4 + 0.03 * step) * width, y))
         touch("touchEnd")
         wait_until(lambda: 8 < field(phone) == pytest.approx(value(phone)))
-        x, y = phone.middle(f"{MARKS}[0]")
-        touch("touchStart", (x, y))
+        left, top, width, height = at_rest(f"{MARKS}[0]")
+        touch("touchStart", (left + width / 2, top + height / 2))
         touch("touchEnd")
         wait_until(lambda: field(phone) == pytest.approx(chart_of(TIP).events[EVENT].at, rel=1e-6))
         assert phone.evaluate("document.documentElement.scrollWidth") <= 390

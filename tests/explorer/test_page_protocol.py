@@ -9,6 +9,7 @@ from live.server import close_code, encoded, http_get
 from live.visitor import PAPER, frequency_text, pause, visitor
 
 from beamviz.server.connection import POLICY_VIOLATION
+from beamviz.server.log import RateLimitedLog
 
 
 def test_the_page_has_our_elements_around_the_scene(url):
@@ -25,8 +26,9 @@ def test_the_page_has_our_elements_around_the_scene(url):
     "text",
     ["", "1", "[1]", "[1, 2, 3, 4]", "{}", "[1, {}, 2]", '[1, "nothing", 1]', "[" * 900, "NaN"],
 )
-def test_what_no_page_sends_is_ignored(url, text, caplog):
+def test_what_no_page_sends_is_ignored(url, text, caplog, monkeypatch):
     """With one line in the log; the next action is taken."""
+    monkeypatch.setattr("beamviz.explorer.page.page.log", RateLimitedLog("a test"))
     caplog.set_level(logging.WARNING)
     with visitor(url) as guest:
         guest.do("gamma", 11)
