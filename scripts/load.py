@@ -1,12 +1,13 @@
-"""Load test: many visitors at once, each dragging the speed slider of an own scene.
+"""Load test: visitors at once, each dragging the speed slider of its own scene.
 
-Starts the explorer with all its processes, connects real WebSocket clients to it (without
-browsers: what a browser adds is its own drawing), and prints rows of (key, value, unit): frames a
-second of the visitor who gets fewest, how soon an edit is seen, what the server costs, what the
-clients cost on the same machine, and how the memory of the server grows. Run it on a machine that
-does nothing else:
+Starts the explorer with all its processes, connects WebSocket clients to it (a browser would add
+its own drawing), and prints rows of (key, value, unit): frames per second of the visitor with the
+fewest, time from an edit to the frame with its table, cost of the server and of the clients on the
+same machine, and growth of the server's memory. With `--visitors 1` it measures the delay of one
+visitor, with `--paused` while the beam does not move. Run it on a machine that does nothing else:
 
     python scripts/load.py [--visitors 60] [--seconds 60] [--processes 2] [--resolves 20000]
+                           [--paused]
 """
 
 import argparse
@@ -15,7 +16,6 @@ import math
 import os
 import random
 import re
-import statistics
 import subprocess
 import sys
 import time
@@ -24,6 +24,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import msgspec.msgpack
+import numpy as np
 import zstandard
 from websockets.asyncio.client import ClientConnection, connect
 
@@ -36,14 +37,15 @@ from beamviz.beam import Beam  # noqa: E402
 from beamviz.drawing.text import rounded_to_error  # noqa: E402
 from beamviz.solver import solve  # noqa: E402
 
-PICTURE, TABLE, CELL = (
-    b"/scene/rotor/ends\xa7updates",
-    rb"aria-label=\"modes\"",  # in JSON
-    re.compile(r">([\d.]+)<"),
-)
+PICTURE = b"/scene/rotor/ends\xa7updates"
+TABLE = rb"aria-label=\"modes\""  # in JSON
+CELL = re.compile(r">([\d.]+)<")
 BRIDGE = re.compile(rb'"bridge": "([^"]+)"')
-EDITS = 20  # a second, as a browser sends them while a slider is dragged
-SPEEDS = [round(10 + 0.1 * k, 1) for k in range(100)]
+EDITS = 20  # per second, as a browser sends them while a slider is dragged
+# Ten drags of the slider; no two edits have the same speed, so that a late table is not mistaken
+# for that of an earlier edit.
+SPEEDS = [round(10 + 0.1 * k + 0.01 * drag, 2) for drag in range(10) for k in range(100)]
+CONNECTING = 60.0  # [s] at most, until all visitors have their page
 SETTLING = 5.0  # [s] before anything is measured
 START = Beam(alpha=1, beta=0.5, gamma=10)
 SERVE = """
@@ -63,18 +65,19 @@ class Visitor:
     """A client without a browser: its unanswered edits, and the frames and answers it received.
     An edit is answered by its own table or that of a later edit."""
 
-    pace: float = 1 / EDITS  # [s] between two edits; infinite: no edits
-    bridge: str = ""  # the control that takes edits
-    edits: int = 0
+    pace: float = 1 / EDITS  # [s] between two edits
+    paused: bool = False
+    bridge: str = ""  # the control that takes actions
+    actions: int = 0
     frames: int = 0
-    solved: int = 0
+    received: int = 0  # [bytes]
     waiting: deque[tuple[int, float]] = field(default_factory=deque)  # edit and time sent
     latencies: list[float] = field(default_factory=list)  # of every edit
-    answers: list[float] = field(default_factory=list)  # of those with a table of their own
+    answers: list[float] = field(default_factory=list)  # of edits with a table of their own
     unpacker: zstandard.ZstdDecompressor = field(default_factory=zstandard.ZstdDecompressor)
 
     async def visit(self, url: str, texts: dict[str, int]) -> None:
-        """Connect, drag the slider and receive until cancelled."""
+        """Connect, drag the slider and receive until cancelled; OSError if the server ends it."""
         place = url.replace("http://", "ws://")
         async with connect(place, subprotocols=[PROTOCOL], compression=None, max_size=None) as line:
             await line.send(msgspec.msgpack.encode(CAMERA_MESSAGE))
@@ -83,26 +86,36 @@ class Visitor:
                 async for data in line:
                     assert isinstance(data, bytes)
                     self.receive(data, texts)
+                raise OSError(f"the server closed a connection: {line.close_reason}")
             finally:
                 dragging.cancel()
 
     async def drag(self, line: ClientConnection) -> None:
         """Move the slider up, again and again, from a random value on."""
+        while not self.bridge:
+            await asyncio.sleep(self.pace)
+        if self.paused:
+            await self.act(line, "playing", "false")
         k = random.randrange(len(SPEEDS))
         while True:
             await asyncio.sleep(self.pace)
-            if self.bridge:
-                k, self.edits = (k + 1) % len(SPEEDS), self.edits + 1
-                action = f'[{self.edits}, "gamma", {SPEEDS[k]}]'
-                edit = {"uuid": self.bridge, "updates": {"value": action}}
-                self.waiting.append((k, time.perf_counter()))
-                await line.send(msgspec.msgpack.encode({"type": "GuiUpdateMessage", **edit}))
+            k = (k + 1) % len(SPEEDS)
+            self.waiting.append((k, time.perf_counter()))
+            await self.act(line, "gamma", str(SPEEDS[k]))
+
+    async def act(self, line: ClientConnection, action: str, value: str) -> None:
+        """Send an action of the page."""
+        self.actions += 1
+        updates = {"value": f'[{self.actions}, "{action}", {value}]'}
+        message = {"type": "GuiUpdateMessage", "uuid": self.bridge, "updates": updates}
+        await line.send(msgspec.msgpack.encode(message))
 
     def receive(self, data: bytes, texts: dict[str, int]) -> None:
         """Count frames, and find the edit that a new table answers. Messages are searched, not
         decoded: the visitors share the machine with the server."""
         size = int.from_bytes(data[8:16], "little")
         group = self.unpacker.decompress(data[16 : 16 + size])
+        self.received += len(data)
         self.frames += PICTURE in group
         if TABLE in group:
             self.answered(group[group.index(TABLE) :].decode(errors="replace"), texts)
@@ -114,7 +127,6 @@ class Visitor:
         now = time.perf_counter()
         found = next((texts[t] for t in CELL.findall(content) if t in texts), None)
         if found is not None and found in [k for k, _ in self.waiting]:
-            self.solved += 1
             seen = None
             while seen != found:
                 seen, sent = self.waiting.popleft()
@@ -125,7 +137,8 @@ class Visitor:
 def first_frequencies() -> dict[str, int]:
     """The number of each edit by the text of the first frequency of its table."""
     solutions = [solve(START.replace(gamma=speed)) for speed in SPEEDS]
-    return {rounded_to_error(s.frequencies[0], s.errors[0]): k for k, s in enumerate(solutions)}
+    texts = [rounded_to_error(s.frequencies[0], s.errors[0]) for s in solutions]
+    return {text: k for k, text in enumerate(texts)}
 
 
 async def measure(
@@ -134,46 +147,50 @@ async def measure(
     """Connect all visitors, let them settle, and measure for `seconds` and at least `resolves`
     answers."""
     texts = first_frequencies()
-    visits = [asyncio.create_task(visitor.visit(url, texts)) for visitor in visitors]
-    while not all(visitor.bridge for visitor in visitors):
-        await asyncio.sleep(0.1)
-    await asyncio.sleep(SETTLING)
-    for visitor in visitors:
-        visitor.frames, visitor.solved, visitor.latencies, visitor.answers = 0, 0, [], []
-    began, spent, before, own = time.perf_counter(), cpu(pid), memory(pid), time.process_time()
-    await asyncio.sleep(seconds)
-    while sum(visitor.solved for visitor in visitors) < resolves:
-        await asyncio.sleep(1.0)
-    took, spent = time.perf_counter() - began, cpu(pid) - spent
-    rows = summary(visitors, took) + [
-        ("server CPU", 100 * spent / took, "% of a core"),
-        ("server CPU per frame", 1000 * spent / max(sum(g.frames for g in visitors), 1), "ms"),
-        ("clients' CPU", 100 * (time.process_time() - own) / took, "% of a core"),
-        ("processes", len(process_tree(pid)), ""),
-        ("memory", memory(pid), "MB"),
-        ("memory growth", 100 * (memory(pid) / before - 1), "%"),
-        ("load of the machine", os.getloadavg()[0], ""),
-    ]
-    for visit in visits:
-        visit.cancel()
-    await asyncio.gather(*visits, return_exceptions=True)
+    async with asyncio.TaskGroup() as group:
+        visits = [group.create_task(visitor.visit(url, texts)) for visitor in visitors]
+        async with asyncio.timeout(CONNECTING):
+            while not all(visitor.bridge for visitor in visitors):
+                await asyncio.sleep(0.1)
+        await asyncio.sleep(SETTLING)
+        for visitor in visitors:
+            visitor.frames, visitor.received, visitor.latencies, visitor.answers = 0, 0, [], []
+        began, spent, before, own = time.perf_counter(), cpu(pid), memory(pid), time.process_time()
+        await asyncio.sleep(seconds)
+        while sum(len(visitor.answers) for visitor in visitors) < resolves:
+            await asyncio.sleep(1.0)
+        took, spent = time.perf_counter() - began, cpu(pid) - spent
+        frames = sum(visitor.frames for visitor in visitors)
+        rows = summary(visitors, took) + [
+            ("server CPU", 100 * spent / took, "% of a core"),
+            ("server CPU per frame", 1000 * spent / max(frames, 1), "ms"),
+            ("clients' CPU", 100 * (time.process_time() - own) / took, "% of a core"),
+            ("processes", len(process_tree(pid)), ""),
+            ("memory", memory(pid), "MB"),
+            ("memory growth", 100 * (memory(pid) / before - 1), "%"),
+            ("load of the machine", os.getloadavg()[0], ""),
+        ]
+        for visit in visits:
+            visit.cancel()
     return rows
 
 
 def summary(visitors: list[Visitor], took: float) -> list[Row]:
     """Frames and latencies of the visitors."""
     rates = [visitor.frames / took for visitor in visitors]
-    waits = sorted(1000 * wait for visitor in visitors for wait in visitor.latencies) or [math.nan]
-    own = sorted(1000 * wait for visitor in visitors for wait in visitor.answers) or [math.nan]
+    waits = [1000 * wait for visitor in visitors for wait in visitor.latencies] or [math.nan]
+    own = [1000 * wait for visitor in visitors for wait in visitor.answers] or [math.nan]
     return [
         ("visitors", len(visitors), ""),
         ("fewest frames", min(rates), "1/s"),
-        ("median frames", statistics.median(rates), "1/s"),
+        ("median frames", np.median(rates), "1/s"),
         ("most frames", max(rates), "1/s"),
-        ("re-solves seen", sum(visitor.solved for visitor in visitors), ""),
-        ("every edit to update, median", statistics.median(waits), "ms"),
-        ("every edit to update, 95 %", waits[int(0.95 * (len(waits) - 1))], "ms"),
-        ("edit to its own update, 95 %", own[int(0.95 * (len(own) - 1))], "ms"),
+        ("traffic", sum(v.received for v in visitors) / len(visitors) / took / 1000, "kB/s each"),
+        ("re-solves seen", sum(len(visitor.answers) for visitor in visitors), ""),
+        ("every edit to update, median", np.median(waits), "ms"),
+        ("every edit to update, 95 %", np.percentile(waits, 95), "ms"),
+        ("edit to its own update, median", np.median(own), "ms"),
+        ("edit to its own update, 95 %", np.percentile(own, 95), "ms"),
     ]
 
 
@@ -193,12 +210,7 @@ def cpu(pid: int) -> float:
 def memory(pid: int) -> float:
     """Memory [MB] of a process and its descendants; shared memory counts once."""
     maps = [Path(f"/proc/{one}/smaps_rollup").read_text() for one in process_tree(pid)]
-    return (
-        sum(
-            int(line.split()[1]) for m in maps for line in m.splitlines() if line.startswith("Pss:")
-        )
-        / 1e3
-    )
+    return sum(int(size) for text in maps for size in re.findall(r"^Pss: +(\d+)", text, re.M)) / 1e3
 
 
 def main() -> None:
@@ -210,6 +222,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--processes", type=int, default=len(os.sched_getaffinity(0)))
     parser.add_argument("--resolves", type=int, default=0, help="measure until this many answers")
+    parser.add_argument("--paused", action="store_true", help="measure without animation")
     options = parser.parse_args()
     command = [sys.executable, "-c", SERVE, str(options.visitors), str(options.processes)]
     alone = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # as `beamviz serve` has it
@@ -219,10 +232,10 @@ def main() -> None:
         try:
             assert process.stdout
             url = next(w for w in process.stdout.readline().split() if w.startswith("http"))
-            visitors = [Visitor() for _ in range(options.visitors)]
+            visitors = [Visitor(paused=options.paused) for _ in range(options.visitors)]
             measured = measure(url, visitors, options.seconds, process.pid, options.resolves)
             for key, value, unit in asyncio.run(measured):
-                print(f"{key:<28} {value:10.2f} {unit}")
+                print(f"{key:<30} {value:10.2f} {unit}")
         finally:
             process.terminate()
 
