@@ -109,7 +109,7 @@ def uncoupled_modes(
     is subtracted here.
     """
     if not beams.outward:
-        K, M = _both(matrices.K, matrices.d), _both(matrices.M, matrices.G)
+        K, M = _both(matrices.K, mesh.eye * matrices.d[:, None]), _both(matrices.M, matrices.G)
         omega_squared, v, size = eigen.symmetric_modes(K, M, count, eigen.COMPRESSED)
     else:
         omega_squared, v, size = eigen.family_modes(*matrices[:4], count)
@@ -156,7 +156,7 @@ def gyroscopic_modes(
     e'T e 2 omega / |z' T' z|, and |z' T' z| = omega + z' K z / omega.
     """
     gamma = np.reshape(beams.gamma, (-1, 1))
-    K = _both(matrices.K, matrices.d)
+    K = _both(matrices.K, mesh.eye * matrices.d[:, None])
     if problem.softening:
         K -= gamma[..., None, None] ** 2 * _both(matrices.M, matrices.G)
     F = weighted_displacements(mesh, inertia, state.f)
@@ -191,14 +191,9 @@ def weighted_displacements(mesh: Mesh, inertia: Inertia, f: np.ndarray) -> np.nd
 
 
 def _both(bending: np.ndarray, stretching: np.ndarray) -> np.ndarray:
-    """Matrices (beams, 2, n, n) of both families; those of stretching (..., n, n) or, of a diagonal
-    one, (beams, n)."""
-    both = np.zeros((len(bending), 2, *bending.shape[1:]))
-    both[:, 0] = bending
-    if stretching.shape[-2:] == bending.shape[-2:]:
-        both[:, 1] = stretching
-    else:
-        diagonal(both)[:, 1] = stretching
+    """Matrices (beams, 2, n, n) of both families; those of stretching (..., n, n)."""
+    both = np.empty((len(bending), 2, *bending.shape[1:]))
+    both[:, 0], both[:, 1] = bending, stretching
     return both
 
 
