@@ -6,6 +6,7 @@ from typing import Any
 
 from beamviz.sweeps import Progress
 
+INTERRUPTED = "interrupted; what is written is kept: run the same command again to go on"
 EVERY = 10.0  # [s] between lines where stderr is no terminal
 
 
@@ -18,9 +19,11 @@ class ProgressLine:
     def __enter__(self) -> "ProgressLine":
         return self
 
-    def __exit__(self, *_: Any) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: Any) -> None:
         if self.text:
             print(f"\r{self.text}" if self.terminal else self.text, file=sys.stderr)
+        if kind and not issubclass(kind, Exception):
+            print(f"beamviz: {INTERRUPTED}", file=sys.stderr)
 
     def show(self, progress: Progress) -> None:
         """Show how far it is."""

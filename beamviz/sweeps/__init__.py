@@ -149,7 +149,7 @@ def run(
             pool = stack.enter_context(process_pool(min(workers, len(left))))
         else:
             pool = executor.get_executor(pure=False) if is_dask else executor
-        for task in completed(pool, capacity, path, left):
+        for task in completed(pool, capacity, path, left, cancel=executor is not None):
             state.done += plan.beams_of(task)
             state.seconds = time.monotonic() - start
             if report:
@@ -157,10 +157,15 @@ def run(
 
 
 def completed(
-    executor: Executor | None, capacity: Callable[[], int], path: Path, tasks: list[Task]
+    executor: Executor | None,
+    capacity: Callable[[], int],
+    path: Path,
+    tasks: list[Task],
+    *,
+    cancel: bool,
 ) -> Iterator[Task]:
     """Each task as it is done, with `capacity` of them submitted at a time; in this process
-    without an executor."""
+    without an executor. cancel: the executor outlives this, so that what waits is cancelled."""
     if executor is None:
         for task in tasks:
             solve_and_write(path, task)
@@ -171,7 +176,9 @@ def completed(
     try:
         while True:
             for task in itertools.islice(waiting, max(0, capacity() - len(pending))):
-                pending[executor.submit(solve_and_write, path, task)] = task
+                with blocked_interrupts():
+                    future = executor.submit(solve_and_write, path, task)
+                pending[future] = task
             if not pending:
                 return
             for future in wait(pending, return_when=FIRST_COMPLETED).done:
@@ -183,7 +190,7 @@ def completed(
             ' `if __name__ == "__main__"`?); what is written is kept: run it again to go on'
         ) from None
     finally:
-        for future in pending:
+        for future in pending if cancel else ():
             future.cancel()
 
 
@@ -210,6 +217,19 @@ def process_pool(workers: int) -> Iterator[ProcessPoolExecutor | None]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
+
+
+@contextlib.contextmanager
+def blocked_interrupts() -> Iterator[None]:
+    """Within, Ctrl-C waits; a process that is started never gets it, not even while it imports."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT,))
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _start_worker(listener: Any) -> None:
