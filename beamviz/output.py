@@ -371,10 +371,10 @@ def lessons_json(lessons: Sequence["Lesson"]) -> str:
         {
             **{key: getattr(lesson, key) for key in ("name", "title", "question")},
             **{key: getattr(lesson, key).replace("*", "") for key in ("do", "see", "meaning")},
-            "proof": {"words": lesson.proof.words, "numbers": lesson.proof.numbers},
+            "proof": {"words": lesson.proof, "numbers": lesson.numbers},
             "challenge": {
-                **{key: getattr(lesson.challenge, key) for key in ("task", "number", "within")},
-                "answers": [lesson.challenge.answer],
+                **{key: getattr(lesson, key) for key in ("task", "number", "within")},
+                "answers": [lesson.answer],
             },
             "scene": lesson.scene.tables,
         }

@@ -3,7 +3,7 @@
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
 from beamviz.lessons import reference_values as values
-from beamviz.lessons.model import Challenge, Fact, Lesson
+from beamviz.lessons.model import Lesson
 from beamviz.lessons.reference_values import BARE, MIDDLE, TIP, frequency, value_where
 from beamviz.scene import Scene
 from beamviz.solver import solve
@@ -25,17 +25,15 @@ LESSONS = (
         meaning="Every piece of the rotating beam pulls outward, so the beam is under tension. A"
         " taut string is harder to push aside than a slack one, and swings back faster:"
         " *centrifugal stiffening*.",
-        proof=Fact(
-            "At γ = 10, ω of B1 is {:.3f}; at rest it is {:.3f}.",
-            lambda: (frequency(BARE.replace(gamma=10), plane="flapwise"), frequency(BARE)),
+        fact="At γ = 10, ω of B1 is {:.3f}; at rest it is {:.3f}.",
+        compute_fact=lambda: (frequency(BARE.replace(gamma=10), plane="flapwise"), frequency(BARE)),
+        task="Find the speed at which B1 is twice as fast as at rest.",
+        number="gamma",
+        within=0.1,
+        compute_answer=lambda: value_where(
+            values.ratio_to_rest, 2, BARE, "gamma", 20, plane="flapwise"
         ),
-        challenge=Challenge(
-            "Find the speed at which B1 is twice as fast as at rest.",
-            "gamma",
-            0.1,
-            lambda: value_where(values.ratio_to_rest, 2, BARE, "gamma", 20, plane="flapwise"),
-            lambda s: f"B1 is {values.ratio_to_rest(s):.2f} times as fast as at rest",
-        ),
+        gauge=lambda s: f"B1 is {values.ratio_to_rest(s):.2f} times as fast as at rest",
     ),
     Lesson(
         name="two-planes",
@@ -48,22 +46,18 @@ LESSONS = (
         meaning="A piece displaced in the plane of rotation is pulled radially outward, which is a"
         " little further aside: the centrifugal force acts against the stiffness. Up and down it"
         " has no such component. This *spin softening* takes exactly γ² from ω².",
-        proof=Fact(
-            "At γ = 10, ω² of B1 is {:.3f} up and down, {:.3f} side to side: {:.3f} less.",
-            lambda: (
-                up := frequency(BARE.replace(gamma=10), plane="flapwise") ** 2,
-                aside := frequency(BARE.replace(gamma=10)) ** 2,
-                up - aside,
-            ),
+        fact="At γ = 10, ω² of B1 is {:.3f} up and down, {:.3f} side to side: {:.3f} less.",
+        compute_fact=lambda: (
+            up := frequency(BARE.replace(gamma=10), plane="flapwise") ** 2,
+            aside := frequency(BARE.replace(gamma=10)) ** 2,
+            up - aside,
         ),
-        challenge=Challenge(
-            "Find the speed at which B1 is twice as fast up and down as side to side.",
-            "gamma",
-            0.1,
-            lambda: value_where(values.ratio_of_planes, 2, BARE, "gamma", 20),
-            lambda s: f"it is {values.ratio_of_planes(s):.2f} times as fast",
-            free=("plane",),
-        ),
+        task="Find the speed at which B1 is twice as fast up and down as side to side.",
+        number="gamma",
+        within=0.1,
+        compute_answer=lambda: value_where(values.ratio_of_planes, 2, BARE, "gamma", 20),
+        gauge=lambda s: f"it is {values.ratio_of_planes(s):.2f} times as fast",
+        free=("plane",),
     ),
     Lesson(
         name="moving-mass",
@@ -75,17 +69,13 @@ LESSONS = (
         meaning="A mass lowers a frequency by taking part in the motion. The tip moves most; near"
         " the hub there is hardly any motion, and the mass has hardly any effect. What counts is"
         " mass times displacement squared, its share of the *modal mass*.",
-        proof=Fact(
-            "ω of B1 is {:.4f} with the mass at the tip and {:.4f} with it at the hub.",
-            lambda: (frequency(TIP), frequency(TIP.replace(beta=0))),
-        ),
-        challenge=Challenge(
-            "Find the position at which the mass slows B1 to two thirds (0.667).",
-            "beta",
-            0.01,
-            lambda: value_where(values.ratio_to_bare, 2 / 3, TIP, "beta", 1),
-            lambda s: f"B1 is {values.ratio_to_bare(s):.3f} times what it is without the mass",
-        ),
+        fact="ω of B1 is {:.4f} with the mass at the tip and {:.4f} with it at the hub.",
+        compute_fact=lambda: (frequency(TIP), frequency(TIP.replace(beta=0))),
+        task="Find the position at which the mass slows B1 to two thirds (0.667).",
+        number="beta",
+        within=0.01,
+        compute_answer=lambda: value_where(values.ratio_to_bare, 2 / 3, TIP, "beta", 1),
+        gauge=lambda s: f"B1 is {values.ratio_to_bare(s):.3f} times what it is without the mass",
     ),
     Lesson(
         name="nodes",
@@ -99,23 +89,21 @@ LESSONS = (
         meaning="In each mode, some places of the beam do not move at all, the *vibration nodes*. A"
         " mass that does not move exerts no force, so it does not change this mode. Other modes"
         " have their nodes elsewhere, and do change.",
-        proof=Fact(
-            "The bare beam has ω = {:.4f} and its node at {:.5f}. With a mass five times its own"
-            " there, ω is {:.4f}.",
-            lambda: (
-                frequency(BARE, "B2"),
-                values.node(),
-                frequency(Beam(alpha=5, beta=values.node()), "B2"),
-            ),
+        fact="The bare beam has ω = {:.4f} and its node at {:.5f}. With a mass five times its own"
+        " there, ω is {:.4f}.",
+        compute_fact=lambda: (
+            frequency(BARE, "B2"),
+            values.node(),
+            frequency(Beam(alpha=5, beta=values.node()), "B2"),
         ),
-        challenge=Challenge(
-            "Put the mass where it does not change B2.",
-            "beta",
-            0.006,
-            values.node,
-            lambda s: f"the mass changes B2 by {100 * (values.ratio_to_bare(s, 'B2') - 1):+.2f} %",
-            free=("alpha",),
+        task="Put the mass where it does not change B2.",
+        number="beta",
+        within=0.006,
+        compute_answer=values.node,
+        gauge=lambda s: (
+            f"the mass changes B2 by {100 * (values.ratio_to_bare(s, 'B2') - 1):+.2f} %"
         ),
+        free=("alpha",),
     ),
     Lesson(
         name="mode-shift",
@@ -127,21 +115,18 @@ LESSONS = (
         meaning="A mass at the tip lowers S1, which moves the tip most, and hardly changes B3,"
         " which leaves the tip almost at rest. Labels (S1, B3) belong to the shape, numbers only to"
         " the order of the frequencies: the *mode shift*.",
-        proof=Fact(
-            "S1 is mode {:.0f} at α = 1 and mode {:.0f} at α = 2; the two are equal at α = {:.3f}.",
-            lambda: (
-                values.mode_number(TIP, "S1"),
-                values.mode_number(TIP.replace(alpha=2), "S1"),
-                values.crossing("alpha", 3).at,
-            ),
+        fact="S1 is mode {:.0f} at α = 1 and mode {:.0f} at α = 2; the two are equal at"
+        " α = {:.3f}.",
+        compute_fact=lambda: (
+            values.mode_number(TIP, "S1"),
+            values.mode_number(TIP.replace(alpha=2), "S1"),
+            values.crossing("alpha", 3).at,
         ),
-        challenge=Challenge(
-            "Find the mass at which S1 and B3 are equally fast.",
-            "alpha",
-            0.02,
-            lambda: values.crossing("alpha", 3).at,
-            lambda s: f"S1 and B3 are {values.difference(s):.2f} apart",
-        ),
+        task="Find the mass at which S1 and B3 are equally fast.",
+        number="alpha",
+        within=0.02,
+        compute_answer=lambda: values.crossing("alpha", 3).at,
+        gauge=lambda s: f"S1 and B3 are {values.difference(s):.2f} apart",
     ),
     Lesson(
         name="crossing",
@@ -154,21 +139,17 @@ LESSONS = (
         meaning="Without Coriolis forces, stretching and bending of a straight beam are uncoupled,"
         " so the two lines pass through each other: a *crossing*. A chart that only sorts the"
         " frequencies draws two curves that turn away from each other, and is easily misread.",
-        proof=Fact(
-            "They cross at γ = {:.4f}, both with ω = {:.3f}: gap {:.0f}.",
-            lambda: (
-                (event := values.crossing("gamma", 10)).at,
-                event.frequency,
-                event.gap,
-            ),
+        fact="They cross at γ = {:.4f}, both with ω = {:.3f}: gap {:.0f}.",
+        compute_fact=lambda: (
+            (event := values.crossing("gamma", 10)).at,
+            event.frequency,
+            event.gap,
         ),
-        challenge=Challenge(
-            "Find the speed at which B3 crosses S1.",
-            "gamma",
-            0.05,
-            lambda: values.crossing("gamma", 10).at,
-            lambda s: f"S1 and B3 are {values.difference(s):.2f} apart",
-        ),
+        task="Find the speed at which B3 crosses S1.",
+        number="gamma",
+        within=0.05,
+        compute_answer=lambda: values.crossing("gamma", 10).at,
+        gauge=lambda s: f"S1 and B3 are {values.difference(s):.2f} apart",
     ),
     Lesson(
         name="veering",
@@ -182,20 +163,16 @@ LESSONS = (
         meaning="A particle that moves along a rotating beam is pushed across it, as on a"
         " merry-go-round: the *Coriolis force*. It couples stretching and bending, and frequencies"
         " of coupled modes do not cross. The modes exchange their shapes instead: *veering*.",
-        proof=Fact(
-            "The gap never falls below {:.3f}, at γ = {:.3f}.",
-            lambda: (
-                (event := values.crossing("gamma", 10, coriolis=True)).gap,
-                event.at,
-            ),
+        fact="The gap never falls below {:.3f}, at γ = {:.3f}.",
+        compute_fact=lambda: (
+            (event := values.crossing("gamma", 10, coriolis=True)).gap,
+            event.at,
         ),
-        challenge=Challenge(
-            "Find the speed at which modes 3 and 4 come closest.",
-            "gamma",
-            0.1,
-            lambda: values.crossing("gamma", 10, coriolis=True).at,
-            lambda s: f"modes 3 and 4 are {values.gap(s):.3f} apart",
-        ),
+        task="Find the speed at which modes 3 and 4 come closest.",
+        number="gamma",
+        within=0.1,
+        compute_answer=lambda: values.crossing("gamma", 10, coriolis=True).at,
+        gauge=lambda s: f"modes 3 and 4 are {values.gap(s):.3f} apart",
     ),
     Lesson(
         name="resonance",
@@ -210,20 +187,16 @@ LESSONS = (
         meaning="A force at a mode's own frequency adds energy in every cycle: a *resonance*. A"
         " chart of loci with these lines is a *Campbell diagram*; machines are kept away from its"
         " intersections, or run through them fast.",
-        proof=Fact(
-            "3γ equals the frequency of B2 at γ = {:.3f}; 1γ equals that of B1 at γ = {:.3f}.",
-            lambda: (values.resonance(3, "B2"), values.resonance(1, "B1")),
-        ),
-        challenge=Challenge(
-            "Find the speed at which a force three times per revolution excites B2.",
-            "gamma",
-            0.1,
-            lambda: values.resonance(3, "B2"),
-            lambda s: (
-                f"B2 vibrates {values.labelled(s, 'B2') / s.beam.gamma:.2f} times per revolution"
-                if s.beam.gamma > 0
-                else "the beam does not rotate"
-            ),
+        fact="3γ equals the frequency of B2 at γ = {:.3f}; 1γ equals that of B1 at γ = {:.3f}.",
+        compute_fact=lambda: (values.resonance(3, "B2"), values.resonance(1, "B1")),
+        task="Find the speed at which a force three times per revolution excites B2.",
+        number="gamma",
+        within=0.1,
+        compute_answer=lambda: values.resonance(3, "B2"),
+        gauge=lambda s: (
+            f"B2 vibrates {values.labelled(s, 'B2') / s.beam.gamma:.2f} times per revolution"
+            if s.beam.gamma > 0
+            else "the beam does not rotate"
         ),
     ),
     Lesson(
@@ -238,20 +211,16 @@ LESSONS = (
         meaning="The linear theory neglects that bending draws the tip inward, against the"
         " centrifugal force. So it has the softening of the second lesson without the"
         " stiffening of the first. Kane, Ryan and Banerjee showed it in 1987: *Kane's paradox*.",
-        proof=Fact(
-            "In the linear theory ω of B1 is 0 at γ = {:.3f}; its exact value there is {:.3f}.",
-            lambda: (
-                (speed := values.first_unstable(BARE, 5, method="zoac")),
-                frequency(BARE.replace(gamma=speed)),
-            ),
+        fact="In the linear theory ω of B1 is 0 at γ = {:.3f}; its exact value there is {:.3f}.",
+        compute_fact=lambda: (
+            (speed := values.first_unstable(BARE, 5, method="zoac")),
+            frequency(BARE.replace(gamma=speed)),
         ),
-        challenge=Challenge(
-            "With zoac, find the speed at which the beam becomes unstable.",
-            "gamma",
-            0.05,
-            lambda: values.first_unstable(BARE, 5, method="zoac"),
-            lambda s: f"ω² of B1 is {s.omega_squared[0]:.2f}",
-        ),
+        task="With zoac, find the speed at which the beam becomes unstable.",
+        number="gamma",
+        within=0.05,
+        compute_answer=lambda: values.first_unstable(BARE, 5, method="zoac"),
+        gauge=lambda s: f"ω² of B1 is {s.omega_squared[0]:.2f}",
     ),
     Lesson(
         name="buckling",
@@ -264,17 +233,13 @@ LESSONS = (
         meaning="The centrifugal force now compresses the beam, like the load on a column. Beyond a"
         " critical speed the straight beam is still in equilibrium, but the smallest disturbance"
         " grows: *buckling*. This time it is real.",
-        proof=Fact(
-            "The straight beam buckles at γ = {:.3f}; ω of B1 at rest is {:.3f}.",
-            lambda: (values.first_unstable(INWARD, 5), frequency(INWARD)),
-        ),
-        challenge=Challenge(
-            "Find the speed at which it buckles.",
-            "gamma",
-            0.05,
-            lambda: values.first_unstable(INWARD, 5),
-            lambda s: f"ω² of B1 is {s.omega_squared[0]:.2f}",
-        ),
+        fact="The straight beam buckles at γ = {:.3f}; ω of B1 at rest is {:.3f}.",
+        compute_fact=lambda: (values.first_unstable(INWARD, 5), frequency(INWARD)),
+        task="Find the speed at which it buckles.",
+        number="gamma",
+        within=0.05,
+        compute_answer=lambda: values.first_unstable(INWARD, 5),
+        gauge=lambda s: f"ω² of B1 is {s.omega_squared[0]:.2f}",
     ),
     Lesson(
         name="folding",
@@ -287,17 +252,15 @@ LESSONS = (
         meaning="The straight state is still an equilibrium, but an unstable one. On either side of"
         " it a bent and stable one begins: a *pitchfork bifurcation*. Bent outward, the beam is"
         " pulled, not pushed, so it stiffens again with the speed.",
-        proof=Fact(
-            "At γ = 4 the tip is at x = {:.4f} L, y = {:.4f} L; ω of B1 is {:.3f}.",
-            lambda: (*values.tip(FOLDED), frequency(FOLDED, state="stable")),
+        fact="At γ = 4 the tip is at x = {:.4f} L, y = {:.4f} L; ω of B1 is {:.3f}.",
+        compute_fact=lambda: (*values.tip(FOLDED), frequency(FOLDED, state="stable")),
+        task="Find the speed at which the tip is exactly beside the clamp, x = 0.",
+        number="gamma",
+        within=0.05,
+        compute_answer=lambda: value_where(
+            lambda s: values.tip_of(s)[0], 0, INWARD, "gamma", 6, **STABLE
         ),
-        challenge=Challenge(
-            "Find the speed at which the tip is exactly beside the clamp, x = 0.",
-            "gamma",
-            0.05,
-            lambda: value_where(lambda s: values.tip_of(s)[0], 0, INWARD, "gamma", 6, **STABLE),
-            lambda s: "the tip is at x = {:.3f} L, y = {:.3f} L".format(*values.tip_of(s)),
-        ),
+        gauge=lambda s: "the tip is at x = {:.3f} L, y = {:.3f} L".format(*values.tip_of(s)),
     ),
     Lesson(
         name="lag",
@@ -310,19 +273,17 @@ LESSONS = (
         meaning="A beam whose hub accelerates is left behind by its inertia, as you are pressed"
         " into the seat of a car: the *Euler force*. The centrifugal force straightens the beam"
         " against it, and grows with the square of the speed.",
-        proof=Fact(
-            "At γ = 5 the tip lags by {:.3f} L, at γ = 20 by {:.3f} L.",
-            lambda: tuple(-values.tip(LAGGING.replace(gamma=gamma))[1] for gamma in (5, 20)),
+        fact="At γ = 5 the tip lags by {:.3f} L, at γ = 20 by {:.3f} L.",
+        compute_fact=lambda: tuple(
+            -values.tip(LAGGING.replace(gamma=gamma))[1] for gamma in (5, 20)
         ),
-        challenge=Challenge(
-            "Find the speed at which the tip lags by 0.3 L.",
-            "gamma",
-            0.1,
-            lambda: value_where(
-                lambda s: -values.tip_of(s)[1], 0.3, LAGGING, "gamma", 30, **STABLE
-            ),
-            lambda s: f"the tip lags by {-values.tip_of(s)[1]:.3f} L",
+        task="Find the speed at which the tip lags by 0.3 L.",
+        number="gamma",
+        within=0.1,
+        compute_answer=lambda: value_where(
+            lambda s: -values.tip_of(s)[1], 0.3, LAGGING, "gamma", 30, **STABLE
         ),
+        gauge=lambda s: f"the tip lags by {-values.tip_of(s)[1]:.3f} L",
     ),
     Lesson(
         name="stretch-jump",
@@ -335,20 +296,18 @@ LESSONS = (
         " just outside, only the beam. The force has a step there, so the strain has one: a"
         " *jump of the gradient*. A method that assumes a smooth strain needs very many elements"
         " to approximate it.",
-        proof=Fact(
-            "At γ = 10 the beam is {:.2f} % longer just inside the mass, {:.2f} % just outside.",
-            lambda: tuple(
-                100 * strain for strain in values.strain_at_mass(solve(MIDDLE.replace(gamma=10)))
-            ),
+        fact="At γ = 10 the beam is {:.2f} % longer just inside the mass, {:.2f} % just outside.",
+        compute_fact=lambda: tuple(
+            100 * strain for strain in values.strain_at_mass(solve(MIDDLE.replace(gamma=10)))
         ),
-        challenge=Challenge(
-            "Find the speed at which it is 5 % longer just inside the mass.",
-            "gamma",
-            0.1,
-            lambda: value_where(lambda s: values.strain_at_mass(s)[0], 0.05, MIDDLE, "gamma", 30),
-            lambda s: "just inside +{:.2f} %, just outside +{:.2f} %".format(
-                *(100 * strain for strain in values.strain_at_mass(s))
-            ),
+        task="Find the speed at which it is 5 % longer just inside the mass.",
+        number="gamma",
+        within=0.1,
+        compute_answer=lambda: value_where(
+            lambda s: values.strain_at_mass(s)[0], 0.05, MIDDLE, "gamma", 30
+        ),
+        gauge=lambda s: "just inside +{:.2f} %, just outside +{:.2f} %".format(
+            *(100 * strain for strain in values.strain_at_mass(s))
         ),
     ),
     Lesson(
@@ -365,22 +324,18 @@ LESSONS = (
         " no method can find an equilibrium beyond it. The paper saw a commercial program fail"
         " in such a case and called it less stable than its own; with this law the program"
         " would have been right.",
-        proof=Fact(
-            "hencky: an equilibrium up to γ = {:.3f} (with δ = 0: {:.3f}). green has one at"
-            " γ = 50 too, the root stretched {:.2f} times.",
-            lambda: (
-                values.last_equilibrium(ON_A_HUB, strain="hencky"),
-                values.last_equilibrium(BARE, strain="hencky"),
-                solve(ON_A_HUB.replace(gamma=50)).equilibrium.max_stretch,
-            ),
+        fact="hencky: an equilibrium up to γ = {:.3f} (with δ = 0: {:.3f}). green has one at"
+        " γ = 50 too, the root stretched {:.2f} times.",
+        compute_fact=lambda: (
+            values.last_equilibrium(ON_A_HUB, strain="hencky"),
+            values.last_equilibrium(BARE, strain="hencky"),
+            solve(ON_A_HUB.replace(gamma=50)).equilibrium.max_stretch,
         ),
-        challenge=Challenge(
-            "With hencky, find the highest speed with an equilibrium.",
-            "gamma",
-            0.1,
-            lambda: values.last_equilibrium(ON_A_HUB, strain="hencky"),
-            lambda s: f"the root is stretched {s.equilibrium.max_stretch:.2f} times",
-        ),
+        task="With hencky, find the highest speed with an equilibrium.",
+        number="gamma",
+        within=0.1,
+        compute_answer=lambda: values.last_equilibrium(ON_A_HUB, strain="hencky"),
+        gauge=lambda s: f"the root is stretched {s.equilibrium.max_stretch:.2f} times",
     ),
 )
 

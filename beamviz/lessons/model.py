@@ -1,4 +1,4 @@
-"""A lesson: texts, a scene to start from, a computed proof and a challenge that is checked."""
+"""A lesson: texts, a scene to start from, a computed fact and a challenge that is checked."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -24,50 +24,15 @@ class Verdict(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Fact:
-    """A sentence with placeholders, and the function that computes their numbers."""
-
-    sentence: str
-    compute: Callable[[], tuple[float, ...]]
-
-    @cached_property
-    def numbers(self) -> tuple[float, ...]:
-        """The numbers, computed once."""
-        return self.compute()
-
-    @property
-    def words(self) -> str:
-        """The sentence with its numbers."""
-        return self.sentence.format(*self.numbers)
-
-
-@dataclass(frozen=True)
-class Challenge:
-    """Find a value of one of the five numbers; everything else stays as in the lesson's scene.
-
-    number: "alpha", "beta", "gamma", "delta" or "mu"; within: accepted distance from the answer;
-    compute: returns the answer; gauge: describes the quantity to watch, measured on a solution;
-    free: numbers and options that may be changed as well.
-    """
-
-    task: str
-    number: str
-    within: float
-    compute: Callable[[], float]
-    gauge: Callable[[Solution], str]
-    free: tuple[str, ...] = ()
-
-    @cached_property
-    def answer(self) -> float:
-        """The value that meets the challenge, computed once."""
-        return self.compute()
-
-
-@dataclass(frozen=True)
 class Lesson:
-    """A question about the beam, answered by experiment.
+    """A question about the beam, answered by experiment, and a challenge: to find the value of one
+    of the five numbers, while everything else stays as in the lesson's scene.
 
     In the texts, *single stars* mark technical terms and **double stars** controls of the page.
+    fact: a sentence with placeholders for what compute_fact returns; number: "alpha", "beta",
+    "gamma", "delta" or "mu"; within: accepted distance from what compute_answer returns; gauge:
+    describes the quantity to watch, measured on a solution; free: numbers and options that may be
+    changed as well.
     """
 
     name: str
@@ -76,32 +41,52 @@ class Lesson:
     do: str
     see: str
     meaning: str
-    proof: Fact
-    challenge: Challenge
+    fact: str
+    compute_fact: Callable[[], tuple[float, ...]]
+    task: str
+    number: str
+    within: float
+    compute_answer: Callable[[], float]
+    gauge: Callable[[Solution], str]
     scene: Scene
+    free: tuple[str, ...] = ()
+
+    @cached_property
+    def numbers(self) -> tuple[float, ...]:
+        """The numbers of the fact, computed once."""
+        return self.compute_fact()
+
+    @property
+    def proof(self) -> str:
+        """The fact with its numbers."""
+        return self.fact.format(*self.numbers)
+
+    @cached_property
+    def answer(self) -> float:
+        """The value that meets the challenge, computed once."""
+        return self.compute_answer()
 
     def check(self, beam: Beam, options: Mapping[str, Any]) -> Verdict:
         """Whether `beam`, solved with the keywords `options` of `solve`, meets the challenge."""
         if obstacle := self._obstacle(beam, options):
             return Verdict(False, obstacle)
-        number, within = self.challenge.number, self.challenge.within
-        value, answer = getattr(beam, number), self.challenge.answer
-        if abs(answer - value) > within:
+        value = getattr(beam, self.number)
+        if abs(self.answer - value) > self.within:
             return Verdict(False, "")
-        symbol = PARAMETERS[number].symbol
-        return Verdict(True, f"{symbol} = {value:.5g} is within {within:g} of {answer:.5g}.")
+        near = f"is within {self.within:g} of {self.answer:.5g}"
+        return Verdict(True, f"{PARAMETERS[self.number].symbol} = {value:.5g} {near}.")
 
     def measured(self, solution: Solution) -> str:
         """The challenge's gauge for a solution, "" where it is undefined."""
         try:
-            words = self.challenge.gauge(solution)
+            words = self.gauge(solution)
         except BeamvizError:
             return ""
         return "" if "nan" in words else words
 
     def _obstacle(self, beam: Beam, options: Mapping[str, Any]) -> str:
         """The change that has to be undone before the challenge can be met, or ""."""
-        free = (*self.challenge.free, self.challenge.number, *ACCURACY)
+        free = (*self.free, self.number, *ACCURACY)
         if "alpha" in free and beam.alpha < MIN_MASS:
             return f"Make the mass α at least {MIN_MASS:g}: a lighter one has little effect."
         for name, parameter in NUMBERS.items():

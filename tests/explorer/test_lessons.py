@@ -37,7 +37,7 @@ def challenged(guest: Visitor, name: str) -> None:
     """Begin a lesson and go to its challenge."""
     begin(guest, name)
     guest.do("lesson_step", 2)
-    reads(guest, formatted(lesson(name).challenge.task))
+    reads(guest, formatted(lesson(name).task))
 
 
 # Cards and steps
@@ -57,11 +57,11 @@ def test_a_card_for_every_lesson_invites_a_newcomer(guest):
 def test_next_leads_through_every_page_and_back_again(guest):
     """Question, meaning with its number, challenge; then the next lesson; behind the last none."""
     for one in LESSONS[:2]:
-        for words in (one.question, one.proof.words, one.challenge.task):
+        for words in (one.question, one.proof, one.task):
             guest.do("lesson_turn", 1)
             reads(guest, formatted(words))
     guest.do("lesson_turn", -1)
-    reads(guest, LESSONS[1].proof.words)
+    reads(guest, LESSONS[1].proof)
     challenged(guest, LESSONS[-1].name)
     guest.do("lesson_turn", 1)
     guest.wait(lambda _: guest.props["lesson"]["hidden"] is True)
@@ -70,7 +70,7 @@ def test_next_leads_through_every_page_and_back_again(guest):
 @pytest.mark.parametrize("one", LESSONS, ids=[one.name for one in LESSONS])
 def test_what_is_to_be_done_points_at_controls(one):
     """Every control named in a lesson is one of the page."""
-    for text in (one.do, one.see, one.meaning, one.challenge.task):
+    for text in (one.do, one.see, one.meaning, one.task):
         for name in re.findall(r"\*\*(.+?)\*\*", text):
             assert name in CONTROLS
     assert points(one.do) or tabs(one)
@@ -165,7 +165,7 @@ def test_the_answer_is_checked_live(guest, name, label, value):
     guest.wait(lambda _: "Now: " in guest.texts["verdict"])
     guest.choose(label, value)
     guest.says("Right!")
-    answer = lesson(name).challenge.answer
+    answer = lesson(name).answer
     assert f"{answer:.5g}" in guest.text
     guest.do("lesson", "")
     guest.says(f"Challenges met: 1 of {len(LESSONS)}")

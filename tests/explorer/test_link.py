@@ -156,10 +156,10 @@ def test_a_link_opens_a_lesson_and_a_key_turns_its_pages(shown):
     """Its question, then its meaning; a reload shows that page again."""
     shown.wait(says(lesson("nodes").question))
     press(shown, "n")
-    shown.wait(says(lesson("nodes").proof.words))
+    shown.wait(says(lesson("nodes").proof))
     shown.wait("location.search === '?lesson=nodes&step=2'")
     shown.call("Page.reload")
-    shown.wait(says(lesson("nodes").proof.words))
+    shown.wait(says(lesson("nodes").proof))
     assert shown.problems == []
 
 

@@ -26,7 +26,7 @@ EACH = pytest.mark.parametrize("one", LESSONS, ids=NAMED)
 
 def proof(name: str) -> tuple[tuple[float, ...], float]:
     """The numbers that prove a lesson, and the only answer to its challenge."""
-    return NAMED[name].proof.numbers, NAMED[name].challenge.answer
+    return NAMED[name].numbers, NAMED[name].answer
 
 
 # The numbers, against an independent solution
@@ -190,12 +190,12 @@ def stretches(beam: Beam) -> list[float]:
 def test_only_the_answer_meets_the_challenge(one: Lesson):
     """Within the tolerance on both sides, where a step of the slider falls; not beyond it, and not
     where the lesson starts."""
-    name, within = one.challenge.number, one.challenge.within
+    name, within = one.number, one.within
     low, high, step = PARAMETERS[name].slider
     values = np.arange(round((high - low) / step) + 1) * step + low
-    assert abs(values - one.challenge.answer).min() <= within
+    assert abs(values - one.answer).min() <= within
     for away, met in ((0, True), (0.9, True), (-0.9, True), (1.2, False), (-1.2, False)):
-        beam = one.scene.beam.replace(**{name: one.challenge.answer + away * within})
+        beam = one.scene.beam.replace(**{name: one.answer + away * within})
         assert one.check(beam, one.scene.options).met is met
     assert not one.check(one.scene.beam, one.scene.options).met
 
@@ -203,7 +203,7 @@ def test_only_the_answer_meets_the_challenge(one: Lesson):
 @EACH
 def test_anything_else_has_to_be_as_in_the_lesson(one: Lesson):
     """Another hub, another slenderness, another law: named, with the value to go back to."""
-    beam = one.scene.beam.replace(**{one.challenge.number: one.challenge.answer})
+    beam = one.scene.beam.replace(**{one.number: one.answer})
     verdict = one.check(beam.replace(mu=71), one.scene.options)
     assert verdict == (False, "Put the slenderness μ back to 70 first.")
     verdict = one.check(beam, {**one.scene.options, "strain": "biot"})
@@ -228,10 +228,10 @@ def test_what_is_free_may_differ():
 @EACH
 def test_the_gauge_measures_the_beam_as_it_is(one: Lesson):
     """It says something else at the answer than at the start, in finite numbers."""
-    start = one.challenge.gauge(solve(one.scene.beam, **one.scene.options))
-    value = one.challenge.answer - 0.5 * one.challenge.within
-    beam = one.scene.beam.replace(**{one.challenge.number: value})
-    there = one.challenge.gauge(solve(beam, **one.scene.options))
+    start = one.gauge(solve(one.scene.beam, **one.scene.options))
+    value = one.answer - 0.5 * one.within
+    beam = one.scene.beam.replace(**{one.number: value})
+    there = one.gauge(solve(beam, **one.scene.options))
     assert start != there
     assert "nan" not in start + there
 
@@ -240,8 +240,8 @@ def test_the_gauge_measures_the_beam_as_it_is(one: Lesson):
 def test_a_lesson_shows_its_mode_and_says_its_numbers(one: Lesson):
     """The mode to look at exists, every place of the sentence is filled, terms are marked."""
     assert sum(one.scene.view.shares) == 1
-    assert not set("{}") & set(one.proof.words)
-    assert "nan" not in one.proof.words
+    assert not set("{}") & set(one.proof)
+    assert "nan" not in one.proof
     assert one.meaning.count("*") in (2, 4)
 
 

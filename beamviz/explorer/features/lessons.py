@@ -69,7 +69,7 @@ class Lessons(Feature):
         """Show a lesson, with its own scene or another; its numbers are computed before, on a
         worker thread."""
         lesson, visitor = LESSONS[NAMES.index(name)], self.visitor
-        _ = lesson.proof.numbers, lesson.challenge.answer
+        _ = lesson.numbers, lesson.answer
         scene = (scene or lesson.scene).changed(dark=visitor.state.view.dark)
         visitor.load(scene, home=lesson.scene, lesson=name, step=step)
         self.page.open(next(iter(tabs(lesson)), "tab-frequencies"))
@@ -163,9 +163,8 @@ def lesson_html(lesson: Lesson, step: int) -> str:
         + f'<p><span class="soft">Look for:</span> {formatted(lesson.see)}</p>',
         f"<p>{formatted(lesson.meaning)}</p>"
         f'<p class="proof"><span class="soft">The number that proves it:</span>'
-        f" {escape(lesson.proof.words)}</p>",
-        f'<p class="question">{formatted(lesson.challenge.task)}</p>'
-        f'<p class="soft">{FINE_STEPS}</p>',
+        f" {escape(lesson.proof)}</p>",
+        f'<p class="question">{formatted(lesson.task)}</p><p class="soft">{FINE_STEPS}</p>',
     )[step]
     number = NAMES.index(lesson.name) + 1
     return (
