@@ -13,7 +13,7 @@ that are not given stay. All numbers are in the units of the page.
   gaps     [[from, to, text] ...]: parts of the x axis without lines
   marks    [{key, kind, x, y, text, action, value}]: those with an action are buttons
   cursor   {action, x}: the line of the beam shown; it sets x by dragging and by keys
-  chosen   key of a mark                                                                        */
+  chosen   key of a mark; choice: another number each time that it is chosen            */
 (() => {
   "use strict";
   const { Figure, LEFT, TOP, clamp, fixed, neat, px, valueAt, withUnit } = beamvizFigure;
@@ -78,7 +78,7 @@ that are not given stay. All numbers are in the units of the page.
         const same = this.data.x.label === before.x?.label;
         this.view = this.drag && same ? this.view ?? before.x.range : null; // a drag keeps the axis
       }
-      if (data.chosen && data.chosen !== before.chosen) this.reveal(data.chosen);
+      if (data.chosen && data.choice !== before.choice) this.reveal(data.chosen);
       this.render();
     }
 

@@ -2,7 +2,8 @@
    says what the data are). Figure draws this.data into this.svg. */
 const beamvizFigure = (() => {
   "use strict";
-  const TOP = 20, BOTTOM = 42, LEFT = 62; // [px] of the margins
+  const TOP = 20, LEFT = 62; // [px] of the margins
+  const LOW = 200; // [px] a chart that is less high has no row for the title of its x axis
   const LETTERS = 15; // [px] least distance of two labels
   const SIGNS = { "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" };
   const escape = (text) => String(text).replace(/[&<>"]/g, (sign) => SIGNS[sign]);
@@ -98,7 +99,9 @@ const beamvizFigure = (() => {
       if (!x || !width || !height) return false;
       const longest = Math.max(3, ...this.lines.map((line) => line.label.length));
       this.right = width - 12 - 9 * longest;
-      this.bottom = height - BOTTOM;
+      this.low = height < LOW;
+      this.bottom = height - (this.low ? 24 : 42);
+      this.plot.style.setProperty("--bottom", `${height - this.bottom}px`);
       this.px = scale(this.range, x.log, LEFT, this.right);
       this.py = scale(this.yRange, y.log, this.bottom, TOP);
       const frame = `x="${LEFT}" y="${TOP}" width="${this.right - LEFT}" height="${this.bottom - TOP}"`;
@@ -128,7 +131,8 @@ const beamvizFigure = (() => {
         made += this.text("tick y", LEFT - 7, at + 4.5, content);
       }
       return `${made}<path class="axis" d="M${LEFT} ${bottom}H${right}"/>`
-        + this.text("title", (LEFT + right) / 2, bottom + 37, x.label)
+        + (this.low ? this.text("tick", right + 18, bottom + 17, x.symbol)
+          : this.text("title", (LEFT + right) / 2, bottom + 37, x.label))
         + `<text class="title" transform="translate(13 ${(TOP + bottom) / 2}) rotate(-90)">${escape(y.label)}</text>`;
     }
 

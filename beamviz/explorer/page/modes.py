@@ -12,7 +12,7 @@ from beamviz.explorer.page.html import attributes, button, hint
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.solver import Solution
 
-STRIP, INSET = 48, 4  # [px] length of the drawing of a beam with its nodes, and of its ends
+STRIP, INSET = 42, 4  # [px] length of the drawing of a beam with its nodes, and of its ends
 MODES_HINT = (
     "The shapes in which the beam vibrates freely, each at its own frequency. Click one to see it"
     " alone; the sliders mix several. B: bending, S: stretching."
