@@ -15,7 +15,7 @@ from functools import partial
 from viser import ClientHandle, ViserServer
 
 from beamviz.explorer.features import Presentation
-from beamviz.explorer.jobs import SolveQueue, WorkerPool
+from beamviz.explorer.jobs import PATIENCE, SolveQueue, WorkerPool
 from beamviz.explorer.session import Session
 from beamviz.scene import Scene
 from beamviz.server.access import Access, VisitorCount
@@ -164,13 +164,17 @@ class FrameLoop:
         return max(1 / rate, self.visitor_count.total / ALL_FRAMES)
 
     async def sleep(self, due: float) -> None:
-        """Wait until `due` [s] while a picture moves, else until something is out of date."""
+        """Wait until `due` [s] while a picture moves, else until something is out of date; while a
+        job is at work, its time is shown."""
         if self.woken or self.queue.waiting or self.stopped:
             return
         self.changed.clear()
-        moving = any(session.needs_tick for session in self.sessions.values())
+        sessions = self.sessions.values()
+        wait_time = PATIENCE if any(session.visitor.busy for session in sessions) else None
+        if any(session.needs_tick for session in sessions):
+            wait_time = due - time.monotonic()
         with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(due - time.monotonic() if moving else None):
+            async with asyncio.timeout(wait_time):
                 await self.changed.wait()
 
     async def draw_all(self, step: float) -> None:

@@ -12,7 +12,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 
 from beamviz.beam import Beam
@@ -25,6 +25,7 @@ from beamviz.solver import Solution, solve
 
 LONG = 2.0  # [s] a job that has run for this long no longer counts as one of those at work
 QUICK = 0.02  # [s] of processor time
+PATIENCE = 1.0  # [s] after which the page says that a job is at work
 BATCH_TIMEOUT = 0.25  # [s] that the frame loop waits for a batch of solves
 
 log = RateLimitedLog(__name__)
@@ -160,6 +161,20 @@ class SolveQueue:
         self.batch_pool.close()
 
 
+class Cancelled(BeamvizError):
+    """The visitor does not wait for the result any more."""
+
+
+current = threading.local()  # the job that a thread computes, and the number of the run
+
+
+def check_cancelled() -> None:
+    """Raise Cancelled in a computation of many parts that a visitor has cancelled."""
+    job, number = getattr(current, "run", (None, 0))
+    if job and (job.number != number or job.closed):
+        raise Cancelled
+
+
 @dataclass(frozen=True)
 class Answer(Generic[Q, R]):
     """What came of a request: a result, or the error that says why there is none."""
@@ -178,9 +193,10 @@ class Job(Generic[Q, R]):
     """Computes the latest request of one visitor; those that came while it was busy are skipped
     but for the last.
 
-    name: what is computed, for the log; compute: the result of a request, called on a worker
-    thread; ready: called after each answer. answer: the last one, None before the first; latest:
-    the last request; busy: whether a request is being computed.
+    name: what is computed; compute: the result of a request, called on a worker thread; ready:
+    called after each answer. answer: the last one, None before the first; latest: the last request;
+    busy: whether a request is being computed, started: since when [s]; number: of the run whose
+    result is wanted; following: answers are taken over from another visitor, nothing is computed.
     """
 
     kind: ClassVar[type[Answer]] = Answer
@@ -196,7 +212,8 @@ class Job(Generic[Q, R]):
         self.lock = threading.RLock()
         self.latest: Q | None = None
         self.answer: Answer[Q, R] | None = None
-        self.busy = self.closed = False
+        self.busy = self.closed = self.following = False
+        self.started, self.number = 0.0, 0
 
     @property
     def result(self) -> R | None:
@@ -206,12 +223,41 @@ class Job(Generic[Q, R]):
     def request(self, request: Q) -> None:
         """Compute `request` in place of any earlier one, unless it is the latest already."""
         with self.lock:
-            if request == self.latest or self.closed:
+            if request == self.latest or self.closed or self.following:
                 return
             self.latest = request
             if not self.busy:
-                self.busy = True
-                self.submit(self.run)
+                self.start()
+
+    def start(self) -> None:
+        """Have the latest request computed."""
+        self.busy, self.started = True, time.monotonic()
+        self.submit(partial(self.run, self.number))
+
+    @property
+    def slow(self) -> bool:
+        """Whether the visitor has waited for long."""
+        return self.busy and time.monotonic() > self.started + PATIENCE
+
+    @property
+    def cancelled(self) -> bool:
+        """Whether the latest request was cancelled."""
+        return self.answer is not None and isinstance(self.answer.error, Cancelled)
+
+    def cancel(self) -> None:
+        """Give up what is being computed; its result is discarded."""
+        with self.lock:
+            if not self.busy or self.latest is None:
+                return
+            self.number, self.busy = self.number + 1, False
+            self.answer = self.kind(self.latest, error=Cancelled("The calculation was cancelled."))
+        self.ready()
+
+    def retry(self) -> None:
+        """Compute again what was cancelled."""
+        with self.lock:
+            if self.cancelled and not self.busy:
+                self.start()
 
     def adopt(self, other: "Job[Q, R]") -> None:
         """Take over the answer of another visitor's job."""
@@ -219,17 +265,20 @@ class Job(Generic[Q, R]):
             if other.answer is not None:
                 self.answer, self.latest = other.answer, other.answer.request
 
-    def run(self) -> None:
+    def run(self, number: int) -> None:
         """Compute the latest request, and again if there is another one by then."""
         request = self.latest
-        if self.closed or request is None:
+        if self.closed or request is None or number != self.number:
             return
+        current.run = self, number
         answer = self.answered(request)
         with self.lock:
+            if number != self.number:
+                return
             self.answer = answer
             self.busy = self.latest is not request and not self.closed
             if self.busy:
-                self.submit(self.run)
+                self.start()
         self.ready()
 
     def answered(self, request: Q) -> Answer[Q, R]:

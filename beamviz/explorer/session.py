@@ -222,7 +222,7 @@ class Session:
         SceneFiles(visitor)
         self.downloads = Downloads(visitor)
         self.view = SceneView(visitor, self.comparison, self.run_up)
-        self.presentation = Presentation(visitor, loci.charts, self.view.clock)
+        self.presentation = Presentation(visitor, self.view.clock, self.run_up)
         self.presenter = PresenterMode(self.presentation, leader) if leader else None
         MassDrag(visitor, self.view.scene)
         self.features: list[Feature] = [
@@ -262,6 +262,7 @@ class Session:
     def outdated(self) -> bool:
         """Whether something waits to be drawn."""
         behind = self.presenter is not None and self.presenter.outdated
+        behind = behind or self.panel.work_outdated
         return self.scene_outdated or behind or any(one.outdated for one in self.features)
 
     @property
@@ -295,6 +296,7 @@ class Session:
                 self.presenter.update_clock()
             self.view.move(time)
             self.links.update(now)
+            self.panel.show_work()
             self.welcome()
         self.visitor.client.flush()
         self.update_features(now)

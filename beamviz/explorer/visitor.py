@@ -92,6 +92,8 @@ class Visitor:
         with self.lock:
             self.state = state
             if not state.following:
+                for job in self.jobs:
+                    job.following = False
                 self.solver.request(state.shown_case)
         self.wake()
 
@@ -187,6 +189,23 @@ class Visitor:
         """A job that solves cases, closed when the visitor leaves."""
         self.jobs.append(job := SolveJob(self.queue, self.wake))
         return job
+
+    @property
+    def busy(self) -> bool:
+        """Whether a job is at work."""
+        return any(job.busy for job in self.jobs)
+
+    def cancel_jobs(self) -> None:
+        """Give up what has been at work for long."""
+        for job in self.jobs:
+            if job.slow:
+                job.cancel()
+
+    def retry_jobs(self) -> None:
+        """Compute again what was cancelled."""
+        for job in self.jobs:
+            job.retry()
+        self.wake()
 
     def close(self) -> None:
         """Compute nothing more."""

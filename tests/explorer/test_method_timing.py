@@ -1,12 +1,16 @@
 """Time and error of every method for the beam shown."""
 
+import threading
+from typing import Any
+
 import numpy as np
 import pytest
 from charts import case
-from live.visitor import pause, visitor
+from live.visitor import final_text, pause, visitor
 
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium
+from beamviz.explorer.features import method_timing
 from beamviz.explorer.features.method_timing import (
     OPTION,
     RESOLUTIONS,
@@ -16,7 +20,7 @@ from beamviz.explorer.features.method_timing import (
     timing_data,
     timing_table,
 )
-from beamviz.solver import METHODS, solve
+from beamviz.solver import METHODS, Solution, solve
 
 PAPER = Beam(alpha=1, beta=0.5, gamma=10)
 
@@ -118,3 +122,30 @@ def test_methods_are_timed_when_that_is_switched_on(url, monkeypatch):
         guest.says("foac</b>: ")
         pause(guest)
         assert "unexpected" not in guest.text
+
+
+def test_slow_work_is_said_and_can_be_cancelled(url, monkeypatch):
+    """With its name, also where nothing moves; no method is tried any more then, until the visitor
+    wants it again."""
+    release, solves = threading.Event(), []
+
+    def slow_solve(*args: Any, **options: Any) -> Solution:
+        solves.append(args)
+        release.wait(60)
+        return solve(*args, **options)
+
+    with visitor(url) as guest:
+        pause(guest)
+        monkeypatch.setattr(method_timing, "solve", slow_solve)
+        guest.choose("time_methods", True)
+        guest.wait(lambda _: "computing: method timing" in guest.texts.get("work", ""))
+        guest.do("cancel_jobs")
+        guest.wait(lambda _: "cancelled: method timing" in guest.texts["work"])
+        guest.wait(lambda _: "was cancelled" in guest.texts["timings"])
+        assert len(solves) == 1
+        release.set()
+        final_text(guest)
+        assert len(solves) == 1  # of the reference; no method is tried
+        guest.do("retry_jobs")
+        guest.wait(lambda _: "<table" in guest.texts["timings"])
+        assert guest.texts["work"] == ""

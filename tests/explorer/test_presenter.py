@@ -10,6 +10,8 @@ from live.visitor import PAPER, frequency_text, visitor
 from beamviz.explorer import app as server
 from beamviz.explorer import jobs
 from beamviz.explorer.app import explorer
+from beamviz.explorer.features.comparison import DOUBLE
+from beamviz.lessons import lesson
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
@@ -24,7 +26,8 @@ def url(frame_loops) -> Iterator[str]:
 
 
 def test_all_see_what_the_presenter_does(url, frame_loops, monkeypatch):
-    """Numbers, answers, view and clock are the presenter's, and are solved once for all."""
+    """Numbers, answers, view, comparison, tab and clock are the presenter's; each case is solved
+    once for all."""
     with visitor(f"{url}/?token={PRESENTER}") as lead, visitor(url) as one, visitor(url) as other:
         solved = []
         monkeypatch.setattr(jobs, "solve", lambda *a, **o: (solved.append(a), solve(*a, **o))[1])
@@ -35,6 +38,12 @@ def test_all_see_what_the_presenter_does(url, frame_loops, monkeypatch):
         for guest in (one, other):
             guest.says("axial strain, as drawn")
         assert len(solved) == 1
+        lead.do("comparison", DOUBLE)
+        lead.do("tab", "tab-compare")
+        for guest in (one, other):
+            guest.says("twice the mass<br>")
+            guest.wait(lambda _, guest=guest: guest.parts.get("open") == "tab-compare")
+        assert len(solved) == 2
         sessions = list(frame_loops[-1].sessions.values())
         assert len({id(session.visitor.state.view) for session in sessions}) == 1
         lead.choose("playing", False)
@@ -48,6 +57,19 @@ def test_the_controls_follow_as_well(url):
         lead.choose("gamma", 21.0)
         one.says(frequency_text(PAPER.replace(gamma=21)))
         wait_until(lambda: one.receive(5) and one.values.get("gamma") == 21.0)
+
+
+def test_all_read_the_lesson_of_the_presenter(url):
+    """And the step that it is at; who goes exploring keeps it."""
+    with visitor(f"{url}/?token={PRESENTER}") as lead, visitor(url) as one:
+        lead.do("lesson", "nodes")
+        one.says(lesson("nodes").question)
+        lead.do("lesson_turn", 1)
+        one.says(lesson("nodes").proof.words)
+        one.choose("alpha", 2.0)
+        lead.do("lesson", "")
+        lead.wait(lambda _: lead.texts["lesson-text"] == "")
+        assert lesson("nodes").proof.words in one.text
 
 
 def test_a_student_leaves_to_explore_and_comes_back(url):

@@ -12,6 +12,7 @@ from viser.transforms import SO3
 from beamviz.drawing import BeamView
 from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import Clock
+from beamviz.explorer.features.run_up import RunUpPlayback
 from beamviz.explorer.jobs import Job
 from beamviz.explorer.page.html import checkbox
 from beamviz.explorer.state import State
@@ -21,24 +22,24 @@ from beamviz.explorer.visitor import Visitor
 
 FOLLOW_LABEL = "follow the presenter"
 FOLLOW_HINT = "Move any control to explore by yourself; tick this to come back"
-FOLLOWED = ("scene", "case", "view", "over", "per_rev")  # of the state, which follow
 
 
 class Presentation(NamedTuple):
-    """What others can follow of a visitor: the state and the solution, the loci charts and the
-    clock of the scene."""
+    """What others can follow of a visitor: the state, the answers of the jobs, the open tab, and
+    the clock of the scene with its run-up."""
 
     visitor: Visitor
-    charts: Job
     clock: Clock
+    run_up: RunUpPlayback
 
 
 class PresenterMode:
-    """Keeps a visitor's page in line with the presenter's while they follow; nothing is solved for
-    it then. presenter: gives what to follow, None while there is no presenter."""
+    """Keeps a visitor's page in line with the presenter's while they follow; nothing is computed
+    for it then. presenter: gives what to follow, None while there is no presenter; tab: the one of
+    the presenter."""
 
     def __init__(self, own: Presentation, presenter: Callable[[], Presentation | None]):
-        self.own, self.presenter = own, presenter
+        self.own, self.presenter, self.tab = own, presenter, own.visitor.page.tab
         own.visitor.page.html("presenter", checkbox("following", FOLLOW_LABEL, FOLLOW_HINT))
         own.visitor.bind_key("following")
 
@@ -50,25 +51,38 @@ class PresenterMode:
     @property
     def outdated(self) -> bool:
         """Whether the presenter has something new."""
-        own, other = self.own, self.followed
+        other = self.followed
         return other is not None and (
-            other.visitor.solver.answer is not own.visitor.solver.answer
-            or other.visitor.state.view is not own.visitor.state.view
-            or other.charts.answer is not own.charts.answer
+            other.visitor.page.tab != self.tab
+            or self.followed_state(other) != self.own.visitor.state
+            or any(theirs.answer is not mine.answer for theirs, mine in self.answered_jobs(other))
         )
 
+    def followed_state(self, other: Presentation) -> State:
+        """The state of the presenter, seen from one's own viewpoint."""
+        return replace(other.visitor.state, camera=self.own.visitor.state.camera, following=True)
+
+    def answered_jobs(self, other: Presentation) -> list[tuple[Job, Job]]:
+        """The presenter's jobs that have an answer, each with one's own."""
+        pairs = zip(other.visitor.jobs, self.own.visitor.jobs, strict=True)
+        return [(theirs, mine) for theirs, mine in pairs if theirs.answer]
+
     def update(self) -> None:
-        """Take over the state and the answers of the presenter."""
+        """Take over the state, the answers and the open tab of the presenter."""
         own, other = self.own, self.followed
+        for job in own.visitor.jobs:
+            job.following = other is not None
         if other is None:
             return
         with own.visitor.lock:
-            own.visitor.solver.adopt(other.visitor.solver)
-            own.charts.adopt(other.charts)
-            state, theirs = own.visitor.state, other.visitor.state
-            changes = {name: getattr(theirs, name) for name in FOLLOWED}
-            if any(getattr(state, name) is not value for name, value in changes.items()):
-                own.visitor.follow(replace(state, **changes))
+            for theirs, mine in self.answered_jobs(other):
+                mine.adopt(theirs)
+            own.run_up.request = other.run_up.request
+            if (state := self.followed_state(other)) != own.visitor.state:
+                own.visitor.follow(state)
+        if other.visitor.page.tab != self.tab:
+            self.tab = other.visitor.page.tab
+            own.visitor.page.open(self.tab)
 
     def update_clock(self) -> None:
         """Show the same moment of the same vibration as the presenter."""
@@ -77,6 +91,7 @@ class PresenterMode:
             theirs = other.clock
             if len(clock.phases) == len(theirs.phases):
                 clock.phases, clock.angle, clock.rate = theirs.phases, theirs.angle, theirs.rate
+            self.own.run_up.phase = other.run_up.phase
 
 
 # Dragging the mass

@@ -38,13 +38,14 @@ PER_REV_HELP = (
 
 
 class LociTab(Feature):
-    """The chart and its lists. chosen: the name of the event that the beam was moved to last."""
+    """The chart and its lists. chosen: the name of the event that the beam was moved to last;
+    choice: counts these moves, so that a second one to the same event shows it again."""
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.charts = visitor.job("loci chart", ChartRequest.chart)
-        self.second_charts = visitor.job("loci chart", ChartRequest.chart)  # of the comparison
-        self.chosen = ""
+        self.charts = visitor.job("chart", ChartRequest.chart)
+        self.second_charts = visitor.job("chart compared with", ChartRequest.chart)
+        self.chosen, self.choice = "", 0
         self.drawn: tuple[Any, ...] = ()  # what the lines were drawn for
         self.data: Data = {}
         self.charted: tuple[Any, Chart | None] = (None, None)  # an answer and its chart
@@ -59,7 +60,7 @@ class LociTab(Feature):
         chart = self.chart
         event = self.all_events(chart).get(key) if chart and isinstance(key, str) else None
         if chart and event:
-            self.chosen = str(key)
+            self.chosen, self.choice = str(key), self.choice + 1
             self.visitor.change(lambda state: state.changed(chart.request.over, event.at))
 
     def all_events(self, chart: Chart) -> dict[str, Event | Resonance]:
@@ -89,7 +90,7 @@ class LociTab(Feature):
         state = self.visitor.state
         return (
             self.visitor.chart_answer, state.over, state.per_rev, state.comparison, state.kept,
-            state.following, self.chosen, self.charts.answer, self.second_charts.answer,
+            state.following, self.choice, self.charts.answer, self.second_charts.answer,
         )  # fmt: skip
 
     def show(self) -> None:
@@ -109,7 +110,8 @@ class LociTab(Feature):
             page.html("loci-resonances", resonance_table(chart, state.per_rev))
             page.props("per-rev", hidden=not over_speed)
             page.props("loci-resonances", hidden=not (over_speed and state.per_rev))
-        page.chart("loci-chart", {**self.data, "cursor": self.cursor, "chosen": self.chosen})
+        chosen = {"cursor": self.cursor, "chosen": self.chosen, "choice": self.choice}
+        page.chart("loci-chart", self.data | chosen)
         page.value("go_to_event", self.chosen)
 
     @property
@@ -123,15 +125,14 @@ class LociTab(Feature):
 
     def request(self) -> bool:
         """Request the chart around the answer shown, and that of the beam compared with; whether
-        there is one. A follower takes over the chart of the presenter."""
+        there is one."""
         state, answer = self.visitor.state, self.visitor.chart_answer
         other = comparison_case(state, answer.request) if answer else ""
         if answer is not None:
             with contextlib.suppress(InvalidInput):  # the page says so; the last chart stays
                 highest = max(state.per_rev, default=0)
                 request = ChartRequest.around(answer.request, state.over, highest)
-                if not (state.following and self.charts.answer):
-                    self.charts.request(request)
+                self.charts.request(request)
                 if not isinstance(other, str):
                     self.second_charts.request(request.same_axis(other.case))
         return not isinstance(other, str)

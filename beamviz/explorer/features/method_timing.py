@@ -10,6 +10,7 @@ import numpy as np
 from beamviz.drawing.text import Measure
 from beamviz.errors import BeamvizError
 from beamviz.explorer.features.loci_chart import Data, axis_data, sent
+from beamviz.explorer.jobs import check_cancelled
 from beamviz.explorer.page.html import button, checkbox, table
 from beamviz.explorer.state import Case
 from beamviz.explorer.visitor import Feature, Visitor
@@ -56,6 +57,7 @@ def time_methods(case: Case) -> tuple[Timing, ...]:
 
 def time_method(reference: Solution, method: str, value: float, options: dict[str, Any]) -> Timing:
     """One method at the resolution `value`."""
+    check_cancelled()
     option = OPTION[method]
     resolution = f"{option} {value:g}"
     settings: dict[str, Any] = {**options, "method": method, option: value}
@@ -89,7 +91,8 @@ def rates(solution: Solution) -> np.ndarray:
 MAX_ERROR = 1.0
 STYLES = {name: f"method-{k}" for k, name in enumerate(METHODS)}
 INVITATION = (
-    '<p>Time all methods to compare them, or try another one under <a href="#model">Model</a>.</p>'
+    "<p>Time all methods to compare them, or choose another "
+    '<button type="button" class="link" data-point="method">method</button> for this beam.</p>'
 )
 NOTE = (
     "<p>Further right: slower. Higher: less accurate (largest relative frequency error). A line"

@@ -1,12 +1,13 @@
 """What surrounds the scene: status, table of modes, controls of motion, picture and model, keys."""
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
 from functools import partial
 from html import escape
 from typing import Any
 
 from beamviz.beam import Units
-from beamviz.explorer.jobs import SolverAnswer
+from beamviz.explorer.jobs import Job, SolverAnswer
 from beamviz.explorer.page import html
 from beamviz.explorer.page.controls import NumberControls, TermControls
 from beamviz.explorer.page.html import button, checkbox, hint, select, slider
@@ -54,7 +55,7 @@ class Panel:
     """The page of one visitor, but for the tabs."""
 
     def __init__(self, visitor: Visitor):
-        self.visitor, page = visitor, visitor.page
+        self.visitor, page, self.work = visitor, visitor.page, ""
         for id, content in {
             "status": status(),
             "transport": transport(),
@@ -80,6 +81,8 @@ class Panel:
         visitor.on("redo", lambda _: visitor.redo())
         visitor.on("reset", lambda _: visitor.reset())
         visitor.on("reset_view", lambda _: visitor.reset_view())
+        visitor.on("cancel_jobs", lambda _: visitor.cancel_jobs())
+        visitor.on("retry_jobs", lambda _: visitor.retry_jobs())
 
     def show_alone(self, mode: Any) -> None:
         """Show one mode (from 0) alone."""
@@ -123,11 +126,38 @@ class Panel:
         page.html("mode-rows", mode_table(solved, shown) if solved and solved.solution else "")
         page.props("mode-rows", class_=None if answer.solution else "faded")
 
+    @property
+    def work_outdated(self) -> bool:
+        """Whether what is at work is something else than the page says."""
+        return work_text(self.visitor.jobs) != self.work
+
+    def show_work(self) -> None:
+        """Say what is at work for long."""
+        self.work = work_text(self.visitor.jobs)
+        self.visitor.page.html("work", self.work)
+
     def show_picture(self, largest: float, pace: float, units: Units | None) -> None:
         """Show the scale of the colours and the pace of the picture."""
         page = self.visitor.page
         page.html("legend", html.legend(self.visitor.state.view.colouring, largest, units))
         page.html("pace-text", html.pace(pace, units))
+
+
+def work_text(jobs: Sequence[Job]) -> str:
+    """What has been at work for how long, with a button that cancels; or what was cancelled."""
+    slow, cancelled = ([one for one in jobs if getattr(one, key)] for key in ("slow", "cancelled"))
+    if slow:
+        seconds = int(time.monotonic() - min(job.started for job in slow))
+        state = f'computing: {names_of(slow)} <span aria-hidden="true">… {seconds} s</span>'
+        return state + button("Cancel", data_do="cancel_jobs")
+    if cancelled:
+        return f"cancelled: {names_of(cancelled)}" + button("Compute again", data_do="retry_jobs")
+    return ""
+
+
+def names_of(jobs: Sequence[Job]) -> str:
+    """The names of jobs, in words."""
+    return ", ".join(job.name for job in jobs)
 
 
 def toggled(name: str, state: State) -> State:
