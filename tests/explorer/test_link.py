@@ -26,12 +26,22 @@ NODES = lesson("nodes").scene
     [
         ("", None),
         ("fixedDpr=1&token=abc", None),
-        ("lesson=nodes", Link(NODES, "nodes")),
-        ("lesson=nodes&step=3&gamma=2", Link(NODES.changed(gamma=2), "nodes", 2)),
-        ("alpha=1&mode=3", Link(Scene.of(alpha=1, mode=3))),
-        ("gamma=10.0&over=mu&dark=true", Link(Scene.of(gamma=10, over="mu", dark=True))),
-        ("strain=hencky&shares=[0.5,%201]", Link(Scene.of(strain="hencky", shares=[0.5, 1.0]))),
-        ("gamma=3&compare=coriolis", Link(Scene.of(gamma=3), comparison=CORIOLIS)),
+        ("lesson=nodes", Link(NODES, {"lesson": "nodes"})),
+        (
+            "lesson=nodes&step=3&gamma=2&tab=veering",
+            Link(NODES.changed(gamma=2), {"lesson": "nodes", "step": 2}, "veering"),
+        ),
+        ("alpha=1&mode=3", Link(Scene.of(alpha=1, mode=3), {})),
+        ("gamma=10.0&over=mu&dark=true", Link(Scene.of(gamma=10, over="mu", dark=True), {})),
+        ("strain=hencky&shares=[0.5,%201]", Link(Scene.of(strain="hencky", shares=[0.5, 1.0]), {})),
+        ("gamma=3&compare=coriolis", Link(Scene.of(gamma=3), {"comparison": CORIOLIS})),
+        (
+            "stacked=true&force=2&damping=0.05&response=true",
+            Link(
+                Scene(),
+                {"stacked": True, "force_per_rev": 2, "damping": 0.05, "forced_response": True},
+            ),
+        ),
     ],
 )
 def test_a_link_is_followed(query, link):
@@ -49,6 +59,9 @@ def test_a_link_is_followed(query, link):
         ("a&" * 1000, "no more than"),
         ("lesson=nodes&step=4", "step = 4: must be a whole number in 1 .. 3"),
         ("compare=all", "compare = 'all': must be one of ancf, coriolis"),
+        ("tab=charts", "tab = 'charts': must be one of frequencies, veering"),
+        ("force=7", "force = 7: must be a whole number in 1 .. 6"),
+        ("damping=1", "damping = 1: must lie in 0.001 .. 0.2"),
         ("length=1", "the link: missing key 'density'"),
         ("method=linear&elements=1000", "elements = 1000: a page solves with at most 200"),
     ],

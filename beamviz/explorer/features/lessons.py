@@ -65,13 +65,13 @@ class Lessons(Feature):
         elif name == "":
             self.visitor.change(lambda state: replace(state, lesson="", step=0, home=self.first))
 
-    def begin(self, name: str, step: int = 0, scene: Scene | None = None) -> None:
+    def begin(self, name: str, scene: Scene | None = None) -> None:
         """Show a lesson, with its own scene or another; its numbers are computed before, on a
         worker thread."""
         lesson, visitor = LESSONS[NAMES.index(name)], self.visitor
         _ = lesson.numbers, lesson.answer
         scene = (scene or lesson.scene).changed(dark=visitor.state.view.dark)
-        visitor.load(scene, home=lesson.scene, lesson=name, step=step)
+        visitor.load(scene, home=lesson.scene, lesson=name, step=0)
         self.page.open(next(iter(tabs(lesson)), "tab-frequencies"))
         self.page.point(*points(lesson.do))
 

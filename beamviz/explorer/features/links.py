@@ -1,22 +1,25 @@
 """Links: a page opens on the scene of its address, and the address follows the scene.
 
-?lesson=nodes, ?alpha=1&gamma=10&mode=3, or both; ?compare=... and the keys of a scene.
+?lesson=nodes, ?alpha=1&gamma=10&mode=3, or both, with more KEYS and the open tab.
 """
 
+import operator
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 from urllib.parse import parse_qsl, urlencode
 
-from beamviz.beam import check_int
+from beamviz.beam import check_float, check_int
 from beamviz.errors import InvalidInput
 from beamviz.explorer.features.comparison import SHORT
 from beamviz.explorer.features.files import within_limits
 from beamviz.explorer.features.lessons import STEPS, Lessons
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
+from beamviz.frequency_loci.forced_response import DAMPING
 from beamviz.lessons import lesson
-from beamviz.scene import Scene, check_choice, parse_query
+from beamviz.scene import PER_REV, Scene, check_bool, check_choice, parse_query
 from beamviz.server.access import KEY_PARAMETER
 
 PERIOD = 0.5  # [s] between two changes of the address
@@ -25,27 +28,41 @@ RESERVED = {KEY_PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "lo
 OWN = ("dark", "playing")  # keys of a scene that are the visitor's own, and in no link
 
 
+TABS = ("frequencies", "veering", "compare", "run-up", "methods", "lessons", "export")
+CASES = {short: case for case, short in SHORT.items()}
+# Keys of a link besides those of a scene: the field of the state, and the check of its value.
+KEYS: dict[str, tuple[str, Callable[[Any], Any]]] = {
+    "lesson": ("lesson", lambda name: lesson(str(name)).name),
+    "step": ("step", lambda step: check_int("step", step, 1, len(STEPS)) - 1),
+    "compare": ("comparison", lambda case: CASES[check_choice("compare", case, CASES)]),
+    "stacked": ("stacked", partial(check_bool, "stacked")),
+    "force": ("force_per_rev", lambda count: check_int("force", count, 1, max(PER_REV))),
+    "damping": ("damping", lambda ratio: check_float("damping", ratio, *DAMPING)),
+    "response": ("forced_response", partial(check_bool, "response")),
+}
+
+
 class Link(NamedTuple):
-    """What a link leads to: a scene, a lesson ("" for none) with its step, from 0, and with what
-    the beam is compared ("" for as before)."""
+    """What a link leads to: a scene, other values of the state, and the tab to open."""
 
     scene: Scene
-    lesson: str = ""
-    step: int = 0
-    comparison: str = ""
+    values: dict[str, Any]
+    tab: str = TABS[0]
 
 
 def parse_link(query: str) -> Link | None:
     """What a query leads to; None where it has no key of ours. Raises InvalidInput."""
-    values = {key: value for key, value in parse_query(query).items() if key not in RESERVED}
-    if not values:
+    keys = {key: value for key, value in parse_query(query).items() if key not in RESERVED}
+    if not keys:
         return None
-    name, compare = str(values.pop("lesson", "")), values.pop("compare", None)
-    step = check_int("step", values.pop("step", 1), 1, len(STEPS)) - 1
-    choices = {short: choice for choice, short in SHORT.items()}
-    comparison = "" if compare is None else choices[check_choice("compare", compare, choices)]
-    base = lesson(name).scene if name else Scene()
-    return Link(within_limits(Scene.from_query(values, base)), name, step, comparison)
+    values = {
+        name: check(keys.pop(key))
+        for key, (name, check) in KEYS.items()
+        if keys.get(key) is not None
+    }
+    tab = check_choice("tab", keys.pop("tab", TABS[0]), TABS)
+    base = lesson(values["lesson"]).scene if "lesson" in values else Scene()
+    return Link(within_limits(Scene.from_query(keys, base)), values, tab)
 
 
 class Links:
@@ -55,7 +72,7 @@ class Links:
         self.visitor, self.lessons = visitor, lessons
         self.start = visitor.state
         self.reserved: list[tuple[str, str]] | None = None  # None until the page has told them
-        self.shown: State | None = None
+        self.shown: tuple[State, str] | None = None  # and the open tab
         self.due = 0.0
         self.moved = False  # the viewpoint, since the address was shown
         self.opened = False  # what the address leads to, if anything, is in the state
@@ -78,24 +95,31 @@ class Links:
     def show(self, link: Link) -> None:
         """Show what a link leads to."""
         visitor = self.visitor
-        if link.lesson:
-            self.lessons.begin(link.lesson, link.step, link.scene)
+        if "lesson" in link.values:
+            self.lessons.begin(link.values["lesson"], link.scene)
         else:
             visitor.load(link.scene.changed(dark=visitor.state.view.dark))
-        if link.comparison:
-            visitor.change(partial(replace, comparison=link.comparison))
+        visitor.change(lambda state: replace(state, **link.values))
+        if link.tab != TABS[0]:
+            visitor.page.open(f"tab-{link.tab}")
         self.opened = True
 
     @property
+    def state(self) -> tuple[State, str]:
+        """The state, and the open tab."""
+        return self.visitor.state, self.visitor.page.tab
+
+    @property
     def outdated(self) -> bool:
-        """Whether the state or the viewpoint is another one than that of the address."""
-        return self.reserved is not None and (self.moved or self.visitor.state is not self.shown)
+        """Whether the state, the tab or the viewpoint is another one than that of the address."""
+        changed = self.shown is None or any(map(operator.is_not, self.state, self.shown))
+        return self.reserved is not None and (self.moved or changed)
 
     def update(self, now: float) -> None:
         """Let the address follow, not too often [s]."""
         if self.reserved is None or now < self.due or not self.outdated:
             return
-        self.due, self.shown, self.moved = now + PERIOD, self.visitor.state, False
+        self.due, self.shown, self.moved = now + PERIOD, self.state, False
         try:
             query = self.query(self.visitor.state)
         except InvalidInput:  # numbers that are no beam
@@ -108,15 +132,25 @@ class Links:
         presenter."""
         scene = replace(state.to_scene(), camera=self.visitor.camera.chosen)
         first = replace(self.start, view=replace(self.start.view, **own(state)))
-        same = scene == first.to_scene() and state.comparison == first.comparison
-        if state.following or (same and not state.lesson):
+        pairs = extra_pairs(state)
+        if (tab := self.visitor.page.tab.removeprefix("tab-")) != TABS[0]:
+            pairs["tab"] = tab
+        if state.following or (scene == first.to_scene() and pairs == extra_pairs(first)):
             return ""
-        pairs = {"lesson": state.lesson, "step": state.step + 1 if state.step else ""}
-        pairs["compare"] = SHORT.get(state.comparison, "")
         base = lesson(state.lesson).scene if state.lesson else Scene()
-        extra = urlencode({key: value for key, value in pairs.items() if value})
-        found = "&".join(filter(None, (extra, scene.to_query(base, without=OWN))))
+        found = "&".join(filter(None, (urlencode(pairs), scene.to_query(base, without=OWN))))
         return found or f"gamma={scene.beam.gamma!r}"  # the usual scene, where another begins
+
+
+def extra_pairs(state: State) -> dict[str, Any]:
+    """The keys and values of a link besides those of the scene."""
+    values = {key: getattr(state, name) for key, (name, _) in KEYS.items()}
+    values = {key: one for key, one in values.items() if one != getattr(State, KEYS[key][0])}
+    if "step" in values:
+        values["step"] += 1
+    if "compare" in values:
+        values["compare"] = SHORT.get(values["compare"], "")
+    return {key: "true" if one is True else one for key, one in values.items() if one != ""}
 
 
 def own(state: State) -> dict[str, Any]:

@@ -105,8 +105,7 @@ class RunUpPlayback:
             state.case.beam()
         except InvalidInput:
             return
-        request = RunUpRequest.of(state)
-        self.request = self.job.latest if self.job.latest == request else request
+        self.compute()
         self.gamma, self.position = state.case.numbers["gamma"], 0.0
         self.visitor.change(
             lambda state: replace(
@@ -115,6 +114,11 @@ class RunUpPlayback:
                 forced_response=True,
             )
         )
+
+    def compute(self) -> None:
+        """Have the run-up of the state computed."""
+        request = RunUpRequest.of(self.visitor.state)
+        self.request = self.job.latest if self.job.latest == request else request
         self.job.request(request)
 
     def stop(self) -> None:
@@ -128,10 +132,11 @@ class RunUpPlayback:
         with self.visitor.lock:
             state = self.visitor.state
             if self.request is None:
-                return
-            if RunUpRequest.of(state) != self.request:
-                self.request = None
-                self.stop()
+                if state.forced_response:  # by a link, or an undo
+                    self.compute()
+            elif RunUpRequest.of(state) != self.request:
+                self.request = self.position = None
+                self.visitor.follow(replace(state, run_speed=None, forced_response=False))
             elif self.running and state.case.numbers["gamma"] != self.gamma:
                 self.stop()
             elif self.running:
