@@ -1,17 +1,17 @@
 """Verdicts of the oracle on the errors that `solve` reports for bent beams: inward ones past
 buckling and ones that spin up, drawn from the whole accepted range, each from a seed of its own."""
 
-import time
+from functools import partial
 from itertools import count
 from typing import Any
 
 import numpy as np
 
 from beamviz import Beam, Solution, solve
-from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
+from beamviz.errors import BeamvizError, NoEquilibrium
 from oracle.bent import bent_truth
 from oracle.eigen import UnresolvedError
-from oracle.error_bars import Scene
+from oracle.error_bars import Scene, judged
 
 SPIN_UPS = 0.3  # share of the scenes
 ROUNDING = 1e-9  # of the oracle, relative
@@ -62,24 +62,8 @@ def _straight_is_unstable(beam: Beam, options: dict[str, Any]) -> bool:
 
 
 def bent_verdict(scene: Scene) -> dict[str, Any]:
-    """The solver's answer against the oracle's: `kind` and processor time `seconds`; where both
-    have modes also the `error`, the `reported` one and the `oracle_error` of each frequency."""
-    start = time.process_time()
-    solution: Solution | Exception
-    try:
-        solution = solve(scene.beam, **scene.options)
-    except Exception as error:
-        solution = error
-    seconds = time.process_time() - start
-    if isinstance(solution, Solution):
-        found = _solved(scene, solution)
-    elif isinstance(solution, NoEquilibrium):
-        found = _limited(scene, solution)
-    elif isinstance(solution, NotConverged):
-        found = {"kind": "not-converged", "says": str(solution)}
-    else:
-        found = {"kind": "crash", "says": repr(solution)}
-    return found | {"seconds": seconds}
+    """`verdict` on a bent beam."""
+    return judged(scene, partial(_solved, scene), partial(_limited, scene))
 
 
 def _limited(scene: Scene, error: NoEquilibrium) -> dict[str, Any]:

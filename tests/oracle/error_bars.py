@@ -4,6 +4,7 @@ Scenes are drawn from the whole accepted range, each from a seed of its own.
 """
 
 import time
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -108,6 +109,19 @@ def oracle_answer(scene: Scene) -> dict[str, Any]:
 def verdict(scene: Scene, answer: dict[str, Any]) -> dict[str, Any]:
     """The solver's answer against the oracle's: `kind` and processor time `seconds`; where both
     have modes also the `error`, the `reported` one and the `oracle_error` of each frequency."""
+    return judged(
+        scene,
+        lambda solution: _solved(solution, answer),
+        lambda error: _no_equilibrium(scene, answer, error),
+    )
+
+
+def judged(
+    scene: Scene,
+    solved: Callable[[Solution], dict[str, Any]],
+    limited: Callable[[NoEquilibrium], dict[str, Any]],
+) -> dict[str, Any]:
+    """The verdict on the solver's answer, by its kind, and the processor time that it takes."""
     start = time.process_time()
     solution: Solution | Exception
     try:
@@ -116,9 +130,9 @@ def verdict(scene: Scene, answer: dict[str, Any]) -> dict[str, Any]:
         solution = error
     seconds = time.process_time() - start
     if isinstance(solution, Solution):
-        found = _solved(solution, answer)
+        found = solved(solution)
     elif isinstance(solution, NoEquilibrium):
-        found = _no_equilibrium(scene, answer, solution)
+        found = limited(solution)
     elif isinstance(solution, NotConverged):
         found = {"kind": "not-converged", "says": str(solution)}
     else:

@@ -29,6 +29,7 @@ from beamviz.solver.bent.mesh_design import first_mesh, refined_mesh, tails
 from beamviz.solver.bent.modes import BentModes, bent_modes
 from beamviz.solver.bent.paths import follow_speed, spin_up_state, states_on_both_sides
 from beamviz.solver.bent.tangent import BentBeam, Tangent
+from beamviz.solver.hp import solve_hp
 from beamviz.solver.hp.mesh import Mesh
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Equilibrium, Solution, Stats
@@ -201,6 +202,10 @@ def other_states(solution: Solution) -> list[Solution]:
 def _first_state(beam: Beam, problem: Problem) -> State:
     """A state found from nothing, on the first mesh."""
     still = without_spin_up(beam)
+    if beam.delta >= 0:  # the straight state of an outward beam is the only one
+        straight = solve_hp([still], replace(problem, state="straight"), time.perf_counter())[0]
+        if isinstance(straight, NoEquilibrium):
+            raise straight
     bent = BentBeam(first_mesh(beam, problem), still, problem)
     states = stable_states(bent) or [follow_speed(bent)]
     if beam.spin_up:

@@ -78,13 +78,18 @@ def is_same(a: State, b: State) -> bool:
 
 
 def guesses(beam: BentBeam) -> Iterator[np.ndarray]:
-    """Folded over at the clamp; the straight state, bent along its two lowest buckling modes."""
+    """A stable straight state; folded over at the clamp; the straight state, bent along its two
+    lowest buckling modes."""
     w, n = beam.w, len(beam.w)
+    straight = straight_state(beam)
+    if straight and is_stable(straight):
+        yield straight.q
+        if beam.beam.delta >= 0:
+            return
     folded = folded_beam(beam.beam, beam.problem)
     decay = np.exp(-beam.mesh.points / folded.width[0])
     f = np.interp(beam.mesh.points, folded.x, folded.stretch)
     yield np.concatenate((f, math.pi * decay / (w @ decay)))
-    straight = straight_state(beam)
     if straight is None:
         return
     scale = beam.scale[n:]

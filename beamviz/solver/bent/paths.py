@@ -143,23 +143,24 @@ def _follow_number(start: State, over: str, stop: float) -> Path:
 def _follow_load(at: Callable[[float], BentBeam], start: State, target: float) -> Path:
     """The stable states of the beams at loads from 0 to a target, or to their limit."""
 
-    def margin(load: float, q: NDArray) -> float:
-        return float((_margins(at(load), q) / first).min())
+    first = _margins(start)
+    margins = {0.0: 1.0}  # of the loads solved
 
     def solve_at(load: float, guess: NDArray) -> Root | None:
         found = newton(at(load), guess)
-        if found is None or margin(load, found.q) <= 0:
+        if found is None:
             return None
-        return Root(found.q, found.iterations)
+        margins[load] = float((_margins(found) / first).min())
+        return Root(found.q, found.iterations) if margins[load] > 0 else None
 
-    first = _margins(start.beam, start.q)
-    return continue_load(solve_at, start.q, target, margin)
+    return continue_load(solve_at, start.q, target, lambda load, _: margins[load])
 
 
-def _margins(beam: BentBeam, q: NDArray) -> NDArray:
+def _margins(state: State) -> NDArray:
     """What is positive where a state is stable: the lowest eigenvalue of the stiffness, the least
     stretch, and the least local stiffness."""
-    K = beam.scale[:, None] * beam.tangent(q).K * beam.scale
+    beam, q = state.beam, state.q
+    K = beam.scale[:, None] * state.tangent.K * beam.scale
     if beam.beam.spin_up:
         lowest = np.linalg.eigvals(K).real.min()
     else:
