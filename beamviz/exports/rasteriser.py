@@ -4,27 +4,12 @@ A pixel has `count` samples, each in a row of its own and all at different x (N 
 edge of any direction is as smooth as with count x count samples on a grid.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 NEAR = 0.02  # distance from the camera from which on everything is drawn
 STRIDE = 0.381966  # of the sample offsets, the golden section: neighbouring rows differ by much
-
-
-@dataclass(frozen=True)
-class Samples:
-    """The samples (n,) at which a triangle is seen.
-
-    pixel: its index, row by row; owner: of the triangle; x, y: of the sample [pixels]; depth:
-    (height, count, width) the inverse distance at every sample of the picture, or 0.
-    """
-
-    pixel: np.ndarray
-    owner: np.ndarray
-    x: np.ndarray
-    y: np.ndarray
-    depth: np.ndarray
 
 
 def sample_offsets(count: int) -> np.ndarray:
@@ -61,8 +46,7 @@ def clipped(corners: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.nda
     return both[..., :3], both[..., 3:], np.concatenate(origins)
 
 
-@dataclass(frozen=True)
-class Spans:
+class Spans(NamedTuple):
     """Lines of samples through triangles, n of them: owner: the triangle; row: counted in samples;
     start, stop: columns [pixels]; shift: the offset of the samples in x."""
 
@@ -74,67 +58,51 @@ class Spans:
 
 
 def spans(places: np.ndarray, width: int, height: int, count: int) -> Spans:
-    """The samples of triangles (t, 3, 2), x and y in pixels, row by row."""
-    x, y = places[..., 0], places[..., 1] * count
-    first, last = (
-        np.ceil(edge.clip(0, height * count) - 0.5).astype(int)
-        for edge in (y.min(axis=1), y.max(axis=1))
-    )
-    owner, row = ranges(first, last)
-    centre = row + 0.5
-    left, right = np.full(len(row), np.inf), np.full(len(row), -np.inf)
-    for a, b in ((0, 1), (1, 2), (2, 0)):
-        slant = (x[:, b] - x[:, a]) / np.where(y[:, b] == y[:, a], np.inf, y[:, b] - y[:, a])
-        base, ya, yb = x[:, a] - slant * y[:, a], y[owner, a], y[owner, b]
-        crossed = (ya <= centre) != (yb <= centre)
-        at = base[owner] + slant[owner] * centre
-        left = np.where(crossed, np.minimum(left, at), left)
-        right = np.where(crossed, np.maximum(right, at), right)
+    """The samples of triangles (t, 3, 2), x and y in pixels, row by row: of the part of a triangle
+    above its middle corner, and of the part below."""
+    corners = np.take_along_axis(places, places[..., 1:].argsort(axis=1), axis=1)
+    x, y = corners[..., 0], corners[..., 1] * count
+    first, second = [0, 1, 0], [1, 2, 2]  # corners of an edge: the last one bounds both parts
+    rise = y[:, second] - y[:, first]
+    slant = (x[:, second] - x[:, first]) / np.where(rise == 0, np.inf, rise)
+    base = x[:, first] + slant * (0.5 - y[:, first])
+    left = x[:, 1] < base[:, 2] + slant[:, 2] * (y[:, 1] - 0.5)  # the middle corner
+    ends = np.ceil(y.clip(0, height * count) - 0.5).astype(np.int32)
+    part, row = ranges(ends[:, :2].ravel(), ends[:, 1:].ravel())
     shift = sample_offsets(count)[row % count]
-    start, stop = (np.ceil(edge.clip(-1, width + 1) - shift) for edge in (left, right))
-    start, stop = (edge.clip(0, width).astype(np.int32) for edge in (start, stop))
-    return Spans(owner, row.astype(np.int32), start, np.maximum(start, stop), shift)
-
-
-def rasterised(
-    triangles: np.ndarray,
-    width: int,
-    height: int,
-    count: int,
-    behind: np.ndarray | None = None,
-) -> Samples:
-    """Samples of triangles (t, 3, 3): x and y in pixels, and the inverse distance, which is linear
-    in the picture; behind: the depth of an earlier layer, which hides what is farther."""
-    order = np.argsort(triangles[..., 2].sum(axis=1), kind="stable")  # far ones first
-    places = triangles[order, :, :2]
-    lines = spans(places, width, height, count)
-    lengths = lines.stop - lines.start
-    line, column = ranges(lines.start, lines.stop)
-    constant, dx, dy = planes(places, triangles[order, :, 2:])[lines.owner, :, 0].T
-    constant = constant + dx * lines.shift + dy * (lines.row + 0.5) / count
-    value = np.repeat(dx.astype(np.float32), lengths) * column.astype(np.float32)
-    value += np.repeat(constant.astype(np.float32), lengths)
-    place = np.repeat(lines.row.astype(np.int64) * width, lengths) + column
-    nearest = np.zeros(width * height * count, np.float32)
-    if behind is not None:
-        nearest[:] = behind.ravel()
-    shown = np.empty(width * height * count, np.int32)
-    left = np.flatnonzero(value > nearest[place])
-    while len(left):  # of several values at one place the last is kept, mostly the nearest
-        nearest[place[left]] = value[left]
-        shown[place[left]] = line[left]
-        left = left[value[left] > nearest[place[left]]]
-    kept = np.flatnonzero(value == nearest[place])
-    kept = kept[shown[place[kept]] == line[kept]]
-    place, line = place[kept], line[kept]
-    row, column = lines.row[line], place % width
-    return Samples(
-        pixel=row // count * width + column,
-        owner=order[lines.owner[line]],
-        x=column + lines.shift[line],
-        y=(row + 0.5) / count,
-        depth=nearest.reshape(height, count, width),
+    edges = [np.where(side[:, None], [0, 1], 2) for side in (left, ~left)]  # of both parts
+    bases, slants = (
+        [np.take_along_axis(v, e, 1).ravel()[part] for e in edges] for v in (base, slant)
     )
+    start, stop = (
+        np.ceil(b + s * row - shift).clip(0, width).astype(np.int32)
+        for b, s in zip(bases, slants, strict=True)
+    )
+    owner = part // 2
+    return Spans(owner, row, start, stop, shift)
+
+
+def rasterised(triangles: np.ndarray, nearest: np.ndarray) -> tuple[Spans, np.ndarray, np.ndarray]:
+    """The samples at which triangles (t, 3, 3) are seen, x and y in pixels and the inverse
+    distance, which is linear in the picture: all lines, and the line and column of each sample.
+
+    nearest: (height, count, width), for every sample the bits of the inverse distance of what is
+    nearest, as a float, and behind them its line; the triangles are added.
+    """
+    height, count, width = nearest.shape
+    places = triangles[..., :2]
+    lines = spans(places, width, height, count)
+    line, column = ranges(lines.start, lines.stop)
+    constant, dx, dy = planes(places, triangles[..., 2:])[..., 0].T
+    constant = constant[lines.owner] + dx[lines.owner] * lines.shift
+    constant += dy[lines.owner] * ((lines.row + 0.5) / count)
+    depth = dx.astype(np.float32)[lines.owner][line] * column.astype(np.float32)
+    depth += constant.astype(np.float32)[line]
+    place = (lines.row.astype(np.int64) * width)[line] + column
+    key = depth.view(np.uint32).astype(np.uint64) << 32 | line.astype(np.uint64)
+    np.maximum.at(nearest.reshape(-1), place, key)
+    kept = np.flatnonzero(nearest.reshape(-1)[place] == key)
+    return lines, line[kept], column[kept]
 
 
 def ranges(start: np.ndarray, stop: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

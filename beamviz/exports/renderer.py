@@ -5,17 +5,16 @@ specular reflection, the ACES tone curve), without a browser, a display or a gra
 """
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from beamviz.drawing import camera
 from beamviz.drawing.objects import Caption
+from beamviz.exports.floor import covered_by_disc, shadow
 from beamviz.exports.geometry import Geometry, Triangles, geometry, linear
 from beamviz.exports.rasteriser import NEAR, clipped, planes, rasterised
 from beamviz.exports.solved_scene import DrawnScene, Moment, SolvedScene
@@ -26,13 +25,10 @@ Box = tuple[int, int, int]  # of a text: left, right, top [pixels]
 INK = {False: (27, 32, 38), True: (233, 236, 239)}
 FINE, FAST, TRANSLUCENT = 8, 5, 3  # samples of a pixel: in a picture, a film, a pale body
 SPECULAR = 0.04  # reflectance of a dielectric seen from the front
-ROWS = 32  # of pixels that are computed together, for the processor's cache
 FULL_HEIGHT = 720  # [pixels] of a picture: lines are as much thinner as it is smaller
+SHIFTS, PART = 2 ** np.array([0, 16, 32, 48]), 4095  # of sums and colours in one float
 SMALL = 1e-6  # in place of a divisor that may be 0
 UP = np.array([0.0, 0.0, 1.0])
-SHADOW_CELLS = 320  # of the larger side of a shadow
-SHADOW_SAMPLES = 3
-SHADOW_BLUR = 0.014  # [lengths of the beam] standard deviation
 # Letters of a caption: [pixels], and of the width of the picture; the part of the width
 # that a line may take; height [lengths of the beam] at most, for a title between two beams.
 MAX_LETTERS, RELATIVE_LETTERS, RELATIVE_LINE, MAX_TITLE = 18, 0.026, 0.8, 0.065
@@ -76,9 +72,10 @@ class Renderer:
     def render(self, scene: Geometry, *, transparent: bool = False) -> np.ndarray:
         """The picture of a scene: (height, width, 3), or with transparency (height, width, 4),
         bytes."""
-        picture = np.zeros((self.height, self.width, 4), np.float32)  # colour times alpha, alpha
-        if not transparent:
-            picture[:] = (*self.background, 1.0)
+        # Colours times alpha, and alpha where the background is transparent.
+        clear = np.zeros(4) if transparent else self.background
+        picture = np.empty((self.height, self.width, len(clear)), np.float32)
+        picture[:] = clear
         if scene.floor is not None:  # everything is above it
             self.add_floor(picture, scene.floor, scene)
         self.add_objects(picture, scene)
@@ -86,10 +83,10 @@ class Renderer:
         for caption in self.drawn.captions:
             self.add_caption(picture, caption, scene.points[caption.point.name], boxes)
         if transparent:
-            picture[..., :3] /= np.maximum(picture[..., 3:], 1e-6)
-        else:
-            picture = picture[..., :3]
-        return np.rint(255 * picture.clip(0, 1)).astype(np.uint8)
+            picture[..., :3] /= np.maximum(picture[..., 3:], SMALL)
+        picture *= 255
+        picture += 0.5
+        return picture.astype(np.uint8)
 
     def seen(self, points: np.ndarray) -> np.ndarray:
         """Points (..., 3) in the axes of the camera: right, down, forward."""
@@ -110,50 +107,18 @@ class Renderer:
         across = np.cross(seen[:, 1] - seen[:, 0], seen[:, 2] - seen[:, 0])
         facing = (across * seen[:, 0]).sum(axis=1) < 0
         facing |= bodies.double
-        solid = facing & (bodies.opacity == 1)
-        places, colours, smooth = self.shaded(bodies.part(solid), scene)
+        places, colours, smooth = self.shaded(bodies.part(facing & (bodies.opacity == 1)), scene)
         thin = min(1.0, self.height / FULL_HEIGHT)
         strips = [self.strips(ends, colour, thin * width) for ends, colour, width in scene.lines]
         places = np.concatenate([places, *(strip for strip, _ in strips)])
         colours = np.concatenate([colours, *(colour for _, colour in strips)])
         smooth = np.append(smooth, np.zeros(len(places) - len(smooth), bool))
-        depth = self.add_layer(picture, places, colours, smooth, 1.0, self.samples)
-        depth = depth[:, :: math.ceil(self.samples / TRANSLUCENT)]
+        nearest = np.zeros((self.height, self.samples, self.width), np.uint64)
+        add_layer(picture, places, colours, smooth, 1.0, nearest)
         for opacity in np.unique(bodies.opacity[facing & (bodies.opacity < 1)]):
-            part = bodies.part(facing & (bodies.opacity == opacity))
-            shaded = self.shaded(part, scene)
-            self.add_layer(picture, *shaded, float(opacity), depth.shape[1], depth)
-
-    def add_layer(
-        self,
-        picture: np.ndarray,
-        places: np.ndarray,
-        colours: np.ndarray,
-        smooth: np.ndarray,
-        opacity: float,
-        count: int,
-        behind: np.ndarray | None = None,
-    ) -> np.ndarray:
-        """Put triangles (t, 3, 3) with colours (t, 3, 3) at their corners over a picture, except
-        where something is nearer; returns the inverse distance of every sample."""
-        pixels, weight = self.width * self.height, opacity / count
-        drawn = rasterised(places, self.width, self.height, count, behind)
-        curved = np.flatnonzero(smooth[drawn.owner])
-        owner, x, y = drawn.owner[curved], drawn.x[curved], drawn.y[curved]
-        slopes = planes(places[..., :2], colours)
-        covered = np.bincount(drawn.pixel, minlength=pixels)
-        where = np.flatnonzero(covered)
-        share = (weight * covered[where])[:, None]
-        flat = picture.reshape(-1, 4)
-        over = flat[where] * (1 - share)
-        for k in range(3):
-            colour = colours[..., k].mean(axis=1)[drawn.owner]
-            constant, dx, dy = slopes[:, :, k].T
-            colour[curved] = (constant[owner] + dx[owner] * x + dy[owner] * y).clip(0, 1)
-            over[:, k] += weight * np.bincount(drawn.pixel, colour, pixels)[where]
-        over[:, 3:] += share
-        flat[where] = over
-        return drawn.depth
+            pale = self.shaded(bodies.part(facing & (bodies.opacity == opacity)), scene)
+            behind = nearest[:, :: math.ceil(self.samples / TRANSLUCENT)].copy()
+            add_layer(picture, *pale, float(opacity), behind)
 
     def shaded(
         self, bodies: Triangles, scene: Geometry
@@ -187,45 +152,21 @@ class Renderer:
         tone = toned(colour)
         return places, np.broadcast_to(tone, (len(places), 3, 3))
 
-    # The floor
-
     def add_floor(self, picture: np.ndarray, floor: VisibleNode, scene: Geometry) -> None:
-        """Put the top of a round floor over a picture, with the shadow on it."""
-        props, level = floor.props, float(floor.position[2] + floor.props.height / 2)
-        if self.eye[2] <= level:
+        """Put the top of a round floor over a picture, if it is seen, with the shadow on it."""
+        centre = floor.position + floor.props.height / 2 * UP
+        eye = self.eye - centre
+        if eye[2] <= 0:
             return
-        centre = np.append(floor.position[:2], level)
-        shown = shades(self.eye, centre, UP, linear(props.color), scene)
-        tone = np.append(shown, 1.0).astype(np.float32)
-        shadow = Shadow.of(scene, level, props.receive_shadow)
-        for first in range(0, self.height, ROWS):
-            last = min(first + ROWS, self.height)
-            x, y = self.on_level(level, first, last + 1)
-            away = np.hypot(x - float(centre[0]), y - float(centre[1]))
-            across = np.abs(np.diff(away[:-1], axis=1, append=away[:-1, -1:]))
-            change = np.abs(np.diff(away, axis=0)) + across  # in a pixel
-            away = away[:-1]
-            covered = (props.radius - away) / np.maximum(change, SMALL) + 0.5
-            covered = np.where(away < 2 * props.radius, covered, 0).clip(0, 1)[..., None]
-            if not covered.any():
-                continue
-            part = picture[first:last]
-            part *= 1 - covered
-            covered = covered * tone
-            if shadow is not None:
-                covered[..., :3] *= 1 - shadow.at(x[:-1], y[:-1])[..., None]
-            part += covered
-
-    def on_level(self, level: float, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
-        """x and y (n, width) of the points at height `level` that the pixels of n rows show; far
-        away where they show none."""
-        right, down, forward = self.axes.T.tolist()
-        x = (np.arange(self.width, dtype=np.float32) + 0.5 - self.width / 2) / self.focal
-        y = np.arange(first, last, dtype=np.float32)[:, None] + 0.5 - self.height / 2
-        y = y / np.float32(self.focal)
-        rays = [right[k] * x + (down[k] * y + forward[k]) for k in range(3)]
-        distance = (level - float(self.eye[2])) / np.minimum(rays[2], -SMALL)
-        return tuple(float(self.eye[k]) + distance * rays[k] for k in (0, 1))
+        tone = shades(self.eye, centre, UP, linear(floor.props.color), scene)
+        # A place (x, y) shows the point points @ (x, y, 1), homogeneous, from the centre.
+        pixels = np.array([[1, 0, -self.width / 2], [0, 1, -self.height / 2], [0, 0, self.focal]])
+        rays = self.axes @ pixels
+        points = np.stack([*(eye[k] * rays[2] - eye[2] * rays[k] for k in (0, 1)), rays[2]])
+        covered = covered_by_disc(points, floor.props.radius, self.width, self.height)[..., None]
+        blend(picture, tone, covered)
+        for box, darkness in shadow(scene, centre, points, self.width, self.height):
+            picture[box][..., :3] -= floor.props.receive_shadow * darkness * covered[box] * tone
 
     # Captions
 
@@ -261,9 +202,8 @@ class Renderer:
         part = picture[rows, left : left + width]
         ink = np.asarray(text, np.float32)[max(-top, 0) :][: len(part), : part.shape[1], None] / 255
         letter = np.array(INK[self.solved.scene.view.dark]) / 255
-        for colour, cover in ((self.background, CAPTION_OPACITY), (letter, ink)):
-            part *= 1 - cover
-            part += cover * np.array([*colour, 1.0], np.float32)
+        blend(part, self.background, CAPTION_OPACITY)
+        blend(part, letter, ink)
 
 
 @lru_cache(64)
@@ -276,51 +216,47 @@ def font(size: float) -> ImageFont.FreeTypeFont:
     return ImageFont.truetype(file, size, layout_engine=ImageFont.Layout.BASIC)
 
 
-@dataclass(frozen=True)
-class Shadow:
-    """Darkness (rows, columns) of square cells on the floor, the first of them at `corner`."""
+def blend(picture: np.ndarray, colour: np.ndarray, share: np.ndarray | float) -> None:
+    """Put a colour (3,) over a picture (h, w, 3 or 4), with its share (h, w, 1) of each pixel."""
+    picture += share * (np.append(colour, 1.0)[: picture.shape[2]].astype(np.float32) - picture)
 
-    cells: np.ndarray
-    corner: np.ndarray
-    size: float
 
-    @classmethod
-    def of(cls, scene: Geometry, low: float, opacity: float) -> Self | None:
-        """The soft shadow on a floor at height `low`; None without a light that casts one."""
-        bodies, sun = scene.triangles, scene.sun
-        if sun is None:
-            return None
-        corners = bodies.corners[bodies.casts & ((bodies.normals @ sun).mean(axis=1) > 0)]
-        fallen = (corners - (corners[..., 2:] - low) / sun[2] * sun)[..., :2]
-        edge = 4 * SHADOW_BLUR
-        corner = fallen.min(axis=(0, 1)) - edge
-        extent = fallen.max(axis=(0, 1)) + edge - corner
-        size = float(extent.max()) / SHADOW_CELLS
-        width, height = (np.ceil(extent / size).astype(int) + 2).tolist()
-        places = np.concatenate([(fallen - corner) / size, np.ones((*fallen.shape[:2], 1))], -1)
-        drawn = rasterised(places, width, height, SHADOW_SAMPLES)
-        covered = np.bincount(drawn.pixel, minlength=width * height).reshape(height, width)
-        rate = 2 * (math.pi * SHADOW_BLUR / size) ** 2
-        rows, columns = np.fft.fftfreq(height)[:, None], np.fft.rfftfreq(width)
-        damped = np.fft.rfft2(covered) * np.exp(-rate * (rows**2 + columns**2))
-        soft = np.fft.irfft2(damped, covered.shape) * (opacity / SHADOW_SAMPLES)
-        return cls(soft.astype(np.float32), corner, size)
+def add_layer(
+    picture: np.ndarray,
+    places: np.ndarray,
+    colours: np.ndarray,
+    smooth: np.ndarray,
+    opacity: float,
+    nearest: np.ndarray,
+) -> None:
+    """Put triangles (t, 3, 3) over a picture, with colours (t, 3, 3) at their corners, in sRGB;
+    smooth: whether these differ, (t,); nearest: what is nearest at each sample, changed here."""
+    height, count, width = nearest.shape
+    lines, line, column = rasterised(places, nearest)
+    pixel, owner = (lines.row // count * width)[line] + column, lines.owner[line]
+    curved = np.flatnonzero(smooth[owner])
+    line, of = line[curved], owner[curved]
+    x, y = column[curved] + lines.shift[line], (lines.row[line] + 0.5) / count
+    constant, dx, dy = np.moveaxis(planes(places[..., :2], colours), 1, 0)
+    weights = packed(colours.mean(axis=1))[owner]
+    weights[curved] = packed(constant[of] + dx[of] * x[:, None] + dy[of] * y[:, None])
+    sums = np.bincount(pixel, weights, height * width)
+    where = np.flatnonzero(sums)
+    added = unpacked(sums[where]) * np.float32(opacity / count)
+    flat = picture.reshape(height * width, -1)
+    flat[where] = flat[where] * (1 - added[:, 3:]) + added[:, : flat.shape[1]]
 
-    def at(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """The darkness at points (...), by bilinear interpolation."""
-        height, width = self.cells.shape
-        x, y = (
-            (at - float(c)) / self.size - 0.5 for at, c in zip((x, y), self.corner, strict=True)
-        )
-        dark = np.zeros(x.shape, np.float32)
-        inside = np.flatnonzero((x >= 0) & (y >= 0) & (x < width - 1) & (y < height - 1))
-        x, y = x.ravel()[inside], y.ravel()[inside]
-        i, j = x.astype(np.int32), y.astype(np.int32)
-        u, v, at, flat = x - i, y - j, j * width + i, self.cells.ravel()
-        upper = (1 - u) * flat[at] + u * flat[at + 1]
-        lower = (1 - u) * flat[at + width] + u * flat[at + width + 1]
-        dark.ravel()[inside] = (1 - v) * upper + v * lower
-        return dark
+
+def packed(colours: np.ndarray) -> np.ndarray:
+    """Colours (n, 3) and the number 1 as one number each (n,), of which up to 15 can be added."""
+    whole = np.rint(colours.clip(0, 1) * PART).astype(np.int64)
+    return (whole @ SHIFTS[:3] + SHIFTS[3]).astype(float)
+
+
+def unpacked(sums: np.ndarray) -> np.ndarray:
+    """The sums (n, 4) of colours and of ones."""
+    whole = sums.astype(np.int64)[:, None] // SHIFTS % SHIFTS[1]
+    return whole.astype(np.float32) / np.array([PART, PART, PART, 1], np.float32)
 
 
 def shades(
