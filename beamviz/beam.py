@@ -26,7 +26,6 @@ class Parameter:
     formula: str
     si_formula: str
     limits: tuple[float, float]
-    default: float
     slider: tuple[float, float, float]
     hint: str
 
@@ -49,7 +48,6 @@ PARAMETERS = {
         formula="m / (ρ A L)",
         si_formula="mass / (density area length)",
         limits=(0.0, 100.0),
-        default=0.0,
         slider=(0.0, 5.0, 0.01),
         hint="The concentrated mass over the mass of the beam. Larger: lower frequencies, except of"
         " modes with a node at the mass",
@@ -61,7 +59,6 @@ PARAMETERS = {
         formula="d / L",
         si_formula="mass_position / length",
         limits=(0.0, 1.0),
-        default=1.0,
         slider=(0.0, 1.0, 0.005),
         hint="Position of the mass: 0 at the hub, 1 at the tip. You can drag the mass itself, too",
     ),
@@ -72,7 +69,6 @@ PARAMETERS = {
         formula="Ω T*",
         si_formula="rotation_speed T*",
         limits=(0.0, 200.0),
-        default=0.0,
         slider=(0.0, 50.0, 0.1),
         hint="Rotation speed in radians per T*. Higher: more tension in the beam, a longer beam and"
         " higher bending frequencies",
@@ -84,7 +80,6 @@ PARAMETERS = {
         formula="a / L",
         si_formula="hub_radius / length",
         limits=(-2.0, 20.0),
-        default=0.0,
         slider=(-1.0, 3.0, 0.01),
         hint="Radius of the hub over the length of the beam. Larger: more tension. Below 0 the beam"
         " points inward and is compressed",
@@ -96,7 +91,6 @@ PARAMETERS = {
         formula="√(A L² / I)",
         si_formula="length sqrt(area / second_moment)",
         limits=(10.0, 10000.0),
-        default=70.0,
         slider=(10.0, 200.0, 1.0),
         hint="√12 times length over thickness of a rectangular section. Larger: higher stretching"
         " frequencies beside bending, and less stretch at the same speed",
@@ -109,7 +103,6 @@ SPIN_UP = Parameter(
     formula="T*² dΩ/dt",
     si_formula="angular_acceleration T*^2",
     limits=(-1000.0, 1000.0),
-    default=0.0,
     slider=(-20.0, 20.0, 0.1),
     hint="How fast the speed grows. The beam lags behind its hub and is bent; below 0, where the"
     " speed falls, it runs ahead",
@@ -154,22 +147,19 @@ class Beam:
     Raises InvalidInput (a ValueError) that names the number, its value and its limits.
     """
 
-    alpha: float = PARAMETERS["alpha"].default
-    beta: float = PARAMETERS["beta"].default
-    gamma: float = PARAMETERS["gamma"].default
-    delta: float = PARAMETERS["delta"].default
-    mu: float = PARAMETERS["mu"].default
+    alpha: float = 0.0
+    beta: float = 1.0
+    gamma: float = 0.0
+    delta: float = 0.0
+    mu: float = 70.0
     units: Units | None = None
-    spin_up: float = SPIN_UP.default
+    spin_up: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, parameter in PARAMETERS.items():
+        for name, parameter in NUMBERS.items():
             (low, high), value = parameter.limits, getattr(self, name)
             if not (type(value) is float and low <= value <= high and value):  # fast
                 object.__setattr__(self, name, check_float(name, value, low, high))
-        if self.spin_up or type(self.spin_up) is not float:
-            spin_up = check_float("spin_up", self.spin_up, *SPIN_UP.limits)
-            object.__setattr__(self, "spin_up", spin_up)
         if self.gamma > MAX_GAMMA_OVER_MU * self.mu * (1 + ROUNDING):
             gamma, mu = exact_text(self.gamma), exact_text(self.mu)
             raise InvalidInput(
@@ -213,16 +203,14 @@ class Beam:
             if not (math.isfinite(value) and value > 0):
                 raise InvalidInput(f"{name} = {value:g}: the SI values are too extreme")
         position = L if mass_position is None else mass_position
+        acceleration = check_float("angular_acceleration", angular_acceleration)
         numbers = {
-            "alpha": check_float("mass", mass, 0.0, math.inf) / (rho * A * L),
+            "alpha": check_float("mass", mass, 0.0) / (rho * A * L),
             "beta": check_float("mass_position", position, 0.0, L) / L,
-            "gamma": check_float("rotation_speed", rotation_speed, 0.0, math.inf) * time,
-            "delta": check_float("hub_radius", hub_radius, -math.inf, math.inf) / L,
+            "gamma": check_float("rotation_speed", rotation_speed, 0.0) * time,
+            "delta": check_float("hub_radius", hub_radius) / L,
             "mu": L * math.sqrt(A / I),
-            "spin_up": check_float(
-                "angular_acceleration", angular_acceleration, -math.inf, math.inf
-            )
-            * time**2,
+            "spin_up": acceleration * time**2,
         }
         for name, parameter in NUMBERS.items():
             check_float(f"{parameter.si_formula} = {name}", numbers[name], *parameter.limits)
@@ -232,14 +220,10 @@ class Beam:
     @property
     def si(self) -> dict[str, float]:
         """The keywords of `from_si` for this beam; {} where its size is not known in full."""
-        if self.units is None or self.units.mass is None or self.units.youngs_modulus is None:
+        sizes = vars(self.units).values() if self.units else [None]
+        if None in sizes:
             return {}
-        L, T, mass, E = (
-            self.units.length,
-            self.units.time,
-            self.units.mass,
-            self.units.youngs_modulus,
-        )
+        L, T, mass, E = sizes
         density = E * (T / (L * self.mu)) ** 2
         area = mass / (density * L)
         return {
@@ -259,7 +243,7 @@ class Beam:
     def from_toml(cls, path: str | Path) -> Self:
         """A beam from a TOML file with the keywords of `from_si`; InvalidInput names the file and
         the mistake."""
-        return cls.from_si(**check_si_keys(read_toml(Path(path)), str(path)))
+        return cls.from_si(**check_si_keys(parse_toml(read_small(path), str(path)), str(path)))
 
 
 SI_KEYS = {
@@ -288,19 +272,18 @@ def check_si_keys(data: dict[str, Any], source: str) -> dict[str, float]:
     return data
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """The contents of a small TOML file; InvalidInput where it cannot be read, is too large or not
-    TOML."""
+def read_small(path: str | Path) -> bytes:
+    """The start of a file, as much as `parse_toml` takes; InvalidInput where it cannot be read."""
     try:
-        with path.open("rb") as file:
-            text = file.read(MAX_TOML_BYTES + 1)
+        with Path(path).open("rb") as file:
+            return file.read(MAX_TOML_BYTES + 1)
     except OSError as error:
         raise InvalidInput(f"{path}: {error.strerror or error}") from None
-    return parse_toml(text, str(path))
 
 
 def parse_toml(text: bytes, name: str) -> dict[str, Any]:
-    """The contents of a TOML file called `name`, given as its bytes."""
+    """The contents of a TOML file called `name`, given as its bytes; InvalidInput where it is too
+    large or not TOML."""
     if len(text) > MAX_TOML_BYTES:
         raise InvalidInput(f"{name}: larger than {MAX_TOML_BYTES} bytes, not a file of beamviz")
     try:
@@ -316,7 +299,7 @@ def check_keys(data: Collection[str], keys: Collection[str], source: str) -> Non
         raise InvalidInput(f"{source}: unknown key {unknown[0]!r}; known: {', '.join(keys)}")
 
 
-def check_float(name: str, value: object, low: float, high: float) -> float:
+def check_float(name: str, value: object, low: float = -math.inf, high: float = math.inf) -> float:
     """`value` as a float in low .. high, or InvalidInput with its name and the range."""
     if isinstance(value, bool) or not isinstance(value, (float, int, Real)):
         raise InvalidInput(f"{name} = {value!r}: must be a number and {range_text(low, high)}")
@@ -331,7 +314,7 @@ def check_float(name: str, value: object, low: float, high: float) -> float:
 
 def check_positive(name: str, value: object) -> float:
     """`value` as a finite float above 0, or InvalidInput."""
-    number = check_float(name, value, 0.0, math.inf)
+    number = check_float(name, value, 0.0)
     if number == 0:
         raise InvalidInput(f"{name} = 0: must be above 0")
     return number

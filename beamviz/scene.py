@@ -22,7 +22,7 @@ from beamviz.beam import (
     check_positive,
     check_si_keys,
     parse_toml,
-    read_toml,
+    read_small,
 )
 from beamviz.errors import InvalidInput
 from beamviz.solver import OPTIONS, Problem, solve_many
@@ -115,7 +115,9 @@ class ViewOptions:
 def check_option(name: str, default: Any, value: Any) -> Any:
     """`value` as the view option `name`, of the type of its default; else InvalidInput."""
     if isinstance(default, bool):
-        return check_bool(name, value)
+        if not isinstance(value, bool):
+            raise InvalidInput(f"{name} = {value!r}: must be true or false")
+        return value
     if isinstance(default, float):
         return check_float(name, value, 0.0, UPPER_LIMITS[name])
     if isinstance(default, str):
@@ -123,13 +125,6 @@ def check_option(name: str, default: Any, value: Any) -> Any:
     if not isinstance(value, list | tuple) or len(value) > MAX_SHARES:
         raise InvalidInput(f"{name} = {value!r}: must be a list of at most {MAX_SHARES} numbers")
     return tuple(check_float(name, share, 0.0, 1.0) for share in value)
-
-
-def check_bool(name: str, value: Any) -> bool:
-    """`value` if it is true or false, else InvalidInput."""
-    if not isinstance(value, bool):
-        raise InvalidInput(f"{name} = {value!r}: must be true or false")
-    return value
 
 
 def check_per_rev(value: Any) -> tuple[int, ...]:
@@ -156,20 +151,17 @@ def clip(value: Any, upper: float, old: float) -> float:
     return min(max(float(value), 0.0), upper)
 
 
-# The tables of a file and their keys. [beam], [model], [view], [camera] and [chart] share no key,
-# so that a link and `Scene.of` need no tables; [si] stands for [beam] and [units] together.
-TABLES = {
+# The tables of a file and their keys. LINKED share no key, so that a link and `Scene.of` need no
+# tables; [si] stands for [beam] and [units] together.
+LINKED = {
     "beam": tuple(NUMBERS),
     "model": tuple(name for name in OPTIONS if name != "modes"),
     "view": (*ViewOptions.__dataclass_fields__, "mode"),
     "camera": tuple(Camera.__dataclass_fields__),
     "chart": ("over", "per_rev"),
-    "units": tuple(Units.__dataclass_fields__),
-    "si": tuple(SI_KEYS),
 }
-FILE_ONLY = {"units", "si"}
-LINKED = tuple(table for table in TABLES if table not in FILE_ONLY)  # in a link by their keys
-KEYS = tuple(key for table, keys in TABLES.items() if table not in FILE_ONLY for key in keys)
+TABLES = {**LINKED, "units": tuple(Units.__dataclass_fields__), "si": tuple(SI_KEYS)}
+KEYS = tuple(key for keys in LINKED.values() for key in keys)
 
 
 @dataclass(frozen=True)
@@ -190,8 +182,8 @@ class Scene:
     per_rev: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        check_keys(self.options, TABLES["model"], "the model")
-        options = {key: self.options.get(key, getattr(Problem, key)) for key in TABLES["model"]}
+        check_keys(self.options, LINKED["model"], "the model")
+        options = {key: self.options.get(key, getattr(Problem, key)) for key in LINKED["model"]}
         solve_many([], **options)  # validates the options
         object.__setattr__(self, "options", options)
         check_choice("over", self.over, PARAMETERS)
@@ -207,7 +199,7 @@ class Scene:
         check_keys(values, KEYS, "a scene")
         by_table = {
             table: {key: values[key] for key in keys if key in values}
-            for table, keys in TABLES.items()
+            for table, keys in LINKED.items()
         }
         return replace(
             self,
@@ -252,7 +244,7 @@ class Scene:
             for scene in (self, base)
         )
         if beam != base.beam and beam.si:
-            values = {key: value for key, value in values.items() if key not in TABLES["beam"]}
+            values = {key: value for key, value in values.items() if key not in LINKED["beam"]}
             values = beam.si | values
             usual |= {**dict.fromkeys(beam.si, 0.0), "mass_position": beam.si["length"]}
         shares = self.view.shares
@@ -280,22 +272,18 @@ class Scene:
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
         """The scene in a TOML file; InvalidInput names the file and the mistake."""
-        return cls.from_tables(read_toml(Path(path)), str(path))
+        return cls.from_bytes(read_small(path), str(path))
 
     @classmethod
     def from_bytes(cls, text: bytes, name: str) -> Self:
         """The scene in the contents of a TOML file called `name`."""
-        return cls.from_tables(parse_toml(text, name), name)
-
-    @classmethod
-    def from_tables(cls, tables: dict[str, Any], name: str) -> Self:
-        """The scene in the tables of a file called `name`."""
+        tables = parse_toml(text, name)
         check_keys(tables, TABLES, name)
         for table, values in tables.items():
             if not isinstance(values, dict):
                 raise InvalidInput(f"{name}: {table} = {values!r}: must be a table [{table}]")
             check_keys(values, TABLES[table], f"{name} [{table}]")
-        values = ChainMap(*(tables[table] for table in tables.keys() - FILE_ONLY))
+        values = ChainMap(*(tables[table] for table in tables.keys() & LINKED.keys()))
         try:
             return cls.of(beam_with_units(tables), **values)
         except InvalidInput as error:

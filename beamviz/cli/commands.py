@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from beamviz import __version__
-from beamviz.beam import NUMBERS, Beam, check_float, check_int, exact_text
+from beamviz.beam import Beam, check_float, check_int, exact_text
 from beamviz.cli.options import (
     AT,
     SWEEP_STORE,
@@ -119,7 +119,7 @@ def loci(
 
         check_suffix(plot, SUFFIXES)
     given = getattr(beam, over)
-    if not (sweep or beam.units) and given != NUMBERS[over].default:
+    if not (sweep or beam.units) and given != getattr(Beam, over):
         option = over.replace("_", "-")
         note = f"--{option} {exact_text(given)} is not used: --over {over} varies it"
         print(f"beamviz: {note}", file=sys.stderr)
@@ -158,7 +158,7 @@ def sweep(
     from beamviz.sweeps import count_statuses, dask_client, sweep
 
     axes = sweep_axes(over)
-    for name in axes.keys() & {n for n, x in beam.numbers.items() if x != NUMBERS[n].default}:
+    for name in axes.keys() & {n for n, x in beam.numbers.items() if x != getattr(Beam, n)}:
         print(f"beamviz: --{name} is not used: --over {name} varies it", file=sys.stderr)
     with contextlib.ExitStack() as stack:
         client = stack.enter_context(dask_client(scheduler)) if scheduler else None

@@ -49,8 +49,8 @@ def parameter(name: str) -> Any:
     """The option of one of the beam's numbers."""
     one = NUMBERS[name]
     formula, (low, high) = one.formula.translate(ASCII), one.limits
-    text = f"{one.label.capitalize()} {formula}, {low:g} .. {high:g} (default {one.default:g})."
-    return number(text, rich_help_panel="Beam")
+    limits = f"{low:g} .. {high:g} (default {getattr(Beam, name):g})"
+    return number(f"{one.label.capitalize()} {formula}, {limits}.", rich_help_panel="Beam")
 
 
 def model(help: str) -> Any:

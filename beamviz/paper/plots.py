@@ -10,7 +10,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Picture
 from matplotlib.lines import Line2D
 
-from beamviz.beam import PARAMETERS
 from beamviz.frequency_loci import Event, Loci, loci
 from beamviz.output import csv_text
 from beamviz.paper.figures import (
@@ -24,7 +23,8 @@ from beamviz.paper.figures import (
 )
 from beamviz.paper.tables import TOLERANCE
 from beamviz.plotting import COLOURS, FAINT, INK, OMEGAS, RING, STYLE, picture_files
-from beamviz.plotting.labels import LabelPlacer, label_line_ends
+from beamviz.plotting.labels import LabelPlacer, draw_legend, label_line_ends
+from beamviz.plotting.loci import LINE, Chart
 from beamviz.solver import solve
 
 POINTS = 201
@@ -33,13 +33,13 @@ SPATIAL, MATERIAL = "spatial", "material"  # the curvature measures; eq. 16 is t
 WIDTH, HEIGHT = 7.2, 4.8  # [in]
 LEFT = 0.095  # left end of every frame, as a fraction of the width
 TITLE_INSET = 0.12  # [in] from the upper edge
-LINES: dict[str, dict[str, Any]] = {
-    SPATIAL: {"lw": 1.6, "ls": "-"},
-    MATERIAL: {"lw": 0.9, "ls": (0, (4, 2.5))},
-}
+DASHED: dict[str, Any] = {"lw": 0.9, "ls": (0, (4, 2.5))}
 DOT: dict[str, Any] = {"marker": "o", "ls": "", "ms": 3.2, "color": INK}
 TICK: dict[str, Any] = {"marker": "|", "ls": "", "ms": 13, "mew": 1.2, "color": INK}
-LEGEND = ((SPATIAL, "spatial curvature (eq. 16)", RING), (MATERIAL, "material curvature", DOT))
+LEGEND: tuple[tuple[str, dict[str, Any], dict[str, Any]], ...] = (
+    ("spatial curvature (eq. 16)", LINE, RING),
+    ("material curvature", DASHED, DOT),
+)
 
 
 class Crossing(NamedTuple):
@@ -143,21 +143,11 @@ def draw_loci(
 ) -> Picture:
     """Frequencies with their crossings, and the numbers printed in the paper."""
     picture, axes = _single_frame(figure, HEIGHT, 0.52, 0.92)
-    for name, found in by_curvature.items():
-        for branch in found.branches:
-            for family, colour in COLOURS.items():
-                if family in branch.family:
-                    here = np.array(branch.family, object) == family
-                    frequency = np.where(here, branch.frequency, np.nan)
-                    axes.plot(found.values, frequency, color=colour, **LINES[name])
-    axes.set(xlim=(0, figure.stop), ylim=(0, 1.05 * axes.dataLim.y1))
-    axes.set(xlabel=PARAMETERS[figure.over].axis_label, ylabel="frequency ω [1/T*]")
-    axes.locator_params(nbins=10, steps=(1, 2, 5, 10))
-    ends = [
-        (branch.frequency[-1], branch.label, COLOURS[str(branch.family[-1])], "bold")
-        for branch in by_curvature[SPATIAL].branches
-    ]
-    label_line_ends(axes, ends)
+    chart = Chart(by_curvature[SPATIAL], axes)
+    if MATERIAL in by_curvature:
+        for branch in by_curvature[MATERIAL].branches:
+            chart.draw_branch(axes, by_curvature[MATERIAL], branch, **DASHED)
+    chart.label_ends()
     placer = LabelPlacer(axes)
     for crossing in marked:
         _mark_crossing(axes, placer, crossing)
@@ -220,25 +210,15 @@ def _draw_legend(
     """Colours, lines and markers, those drawn only."""
     branches = [branch for found in by_curvature.values() for branch in found.branches]
     families = {name for branch in branches for name in branch.family}
-    rows = [Line2D([], [], color=c, lw=1.6, label=n) for n, c in COLOURS.items() if n in families]
-    for name, label, marker in LEGEND if MATERIAL in by_curvature else ():
-        style = {**(marker if marked else {}), "color": INK, **LINES[name]}
+    rows = [Line2D([], [], color=c, **LINE, label=n) for n, c in COLOURS.items() if n in families]
+    for label, line, marker in LEGEND if MATERIAL in by_curvature else ():
+        style = {**(marker if marked else {}), "color": INK, "ls": "-", **line}
         rows.append(Line2D([], [], label=label, **style))
     if marked and MATERIAL not in by_curvature:
         rows.append(Line2D([], [], label="crossing", **RING))
     if any(crossing.printed for crossing in marked):
         rows.append(Line2D([], [], label="in the paper", **TICK))
-    picture.legend(
-        handles=rows,
-        loc="upper left",
-        bbox_to_anchor=(0.005, 1 - 0.2 / picture.get_figheight()),
-        ncols=len(rows),
-        frameon=False,
-        fontsize=8,
-        handlelength=1.6,
-        columnspacing=1.1,
-        borderaxespad=0,
-    )
+    draw_legend(picture, rows, 0.0085, 1 - 0.3 / HEIGHT)
 
 
 @rc_context(STYLE)

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.transforms import Bbox
 from scipy.optimize import isotonic_regression
 
@@ -133,6 +135,22 @@ def label_line_ends(axes: Axes, ends: Sequence[EndLabel]) -> None:
             va="center",
             weight=weight,
         )
+
+
+def draw_legend(figure: Figure, handles: Sequence[Line2D], left: float, middle: float) -> None:
+    """A legend in one row, from a place given in fractions of the figure."""
+    figure.legend(
+        handles=handles,
+        loc="center left",
+        bbox_to_anchor=(left, middle),
+        ncols=len(handles),
+        frameon=False,
+        fontsize=8,
+        handlelength=1.6,
+        columnspacing=1.2,
+        borderaxespad=0,
+        borderpad=0,
+    )
 
 
 def spread_apart(positions: Sequence[float], spacing: float) -> list[float]:

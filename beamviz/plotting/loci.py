@@ -21,7 +21,7 @@ from beamviz.frequency_loci import Branch, Event, Loci, close_up
 from beamviz.frequency_loci.forced_response import Resonance
 from beamviz.frequency_loci.limits import WORDS, Limit
 from beamviz.plotting import COLOURS, DPI, FAINT, INK, STYLE, figure_bytes
-from beamviz.plotting.labels import LabelPlacer, label_line_ends
+from beamviz.plotting.labels import LabelPlacer, draw_legend, label_line_ends
 
 SUFFIXES = (".png", ".svg", ".pdf")
 WIDTH, HEIGHT = 7.6, 5.2  # [in]
@@ -39,6 +39,7 @@ MARKS: dict[str, dict[str, Any]] = {
     "second state": {"marker": "s", "ms": 5.5, "mfc": "white", "mec": INK, "mew": 1.1, "ls": ""},
     "resonance": {"marker": "x", "ms": 4.5, "mec": INK, "mew": 1.1, "ls": ""},
 }
+LINE: dict[str, Any] = {"lw": 1.7, "zorder": 3}
 PER_REV: dict[str, Any] = {"color": FAINT, "lw": 0.8, "ls": (0, (5, 3)), "zorder": 1}
 ABOVE: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "bottom"}
 ABOVE |= {"color": MUTED, "fontsize": 8}
@@ -82,12 +83,12 @@ def draw_chart(
 
 def draw_on(
     axes: Axes, loci: Loci, resonances: Sequence[Resonance] = (), per_rev: int = 0
-) -> "_Chart":
+) -> "Chart":
     """Draw loci, their limits, marks and labels onto axes."""
     figure = axes.get_figure(root=True)
     if figure is not None and not hasattr(figure.canvas, "get_renderer"):
         FigureCanvasAgg(figure)  # labels are placed by their size
-    chart = _Chart(loci, axes)
+    chart = Chart(loci, axes)
     for limit in loci.limits:
         chart.draw_limit(limit)
     chart.label_ends(chart.draw_per_rev_lines(per_rev))
@@ -97,7 +98,7 @@ def draw_on(
     return chart
 
 
-class _Chart:
+class Chart:
     """The frame of a loci chart; its axes are in SI where the beam has units."""
 
     def __init__(self, loci: Loci, axes: Axes):
@@ -120,7 +121,7 @@ class _Chart:
         """A value of x as text."""
         return self.value.format(self.x(value)).replace("-", "−")
 
-    def draw_branch(self, axes: Axes, loci: Loci, branch: Branch) -> None:
+    def draw_branch(self, axes: Axes, loci: Loci, branch: Branch, **style: Any) -> None:
         """One locus; its colour changes from one family to the other where the mode does."""
         here = np.isfinite(branch.bending_fraction)
         if not here.any():
@@ -143,7 +144,7 @@ class _Chart:
         for start, stop in zip(starts, [*starts[1:], len(x)], strict=True):
             piece = slice(start, stop + 1)  # a point more, so that the colours join
             colour = FAMILIES(shade[start] / SHADES)
-            axes.plot(self.x(x[piece]), self.y(y[piece]), color=colour, lw=1.7, zorder=3)
+            axes.plot(self.x(x[piece]), self.y(y[piece]), color=colour, **{**LINE, **style})
 
     def draw_limit(self, limit: Limit) -> None:
         """A part without an equilibrium or a stable one, labelled."""
@@ -192,7 +193,7 @@ class _Chart:
                 self.axes.annotate(f"{k}×", (x[1], top), (0, 2), **ABOVE)
         return ends
 
-    def label_ends(self, others: Sequence[tuple[float, str]]) -> None:
+    def label_ends(self, others: Sequence[tuple[float, str]] = ()) -> None:
         """Labels of the branches, and of other lines, that reach the right end."""
         branches = [
             (self.y(one.frequency[-1]), one.label, FAMILIES(one.bending_fraction[-1]))
@@ -343,18 +344,7 @@ def _head(figure: Figure, loci: Loci, resonances: Sequence[Resonance], per_rev: 
     )
     figure.text(0.012, 0.965, title, va="center", weight="bold")
     figure.text(0.012, 0.927, theory, va="center", color=MUTED, fontsize=8)
-    figure.legend(
-        handles=_legend(loci, resonances, per_rev),
-        loc="center left",
-        bbox_to_anchor=(0.0085, 0.887),
-        ncols=9,
-        frameon=False,
-        fontsize=8,
-        handlelength=1.6,
-        columnspacing=1.2,
-        borderaxespad=0,
-        borderpad=0,
-    )
+    draw_legend(figure, _legend(loci, resonances, per_rev), 0.0085, 0.887)
 
 
 def _legend(loci: Loci, resonances: Sequence[Resonance], per_rev: int) -> list[Line2D]:
