@@ -220,7 +220,7 @@ class Beam:
     @property
     def si(self) -> dict[str, float]:
         """The keywords of `from_si` for this beam; {} where its size is not known in full."""
-        sizes = vars(self.units).values() if self.units else [None]
+        sizes: Any = vars(self.units).values() if self.units else [None]
         if None in sizes:
             return {}
         L, T, mass, E = sizes

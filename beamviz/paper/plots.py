@@ -218,7 +218,7 @@ def _draw_legend(
         rows.append(Line2D([], [], label="crossing", **RING))
     if any(crossing.printed for crossing in marked):
         rows.append(Line2D([], [], label="in the paper", **TICK))
-    draw_legend(picture, rows, 0.0085, 1 - 0.3 / HEIGHT)
+    draw_legend(picture, rows, 0.0115, 1 - 0.3 / HEIGHT)
 
 
 @rc_context(STYLE)

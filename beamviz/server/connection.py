@@ -9,7 +9,7 @@ import socket
 import time
 from collections.abc import Awaitable, Callable
 from functools import partial
-from typing import Annotated, Any
+from typing import Any
 
 import msgspec
 from websockets.asyncio.server import ServerConnection, serve
@@ -26,25 +26,16 @@ TIMEOUT = 10.0  # [s] for a request to arrive, and for a visitor to answer a pin
 RETRY = 10  # [s] until a page that was refused for lack of capacity tries again
 
 CONTROL = "GuiUpdateMessage"
-MESSAGES = (  # that viser's page sends
+MESSAGES = (  # that the page sends
     CONTROL,
     "ViewerCameraMessage",
     "CommandTriggerMessage",
     "SceneNodeClickMessage",
     "SceneNodeDragMessage",
-    "ScenePointerMessage",
-    "TransformControlsUpdateMessage",
-    "TransformControlsDragStartMessage",
-    "TransformControlsDragEndMessage",
-    "LocalStorageGetItemResponseMessage",
-    "FileTransferStartUpload",
-    "FileTransferPart",
 )
-MAX_BYTES = 64_000  # of a message
-MAX_PART_BYTES = 600_000  # of a FileTransferPart: a page sends 512 kB at a time
-MAX_FILE_BYTES = 1_000_000_000  # that may be announced; scene_files.py accepts small ones only
-MAX_TEXT = 1000  # characters of a control's value
+MAX_BYTES = 150_000  # of a message: the largest has the text of a scene file
 MAX_ITEMS = 64  # of a list
+MAX_TEXT = 1000  # characters of a field
 MAX_NUMBER = 1e6  # of a coordinate
 MAX_PIXELS = 32768  # of a page's width or height
 RATE, BURST = 200, 400  # messages per second that pass at once, and how many may accumulate
@@ -86,7 +77,6 @@ p {{ opacity: .75 }} h1 {{ font-size: 1.5em; border-left: 5px solid #206096; pad
 log = RateLimitedLog(__name__)
 
 Handler = Callable[[ServerConnection], Awaitable[None]]
-Scalar = bool | int | float | Annotated[str, msgspec.Meta(max_length=MAX_TEXT)]
 Insert = Callable[[str], str]  # of elements into the HTML of viser's page
 Key = tuple[Any, ...]  # what a message sets; of two with one key, the later one counts
 
@@ -95,13 +85,13 @@ Key = tuple[Any, ...]  # what a message sets; of two with one key, the later one
 
 
 class InvalidMessage(Exception):
-    """A message that viser's page does not send."""
+    """A message that the page does not send."""
 
 
 class ControlValue(msgspec.Struct, forbid_unknown_fields=True):
-    """The property of a control that a page may set: a number, a text, or a flat list of them."""
+    """The property of a control that a page may set: all that it uses hold texts."""
 
-    value: Scalar | Annotated[list[Scalar], msgspec.Meta(max_length=MAX_ITEMS)]
+    value: str
 
 
 class ControlUpdate(msgspec.Struct, forbid_unknown_fields=True):
@@ -122,14 +112,10 @@ def validate(raw: bytes | str, types: dict[str, type]) -> Key:
         fields: Any = msgspec.convert(message, ControlUpdate if kind == CONTROL else types[kind])
     except (msgspec.MsgspecError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InvalidMessage(f"{type(error).__name__} {str(error)[:80]}".strip()) from None
-    if len(raw) > MAX_BYTES and kind != "FileTransferPart":
-        raise InvalidMessage(f"{kind} of {len(raw)} bytes")
     if kind == CONTROL:
         return (kind, fields.uuid)
     if unknown := set(message) - set(vars(fields)):
         raise InvalidMessage(f"{kind} with {str(min(unknown))[:80]}")
-    if kind == "FileTransferStartUpload" and 0 <= fields.size_bytes <= MAX_FILE_BYTES:
-        del message["size_bytes"]  # valid, though it may be rejected later
     if not all(map(is_field_value, message.values())):
         raise InvalidMessage(f"{kind} with {str(message)[:80]}")
     if kind == "ViewerCameraMessage" and not (
@@ -144,8 +130,8 @@ def is_field_value(value: Any) -> bool:
     if isinstance(value, list):
         return len(value) <= MAX_ITEMS and all(map(is_field_value, value))
     if isinstance(value, str):
-        return len(value) <= MAX_BYTES
-    if isinstance(value, bool | bytes) or value is None:
+        return len(value) <= MAX_TEXT
+    if isinstance(value, bool) or value is None:
         return True
     return isinstance(value, int | float) and math.isfinite(value) and abs(value) <= MAX_NUMBER
 
@@ -230,7 +216,7 @@ class Guard:
             "process_request": lambda connection, request: self.answer(connection, request, page),
             "process_response": self.add_headers,
             "create_connection": partial(Connection, self.types),
-            "max_size": MAX_PART_BYTES,
+            "max_size": MAX_BYTES,
             "server_header": None,
             "open_timeout": TIMEOUT,
             "ping_interval": TIMEOUT,

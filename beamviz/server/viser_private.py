@@ -1,8 +1,8 @@
 """The only module that uses what viser does not document (tests/server/test_protection.py).
 
-It builds a viser server that reaches the network only through a guard, opens no public tunnel and
-takes no file unasked, and it sets single properties at a third of viser's cost. Whatever it uses is
-probed at start (`check_attributes`), so that any version of viser that still has it will do.
+It builds a viser server that reaches the network only through a guard and opens no public tunnel,
+and it sets single properties at a third of viser's cost. Whatever it uses is probed at start
+(`check_attributes`), so that any version of viser that still has it will do.
 """
 
 import asyncio
@@ -13,7 +13,7 @@ import operator
 import pkgutil
 import threading
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -33,22 +33,23 @@ SUPPORTED = "pip install 'viser>=1.1,<1.2' 'websockets>=14,<17'"
 PAUSE = 0.08  # [s] between two groups of messages, except frames, which are sent at once
 INTERNAL_ERROR = 1011  # WebSocket close code
 
-ATTRIBUTES = {  # of viser, by class or module; fields of dataclasses count as attributes
+ATTRIBUTES = {  # by class, function or module: attributes, fields and arguments
+    "websockets.asyncio.server:serve": (
+        "create_connection",
+        "process_request",
+        "process_response",
+        "server_header",
+    ),
     "viser:ViserServer": ("request_share_url",),
     "viser.infra._async_message_buffer:AsyncMessageBuffer": ("window_duration_sec",),
     "viser.infra:WebsockServer": (
         "get_message_buffer",
         "queue_message",
-        "register_handler",
-        "unregister_handler",
     ),
-    "viser._gui_api:GuiApi": ("_handle_file_transfer_start",),
     "viser._gui_handles:_GuiHandleState": ("gui_api", "props", "sync_cb", "uuid", "value"),
     "viser._scene_api:SceneApi": ("_queue_scene_message",),
     "viser._scene_handles:_SceneNodeHandleState": ("api", "position", "props", "wxyz"),
     "viser._messages": (
-        "FileTransferPartAck",
-        "FileTransferStartUpload",
         "GuiUpdateMessage",
         "RunJavascriptMessage",
         "SceneNodeUpdateMessage",
@@ -57,7 +58,6 @@ ATTRIBUTES = {  # of viser, by class or module; fields of dataclasses count as a
     ),
 }
 INSTANCE_ATTRIBUTES = ("_websock_server._live_connections", "gui._websock_interface")
-SERVE_ARGUMENTS = ("create_connection", "process_request", "process_response", "server_header")
 
 Serve = Callable[..., Any]  # with the arguments of websockets.asyncio.server.serve
 
@@ -69,27 +69,22 @@ building = threading.Lock()  # one server at a time: a module is changed for all
 # Probing
 
 
-def check_attributes() -> None:
+def check_attributes(attributes: Mapping[str, Sequence[str]] = ATTRIBUTES) -> None:
     """Raise Unavailable if viser or websockets lack an attribute that is used here."""
-    for owner, names in ATTRIBUTES.items():
+    for owner, names in attributes.items():
         try:
             found: Any = pkgutil.resolve_name(owner)
         except (ImportError, AttributeError):
             raise unsupported(owner) from None
+        known = {*dir(found), *(inspect.signature(found).parameters if callable(found) else ())}
         for name in names:
-            if not hasattr(found, name) and name not in getattr(found, "__dataclass_fields__", ()):
+            if name not in known:
                 raise unsupported(f"{owner}.{name}")
-    arguments = inspect.signature(websockets.asyncio.server.serve).parameters
-    for name in SERVE_ARGUMENTS:
-        if name not in arguments:
-            raise unsupported(f"websockets.asyncio.server:serve({name}=)")
 
 
 def message_types(*names: str) -> dict[str, type]:
     """Classes of viser's messages by name; raises Unavailable for one that does not exist."""
-    for name in names:
-        if not hasattr(messages, name):
-            raise unsupported(f"viser._messages.{name}")
+    check_attributes({"viser._messages": names})
     return {name: getattr(messages, name) for name in names}
 
 
@@ -174,23 +169,14 @@ def log_callback_error(loop: asyncio.AbstractEventLoop, context: dict[str, Any])
 # A scene without a server
 
 
-class NoConnection:
-    """In place of a connection: nobody sends or hears anything."""
-
-    def register_handler(self, *_: Any) -> None:
-        """Nobody sends."""
-
-    def queue_message(self, *_: Any) -> None:
-        """Nobody hears."""
-
-
 def offline_scene() -> viser.SceneApi:
     """A scene that no page shows: what is drawn in it is kept by its nodes (`visible_nodes`)."""
-    server = SimpleNamespace(_scene_lifecycle_lock=threading.RLock())
-    owner: Any = SimpleNamespace(
-        client_id=0, _viser_server=server, _websock_connection=NoConnection()
-    )
     unused: Any = None
+    server = SimpleNamespace(_scene_lifecycle_lock=threading.RLock())
+    silent = dict.fromkeys(("register_handler", "queue_message"), lambda *_: None)
+    owner: Any = SimpleNamespace(
+        client_id=0, _viser_server=server, _websock_connection=SimpleNamespace(**silent)
+    )
     return viser.SceneApi(owner, unused, unused)
 
 
@@ -238,22 +224,6 @@ def disconnect(server: viser.ViserServer, client_id: int) -> None:
         asyncio.run_coroutine_threadsafe(closing, server.get_event_loop())
 
 
-def filter_uploads(client: viser.ClientHandle, accept: Callable[[Any], bool]) -> None:
-    """Ask `accept` about each announced file (with `filename`, `size_bytes` and `part_count`)
-    before viser keeps its parts in memory. The page is told that a rejected one is complete."""
-    interface, start = client.gui._websock_interface, client.gui._handle_file_transfer_start
-
-    def announced(client_id: Any, upload: Any) -> None:
-        if accept(upload):
-            start(client_id, upload)
-            return
-        size, ids = upload.size_bytes, (upload.source_component_uuid, upload.transfer_uuid)
-        interface.queue_message(messages.FileTransferPartAck(*ids, size, size))
-
-    interface.unregister_handler(messages.FileTransferStartUpload, start)
-    interface.register_handler(messages.FileTransferStartUpload, announced)
-
-
 def group_messages(client: viser.ClientHandle) -> None:
     """Have messages between two frames sent as one group, which costs little more than one."""
     client.gui._websock_interface.get_message_buffer().window_duration_sec = PAUSE
@@ -288,7 +258,7 @@ def run_script(client: viser.ClientHandle, source: Callable[[], str]) -> None:
     client.gui._websock_interface.queue_message(PageScript(source))
 
 
-def control_id(control: viser.GuiInputHandle | viser.GuiUploadButtonHandle) -> str:
+def control_id(control: viser.GuiInputHandle) -> str:
     """The id of a control in the messages about it."""
     return str(control._impl.uuid)
 

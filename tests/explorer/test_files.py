@@ -19,20 +19,9 @@ FIRST = Scene.of(
 SMALL_FILM = partial(exports.animate, width=96, height=64, fps=5)
 
 
-def upload(guest: Visitor, content: bytes, parts: int = 1, name: str = "scene.toml") -> None:
-    """Send a file through the button, as a page does."""
-    button = guest.wait(lambda _: guest.props.get("scene-file", {}).get("data-upload"))
-    about = {"source_component_uuid": button, "transfer_uuid": name}
-    guest.send(
-        type="FileTransferStartUpload",
-        filename=name,
-        mime_type="text/plain",
-        part_count=parts,
-        size_bytes=parts * len(content),
-        **about,
-    )
-    for k in range(parts):
-        guest.send(type="FileTransferPart", part_index=k, content=content, **about)
+def upload(guest: Visitor, text: str) -> None:
+    """Load a scene file, as a page does."""
+    guest.do("load", f"scene.toml\n{text}")
 
 
 def saved(guest: Visitor) -> Scene:
@@ -74,7 +63,7 @@ def test_a_loaded_scene_is_shown_and_the_controls_follow(url):
     """Another beam, model and picture; saved again it is the same, to the camera."""
     wanted = Scene.of(alpha=2, gamma=5, coriolis=True, shares=[0.5, 0.0, 1.0], over="delta")
     with visitor(url) as guest:
-        upload(guest, wanted.to_toml().encode())
+        upload(guest, wanted.to_toml())
         guest.says(frequency(wanted))
         assert saved(guest) == wanted
         guest.choose("gamma", 6.0)
@@ -110,7 +99,7 @@ def test_a_film_of_what_does_not_move_is_refused_in_words(url):
     """It says what is missing."""
     still = Scene.of(shares=[0.0])
     with visitor(url) as guest:
-        upload(guest, still.to_toml().encode())
+        upload(guest, still.to_toml())
         guest.says(frequency(still))
         guest.do("export", ".gif")
         guest.wait(lambda _: any("nothing moves" in one["text"] for one in guest.said))
@@ -164,21 +153,18 @@ def test_films_queue_while_pictures_are_made_at_once(monkeypatch):
     assert progress[-1] > 0.9
 
 
-def test_a_file_that_is_no_scene_changes_nothing(url):
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("[beam]\nalpha = -1\n", "scene.toml: alpha = -1: must lie in 0 .. 100"),
+        ('"' * (MAX_TOML_BYTES + 1), "scene.toml: larger than 64000 bytes"),
+    ],
+    ids=["no beam", "too large"],
+)
+def test_a_file_that_is_no_scene_changes_nothing(url, text, reason):
     """The visitor reads why; the scene stays."""
     with visitor(url) as guest:
-        upload(guest, b"[beam]\nalpha = -1\n")
+        upload(guest, text)
         guest.wait(lambda _: guest.said)
-        assert "alpha = -1: must lie in 0 .. 100" in guest.said[-1]["text"]
-        assert saved(guest) == FIRST
-
-
-def test_a_large_upload_is_turned_down_before_it_is_kept(url):
-    """Nothing of it stays in memory, the page hears that it is over, and why."""
-    with visitor(url) as guest:
-        upload(guest, b"#" * MAX_TOML_BYTES, parts=3)
-        (ack,) = heard(guest, "FileTransferPartAck")
-        assert ack["transferred_bytes"] == ack["total_bytes"] == 3 * MAX_TOML_BYTES
-        guest.wait(lambda _: guest.said)
-        assert "larger than 64000 bytes" in guest.said[-1]["text"]
+        assert reason in guest.said[-1]["text"]
         assert saved(guest) == FIRST

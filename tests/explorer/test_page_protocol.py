@@ -1,14 +1,13 @@
 """What the page and the server send each other (page.py)."""
 
 import gzip
-import json
 import logging
 
 import pytest
-from live.server import close_code, encoded, http_get
+from live.server import http_get
 from live.visitor import PAPER, frequency_text, pause, visitor
 
-from beamviz.server.connection import POLICY_VIOLATION
+from beamviz.explorer.page import page
 from beamviz.server.log import RateLimitedLog
 
 
@@ -39,14 +38,14 @@ def test_what_no_page_sends_is_ignored(url, text, caplog, monkeypatch):
         assert "unknown action" in caplog.text
 
 
-def test_an_action_is_short(url):
-    """1000 characters at most."""
+def test_a_long_text_is_ignored(url, caplog):
+    """1000 characters at most, but for the text of a scene file."""
+    page.log.reported.clear()
     with visitor(url) as guest:
-        text = json.dumps([1, "gamma", "9" * 1000])
-        message = encoded(
-            type="GuiUpdateMessage", uuid=guest.parts["bridge"], updates={"value": text}
-        )
-        assert close_code(url, message) == POLICY_VIOLATION
+        guest.do("gamma", "9" * 1001)
+        guest.do("gamma", 12)
+        guest.says(frequency_text(PAPER.replace(gamma=12)))
+    assert "an unknown action was ignored: gamma with 999" in caplog.text
 
 
 @pytest.mark.parametrize("value", ["fast", None, 10**40, 1e9])

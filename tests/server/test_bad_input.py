@@ -45,7 +45,7 @@ def test_nonsense_from_a_browser_does_not_end_a_session(url):
         guest.do("only", "two")
         guest.choose("rotating_frame", "upside down")
         guest.choose("share-2", 1e30)
-        guest.send(type="GuiUpdateMessage", uuid="nobody", updates={"value": 1})
+        guest.send(type="GuiUpdateMessage", uuid="nobody", updates={"value": "1"})
         guest.choose("gamma", 12.0)
         guest.says(frequency_text(PAPER.replace(gamma=12)))
 

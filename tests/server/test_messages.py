@@ -27,7 +27,6 @@ from beamviz.scene import Scene
 from beamviz.server import connection, run_server
 from beamviz.server.connection import (
     MAX_BYTES,
-    MAX_PART_BYTES,
     MESSAGES,
     POLICY_VIOLATION,
     InvalidMessage,
@@ -119,10 +118,7 @@ def test_a_message_has_a_largest_size(url):
         line.send(huge)
         line.ping().wait(5)
         assert server.get_clients()
-    assert close_code(url, huge) == POLICY_VIOLATION
-    part = {"source_component_uuid": "", "transfer_uuid": "t", "part_index": 0}
-    part |= {"type": "FileTransferPart", "content": b"x" * MAX_PART_BYTES}
-    assert close_code(url, encoded(**part)) == TOO_BIG
+    assert close_code(url, huge) == TOO_BIG
 
 
 @pytest.mark.parametrize(
@@ -149,8 +145,9 @@ def test_a_message_has_a_largest_size(url):
         update("x", value=None),
         update("x", value={"a": 1}),
         update("x", value=[[[1]]]),
-        update("x", value="x" * 2000),
-        update("x", value=[1] * 100),
+        update("x", value=1),
+        update("x", value=["x"]),
+        encoded(type="CommandTriggerMessage", uuid="x" * 2000),
     ],
     ids=lambda message: str(message)[:40],
 )
@@ -191,7 +188,7 @@ def test_a_visitor_cannot_change_or_remove_the_controls_of_another(url):
             final_text(guest)
         before = other.text
         for uuid in other.controls.values():
-            one.send(type="GuiUpdateMessage", uuid=uuid, updates={"value": 1})
+            one.send(type="GuiUpdateMessage", uuid=uuid, updates={"value": "1"})
         action = {"value": '[1, "gamma", 20]'}
         one.send(type="GuiUpdateMessage", uuid=other.parts["bridge"], updates=action)
         assert final_text(other) == before

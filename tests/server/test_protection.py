@@ -106,9 +106,8 @@ def test_the_self_test_leaves_no_trace(caplog):
     ("owner", "name", "path"),
     [
         (viser._messages, "SetPositionMessage", "viser._messages.SetPositionMessage"),
-        (viser._messages, "FileTransferPart", "viser._messages.FileTransferPart"),
-        (viser._gui_api.GuiApi, "_handle_file_transfer_start", "viser._gui_api.GuiApi._handle"),
-        (viser.infra.WebsockServer, "register_handler", "viser.infra.WebsockServer.register"),
+        (viser._messages, "SceneNodeDragMessage", "viser._messages.SceneNodeDragMessage"),
+        (viser.infra.WebsockServer, "queue_message", "viser.infra.WebsockServer.queue"),
         (viser._scene_api, "SceneApi", "viser._scene_api.SceneApi, which"),
     ],
 )

@@ -20,11 +20,10 @@ from live.server import (
 )
 from live.visitor import PAPER, frequency_text, pause, visitor
 
-from beamviz.server.connection import MAX_PART_BYTES
+from beamviz.server.connection import MAX_BYTES
 
 PROCESSES = 2
 POLICY_VIOLATION, TOO_BIG = 1008, 1009
-PART = {"source_component_uuid": "", "transfer_uuid": "t", "part_index": 0}
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="one process on other systems")
 
@@ -98,7 +97,7 @@ def test_an_invalid_message_closes_the_connection(hall):
     for message, code in (
         ({"type": "ShareUrlRequest"}, POLICY_VIOLATION),  # a public tunnel
         (CAMERA_MESSAGE | {"position": (1e300, 0.0, 0.0)}, POLICY_VIOLATION),
-        ({"type": "FileTransferPart", "content": b"x" * MAX_PART_BYTES} | PART, TOO_BIG),
+        ({"type": "CommandTriggerMessage", "uuid": "x" * MAX_BYTES}, TOO_BIG),
     ):
         attack = partial(close_code, hall.url, encoded(**message), additional_headers=hall.cookie)
         assert hall.everywhere(attack) == {code}

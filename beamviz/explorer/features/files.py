@@ -1,9 +1,8 @@
 """Scenes and files: save and load a scene, export what is shown."""
 
+from functools import partial
 from html import escape
 from typing import Any
-
-from viser import GuiEvent
 
 from beamviz.beam import MAX_TOML_BYTES
 from beamviz.errors import InvalidInput
@@ -13,7 +12,6 @@ from beamviz.explorer.visitor import Visitor
 from beamviz.exports.film import ENCODERS
 from beamviz.scene import Scene
 from beamviz.server.log import RateLimitedLog
-from beamviz.server.viser_private import control_id, filter_uploads
 
 log = RateLimitedLog(__name__)
 
@@ -38,10 +36,7 @@ class SceneFiles:
     def __init__(self, visitor: Visitor):
         self.visitor = visitor
         visitor.on("save", lambda _: self.save())
-        load = visitor.client.gui.add_upload_button("scene", mime_type=".toml", visible=False)
-        load.on_upload(self.load)
-        visitor.page.props("scene-file", data_upload=control_id(load))
-        filter_uploads(visitor.client, self.accepts)
+        visitor.page.on("load", self.load, max_text=2 * MAX_TOML_BYTES)
 
     def save(self) -> None:
         """Send the scene as a file."""
@@ -51,21 +46,16 @@ class SceneFiles:
         except InvalidInput as error:
             self.visitor.notify("This scene cannot be saved", str(error))
 
-    def load(self, event: GuiEvent) -> None:
-        """Show the scene in a file; an invalid one changes nothing."""
+    def load(self, file: Any) -> None:
+        """Show the scene in a file, given as its name and, from the second line on, its contents;
+        an invalid one changes nothing."""
+        name, _, content = str(file).partition("\n")
         try:
-            file = event.target.value
-            self.visitor.load(within_limits(Scene.from_bytes(file.content, file.name)))
+            scene = within_limits(Scene.from_bytes(content.encode(errors="replace"), name))
         except InvalidInput as error:
             self.visitor.notify("The scene was not loaded", str(error))
-
-    def accepts(self, file: Any) -> bool:
-        """Whether an announced upload is small enough for a scene."""
-        small = file.part_count <= 1 and file.size_bytes <= MAX_TOML_BYTES
-        if not small:
-            words = f"{file.filename}: larger than {MAX_TOML_BYTES} bytes, not a file of beamviz"
-            self.visitor.notify("The scene was not loaded", words)
-        return small
+        else:
+            self.visitor.background.submit(partial(self.visitor.load, scene))
 
 
 # Downloads

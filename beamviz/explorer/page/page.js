@@ -18,7 +18,7 @@ const beamviz = (() => {
   function send(action, value) {
     if (!bridge) return;
     const text = JSON.stringify([++count, action, value]);
-    if (text.length > 1000) return;
+    if (text.length > 130000) return;
     const message = { type: "GuiUpdateMessage", uuid: bridge, updates: { value: text } };
     window.__viserMutable?.sendMessage(message);
   }
@@ -217,7 +217,7 @@ const beamviz = (() => {
 
   function onInput(event) {
     const e = event.target, key = e.dataset?.set;
-    if (e.type === "file" && event.type === "change") upload(e);
+    if (e.type === "file" && event.type === "change") load(e);
     if (!key) return;
     used[key] = performance.now();
     if (e.type === "range") paint(e);
@@ -229,17 +229,10 @@ const beamviz = (() => {
     } else if (event.type === "change" && e.type !== "range") send(key, e.value);
   }
 
-  /* A file through a hidden upload button of viser, in one part. */
-  async function upload(e) {
-    const [file] = e.files, transfer = `file ${++count}`;
-    if (!file || !e.dataset.upload) return;
-    const content = new Uint8Array(await file.slice(0, 500000).arrayBuffer());
-    const about = { source_component_uuid: e.dataset.upload, transfer_uuid: transfer };
-    const { sendMessage } = window.__viserMutable;
-    sendMessage({ type: "FileTransferStartUpload", filename: file.name, mime_type: "text/plain",
-      part_count: 1, size_bytes: file.size, ...about });
-    if (file.size === content.length)
-      sendMessage({ type: "FileTransferPart", part_index: 0, content, ...about });
+  /* A scene file, as its name and its text; the server reads no more of it than this. */
+  async function load(e) {
+    const [file] = e.files;
+    if (file) send("load", `${file.name}\n${await file.slice(0, 64001).text()}`);
     e.value = "";
   }
 

@@ -23,6 +23,7 @@ SCRIPTS = ("page.js", "captions.js", "figure.js", "chart.js")
 FIRST_TAB = "tab-frequencies"
 MERGED = ("props", "charts")  # parts whose entries have entries
 MAX_DIGITS = 15  # of a whole number; one with more becomes a float
+MAX_TEXT = 1000  # characters of a value
 
 Handler = Callable[[Any], None]
 
@@ -53,7 +54,7 @@ class Page:
 
     def __init__(self, client: ClientHandle):
         self.client, self.lock = client, threading.Lock()
-        self.handlers: dict[str, Handler] = {}
+        self.handlers: dict[str, tuple[Handler, int]] = {}  # and the longest text for each
         self.sent: dict[tuple[str, str], Any] = {}  # what the page shows, by part and name
         self.waiting: dict[str, Any] = {}
         self.tab = FIRST_TAB
@@ -152,17 +153,17 @@ class Page:
 
     # From the page
 
-    def on(self, action: str, handler: Handler) -> None:
+    def on(self, action: str, handler: Handler, max_text: int = MAX_TEXT) -> None:
         """Call `handler` with the value of each action of this name, on the event loop, one after
-        the other."""
-        self.handlers[action] = handler
+        the other; an action with a text of more characters is ignored."""
+        self.handlers[action] = handler, max_text
 
     async def received(self, event: GuiEvent) -> None:
         """Pass an action on; what no page sends is ignored."""
         try:
             _, action, value = json.loads(self.bridge.value, parse_int=whole_number)
-            handler = self.handlers[action]
-            if isinstance(value, list | dict):
+            handler, max_text = self.handlers[action]
+            if isinstance(value, list | dict) or len(str(value)) > max_text:
                 raise ValueError(f"{action} with {str(value)[:40]}")
         except (ValueError, KeyError, TypeError, RecursionError) as error:
             visitor = f"visitor {event.client_id}"
