@@ -50,11 +50,10 @@ RULER = RealBeam(
     " turntable. Steel as usually taken: E = 210 GPa (the value of EN 1993-1-1), 7850 kg/m³.",
     "chordwise",
     {
+        **MATERIALS["steel"],
         "length": 0.3,
-        "density": 7850.0,
         "area": 25e-3 * 1e-3,
         "second_moment": 25e-3 * 1e-9 / 12,
-        "youngs_modulus": 210e9,
         "rotation_speed": 300 * RPM,
         "mass": 0.01,
         "mass_position": 0.3,

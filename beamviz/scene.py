@@ -115,9 +115,7 @@ class ViewOptions:
 def check_option(name: str, default: Any, value: Any) -> Any:
     """`value` as the view option `name`, of the type of its default; else InvalidInput."""
     if isinstance(default, bool):
-        if not isinstance(value, bool):
-            raise InvalidInput(f"{name} = {value!r}: must be true or false")
-        return value
+        return check_bool(name, value)
     if isinstance(default, float):
         return check_float(name, value, 0.0, UPPER_LIMITS[name])
     if isinstance(default, str):
@@ -125,6 +123,13 @@ def check_option(name: str, default: Any, value: Any) -> Any:
     if not isinstance(value, list | tuple) or len(value) > MAX_SHARES:
         raise InvalidInput(f"{name} = {value!r}: must be a list of at most {MAX_SHARES} numbers")
     return tuple(check_float(name, share, 0.0, 1.0) for share in value)
+
+
+def check_bool(name: str, value: Any) -> bool:
+    """`value` if it is true or false, else InvalidInput."""
+    if not isinstance(value, bool):
+        raise InvalidInput(f"{name} = {value!r}: must be true or false")
+    return value
 
 
 def check_per_rev(value: Any) -> tuple[int, ...]:

@@ -10,7 +10,7 @@ import math
 import re
 import signal
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -80,24 +80,27 @@ def check_message(error: BeamvizError, *names: str) -> None:
     assert not names or any(name in text for name in names), text
 
 
+def answer(function: Callable, *arguments: Any, names: Iterable[str] = (), **options: Any) -> Any:
+    """What a function returns; None for an error of the package, which names one of the inputs
+    `names` if it is about input."""
+    try:
+        return function(*arguments, **options)
+    except BeamvizError as error:
+        check_message(error, *(names if isinstance(error, InvalidInput) else ()))
+        return None
+
+
 def make_beam(values: dict[str, Any]) -> None:
     """Any five values: a beam within its limits, or an error that names one of them."""
-    try:
-        beam = Beam(**values)
-    except InvalidInput as error:
-        check_message(error, *values)
-    else:
-        assert all(
-            one.limits[0] <= beam.numbers[name] <= one.limits[1] for name, one in PARAMETERS.items()
-        )
+    if beam := answer(Beam, names=values, **values):
+        for name, (low, high) in ((name, one.limits) for name, one in PARAMETERS.items()):
+            assert low <= beam.numbers[name] <= high
 
 
 def solve_beam(beam: Beam, options: dict[str, Any]) -> None:
     """Modes within their error bars of a finer solution, or an error."""
-    try:
-        solution = solve(beam, **options)
-    except BeamvizError as error:
-        check_message(error)
+    solution = answer(solve, beam, **options)
+    if solution is None:
         return
     assert np.all(solution.errors >= 0)
     assert np.all((solution.frequencies >= 0) | np.isnan(solution.frequencies))
@@ -107,9 +110,8 @@ def solve_beam(beam: Beam, options: dict[str, Any]) -> None:
 
 def compare_with_finest(solution: Any, beam: Beam, options: dict[str, Any]) -> None:
     """The two solutions agree within the sum of their error bars."""
-    try:
-        finest = solve(beam, **{**options, "method": "auto", "tolerance": 1e-10})
-    except BeamvizError:
+    finest = answer(solve, beam, **{**options, "method": "auto", "tolerance": 1e-10})
+    if finest is None:
         return  # this beam cannot be solved so accurately
     stable = np.isfinite(solution.frequencies) & np.isfinite(finest.frequencies)
     apart = np.abs(solution.frequencies - finest.frequencies)[stable]
@@ -119,12 +121,7 @@ def compare_with_finest(solution: Any, beam: Beam, options: dict[str, Any]) -> N
 
 def solve_any_options(beam: Beam, options: dict[str, Any]) -> None:
     """Any keywords: an answer, or an error that names one of them."""
-    try:
-        solve(beam, **options)
-    except InvalidInput as error:
-        check_message(error, *options)
-    except BeamvizError:
-        pass
+    answer(solve, beam, names=options, **options)
 
 
 @st.composite
@@ -150,11 +147,9 @@ def sweep(
 ) -> None:
     """Loci with a value of each branch at each point and events within the range, or an error."""
     beam, over, ends = where
-    try:
-        with processor_time_limit(TIME_LIMIT):
-            found = loci(beam, over, np.linspace(*ends, points), modes, **options)
-    except BeamvizError as error:
-        check_message(error)
+    with processor_time_limit(TIME_LIMIT):
+        found = answer(loci, beam, over, np.linspace(*ends, points), modes, **options)
+    if found is None:
         return
     assert all(len(branch.frequency) == points for branch in found.branches)
     assert all(event.gap >= 0 for event in found.events)
@@ -198,12 +193,7 @@ ANY_RANGE = st.one_of(st.lists(ANY_VALUE, max_size=4), ANY_VALUE)
 
 def sweep_any_values(beam: Beam, over: str, values: Any) -> None:
     """Any values: loci, or an error that names the parameter."""
-    try:
-        loci(beam, over, values, 1)
-    except InvalidInput as error:
-        check_message(error, over)
-    except BeamvizError:
-        pass
+    answer(loci, beam, over, values, 1, names=[over])
 
 
 TOML = st.one_of(
@@ -225,10 +215,7 @@ def read_toml(text: bytes) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "beam.toml"
         path.write_bytes(text)
-        try:
-            Beam.from_toml(path)
-        except InvalidInput as error:
-            check_message(error, "beam.toml", *SI_KEYS, *PARAMETERS, "T*")
+        answer(Beam.from_toml, path, names=["beam.toml", *SI_KEYS, *PARAMETERS, "T*"])
 
 
 COMMAND_WORDS = """

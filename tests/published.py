@@ -4,10 +4,12 @@ Lengths in L, frequencies in 1/T*; slenderness 70 where nothing else is said.
 """
 
 import numpy as np
+from helpers import load_script
 from scipy.optimize import brentq
 
-from beamviz.paper import validation
 from beamviz.paper.figures import FIGURES, LociFigure, last_digit
+
+validation = load_script("validation")
 
 
 def numbers(text: str) -> list[float]:

@@ -61,7 +61,7 @@ def serve(
     key = secrets.token_urlsafe(KEY_BYTES) if shared else ""
     presenter_key = secrets.token_urlsafe(KEY_BYTES) if follow else ""
     access = {"visitor_key": key, "presenter_key": presenter_key, "public": public}
-    count = process_count(processes, shared=shared, follow=follow)
+    count = min(process_count(processes, shared=shared, follow=follow), visitors)
     gc.freeze()  # what is loaded stays: garbage collection need not look through it again
     run = several_processes if count > 1 else one_process
     with (

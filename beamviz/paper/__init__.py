@@ -1,8 +1,4 @@
-"""The paper's tables and figures, computed again and written as files.
-
-"Modal characteristics of a rotating flexible beam with a concentrated mass based on the absolute
-nodal coordinate formulation", Nonlinear Dynamics (2017).
-"""
+"""The paper's tables and figures, computed again and written as files."""
 
 import sys
 import time
@@ -75,23 +71,16 @@ def files(name: str) -> Files:
 
 def index(folder: Path) -> Files:
     """A page that lists the tables and figures in a folder."""
-    links = {}
-    for name in NAMES:
-        present = [ext for ext in EXTENSIONS if (folder / f"{name}.{ext}").exists()]
-        if present:
-            links[name] = ", ".join(f"[{ext}]({name}.{ext})" for ext in present)
     parts = ["# The paper, reproduced", f"{SOURCE}.", SUMMARY]
-    if NUMBERS in links:
-        parts.append(f"**{figures.TITLE}**, printed and computed: {links[NUMBERS]}")
-    parts += [
-        f"**Table {name[5:]}.** {table.caption}: {links[name]}"
-        for name, table in TABLES.items()
-        if name in links
-    ]
-    for name, figure in ((name, figure) for name, figure in FIGURES.items() if name in links):
-        parts += [
-            f"## Figure {name[3:]}",
-            f"{figure.caption}. {figure.notes} {links[name]}",
-            f"![{figure.caption}]({name}.png)",
-        ]
+    for name in (NUMBERS, *TABLES, *FIGURES):
+        present = [ext for ext in EXTENSIONS if (folder / f"{name}.{ext}").exists()]
+        links = ", ".join(f"[{ext}]({name}.{ext})" for ext in present)
+        if links and name in FIGURES:
+            figure = FIGURES[name]
+            parts += [f"## Figure {name[3:]}", f"{figure.caption}. {figure.notes} {links}"]
+            parts.append(f"![{figure.caption}]({name}.png)")
+        elif links and name in TABLES:
+            parts.append(f"**Table {name[5:]}.** {TABLES[name].caption}: {links}")
+        elif links:
+            parts.append(f"**{figures.TITLE}**, printed and computed: {links}")
     return {INDEX: ("\n\n".join(parts) + "\n").encode()}

@@ -249,17 +249,13 @@ def _crossing(figure: LociFigure, crossing: PrintedCrossing) -> PrintedNumber:
             remark = f"off by {spatial:.2g}; {SAME_AT_REST}"
         return remark + (f"; {crossing.explanation}" if crossing.explanation else "")
 
+    def compute(**options: Any) -> float:
+        return locate(figure, crossing, **options).at
+
     low, high = crossing.loci
-    return PrintedNumber(
-        figure.name,
-        "crossing",
-        f"loci {low}/{high} cross at {PARAMETERS[figure.over].symbol}",
-        crossing.at,
-        4,
-        lambda **options: locate(figure, crossing, **options).at,
-        explain,
-        f"{crossing.material} {crossing.spatial}",
-    )
+    quantity = f"loci {low}/{high} cross at {PARAMETERS[figure.over].symbol}"
+    row = figure.name, "crossing", quantity, crossing.at, 4
+    return PrintedNumber(*row, compute, explain, f"{crossing.material} {crossing.spatial}")
 
 
 def _node(figure: ShapeFigure, node: PrintedNode) -> PrintedNumber:

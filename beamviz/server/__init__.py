@@ -69,19 +69,26 @@ def self_test(
     a line to the log where they cannot.
     """
 
+    def wait_until_left() -> None:
+        """Wait until no connection of the test is counted as a visitor."""
+        deadline = time.monotonic() + COUNT_TIMEOUT
+        while visitor_count.counts[visitor_count.process] and time.monotonic() < deadline:
+            time.sleep(0.005)
+
     def connect() -> socket.socket:
-        """A connection to the server."""
+        """A connection to the server, one at a time."""
+        wait_until_left()
+        if listener:
+            return listener.connect_to_self()
         host = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(access.host, access.host)
         return socket.create_connection((host, access.port), TIMEOUT)
 
     with connection.log.muted():
         try:
-            failure = successful_attack(access, listener.connect_to_self if listener else connect)
+            failure = successful_attack(access, connect)
         except (OSError, WebSocketException) as error:
             failure = f"no connection: {error}"
-        deadline = time.monotonic() + COUNT_TIMEOUT
-        while visitor_count.counts[visitor_count.process] and time.monotonic() < deadline:
-            time.sleep(0.005)
+        wait_until_left()
     if opens_tunnel(server):
         failure = "viser's public tunnel can be opened"
     if failure and access.shared:
@@ -98,9 +105,7 @@ def successful_attack(access: Access, connect: Callable[[], socket.socket]) -> s
     key: dict[str, Any] = {
         "additional_headers": {"Cookie": f"{access.cookie}={access.visitor_key}"}
     }
-    attackers: dict[str, dict[str, Any]] = {
-        "a page of a foreign origin": {"origin": FOREIGN_ORIGIN, **key}
-    }
+    attackers = {"a page of a foreign origin": {"origin": FOREIGN_ORIGIN, **key}}
     if access.visitor_key:
         attackers["a visitor without the key"] = {}
     for name, attacker in attackers.items():

@@ -129,11 +129,12 @@ def viser_server(host: str, port: int, serve: Serve) -> Iterator[viser.ViserServ
         return serve(*args, **options)
 
     def stop() -> None:
-        with silence():
+        with contextlib.redirect_stdout(io.StringIO()):
             server.stop()
 
     with contextlib.ExitStack() as stack:
-        with defer_signals(), silence(), building:
+        # stdout is for data, not for viser's banners
+        with defer_signals(), contextlib.redirect_stdout(io.StringIO()), building:
             original, module.serve = module.serve, guarded_serve  # type: ignore[misc,assignment]
             try:
                 server = TunnelFreeServer(host=host, port=port, verbose=False)
@@ -148,13 +149,6 @@ def viser_server(host: str, port: int, serve: Serve) -> Iterator[viser.ViserServ
             except AttributeError:
                 raise unsupported(f"viser:ViserServer.{path}") from None
         yield server
-
-
-@contextlib.contextmanager
-def silence() -> Iterator[None]:
-    """Keep viser's banners off stdout, which is for data."""
-    with contextlib.redirect_stdout(io.StringIO()):
-        yield
 
 
 def log_callback_error(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:

@@ -16,7 +16,7 @@ from beamviz.cli import main
 from beamviz.paper import plots
 from beamviz.paper.figures import FIGURES, LociFigure
 from beamviz.paper.tables import TABLES
-from beamviz.plotting.labels import LabelPlacer, spread_apart
+from beamviz.plotting.labels import LabelPlacer
 
 LOCI = [figure for figure in FIGURES.values() if isinstance(figure, LociFigure)]
 SOME = ("table4", "fig5", "fig13", "fig17")
@@ -139,14 +139,6 @@ def test_annotations_cover_nothing(figure):
         assert np.all(box.max <= frame.max)
         assert not any(box.overlaps(other) for other in boxes[k + 1 :])
         assert not ((lines > box.min) & (lines < box.max)).all(axis=1).any()
-
-
-def test_labels_at_the_ends_of_lines_are_kept_apart():
-    """Moved as little as needed, in their order; those with room stay."""
-    assert spread_apart([3.0, 0.0, 0.1], 1.0) == pytest.approx([3.0, -0.45, 0.55])
-    assert spread_apart([5.0, 1.0], 1.0) == [5.0, 1.0]
-    spread = spread_apart([1.0, 1.0, 1.0, 1.2], 0.5)
-    assert np.diff(spread).min() == pytest.approx(0.5, abs=1e-3)
 
 
 def test_some_names_only(tmp_path, capsys):

@@ -4,12 +4,12 @@ import re
 from pathlib import Path
 
 import pytest
-
-from beamviz.paper.validation import COMMAND, LOOSE, SOURCES, page
+from helpers import load_script
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "assets" / "validation.md"
-CLAIMS = [claim for source in SOURCES for claim in source.claims]
+validation = load_script("validation")
+CLAIMS = [claim for source in validation.SOURCES for claim in source.claims]
 
 
 @pytest.mark.parametrize("claim", CLAIMS, ids=[claim.name for claim in CLAIMS])
@@ -23,7 +23,7 @@ def test_claim(claim):
 
 def test_the_page_is_current():
     """The page says what the program finds today."""
-    assert PAGE.read_text(encoding="utf-8") == page(), f"run {COMMAND}"
+    assert PAGE.read_text(encoding="utf-8") == validation.page(), f"run {validation.COMMAND}"
 
 
 def test_the_tests_named_exist():
@@ -33,8 +33,8 @@ def test_the_tests_named_exist():
     names = [claim.name for claim in CLAIMS]
     assert re.findall(r"\| `test_claim\[(.+?)\]` \|", text) == names
     assert len(set(names)) == len(names)
-    assert set(LOOSE) <= set(names)
-    tests = [test for source in SOURCES for test in source.tests]
+    assert set(validation.LOOSE) <= set(names)
+    tests = [test for source in validation.SOURCES for test in source.tests]
     assert re.findall(r"`(tests/\w+/test_\w+\.py::\w+)`", text) == tests
     for test in tests:
         file, _, name = test.partition("::")

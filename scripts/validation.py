@@ -1,6 +1,6 @@
 """The validation page: published and independent values, computed again, with their tests.
 
-    python -m beamviz.paper.validation > assets/validation.md
+    python scripts/validation.py > assets/validation.md
 
 Frequencies are in 1/T* unless another unit is named. A tolerance counts units of the last digit
 published; where it exceeds 1, a reason stands beside it.
@@ -22,7 +22,7 @@ from beamviz.paper.tables import described, frequencies_by_label
 from beamviz.plotting import OMEGAS
 from beamviz.solver import solve_many
 
-COMMAND = "python -m beamviz.paper.validation > assets/validation.md"
+COMMAND = "python scripts/validation.py > assets/validation.md"
 FILE = "tests/paper/test_validation.py"
 SUMMARY = (
     "Every claim of accuracy this program makes, row by row: a reference, published or computed"
