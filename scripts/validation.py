@@ -312,7 +312,7 @@ SOURCES = (
         ("tests/oracle/test_oracle.py::test_spinning_cable",),
     ),
     Source(
-        "Where equilibrium ends",
+        "Limits of equilibrium",
         "biot: γ = μπ/2 in closed form; hencky: computed independently of this project (α = 0,"
         " μ = 70).",
         [
@@ -328,7 +328,7 @@ SOURCES = (
         (f"{TEST}limits.py::test_limit_of_the_speed",),
     ),
     Source(
-        "Where stability ends",
+        "Limits of stability",
         "Inward beams (δ = −1): a Ritz computation of the inextensible beam, 2.994, and with the"
         " shortening at μ = 70, 2.996. Without tension (`zoac`): ω₁ at rest, the paradox of Kane,"
         " Ryan & Banerjee (1987). Experiments on what comes after buckling, by centrifugal and"
@@ -348,7 +348,7 @@ SOURCES = (
         ),
     ),
     Source(
-        "What other methods miss",
+        "Errors of other methods",
         "Computed independently of this project: a rigid tension (`foac`), and the paper's uniform"
         " elements in a bending layer and beside an inner mass (α = 1, β = 0.5, γ = 10, where the"
         " exact answer is 76.86327).",

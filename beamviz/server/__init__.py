@@ -33,7 +33,7 @@ def run_server(
     *,
     listener: Pipe | None = None,
     visitor_count: VisitorCount | None = None,
-    insert: connection.Insert | None = None,
+    insert: connection.Insert = str,
     **access: Any,
 ) -> Iterator[viser.ViserServer]:
     """A running server, stopped on leaving; port 0 takes a free one.

@@ -63,7 +63,6 @@ HEADERS = {
     "Permissions-Policy": "camera=(), geolocation=(), microphone=(), usb=()",
     "Cache-Control": "no-store",
 }
-NAMES = ("Type", "Encoding")
 REFUSAL_PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8">{retry}
 <meta name="viewport" content="width=device-width"><title>beamviz: {title}</title>
@@ -201,8 +200,8 @@ class Guard:
         self,
         access: Access,
         visitor_count: VisitorCount,
-        listener: socket.socket | None = None,
-        insert: Insert | None = None,
+        listener: socket.socket | None,
+        insert: Insert,
     ):
         self.access, self.visitor_count = access, visitor_count
         self.listener, self.insert = listener, insert
@@ -247,13 +246,14 @@ class Guard:
             headers = {"Location": without_key(request.path), "Set-Cookie": cookie}
             return reply(303, "See Other", b"", headers)
         response = page(connection, request)
-        return self.with_elements(response) if response and self.insert else response
+        return self.with_elements(response) if response else None
 
     def with_elements(self, response: Response) -> Response:
         """A response whose page, if it is one, has our elements."""
-        kind, encoding = (response.headers.get(f"Content-{name}", "") for name in NAMES)
-        if response.status_code != 200 or not kind.startswith("text/html") or not self.insert:
+        kind = response.headers.get("Content-Type", "")
+        if response.status_code != 200 or not kind.startswith("text/html"):
             return response
+        encoding = response.headers.get("Content-Encoding", "")
         if encoding not in self.pages:
             zipped = encoding == "gzip"
             body = gzip.decompress(response.body) if zipped else response.body

@@ -182,7 +182,7 @@ class ProcessPool:
             any(worker.send(connection) for worker in by_visitors)
 
     def replaced(self, worker: Worker) -> Worker:
-        """A new worker for one that died; raises Unavailable if it died young."""
+        """A new worker for one that died; raises Unavailable if it died soon after its start."""
         worker.process.join()
         worker.sender.close()
         what = f"a process that serves visitors died (exit code {worker.process.exitcode})"

@@ -5,6 +5,7 @@ from functools import partial
 from typing import Any
 
 import pytest
+from live.browser import page, says
 from live.visitor import Visitor, frequency_text, visitor
 
 from beamviz import exports
@@ -168,3 +169,20 @@ def test_a_file_that_is_no_scene_changes_nothing(url, text, reason):
         guest.wait(lambda _: guest.said)
         assert reason in guest.said[-1]["text"]
         assert saved(guest) == FIRST
+
+
+@pytest.mark.browser
+def test_a_file_chosen_in_the_page_is_loaded(url, tmp_path):
+    """With signs that JSON and UTF-8 encode; one that is too large is named, with the limit."""
+    file = tmp_path / "beam.toml"
+    with page(url) as live:
+        live.wait(says("B1"))
+        root = live.call("DOM.getDocument")["root"]["nodeId"]
+        chosen = live.call("DOM.querySelector", nodeId=root, selector="#scene-file")
+        for text, shown in (
+            ('# "γ" \\ ω\n[beam]\ngamma = 33.125\n', "byId('gamma-field').value == 33.125"),
+            ("#" * (MAX_TOML_BYTES + 1), says("beam.toml: larger than 64000 bytes")),
+        ):
+            file.write_text(text, encoding="utf-8")
+            live.call("DOM.setFileInputFiles", files=[str(file)], **chosen)
+            live.wait(shown.replace("byId", "document.getElementById"))
