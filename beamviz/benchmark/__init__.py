@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from beamviz.beam import PARAMETERS
@@ -36,7 +35,7 @@ from beamviz.benchmark.work_precision import (
 )
 from beamviz.files import writable_folder, write_files
 from beamviz.output import json_text
-from beamviz.plotting import DPI, INK, STYLE, picture_files
+from beamviz.plotting import INK, STYLE, new_figure, picture_files
 from beamviz.plotting.labels import LabelPlacer
 
 NAME = "benchmark"
@@ -196,8 +195,7 @@ def _ratio(rows: list[Row], scene: str, name: str, target: float) -> str:
 @rc_context(STYLE)
 def draw(rows: list[Row], models: dict[str, dict[str, float | str]], caption: str) -> Figure:
     """The chart; the caption below it names the machine and the versions."""
-    figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI)
-    FigureCanvasAgg(figure)
+    figure = new_figure(WIDTH, HEIGHT)
     figure.subplots_adjust(0.085, 0.1, 0.985, 0.925, wspace=0.16, hspace=0.43)
     lines = -(-len(SCENES) // COLUMNS)
     grid = figure.add_gridspec(lines + 1, COLUMNS, height_ratios=[1.0] * lines + [0.62])

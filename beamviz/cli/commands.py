@@ -115,7 +115,8 @@ def loci(
             raise InvalidInput(f"Missing option '--{option}'.")
         values = sweep_values(over, start, stop, points)
     if plot:
-        from beamviz.plotting.loci import SUFFIXES, save_chart
+        from beamviz.plotting import SUFFIXES
+        from beamviz.plotting.loci import save_chart
 
         check_suffix(plot, SUFFIXES)
     given = getattr(beam, over)

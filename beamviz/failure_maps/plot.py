@@ -10,9 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import ListedColormap
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from scipy import ndimage
@@ -21,7 +19,7 @@ from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import NoEquilibrium
 from beamviz.failure_maps import compute as kinds
 from beamviz.failure_maps.compute import FASTEST, METHODS, SLOWEST, Map, answer, edges
-from beamviz.plotting import FAINT, INK, STYLE, picture_files
+from beamviz.plotting import FAINT, INK, STYLE, new_figure, picture_files
 
 COLUMNS = 4
 WIDTH, HEIGHT = 11.0, 8.2  # [in]
@@ -62,8 +60,7 @@ def pictures(found: Map) -> dict[str, bytes]:
     """The sheet of one plane as PNG and SVG, by ending: a panel for each method."""
     with rc_context(STYLE | {"hatch.linewidth": 0.5}):
         across = PARAMETERS[found.plane.over].axis_label
-        figure = Figure(figsize=(WIDTH, HEIGHT))
-        FigureCanvasAgg(figure)
+        figure = new_figure(WIDTH, HEIGHT)
         figure.subplots_adjust(0.062, 0.068, 0.985, 0.885, 0.08, 0.2)
         rows = -(-(len(METHODS) + 1) // COLUMNS)
         panels = figure.subplots(rows, COLUMNS, sharex=True, sharey=True).ravel()

@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Picture
 from matplotlib.lines import Line2D
 
@@ -22,7 +21,7 @@ from beamviz.paper.figures import (
     nearest_node,
 )
 from beamviz.paper.tables import TOLERANCE
-from beamviz.plotting import COLOURS, FAINT, INK, OMEGAS, RING, STYLE, picture_files
+from beamviz.plotting import COLOURS, FAINT, INK, OMEGAS, RING, STYLE, new_figure, picture_files
 from beamviz.plotting.labels import LabelPlacer, draw_legend, label_line_ends
 from beamviz.plotting.loci import LINE, Chart
 from beamviz.solver import solve
@@ -159,8 +158,7 @@ def draw_loci(
 
 def _titled_picture(figure: Figure, height: float) -> Picture:
     """An empty picture with the name and the fixed parameters of a figure above."""
-    picture = Picture(figsize=(WIDTH, height))
-    FigureCanvasAgg(picture)
+    picture = new_figure(WIDTH, height)
     title = f"Figure {figure.name.removeprefix('fig')}:  {figure.parameters}"
     picture.text(0.012, 1 - TITLE_INSET / height, title, va="center", weight="bold")
     return picture

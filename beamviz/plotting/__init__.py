@@ -1,13 +1,17 @@
 """Charts: the style they share, and figures as the contents of files."""
 
 import io
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from beamviz.files import check_suffix, replaced
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLOURS = {"bending": "#0072B2", "stretching": "#D55E00"}  # Okabe & Ito, safe for the colour-blind
 INK, FAINT = "#222222", "#8A8A8A"
+SUFFIXES = (".png", ".svg", ".pdf")
 DPI = 200
 LINE = 12  # [pt] between words
 STYLE: Any = {
@@ -24,6 +28,16 @@ RING: dict[str, Any] = {"marker": "o", "ls": "", "ms": 5.5, "mfc": "white", "mec
 UNDATED: Any = {"png": None, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
 
 
+def new_figure(width: float, height: float, **options: Any) -> "Figure":
+    """An empty figure of a size [in]; its texts can be measured, so that labels can be placed."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), dpi=DPI, **options)
+    FigureCanvasAgg(figure)
+    return figure
+
+
 def figure_bytes(figure: "Figure", extension: str) -> bytes:
     """The contents of a PNG, SVG or PDF file of a figure, the same every time."""
     from matplotlib import rc_context
@@ -32,6 +46,13 @@ def figure_bytes(figure: "Figure", extension: str) -> bytes:
     with rc_context(STYLE):
         figure.savefig(buffer, format=extension, dpi=DPI, metadata=UNDATED[extension])
     return buffer.getvalue()
+
+
+def save_figure(path: Path, figure: "Figure") -> None:
+    """Write a figure in the format of the suffix. Raises InvalidInput, Unavailable."""
+    extension = check_suffix(path, SUFFIXES)[1:]
+    with replaced(path) as part:
+        part.write_bytes(figure_bytes(figure, extension))
 
 
 def picture_files(figure: "Figure") -> dict[str, bytes]:

@@ -16,14 +16,12 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import Bbox
 
 from beamviz.beam import NUMBERS
-from beamviz.files import check_suffix, replaced
 from beamviz.frequency_loci import Branch, Event, Loci, close_up
 from beamviz.frequency_loci.forced_response import Resonance
 from beamviz.frequency_loci.limits import WORDS, Limit
-from beamviz.plotting import COLOURS, DPI, FAINT, INK, STYLE, figure_bytes
+from beamviz.plotting import COLOURS, FAINT, INK, STYLE, new_figure, save_figure
 from beamviz.plotting.labels import LabelPlacer, draw_legend, label_line_ends
 
-SUFFIXES = (".png", ".svg", ".pdf")
 WIDTH, HEIGHT = 7.6, 5.2  # [in]
 LEFT, RIGHT, BOTTOM, TOP = 0.092, 0.925, 0.098, 0.845  # of it, the frame
 MUTED, SHADOW = "#5A5A5A", "#EDEDED"
@@ -57,9 +55,7 @@ def save_chart(
     path: Path, loci: Loci, resonances: Sequence[Resonance] = (), per_rev: int = 0
 ) -> None:
     """Write the chart in the format of the suffix. Raises InvalidInput, Unavailable."""
-    extension = check_suffix(path, SUFFIXES)[1:]
-    with replaced(path) as part:
-        part.write_bytes(figure_bytes(draw_chart(loci, resonances, per_rev), extension))
+    save_figure(path, draw_chart(loci, resonances, per_rev))
 
 
 def draw_chart(
@@ -71,8 +67,7 @@ def draw_chart(
     """The chart: loci in the colours of their families, crossings, veerings, limits, per-rev lines
     omega = k gamma for k = 1 .. per_rev, and an upright line at the value `marker`."""
     with rc_context(STYLE):
-        figure = Figure(figsize=(WIDTH, HEIGHT), dpi=DPI)
-        FigureCanvasAgg(figure)
+        figure = new_figure(WIDTH, HEIGHT)
         axes = figure.add_axes((LEFT, BOTTOM, RIGHT - LEFT, TOP - BOTTOM))
         chart = draw_on(axes, loci, resonances, per_rev)
         if marker is not None:

@@ -7,23 +7,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib import patheffects, rc_context
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
-from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from scipy import ndimage
 
 from beamviz.beam import NUMBERS, Units, check_int
 from beamviz.errors import InvalidInput
-from beamviz.files import check_suffix, replaced
-from beamviz.plotting import DPI, INK, STYLE, figure_bytes
+from beamviz.plotting import INK, STYLE, new_figure, save_figure
 from beamviz.sweeps.plan import find_place
 from beamviz.sweeps.store import FAMILIES, STATUSES
 
 if TYPE_CHECKING:
     import xarray
 
-SUFFIXES = (".png", ".svg", ".pdf")
 SIZE = (7.0, 5.0)  # [in]
 EMPTY = {  # by status: colour and hatch of beams without a number
     "not computed": ("#FFFFFF", "...."),
@@ -38,13 +34,10 @@ HALO = [patheffects.withStroke(linewidth=2.5, foreground="white")]
 
 def save_map(path: Path, dataset: "xarray.Dataset", over: Sequence[str], **options: Any) -> None:
     """Write a map in the format of the suffix; see `draw_map`. Raises Unavailable, too."""
-    extension = check_suffix(path, SUFFIXES)[1:]
     with rc_context(STYLE):
-        figure = Figure(figsize=SIZE, dpi=DPI, layout="constrained")
-        FigureCanvasAgg(figure)
+        figure = new_figure(*SIZE, layout="constrained")
         draw_map(dataset, over, ax=figure.add_subplot(), **options)
-    with replaced(path) as part:
-        part.write_bytes(figure_bytes(figure, extension))
+    save_figure(path, figure)
 
 
 def draw_map(
