@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -46,12 +47,11 @@ def temporary(path: Path) -> Path:
     return path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
 
 
-@contextlib.contextmanager
-def writable_folder(folder: Path) -> Iterator[None]:
-    """Create a folder for files written within; Unavailable where it cannot be written to."""
+def make_folder(folder: Path) -> None:
+    """Create a folder, unless it is there; Unavailable where it cannot be written to."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        yield
+        tempfile.TemporaryFile(dir=folder).close()
     except OSError as error:
         raise Unavailable(
             f"cannot write to {folder}: {error.strerror or error}; name another folder"
@@ -60,12 +60,6 @@ def writable_folder(folder: Path) -> Iterator[None]:
 
 def write_files(folder: Path, contents: Files) -> None:
     """Write files by name; each appears under its name only when all are complete."""
-    parts = {name: temporary(folder / name) for name in contents}
-    try:
-        for name, part in parts.items():
-            part.write_bytes(contents[name])
-        for name, part in parts.items():
-            part.replace(folder / name)
-    finally:
-        for part in parts.values():
-            part.unlink(missing_ok=True)
+    with contextlib.ExitStack() as complete:
+        for name, content in contents.items():
+            complete.enter_context(replaced(folder / name)).write_bytes(content)

@@ -33,7 +33,7 @@ from beamviz.benchmark.work_precision import (
     pareto_front,
     time_to_error,
 )
-from beamviz.files import writable_folder, write_files
+from beamviz.files import make_folder, write_files
 from beamviz.output import json_text
 from beamviz.plotting import INK, STYLE, new_figure, picture_files
 from beamviz.plotting.labels import LabelPlacer
@@ -93,8 +93,7 @@ def benchmark(folder: Path, quick: bool, peers: bool, release: str) -> str:
     `release` is the version of beamviz that they name. Raises Unavailable, before anything is
     measured, for a folder that cannot be written to.
     """
-    with writable_folder(folder):
-        (folder / f"{NAME}.json").touch()
+    make_folder(folder)
     solvers = METHODS + (PEERS if peers else ())
     rows = work_precision.measure(solvers, QUICK if quick else FULL, progress)
     progress("bare LAPACK")
@@ -104,8 +103,7 @@ def benchmark(folder: Path, quick: bool, peers: bool, release: str) -> str:
         "eigh": {scene: found.solve / found.eigh for scene, found in times.items()},
     }
     about = environment(solvers, quick, release) | ratios
-    with writable_folder(folder):
-        write_files(folder, files(rows, about))
+    write_files(folder, files(rows, about))
     return "\n".join(summary(rows, ratios))
 
 

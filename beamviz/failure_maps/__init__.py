@@ -20,7 +20,7 @@ from beamviz.failure_maps.compute import (
     Map,
     compute_maps,
 )
-from beamviz.files import Files, writable_folder, write_files
+from beamviz.files import Files, make_folder, write_files
 from beamviz.output import json_text, markdown_table
 
 PAGE = "stability.md"
@@ -32,10 +32,9 @@ def stability(out: Path, quick: bool, progress: Callable[[str], None]) -> str:
 
     Raises Unavailable, before anything is computed, for a folder that cannot be written to.
     """
-    with writable_folder(out):
-        write_files(out, {PAGE: b""})
-        found = compute_maps(QUICK if quick else FULL, progress)
-        write_files(out, files(found))
+    make_folder(out)
+    found = compute_maps(QUICK if quick else FULL, progress)
+    write_files(out, files(found))
     return page(found)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from beamviz.errors import InvalidInput
-from beamviz.files import Files, writable_folder, write_files
+from beamviz.files import Files, make_folder, write_files
 from beamviz.paper import figures, tables
 from beamviz.paper.figures import FIGURES
 from beamviz.paper.tables import TABLES
@@ -40,14 +40,13 @@ def reproduce(names: Sequence[str], folder: Path) -> Path:
         if name not in (*NAMES, ALL):
             known = ", ".join((*NAMES, ALL))
             raise InvalidInput(f"{name!r} is not in the paper: choose from {known}")
-    with writable_folder(folder):
-        write_files(folder, index(folder))  # fails before any computation if not writable
-        for name in NAMES:
-            if name in names or ALL in names:
-                start = time.perf_counter()
-                write_files(folder, files(name))
-                print(f"{name}  {time.perf_counter() - start:.1f} s", file=sys.stderr)
-        write_files(folder, index(folder))
+    make_folder(folder)
+    for name in NAMES:
+        if name in names or ALL in names:
+            start = time.perf_counter()
+            write_files(folder, files(name))
+            print(f"{name}  {time.perf_counter() - start:.1f} s", file=sys.stderr)
+    write_files(folder, index(folder))
     return folder / INDEX
 
 

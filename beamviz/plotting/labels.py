@@ -12,13 +12,12 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import Bbox
 from scipy.optimize import isotonic_regression
 
-from beamviz.plotting import LINE
-
 DISTANCES = (12, 20, 30, 42, 56, 72, 90)  # [pt] from a point to its label
 DIRECTIONS = [math.radians(angle) for angle in range(0, 360, 15)]
 NEAR = 7.0  # [pt] around a point: lines that the connector to its label may cross
 PAD = 3.0  # [pt] around a label
 SAMPLES = 800  # of each line
+LINE_HEIGHT = 12.0  # [pt]
 ASIDE = 6.0  # [pt] from the end of a line to its label
 COVERED, CROSSED, FORBIDDEN = 2.0, 40.0, 1e4  # cost of a line sample, a line, a label [pt]
 CONNECTOR: dict[str, Any] = {"arrowstyle": "-", "lw": 0.6, "color": "#555555", "shrinkA": 0}
@@ -122,7 +121,7 @@ def label_line_ends(axes: Axes, ends: Sequence[EndLabel]) -> None:
     """Labels of lines beside their right ends, kept apart."""
     low, high = axes.get_ylim()
     figure: Any = axes.get_figure(root=True)
-    spacing = LINE / 72 * figure.dpi / axes.bbox.height * (high - low)
+    spacing = LINE_HEIGHT / 72 * figure.dpi / axes.bbox.height * (high - low)
     heights = spread_apart([height for height, *_ in ends], spacing)
     for (_, text, colour, weight), height in zip(ends, heights, strict=True):
         axes.annotate(

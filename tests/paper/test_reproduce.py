@@ -187,7 +187,7 @@ def test_a_disk_that_is_full_leaves_no_half_files(tmp_path, capsys, monkeypatch)
 
     monkeypatch.setattr(Path, "write_bytes", full)
     assert main(["reproduce", "fig17", "fig19", "--out", str(tmp_path)]) == 1
-    assert "No space left on device; name another folder" in capsys.readouterr().err
+    assert "No space left on device; choose another place" in capsys.readouterr().err
     assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
 
 
