@@ -223,14 +223,11 @@ def test_the_exit_code_says_whether_every_check_passed(checks, monkeypatch, capf
 
 
 def test_arguments_are_passed_on_to_pytest(checks, monkeypatch, capfd):
-    """`scripts/test.py -k name` runs a part of the tests."""
+    """`scripts/test.py -k name` runs a part of the tests; `--all` adds the slow ones: an expression
+    of markers on the command line replaces the one of pyproject.toml."""
     monkeypatch.setattr(checks, "CHECKS", {"lint": GOOD, "tests": ["timeit", "-n1"]})
     assert checks.main(["raise SystemExit(3)"]) == 1
     assert capfd.readouterr().err.rstrip().endswith("FAILED: tests")
-
-
-def test_all_adds_the_slow_tests(checks):
-    """An expression of markers on the command line replaces the one of pyproject.toml."""
     assert checks.pytest_options(["--all", "-k", "name"]) == ["-m", "", "-k", "name"]
     assert checks.pytest_options(["-k", "name"]) == ["-k", "name"]
 

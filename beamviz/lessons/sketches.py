@@ -78,22 +78,19 @@ def chart(shown: Lesson) -> str:
     scene, (start, stop, first, last) = shown.scene, LOCI[shown.name]
     values = np.linspace(start, stop, POINTS)
     found = loci(scene.beam, scene.over, values, last + 1, **scene.options)
-    frequency = np.full((len(found.branches), POINTS), np.nan)
-    for row, branch in zip(frequency, found.branches, strict=True):
-        inside = (branch.mode_index >= first - 1) & (branch.mode_index < last)
-        row[:] = np.where(inside, branch.frequency, np.nan)
-    low, high = (
-        (0.0, np.nanmax(frequency)) if first == 1 else (np.nanmin(frequency), np.nanmax(frequency))
-    )
+    numbers = np.array([branch.mode_index for branch in found.branches]) + 1
+    inside = (first <= numbers) & (numbers <= last)
+    frequency = np.where(inside, [branch.frequency for branch in found.branches], np.nan)
+    low, high = 0.0 if first == 1 else np.nanmin(frequency), np.nanmax(frequency)
+
+    def height(frequency: np.ndarray) -> np.ndarray:
+        return HEIGHT - MARGIN - (HEIGHT - 2 * MARGIN) * (frequency - low) / (high - low)
+
     x = MARGIN + (WIDTH - 2 * MARGIN) * (values - start) / (stop - start)
-    y = HEIGHT - MARGIN - (HEIGHT - 2 * MARGIN) * (frequency - low) / (high - low)
     parts = [f'<path class="rest" d="M{MARGIN} {MARGIN}V{HEIGHT - MARGIN}H{WIDTH - MARGIN}"/>']
-    if scene.per_rev:
-        for k in (1, 2, 3):
-            multiple = k * values
-            up = HEIGHT - MARGIN - (HEIGHT - 2 * MARGIN) * (multiple - low) / (high - low)
-            parts.append(path(x[up >= MARGIN], up[up >= MARGIN], "hub"))
-    for branch, row in zip(found.branches, y, strict=True):
+    multiples = (height(k * values) for k in scene.per_rev)
+    parts += [path(x[y >= MARGIN], y[y >= MARGIN], "hub") for y in multiples]
+    for branch, row in zip(found.branches, height(frequency), strict=True):
         family = np.array([one or MIXED for one in branch.family])
         for name in np.unique(family):
             here = (family == name) & np.isfinite(row)

@@ -13,7 +13,6 @@ COLOURS = {"bending": "#0072B2", "stretching": "#D55E00"}  # Okabe & Ito, safe f
 INK, FAINT = "#222222", "#8A8A8A"
 SUFFIXES = (".png", ".svg", ".pdf")
 DPI = 200
-
 STYLE: Any = {
     "font.family": "DejaVu Sans",  # which matplotlib brings: the same picture on every machine
     "font.size": 9,

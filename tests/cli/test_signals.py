@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM at any moment: a quick end, no browser left, no file left, no traceback."""
+"""Ctrl-C and SIGTERM at any moment: a quick end, no file left, no traceback."""
 
 import os
 import signal
@@ -63,19 +63,6 @@ def endings(number: int) -> list[tuple[int, str]]:
     return [(128 + number, ""), (0, ""), (-number, "")]
 
 
-def mentioning(folder: Path) -> list[str]:
-    """The processes that have this folder in their command line."""
-    lines = []
-    for entry in Path("/proc").glob("[0-9]*/cmdline"):
-        try:
-            line = entry.read_bytes().replace(b"\0", b" ").decode(errors="replace")
-        except OSError:
-            continue
-        if str(folder) in line:
-            lines.append(line)
-    return lines
-
-
 @pytest.mark.parametrize("after", [0.1, 1.2, *slow(0.0, 0.3, 0.6)])
 @pytest.mark.parametrize("number", SIGNALS)
 def test_the_server_ends_at_any_moment(tmp_path, number, after):
@@ -87,10 +74,9 @@ def test_the_server_ends_at_any_moment(tmp_path, number, after):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.browser
 @pytest.mark.parametrize("after", [0.7, *slow(0.0, 0.2, 0.5, 0.9, 1.3, 2.4)])
-def test_a_picture_given_up_leaves_no_browser_and_no_file(tmp_path, after):
-    """Before, while and after the browser starts; the picture is there whole or not at all."""
+def test_a_picture_given_up_leaves_no_file(tmp_path, after):
+    """While it loads, solves, draws and writes; the picture is there whole or not at all."""
     target = tmp_path / "out" / "picture.png"
     target.parent.mkdir()
     number = SIGNALS[int(10 * after) % 2]
@@ -98,7 +84,6 @@ def test_a_picture_given_up_leaves_no_browser_and_no_file(tmp_path, after):
     process = run(tmp_path, *command)
     code, errors = ended(process, after, number)
     assert (code, errors) in endings(number)
-    assert mentioning(tmp_path) == []
     if target.exists():
         assert matplotlib.image.imread(target).shape[:2] == (180, 320)
     assert [path for path in tmp_path.rglob("*") if path.is_file() and path != target] == []

@@ -14,7 +14,7 @@ from matplotlib.text import Annotation, Text
 from beamviz import Beam, paper, solve
 from beamviz.cli import main
 from beamviz.paper import plots
-from beamviz.paper.figures import FIGURES, LociFigure
+from beamviz.paper.figures import FIGURES, MODELS, LociFigure, locate
 from beamviz.paper.tables import TABLES
 from beamviz.plotting.labels import LabelPlacer
 
@@ -36,6 +36,7 @@ def computed(figure):
     return plots.compute_loci(figure)
 
 
+@cache
 def drawn(figure):
     """The picture of a figure with loci."""
     return plots.draw_loci(figure, computed(figure), plots.crossings(figure, computed(figure)))
@@ -121,6 +122,21 @@ def test_printed_numbers_stand_beside_ours(name, notes):
     assert all(note in text for note in notes)
     figure = FIGURES[name]
     assert text.count("paper ") == len(figure.crossings + figure.nodes) + (name == "fig18")
+
+
+@pytest.mark.parametrize("figure", LOCI, ids=lambda figure: figure.name)
+def test_figures_cross_where_the_numbers_say(figure):
+    """The crossings of a whole figure are those located around the printed values; loci are drawn
+    for both curvature measures where they differ."""
+    found = plots.crossings(figure, computed(figure))
+    printed = {row.printed: row for row in found if row.printed}
+    assert set(printed) == set(figure.crossings)
+    for crossing, row in printed.items():
+        for name, event in row.events.items():
+            assert event.at == pytest.approx(locate(figure, crossing, **MODELS[name]).at, rel=1e-6)
+    dashed = [line for line in drawn(figure).axes[0].lines if line.get_linewidth() == 0.9]
+    at_rest = figure.over != "gamma" and figure.beam.gamma == 0
+    assert len(dashed) == (0 if at_rest else figure.modes)
 
 
 @pytest.mark.parametrize("figure", LOCI, ids=lambda figure: figure.name)
