@@ -158,7 +158,8 @@ class Beam:
     def __post_init__(self) -> None:
         for name, parameter in NUMBERS.items():
             (low, high), value = parameter.limits, getattr(self, name)
-            if not (type(value) is float and low <= value <= high and value):  # fast
+            valid = type(value) is float and low <= value <= high  # fast
+            if not valid or (value == 0 and math.copysign(1.0, value) < 0):
                 object.__setattr__(self, name, check_float(name, value, low, high))
         if self.gamma > MAX_GAMMA_OVER_MU * self.mu * (1 + ROUNDING):
             gamma, mu = exact_text(self.gamma), exact_text(self.mu)

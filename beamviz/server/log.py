@@ -21,8 +21,14 @@ class RateLimitedLog:
 
     def warn(self, subject: str, kind: str, text: str, level: int = logging.WARNING) -> None:
         """Write a line, unless `subject` has just had one of the same kind."""
-        skipped = self.count((subject, kind))
-        if skipped is not None:
+        key, now = (subject, kind), time.monotonic()
+        with self.lock:
+            if len(self.reported) >= MAX_KINDS and key not in self.reported:
+                self.reported.clear()
+            last, skipped = self.reported.get(key, (-math.inf, 0))
+            due = now - last >= INTERVAL
+            self.reported[key] = (now, 0) if due else (last, skipped + 1)
+        if due:
             more = f" ({skipped} more like this since the last line)" if skipped else ""
             self.logger.log(level, "%s: %s%s", subject, " ".join(text.split()), more)
 
@@ -30,17 +36,6 @@ class RateLimitedLog:
         """Write a line about an internal error; its traceback only at level DEBUG."""
         self.warn(job, type(error).__name__, f"failed for {request}: {error!r}", logging.ERROR)
         self.logger.debug("%s: failed for %s", job, request, exc_info=error)
-
-    def count(self, key: tuple[str, str]) -> int | None:
-        """The number of skipped lines if it is time for the next one, else None."""
-        now = time.monotonic()
-        with self.lock:
-            if len(self.reported) >= MAX_KINDS and key not in self.reported:
-                self.reported.clear()
-            last, skipped = self.reported.get(key, (-math.inf, 0))
-            due = now - last >= INTERVAL
-            self.reported[key] = (now, 0) if due else (last, skipped + 1)
-        return skipped if due else None
 
     @contextlib.contextmanager
     def muted(self) -> Iterator[None]:
