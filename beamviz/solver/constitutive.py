@@ -29,10 +29,10 @@ Function = Callable[[Any], Any]  # of a number or an array, to the same
 
 @dataclass(frozen=True)
 class StrainLaw:
-    """An axial strain e(f) with its first three derivatives; its force n = e e' (the axial
-    force divided by mu^2) and stiffness n' in as few operations as they take; the stretch a force
-    n gives, as well as a guess needs it.
+    """An axial strain e(f), its force n = e e' (the axial force divided by mu^2), its stiffness n'
+    and the stretch that a force n gives, as well as a first guess needs it.
 
+    `series`: a and b in f = 1 + n - a n^2 + b n^3 - ..., the stretch that a small force gives.
     `hardens`: the stiffness grows with the stretch, so an outward beam always has an equilibrium.
     The force grows with the stretch between `min_stretch` and `max_stretch` only: outside,
     n' < 0 and a bar under dead load has no stable state.
@@ -40,12 +40,10 @@ class StrainLaw:
 
     name: str
     strain: Function
-    first: Function
-    second: Function
-    third: Function
     force: Function
     stiffness: Function
     stretch: Function
+    series: tuple[float, float]
     min_stretch: float
     max_stretch: float
     hardens: bool
@@ -54,25 +52,17 @@ class StrainLaw:
     def __reduce__(self) -> tuple[Any, ...]:
         return _law, (self.name,)
 
+    def stretch_series(self, n: Any) -> Any:
+        """`stretch` for a small force, cheaper, to about 10 n^4."""
+        a, b = self.series
+        return 1 + n * (1 - n * (a - b * n))
+
     @cached_property
     def forces(self) -> tuple[float, float]:
         """The least and the greatest force it carries."""
         with np.errstate(divide="ignore"):  # Hencky's resists any compression
             least = float(self.force(np.float64(self.min_stretch)))
         return least, math.inf if self.max_stretch == math.inf else self.force(self.max_stretch)
-
-    @cached_property
-    def series(self) -> tuple[float, float]:
-        """a and b in f = 1 + n - a n^2 + b n^3 - ..., the stretch that a small force gives: from
-        n = e e', e(1) = 0 and e'(1) = 1."""
-        second, third = float(self.second(1.0)), float(self.third(1.0))
-        a = 1.5 * second
-        return a, 2 * a**2 - (3 * second**2 + 4 * third) / 6
-
-    def stretch_series(self, n: Any) -> Any:
-        """`stretch` for a small force, to about 10 n^4."""
-        a, b = self.series
-        return 1 + n * (1 - n * (a - b * n))
 
 
 @dataclass(frozen=True)
@@ -101,12 +91,10 @@ _STRAIN_LAWS = (
     StrainLaw(
         name="green",
         strain=lambda f: (f - 1) * (f + 1) / 2,
-        first=lambda f: f,
-        second=np.ones_like,
-        third=np.zeros_like,
         force=lambda f: (f - 1) * (f + 1) * f / 2,
         stiffness=lambda f: 1.5 * f * f - 0.5,
         stretch=lambda n: 2 / _ROOT3 * np.cos(np.arccos(3 * _ROOT3 * n + 0j) / 3).real,
+        series=(1.5, 4.0),
         min_stretch=1 / math.sqrt(3),
         max_stretch=math.inf,
         hardens=True,
@@ -115,12 +103,10 @@ _STRAIN_LAWS = (
     StrainLaw(
         name="biot",
         strain=lambda f: f - 1,
-        first=np.ones_like,
-        second=np.zeros_like,
-        third=np.zeros_like,
         force=lambda f: f - 1,
         stiffness=np.ones_like,
         stretch=lambda n: 1 + n,
+        series=(0.0, 0.0),
         min_stretch=0.0,
         max_stretch=math.inf,
         hardens=False,
@@ -129,12 +115,10 @@ _STRAIN_LAWS = (
     StrainLaw(
         name="hencky",
         strain=np.log,
-        first=lambda f: 1 / f,
-        second=lambda f: -1 / f**2,
-        third=lambda f: 2 / f**3,
         force=lambda f: np.log(f) / f,
         stiffness=lambda f: (1 - np.log(f)) / f**2,
         stretch=_exponential,
+        series=(-1.5, 8 / 3),
         min_stretch=0.0,
         max_stretch=math.e,
         hardens=False,

@@ -29,38 +29,33 @@ MAX_INDEFINITE = 400  # unknowns of an unstable gyroscopic problem: a twentieth 
 INDEFINITE_ROUNDING = 2e4  # roundings of omega^2 in such a problem, measured on random beams
 
 
-class SymmetricModes(NamedTuple):
-    """The lowest eigenvalues of a stack of problems K v = lambda M v."""
+def symmetric_modes(
+    K: np.ndarray, M: np.ndarray, count: int, shift: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """The `count` lowest eigenvalues lambda of K v = lambda M v, ascending, and their vectors
+    (n, count), V' M V = 1.
 
-    omega_squared: np.ndarray  # (..., count) lambda, ascending
-    V: np.ndarray  # (..., n, count), V' M V = 1
-    size: np.ndarray  # (..., count) lambda of what was solved, K + a multiple of M: that rounds
-
-
-def symmetric_modes(K: np.ndarray, M: np.ndarray, count: int, shift: float = 0.0) -> SymmetricModes:
-    """The `count` lowest eigenvalues of K v = lambda M v and their vectors.
-
-    K (..., n, n) symmetric, M (..., n, n) symmetric positive semidefinite. K + shift M is solved,
-    the shift growing until that is positive definite: name one where K may not be (a compressed
-    beam), for an eigenvalue near -shift takes the digits of the others. Raises NotConverged.
+    K (n, n) symmetric, M (n, n) symmetric positive semidefinite. K + shift M is solved, the shift
+    growing until that is positive definite: name one where K may not be (a compressed beam), for an
+    eigenvalue near -shift takes the digits of the others. Raises NotConverged.
     """
-    stack, n = K.shape[:-2], K.shape[-1]
-    count = min(count, n)
-    K, M = K.reshape(-1, n, n), M.reshape(-1, n, n)
-    nu, V, added = np.empty((len(K), count)), np.empty((len(K), count, n)), np.empty((len(K), 1))
-    for k in range(len(K)):
-        nu[k], V[k], added[k] = _largest(M[k], K[k], count, shift)
-    size = 1 / nu
-    V *= np.sqrt(abs(size))[..., None]
-    found = size - added, V.mT, size
-    return SymmetricModes(*(array.reshape(*stack, *array.shape[1:]) for array in found))
+    nu, V, added = _largest(M, K, min(count, len(K)), shift)
+    return 1 / nu - added, V.T / np.sqrt(abs(nu))
+
+
+class FamilyModes(NamedTuple):
+    """The lowest modes of two uncoupled families of a stack of beams."""
+
+    omega_squared: np.ndarray  # (beams, 2, count) ascending
+    V: np.ndarray  # (beams, 2, n, count) of unit modal mass
+    size: np.ndarray  # (beams, 2, count) omega^2 + the shift: what was solved, and rounds
 
 
 def family_modes(
-    K: np.ndarray, M: np.ndarray, d: np.ndarray, G: np.ndarray, count: int
-) -> SymmetricModes:
-    """`symmetric_modes` of a stack of problems K v = lambda M v (beams, n, n) and, second in an
-    axis after that of the stack, of diag(d) v = lambda G v, d (beams, n) > 0, which is cheaper."""
+    K: np.ndarray, M: np.ndarray, d: np.ndarray, G: np.ndarray, count: int, shift: float
+) -> FamilyModes:
+    """`symmetric_modes` of a stack of problems K v = lambda M v (beams, n, n) and, second, of
+    diag(d) v = lambda G v, d (beams, n) > 0, which needs no shift and is cheaper."""
     n = d.shape[-1]
     count = min(count, n)
     root = 1 / np.sqrt(d)
@@ -68,13 +63,13 @@ def family_modes(
     nu, V = np.empty((len(d), 2, count)), np.empty((len(d), 2, count, n))
     added = np.zeros((len(d), 2, 1))
     for k in range(len(d)):
-        nu[k, 0], V[k, 0], added[k, 0] = _largest(M[k], K[k], count, 0.0)
+        nu[k, 0], V[k, 0], added[k, 0] = _largest(M[k], K[k], count, shift)
         values, vectors = symmetric(A[k])
         nu[k, 1] = values[: -count - 1 : -1]
         np.multiply(vectors.T[: -count - 1 : -1], root[k], out=V[k, 1])
     size = 1 / nu
     V *= np.sqrt(abs(size))[..., None]
-    return SymmetricModes(size - added, V.mT, size)
+    return FamilyModes(size - added, V.mT, size)
 
 
 def symmetric(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -113,8 +108,6 @@ def _definite(M: np.ndarray, K: np.ndarray, count: int) -> tuple[np.ndarray, np.
     n = len(K)
     if n < SUBSET:
         nu, V, info = lapack.dsygv(M.T, K.T)
-    elif count > n / 2:
-        nu, V, info = lapack.dsygvd(M.T, K.T)
     else:
         nu, V, _, _, info = lapack.dsygvx(M.T, K.T, range="I", il=n - count + 1, iu=n)
         nu, V = nu[:count], V[:, :count]
@@ -240,7 +233,7 @@ def _indefinite(
             f"the straight beam is unstable; with Coriolis forces its {unknowns} unknowns are too"
             f" many, at most {MAX_INDEFINITE} are tried: ask without them, or for a lower gamma"
         )
-    l, A, _ = symmetric_modes(Ka, Fa.T @ Fa, len(Ka), COMPRESSED)
+    l, A = symmetric_modes(Ka, Fa.T @ Fa, len(Ka), COMPRESSED)
     if l[0] <= 0:
         if np.linalg.eigvalsh(Kb)[0] <= 0:
             raise NotConverged(
@@ -257,6 +250,6 @@ def _indefinite(
     P[:na, :na], P[na:, na:] = np.diag(l), Kb + 4 * gamma**2 * C.T @ C
     P[:na, na:] = -2 * gamma * np.sqrt(l)[:, None] * C
     P[na:, :na], M[na:, na:] = P[:na, na:].T, Fb.T @ Fb
-    omega_squared, V, _ = symmetric_modes(P, M, count, COMPRESSED)
+    omega_squared, V = symmetric_modes(P, M, count, COMPRESSED)
     s = np.sqrt(-omega_squared + 0j)
     return omega_squared, A @ (s * V[:na] / np.sqrt(l)[:, None]), V[na:].astype(complex)

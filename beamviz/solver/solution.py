@@ -19,7 +19,7 @@ BENDING, STRETCHING, MIXED = "bending", "stretching", "mixed"
 PURE = 0.9  # share of the kinetic energy that makes a mode one of its family
 NODE_GRID = 401
 VISIBLE = 1e-7  # share of its amplitude that a mode must reach before it can have a node
-BISECTIONS = 52
+ROOT_ITERATIONS, ROOT_TOLERANCE = 40, 1e-14
 
 Axial = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # x -> u, f
 Fields = Callable[[np.ndarray], np.ndarray]  # x -> (len(x), 2, modes)
@@ -193,17 +193,25 @@ class Solution:
     @cached_property
     def nodes(self) -> tuple[np.ndarray, ...]:
         """Vibration nodes of each mode: where its larger component is always zero."""
-        return tuple(_read_only(self._nodes(k)) for k in range(len(self.omega_squared)))
+        modes = len(self.omega_squared)
+        # Dense where layers may be thin: at the clamp, the mass and the tip.
+        near = np.geomspace(1e-5, 0.01, 40)
+        near = np.add.outer((0.0, self.beam.beta, 1.0), np.append(near, -near))
+        x = np.union1d(near, np.linspace(0, 1, NODE_GRID))
+        x = x[(x > 0) & (x <= 1)]
+        values = self._larger_components(x)
+        seen = np.maximum.accumulate(abs(values)) > VISIBLE * abs(values).max(axis=0)
+        mode, before = np.nonzero((np.diff(values > 0, axis=0) & seen[:-1]).T)
+        each = np.arange(len(mode))
+        roots = false_position(
+            lambda x: self._larger_components(x)[each, mode], x[before], x[before + 1]
+        )
+        return tuple(_read_only(roots[mode == k]) for k in range(modes))
 
-    def _nodes(self, k: int) -> np.ndarray:
-        def component(x: np.ndarray) -> np.ndarray:
-            return self.shape(k, x)[:, self._larger[k]].real
-
-        x = _node_grid(self.beam.beta)
-        values = component(x)
-        seen = np.maximum.accumulate(abs(values)) > VISIBLE * abs(values).max()
-        before = np.flatnonzero(np.diff(np.sign(values)) * seen[:-1])
-        return _bisect(component, x[before], x[before + 1])
+    def _larger_components(self, x: np.ndarray) -> np.ndarray:
+        """The larger component (len(x), modes) of each mode at x."""
+        shapes = self.displacement(x).real
+        return np.take_along_axis(shapes, self._larger[None, None], axis=1)[:, 0]
 
 
 def family_of(share: float) -> str:
@@ -211,25 +219,25 @@ def family_of(share: float) -> str:
     return BENDING if share >= PURE else STRETCHING if share <= 1 - PURE else MIXED
 
 
-def _bisect(
+def false_position(
     function: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray
 ) -> np.ndarray:
-    """The roots (k,) of a function that changes sign between low and high (k,), all at once
-    (scipy.optimize would double the time a command takes to start)."""
-    sign = np.sign(function(low))
-    for _ in range(BISECTIONS):
-        middle = (low + high) / 2
-        same = np.sign(function(middle)) == sign
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return (low + high) / 2
-
-
-def _node_grid(beta: float) -> np.ndarray:
-    """Points (k,) in (0, 1], dense where layers may be thin: at the clamp, the mass, the tip."""
-    steps = np.geomspace(1e-5, 0.01, 40)
-    near = [end + side * steps for end in (0.0, beta, 1.0) for side in (-1, 1)]
-    x = np.unique(np.concatenate((np.linspace(0, 1, NODE_GRID), *near)))
-    return x[(x > 0) & (x <= 1)]
+    """The roots (k,) of a function that changes sign between low and high (k,), all at once, by
+    false position with the Illinois rule (importing scipy.optimize would double the time a command
+    takes to start)."""
+    if not len(low):
+        return low
+    a, b, fa, fb = low, high, function(low), function(high)
+    for _ in range(ROOT_ITERATIONS):
+        c = b - fb * (b - a) / np.where(fb == fa, np.inf, fb - fa)
+        fc = function(c)
+        crossed = np.sign(fc) * np.sign(fb) < 0
+        a, fa = np.where(crossed, b, a), np.where(crossed, fb, fa / 2)
+        done = (abs(c - b) <= ROOT_TOLERANCE * abs(c)) | (fc == 0)
+        b, fb = c, fc
+        if done.all():
+            break
+    return b
 
 
 def _points(x: np.ndarray) -> np.ndarray:

@@ -128,8 +128,8 @@ def _dense(parts: NDArray) -> NDArray:
 def _uncoupled(assembled: Assembled, nodes: NDArray, beam: Beam, modes: int) -> Modes:
     """The families apart."""
     m = assembled.m
-    stretching, U, _ = eigen.symmetric_modes(assembled.Ka, m[1:, 1:], modes)
-    bending, W, _ = eigen.symmetric_modes(assembled.Kb, m[2:, 2:], modes)
+    stretching, U = eigen.symmetric_modes(assembled.Ka, m[1:, 1:], modes)
+    bending, W = eigen.symmetric_modes(assembled.Kb, m[2:, 2:], modes)
     return merge(Family(stretching, _shapes(nodes, U)), Family(bending, _shapes(nodes, W)), modes)
 
 

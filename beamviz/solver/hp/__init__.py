@@ -13,7 +13,8 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.solver.hp.mesh import Grid
-from beamviz.solver.hp.refinement import StraightModes, solve_straight
+from beamviz.solver.hp.modes import StraightModes
+from beamviz.solver.hp.refinement import solve_straight
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Equilibrium, Solution, Stats
 

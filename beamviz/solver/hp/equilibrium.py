@@ -64,7 +64,7 @@ class Inertia(NamedTuple):
     G: np.ndarray  # (..., n, n) mass matrix J' rho J
     G1: np.ndarray  # (1 or beams, n) G applied to the stretch of a beam at rest
     g: np.ndarray  # (1 or beams, n) static moment J' rho 1
-    to_mass: np.ndarray | None  # (..., n) integrates from the clamp to the mass
+    to_mass: np.ndarray  # (..., n) integrates from the clamp to the mass
     alpha: float | np.ndarray  # (..., 1)
     total: float | np.ndarray  # mass that pulls at the clamp
 
@@ -93,9 +93,6 @@ def inertia(mesh: Mesh, beams: BeamStack) -> Inertia:
 @lru_cache(maxsize=64)
 def _shared_inertia(mesh: Mesh, alpha: float, beta: float) -> Inertia:
     """`_with_mass` of one mass, kept: a sweep or a slider of anything else leaves it as it is."""
-    if not (alpha and beta):
-        weights, G1, g = map(np.atleast_2d, (mesh.weights, mesh.G1, mesh.g))
-        return Inertia(weights, mesh.G, G1, g, None, 0.0, 1.0)
     return _with_mass(mesh, alpha, beta)
 
 
@@ -190,15 +187,15 @@ class AxialProblem(NamedTuple):
             force = force.max()
         if force < SMALL_FORCE:
             passes = 1 if force**2 < accept_error else 2
-            stretch = law.stretch_series if force < SERIES_FORCE else law.stretch
         elif beams.size > 1 or has_unique_equilibrium(beams, law):
-            passes, stretch = GUESS_PASSES, law.stretch
+            passes = GUESS_PASSES
         else:
             return None, math.inf
         # Each pass takes the force n = load (G f + delta g) / w from the stretch before it. It adds
         # a share of what the one before it did, much the same all along a beam of small strain as
         # at its clamp: two passes give the sum of all. With n at the clamp of an outward beam, one
         # pass errs by about n^2, two by less than n^3.
+        stretch = law.stretch_series if force < SERIES_FORCE else law.stretch
         pull, static = load / inertia.weights, beams.delta * inertia.g
         f = first = stretch(pull * (inertia.G1 + static))
         for _ in range(passes - 1):

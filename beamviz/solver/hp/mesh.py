@@ -19,12 +19,30 @@ class Reference:
 
     points: np.ndarray  # (p,)
     weights: np.ndarray  # (p,)
-    to_legendre: np.ndarray  # (p, p) values at the points -> Legendre coefficients
     last_two: np.ndarray  # (p, p) values -> the part of the two highest Legendre polynomials
     tails: np.ndarray  # (2, p) values -> that part in terms of two orthonormal polynomials
     integration: np.ndarray  # (p, p) values -> integral from -1 to each point
     nodes: np.ndarray  # (p + 1,) -1 and the points: where an integral is known
     barycentric: np.ndarray  # (p + 1,) weights of interpolation between the nodes
+
+    def values(self, xi: np.ndarray) -> np.ndarray:
+        """Matrix (..., p): values at the points -> their polynomial at each xi (...)."""
+        return _interpolation(xi, self.points, self.barycentric[1:] * (self.points + 1))
+
+    def integrals(self, xi: np.ndarray) -> np.ndarray:
+        """Matrix (..., p): values at the points -> the integral from -1 to each xi (...)."""
+        return _interpolation(xi, self.nodes, self.barycentric)[..., 1:] @ self.integration
+
+
+def _interpolation(xi: np.ndarray, nodes: np.ndarray, barycentric: np.ndarray) -> np.ndarray:
+    """Matrix (..., nodes): values at the nodes -> their interpolant at each xi (...), by Berrut &
+    Trefethen (2004, eq. 4.2)."""
+    away = xi[..., None] - nodes
+    hits = away == 0
+    away[hits.any(axis=-1)] = np.inf
+    away[hits] = 1.0
+    terms = barycentric / away
+    return terms / terms.sum(axis=-1, keepdims=True)
 
 
 @lru_cache(maxsize=64)
@@ -35,13 +53,12 @@ def reference(order: int) -> Reference:
     P = legendre.legvander(points, order)
     to_legendre = norms[:, None] * P[:, :-1].T * weights
     last_two = P[:, -3:-1] @ to_legendre[-2:]
-    integrals = np.column_stack((points + 1, (P[:, 2:] - P[:, :-2]) / (2 * norms[1:])))
-    integration = integrals @ to_legendre
     tails = to_legendre[-2:] / np.sqrt(norms[-2:, None])
+    integrals = np.column_stack((points + 1, (P[:, 2:] - P[:, :-2]) / (2 * norms[1:])))
     nodes = np.append(-1.0, points)
     apart = nodes[:, None] - nodes + np.eye(order + 1)
     barycentric = 1 / (2 * apart).prod(axis=1)  # differences of capacity 1: no under- or overflow
-    arrays = (points, weights, to_legendre, last_two, tails, integration, nodes, barycentric)
+    arrays = (points, weights, last_two, tails, integrals @ to_legendre, nodes, barycentric)
     return Reference(*(_frozen(array) for array in arrays))
 
 
@@ -65,42 +82,29 @@ class Grid:
         return Grid(self.breaks[k], self.orders, self.points[k], self.weights[k], self.J[k])
 
     def from_clamp(self, x: np.ndarray) -> np.ndarray:
-        """Matrix (..., len(x), n): values at the points -> integral from the clamp to each x.
-
-        Of a stack, x is (..., len(x)). The integral is a polynomial on each element, interpolated
-        (Berrut & Trefethen 2004, eq. 4.2) between its values, from J and the weights, at the Gauss
-        points and at the element's start.
-        """
+        """Matrix (..., len(x), n): values at the points -> integral from the clamp to each x; of a
+        stack, x is (..., len(x))."""
         rows = np.empty((*x.shape, self.points.shape[-1]))
         for e, block in enumerate(_blocks(self.orders)):
-            xi, inside = self._local(e, x)
-            on = reference(self.orders[e])
-            near = _interpolation(xi, on.nodes, on.barycentric)
-            within = near[..., 1:] @ self.J[..., block, :]
-            within[..., : block.start] += near[..., :1] * self.weights[..., None, : block.start]
-            rows[inside] = within if x.ndim == 1 else within[inside]
+            start, end = self.breaks[..., e, None], self.breaks[..., e + 1, None]
+            xi = np.clip(
+                (2 * x - start - end) / (end - start), -1, 1
+            )  # none or all of it elsewhere
+            half = (end - start)[..., None] / 2
+            rows[..., block] = half * reference(self.orders[e]).integrals(xi)
         return rows
 
     def at(self, x: np.ndarray) -> np.ndarray:
-        """Matrix (len(x), n) of one grid: values at the points -> their interpolant at each x."""
+        """Matrix (len(x), n) of one grid: values at the points -> their polynomials at each x; a
+        break between two elements is in the left one."""
         rows = np.zeros((len(x), len(self.points)))
+        element = np.maximum(np.searchsorted(self.breaks, x) - 1, 0)
         for e, block in enumerate(_blocks(self.orders)):
-            xi, inside = self._local(e, x)
-            on = reference(self.orders[e])
-            without_start = on.barycentric[1:] * (on.points + 1)
-            rows[inside, block] = _interpolation(xi, on.points, without_start)
+            inside = element == e
+            start, end = self.breaks[e : e + 2]
+            xi = (2 * x[inside] - start - end) / (end - start)
+            rows[inside, block] = reference(self.orders[e]).values(xi)
         return rows
-
-    def _local(self, e: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Coordinates -1 .. 1 in element e, and which x lie inside it: a break between two elements
-        is in the left one. Of one grid those inside, of a stack of all x, 0 outside."""
-        if x.ndim == 1:
-            start, end = self.breaks[e : e + 2].tolist()
-            inside = (x <= end) if e == 0 else (x <= end) & (x > start)
-            return (2 * x[inside] - (start + end)) / (end - start), inside
-        start, end = self.breaks[:, e, None], self.breaks[:, e + 1, None]
-        inside = (x <= end) & ((x > start) | (e == 0))
-        return np.where(inside, (2 * x - start - end) / (end - start), 0.0), inside
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,16 +125,6 @@ class Mesh(Grid):
     G1: np.ndarray  # (..., n) row sums of G
     g: np.ndarray  # (..., n)
     eye: np.ndarray  # (n, n)
-
-
-def _interpolation(xi: np.ndarray, nodes: np.ndarray, barycentric: np.ndarray) -> np.ndarray:
-    """Matrix (..., nodes): values at the nodes -> their interpolant at each xi (...)."""
-    away = xi[..., None] - nodes
-    hits = away == 0
-    away[hits.any(axis=-1)] = np.inf
-    away[hits] = 1.0
-    terms = barycentric / away
-    return terms / terms.sum(axis=-1, keepdims=True)
 
 
 @lru_cache(maxsize=128)

@@ -9,14 +9,16 @@ in the order.
 Everything here is for a stack of beams, in a leading axis.
 """
 
-from typing import NamedTuple
+from collections.abc import Iterator
+from itertools import repeat
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from beamviz.solver import eigen
 from beamviz.solver.constitutive import axial_stiffness, bending_stiffness
 from beamviz.solver.hp.equilibrium import AxialState, BeamStack, Inertia, diagonal
-from beamviz.solver.hp.mesh import Mesh
+from beamviz.solver.hp.mesh import Grid, Mesh
 from beamviz.solver.problem import Problem
 
 EPS = float(np.finfo(float).eps)
@@ -26,23 +28,34 @@ TRUNCATION_FACTOR = 12.0
 ROUNDING_FACTOR = 30.0
 
 
-class Modes(NamedTuple):
-    """The lowest modes of both families in one list.
+class StraightModes(NamedTuple):
+    """Equilibria and the lowest modes of both families in one list: of a stack of beams, or of one
+    beam without the leading axis.
 
-    Without Coriolis forces mode_order (beams, modes) orders the columns of kappa, then s, laid end
+    Without Coriolis forces mode_order (..., modes) orders the columns of kappa, then s, laid end
     to end; with them it is None and column k of both, complex, is mode k.
     """
 
-    kappa: np.ndarray  # (beams, n, modes) slope of the rotation
-    s: np.ndarray  # (beams, n, modes) gradient along the beam
+    grid: Grid
+    f: np.ndarray  # (..., n) stretch at the mesh points
+    iterations: int
+    kappa: np.ndarray  # (..., n, modes) slope of the rotation
+    s: np.ndarray  # (..., n, modes) gradient along the beam
     mode_order: np.ndarray | None
-    bending_energy_fraction: np.ndarray  # (beams, modes) share of the kinetic energy
-    omega_squared: np.ndarray  # (beams, modes) ascending
-    truncation: np.ndarray  # (beams, modes) error of omega^2 from the order of the mesh
-    rounding: np.ndarray  # (beams, modes) error of omega^2 from rounding
-    # Of as many modes of each family, bending first (beams, 2, modes): None with Coriolis forces.
+    bending_energy_fraction: np.ndarray  # (..., modes) share of the kinetic energy
+    omega_squared: np.ndarray  # (..., modes) ascending
+    truncation: np.ndarray  # (..., modes) error of omega^2 from the order of the mesh
+    rounding: np.ndarray  # (..., modes) error of omega^2 from rounding
+    # Of as many modes of each family, bending first (..., 2, modes): None with Coriolis forces.
     family_squares: np.ndarray | None = None  # omega^2
     family_errors: np.ndarray | None = None  # of omega^2, from both
+
+    def of_each_beam(self) -> Iterator["StraightModes"]:
+        """The beams of a stack one by one."""
+        columns: list[Any] = [x if isinstance(x, np.ndarray) else repeat(x) for x in self]
+        if self.grid.breaks.ndim > 1:
+            columns[0] = map(self.grid.__getitem__, range(len(self.f)))
+        return map(StraightModes._make, zip(*columns, strict=False))  # repetitions have no end
 
 
 class Matrices(NamedTuple):
@@ -60,7 +73,7 @@ class Matrices(NamedTuple):
 
 def lowest_modes(
     mesh: Mesh, inertia: Inertia, state: AxialState, beams: BeamStack, count: int, problem: Problem
-) -> Modes:
+) -> StraightModes:
     """The `count` lowest modes about the equilibria of a stack of beams.
 
     With Coriolis forces no beam of several may be at rest or point inward: numpy raises LinAlgError
@@ -102,23 +115,21 @@ def uncoupled_modes(
     matrices: Matrices,
     count: int,
     problem: Problem,
-) -> Modes:
+) -> StraightModes:
     """The lowest modes of families that nothing couples.
 
     The softening is a multiple of M: it shifts every omega^2 and leaves the modes alone, so it
     is subtracted here.
     """
-    if not beams.outward:
-        K, M = _both(matrices.K, mesh.eye * matrices.d[:, None]), _both(matrices.M, matrices.G)
-        omega_squared, v, size = eigen.symmetric_modes(K, M, count, eigen.COMPRESSED)
-    else:
-        omega_squared, v, size = eigen.family_modes(*matrices[:4], count)
+    K, M, d, G, _ = matrices
+    shift = 0.0 if beams.outward else eigen.COMPRESSED
+    omega_squared, v, size = eigen.family_modes(K, M, d, G, count, shift)
     scale = abs(omega_squared) + eigen.COMPRESSED
     tail = relative_tail(mesh, matrices, v, scale)
     times = size / size[..., :1]  # rounding falls on the high ones
     if not beams.outward:  # compression cancels against the rest: each unknown rounds by itself
-        added = (size - omega_squared)[..., :1]
-        size = np.vecmat(diagonal(K) + added * diagonal(M), v**2)
+        added = (size - omega_squared)[:, 0, :1]
+        size[:, 0] = np.vecmat(diagonal(K) + added * diagonal(M), v[:, 0] ** 2)
     truncation, rounding = _errors(mesh, state, scale, tail, size, times)
     if problem.softening:
         softened = omega_squared if problem.chordwise else omega_squared[:, 1:]
@@ -128,7 +139,10 @@ def uncoupled_modes(
     picks = order
     if beams.size > 1:  # places in the flattened arrays of the stack
         picks = order + families.shape[1] * np.arange(len(order))[:, None]
-    return Modes(
+    return StraightModes(
+        mesh.grid,
+        state.f,
+        state.iterations,
         v[:, 0],
         v[:, 1],
         order,
@@ -149,16 +163,18 @@ def gyroscopic_modes(
     matrices: Matrices,
     count: int,
     problem: Problem,
-) -> Modes:
+) -> StraightModes:
     """The lowest modes of both families coupled by Coriolis forces.
 
     With T(omega) = K - omega^2 M + 2 gamma omega S, an error e of a shape z moves omega^2 by
     e'T e 2 omega / |z' T' z|, and |z' T' z| = omega + z' K z / omega.
     """
     gamma = np.reshape(beams.gamma, (-1, 1))
-    K = _both(matrices.K, mesh.eye * matrices.d[:, None])
+    K = np.empty((len(state.f), 2, *matrices.K.shape[1:]))
+    K[:, 0], K[:, 1] = matrices.K, mesh.eye * matrices.d[:, None]
     if problem.softening:
-        K -= gamma[..., None, None] ** 2 * _both(matrices.M, matrices.G)
+        K[:, 0] -= gamma[..., None] ** 2 * matrices.M
+        K[:, 1] -= gamma[..., None] ** 2 * matrices.G
     F = weighted_displacements(mesh, inertia, state.f)
     most_rounding = problem.tolerance / (10 * ROUNDING_FACTOR * EPS)
     omega_squared, s, kappa, times, definite = eigen.gyroscopic_modes(
@@ -175,26 +191,29 @@ def gyroscopic_modes(
     if not definite:  # as where compressed
         size = size + np.vecmat(abs(diagonal(K)), v**2).sum(axis=1)
     truncation, rounding = _errors(mesh, state, scale, tail, size[:, None], times[:, None])
-    return Modes(kappa, s, None, fractions, omega_squared, truncation[:, 0], rounding[:, 0])
+    return StraightModes(
+        mesh.grid,
+        state.f,
+        state.iterations,
+        kappa,
+        s,
+        None,
+        fractions,
+        omega_squared,
+        truncation[:, 0],
+        rounding[:, 0],
+    )
 
 
 def weighted_displacements(mesh: Mesh, inertia: Inertia, f: np.ndarray) -> np.ndarray:
     """F (beams, 2, m, n), bending first, with M = F' F: displacements at the mesh points, and at
     the concentrated mass, times the root of the mass there."""
     across, n = f[..., None] * mesh.J, f.shape[-1]
-    F = np.empty((len(f), 2, n if inertia.to_mass is None else n + 1, n))
+    F = np.empty((len(f), 2, n + 1, n))
     F[:, 0, :n], F[:, 1, :n] = mesh.rooted @ across, mesh.rooted
-    if inertia.to_mass is not None:
-        F[:, 1, n] = inertia.alpha**0.5 * inertia.to_mass
-        F[:, 0, n] = np.vecmat(F[:, 1, n], across)
+    F[:, 1, n] = inertia.alpha**0.5 * inertia.to_mass
+    F[:, 0, n] = np.vecmat(F[:, 1, n], across)
     return F
-
-
-def _both(bending: np.ndarray, stretching: np.ndarray) -> np.ndarray:
-    """Matrices (beams, 2, n, n) of both families; those of stretching (..., n, n)."""
-    both = np.empty((len(bending), 2, *bending.shape[1:]))
-    both[:, 0], both[:, 1] = bending, stretching
-    return both
 
 
 def relative_tail(mesh: Mesh, matrices: Matrices, v: np.ndarray, scale: np.ndarray) -> np.ndarray:

@@ -5,8 +5,8 @@ stack of one. A stack is refined as a whole, then its remaining beams one by one
 """
 
 import math
-from collections.abc import Iterable, Sequence
-from itertools import accumulate, groupby, repeat
+from collections.abc import Sequence
+from itertools import accumulate, groupby
 from operator import attrgetter
 from typing import Any, NamedTuple
 
@@ -27,7 +27,7 @@ from beamviz.solver.hp.equilibrium import (
     limit_error,
     single,
 )
-from beamviz.solver.hp.mesh import Grid, Mesh, make_mesh, make_meshes
+from beamviz.solver.hp.mesh import Mesh, make_mesh, make_meshes
 from beamviz.solver.hp.mesh_design import (
     MAX_UNKNOWNS,
     BreaksAndOrders,
@@ -38,7 +38,7 @@ from beamviz.solver.hp.mesh_design import (
     find_spans,
     unstretched_positions,
 )
-from beamviz.solver.hp.modes import lowest_modes
+from beamviz.solver.hp.modes import StraightModes, lowest_modes
 from beamviz.solver.problem import Problem
 
 REFINEMENTS = 8  # attempts at a beam
@@ -56,24 +56,6 @@ _numbers = attrgetter(*PARAMETERS)
 # system, and each of their pages is fetched anew at a fault, up to a fifth of a sweep's time. Once
 # a larger block has been freed, it keeps what is smaller. This one is never touched.
 np.empty(2**24, np.int8)
-
-
-class StraightModes(NamedTuple):
-    """Equilibrium and the lowest modes of a beam on the mesh that met the tolerance; from kappa on
-    the fields of hp.modes.Modes, without the axis of the stack."""
-
-    grid: Grid
-    f: np.ndarray  # (n,) stretch at the mesh points
-    iterations: int
-    kappa: np.ndarray
-    s: np.ndarray
-    mode_order: np.ndarray | None
-    bending_energy_fraction: np.ndarray
-    omega_squared: np.ndarray
-    truncation: np.ndarray
-    rounding: np.ndarray
-    family_squares: np.ndarray | None
-    family_errors: np.ndarray | None
 
 
 class Design(NamedTuple):
@@ -236,18 +218,12 @@ class Refinement:
         allowed = 2 * problem.tolerance * abs(modes.omega_squared) + modes.rounding
         ratios = (modes.truncation / allowed)[:, : problem.modes]
         ratios = np.maximum.reduce(ratios, axis=-1).tolist()
-        grids: Iterable[Grid] = repeat(mesh.grid)
-        if mesh.breaks.ndim > 1:
-            grids = map(mesh.grid.__getitem__, range(len(places)))
         modes.omega_squared.setflags(write=False)
         modes.bending_energy_fraction.setflags(write=False)
-        fields = [repeat(None) if field is None else field for field in modes]
-        rows = zip(places, ratios, grids, state.f, *fields, strict=False)  # some never end
-        for place, ratio, grid, f, *own in rows:
+        for place, ratio, answer in zip(places, ratios, modes.of_each_beam(), strict=False):
             if ratio == math.inf:  # no equilibrium was found
                 self.alone.add(place)
                 continue
-            answer = StraightModes(grid, f, state.iterations, *own)
             if ratio <= 1:
                 self._answer(place, answer)
                 continue

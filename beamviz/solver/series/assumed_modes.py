@@ -99,8 +99,8 @@ def _uncoupled(
 ) -> Modes:
     """The families apart; the softening is a multiple of M and shifts omega^2 alone."""
     shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
-    stretching, U, _ = eigen.symmetric_modes(Ka, Fa.T @ Fa, problem.modes)
-    bending, V, _ = eigen.symmetric_modes(Kb, Fb.T @ Fb, problem.modes, shift)
+    stretching, U = eigen.symmetric_modes(Ka, Fa.T @ Fa, problem.modes)
+    bending, V = eigen.symmetric_modes(Kb, Fb.T @ Fb, problem.modes, shift)
     bending -= centrifugal_softening(beam, problem)
     along = Family(stretching - beam.gamma**2, partial(_combined, fixed_free, U))
     return merge(along, Family(bending, partial(_combined, clamped_free, V)), problem.modes)

@@ -24,11 +24,11 @@ from beamviz.errors import NotConverged
 from beamviz.solver.constitutive import rigid_tension
 from beamviz.solver.families import Family, Shapes, Solved, centrifugal_softening, merge
 from beamviz.solver.problem import Problem
+from beamviz.solver.solution import false_position
 
 MIN_STEP, RELATIVE_STEP = 0.4, 0.03  # of the scan, in the root of Lambda
 SCAN_POINTS = 24  # values of Lambda at a time
 MAX_SCANS = 40
-MAX_ITERATIONS, ROOT_TOLERANCE = 40, 1e-14
 QUADRATURE = 60  # Gauss points on each part
 MAX_WIDTHS = 24.0  # boundary layers: e^-24 is left of the determinant, e^-36 is rounding
 SAMPLES = 200
@@ -172,21 +172,10 @@ def _lowest_roots(determinant: Function, beam: Beam, terms: int, modes: int) -> 
 
 
 def _refined_roots(function: Function, grid: np.ndarray) -> np.ndarray:
-    """The roots between grid points where the function changes sign: false position with the
-    Illinois rule, all at once."""
+    """The roots between grid points where the function changes sign."""
     values = function(grid)
     k = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0)
-    a, b, fa, fb = grid[k], grid[k + 1], values[k], values[k + 1]
-    for _ in range(MAX_ITERATIONS):
-        c = b - fb * (b - a) / (fb - fa)
-        fc = function(c) if len(c) else c
-        crossed = np.sign(fc) * np.sign(fb) < 0
-        a, fa = np.where(crossed, b, a), np.where(crossed, fb, fa / 2)
-        done = abs(c - b) <= ROOT_TOLERANCE * abs(c)
-        b, fb = c, fc
-        if np.all(done | (fc == 0)):
-            break
-    return b
+    return false_position(function, grid[k], grid[k + 1])
 
 
 def _sines(beam: Beam, z: np.ndarray, scale: np.ndarray | float, x: np.ndarray) -> np.ndarray:
