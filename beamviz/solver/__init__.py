@@ -5,7 +5,6 @@ import time
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -16,12 +15,10 @@ from beamviz.solver.hp import displacements as displacements
 from beamviz.solver.hp import family_spectrum as family_spectrum
 from beamviz.solver.hp import solve_hp
 from beamviz.solver.problem import CHOICES, METHODS, OPTIONS, Problem
-from beamviz.solver.problem import PLANES as PLANES
 from beamviz.solver.solution import Solution
 
 MAX_MODES = 20
 TOLERANCES = (1e-12, 0.1)  # least and greatest relative error that may be asked for
-SPIN_UP = attrgetter("spin_up")
 DEFAULTS = {name: getattr(Problem, name) for name in OPTIONS}
 
 
@@ -128,7 +125,7 @@ def _validated(*options: Any) -> Problem:
     problem = Problem(**values)
     for feature in METHODS[problem.method].unsupported:
         if option := feature.requested_by(problem):
-            able = [row.name for row in METHODS.values() if feature not in row.unsupported]
+            able = [name for name, row in METHODS.items() if feature not in row.unsupported]
             raise InvalidInput(
                 f"{option}: method {problem.method} takes no {feature.noun};"
                 f" methods that do: {', '.join(able)}"
@@ -140,7 +137,7 @@ def _solve(
     beams: list[Beam], problem: Problem, start: float, extra_modes: int = 0
 ) -> list[Solution | BeamvizError]:
     """By the package of the method; those that `auto` does not need are imported when used."""
-    if problem.state != "straight" or any(map(SPIN_UP, beams)):
+    if problem.state != "straight" or any(beam.spin_up for beam in beams):
         from beamviz.solver.bent import solve_states
 
         return solve_states(_solve, beams, problem, start, extra_modes)

@@ -39,21 +39,17 @@ class Path:
     state: NDArray
     limit: float | None
     iterations: int
-    steps: int
-    rejected: int
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # of what diverges: seen below
-def newton(
-    increment: Callable[[NDArray], NDArray], start: NDArray, max_iterations: int = MAX_ITERATIONS
-) -> Root | None:
+def newton(increment: Callable[[NDArray], NDArray], start: NDArray) -> Root | None:
     """Add increment(q) = -K(q)^-1 R(q) until it is TOLERANCE of the state or mere rounding.
 
     None where it does not converge. An increment raises np.linalg.LinAlgError to give up (a
     tangent that left the stable branch, say).
     """
     q, previous = start, math.inf
-    for iteration in range(1, max_iterations + 1):
+    for iteration in range(1, MAX_ITERATIONS + 1):
         try:
             dq = increment(q)
         except np.linalg.LinAlgError:
@@ -83,17 +79,17 @@ def continue_load(
     path stops though the margin has not vanished.
     """
     load, state, step, limit = 0.0, start, target, math.inf
-    iterations, steps, rejected = 0, 0, 0
+    iterations, steps, rejected = 0, 0, False
     points: list[tuple[float, float]] = []  # (margin, load), since the first step that failed
     while load < target:
         trial = min(load + step, target)
         root = solve_at(trial, state)
         if root is None:
-            rejected, step = rejected + 1, (trial - load) / 2
+            rejected, step = True, (trial - load) / 2
             if step > LIMIT_PRECISION * trial:
                 continue
             if margin(load, state) < LIMIT_MARGIN:
-                return Path(state, load, iterations, steps, rejected)
+                return Path(state, load, iterations)
             raise NotConverged(
                 f"the equilibrium was followed to {load / target:.6g} of the load (gamma^2) in"
                 f" {steps} steps and not beyond, though no limit was found; a finer or a more even"
@@ -107,9 +103,9 @@ def continue_load(
         previous, limit = limit, vanishing_load(points)
         if load < limit <= target:
             if abs(limit - previous) <= LIMIT_PRECISION * limit and points[-1][0] < LIMIT_MARGIN:
-                return Path(state, limit, iterations, steps, rejected)
+                return Path(state, limit, iterations)
             step = min(step, APPROACH * (limit - load))
-    return Path(state, None, iterations, steps, rejected)
+    return Path(state, None, iterations)
 
 
 def vanishing_load(points: list[tuple[float, float]]) -> float:

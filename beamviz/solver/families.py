@@ -7,9 +7,11 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial import legendre
 
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
@@ -83,6 +85,15 @@ def _coupled_fields(along: Shapes, across: Shapes, x: np.ndarray) -> np.ndarray:
 def centrifugal_softening(beam: Beam, problem: Problem) -> float:
     """gamma^2 in the plane of rotation, 0 across it: omega^2 of bending is lower by this."""
     return beam.gamma**2 if problem.chordwise else 0.0
+
+
+def quadrature(beam: Beam, points: int) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss points, this many on either side of the mass, and their weights."""
+    xi, weights = legendre.leggauss(points)
+    ends = sorted({0.0, beam.beta, 1.0})
+    x = [a + (b - a) * (xi + 1) / 2 for a, b in pairwise(ends)]
+    w = [(b - a) / 2 * weights for a, b in pairwise(ends)]
+    return np.concatenate(x), np.concatenate(w)
 
 
 def unstretched(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -89,94 +89,74 @@ CORIOLIS = Feature("Coriolis forces", ("coriolis",))
 SWITCHES = Feature("switched-off term", ("stiffening", "softening"))
 
 
-@dataclass(frozen=True)
-class Method:
-    """A row of the table of methods: name, source, when to choose it, what it does not treat.
+class Method(NamedTuple):
+    """A row of the table of methods: the folder under beamviz/solver that solves it, imported when
+    it is first used; what it does not treat; its source; when to choose it.
 
-    package: the folder under beamviz/solver that solves it, imported when it is first used.
     rigid_tension: the tension is that of the unstretched reference length (first-order coupling).
     """
 
-    name: str
-    source: str
-    choose: str
     package: str
     unsupported: tuple[Feature, ...]
+    source: str
+    choose: str
     rigid_tension: bool = False
 
 
+HP, FEM = ("hp", (ELEMENTS, TERMS)), ("fem", (TERMS, SWITCHES))
+SERIES = "series", (ELEMENTS, SWITCHES)
+SERIES_WITHOUT_CORIOLIS = "series", (ELEMENTS, CORIOLIS, SWITCHES)
 METHODS = {
-    row.name: row
-    for row in (
-        Method(
-            "auto",
-            "this program: high-order elements in gradient and curvature, split at the mass",
-            "unless you are studying another method: fastest to any accuracy",
-            "hp",
-            unsupported=(ELEMENTS, TERMS),
-        ),
-        Method(
-            "ancf",
-            "the paper's cubic elements (2017), stretching and bending solved separately",
-            "to see the paper's own numbers; 20 elements are the paper's",
-            "fem",
-            unsupported=(TERMS, SWITCHES),
-        ),
-        Method(
-            "ancf-planar",
-            "the paper's cubic elements through the full planar tangent (eqs. 40-48)",
-            "to check ancf: the same answer with all unknowns at once",
-            "fem",
-            unsupported=(TERMS, SWITCHES),
-        ),
-        Method(
-            "linear",
-            "linear finite elements with prestress and spin softening, as general codes do it",
-            "to see what a linear prestressed analysis says; its limit is foac's",
-            "fem",
-            unsupported=(TERMS, SWITCHES),
-            rigid_tension=True,
-        ),
-        Method(
-            "foac",
-            "first-order coupling: tension of the rigid reference length (Hong et al.; Yoo & Shin)",
-            "to see the classical model of slender rotating beams, right while f is near 1",
-            "hp",
-            unsupported=(ELEMENTS, TERMS),
-            rigid_tension=True,
-        ),
-        Method(
-            "zoac",
-            "no coupling: the linear model without stiffening, the paradox of Kane et al. (1987)",
-            "to see it fail: it falsely loses stability at gamma = 3.516",
-            "hp",
-            unsupported=(ELEMENTS, TERMS),
-            rigid_tension=True,
-        ),
-        Method(
-            "assumed-modes",
-            "modes of the beam at rest as a basis, rigid tension (Yoo & Shin 1998)",
-            "to see how the classical papers computed: few terms, 3 to 6 digits at low speed",
-            "series",
-            unsupported=(ELEMENTS, SWITCHES),
-            rigid_tension=True,
-        ),
-        Method(
-            "power-series",
-            "Frobenius series from the clamp, rigid tension (Wright et al. 1982)",
-            "to check foac at low speed: exact there, without a digit left at high speed",
-            "series",
-            unsupported=(ELEMENTS, CORIOLIS, SWITCHES),
-            rigid_tension=True,
-        ),
-        Method(
-            "chebyshev",
-            "Chebyshev collocation of the differential equations (El-Gendi 1969; Greengard 1991)",
-            "to check auto by other equations; wasteful where layers are thin",
-            "series",
-            unsupported=(ELEMENTS, CORIOLIS, SWITCHES),
-        ),
-    )
+    "auto": Method(
+        *HP,
+        "this program: high-order elements in gradient and curvature, split at the mass",
+        "unless you are studying another method: fastest to any accuracy",
+    ),
+    "ancf": Method(
+        *FEM,
+        "the paper's cubic elements (2017), stretching and bending solved separately",
+        "to see the paper's own numbers; 20 elements are the paper's",
+    ),
+    "ancf-planar": Method(
+        *FEM,
+        "the paper's cubic elements through the full planar tangent (eqs. 40-48)",
+        "to check ancf: the same answer with all unknowns at once",
+    ),
+    "linear": Method(
+        *FEM,
+        "linear finite elements with prestress and spin softening, as general codes do it",
+        "to see what a linear prestressed analysis says; its limit is foac's",
+        rigid_tension=True,
+    ),
+    "foac": Method(
+        *HP,
+        "first-order coupling: tension of the rigid reference length (Hong et al.; Yoo & Shin)",
+        "to see the classical model of slender rotating beams, right while f is near 1",
+        rigid_tension=True,
+    ),
+    "zoac": Method(
+        *HP,
+        "no coupling: the linear model without stiffening, the paradox of Kane et al. (1987)",
+        "to see it fail: it falsely loses stability at gamma = 3.516",
+        rigid_tension=True,
+    ),
+    "assumed-modes": Method(
+        *SERIES,
+        "modes of the beam at rest as a basis, rigid tension (Yoo & Shin 1998)",
+        "to see how the classical papers computed: few terms, 3 to 6 digits at low speed",
+        rigid_tension=True,
+    ),
+    "power-series": Method(
+        *SERIES_WITHOUT_CORIOLIS,
+        "Frobenius series from the clamp, rigid tension (Wright et al. 1982)",
+        "to check foac at low speed: exact there, without a digit left at high speed",
+        rigid_tension=True,
+    ),
+    "chebyshev": Method(
+        *SERIES_WITHOUT_CORIOLIS,
+        "Chebyshev collocation of the differential equations (El-Gendi 1969; Greengard 1991)",
+        "to check auto by other equations; wasteful where layers are thin",
+    ),
 }
 
 CHOICES: dict[str, Collection[str]] = {

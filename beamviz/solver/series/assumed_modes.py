@@ -9,11 +9,9 @@ twelfth. An interior mass bends the beam more sharply than any basis function: c
 
 from collections.abc import Callable
 from functools import partial
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import legendre
 
 from beamviz.beam import Beam
 from beamviz.solver import eigen
@@ -25,6 +23,7 @@ from beamviz.solver.families import (
     centrifugal_softening,
     coupled_modes,
     merge,
+    quadrature,
 )
 from beamviz.solver.problem import Problem
 
@@ -41,7 +40,7 @@ class Basis(NamedTuple):
 
 def solve_assumed_modes(beam: Beam, problem: Problem, terms: int) -> Solved:
     """The modes on `terms` functions across the beam and as many along it."""
-    x, weights = quadrature(beam, terms)
+    x, weights = quadrature(beam, 2 * terms + 12)  # exact to rounding
     across, along = clamped_free(terms, x), fixed_free(terms, x)
     N = rigid_tension(beam, x)
     Kb = (across.curvature.T * weights) @ across.curvature
@@ -54,15 +53,6 @@ def solve_assumed_modes(beam: Beam, problem: Problem, terms: int) -> Solved:
     Fa = roots * np.vstack((along.value, fixed_free(terms, at_mass).value))
     solve = _gyroscopic if problem.gyroscopic and beam.gamma else _uncoupled
     return Solved(solve(beam, problem, Ka, Fa, Kb, Fb), dof=2 * terms)
-
-
-def quadrature(beam: Beam, terms: int) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss points and weights on both sides of the mass, exact to rounding."""
-    points, weights = legendre.leggauss(2 * terms + 12)
-    ends = sorted({0.0, beam.beta, 1.0})
-    x = [a + (b - a) * (points + 1) / 2 for a, b in pairwise(ends)]
-    w = [(b - a) / 2 * weights for a, b in pairwise(ends)]
-    return np.concatenate(x), np.concatenate(w)
 
 
 def clamped_free(terms: int, x: np.ndarray) -> Basis:

@@ -16,13 +16,12 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import legendre
 from scipy.interpolate import PPoly
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
 from beamviz.solver.constitutive import rigid_tension
-from beamviz.solver.families import Family, Shapes, Solved, centrifugal_softening, merge
+from beamviz.solver.families import Family, Shapes, Solved, centrifugal_softening, merge, quadrature
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import false_position
 
@@ -187,9 +186,6 @@ def _sines(beam: Beam, z: np.ndarray, scale: np.ndarray | float, x: np.ndarray) 
 
 def _unit_mass(beam: Beam, shapes: Shapes) -> np.ndarray:
     """The factors (modes,) that give shapes unit modal mass."""
-    points, weights = legendre.leggauss(QUADRATURE)
-    mass = beam.alpha * shapes(np.array([beam.beta]))[0] ** 2
-    for part in parts(beam):
-        x = part.start + part.length * (points + 1) / 2
-        mass = mass + part.length / 2 * weights @ shapes(x) ** 2
+    x, weights = quadrature(beam, QUADRATURE)
+    mass = weights @ shapes(x) ** 2 + beam.alpha * shapes(np.array([beam.beta]))[0] ** 2
     return 1 / np.sqrt(mass)
