@@ -52,7 +52,9 @@ def shadow(
     corner = fallen.min(axis=(0, 1)) - 4 * SHADOW_BLUR
     extent = fallen.max(axis=(0, 1)) + 4 * SHADOW_BLUR - corner
     size = float(extent.max()) / SHADOW_CELLS
-    cells = np.zeros((int(extent[1] / size) + 2, SHADOW_SAMPLES, int(extent[0] / size) + 2), np.uint64)
+    cells = np.zeros(
+        (int(extent[1] / size) + 2, SHADOW_SAMPLES, int(extent[0] / size) + 2), np.uint64
+    )
     rasterised(np.insert((fallen - corner) / size, 2, 1.0, axis=2), cells)
     covered = (cells > 0).mean(axis=1)
     rows, columns = (np.fft.fftfreq(n) for n in covered.shape)

@@ -5,6 +5,7 @@ import time
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -137,7 +138,7 @@ def _solve(
     beams: list[Beam], problem: Problem, start: float, extra_modes: int = 0
 ) -> list[Solution | BeamvizError]:
     """By the package of the method; those that `auto` does not need are imported when used."""
-    if problem.state != "straight" or any(beam.spin_up for beam in beams):
+    if problem.state != "straight" or any(map(attrgetter("spin_up"), beams)):
         from beamviz.solver.bent import solve_states
 
         return solve_states(_solve, beams, problem, start, extra_modes)
