@@ -3,6 +3,7 @@
 from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
+from typing import TypeGuard
 
 import numpy as np
 from scipy.optimize import brentq
@@ -23,19 +24,21 @@ def state_events(sweep: Sweep, values: np.ndarray, outcomes: list[Outcome]) -> l
     """The events of the states, in no order, of the outcomes at ascending values.
 
     "buckling": the straight state loses its stability; "limit point": the bent state that was
-    followed ends, and the branches continue about another one; "second state": the value from which
+    followed ends, the branches too or on to another one; "second state": the value from which
     on there is another stable bent state beside the one followed.
     """
     events: list[Event] = []
+    over = sweep.over
     for low, high in pairwise(range(len(values))):
         before, after = outcomes[low], outcomes[high]
-        if not (isinstance(before, Solution) and isinstance(after, Solution)):
-            continue
         ends = float(values[low]), float(values[high])
-        if before.equilibrium.shape != after.equilibrium.shape:
-            events += _buckling(sweep, *ends, before, after)
-        elif before.equilibrium.shape == "bent" and _may_jump(outcomes, low):
-            events += _limit_point(sweep.over, *ends, before, after)
+        if isinstance(before, Solution) and isinstance(after, Solution):
+            if before.equilibrium.shape != after.equilibrium.shape:
+                events += _buckling(sweep, *ends, before, after)
+            elif _is_bent(before) and _may_jump(outcomes, low):
+                events += _limit_point(over, *ends, before, after)
+        elif _is_bent(before) or _is_bent(after):
+            events += _limit_point(over, *ends, before, after)
     return events + _second_states(sweep, values, outcomes)
 
 
@@ -61,15 +64,14 @@ def _buckling(
     return [_event("buckling", before, after, float(at), 0.0)]
 
 
+def _is_bent(outcome: Outcome) -> TypeGuard[Solution]:
+    return isinstance(outcome, Solution) and outcome.equilibrium.shape == "bent"
+
+
 def _tips(outcomes: list[Outcome]) -> np.ndarray:
     """Tips (values, 2) of the states; nan without a bent one."""
     none = np.full(2, np.nan)
-    bent = [isinstance(one, Solution) and one.equilibrium.shape == "bent" for one in outcomes]
-    rows = (
-        one.equilibrium.tip if isinstance(one, Solution) and is_bent else none
-        for one, is_bent in zip(outcomes, bent, strict=True)
-    )
-    return np.array(list(rows))
+    return np.array([one.equilibrium.tip if _is_bent(one) else none for one in outcomes])
 
 
 def _may_jump(outcomes: list[Outcome], k: int) -> bool:
@@ -82,14 +84,19 @@ def _may_jump(outcomes: list[Outcome], k: int) -> bool:
 
 
 def _limit_point(
-    over: str, low: float, high: float, before: Solution, after: Solution
+    over: str, low: float, high: float, before: Outcome, after: Outcome
 ) -> list[Event]:
-    """The end of the state at one of two values on its way to the other."""
+    """The end of the bent state at one of two values on its way to the other."""
     for start, stop in ((before, high), (after, low)):
+        if not _is_bent(start):
+            continue
         with suppress(NotConverged):
             at = end_of_bent_state(start, over, stop)
             if at is not None and low <= at <= high:
-                return [_event("limit point", before, after, at, 0.0)]
+                first, last = (
+                    one if isinstance(one, Solution) else start for one in (before, after)
+                )
+                return [_event("limit point", first, last, at, 0.0)]
     return []
 
 

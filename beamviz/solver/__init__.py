@@ -2,7 +2,7 @@
 
 import difflib
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from operator import attrgetter
@@ -78,21 +78,21 @@ def solve_many(
     return _solve(beams, problem, start, extra_modes)
 
 
-def other_stable_states(solution: Solution) -> list[Solution]:
-    """The other stable bent states found of the same beam at a constant speed, mirror images
-    apart, by ascending energy, with their modes."""
+def other_stable_states(solution: Solution, near: Sequence[Solution] = ()) -> list[Solution]:
+    """The other stable bent states found of the beam of a solution, mirror images apart, with their
+    modes: by ascending energy, or in the order of the states of other beams that they are near."""
     from beamviz.solver.bent import other_states
 
-    return other_states(solution)
+    return other_states(solution, near)
 
 
 def end_of_bent_state(solution: Solution, over: str, stop: float) -> float | None:
     """The limit point of a bent state: the value of the number `over` of its beam, between the
     beam's own and `stop`, beyond which the state cannot be followed; None where it can all the way.
     """
-    from beamviz.solver.bent.paths import end_of_state
+    from beamviz.solver.bent import end_of_state
 
-    return end_of_state(solution.equilibrium.state, over, stop)  # type: ignore[attr-defined]
+    return end_of_state(solution, over, stop)
 
 
 def parse_options(*options: Any, **unknown: Any) -> Problem:

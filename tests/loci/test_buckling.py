@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from oracle.bent import bent_truth
 
 from beamviz import Beam, loci, solve
 from beamviz.solver import end_of_bent_state, other_stable_states
@@ -57,6 +58,37 @@ def test_a_limit_point_of_the_spin_up():
     assert squares[1] / squares[2] == pytest.approx(2, rel=0.02)
     tips = [solution.equilibrium.tip[1] for solution in found["B1"].solutions]
     assert [tip > 0 for tip in tips] == [value < event.at for value in found.values]
+
+
+SHORT = Beam(delta=-0.5, mu=10, gamma=4.45)  # it bears a bent state up to gamma = 4.508896
+
+
+@pytest.mark.parametrize(
+    ("over", "values"),
+    [
+        ("gamma", np.linspace(4.45, 4.6, 6)),
+        ("delta", np.linspace(-0.6, -0.45, 6)),
+        ("alpha", np.linspace(0, 0.02, 5)),
+    ],
+)
+def test_a_limit_point_of_the_bent_state(over, values):
+    """A short beam of logarithmic strain has no bent state beyond it: by the differential
+    equations, omega_1^4 falls linearly to zero there, to 1e-6."""
+    given = {"strain": "hencky", "curvature": "spatial", "coriolis": False, "modes": 2}
+    found = loci(SHORT, over, values, state="stable", **given)
+    (event,) = [event for event in found.events if event.kind == "limit point"]
+    inside = np.sign(getattr(SHORT, over) - event.at)
+    distances, squares = np.array([1e-5, 2e-5]), []
+    for distance in distances:
+        beam = SHORT.replace(**{over: event.at + inside * distance})
+        state = solve(beam, state="bent", **given).equilibrium
+        truth = bent_truth(
+            *(beam, *given.values()),
+            lambda x, s=state: (s.position(x), s.angle(x), s.stretch(x)),
+        )
+        squares.append(truth.omega[0].real ** 4)
+    zero = np.roots(np.polyfit(distances, squares, 1))
+    assert zero == pytest.approx(0, abs=1e-6)
 
 
 def test_the_command_line_names_the_event(run, tmp_path):

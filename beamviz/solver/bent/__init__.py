@@ -5,7 +5,7 @@ Imported when a bent state is asked for, or a beam has a spin-up: a straight bea
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -27,7 +27,13 @@ from beamviz.solver.bent.equilibrium import (
 )
 from beamviz.solver.bent.mesh_design import first_mesh, refined_mesh, tails
 from beamviz.solver.bent.modes import BentModes, bent_modes
-from beamviz.solver.bent.paths import follow_speed, spin_up_state, states_on_both_sides
+from beamviz.solver.bent.paths import (
+    end_on_mesh,
+    follow_speed,
+    spin_up_state,
+    state_at,
+    states_on_both_sides,
+)
 from beamviz.solver.bent.tangent import BentBeam, Tangent
 from beamviz.solver.hp import solve_hp
 from beamviz.solver.hp.mesh import Mesh
@@ -35,7 +41,8 @@ from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Equilibrium, Solution, Stats
 
 METHODS_THAT_BEND = ("auto", "ancf-planar")
-REFERENCE_TOLERANCE = 1e-8  # of the state that the paper's elements start from
+REFERENCE_TOLERANCE = 1e-8  # of states that elements start from, and beside limit points
+NEARER = 1e-4  # of the way to a limit point: distance from it of the second start
 REFINEMENTS, MAX_UNKNOWNS = 14, 1000
 TRUNCATION_FACTOR, ROUNDING_FACTOR = 4.0, 100.0  # of the two error estimates, see the tests
 Solver = Callable[[list[Beam], Problem, float, int], list[Solution | BeamvizError]]
@@ -132,7 +139,7 @@ def _solve_bent(
     more = replace(problem, modes=problem.modes + extra_modes)
     finer = replace(more, method="auto", elements=None, tolerance=REFERENCE_TOLERANCE)
     exact, state = solve_bent(beam, finer, start, near)
-    return solve_planar(beam, more, exact, start), state
+    return solve_planar(beam, more, exact, state, start), state
 
 
 def _check(beam: Beam, problem: Problem) -> None:
@@ -180,23 +187,46 @@ def solve_bent(
     )
 
 
-def other_states(solution: Solution) -> list[Solution]:
+def other_states(solution: Solution, near: Sequence[Solution]) -> list[Solution]:
     """The other stable bent states of the beam of a solution."""
-    beam, problem, equilibrium = solution.beam, solution.problem, solution.equilibrium
-    start, seen = time.perf_counter(), []
-    if isinstance(equilibrium, BentEquilibrium):
-        seen.append(equilibrium.state)
+    beam, problem = solution.beam, solution.problem
+    start, seen = time.perf_counter(), bent_states([solution])
     found = []
     bent = seen[0].beam if seen else BentBeam(first_mesh(beam, problem), beam, problem)
-    for guess in states_on_both_sides(bent) if beam.spin_up else stable_states(bent):
+    guesses: Iterable[State | None]
+    if near:
+        guesses = (_state_near(beam, problem, one) for one in bent_states(near))
+    else:
+        guesses = states_on_both_sides(bent) if beam.spin_up else stable_states(bent)
+    for guess in guesses:
         with suppress(NoEquilibrium, NotConverged):
-            if any(is_same(guess, one) for one in seen) or not is_resolved(guess):
+            if guess is None or any(is_same(guess, one) for one in seen) or not is_resolved(guess):
                 continue
-            other, state = solve_bent(beam, problem, start, guess)
+            other, state = _solve_bent(beam, problem, start, guess, 0)
             if not (is_straight(state) or any(is_same(state, one) for one in seen)):
                 seen.append(state)
                 found.append(other)
     return found
+
+
+def end_of_state(solution: Solution, over: str, stop: float) -> float | None:
+    """The limit point of a bent state, located twice: the second time from the state beside the
+    first place, on the mesh that resolves it."""
+    (state,) = bent_states([solution])
+    end = end_on_mesh(state, over, stop)
+    if end is not None:
+        own = getattr(solution.beam, over)
+        beside = state_at(state, over, end - NEARER * (end - own))
+        if beside:
+            problem = replace(state.beam.problem, modes=1, tolerance=REFERENCE_TOLERANCE)
+            _, nearer = solve_bent(beside.beam.beam, problem, time.perf_counter(), beside)
+            end = end_on_mesh(nearer, over, stop) or end
+    return end
+
+
+def bent_states(solutions: Iterable[Solution]) -> list[State]:
+    """The states that bent ones of some solutions are, or were computed from."""
+    return [one.equilibrium.state for one in solutions if one.equilibrium.shape == "bent"]  # type: ignore[attr-defined]
 
 
 def _first_state(beam: Beam, problem: Problem) -> State:

@@ -16,6 +16,7 @@ from scipy.sparse.linalg import LinearOperator, eigs, splu
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
+from beamviz.solver.bent.equilibrium import State
 from beamviz.solver.bent.modes import oscillating_or_growing, squared
 from beamviz.solver.continuation import newton
 from beamviz.solver.fem import element_count
@@ -35,6 +36,7 @@ class PlanarEquilibrium(Equilibrium):
 
     nodes: NDArray
     q: NDArray  # (N, 4) r1, r2, r1', r2' of each node
+    state: State  # by the default method, next to it
 
     def position(self, x: NDArray) -> NDArray:
         """Position (len(x), 2) of the points x, measured from the clamp."""
@@ -121,21 +123,23 @@ class PlanarProblem:
         return root.state.reshape(-1, 4), root.iterations
 
 
-def solve_planar(beam: Beam, problem: Problem, exact: Solution, start: float) -> Solution:
+def solve_planar(
+    beam: Beam, problem: Problem, exact: Solution, state: State, start: float
+) -> Solution:
     """The modes about the elements' state next to the exact one, a solution of method auto."""
     count = problem.modes
     elements = element_count(problem)
     planar = PlanarProblem(beam, problem, elements)
-    nodes, state = planar.model.nodes, exact.equilibrium
-    angle, f = state.angle(nodes), state.stretch(nodes)
+    nodes, near = planar.model.nodes, exact.equilibrium
+    angle, f = near.angle(nodes), near.stretch(nodes)
     slopes = f[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
-    q, iterations = planar.equilibrium(np.hstack((state.position(nodes), slopes)))
+    q, iterations = planar.equilibrium(np.hstack((near.position(nodes), slopes)))
     s, free = _modes(planar, q, problem.gyroscopic, count)
     V = np.zeros((q.size, count), free.dtype)
     V[planar.free] = free / np.sqrt(abs((free.conj() * (planar.M @ free)).sum(axis=0)))
     omega_squared = squared(s)
     stable = exact.equilibrium.stable and bool(omega_squared.min() > 0)
-    equilibrium = PlanarEquilibrium(stable, iterations, None, nodes, q)
+    equilibrium = PlanarEquilibrium(stable, iterations, None, nodes, q, state)
     fields = PlanarFields(equilibrium, V.reshape(len(nodes), 4, count))
     errors = abs(omega_squared - exact.omega_squared[:count]) + exact.omega_squared_errors[:count]
     return Solution(

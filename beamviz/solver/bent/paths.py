@@ -121,11 +121,21 @@ def _follow(bent: BentBeam, start: State) -> Path:
     )
 
 
-def end_of_state(start: State, over: str, stop: float) -> float | None:
+def end_on_mesh(start: State, over: str, stop: float) -> float | None:
     """The value of a beam's number `over`, between its own and `stop`, at which the stable states
-    that continue this one end; None where they reach `stop`. Raises NotConverged."""
+    that continue this one on its mesh end; None where they reach `stop`. Raises NotConverged."""
     own, limit = float(getattr(start.beam.beam, over)), _follow_number(start, over, stop).limit
     return None if limit is None else own + math.copysign(limit, stop - own)
+
+
+def state_at(start: State, over: str, value: float) -> State | None:
+    """The state that continues this one to another value of the beam's number `over`; None where it
+    ends before. Raises NotConverged."""
+    path = _follow_number(start, over, value)
+    if path.limit is not None:
+        return None
+    beam = BentBeam(start.beam.mesh, start.beam.beam.replace(**{over: value}), start.beam.problem)
+    return State(beam, path.state, beam.tangent(path.state), path.iterations)
 
 
 def _follow_number(start: State, over: str, stop: float) -> Path:
@@ -211,9 +221,9 @@ def states_on_both_sides(beam: BentBeam) -> list[State]:
     for rest, side in product(stable_states(still), (target, -target)):
         start = rest._replace(q=_on_the_side_of_the_force(rest, side))
         with suppress(NotConverged):
-            path = _follow_number(start, "spin_up", target)
-            if path.limit is None and not is_straight(rest):
-                found.append(State(beam, path.state, beam.tangent(path.state), path.iterations))
+            state = state_at(start, "spin_up", target)
+            if state and not is_straight(rest):
+                found.append(state)
     return found
 
 
