@@ -66,9 +66,7 @@ class Surroundings:
         self.drawn_for: tuple = ()  # the values they were last drawn for
         hub: Any = {"color": colours.HUB, "receive_shadow": False}
         self.post = api.add_cylinder(f"{root}/rotor/post", POST, 1.0, **hub)
-        self.drum = api.add_cylinder(
-            f"{root}/rotor/drum", 1.0, HUB_HEIGHT, radial_segments=160, **hub
-        )
+        self.drum = api.add_cylinder(f"{root}/rotor/drum", 1.0, HUB_HEIGHT, **hub)
         hoop = annulus(1.0)
         self.hoop = api.add_mesh_simple(
             f"{root}/rotor/hoop", hoop.vertices, hoop.faces, flat_shading=True, **hub
@@ -122,6 +120,7 @@ class Surroundings:
         self.post.position = (0.0, 0.0, ground / 2)
         self.drum.visible, self.hoop.visible = not inward, inward
         self.drum.radius = radius
+        self.drum.radial_segments = math.ceil(160 * min(math.sqrt(radius), 1))  # equally round
         if inward:
             self.hoop.vertices = annulus(radius).vertices
         size = 0.2 * HOOP if inward else min(BOLT_SIZE[0] * radius, 0.02)

@@ -22,7 +22,7 @@ from beamviz.signals import defer_signals
 
 PALETTE_SAMPLE = 6  # frames that the palette of a GIF is chosen from
 COMMON_COLOURS = 96  # of the 256 of a GIF, chosen by area
-COARSE = 0xF8  # mask of a colour channel: smaller differences count as the same colour
+COARSE = 3  # bits of a colour channel that do not count as another colour
 
 
 class Frames:
@@ -87,9 +87,11 @@ def write_with_pillow(file: Path, frames: Frames, fps: float) -> None:
 def gif_palette(picture: np.ndarray) -> Image.Image:
     """256 colours for a picture (h, w, 3): the background exactly, some by the area they cover, the
     others by the distinct colours, or the ground would leave none for the beam."""
-    distinct = np.unique(picture.reshape(-1, 3) & COARSE, axis=0)[None]
-    colours, counts = np.unique(picture.reshape(-1, 3), axis=0, return_counts=True)
-    entries: list[int] = colours[counts.argmax()].tolist()
+    coarse = (picture >> COARSE).astype(int) @ [1 << 16, 1 << 8, 1]
+    codes, counts = np.unique(coarse, return_counts=True)
+    distinct = (codes[:, None] >> [16, 8, 0] << COARSE).astype(np.uint8)[None]
+    commonest = picture[coarse == codes[counts.argmax()]]
+    entries: list[int] = np.median(commonest, axis=0).astype(int).tolist()
     for pixels, count in ((picture, COMMON_COLOURS), (distinct, 255 - COMMON_COLOURS)):
         reduced = Image.fromarray(pixels).quantize(count, dither=Image.Dither.NONE)
         entries += (reduced.getpalette() or [])[: 3 * count]

@@ -28,6 +28,7 @@ from beamviz.server import run_server
 from beamviz.solver import Solution
 
 HEAD = "font-weight:500;vertical-align:bottom"
+POINTS = 72  # an inch, as SVG pictures have them
 MARKED = "background:rgba(204,60,140,.14)"
 TIME = "T* = √(ρ A L⁴ / E I), the time unit of the beam"
 
@@ -142,8 +143,11 @@ def chart(scene: Scene) -> str:
         figure = draw_chart(found, marker=getattr(scene.beam, scene.over))
         figure.savefig(text, format="svg", metadata={"Date": None})
     svg = text.getvalue()[text.getvalue().index("<svg") :]
-    enlarge = "this.classList.toggle('large')"
-    return f'<figure title="click to enlarge" onclick="{enlarge}">{svg}</figure>'
+    axes, enlarge = figure.axes[0], "this.classList.toggle('large')"
+    low, high = axes.get_xlim()
+    step = POINTS * figure.get_figwidth() * axes.get_position().width / (high - low)
+    moved = f' data-step="{step}"' if scene.over == "gamma" else ""  # of the line at the scene
+    return f'<figure title="click to enlarge" onclick="{enlarge}"{moved}>{svg}</figure>'
 
 
 CONTROLS = (

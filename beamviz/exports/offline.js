@@ -10,6 +10,7 @@ beam_mesh.segments and modes.displacement of the package on the data of speeds.p
   for (const beam of data.beams)
     for (const key of ["axes", "strains", "modes", "vertices"]) beam[key] = floats(beam[key]);
   const slider = document.getElementById("speed"), shown = document.getElementById("speed-shown");
+  const chart = document.querySelector("aside figure");
   const button = document.getElementById("play"), cells = new Map();
   let playing = !matchMedia("(prefers-reduced-motion: reduce)").matches;
   let before = 0, angle = 0, phases = {}, position = { k: 0, t: 0 };
@@ -166,6 +167,8 @@ beam_mesh.segments and modes.displacement of the package on the data of speeds.p
     position = locate(Math.abs(wanted - data.start) < near ? data.start : wanted);
     const speed = between(data.speeds, position), moved = Math.abs(speed - data.start) > 1e-9;
     const number = Number((data.speed.factor * speed).toPrecision(4));
+    const step = chart?.dataset.step * data.speed.factor;
+    if (step) chart.querySelector("#marker").setAttribute("transform", `translate(${step * (speed - data.start)})`);
     shown.textContent = data.speed.unit ? `${number} ${data.speed.unit}` : `γ = ${number}`;
     for (const [label, { cell, error, texts }] of cells) {
       const value = moved ? frequency(label, position) : null;

@@ -71,7 +71,7 @@ def draw_chart(
         axes = figure.add_axes((LEFT, BOTTOM, RIGHT - LEFT, TOP - BOTTOM))
         chart = draw_on(axes, loci, resonances, per_rev)
         if marker is not None:
-            axes.axvline(chart.x(marker), color="0.5", lw=0.8, zorder=0)
+            axes.axvline(chart.x(marker), color="0.5", lw=0.8, zorder=0, gid="marker")
         _head(figure, loci, resonances, per_rev)
     return figure
 

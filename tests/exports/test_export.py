@@ -19,6 +19,7 @@ from beamviz.drawing.modes import displacement
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports import STATIONS, WRITERS, export
 from beamviz.exports.solved_scene import LOOP_SECONDS, SolvedScene, find_loop
+from beamviz.frequency_loci.sweep import chart_range
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
@@ -219,6 +220,11 @@ def test_a_page_plays_from_the_disk_without_a_network(document):
         told = "document.querySelector('aside').innerText"
         expected = f"{solve(PAPER.replace(gamma=19)).frequencies[0]:.3f}"
         shown.wait(f"{told}.includes({expected[:-1]!r}) && {place} !== {there!r}")
+        left = "document.getElementById('marker').getBoundingClientRect().left"
+        frame = "document.getElementById('patch_2').getBoundingClientRect()"
+        share = shown.evaluate(f"({left} - {frame}.left) / {frame}.width")
+        low, high = chart_range(PAPER, "gamma")
+        assert share == pytest.approx((19 - low) / (high - low), abs=0.02)
         assert shown.problems == []
 
 

@@ -3,6 +3,7 @@
 import contextlib
 import math
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -196,10 +197,10 @@ def test_a_film_that_is_interrupted_leaves_nothing(tmp_path, kind):
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="a terminal of its own")
 def test_progress_is_shown_where_somebody_watches(tmp_path):
-    """On a terminal a bar counts the frames up to all of them."""
+    """On a terminal a bar counts the frames up to all of them, with the time left."""
     screen, terminal = os.openpty()
     command = [sys.executable, "-m", "beamviz", "animate", str(tmp_path / "film.gif")]
-    small = ["--width", "64", "--height", "64", "--fps", "5", "--periods", "1"]
+    small = ["--width", "64", "--height", "64", "--fps", "25", "--periods", "1"]
     process = subprocess.Popen([*command, *small], stderr=terminal)
     os.close(terminal)
     seen = b""
@@ -210,3 +211,4 @@ def test_progress_is_shown_where_somebody_watches(tmp_path):
     assert process.returncode == 0
     assert b"frames" in seen
     assert b"100%" in seen
+    assert re.search(rb"  \d\d:\d\d:\d\d", seen)
