@@ -165,14 +165,18 @@ class Cancelled(BeamvizError):
     """The visitor does not wait for the result any more."""
 
 
-current = threading.local()  # the job that a thread computes, and the number of the run
+current = threading.local()  # the job that a thread computes, its request and number of the run
 
 
-def check_cancelled() -> None:
-    """Raise Cancelled in a computation of many parts that a visitor has cancelled."""
-    job, number = getattr(current, "run", (None, 0))
-    if job and (job.number != number or job.closed):
+def check_cancelled(done: float = 0.0) -> None:
+    """Note how much of a computation of many parts is done; raise Cancelled where a visitor has
+    cancelled it, or waits for another one already and for long."""
+    job, request, number = getattr(current, "run", (None, None, 0))
+    if job is None:
+        return
+    if job.number != number or job.closed or (job.slow and job.latest is not request):
         raise Cancelled
+    job.done = done
 
 
 @dataclass(frozen=True)
@@ -195,8 +199,9 @@ class Job(Generic[Q, R]):
 
     name: what is computed; compute: the result of a request, called on a worker thread; ready:
     called after each answer. answer: the last one, None before the first; latest: the last request;
-    busy: whether a request is being computed, started: since when [s]; number: of the run whose
-    result is wanted; following: answers are taken over from another visitor, nothing is computed.
+    busy: whether a request is being computed, started: since when [s], done: the share that is done
+    where that is known; number: of the run whose result is wanted; following: answers are taken
+    over from another visitor, nothing is computed.
     """
 
     kind: ClassVar[type[Answer]] = Answer
@@ -213,7 +218,7 @@ class Job(Generic[Q, R]):
         self.latest: Q | None = None
         self.answer: Answer[Q, R] | None = None
         self.busy = self.closed = self.following = False
-        self.started, self.number = 0.0, 0
+        self.started, self.done, self.number = 0.0, 0.0, 0
 
     @property
     def result(self) -> R | None:
@@ -231,7 +236,7 @@ class Job(Generic[Q, R]):
 
     def start(self) -> None:
         """Have the latest request computed."""
-        self.busy, self.started = True, time.monotonic()
+        self.busy, self.started, self.done = True, time.monotonic(), 0.0
         self.submit(partial(self.run, self.number))
 
     @property
@@ -270,13 +275,15 @@ class Job(Generic[Q, R]):
         request = self.latest
         if self.closed or request is None or number != self.number:
             return
-        current.run = self, number
+        current.run = self, request, number
         answer = self.answered(request)
         with self.lock:
             if number != self.number:
                 return
-            self.answer = answer
-            self.busy = self.latest is not request and not self.closed
+            replaced = self.latest is not request
+            if not (replaced and isinstance(answer.error, Cancelled)):
+                self.answer = answer
+            self.busy = replaced and not self.closed
             if self.busy:
                 self.start()
         self.ready()

@@ -29,6 +29,7 @@ from beamviz.explorer.features.files import Downloads, SceneFiles
 from beamviz.explorer.features.lessons import Lessons
 from beamviz.explorer.features.links import Links
 from beamviz.explorer.features.loci_tab import LociTab
+from beamviz.explorer.features.map import MapTab
 from beamviz.explorer.features.method_timing import MethodTimingTab
 from beamviz.explorer.features.real_beam import RealBeamPanel
 from beamviz.explorer.features.run_up import RunUpPlayback, RunUpTab
@@ -226,7 +227,7 @@ class Session:
         self.presenter = PresenterMode(self.presentation, leader) if leader else None
         MassDrag(visitor, self.view.scene)
         self.features: list[Feature] = [
-            loci, veering, comparison, run_up, timing, self.lessons
+            loci, MapTab(visitor), veering, comparison, run_up, timing, self.lessons
         ]  # fmt: skip
         visitor.on("preferences", self.take_preferences)
         self.choose_theme(scene.view.dark)

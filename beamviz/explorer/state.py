@@ -21,6 +21,7 @@ CHOICES = {name: tuple(choices) for name, choices in SOLVER_CHOICES.items()}
 NO_COMPARISON, EARLIER = "nothing", "how it was before"
 SWITCHES = ("stacked", "time_methods", "following")
 LASTING = ("playing", "dark")  # of the view: they stay as they are when an edit is undone
+MAPPED = ("gap", "1", "2", "3", "4", "5")  # what a map shows: the smallest gap, or that mode
 STEPS = 200  # that can be undone
 PAUSE = 1.0  # [s] after which another edit of the same values is another step
 VIEW_KEYS = tuple(entry.name for entry in fields(ViewOptions))
@@ -72,8 +73,9 @@ class State:
     """All that a visitor has chosen.
 
     scene: the one that was loaded last; home: the one that a reset returns to; camera: a given
-    viewpoint, None to fit the beam into the page; over: the number along the loci chart; per_rev:
-    the multiples of the speed in it; comparison, kept: with what the beam is compared, and the case
+    viewpoint, None to fit the beam into the page; over: the number along the loci chart and
+    the map; across: the other one of the map; mapped: what that shows; per_rev: the multiples of
+    the speed in the chart; comparison, kept: with what the beam is compared, and the case
     that was kept for it; stacked: the two in scenes one above the other; force_per_rev, damping:
     periods of the force in a revolution and damping ratio of the run-up; forced_response: the scene
     shows the response to that force; run_speed: the speed shown in place of the beam's own during a
@@ -88,6 +90,8 @@ class State:
     view: ViewOptions = field(default_factory=ViewOptions)
     camera: Camera | None = None
     over: str = "gamma"
+    across: str = "alpha"
+    mapped: str = "gap"
     per_rev: tuple[int, ...] = ()
     comparison: str = NO_COMPARISON
     kept: Case | None = None
@@ -154,9 +158,19 @@ class State:
             with contextlib.suppress(InvalidInput):
                 return replace(self, per_rev=check_per_rev(value))
             return self
-        if name == "over":
-            return replace(self, over=value) if value in tuple(PARAMETERS) else self
+        if name in ("over", "across"):
+            return self.with_axis(name, value) if value in tuple(PARAMETERS) else self
+        if name == "mapped":
+            return replace(self, mapped=value) if value in MAPPED else self
         return replace(self, case=self.case.changed(name, value), camera=camera)
+
+    def with_axis(self, name: str, value: str) -> Self:
+        """With another number along an axis of the map; if it was along the other one, they are
+        exchanged."""
+        over, across = (value, self.across) if name == "over" else (self.over, value)
+        if over == across:
+            over, across = self.across, self.over
+        return replace(self, over=over, across=across)
 
     def share(self, mode: int, value: Any) -> Self:
         """With another share of one mode (from 0)."""

@@ -9,13 +9,13 @@ from matplotlib import patheffects, rc_context
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.patches import Patch
-from scipy import ndimage
 
-from beamviz.beam import NUMBERS, Units, check_int
+from beamviz.beam import NUMBERS, Units
 from beamviz.errors import InvalidInput
 from beamviz.plotting import INK, STYLE, new_figure, save_figure
 from beamviz.sweeps.plan import find_place
-from beamviz.sweeps.store import FAMILIES, STATUSES
+from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
+from beamviz.sweeps.store import STATUSES
 
 if TYPE_CHECKING:
     import xarray
@@ -27,7 +27,6 @@ EMPTY = {  # by status: colour and hatch of beams without a number
     "no equilibrium": ("#C8C8C8", "////"),
     "not converged": ("#A0A0A0", "xxxx"),
 }
-NAMED = 0.03  # of the map: the least part in which families are named
 DECADES = 1e-4  # of the largest gap: colours end there
 HALO = [patheffects.withStroke(linewidth=2.5, foreground="white")]
 
@@ -67,16 +66,9 @@ def draw_map(
         raise InvalidInput(f"over {', '.join(over)}: must be two axes of the sweep")
     place = find_place(axes, over, at or {})
     part = dataset.isel(place).transpose(over[1], over[0], "mode")
-    count = part.sizes["mode"]
-    if mode is not None:
-        check_int("mode", mode, 1, count)
-        values = part["frequency"].isel(mode=mode - 1).values
-        kinds = part["family"].isel(mode=mode - 1).values.astype(int)
-        names = dict(enumerate(FAMILIES))
-        what = f"frequency of mode {mode}"
-    else:
-        values, kinds, names = smallest_gap(part)
-        what = "smallest gap between frequencies"
+    frequency, family = part["frequency"].values, part["family"].values
+    shown = frequency_of(mode, frequency, family) if mode else smallest_gap(frequency, family)
+    what, values = shown.name, shown.values
     status = part["status"].values
     if not np.isfinite(values).any():
         met = ", ".join(STATUSES[code] for code in np.unique(status))
@@ -90,34 +82,12 @@ def draw_map(
     values = units.hertz(values) if units else values
     draw_empty(ax, x, y, np.where(np.isfinite(values), -1, status))
     draw_values(ax, x, y, values, gap, f"{what} [{'Hz' if units else '1/T*'}]")
-    kinds = np.where(np.isfinite(values), kinds, -1)
-    name_parts(ax, x, y, kinds, names)
+    name_regions(ax, x, y, shown)
     held = {**dataset.attrs, **{name: axes[name][k] for name, k in place.items()}}
     ax.set_title(title(what, over, held), loc="left", fontsize=8)
     ax.set(xlabel=axis_label(units, over[0]), ylabel=axis_label(units, over[1]))
     ax.set(xlim=x[[0, -1]], ylim=y[[0, -1]])
     return ax
-
-
-def smallest_gap(part: "xarray.Dataset") -> tuple[np.ndarray, np.ndarray, dict[int, str]]:
-    """Smallest gaps (rows, columns), between which modes and families as a code, and its names."""
-    frequency, family = part["frequency"].values, part["family"].values.astype(int)
-    if frequency.shape[-1] < 2:
-        raise InvalidInput("the sweep has one mode: a gap needs two, as with modes=5")
-    gaps = np.diff(frequency, axis=-1)
-    gaps[~np.isfinite(gaps)] = np.inf
-    lower = gaps.argmin(axis=-1)[..., None]
-    smallest = np.take_along_axis(gaps, lower, -1)[..., 0]
-    pair = (np.take_along_axis(family, lower + side, -1)[..., 0] for side in (0, 1))
-    first, second = np.sort(np.stack(list(pair)), axis=0)
-    base = len(FAMILIES)
-    codes = (lower[..., 0] * base + first) * base + second
-    names = {}
-    for code in np.unique(codes[np.isfinite(smallest)]).tolist():
-        k, a, b = code // base**2, FAMILIES[code // base % base], FAMILIES[code % base]
-        both = f"both\n{a}" if a == b else f"{a},\n{b}"
-        names[code] = f"modes {k + 1}, {k + 2}:\n{both}"
-    return np.where(np.isfinite(smallest), smallest, np.nan), codes, names
 
 
 def draw_empty(ax: Axes, x: np.ndarray, y: np.ndarray, status: np.ndarray) -> None:
@@ -161,32 +131,13 @@ def draw_values(
         ax.contour(x, y, known, levels=ticks, colors="white", linewidths=0.5)
 
 
-def name_parts(
-    ax: Axes, x: np.ndarray, y: np.ndarray, kinds: np.ndarray, names: Mapping[int, str]
-) -> None:
-    """Lines between parts of different kinds (>= 0), and their names in the larger of them."""
-    shares = tuple(1 / n for n in kinds.shape)
-    for kind in np.unique(kinds[kinds >= 0]).tolist():
-        own = kinds == kind
-        if (~own & (kinds >= 0)).any():
-            ax.contour(x, y, own, levels=[0.5], colors=INK, linewidths=0.9)
-        parts, count = ndimage.label(own)
-        for number in range(1, count + 1):
-            part = parts == number
-            if part.mean() < NAMED:
-                continue
-            inside = ndimage.distance_transform_edt(np.pad(part, 1), sampling=shares)[1:-1, 1:-1]
-            row, column = np.unravel_index(inside.argmax(), inside.shape)
-            ax.text(
-                float(x[column]),
-                float(y[row]),
-                names[kind],
-                ha="center",
-                va="center",
-                color=INK,
-                fontsize=7.5,
-                path_effects=HALO,
-            )
+def name_regions(ax: Axes, x: np.ndarray, y: np.ndarray, shown: Quantity) -> None:
+    """Lines between regions of different kinds, and their names in the larger of them."""
+    for border in shown.borders:
+        ax.contour(x, y, border, levels=[0.5], colors=INK, linewidths=0.9)
+    style: Any = {"ha": "center", "va": "center", "color": INK, "fontsize": 7.5}
+    for name, row, column in shown.regions:
+        ax.text(float(x[column]), float(y[row]), name, path_effects=HALO, **style)
 
 
 def units_of(dataset: "xarray.Dataset") -> Units | None:

@@ -1,7 +1,7 @@
 """The work of a task: every beam of a chunk, line by line."""
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from beamviz.sweeps.plan import Plan, Task
 from beamviz.sweeps.store import ARRAYS, FAMILIES, STATUSES, stored_plan, write_chunk
 
 SOLVED, UNSTABLE, NO_EQUILIBRIUM, NOT_CONVERGED = range(1, len(STATUSES))
-Row = dict[str, np.ndarray]  # the arrays of one line, (beams, ...)
+Row = dict[str, np.ndarray]  # the arrays of some beams, of a line (beams, ...)
 
 
 def solve_and_write(path: Path, task: Task) -> list[int]:
@@ -26,13 +26,29 @@ def solve_and_write(path: Path, task: Task) -> list[int]:
     return np.bincount(arrays["status"].ravel(), minlength=len(STATUSES)).tolist()
 
 
+def solve_in_memory(plan: Plan, report: Callable[[float], None]) -> Row:
+    """The arrays of a small sweep, without a store. report: called with the share that is done,
+    before each chunk; what it raises ends the sweep."""
+    arrays = empty_arrays(plan, plan.shape)
+    for k, task in enumerate(plan.tasks):
+        report(k / len(plan.tasks))
+        for name, part in solve_chunk(plan, task).items():
+            arrays[name][plan.region(task)] = part
+    return arrays
+
+
+def empty_arrays(plan: Plan, shape: tuple[int, ...]) -> Row:
+    """Arrays of as many beams, without results."""
+    return {
+        name: np.full(shape + (plan.problem.modes,) * len(extra), empty, kind)
+        for name, (kind, extra, empty, _) in ARRAYS.items()
+    }
+
+
 def solve_chunk(plan: Plan, task: Task) -> dict[str, np.ndarray]:
     """The arrays of a chunk."""
     parts = plan.region(task)
-    shape = tuple(part.stop - part.start for part in parts)
-    arrays = {}
-    for name, (kind, extra, empty, _) in ARRAYS.items():
-        arrays[name] = np.full(shape + (plan.problem.modes,) * len(extra), empty, kind)
+    arrays = empty_arrays(plan, tuple(part.stop - part.start for part in parts))
     values = {n: a[part].tolist() for (n, a), part in zip(plan.axes.items(), parts, strict=True)}
     over = list(plan.axes)[plan.line]
     along = values.pop(over)

@@ -18,7 +18,8 @@ MAX_VALUES = 1_000_000  # of an axis
 ROUNDING = 1e-9  # relative, of a value of an axis that is named again
 # Beams of a chunk: about a second of work, so that a cluster's scheduler keeps up, and few enough
 # files. A small sweep has about TASKS of them, for all processes to have some.
-FAST, COUPLED, SLOW, LEAST = 16384, 4096, 256, 1024
+FAST, COUPLED, SLOW = 16384, 4096, 256
+LEAST, LEAST_SLOW = 1024, 16
 TASKS = 32
 
 Task = tuple[int, ...]  # a chunk, by its position along each axis
@@ -60,8 +61,10 @@ class Plan:
         They follow from the arguments alone: what is solved together, hence every digit, must not
         depend on the machine.
         """
-        quick = COUPLED if self.problem.gyroscopic else FAST
-        left = min(quick if self.smooth else SLOW, max(math.prod(self.shape) // TASKS, LEAST))
+        most, least = COUPLED if self.problem.gyroscopic else FAST, LEAST
+        if not self.smooth:
+            most, least = SLOW, LEAST_SLOW
+        left = min(most, max(math.prod(self.shape) // TASKS, least))
         chunk = [1] * len(self.shape)
         names = list(self.axes)  # beams with their mass at one place share their meshes
         others = sorted(range(len(names)), key=lambda axis: (names[axis] == "beta", -axis))

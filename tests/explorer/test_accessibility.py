@@ -16,7 +16,7 @@ pytestmark = pytest.mark.browser
 AXE = files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8") + ";1"
 SIZES = [(1920, 1080), (1440, 900), (1024, 768), (820, 1180), (390, 844)]
 PHONE, DESK = SIZES[-1], SIZES[1]
-TABS = ["frequencies", "veering", "compare", "run-up", "methods", "lessons", "export"]
+TABS = ["frequencies", "map", "veering", "compare", "run-up", "methods", "lessons", "export"]
 RUN_AXE = """axe.run({resultTypes: ['violations']}).then(found =>
   found.violations.filter(v => ['serious', 'critical'].includes(v.impact)).map(v =>
     `${v.id}: ${v.nodes.map(n => n.html.slice(0, 99) + ' ' + n.failureSummary).join(' | ')}`))"""

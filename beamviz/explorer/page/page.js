@@ -115,7 +115,8 @@ const beamviz = (() => {
 
   function draw(id, data) {
     drawn[id] = { ...drawn[id], ...data };
-    if (byId(id)) beamvizChart.draw(byId(id), drawn[id]);
+    const kind = "values" in drawn[id] ? beamvizMap : beamvizChart;
+    if (byId(id)) kind.draw(byId(id), drawn[id]);
   }
 
   // Content is compared with what is there, so that focus, scrolling and drags survive.
@@ -312,5 +313,5 @@ const beamviz = (() => {
   }
 
   start();
-  return { apply, send, sendOften, openTab, values };
+  return { apply, send, sendOften, openTab, values, drawn };
 })();

@@ -19,7 +19,7 @@ from beamviz.server.viser_private import control_id, run_script, stop_sync
 
 ROOT = '<div id="root"></div>'  # of viser's page
 STYLES = ("page.css", "chart.css")
-SCRIPTS = ("page.js", "captions.js", "figure.js", "chart.js")
+SCRIPTS = ("page.js", "captions.js", "figure.js", "chart.js", "map.js")
 FIRST_TAB = "tab-frequencies"
 MERGED = ("props", "charts")  # parts whose entries have entries
 MAX_DIGITS = 15  # of a whole number; one with more becomes a float

@@ -148,7 +148,10 @@ def work_text(jobs: Sequence[Job]) -> str:
     slow, cancelled = ([one for one in jobs if getattr(one, key)] for key in ("slow", "cancelled"))
     if slow:
         seconds = int(time.monotonic() - min(job.started for job in slow))
-        state = f'computing: {names_of(slow)} <span aria-hidden="true">… {seconds} s</span>'
+        percent = "".join(f" {100 * job.done:.0f} %" for job in slow[:1] if job.done)
+        state = (
+            f'computing: {names_of(slow)} <span aria-hidden="true">…{percent} {seconds} s</span>'
+        )
         return state + button("Cancel", data_do="cancel_jobs")
     if cancelled:
         return f"cancelled: {names_of(cancelled)}" + button("Compute again", data_do="retry_jobs")

@@ -1,0 +1,219 @@
+/* Maps of the page: a quantity in colours over two numbers (axes by figure.js). Data, in the units of
+   the page; keys that are not given stay:
+
+  name     accessible name
+  x, y     {label, symbol, unit, range: [from, to]}
+  columns  number of columns of
+  values   [number or null], row by row from the bottom
+  colours  [[red, green, blue] ...] from the smallest to the largest of
+  range    [from, to]
+  value    {symbol, unit} of the values
+  borders  [[[x ...], [y ...]] ...]: lines between regions
+  regions  [{x, y, text}]: their names, as far as there is room
+  beam     [x, y]: the beam shown; it is moved by a press on the map, by dragging and by keys      */
+(() => {
+  "use strict";
+  const { Figure, LEFT, TOP, clamp, fixed, neat, px, withUnit } = beamvizFigure;
+  const CLICK = 6; // [px] a touch that moves less is a tap
+  const HOLD = 600; // [ms] that a place set here is shown, whatever the server says
+  const maps = new WeakMap();
+
+  function make(parent, tag, attributes = {}) {
+    const made = parent.appendChild(document.createElement(tag));
+    for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+    return made;
+  }
+
+  class MapFigure extends Figure {
+    constructor(host) {
+      super();
+      this.host = host;
+      this.data = {};
+      this.lines = [];
+      this.own = null; // {place, until}: a place set here
+      this.plot = make(host, "div", { class: "plot map" });
+      this.field = make(this.plot, "div", { class: "field-of-map" });
+      this.canvas = make(this.field, "canvas", { "aria-hidden": true });
+      this.plot.insertAdjacentHTML("beforeend", '<svg role="img" aria-label="map"></svg>');
+      this.svg = this.plot.lastChild;
+      this.ring = make(this.plot, "div", { class: "place", role: "slider", tabindex: 0 });
+      this.readout = make(this.plot, "div", { class: "readout", "aria-hidden": true, hidden: "" });
+      for (const [kind, act] of Object.entries({
+        pointerdown: this.press, pointermove: this.move, pointerup: this.release,
+        pointercancel: () => (this.pressed = null), pointerleave: () => (this.readout.hidden = true),
+      })) this.plot.addEventListener(kind, act.bind(this));
+      this.ring.addEventListener("keydown", (event) => this.key(event));
+      new ResizeObserver(() => this.render()).observe(this.plot);
+    }
+
+    get value() { return NaN; } // no tick is covered
+
+    get place() {
+      if (this.own && !this.pressed && performance.now() > this.own.until) this.own = null;
+      return this.own?.place ?? this.data.beam ?? [NaN, NaN];
+    }
+
+    set(data) {
+      this.data = { ...this.data, ...data };
+      if (data.values) this.paint();
+      this.render();
+    }
+
+    /* One pixel for each value; the browser enlarges and smooths them. */
+    paint() {
+      const { columns, values, colours, range: [low, high] } = this.data;
+      const rows = values.length / columns, last = colours.length - 1;
+      Object.assign(this.canvas, { width: columns, height: rows });
+      const context = this.canvas.getContext("2d"), image = context.createImageData(columns, rows);
+      values.forEach((value, k) => {
+        if (value === null) return; // transparent
+        const share = clamp((value - low) / (high - low || 1), 0, 1) * last;
+        const before = Math.min(Math.floor(share), last - 1), part = share - before;
+        const at = 4 * ((rows - 1 - Math.floor(k / columns)) * columns + (k % columns));
+        for (let c = 0; c < 3; c++)
+          image.data[at + c] = (1 - part) * colours[before][c] + part * colours[before + 1][c];
+        image.data[at + 3] = 255;
+      });
+      context.putImageData(image, 0, 0);
+    }
+
+    render() {
+      if (!this.drawFigure()) return;
+      const { columns, values } = this.data, rows = values.length / columns;
+      const width = this.right - LEFT, height = this.bottom - TOP;
+      const across = width / (columns - 1), up = height / (rows - 1); // of a beam, in its middle
+      Object.assign(this.field.style, { left: `${LEFT}px`, top: `${TOP}px`, width: `${width}px`, height: `${height}px` });
+      Object.assign(this.canvas.style, {
+        left: `${-across / 2}px`, top: `${-up / 2}px`, width: `${width + across}px`, height: `${height + up}px`,
+      });
+      this.drawRing();
+    }
+
+    /* Borders of regions. */
+    paths() {
+      const lines = this.data.borders.map(([xs, ys]) =>
+        `M${xs.map((x, k) => `${px(this.px(x))} ${px(this.py(ys[k]))}`).join("L")}`);
+      return `<path class="border" d="${lines.join("")}"/>`;
+    }
+
+    labels() {
+      const placed = [];
+      for (const { x, y, text } of this.data.regions) {
+        const half = 4 * text.length, at = this.py(y);
+        const left = clamp(this.px(x), LEFT + half, this.right - half);
+        const free = placed.every((one) => Math.abs(one.at - at) > 18 || Math.abs(one.left - left) > one.half + half);
+        if (free) placed.push({ left, at, half, text });
+      }
+      return placed.map(({ left, at, text }) => this.text("region", left, at + 5, text)).join("");
+    }
+
+    drawRing() {
+      const [x, y] = this.place, { x: along, y: up } = this.data;
+      const inside = [[x, along], [y, up]].every(([v, axis]) => v >= axis.range[0] && v <= axis.range[1]);
+      this.ring.hidden = !inside;
+      if (!inside) return;
+      const text = this.words(x, y);
+      this.ring.style.translate = `${px(this.px(x))}px ${px(this.py(y))}px`;
+      for (const [name, value] of Object.entries({
+        "aria-label": "This beam in the map", "aria-valuemin": along.range[0],
+        "aria-valuemax": along.range[1], "aria-valuenow": Number(x.toPrecision(6)), "aria-valuetext": text,
+      })) this.ring.setAttribute(name, value);
+    }
+
+    // Places
+
+    get steps() {
+      const size = [this.right - LEFT, this.bottom - TOP];
+      return [this.data.x, this.data.y].map(({ range }, k) => neat((range[1] - range[0]) / Math.max(size[k], 100)));
+    }
+
+    words(x, y) {
+      const [first, second] = this.steps;
+      return `${withUnit(this.data.x, fixed(x, first))}, ${withUnit(this.data.y, fixed(y, second))}`;
+    }
+
+    at(event) {
+      const { left, top } = this.plot.getBoundingClientRect();
+      return [event.clientX - left, event.clientY - top];
+    }
+
+    inside([x, y]) { return x >= LEFT && x <= this.right && y >= TOP && y <= this.bottom; }
+
+    choose(pixels) {
+      const x = this.px.invert(clamp(pixels[0], LEFT, this.right));
+      const y = this.py.invert(clamp(pixels[1], TOP, this.bottom));
+      this.take([x, y]);
+    }
+
+    /* Show a place at once, and send it. */
+    take(place) {
+      const axes = [this.data.x, this.data.y];
+      place = place.map((value, k) => {
+        const step = this.steps[k];
+        return Number(clamp(Math.round(value / step) * step, ...axes[k].range).toPrecision(9));
+      });
+      this.own = { place, until: performance.now() + HOLD };
+      setTimeout(() => this.drawRing(), HOLD + 10);
+      this.drawRing();
+      beamviz.sendOften("move_beam", place.join(" "));
+    }
+
+    press(event) {
+      const pixels = this.at(event);
+      if (event.button !== 0 || !this.px || !this.inside(pixels)) return;
+      this.pressed = pixels;
+      if (event.pointerType !== "mouse") return; // it may be the start of a scroll
+      event.preventDefault();
+      this.plot.setPointerCapture(event.pointerId);
+      this.choose(pixels);
+      this.ring.focus({ preventScroll: true });
+    }
+
+    move(event) {
+      const pixels = this.at(event);
+      if (this.pressed && event.pointerType === "mouse") this.choose(pixels);
+      this.read(pixels);
+    }
+
+    release(event) {
+      const pixels = this.at(event), before = this.pressed;
+      this.pressed = null;
+      if (before && event.pointerType !== "mouse" && Math.hypot(pixels[0] - before[0], pixels[1] - before[1]) < CLICK)
+        this.choose(pixels);
+    }
+
+    key(event) {
+      const far = event.shiftKey ? 10 : 1;
+      const move = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+      if (!move || event.ctrlKey || event.metaKey || event.altKey) return;
+      event.preventDefault();
+      event.stopPropagation(); // viser would move its camera
+      this.take(this.place.map((value, k) => value + 5 * far * move[k] * this.steps[k]));
+    }
+
+    /* The value at the pointer. */
+    read(pixels) {
+      this.readout.hidden = !this.px || !this.inside(pixels);
+      if (this.readout.hidden) return;
+      const { columns, values, value } = this.data, rows = values.length / columns;
+      const column = Math.round(((pixels[0] - LEFT) / (this.right - LEFT)) * (columns - 1));
+      const row = Math.round(((this.bottom - pixels[1]) / (this.bottom - TOP)) * (rows - 1));
+      const one = values[row * columns + column];
+      this.readout.replaceChildren();
+      make(this.readout, "b").textContent = this.words(this.px.invert(pixels[0]), this.py.invert(pixels[1]));
+      make(this.readout, "span").textContent = one === null ? "no frequency"
+        : `${value.symbol} ${Number(one.toPrecision(3))} ${value.unit}`;
+      const { offsetWidth: width, offsetHeight: height } = this.readout;
+      const left = pixels[0] + 14 + width < this.plot.clientWidth ? pixels[0] + 14 : pixels[0] - 14 - width;
+      const top = clamp(pixels[1] - height / 2, 0, Math.max(this.plot.clientHeight - height, 0));
+      this.readout.style.translate = `${Math.max(left, 0)}px ${top}px`;
+    }
+  }
+
+  window.beamvizMap = {
+    draw(host, data) {
+      if (!maps.has(host)) maps.set(host, new MapFigure(host));
+      maps.get(host).set(data);
+    },
+  };
+})();

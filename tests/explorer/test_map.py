@@ -1,0 +1,194 @@
+"""The tab Map: colours over two of the five numbers, and the beam moved by a press on it."""
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from live.browser import Page, page
+from live.server import wait_until
+from live.visitor import Visitor, pause, visitor
+
+from beamviz.beam import Beam
+from beamviz.explorer.app import explorer
+from beamviz.scene import Scene
+from beamviz.solver import solve
+
+FIRST = Beam(alpha=1, beta=0.5, gamma=5)
+
+
+@pytest.fixture(scope="module")
+def url() -> Iterator[str]:
+    """A running explorer."""
+    with explorer(Scene(FIRST)) as served:
+        yield served
+
+
+def map_shown(guest: Visitor, **expected: Any) -> dict[str, Any]:
+    """Wait for a map that has these entries, or words in its name."""
+
+    def shown(data: dict[str, Any]) -> bool:
+        return "values" in data and all(text in str(data[key]) for key, text in expected.items())
+
+    guest.wait(lambda _: shown(guest.charts.get("map-chart", {})))
+    return guest.charts["map-chart"]
+
+
+def grid(data: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The axes and the values (rows, columns) of a map, nan where there is none."""
+    values = np.array(data["values"], float).reshape(-1, data["columns"])
+    ends = zip((data["x"]["range"], data["y"]["range"]), values.shape[::-1], strict=True)
+    x, y = (np.linspace(*end, count) for end, count in ends)
+    return x, y, values
+
+
+@pytest.mark.parametrize("coriolis", [False, True])
+def test_colours_are_the_numbers_of_solve(url, coriolis):
+    """The smallest gap and the frequency of a mode over two numbers, the others as they are; the
+    extremes are named, with a button that moves the beam there."""
+    with visitor(url) as guest:
+        pause(guest)
+        guest.choose("coriolis", coriolis)
+        guest.do("tab", "tab-map")
+        guest.choose("across", "delta")
+        for mapped in ("gap", "3"):
+            guest.choose("mapped", mapped)
+            words = "smallest frequency gap" if mapped == "gap" else "frequency of mode 3"
+            x, y, values = grid(map_shown(guest, name=words, y="hub"))
+            assert values.shape == (41, 81)
+            for row, column in ((0, 0), (7, 60), (40, 31)):
+                beam = FIRST.replace(gamma=float(x[column]), delta=float(y[row]))
+                exact = solve(beam, coriolis=coriolis).frequencies
+                expected = np.diff(exact).min() if mapped == "gap" else exact[2]
+                assert values[row, column] == pytest.approx(expected, abs=1e-4 * exact[-1])
+        row, column = np.unravel_index(values.argmax(), values.shape)
+        assert f"{values.max():.3g}" in guest.texts["map-text"]
+        assert f'data-value="&quot;{x[column]} {y[row]}&quot;"' in guest.texts["map-text"]
+
+
+def test_a_place_moves_the_beam(url):
+    """Both numbers in one step, which one undo takes back; the map stays, also where the beam comes
+    near its end, and only the ring moves."""
+    with visitor(url) as guest:
+        guest.do("tab", "tab-map")
+        data = map_shown(guest, name="gap")
+        assert (data["beam"], data["x"]["range"]) == ([5, 1], [0, 20])
+        pause(guest)
+        data.pop("values")
+        guest.do("move_beam", "19 0.25")
+        guest.wait(lambda _: guest.charts["map-chart"]["beam"] == [19, 0.25])
+        assert (guest.values["gamma"], guest.values["alpha"]) == (19, 0.25)
+        guest.do("undo", None)
+        guest.wait(lambda _: guest.charts["map-chart"]["beam"] == [5, 1])
+        pause(guest, 0.6)
+        assert "values" not in guest.charts["map-chart"]
+        guest.choose("gamma", 25.0)  # beyond the axis
+        assert map_shown(guest)["x"]["range"] == [0, 40]
+
+
+def test_axes_are_exchanged_and_nonsense_is_ignored(url):
+    """The same number cannot be along both; unknown ones change nothing."""
+    with visitor(url) as guest:
+        guest.do("tab", "tab-map")
+        map_shown(guest, x="speed", y="mass")
+        for action, value in (
+            ("across", "spin_up"), ("across", 1), ("mapped", "6"), ("mapped", True),
+            ("move_beam", "nan"), ("move_beam", "1 2 3"), ("move_beam", True),
+        ):  # fmt: skip
+            guest.do(action, value)
+        guest.choose("across", "gamma")
+        map_shown(guest, x="mass", y="speed")
+        assert (guest.values["over"], guest.values["across"]) == ("alpha", "gamma")
+        assert guest.charts["map-chart"]["beam"] == [1, 5]
+
+
+def test_beams_without_a_number_are_told(url):
+    """An inward beam buckles: no colour there, and a sentence with their share."""
+    with visitor(url) as guest:
+        guest.do("tab", "tab-map")
+        guest.choose("mapped", "1")
+        guest.choose("delta", -1.0)
+        guest.says("Grey: unstable")
+        *_, values = grid(map_shown(guest, name="mode 1"))
+        assert 0 < np.isnan(values).mean() < 1
+
+
+def test_a_slow_map_is_cancelled_and_goes_on(url):
+    """With the share that is done; the last map stays until the visitor wants the new one again."""
+    with visitor(url) as guest:
+        pause(guest)
+        guest.do("tab", "tab-map")
+        map_shown(guest, columns="81")
+        guest.choose("method", "ancf-planar")
+        for action in ("cancel_jobs", "cancel_jobs", None):
+            guest.wait(lambda _: re.search(r"computing: map .* [1-9]\d? %", guest.texts["work"]))
+            if action:
+                guest.do(action, None)
+                guest.wait(lambda _: "cancelled: map" in guest.texts["work"])
+                assert guest.charts["map-chart"]["columns"] == 81
+                guest.do("retry_jobs", None)
+        guest.choose("method", "auto")  # takes the place of the slow one
+        guest.wait(lambda _: not guest.texts["work"])
+
+
+# On the page
+
+PLOT = "document.querySelector('#map-chart .plot')"
+RING = "document.querySelector('#map-chart [role=slider]')"
+
+
+@pytest.fixture(scope="module")
+def desk(url) -> Iterator[Page]:
+    """A page with its map drawn."""
+    with page(url, 1440, 900) as shown:
+        shown.wait("!!document.querySelector('#scene[data-ready] canvas')")
+        shown.evaluate("document.querySelector('#to-map').click()")
+        shown.wait("!!document.querySelector('#map-chart svg .region')", timeout=60)
+        yield shown
+
+
+def fields(shown: Page) -> list[float]:
+    """Speed and mass as the server says."""
+    return [float(shown.evaluate(f"document.querySelector('#{n}-field').value")) for n in NUMBERS]
+
+
+NUMBERS = ("gamma", "alpha")
+
+
+@pytest.mark.slow
+@pytest.mark.browser
+def test_the_map_is_pressed_and_moved_by_keys(desk):
+    """A press takes both numbers, arrow keys one of them; the map and its ring have names."""
+    boxes: list[list[float]] = []
+    wait_until(lambda: boxes.append(desk.box(PLOT)) or boxes[-10:] == boxes[-1:] * 10)
+    left, top, width, height = boxes[-1]
+    x, y = left + 62 + 0.5 * (width - 62 - 39), top + 20 + 0.75 * (height - 62)
+    desk.mouse("mousePressed", x, y, 1)
+    desk.mouse("mouseReleased", x, y)
+    wait_until(lambda: fields(desk) == [pytest.approx(10, abs=0.1), pytest.approx(0.5, abs=0.05)])
+    before = fields(desk)
+    desk.evaluate(f"{RING}.focus()")
+    for kind in ("keyDown", "keyUp"):
+        desk.call("Input.dispatchKeyEvent", type=kind, key="ArrowUp", code="ArrowUp")
+    wait_until(lambda: fields(desk)[0] == before[0] and fields(desk)[1] > before[1])
+    said = desk.evaluate(f"{RING}.getAttribute('aria-valuetext')")
+    assert said.startswith("γ = 10")
+    name = desk.evaluate("document.querySelector('#map-chart svg').getAttribute('aria-label')")
+    assert name.startswith("Map: smallest frequency gap over speed γ and mass α, from ")
+
+
+@pytest.mark.slow
+@pytest.mark.browser
+def test_colours_on_the_page(desk):
+    """The canvas has the first colour at the smallest value, the last at the largest."""
+    pixel = (
+        "(k => [...document.querySelector('#map-chart canvas').getContext('2d').getImageData("
+        "k % 81, 40 - Math.floor(k / 81), 1, 1).data])"
+    )
+    ends = desk.evaluate(
+        f"(values => [Math.min(...values), Math.max(...values)].map(v => {pixel}("
+        "values.indexOf(v))))(beamviz.drawn['map-chart'].values)"
+    )
+    assert ends == [[62, 84, 150, 255], [253, 231, 37, 255]]
+    assert desk.problems == []
