@@ -124,20 +124,29 @@ def _new_axes() -> "Axes":
 
 
 def solution_html(solution: Solution) -> str:
-    """A small table of the modes."""
-    frequencies = significant_column(solution.frequencies, solution.errors)
-    errors = [f"{error:.0e}" for error in solution.errors]
-    rows = zip(solution.labels, solution.families, frequencies, errors, strict=True)
-    return html_table(repr(solution), ("mode", "family", "frequency [1/T*]", "error"), rows)
+    """A small table of the modes, with growth rates where one is unstable."""
+    columns = [solution.labels, solution.families]
+    columns.append(significant_column(solution.frequencies, solution.errors))
+    heads = ["mode", "family", "frequency [1/T*]"]
+    if solution.growth_rates.any():
+        columns.append(significant_column(solution.growth_rates, solution.errors))
+        heads.append("growth rate [1/T*]")
+    columns.append([f"{error:.0e}" for error in solution.errors])
+    caption = repr(solution).strip("<").partition(", frequencies")[0]  # which are in the table
+    return html_table(caption, [*heads, "error"], zip(*columns, strict=True))
 
 
 def loci_html(loci: Loci) -> str:
     """A small table of crossings and veerings."""
     rows = [
-        (event.kind, " ".join(event.branches), f"{event.at:.6g}", f"{event.frequency:.6g}")
+        (
+            event.kind,
+            " ".join(event.branches),
+            *(f"{number:.6g}" for number in (event.at, event.frequency, event.gap)),
+        )
         for event in loci.events
     ]
-    heading = ("event", "branches", f"at {loci.over}", "frequency [1/T*]")
+    heading = ("event", "branches", f"at {loci.over}", "frequency [1/T*]", "gap [1/T*]")
     return html_table(repr(loci), heading, rows[:MAX_ROWS])
 
 

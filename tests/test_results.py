@@ -64,6 +64,9 @@ def test_tables_in_a_notebook(found):
     assert "<td>S1</td><td>stretching</td><td>" in table
     assert found._repr_html_().count("<td>crossing</td>") == len(found.events)
     assert pickle.loads(pickle.dumps(solution))._repr_html_() == table
+    unstable = solve(Beam(delta=-1, gamma=6))
+    assert f"<td>{unstable.growth_rates[0]:.4g}" in unstable._repr_html_()
+    assert "growth rate" not in table
 
 
 @pytest.mark.parametrize(

@@ -48,8 +48,8 @@ class Loci:
         return (
             f"Loci(over {self.over} = {self.values[0]:g} .. {self.values[-1]:g},"
             f" {len(self.values)} values, branches {' '.join(one.label for one in self.branches)},"
-            f" {kinds.count('crossing')} crossings, {kinds.count('veering')} veerings,"
-            f" {len(self.limits)} limits)"
+            f" crossings: {kinds.count('crossing')}, veerings: {kinds.count('veering')},"
+            f" limits: {len(self.limits)})"
         )
 
     def to_xarray(self) -> Any:

@@ -67,7 +67,11 @@ def draw_map(
     place = find_place(axes, over, at or {})
     part = dataset.isel(place).transpose(over[1], over[0], "mode")
     frequency, family = part["frequency"].values, part["family"].values
-    shown = frequency_of(mode, frequency, family) if mode else smallest_gap(frequency, family)
+    shown = (
+        frequency_of(mode, frequency, family)
+        if mode is not None
+        else smallest_gap(frequency, family)
+    )
     what, values = shown.name, shown.values
     status = part["status"].values
     if not np.isfinite(values).any():

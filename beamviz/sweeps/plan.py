@@ -14,6 +14,7 @@ from beamviz.beam import NUMBERS, Beam, check_float, exact_text
 from beamviz.errors import InvalidInput
 from beamviz.solver import DEFAULTS, METHODS, Problem, parse_options
 
+MAX_AXES = 5
 MAX_VALUES = 1_000_000  # of an axis
 ROUNDING = 1e-9  # relative, of a value of an axis that is named again
 # Beams of a chunk: about a second of work, so that a cluster's scheduler keeps up, and few enough
@@ -106,6 +107,8 @@ def make_plan(axes: Mapping[str, ArrayLike], beam: Beam, **options: Any) -> Plan
     """The sweep of validated arguments; InvalidInput names what is wrong."""
     if not axes:
         raise InvalidInput(f"no axis is given: name one or more of {', '.join(NUMBERS)}")
+    if len(axes) > MAX_AXES:
+        raise InvalidInput(f"{len(axes)} axes, {', '.join(axes)}: must be at most {MAX_AXES}")
     values = {name: check_axis(name, given) for name, given in axes.items()}
     extremes = {name: float(array[0 if name == "mu" else -1]) for name, array in values.items()}
     beam = beam.replace(**extremes)  # its units are kept; raises where gamma / mu is too large

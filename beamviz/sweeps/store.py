@@ -49,6 +49,7 @@ ARRAYS: dict[str, tuple[str, tuple[str, ...], float, dict[str, Any]]] = {
 }
 FLAGS = {"family": FAMILIES, "status": STATUSES}
 FORMAT = "beamviz sweep 1"
+NO_ROOM = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 
 
 def open_store(plan: Plan, path: Path) -> list[Task]:
@@ -89,9 +90,10 @@ def written(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        reason, kept = error.strerror or error, "what is written is kept; " if path.exists() else ""
+        kept = "what is written is kept; " if path.exists() else ""
+        remedy = "make room there, or choose" if error.errno in NO_ROOM else "choose"
         raise Unavailable(
-            f"cannot write {path}: {reason}; {kept}make room there, or choose another place"
+            f"cannot write {path}: {error.strerror or error}; {kept}{remedy} another place"
         ) from None
 
 
@@ -154,8 +156,8 @@ def open_group(path: Path) -> Any:
     zarr = optional("zarr", "sweep")
     try:
         group = zarr.open_group(path, mode="r+")
-    except (FileNotFoundError, ValueError, KeyError):  # no group, or metadata of something else
-        group = None
+    except (FileNotFoundError, FileExistsError, NotADirectoryError, ValueError, KeyError):
+        group = None  # nothing, a file, or metadata of something else
     if group is None or group.attrs.get("format") != FORMAT:
         raise InvalidInput(f"{path}: is no sweep of this program; name another store")
     return group

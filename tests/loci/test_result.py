@@ -62,7 +62,7 @@ def test_repr_is_one_line(tip):
     """What was swept, and what was found."""
     assert repr(tip) == (
         "Loci(over gamma = 0 .. 20, 21 values, branches B1 B2 B3 S1 B4,"
-        " 2 crossings, 0 veerings, 0 limits)"
+        " crossings: 2, veerings: 0, limits: 0)"
     )
     assert repr(tip["B3"]) == "Branch('B3', at 21 of 21 values)"
 

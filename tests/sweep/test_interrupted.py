@@ -9,9 +9,12 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from beamviz import Beam, solve
 from beamviz.cli.progress import INTERRUPTED
+from beamviz.sweeps import open_sweep
 
 ROOT = Path(__file__).parents[2]
 LINE = ["--over", "gamma=0:20:401", "--over", "alpha=0:3:13", "--over", "beta=0.5,1", "--coriolis"]
@@ -115,6 +118,33 @@ def test_no_room(undisturbed, tmp_path):
     with start(store) as process:
         process.communicate(timeout=120)
     assert contents(store) == undisturbed
+
+
+@pytest.mark.slow
+def test_memory_does_not_grow(tmp_path):
+    """Neither that of the first process nor that of a worker, for a sweep of 16 times as many
+    beams; and at a hundred of its places the numbers are those of solve."""
+    peaks = []
+    for count in (5, 80):
+        store = tmp_path / f"{count}.zarr"
+        axes = ("gamma=0:50:1001", "alpha=0:5:4", f"beta=0.1:1:{count}")
+        line = [sys.executable, "-m", "beamviz", "sweep", str(store), "--workers", "2"]
+        process = subprocess.Popen(
+            [*line, *(word for axis in axes for word in ("--over", axis))],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+        )
+        _, process.returncode, usage = os.wait4(process.pid, 0)
+        assert process.returncode == 0
+        peaks.append(usage.ru_maxrss)  # the largest, of it and of its workers
+    assert peaks[1] < 1.3 * peaks[0]
+    data, chance = open_sweep(store), np.random.default_rng(1)
+    for place in chance.integers(0, data["status"].shape, (100, 3)).tolist():
+        found = data.isel(dict(zip(data["status"].dims, place, strict=True)))
+        exact = solve(Beam(**{name: float(found[name]) for name in data["status"].dims}))
+        allowed = found["error"].values + exact.errors
+        assert (abs(found["frequency"].values - exact.frequencies) <= allowed).all()
 
 
 @pytest.mark.slow

@@ -133,6 +133,7 @@ def test_wrong_input_is_one_line(line, message, store, run):
         ("loci --over gamma --stop 1", "--start"),
         ("loci --over gamma --sweep no.zarr", "no.zarr: is no sweep"),
         ("export a.png --sweep no.zarr --over gamma,alpha", "no.zarr: is no sweep"),
+        (f"export a.png --sweep {__file__} --over gamma,alpha", "test_maps.py: is no sweep"),
     ],
 )
 def test_options_of_a_store_need_one(line, message, tmp_path, monkeypatch, run):

@@ -28,7 +28,7 @@ RESERVED = {KEY_PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "lo
 OWN = ("dark", "playing")  # keys of a scene that are the visitor's own, and in no link
 
 
-TABS = ("frequencies", "veering", "compare", "run-up", "methods", "lessons", "export")
+TABS = ("frequencies", "map", "veering", "compare", "run-up", "methods", "lessons", "export")
 CASES = {short: case for case, short in SHORT.items()}
 # Keys of a link besides those of a scene: the field of the state, and the check of its value.
 KEYS: dict[str, tuple[str, Callable[[Any], Any]]] = {
