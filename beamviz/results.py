@@ -125,7 +125,7 @@ def _new_axes() -> "Axes":
 
 def solution_html(solution: Solution) -> str:
     """A small table of the modes, with growth rates where one is unstable."""
-    columns = [solution.labels, solution.families]
+    columns: list[Sequence[str]] = [solution.labels, solution.families]
     columns.append(significant_column(solution.frequencies, solution.errors))
     heads = ["mode", "family", "frequency [1/T*]"]
     if solution.growth_rates.any():
