@@ -1,4 +1,4 @@
-"""The planar ANCF elements at bent states: derivatives, symmetry, rigid motions, the paper."""
+"""The planar ANCF elements: derivatives, symmetry, rigid motions, mass, the formulas of the paper."""
 
 import itertools
 
@@ -6,16 +6,20 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.polynomial import Polynomial
 
 from beamviz.beam import Beam
 from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
 from beamviz.solver.fem.ancf import PlanarBeam
 from beamviz.solver.fem.hermite import (
+    assemble_band,
     assemble_vector,
     dense,
     element_coordinates,
     gauss,
     hermite,
+    interpolate,
+    mass,
 )
 from beamviz.solver.problem import Problem
 
@@ -181,3 +185,52 @@ def test_direction_of_the_centrifugal_field(plane):
     )
     alike = np.allclose(moved(turned, -0.7), straight, atol=1e-9)
     assert alike == (plane == "chordwise")
+
+
+def test_interpolation_on_uneven_elements():
+    """Cubics and their derivatives are reproduced between uneven nodes, several at once."""
+    cubics = [Polynomial([0.2, 1, -0.5, 0.3]), Polynomial([0.1, 0, 2, -1])]
+    q = np.stack([np.column_stack((c(NODES), c.deriv()(NODES))).ravel() for c in cubics], axis=1)
+    x = np.linspace(0, 1, 23)
+    for order in range(3):
+        exact = np.column_stack([(c.deriv(order) if order else c)(x) for c in cubics])
+        assert interpolate(NODES, q, x, order) == pytest.approx(exact, abs=1e-12)
+        assert interpolate(NODES, q[:, 0], x, order) == pytest.approx(exact[:, 0], abs=1e-12)
+
+
+def test_mass_matrix_of_the_paper():
+    """The consistent mass is the integral of eq. 8: the textbook matrix of a cubic element."""
+    l = 0.3
+    textbook = [
+        [156, 22 * l, 54, -13 * l],
+        [22 * l, 4 * l**2, 13 * l, -3 * l**2],
+        [54, 13 * l, 156, -22 * l],
+        [-13 * l, -3 * l**2, -22 * l, 4 * l**2],
+    ]
+    (m,) = mass(np.array([0.4, 0.7]), 0.0, 0.5)
+    assert m == pytest.approx(l / 420 * np.array(textbook), rel=1e-13)
+
+
+def point_mass(beta, alpha=3.0):
+    """The mass matrix of each element with a concentrated mass, less that without."""
+    return mass(NODES, alpha, beta) - mass(NODES, 0.0, beta)
+
+
+@pytest.mark.parametrize("beta", NODES)
+def test_mass_on_a_node(beta):
+    """On a node the mass acts on the position of that node only, and from both sides alike."""
+    m = dense(assemble_band(point_mass(beta)))
+    expected = np.zeros_like(m)
+    node = 2 * NODES.tolist().index(beta)
+    expected[node, node] = 3.0
+    assert m == pytest.approx(expected, abs=1e-14)
+    left = dense(assemble_band(point_mass(max(0.0, beta - 1e-9))))
+    assert left == pytest.approx(expected, abs=1e-8)
+
+
+def test_mass_inside_an_element():
+    """Inside an element the mass is m S'S at its place (paper, eq. 32), nothing elsewhere."""
+    m = point_mass(0.235)
+    S, _, _ = hermite(0.5, 0.23)
+    assert m[1] == pytest.approx(3 * np.outer(S, S), rel=1e-12, abs=1e-15)
+    assert not m[[0, 2, 3]].any()
