@@ -49,6 +49,8 @@ SUBTITLE = (
     "Lower left is better. Error: the largest of five frequencies, against the exact ones of each"
     " method's own model."
 )
+MODEL_ERROR = "Model error: distance of the exact answer of each model from the paper's model"
+FRAME_TITLE: dict[str, Any] = {"loc": "left", "size": 10, "weight": "bold"}
 FAILURES_WIDTH = 74  # [characters]
 MUTED = "#5A5A5A"
 LABEL_BOX: dict[str, Any] = {"fc": "white", "ec": "none", "alpha": 0.7, "pad": 0.6}
@@ -223,8 +225,7 @@ def _frame(axes: Axes, scene: str, rows: list[Row]) -> None:
     if not beam.alpha:
         shown.remove("beta")
     numbers = ", ".join(f"{PARAMETERS[name].symbol} {beam.numbers[name]:g}" for name in shown)
-    title: dict[str, Any] = {"loc": "left", "size": 10, "weight": "bold"}
-    axes.set_title(f"{scene}: {numbers}", pad=6 + 8.5 * len(lines), **title)
+    axes.set_title(f"{scene}: {numbers}", pad=6 + 8.5 * len(lines), **FRAME_TITLE)
     place: dict[str, Any] = {"transform": axes.transAxes, "va": "bottom"}
     axes.text(0, 1.015, "\n".join(lines), size=7, linespacing=1.05, color=MUTED, **place)
     axes.set(xscale="log", yscale="log", xlabel="processor time [ms]", ylim=(2e-16, 3))
@@ -280,12 +281,7 @@ def _short(reason: str) -> str:
 
 def _model_errors(axes: Axes, models: dict[str, dict[str, float | str]]) -> None:
     """Distance of the exact answer of each model from the paper's model, by scene."""
-    axes.set_title(
-        "Model error: distance of the exact answer of each model from the paper's model",
-        loc="left",
-        size=10,
-        weight="bold",
-    )
+    axes.set_title(MODEL_ERROR, **FRAME_TITLE)
     for place, (theory, (label, colour, marker)) in enumerate(THEORIES.items()):
         points = [
             (k + 0.08 * (place - 1.5), value)
@@ -301,15 +297,8 @@ def _model_errors(axes: Axes, models: dict[str, dict[str, float | str]]) -> None
     axes.minorticks_off()
     axes.grid(axis="y", color="#E6E6E6", lw=0.6)
     axes.set_axisbelow(True)
-    axes.legend(
-        loc="upper left",
-        bbox_to_anchor=(-0.02, -0.14),
-        ncols=2,
-        frameon=False,
-        fontsize=8,
-        labelcolor=INK,
-        handletextpad=0.3,
-    )
+    below: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (-0.02, -0.14), "ncols": 2}
+    axes.legend(frameon=False, fontsize=8, labelcolor=INK, handletextpad=0.3, **below)
     missing = [
         f"{scene}: {_short(value)} ({THEORIES[theory][0].split(':')[0]})"
         for scene, theories in models.items()
@@ -317,12 +306,5 @@ def _model_errors(axes: Axes, models: dict[str, dict[str, float | str]]) -> None
         if isinstance(value, str) and theory != REFERENCE
     ]
     if missing:
-        axes.text(
-            0.99,
-            0.04,
-            "\n".join(missing),
-            transform=axes.transAxes,
-            ha="right",
-            size=7.5,
-            color=MUTED,
-        )
+        corner: dict[str, Any] = {"transform": axes.transAxes, "ha": "right"}
+        axes.text(0.99, 0.04, "\n".join(missing), size=7.5, color=MUTED, **corner)

@@ -1,4 +1,4 @@
-"""The planar ANCF elements: derivatives, symmetry, rigid motions, mass, the formulas of the paper."""
+"""The planar ANCF elements: derivatives, symmetry, rigid motions, mass, the paper's formulas."""
 
 import itertools
 

@@ -118,8 +118,7 @@ class Mesh(Grid):
 
     grid: Grid  # alone
     rooted: np.ndarray  # (..., n, n) roots of the weights times J: rooted' rooted = G
-    IJ: np.ndarray  # (..., 2 n, n) identity and J
-    IJT: np.ndarray  # (..., 2 n, n) IJ T
+    IJT: np.ndarray  # (..., 2 n, n) the identity and, below it, J, times T
     tails: np.ndarray  # (..., 2 elements, n)
     G: np.ndarray  # (..., n, n)
     G1: np.ndarray  # (..., n) row sums of G
@@ -154,7 +153,7 @@ def make_meshes(breaks: np.ndarray, orders: tuple[int, ...]) -> Mesh:
     IJ = np.concatenate((np.broadcast_to(eye, J.shape), J), axis=-2)
     breaks, points, weights, J = (_frozen(array) for array in (breaks, points, weights, J))
     grid = Grid(breaks, orders, points, weights, J)
-    arrays = (rooted, IJ, IJ @ T, tails, G, G.sum(axis=-1), g, eye)
+    arrays = (rooted, IJ @ T, tails, G, G.sum(axis=-1), g, eye)
     return Mesh(breaks, orders, points, weights, J, grid, *(_frozen(array) for array in arrays))
 
 

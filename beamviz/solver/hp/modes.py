@@ -61,7 +61,8 @@ class StraightModes(NamedTuple):
 class Matrices(NamedTuple):
     """Stiffness, without softening, and mass of the two families.
 
-    Bending: K = IJ' diag(stiffness) IJ and M. Stretching: diag(d) and G, the mass of a gradient.
+    Bending: K = B' diag(stiffness) B with the identity and J in B, and M. Stretching: diag(d) and
+    G, the mass of a gradient.
     """
 
     K: np.ndarray  # (beams, n, n)
