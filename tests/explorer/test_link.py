@@ -59,7 +59,7 @@ def test_a_link_is_followed(query, link):
         ("a&" * 1000, "no more than"),
         ("lesson=nodes&step=4", "step = 4: must be a whole number in 1 .. 3"),
         ("compare=all", "compare = 'all': must be one of ancf, coriolis"),
-        ("tab=charts", "tab = 'charts': must be one of frequencies, veering"),
+        ("tab=charts", "tab = 'charts': must be one of frequencies, map, veering"),
         ("force=7", "force = 7: must be a whole number in 1 .. 6"),
         ("damping=1", "damping = 1: must lie in 0.001 .. 0.2"),
         ("length=1", "the link: missing key 'density'"),
