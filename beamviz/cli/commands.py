@@ -357,7 +357,8 @@ def stability(
     out: Annotated[Path, typer.Option(help="Folder to write to.", metavar="DIR")],
     quick: Annotated[bool, typer.Option("--quick", help="Coarser maps, in a few seconds.")] = False,
 ) -> None:
-    """Where each method fails: maps over speed and hub radius, mass, slenderness, with commands."""
+    """Where each method fails: maps over speed and hub radius, mass, slenderness, with commands;
+    and the stable states of an inward beam, straight or bent."""
     from beamviz.failure_maps import stability
 
     print(stability(out, quick, lambda text: print(text, file=sys.stderr)))

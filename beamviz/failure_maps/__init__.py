@@ -1,7 +1,10 @@
-"""beamviz stability: maps of where methods fail, as pictures, data and text."""
+"""beamviz stability: maps of where methods fail, and of the stable states of an inward beam, as
+pictures, data and text."""
 
 import math
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +23,13 @@ from beamviz.failure_maps.compute import (
     Map,
     compute_maps,
 )
+from beamviz.failure_maps.states import (
+    FULL_STATES,
+    QUICK_STATES,
+    STATES,
+    StateMap,
+    compute_states,
+)
 from beamviz.files import Files, make_folder, write_files
 from beamviz.output import json_text, markdown_table
 
@@ -33,20 +43,25 @@ def stability(out: Path, quick: bool, progress: Callable[[str], None]) -> str:
     Raises Unavailable, before anything is computed, for a folder that cannot be written to.
     """
     make_folder(out)
-    found = compute_maps(QUICK if quick else FULL, progress)
-    write_files(out, files(found))
-    return page(found)
+    size, state_size = (QUICK, QUICK_STATES) if quick else (FULL, FULL_STATES)
+    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
+        found = compute_maps(size, pool, progress)
+        states = compute_states(state_size, pool, progress)
+    write_files(out, files(found, states))
+    return page(found, states)
 
 
-def files(found: list[Map]) -> Files:
+def files(found: list[Map], states: StateMap) -> Files:
     """Pictures, data and text by file name."""
-    from beamviz.failure_maps.plot import pictures
+    from beamviz.failure_maps.plot import pictures, state_pictures
 
-    data = json_text([as_data(one) for one in found], indent=None) + "\n"
-    contents = {PAGE: page(found).encode(), "stability.json": data.encode()}
+    data = json_text([*map(as_data, found), states_as_data(states)], indent=None) + "\n"
+    contents = {PAGE: page(found, states).encode(), "stability.json": data.encode()}
     for one in found:
         for ending, picture in pictures(one).items():
             contents[f"stability-{one.plane.over}.{ending}"] = picture
+    for ending, picture in state_pictures(states).items():
+        contents[f"stability-states.{ending}"] = picture
     return contents
 
 
@@ -67,6 +82,28 @@ def as_data(found: Map) -> dict[str, Any]:
                 "failing": list(failing(found, k)),
             }
             for k, method in enumerate(METHODS)
+        },
+    }
+
+
+def states_as_data(found: StateMap) -> dict[str, Any]:
+    """The map of stable states."""
+    return {
+        "over": found.plane.over,
+        "beam": found.plane.beam.numbers,
+        "gamma": found.gammas,
+        "values": found.values,
+        "methods": {
+            method.name: {"options": method.options, "says": states.says}
+            if states.says
+            else {
+                "options": method.options | {"state": "stable"},
+                "states": states.kinds,
+                "buckling": [rounded(gamma) for gamma in states.buckling],
+                "limit": [rounded(gamma) for gamma in states.limit],
+            }
+            for method in METHODS
+            for states in (found.methods[method.name],)
         },
     }
 
@@ -98,13 +135,42 @@ def rounded(value: float) -> float | None:
     return float(f"{value:.7g}") if math.isfinite(value) else None
 
 
-def page(found: list[Map]) -> str:
+def page(found: list[Map], states: StateMap) -> str:
     """Shares of each kind, and for each method and kind the slowest beam that shows it."""
     parts = ["# Where methods fail", "", "Shares of the cells of each map [%].", ""]
     for one in found:
         parts += [f"## Speed γ and {PARAMETERS[one.plane.over].symbol} ({one.plane.held})", ""]
         parts += [shares(one), "", "```", *examples(one), "```", ""]
+    parts += [f"## Stable states: speed γ and {PARAMETERS[states.plane.over].symbol}", ""]
+    parts += [f"An inward beam at constant speed, {states.plane.held}.", ""]
+    parts += [state_shares(states), "", "```", *state_examples(states), "```", ""]
     return "\n".join(parts)
+
+
+def state_shares(found: StateMap) -> str:
+    """A table of the share [%] of each kind of state; methods without bent states say so."""
+    rows = []
+    for name, states in found.methods.items():
+        percent = [
+            100 * np.mean(states.kinds == kind) if states.kinds.size else 0 for kind in STATES
+        ]
+        rows.append([name, *(f"{p:.0f}" if p else "" for p in percent), states.says])
+    return markdown_table(["method", *STATES, "says"], rows)
+
+
+def state_examples(found: StateMap) -> Iterator[str]:
+    """For each method and each kind of state the command of the slowest beam."""
+    for method in METHODS:
+        states = found.methods[method.name]
+        for kind in STATES if states.kinds.size else ():
+            rows, columns = np.nonzero(states.kinds == kind)
+            for k in np.argsort(columns, kind="stable")[:1]:
+                beam = found.plane.beam.replace(
+                    gamma=float(found.gammas[columns[k]]),
+                    **{found.plane.over: float(found.values[rows[k]])},
+                )
+                yield f"# {method.name}: {STATES[kind]}"
+                yield command(beam, method.options | {"state": "stable"})
 
 
 def shares(found: Map) -> str:

@@ -6,9 +6,8 @@ model (green strain, spatial curvature) as `auto` solves it.
 """
 
 from collections.abc import Callable
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor
 from functools import partial
-from multiprocessing import get_context
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -216,10 +215,11 @@ def middles(start: float, stop: float, count: int, logarithmic: bool) -> np.ndar
     return np.array([float(f"{value:.4g}") for value in found])
 
 
-def compute_maps(size: tuple[int, int], progress: Callable[[str], None]) -> list[Map]:
+def compute_maps(
+    size: tuple[int, int], pool: Executor, progress: Callable[[str], None]
+) -> list[Map]:
     """Every plane, its rows computed in parallel."""
-    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
-        return [compute_map(plane, size, pool, progress) for plane in PLANES]
+    return [compute_map(plane, size, pool, progress) for plane in PLANES]
 
 
 def compute_map(

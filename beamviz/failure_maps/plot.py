@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from scipy import ndimage
@@ -18,7 +19,25 @@ from scipy import ndimage
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import NoEquilibrium
 from beamviz.failure_maps import compute as kinds
-from beamviz.failure_maps.compute import FASTEST, METHODS, SLOWEST, Map, answer, edges
+from beamviz.failure_maps.compute import (
+    FASTEST,
+    METHODS,
+    SLOWEST,
+    Map,
+    Method,
+    Plane,
+    answer,
+    edges,
+)
+from beamviz.failure_maps.states import (
+    BENT,
+    NO_STATE,
+    NOT_CONVERGED,
+    SEVERAL,
+    STATES,
+    STRAIGHT,
+    StateMap,
+)
 from beamviz.plotting import FAINT, INK, STYLE, new_figure, picture_files
 
 COLUMNS = 4
@@ -55,6 +74,14 @@ CELL_STYLES = {
     kinds.NO_EQUILIBRIUM: CellStyle("#2B2B2B", "", "white", "no\nequilibrium"),
 }
 
+STATE_STYLES = {
+    STRAIGHT: CellStyle("#FFFFFF", "", FAINT, "straight"),
+    BENT: CellStyle("#A9D3F0", "", INK, "bent"),
+    SEVERAL: CellStyle("#6FBFA6", "....", INK, "more\nthan one"),
+    NO_STATE: CellStyle("#2B2B2B", "", "white", "no stable\nstate"),
+    NOT_CONVERGED: CELL_STYLES[kinds.NOT_CONVERGED],
+}
+
 
 def pictures(found: Map) -> dict[str, bytes]:
     """The sheet of one plane as PNG and SVG, by ending: a panel for each method."""
@@ -77,22 +104,93 @@ def pictures(found: Map) -> dict[str, bytes]:
             f"Five lowest modes in the plane of rotation, {found.plane.held}. Reference: the"
             " paper's model (green strain, spatial curvature), solved by auto."
         )
-        figure.text(0.012, 0.967, title, va="center", weight="bold", size=12)
-        figure.text(0.012, 0.934, subtitle, va="center", color="#555555", size=9)
+        write_heading(figure, title, subtitle)
         return picture_files(figure)
+
+
+def write_heading(figure: Figure, title: str, subtitle: str) -> None:
+    """The two lines above the panels."""
+    figure.text(0.012, 0.967, title, va="center", weight="bold", size=12)
+    figure.text(0.012, 0.934, subtitle, va="center", color="#555555", size=9)
+
+
+def state_pictures(found: StateMap) -> dict[str, bytes]:
+    """The map of stable states as PNG and SVG, by ending: a panel for each method that bends."""
+    able = [method for method in METHODS if not found.methods[method.name].says]
+    with rc_context(STYLE | {"hatch.linewidth": 0.5}):
+        across = PARAMETERS[found.plane.over].axis_label
+        figure = new_figure(WIDTH, 6.0)
+        figure.subplots_adjust(0.07, 0.09, 0.985, 0.855, 0.08, 0.36)
+        panels = figure.subplots(2, 3, sharex=True, sharey=True).ravel()
+        for axes, method in zip(panels, able, strict=False):
+            states = found.methods[method.name]
+            draw_cells(axes, found.plane, states.kinds, STATE_STYLES)
+            draw_boundary(axes, states.limit, found.values, ls="-")
+            draw_boundary(axes, states.buckling, found.values, ls=BUCKLING)
+            write_titles(axes, method)
+        for axes in panels[: len(able)]:
+            axes.tick_params(labelbottom=True)
+            axes.set_xlabel(PARAMETERS["gamma"].axis_label)
+        for axes in panels[::3]:
+            axes.set_ylabel(across)
+        state_legend(panels[-2], found)
+        unable = [method.name for method in METHODS if method not in able]
+        panels[-1].set_axis_off()
+        panels[-1].text(
+            *(0.0, 0.98, "These methods have no bent states:\n\n" + "\n".join(unable)),
+            transform=panels[-1].transAxes,
+            va="top",
+            size=7.2,
+        )
+        write_heading(
+            figure,
+            "Stable states of an inward beam: speed γ and " + across,
+            f"At constant speed, {found.plane.held}. Bent in the plane of rotation.",
+        )
+        return picture_files(figure)
+
+
+def state_legend(axes: Axes, found: StateMap) -> None:
+    """Explain colours and lines, in the place of a panel."""
+    axes.set_axis_off()
+    handles: list[Any] = []
+    for kind, style in STATE_STYLES.items():
+        none = not any((states.kinds == kind).any() for states in found.methods.values())
+        label = fill(STATES[kind] + (" (nowhere here)" if none else ""), 40)
+        handles.append(Patch(fc=style.face, hatch=style.hatch, label=label, **EDGE))
+    handles.append(Line2D([], [], color=INK, lw=1.2, label="end of the stable states"))
+    dashed = Line2D([], [], color=INK, lw=1.2, ls=BUCKLING, label="where the straight beam buckles")
+    handles.append(dashed)
+    axes.legend(handles=handles, loc="upper left", frameon=False, fontsize=7.2, borderaxespad=0)
 
 
 def panel(axes: Axes, found: Map, method: int) -> None:
     """One method: its verdicts, its limit of equilibrium and the true onset of buckling."""
     names = found.kinds(method)
+    draw_cells(axes, found.plane, names, CELL_STYLES)
+    boundaries = [found.limits(method)]
+    if np.mean(names == kinds.FALSELY_UNSTABLE) > SMALLEST_LOSS:
+        boundaries.append(found.losses[:, method])
+    for boundary in boundaries:
+        if np.isfinite(boundary).any():
+            draw_boundary(axes, boundary, found.values, ls="-")
+            label_constant(axes, boundary)
+    draw_boundary(axes, found.buckling, found.values, ls=BUCKLING)
+    write_titles(axes, METHODS[method])
+    if found.plane.over == "delta" and "hencky" in METHODS[method].name:
+        mark_ansys(axes)
+
+
+def draw_cells(axes: Axes, plane: Plane, names: np.ndarray, styles: dict[str, CellStyle]) -> None:
+    """Cells of kinds (rows, columns) over the speed and the plane's number."""
     x = edges(SLOWEST, FASTEST, names.shape[1], True)
-    y = edges(found.plane.start, found.plane.stop, names.shape[0], found.plane.logarithmic)
+    y = edges(plane.start, plane.stop, names.shape[0], plane.logarithmic)
     axes.set_xscale("log")
-    axes.set_yscale("log" if found.plane.logarithmic else "linear")
+    axes.set_yscale("log" if plane.logarithmic else "linear")
     axes.set(xlim=x[[0, -1]], ylim=y[[0, -1]], facecolor=REFUSED)
     axes.set_xticks(TICKS, [str(tick) for tick in TICKS])
     axes.minorticks_off()
-    for kind, style in CELL_STYLES.items():
+    for kind, style in styles.items():
         here = names == kind
         if here.any():
             edge = "none" if not style.hatch else "white" if style.ink == "white" else "#777777"
@@ -106,20 +204,14 @@ def panel(axes: Axes, found: Map, method: int) -> None:
                 zorder=1,
             )
             label_region(axes, x, y, here, style)
-    boundaries = [found.limits(method)]
-    if np.mean(names == kinds.FALSELY_UNSTABLE) > SMALLEST_LOSS:
-        boundaries.append(found.losses[:, method])
-    for boundary in boundaries:
-        if np.isfinite(boundary).any():
-            draw_boundary(axes, boundary, found.values, ls="-")
-            label_constant(axes, boundary)
-    draw_boundary(axes, found.buckling, found.values, ls=BUCKLING)
-    name, options, *_ = METHODS[method]
+
+
+def write_titles(axes: Axes, method: Method) -> None:
+    """The name and the resolution of a method above its panel."""
+    options = method.options
     resolution = "".join(f"{options[k]} {k}" for k in ("elements", "terms") if k in options)
-    axes.set_title(name, loc="left", size=10, pad=3, weight="bold")
+    axes.set_title(method.name, loc="left", size=10, pad=3, weight="bold")
     axes.set_title(resolution, loc="right", size=8.5, pad=3, color="#555555")
-    if found.plane.over == "delta" and "hencky" in name:
-        mark_ansys(axes)
 
 
 def label_region(

@@ -14,6 +14,7 @@ from beamviz.cli import main
 from beamviz.cli.commands import app
 from beamviz.errors import NoEquilibrium
 from beamviz.failure_maps import compute as kinds
+from beamviz.failure_maps import states
 from beamviz.failure_maps.compute import (
     METHODS,
     MODELS,
@@ -171,6 +172,7 @@ def written(tmp_path_factory):
     """`beamviz stability --quick` on maps of a few cells."""
     folder, small = tmp_path_factory.mktemp("stability"), pytest.MonkeyPatch()
     small.setattr(failure_maps, "QUICK", (5, 3))
+    small.setattr(failure_maps, "QUICK_STATES", (5, 3))
     result = CliRunner().invoke(app, ["stability", "--out", str(folder), "--quick"])
     small.undo()
     assert result.exit_code == 0, result.output
@@ -184,7 +186,7 @@ def test_files_of_the_command(written):
     folder, printed = written
     data = json.loads((folder / "stability.json").read_text())
     assert (folder / "stability.md").read_text().strip() in printed
-    for plane, found in zip(PLANES, data, strict=True):
+    for plane, found in zip(PLANES, data, strict=False):
         assert (folder / f"stability-{plane.over}.png").read_bytes().startswith(b"\x89PNG")
         picture = (folder / f"stability-{plane.over}.svg").read_text()
         assert ("γ = 3.516" in picture) == (plane.over != "alpha")  # a mass lowers it
@@ -196,6 +198,48 @@ def test_files_of_the_command(written):
             for row in method["failing"]:
                 assert f"--gamma {row['gamma']:.10g} " in row["command"]
                 assert f"--{found['over']} {row[found['over']]:.10g} " in row["command"]
+
+
+@pytest.mark.slow
+def test_the_map_of_stable_states(written):
+    """Straight below the speed of buckling and bent beyond it, up to the limit of the law; methods
+    without bent states say so in their rows; each state has a command that shows it."""
+    folder, printed = written
+    found = json.loads((folder / "stability.json").read_text())[-1]
+    assert (folder / "stability-states.png").read_bytes().startswith(b"\x89PNG")
+    assert set(found["methods"]) == set(NAMES)
+    bending = {name for name, one in found["methods"].items() if "states" in one}
+    assert bending == {name for name in NAMES if name.startswith("auto")} | {"ancf-planar"}
+    for name in set(NAMES) - bending:
+        said = f"method {METHODS[NAMES.index(name)].options['method']} has no bent states"
+        assert said in found["methods"][name]["says"]
+        assert said in printed
+    for name in bending - {"ancf-planar"}:
+        one = found["methods"][name]
+        for row, buckling, limit in zip(
+            *(one[key] for key in ("states", "buckling", "limit")), strict=True
+        ):
+            for gamma, state in zip(found["gamma"], row, strict=True):
+                assert (state == states.STRAIGHT) == (gamma < buckling)
+                assert (state == states.NO_STATE) == (limit is not None and gamma > limit)
+    assert "--state stable" in printed
+
+
+def test_more_than_one_stable_state():
+    """A bent beam that is accelerated slowly has two, and one when it is accelerated fast; the
+    neighbour's second state is found without a search."""
+    beam = Beam(4.656, 1, 5.341, -0.09663, 194.4)
+    options = {"modes": 1, "state": "stable", "strain": "biot", "curvature": "material"}
+    answers = [solve(beam.replace(spin_up=spin_up), **options) for spin_up in (0.05, 0.06, 0.2)]
+    several = states.has_others(answers)
+    assert several == [True, True, False]
+    kinds = [states.kind(*one) for one in zip(answers, several, strict=True)]
+    assert kinds == [states.SEVERAL, states.SEVERAL, states.BENT]
+    lost, gone = NotConverged("no"), NoEquilibrium("beyond", 3.0)
+    assert [states.kind(one, False) for one in (lost, gone)] == [
+        states.NOT_CONVERGED,
+        states.NO_STATE,
+    ]
 
 
 @pytest.mark.slow

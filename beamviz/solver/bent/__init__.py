@@ -219,8 +219,9 @@ def end_of_state(solution: Solution, over: str, stop: float) -> float | None:
         beside = state_at(state, over, end - NEARER * (end - own))
         if beside:
             problem = replace(state.beam.problem, modes=1, tolerance=REFERENCE_TOLERANCE)
-            _, nearer = solve_bent(beside.beam.beam, problem, time.perf_counter(), beside)
-            end = end_on_mesh(nearer, over, stop) or end
+            with suppress(NoEquilibrium, NotConverged):  # at the end of a strain law
+                _, nearer = solve_bent(beside.beam.beam, problem, time.perf_counter(), beside)
+                end = end_on_mesh(nearer, over, stop) or end
     return end
 
 
