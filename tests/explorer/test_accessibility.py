@@ -23,6 +23,13 @@ RUN_AXE = """axe.run({resultTypes: ['violations']}).then(found =>
 # Own elements that can be seen, without those that only screen readers find.
 SEEN = """[...document.querySelectorAll('body *')].filter(e => e.checkVisibility()
   && !e.closest('#root, .hidden, svg, canvas') && e.getBoundingClientRect().width > 1)"""
+# Controls without a ring around them, their label or their flag while they have the focus.
+RINGLESS = f"""{SEEN}.concat(document.getElementById('scene-file')).filter(e => e.matches(
+  'button, select, input, summary, [tabindex="0"]') && !e.disabled && e.checkVisibility())
+  .filter(e => {{ e.focus({{focusVisible: true, preventScroll: true}});
+    return ![e, e.firstElementChild, ...(e.labels ?? [])].some(one => one
+      && getComputedStyle(one).outlineStyle !== 'none'
+      && parseFloat(getComputedStyle(one).outlineWidth) >= 2) }}).map(e => e.outerHTML.slice(0, 99))"""
 SCENE = "document.getElementById('scene').getBoundingClientRect()"
 
 
@@ -122,7 +129,7 @@ def test_letters_and_targets_are_large_enough(shown, size):
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("size", [DESK, PHONE], ids=lambda size: f"{size[0]}x{size[1]}")
-def test_axe_finds_nothing_serious(shown, size, scheme):
+def test_axe_finds_nothing_serious_and_the_focus_is_seen(shown, size, scheme):
     """On the start page, in every tab, and in the help."""
     resize(shown, *size)
     prefer(shown, scheme)
@@ -131,6 +138,7 @@ def test_axe_finds_nothing_serious(shown, size, scheme):
     for name in TABS:
         shown.evaluate(f"document.getElementById('to-{name}').click()")
         assert shown.evaluate(RUN_AXE) == [], name
+        assert shown.evaluate(RINGLESS) == [], name
     shown.evaluate("document.getElementById('help').showModal()")
     found = shown.evaluate(RUN_AXE)
     shown.evaluate("document.getElementById('help').close()")

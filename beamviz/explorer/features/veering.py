@@ -194,8 +194,7 @@ KEY = (
     ' <b class="swatch stretching">━</b> axial (stretching).</p>'
 )
 SKELETON = (
-    '<div class="veering-tab"><div id="veering-text"></div>'
-    '<div id="veering-chart" class="chart" data-chart></div>'
+    '<div class="veering-tab"><div id="veering-chart" class="chart" data-chart></div>'
     '<div id="veering-shapes" tabindex="0" role="group" aria-label="Mode shapes"></div></div>'
 )
 
@@ -239,15 +238,14 @@ class VeeringTab(Feature):
     def draw(self, chart: Chart, answer: Answer[VeeringRequest, Pairs] | None) -> None:
         """Draw the event that was magnified last."""
         page, pairs = self.visitor.page, (answer.result or ()) if answer else ()
-        page.html("veering-text", choices(chart) + ("" if pairs else message(answer)))
         page.props("veering-chart", hidden=not pairs)
-        tables = ""
+        tables = "" if pairs else message(answer)
         if answer and pairs:
             request = answer.request.chart
             captions = (sentence(pair, *request.measures) for pair in pairs)
-            tables = "".join(map(shape_table, pairs, captions)) + KEY
+            tables = "".join(map(shape_table, pairs, captions))
             page.chart("veering-chart", pairs_data(pairs, request))
-        page.html("veering-shapes", tables)
+        page.html("veering-shapes", tables + choices(chart) + (KEY if pairs else ""))
 
 
 def choices(chart: Chart) -> str:

@@ -131,7 +131,7 @@ const beamvizFigure = (() => {
         made += this.text("tick y", LEFT - 7, at + 4.5, content);
       }
       return `${made}<path class="axis" d="M${LEFT} ${bottom}H${right}"/>`
-        + (this.low ? this.text("tick", right + 18, bottom + 17, x.symbol)
+        + (this.low ? this.text("unit", right + 16, bottom + 17, x.unit || x.symbol)
           : this.text("title", (LEFT + right) / 2, bottom + 37, x.label))
         + `<text class="title" transform="translate(13 ${(TOP + bottom) / 2}) rotate(-90)">${escape(y.label)}</text>`;
     }

@@ -12,21 +12,8 @@ from beamviz.drawing.text import duration, significant
 from beamviz.errors import NoEquilibrium
 from beamviz.explorer.jobs import SolverAnswer
 
-SMALL = "font-size:.8em;line-height:1.5;margin:.2em .75em .3em"
-GOOD, BAD = "#2b8a3e", "#d9480f"
 ROUNDING = 1e-9  # [%]
 NOTHING = 1e-8  # [lengths of the beam] a smaller displacement is none
-
-
-def small(content: str, role: str = "") -> str:
-    """HTML in small letters, with the margins of the panels."""
-    attribute = f' role="{role}"' if role else ""
-    return f'<div{attribute} style="{SMALL}">{content}</div>'
-
-
-def coloured(content: str, colour: str) -> str:
-    """HTML in bold letters of a colour."""
-    return f'<b style="color:{colour}">{content}</b>'
 
 
 def equilibrium_state(answer: SolverAnswer) -> str:

@@ -203,8 +203,9 @@ const beamviz = (() => {
       if (up.matches("details")) up.open = true;
       else if (up.matches("[role=tabpanel]")) openTab(up);
     }
+    for (const inside of e.children) if (inside.matches("details")) inside.open = true;
     const pulsing = e.closest(".field, .row") ?? e;
-    pulsing.scrollIntoView({ block: "nearest" });
+    pulsing.scrollIntoView({ block: pulsing.clientHeight > 200 ? "start" : "nearest" });
     pulsing.classList.remove("pulse");
     requestAnimationFrame(() => pulsing.classList.add("pulse"));
     setTimeout(() => pulsing.classList.remove("pulse"), 3200);

@@ -1,0 +1,188 @@
+"""What visitors come for, from the page as it opens: each job in at most so many clicks, each on an
+element that is seen."""
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+from live.browser import Page, button, page, says, tab
+from live.server import wait_until
+
+from beamviz.beam import Beam
+from beamviz.explorer.app import explorer
+from beamviz.presets import RPM, STEEL_BEAM
+from beamviz.scene import START
+from beamviz.solver import solve
+
+pytestmark = pytest.mark.browser
+
+STEEL = Beam.from_si(**STEEL_BEAM.values | {"length": 1.2, "rotation_speed": 600 * RPM})
+ROWS = "document.querySelectorAll('#comparison tbody tr').length"
+SEEN = """(e => { if (!e) return false; const r = e.getBoundingClientRect();
+  const at = (x, y) => e.contains(document.elementFromPoint(x, y));
+  return at(r.left + r.width / 2, r.top + r.height / 2)
+    && at(r.left + 4, r.top + 4) && at(r.right - 4, r.bottom - 4); })"""
+SHAPES = f"{SEEN}(document.querySelector('[aria-label=\"shapes, Coriolis on\"]'))"
+
+
+class Job(NamedTuple):
+    """At most so many clicks, the elements to click (a field with what is typed there), and an
+    expression that is true at the end."""
+
+    most: int
+    clicks: list[str | tuple[str, str]]
+    result: str
+
+
+def typed(name: str, text: str) -> tuple[str, str]:
+    """A number typed into the panel of a real beam."""
+    return f"document.querySelector('[data-set=\"real.{name}\"]')", text
+
+
+def first_frequencies(beam: Beam, count: int = 3) -> str:
+    """An expression: whether the table of modes has the frequencies of a beam, in hertz."""
+    assert beam.units
+    hertz = [f"{beam.units.hertz(one):.6f}"[:-2] for one in solve(beam).frequencies[:count]]
+    return " && ".join(map(says, hertz))
+
+
+JOBS = {
+    "shift of the modes from alpha 1 to 2": Job(
+        2,
+        [tab("Compare"), button("twice the mass")],
+        f"{ROWS} >= 5 && {says('twice the mass')} && {says('%')}",
+    ),
+    "veering with Coriolis forces, shapes in view": Job(3, [tab("Veering")], SHAPES),
+    "steel beam 1.2 m x 30 mm x 5 mm at 600 rpm, in Hz": Job(
+        4,
+        [button("no units"), button("steel beam"), typed("length", "1200"),
+         typed("rotation_speed", "600")],
+        first_frequencies(STEEL),
+    ),
+    "resonances with 2 per revolution in the chart": Job(
+        1,
+        [button("2 ×")],
+        f"{SEEN}(document.querySelector('#loci-chart .mark.resonance'))"
+        " || document.querySelectorAll('#loci-chart .mark.resonance').length >= 2",
+    ),
+    "elements of the paper against the exact frequencies": Job(
+        2,
+        [tab("Compare"), button("20 ANCF elements (paper)")],
+        f"{ROWS} >= 5 && {says('20 ANCF elements')} && {says('+0.')}",
+    ),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def served() -> Iterator[str]:
+    """An explorer that opens as it does by default."""
+    with explorer(START) as url:
+        yield url
+
+
+@pytest.fixture
+def shown(served) -> Iterator[Page]:
+    """The page as it opens."""
+    with page(served, 1440, 900) as opened:
+        opened.wait("!!document.querySelector('#scene[data-ready] canvas')")
+        opened.wait("document.querySelectorAll('#mode-rows tbody tr').length === 5")
+        yield opened
+
+
+SHOWN = "[...document.querySelectorAll('#mode-rows tr.shown button.mode')].map(e => e.innerText)"
+
+
+def press(shown: Page, key: str, modifiers: int = 0, **options: str) -> None:
+    """A key, down and up; modifiers 2: with Ctrl."""
+    for kind in ("keyDown", "keyUp"):
+        options = {"code": f"Key{key.upper()}"} | options
+        shown.call("Input.dispatchKeyEvent", type=kind, key=key, modifiers=modifiers, **options)
+
+
+def click(shown: Page, element: str) -> None:
+    """Click in the middle of an element that is seen where it is."""
+    shown.wait(f"{SEEN}({element})")
+    x, y = shown.evaluate(
+        f"(r => [r.left + r.width / 2, r.top + r.height / 2])({element}.getBoundingClientRect())"
+    )
+    shown.mouse("mousePressed", x, y, 1)
+    shown.mouse("mouseReleased", x, y)
+
+
+@pytest.mark.parametrize("job", JOBS.values(), ids=list(JOBS))
+def test_a_job_takes_few_clicks(shown, job):
+    """Without a look into the documentation."""
+    assert len(job.clicks) <= job.most
+    for one in job.clicks:
+        element, text = (one, "") if isinstance(one, str) else one
+        click(shown, element)
+        if text:
+            shown.evaluate("document.activeElement.select()")
+            shown.call("Input.insertText", text=text)
+            press(shown, "Enter", code="Enter", text="\r")
+    shown.wait(job.result)
+
+
+def test_a_picture_is_saved_in_two_clicks(shown, tmp_path):
+    """As a PNG, which the browser downloads."""
+    shown.call("Page.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+    click(shown, tab("Export"))
+    click(shown, button("Picture (PNG)"))
+    file = Path(tmp_path) / "beam.png"
+    wait_until(lambda: file.exists() and file.read_bytes()[:4] == b"\x89PNG")
+
+
+def test_two_modes_are_mixed_by_a_click_and_a_drag(shown):
+    """One alone by its row, then the amount of another."""
+    click(shown, button("B2"))
+    shown.wait(f"{SHOWN}.join() === 'B2'")
+    shown.drag("document.getElementById('share-2')", 0.1, 0.7)
+    shown.wait(f"{SHOWN}.join() === 'B2,B3'")
+
+
+def test_a_scene_is_loaded_from_a_file(shown, tmp_path):
+    """One with a mistake changes nothing, and is told."""
+    click(shown, tab("Export"))
+    chosen = shown.call("Runtime.evaluate", expression="document.getElementById('scene-file')")
+    for name, text, expected in (
+        ("good.toml", "[beam]\nalpha = 2.0\ngamma = 7.25", says("speed γ = 7.25")),
+        ("bad.toml", "[beam]\nalpa = 1", "!document.getElementById('toast').hidden"),
+    ):
+        (tmp_path / name).write_text(text)
+        shown.call(
+            "DOM.setFileInputFiles",
+            files=[str(tmp_path / name)],
+            objectId=chosen["result"]["objectId"],
+        )
+        shown.wait(expected)
+    shown.wait(says("alpa"))
+    assert shown.evaluate("document.getElementById('gamma-field').value") == "7.25"
+
+
+def test_a_command_is_run_by_its_name(shown):
+    """Ctrl+K opens the list; the pointer works as before when it is closed."""
+    press(shown, "k", 2)
+    shown.wait("!!document.activeElement.closest('[role=dialog]')")
+    shown.call("Input.insertText", text="mode 3")
+    shown.wait(says("Show mode 3 alone"))
+    press(shown, "Enter", code="Enter", text="\r")
+    shown.wait(f"{SHOWN}.join() === 'B3'")
+    click(shown, button("B2"))
+    shown.wait(f"{SHOWN}.join() === 'B2'")
+
+
+def test_a_lost_connection_is_said():
+    """As long as it is lost; then the page goes on."""
+    lost = f"{SEEN}(document.getElementById('offline'))"
+    with explorer(START) as url, contextlib.ExitStack() as stack:
+        shown = stack.enter_context(page(url, 1440, 900))
+        shown.wait("!!document.querySelector('#scene[data-ready] canvas')")
+        stack = stack.pop_all()
+    with stack:
+        shown.wait(lost)
+        with explorer(START, port=int(url.rstrip("/").rpartition(":")[2])):
+            shown.wait(f"!{lost}")
+            click(shown, button("B2"))
+            shown.wait(f"{SHOWN}.join() === 'B2'")
