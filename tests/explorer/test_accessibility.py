@@ -29,7 +29,7 @@ RINGLESS = f"""{SEEN}.concat(document.getElementById('scene-file')).filter(e => 
   .filter(e => {{ e.focus({{focusVisible: true, preventScroll: true}});
     return ![e, e.firstElementChild, ...(e.labels ?? [])].some(one => one
       && getComputedStyle(one).outlineStyle !== 'none'
-      && parseFloat(getComputedStyle(one).outlineWidth) >= 2) }}).map(e => e.outerHTML.slice(0, 99))"""
+      && parseFloat(getComputedStyle(one).outlineWidth) >= 2) }}).map(e => e.outerHTML)"""
 SCENE = "document.getElementById('scene').getBoundingClientRect()"
 
 

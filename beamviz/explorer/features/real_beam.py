@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, SI_REQUIRED, Beam, check_float
 from beamviz.errors import InvalidInput
+from beamviz.explorer.page.html import button
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
 from beamviz.presets import MATERIALS, REAL_BEAMS, RPM
@@ -275,11 +276,7 @@ def current_scene(visitor: Visitor) -> Scene:
 
 def preset_button(name: str) -> str:
     """A button that starts from a preset."""
-    real = PRESETS[name]
-    return (
-        f'<button type="button" data-do="real.preset" data-value=\'"{name}"\''
-        f' title="{escape(real.source)}">{name}</button>'
-    )
+    return button(name, data_do="real.preset", data_value=name, title=PRESETS[name].source)
 
 
 INVITATION = (
@@ -310,7 +307,7 @@ def panel(kind: str, beam: Beam) -> str:
     assert units
     materials = {name: name for name in MATERIALS} | {"own": "own E and ρ"}
     plane = "".join(
-        f'<button type="button" data-set="plane" data-value=\'"{name}"\'>{text}</button>'
+        button(text, data_set="plane", data_value=name)
         for name, text in (("chordwise", "in plane"), ("flapwise", "out of plane"))
     )
     return (
@@ -327,5 +324,5 @@ def panel(kind: str, beam: Beam) -> str:
         f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {1000 * units.time:.4g} ms,"
         f" mass of the beam {units.mass:.4g} kg</p>"
         f'<div class="choices">{"".join(map(preset_button, PRESETS))}'
-        '<button type="button" data-do="dimensionless">without units</button></div></details>'
+        f"{button('without units', data_do='dimensionless')}</div></details>"
     )
