@@ -65,11 +65,11 @@ def test_all_read_the_lesson_of_the_presenter(url):
         lead.do("lesson", "nodes")
         one.says(lesson("nodes").question)
         lead.do("lesson_turn", 1)
-        one.says(lesson("nodes").proof.words)
+        one.says(lesson("nodes").proof)
         one.choose("alpha", 2.0)
         lead.do("lesson", "")
         lead.wait(lambda _: lead.texts["lesson-text"] == "")
-        assert lesson("nodes").proof.words in one.text
+        assert lesson("nodes").proof in one.text
 
 
 def test_a_student_leaves_to_explore_and_comes_back(url):

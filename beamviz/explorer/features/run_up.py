@@ -195,7 +195,7 @@ def scaled_response(
 
 # The tab
 
-AMPLITUDE = Measure("tip, times its deflection at rest", "tip")
+AMPLITUDE = Measure("tip amplification", "tip")
 START = "Run up from rest"
 FORCES = {str(k): f"{k} × per revolution" for k in PER_REV}
 ABOVE, BELOW = 1.5, 1e-4  # ends of the amplitude axis, over the largest amplitude
