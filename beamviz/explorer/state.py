@@ -150,7 +150,10 @@ class State:
         the beam would leave the picture."""
         camera = None if name in ("plane", "rotating_frame", "all_modes") else self.camera
         if name in VIEW_KEYS:
-            return replace(self, view=self.view.changed(name, value), camera=camera)
+            view = self.view.changed(name, value)
+            if name == "all_modes" and view.all_modes:  # from outside, captions would cover beams
+                view = replace(view, rotating_frame=True)
+            return replace(self, view=view, camera=camera)
         if name in SWITCHES:
             switch: dict[str, Any] = {name: bool(value)}
             return replace(self, **switch)

@@ -107,8 +107,11 @@ def test_the_scene_has_half_of_the_page(shown, size):
 
 @pytest.mark.parametrize("size", [DESK, PHONE], ids=lambda size: f"{size[0]}x{size[1]}")
 def test_letters_and_targets_are_large_enough(shown, size):
-    """14 px at least; targets of 24 px, of 44 px on a touch screen."""
+    """14 px at least; targets of 24 px, of 44 px on a touch screen; also in tables of results."""
     resize(shown, *size)
+    shown.evaluate("beamviz.send('comparison', 'twice the mass'); beamviz.send('per_rev_2', true)")
+    for tables in ("comparison", "loci-resonances"):
+        shown.wait(f"!!document.querySelector('#{tables} table')")
     for name in TABS:
         shown.evaluate(f"document.getElementById('to-{name}').click()")
         small = shown.evaluate(

@@ -249,7 +249,7 @@ def test_a_kept_beam_stays_while_the_other_changes(url):
     """The button keeps it; the change is from it to the present one. Another scene ends that."""
     with visitor(url) as guest:
         guest.do("keep")
-        guest.says("before<br>")
+        guest.says(">before, ")
         guest.choose("gamma", 20.0)
         guest.says(frequency(PAPER.replace(gamma=20)))
         guest.says(frequency(PAPER))

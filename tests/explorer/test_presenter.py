@@ -41,7 +41,7 @@ def test_all_see_what_the_presenter_does(url, frame_loops, monkeypatch):
         lead.do("comparison", DOUBLE)
         lead.do("tab", "tab-compare")
         for guest in (one, other):
-            guest.says("twice the mass<br>")
+            guest.says(">twice the mass, ")
             guest.wait(lambda _, guest=guest: guest.parts.get("open") == "tab-compare")
         assert len(solved) == 2
         sessions = list(frame_loops[-1].sessions.values())

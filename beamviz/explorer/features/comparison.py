@@ -16,10 +16,9 @@ from beamviz.drawing.modes import Clock, SampledModes, amplitudes
 from beamviz.drawing.objects import Caption
 from beamviz.drawing.text import frequencies
 from beamviz.explorer.jobs import SolveJob, SolverAnswer
-from beamviz.explorer.page.html import button
+from beamviz.explorer.page.html import button, table
 from beamviz.explorer.state import EARLIER, NO_COMPARISON, TERMS, Case, State
 from beamviz.explorer.visitor import Feature, Visitor
-from beamviz.exports.html_page import table
 from beamviz.frequency_loci.identity import ModeMatch, identify_modes, match_modes
 from beamviz.solver.solution import Solution
 
@@ -232,7 +231,7 @@ class ComparisonTab(Feature):
         elif second and second.solution is None:
             self.page.html("comparison", f"<p>{escape(f'{case.title}: {second.message}')}</p>")
         elif second and second.solution and answer and answer.solution:
-            pair = [(THIS, answer.solution), (escape(case.title), second.solution)]
+            pair = [(THIS, answer.solution), (case.title, second.solution)]
             earlier = self.visitor.state.comparison == EARLIER
             self.page.html("comparison", comparison_table(*(pair[::-1] if earlier else pair)))
 
@@ -247,7 +246,7 @@ def comparison_table(first: tuple[str, Solution], second: tuple[str, Solution]) 
     (title, this), (other_title, other) = first, second
     partner = match_modes(this, other).partner
     unit = frequencies(this.beam.units).label
-    heads = ("mode", f"{title}<br>{unit}", f"{other_title}<br>{unit}", "change")
+    heads = ("mode", f"{title}, {unit}", f"{other_title}, {unit}", "change")
     rows = [row(this, k, other, int(j)) for k, j in enumerate(partner)]
     rows += [row(this, -1, other, j) for j in range(len(other.labels)) if j not in partner]
     return (
@@ -279,4 +278,6 @@ def mixture_note(title: str, solution: Solution) -> str:
     """Which modes of a beam are mixtures."""
     found = zip(*identify_modes(solution), strict=True)
     mixtures = [f"{label} ({mixture})" for label, mixture in found if mixture]
-    return f'<p role="note">Mixed in {title}: {", ".join(mixtures)}.</p>' if mixtures else ""
+    return (
+        f'<p role="note">Mixed in {escape(title)}: {", ".join(mixtures)}.</p>' if mixtures else ""
+    )
