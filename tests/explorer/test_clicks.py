@@ -1,7 +1,6 @@
 """What visitors come for, from the page as it opens: each job in at most so many clicks, each on an
 element that is seen."""
 
-import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -156,18 +155,3 @@ def test_a_command_is_run_by_its_name(shown):
     shown.wait(f"{SHOWN}.join() === 'B3'")
     click(shown, button("B2"))
     shown.wait(f"{SHOWN}.join() === 'B2'")
-
-
-def test_a_lost_connection_is_said():
-    """As long as it is lost; then the page goes on."""
-    lost = f"{SEEN}(document.getElementById('offline'))"
-    with explorer(START) as url, contextlib.ExitStack() as stack:
-        shown = stack.enter_context(page(url, 1440, 900))
-        shown.wait("!!document.querySelector('#scene[data-ready] canvas')")
-        stack = stack.pop_all()
-    with stack:
-        shown.wait(lost)
-        with explorer(START, port=int(url.rstrip("/").rpartition(":")[2])):
-            shown.wait(f"!{lost}")
-            click(shown, button("B2"))
-            shown.wait(f"{SHOWN}.join() === 'B2'")
