@@ -22,6 +22,9 @@ class NoEquilibrium(BeamvizError):
         super().__init__(message)
         self.limit = limit
 
+    def __reduce__(self) -> tuple[type, tuple[str, float]]:  # for pickling
+        return type(self), (str(self), self.limit)
+
 
 class NotConverged(BeamvizError):
     """The solver did not converge; the message names what was tried."""

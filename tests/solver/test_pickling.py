@@ -5,7 +5,7 @@ import pickle
 import numpy as np
 import pytest
 
-from beamviz import Beam, loci, solve
+from beamviz import Beam, loci, solve, solve_many
 from beamviz.solver.problem import CORIOLIS, METHODS
 
 X = np.linspace(0, 1, 11)
@@ -44,3 +44,10 @@ def test_loci_pickle():
     assert copy.events == found.events
     for original, copied in zip(found.branches, copy.branches, strict=True):
         assert np.array_equal(original.frequency, copied.frequency)
+
+
+def test_an_error_in_place_of_a_solution_pickles():
+    """With its limit, as `solve_many` returns it."""
+    (error,) = solve_many([Beam(gamma=60)], strain="hencky")
+    copy = pickle.loads(pickle.dumps(error))
+    assert (type(copy), str(copy), copy.limit) == (type(error), str(error), error.limit)
