@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from beamviz import Beam, BeamvizError, InvalidInput, Units
-from beamviz.beam import PARAMETERS
+from beamviz.beam import NUMBERS, PARAMETERS
 
 STEEL = {
     "length": 2.0,
@@ -41,10 +41,10 @@ def test_numbers_within_the_limits_make_a_beam(numbers):
     assert Beam(**numbers).numbers == numbers
 
 
-@given(st.sampled_from(list(PARAMETERS)), st.floats())
+@given(st.sampled_from(list(NUMBERS)), st.floats())
 def test_a_number_outside_its_limits_is_named(name, value):
     """The message names the number, the value given and the range allowed."""
-    low, high = PARAMETERS[name].limits
+    low, high = NUMBERS[name].limits
     if low <= value <= high:
         return
     with pytest.raises(InvalidInput) as caught:
