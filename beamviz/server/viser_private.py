@@ -42,10 +42,7 @@ ATTRIBUTES = {  # by class, function or module: attributes, fields and arguments
     ),
     "viser:ViserServer": ("request_share_url",),
     "viser.infra._async_message_buffer:AsyncMessageBuffer": ("window_duration_sec",),
-    "viser.infra:WebsockServer": (
-        "get_message_buffer",
-        "queue_message",
-    ),
+    "viser.infra:WebsockServer": ("get_message_buffer", "queue_message"),
     "viser._gui_handles:_GuiHandleState": ("gui_api", "props", "sync_cb", "uuid", "value"),
     "viser._scene_api:SceneApi": ("_queue_scene_message",),
     "viser._scene_handles:_SceneNodeHandleState": ("api", "position", "props", "wxyz"),
