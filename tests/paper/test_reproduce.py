@@ -58,8 +58,12 @@ def test_all_files(tmp_path):
 
 
 def test_some_files(folder):
-    """Every file is linked, every picture and every table of numbers can be read."""
+    """Every file is linked under its caption, every picture and every table of numbers can be
+    read."""
     assert_readable(folder, [name for name in SOME if name in FIGURES])
+    index = (folder / "index.md").read_text(encoding="utf-8")
+    for words in ("**Table 4.** First and second chordwise", "## Figure 13\n\nSecond mode shape"):
+        assert words in index
 
 
 def assert_readable(folder, shown):

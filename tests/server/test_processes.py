@@ -129,6 +129,13 @@ def test_they_end_at_any_moment(tmp_path, after):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_one_visitor_needs_one_process(tmp_path):
+    """Several would be each other's visitors while they test their protection."""
+    with ServeProcess(tmp_path, "--port", str(free_port()), "--visitors", "1") as served:
+        assert not served.workers
+        assert served.end(signal.SIGTERM) == (0, "")
+
+
 def test_workers_do_not_outlive_the_first_process(tmp_path):
     """Even if that was killed and could not tell them."""
     with ServeProcess(tmp_path, "--port", str(free_port())) as served:
