@@ -9,6 +9,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
@@ -32,6 +33,9 @@ def main() -> None:
             print(f"{command} {name}: {seconds:.2f} s, {path.stat().st_size / 1e6:.2f} MB")
     solved = SolvedScene.of(Scene.of(alpha=1, beta=0.5, gamma=10))
     print(f"picture of 1280x720 in a batch: {best(lambda: picture(solved)):.3f} s")
+    with ThreadPoolExecutor(2) as pool:
+        seconds = best(lambda: list(pool.map(picture, [solved] * 6))) / 6
+    print(f"the same on two threads: {seconds:.3f} s")
     for width, height in ((640, 360), (800, 450)):
         frame = best(partial(render_frame, solved, Renderer(solved, width, height, FAST)))
         print(f"frame of {width}x{height}, one thread: {frame:.3f} s")

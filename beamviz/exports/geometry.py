@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 from viser import SceneApi
+from viser.transforms import SO3
 
 from beamviz.drawing import colours
-from beamviz.drawing.beam_mesh import NORMALS, swept
 from beamviz.server.viser_private import VisibleNode, visible_nodes
 
 LEVEL = 0.99  # vertical component of the normal of the top of the floor
@@ -98,7 +98,7 @@ def triangles(
         corners,
         normals,
         np.broadcast_to(albedo, (count, 3)),
-        np.full(count, not props.flat_shading),
+        np.full(count, hasattr(props, "radial_segments")),
         np.full(count, 1.0 if props.opacity is None else props.opacity),
         np.full(count, props.cast_shadow),
         np.full(count, props.side == "double" and not hasattr(props, "batched_scales")),
@@ -110,8 +110,8 @@ def instances(node: VisibleNode) -> Triangles:
     props = node.props
     shown = props.batched_scales.max(axis=1) > 1e-6
     corners, normals = mesh(props)
-    turned = rotations(props.batched_wxyzs[shown].astype(float))
-    turned = node.rotation @ turned  # (n, 3, 3)
+    wxyz = props.batched_wxyzs[shown].astype(float)
+    turned = node.rotation @ SO3(wxyz).as_matrix()  # (n, 3, 3)
     scale = props.batched_scales[shown].astype(float)[:, None, None]
     at = props.batched_positions[shown] @ node.rotation.T + node.position
     moved = (corners * scale[:, None]).reshape(len(scale), 3 * len(corners), 3) @ turned.transpose(
@@ -123,44 +123,15 @@ def instances(node: VisibleNode) -> Triangles:
     return triangles(props, moved, directions, albedo)
 
 
-def rotations(wxyz: np.ndarray) -> np.ndarray:
-    """Matrices (n, 3, 3) of unit quaternions (n, 4)."""
-    w, x, y, z = wxyz.T
-    columns = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)),
-        (2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)),
-        (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)),
-    )
-    return np.array(columns).transpose(2, 1, 0)
-
-
 Corners = tuple[np.ndarray, np.ndarray]  # (t, 3, 3) and the normals there
 
 
-def face_normals(corners: np.ndarray) -> np.ndarray:
-    """Unit normals (t, 3); 0 for a triangle without an area."""
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
-
-
 def mesh(props: Any) -> Corners:
-    """A mesh, with one normal for each triangle or for each vertex."""
+    """A mesh, flat: what is round is a cylinder."""
     corners = props.vertices[props.faces].astype(float)
-    flat = np.repeat(face_normals(corners)[:, None], 3, axis=1)
-    if props.flat_shading:
-        return corners, flat
-    normals = np.zeros(props.vertices.shape)
-    np.add.at(normals, props.faces, flat)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
-    return corners, normals[props.faces]
-
-
-def box(props: Any) -> Corners:
-    """A box around the origin."""
-    x, y, z = props.dimensions
-    vertices, faces = swept(np.array([[-x / 2, 0, 0], [x / 2, 0, 0]]), NORMALS["chordwise"], (y, z))
-    corners = vertices[faces]
-    return corners, np.repeat(face_normals(corners)[:, None], 3, axis=1)
+    return corners, np.repeat(normals[:, None], 3, axis=1)
 
 
 def cylinder(props: Any) -> Corners:
@@ -178,4 +149,4 @@ def cylinder(props: Any) -> Corners:
     return corners, np.concatenate([ups, -ups, *sides])
 
 
-SOLIDS = {"MeshProps": mesh, "BoxProps": box, "CylinderProps": cylinder}
+SOLIDS = {"MeshProps": mesh, "CylinderProps": cylinder}

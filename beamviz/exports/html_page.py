@@ -155,6 +155,7 @@ CONTROLS = (
     ' <input id="speed" type="range"> <output id="speed-shown" for="speed"></output></p>'
 )
 STYLE = """
+.mantine-Notifications-root { display: none; }
 #root { position: fixed !important; inset: 0 440px 0 0; width: auto !important; }
 aside { position: fixed; inset: 0 0 0 auto; width: 440px; box-sizing: border-box; overflow: auto;
         padding: 1.2em 1.4em; font: 16px/1.45 system-ui, sans-serif; background: #fff;

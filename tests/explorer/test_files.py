@@ -1,5 +1,6 @@
 """Saving and loading a scene, and exports; and what is refused of them."""
 
+import io
 import threading
 from functools import partial
 from typing import Any
@@ -7,6 +8,7 @@ from typing import Any
 import pytest
 from live.browser import page, says
 from live.visitor import Visitor, frequency_text, visitor
+from PIL import Image
 
 from beamviz import exports
 from beamviz.beam import MAX_TOML_BYTES, Beam
@@ -94,6 +96,19 @@ def test_every_file_can_be_exported(url, monkeypatch, kind, begin):
         assert part["content"][: len(begin)].lower() == begin.lower()
         if start["part_count"] == 1:
             assert len(part["content"]) == start["size_bytes"]
+
+
+def test_a_film_has_the_length_chosen(url, monkeypatch):
+    """Two periods have more frames than one, in the format of the button."""
+    monkeypatch.setattr(export_jobs, "animate", SMALL_FILM)
+    frames = []
+    with visitor(url) as guest:
+        for length in ("1 period", "2 periods"):
+            guest.choose("film_length", length)
+            guest.do("export", ".webp")
+            (part,) = heard(guest, "FileTransferPart", timeout=120)
+            frames.append(Image.open(io.BytesIO(part["content"])).n_frames)
+    assert frames[1] > 1.5 * frames[0]
 
 
 def test_a_film_of_what_does_not_move_is_refused_in_words(url):

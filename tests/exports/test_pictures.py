@@ -121,18 +121,8 @@ def test_a_bare_machine_is_enough(tmp_path):
     """Without a browser or a display, in a process of its own: the same picture, no word."""
     bare = {"PATH": str(tmp_path), "HOME": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
     command = [sys.executable, "-m", "beamviz", "screenshot", str(tmp_path / "a.png")]
-    options = [
-        "--alpha",
-        "1",
-        "--beta",
-        "0.5",
-        "--gamma",
-        "10",
-        "--width",
-        "480",
-        "--height",
-        "270",
-    ]
+    numbers = {"alpha": 1, "beta": 0.5, "gamma": 10, "width": 480, "height": 270}
+    options = [f"--{name}={value}" for name, value in numbers.items()]
     done = subprocess.run([*command, *options], env=bare, capture_output=True, check=True)
     assert (done.stdout, done.stderr) == (b"", b"")
     assert difference(np.asarray(Image.open(tmp_path / "a.png")), stored("mass")) < ALIKE
