@@ -26,7 +26,7 @@ from beamviz.failure_maps.compute import (
 from beamviz.solver import other_stable_states, solve
 from beamviz.solver.solution import Solution
 
-FULL_STATES, QUICK_STATES = (24, 14), (10, 6)  # cells along the speed and across
+FULL_STATES, QUICK_STATES = (22, 12), (10, 6)  # cells along the speed and across
 TOLERANCE = 1e-3  # of the frequency, which the map does not show
 SEARCHED = 4  # columns of the map from one search for a second state to the next
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from oracle.bent import bent_truth
 
-from beamviz import Beam, loci, solve
+from beamviz import Beam, NoEquilibrium, loci, solve
 from beamviz.solver import end_of_bent_state, other_stable_states
 
 INWARD = Beam(delta=-1)
@@ -89,6 +89,16 @@ def test_a_limit_point_of_the_bent_state(over, values):
         squares.append(truth.omega[0].real ** 4)
     zero = np.roots(np.polyfit(distances, squares, 1))
     assert zero == pytest.approx(0, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_a_bent_state_that_ends_with_its_strain_law():
+    """The limit is where solve finds no state, though no mesh resolves the state beside it."""
+    beam, given = Beam(delta=-1.93, gamma=10), {"modes": 1, "state": "stable", "strain": "hencky"}
+    end = end_of_bent_state(solve(beam, tolerance=1e-3, **given), "gamma", 200)
+    with pytest.raises(NoEquilibrium) as error:
+        solve(beam.replace(gamma=12.5), **given)
+    assert end == pytest.approx(error.value.limit, rel=5e-3)
 
 
 def test_the_command_line_names_the_event(run, tmp_path):
