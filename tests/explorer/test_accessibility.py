@@ -16,13 +16,20 @@ pytestmark = pytest.mark.browser
 AXE = files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8") + ";1"
 SIZES = [(1920, 1080), (1440, 900), (1024, 768), (820, 1180), (390, 844)]
 PHONE, DESK = SIZES[-1], SIZES[1]
-TABS = ["frequencies", "map", "veering", "compare", "run-up", "methods", "lessons", "export"]
+TABS = ["frequencies", "veering", "compare", "run-up", "methods", "lessons", "export"]
 RUN_AXE = """axe.run({resultTypes: ['violations']}).then(found =>
   found.violations.filter(v => ['serious', 'critical'].includes(v.impact)).map(v =>
     `${v.id}: ${v.nodes.map(n => n.html.slice(0, 99) + ' ' + n.failureSummary).join(' | ')}`))"""
 # Own elements that can be seen, without those that only screen readers find.
 SEEN = """[...document.querySelectorAll('body *')].filter(e => e.checkVisibility()
   && !e.closest('#root, .hidden, svg, canvas') && e.getBoundingClientRect().width > 1)"""
+# Controls without a ring around them, their label or their flag while they have the focus.
+RINGLESS = f"""{SEEN}.concat(document.getElementById('scene-file')).filter(e => e.matches(
+  'button, select, input, summary, [tabindex="0"]') && !e.disabled && e.checkVisibility())
+  .filter(e => {{ e.focus({{focusVisible: true, preventScroll: true}});
+    return ![e, e.firstElementChild, ...(e.labels ?? [])].some(one => one
+      && getComputedStyle(one).outlineStyle !== 'none'
+      && parseFloat(getComputedStyle(one).outlineWidth) >= 2) }}).map(e => e.outerHTML)"""
 SCENE = "document.getElementById('scene').getBoundingClientRect()"
 
 
@@ -100,8 +107,11 @@ def test_the_scene_has_half_of_the_page(shown, size):
 
 @pytest.mark.parametrize("size", [DESK, PHONE], ids=lambda size: f"{size[0]}x{size[1]}")
 def test_letters_and_targets_are_large_enough(shown, size):
-    """14 px at least; targets of 24 px, of 44 px on a touch screen."""
+    """14 px at least; targets of 24 px, of 44 px on a touch screen; also in tables of results."""
     resize(shown, *size)
+    shown.evaluate("beamviz.send('comparison', 'twice the mass'); beamviz.send('per_rev_2', true)")
+    for tables in ("comparison", "loci-resonances"):
+        shown.wait(f"!!document.querySelector('#{tables} table')")
     for name in TABS:
         shown.evaluate(f"document.getElementById('to-{name}').click()")
         small = shown.evaluate(
@@ -122,7 +132,7 @@ def test_letters_and_targets_are_large_enough(shown, size):
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("size", [DESK, PHONE], ids=lambda size: f"{size[0]}x{size[1]}")
-def test_axe_finds_nothing_serious(shown, size, scheme):
+def test_axe_finds_nothing_serious_and_the_focus_is_seen(shown, size, scheme):
     """On the start page, in every tab, and in the help."""
     resize(shown, *size)
     prefer(shown, scheme)
@@ -131,6 +141,7 @@ def test_axe_finds_nothing_serious(shown, size, scheme):
     for name in TABS:
         shown.evaluate(f"document.getElementById('to-{name}').click()")
         assert shown.evaluate(RUN_AXE) == [], name
+        assert shown.evaluate(RINGLESS) == [], name
     shown.evaluate("document.getElementById('help').showModal()")
     found = shown.evaluate(RUN_AXE)
     shown.evaluate("document.getElementById('help').close()")
