@@ -85,6 +85,14 @@ def test_many_at_once_are_the_same_as_one_by_one():
     assert solve_many([]) == []
 
 
+def test_beams_with_their_masses_at_different_places_have_their_own_shapes():
+    """Each beam of a stack of meshes moves as it does alone."""
+    sweep, x = [Beam(alpha=1, beta=beta, gamma=5) for beta in (0.3, 0.5, 0.7)], np.linspace(0, 1, 9)
+    for beam, found in zip(sweep, solve_many(sweep, modes=3), strict=True):
+        alone = solve(beam, modes=3).displacement(x)
+        assert found.displacement(x) == pytest.approx(alone, abs=1e-4)
+
+
 def test_an_error_that_cannot_be_known_is_infinite():
     """The paper's elements answer just beyond the limit of equilibrium, which nothing exact can
     be held against."""
