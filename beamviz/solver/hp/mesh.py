@@ -87,9 +87,8 @@ class Grid:
         rows = np.empty((*x.shape, self.points.shape[-1]))
         for e, block in enumerate(_blocks(self.orders)):
             start, end = self.breaks[..., e, None], self.breaks[..., e + 1, None]
-            xi = np.clip(
-                (2 * x - start - end) / (end - start), -1, 1
-            )  # none or all of it elsewhere
+            # Of an element before x all is integrated, of one beyond it nothing.
+            xi = np.clip((2 * x - start - end) / (end - start), -1, 1)
             half = (end - start)[..., None] / 2
             rows[..., block] = half * reference(self.orders[e]).integrals(xi)
         return rows
