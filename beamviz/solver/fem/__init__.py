@@ -81,7 +81,8 @@ def element_count(problem: Problem) -> int:
     elements = check_int("elements", elements, 1, MAX_ELEMENTS)
     if problem.modes > 2 * elements:
         raise InvalidInput(
-            f"modes = {problem.modes}: at most {2 * elements} with elements = {elements}"
+            f"modes = {problem.modes}: at most {2 * elements} with elements = {elements};"
+            " ask for more elements or fewer modes"
         )
     return elements
 

@@ -5,8 +5,9 @@ stack of one. A stack is refined as a whole, then its remaining beams one by one
 """
 
 import math
+from bisect import bisect
 from collections.abc import Sequence
-from itertools import accumulate, groupby
+from itertools import accumulate, groupby, pairwise
 from operator import attrgetter
 from typing import Any, NamedTuple
 
@@ -29,6 +30,7 @@ from beamviz.solver.hp.equilibrium import (
 )
 from beamviz.solver.hp.mesh import Mesh, make_mesh, make_meshes
 from beamviz.solver.hp.mesh_design import (
+    AT_END,
     MAX_UNKNOWNS,
     BreaksAndOrders,
     Positions,
@@ -44,6 +46,8 @@ from beamviz.solver.problem import Problem
 REFINEMENTS = 8  # attempts at a beam
 STACKED = 2  # of them in stacks: the beams left then need care of their own
 CHUNK = 32  # beams that share a mesh: it is as fine as the hardest of them needs
+FEWEST, COARSER = 6, 0.75  # beams that get a coarser mesh; its share of the unknowns
+DESIGNED = 8  # one in so many meshes is designed where only the place of the mass changes
 FEWER_DIGITS = 0.15  # asked of a shared mesh: most of its beams need less than the hardest
 MORE_DIGITS = 0.7  # for each further attempt, beyond those the last one missed
 GREATEST_ERROR = 0.01  # relative, of omega^2 near a limit where the tolerance cannot be met
@@ -133,14 +137,22 @@ class Refinement:
         return stacks
 
     def _on_one_mesh(self, chunks: list[list[int]]) -> list[tuple[list[int], Mesh]]:
-        """A mesh for beams with their mass at one place, gentle to hard: the hardest sets it."""
+        """A mesh for beams with their mass at one place, gentle to hard: the hardest sets it, and
+        the gentle half has one of its own where that is much coarser."""
         groups: dict[BreaksAndOrders, list[int]] = {}
-        for chunk in chunks:
-            while chunk:
-                if found := self._mesh(chunk):
-                    groups.setdefault(found, []).extend(chunk)
-                    break
-                chunk.pop()
+        while chunks:
+            chunk = chunks.pop()
+            gentle = chunk[: len(chunk) // 2]
+            if not (found := self._mesh(chunk)):
+                chunks += [chunk[:-1]] if chunk[:-1] else []
+            elif len(gentle) < FEWEST:
+                groups.setdefault(found, []).extend(chunk)
+            elif not (coarser := self._mesh(gentle)):
+                chunks.append([place for place in chunk if place != gentle[-1]])
+            elif sum(coarser[1]) < COARSER * sum(found[1]):
+                chunks += [gentle, chunk[len(gentle) :]]
+            else:
+                groups.setdefault(found, []).extend(chunk)
         return [(places, make_mesh(*common)) for common, places in groups.items()]
 
     def _on_own_meshes(self, chunks: list[list[int]]) -> list[tuple[list[int], Mesh]]:
@@ -148,7 +160,7 @@ class Refinement:
         between which neighbours share their orders."""
         stacks = []
         for chunk in chunks:
-            found = [(place, own) for place in chunk if (own := self._mesh([place]))]
+            found = self._own_meshes(chunk)
             for _, group in groupby(found, key=lambda pair: len(pair[1][1])):
                 places, meshes = zip(*group, strict=True)
                 breaks, orders = zip(*meshes, strict=True)
@@ -158,6 +170,25 @@ class Refinement:
                 else:
                     stacks.append((list(places), make_meshes(np.array(breaks), common)))
         return stacks
+
+    def _own_meshes(self, chunk: list[int]) -> list[tuple[int, BreaksAndOrders]]:
+        """The mesh of each beam that has one. Of beams that differ in the place of the mass alone
+        a few are designed: between two meshes of as many elements the breaks move with the mass."""
+        alpha, beta, *others = self.numbers[chunk].T
+        step = DESIGNED if not np.ptp((alpha, *others), axis=1).any() else 1
+        corners = sorted({*range(0, len(chunk), step), len(chunk) - 1})
+        found = {k: own for k in corners if (own := self._mesh([chunk[k]]))}
+        kinds = {k: (len(own[0]), bisect(own[0], beta[k] - AT_END)) for k, own in found.items()}
+        for i, j in pairwise(corners):
+            if kinds.get(i) == kinds.get(j) is not None:
+                (low, orders), (high, others_orders) = found[i], found[j]
+                common = tuple(map(max, zip(orders, others_orders, strict=True)))
+                shares = (beta[i + 1 : j] - beta[i]) / (beta[j] - beta[i])
+                rows = np.outer(1 - shares, low) + np.outer(shares, high)
+                found |= {k: (tuple(row), common) for k, row in enumerate(rows.tolist(), i + 1)}
+            else:
+                found |= {k: own for k in range(i + 1, j) if (own := self._mesh([chunk[k]]))}
+        return [(chunk[k], found[k]) for k in sorted(found)]
 
     def _mesh(self, places: list[int]) -> BreaksAndOrders | None:
         """A mesh for some beams, the last of them the hardest; None where that has an answer now,

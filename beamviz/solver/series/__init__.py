@@ -41,6 +41,9 @@ def solve(beam: Beam, problem: Problem, start: float) -> Solution:
     terms = method.default if problem.terms is None else problem.terms
     terms = check_int("terms", terms, method.least, method.most)
     if method.limit_modes and problem.modes > terms:
-        raise InvalidInput(f"modes = {problem.modes}: at most {terms} with terms = {terms}")
+        raise InvalidInput(
+            f"modes = {problem.modes}: at most {terms} with terms = {terms};"
+            " ask for more terms or fewer modes"
+        )
     solved = method.solve(beam, problem, terms)
     return build_solution(beam, problem, start, solved, order=terms)
