@@ -1,10 +1,11 @@
 """The axis of loci, and the variable of their interpolation on it."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-SHORT_OF = 1e-5  # of an axis: how far from a limit of equilibrium the loci end
+SHORT_OF = 1e-4  # of an axis: how far from a limit of equilibrium the loci end
 SHIFTS = {"alpha": 0.2, "gamma": 16.0, "mu": 0.0}  # see Axis.t
 
 
@@ -13,6 +14,8 @@ class Axis:
     """A range of the parameter, and the variable t of the interpolation on it, in which
     singularities are far away: log(alpha + 0.2), log(gamma^2 + 16), log mu, log(delta + 1) or so.
 
+    coupled: whether Coriolis forces couple all modes, in proportion to gamma rather than its
+    square: then over gamma t = arsinh(gamma / 4).
     limited: whether an equilibrium ends at `low` and at `high`, where omega^2 has the singularity
     of a square root.
     """
@@ -20,6 +23,7 @@ class Axis:
     over: str
     low: float
     high: float
+    coupled: bool = False
     limited: tuple[bool, bool] = (False, False)
 
     @property
@@ -53,15 +57,20 @@ class Axis:
                 y = low + t**2
             case _:
                 y = t
-        p = y if self._shift is None else np.exp(y) - self._shift
-        if self.over == "gamma":
-            p = np.sqrt(np.maximum(p, 0.0))
+        if self.over == "gamma" and self.coupled:
+            p = math.sqrt(SHIFTS["gamma"]) * np.sinh(y)
+        elif self.over == "gamma":
+            p = np.sqrt(np.maximum(np.exp(y) - self._shift, 0.0))
+        else:
+            p = y if self._shift is None else np.exp(y) - self._shift
         start, stop = self.ends
         first, last = self.t(np.array([start, stop]))
         return np.where(t == first, start, np.where(t == last, stop, np.clip(p, start, stop)))
 
     def _stretched(self, p: np.ndarray) -> np.ndarray:
-        """The logarithm, if the parameter has one."""
+        """The logarithm, if the parameter has one; of gamma as told above."""
+        if self.over == "gamma" and self.coupled:
+            return np.arcsinh(p / math.sqrt(SHIFTS["gamma"]))
         if self._shift is None:
             return p
         return np.log((p**2 if self.over == "gamma" else p) + self._shift)

@@ -140,9 +140,9 @@ class Part:
 
 def trace(sweep: Sweep, values: np.ndarray, search: LimitSearch) -> list[Part]:
     """The loci between the first and the last of some values, with their events."""
-    sweep.solve(
-        root_places(Axis(sweep.over, *values[[0, -1]].tolist())) if sweep.straight else values
-    )
+    low, high = values[[0, -1]].tolist()
+    axis = Axis(sweep.over, low, high, sweep.coupled)
+    sweep.solve(root_places(axis) if sweep.straight else values)
     if any(
         outcome.kind == NotConverged.kind
         for outcome in sweep.outcomes.values()
@@ -196,40 +196,34 @@ def _labels(part: Part, sweep: Sweep) -> dict[int, str]:
 def branches_of(sweep: Sweep, values: np.ndarray, parts: Sequence[Part]) -> tuple[Branch, ...]:
     """The branches at some values. A branch continues where a later one appears under the same
     label, across a gap say; a second one beside it gets a prime."""
-    columns: dict[str, list[np.ndarray]] = {}  # mode_index, then Values, (values,) each
+    columns: dict[str, np.ndarray] = {}  # mode_index, then Values: (5, values)
     exists = np.zeros(len(values), bool)
     for part in parts:
         axis = part.curves.axis
         here = np.flatnonzero((values >= axis.low) & (values <= axis.high))
         found, numbers = _values(sweep, values[here], part.curves), part.numbers(values[here])
-        rank = Spectra(*found[:3]).rank
-        rank = np.where(np.isfinite(found.squares) & (rank < sweep.modes), rank, -1)
-        known = np.isfinite(found.squares).any(axis=(1, 2))
-        exists[here] = known
-        rank = rank.reshape(numbers.shape)
+        known = np.isfinite(found.squares)
+        exists[here] = known.any(axis=(1, 2))
+        rank = np.where(known, Spectra(*found[:3]).rank, sweep.modes)
+        table = np.stack((rank, *found)).reshape(5, *numbers.shape)
+        table[:, table[0] >= sweep.modes] = np.array([-1, *4 * [np.nan]])[:, None]
+        rows = np.arange(len(here))
         for number, label in part.labels.items():
-            column = (numbers == number).argmax(axis=1)[:, None]
-            index = np.take_along_axis(rank, column, axis=1)[:, 0]
-            own = [np.full(len(values), -1), *(np.full(len(values), np.nan) for _ in found)]
-            own[0][here] = index
-            for array, part_values in zip(own[1:], found, strict=True):
-                row = np.take_along_axis(part_values.reshape(numbers.shape), column, axis=1)[:, 0]
-                array[here] = np.where(index >= 0, row, np.nan)
+            own = np.full((5, len(values)), np.nan)
+            own[0] = -1
+            own[:, here] = table[:, rows, (numbers == number).argmax(axis=1)]
             while label in columns and (np.minimum(columns[label][0], own[0]) >= 0).any():
                 label += "'"
-            if label in columns:
-                later = own[0] >= 0
-                own = [
-                    np.where(later, new, old) for new, old in zip(own, columns[label], strict=True)
-                ]
-            columns[label] = own
+            columns[label] = np.where(own[0] >= 0, own, columns.get(label, own))
     if not exists.any():
         return ()
-    for array in (array for own in columns.values() for array in own):
-        array.flags.writeable = False
+    for own in columns.values():
+        own.flags.writeable = False
     solutions = Solutions(replace(sweep, outcomes={}), values, exists)
     return tuple(
-        Branch(label, index, squares, bending, interpolated, solved, solutions)
+        Branch(
+            label, _read_only(index.astype(int)), squares, bending, interpolated, solved, solutions
+        )
         for label, (index, squares, solved, bending, interpolated) in columns.items()
     )
 

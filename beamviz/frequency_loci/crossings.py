@@ -41,6 +41,8 @@ FINEST = 1e-6  # of the interval it was seen in: nor is a smaller shift than thi
 ROUGH = 1e-3  # of the interval: a shift that no longer shrinks below this is rounding
 SPACING = 1e-3  # of the interval: least distance of the points interpolated from
 SAME = 1e-3  # of a gap: a smaller change by the last solve ends the search
+NEAR = 0.02  # of the width: a guess this near serves for what is taken beside the least gap
+WITHIN = 0.2  # widths: reach of the last parabola through an interpolated gap
 SAMPLES = 33  # of an interpolated gap, again and again around the minimum
 MAX_ZOOMS = 12
 FLAT = 1e-9  # of the gap: a smaller difference is rounding
@@ -165,18 +167,29 @@ def _run_together(searches: Sequence[Search[Result]], solve_at: Any) -> list[Res
 def _locate(candidate: Candidate, curves: Curves, sweep: Sweep) -> Search[Event | None]:
     """The crossing or veering of two neighbours of a family, if it is one."""
     family, k, low, at, high, before, after, smooth = candidate
+    start, stop = curves.table.at[[0, -1]].tolist()
+    guess = Approach(at, 0.0, math.inf, 0.0, (0, 1))
+    places = np.array([low, at, high])
     if smooth:
-        low, at, high, gap, frequency = _zoom(candidate, curves)
-        if gap > 1.01 * CLOSE * frequency:
+        guess = _zoom(candidate, curves)
+        squares = curves.squares_at(np.array([guess.at]))[0]
+        inside = (squares < squares[family, k + 1]).sum() < sweep.modes
+        if guess.gap > 1.01 * CLOSE * guess.frequency or (not inside and guess.gap > 0):
             return None
-    points = yield np.array([low, at, high])
-    start = points.at.searchsorted(low)
-    if not (start < len(points.at) and points.at[start] == low):
+        low, high = max(low, guess.at - guess.width), min(high, guess.at + guess.width)
+        places = np.array([low, guess.at, high])
+        points = yield np.concatenate(
+            (places, _beside(guess, before, after), _near(guess, start, stop))
+        )
+    else:
+        points = yield places
+    first = points.at.searchsorted(low)
+    if not (first < len(points.at) and points.at[first] == low):
         return None
     modes = _places(sweep, low, family)[[k, k + 1]]
-    shapes = points.shapes[start, modes]
-    around = points.take((points.at >= low) & (points.at <= high))
-    approach = yield from _least_gap(around, shapes, low, high)
+    shapes = points.shapes[first, modes]
+    around = points.take(np.isin(points.at, places))
+    approach = yield from _least_gap(around, shapes, low, high, guess)
     if approach is None or approach.modes[approach.gap > 0] >= sweep.modes:
         return None  # outside the window; a crossing on its edge is inside
     pair = (family, k), (family, k + 1)
@@ -184,18 +197,32 @@ def _locate(candidate: Candidate, curves: Curves, sweep: Sweep) -> Search[Event 
         return Event("crossing", pair, *approach[:3], 0.0, 0.0, 0.0)
     if approach.gap > CLOSE * approach.frequency:
         return None
-    reach = REACH * approach.width
-    ends = np.array([max(before, approach.at - reach), min(after, approach.at + reach)])
+    off = max(abs(approach.at - guess.at), abs(approach.width - guess.width))
+    if off > NEAR * approach.width:  # else it was solved beside the guess already
+        guess = approach
+    ends = _beside(guess, before, after)
     beside = yield ends
     if len(beside.at) == 2:
         own = [_places(sweep, value, family)[[k, k + 1]] for value in ends.tolist()]
         if _rotation(beside.shapes[0, own[0]].conj() @ beside.duals[1, own[1]].T) < ROTATED:
             return None
-    start, stop = curves.table.at[[0, -1]].tolist()
-    coupling, index = yield from _veering_index(approach, shapes, start, stop)
+    near = _near(guess, start, stop)
+    coupling, index = _veering_index((yield near), near, shapes)
     if index < MIN_INDEX:
         return None
     return Event("veering", pair, *approach[:3], coupling, index, approach.width)
+
+
+def _beside(approach: Approach, before: float, after: float) -> np.ndarray:
+    """On either side of a veering, where the shapes hardly rotate any more."""
+    reach = REACH * approach.width
+    return np.array([max(before, approach.at - reach), min(after, approach.at + reach)])
+
+
+def _near(approach: Approach, start: float, stop: float) -> np.ndarray:
+    """On either side of a least gap, to take differences over."""
+    h = min(DIFFERENCE_STEP * approach.width, approach.at - start, stop - approach.at)
+    return approach.at + np.array([-h, h])
 
 
 def _places(sweep: Sweep, value: float, family: int) -> np.ndarray:
@@ -204,25 +231,30 @@ def _places(sweep: Sweep, value: float, family: int) -> np.ndarray:
     return squares.rank[0, family]
 
 
-def _zoom(candidate: Candidate, curves: Curves) -> tuple[float, float, float, float, float]:
-    """The least gap of interpolated loci: a bracket of it, a width to each side, its place, its
-    size and the frequency there."""
+def _zoom(candidate: Candidate, curves: Curves) -> Approach:
+    """The least gap of interpolated loci, by parabolas through its square: that is
+    least^2 (1 + ((p - at) / width)^2) near it."""
     family, k, low, at, high, *_ = candidate
-    first, last = low, high
+    reach, finest = max(at - low, high - at), FINEST * (high - low)
     for _ in range(MAX_ZOOMS):
-        p = np.linspace(low, high, SAMPLES)
-        squares = curves.at(p).squares[:, family, k : k + 2]
+        p = np.array([max(low, at - reach), at, min(high, at + reach)])
+        squares = curves.squares_at(p)[:, family, k : k + 2]
         lower, upper = np.sqrt(np.maximum(squares, FLOOR)).T
-        gap = upper - lower
-        i = int(gap.argmin())
-        low, high, at = p[max(i - 1, 0)], p[min(i + 1, SAMPLES - 1)], float(p[i])
-        if gap.max() <= (1 + 1e-2) * gap[i] or high - low < FINEST * (last - first):
+        rises = np.diff((upper - lower) ** 2) / np.diff(p)
+        curvature = float(rises[1] - rises[0]) / (p[2] - p[0])
+        slope = float(rises[0]) + curvature * (at - p[0])
+        gap, frequency = float(upper[1] - lower[1]), float(upper[1] + lower[1]) / 2
+        if not curvature > 0:
+            return Approach(at, frequency, gap, reach, (0, 1))
+        shift = min(max(-slope / (2 * curvature), p[0] - at), p[2] - at)
+        least = max(gap**2 - slope**2 / (4 * curvature), 0.0)
+        width, at = max(math.sqrt(least / curvature), finest), at + shift
+        if abs(shift) <= SETTLED * width / 10 and reach <= WITHIN * width:
             break
-    # gap^2 = least^2 (1 + ((p - at) / width)^2), from the ends of the last samples
-    least, distance = float(gap[i]), max(p[-1] - at, at - p[0])
-    growth = max(float((gap.max() / least) ** 2 - 1), np.finfo(float).eps)
-    width = max(distance / math.sqrt(growth), FINEST * (last - first))
-    return max(first, at - width), at, min(last, at + width), least, float(upper[i])
+        reach = max(min(reach / 4, max(4 * abs(shift), WITHIN * width)), finest / 4)
+        at = min(max(at, low + finest / 8), high - finest / 8)
+    touching = math.sqrt(least) <= TOUCHING * frequency
+    return Approach(at, frequency, 0.0 if touching else math.sqrt(least), width, (0, 1))
 
 
 def _rotation(O: np.ndarray) -> float:
@@ -232,15 +264,12 @@ def _rotation(O: np.ndarray) -> float:
     return math.atan2(exchanged, kept)
 
 
-def _veering_index(
-    approach: Approach, shapes: np.ndarray, start: float, stop: float
-) -> Search[tuple[float, float]]:
+def _veering_index(beside: Points, near: np.ndarray, shapes: np.ndarray) -> tuple[float, float]:
     """s_ab and the veering index of a pair (du Bois, Adhikari & Lieven 2011), from the rates at
     which the modes rotate into each other at the least gap, s_ab / (lambda_b - lambda_a)."""
-    h = min(DIFFERENCE_STEP * approach.width, approach.at - start, stop - approach.at)
-    beside = yield approach.at + np.array([-h, h])
     if len(beside.at) < 2:
         return math.nan, 0.0
+    h = float(near[1] - near[0]) / 2
     O = beside.shapes[0].conj() @ beside.duals[1].T
     own = np.diagonal(O)
     O = O * own.conj() / np.maximum(abs(own), np.finfo(float).tiny)
@@ -257,14 +286,14 @@ def _veering_index(
 
 
 def _least_gap(
-    points: Points, reference: np.ndarray, low: float, high: float
+    points: Points, reference: np.ndarray, low: float, high: float, guess: Approach
 ) -> Search[Approach | None]:
     """The least gap within low .. high of the two modes that have the shapes `reference` (2, d).
 
-    points: some around it. None where the gap is least at an end.
+    points: some around it. guess: where it was seen. None where the gap is least at an end.
     """
     entries, interval = _reduce(reference, points), high - low
-    approach, shift = Approach((low + high) / 2, 0.0, math.inf, 0.0, (0, 1)), math.inf
+    approach, shift = guess, math.inf
     for _ in range(MAX_SOLVES):
         if len(entries) < 2:
             return None

@@ -4,10 +4,10 @@ A function of the loci is given by `Measure`: the difference of two of them vani
 omega^2 - (k gamma)^2 at a resonance, the lowest omega^2 at the onset of instability.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,7 @@ Measure = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 ZOOMS, SAMPLES = 6, 17  # of an interpolated function around a minimum that may touch zero
 STEPS = 6  # of the secant method on interpolated loci
+ALMOST = 1e-6  # of the bracket: a smaller correction there, by a superlinear method, is the last
 MAX_CORRECTIONS = 60  # by solves
 MARGIN = 1e-3  # of the sweep: within it a root of interpolated loci is corrected by solves
 SETTLED = (
@@ -90,34 +91,49 @@ class Curves:
 
     def at(self, p: np.ndarray) -> Values:
         """The modes at some values (n,); nan where they are not interpolated."""
-        t = self.axis.t(p)
-        owner = np.searchsorted([piece.high for piece in self.pieces[:-1]], t)
-        found = Values(
-            *(np.full((len(p), *self.squares.shape[1:]), np.nan) for _ in Values._fields)
-        )
-        for k in np.unique(owner).tolist():
-            rows = owner == k
-            if self.pieces[k].errors:
-                spectra, error = self.pieces[k].at(t[rows])
-                for array, part in zip(found, (*spectra, error), strict=True):
-                    array[rows] = part
+        found = [np.full((len(p), *self.squares.shape[1:]), np.nan) for _ in Values._fields]
+        for piece, rows, t in self._by_piece(p):
+            spectra, error = piece.at(t)
+            for array, part in zip(found, (*spectra, error), strict=True):
+                array[rows] = part
+        return Values(*found)
+
+    def squares_at(self, p: np.ndarray) -> np.ndarray:
+        """omega^2 (n, families, k) alone."""
+        found = np.full((len(p), *self.squares.shape[1:]), np.nan)
+        for piece, rows, t in self._by_piece(p):
+            found[rows] = piece.squares(t)
         return found
+
+    def _by_piece(self, p: np.ndarray) -> Iterator[tuple[Piece, Any, np.ndarray]]:
+        """The pieces that are interpolated, which values (n,) lie in each, and their variable."""
+        t = self.axis.t(p)
+        if len(self.pieces) == 1:
+            owners = {0: slice(None)}
+        else:
+            owner = np.searchsorted([piece.high for piece in self.pieces[:-1]], t)
+            owners = {k: owner == k for k in set(owner.tolist())}
+        for k, rows in owners.items():
+            if self.pieces[k].errors is not None:
+                yield self.pieces[k], rows, t[rows]
 
     def uncertain(self, p: np.ndarray) -> np.ndarray:
         """Which of some values (n,) lie where the interpolation did not converge."""
+        unresolved = [piece for piece in self.pieces if piece.errors is None]
+        if not unresolved:
+            return np.zeros(len(p), bool)
         t = self.axis.t(p)
-        parts = [(t >= piece.low) & (t <= piece.high) for piece in self.pieces if not piece.errors]
-        return np.any(parts, axis=0) if parts else np.zeros(len(p), bool)
+        return np.any([(t >= piece.low) & (t <= piece.high) for piece in unresolved], axis=0)
 
     @cached_property
     def table(self) -> Table:
         """Samples of all pieces."""
         at, squares = [self.solved], [self.squares]
         for piece in self.pieces:
-            if piece.errors:
+            if piece.errors is not None:
                 t = piece.dense
                 at.append(self.axis.p(t))
-                squares.append(piece.at(t)[0].squares)
+                squares.append(piece.squares(t))
         places, first = np.unique(np.concatenate(at), return_index=True)
         found = np.concatenate(squares)[first]
         middles = (places[1:] + places[:-1]) / 2
@@ -154,7 +170,7 @@ class Curves:
         """Brackets of two close roots around a minimum of the size of a measure, if it has any."""
         for _ in range(ZOOMS):
             p = np.linspace(low, high, SAMPLES)
-            g = measure(p, self.at(p).squares)[:, k]
+            g = measure(p, self.squares_at(p))[:, k]
             changes = np.flatnonzero(g[:-1] * g[1:] < 0)
             if len(changes):
                 return [(k, p[i], p[i + 1], g[i], g[i + 1], True) for i in changes.tolist()]
@@ -167,17 +183,11 @@ class Curves:
         roots, length = [], float(np.ptp(self.table.at))
         for k, low, high, below, above, smooth in brackets:
             slope = float((above - below) / (high - low))
-            settled = FINEST * (high - low if smooth else length)
+            settled = ALMOST * (high - low) if smooth else FINEST * length
             at = float(low - below / slope)
             roots.append(Root(k, low, high, at, slope, slope > 0, smooth, settled))
         interpolated = [root for root in roots if root.smooth]
-        for _ in range(STEPS):
-            moving = [root for root in interpolated if abs(root.shift) > root.settled]
-            if not moving:
-                break
-            p = np.array([root.at for root in moving])
-            for root, row in zip(moving, measure(p, self.at(p).squares), strict=True):
-                root.correct(float(row[root.channel]))
+        _correct(interpolated, measure, self.squares_at, STEPS)
         for root in interpolated:  # to be corrected by solves, which differ by the errors of both
             margin = MARGIN * length
             root.low = max(root.at - margin, self.table.at[0])
@@ -188,10 +198,20 @@ class Curves:
 
 def polish(roots: Sequence[Root], sweep: Solves, measure: Measure) -> None:
     """Correct roots by solves, all of them at once, until their corrections are small."""
-    for _ in range(MAX_CORRECTIONS):
+    _correct(roots, measure, lambda at: sweep.spectra(at).squares, MAX_CORRECTIONS)
+
+
+def _correct(
+    roots: Sequence[Root],
+    measure: Measure,
+    squares_at: Callable[[np.ndarray], np.ndarray],
+    steps: int,
+) -> None:
+    """Steps of the secant method, at most so many, for the roots that are not settled."""
+    for _ in range(steps):
         moving = [root for root in roots if abs(root.shift) > root.settled]
         if not moving:
             break
         at = np.array([root.at for root in moving])
-        for root, row in zip(moving, measure(at, sweep.spectra(at).squares), strict=True):
+        for root, row in zip(moving, measure(at, squares_at(at)), strict=True):
             root.correct(float(row[root.channel]))

@@ -33,7 +33,7 @@ def match_modes(first: Solution, second: Solution) -> ModeMatch:
     """
     count = max(gauss_points([first]), gauss_points([second]))
     a, b = (
-        mass_weighted([one], one.omega_squared[None], count)[0].reshape(len(one.omega_squared), -1)
+        mass_weighted([one], one.omega_squared[None], count).reshape(len(one.omega_squared), -1)
         for one in (first, second)
     )
     sizes = np.linalg.norm(a, axis=1)[:, None] * np.linalg.norm(b, axis=1)

@@ -1,28 +1,38 @@
 """omega^2 along one parameter as Chebyshev interpolants on pieces, refined until they converge.
 
-Within a family, or among modes that all couple, the k-th omega^2 is an analytic function of the
-parameter. Two that veer have branch points near the real axis, but their mean and the square of
-their difference have none: where one does not converge by itself, these are interpolated instead.
+Within a family the k-th omega^2 is an analytic function of the parameter. Two that veer have branch
+points near the real axis, but their mean and the square of their difference have none: where one
+does not converge by itself, these are interpolated instead.
+
+Among modes that all couple, narrow veerings are many. Written in the shapes of the middle of a
+piece, the lowest modes are those of a small symmetric matrix H, which is analytic across veerings
+however narrow; its logarithm is interpolated, and diagonalised wherever frequencies are asked for.
+
 Solves between the nodes, which no interpolant uses, check the error of each.
 """
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from beamviz.frequency_loci.axis import Axis
 
-ORDERS = (16, 64)  # of a piece, least and greatest: doubled where that promises to be enough
-SHARE = 0.25  # of the tolerance, and of the solver's error: an interpolation error that is accepted
+ORDERS = (16, 32, 192)  # least; least and greatest of a whole axis before it is halved
+FEW = 64  # greatest order of a part of it; below it the rate of convergence is known roughly
+MULTIPLES, EXPECTED = (2, 3, 4, 5, 6), 0.1  # of an order to try next; ratio that it should reach
+SHARE = 0.5  # of the tolerance, and of the solver's error: an interpolation error that is accepted
 FLOOR = 1.0  # omega^2 below which the error is absolute, near the onset of instability
+SHIFT = 12.0  # omega^2 of bending at rest: added before a logarithm is taken
 BENDING_ERROR = 1e-3  # accepted error of the bending fraction
 OUTSIDE = 1e3  # times that of requested modes: accepted error of the mode above them
-TAIL, MISFIT = 8.0, 8.0  # safety of the two estimates of error
+TAIL, MISFIT = 4.0, 8.0  # safety of the two estimates of error
 SHORTEST = 1e-8  # of the axis: a shorter piece is not halved
 STALLED = (0.8, 3)  # an error that falls by less, for so many halvings, is not interpolation's
 CHECKS = np.array([1, 6, 11]) + 1 / 3  # numbers of the check points among the nodes of order 16
+EPS = float(np.finfo(float).eps)
 
 
 class Spectra(NamedTuple):
@@ -62,6 +72,9 @@ class Solves(Protocol):
 
     def spectra(self, values: np.ndarray) -> Spectra:
         """The modes at some values; nan where there is no solution."""
+
+    def points(self, values: np.ndarray) -> Any:
+        """Their shapes, as far as there are solutions: `sweep.Points`."""
 
 
 @dataclass(frozen=True)
@@ -105,31 +118,71 @@ def dense_points(order: int) -> np.ndarray:
     return -np.cos(np.pi * np.arange(4 * order + 1) / (4 * order))
 
 
-class Errors(NamedTuple):
-    """Errors of the interpolation on a piece, by functions as in `_functions`: (families, k)."""
+class Block(NamedTuple):
+    """The m lowest of modes that all couple, by symmetric matrices in shapes that are those of the
+    middle of a piece there, and as near to these as possible elsewhere."""
 
-    square: np.ndarray
-    mean: np.ndarray
-    difference: np.ndarray
-    bending: np.ndarray
-    mean_bending: np.ndarray
-    difference_bending: np.ndarray
+    matrices: np.ndarray  # (n, 3, m, m) at the nodes: logarithm of H + shift, energies as Points
+    shift: float  # of omega^2, which may be negative
+    solver_errors: np.ndarray  # (n, m) of omega^2 at the nodes
+    tail: np.ndarray  # (m, m) of the logarithm, sum of the coefficients that are left out
+    misfit: np.ndarray  # (m,) largest error of omega^2 at the check points
+
+    def squares(self, rows: np.ndarray) -> np.ndarray:
+        """omega^2 (n, m) by interpolation `rows`."""
+        return np.exp(np.linalg.eigvalsh(_interpolated(rows, self.matrices[:, 0]))) - self.shift
+
+    def at(self, rows: np.ndarray, after: np.ndarray) -> np.ndarray:
+        """(4, n, m) by interpolation `rows` and numbers of the next nodes: omega^2, its error by
+        the solver, bending fraction, error of omega^2 by interpolation."""
+        logarithm, across, kinetic = np.moveaxis(_interpolated(rows, self.matrices), 1, 0)
+        f, y = np.linalg.eigh(logarithm)
+        bending, whole = ((y * (form @ y)).sum(axis=1) for form in (across, kinetic))
+        own = np.maximum(self.solver_errors[after - 1], self.solver_errors[after])
+        solver_error = np.matvec((y**2).mT, own)
+        error = np.maximum(TAIL * self._tails(f, y), MISFIT * self.misfit)
+        shifted = np.exp(f)
+        return np.array(
+            [shifted - self.shift, solver_error, bending / whole, error + EPS * shifted]
+        )
+
+    def _tails(self, f: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """By how much omega^2 = exp(f) - shift changes with f by the tail, to first order."""
+        return np.exp(f) * (abs(y) * (self.tail @ abs(y))).sum(axis=-2)
 
 
-def _functions(spectra: Spectra) -> np.ndarray:
-    """What is interpolated, (6, values, families, k): omega^2; of it and the next one the mean and
-    the square of their difference; the bending fraction; of it and the next the mean, and the
-    difference times that of omega^2."""
-    squares, _, bending = spectra
-    functions = np.full((6, *squares.shape), np.nan)
-    below, above = (..., slice(None, -1)), (..., slice(1, None))
-    difference = squares[above] - squares[below]
-    functions[0], functions[3] = squares, bending
-    functions[1][below] = (squares[below] + squares[above]) / 2
-    functions[2][below] = difference**2
-    functions[4][below] = (bending[below] + bending[above]) / 2
-    functions[5][below] = (bending[above] - bending[below]) * difference
-    return functions
+def _block(
+    sweep: Solves, places: np.ndarray, order: int
+) -> tuple[Block, np.ndarray, np.ndarray] | None:
+    """The block on the nodes and check points of a piece; the errors (m,) of its omega^2 and by
+    what factors they are expected to fall when the order grows by a half. None without shapes."""
+    points, spectra = sweep.points(places), sweep.spectra(places)
+    if len(points.at) < len(places) or not points.kinetic.size:
+        return None
+    squares = points.omega_squared
+    m = squares.shape[1]
+    U, _, V = np.linalg.svd(points.shapes[order // 2] @ points.duals.mT)
+    Q = U @ V  # (n, m, m): modes -> aligned with those of the middle
+    shift = SHIFT + 2 * max(-float(squares.min()), 0.0)
+    f = np.log(squares + shift)
+    forms = np.concatenate(((np.eye(m) * f[:, None, :])[:, None], points.kinetic), axis=1)
+    matrices = (Q[:, None] @ forms @ Q[:, None].mT)[: order + 1]
+    coefficients = abs(np.tensordot(lobatto(order).coefficients, matrices[:, 0], 1))
+    tail, rates = _tail(coefficients, order)
+    middle = tail / rates
+    solver_errors = np.matvec(Q**2, spectra.errors[:, 0, :m])
+    block = Block(matrices, shift, solver_errors[: order + 1], tail, np.zeros(m))
+    tails, middles = (
+        one._tails(f[: order + 1], Q.mT[: order + 1]).max(axis=0)
+        for one in (block, block._replace(tail=middle))
+    )
+    after = np.ones(len(CHECKS), int)
+    found, _, bending, _ = block.at(lobatto(order).checks, after)
+    misfit = abs(found - squares[order + 1 :]).max(axis=0)
+    off = abs(bending - spectra.bending[order + 1 :, 0, :m]).max(axis=0)
+    errors = np.maximum(TAIL * tails, MISFIT * misfit)
+    errors = np.maximum(errors, np.where(off > BENDING_ERROR, np.inf, 0.0))
+    return block._replace(misfit=misfit), errors, np.minimum(tails / middles, 1.0)
 
 
 @dataclass(frozen=True)
@@ -140,9 +193,10 @@ class Piece:
     low: float  # of the variable t
     high: float
     spectra: Spectra
-    errors: Errors | None
+    errors: np.ndarray | None  # of `_functions`, (functions, families, k)
     needed: np.ndarray  # (families, k) whether the mode is interpolated
     paired: np.ndarray  # (families, k) whether with the next one
+    block: Block | None = None  # which is interpolated instead
 
     @property
     def order(self) -> int:
@@ -157,37 +211,75 @@ class Piece:
     def at(self, t: np.ndarray) -> tuple[Spectra, np.ndarray]:
         """The modes at values (n,) of the variable, and the errors (n, families, k) of omega^2 from
         interpolation, which come on top of the solver's; nan where it is not interpolated."""
-        assert self.errors
-        points = lobatto(self.order)
-        rows = points.rows(2 * (t - self.low) / (self.high - self.low) - 1)
-        functions = _functions(self.spectra)
-        flat = functions.transpose(1, 0, 2, 3).reshape(self.order + 1, -1)
-        found = (rows @ np.where(np.isfinite(flat), flat, 0.0)).reshape(
-            len(t), *functions[:, 0].shape
-        )
-        found = found.transpose(1, 0, 2, 3)
-        squares = found[0].copy()
-        first = self.spectra.bending[0]  # 1 or 0 throughout where nothing couples the families
-        bending = np.where((self.spectra.bending == first).all(axis=0), first, found[3])
-        error = np.broadcast_to(self.errors.square, squares.shape).copy()
-        for f, k in np.argwhere(self.paired).tolist():
-            _, mean, square, _, mean_bending, difference_bending = found[:, :, f, k]
-            difference = np.sqrt(np.maximum(square, 0.0))
-            squares[:, f, k], squares[:, f, k + 1] = mean - difference / 2, mean + difference / 2
-            error[:, f, k] = error[:, f, k + 1] = self.errors.mean[f, k] + _of_root(
-                square, self.errors.difference[f, k]
-            )
-            half = difference_bending / np.maximum(2 * difference, np.finfo(float).tiny)
-            bending[:, f, k], bending[:, f, k + 1] = mean_bending - half, mean_bending + half
-        solved = self.spectra.errors
-        after = np.clip(
-            np.searchsorted(points.nodes, 2 * (t - self.low) / (self.high - self.low) - 1),
-            1,
-            self.order,
-        )
-        own = np.maximum(solved[after - 1], solved[after])
+        assert self.errors is not None
+        points, x = lobatto(self.order), self._local(t)
+        rows = points.rows(x)
+        after = np.clip(np.searchsorted(points.nodes, x), 1, self.order)
+        _, solved, bending = self.spectra
+        if self.block:
+            found = np.full((4, len(t), *self.needed.shape), np.nan)
+            found[:, :, 0, : len(self.block.misfit)] = self.block.at(rows, after)
+            found[:, :, ~self.needed] = np.nan
+            return Spectra(*found[:3]), found[3]
         kept = np.where(self.needed, 1.0, np.nan)
-        return Spectra(squares * kept, own * kept, np.clip(bending, 0, 1) * kept), error * kept
+        own = np.maximum(solved[after - 1], solved[after]) * kept
+        error = np.broadcast_to(self.errors[0] * kept, own.shape)
+        if self.paired.any():
+            error = error.copy()
+            for f, k, _, square in self._pairs(rows):
+                _, of_mean, of_square = self.errors[:, f, k]
+                error[:, f, k] = error[:, f, k + 1] = of_mean + _of_root(square, of_square)
+        if len(self.needed) == 1:
+            bending = np.clip(_interpolated(rows, bending * kept), 0.0, 1.0)
+        else:
+            bending = np.broadcast_to(bending[0] * kept, own.shape)
+        return Spectra(self._squares(rows), own, bending), error
+
+    def squares(self, t: np.ndarray) -> np.ndarray:
+        """omega^2 (n, families, k) alone."""
+        return self._squares(lobatto(self.order).rows(self._local(t)))
+
+    def _local(self, t: np.ndarray) -> np.ndarray:
+        """Values of the variable on -1 .. 1."""
+        return 2 * (t - self.low) / (self.high - self.low) - 1
+
+    def _squares(self, rows: np.ndarray) -> np.ndarray:
+        if self.block:
+            found = np.full((len(rows), *self.needed.shape), np.nan)
+            found[:, 0, : len(self.block.misfit)] = self.block.squares(rows)
+            found[:, ~self.needed] = np.nan
+            return found
+        kept = np.where(self.needed, 1.0, np.nan)
+        found = _interpolated(rows, self.spectra.squares * kept)
+        if self.paired.any():
+            for f, k, mean, square in self._pairs(rows):
+                half = np.sqrt(np.maximum(square, 0.0)) / 2
+                found[:, f, k], found[:, f, k + 1] = mean - half, mean + half
+        return found
+
+    def _pairs(self, rows: np.ndarray) -> Iterator[tuple[int, int, np.ndarray, np.ndarray]]:
+        """Family and number of the lower mode of each pair, mean and squared difference (n,)."""
+        for f, k in np.argwhere(self.paired).tolist():
+            lower, upper = self.spectra.squares[:, f, k], self.spectra.squares[:, f, k + 1]
+            yield f, k, rows @ ((lower + upper) / 2), rows @ (upper - lower) ** 2
+
+
+def _interpolated(rows: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Values (n, ...) at the nodes -> by rows."""
+    return (rows @ values.reshape(len(values), -1)).reshape(len(rows), *values.shape[1:])
+
+
+def _functions(spectra: Spectra) -> np.ndarray:
+    """What is interpolated, (functions, values, families, k): omega^2; of modes that all couple the
+    bending fraction, else of omega^2 and the next one the mean and the square of the difference."""
+    squares, _, bending = spectra
+    if squares.shape[1] == 1:
+        return np.stack((squares, bending))
+    functions = np.full((3, *squares.shape), np.nan)
+    functions[0] = squares
+    functions[1, ..., :-1] = (squares[..., :-1] + squares[..., 1:]) / 2
+    functions[2, ..., :-1] = (squares[..., 1:] - squares[..., :-1]) ** 2
+    return functions
 
 
 def _of_root(square: np.ndarray, error: np.ndarray) -> np.ndarray:
@@ -215,23 +307,25 @@ def interpolate(sweep: Solves, axis: Axis) -> list[Piece]:
     start, stop = axis.t(np.array(axis.ends)).tolist()
     if start == stop:
         return [unresolved(axis, sweep.spectra(np.array([axis.low])))]
-    shortest = SHORTEST * (stop - start)
-    pending = [_Attempt(start, stop, ORDERS[0])]
+    whole, shortest = stop - start, SHORTEST * (stop - start)
+    pending = [_first(axis)]
     pieces: list[Piece] = []
     while pending:
         places = [_places(axis, attempt) for attempt in pending]
         spectra, start, following = sweep.spectra(np.concatenate(places)), 0, []
         for attempt, own in zip(pending, places, strict=True):
             solved = spectra.take(slice(start, start := start + len(own)))
-            piece, ratio, next_order = _fit(sweep, attempt, solved)
+            piece, ratio, next_order = _fit(sweep, attempt, own, solved)
             low, high = attempt[:2]
-            worse = ratio > STALLED[0] * attempt.ratio
+            if high - low == whole:
+                next_order = max(next_order, ORDERS[1])
+            worse = not ratio <= STALLED[0] * attempt.ratio  # infinite where one has no solution
             stalled = attempt.stalled + 1 if worse else 0
             short = high - low <= shortest or stalled >= STALLED[1]
-            if piece.errors or sweep.exhausted or short:
+            if piece.errors is not None or sweep.exhausted or short:
                 pieces.append(piece)
-            elif next_order > attempt.order:
-                following.append(attempt._replace(order=2 * attempt.order))
+            elif next_order > attempt.order and (next_order <= FEW or high - low == whole):
+                following.append(attempt._replace(order=next_order))
             else:
                 middle = (low + high) / 2
                 halves = (low, middle), (middle, high)
@@ -242,8 +336,14 @@ def interpolate(sweep: Solves, axis: Axis) -> list[Piece]:
 
 def root_places(axis: Axis) -> np.ndarray:
     """The values that the interpolation of an axis begins with."""
+    return _places(axis, _first(axis))
+
+
+def _first(axis: Axis) -> _Attempt:
+    """The whole axis. The least order hardly ever does where all modes couple, and over gamma and
+    delta only."""
     start, stop = axis.t(np.array(axis.ends)).tolist()
-    return _places(axis, _Attempt(start, stop, ORDERS[0]))
+    return _Attempt(start, stop, ORDERS[axis.coupled or axis.over not in ("gamma", "delta")])
 
 
 def unresolved(axis: Axis, spectra: Spectra) -> Piece:
@@ -260,38 +360,74 @@ def _places(axis: Axis, attempt: _Attempt) -> np.ndarray:
 
 
 @np.errstate(all="ignore")  # of modes that are not known everywhere
-def _fit(sweep: Solves, attempt: _Attempt, solved: Spectra) -> tuple[Piece, float, int]:
+def _fit(
+    sweep: Solves, attempt: _Attempt, places: np.ndarray, solved: Spectra
+) -> tuple[Piece, float, int]:
     """The piece of an attempt; the ratio of its error to that accepted; the next order to try."""
     low, high, order, *_ = attempt
     nodes, checks = solved.take(slice(order + 1)), solved.take(slice(order + 1, None))
     rank = np.where(np.isfinite(solved.squares), solved.rank, np.inf).min(axis=0)
     needed = rank <= sweep.modes if not sweep.coupled else rank < sweep.modes
-    piece = Piece(low, high, nodes, None, needed, np.zeros(needed.shape, bool))
+    none = np.zeros(needed.shape, bool)
+    piece = Piece(low, high, nodes, None, needed, none)
     if not np.isfinite(solved.squares[:, needed]).all():
         return piece, np.inf, order
+    accepted = _accepted(sweep, solved, rank)
+    errors, rates, least = _estimates(order, nodes, checks)
+
+    def cover(errors: np.ndarray) -> tuple[np.ndarray, float]:
+        if sweep.coupled:
+            errors = np.maximum(errors[0] / accepted, errors[-1] / BENDING_ERROR)
+            return none, float(np.where(needed, errors, 0.0).max())
+        return _cover(errors, least, needed, accepted)
+
+    paired, ratio = cover(errors)
+    if ratio <= 1:
+        piece = replace(piece, errors=errors, needed=needed | _next(paired), paired=paired)
+        return piece, ratio, order
+    target = _next_order(order, lambda power: cover(errors * rates**power)[1])
+    if sweep.coupled and (found := _block(sweep, places, order)):
+        block, of_block, rates_of_block = found
+        m = len(of_block)
+        ratios = np.where(rank[0, :m] <= sweep.modes, of_block / accepted[0, :m], np.inf)
+        ratio = float(ratios[needed[0, :m]].max())
+        if ratio <= 1:
+            needed = np.pad(ratios <= 1, (0, needed.shape[1] - m))[None]
+            return replace(piece, errors=errors, needed=needed, block=block), ratio, order
+        own = needed[0, :m]
+        of_next = _next_order(order, lambda power: (ratios * rates_of_block**power)[own].max())
+        target = min({target, of_next} - {order}, default=order)
+    return piece, ratio, target
+
+
+def _next_order(order: int, ratio: Callable[[int], float]) -> int:
+    """The least multiple of an order, whose nodes are used again, at which the ratio, for a power
+    of the rates by which errors fall when the order grows by a half, is expected to be accepted
+    with a margin, or a step towards it; the order itself if there is none."""
+    multiples = (m for m in MULTIPLES if m * order <= ORDERS[2])
+    best = next((m for m in multiples if ratio(2 * (m - 1)) <= EXPECTED), 1)
+    return order * (min(best, 2) if order < FEW else best)
+
+
+def _tail(coefficients: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
+    """The sums of the coefficients (n, ...) that are left out, and the factors by which the known
+    ones fall in half the order; of rounding, as many are left out as there are."""
+    tail = coefficients[-3:].max(axis=0)
+    middle = coefficients[order // 2 - 1 : order // 2 + 2].max(axis=0)
+    rates = np.clip(tail / np.maximum(middle, np.finfo(float).tiny), EPS, 1.0)
+    return tail / np.maximum(1 - rates ** (2 / order), 1 / order), rates
+
+
+def _accepted(sweep: Solves, solved: Spectra, rank: np.ndarray) -> np.ndarray:
+    """The errors (families, k) of omega^2 that are accepted."""
     inside = solved.rank < sweep.modes
     size = np.where(inside, abs(solved.squares), np.inf).min(axis=0)
     own = np.where(inside & np.isfinite(solved.errors), solved.errors, np.inf).min(axis=0)
     accepted = SHARE * (sweep.tolerance * (size + FLOOR) + np.where(np.isfinite(own), own, 0.0))
-    outside = rank >= sweep.modes
     size = abs(solved.squares).min(axis=0)
-    accepted = np.where(outside, SHARE * OUTSIDE * sweep.tolerance * (size + FLOOR), accepted)
-    accepted = np.where(needed, accepted, np.inf)
-    errors, rates, least = _estimates(order, nodes, checks)
-    paired, ratio = _cover(errors, least, needed, accepted, sweep.coupled)
-    if ratio <= 1:
-        return (
-            replace(piece, errors=errors, needed=needed | _next(paired), paired=paired),
-            ratio,
-            order,
-        )
-    target, power = 2 * order, 2  # an error falls by its rate in half as many orders as there are
-    while target <= ORDERS[1]:
-        expected = Errors(*(error * rate**power for error, rate in zip(errors, rates, strict=True)))
-        if _cover(expected, least, needed, accepted, sweep.coupled)[1] <= 1:
-            return piece, ratio, 2 * order
-        target, power = 2 * target, 2 * power + 2
-    return piece, ratio, order
+    outside = SHARE * OUTSIDE * sweep.tolerance * (size + FLOOR)
+    accepted = np.where(rank >= sweep.modes, outside, accepted)
+    return np.where(rank <= sweep.modes, accepted, np.inf)
 
 
 def _next(paired: np.ndarray) -> np.ndarray:
@@ -301,44 +437,33 @@ def _next(paired: np.ndarray) -> np.ndarray:
 
 def _estimates(
     order: int, nodes: Spectra, checks: Spectra
-) -> tuple[Errors, np.ndarray, np.ndarray]:
-    """The errors of all functions, by what factors (6, families, k) they are expected to fall when
-    the order is doubled, and the least square (families, k) of each difference."""
-    points, functions = lobatto(order), _functions(nodes)
-    shape = functions[:, 0].shape
-    flat = functions.transpose(1, 0, 2, 3).reshape(order + 1, -1)
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The errors of all functions, by what factors (functions, families, k) they are expected to
+    fall when the order grows by a half, and the least values (families, k) of the last function."""
+    points, functions = lobatto(order), np.moveaxis(_functions(nodes), 1, 0)
+    shape, flat = functions.shape[1:], functions.reshape(order + 1, -1)
     coefficients = abs(points.coefficients @ flat)
-    tail = coefficients[-3:].max(axis=0)
-    off = abs(
-        points.checks @ flat - _functions(checks).transpose(1, 0, 2, 3).reshape(len(CHECKS), -1)
-    )
-    misfit = off.max(axis=0)
-    rounding = np.finfo(float).eps * abs(flat).max(axis=0)
-    errors = np.maximum(TAIL * tail, MISFIT * misfit) + rounding
-    middle = coefficients[order // 2 - 1 : order // 2 + 2].max(axis=0)
-    rates = np.minimum(tail / np.maximum(middle, np.finfo(float).tiny), 1.0)
-    least = (points.dense @ functions[2].reshape(order + 1, -1)).min(axis=0)
-    return Errors(*errors.reshape(shape)), rates.reshape(shape), least.reshape(shape[1:])
+    tail, rates = _tail(coefficients, order)
+    exact = np.moveaxis(_functions(checks), 1, 0).reshape(len(CHECKS), -1)
+    misfit = abs(points.checks @ flat - exact).max(axis=0)
+    errors = np.maximum(TAIL * tail, MISFIT * misfit) + EPS * abs(flat).max(axis=0)
+    least = (points.dense @ functions[:, -1].reshape(order + 1, -1)).min(axis=0)
+    return errors.reshape(shape), rates.reshape(shape), least.reshape(shape[1:])
 
 
 def _cover(
-    errors: Errors, least: np.ndarray, needed: np.ndarray, accepted: np.ndarray, coupled: bool
+    errors: np.ndarray, least: np.ndarray, needed: np.ndarray, accepted: np.ndarray
 ) -> tuple[np.ndarray, float]:
-    """Which modes (families, k) are interpolated in a pair with the next one so that the errors of
-    all are accepted, and the largest ratio of an error to that accepted."""
-    alone = errors.square / accepted
-    least = np.maximum(least, 0.0)
-    together = (errors.mean + _of_root(least, errors.difference)) / np.fmin(
+    """Which modes (families, k) of uncoupled families are interpolated in a pair with the next one
+    so that the errors of all are accepted, and the largest ratio of an error to that accepted."""
+    alone = np.where(needed, errors[0] / accepted, 0.0)
+    paired, worst = np.zeros(needed.shape, bool), 0.0
+    if (alone <= 1).all():
+        return paired, float(alone.max())
+    together = (errors[1] + _of_root(least, errors[2])) / np.fmin(
         accepted, np.pad(accepted[:, 1:], ((0, 0), (0, 1)), constant_values=np.inf)
     )
-    if coupled:
-        alone = np.maximum(alone, errors.bending / BENDING_ERROR)
-        root = np.maximum(np.sqrt(least), np.finfo(float).tiny)
-        of_bending = errors.difference_bending / (2 * root) + errors.difference / (4 * root**2)
-        together = np.maximum(together, (errors.mean_bending + of_bending) / BENDING_ERROR)
-    alone = np.where(needed, alone, 0.0)
     together = np.where(np.isfinite(together), together, np.inf)
-    paired, worst = np.zeros(needed.shape, bool), 0.0
     for f, k in np.argwhere(~(alone <= 1)).tolist():  # those that do not converge alone
         free = not paired[f, k] and not (k and paired[f, k - 1])
         if not free:

@@ -96,7 +96,7 @@ class LimitSearch:
         if not solved:
             return []
         ends = low if limited[0] else min(solved), high if limited[1] else max(solved)
-        return [Axis(self.sweep.over, *ends, limited)]
+        return [Axis(self.sweep.over, *ends, self.sweep.coupled, limited)]
 
     def find_instabilities(self, curves: Curves) -> None:
         """Add to `changes` where the lowest omega^2 of loci vanishes."""
@@ -104,6 +104,9 @@ class LimitSearch:
         def lowest(p: np.ndarray, squares: np.ndarray) -> np.ndarray:
             return np.arcsinh(np.fmin.reduce(squares, axis=(1, 2)))[:, None]
 
+        samples = np.fmin.reduce(curves.table.squares, axis=(1, 2))
+        if samples.min() > abs(np.diff(samples)).max(initial=0.0):
+            return  # too far from zero to reach it between two samples
         beside = BESIDE * self.length
         start, stop = curves.table.at[[0, -1]].tolist()
         for root in curves.roots(lowest):

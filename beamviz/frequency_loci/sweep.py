@@ -14,7 +14,6 @@ from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
 from beamviz.frequency_loci.interpolation import Spectra
 from beamviz.solver import (
     DEFAULTS,
-    MAX_MODES,
     Problem,
     displacements,
     family_spectrum,
@@ -83,14 +82,14 @@ def check_values(over: str, values: ArrayLike) -> np.ndarray:
 
 
 class Points(NamedTuple):
-    """Modes at n ascending values of one parameter, m at each, as mass-weighted vectors: inner
-    products are modal masses, so the modes of a point are orthonormal. Gyroscopic modes are so in
-    another product: shape_i . dual_j = 1 for i = j and 0 otherwise."""
+    """Modes at n ascending values of one parameter, m at each, as vectors: shape_i . dual_j = 1 for
+    i = j and 0 otherwise. Shapes and duals are smooth functions of the parameter."""
 
     at: np.ndarray  # (n,)
     omega_squared: np.ndarray  # (n, m) ascending in each row
     shapes: np.ndarray  # (n, m, d)
     duals: np.ndarray  # (n, m, d)
+    kinetic: np.ndarray  # (n, 2, m, m) products across the beam, and in all; none if not gyroscopic
 
     def take(self, index: np.ndarray | slice) -> "Points":
         """The points of an index."""
@@ -106,6 +105,7 @@ class Sweep:
     modes: int
     options: dict[str, Any]
     outcomes: dict[float, Outcome] = field(default_factory=dict)
+    extra_modes: int = EXTRA_MODES
 
     @cached_property
     def problem(self) -> Problem:
@@ -141,7 +141,7 @@ class Sweep:
 
     def solve(self, values: np.ndarray) -> list[Outcome]:
         """Solution, or NoEquilibrium or NotConverged, at each of some values (n,); those not known
-        yet are solved in one batch, with EXTRA_MODES more modes as far as the method has them."""
+        yet are solved in one batch, with extra modes if the method has them."""
         new = np.array(sorted(set(values.tolist()) - self.outcomes.keys()))
         if len(new):
             self.outcomes.update(zip(new.tolist(), self._solve(new), strict=True))
@@ -160,12 +160,14 @@ class Sweep:
         return self._solve_many(beams) + beyond
 
     def _solve_many(self, beams: list[Beam]) -> list[Outcome]:
-        most = MAX_MODES
-        elements = self.options.get("elements")
-        if isinstance(elements, int):  # anything else is refused by solve_many
-            most = min(most, 2 * elements)
-        extra = max(min(EXTRA_MODES, most - self.modes), 0)
-        return solve_many(beams, extra_modes=extra, modes=self.modes, **self.options)
+        options = {**self.options, "modes": self.modes}
+        try:
+            return solve_many(beams, extra_modes=self.extra_modes, **options)
+        except InvalidInput:
+            if not self.extra_modes:
+                raise
+        self.extra_modes = 0  # the method has no more than those asked for
+        return solve_many(beams, **options)
 
     def spectra(self, values: np.ndarray) -> Spectra:
         """The modes at some values (n,), by family unless all couple; nan without a solution."""
@@ -227,37 +229,41 @@ def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Poin
     solutions = [outcome for outcome in outcomes if isinstance(outcome, Solution)]
     at = at[[isinstance(outcome, Solution) for outcome in outcomes]]
     if not solutions:
-        return Points(at, *(np.empty((0, 0, 0)[:d]) for d in (2, 3, 3)))
+        return Points(at, *(np.empty((0, 0, 0, 0)[:d]) for d in (2, 3, 3, 4)))
     squares = np.array([solution.omega_squared for solution in solutions])
+    none = np.empty((len(at), 2, 0, 0))
+    fields, masses = _fields(solutions, count)
     if solutions[0].problem.state != "straight":
         from beamviz.frequency_loci.complex_modes import orthogonal_vectors
 
-        return Points(at, squares, *orthogonal_vectors(_weighted(solutions, count), solutions))
-    vectors, gyroscopic = mass_weighted(solutions, squares, count)
+        vectors = fields * np.sqrt(masses)
+        return Points(at, squares, *orthogonal_vectors(vectors, solutions), none)
     gamma = np.array([solution.beam.gamma for solution in solutions])
-    if gyroscopic and gamma.any():
-        return Points(at, squares, *_gyroscopic(vectors, squares, gamma))
-    shapes = vectors.reshape(*squares.shape, -1)
-    return Points(at, squares, shapes, shapes)
+    if np.iscomplexobj(fields) and gamma.any():
+        return Points(at, squares, *_gyroscopic(_in_phase(fields, squares), masses, squares, gamma))
+    shapes = fields.reshape(*squares.shape, -1)
+    return Points(at, squares, shapes, (fields * masses).reshape(shapes.shape), none)
 
 
-def mass_weighted(
-    solutions: Sequence[Solution], squares: np.ndarray, count: int
-) -> tuple[np.ndarray, bool]:
+def mass_weighted(solutions: Sequence[Solution], squares: np.ndarray, count: int) -> np.ndarray:
     """u and w (n, m, 2, count + 1) of all modes at Gauss points and at the mass, times the roots of
-    weights and masses; and whether the modes are those of a gyroscopic eigenproblem."""
-    fields = _weighted(solutions, count)
-    gyroscopic = np.iscomplexobj(fields)
-    if gyroscopic:  # (u, i w) of any phase where stable, (u, w) where not
-        u, w = fields[:, :, 0], fields[:, :, 1]
-        stable = (squares >= 0)[:, :, None]
-        fields = np.stack((u.real + u.imag, np.where(stable, w.imag - w.real, w.real)), axis=2)
-    return fields, gyroscopic
+    weights and masses."""
+    fields, masses = _fields(solutions, count)
+    if np.iscomplexobj(fields):
+        fields = _in_phase(fields, squares)
+    return fields * np.sqrt(masses)
 
 
-def _weighted(solutions: Sequence[Solution], count: int) -> np.ndarray:
-    """Displacements (n, m, 2, count + 1) of all modes at Gauss points and at the mass, times the
-    roots of weights and masses; each mode with a phase of its own."""
+def _in_phase(fields: np.ndarray, squares: np.ndarray) -> np.ndarray:
+    """u and w of gyroscopic modes: (u, i w) of any phase where stable, (u, w) where not."""
+    u, w = fields[:, :, 0], fields[:, :, 1]
+    stable = (squares >= 0)[:, :, None]
+    return np.stack((u.real + u.imag, np.where(stable, w.imag - w.real, w.real)), axis=2)
+
+
+def _fields(solutions: Sequence[Solution], count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Displacements (n, m, 2, count + 1) of all modes at Gauss points and at the mass, each mode
+    with a phase of its own; weights and masses there (n, 1, 1, count + 1)."""
     x, w = _gauss(count)
     alpha, beta = np.array([(one.beam.alpha, one.beam.beta) for one in solutions]).T
     stations, masses = (
@@ -265,14 +271,14 @@ def _weighted(solutions: Sequence[Solution], count: int) -> np.ndarray:
         for common, own in (((x + 1) / 2, beta), (w / 2, alpha))
     )
     fields = displacements(solutions, stations)  # (n, count + 1, 2, m)
-    return fields.swapaxes(1, 3) * np.sqrt(masses)[:, None, None, :]
+    return fields.swapaxes(1, 3), masses[:, None, None, :]
 
 
 def _gyroscopic(
-    vectors: np.ndarray, squares: np.ndarray, gamma: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Shapes and duals in the product in which modes of M q" + 2 gamma G q' + K q = 0 are
-    orthogonal, (omega_i + omega_j) phi_i* M phi_j - 2 i gamma phi_i* G phi_j.
+    fields: np.ndarray, masses: np.ndarray, squares: np.ndarray, gamma: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Shapes, duals and kinetic energies in the product in which modes of M q" + 2 gamma G q' + K q
+    = 0 are orthogonal, (omega_i + omega_j) phi_i* M phi_j - 2 i gamma phi_i* G phi_j.
 
     It follows from the equation of mode j times phi_i*, less that of mode i times phi_j*. An
     unstable mode is (u, w) in place of (u, i w), its omega the growth rate. It is orthogonal to
@@ -280,19 +286,21 @@ def _gyroscopic(
     Those are added so that the product does not vanish at the onset of instability.
     """
     omega = np.sqrt(abs(squares))[:, :, None]
-    root = np.sqrt(gamma)[:, None, None]
     stable = (squares >= 0)[:, :, None]
-    u, w = vectors[:, :, 0], vectors[:, :, 1]
-    across = (w**2).sum(axis=2, keepdims=True) > (u**2).sum(axis=2, keepdims=True)
+    u, w = fields[:, :, 0], fields[:, :, 1]
+    carried_u, carried_w = np.moveaxis(fields * masses, 2, 0)
+    across = (w * carried_w).sum(axis=2, keepdims=True) > (u * carried_u).sum(axis=2, keepdims=True)
     half = np.where(stable | ~across, 1.0, -1.0)
-    fast_u, fast_w = omega * u, np.where(stable, omega, -omega) * w
-    shapes, duals = (
-        np.concatenate(parts, axis=2)
-        for parts in (
-            (fast_u, w, root * w, half * fast_w, half * u, half * root * u),
-            (u, fast_w, -2 * root * u, half * w, half * fast_u, -2 * half * root * w),
-        )
+    double, signed = 2 * gamma[:, None, None], np.where(stable, omega, -omega)
+    shapes = np.concatenate((omega * u, w, w, half * signed * w, half * u, half * u), axis=2)
+    duals = np.concatenate(
+        (carried_u, signed * carried_w, -double * carried_u)
+        + (half * carried_w, half * omega * carried_u, -half * double * carried_w),
+        axis=2,
     )
     norms = (shapes * duals).sum(axis=2, keepdims=True)
     size = np.sqrt(np.maximum(abs(norms), np.finfo(float).tiny))
-    return shapes / size, duals / size * np.sign(norms)
+    u, w, carried_u, carried_w = (part / size for part in (u, w, carried_u, carried_w))
+    bending = w @ carried_w.mT
+    kinetic = np.stack((bending, bending + u @ carried_u.mT), axis=1)
+    return shapes / size, duals / size * np.sign(norms), kinetic
