@@ -66,6 +66,34 @@ def test_the_gap_is_the_gyroscopic_coupling(gamma):
     assert veering.index == pytest.approx(1, abs=1e-3)
 
 
+@pytest.mark.parametrize("gamma", [0.05, 0.2])
+def test_the_width_of_a_veering(gamma):
+    """At this distance from the least gap, on either side, the gap is sqrt(2) times as wide."""
+    (event,) = loci(Beam(gamma=gamma), "alpha", np.linspace(1, 2, 5), coriolis=True).events
+    for alpha in (event.at - event.width, event.at + event.width):
+        beside = solve(Beam(alpha=alpha, gamma=gamma), coriolis=True, tolerance=1e-10)
+        assert np.diff(beside.frequencies).min() == pytest.approx(2**0.5 * event.gap, rel=0.01)
+
+
+@pytest.mark.parametrize("coriolis", [False, True])
+@pytest.mark.parametrize(
+    ("beam", "over", "stop"), [(TIP, "gamma", 20), (Beam(gamma=10), "alpha", 2)]
+)
+def test_events_do_not_depend_on_the_points(beam, over, stop, coriolis):
+    """With two points or many, in as many solves: the same crossings and veerings."""
+    charts = [
+        loci(beam, over, np.linspace(0, stop, count), modes=6, coriolis=coriolis)
+        for count in (2, 7, 201)
+    ]
+    few, *others = charts
+    assert few.events
+    assert max(chart.solves for chart in charts) < 75
+    for other in others:
+        for a, b in zip(few.events, other.events, strict=True):
+            assert (a.kind, a.branches) == (b.kind, b.branches)
+            assert (a.at, a.gap, a.index) == pytest.approx((b.at, b.gap, b.index), rel=1e-6)
+
+
 def random_beam(chance):
     """A beam, what to sweep and from where to where."""
     over = chance.choice(list(PARAMETERS))
@@ -210,7 +238,12 @@ def test_wrong_input(beam, over, values, modes, message):
 
 @pytest.mark.parametrize(
     ("modes", "options"),
-    [(1, {}), (20, {}), *((2, {"method": "ancf", "elements": count}) for count in (1, 2, 20))],
+    [
+        (1, {}),
+        (20, {}),
+        *((2, {"method": "ancf", "elements": count}) for count in (1, 2, 20)),
+        (3, {"method": "assumed-modes", "terms": 3}),
+    ],
 )
 def test_as_few_and_as_many_modes_as_there_can_be(modes, options):
     """At the upper limit of modes, and with so few elements of the paper's method that there are no
@@ -218,6 +251,12 @@ def test_as_few_and_as_many_modes_as_there_can_be(modes, options):
     found = sorted_frequencies(loci(TIP, "gamma", np.linspace(0, 10, 11), modes=modes, **options))
     assert np.isfinite(found).sum(axis=1).tolist() == [modes] * 11
     assert found[0, :modes] == pytest.approx(solve(TIP, modes, **options).frequencies)
+
+
+def test_too_few_terms():
+    """The error names the number of modes asked for, and the remedy."""
+    with pytest.raises(InvalidInput, match="modes = 5: at most 3 with terms = 3; ask for more"):
+        loci(TIP, "gamma", [0, 1], 5, method="assumed-modes", terms=3)
 
 
 def test_flapwise():
