@@ -17,7 +17,7 @@ import time
 from _browser import find_or_fetch
 from _environment import ROOT, ensure, say
 
-WORKERS = max(2, min(4, os.cpu_count() or 2))
+WORKERS = min(4, (os.cpu_count() or 2) + 1)  # one waits for a server or the browser
 CHECKS = {  # in this order; the types run in the background until the tests are done
     "types": ["mypy"],
     "format": ["ruff", "format", "--check", "."],

@@ -1,22 +1,20 @@
 """Links: a page opens on the scene of its address, and the address follows the scene."""
 
 import contextlib
-from collections.abc import Iterator
 from urllib.parse import parse_qs
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from live.browser import Page, page, says
+from live.browser import page, says
 from live.visitor import PAPER, Visitor, frequency_text, visitor
 
 from beamviz.errors import InvalidInput
-from beamviz.explorer.app import explorer
 from beamviz.explorer.features.comparison import CORIOLIS
 from beamviz.explorer.features.links import Link, parse_link
 from beamviz.lessons import lesson
 from beamviz.presets import STEEL_BEAM
-from beamviz.scene import START, Scene
+from beamviz.scene import Scene
 
 NODES = lesson("nodes").scene
 
@@ -127,75 +125,31 @@ def test_the_address_names_the_lesson_and_its_step(url):
         shows(guest, "alpha=1.0&beta=0.75&over=beta")
 
 
-# In a browser
-
-
-@pytest.fixture(scope="module")
-def served() -> Iterator[str]:
-    """A running explorer."""
-    with explorer(START) as url:
-        yield url
-
-
-@pytest.fixture(scope="module")
-def shown(served) -> Iterator[Page]:
-    """A page opened by a link to a lesson."""
-    with page(f"{served}/?lesson=nodes", 1280, 720) as opened:
-        yield opened
-
-
-def press(shown: Page, key: str, modifiers: int = 0) -> None:
-    """A key, down and up; 2: with Ctrl."""
-    for kind in ("keyDown", "keyUp"):
-        code = f"Key{key.upper()}"
-        shown.call("Input.dispatchKeyEvent", type=kind, key=key, code=code, modifiers=modifiers)
-
-
-def field(name: str) -> str:
-    """The field of a number."""
-    return f"document.getElementById('{name}-field')"
-
-
-def type_in(shown: Page, name: str, value: float) -> None:
-    """Type a number beside a slider."""
-    shown.evaluate(
-        f"(e => {{ e.value = {value};"
-        f" e.dispatchEvent(new Event('change', {{bubbles: true}})) }})({field(name)})"
-    )
-
-
-@pytest.mark.browser
-def test_a_link_opens_a_lesson_and_a_key_turns_its_pages(shown):
-    """Its question, then its meaning; a reload shows that page again."""
-    shown.wait(says(lesson("nodes").question))
-    press(shown, "n")
-    shown.wait(says(lesson("nodes").proof))
-    shown.wait("location.search === '?lesson=nodes&step=2'")
-    shown.call("Page.reload")
-    shown.wait(says(lesson("nodes").proof))
-    assert shown.problems == []
-
-
-@pytest.mark.browser
-def test_edits_are_undone_by_a_key_and_a_link_brings_them_back(served, shown):
-    """The sliders are where the address says, after a reload too."""
-    values = f"[{field('alpha')}, {field('gamma')}].map(e => e?.value).join()"
-    shown.call("Page.navigate", url=f"{served}/?alpha=1.25&gamma=7.5")
-    shown.wait(f"{values} === '1.25,7.5'")
-    type_in(shown, "gamma", 9)
-    shown.wait("location.search.includes('gamma=9.0')")
-    shown.call("Page.reload")
-    shown.wait(f"{values} === '1.25,9'")
-    type_in(shown, "alpha", 3)
-    shown.wait("location.search.includes('alpha=3.0')")
-    press(shown, "z", modifiers=2)
-    shown.wait("location.search.includes('alpha=1.25')")
-    shown.wait(f"{values} === '1.25,9'")
-
-
-@pytest.mark.browser
-def test_a_wrong_link_says_so(served, shown):
+def test_a_wrong_link_says_so(url):
     """And the page shows its usual scene."""
-    shown.call("Page.navigate", url=f"{served}/?lesson=magic")
-    shown.wait(says("lesson = magic: must be one of stiffening"))
-    shown.wait(f"{field('gamma')}?.value === '5'")
+    with visitor(url) as guest:
+        guest.do("link", "?lesson=magic")
+        guest.wait(lambda _: "lesson = magic: must be one of stiffening" in str(guest.said))
+        guest.says(frequency_text(PAPER))
+
+
+@pytest.mark.browser
+def test_the_page_follows_its_link_and_keeps_it_up_to_date(url):
+    """The question of a lesson; a key turns to its meaning; an edit is in the address, and undone
+    by a key; a reload shows the same."""
+    gamma = "document.getElementById('gamma-field')"
+    with page(f"{url}/?lesson=nodes", 1280, 720) as shown:
+        shown.wait(says(lesson("nodes").question))
+        shown.key("n")
+        shown.wait(says(lesson("nodes").proof))
+        shown.wait("location.search === '?lesson=nodes&step=2'")
+        for speed in (9, 7.5):
+            typed = f"{gamma}.value = {speed}, {gamma}.dispatchEvent(new Event('change',"
+            shown.evaluate(f"{typed} {{bubbles: true}}))")
+            shown.wait(f"location.search === '?lesson=nodes&step=2&gamma={speed:.1f}'")
+        shown.key("z", modifiers=2)
+        shown.wait("location.search === '?lesson=nodes&step=2&gamma=9.0'")
+        shown.call("Page.reload")
+        shown.wait(f"{gamma}?.value === '9'")
+        shown.wait(says(lesson("nodes").proof))
+        assert shown.problems == []

@@ -89,23 +89,6 @@ def test_the_tab_veering_magnifies_the_nearest_event_until_one_is_chosen(url):
         guest.says("they cross at γ 16.3")
 
 
-def test_nonsense_about_the_chart_changes_nothing(url):
-    """Unknown axes, events and lines are ignored, and the session goes on."""
-    with visitor(url) as guest:
-        chart_shown(guest, TIP)
-        for action, value in (
-            ("over", "temperature"), ("over", ["gamma"]), ("go_to_event", "B9 S9 1"),
-            ("go_to_event", {"at": 1}), ("per_rev_9", True), ("tab", {"tab": 1}),
-        ):  # fmt: skip
-            guest.do(action, value)
-        guest.choose("gamma", 8.0)
-        line_at(guest, 8.0)
-        guest.choose("alpha", math.nan)
-        guest.says("alpha = nan")
-        guest.choose("alpha", 1.5)
-        chart_shown(guest, TIP.replace(alpha=1.5, gamma=8))
-
-
 # The chart on the page
 
 CHART = "document.querySelector('#loci-chart')"

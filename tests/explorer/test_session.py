@@ -2,7 +2,6 @@
 
 import re
 import threading
-from typing import Any
 
 import numpy as np
 from live.visitor import BEAM, PAPER, beam_moved, frequency_text, pause, visitor
@@ -14,7 +13,7 @@ from beamviz.explorer import visitor as visitor_module
 from beamviz.explorer.app import explorer
 from beamviz.explorer.page import page
 from beamviz.scene import Scene
-from beamviz.solver import Solution, solve
+from beamviz.solver import solve
 
 # Each visitor has a session of their own
 
@@ -26,16 +25,6 @@ def test_a_visitor_gets_table_and_picture_at_once(url):
             assert frequency_text(PAPER, mode) in guest.text
         assert "Stable equilibrium" in guest.text
         assert BEAM in guest.nodes
-
-
-def test_one_visitor_does_not_move_the_beam_of_another(url):
-    """A slider of one changes nothing for the other."""
-    with visitor(url) as one, visitor(url) as other:
-        one.choose("gamma", 20.0)
-        one.says(frequency_text(PAPER.replace(gamma=20)))
-        pause(other)
-        assert frequency_text(PAPER) in other.text
-        assert frequency_text(PAPER.replace(gamma=20)) not in other.text
 
 
 def test_sliders_and_exact_fields_agree(url):
@@ -79,27 +68,6 @@ def test_hertz_are_shown_for_a_beam_in_si_units():
         assert rounded_to_error(hertz, error) in guest.text
         assert f"{units.rpm(10):.4g} rpm" in guest.text
         assert "times slower" in guest.text
-
-
-# The latest edit wins
-
-
-def test_only_the_latest_of_many_edits_is_kept(url, monkeypatch):
-    """400 edits in one burst end at the last of them, and most are never solved."""
-    solved = []
-
-    def counted(beam: Beam, **options: Any) -> Solution:
-        solved.append(beam)
-        return solve(beam, **options)
-
-    monkeypatch.setattr(jobs, "solve", counted)
-    with visitor(url) as guest:
-        for k in range(400):
-            guest.choose("gamma", 30 - 0.05 * k)
-        guest.says(frequency_text(PAPER.replace(gamma=30 - 0.05 * 399)))
-        pause(guest)
-        assert frequency_text(PAPER.replace(gamma=30 - 0.05 * 399)) in guest.text
-    assert len(solved) < 300
 
 
 def test_moving_a_slider_starts_no_thread(url, monkeypatch):

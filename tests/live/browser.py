@@ -20,6 +20,16 @@ from websockets.sync.connection import Connection
 
 NO_BROWSER = "no Chrome, Chromium or Edge found (set BEAMVIZ_BROWSER to one)"
 PROFILE = "BEAMVIZ_TEST_BROWSER"  # environment variable: profile folder of the running browser
+KEY_CODES = {
+    "Tab": 9,
+    "Enter": 13,
+    "ArrowLeft": 37,
+    "ArrowRight": 39,
+}  # of keys the browser acts on
+# Without a graphics card a frame of the scene takes a second of a processor.
+DRAW_NOTHING = """for (const name of ["clear", "blitFramebuffer", "drawArrays", "drawElements",
+  "drawArraysInstanced", "drawElementsInstanced"])
+    WebGL2RenderingContext.prototype[name] = () => {};"""
 
 
 class Target:
@@ -72,7 +82,7 @@ class Page(Target):
             raise RuntimeError(result["exceptionDetails"]["exception"]["description"])
         return result["result"].get("value")
 
-    def wait(self, script: str, timeout: float = 40.0) -> Any:
+    def wait(self, script: str, timeout: float = 60.0) -> Any:
         """The value of an expression as soon as it is true in the page."""
         end = time.monotonic() + timeout
         while not (value := self.evaluate(script)):
@@ -110,12 +120,39 @@ class Page(Target):
             time.sleep(0.02)
         self.mouse("mouseReleased", places[-1], y)
 
+    def key(self, name: str, modifiers: int = 0) -> None:
+        """A key, down and up; modifiers = 2: with Ctrl."""
+        code = f"{'Digit' if name.isdigit() else 'Key'}{name.upper()}" if len(name) == 1 else name
+        for kind in ("keyDown", "keyUp"):
+            self.call(
+                "Input.dispatchKeyEvent",
+                type=kind,
+                key=name,
+                code=code,
+                modifiers=modifiers,
+                text="\r" if name == "Enter" else "",
+                windowsVirtualKeyCode=KEY_CODES.get(name, 0),
+            )
+
+    def resize(self, width: int, height: int) -> None:
+        """Another size of the window; a touch screen where it is narrow."""
+        phone = width < 500
+        size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": phone}
+        self.call("Emulation.setDeviceMetricsOverride", **size)
+        self.call("Emulation.setTouchEmulationEnabled", enabled=phone)
+        self.wait(f"innerWidth === {width}")
+        self.next_frame()
+
     def box(self, script: str) -> list[float]:
-        """Left, top, width and height of an element, scrolled into view."""
+        """Left, top, width and height of an element, scrolled into view, once it is at rest."""
         return self.wait(
-            f"(() => {{ const e = {script}; if (!e) return null;"
+            f"(async () => {{ const e = {script}, boxes = []; if (!e) return null;"
             " e.scrollIntoView({block: 'center'});"
-            " const r = e.getBoundingClientRect(); return [r.left, r.top, r.width, r.height]; })()"
+            " for (let k = 0; k < 8; k++) {"
+            "   await new Promise(requestAnimationFrame);"
+            "   const r = e.getBoundingClientRect();"
+            "   boxes.push([r.left, r.top, r.width, r.height]); }"
+            " return boxes.every(box => `${box}` === `${boxes[0]}`) && boxes[0]; })()"
         )
 
     def middle(self, script: str) -> tuple[float, float]:
@@ -196,8 +233,11 @@ def connected(address: str) -> Connection:
 
 
 @contextlib.contextmanager
-def page(url: str, width: int = 1280, height: int = 720) -> Iterator[Page]:
-    """A page of this size that has started to load `url`, watched from its first moment."""
+def page(
+    url: str, width: int = 1280, height: int = 720, *, is_drawn: bool = False
+) -> Iterator[Page]:
+    """A page of this size that has started to load `url`, watched from its first moment. Only if
+    `is_drawn` the scene is seen; else it is there and moves, but its canvas stays empty."""
     start_browser()
     address = browser_address()
     with connected(address) as socket:
@@ -210,5 +250,7 @@ def page(url: str, width: int = 1280, height: int = 720) -> Iterator[Page]:
             size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
             shown.call("Emulation.setDeviceMetricsOverride", **size)
             shown.call("Emulation.setFocusEmulationEnabled", enabled=True)  # never throttled
+            if not is_drawn:
+                shown.call("Page.addScriptToEvaluateOnNewDocument", source=DRAW_NOTHING)
             shown.call("Page.navigate", url=url)
             yield shown

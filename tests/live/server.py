@@ -94,7 +94,7 @@ def wait_for_client(server: viser.ViserServer) -> None:
     wait_until(server.get_clients)
 
 
-def wait_until(done: Callable[[], Any], timeout: float = 40.0) -> Any:
+def wait_until(done: Callable[[], Any], timeout: float = 60.0) -> Any:
     """Wait until `done` returns a true value; that value."""
     end = time.monotonic() + timeout
     while not (value := done()):
@@ -137,7 +137,7 @@ class ServeProcess:
     """A running `beamviz serve`, with its own folder for temporary files."""
 
     def __init__(self, folder: Path, *options: str, processes: int = 2):
-        self.folder, self.processes = folder, processes
+        self.folder, self.processes, self.began = folder, processes, time.monotonic()
         command = ["serve", "--alpha", "1", "--beta", "0.5", "--gamma", "10", *options]
         self.process = subprocess.Popen(
             [sys.executable, "-m", "beamviz", *command, "--processes", str(processes)],

@@ -34,22 +34,6 @@ def test_a_bad_number_is_named_and_loses_nothing(url, value, words):
         guest.says("Stable equilibrium")
 
 
-def test_nonsense_from_a_browser_does_not_end_a_session(url):
-    """Unknown choices, wrong kinds, unknown controls: ignored, and the session goes on."""
-    with visitor(url) as guest:
-        guest.choose("strain", "rubber")
-        guest.choose("colouring", "rainbow")
-        guest.choose("amplitude", math.nan)
-        guest.choose("pace", -math.inf)
-        guest.do("only", 10**9)
-        guest.do("only", "two")
-        guest.choose("rotating_frame", "upside down")
-        guest.choose("share-2", 1e30)
-        guest.send(type="GuiUpdateMessage", uuid="nobody", updates={"value": "1"})
-        guest.choose("gamma", 12.0)
-        guest.says(frequency_text(PAPER.replace(gamma=12)))
-
-
 def test_no_equilibrium_is_said_where_the_beam_was_and_greys_it(url):
     """biot has none at mu = 10, gamma = 20: the limit is named, the last picture stays, grey."""
     with visitor(url) as guest:

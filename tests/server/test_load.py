@@ -14,12 +14,12 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "scripts"))
 
 from load import START, Visitor, measure
 
-VISITORS, SECONDS = 12, 4.0
+VISITORS, SECONDS = 8, 4.0
 
 
 @pytest.fixture(scope="module")
 def visit() -> tuple[list[Visitor], dict[str, float]]:
-    """Twelve visitors who drag for a while, and the rows of the script."""
+    """Visitors who drag for a while, and the rows of the script."""
     visitors = [Visitor() for _ in range(VISITORS)]
     with explorer(Scene(START)) as url:
         rows = asyncio.run(measure(url, visitors, SECONDS, os.getpid()))

@@ -1,6 +1,7 @@
 """The server in one process: no work while nothing moves, where it listens, and a clean end."""
 
 import contextlib
+import re
 import signal
 import socket
 import threading
@@ -8,6 +9,7 @@ import time
 
 import pytest
 import websockets.exceptions
+from helpers import slow
 from live.server import ServeProcess, free_port, wait_until
 from live.visitor import PAPER, pause, visitor
 
@@ -33,7 +35,7 @@ def test_nothing_is_computed_while_nothing_moves(monkeypatch):
     with explorer(Scene(PAPER)) as url:
         with visitor(url) as guest:
             pause(guest)
-            assert wakes() == 0
+            wait_until(lambda: wakes() == 0)  # once charts and what else was asked for are there
         wait_until(lambda: wakes() == 0)
 
 
@@ -57,15 +59,16 @@ def test_no_thread_is_left_behind():
     wait_until(lambda: not {"opener", "solver", "chart"} & new_threads())
 
 
-def test_a_busy_port_is_one_line():
-    """Unavailable names the address and the remedy; no other port is taken silently."""
+@pytest.mark.parametrize("processes", ["1", "2"])
+def test_a_busy_port_is_one_line(run, processes):
+    """With the address and the remedy; no other port is taken silently."""
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
-        port = taken.getsockname()[1]
-        with pytest.raises(Unavailable, match=rf"127\.0\.0\.1:{port} .*--port") as caught:
-            serve(Scene(PAPER), port=port)
-        assert "\n" not in str(caught.value)
+        port = str(taken.getsockname()[1])
+        code, out, err = run("serve", "--port", port, "--processes", processes)
+    assert (code, out, err.count("\n")) == (1, "", 1)
+    assert re.match(rf"beamviz: cannot serve on 127\.0\.0\.1:{port} .*--port", err)
 
 
 @pytest.mark.parametrize("host", ["999.1.1.1", "192.0.2.1", "no such host"])
@@ -82,7 +85,7 @@ def test_invalid_options_are_refused_before_serving():
         serve(Scene(PAPER, {"strain": "rubber"}), port=0)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGTERM, *slow(signal.SIGINT)])
 def test_a_signal_ends_the_server_cleanly(tmp_path, number):
     """With a visitor watching: exit code 0, nothing on stderr, the port free."""
     port = free_port()
