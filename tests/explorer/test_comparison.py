@@ -14,7 +14,6 @@ from beamviz.beam import Beam
 from beamviz.drawing import AllModesView, camera, stacked_heights
 from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import Clock, SampledModes, displacement
-from beamviz.explorer.app import explorer
 from beamviz.explorer.features.comparison import (
     ANCF,
     CASES,
@@ -234,15 +233,6 @@ def test_comparing_is_chosen_drawn_and_given_up(url):
         guest.choose("comparison", NO_COMPARISON)
         guest.wait(lambda _: guest.nodes["/other"].get("visible") is False)
         guest.says("shows the effect of one change")
-
-
-def test_the_page_compares_a_veering_with_coriolis_forces_off():
-    """?alpha=1&beta=1&gamma=4.65&coriolis=true&mode=4, Compare, Coriolis on / off."""
-    scene = Scene.of(alpha=1, beta=1, gamma=4.65, coriolis=True, mode=4)
-    with explorer(scene) as url, visitor(url) as guest:
-        guest.choose("comparison", CORIOLIS)
-        guest.says("Mixed in this beam: S1 (B3/S1 mixed 50:50), B3")
-        assert "+89 %" not in guest.text
 
 
 def test_a_kept_beam_stays_while_the_other_changes(url):

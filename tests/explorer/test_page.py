@@ -78,20 +78,27 @@ def test_dragging_a_slider_changes_beam_and_table(shown):
     """Dragged from 70 to a stouter beam: thicker as 1 / mu; then a mass: another shape."""
     size = thickness(shown)
     shown.drag(control("slenderness μ"), 0.33, 0.1)
-    mu = wait_until(lambda: solved_value(shown, "slenderness μ", "mu", START))
-    assert 10 <= mu < 50
-    wait_until(lambda: thickness(shown) / size == pytest.approx(70 / mu, rel=1e-3))
+    wait_until(
+        lambda: (
+            (beam := solved_beam(shown))
+            and 10 <= beam.mu < 50
+            and thickness(shown) / size == pytest.approx(70 / beam.mu, rel=1e-3)
+        )
+    )
     before = pieces(shown)
     shown.drag(control("mass α"), 0.02, 0.6)
-    assert wait_until(lambda: solved_value(shown, "mass α", "alpha", Beam(mu=mu))) > 1
-    wait_until(lambda: not same(pieces(shown), before))
+    wait_until(
+        lambda: (beam := solved_beam(shown)) and beam.alpha > 1 and not same(pieces(shown), before)
+    )
 
 
-def solved_value(shown: Page, label: str, name: str, beam: Beam) -> float | None:
-    """The number beside a slider if it is another one than before, and the table has its beam."""
-    value = float(shown.evaluate(f"{field(label)}.value"))
-    moved = beam.replace(**{name: value})
-    return value if moved != beam and shown.evaluate(says(frequency_text(moved))) else None
+def solved_beam(shown: Page) -> Beam | None:
+    """The beam of the fields beside the sliders, once the table has its frequency."""
+    mu, alpha = (
+        float(shown.evaluate(f"{field(label)}.value")) for label in ("slenderness μ", "mass α")
+    )
+    beam = START.replace(mu=mu, alpha=alpha)
+    return beam if shown.evaluate(says(frequency_text(beam))) else None
 
 
 def thickness(shown: Page) -> float:

@@ -26,14 +26,15 @@ def url(frame_loops) -> Iterator[str]:
 
 
 def test_all_see_what_the_presenter_does(url, frame_loops, monkeypatch):
-    """Numbers, answers, view, comparison, tab and clock are the presenter's; each case is solved
-    once for all."""
+    """Numbers, controls, answers, view, comparison, tab and clock are the presenter's; each case is
+    solved once for all."""
     with visitor(f"{url}/?token={PRESENTER}") as lead, visitor(url) as one, visitor(url) as other:
         solved = []
         monkeypatch.setattr(jobs, "solve", lambda *a, **o: (solved.append(a), solve(*a, **o))[1])
         lead.choose("gamma", 21.0)
         for guest in (one, other):
             guest.says(frequency_text(PAPER.replace(gamma=21)))
+            guest.wait(lambda _, guest=guest: guest.values.get("gamma") == 21.0)
         lead.choose("colouring", "axial strain")
         for guest in (one, other):
             guest.says("axial strain, as drawn")
@@ -49,14 +50,6 @@ def test_all_see_what_the_presenter_does(url, frame_loops, monkeypatch):
         lead.choose("playing", False)
         wait_until(lambda: not any(session.is_moving for session in sessions))
         wait_until(lambda: len({session.presentation.clock.angle for session in sessions}) == 1)
-
-
-def test_the_controls_follow_as_well(url):
-    """A student's slider stands where the presenter's does."""
-    with visitor(f"{url}/?token={PRESENTER}") as lead, visitor(url) as one:
-        lead.choose("gamma", 21.0)
-        one.says(frequency_text(PAPER.replace(gamma=21)))
-        wait_until(lambda: one.receive(5) and one.values.get("gamma") == 21.0)
 
 
 def test_all_read_the_lesson_of_the_presenter(url):
