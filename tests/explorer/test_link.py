@@ -137,19 +137,22 @@ def test_a_wrong_link_says_so(url):
 def test_the_page_follows_its_link_and_keeps_it_up_to_date(url):
     """The question of a lesson; a key turns to its meaning; an edit is in the address, and undone
     by a key; a reload shows the same."""
-    gamma = "document.getElementById('gamma-field')"
     with page(f"{url}/?lesson=nodes", 1280, 720) as shown:
         shown.wait(says(lesson("nodes").question))
         shown.key("n")
         shown.wait(says(lesson("nodes").proof))
         shown.wait("location.search === '?lesson=nodes&step=2'")
-        for speed in (9, 7.5):
-            typed = f"{gamma}.value = {speed}, {gamma}.dispatchEvent(new Event('change',"
-            shown.evaluate(f"{typed} {{bubbles: true}}))")
-            shown.wait(f"location.search === '?lesson=nodes&step=2&gamma={speed:.1f}'")
+        for name, value, edits in (
+            ("gamma", 9, "gamma=9.0"),
+            ("beta", 0.75, "beta=0.75&gamma=9.0"),
+        ):
+            field = f"document.getElementById('{name}-field')"
+            change = "dispatchEvent(new Event('change', {bubbles: true}))"
+            shown.evaluate(f"{field}.value = {value}, {field}.{change}")
+            shown.wait(f"location.search === '?lesson=nodes&step=2&{edits}'")
         shown.key("z", modifiers=2)
         shown.wait("location.search === '?lesson=nodes&step=2&gamma=9.0'")
         shown.call("Page.reload")
-        shown.wait(f"{gamma}?.value === '9'")
+        shown.wait("document.getElementById('gamma-field')?.value === '9'")
         shown.wait(says(lesson("nodes").proof))
         assert shown.problems == []

@@ -46,6 +46,7 @@ def test_a_long_text_is_ignored(url, caplog):
 def test_only_what_changed_is_sent_and_a_rejected_value_is_corrected(url):
     """Setting a number again sends no text; a choice that does not exist is set back."""
     with visitor(url) as guest:
+        guest.wait(lambda _: "loci-chart" in guest.charts)
         pause(guest)
         guest.shown.clear()
         guest.do("playing", "no")

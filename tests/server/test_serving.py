@@ -16,6 +16,7 @@ from live.visitor import PAPER, pause, visitor
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.explorer import app
 from beamviz.explorer.app import explorer, serve
+from beamviz.explorer.jobs import PATIENCE
 from beamviz.scene import Scene
 
 
@@ -29,7 +30,7 @@ def test_nothing_is_computed_while_nothing_moves(monkeypatch):
 
     def wakes() -> int:
         before = len(woken)
-        time.sleep(0.6)
+        time.sleep(1.2 * PATIENCE)  # a loop that is awake sleeps less
         return len(woken) - before
 
     with explorer(Scene(PAPER)) as url:
