@@ -2,7 +2,8 @@
 
 Every array has the same chunks; a task writes one chunk of each, `status` last. zarr writes a chunk
 into a temporary file that it renames, so a chunk of `status` is there if and only if the task is
-done, however it or others were interrupted.
+done, however it or others were interrupted. Signals wait until zarr has returned: its tasks would
+complain on stderr that they were left.
 """
 
 import contextlib
@@ -22,6 +23,7 @@ from beamviz.beam import NUMBERS, Beam, Units, exact_text
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.files import check_suffix, temporary
 from beamviz.optional import optional
+from beamviz.signals import defer_signals
 from beamviz.solver import DEFAULTS, solve_many
 from beamviz.sweeps.plan import Plan, Task, make_plan
 
@@ -52,6 +54,7 @@ FORMAT = "beamviz sweep 1"
 NO_ROOM = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 
 
+@defer_signals()
 def open_store(plan: Plan, path: Path) -> list[Task]:
     """Make the store of a sweep, or find it begun; the tasks that are left.
 
@@ -164,6 +167,7 @@ def open_group(path: Path) -> Any:
 
 
 @lru_cache(maxsize=4)
+@defer_signals()
 def stored_plan(path: Path) -> Plan:
     """The sweep that a store was made for."""
     group = open_group(path)
@@ -178,6 +182,7 @@ def stored_plan(path: Path) -> Plan:
     )
 
 
+@defer_signals()
 def write_chunk(path: Path, plan: Plan, task: Task, arrays: dict[str, np.ndarray]) -> None:
     """Write the results of a task, `status` last."""
     group, region = open_group(path), plan.region(task)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from live.browser import Page, page
 from live.server import wait_until
-from live.visitor import Visitor, pause, visitor
+from live.visitor import Visitor, frequency_text, pause, visitor
 
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
@@ -50,6 +50,7 @@ def test_colours_are_the_numbers_of_solve(url, coriolis):
     with visitor(url) as guest:
         pause(guest)
         guest.choose("coriolis", coriolis)
+        guest.says(frequency_text(FIRST, coriolis=coriolis))
         guest.do("tab", "tab-map")
         guest.choose("across", "delta")
         for mapped in ("gap", "3"):

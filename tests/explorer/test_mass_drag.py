@@ -105,7 +105,7 @@ def test_dragging_the_mass_moves_beta_and_leaves_an_overlay(url):
             drag(guest, phase, x)
         guest.says(number(solve(PAPER).frequencies[0]))  # as the comparison prints it: before
         guest.wait(lambda _: guest.nodes.get(OVERLAY, {}).get("visible"))
-        guest.says("before<br>")
+        guest.says("before, ω")
         guest.wait(lambda _: abs(guest.values.get("beta", math.inf) - 0.7) < 0.01)
         beam = PAPER.replace(beta=float(guest.values["beta"]))
         guest.says(number(solve(beam).frequencies[0]))

@@ -27,7 +27,7 @@ def test_a_term_is_switched_and_back(url, option):
             guest.says("Unstable in bending")
         else:
             guest.says(frequency_text(BEAM, **{option: not usual}))
-        guest.says("before<br>")
+        guest.says("before, ω")
         guest.says(number(solve(BEAM).frequencies[0]))
         guest.choose(option, usual)
         guest.says(frequency_text(BEAM))
