@@ -83,6 +83,12 @@ def test_no_import_cycles():
     assert len(list(order.static_order())) == len(MODULES)
 
 
+def test_modules_are_short():
+    """At most 400 lines: a longer one has two subjects."""
+    lengths = {module: len(path.read_text().splitlines()) for module, path in MODULES.items()}
+    assert {module: length for module, length in lengths.items() if length > 400} == {}
+
+
 def test_solver_needs_numpy_and_scipy_only():
     """The solver imports numpy, scipy, the standard library and its own package, nothing else."""
     for module in (name for name in MODULES if name.startswith("solver")):

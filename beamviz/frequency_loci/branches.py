@@ -12,13 +12,9 @@ from beamviz.errors import BeamvizError, NotConverged
 from beamviz.frequency_loci.axis import Axis
 from beamviz.frequency_loci.crossings import Event, locate_events
 from beamviz.frequency_loci.curves import Curves, Values
-from beamviz.frequency_loci.interpolation import (
-    Spectra,
-    interpolate,
-    root_places,
-    unresolved,
-)
+from beamviz.frequency_loci.interpolation import interpolate, root_places, unresolved
 from beamviz.frequency_loci.limits import LimitSearch
+from beamviz.frequency_loci.pieces import Spectra
 from beamviz.frequency_loci.sweep import Sweep
 from beamviz.solver.solution import Solution, family_of
 

@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from beamviz.frequency_loci.axis import Axis
-from beamviz.frequency_loci.interpolation import Piece, Solves, Spectra
+from beamviz.frequency_loci.interpolation import Solves
+from beamviz.frequency_loci.pieces import Piece, Spectra
 
 Measure = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """Values (n,), omega^2 (n, families, k) -> functions (n, channels)."""

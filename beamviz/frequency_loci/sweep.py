@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, Beam, check_float
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
-from beamviz.frequency_loci.interpolation import Spectra
+from beamviz.frequency_loci.pieces import Spectra
 from beamviz.solver import (
     DEFAULTS,
     Problem,

@@ -1,0 +1,202 @@
+"""Modes along a part of an axis: Chebyshev interpolants of omega^2, or of the logarithm of a small
+matrix, with the errors that they were found to have."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+LEAST = 16  # order of the coarsest piece
+TAIL, MISFIT = 4.0, 8.0  # safety of the two estimates of error
+CHECKS = np.array([1, 6, 11]) + 1 / 3  # numbers of the check points among the nodes of order LEAST
+EPS = float(np.finfo(float).eps)
+
+
+class Spectra(NamedTuple):
+    """Modes at values of a parameter by family: bending, then stretching; or all as one."""
+
+    squares: np.ndarray  # (values, families, k) omega^2, ascending; nan where not solved for
+    errors: np.ndarray  # (values, families, k) estimated by the solver; nan where it does not
+    bending: np.ndarray  # (values, families, k) bending fraction
+
+    def take(self, index: slice) -> "Spectra":
+        """The modes at the values of an index."""
+        return Spectra(*(array[index] for array in (self.squares, self.errors, self.bending)))
+
+    @property
+    def rank(self) -> np.ndarray:
+        """The place (values, families, k) of each mode by frequency among all, from 0."""
+        flat = self.squares.reshape(len(self.squares), -1)
+        return flat.argsort(axis=1).argsort(axis=1).reshape(self.squares.shape)
+
+
+@dataclass(frozen=True)
+class Lobatto:
+    """Chebyshev points of the second kind on -1 .. 1, ascending."""
+
+    nodes: np.ndarray  # (n,)
+    weights: np.ndarray  # (n,) barycentric
+    coefficients: np.ndarray  # (n, n) values -> Chebyshev coefficients
+    checks: np.ndarray  # (checks, n) values -> the interpolant at the check points
+    dense: np.ndarray  # (4 n - 3, n) values -> the interpolant at many points
+
+    def rows(self, x: np.ndarray) -> np.ndarray:
+        """Matrix (len(x), n): values at the nodes -> their interpolant at x."""
+        away = x[:, None] - self.nodes
+        hits = away == 0
+        away[hits.any(axis=1)] = np.inf
+        away[hits] = 1.0
+        terms = self.weights / away
+        return terms / terms.sum(axis=1, keepdims=True)
+
+
+CHECK_X = -np.cos(np.pi * CHECKS / LEAST)
+
+
+@lru_cache(maxsize=4)
+def lobatto(order: int) -> Lobatto:
+    """The points of an order, one more than it."""
+    j = np.arange(order + 1)
+    nodes = -np.cos(np.pi * j / order)
+    nodes[[0, order // 2, -1]] = -1.0, 0.0, 1.0
+    ends = np.where(j % order == 0, 0.5, 1.0)
+    T = np.cos(np.outer(j, np.arccos(nodes)))
+    empty = np.empty((0, order + 1))
+    points = Lobatto(nodes, ends * (-1.0) ** j, 2 / order * np.outer(ends, ends) * T, empty, empty)
+    return replace(points, checks=points.rows(CHECK_X), dense=points.rows(dense_points(order)))
+
+
+def dense_points(order: int) -> np.ndarray:
+    """Points on -1 .. 1 at which a piece is sampled: the nodes, and three between each two."""
+    return -np.cos(np.pi * np.arange(4 * order + 1) / (4 * order))
+
+
+class Block(NamedTuple):
+    """The m lowest of modes that all couple, by symmetric matrices in shapes that are those of the
+    middle of a piece there, and as near to these as possible elsewhere."""
+
+    matrices: np.ndarray  # (n, 3, m, m) at the nodes: logarithm of H + shift, energies as Points
+    shift: float  # of omega^2, which may be negative
+    solver_errors: np.ndarray  # (n, m) of omega^2 at the nodes
+    tail: np.ndarray  # (m, m) of the logarithm, sum of the coefficients that are left out
+    misfit: np.ndarray  # (m,) largest error of omega^2 at the check points
+
+    def squares(self, rows: np.ndarray) -> np.ndarray:
+        """omega^2 (n, m) by interpolation `rows`."""
+        return np.exp(np.linalg.eigvalsh(interpolated(rows, self.matrices[:, 0]))) - self.shift
+
+    def at(self, rows: np.ndarray, after: np.ndarray) -> np.ndarray:
+        """(4, n, m) by interpolation `rows` and numbers of the next nodes: omega^2, its error by
+        the solver, bending fraction, error of omega^2 by interpolation."""
+        logarithm, across, kinetic = np.moveaxis(interpolated(rows, self.matrices), 1, 0)
+        f, y = np.linalg.eigh(logarithm)
+        bending, whole = ((y * (form @ y)).sum(axis=1) for form in (across, kinetic))
+        own = np.maximum(self.solver_errors[after - 1], self.solver_errors[after])
+        solver_error = np.matvec((y**2).mT, own)
+        error = np.maximum(TAIL * self.tails(f, y), MISFIT * self.misfit)
+        shifted = np.exp(f)
+        return np.array(
+            [shifted - self.shift, solver_error, bending / whole, error + EPS * shifted]
+        )
+
+    def tails(self, f: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """By how much omega^2 = exp(f) - shift changes with f by the tail, to first order."""
+        return np.exp(f) * (abs(y) * (self.tail @ abs(y))).sum(axis=-2)
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A part of the axis with the modes at its nodes; `errors` is None where the interpolation did
+    not converge: the modes at the solved values are all that is known there."""
+
+    low: float  # of the variable t
+    high: float
+    spectra: Spectra
+    errors: np.ndarray | None  # of `_functions`, (functions, families, k)
+    needed: np.ndarray  # (families, k) whether the mode is interpolated
+    paired: np.ndarray  # (families, k) whether with the next one
+    block: Block | None = None  # which is interpolated instead
+
+    @property
+    def order(self) -> int:
+        """One less than its nodes."""
+        return len(self.spectra.squares) - 1
+
+    @property
+    def dense(self) -> np.ndarray:
+        """Values of the variable at which the piece is sampled."""
+        return on_piece(self.low, self.high, dense_points(self.order))
+
+    def at(self, t: np.ndarray) -> tuple[Spectra, np.ndarray]:
+        """The modes at values (n,) of the variable, and the errors (n, families, k) of omega^2 from
+        interpolation, which come on top of the solver's; nan where it is not interpolated."""
+        assert self.errors is not None
+        points, x = lobatto(self.order), self._local(t)
+        rows = points.rows(x)
+        after = np.clip(np.searchsorted(points.nodes, x), 1, self.order)
+        _, solved, bending = self.spectra
+        if self.block:
+            found = np.full((4, len(t), *self.needed.shape), np.nan)
+            found[:, :, 0, : len(self.block.misfit)] = self.block.at(rows, after)
+            found[:, :, ~self.needed] = np.nan
+            return Spectra(*found[:3]), found[3]
+        kept = np.where(self.needed, 1.0, np.nan)
+        own = np.maximum(solved[after - 1], solved[after]) * kept
+        error = np.broadcast_to(self.errors[0] * kept, own.shape)
+        if self.paired.any():
+            error = error.copy()
+            for f, k, _, square in self._pairs(rows):
+                _, of_mean, of_square = self.errors[:, f, k]
+                error[:, f, k] = error[:, f, k + 1] = of_mean + of_root(square, of_square)
+        if len(self.needed) == 1:
+            bending = np.clip(interpolated(rows, bending * kept), 0.0, 1.0)
+        else:
+            bending = np.broadcast_to(bending[0] * kept, own.shape)
+        return Spectra(self._squares(rows), own, bending), error
+
+    def squares(self, t: np.ndarray) -> np.ndarray:
+        """omega^2 (n, families, k) alone."""
+        return self._squares(lobatto(self.order).rows(self._local(t)))
+
+    def _local(self, t: np.ndarray) -> np.ndarray:
+        """Values of the variable on -1 .. 1."""
+        return 2 * (t - self.low) / (self.high - self.low) - 1
+
+    def _squares(self, rows: np.ndarray) -> np.ndarray:
+        if self.block:
+            found = np.full((len(rows), *self.needed.shape), np.nan)
+            found[:, 0, : len(self.block.misfit)] = self.block.squares(rows)
+            found[:, ~self.needed] = np.nan
+            return found
+        kept = np.where(self.needed, 1.0, np.nan)
+        found = interpolated(rows, self.spectra.squares * kept)
+        if self.paired.any():
+            for f, k, mean, square in self._pairs(rows):
+                half = np.sqrt(np.maximum(square, 0.0)) / 2
+                found[:, f, k], found[:, f, k + 1] = mean - half, mean + half
+        return found
+
+    def _pairs(self, rows: np.ndarray) -> Iterator[tuple[int, int, np.ndarray, np.ndarray]]:
+        """Family and number of the lower mode of each pair, mean and squared difference (n,)."""
+        for f, k in np.argwhere(self.paired).tolist():
+            lower, upper = self.spectra.squares[:, f, k], self.spectra.squares[:, f, k + 1]
+            yield f, k, rows @ ((lower + upper) / 2), rows @ (upper - lower) ** 2
+
+
+def interpolated(rows: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Values (n, ...) at the nodes -> by rows."""
+    return (rows @ values.reshape(len(values), -1)).reshape(len(rows), *values.shape[1:])
+
+
+def of_root(square: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """The error of half the root of a square with an error."""
+    square = np.maximum(square, 0.0)
+    below = np.sqrt(square) + np.sqrt(square + error)
+    return error / np.maximum(2 * below, np.finfo(float).tiny)
+
+
+def on_piece(low: float, high: float, x: np.ndarray) -> np.ndarray:
+    """Points x of -1 .. 1 on a piece; its ends exactly."""
+    return np.where(x == 1, high, low + (high - low) * (x + 1) / 2)
