@@ -102,6 +102,7 @@ class ReferenceShapes:
     """The outline of the undeformed beam, and the beam in equilibrium as a translucent body."""
 
     def __init__(self, api: SceneApi, root: str):
+        self.outlined: tuple = ()  # hub, plane and section that the outline was drawn for
         self.outline = api.add_line_segments(
             f"{root}/rotor/undeformed",
             np.zeros((12, 2, 3)),
@@ -133,8 +134,11 @@ class ReferenceShapes:
         if len(faces) != len(self.equilibrium.faces):  # in one message: they always fit each other
             surface["faces"] = faces.astype(np.uint32)
         set_properties(self.equilibrium, surface)
-        edges = beam_mesh.straight_edges(shapes, section).astype(np.float32)
-        set_properties(self.outline, {"points": edges})
+        outline = shapes.beam.delta, shapes.plane, section
+        if outline != self.outlined:
+            self.outlined = outline
+            edges = beam_mesh.straight_edges(shapes, section).astype(np.float32)
+            set_properties(self.outline, {"points": edges})
 
 
 class Nodes:

@@ -131,14 +131,15 @@ def growth(rate: float, units: Units | None) -> str:
     return f"grows tenfold in {duration(math.log(10) / rate, units)}"
 
 
-def stretch_caution(beam: Beam, max_stretch: float) -> str:
+def stretch_caution(solution: Solution) -> str:
     """Why a stable equilibrium is far from a real beam, "" where it is not: its tip is nearly as
     fast as sound in it, gamma / mu = speed of the tip / sqrt(E / rho)."""
-    ratio = beam.gamma / beam.mu
+    ratio = solution.beam.gamma / solution.beam.mu
     if ratio < LARGE_STRETCH:
         return ""
+    percent = significant(100 * (solution.equilibrium.max_stretch - 1), 2)
     return (
-        f"Stretched by up to {significant(100 * (max_stretch - 1), 2)} %: γ / μ = {ratio:.2g},"
+        f"Stretched by up to {percent} %: γ / μ = {ratio:.2g},"
         " speed of the tip over speed of sound. Real materials fail long before."
     )
 

@@ -340,7 +340,7 @@ class SolverAnswer(Answer[Case, "Solved"]):
         """Why a stable equilibrium is far from a real beam, "" where it is not."""
         if self.solution is None or self.warning:
             return ""
-        return stretch_caution(self.solution.beam, self.solution.equilibrium.max_stretch)
+        return stretch_caution(self.solution)
 
     @property
     def message(self) -> str:

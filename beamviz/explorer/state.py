@@ -140,10 +140,12 @@ class State:
 
     def value(self, name: str) -> Any:
         """The value of a number, a keyword of `solve`, a view option or a field."""
-        for part in (self.case.numbers, self.case.options, vars(self.view)):
-            if name in part:
-                return part[name]
-        return getattr(self, name)
+        return self.values[name]
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """All values by name."""
+        return vars(self) | vars(self.view) | self.case.options | self.case.numbers
 
     def changed(self, name: str, value: Any) -> Self:
         """With the value of that name as a browser sent it. A given viewpoint is given up where
@@ -186,9 +188,11 @@ class State:
     def differences(self, other: Self) -> set[str]:
         """The names of the values that differ from those of another state, but for those that an
         undo leaves alone."""
-        names = {*vars(self), *self.case.numbers, *self.case.options, *VIEW_KEYS}
-        names -= {"case", "view", "run_speed", *LASTING}
-        return {name for name in names if self.value(name) != other.value(name)}
+        ours, theirs = self.values, other.values
+        differing = {
+            name for name, one in ours.items() if one is not theirs[name] and one != theirs[name]
+        }
+        return differing - {"case", "view", "run_speed", *LASTING}
 
     def keep(self) -> Self:
         """Keep the case, to compare the next ones with."""

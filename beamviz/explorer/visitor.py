@@ -9,7 +9,6 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 from viser import ClientHandle
@@ -21,8 +20,7 @@ from beamviz.explorer.state import History, State
 from beamviz.scene import Scene
 from beamviz.server.viser_private import group_messages
 
-Get = Callable[[State], Any]
-Set = Callable[[State, Any], State]
+Edit = Callable[[State, Any], State]
 
 
 class Visitor:
@@ -50,7 +48,7 @@ class Visitor:
         self.queue, self.background = queue, background
         self.lock, self.camera = threading.RLock(), PageCamera(client.camera)
         self.camera.set_viewpoint(state.camera)
-        self.renderers: list[Callable[[State], None]] = []
+        self.renderers: list[tuple[str, Callable[[Any], None]]] = []  # of the values by name
         self.jobs: list[Job] = []
         self.answer: SolverAnswer | None = None
         self.chart_answer: SolverAnswer | None = None
@@ -101,26 +99,20 @@ class Visitor:
         """Show the state in all controls: once for a frame, however many edits there were."""
         with self.lock:
             if self.state is not self.shown:
+                before, now = self.shown.values, self.state.values
                 self.shown = self.state
-                for update in self.renderers:
-                    update(self.shown)
+                for name, show in self.renderers:
+                    if now[name] is not before[name]:
+                        show(now[name])
                 self.page.props("undo", disabled=not self.history.past)
                 self.page.props("redo", disabled=not self.history.future)
 
-    def render(self, get: Get, show: Callable[[Any], None]) -> None:
-        """Call `show(get(state))` now, and for each frame in which it is another object."""
-        shown: Any = object()
-
-        def update(state: State) -> None:
-            nonlocal shown
-            value = get(state)
-            if value is not shown:
-                shown = value
-                show(value)
-
+    def render(self, name: str, show: Callable[[Any], None]) -> None:
+        """Call `show` with the value of the state that has this name, now and for each frame in
+        which it is another object."""
         with self.lock:
-            self.renderers.append(update)
-            update(self.state)
+            self.renderers.append((name, show))
+            show(self.shown.value(name))
 
     def load(self, scene: Scene, **values: Any) -> None:
         """Show another scene, with other values of the state; `home` is the scene that a reset
@@ -154,20 +146,27 @@ class Visitor:
         self.page.tab = str(tab)
         self.wake()
 
-    def bind(self, key: str, get: Get, edit: Set) -> None:
-        """Show `get(state)` in the controls with data-set="key" of the page; what the visitor sets
-        one to becomes `edit(state, value)`."""
+    def bind(
+        self,
+        key: str,
+        edit: Edit | None = None,
+        of: str | None = None,
+        shown: Callable[[Any], Any] = lambda value: value,
+    ) -> None:
+        """Show a value of the state, as `shown` says, in the controls with data-set="key" of the
+        page: the one called `of`, by default that called `key`. What the visitor sets one to
+        becomes `edit(state, value)`, by default `state.changed(key, value)`."""
+        name = of or key
 
         def edited(value: Any) -> None:
-            self.change(lambda state: edit(state, value))
-            self.page.value(key, get(self.state))  # for a value that was not taken as it is
+            self.change(lambda state: edit(state, value) if edit else state.changed(key, value))
+            show(self.state.value(name))  # for a value that was not taken as it is
+
+        def show(value: Any) -> None:
+            self.page.value(key, shown(value))
 
         self.page.on(key, edited)
-        self.render(get, partial(self.page.value, key))
-
-    def bind_key(self, key: str) -> None:
-        """Bind controls to the value that has their key in `State.value`."""
-        self.bind(key, lambda state: state.value(key), lambda state, x: state.changed(key, x))
+        self.render(name, show)
 
     def on(self, action: str, act: Callable[[Any], None]) -> None:
         """Call `act` with the value of an action of the page; it must be quick, as it runs on the

@@ -49,7 +49,7 @@ def test_trouble_is_told_apart():
 def test_a_stretch_beyond_real_materials_is_told(gamma, told):
     """In amber from gamma / mu = 0.5 on, with the stretch and the reason."""
     solution = solve(Beam(alpha=1, beta=0.5, gamma=gamma))
-    caution = messages.stretch_caution(solution.beam, solution.equilibrium.max_stretch)
+    caution = messages.stretch_caution(solution)
     percent = 100 * (solution.equilibrium.max_stretch - 1)
     assert (f"by up to {percent:.0f} %: γ / μ = {gamma / 70:.2g}" in caution) is told
     assert bool(caution) is told

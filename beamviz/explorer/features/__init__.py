@@ -41,7 +41,7 @@ class PresenterMode:
     def __init__(self, own: Presentation, presenter: Callable[[], Presentation | None]):
         self.own, self.presenter, self.tab = own, presenter, own.visitor.page.tab
         own.visitor.page.html("presenter", checkbox("following", FOLLOW_LABEL, FOLLOW_HINT))
-        own.visitor.bind_key("following")
+        own.visitor.bind("following")
 
     @property
     def followed(self) -> Presentation | None:

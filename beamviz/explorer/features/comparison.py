@@ -213,8 +213,8 @@ class ComparisonTab(Feature):
         super().__init__(visitor)
         self.comparison, self.page = comparison, visitor.page
         self.page.html("tab-compare", TAB)
-        visitor.bind("comparison", lambda state: state.comparison, choose)
-        visitor.bind_key("stacked")
+        visitor.bind("comparison", choose)
+        visitor.bind("stacked")
         visitor.on("keep", lambda _: visitor.change(State.keep))
 
     @property

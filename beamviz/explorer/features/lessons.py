@@ -99,7 +99,8 @@ class Lessons(Feature):
     def inputs(self) -> tuple[object, ...]:
         """The lesson, its step, and the answer that the challenge is checked with."""
         state = self.visitor.state
-        return self.visitor.answer, state.lesson, state.step, self.cards
+        answer = self.visitor.answer if state.lesson and state.step == CHALLENGE else None
+        return answer, state.lesson, state.step, self.cards
 
     def show(self) -> None:
         """Show the cards, and the lesson that is open with the verdict on its challenge."""

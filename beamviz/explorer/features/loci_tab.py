@@ -50,9 +50,10 @@ class LociTab(Feature):
         self.data: Data = {}
         self.charted: tuple[Any, Chart | None] = (None, None)  # an answer and its chart
         visitor.page.html("tab-frequencies", skeleton())
-        visitor.bind_key("over")
+        visitor.bind("over")
         for k in PER_REV:
-            visitor.bind(f"per_rev_{k}", partial(has_line, k=k), partial(with_line, k=k))
+            with_it, has_it = partial(with_line, k=k), partial(has_line, k)
+            visitor.bind(f"per_rev_{k}", with_it, of="per_rev", shown=has_it)
         visitor.on("go_to_event", self.go_to)
 
     def go_to(self, key: Any) -> None:
@@ -138,9 +139,9 @@ class LociTab(Feature):
         return not isinstance(other, str)
 
 
-def has_line(state: State, k: int) -> bool:
+def has_line(k: int, multiples: tuple[int, ...]) -> bool:
     """Whether the chart has the line k × speed."""
-    return k in state.per_rev
+    return k in multiples
 
 
 def with_line(state: State, on: Any, k: int) -> State:

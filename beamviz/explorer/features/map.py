@@ -117,7 +117,7 @@ class MapTab(Feature):
         self.drawn: tuple[object, ...] = ()
         visitor.page.html(TAB, skeleton())
         for key in ("across", "mapped"):
-            visitor.bind_key(key)
+            visitor.bind(key)
         visitor.on("move_beam", self.move_beam)
 
     def move_beam(self, place: Any) -> None:

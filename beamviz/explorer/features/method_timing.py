@@ -116,7 +116,7 @@ class MethodTimingTab(Feature):
             '<div id="timing-chart" class="chart" data-chart hidden></div>'
             '<div id="timings" class="lists"></div></div>',
         )
-        visitor.bind_key("time_methods")
+        visitor.bind("time_methods")
 
     @property
     def inputs(self) -> tuple[object, ...]:

@@ -215,8 +215,8 @@ class RealBeamPanel:
         visitor.on("real.material", self.choose_material)
         visitor.on("real.section", self.choose_section)
         visitor.on("dimensionless", lambda _: self.load(lambda beam: beam.replace(units=None)))
-        visitor.render(lambda state: state.case, lambda _: self.show(visitor.state))
-        visitor.render(lambda state: state.section, lambda _: self.show(visitor.state))
+        visitor.render("case", lambda _: self.show(visitor.state))
+        visitor.render("section", lambda _: self.show(visitor.state))
 
     def edit(self, name: str, value: Any) -> None:
         """A field was set."""
@@ -254,6 +254,9 @@ class RealBeamPanel:
 
     def show(self, state: State) -> None:
         """Show the values of the beam, where they make one."""
+        if state.case.units is None:
+            self.page.html("real-beam", INVITATION)
+            return
         try:
             beam = state.case.beam()
         except InvalidInput:

@@ -216,8 +216,8 @@ class RunUpTab(Feature):
         super().__init__(visitor)
         self.playback = playback
         visitor.page.html("tab-run-up", skeleton())
-        visitor.bind("force_per_rev", lambda state: state.force_per_rev, with_force)
-        visitor.bind("damping", lambda state: round(100 * state.damping, 6), with_damping)
+        visitor.bind("force_per_rev", with_force)
+        visitor.bind("damping", with_damping, shown=lambda ratio: round(100 * ratio, 6))
         visitor.on("run_up", lambda _: playback.start_or_stop())
 
     @property

@@ -44,10 +44,10 @@ class NumberControls:
         more = f"<details><summary>Advanced</summary>{number_slider('spin_up')}</details>"
         self.page.html("beam", "".join(map(number_slider, PARAMETERS)) + more + reset)
         self.measures = measures(visitor.state.case.units)
-        visitor.render(lambda state: state.scene, lambda _: self.choose_ranges(visitor.state))
+        visitor.render("scene", lambda _: self.choose_ranges(visitor.state))
         for name in NUMBERS:
             visitor.on(name, partial(self.edit, name))
-            visitor.render(partial(State.value, name=name), partial(self.show, name))
+            visitor.render(name, partial(self.show, name))
 
     def edit(self, name: str, value: Any) -> None:
         """A number was set, in its unit."""
@@ -126,12 +126,11 @@ class TermControls:
         rows = (checkbox(key, label, help) for key, (label, help) in boxes.items())
         visitor.page.html("effects", "".join(rows))
         for name in TERMS:
-            visitor.bind(name, partial(State.value, name=name), partial(switch_term, name))
-        visitor.bind("mass", self.has_mass, self.switch_mass)
+            visitor.bind(name, partial(switch_term, name))
+        visitor.bind("mass", self.switch_mass, of="alpha", shown=self.has_mass)
 
-    def has_mass(self, state: State) -> bool:
+    def has_mass(self, alpha: Any) -> bool:
         """Whether the beam has a mass; how large it is, is noted."""
-        alpha: Any = state.case.numbers["alpha"]
         if isinstance(alpha, int | float) and alpha > 0:
             self.alpha = alpha
         return alpha != 0

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Collection
+from functools import lru_cache
 from html import escape
 
 import numpy as np
@@ -17,13 +18,13 @@ MODES_HINT = (
     "The shapes in which the beam vibrates freely, each at its own frequency. Click one to see it"
     " alone; the sliders mix several. B: bending, S: stretching."
 )
-UNIT_HINT = "× 1/T*, the beam's own unit of time: T* = √(ρ A L⁴ / E I)."
 HEADING = (
     f'<div class="row"><h2>Natural modes</h2>{hint("natural modes", MODES_HINT)}'
     '<span class="space"></span>'
     f"{button('All', data_set='all_modes', aria_label='All modes beside each other')}</div>"
     '<div id="mode-rows"></div>'
 )
+UNIT_HINT = hint("the unit", "× 1/T*, the beam's own unit of time: T* = √(ρ A L⁴ / E I).")
 
 
 def mode_table(answer: SolverAnswer, shown: Collection[int]) -> str:
@@ -31,13 +32,13 @@ def mode_table(answer: SolverAnswer, shown: Collection[int]) -> str:
     solution = answer.solution
     assert solution
     across = frequencies(solution.beam.units)
-    unit = "" if solution.beam.units else hint("the unit", UNIT_HINT)
+    unit = "" if solution.beam.units else UNIT_HINT
     heads = ("mode", f"{across.label} {unit}", "± error", "nodes", "amount")
     labels, mixtures = identify_modes(solution)
     nodes = answer.shapes.nodes if answer.shapes else ()
     rows = "".join(
         f"<tr{attributes(data_do='only', data_value=k, class_='shown' if k in shown else None)}>"
-        f"<td>{mode_button(solution, k, labels[k], shown=k in shown)}</td>"
+        f"<td>{mode_button(k, labels[k], solution.families[k], k in shown)}</td>"
         + "".join(f"<td>{cell}</td>" for cell in value_and_error(solution, k))
         + f"<td>{strip(nodes[k]) if k < len(nodes) else ''}</td>"
         f"<td>{amount(k, labels[k])}</td></tr>"
@@ -51,9 +52,9 @@ def mode_table(answer: SolverAnswer, shown: Collection[int]) -> str:
     )
 
 
-def mode_button(solution: Solution, k: int, label: str, *, shown: bool) -> str:
+@lru_cache(256)
+def mode_button(k: int, label: str, family: str, shown: bool) -> str:
     """The button that shows mode k (from 0) alone, in the colour of its family."""
-    family = solution.families[k]
     values = attributes(
         data_do="only",
         data_value=k,
@@ -90,6 +91,7 @@ def strip(nodes: np.ndarray) -> str:
     )
 
 
+@lru_cache(256)
 def amount(k: int, label: str) -> str:
     """The slider of a mode's share in the motion."""
     values = attributes(

@@ -161,7 +161,7 @@ class Page:
     async def received(self, event: GuiEvent) -> None:
         """Pass an action on; what no page sends is ignored."""
         try:
-            _, action, value = json.loads(self.bridge.value, parse_int=whole_number)
+            _, action, value = ACTIONS.decode(self.bridge.value)
             handler, max_text = self.handlers[action]
             if isinstance(value, list | dict) or len(str(value)) > max_text:
                 raise ValueError(f"{action} with {str(value)[:40]}")
@@ -176,3 +176,6 @@ class Page:
 def whole_number(digits: str) -> float:
     """A whole number; as a float where it is very large."""
     return int(digits) if len(digits) <= MAX_DIGITS else float(digits)
+
+
+ACTIONS = json.JSONDecoder(parse_int=whole_number)

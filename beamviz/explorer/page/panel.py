@@ -69,13 +69,13 @@ class Panel:
         NumberControls(visitor)
         TermControls(visitor)
         for key in (*BOUND, *MODEL, *PICTURE, "colouring", "dark"):
-            visitor.bind_key(key)
+            visitor.bind(key)
         for mode in range(MODES):
             self.bind_share(mode)
         first = visitor.state.case
-        visitor.render(lambda state: state.case, lambda case: page.html(
-            "scene-caption", INVITATION if case is first else ""
-        ))  # fmt: skip
+        visitor.render(
+            "case", lambda case: page.html("scene-caption", INVITATION if case is first else "")
+        )
         visitor.on("only", self.show_alone)
         visitor.on("undo", lambda _: visitor.undo())
         visitor.on("redo", lambda _: visitor.redo())
@@ -92,10 +92,13 @@ class Panel:
     def bind_share(self, mode: int) -> None:
         """Bind the slider of one mode's (from 0) share in the motion."""
 
-        def share(state: State) -> float:
-            return state.view.shares[mode] if mode < len(state.view.shares) else 0.0
+        def share(shares: tuple[float, ...]) -> float:
+            return shares[mode] if mode < len(shares) else 0.0
 
-        self.visitor.bind(f"share-{mode}", share, lambda state, value: state.share(mode, value))
+        def edit(state: State, value: Any) -> State:
+            return state.share(mode, value)
+
+        self.visitor.bind(f"share-{mode}", edit, of="shares", shown=share)
 
     def add_commands(self) -> None:
         """The commands of the palette (Ctrl+K)."""
