@@ -50,7 +50,7 @@ class SampledModes:
     def sampled(cls, solution: Solution, previous: Self | None = None) -> Self:
         """`solution` at its stations, with the signs of `previous`."""
         x = stations(solution.beam.beta)
-        raw = np.moveaxis(solution.displacement(x), 2, 0)
+        raw = np.moveaxis(solution.fields(x), 2, 0)
         local = normalisation(raw) * raw  # along and across the beam's axis
         modes = rotated(local, solution.equilibrium.angle(x))
         stretching = np.abs(np.diff(local[:, :, 0], axis=1) / np.diff(x)).max(axis=1)

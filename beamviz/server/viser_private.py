@@ -41,7 +41,7 @@ ATTRIBUTES = {  # by class, function or module: attributes, fields and arguments
         "server_header",
     ),
     "viser:ViserServer": ("request_share_url",),
-    "viser.infra._async_message_buffer:AsyncMessageBuffer": ("window_duration_sec",),
+    "viser.infra._async_message_buffer:AsyncMessageBuffer": ("event_loop", "window_duration_sec"),
     "viser.infra:WebsockServer": ("get_message_buffer", "queue_message"),
     "viser._gui_handles:_GuiHandleState": ("gui_api", "props", "sync_cb", "uuid", "value"),
     "viser._scene_api:SceneApi": ("_queue_scene_message",),
@@ -215,9 +215,25 @@ def disconnect(server: viser.ViserServer, client_id: int) -> None:
         asyncio.run_coroutine_threadsafe(closing, server.get_event_loop())
 
 
+class OwnLoop:
+    """An event loop that is not woken by what runs on it: that would be a system call for each
+    message."""
+
+    def __init__(self, loop: asyncio.AbstractEventLoop):
+        self.loop, self.create_task = loop, loop.create_task
+
+    def call_soon_threadsafe(self, callback: Callable[[], Any]) -> None:
+        """Call at once on the event loop itself, soon from another thread."""
+        if asyncio._get_running_loop() is self.loop:
+            callback()
+        else:
+            self.loop.call_soon_threadsafe(callback)
+
+
 def group_messages(client: viser.ClientHandle) -> None:
     """Have messages between two frames sent as one group, which costs little more than one."""
-    client.gui._websock_interface.get_message_buffer().window_duration_sec = PAUSE
+    buffer: Any = client.gui._websock_interface.get_message_buffer()
+    buffer.window_duration_sec, buffer.event_loop = PAUSE, OwnLoop(buffer.event_loop)
 
 
 # Properties, without viser's checks, copies and callbacks
@@ -237,7 +253,12 @@ class NodeUpdate(getattr(messages, "SceneNodeUpdateMessage", object)):  # type: 
 
 
 class PageScript(getattr(messages, "RunJavascriptMessage", object)):  # type: ignore[misc]
-    """A RunJavascriptMessage whose source is asked for when it is sent."""
+    """A RunJavascriptMessage whose source is asked for when it is sent: one that waits is as good
+    as several."""
+
+    def redundancy_key(self) -> str:
+        """Of two messages with one key, the later one is sent."""
+        return "page script"
 
     def as_serializable_dict(self, binary_buffers: list[memoryview]) -> dict[str, Any]:
         """The message."""

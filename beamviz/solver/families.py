@@ -96,9 +96,9 @@ def quadrature(beam: Beam, points: int) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(x), np.concatenate(w)
 
 
-def unstretched(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """u(x) and f(x) of the beam at its reference length."""
-    return x, np.ones_like(x)
+def unstretched(x: np.ndarray, derivative: int) -> np.ndarray:
+    """Position along the beam (derivative 0) or stretch (1) at its reference length."""
+    return np.ones_like(x) if derivative else x
 
 
 class Solved(NamedTuple):

@@ -21,7 +21,7 @@ NODE_GRID = 401
 VISIBLE = 1e-7  # share of its amplitude that a mode must reach before it can have a node
 ROOT_ITERATIONS, ROOT_TOLERANCE = 40, 1e-14
 
-Axial = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]  # x -> u, f
+Axial = Callable[[np.ndarray, int], np.ndarray]  # x, 0 -> position; x, 1 -> stretch
 Fields = Callable[[np.ndarray], np.ndarray]  # x -> (len(x), 2, modes)
 
 
@@ -56,13 +56,13 @@ class Equilibrium:
     def position(self, x: np.ndarray) -> np.ndarray:
         """Position (len(x), 2) of the points x, measured from the clamp."""
         assert self.axial
-        u, _ = self.axial(_points(x))
-        return np.column_stack([u, np.zeros_like(u)])
+        along = self.axial(_points(x), 0)
+        return np.column_stack([along, np.zeros_like(along)])
 
     def stretch(self, x: np.ndarray) -> np.ndarray:
         """Stretch f = |r'| (len(x),)."""
         assert self.axial
-        return self.axial(_points(x))[1]
+        return self.axial(_points(x), 1)
 
     def angle(self, x: np.ndarray) -> np.ndarray:
         """Angle [rad] of the beam's axis (len(x),), 0 where it is straight."""

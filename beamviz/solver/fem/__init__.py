@@ -69,7 +69,7 @@ def solve(beam: Beam, problem: Problem, start: float) -> Solution:
     solved = Solved(
         modes,
         dof=len(assembled.Ka) + len(assembled.Kb),
-        axial=partial(_axial, nodes, assembled.position),
+        axial=partial(interpolate, nodes, assembled.position),
         iterations=assembled.iterations,
     )
     return build_solution(beam, problem, start, solved, order=3, elements=elements)
@@ -145,11 +145,6 @@ def _shapes(nodes: NDArray, free: NDArray) -> Shapes:
     """Shapes from the coordinates that the clamp leaves free."""
     clamped = np.zeros((2 * len(nodes) - len(free), free.shape[1]))
     return partial(interpolate, nodes, np.concatenate((clamped, free)))
-
-
-def _axial(nodes: NDArray, position: NDArray, x: NDArray) -> tuple[NDArray, NDArray]:
-    """u(x) and f(x) of the equilibrium."""
-    return interpolate(nodes, position, x), interpolate(nodes, position, x, 1)
 
 
 def along(K: NDArray) -> NDArray:

@@ -55,9 +55,10 @@ def _from_clamp(grid: Grid, x: bytes) -> np.ndarray:
     return rows
 
 
-def _axial(found: StraightModes, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """u(x) and f(x) of the equilibrium."""
-    return _from_clamp(found.grid, x.tobytes()) @ found.f, found.grid.at(x) @ found.f
+def _axial(found: StraightModes, x: np.ndarray, derivative: int) -> np.ndarray:
+    """Position along the beam (derivative 0) or stretch (1) of the equilibrium."""
+    rows = found.grid.at(x) if derivative else _from_clamp(found.grid, x.tobytes())
+    return rows @ found.f
 
 
 @dataclass(frozen=True, eq=False)

@@ -191,7 +191,6 @@ def _polynomials(on: Grid, values: np.ndarray) -> Piecewise:
     return Piecewise(on.ends, on.to_coefficients @ by_part)
 
 
-def _axial(fields: Piecewise, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """u(x) and f(x) of the equilibrium."""
-    u, f = fields(x).T
-    return u, f
+def _axial(fields: Piecewise, x: np.ndarray, derivative: int) -> np.ndarray:
+    """Position along the beam (derivative 0) or stretch (1) of the equilibrium."""
+    return fields(x)[:, derivative]
