@@ -65,13 +65,19 @@ def files(found: list[Map], states: StateMap) -> Files:
     return contents
 
 
-def as_data(found: Map) -> dict[str, Any]:
-    """One map, with a command for every cell that is not correct."""
+def axes_data(found: Map | StateMap) -> dict[str, Any]:
+    """What the axes of a map are: the beam, the speeds and the values of the other number."""
     return {
         "over": found.plane.over,
         "beam": found.plane.beam.numbers,
         "gamma": found.gammas,
         "values": found.values,
+    }
+
+
+def as_data(found: Map) -> dict[str, Any]:
+    """One map, with a command for every cell that is not correct."""
+    return axes_data(found) | {
         "buckling": [rounded(gamma) for gamma in found.buckling],
         "methods": {
             method.name: {
@@ -88,11 +94,7 @@ def as_data(found: Map) -> dict[str, Any]:
 
 def states_as_data(found: StateMap) -> dict[str, Any]:
     """The map of stable states."""
-    return {
-        "over": found.plane.over,
-        "beam": found.plane.beam.numbers,
-        "gamma": found.gammas,
-        "values": found.values,
+    return axes_data(found) | {
         "methods": {
             method.name: {"options": method.options, "says": states.says}
             if states.says
