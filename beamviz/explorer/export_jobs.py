@@ -1,4 +1,4 @@
-"""Files made for visitors in the background: pictures at once, films one after the other."""
+"""Files made for visitors in the background: films one after the other, other files at once."""
 
 import tempfile
 import threading
@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from beamviz.errors import BeamvizError, InvalidInput
-from beamviz.exports import animate, export, screenshot
+from beamviz.exports import animate, export
 from beamviz.exports.film import ENCODERS
 from beamviz.scene import Scene
 from beamviz.server.log import RateLimitedLog
@@ -42,7 +42,7 @@ class Cancelled(Exception):
 
 
 class ExportJob:
-    """One file of a scene, of the kind that `suffix` names; options: of `screenshot` or `animate`;
+    """One file of a scene, of the kind that `suffix` names; options: of `animate`;
     report: called with the job on each change of its status, from the thread that makes the file.
     `content` is the file once its state is "done"."""
 
@@ -89,9 +89,7 @@ class ExportJob:
         """The content of the file."""
         with tempfile.TemporaryDirectory(prefix="beamviz-") as folder:
             path = Path(folder) / f"beam{self.suffix}"
-            if self.suffix == ".png":
-                screenshot(path, self.scene, **self.options)
-            elif self.suffix in ENCODERS:  # one thread: the others are for the pages
+            if self.suffix in ENCODERS:  # one thread: the others are for the pages
                 options = {"progress": self.frames, "workers": 1, **self.options}
                 animate(path, self.scene, **options)
             else:

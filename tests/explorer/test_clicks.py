@@ -2,12 +2,13 @@
 element that is seen."""
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 from live.browser import Page, button, page, says, tab
 from live.server import wait_until
+from PIL import Image
 
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
@@ -129,12 +130,18 @@ def test_a_job_takes_few_clicks(shown, job):
 
 
 def test_a_picture_is_saved_in_two_clicks(shown, tmp_path):
-    """As a PNG, which the browser downloads."""
+    """A PNG of the size of the scene, with its captions; the scene itself is not drawn here."""
     shown.call("Page.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+    shown.wait("!!document.querySelector('#caption-layer span')")
     click(shown, tab("Export"))
     click(shown, button("Picture (PNG)"))
-    file = Path(tmp_path) / "beam.png"
-    wait_until(lambda: file.exists() and file.read_bytes()[:4] == b"\x89PNG")
+    file = tmp_path / "beam.png"
+    wait_until(file.exists)
+    canvas = "__viserMutable.canvas"
+    with Image.open(file) as saved:
+        assert list(saved.size) == shown.evaluate(f"[{canvas}.width, {canvas}.height]")
+        dark, light = np.quantile(saved.convert("L"), [0, 0.5])
+    assert dark < 100 < 200 < light
 
 
 def test_two_modes_are_mixed_by_a_click_and_a_drag(shown):

@@ -2,7 +2,7 @@
 
 import io
 import threading
-from functools import partial
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,12 +14,17 @@ from beamviz import exports
 from beamviz.beam import MAX_TOML_BYTES, Beam
 from beamviz.explorer import export_jobs
 from beamviz.explorer.export_jobs import ExportJob, Status
+from beamviz.exports.solved_scene import Loop
 from beamviz.scene import Scene
 
 FIRST = Scene.of(
     Beam(alpha=1, beta=0.5, gamma=10), mode=3, dark=True, over="mu", position=(1.0, -4.0, 2.0)
 )
-SMALL_FILM = partial(exports.animate, width=96, height=64, fps=5)
+
+
+def small_film(path: Path, scene: Scene, **options: Any) -> Loop:
+    """`animate`, but with few small frames."""
+    return exports.animate(path, scene, **options | {"width": 96, "height": 64, "fps": 5})
 
 
 def upload(guest: Visitor, text: str) -> None:
@@ -77,7 +82,6 @@ def test_a_loaded_scene_is_shown_and_the_controls_follow(url):
 @pytest.mark.parametrize(
     ("kind", "begin"),
     [
-        (".png", b"\x89PNG"),
         (".gif", b"GIF89a"),
         (".webp", b"RIFF"),
         (".html", b"<!"),
@@ -88,7 +92,7 @@ def test_a_loaded_scene_is_shown_and_the_controls_follow(url):
 )
 def test_every_file_can_be_exported(url, monkeypatch, kind, begin):
     """The button sends what the command line writes, whole."""
-    monkeypatch.setattr(export_jobs, "animate", SMALL_FILM)
+    monkeypatch.setattr(export_jobs, "animate", small_film)
     with visitor(url) as guest:
         guest.do("export", kind)
         start, part = heard(guest, "FileTransferStartDownload", "FileTransferPart", timeout=120)
@@ -100,7 +104,7 @@ def test_every_file_can_be_exported(url, monkeypatch, kind, begin):
 
 def test_a_film_has_the_length_chosen(url, monkeypatch):
     """Two periods have more frames than one, in the format of the button."""
-    monkeypatch.setattr(export_jobs, "animate", SMALL_FILM)
+    monkeypatch.setattr(export_jobs, "animate", small_film)
     frames = []
     with visitor(url) as guest:
         for length in ("1 period", "2 periods"):
@@ -133,28 +137,28 @@ def test_a_film_tells_its_progress_and_is_cancelled(url):
         assert guest.said == [{"text": "beam.gif: cancelled", "error": False}]
 
 
-def test_films_queue_while_pictures_are_made_at_once(monkeypatch):
-    """The second film says that it waits for one other, a picture does not wait; the first one is
+def test_films_queue_while_numbers_are_written_at_once(monkeypatch):
+    """The second film says that it waits for one other, a table does not wait; the first one is
     cancelled and leaves nothing; progress rises to the last frame, with the time left."""
-    monkeypatch.setattr(export_jobs, "animate", SMALL_FILM)
+    monkeypatch.setattr(export_jobs, "animate", small_film)
     said: list[tuple[ExportJob, Status]] = []
 
     def report(job: ExportJob) -> None:
         said.append((job, job.status))
         if job is first and job.status.done > 0.2:
-            paused.wait(60)  # until the picture is there
+            paused.wait(60)  # until the table is there
         if job.status.state not in ("waiting", "working"):
             done[job].set()
 
     paused = threading.Event()
     first, second, third = (
-        ExportJob(FIRST, suffix, report) for suffix in (".gif", ".webp", ".png")
+        ExportJob(FIRST, suffix, report) for suffix in (".gif", ".webp", ".csv")
     )
     done = {job: threading.Event() for job in (first, second, third)}
     for job in (first, second, third):
         job.start()
     assert done[third].wait(60)
-    assert third.content.startswith(b"\x89PNG")
+    assert third.content.startswith(b"mode,label")
     assert (second, Status("waiting", ahead=1)) in said
     assert second.status.text == "waits for 1 other"
     first.cancel()

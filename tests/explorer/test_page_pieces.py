@@ -1,6 +1,8 @@
 """Pictures of the scene in the real page: of two modes, and while the count of the pieces of the
 beam changes. Each frame is drawn by the processor, so the window is small."""
 
+import base64
+import io
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -51,13 +53,28 @@ def press(shown: Page, key: str, expected: int) -> None:
     shown.next_frame()
 
 
-def picture(shown: Page, file: Path) -> np.ndarray:
-    """Where the scene (h, w) shows the colours of the beam: strong ones from blue over green to
-    yellow, neither the collars of nodes nor the mark of the hub."""
+def seen(shown: Page, file: Path) -> np.ndarray:
+    """The scene (h, w, 3) on the screen."""
     shown.picture(file)
     box = "(r => [r.x, r.y, r.width, r.height])(document.querySelector('#root canvas')"
     left, top, width, height = map(round, shown.evaluate(f"{box}.getBoundingClientRect())"))
-    scene = matplotlib.image.imread(file)[top : top + height, left : left + width, :3]
+    return matplotlib.image.imread(file)[top : top + height, left : left + width, :3]
+
+
+def saved(shown: Page) -> np.ndarray:
+    """The scene (h, w, 3) in the file that the page saves."""
+    url = shown.evaluate("""new Promise(done => beamvizCaptions.picture(png => {
+      const reader = new FileReader();
+      reader.onload = () => done(reader.result);
+      reader.readAsDataURL(png); }))""")
+    content = base64.b64decode(url.partition(",")[2])
+    return matplotlib.image.imread(io.BytesIO(content))[..., :3]
+
+
+def picture(shown: Page, file: Path) -> np.ndarray:
+    """Where the scene (h, w) shows the colours of the beam: strong ones from blue over green to
+    yellow, neither the collars of nodes nor the mark of the hub."""
+    scene = seen(shown, file)
     red, green, blue = np.moveaxis(scene, 2, 0)
     strong = np.maximum(np.maximum(red, green), blue) - np.minimum(np.minimum(red, green), blue)
     return (strong > 0.25) & (green > 0.15) & (np.maximum(green, blue) > red)
@@ -69,6 +86,13 @@ def is_whole(beam: np.ndarray) -> bool:
     sizes = np.bincount(patches.ravel(), minlength=2)[1:]
     across = np.flatnonzero((patches == 1 + sizes.argmax()).any(axis=0))
     return sizes.max() > 0.97 * beam.sum() > 0 and np.ptp(across) > 0.4 * beam.shape[1]
+
+
+def test_a_saved_picture_is_what_is_seen(shown, tmp_path):
+    """This moment, from here, on the background of the page."""
+    pixels = saved(shown)
+    assert np.ptp(pixels, axis=2).max() > 0.25
+    assert np.abs(pixels - seen(shown, tmp_path / "page.png")).max() < 0.05
 
 
 def test_the_beam_stays_whole_while_its_pieces_change(shown, tmp_path):

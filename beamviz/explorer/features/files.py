@@ -61,7 +61,6 @@ class SceneFiles:
 # Downloads
 
 KINDS = {
-    ".png": ("Picture (PNG)", "The scene as it is now"),
     ".gif": ("Film (GIF)", "A seamless loop, for slides"),
     ".webp": ("Film (WebP)", "The same, smaller"),
     ".mp4": ("Film (MP4)", "The same, for video programs"),
@@ -70,6 +69,7 @@ KINDS = {
     ".csv": ("Numbers (CSV)", "Frequencies, shapes and equilibrium, for spreadsheets"),
     ".npz": ("Numbers (NPZ)", "The same, for Python"),
 }
+GIF_SIZE = {"width": 480, "height": 270}
 LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
 
 
@@ -106,7 +106,9 @@ class Downloads:
         except InvalidInput as error:
             self.visitor.notify("Nothing to export", str(error))
             return
-        options = {"periods": LENGTHS[self.length]} if suffix in ENCODERS else {}
+        options: dict[str, Any] = {"periods": LENGTHS[self.length]} if suffix in ENCODERS else {}
+        if suffix == ".gif":  # the largest of the files
+            options |= GIF_SIZE
         self.job = ExportJob(scene, suffix, self.show, **options)
         self.job.start()
 
@@ -139,7 +141,8 @@ def export_tab() -> str:
         '<div id="export-work" class="row" hidden><span id="export-state"></span>'
         '<progress id="export-progress" aria-label="Progress of the export"></progress>'
         f"{button('Cancel', data_do='cancel_export')}</div>"
-        f'<div class="files">{files}<div class="file">{button("Save the scene", data_do="save")}'
+        f'<div class="files"><div class="file">{button("Picture (PNG)", id="save-picture")}'
+        f'<span class="soft">The scene as you see it</span></div>{files}<div class="file">{button("Save the scene", data_do="save")}'
         '<span class="soft">All settings, as a small text file (TOML)</span></div>'
         '<div class="file"><label class="button" for="scene-file">Load a scene</label>'
         '<input type="file" id="scene-file" class="hidden" accept=".toml">'

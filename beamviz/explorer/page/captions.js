@@ -1,4 +1,5 @@
-/* Texts at points of viser's scene, written over its picture. Each point is a node of the scene. */
+/* Texts at points of viser's scene, written over its picture, and the picture with them as a file.
+   Each point is a node of the scene. */
 "use strict";
 const beamvizCaptions = (() => {
   const EDGE = 4; // [px] from the edge of the picture
@@ -43,5 +44,33 @@ const beamvizCaptions = (() => {
     }
   }
 
-  return { show };
+  /* The scene as it is on the screen, as a PNG: `done` is called with it. */
+  function picture(done) {
+    const { canvas, requestRender } = window.__viserMutable;
+    requestRender();
+    requestAnimationFrame(() => { // right after viser has drawn: later its canvas is empty
+      const { width, height } = canvas, layer = document.getElementById("caption-layer");
+      const copy = Object.assign(document.createElement("canvas"), { width, height });
+      const context = copy.getContext("2d"), box = canvas.getBoundingClientRect();
+      const colour = getComputedStyle(document.getElementById("scene"));
+      context.fillStyle = colour.backgroundColor;
+      context.fillRect(0, 0, width, height);
+      context.drawImage(canvas, 0, 0);
+      context.scale(width / box.width, height / box.height);
+      context.translate(-box.left, -box.top);
+      Object.assign(context, { textAlign: "center", textBaseline: "middle" });
+      for (const text of layer.children) {
+        if (text.hidden) continue;
+        const { left, top, right, bottom } = text.getBoundingClientRect();
+        const { font, color, backgroundColor } = getComputedStyle(text);
+        context.fillStyle = backgroundColor;
+        context.fillRect(left, top, right - left, bottom - top);
+        Object.assign(context, { font, fillStyle: color });
+        context.fillText(text.textContent, (left + right) / 2, (top + bottom) / 2);
+      }
+      copy.toBlob(done);
+    });
+  }
+
+  return { show, picture };
 })();

@@ -39,8 +39,7 @@ def mode_table(answer: SolverAnswer, shown: Collection[int]) -> str:
     rows = "".join(
         f"<tr{attributes(data_do='only', data_value=k, class_='shown' if k in shown else None)}>"
         f"<td>{mode_button(k, labels[k], solution.families[k], k in shown)}</td>"
-        + "".join(f"<td>{cell}</td>" for cell in value_and_error(solution, k))
-        + f"<td>{strip(nodes[k]) if k < len(nodes) else ''}</td>"
+        f"{value_and_error(solution, k)}<td>{strip(nodes[k]) if k < len(nodes) else ''}</td>"
         f"<td>{amount(k, labels[k])}</td></tr>"
         for k in range(len(labels))
     )
@@ -66,15 +65,16 @@ def mode_button(k: int, label: str, family: str, shown: bool) -> str:
     return f'<button type="button"{values}>{escape(label)}</button>'
 
 
-def value_and_error(solution: Solution, k: int) -> tuple[str, str]:
-    """The frequency of a mode and its estimated error; of an unstable one, how it grows."""
+def value_and_error(solution: Solution, k: int) -> str:
+    """The cells of a mode's frequency and its estimated error; of an unstable one, how it grows."""
     units = solution.beam.units
     error = float(solution.errors[k])
     if not math.isfinite(solution.frequencies[k]):
-        return escape(growth(float(solution.growth_rates[k]), units)), ""
+        return f'<td colspan="2">{escape(growth(float(solution.growth_rates[k]), units))}</td>'
     factor = frequencies(units).factor
     value = rounded_to_error(factor * solution.frequencies[k], factor * error)
-    return value, f"{factor * error:.0e}".replace("e-0", "e-")
+    digits = f"{factor * error:.0e}".replace("e-0", "e-")
+    return f"<td>{value}</td><td>{digits}</td>"
 
 
 def strip(nodes: np.ndarray) -> str:

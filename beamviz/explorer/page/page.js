@@ -217,6 +217,15 @@ const beamviz = (() => {
     copied.then(() => say("Link copied", true), () => say("The browser did not copy the link", true));
   }
 
+  function savePicture() {
+    beamvizCaptions.picture((png) => {
+      const href = URL.createObjectURL(png);
+      Object.assign(document.createElement("a"), { href, download: "beam.png" }).click();
+      setTimeout(() => URL.revokeObjectURL(href), 10000);
+      say("Picture saved");
+    });
+  }
+
   function onInput(event) {
     const e = event.target, key = e.dataset?.set;
     if (e.type === "file" && event.type === "change") load(e);
@@ -297,6 +306,7 @@ const beamviz = (() => {
       if (tab) openTab(byId(tab.getAttribute("aria-controls")));
       else if (pointing) point(pointing.dataset.point);
       else if (event.target.closest("#copy-link")) copyLink();
+      else if (event.target.closest("#save-picture")) savePicture();
       else if (dialog) byId(dialog.dataset.dialog).showModal();
       else if (acting && !event.target.closest("input, select, label")) press(acting);
     });
