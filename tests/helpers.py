@@ -22,8 +22,9 @@ def load_script(name: str) -> ModuleType:
 
 
 def slow(*values: Any) -> list[Any]:
-    """Parameters for which a test is marked slow."""
-    return [pytest.param(value, marks=pytest.mark.slow) for value in values]
+    """Parameters, or tuples of them, for which a test is marked slow."""
+    several = (value if isinstance(value, tuple) else (value,) for value in values)
+    return [pytest.param(*one, marks=pytest.mark.slow) for one in several]
 
 
 def strict(text: str) -> Any:

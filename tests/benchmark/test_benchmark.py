@@ -43,6 +43,7 @@ MODELS = {
 LITTLE = Effort(0.0, 1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scene", "theory"), [("slow", "green"), ("inner mass", "rigid")])
 def test_the_script_gives_the_stored_limits(scene, theory):
     """The first mode in extended precision, to sixteen digits."""
@@ -244,6 +245,7 @@ def test_the_command_writes_chart_and_numbers(small, tmp_path, run):
     assert "slow: auto" in err
 
 
+@pytest.mark.slow
 def test_the_chart_names_every_line_and_every_failure():
     """Names on the lines, reasons above the frame."""
     rows = []

@@ -9,7 +9,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from helpers import strict
+from helpers import slow, strict
 from matplotlib.image import imread
 
 from beamviz import Beam, loci
@@ -160,10 +160,12 @@ def words(figure):
     [
         (Beam(alpha=1), "gamma", 20, {}),
         (Beam(alpha=1), "gamma", 20, {"coriolis": True}),
-        (Beam(), "gamma", 60, {"strain": "hencky", "modes": 6}),
         (Beam(delta=-1), "gamma", 10, {}),
-        (Beam(alpha=0.5, gamma=5), "beta", 1, {}),
-        (Beam(gamma=10), "alpha", 2, {"coriolis": True}),
+        *slow(
+            (Beam(), "gamma", 60, {"strain": "hencky", "modes": 6}),
+            (Beam(alpha=0.5, gamma=5), "beta", 1, {}),
+            (Beam(gamma=10), "alpha", 2, {"coriolis": True}),
+        ),
     ],
 )
 def test_labels_in_the_plot_do_not_overlap(beam, over, stop, options):

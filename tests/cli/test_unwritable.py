@@ -59,6 +59,7 @@ def test_a_path_in_what_is_no_folder(name, tmp_path, run):
     assert place.read_text() == "kept"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="permissions are those of Unix")
 def test_a_folder_without_permission(tmp_path):
     """Every command that writes, in a process that permissions bind, root or not."""

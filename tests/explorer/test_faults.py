@@ -99,6 +99,7 @@ def newest(frame_loops: list[FrameLoop]) -> Session:
 # Visitors who leave
 
 
+@pytest.mark.slow
 def test_tabs_closed_in_the_middle_of_a_picture(url, other, frame_loops):
     """Ten visitors vanish while their beams move."""
     for _ in range(10):
@@ -190,6 +191,7 @@ def test_a_flood_of_5000_values_ends_at_the_last(url, other):
         assert len(SOLVED) < 2500
 
 
+@pytest.mark.slow
 def test_no_control_takes_harm_from_a_bad_value(url, other, frame_loops, caplog, capfd):
     """Every action is sent three times with a value that makes no sense for most; the session goes
     on, and the log has at most a line for each kind of mistake."""
@@ -267,6 +269,7 @@ def test_solutions_without_end_stop_nobody_else(url, other):
     other.says(frequency_text(PAPER))
 
 
+@pytest.mark.slow
 def test_solutions_without_end_stop_nobody_in_a_crowd(url, other, frame_loops):
     """Where all are answered in turn, such a one looks as quick as the last: another visitor sees
     frames, and gets answers as before."""

@@ -102,6 +102,7 @@ def test_every_file_can_be_exported(url, monkeypatch, kind, begin):
             assert len(part["content"]) == start["size_bytes"]
 
 
+@pytest.mark.slow
 def test_a_film_has_the_length_chosen(url, monkeypatch):
     """Two periods have more frames than one, in the format of the button."""
     monkeypatch.setattr(export_jobs, "animate", small_film)

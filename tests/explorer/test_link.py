@@ -70,6 +70,7 @@ def test_a_link_without_sense_is_refused(query, words):
         parse_link(query)
 
 
+@pytest.mark.slow
 @given(st.text(max_size=60))
 @settings(max_examples=200)
 def test_no_link_does_more_than_be_refused(query):

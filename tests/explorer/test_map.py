@@ -104,6 +104,7 @@ def test_axes_are_exchanged_and_nonsense_is_ignored(url):
         assert guest.charts["map-chart"]["beam"] == [1, 5]
 
 
+@pytest.mark.slow
 def test_beams_without_a_number_are_told(url):
     """An inward beam buckles: no colour there, and a sentence with their share."""
     with visitor(url) as guest:

@@ -116,6 +116,7 @@ def test_a_stretching_beam_stays_in_the_picture():
     assert right.min() > 150
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="a search path of one folder")
 def test_a_bare_machine_is_enough(tmp_path):
     """Without a browser or a display, in a process of its own: the same picture, no word."""

@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from helpers import slow
 from sweeps import sorted_frequencies
 
 from beamviz import Beam, InvalidInput, loci, solve
@@ -164,7 +165,7 @@ def exchanged(first, last, k, modes):
     return abs((shapes[0].conj() * shapes[1]).sum()) ** 2
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", [2, 3, *slow(0, 1, 4, 5, 6, 7)])
 def test_veerings_of_random_beams(seed):
     """With Coriolis, on a dense grid: where the gap of two neighbours is least and small, and the
     shapes are exchanged from the widest gap before to the widest after, there is a veering; where

@@ -156,6 +156,7 @@ def test_modes_are_followed_through_buckling_with_coriolis():
     assert len(found.branches) == 5
 
 
+@pytest.mark.slow
 def test_a_state_between_two_others_is_named():
     """Stable at rest, not resolved at gamma 50: in between the beam buckles, and is solved."""
     found = loci(Beam(alpha=100, beta=0.2, delta=-2, mu=10000), "gamma", [0, 50, 100], 1)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers import slow
 
 from beamviz import Beam, InvalidInput, loci, solve
 from beamviz.errors import BeamvizError
@@ -101,7 +102,7 @@ def dense_resonances(beam, stop, options, count=1501, modes=5, lines=3):
             yield k, speeds[i], speeds[i + 1]
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [4, 5, *slow(0, 1, 2, 3)])
 def test_against_direct_solves(seed):
     """Every intersection that a dense grid shows is found in its step, whatever the sweep."""
     beam, stop, points, options = random_sweep(seed)

@@ -66,6 +66,7 @@ def test_captions_name_the_fixed_parameters():
     assert FIGURES["fig12"].caption.startswith("First mode shape (β = 1")
 
 
+@pytest.mark.slow
 def test_the_models_that_fit_each_printed_number():
     """Nine of eleven crossings fit the material measure, five the spatial one of eq. 16; the first
     stretching mode is the fourth at alpha 1 and the third at alpha 2 (figures 14 and 15)."""

@@ -26,6 +26,7 @@ def visit() -> tuple[list[Visitor], dict[str, float]]:
     return visitors, {key: value for key, value, _ in rows}
 
 
+@pytest.mark.slow
 def test_every_visitor_is_served(visit):
     """Each receives frames and answers to its edits."""
     visitors, _ = visit

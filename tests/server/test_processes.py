@@ -65,6 +65,7 @@ def test_visitors_are_shared_evenly_and_have_private_scenes(hall):
     assert len({http_get(hall.url)[2] for _ in range(4)}) == 1
 
 
+@pytest.mark.slow
 def test_the_limit_of_visitors_is_for_all_processes_together(hall):
     """Five are served, wherever; the sixth is refused, and served when one has left."""
     with contextlib.ExitStack() as stack:
@@ -106,6 +107,7 @@ def test_workers_do_not_outlive_the_first_process(hall):
     wait_until(lambda: not any(map(is_alive, workers)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_all_end_together_and_leave_nothing(tmp_path, number):
     """Even with visitors in the middle of a picture; Ctrl-C reaches all of them at once."""
@@ -136,6 +138,7 @@ def test_they_end_at_any_moment(tmp_path, after):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_one_visitor_needs_one_process(tmp_path):
     """Several would be each other's visitors while they test their protection."""
     with ServeProcess(tmp_path, "--port", str(free_port()), "--visitors", "1") as served:

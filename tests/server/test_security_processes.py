@@ -72,6 +72,7 @@ def hall(tmp_path_factory) -> Iterator[Hall]:
         yield Hall(served.url)
 
 
+@pytest.mark.slow
 def test_the_key_opens_all_of_them(hall):
     """So that what follows is refused for its own reason; a cookie is good for all."""
     assert hall.pages(**hall.cookie) == {(200, True)}
@@ -103,6 +104,7 @@ def test_an_invalid_message_closes_the_connection(hall):
         assert hall.everywhere(attack) == {code}
 
 
+@pytest.mark.slow
 def test_nobody_changes_or_removes_the_controls_of_another(hall):
     """A visitor names the controls of another one, in the same process and in the other."""
     cookie = {"additional_headers": hall.cookie}

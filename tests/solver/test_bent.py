@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers import slow
 from oracle.bent_error_bars import bent_verdict, random_bent_scene
 from oracle.error_bars import Scene
 
@@ -231,13 +232,7 @@ def test_loci_through_buckling():
     assert 9 <= branch.argmin() <= 11
 
 
-SLOW_SEEDS = {15, 16, 17}  # close to the end of a strain law
-
-
-@pytest.mark.parametrize(
-    "seed",
-    [pytest.param(k, marks=[pytest.mark.slow] * (k in SLOW_SEEDS)) for k in range(30)],
-)
+@pytest.mark.parametrize("seed", [*range(8), *slow(*range(8, 30))])
 def test_error_bars_of_random_bent_beams(seed):
     """Every frequency within its error of the differential equations' solution, and below every
     limit a stable state; scripts/measure_error_bars.py --bent measures more."""

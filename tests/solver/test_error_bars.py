@@ -16,7 +16,7 @@ from beamviz import Beam
 
 SCRIPT = load_script("measure_error_bars")
 ROOT = Path(__file__).parents[2]
-SAMPLE = [*range(80), *slow(*range(80, 300))]
+SAMPLE = [*range(25), *slow(*range(25, 300))]
 COMMITTED = json.loads((ROOT / "assets" / "error_bars.json").read_text())
 PLAIN = {"strain": "green", "curvature": "spatial", "plane": "chordwise", "coriolis": False}
 SCENE = Scene(Beam(alpha=1, beta=0.5, gamma=10), PLAIN | {"modes": 5, "tolerance": 1e-6})
@@ -110,6 +110,7 @@ def test_the_page_lists_what_is_wrong():
     assert SCENE.command in SCRIPT.page(SCRIPT.summary([row, wrong]))
 
 
+@pytest.mark.slow
 def test_the_script_measures(tmp_path):
     """Three beams, from a file of truths that is filled as it goes, and read the next time."""
     command = [sys.executable, ROOT / "scripts" / "measure_error_bars.py", "--beams", "3"]

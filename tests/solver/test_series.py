@@ -67,6 +67,7 @@ def test_chebyshev_against_the_oracle(seed):
     assert np.all(away <= 1e-8 * expected.frequencies + expected.differences)
 
 
+@pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(
     alpha=st.sampled_from([0.0, 0.1, 1.0, 30.0]),

@@ -64,6 +64,7 @@ def undisturbed(tmp_path_factory) -> dict[str, bytes]:
     return contents(store)
 
 
+@pytest.mark.slow
 def test_killed_several_times(undisturbed, tmp_path):
     """SIGKILL at three moments, its workers end too; then the same store, byte by byte."""
     store = tmp_path / "a.zarr"
@@ -81,6 +82,7 @@ def test_killed_several_times(undisturbed, tmp_path):
     assert contents(store) == undisturbed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_interrupted(number, undisturbed, tmp_path):
     """By Ctrl-C, which its workers get too, while they start and while they work: one line and the

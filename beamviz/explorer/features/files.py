@@ -142,7 +142,8 @@ def export_tab() -> str:
         '<progress id="export-progress" aria-label="Progress of the export"></progress>'
         f"{button('Cancel', data_do='cancel_export')}</div>"
         f'<div class="files"><div class="file">{button("Picture (PNG)", id="save-picture")}'
-        f'<span class="soft">The scene as you see it</span></div>{files}<div class="file">{button("Save the scene", data_do="save")}'
+        f'<span class="soft">The scene as you see it</span></div>{files}'
+        f'<div class="file">{button("Save the scene", data_do="save")}'
         '<span class="soft">All settings, as a small text file (TOML)</span></div>'
         '<div class="file"><label class="button" for="scene-file">Load a scene</label>'
         '<input type="file" id="scene-file" class="hidden" accept=".toml">'
