@@ -14,7 +14,8 @@ class InvalidInput(BeamvizError, ValueError):
 
 
 class NoEquilibrium(BeamvizError):
-    """No equilibrium exists; `limit` is the largest gamma that has one."""
+    """No equilibrium exists; `limit` is the largest gamma that has one, nan where it is not known
+    or another number is the reason."""
 
     kind = "no-equilibrium"
 

@@ -386,7 +386,7 @@ def _closest(entries: np.ndarray, near: float, low: float, high: float) -> Appro
     local = _TwoModes(near, scale, np.linalg.solve(powers, values), uncoupled)
     at = local.closest(low, high)
     frequency, gap = map(float, local.frequencies(at))
-    touching = uncoupled or gap <= TOUCHING * frequency
+    touching = gap <= TOUCHING * frequency
     slope = polynomial.polyder(local.coefficients[:, 1].real)
     rate = abs(polynomial.polyval((at - near) / scale, slope) / scale)
     width = float(abs(local.entries(at)[2]) / max(rate, np.finfo(float).tiny))

@@ -141,8 +141,8 @@ class LimitSearch:
         try:
             if isinstance(before, Solution) and isinstance(after, Solution):
                 at = self._onset_of_instability(low, high)
-            elif self.sweep.over == "gamma" and isinstance(after, NoEquilibrium):
-                at = min(max(after.limit, low), high)
+            elif self.sweep.over == "gamma" and (excess := self._excess(high, after)):
+                at = min(max(high - excess[0][0], low), high)
             else:
                 at = self._end_of_equilibrium(low, high)
         except _ThirdState as third:
@@ -204,8 +204,9 @@ class LimitSearch:
         return outcome
 
     def _excess(self, value: float, outcome: Outcome) -> list[tuple[float, float]]:
-        """Where no equilibrium exists: by how much the speed exceeds its limit, and the value."""
-        if not isinstance(outcome, NoEquilibrium):
+        """Where no equilibrium exists at such a speed: by how much this exceeds its limit, and the
+        value."""
+        if not (isinstance(outcome, NoEquilibrium) and math.isfinite(outcome.limit)):
             return []
         return [(self.sweep.at(value).gamma - outcome.limit, value)]
 

@@ -68,27 +68,31 @@ def continue_load(
     solve_at: Callable[[float, NDArray], Root | None],
     start: NDArray,
     target: float,
-    margin: Callable[[float, NDArray], float],
+    margin: Callable[[float, NDArray], float | NDArray],
+    first_step: float = math.inf,
+    precision: float = LIMIT_PRECISION,
 ) -> Path:
     """Follow the equilibrium from `start` at load 0 to `target`, or to the limit below it.
 
     solve_at(load, guess) returns the root on the branch of the guess, None if there is none;
-    margin(load, state) is 1 at rest and falls smoothly to zero where the branch ends. The first
-    step is the whole load; a step that fails is halved, one that succeeds is doubled, and once
-    one has failed they stay short of where the margin vanishes. Raises NotConverged where the
-    path stops though the margin has not vanished.
+    margin(load, state) is 1 at rest and falls smoothly to zero where the branch ends; of several
+    margins (k,) it ends with the first that does. The first
+    step is the whole load, or `first_step`; a step that fails is halved, one that succeeds is
+    doubled, and once one has failed they stay short of where the margin vanishes. A limit is
+    located to a relative `precision`. Raises NotConverged where the path stops though the margin
+    has not vanished.
     """
-    load, state, step, limit = 0.0, start, target, math.inf
+    load, state, step, limit = 0.0, start, min(target, first_step), math.inf
     iterations, steps, rejected = 0, 0, False
-    points: list[tuple[float, float]] = []  # (margin, load), since the first step that failed
+    points: list[tuple[NDArray, float]] = []  # (margins, load), since the first step that failed
     while load < target:
         trial = min(load + step, target)
         root = solve_at(trial, state)
         if root is None:
             rejected, step = True, (trial - load) / 2
-            if step > LIMIT_PRECISION * trial:
+            if step > precision * trial:
                 continue
-            if margin(load, state) < LIMIT_MARGIN:
+            if np.min(margin(load, state)) < LIMIT_MARGIN:
                 return Path(state, load, iterations)
             raise NotConverged(
                 f"the equilibrium was followed to {load / target:.6g} of the load (gamma^2) in"
@@ -99,27 +103,28 @@ def continue_load(
         iterations, steps = iterations + root.iterations, steps + 1
         if not rejected:
             continue
-        points = [*points[1 - EXTRAPOLATED :], (margin(load, state), load)]
-        previous, limit = limit, vanishing_load(points)
+        points = [*points[1 - EXTRAPOLATED :], (np.atleast_1d(margin(load, state)), load)]
+        margins, loads = (np.array(column) for column in zip(*points, strict=True))
+        previous, limit = limit, min(vanishing_load(column, loads) for column in margins.T)
         if load < limit <= target:
-            if abs(limit - previous) <= LIMIT_PRECISION * limit and points[-1][0] < LIMIT_MARGIN:
+            if abs(limit - previous) <= precision * limit and margins[-1].min() < LIMIT_MARGIN:
                 return Path(state, limit, iterations)
             step = min(step, APPROACH * (limit - load))
     return Path(state, None, iterations)
 
 
-def vanishing_load(points: list[tuple[float, float]]) -> float:
-    """Where the margin vanishes: the load as a polynomial in the margin through `points`
-    (margin, load), at zero (Neville's scheme).
+def vanishing_load(margins: NDArray, loads: NDArray) -> float:
+    """Where a margin vanishes: the load as a polynomial in the margin through points (n,), at zero
+    (Neville's scheme).
 
     The load is smooth in the margin whether the branch folds (margin ~ the root of the load
-    left) or the state runs away (margin ~ the load left). Infinite where margins do not fall.
+    left) or the state runs away (margin ~ the load left). Infinite where margins do not fall or
+    would have vanished before.
     """
-    margins = np.array([margin for margin, _ in points])
-    if len(points) < 2 or np.any(np.diff(margins) >= 0):
+    if len(loads) < 2 or np.any(np.diff(margins) >= 0):
         return math.inf
-    table = np.array([load for _, load in points])
-    for k in range(1, len(points)):
+    table = loads
+    for k in range(1, len(loads)):
         near, far = margins[k:], margins[:-k]
         table = (far * table[1:] - near * table[:-1]) / (far - near)
-    return float(table[0])
+    return float(table[0]) if table[0] > loads[-1] else math.inf

@@ -1,6 +1,7 @@
 """Verdicts of the oracle on the errors that `solve` reports for bent beams: inward ones past
 buckling and ones that spin up, drawn from the whole accepted range, each from a seed of its own."""
 
+import re
 from functools import partial
 from itertools import count
 from typing import Any
@@ -67,10 +68,14 @@ def bent_verdict(scene: Scene) -> dict[str, Any]:
 
 
 def _limited(scene: Scene, error: NoEquilibrium) -> dict[str, Any]:
-    """A slower beam must have a stable state."""
-    slower = scene.beam.replace(gamma=error.limit * (1 - LIMIT_MARGIN), spin_up=0.0)
+    """A beam that is slower, or that spins up less, must have a state."""
+    if np.isnan(error.limit):  # of the spin-up
+        (limit,) = re.findall(r"followed up to (\S+),", str(error))
+        less = scene.beam.replace(spin_up=float(limit) * (1 - LIMIT_MARGIN))
+    else:
+        less = scene.beam.replace(gamma=error.limit * (1 - LIMIT_MARGIN), spin_up=0.0)
     try:
-        true = solve(slower, **scene.options).equilibrium.stable
+        true = solve(less, **scene.options).equilibrium.stable
     except BeamvizError:
         true = False
     return {"kind": "no-equilibrium" if true else "wrong-limit", "says": str(error)}

@@ -17,7 +17,7 @@ from beamviz.solver.bent.mesh_design import folded_beam
 from beamviz.solver.bent.tangent import BentBeam, Tangent
 from beamviz.solver.hp.mesh import make_mesh
 
-DESCENT_STEPS, NEWTON_STEPS, STRAIGHT_STEPS = 150, 12, 40
+DESCENT_STEPS, NEWTON_STEPS, STRAIGHT_STEPS = 120, 12, 40
 MAX_TURN, MAX_STRETCH = 0.7, 0.3  # of a descent step: angle [rad], relative change of f
 QUADRATIC = 0.05  # a Newton step below this size needs no line search
 CONVERGED = 1e-7  # size of a Newton step after which the next one is rounding

@@ -26,13 +26,13 @@ from beamviz.solver.bent.tangent import BentBeam
 from beamviz.solver.continuation import Path, Root, continue_load
 from beamviz.solver.hp.mesh import Mesh, make_mesh
 
-SLOWER, SLOWEST = 0.8, 1e-3  # ratio of speeds when a beam with a stable state is looked for
+SLOWER, SLOWEST = 0.6, 1e-3  # ratio of speeds when a beam with a stable state is looked for
 PAST_BUCKLING = 1.002  # times the speed at which the straight state ends
 SMALLEST_STEP = 1e-4  # of the spin-up
 FIRST_ARC, LONGEST_ARC, MAX_ARCS = 0.01, 0.3, 300  # steps around limit points
 CORRECTIONS, DIFFERENCE = 8, 1e-4  # Newton steps of one; step of a derivative by the load
-MAX_MESHES, FINER = 4, 4.0  # on which a limit is located; ratio of their first elements
-LIMIT_ACCURACY = 1e-3  # relative
+MAX_MESHES, FINER, ORDER = 3, 16.0, 14  # on which a limit is located; ratio of first elements
+LIMIT_ACCURACY, SPEED_PRECISION = 1e-3, 1e-5  # relative: of the limit, and on one mesh
 
 
 def follow_speed(bent: BentBeam) -> State:
@@ -70,18 +70,19 @@ def _at_speed(bent: BentBeam, gamma: float, mesh: Mesh) -> BentBeam:
 
 
 def _finer(state: State) -> State:
-    """The same state with a higher order, and a shorter first element: at the clamp is the end of
-    a strain law."""
+    """The same state with a higher order, up to ORDER, and a shorter first element: at the clamp
+    is the end of a strain law."""
     mesh = state.beam.mesh
     breaks = (0.0, mesh.breaks[1] / FINER, *mesh.breaks[1:])
-    finer = make_mesh(tuple(breaks), tuple(order + 2 for order in (mesh.orders[0], *mesh.orders)))
+    orders = (mesh.orders[0], *mesh.orders)
+    finer = make_mesh(tuple(breaks), tuple(min(order + 2, ORDER) for order in orders))
     rows = mesh.grid.at(finer.points)
     q = np.concatenate([rows @ part for part in state.beam.split(state.q)])
     return newton(_at_speed(state.beam, state.beam.beam.gamma, finer), q, stable=True) or state
 
 
 def _slower(bent: BentBeam) -> State:
-    """A stable state of the same beam at the first lower speed where one is found."""
+    """A stable state of the same beam at a lower speed, where one is found."""
     gamma = bent.beam.gamma
     while gamma > SLOWEST * bent.beam.gamma:
         gamma *= SLOWER
@@ -117,7 +118,8 @@ def _follow(bent: BentBeam, start: State) -> Path:
     """The stable states from a slower beam's to the speed of the beam, or to their limit."""
     target = bent.beam.gamma**2 - start.beam.beam.gamma**2
     return _follow_load(
-        lambda load: _at_speed(bent, _speed(start, load), start.beam.mesh), start, target
+        lambda load: _at_speed(bent, _speed(start, load), start.beam.mesh),
+        *(start, target, start.beam.beam.gamma**2, SPEED_PRECISION),
     )
 
 
@@ -150,20 +152,22 @@ def _follow_number(start: State, over: str, stop: float) -> Path:
     return _follow_load(at, start, abs(stop - own))
 
 
-def _follow_load(at: Callable[[float], BentBeam], start: State, target: float) -> Path:
+def _follow_load(
+    at: Callable[[float], BentBeam], start: State, target: float, *accuracy: float
+) -> Path:
     """The stable states of the beams at loads from 0 to a target, or to their limit."""
 
     first = _margins(start)
-    margins = {0.0: 1.0}  # of the loads solved
+    margins = {0.0: np.ones_like(first)}  # of the loads solved
 
     def solve_at(load: float, guess: NDArray) -> Root | None:
         found = newton(at(load), guess)
         if found is None:
             return None
-        margins[load] = float((_margins(found) / first).min())
-        return Root(found.q, found.iterations) if margins[load] > 0 else None
+        margins[load] = _margins(found) / first
+        return Root(found.q, found.iterations) if margins[load].min() > 0 else None
 
-    return continue_load(solve_at, start.q, target, lambda load, _: margins[load])
+    return continue_load(solve_at, start.q, target, lambda load, _: margins[load], *accuracy)
 
 
 def _margins(state: State) -> NDArray:
@@ -183,7 +187,8 @@ def spin_up_state(beam: BentBeam, rest: State) -> State:
 
     Of two mirror images the one is followed that the Euler force bends further. Where the spin-up
     has a limit point on the way, the path is followed around it by its arc length. Raises
-    NotConverged with the spin-ups reached.
+    NoEquilibrium where no state beyond is stable for short deformations, else NotConverged, with
+    the spin-ups reached.
     """
     target = beam.beam.spin_up
 
@@ -201,11 +206,6 @@ def spin_up_state(beam: BentBeam, rest: State) -> State:
             if step > SMALLEST_STEP:
                 continue
             near = _around_limit_points(at, q, reached)
-            if near is None:
-                raise NotConverged(
-                    f"spin_up = {target:g}: the equilibrium was followed up to"
-                    f" {reached * target:.6g}, and on around that limit point in {MAX_ARCS} steps"
-                )
             share = 1.0
         found, q, iterations = near, near.q, iterations + near.iterations
         reached, step = share, 1.5 * step
@@ -227,26 +227,36 @@ def states_on_both_sides(beam: BentBeam) -> list[State]:
     return found
 
 
-def _around_limit_points(at: Callable[[float], BentBeam], q: NDArray, p: float) -> State | None:
+def _around_limit_points(at: Callable[[float], BentBeam], q: NDArray, p: float) -> State:
     """The state at p = 1, followed from that at a lower p by the arc length of the path (Riks):
-    R(q, p) = 0 with one more equation, that of a plane across the path."""
-    beam = at(p)
+    R(q, p) = 0 with one more equation, that of a plane across the path. Raises NoEquilibrium and
+    NotConverged."""
+    beam, limit = at(p), p
     n, w = len(q), np.sqrt(beam.w)
     unit = np.concatenate((w, w / max(1.0, np.linalg.norm(w * beam.split(q)[1])), [1.0]))
     direction, arc, z = np.append(np.zeros(n), 1.0), FIRST_ARC, np.append(q, p)
-    for _ in range(MAX_ARCS):
+    steps, ends = 0, False
+    while steps < MAX_ARCS and not ends:
         ahead = np.linalg.solve(_bordered(at, z, direction * unit**2)[0], np.append(np.zeros(n), 1))
         ahead /= np.linalg.norm(ahead * unit)
         found = None
-        while found is None:
+        while found is None and not ends:
             found = _corrected(at, z + arc * ahead, ahead * unit**2)
             arc = arc / 2 if found is None else min(1.5 * arc, LONGEST_ARC)
-            if arc < SMALLEST_STEP * FIRST_ARC:
-                return None
-        if found[-1] >= 1 and (last := newton(at(1.0), found[:-1])):
-            return last
-        direction, z = ahead, found
-    return None
+            ends = arc < SMALLEST_STEP * FIRST_ARC
+        if found is not None:
+            if found[-1] >= 1 and (last := newton(at(1.0), found[:-1])):
+                return last
+            direction, z, steps, limit = ahead, found, steps + 1, max(limit, float(found[-1]))
+    target = at(1.0).beam.spin_up
+    tried = f"up to {limit * target:.6g}, and on around a limit point in {steps} steps"
+    if ends and at(float(z[-1])).local_stiffness(z[:-1]).min() <= 0:
+        raise NoEquilibrium(
+            f"spin_up = {target:.6g}: the stable states end; they were followed {tried}, to states"
+            f" that collapse ({beam.problem.strain} strain)",
+            math.nan,
+        )
+    raise NotConverged(f"spin_up = {target:.6g}: the equilibrium was followed {tried}")
 
 
 def _bordered(
