@@ -37,3 +37,10 @@ class Unavailable(BeamvizError):
     """A port, a browser, a program or a path is missing or cannot be used."""
 
     kind = "unavailable"
+
+
+class Cancelled(Exception):
+    """Whoever asked for a calculation has given it up. No BeamvizError: no part of the calculation
+    takes it for an answer."""
+
+    kind = "cancelled"

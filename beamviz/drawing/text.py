@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from beamviz.beam import NUMBERS, Beam, Units
-from beamviz.errors import BeamvizError, NoEquilibrium
+from beamviz.errors import BeamvizError, Cancelled, NoEquilibrium
 from beamviz.solver import Solution
 
 MILLIMETRES = 1000.0
@@ -149,7 +149,7 @@ def duration(time: float, units: Units | None) -> str:
     return f"{significant(1000 * time * units.time, 3)} ms" if units else f"{time:.2g} T*"
 
 
-def error_summary(error: BeamvizError, beam: Beam | None) -> str:
+def error_summary(error: BeamvizError | Cancelled, beam: Beam | None) -> str:
     """Why a beam has no solution, in one line; beam: the one that was asked for, None
     where its numbers are out of range."""
     if isinstance(error, NoEquilibrium) and beam is not None:
@@ -161,4 +161,5 @@ def error_summary(error: BeamvizError, beam: Beam | None) -> str:
     return {
         "invalid-input": "A value is out of range",
         "not-converged": "The calculation did not converge",
+        "cancelled": "The calculation was cancelled",
     }.get(error.kind, "No solution")

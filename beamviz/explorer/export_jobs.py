@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-from beamviz.errors import BeamvizError, InvalidInput
+from beamviz.errors import BeamvizError, Cancelled, InvalidInput
 from beamviz.exports import animate, export
 from beamviz.exports.film import ENCODERS
 from beamviz.scene import Scene
@@ -35,10 +35,6 @@ class Status(NamedTuple):
         if self.state == "working" and self.done:
             return f"{100 * self.done:.0f} %, {self.seconds:.0f} s left"
         return self.message or self.state
-
-
-class Cancelled(Exception):
-    """Nobody waits for the file any more."""
 
 
 class ExportJob:

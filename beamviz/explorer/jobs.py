@@ -18,14 +18,15 @@ from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import error_summary, stability_warning, stretch_caution
-from beamviz.errors import BeamvizError, InvalidInput
+from beamviz.errors import BeamvizError, Cancelled, InvalidInput
 from beamviz.explorer.state import Case
 from beamviz.server.log import RateLimitedLog
-from beamviz.solver import Solution, solve
+from beamviz.solver import Solution, interruption, solve
 
 LONG = 2.0  # [s] a job that has run for this long no longer counts as one of those at work
 QUICK = 0.02  # [s] of processor time
 PATIENCE = 1.0  # [s] after which the page says that a job is at work
+OUTDATED = 3.0  # [s] after which a computation ends whose result is not wanted any more
 BATCH_TIMEOUT = 0.25  # [s] that the frame loop waits for a batch of solves
 
 log = RateLimitedLog(__name__)
@@ -161,22 +162,19 @@ class SolveQueue:
         self.batch_pool.close()
 
 
-class Cancelled(BeamvizError):
-    """The visitor does not wait for the result any more."""
-
-
 current = threading.local()  # the job that a thread computes, its request and number of the run
 
 
-def check_cancelled(done: float = 0.0) -> None:
+def check_cancelled(done: float | None = None) -> None:
     """Note how much of a computation of many parts is done; raise Cancelled where a visitor has
     cancelled it, or waits for another one already and for long."""
-    job, request, number = getattr(current, "run", (None, None, 0))
-    if job is None:
-        return
-    if job.number != number or job.closed or (job.slow and job.latest is not request):
+    job, request, number = current.run
+    if job.number != number or job.closed:
         raise Cancelled
-    job.done = done
+    if job.latest is not request and time.monotonic() > job.started + OUTDATED:
+        raise Cancelled
+    if done is not None:
+        job.done = done
 
 
 @dataclass(frozen=True)
@@ -185,7 +183,7 @@ class Answer(Generic[Q, R]):
 
     request: Q
     result: R | None = None
-    error: BeamvizError | None = None
+    error: BeamvizError | Cancelled | None = None
 
     @property
     def message(self) -> str:
@@ -276,7 +274,11 @@ class Job(Generic[Q, R]):
         if self.closed or request is None or number != self.number:
             return
         current.run = self, request, number
-        answer = self.answered(request)
+        token = interruption.set(check_cancelled)
+        try:
+            answer = self.answered(request)
+        finally:
+            interruption.reset(token)
         with self.lock:
             if number != self.number:
                 return
@@ -292,7 +294,7 @@ class Job(Generic[Q, R]):
         """The answer to a request. A mistake of ours is logged and ends nobody's session."""
         try:
             return self.kind(request, self.compute(request))
-        except BeamvizError as error:
+        except (BeamvizError, Cancelled) as error:
             return self.kind(request, error=error)
         except Exception as error:
             log.error(self.name, request, error)

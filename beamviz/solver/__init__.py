@@ -15,7 +15,7 @@ from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverg
 from beamviz.solver.hp import displacements as displacements
 from beamviz.solver.hp import family_spectrum as family_spectrum
 from beamviz.solver.hp import solve_hp
-from beamviz.solver.problem import CHOICES, METHODS, OPTIONS, Problem
+from beamviz.solver.problem import CHOICES, METHODS, OPTIONS, Problem, interruption
 from beamviz.solver.solution import Solution
 
 MAX_MODES = 20
@@ -143,6 +143,7 @@ def _solve(
 
         return solve_states(_solve, beams, problem, start, extra_modes)
     package = METHODS[problem.method].package
+    interruption.get()()
     if package == "hp":
         return solve_hp(beams, problem, start, extra_modes)
     if package == "fem":
@@ -152,6 +153,7 @@ def _solve(
     more = replace(problem, modes=problem.modes + extra_modes)
     answers: list[Solution | BeamvizError] = []
     for beam in beams:
+        interruption.get()()
         try:
             answers.append(solve_one(beam, more, start))
         except (NoEquilibrium, NotConverged) as error:

@@ -1,6 +1,7 @@
 """What is asked of a solve: the problem, validated, and the methods it can be given to."""
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
+from contextvars import ContextVar
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -10,6 +11,9 @@ from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS, Curvature, Stra
 PLANES = ("chordwise", "flapwise")
 STATES = ("straight", "bent", "stable")
 MODEL = ("method", "strain", "curvature", "coriolis", "plane", "stiffening", "softening")
+
+# Called before each beam, or batch of beams: what it raises ends the calculation.
+interruption: ContextVar[Callable[[], None]] = ContextVar("interruption", default=lambda: None)
 
 
 @dataclass(frozen=True)

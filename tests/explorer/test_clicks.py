@@ -1,6 +1,7 @@
 """What visitors come for, from the page as it opens: each job in at most so many clicks, each on an
 element that is seen."""
 
+import contextlib
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -19,6 +20,7 @@ from beamviz.solver import solve
 pytestmark = pytest.mark.browser
 
 STEEL = Beam.from_si(**STEEL_BEAM.values | {"length": 1.2, "rotation_speed": 600 * RPM})
+BEAM = "window.__viserMutable.nodeRefFromName['/scene/rotor/beam']"
 ROWS = "document.querySelectorAll('#comparison tbody tr').length"
 SEEN = """(e => { if (!e) return false; const r = e.getBoundingClientRect();
   const at = (x, y) => e.contains(document.elementFromPoint(x, y));
@@ -162,3 +164,23 @@ def test_a_command_is_run_by_its_name(shown):
     shown.wait(f"{SHOWN}.join() === 'B3'")
     click(shown, button("B2"))
     shown.wait(f"{SHOWN}.join() === 'B2'")
+
+
+def test_a_lost_connection_is_said_and_found_again():
+    """The scene stays as long; a server that comes back shows what the visitor had chosen."""
+    lost = "document.getElementById('offline').open"
+    with contextlib.ExitStack() as first:
+        url = first.enter_context(explorer(START))
+        with page(url, 1440, 900) as shown:
+            shown.wait(f"{says('S1')} && !{lost}")
+            shown.evaluate("beamviz.send('gamma', 7.5)")
+            shown.wait("location.search.includes('gamma=7.5')")
+            first.close()
+            shown.wait(f"{lost} && {SEEN}(document.getElementById('offline'))")
+            assert "No connection" in shown.evaluate("document.getElementById('offline').innerText")
+            assert shown.evaluate(f"{says('S1')} && !!{BEAM}")
+            with explorer(START, port=int(url.rstrip("/").rpartition(":")[2])):
+                shown.wait(f"!{lost} && !!{BEAM}")
+                click(shown, button("B2"))
+                shown.wait(f"{SHOWN}.join() === 'B2'")
+                assert shown.evaluate("document.getElementById('gamma-field').value") == "7.5"

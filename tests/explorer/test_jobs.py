@@ -5,11 +5,17 @@ import time
 from collections.abc import Callable, Iterator
 
 import pytest
+from charts import case
 from live.server import wait_until
 
-from beamviz.errors import InvalidInput
+from beamviz.beam import Beam
+from beamviz.errors import Cancelled, InvalidInput
 from beamviz.explorer import jobs
+from beamviz.explorer.features.loci_chart import ChartRequest
+from beamviz.explorer.features.map import MapRequest
+from beamviz.explorer.features.run_up import RunUpRequest
 from beamviz.explorer.jobs import Job, SolveQueue, WorkerPool
+from beamviz.explorer.state import Case
 
 
 @pytest.fixture
@@ -202,6 +208,35 @@ def test_errors_are_answers_and_mistakes_are_logged_once(caplog):
         job.request(k)
         assert job.answer.message == f"unexpected: {k}"
     assert len(caplog.records) == 1
+
+
+@pytest.mark.parametrize(
+    "compute",
+    [
+        lambda slow: ChartRequest.around(slow, "gamma", 2).chart(),
+        lambda slow: RunUpRequest(slow.changed("gamma", 0.0), 2, 0.02).run_up(),
+        lambda slow: MapRequest.around(slow, ("gamma", "alpha"), None).solve(),
+        lambda slow: ChartRequest.around(slow.with_options(state="stable"), "delta").chart(),
+    ],
+    ids=["chart", "run-up", "map", "bent beams"],
+)
+def test_a_cancelled_job_frees_its_worker(pool, compute):
+    """After the beam, or the batch of beams, that it is at."""
+    ended: list[type] = []
+
+    def recorded(slow: Case) -> None:
+        try:
+            ended.append(type(compute(slow)))
+        except Cancelled:
+            ended.append(Cancelled)
+
+    job: Job[Case, None] = Job("slow", recorded, pool.submit, lambda: None)
+    job.request(case(Beam(alpha=1, beta=0.5, gamma=5), method="ancf-planar", elements=100))
+    wait_until(lambda: pool.started)
+    time.sleep(0.2)
+    job.cancel()
+    wait_until(lambda: not pool.started)
+    assert ended == [Cancelled]
 
 
 def test_a_closed_job_computes_nothing():

@@ -10,7 +10,6 @@ import numpy as np
 from beamviz.drawing.text import Measure
 from beamviz.errors import BeamvizError
 from beamviz.explorer.features.loci_chart import Data, axis_data, sent
-from beamviz.explorer.jobs import check_cancelled
 from beamviz.explorer.page.html import button, checkbox, table
 from beamviz.explorer.state import Case
 from beamviz.explorer.visitor import Feature, Visitor
@@ -57,7 +56,6 @@ def time_methods(case: Case) -> tuple[Timing, ...]:
 
 def time_method(reference: Solution, method: str, value: float, options: dict[str, Any]) -> Timing:
     """One method at the resolution `value`."""
-    check_cancelled()
     option = OPTION[method]
     resolution = f"{option} {value:g}"
     settings: dict[str, Any] = {**options, "method": method, option: value}

@@ -37,7 +37,7 @@ from beamviz.solver.bent.paths import (
 from beamviz.solver.bent.tangent import BentBeam, Tangent
 from beamviz.solver.hp import solve_hp
 from beamviz.solver.hp.mesh import Mesh
-from beamviz.solver.problem import Problem
+from beamviz.solver.problem import Problem, interruption
 from beamviz.solver.solution import Equilibrium, Solution, Stats
 
 METHODS_THAT_BEND = ("auto", "ancf-planar")
@@ -104,6 +104,7 @@ def solve_states(
         beams, _straight(solve_straight, beams, problem, start, extra_modes), strict=True
     ):
         if not (isinstance(answer, Solution) and answer.equilibrium.stable):
+            interruption.get()()
             try:
                 answer, near = _solve_bent(beam, problem, start, near, extra_modes)
             except (NoEquilibrium, NotConverged) as error:
