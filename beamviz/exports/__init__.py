@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image
 
 from beamviz.beam import check_float, check_int
 from beamviz.errors import InvalidInput
@@ -156,8 +155,8 @@ def picture(
     """The content of a PNG of a solved scene."""
     renderer, content = Renderer(solved, width, height), io.BytesIO()
     drawn = renderer.draw(solved.moment(solved.time(phase)))
-    pixels = renderer.render(drawn, transparent=transparent)
-    Image.fromarray(pixels).save(content, "PNG", compress_level=PNG_LEVEL)
+    shown = renderer.render(drawn, transparent=transparent)
+    shown.save(content, "PNG", compress_level=PNG_LEVEL)
     return content.getvalue()
 
 

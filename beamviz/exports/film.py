@@ -26,7 +26,7 @@ COARSE = 3  # bits of a colour channel that do not count as another colour
 
 
 class Frames:
-    """The frames of a film, each (height, width, 3), bytes, rendered as they are needed."""
+    """The frames of a film, in RGB, rendered as they are needed."""
 
     def __init__(
         self,
@@ -38,14 +38,14 @@ class Frames:
         self.renderer, self.moments, self.progress = renderer, moments, progress
         self.workers = workers or os.cpu_count() or 1
 
-    def __iter__(self) -> Iterator[np.ndarray]:
+    def __iter__(self) -> Iterator[Image.Image]:
         return self.rendered(self.progress(len(self.moments)))
 
-    def sample(self, count: int) -> list[np.ndarray]:
+    def sample(self, count: int) -> list[Image.Image]:
         """`count` of them, evenly spread."""
         return list(self.rendered(np.linspace(0, len(self.moments), count, endpoint=False)))
 
-    def rendered(self, numbers: Iterable[float]) -> Iterator[np.ndarray]:
+    def rendered(self, numbers: Iterable[float]) -> Iterator[Image.Image]:
         """The frames of these numbers; as many as there are workers are in work."""
         with ThreadPoolExecutor(self.workers) as pool:
             ahead: deque = deque()
@@ -71,10 +71,10 @@ def check_format(suffix: str, size: tuple[int, int], fps: float) -> float:
 
 def write_with_pillow(file: Path, frames: Frames, fps: float) -> None:
     """A looping GIF, with one palette for all frames so that nothing flickers, or WebP."""
-    pictures: Iterator[Image.Image] = map(Image.fromarray, frames)
+    pictures = iter(frames)
     options: dict[str, Any] = {"duration": round(1000 / fps), "loop": 0}
     if file.suffix.lower() == ".gif":
-        palette = gif_palette(np.concatenate(frames.sample(PALETTE_SAMPLE)))
+        palette = gif_palette(np.concatenate([*map(np.asarray, frames.sample(PALETTE_SAMPLE))]))
         pictures = (
             picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures
         )
@@ -104,7 +104,7 @@ def write_mp4(file: Path, frames: Frames, fps: float) -> None:
     """H.264 in the pixel format and colour space that every player supports."""
     rendered = iter(frames)
     first = next(rendered)
-    size = f"{first.shape[1]}x{first.shape[0]}"
+    size = f"{first.width}x{first.height}"
     source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size, "-r", f"{fps:g}", "-i", "-"]
     tags = ("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709")
     command = [

@@ -15,14 +15,12 @@ LEVEL = 0.99  # vertical component of the normal of the top of the floor
 
 @dataclass(frozen=True)
 class Triangles:
-    """corners and normals at them: (t, 3, 3); albedo: (t, 3), linear light; smooth: whether normals
-    differ at the corners, (t,); opacity: (t,); casts: whether it casts a shadow, (t,); double:
-    whether it is seen from behind too, (t,)."""
+    """corners and normals at them: (t, 3, 3); albedo: (t, 3), linear light; opacity: (t,); casts:
+    whether it casts a shadow, (t,); double: whether it is seen from behind too, (t,)."""
 
     corners: np.ndarray
     normals: np.ndarray
     albedo: np.ndarray
-    smooth: np.ndarray
     opacity: np.ndarray
     casts: np.ndarray
     double: np.ndarray
@@ -98,7 +96,6 @@ def triangles(
         corners,
         normals,
         np.broadcast_to(albedo, (count, 3)),
-        np.full(count, hasattr(props, "radial_segments")),
         np.full(count, 1.0 if props.opacity is None else props.opacity),
         np.full(count, props.cast_shadow),
         np.full(count, props.side == "double" and not hasattr(props, "batched_scales")),

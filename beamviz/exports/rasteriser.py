@@ -1,8 +1,4 @@
-"""Triangles and lines to samples of a picture, in numpy: the same on every machine.
-
-A pixel has `count` samples, each in a row of its own and all at different x (N rooks), so that an
-edge of any direction is as smooth as with count x count samples on a grid.
-"""
+"""Triangles to samples of a picture, in numpy: the same on every machine."""
 
 from typing import NamedTuple
 
@@ -10,12 +6,15 @@ import numpy as np
 
 NEAR = 0.02  # distance from the camera from which on everything is drawn
 STRIDE = 0.381966  # of the sample offsets, the golden section: neighbouring rows differ by much
+SLACK = 1e-5  # of a triangle's size: no sample on the edge between two triangles is in neither
+CENTRE = np.array([[0.5, 0.5]])
 
 
 def sample_offsets(count: int) -> np.ndarray:
-    """Offsets (count,) in x of the samples of a pixel: all different and evenly spread."""
+    """Offsets (count, 2) of the samples of a pixel: all different in x and in y (N rooks), so that
+    an edge of any direction is as smooth as with count x count samples on a grid."""
     order = np.argsort(np.arange(count) * STRIDE % 1)
-    return (order + 0.5) / count
+    return (np.stack([order, np.arange(count)], 1) + 0.5) / count
 
 
 def clipped(corners: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -46,63 +45,73 @@ def clipped(corners: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.nda
     return both[..., :3], both[..., 3:], np.concatenate(origins)
 
 
-class Spans(NamedTuple):
-    """Lines of samples through triangles, n of them: owner: the triangle; row: counted in samples;
-    start, stop: columns [pixels]; shift: the offset of the samples in x."""
+class Cover(NamedTuple):
+    """Pairs (n,) of a triangle and a pixel that it may touch."""
 
-    owner: np.ndarray
+    triangle: np.ndarray
     row: np.ndarray
-    start: np.ndarray
-    stop: np.ndarray
-    shift: np.ndarray
+    column: np.ndarray
+
+    def part(self, which: np.ndarray) -> "Cover":
+        """Some of them."""
+        return Cover(*(values[which] for values in self))
 
 
-def spans(places: np.ndarray, width: int, height: int, count: int) -> Spans:
-    """The samples of triangles (t, 3, 2), x and y in pixels, row by row: of the part of a triangle
-    above its middle corner, and of the part below."""
-    corners = np.take_along_axis(places, places[..., 1:].argsort(axis=1), axis=1)
-    x, y = corners[..., 0], corners[..., 1] * count
-    first, second = [0, 1, 0], [1, 2, 2]  # corners of an edge: the last one bounds both parts
-    rise = y[:, second] - y[:, first]
-    slant = (x[:, second] - x[:, first]) / np.where(rise == 0, np.inf, rise)
-    base = x[:, first] + slant * (0.5 - y[:, first])
-    left = x[:, 1] < base[:, 2] + slant[:, 2] * (y[:, 1] - 0.5)  # the middle corner
-    ends = np.ceil(y.clip(0, height * count) - 0.5).astype(np.int32)
-    part, row = ranges(ends[:, :2].ravel(), ends[:, 1:].ravel())
-    shift = sample_offsets(count)[row % count]
-    edges = [np.where(side[:, None], [0, 1], 2) for side in (left, ~left)]  # of both parts
-    bases, slants = (
-        [np.take_along_axis(v, e, 1).ravel()[part] for e in edges] for v in (base, slant)
-    )
-    start, stop = (
-        np.ceil(b + s * row - shift).clip(0, width).astype(np.int32)
-        for b, s in zip(bases, slants, strict=True)
-    )
-    owner = part // 2
-    return Spans(owner, row, start, stop, shift)
+def cover(places: np.ndarray, width: int, height: int) -> Cover:
+    """The pixels that triangles (t, 3, 2), x and y in pixels, may touch: row by row from the left
+    to the right end of the edges there."""
+    y = places[..., 1]
+    rows = np.floor(y.min(axis=1)), np.floor(y.max(axis=1)) + 1
+    triangle, row = ranges(*(end.clip(0, height).astype(np.int32) for end in rows))
+    left, right = np.full((2, len(row)), np.inf)
+    for k in range(3):  # the edges
+        first, step = places[:, k], places[:, k - 1] - places[:, k]
+        rise = np.where(step[:, 1] == 0, 1e-9, step[:, 1])
+        up = (row - first[triangle, 1]) / rise[triangle]
+        down = up + (1 / rise)[triangle]
+        beside = (np.maximum(up, down) < 0) | (np.minimum(up, down) > 1)  # not in this row
+        for share in (up, down):
+            x = first[triangle, 0] + share.clip(0, 1) * step[triangle, 0]
+            left = np.where(beside, left, np.minimum(left, x))
+            right = np.where(beside, right, np.minimum(right, -x))
+    ends = left.clip(0, width), (1 - right).clip(0, width)
+    line, column = ranges(*(end.astype(np.int32) for end in ends))
+    return Cover(triangle[line], row[line], column)
 
 
-def rasterised(triangles: np.ndarray, nearest: np.ndarray) -> tuple[Spans, np.ndarray, np.ndarray]:
-    """The samples at which triangles (t, 3, 3) are seen, x and y in pixels and the inverse
-    distance, which is linear in the picture: all lines, and the line and column of each sample.
+def at_pixels(
+    places: np.ndarray, values: np.ndarray, covered: Cover
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Linear functions with values (t, 3, k) at the corners (t, 3, 2) of triangles, at the upper
+    left corners of pixels, and their derivatives in x and y: (k, n) each."""
+    tables = planes(places - places[:, :1], values).transpose(1, 2, 0)
+    value, dx, dy = np.take(np.ascontiguousarray(tables, np.float32), covered.triangle, axis=2)
+    x, y = np.take(np.ascontiguousarray(places[:, 0].T, np.float32), covered.triangle, axis=1)
+    value += dx * (covered.column.astype(np.float32) - x)
+    value += dy * (covered.row.astype(np.float32) - y)
+    return value, dx, dy
 
-    nearest: (height, count, width), for every sample the bits of the inverse distance of what is
-    nearest, as a float, and behind them its line; the triangles are added.
-    """
-    height, count, width = nearest.shape
-    places = triangles[..., :2]
-    lines = spans(places, width, height, count)
-    line, column = ranges(lines.start, lines.stop)
-    constant, dx, dy = planes(places, triangles[..., 2:])[..., 0].T
-    constant = constant[lines.owner] + dx[lines.owner] * lines.shift
-    constant += dy[lines.owner] * ((lines.row + 0.5) / count)
-    depth = dx.astype(np.float32)[lines.owner][line] * column.astype(np.float32)
-    depth += constant.astype(np.float32)[line]
-    place = (lines.row.astype(np.int64) * width)[line] + column
-    key = depth.view(np.uint32).astype(np.uint64) << 32 | line.astype(np.uint64)
-    np.maximum.at(nearest.reshape(-1), place, key)
-    kept = np.flatnonzero(nearest.reshape(-1)[place] == key)
-    return lines, line[kept], column[kept]
+
+class Samples(NamedTuple):
+    """The samples (n,) in triangles: the pair of a cover, the number of the sample in its pixel,
+    and the inverse distance, which is linear in the picture."""
+
+    pair: np.ndarray
+    number: np.ndarray
+    depth: np.ndarray
+
+
+def samples(triangles: np.ndarray, covered: Cover, offsets: np.ndarray) -> Samples:
+    """Which samples at `offsets` (s, 2) of the pixels are in triangles (t, 3, 3), x and y in pixels
+    and the inverse distance."""
+    barycentric = np.broadcast_to(np.eye(3)[:, 1:], (len(triangles), 3, 2))
+    values = np.concatenate([barycentric, triangles[..., 2:]], -1)
+    value, dx, dy = at_pixels(triangles[..., :2], values, covered)
+    x, y = offsets.astype(np.float32).T[..., None]
+    b, c, depth = value[:, None] + dx[:, None] * x + dy[:, None] * y  # (s, n)
+    inside = np.flatnonzero((b > -SLACK) & (c > -SLACK) & (b + c < 1 + SLACK)).astype(np.int32)
+    number, pair = np.divmod(inside, np.int32(len(covered.row)))
+    return Samples(pair, number, depth.reshape(-1)[inside])
 
 
 def ranges(start: np.ndarray, stop: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -115,10 +124,10 @@ def ranges(start: np.ndarray, stop: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 def planes(places: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Coefficients (t, 3, k) of 1, x and y of the linear functions with values (t, 3, k) at the
-    corners (t, 3, 2) of triangles."""
+    corners (t, 3, 2) of triangles; nan for a triangle without an area."""
     (ux, uy), (vx, vy) = (places[:, 1] - places[:, 0]).T, (places[:, 2] - places[:, 0]).T
     area = ux * vy - uy * vx
-    area = np.where(np.abs(area) < 1e-12, np.inf, area)[:, None]
+    area = np.where(np.abs(area) < 1e-12, np.nan, area)[:, None]
     u, v = values[:, 1] - values[:, 0], values[:, 2] - values[:, 0]
     dx = (u * vy[:, None] - v * uy[:, None]) / area
     dy = (v * ux[:, None] - u * vx[:, None]) / area

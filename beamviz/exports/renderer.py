@@ -10,29 +10,38 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageChops, ImageDraw, ImageFont
 
 from beamviz.drawing import camera
 from beamviz.drawing.objects import Caption
 from beamviz.exports.floor import covered_by_disc, shadow
 from beamviz.exports.geometry import Geometry, Triangles, geometry, linear
-from beamviz.exports.rasteriser import NEAR, clipped, planes, rasterised
+from beamviz.exports.rasteriser import (
+    CENTRE,
+    NEAR,
+    Cover,
+    at_pixels,
+    clipped,
+    cover,
+    sample_offsets,
+    samples,
+)
 from beamviz.exports.solved_scene import DrawnScene, Moment, SolvedScene
 from beamviz.server.viser_private import VisibleNode, offline_scene
 
 LIGHT, DARK = (244, 246, 248), (15, 18, 20)  # backgrounds of the page, and its letters
+BLACK, WHITE = (27, 32, 38), (233, 236, 239)
 Box = tuple[int, int, int]  # of a text: left, right, top [pixels]
-INK = {False: (27, 32, 38), True: (233, 236, 239)}
-FINE, FAST, TRANSLUCENT = 8, 5, 3  # samples of a pixel: in a picture, a film, a pale body
+FINE, FAST = 8, 5  # samples of a pixel at an edge: in a picture, a film
 SPECULAR = 0.04  # reflectance of a dielectric seen from the front
 FULL_HEIGHT = 720  # [pixels] of a picture: lines are as much thinner as it is smaller
-SHIFTS, PART = 2 ** np.array([0, 16, 32, 48]), 4095  # of sums and colours in one float
+CONTRAST = np.uint32(0xF8F8F8F8)  # bits of four bytes: of a difference that can be seen
 SMALL = 1e-6  # in place of a divisor that may be 0
 UP = np.array([0.0, 0.0, 1.0])
 # Letters of a caption: [pixels], and of the width of the picture; the part of the width
 # that a line may take; height [lengths of the beam] at most, for a title between two beams.
 MAX_LETTERS, RELATIVE_LETTERS, RELATIVE_LINE, MAX_TITLE = 18, 0.026, 0.8, 0.065
-CAPTION_OPACITY, CAPTION_PADDING = 0.78, 0.3  # of its ground; of a line's height, on each side
+CAPTION_ALPHA, CAPTION_PADDING = 199, 0.3  # of its ground; of a line's height, on each side
 # The ACES tone curve as in three.js: to its colour space and back.
 TO_ACES = np.array(
     [[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]]
@@ -52,12 +61,14 @@ class Renderer:
 
     def __init__(self, solved: SolvedScene, width: int, height: int, samples: int = FINE):
         self.width, self.height, self.samples = width, height, samples
+        self.size = width, height
         view = solved.camera(width / height)
         self.eye = np.array(view.position)
         self.axes = camera.axes(np.subtract(view.position, view.look_at))
         self.distance = math.dist(view.position, view.look_at)
         self.focal = height / (2 * math.tan(camera.FIELD_OF_VIEW / 2))  # [pixels]
-        self.background = np.array(DARK if solved.scene.view.dark else LIGHT) / 255
+        dark = solved.scene.view.dark
+        self.background, self.ink = (DARK, WHITE) if dark else (LIGHT, BLACK)
         self.scene = offline_scene()
         self.solved, self.drawn = (
             solved,
@@ -69,24 +80,16 @@ class Renderer:
         self.drawn.move(moment)
         return geometry(self.scene)
 
-    def render(self, scene: Geometry, *, transparent: bool = False) -> np.ndarray:
-        """The picture of a scene: (height, width, 3), or with transparency (height, width, 4),
-        bytes."""
-        # Colours times alpha, and alpha where the background is transparent.
-        clear = np.zeros(4) if transparent else self.background
-        picture = np.empty((self.height, self.width, len(clear)), np.float32)
-        picture[:] = clear
+    def render(self, scene: Geometry, *, transparent: bool = False) -> Image.Image:
+        """The picture of a scene in RGB, or with transparency in RGBA."""
+        picture = Image.new("RGBA", self.size, (*self.background, 0 if transparent else 255))
         if scene.floor is not None:  # everything is above it
             self.add_floor(picture, scene.floor, scene)
         self.add_objects(picture, scene)
         boxes: list[Box] = []
         for caption in self.drawn.captions:
             self.add_caption(picture, caption, scene.points[caption.point.name], boxes)
-        if transparent:
-            picture[..., :3] /= np.maximum(picture[..., 3:], SMALL)
-        picture *= 255
-        picture += 0.5
-        return picture.astype(np.uint8)
+        return picture if transparent else picture.convert("RGB")
 
     def seen(self, points: np.ndarray) -> np.ndarray:
         """Points (..., 3) in the axes of the camera: right, down, forward."""
@@ -100,37 +103,39 @@ class Renderer:
 
     # Objects
 
-    def add_objects(self, picture: np.ndarray, scene: Geometry) -> None:
-        """Put bodies and lines over a picture, and then translucent bodies over those."""
+    def add_objects(self, picture: Image.Image, scene: Geometry) -> None:
+        """Put bodies and lines over a picture, antialiased where neighbouring pixels differ."""
         bodies = scene.triangles
         seen = self.seen(bodies.corners)
         across = np.cross(seen[:, 1] - seen[:, 0], seen[:, 2] - seen[:, 0])
         facing = (across * seen[:, 0]).sum(axis=1) < 0
-        facing |= bodies.double
-        places, colours, smooth = self.shaded(bodies.part(facing & (bodies.opacity == 1)), scene)
+        places, colours = self.shaded(bodies.part(facing | bodies.double), scene)
         thin = min(1.0, self.height / FULL_HEIGHT)
         strips = [self.strips(ends, colour, thin * width) for ends, colour, width in scene.lines]
+        solids = len(places)
         places = np.concatenate([places, *(strip for strip, _ in strips)])
         colours = np.concatenate([colours, *(colour for _, colour in strips)])
-        smooth = np.append(smooth, np.zeros(len(places) - len(smooth), bool))
-        nearest = np.zeros((self.height, self.samples, self.width), np.uint64)
-        add_layer(picture, places, colours, smooth, 1.0, nearest)
-        for opacity in np.unique(bodies.opacity[facing & (bodies.opacity < 1)]):
-            pale = self.shaded(bodies.part(facing & (bodies.opacity == opacity)), scene)
-            behind = nearest[:, :: math.ceil(self.samples / TRANSLUCENT)].copy()
-            add_layer(picture, *pale, float(opacity), behind)
+        covered = cover(places[..., :2], self.width, self.height)
+        shown = np.zeros((self.height, self.width, 4), np.uint8)
+        draw(shown, places, colours, covered, CENTRE)
+        edge = edges(shown)
+        lines = covered.part(covered.triangle >= solids)
+        edge[lines.row, lines.column] = True  # they may be between the centres of pixels
+        covered = covered.part(edge[covered.row, covered.column])
+        draw(shown, places, colours, covered, sample_offsets(self.samples))
+        picture.alpha_composite(Image.fromarray(shown))
 
-    def shaded(
-        self, bodies: Triangles, scene: Geometry
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Triangles in the picture (t, 3, 3), their colours (t, 3, 3) in sRGB, and whether these
-        differ at the corners (t,)."""
+    def shaded(self, bodies: Triangles, scene: Geometry) -> tuple[np.ndarray, np.ndarray]:
+        """Triangles in the picture (t, 3, 3) and the colours (t, 3, 4) at their corners, in sRGB
+        with opacity."""
         normals, albedo = bodies.normals, bodies.albedo[:, None]
         behind = ((self.eye - bodies.corners) * normals).sum(axis=-1, keepdims=True) < 0
         normals = np.where(bodies.double[:, None, None] & behind, -normals, normals)
         colours = shades(self.eye, bodies.corners, normals, albedo, scene)
-        seen, colours, origin = clipped(self.seen(bodies.corners), colours)
-        return self.projected(seen), colours, bodies.smooth[origin]
+        opacity = np.broadcast_to(bodies.opacity[:, None, None], (len(colours), 3, 1))
+        colours = np.concatenate([colours, opacity], -1)
+        seen, colours, _ = clipped(self.seen(bodies.corners), colours)
+        return self.projected(seen), colours
 
     def strips(
         self, ends: np.ndarray, colour: np.ndarray, thickness: float
@@ -149,29 +154,29 @@ class Renderer:
         a, b = seen[:, 0], seen[:, 1]
         quads = np.stack([a - aside, b - aside, b + aside, a + aside], 1)
         places = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-        tone = toned(colour)
-        return places, np.broadcast_to(tone, (len(places), 3, 3))
+        tone = np.append(toned(colour), 1.0)
+        return places, np.broadcast_to(tone, (len(places), 3, 4))
 
-    def add_floor(self, picture: np.ndarray, floor: VisibleNode, scene: Geometry) -> None:
+    def add_floor(self, picture: Image.Image, floor: VisibleNode, scene: Geometry) -> None:
         """Put the top of a round floor over a picture, if it is seen, with the shadow on it."""
         centre = floor.position + floor.props.height / 2 * UP
         eye = self.eye - centre
         if eye[2] <= 0:
             return
-        tone = shades(self.eye, centre, UP, linear(floor.props.color), scene)
         # A place (x, y) shows the point points @ (x, y, 1), homogeneous, from the centre.
         pixels = np.array([[1, 0, -self.width / 2], [0, 1, -self.height / 2], [0, 0, self.focal]])
         rays = self.axes @ pixels
         points = np.stack([*(eye[k] * rays[2] - eye[2] * rays[k] for k in (0, 1)), rays[2]])
-        covered = covered_by_disc(points, floor.props.radius, self.width, self.height)[..., None]
-        blend(picture, tone, covered)
-        for box, darkness in shadow(scene, centre, points, self.width, self.height):
-            picture[box][..., :3] -= floor.props.receive_shadow * darkness * covered[box] * tone
+        tone = shades(self.eye, centre, UP, linear(floor.props.color), scene)
+        disc = Image.new("RGB", self.size, tuple(np.rint(255 * tone).astype(int).tolist()))
+        disc.paste(0, mask=shadow(scene, centre, points, self.size, floor.props.receive_shadow))
+        disc.putalpha(covered_by_disc(points, floor.props.radius, self.size))
+        picture.alpha_composite(disc)
 
     # Captions
 
     def add_caption(
-        self, picture: np.ndarray, caption: Caption, point: np.ndarray, boxes: list[Box]
+        self, picture: Image.Image, caption: Caption, point: np.ndarray, boxes: list[Box]
     ) -> None:
         """Write a text over a picture, below the ones before that it would cover, as the page does
         (captions.js)."""
@@ -194,16 +199,14 @@ class Renderer:
             beside = left > box[1] or box[0] > left + width
             top = box[2] + height if not beside and abs(top - box[2]) < height else top
         boxes.append((left, left + width, top))
+        ground = Image.new("RGBA", (width, height), (*self.background, CAPTION_ALPHA))
+        hidden = min(max(-top, 0), height)
+        picture.alpha_composite(ground, (left, max(top, 0)), (0, hidden))
         text = Image.new("L", (width, height))
         for k, words in enumerate(lines):
             at = (width / 2, k * line + ascent)
             ImageDraw.Draw(text).text(at, words, 255, face, anchor="ms")
-        rows = slice(max(top, 0), max(top + height, 0))
-        part = picture[rows, left : left + width]
-        ink = np.asarray(text, np.float32)[max(-top, 0) :][: len(part), : part.shape[1], None] / 255
-        letter = np.array(INK[self.solved.scene.view.dark]) / 255
-        blend(part, self.background, CAPTION_OPACITY)
-        blend(part, letter, ink)
+        picture.paste(self.ink, (left, top), text)
 
 
 @lru_cache(64)
@@ -216,47 +219,48 @@ def font(size: float) -> ImageFont.FreeTypeFont:
     return ImageFont.truetype(file, size, layout_engine=ImageFont.Layout.BASIC)
 
 
-def blend(picture: np.ndarray, colour: np.ndarray, share: np.ndarray | float) -> None:
-    """Put a colour (3,) over a picture (h, w, 3 or 4), with its share (h, w, 1) of each pixel."""
-    picture += share * (np.append(colour, 1.0)[: picture.shape[2]].astype(np.float32) - picture)
-
-
-def add_layer(
-    picture: np.ndarray,
-    places: np.ndarray,
-    colours: np.ndarray,
-    smooth: np.ndarray,
-    opacity: float,
-    nearest: np.ndarray,
+def draw(
+    shown: np.ndarray, places: np.ndarray, colours: np.ndarray, covered: Cover, offsets: np.ndarray
 ) -> None:
-    """Put triangles (t, 3, 3) over a picture, with colours (t, 3, 3) at their corners, in sRGB;
-    smooth: whether these differ, (t,); nearest: what is nearest at each sample, changed here."""
-    height, count, width = nearest.shape
-    lines, line, column = rasterised(places, nearest)
-    pixel, owner = (lines.row // count * width)[line] + column, lines.owner[line]
-    curved = np.flatnonzero(smooth[owner])
-    line, of = line[curved], owner[curved]
-    x, y = column[curved] + lines.shift[line], (lines.row[line] + 0.5) / count
-    constant, dx, dy = np.moveaxis(planes(places[..., :2], colours), 1, 0)
-    weights = packed(colours.mean(axis=1))[owner]
-    weights[curved] = packed(constant[of] + dx[of] * x[:, None] + dy[of] * y[:, None])
-    sums = np.bincount(pixel, weights, height * width)
-    where = np.flatnonzero(sums)
-    added = unpacked(sums[where]) * np.float32(opacity / count)
-    flat = picture.reshape(height * width, -1)
-    flat[where] = flat[where] * (1 - added[:, 3:]) + added[:, : flat.shape[1]]
+    """Draw the pixels that triangles (t, 3, 3) cover, with colours (t, 3, 4) at their corners, into
+    a picture (h, w, 4) in bytes; offsets: (s, 2) of the samples of each pixel."""
+    height, width, _ = shown.shape
+    pixel = covered.row * width + covered.column
+    used = np.zeros(height * width, bool)
+    used[pixel] = True
+    where = np.flatnonzero(used)
+    slots = np.zeros(height * width, np.int32)  # places of the pixels used in the arrays below
+    slots[where] = np.arange(len(where))
+    pair, number, depth = samples(places, covered, offsets)
+    triangle = covered.triangle[pair]
+    slot = number * len(where) + slots[pixel][pair]
+    solid = (colours[:, 0, 3] == 1)[triangle]
+    colour, dx, dy = at_pixels(places[..., :2], colours, covered)
+    colour += (dx + dy) / 2
+    opacity, colour[3] = colour[3].copy(), 1.0
+    nearest = np.zeros(len(offsets) * len(where), np.float32)
+    result = np.zeros((4, len(nearest)), np.float32)  # colours times opacity
+    for part in (solid, ~solid):  # translucent ones over the others
+        found = np.flatnonzero(part & (depth >= nearest[slot]))
+        np.maximum.at(nearest, slot[found], depth[found])
+        found = found[nearest[slot[found]] == depth[found]]
+        of, at = pair[found], slot[found]
+        alpha = opacity[of]
+        for channel, value in zip(result, colour, strict=True):
+            channel[at] = alpha * value[of] + (1 - alpha) * channel[at]
+    mean = result.reshape(4, len(offsets), len(where)).mean(axis=1)
+    mean[:3] /= np.maximum(mean[3], SMALL)
+    shown.reshape(-1, 4)[where] = np.rint(255 * mean.clip(0, 1)).T
 
 
-def packed(colours: np.ndarray) -> np.ndarray:
-    """Colours (n, 3) and the number 1 as one number each (n,), of which up to 15 can be added."""
-    whole = np.rint(colours.clip(0, 1) * PART).astype(np.int64)
-    return (whole @ SHIFTS[:3] + SHIFTS[3]).astype(float)
-
-
-def unpacked(sums: np.ndarray) -> np.ndarray:
-    """The sums (n, 4) of colours and of ones."""
-    whole = sums.astype(np.int64)[:, None] // SHIFTS % SHIFTS[1]
-    return whole.astype(np.float32) / np.array([PART, PART, PART, 1], np.float32)
+def edges(shown: np.ndarray) -> np.ndarray:
+    """Where a picture (h, w, 4) in bytes differs visibly from a neighbouring pixel: (h, w)."""
+    picture, found = Image.fromarray(shown), np.zeros(shown.shape[:2], bool)
+    for axis, step in enumerate(((0, 1), (1, 0))):
+        change = ImageChops.difference(picture, ImageChops.offset(picture, *step))
+        differ = np.asarray(change).view(np.uint32)[..., 0] & CONTRAST > 0
+        found |= differ | np.roll(differ, -1, axis)
+    return found
 
 
 def shades(
