@@ -155,6 +155,7 @@ def error_summary(error: BeamvizError | Cancelled, beam: Beam | None) -> str:
     if isinstance(error, NoEquilibrium) and beam is not None:
         speed = measure("gamma", beam.units)
         law = " with this material law" if beam.delta >= 0 else ""  # inward, thrust is the limit
+        law = law if math.isfinite(error.limit) or not beam.spin_up else " with this spin-up"
         if math.isfinite(error.limit):
             return f"No equilibrium above {speed.text(error.limit, 4)}{law}"
         return f"No equilibrium at {speed.text(beam.gamma, 6)}{law}"

@@ -69,6 +69,7 @@ SHORT = Beam(delta=-0.5, mu=10, gamma=4.45)  # it bears a bent state up to gamma
         ("gamma", np.linspace(4.45, 4.6, 6)),
         ("delta", np.linspace(-0.6, -0.45, 6)),
         ("alpha", np.linspace(0, 0.02, 5)),
+        ("spin_up", np.linspace(0, 0.6, 4)),
     ],
 )
 def test_a_limit_point_of_the_bent_state(over, values):
@@ -77,6 +78,7 @@ def test_a_limit_point_of_the_bent_state(over, values):
     given = {"strain": "hencky", "curvature": "spatial", "coriolis": False, "modes": 2}
     found = loci(SHORT, over, values, state="stable", **given)
     (event,) = [event for event in found.events if event.kind == "limit point"]
+    assert [limit.kind for limit in found.limits] == ["no-equilibrium"]
     inside = np.sign(getattr(SHORT, over) - event.at)
     distances, squares = np.array([1e-5, 2e-5]), []
     for distance in distances:

@@ -70,7 +70,7 @@ def bent_verdict(scene: Scene) -> dict[str, Any]:
 def _limited(scene: Scene, error: NoEquilibrium) -> dict[str, Any]:
     """A beam that is slower, or that spins up less, must have a state."""
     if np.isnan(error.limit):  # of the spin-up
-        (limit,) = re.findall(r"followed up to (\S+),", str(error))
+        (limit,) = re.findall(r"beyond spin_up = (\S+),", str(error))
         less = scene.beam.replace(spin_up=float(limit) * (1 - LIMIT_MARGIN))
     else:
         less = scene.beam.replace(gamma=error.limit * (1 - LIMIT_MARGIN), spin_up=0.0)

@@ -133,6 +133,16 @@ def test_a_spin_up_beyond_the_limit_of_an_outward_beam():
     assert spins_up.value.limit == straight.value.limit
 
 
+def test_a_spin_up_beyond_its_limit_point():
+    """No equilibrium: a state up to the spin-up that the message names, and the way on around the
+    limit point leads to no stable one."""
+    beam, options = Beam(delta=-0.5, mu=10, gamma=4.45), {"strain": "hencky", "state": "stable"}
+    with pytest.raises(NoEquilibrium, match=r"beyond spin_up = 0\.53\d+, to which") as error:
+        solve(beam.replace(spin_up=1.0), **options)
+    assert np.isnan(error.value.limit)
+    assert solve(beam.replace(spin_up=0.53), **options).equilibrium.stable
+
+
 def test_shapes_are_orthonormal_and_pickle():
     """Modes of a bent beam have unit modal mass; their nodes are counted along the bent axis."""
     beam = Beam(delta=-1, gamma=4, alpha=1, beta=0.4)
@@ -177,6 +187,16 @@ def test_the_papers_elements_converge_to_the_same_state(beam, order, coriolis):
     assert (rates > order - 0.3).all()
     assert np.median(rates) < order + 0.7
     assert distances[1].max() < (2e-6 if order == 4 else 1e-4)
+
+
+@pytest.mark.parametrize(("delta", "gamma"), [(-0.333, 57), (-1.222, 32)])
+def test_few_elements_of_a_folded_beam(delta, gamma):
+    """They are too long for the layer at the clamp, and yet their state is the one next to the
+    exact one, not that of a beam that is clamped pointing inward."""
+    beam = Beam(delta=delta, gamma=gamma)
+    exact = solve(beam, state="bent").equilibrium.tip
+    found = solve(beam, state="bent", method="ancf-planar", elements=20).equilibrium.tip
+    assert found == pytest.approx(exact, abs=0.05)
 
 
 def test_the_command_line(run):

@@ -18,7 +18,7 @@ from beamviz.beam import Beam
 from beamviz.errors import NotConverged
 from beamviz.solver.bent.equilibrium import State
 from beamviz.solver.bent.modes import oscillating_or_growing, squared
-from beamviz.solver.continuation import newton
+from beamviz.solver.continuation import Root, continue_load, newton
 from beamviz.solver.fem import element_count
 from beamviz.solver.fem.ancf import PlanarBeam
 from beamviz.solver.fem.hermite import element_coordinates, gauss, interpolate
@@ -26,6 +26,7 @@ from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Equilibrium, Solution, Stats
 
 CLAMPED = (0, 1, 3)  # coordinates of the first node
+SMALLEST_SHARE = 1e-3  # of the forces that hold a sampled state, taken away in one step
 PER_ELEMENT = 4  # Gauss points for the energy of a mode
 TURN = np.array([[0.0, -1.0], [1.0, 0.0]])  # e3 x
 
@@ -104,23 +105,36 @@ class PlanarProblem:
         return self.assembled(stiffness + self.euler)
 
     def equilibrium(self, guess: NDArray) -> tuple[NDArray, int]:
-        """The state next to a guess (N, 4), and the iterations it takes. Raises NotConverged."""
+        """The state next to a guess (N, 4), and the iterations it takes: by continuation as the
+        forces that hold the guess are taken away. Raises NotConverged, also where a slope turns
+        back: with r1' < 0 at the clamp elements are a beam that is clamped pointing inward."""
+        start = guess.ravel()
+        holding = self.residual(start)
 
-        def increment(q: NDArray) -> NDArray:
-            dq = np.zeros_like(q)
-            try:
-                dq[self.free] = -splu(self.tangent(q)).solve(self.residual(q))
-            except RuntimeError:
-                raise np.linalg.LinAlgError from None
-            return dq
+        def solve_at(share: float, near: NDArray) -> Root | None:
+            def increment(q: NDArray) -> NDArray:
+                dq = np.zeros_like(q)
+                try:
+                    left = self.residual(q) - (1 - share) * holding
+                    dq[self.free] = -splu(self.tangent(q)).solve(left)
+                except RuntimeError:
+                    raise np.linalg.LinAlgError from None
+                return dq
 
-        root = newton(increment, guess.ravel())
-        if root is None:
+            found = newton(increment, near)
+            if found is None:
+                return None
+            turned = (found.state.reshape(guess.shape) * guess)[:, 2:].sum(axis=1) <= 0
+            return None if turned.any() else found
+
+        try:
+            path = continue_load(solve_at, start, 1.0, lambda *_: 1.0, precision=SMALLEST_SHARE)
+        except NotConverged:
             raise NotConverged(
                 f"{len(self.model.nodes) - 1} elements have no state next to the exact one; use"
                 " more elements"
-            )
-        return root.state.reshape(-1, 4), root.iterations
+            ) from None
+        return path.state.reshape(-1, 4), path.iterations
 
 
 def solve_planar(

@@ -26,7 +26,7 @@ from beamviz.solver.bent.tangent import BentBeam
 from beamviz.solver.continuation import Path, Root, continue_load
 from beamviz.solver.hp.mesh import Mesh, make_mesh
 
-SLOWER, SLOWEST = 0.6, 1e-3  # ratio of speeds when a beam with a stable state is looked for
+SLOWER, SLOWEST = 0.6, 13  # ratio of speeds, and their number, where a stable state is looked for
 PAST_BUCKLING = 1.002  # times the speed at which the straight state ends
 SMALLEST_STEP = 1e-4  # of the spin-up
 FIRST_ARC, LONGEST_ARC, MAX_ARCS = 0.01, 0.3, 300  # steps around limit points
@@ -82,21 +82,26 @@ def _finer(state: State) -> State:
 
 
 def _slower(bent: BentBeam) -> State:
-    """A stable state of the same beam at a lower speed, where one is found."""
-    gamma = bent.beam.gamma
-    while gamma > SLOWEST * bent.beam.gamma:
-        gamma *= SLOWER
-        beam = bent.beam.replace(gamma=gamma)
-        if not folded_beam(beam, bent.problem).bears:
-            continue
-        slower = BentBeam(first_mesh(beam, bent.problem), beam, bent.problem)
-        for guess in guesses(slower):
-            if found := descend(slower, guess):
-                return found
-    raise NotConverged(
-        f"gamma = {bent.beam.gamma:.6g}: no stable state was found by descent of the energy, nor at"
-        f" lower speeds down to gamma = {gamma:.3g}"
-    )
+    """A stable state of the same beam at the highest of some lower speeds that has one, found by
+    bisection: far above its limit a descent takes longest."""
+    state, low, high = None, 1, SLOWEST + 1
+    while low < high:
+        k = (low + high) // 2
+        beam = bent.beam.replace(gamma=bent.beam.gamma * SLOWER**k)
+        found = None
+        if folded_beam(beam, bent.problem).bears:
+            slower = BentBeam(first_mesh(beam, bent.problem), beam, bent.problem)
+            found = next(filter(None, (descend(slower, guess) for guess in guesses(slower))), None)
+        if found:
+            state, high = found, k
+        else:
+            low = k + 1
+    if state is None:
+        raise NotConverged(
+            f"gamma = {bent.beam.gamma:.6g}: no stable state was found by descent of the energy,"
+            f" nor at lower speeds down to gamma = {bent.beam.gamma * SLOWER**SLOWEST:.3g}"
+        )
+    return state
 
 
 def _bifurcated(bent: BentBeam, mesh: Mesh, gamma: float) -> State | None:
@@ -201,7 +206,7 @@ def spin_up_state(beam: BentBeam, rest: State) -> State:
     while reached < 1:
         share = min(1.0, reached + step)
         near = newton(at(share), q)
-        if near is None:
+        if near is None or collapses(near.beam, near.q):
             step /= 2
             if step > SMALLEST_STEP:
                 continue
@@ -235,28 +240,36 @@ def _around_limit_points(at: Callable[[float], BentBeam], q: NDArray, p: float) 
     n, w = len(q), np.sqrt(beam.w)
     unit = np.concatenate((w, w / max(1.0, np.linalg.norm(w * beam.split(q)[1])), [1.0]))
     direction, arc, z = np.append(np.zeros(n), 1.0), FIRST_ARC, np.append(q, p)
-    steps, ends = 0, False
-    while steps < MAX_ARCS and not ends:
+    steps, bears = 0, True
+    while bears and steps < MAX_ARCS and arc > SMALLEST_STEP * FIRST_ARC:
         ahead = np.linalg.solve(_bordered(at, z, direction * unit**2)[0], np.append(np.zeros(n), 1))
         ahead /= np.linalg.norm(ahead * unit)
-        found = None
-        while found is None and not ends:
-            found = _corrected(at, z + arc * ahead, ahead * unit**2)
-            arc = arc / 2 if found is None else min(1.5 * arc, LONGEST_ARC)
-            ends = arc < SMALLEST_STEP * FIRST_ARC
-        if found is not None:
-            if found[-1] >= 1 and (last := newton(at(1.0), found[:-1])):
-                return last
-            direction, z, steps, limit = ahead, found, steps + 1, max(limit, float(found[-1]))
+        found = _corrected(at, z + arc * ahead, ahead * unit**2)
+        if found is None:
+            arc /= 2
+            continue
+        bears = not collapses(at(float(found[-1])), found[:-1])
+        if bears and found[-1] >= 1 and (last := newton(at(1.0), found[:-1])):
+            return last
+        direction, z, arc = ahead, found, min(1.5 * arc, LONGEST_ARC)
+        steps, limit = steps + 1, max(limit, float(z[-1]))
     target = at(1.0).beam.spin_up
-    tried = f"up to {limit * target:.6g}, and on around a limit point in {steps} steps"
-    if ends and at(float(z[-1])).local_stiffness(z[:-1]).min() <= 0:
+    if not bears:
         raise NoEquilibrium(
-            f"spin_up = {target:.6g}: the stable states end; they were followed {tried}, to states"
-            f" that collapse ({beam.problem.strain} strain)",
+            f"spin_up = {target:.6g}: no stable state beyond spin_up = {limit * target:.6g}, to"
+            f" which one was followed from 0; then the beam collapses ({beam.problem.strain}"
+            " strain)",
             math.nan,
         )
-    raise NotConverged(f"spin_up = {target:.6g}: the equilibrium was followed {tried}")
+    raise NotConverged(
+        f"spin_up = {target:.6g}: the equilibrium was followed up to {limit * target:.6g}, and on"
+        f" around a limit point in {steps} steps"
+    )
+
+
+def collapses(beam: BentBeam, q: NDArray) -> bool:
+    """Whether some short piece of the beam is not stable (Legendre's condition)."""
+    return bool(beam.local_stiffness(q).min() <= 0)
 
 
 def _bordered(
