@@ -119,6 +119,8 @@ const beamvizFigure = (() => {
 
     axes() {
       const { x, y } = this.data, right = this.right, bottom = this.bottom;
+      const short = bottom - TOP < 130; // only the symbol with its unit has room beside the axis
+      const title = (short && y.label.match(/\S+ \[.*\]$/)?.[0]) || y.label;
       let made = "";
       for (const [value, content] of ticks(this.range, x.log, (right - LEFT) / 70)) {
         const at = this.px(value), covered = Math.abs(at - this.px(this.value)) < 52;
@@ -133,7 +135,7 @@ const beamvizFigure = (() => {
       return `${made}<path class="axis" d="M${LEFT} ${bottom}H${right}"/>`
         + (this.low ? this.text("unit", right + 16, bottom + 17, x.unit || x.symbol)
           : this.text("title", (LEFT + right) / 2, bottom + 37, x.label))
-        + `<text class="title" transform="translate(13 ${(TOP + bottom) / 2}) rotate(-90)">${escape(y.label)}</text>`;
+        + `<text class="title" transform="translate(13 ${(TOP + bottom) / 2}) rotate(-90)">${escape(title)}</text>`;
     }
 
     gaps() {

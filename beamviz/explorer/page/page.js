@@ -191,7 +191,9 @@ const beamviz = (() => {
     }
     tab.scrollIntoView({ block: "nearest", inline: "nearest" });
     panel.dispatchEvent(new CustomEvent("shown", { bubbles: true }));
-    if (tell) send("tab", panel.id);
+    if (!tell) return;
+    send("tab", panel.id);
+    if (panel.getBoundingClientRect().top > innerHeight - 160) byId("dock").scrollIntoView(); // below the fold
   }
 
   /* Opens what a control is in, and has it pulse. */
