@@ -13,7 +13,10 @@ NODE: RGB = (204, 60, 140)
 GHOST: RGB = (140, 148, 160)
 BEFORE: RGB = (138, 148, 186)
 GRID: RGB = (140, 146, 156)
-FLOOR: tuple[RGB, RGB] = ((255, 255, 255), (62, 67, 75))  # light and dark
+# Light and dark: behind the scene (page.css has the same), floor, letters.
+BACKGROUND: tuple[RGB, RGB] = ((244, 246, 248), (15, 18, 20))
+FLOOR: tuple[RGB, RGB] = ((255, 255, 255), (62, 67, 75))
+LETTERS: tuple[RGB, RGB] = ((27, 32, 38), (233, 236, 239))
 GREYED: RGB = (165, 168, 174)
 
 # From no displacement to the largest: blue, teal, yellow (the bright part of viridis).

@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib import rc_context
 
 from beamviz.beam import NUMBERS
-from beamviz.drawing import camera
+from beamviz.drawing import camera, colours
 from beamviz.drawing.text import frequencies, growth, rounded_to_error
 from beamviz.errors import BeamvizError
 from beamviz.exports.solved_scene import DrawnScene, SolvedScene
@@ -98,7 +98,8 @@ def write_html(file: Path, solved: SolvedScene) -> None:
     title = f"<title>beamviz: {escape(heading(solved.scene))}</title>"
     top = re.sub("<title>.*?</title>", title, page[:head])  # of two, browsers take the first
     file.write_text(
-        f"{top}<style>{STYLE}</style>{page[head:body]}"
+        f"{top}<style>{STYLE} :root {{ --scene: rgb{colours.BACKGROUND[view.dark]} }}</style>"
+        f"{page[head:body]}"
         f'<aside class="{mode}" aria-label="numbers">{panel(solved)}</aside>'
         f'<div id="captions" class="{mode}"></div>{player}{page[body:]}'
     )
@@ -156,7 +157,9 @@ CONTROLS = (
 )
 STYLE = """
 .mantine-Notifications-root { display: none; }
-#root { position: fixed !important; inset: 0 440px 0 0; width: auto !important; }
+#root { position: fixed !important; inset: 0 440px 0 0; width: auto !important;
+        background: var(--scene); }
+#root div:has(canvas[data-engine]) { background: none !important; }
 aside { position: fixed; inset: 0 0 0 auto; width: 440px; box-sizing: border-box; overflow: auto;
         padding: 1.2em 1.4em; font: 16px/1.45 system-ui, sans-serif; background: #fff;
         color: #222; border-left: 1px solid #ddd; }
@@ -176,8 +179,9 @@ aside .controls button { font: inherit; min-width: 4.5em; padding: .3em .6em; cu
 #captions { position: fixed; inset: 0 440px 0 0; overflow: hidden; pointer-events: none; }
 #captions [hidden] { display: none; }
 #captions span { position: absolute; white-space: pre-line; padding: .1em .4em; border-radius: 4px;
-                 font: 15px/1.4 system-ui, sans-serif; background: #fffc; color: #1b2026; }
-#captions.dark span { background: #1a1a1acc; color: #e9ecef; }
+                 font: 15px/1.4 system-ui, sans-serif; color: #1b2026;
+                 background: color-mix(in srgb, var(--scene) 78%, transparent); }
+#captions.dark span { color: #e9ecef; }
 aside .wrong { border-left: 4px solid #d9480f; padding-left: .6em; white-space: pre-line; }
 aside summary { cursor: pointer; opacity: .7; } aside pre { font-size: .75em; overflow: auto; }
 @media (max-width: 900px) {

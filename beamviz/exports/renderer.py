@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageChops, ImageDraw, ImageFont
 
-from beamviz.drawing import camera
+from beamviz.drawing import camera, colours
 from beamviz.drawing.objects import Caption
 from beamviz.exports.floor import covered_by_disc, shadow
 from beamviz.exports.geometry import Geometry, Triangles, geometry, linear
@@ -29,8 +29,6 @@ from beamviz.exports.rasteriser import (
 from beamviz.exports.solved_scene import DrawnScene, Moment, SolvedScene
 from beamviz.server.viser_private import VisibleNode, offline_scene
 
-LIGHT, DARK = (244, 246, 248), (15, 18, 20)  # backgrounds of the page, and its letters
-BLACK, WHITE = (27, 32, 38), (233, 236, 239)
 Box = tuple[int, int, int]  # of a text: left, right, top [pixels]
 FINE, FAST = 8, 5  # samples of a pixel at an edge: in a picture, a film
 SPECULAR = 0.04  # reflectance of a dielectric seen from the front
@@ -68,7 +66,7 @@ class Renderer:
         self.distance = math.dist(view.position, view.look_at)
         self.focal = height / (2 * math.tan(camera.FIELD_OF_VIEW / 2))  # [pixels]
         dark = solved.scene.view.dark
-        self.background, self.ink = (DARK, WHITE) if dark else (LIGHT, BLACK)
+        self.background, self.letters = colours.BACKGROUND[dark], colours.LETTERS[dark]
         self.scene = offline_scene()
         self.solved, self.drawn = (
             solved,
@@ -206,7 +204,7 @@ class Renderer:
         for k, words in enumerate(lines):
             at = (width / 2, k * line + ascent)
             ImageDraw.Draw(text).text(at, words, 255, face, anchor="ms")
-        picture.paste(self.ink, (left, top), text)
+        picture.paste(self.letters, (left, top), text)
 
 
 @lru_cache(64)

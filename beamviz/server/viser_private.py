@@ -7,6 +7,7 @@ and it sets single properties at a third of viser's cost. Whatever it uses is pr
 
 import asyncio
 import contextlib
+import functools
 import inspect
 import io
 import operator
@@ -43,6 +44,7 @@ ATTRIBUTES = {  # by class, function or module: attributes, fields and arguments
     "viser:ViserServer": ("request_share_url",),
     "viser.infra._async_message_buffer:AsyncMessageBuffer": ("event_loop", "window_duration_sec"),
     "viser.infra:WebsockServer": ("get_message_buffer", "queue_message"),
+    "viser._assignable_props_api": ("get_type_hints",),
     "viser._gui_handles:_GuiHandleState": ("gui_api", "props", "sync_cb", "uuid", "value"),
     "viser._scene_api:SceneApi": ("_queue_scene_message",),
     "viser._scene_handles:_SceneNodeHandleState": ("api", "position", "props", "wxyz"),
@@ -59,6 +61,9 @@ INSTANCE_ATTRIBUTES = ("_websock_server._live_connections", "gui._websock_interf
 Serve = Callable[..., Any]  # with the arguments of websockets.asyncio.server.serve
 
 messages: Any = getattr(viser, "_messages", None)
+props_api: Any = getattr(viser, "_assignable_props_api", None)
+if hasattr(props_api, "get_type_hints"):  # once for each class, not for each node: half the time
+    props_api.get_type_hints = functools.cache(props_api.get_type_hints)
 log = RateLimitedLog(__name__)
 building = threading.Lock()  # one server at a time: a module is changed for all threads
 
