@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -35,7 +36,7 @@ class Axis:
     def t(self, p: np.ndarray) -> np.ndarray:
         """The variable at values of the parameter."""
         y = self._stretched(p)
-        low, high = self._stretched(np.array([self.low, self.high]))
+        low, high = self._range
         match self.limited:
             case (True, True):
                 return np.arcsin(np.clip(2 * (y - low) / (high - low) - 1, -1, 1))
@@ -47,7 +48,7 @@ class Axis:
 
     def p(self, t: np.ndarray) -> np.ndarray:
         """The parameter at values of the variable, within the ends."""
-        low, high = self._stretched(np.array([self.low, self.high]))
+        low, high = self._range
         match self.limited:
             case (True, True):
                 y = low + (high - low) * (np.sin(t) + 1) / 2
@@ -63,9 +64,18 @@ class Axis:
             p = np.sqrt(np.maximum(np.exp(y) - self._shift, 0.0))
         else:
             p = y if self._shift is None else np.exp(y) - self._shift
-        start, stop = self.ends
-        first, last = self.t(np.array([start, stop]))
+        (start, stop), (first, last) = self.ends, self.t_ends
         return np.where(t == first, start, np.where(t == last, stop, np.clip(p, start, stop)))
+
+    @cached_property
+    def t_ends(self) -> tuple[float, float]:
+        """The variable at the ends."""
+        first, last = self.t(np.array(self.ends)).tolist()
+        return first, last
+
+    @cached_property
+    def _range(self) -> np.ndarray:
+        return self._stretched(np.array([self.low, self.high]))
 
     def _stretched(self, p: np.ndarray) -> np.ndarray:
         """The logarithm, if the parameter has one; of gamma as told above."""

@@ -138,7 +138,7 @@ def trace(sweep: Sweep, values: np.ndarray, search: LimitSearch) -> list[Part]:
     """The loci between the first and the last of some values, with their events."""
     low, high = values[[0, -1]].tolist()
     axis = Axis(sweep.over, low, high, sweep.coupled)
-    sweep.solve(root_places(axis) if sweep.straight else values)
+    sweep.solve(root_places(sweep, axis) if sweep.straight else values)
     if any(
         outcome.kind == NotConverged.kind
         for outcome in sweep.outcomes.values()

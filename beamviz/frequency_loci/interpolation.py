@@ -2,7 +2,8 @@
 
 Within a family the k-th omega^2 is an analytic function of the parameter. Two that veer have branch
 points near the real axis, but their mean and the square of their difference have none: where one
-does not converge by itself, these are interpolated instead.
+does not converge by itself, these are interpolated instead. Where one veers with both neighbours,
+as over the place of the mass, a characteristic function of the family is, in less solves.
 
 Among modes that all couple, narrow veerings are many. Written in the shapes of the middle of a
 piece, the lowest modes are those of a small symmetric matrix H, which is analytic across veerings
@@ -12,27 +13,30 @@ Solves between the nodes, which no interpolant uses, check the error of each.
 """
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from beamviz.beam import Beam
 from beamviz.frequency_loci.axis import Axis
-from beamviz.frequency_loci.pieces import (
+from beamviz.frequency_loci.characteristic import Characteristic, fit
+from beamviz.frequency_loci.chebyshev import (
     CHECK_X,
     CHECKS,
     EPS,
     LEAST,
-    MISFIT,
-    TAIL,
-    Block,
-    Piece,
-    Spectra,
     lobatto,
-    of_root,
     on_piece,
+    tail_and_rates,
 )
+from beamviz.frequency_loci.pieces import MISFIT, TAIL, Block, Piece, Spectra, of_root
+from beamviz.solver import is_small_strain
 
+FIRST_ORDERS = {"gamma": 16, "alpha": 24, "delta": 8, "mu": 18}  # of a whole axis
+STRETCHED_ORDER = 24  # the same over gamma, up to a large strain
+PER_MODE = 4  # the same over beta, for each mode
+COUPLED_ORDER = 24  # the same where all modes couple
 ORDERS = (LEAST, 32, 192)  # least; least and greatest of a whole axis before it is halved
 FEW = 64  # greatest order of a part of it; below it the rate of convergence is known roughly
 MULTIPLES, EXPECTED = (2, 3, 4, 5, 6), 0.1  # of an order to try next; ratio that it should reach
@@ -42,6 +46,7 @@ SHIFT = 12.0  # omega^2 of bending at rest: added before a logarithm is taken
 BENDING_ERROR = 1e-3  # accepted error of the bending fraction
 OUTSIDE = 1e3  # times that of requested modes: accepted error of the mode above them
 SHORTEST = 1e-8  # of the axis: a shorter piece is not halved
+ISOLATED = 1 / 64  # of the axis: the same of a piece in which a value has no solution
 STALLED = (0.8, 3)  # an error that falls by less, for so many halvings, is not interpolation's
 
 
@@ -62,8 +67,14 @@ class Solves(Protocol):
     def exhausted(self) -> bool:
         """Whether no more solves are to be spent on refinement."""
 
+    def at(self, value: float) -> Beam:
+        """The beam at a value."""
+
     def spectra(self, values: np.ndarray) -> Spectra:
         """The modes at some values; nan where there is no solution."""
+
+    def mesh_spectra(self, values: np.ndarray) -> np.ndarray | None:
+        """omega^2 (n, families, k) of all modes of the meshes, where these are known."""
 
     def points(self, values: np.ndarray) -> Any:
         """Their shapes, as far as there are solutions: `sweep.Points`."""
@@ -86,7 +97,7 @@ def _block(
     forms = np.concatenate(((np.eye(m) * f[:, None, :])[:, None], points.kinetic), axis=1)
     matrices = (Q[:, None] @ forms @ Q[:, None].mT)[: order + 1]
     coefficients = abs(np.tensordot(lobatto(order).coefficients, matrices[:, 0], 1))
-    tail, rates = _tail(coefficients, order)
+    tail, rates = tail_and_rates(coefficients, order)
     middle = tail / rates
     solver_errors = np.matvec(Q**2, spectra.errors[:, 0, :m])
     block = Block(matrices, shift, solver_errors[: order + 1], tail, np.zeros(m))
@@ -124,13 +135,49 @@ class _Attempt(NamedTuple):
     stalled: int = 0  # halvings that did not reduce it
 
 
+@dataclass
+class Interpolated:
+    """The modes of a piece in the place of solves: to interpolate the roots of characteristic
+    functions, which take longer, in their turn."""
+
+    sweep: Solves
+    axis: Axis
+    piece: Piece
+    modes: int
+    tolerance: float
+    coupled = False
+    exhausted = False
+
+    def at(self, value: float) -> Beam:
+        """The beam at a value."""
+        return self.sweep.at(value)
+
+    def spectra(self, values: np.ndarray) -> Spectra:
+        """The interpolated modes, whose errors are the sums of both."""
+        found, error = self.piece.at(self.axis.t(values))
+        return found._replace(errors=found.errors + error)
+
+    def mesh_spectra(self, values: np.ndarray) -> None:
+        """None."""
+
+    def points(self, values: np.ndarray) -> Any:
+        """Shapes, by solves."""
+        return self.sweep.points(values)
+
+
 def interpolate(sweep: Solves, axis: Axis) -> list[Piece]:
-    """The pieces of an axis, ascending; in each round all of them are solved for at once."""
-    start, stop = axis.t(np.array(axis.ends)).tolist()
+    """The pieces of an axis, ascending."""
+    start, stop = axis.t_ends
     if start == stop:
         return [unresolved(axis, sweep.spectra(np.array([axis.low])))]
-    whole, shortest = stop - start, SHORTEST * (stop - start)
-    pending = [_first(axis)]
+    return _interpolate(sweep, axis, _first(sweep, axis))
+
+
+def _interpolate(sweep: Solves, axis: Axis, first: _Attempt) -> list[Piece]:
+    """The pieces of an attempt, ascending; in each round all of them are solved for at once."""
+    whole = first.high - first.low
+    shortest = SHORTEST * whole
+    pending = [first]
     pieces: list[Piece] = []
     while pending:
         places = [_places(axis, attempt) for attempt in pending]
@@ -141,10 +188,14 @@ def interpolate(sweep: Solves, axis: Axis) -> list[Piece]:
             low, high = attempt[:2]
             if high - low == whole:
                 next_order = max(next_order, ORDERS[1])
-            worse = not ratio <= STALLED[0] * attempt.ratio  # infinite where one has no solution
+            worse = not ratio <= STALLED[0] * attempt.ratio
             stalled = attempt.stalled + 1 if worse else 0
-            short = high - low <= shortest or stalled >= STALLED[1]
-            if piece.errors is not None or sweep.exhausted or short:
+            least = shortest if np.isfinite(ratio) else ISOLATED * whole
+            short = high - low <= least or stalled >= STALLED[1]
+            if piece.characteristics:
+                found = Interpolated(sweep, axis, piece, sweep.modes, sweep.tolerance)
+                pieces += _interpolate(found, axis, _Attempt(low, high, ORDERS[2]))
+            elif piece.errors is not None or sweep.exhausted or short:
                 pieces.append(piece)
             elif next_order > attempt.order and (next_order <= FEW or high - low == whole):
                 following.append(attempt._replace(order=next_order))
@@ -156,22 +207,27 @@ def interpolate(sweep: Solves, axis: Axis) -> list[Piece]:
     return sorted(pieces, key=lambda piece: piece.low)
 
 
-def root_places(axis: Axis) -> np.ndarray:
+def root_places(sweep: Solves, axis: Axis) -> np.ndarray:
     """The values that the interpolation of an axis begins with."""
-    return _places(axis, _first(axis))
+    return _places(axis, _first(sweep, axis))
 
 
-def _first(axis: Axis) -> _Attempt:
-    """The whole axis. The least order hardly ever does where all modes couple, and over gamma and
-    delta only."""
-    start, stop = axis.t(np.array(axis.ends)).tolist()
-    return _Attempt(start, stop, ORDERS[axis.coupled or axis.over not in ("gamma", "delta")])
+def _first(sweep: Solves, axis: Axis) -> _Attempt:
+    """The whole axis, of an order at which it often converges: a mass sees the waves of all modes
+    as it moves along the beam."""
+    start, stop = axis.t_ends
+    order = FIRST_ORDERS.get(axis.over, PER_MODE * sweep.modes + 8)
+    if axis.coupled:
+        order = COUPLED_ORDER
+    elif axis.over == "gamma" and not is_small_strain(sweep.at(axis.high)):
+        order = STRETCHED_ORDER
+    return _Attempt(start, stop, order)
 
 
 def unresolved(axis: Axis, spectra: Spectra) -> Piece:
     """An axis as one piece that is not interpolated."""
     none = np.zeros(spectra.squares.shape[1:], bool)
-    start, stop = axis.t(np.array(axis.ends)).tolist()
+    start, stop = axis.t_ends
     return Piece(start, stop, spectra, None, none, none)
 
 
@@ -219,7 +275,40 @@ def _fit(
         own = needed[0, :m]
         of_next = _next_order(order, lambda power: (ratios * rates_of_block**power)[own].max())
         target = min({target, of_next} - {order}, default=order)
+    alone = np.where(needed, errors[0] / accepted, 0.0)
+    if not sweep.coupled and (more := _characteristics(sweep, places, piece, accepted, alone)):
+        characteristics, ratios, rate = more
+        ratio = min(ratio, float(ratios.max()))
+        if ratios.max() <= 1:
+            return replace(piece, errors=errors, characteristics=characteristics), ratio, order
+        of_next = _next_order(order, lambda power: (ratios * rate**power).max())
+        target = min({target, of_next} - {order}, default=order)
     return piece, ratio, target
+
+
+def _characteristics(
+    sweep: Solves, places: np.ndarray, piece: Piece, accepted: np.ndarray, alone: np.ndarray
+) -> tuple[tuple[Characteristic | None, ...], np.ndarray, float] | None:
+    """The characteristic functions of the families some of whose errors exceed those accepted, by
+    the ratios `alone`; the ratios (families, k) with them; by what factor the largest is expected
+    to fall when the order grows by a half. None without the spectra of all meshes."""
+    spectra = sweep.mesh_spectra(places)
+    if spectra is None:
+        return None
+    found: list[Characteristic | None] = []
+    ratios, rate, nodes = alone.copy(), EPS, piece.order + 1
+    for f, needed in enumerate(piece.needed):
+        one, own = None, spectra[:, f]
+        modes = int(np.flatnonzero(needed).max(initial=-1)) + 1
+        if not (alone[f] <= 1).all() and np.isfinite(own[:, :modes]).all():
+            shift = SHIFT + 2 * max(-float(own[:, :modes].min()), 0.0)
+            one, changes, falls = fit(own[:nodes], own[nodes:, :modes], modes, shift)
+            errors = np.maximum(TAIL * changes, MISFIT * one.misfit)
+            errors = np.where(np.isfinite(errors), errors, np.inf)
+            ratios[f, :modes] = np.where(needed[:modes], errors / accepted[f, :modes], 0.0)
+            rate = max(rate, falls)
+        found.append(one)
+    return tuple(found), ratios, rate
 
 
 def _next_order(order: int, ratio: Callable[[int], float]) -> int:
@@ -229,15 +318,6 @@ def _next_order(order: int, ratio: Callable[[int], float]) -> int:
     multiples = (m for m in MULTIPLES if m * order <= ORDERS[2])
     best = next((m for m in multiples if ratio(2 * (m - 1)) <= EXPECTED), 1)
     return order * (min(best, 2) if order < FEW else best)
-
-
-def _tail(coefficients: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """The sums of the coefficients (n, ...) that are left out, and the factors by which the known
-    ones fall in half the order; of rounding, as many are left out as there are."""
-    tail = coefficients[-3:].max(axis=0)
-    middle = coefficients[order // 2 - 1 : order // 2 + 2].max(axis=0)
-    rates = np.clip(tail / np.maximum(middle, np.finfo(float).tiny), EPS, 1.0)
-    return tail / np.maximum(1 - rates ** (2 / order), 1 / order), rates
 
 
 def _accepted(sweep: Solves, solved: Spectra, rank: np.ndarray) -> np.ndarray:
@@ -265,7 +345,7 @@ def _estimates(
     points, functions = lobatto(order), np.moveaxis(_functions(nodes), 1, 0)
     shape, flat = functions.shape[1:], functions.reshape(order + 1, -1)
     coefficients = abs(points.coefficients @ flat)
-    tail, rates = _tail(coefficients, order)
+    tail, rates = tail_and_rates(coefficients, order)
     exact = np.moveaxis(_functions(checks), 1, 0).reshape(len(CHECKS), -1)
     misfit = abs(points.checks @ flat - exact).max(axis=0)
     errors = np.maximum(TAIL * tail, MISFIT * misfit) + EPS * abs(flat).max(axis=0)

@@ -1,17 +1,16 @@
-"""Modes along a part of an axis: Chebyshev interpolants of omega^2, or of the logarithm of a small
-matrix, with the errors that they were found to have."""
+"""Modes along a part of an axis: Chebyshev interpolants of omega^2, of the logarithm of a small
+matrix or of a characteristic function, with the errors that they were found to have."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-LEAST = 16  # order of the coarsest piece
+from beamviz.frequency_loci.characteristic import Characteristic
+from beamviz.frequency_loci.chebyshev import EPS, interpolated, lobatto, on_piece
+
 TAIL, MISFIT = 4.0, 8.0  # safety of the two estimates of error
-CHECKS = np.array([1, 6, 11]) + 1 / 3  # numbers of the check points among the nodes of order LEAST
-EPS = float(np.finfo(float).eps)
 
 
 class Spectra(NamedTuple):
@@ -30,47 +29,6 @@ class Spectra(NamedTuple):
         """The place (values, families, k) of each mode by frequency among all, from 0."""
         flat = self.squares.reshape(len(self.squares), -1)
         return flat.argsort(axis=1).argsort(axis=1).reshape(self.squares.shape)
-
-
-@dataclass(frozen=True)
-class Lobatto:
-    """Chebyshev points of the second kind on -1 .. 1, ascending."""
-
-    nodes: np.ndarray  # (n,)
-    weights: np.ndarray  # (n,) barycentric
-    coefficients: np.ndarray  # (n, n) values -> Chebyshev coefficients
-    checks: np.ndarray  # (checks, n) values -> the interpolant at the check points
-    dense: np.ndarray  # (4 n - 3, n) values -> the interpolant at many points
-
-    def rows(self, x: np.ndarray) -> np.ndarray:
-        """Matrix (len(x), n): values at the nodes -> their interpolant at x."""
-        away = x[:, None] - self.nodes
-        hits = away == 0
-        away[hits.any(axis=1)] = np.inf
-        away[hits] = 1.0
-        terms = self.weights / away
-        return terms / terms.sum(axis=1, keepdims=True)
-
-
-CHECK_X = -np.cos(np.pi * CHECKS / LEAST)
-
-
-@lru_cache(maxsize=4)
-def lobatto(order: int) -> Lobatto:
-    """The points of an order, one more than it."""
-    j = np.arange(order + 1)
-    nodes = -np.cos(np.pi * j / order)
-    nodes[[0, order // 2, -1]] = -1.0, 0.0, 1.0
-    ends = np.where(j % order == 0, 0.5, 1.0)
-    T = np.cos(np.outer(j, np.arccos(nodes)))
-    empty = np.empty((0, order + 1))
-    points = Lobatto(nodes, ends * (-1.0) ** j, 2 / order * np.outer(ends, ends) * T, empty, empty)
-    return replace(points, checks=points.rows(CHECK_X), dense=points.rows(dense_points(order)))
-
-
-def dense_points(order: int) -> np.ndarray:
-    """Points on -1 .. 1 at which a piece is sampled: the nodes, and three between each two."""
-    return -np.cos(np.pi * np.arange(4 * order + 1) / (4 * order))
 
 
 class Block(NamedTuple):
@@ -118,6 +76,7 @@ class Piece:
     needed: np.ndarray  # (families, k) whether the mode is interpolated
     paired: np.ndarray  # (families, k) whether with the next one
     block: Block | None = None  # which is interpolated instead
+    characteristics: tuple[Characteristic | None, ...] = ()  # of families, likewise
 
     @property
     def order(self) -> int:
@@ -127,7 +86,7 @@ class Piece:
     @property
     def dense(self) -> np.ndarray:
         """Values of the variable at which the piece is sampled."""
-        return on_piece(self.low, self.high, dense_points(self.order))
+        return on_piece(self.low, self.high, lobatto(self.order).dense_nodes)
 
     def at(self, t: np.ndarray) -> tuple[Spectra, np.ndarray]:
         """The modes at values (n,) of the variable, and the errors (n, families, k) of omega^2 from
@@ -150,15 +109,26 @@ class Piece:
             for f, k, _, square in self._pairs(rows):
                 _, of_mean, of_square = self.errors[:, f, k]
                 error[:, f, k] = error[:, f, k + 1] = of_mean + of_root(square, of_square)
+        squares = self._squares(rows)
+        for f, one in enumerate(self.characteristics):
+            if one:
+                squares[:, f, : one.modes], change = one.roots(rows)
+                error = error.copy()
+                error[:, f, : one.modes] = np.maximum(TAIL * change, MISFIT * one.misfit)
         if len(self.needed) == 1:
             bending = np.clip(interpolated(rows, bending * kept), 0.0, 1.0)
         else:
             bending = np.broadcast_to(bending[0] * kept, own.shape)
-        return Spectra(self._squares(rows), own, bending), error
+        return Spectra(squares, own, bending), error
 
     def squares(self, t: np.ndarray) -> np.ndarray:
         """omega^2 (n, families, k) alone."""
-        return self._squares(lobatto(self.order).rows(self._local(t)))
+        rows = lobatto(self.order).rows(self._local(t))
+        squares = self._squares(rows)
+        for f, one in enumerate(self.characteristics):
+            if one:
+                squares[:, f, : one.modes] = one.roots(rows)[0]
+        return squares
 
     def _local(self, t: np.ndarray) -> np.ndarray:
         """Values of the variable on -1 .. 1."""
@@ -185,18 +155,8 @@ class Piece:
             yield f, k, rows @ ((lower + upper) / 2), rows @ (upper - lower) ** 2
 
 
-def interpolated(rows: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Values (n, ...) at the nodes -> by rows."""
-    return (rows @ values.reshape(len(values), -1)).reshape(len(rows), *values.shape[1:])
-
-
 def of_root(square: np.ndarray, error: np.ndarray) -> np.ndarray:
     """The error of half the root of a square with an error."""
     square = np.maximum(square, 0.0)
     below = np.sqrt(square) + np.sqrt(square + error)
     return error / np.maximum(2 * below, np.finfo(float).tiny)
-
-
-def on_piece(low: float, high: float, x: np.ndarray) -> np.ndarray:
-    """Points x of -1 .. 1 on a piece; its ends exactly."""
-    return np.where(x == 1, high, low + (high - low) * (x + 1) / 2)

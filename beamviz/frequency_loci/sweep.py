@@ -1,6 +1,7 @@
 """Solutions along one parameter of a beam, and their mode shapes as mass-weighted vectors."""
 
 import math
+import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
@@ -17,6 +18,7 @@ from beamviz.solver import (
     Problem,
     displacements,
     family_spectrum,
+    mesh_spectrum,
     parse_options,
     solve_many,
 )
@@ -194,6 +196,19 @@ class Sweep:
                     errors[i, f, :k] = outcome.omega_squared_errors[own]
         if not self.coupled:
             bending[:, 0], bending[:, 1] = 1.0, 0.0
+        return spectra
+
+    def mesh_spectra(self, values: np.ndarray) -> np.ndarray | None:
+        """omega^2 (n, 2, k) of all modes of the meshes at some values by family, infinite beyond
+        the last; None unless all but two, at the ends say, have equally many."""
+        found = [isinstance(one, Solution) and mesh_spectrum(one) for one in self.solve(values)]
+        known = [one for one in found if isinstance(one, np.ndarray)]
+        sizes = [one.shape[1] for one in known]
+        if len(known) < len(found) or sizes.count(statistics.mode(sizes)) < len(sizes) - 2:
+            return None
+        spectra = np.full((len(known), 2, max(sizes)), np.inf)
+        for row, one in zip(spectra, known, strict=True):
+            row[:, : one.shape[1]] = one
         return spectra
 
     def points(self, values: np.ndarray) -> Points:

@@ -14,7 +14,9 @@ from beamviz.beam import Beam, check_float, check_int
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
 from beamviz.solver.hp import displacements as displacements
 from beamviz.solver.hp import family_spectrum as family_spectrum
+from beamviz.solver.hp import mesh_spectrum as mesh_spectrum
 from beamviz.solver.hp import solve_hp
+from beamviz.solver.hp.equilibrium import is_small_strain as is_small_strain
 from beamviz.solver.problem import CHOICES, METHODS, OPTIONS, Problem, interruption
 from beamviz.solver.solution import Solution
 

@@ -22,7 +22,7 @@ from beamviz.errors import NotConverged
 EPS = float(np.finfo(float).eps)
 COMPRESSED = 16.0  # a shift for beams that may buckle: omega^2 of bending at rest is 12
 SHIFTS = tuple(COMPRESSED * 4.0**k for k in range(28))
-SUBSET = 32  # unknowns from which on a few eigenvectors come faster than all
+SUBSET = 40  # unknowns from which on a few eigenvectors come faster than all
 FAR_APART = 1e10  # ratio of eigenvalues whose vectors Z' Z does not separate well enough
 HIGHEST = 1e10  # times the lowest eigenvalue: modes above are rounding
 MAX_INDEFINITE = 400  # unknowns of an unstable gyroscopic problem: a twentieth of a second
@@ -39,8 +39,9 @@ def symmetric_modes(
     growing until that is positive definite: name one where K may not be (a compressed beam), for an
     eigenvalue near -shift takes the digits of the others. Raises NotConverged.
     """
-    nu, V, added = _largest(M, K, min(count, len(K)), shift)
-    return 1 / nu - added, V.T / np.sqrt(abs(nu))
+    count = min(count, len(K))
+    nu, V, added = _largest(M, K, count, shift)
+    return 1 / nu[:count] - added, V.T / np.sqrt(abs(nu[:count]))
 
 
 class FamilyModes(NamedTuple):
@@ -49,6 +50,7 @@ class FamilyModes(NamedTuple):
     omega_squared: np.ndarray  # (beams, 2, count) ascending
     V: np.ndarray  # (beams, 2, n, count) of unit modal mass
     size: np.ndarray  # (beams, 2, count) omega^2 + the shift: what was solved, and rounds
+    spectrum: np.ndarray  # (beams, 2, n) all omega^2; infinite where not solved for
 
 
 def family_modes(
@@ -60,16 +62,20 @@ def family_modes(
     count = min(count, n)
     root = 1 / np.sqrt(d)
     A = root[:, :, None] * G * root[:, None, :]
-    nu, V = np.empty((len(d), 2, count)), np.empty((len(d), 2, count, n))
+    nu, V = np.zeros((len(d), 2, n)), np.empty((len(d), 2, count, n))
     added = np.zeros((len(d), 2, 1))
     for k in range(len(d)):
-        nu[k, 0], V[k, 0], added[k, 0] = _largest(M[k], K[k], count, shift)
+        found, V[k, 0], added[k, 0] = _largest(M[k], K[k], count, shift)
+        nu[k, 0, : len(found)] = found
         values, vectors = symmetric(A[k])
-        nu[k, 1] = values[: -count - 1 : -1]
+        nu[k, 1] = values[::-1]
         np.multiply(vectors.T[: -count - 1 : -1], root[k], out=V[k, 1])
-    size = 1 / nu
+    with np.errstate(divide="ignore"):  # of the highest, which are rounding
+        sizes = 1 / nu
+    size = sizes[..., :count]
     V *= np.sqrt(abs(size))[..., None]
-    return FamilyModes(size - added, V.mT, size)
+    spectrum = sizes - added
+    return FamilyModes(spectrum[..., :count].copy(), V.mT, size, spectrum)
 
 
 def symmetric(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -87,7 +93,8 @@ def symmetric(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _largest(
     M: np.ndarray, K: np.ndarray, count: int, shift: float
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """The `count` largest nu (descending) of M v = nu (K + added M) v, each v a row, and added."""
+    """The largest nu (descending) of M v = nu (K + added M) v, `count` of the v, each a row, and
+    added."""
     for added in chain((shift,), SHIFTS):
         found = _definite(M, K + added * M if added else K, count)
         if found is not None:
@@ -102,8 +109,8 @@ def _largest(
 
 
 def _definite(M: np.ndarray, K: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray] | None:
-    """The `count` largest nu (descending) of M v = nu K v, each v a row; None if K is not
-    definite."""
+    """The largest nu (descending) of M v = nu K v, all of a small problem, and `count` of the v,
+    each a row; None if K is not definite."""
     # Transposed, symmetric matrices come as LAPACK wants them: no conversion.
     n = len(K)
     if n < SUBSET:
@@ -113,7 +120,7 @@ def _definite(M: np.ndarray, K: np.ndarray, count: int) -> tuple[np.ndarray, np.
         nu, V = nu[:count], V[:, :count]
     if 0 < info <= n:
         raise NotConverged(f"the eigenvalues did not converge (LAPACK: {info})")
-    return None if info else (nu[: -count - 1 : -1], V.T[: -count - 1 : -1])
+    return None if info else (nu[::-1], V.T[: -count - 1 : -1])
 
 
 class GyroscopicModes(NamedTuple):

@@ -6,6 +6,10 @@ it is a polynomial through beams near its Chebyshev points, checked at beams tha
 A piece that fails is halved, until every beam of it is solved. The error of an interpolated omega^2
 is that of the solver as the interpolation carries it on, plus SAFETY times the largest found by the
 checks.
+
+The interpolation of charts is another one: it chooses its nodes freely, in a variable in which the
+frequencies are smooth, and locates what lies between them. Here the nodes are beams of the sweep,
+whose outcomes are stored anyway, and thousands of lines share the weights of one grid.
 """
 
 from collections.abc import Iterable, Sequence

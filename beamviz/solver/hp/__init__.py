@@ -83,6 +83,12 @@ def family_spectrum(solution: Solution) -> tuple[np.ndarray, np.ndarray] | None:
     return found.family_squares, found.family_errors
 
 
+def mesh_spectrum(solution: Solution) -> np.ndarray | None:
+    """omega^2 of all modes of the mesh of each family, bending first, (2, n), infinite where not
+    solved for; None with Coriolis forces and by other methods."""
+    return solution.fields.found.spectrum if isinstance(solution.fields, Shapes) else None
+
+
 def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
     """Displacements (solutions, len(x), 2, modes) of solutions with equally many modes, each at
     places x (solutions, len(x)) of its own; of those on meshes of the same orders at once.

@@ -49,6 +49,7 @@ class StraightModes(NamedTuple):
     # Of as many modes of each family, bending first (..., 2, modes): None with Coriolis forces.
     family_squares: np.ndarray | None = None  # omega^2
     family_errors: np.ndarray | None = None  # of omega^2, from both
+    spectrum: np.ndarray | None = None  # (..., 2, n) all omega^2 of the mesh
 
     def of_each_beam(self) -> Iterator["StraightModes"]:
         """The beams of a stack one by one."""
@@ -124,7 +125,7 @@ def uncoupled_modes(
     """
     K, M, d, G, _ = matrices
     shift = 0.0 if beams.outward else eigen.COMPRESSED
-    omega_squared, v, size = eigen.family_modes(K, M, d, G, count, shift)
+    omega_squared, v, size, spectrum = eigen.family_modes(K, M, d, G, count, shift)
     scale = abs(omega_squared) + eigen.COMPRESSED
     tail = relative_tail(mesh, matrices, v, scale)
     times = size / size[..., :1]  # rounding falls on the high ones
@@ -133,8 +134,9 @@ def uncoupled_modes(
         size[:, 0] = np.vecmat(diagonal(K) + added * diagonal(M), v[:, 0] ** 2)
     truncation, rounding = _errors(mesh, state, scale, tail, size, times)
     if problem.softening:
-        softened = omega_squared if problem.chordwise else omega_squared[:, 1:]
-        softened -= beams.gamma**2 if beams.size == 1 else beams.gamma[..., None] ** 2
+        for softened in (omega_squared, spectrum):
+            own = softened if problem.chordwise else softened[:, 1:]
+            own -= beams.gamma**2 if beams.size == 1 else beams.gamma[..., None] ** 2
     families = omega_squared.reshape(len(omega_squared), -1)
     order = families.argsort(axis=-1)[:, :count]
     picks = order
@@ -153,6 +155,7 @@ def uncoupled_modes(
         rounding.take(picks),
         omega_squared,
         truncation + rounding,
+        spectrum,
     )
 
 

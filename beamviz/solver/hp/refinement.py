@@ -46,7 +46,9 @@ from beamviz.solver.problem import Problem
 REFINEMENTS = 8  # attempts at a beam
 STACKED = 2  # of them in stacks: the beams left then need care of their own
 CHUNK = 32  # beams that share a mesh: it is as fine as the hardest of them needs
+OWN_CHUNK, FINER = 80, 1.5  # beams with meshes of their own, that share orders; how much finer
 FEWEST, COARSER = 6, 0.75  # beams that get a coarser mesh; its share of the unknowns
+SPARED = 150  # unknowns that it spares in all: another stack takes as long
 DESIGNED = 8  # one in so many meshes is designed where only the place of the mass changes
 FEWER_DIGITS = 0.15  # asked of a shared mesh: most of its beams need less than the hardest
 MORE_DIGITS = 0.7  # for each further attempt, beyond those the last one missed
@@ -129,7 +131,8 @@ class Refinement:
             shared = len(set(beta[alpha > 0].tolist())) <= 1  # breaks at the mass, if at all
             hardness = (gamma / mu) ** 2 * (1 + abs(delta)) * (1 + alpha) if shared else beta
             order = together[hardness.argsort(kind="stable")]
-            chunks = [chunk.tolist() for chunk in np.array_split(order, -(-len(order) // CHUNK))]
+            chunk = CHUNK if shared else OWN_CHUNK
+            chunks = [chunk.tolist() for chunk in np.array_split(order, -(-len(order) // chunk))]
             stacks = self._on_one_mesh(chunks) if shared else self._on_own_meshes(chunks)
         for place in sorted(self.alone):
             if found := self._mesh([place]):
@@ -149,7 +152,10 @@ class Refinement:
                 groups.setdefault(found, []).extend(chunk)
             elif not (coarser := self._mesh(gentle)):
                 chunks.append([place for place in chunk if place != gentle[-1]])
-            elif sum(coarser[1]) < COARSER * sum(found[1]):
+            elif (
+                sum(coarser[1]) < COARSER * sum(found[1])
+                and (sum(found[1]) - sum(coarser[1])) * len(gentle) > SPARED
+            ):
                 chunks += [gentle, chunk[len(gentle) :]]
             else:
                 groups.setdefault(found, []).extend(chunk)
@@ -161,11 +167,16 @@ class Refinement:
         stacks = []
         for chunk in chunks:
             found = self._own_meshes(chunk)
-            for _, group in groupby(found, key=lambda pair: len(pair[1][1])):
+            groups = [list(own) for _, own in groupby(found, key=lambda pair: len(pair[1][1]))]
+            while groups:
+                group = groups.pop()
                 places, meshes = zip(*group, strict=True)
                 breaks, orders = zip(*meshes, strict=True)
                 common = tuple(map(max, zip(*orders, strict=True)))
-                if len(places) == 1:
+                if sum(common) * len(group) > FINER * sum(map(sum, orders)):
+                    half = len(group) // 2
+                    groups += [group[:half], group[half:]]
+                elif len(places) == 1:
                     stacks.append((list(places), make_mesh(*meshes[0])))
                 else:
                     stacks.append((list(places), make_meshes(np.array(breaks), common)))
@@ -226,8 +237,9 @@ class Refinement:
             alpha, beta, gamma, delta, mu = self.numbers[places].T[:, :, None]
             outward = bool((delta >= 0).all())
             beams = BeamStack(alpha, beta, gamma, delta, mu, len(places), outward)
-            designs = filter(None, map(self.designs.get, places))
-            extra, start = max(design.extra_digits for design in designs), None
+            designs = [self.designs[place] for place in places if place in self.designs]
+            others = designs or self.designs.values()  # between two that are designed
+            extra, start = max(design.extra_digits for design in others), None
         try:
             rho = inertia(mesh, beams)
             if problem.rigid_tension:

@@ -1,0 +1,69 @@
+"""Interpolation at Chebyshev points, and what its coefficients tell of its error."""
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+LEAST = 16  # order of the coarsest piece
+CHECKS = np.array([1, 6, 11]) + 1 / 3  # numbers of the check points among the nodes of order LEAST
+EPS = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class Lobatto:
+    """Chebyshev points of the second kind on -1 .. 1, ascending."""
+
+    nodes: np.ndarray  # (n,)
+    weights: np.ndarray  # (n,) barycentric
+    coefficients: np.ndarray  # (n, n) values -> Chebyshev coefficients
+    checks: np.ndarray  # (checks, n) values -> the interpolant at the check points
+    dense: np.ndarray  # (4 n - 3, n) values -> the interpolant at many points
+    dense_nodes: np.ndarray  # (4 n - 3,) these: the nodes, and three between each two
+
+    def rows(self, x: np.ndarray) -> np.ndarray:
+        """Matrix (len(x), n): values at the nodes -> their interpolant at x."""
+        away = x[:, None] - self.nodes
+        hits = away == 0
+        away[hits.any(axis=1)] = np.inf
+        away[hits] = 1.0
+        terms = self.weights / away
+        return terms / terms.sum(axis=1, keepdims=True)
+
+
+CHECK_X = -np.cos(np.pi * CHECKS / LEAST)
+
+
+@lru_cache(maxsize=16)
+def lobatto(order: int) -> Lobatto:
+    """The points of an order, one more than it."""
+    j = np.arange(order + 1)
+    nodes = -np.cos(np.pi * j / order)
+    nodes[[0, order // 2, -1]] = -1.0, 0.0, 1.0
+    ends = np.where(j % order == 0, 0.5, 1.0)
+    T = np.cos(np.outer(j, np.arccos(nodes)))
+    empty, dense = np.empty((0, order + 1)), -np.cos(np.pi * np.arange(4 * order + 1) / (4 * order))
+    coefficients = 2 / order * np.outer(ends, ends) * T
+    points = Lobatto(nodes, ends * (-1.0) ** j, coefficients, empty, empty, dense)
+    return replace(points, checks=points.rows(CHECK_X), dense=points.rows(dense))
+
+
+def tail_and_rates(coefficients: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
+    """The sums of the coefficients (n, ...) that are left out, as those of a geometric series, and
+    the factors by which the known ones fall in half the order; of rounding, as many are left out as
+    there are."""
+    tail = coefficients[-3:].max(axis=0)
+    middle = coefficients[order // 2 - 1 : order // 2 + 2].max(axis=0)
+    rates = np.clip(tail / np.maximum(middle, np.finfo(float).tiny), EPS, 1.0)
+    ratios = rates ** (2 / order)
+    return tail * ratios / np.maximum(1 - ratios, 1 / order), rates
+
+
+def interpolated(rows: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Values (n, ...) at the nodes -> by rows."""
+    return (rows @ values.reshape(len(values), -1)).reshape(len(rows), *values.shape[1:])
+
+
+def on_piece(low: float, high: float, x: np.ndarray) -> np.ndarray:
+    """Points x of -1 .. 1 on a piece; its ends exactly."""
+    return np.where(x == 1, high, low + (high - low) * (x + 1) / 2)
