@@ -26,7 +26,7 @@ from beamviz.solver.bent.tangent import BentBeam
 from beamviz.solver.continuation import Path, Root, continue_load
 from beamviz.solver.hp.mesh import Mesh, make_mesh
 
-SLOWER, SLOWEST = 0.6, 13  # ratio of speeds, and their number, where a stable state is looked for
+SLOWER, SLOWEST = 0.8, 30  # ratio of speeds, and their number, where a stable state is looked for
 PAST_BUCKLING = 1.002  # times the speed at which the straight state ends
 SMALLEST_STEP = 1e-4  # of the spin-up
 FIRST_ARC, LONGEST_ARC, MAX_ARCS = 0.01, 0.3, 300  # steps around limit points
