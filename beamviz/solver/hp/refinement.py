@@ -46,7 +46,7 @@ from beamviz.solver.problem import Problem
 REFINEMENTS = 8  # attempts at a beam
 STACKED = 2  # of them in stacks: the beams left then need care of their own
 CHUNK = 32  # beams that share a mesh: it is as fine as the hardest of them needs
-OWN_CHUNK, FINER = 80, 1.5  # beams with meshes of their own, that share orders; how much finer
+OWN_CHUNK, FINER = 48, 1.5  # beams with meshes of their own, that share orders; how much finer
 FEWEST, COARSER = 6, 0.75  # beams that get a coarser mesh; its share of the unknowns
 SPARED = 150  # unknowns that it spares in all: another stack takes as long
 DESIGNED = 8  # one in so many meshes is designed where only the place of the mass changes
