@@ -63,7 +63,7 @@ JOBS = {
     ),
     "steel beam 1.2 m x 30 mm x 5 mm at 600 rpm, in Hz": Job(
         4,
-        [button("no units"), button("steel beam"), typed("length", "1200"),
+        [button("Real beam…"), button("steel beam"), typed("length", "1200"),
          typed("rotation_speed", "600")],
         first_frequencies(STEEL),
     ),

@@ -187,7 +187,7 @@ class Comparison(Feature):
 
 THIS = "this beam"
 INVITATION = (
-    "A second beam on the same clock shows the effect of one change. "
+    "A second beam, drawn with this one, shows the effect of one change. "
     "Or drag the mass in the scene: the beam as it was before stays as an overlay."
 )
 LABELS = {NO_COMPARISON: "nothing", EARLIER: "the beam before", ANCF: "20 ANCF elements (paper)"}

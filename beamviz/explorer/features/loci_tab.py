@@ -33,7 +33,7 @@ SIGNS = {
 }
 PER_REV_HELP = (
     "A force spread over the beam like its weight, repeating k times per revolution, excites a mode"
-    " where the line k × speed intersects it."
+    " where the line k × speed intersects it. The chart with these lines is a Campbell diagram."
 )
 
 

@@ -73,7 +73,7 @@ class NumberControls:
             self.choose_range(name, number if is_finite(number) else 0.0, units)
             self.show(name, number)
         self.page.props("mu-row", hidden=units is not None)
-        self.page.html("units", "SI units" if units else "no units")
+        self.page.html("units", "SI units" if units else "Real beam…")
 
     def choose_range(self, name: str, number: float, units: Units | None) -> None:
         """Label and range of a slider. It covers four times the value of a real beam, and the full

@@ -16,12 +16,13 @@ from beamviz.solver import Solution
 STRIP, INSET = 42, 4  # [px] length of the drawing of a beam with its nodes, and of its ends
 MODES_HINT = (
     "The shapes in which the beam vibrates freely, each at its own frequency. Click one to see it"
-    " alone; the sliders mix several. B: bending, S: stretching."
+    " alone; the sliders mix several. B: bending, S: stretching. The errors are estimates of the"
+    " numerical error."
 )
 HEADING = (
     f'<div class="row"><h2>Natural modes</h2>{hint("natural modes", MODES_HINT)}'
     '<span class="space"></span>'
-    f"{button('All', data_set='all_modes', aria_label='All modes beside each other')}</div>"
+    f"{button('All', data_set='all_modes', aria_label='All modes, one above the other')}</div>"
     '<div id="mode-rows"></div>'
 )
 UNIT_HINT = hint("the unit", "× 1/T*, the beam's own unit of time: T* = √(ρ A L⁴ / E I).")
