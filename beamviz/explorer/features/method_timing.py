@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.drawing.text import Measure
+from beamviz.drawing.text import Measure, significant
 from beamviz.errors import BeamvizError
 from beamviz.explorer.features.loci_chart import Data, axis_data, sent
 from beamviz.explorer.page.html import button, checkbox, table
@@ -153,12 +153,17 @@ def swatch(name: str) -> str:
     return f'<b class="swatch {STYLES[name]}">{escape(name)}</b>'
 
 
+def milliseconds(seconds: float) -> str:
+    """A time with its unit."""
+    return f"{significant(1000 * seconds, 2)} ms"
+
+
 def cost(solution: Solution) -> str:
     """Elements, order, unknowns, time and largest relative error of a solution."""
     stats = solution.stats
     elements = f"{stats.elements} element{'s' if stats.elements > 1 else ''}"
     return (
-        f"{elements}, order {stats.order}, {stats.dof} unknowns, {1000 * stats.seconds:.2g} ms,"
+        f"{elements}, order {stats.order}, {stats.dof} unknowns, {milliseconds(stats.seconds)},"
         f" relative error {relative_error(solution):.0e}"
     )
 
@@ -186,7 +191,7 @@ def timing_data(timings: Sequence[Timing], solution: Solution | None) -> Data:
             "kind": "point",
             "x": 1000 * one.seconds,
             "y": in_frame(one.error),
-            "text": f"{one.method}, {one.resolution}: {1000 * one.seconds:.2g} ms, relative error"
+            "text": f"{one.method}, {one.resolution}: {milliseconds(one.seconds)}, relative error"
             f" {one.error:.0e}",
         }
         for one in good
@@ -229,7 +234,7 @@ def timing_table(timings: Sequence[Timing]) -> str:
         if good:
             best = min(good, key=lambda timing: timing.error)
             result = (
-                f"{1000 * best.seconds:.2g} ms",
+                milliseconds(best.seconds),
                 f"{best.error:.0e}",
                 best.resolution,
             )
