@@ -13,7 +13,7 @@ STATES = ("straight", "bent", "stable")
 MODEL = ("method", "strain", "curvature", "coriolis", "plane", "stiffening", "softening")
 
 # Called before each beam, or batch of beams: what it raises ends the calculation.
-interruption: ContextVar[Callable[[], None]] = ContextVar("interruption", default=lambda: None)
+interruption: ContextVar[Callable[[], object]] = ContextVar("interruption", default=bool)
 
 
 @dataclass(frozen=True)

@@ -137,7 +137,7 @@ class ServeProcess:
     """A running `beamviz serve`, with its own folder for temporary files."""
 
     def __init__(self, folder: Path, *options: str, processes: int = 2):
-        self.folder, self.processes, self.began = folder, processes, time.monotonic()
+        self.folder, self.processes = folder, processes
         command = ["serve", "--alpha", "1", "--beta", "0.5", "--gamma", "10", *options]
         self.process = subprocess.Popen(
             [sys.executable, "-m", "beamviz", *command, "--processes", str(processes)],
@@ -151,6 +151,7 @@ class ServeProcess:
         assert self.process.stdout
         line = self.process.stdout.readline()
         self.url = next(word for word in line.split() if word.startswith("http"))
+        self.began = time.monotonic()  # its workers have
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -23,7 +23,10 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="one process on 
 
 def open_sockets(pid: int) -> int:
     """The sockets that a process holds open."""
-    kinds = [os.readlink(file) for file in Path(f"/proc/{pid}/fd").iterdir()]
+    kinds = []
+    for file in Path(f"/proc/{pid}/fd").iterdir():
+        with contextlib.suppress(FileNotFoundError):  # closed meanwhile
+            kinds.append(os.readlink(file))
     return sum(kind.startswith("socket:") for kind in kinds)
 
 
