@@ -1,6 +1,7 @@
 """The tabs Frequencies and Veering in a running explorer, and the chart on the real page."""
 
 import math
+import threading
 from collections.abc import Iterator
 from typing import Any
 
@@ -13,6 +14,7 @@ from live.visitor import Visitor, frequency_text, pause, visitor
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
 from beamviz.explorer.features import loci_chart as charts
+from beamviz.explorer.features.veering import INVITATION, VeeringRequest
 from beamviz.scene import Scene
 
 FIRST = Scene(TIP)
@@ -87,6 +89,20 @@ def test_the_tab_veering_magnifies_the_nearest_event_until_one_is_chosen(url):
         guest.says("they cross at γ 4.464")
         guest.choose("gamma", 15.0)
         guest.says("they cross at γ 16.3")
+
+
+def test_no_event_is_denied_while_it_is_magnified(url, monkeypatch):
+    """Its button is there at once, the rest when it is computed."""
+    release, pairs = threading.Event(), VeeringRequest.pairs
+    monkeypatch.setattr(VeeringRequest, "pairs", lambda self: (release.wait(60), pairs(self))[1])
+    with visitor(url) as guest:
+        chart_shown(guest, TIP)
+        guest.do("tab", "tab-veering")
+        guest.says('data-set="go_to_event"')
+        pause(guest)
+        assert INVITATION not in guest.text
+        release.set()
+        guest.says("they cross at γ 4.464")
 
 
 # The chart on the page

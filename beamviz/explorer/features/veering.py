@@ -239,7 +239,8 @@ class VeeringTab(Feature):
         """Draw the event that was magnified last."""
         page, pairs = self.visitor.page, (answer.result or ()) if answer else ()
         page.props("veering-chart", hidden=not pairs)
-        tables = "" if pairs else message(answer)
+        is_coming = answer is None and bool(chart.events)
+        tables = "" if pairs or is_coming else message(answer)
         if answer and pairs:
             request = answer.request.chart
             captions = (sentence(pair, *request.measures) for pair in pairs)
