@@ -39,10 +39,26 @@ class Characteristic:
     def roots(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The lowest eigenvalues (n, modes) by interpolation `rows`, and by how much they change
         with the function by the tail; nan where there are fewer."""
-        points, D, V = self.points, _derivative(len(self.tail) - 1), rows @ self.values
+        D, V = _derivative(len(self.tail) - 1), rows @ self.values
         functions = V, V @ D.T, V @ D.T @ D.T  # and their derivatives
-        i, low, high, below, above = _brackets(points, functions)
-        value, slope, bend = (f[i] for f in functions)
+        i, *brackets = _brackets(self.points, functions)
+        at, change = self.refined(brackets, [f[i] for f in functions])
+        half = (self.high - self.low) / 2
+        s = self.low + half * (at + 1)
+        place = np.arange(len(i)) - np.searchsorted(i, i)
+        kept = place < self.modes
+        found = np.full((2, len(rows), self.modes), np.nan)
+        eigenvalues = np.stack((s**4 - self.shift, 4 * s**3 * half * change))
+        found[:, i[kept], place[kept]] = eigenvalues[:, kept]
+        return found[0], found[1]
+
+    def refined(
+        self, brackets: list[np.ndarray], functions: list[np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The root (n,) in each bracket by Newton's method, and by how much it changes with the
+        function by the tail: as one of two close roots where that is less."""
+        (low, high, below, above), (value, slope, bend) = brackets, functions
+        points, order = self.points, len(self.tail) - 1
         with np.errstate(divide="ignore", invalid="ignore"):
             at = np.where(below == above, low, low - below * (high - low) / (above - below))
             for _ in range(NEWTON_STEPS):
@@ -52,20 +68,10 @@ class Characteristic:
                 at = at - step
                 if not abs(step).max(initial=0.0) > SETTLED:
                     break
-            error = (
-                2 * self.tail[np.rint(np.arccos(-at) * (len(self.tail) - 1) / np.pi).astype(int)]
-            )
+            error = 2 * self.tail[np.rint(np.arccos(-at) * order / np.pi).astype(int)]
             left, slope, bend = (abs(np.vecdot(local, f)) for f in (value, slope, bend))
             double = np.sqrt(2 * (error + np.where(below == above, left, 0.0)) / bend)
-            change = np.fmin(error / slope, double)
-        half = (self.high - self.low) / 2
-        s = self.low + half * (at + 1)
-        place = np.arange(len(i)) - np.searchsorted(i, i)
-        kept = place < self.modes
-        found = np.full((2, len(rows), self.modes), np.nan)
-        eigenvalues = np.stack((s**4 - self.shift, 4 * s**3 * half * change))
-        found[:, i[kept], place[kept]] = eigenvalues[:, kept]
-        return found[0], found[1]
+            return at, np.fmin(error / slope, double)
 
 
 def _brackets(points: Lobatto, functions: tuple[np.ndarray, ...]) -> list[np.ndarray]:

@@ -5,6 +5,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from beamviz.solver import interpolation_matrix
+
 LEAST = 16  # order of the coarsest piece
 CHECKS = np.array([1, 6, 11]) + 1 / 3  # numbers of the check points among the nodes of order LEAST
 EPS = float(np.finfo(float).eps)
@@ -23,12 +25,7 @@ class Lobatto:
 
     def rows(self, x: np.ndarray) -> np.ndarray:
         """Matrix (len(x), n): values at the nodes -> their interpolant at x."""
-        away = x[:, None] - self.nodes
-        hits = away == 0
-        away[hits.any(axis=1)] = np.inf
-        away[hits] = 1.0
-        terms = self.weights / away
-        return terms / terms.sum(axis=1, keepdims=True)
+        return interpolation_matrix(x, self.nodes, self.weights)
 
 
 CHECK_X = -np.cos(np.pi * CHECKS / LEAST)

@@ -70,8 +70,9 @@ def test_no_visitor_can_open_a_public_tunnel(url):
         with plain_session() as (server, _, line):
             server.gui.configure_theme(show_share_button=False)
             line.send(encoded(type="ShareUrlRequest"))
-            wait_until(lambda: tunnel.called)
-            tunnel.return_value.on_connect.call_args[0][0](1)  # ends viser's thread
+            connected = tunnel.return_value.on_connect
+            wait_until(lambda: connected.called)
+            connected.call_args[0][0](1)  # ends viser's thread
         tunnel.reset_mock()
         assert close_code(url, encoded(type="ShareUrlRequest")) == POLICY_VIOLATION
         with run_server() as ours:

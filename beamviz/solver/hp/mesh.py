@@ -27,14 +27,14 @@ class Reference:
 
     def values(self, xi: np.ndarray) -> np.ndarray:
         """Matrix (..., p): values at the points -> their polynomial at each xi (...)."""
-        return _interpolation(xi, self.points, self.barycentric[1:] * (self.points + 1))
+        return interpolation_matrix(xi, self.points, self.barycentric[1:] * (self.points + 1))
 
     def integrals(self, xi: np.ndarray) -> np.ndarray:
         """Matrix (..., p): values at the points -> the integral from -1 to each xi (...)."""
-        return _interpolation(xi, self.nodes, self.barycentric)[..., 1:] @ self.integration
+        return interpolation_matrix(xi, self.nodes, self.barycentric)[..., 1:] @ self.integration
 
 
-def _interpolation(xi: np.ndarray, nodes: np.ndarray, barycentric: np.ndarray) -> np.ndarray:
+def interpolation_matrix(xi: np.ndarray, nodes: np.ndarray, barycentric: np.ndarray) -> np.ndarray:
     """Matrix (..., nodes): values at the nodes -> their interpolant at each xi (...), by Berrut &
     Trefethen (2004, eq. 4.2)."""
     away = xi[..., None] - nodes
