@@ -91,8 +91,7 @@ class BeamView:
         self.shapes, self.view, self.greyed = shapes, view, bool(warning)
         beam = shapes.beam
         self.section = section_size(beam, view.thicken)
-        middle = [0.0, 0.0, self.height] - camera.target(shapes, view.rotating_frame)
-        set_position(self.frame, middle)
+        self.ride(float(view.rotating_frame))
         self.surroundings.show(beam, rotating_frame=view.rotating_frame, dark=view.dark)
         self.reference.show(shapes, self.section, visible=view.ghosts)
         marked = shown if view.nodes and len(shown) == 1 and not warning else []
@@ -117,6 +116,13 @@ class BeamView:
         """Draw nothing."""
         self.frame.visible = False
 
+    def ride(self, share: float) -> None:
+        """Choose the view: 0 from outside, 1 from the rotating hub, or in between."""
+        self.share = share
+        outside, inside = (camera.target(self.shapes, rotating) for rotating in (False, True))
+        middle = (1 - share) * outside + share * inside
+        set_position(self.frame, [0.0, 0.0, self.height] - middle)
+
     def move(self, phases: np.ndarray, amplitudes: np.ndarray, angle: float) -> None:
         """Draw the beam at phases (m,) [rad] with amplitudes (m,), the hub rotated by angle [rad];
         in the rotating frame the ground rotates instead."""
@@ -126,7 +132,7 @@ class BeamView:
 
     def displace(self, moved: np.ndarray, largest: float, angle: float) -> None:
         """Draw the beam displaced by `moved` (n, 2), in colours that end at `largest`."""
-        shapes, rotating = self.shapes, self.view.rotating_frame
+        shapes = self.shapes
         points, normal = to_hub_frame(shapes, shapes.centreline + moved)
         pieces = beam_mesh.segments(points, normal, self.section)
         if self.greyed:
@@ -148,8 +154,8 @@ class BeamView:
         piece = min(shapes.mass, len(paint) - 1)
         along = {"batched_wxyzs": placed["batched_wxyzs"][piece : piece + 1]}
         set_properties(self.mass, {"batched_positions": points[at].astype(np.float32), **along})
-        set_orientation(self.surroundings.floor, axis_rotation(-angle if rotating else 0.0))
-        set_orientation(self.rotor, axis_rotation(0.0 if rotating else angle))
+        set_orientation(self.surroundings.floor, axis_rotation(-self.share * angle))
+        set_orientation(self.rotor, axis_rotation((1 - self.share) * angle))
 
     @property
     def beam(self) -> BatchedMeshHandle:
@@ -261,6 +267,11 @@ class AllModesView:
             self.count = 0
             for row in self.rows:
                 row.hide()
+
+    def ride(self, share: float) -> None:
+        """Choose the view: 0 from outside, 1 from the rotating hub, or in between."""
+        for row in self.rows[: self.count]:
+            row.ride(share)
 
     def move(self, phases: np.ndarray, amplitude: float, angle: float) -> None:
         """Draw every row at phases (m,) [rad] of its mode."""

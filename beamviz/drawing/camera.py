@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import astuple
 
 import numpy as np
 from viser import CameraHandle, InitialCameraConfig
@@ -22,6 +23,7 @@ RIM = 0.3  # greatest length [L] of the hub in the picture of the beam
 LIFT = 0.1  # share of half the height of a page left free above the beam for a label
 NEARER, FARTHER = 0.7, 1.15  # ratios of the best distance to the last: within, the camera stays
 TOLERANCE = 1e-3  # largest distance of two viewpoints taken as the same
+CHANGE_TIME = 0.9  # [s] of an eased change of view
 
 
 def span(shapes: SampledModes) -> tuple[float, float]:
@@ -112,9 +114,44 @@ def place(view: CameraHandle | InitialCameraConfig, camera: Camera) -> None:
     view.fov = FIELD_OF_VIEW
 
 
+class ViewChange:
+    """An eased change between the view from outside and the one from the rotating hub.
+
+    start, end: the cameras; rotating_frame: whether it ends on the hub; angle: of the hub [rad],
+    at most half a turn at the start and continuous from there on, so that the floor turns back the
+    short way.
+    """
+
+    def __init__(self, start: Camera, end: Camera, rotating_frame: bool):
+        self.start, self.end, self.rotating_frame = start, end, rotating_frame
+        self.elapsed = self.angle = 0.0
+
+    def step(self, elapsed: float, angle: float) -> None:
+        """Advance by `elapsed` [s], to the angle [rad] of the hub."""
+        self.elapsed += elapsed
+        self.angle += math.remainder(angle - self.angle, 2 * math.pi)
+
+    @property
+    def part(self) -> float:
+        """The part of the way that is done, with speed zero at both ends."""
+        time = min(self.elapsed / CHANGE_TIME, 1.0)
+        return time**2 * (3 - 2 * time)
+
+    @property
+    def rotating_share(self) -> float:
+        """Share of the view from the hub: 0 outside, 1 in the rotating frame."""
+        return self.part if self.rotating_frame else 1 - self.part
+
+    @property
+    def camera(self) -> Camera:
+        """The camera at the present moment."""
+        pairs = zip(astuple(self.start), astuple(self.end), strict=True)
+        return Camera(*(np.add(a, self.part * np.subtract(b, a)).tolist() for a, b in pairs))
+
+
 class PageCamera:
     """The camera of a page: it stays where the visitor moves it, and is fitted again on request
-    and when the picture has changed too much."""
+    and when the picture has changed too much. eased: whether a change of the frame takes time."""
 
     def __init__(self, view: CameraHandle):
         self.view = view
@@ -124,6 +161,8 @@ class PageCamera:
         self.provisional = False  # placed before the latest request was answered
         self.fitted_to: tuple = ()  # frame, plane, aspect and number of beams of the viewpoint
         self.distance = 0.0
+        self.eased = False
+        self.change: ViewChange | None = None  # under way
 
     def set_viewpoint(self, given: Camera | None) -> None:
         """Move to a viewpoint; None fits the beam into the page."""
@@ -140,15 +179,30 @@ class PageCamera:
         stays = NEARER * self.distance < distance < FARTHER * self.distance
         moved = fitted_to != self.fitted_to or not stays
         if self.requested or self.provisional or (moved and self.given is None):
+            turned = self.fitted_to and self.fitted_to[0] != rotating_frame
             self.fitted_to, self.distance = fitted_to, distance
             self.requested, self.provisional = False, not settled
             self.before, self.placed = self.placed, self.given or camera
-            place(self.view, self.placed)
+            if turned and self.eased:
+                start = Camera(self.view.position.tolist(), self.view.look_at.tolist())
+                self.change = ViewChange(start, self.placed, rotating_frame)
+            elif self.change:
+                self.change.end = self.placed
+            else:
+                place(self.view, self.placed)
+
+    def step(self, elapsed: float, angle: float) -> None:
+        """Advance a change of view by `elapsed` [s], to the angle [rad] of the hub."""
+        if self.change and self.change.part == 1:
+            self.change = None
+        if self.change:
+            self.change.step(elapsed, angle)
+            place(self.view, self.change.camera)
 
     @property
     def chosen(self) -> Camera | None:
         """The visitor's viewpoint, or None where the beam has been fitted into the page."""
-        if self.is_at(self.placed):
+        if self.change or self.is_at(self.placed):
             return self.given
         return Camera(*np.round([self.view.position, self.view.look_at], 4).tolist())
 
@@ -171,4 +225,5 @@ class PageCamera:
     def outdated(self) -> bool:
         """Whether the page has the camera at the placement before the last: its message crossed
         the last one, which viser does not send again."""
-        return self.is_at(self.before) and not self.is_at(self.placed)
+        crossed = self.is_at(self.before) and not self.is_at(self.placed)
+        return crossed and not self.change

@@ -120,14 +120,19 @@ class SceneView:
 
     def move(self, time: float) -> None:
         """Move everything to where the clock is, `time` [T*] later than before."""
+        angle = self.clock.angle
+        if change := self.camera.change:
+            angle = change.angle
+            self.scene.ride(change.rotating_share)
+            self.all_modes.ride(change.rotating_share)
         if self.run_up.driven:
             moved = self.run_up.displacement(time, self.shapes.beam.gamma)
             moved = interpolate(self.shapes.x, moved, self.scene.shapes.x)
-            self.scene.displace(moved, self.largest, self.clock.angle)
+            self.scene.displace(moved, self.largest, angle)
         else:
-            self.scene.move(self.clock.phases, self.amplitudes, self.clock.angle)
+            self.scene.move(self.clock.phases, self.amplitudes, angle)
         self.comparison.move(time, self.amplitudes)
-        self.all_modes.move(self.clock.phases, self.state.view.amplitude, self.clock.angle)
+        self.all_modes.move(self.clock.phases, self.state.view.amplitude, angle)
 
     @property
     def captions(self) -> list[Caption]:
@@ -144,7 +149,8 @@ class SceneView:
     def zoomed(self) -> bool:
         """Whether the camera has come so much nearer, or gone, that the beam is to be divided
         anew."""
-        return not 1 / ZOOMED < self.camera.scale / self.scale < ZOOMED
+        ratio = self.camera.scale / self.scale
+        return not (self.camera.change or 1 / ZOOMED < ratio < ZOOMED)
 
     @property
     def pace(self) -> float:
@@ -257,7 +263,8 @@ class Session:
         """Whether the next frame is needed, whatever happens until then."""
         visitor = self.visitor
         late = visitor.state is not visitor.shown or visitor.chart_answer is not visitor.answer
-        return late or self.is_moving or self.outdated or self.links.outdated
+        moving = self.is_moving or visitor.camera.change is not None
+        return late or moving or self.outdated or self.links.outdated
 
     @property
     def outdated(self) -> bool:
@@ -293,6 +300,7 @@ class Session:
                 self.charts_due = now + (REST if self.crowded() else 0.0)
             time = elapsed * self.view.pace if self.is_moving else 0.0
             self.view.clock.advance(time, self.view.shapes.frequencies, self.view.shapes.beam.gamma)
+            self.visitor.camera.step(elapsed, self.view.clock.angle)
             if self.presenter:
                 self.presenter.update_clock()
             self.view.move(time)
@@ -332,8 +340,9 @@ class Session:
 
     def take_preferences(self, preferences: Any) -> None:
         """Follow the preferences of the visitor's system, the words "dark" and "still" (reduced
-        motion); a dark scene stays dark."""
+        motion: at rest, and the view changes at once); a dark scene stays dark."""
         visitor, words = self.visitor, str(preferences).split()
+        visitor.camera.eased = "still" not in words
         with visitor.lock:
             state = visitor.state
             if "still" in words:

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from beamviz.beam import Beam
 from beamviz.drawing import BeamView, camera
 from beamviz.drawing.beam_mesh import to_hub_frame
-from beamviz.drawing.camera import PageCamera
+from beamviz.drawing.camera import CHANGE_TIME, PageCamera
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.objects import HIDDEN, mass_size, section_size
 from beamviz.drawing.surroundings import floor_radius, hub_radius
@@ -138,6 +138,34 @@ def test_a_viewpoint_that_crossed_a_message_of_the_page_is_chosen_again():
     assert page_camera.outdated
     view.position = (1.0, -2.0, 1.0)
     assert not page_camera.outdated
+
+
+def test_a_change_of_view_is_eased(scene):
+    """Camera, place and floor go from one view to the other in small steps, with the hub at more
+    than half a turn, which passes a whole one meanwhile."""
+    view: Any = SimpleNamespace(aspect=1.8, image_height=900)
+    page_camera, shapes = PageCamera(view), sampled(Beam(gamma=3))
+    page_camera.eased = True
+    page_camera.look_at(shapes, False, [0.0], settled=True)
+    outside = np.array(view.position)
+    scene.show(shapes, ViewOptions(), [0])
+    view.position, view.look_at = np.array(view.position), np.array(view.look_at)
+    page_camera.look_at(shapes, True, [0.0], settled=True)
+    assert np.allclose(view.position, outside)
+    path, places, angle, rest = [], [], 6.0, np.zeros(len(shapes.modes))
+    while page_camera.change:
+        page_camera.step(CHANGE_TIME / 40, angle := (angle + 0.02) % (2 * np.pi))
+        path.append(np.array(view.position))
+        if change := page_camera.change:
+            scene.ride(change.rotating_share)
+            scene.move(rest, rest, change.angle)
+            floor = scene.surroundings.floor.wxyz
+            places.append([*scene.frame.position, 2 * math.atan2(floor[3], floor[0])])
+    assert np.allclose(path[-1], camera.fitted(shapes, True, view.aspect).position)
+    assert np.allclose(places[-1], [*-camera.target(shapes, True), 0.02 - angle], atol=1e-5)
+    for points in (path, places):
+        ways = np.abs(np.diff(points, axis=0))
+        assert ways.max() < 0.05 * np.linalg.norm(np.ptp(points, axis=0))
 
 
 def test_an_arrow_shows_the_speed_where_there_is_one(scene):
