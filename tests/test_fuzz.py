@@ -23,7 +23,10 @@ FAILED = {
 }
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.slow] * (name == "loci, wild")) for name in CASES],
+)
 def test_every_input_has_an_outcome(name):
     """Those that once failed and a few more; scripts/fuzz.py draws many of the same kind."""
     check, strategies = CASES[name]

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import matplotlib
+import pytest
 from matplotlib import pyplot
 from PIL import Image
 
@@ -19,6 +20,7 @@ def pictures(cell):
     return [base64.b64decode(one["image/png"]) for one in data if "image/png" in one]
 
 
+@pytest.mark.slow
 def test_the_outputs_are_those_of_the_code(tmp_path, monkeypatch, capsys):
     """Cell by cell in one namespace: the text is the same, each figure has a picture."""
     monkeypatch.chdir(tmp_path)

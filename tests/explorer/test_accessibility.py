@@ -130,6 +130,7 @@ def test_axe_finds_nothing_serious_and_the_focus_is_seen(shown, size, scheme):
     assert found == []
 
 
+@pytest.mark.slow
 def test_every_control_is_reached_and_seen_by_keyboard(shown):
     """Tab goes through all of them, each with a focus ring; an arrow key moves a slider."""
     shown.resize(*DESK)

@@ -167,6 +167,7 @@ def test_a_command_is_run_by_its_name(shown):
     shown.wait(f"{SHOWN}.join() === 'B2'")
 
 
+@pytest.mark.slow
 def test_a_lost_connection_is_said_and_found_again():
     """The scene stays as long; a server that comes back shows what the visitor had chosen."""
     lost = "document.getElementById('offline').open"

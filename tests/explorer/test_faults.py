@@ -109,6 +109,7 @@ def test_tabs_closed_in_the_middle_of_a_picture(url, other, frame_loops):
     alone(frame_loops)
 
 
+@pytest.mark.slow
 def test_tabs_closed_in_the_middle_of_a_solution(url, other, frame_loops):
     """A later visitor gets an answer."""
     for _ in range(8):

@@ -191,6 +191,7 @@ def test_a_file_that_is_no_scene_changes_nothing(url, text, reason):
         assert saved(guest) == FIRST
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_a_file_chosen_in_the_page_is_loaded(url, tmp_path):
     """With signs that JSON and UTF-8 encode; one that is too large is named, with the limit."""

@@ -76,6 +76,7 @@ def test_what_is_to_be_done_points_at_controls(one):
     assert points(one.do) or tabs(one)
 
 
+@pytest.mark.slow
 def test_a_lesson_brings_its_scene(guest):
     """The table is that of its beam and model."""
     for one in LESSONS:

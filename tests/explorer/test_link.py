@@ -134,6 +134,7 @@ def test_a_wrong_link_says_so(url):
         guest.says(frequency_text(PAPER))
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_the_page_follows_its_link_and_keeps_it_up_to_date(url):
     """The question of a lesson; a key turns to its meaning; an edit is in the address, and undone

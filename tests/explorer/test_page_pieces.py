@@ -88,6 +88,7 @@ def is_whole(beam: np.ndarray) -> bool:
     return sizes.max() > 0.97 * beam.sum() > 0 and np.ptp(across) > 0.4 * beam.shape[1]
 
 
+@pytest.mark.slow
 def test_a_saved_picture_is_what_is_seen(shown, tmp_path):
     """This moment, from here, on the background of the page."""
     pixels = saved(shown)
@@ -95,6 +96,7 @@ def test_a_saved_picture_is_what_is_seen(shown, tmp_path):
     assert np.abs(pixels - seen(shown, tmp_path / "page.png")).max() < 0.05
 
 
+@pytest.mark.slow
 def test_the_beam_stays_whole_while_its_pieces_change(shown, tmp_path):
     """From few to many and back, paused and in motion: in every frame there is one set of pieces
     and it is a whole beam in the picture; pictures of two modes differ."""

@@ -65,6 +65,7 @@ def test_all_read_the_lesson_of_the_presenter(url):
         assert lesson("nodes").proof in one.text
 
 
+@pytest.mark.slow
 def test_a_student_leaves_to_explore_and_comes_back(url):
     """From where the presenter is; nobody else moves; and back with one tick."""
     with visitor(f"{url}/?token={PRESENTER}") as lead, visitor(url) as one, visitor(url) as other:

@@ -228,6 +228,7 @@ def test_a_page_plays_from_the_disk_without_a_network(document):
         assert shown.problems == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "scene",
     [

@@ -63,6 +63,7 @@ def test_a_limit_point_of_the_spin_up():
 SHORT = Beam(delta=-0.5, mu=10, gamma=4.45)  # it bears a bent state up to gamma = 4.508896
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("over", "values"),
     [

@@ -176,6 +176,7 @@ def test_moment_balance_agrees_with_the_eigenvalue():
     assert balanced == pytest.approx(squares, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("curvature", CURVATURE)
 def test_a_march_from_the_tip_finds_the_same_frequencies(curvature):
     """Two motions free at the tip, marched to the clamp: some mixture of them has w = theta = 0.
@@ -230,6 +231,7 @@ EXTREMES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("curvature", CURVATURE)
 @pytest.mark.parametrize("beam", EXTREMES, ids=str)
 def test_extremes_are_resolved(beam, curvature):

@@ -161,6 +161,7 @@ def test_annotations_cover_nothing(figure):
         assert not ((lines > box.min) & (lines < box.max)).all(axis=1).any()
 
 
+@pytest.mark.slow
 def test_some_names_only(tmp_path, capsys):
     """Only what is named is written; the index is of all that is there, in the paper's order."""
     assert main(["reproduce", "table4", "--out", str(tmp_path)]) == 0
@@ -173,6 +174,7 @@ def test_some_names_only(tmp_path, capsys):
     assert len(list(tmp_path.iterdir())) == 2 + 3 + 3 + 1
 
 
+@pytest.mark.slow
 def test_the_same_files_every_time(tmp_path):
     """Nothing depends on the time or on chance."""
     for name in ("one", "two"):

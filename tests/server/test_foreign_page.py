@@ -80,6 +80,7 @@ def test_a_foreign_page_cannot_drive_a_session(foreign, url):
     assert not opens(foreign, url)
 
 
+@pytest.mark.slow
 def test_a_foreign_page_cannot_use_the_cookie_of_a_visitor(foreign):
     """The browser holds the key, and the page cannot make it use it."""
     with explorer(Scene(Beam()), visitor_key=KEY) as found, page(found) as shown:

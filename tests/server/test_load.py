@@ -34,6 +34,7 @@ def test_every_visitor_is_served(visit):
     assert min(len(visitor.answers) for visitor in visitors) > 0
 
 
+@pytest.mark.slow
 def test_frames_are_shared_evenly(visit):
     """However slow the machine, no visitor gets half the frames of another."""
     visitors, _ = visit

@@ -83,6 +83,7 @@ def test_the_limit_of_visitors_is_for_all_processes_together(hall):
         assert BEAM in guest.nodes
 
 
+@pytest.mark.slow
 def test_a_worker_that_dies_is_replaced(hall):
     """Its visitor is disconnected and comes back; the others do not notice; one line is printed."""
     time.sleep(max(0.0, hall.began + MIN_LIFETIME - time.monotonic()))
@@ -126,6 +127,7 @@ def test_all_end_together_and_leave_nothing(tmp_path, number):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("after", [0.8, *slow(0.0, 0.2, 0.5, 1.1)])
 def test_they_end_at_any_moment(tmp_path, after):
     """While they are imported or started; nothing is left, and no traceback."""

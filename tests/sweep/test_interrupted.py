@@ -102,6 +102,7 @@ def test_interrupted(number, undisturbed, tmp_path):
     assert contents(store) == undisturbed
 
 
+@pytest.mark.slow
 def test_no_room(undisturbed, tmp_path):
     """A file may not become large enough: one line, what is written stays; with room it goes on."""
     store = tmp_path / "a.zarr"
