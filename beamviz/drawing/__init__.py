@@ -91,7 +91,7 @@ class BeamView:
         self.shapes, self.view, self.greyed = shapes, view, bool(warning)
         beam = shapes.beam
         self.section = section_size(beam, view.thicken)
-        self.ride(float(view.rotating_frame))
+        self.choose_frame(float(view.rotating_frame))
         self.surroundings.show(beam, rotating_frame=view.rotating_frame, dark=view.dark)
         self.reference.show(shapes, self.section, visible=view.ghosts)
         marked = shown if view.nodes and len(shown) == 1 and not warning else []
@@ -116,8 +116,8 @@ class BeamView:
         """Draw nothing."""
         self.frame.visible = False
 
-    def ride(self, share: float) -> None:
-        """Choose the view: 0 from outside, 1 from the rotating hub, or in between."""
+    def choose_frame(self, share: float) -> None:
+        """Choose the frame: 0 fixed, 1 rotating with the hub, or in between."""
         self.share = share
         outside, inside = (camera.target(self.shapes, rotating) for rotating in (False, True))
         middle = (1 - share) * outside + share * inside
@@ -268,10 +268,10 @@ class AllModesView:
             for row in self.rows:
                 row.hide()
 
-    def ride(self, share: float) -> None:
-        """Choose the view: 0 from outside, 1 from the rotating hub, or in between."""
+    def choose_frame(self, share: float) -> None:
+        """Choose the frame: 0 fixed, 1 rotating with the hub, or in between."""
         for row in self.rows[: self.count]:
-            row.ride(share)
+            row.choose_frame(share)
 
     def move(self, phases: np.ndarray, amplitude: float, angle: float) -> None:
         """Draw every row at phases (m,) [rad] of its mode."""

@@ -123,8 +123,8 @@ class SceneView:
         angle = self.clock.angle
         if change := self.camera.change:
             angle = change.angle
-            self.scene.ride(change.rotating_share)
-            self.all_modes.ride(change.rotating_share)
+            self.scene.choose_frame(change.rotating_share)
+            self.all_modes.choose_frame(change.rotating_share)
         if self.run_up.driven:
             moved = self.run_up.displacement(time, self.shapes.beam.gamma)
             moved = interpolate(self.shapes.x, moved, self.scene.shapes.x)

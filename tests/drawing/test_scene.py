@@ -157,7 +157,7 @@ def test_a_change_of_view_is_eased(scene):
         page_camera.step(CHANGE_TIME / 40, angle := (angle + 0.02) % (2 * np.pi))
         path.append(np.array(view.position))
         if change := page_camera.change:
-            scene.ride(change.rotating_share)
+            scene.choose_frame(change.rotating_share)
             scene.move(rest, rest, change.angle)
             floor = scene.surroundings.floor.wxyz
             places.append([*scene.frame.position, 2 * math.atan2(floor[3], floor[0])])
