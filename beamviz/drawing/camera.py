@@ -117,19 +117,23 @@ def place(view: CameraHandle | InitialCameraConfig, camera: Camera) -> None:
 class ViewChange:
     """An eased change between the view from outside and the one from the rotating hub.
 
-    start, end: the cameras; rotating_frame: whether it ends on the hub; angle: of the hub [rad],
-    at most half a turn at the start and continuous from there on, so that the floor turns back the
-    short way.
+    start, end: the cameras; shares: of the view from the hub, at the start and at the end; angle:
+    of the hub [rad], at most half a turn at the start and continuous from there on, so that the
+    floor turns back the short way.
     """
 
-    def __init__(self, start: Camera, end: Camera, rotating_frame: bool):
-        self.start, self.end, self.rotating_frame = start, end, rotating_frame
-        self.elapsed = self.angle = 0.0
+    def __init__(self, start: Camera, end: Camera, shares: tuple[float, float], angle: float):
+        self.start, self.end, self.shares, self.angle = start, end, shares, angle
+        self.elapsed = 0.0
 
     def step(self, elapsed: float, angle: float) -> None:
         """Advance by `elapsed` [s], to the angle [rad] of the hub."""
         self.elapsed += elapsed
-        self.angle += math.remainder(angle - self.angle, 2 * math.pi)
+        self.angle = self.continued(angle)
+
+    def continued(self, angle: float) -> float:
+        """An angle [rad] with the turns that bring it nearest to that of the hub."""
+        return self.angle + math.remainder(angle - self.angle, 2 * math.pi)
 
     @property
     def part(self) -> float:
@@ -140,7 +144,8 @@ class ViewChange:
     @property
     def rotating_share(self) -> float:
         """Share of the view from the hub: 0 outside, 1 in the rotating frame."""
-        return self.part if self.rotating_frame else 1 - self.part
+        start, end = self.shares
+        return start + self.part * (end - start)
 
     @property
     def camera(self) -> Camera:
@@ -184,12 +189,19 @@ class PageCamera:
             self.requested, self.provisional = False, not settled
             self.before, self.placed = self.placed, self.given or camera
             if turned and self.eased:
-                start = Camera(self.view.position.tolist(), self.view.look_at.tolist())
-                self.change = ViewChange(start, self.placed, rotating_frame)
+                self.change = self.changed(self.placed, rotating_frame)
             elif self.change:
                 self.change.end = self.placed
             else:
                 place(self.view, self.placed)
+
+    def changed(self, end: Camera, rotating_frame: bool) -> ViewChange:
+        """A change of view from where the camera is, also in the middle of another one."""
+        share, last = float(rotating_frame), self.change
+        if last:
+            return ViewChange(last.camera, end, (last.rotating_share, share), last.angle)
+        start = Camera(self.view.position.tolist(), self.view.look_at.tolist())
+        return ViewChange(start, end, (1 - share, share), 0.0)
 
     def step(self, elapsed: float, angle: float) -> None:
         """Advance a change of view by `elapsed` [s], to the angle [rad] of the hub."""

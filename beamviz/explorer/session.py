@@ -121,7 +121,8 @@ class SceneView:
     def move(self, time: float) -> None:
         """Move everything to where the clock is, `time` [T*] later than before."""
         angle = self.clock.angle
-        if change := self.camera.change:
+        change = self.camera.change
+        if change:
             angle = change.angle
             self.scene.choose_frame(change.rotating_share)
             self.all_modes.choose_frame(change.rotating_share)
@@ -131,7 +132,7 @@ class SceneView:
             self.scene.displace(moved, self.largest, angle)
         else:
             self.scene.move(self.clock.phases, self.amplitudes, angle)
-        self.comparison.move(time, self.amplitudes)
+        self.comparison.move(time, self.amplitudes, change)
         self.all_modes.move(self.clock.phases, self.state.view.amplitude, angle)
 
     @property
@@ -295,12 +296,14 @@ class Session:
         self.run_up.step(elapsed)
         with self.visitor.client.atomic():
             self.visitor.update_controls()
+            change = self.visitor.camera.change
             if self.scene_outdated:
                 self.draw()
                 self.charts_due = now + (REST if self.crowded() else 0.0)
             time = elapsed * self.view.pace if self.is_moving else 0.0
             self.view.clock.advance(time, self.view.shapes.frequencies, self.view.shapes.beam.gamma)
-            self.visitor.camera.step(elapsed, self.view.clock.angle)
+            begun = self.visitor.camera.change is change  # before this frame
+            self.visitor.camera.step(elapsed if begun else 0.0, self.view.clock.angle)
             if self.presenter:
                 self.presenter.update_clock()
             self.view.move(time)

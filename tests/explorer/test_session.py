@@ -2,8 +2,10 @@
 
 import re
 import threading
+from typing import Any
 
 import numpy as np
+import pytest
 from live.visitor import BEAM, PAPER, beam_moved, frequency_text, pause, visitor
 
 from beamviz.beam import NUMBERS, Beam, Units
@@ -11,6 +13,7 @@ from beamviz.drawing.text import rounded_to_error
 from beamviz.explorer import frames, jobs, session
 from beamviz.explorer import visitor as visitor_module
 from beamviz.explorer.app import explorer
+from beamviz.explorer.features.comparison import DOUBLE
 from beamviz.explorer.page import page
 from beamviz.scene import Scene
 from beamviz.solver import solve
@@ -35,6 +38,30 @@ def test_sliders_and_exact_fields_agree(url):
         guest.says(frequency_text(PAPER.replace(gamma=120)))
         guest.choose("alpha", 2.5)
         guest.says(frequency_text(PAPER.replace(gamma=120, alpha=2.5)))
+
+
+@pytest.mark.parametrize("still", [False, True])
+def test_a_change_of_view_takes_several_pictures_unless_motion_is_reduced(url, still):
+    """Of both beams where two are drawn, from the first picture on, while nothing else moves."""
+    with visitor(url) as guest:
+        guest.do("preferences", "still" if still else "")
+        guest.choose("comparison", DOUBLE)
+        guest.do("stacked", True)
+        guest.wait(lambda _: "/other/rotor/beam/16" in guest.nodes)
+        pause(guest)
+        places: dict[str, list[float]] = {"/scene": [], "/other": []}
+        guest.choose("rotating_frame", False)
+
+        def arrived(messages: list[dict[str, Any]]) -> bool:
+            for message in messages:
+                if message["type"] == "SetPositionMessage" and message["name"] in places:
+                    places[message["name"]].append(message["position"][0])
+            return all(xs and xs[-1] == 0.0 for xs in places.values())
+
+        guest.wait(arrived)
+        for xs in places.values():
+            assert (len(xs) == 1) == still
+            assert still or (xs[0] < -0.45 and np.diff(xs).max() < 0.2)
 
 
 def test_a_hint_says_what_a_slider_does_to_the_beam(url):

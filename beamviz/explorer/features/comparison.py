@@ -12,6 +12,7 @@ import numpy as np
 
 from beamviz.drawing import BeamView, OverlayBeam
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion
+from beamviz.drawing.camera import ViewChange
 from beamviz.drawing.modes import Clock, SampledModes, amplitudes
 from beamviz.drawing.objects import Caption
 from beamviz.drawing.text import frequencies
@@ -164,15 +165,20 @@ class Comparison(Feature):
         if self.scene:
             self.scene.hide()
 
-    def move(self, time: float, amplitudes: np.ndarray) -> None:
-        """Advance by `time` [T*], with the amplitudes (m,) of the first beam."""
+    def move(self, time: float, amplitudes: np.ndarray, change: ViewChange | None = None) -> None:
+        """Advance by `time` [T*], with the amplitudes (m,) of the first beam and in a change of
+        view."""
         shapes = self.shapes
         if shapes is None:
             return
         self.clock.advance(time, shapes.frequencies, shapes.beam.gamma)
         moving = self.scene if self.visitor.state.stacked and self.scene else self.overlay
+        angle = self.clock.angle
+        if change and moving is self.scene:
+            angle = change.continued(angle)
+            self.scene.ride(change.rotating_share)
         if moving:
-            moving.move(self.clock.phases, self.transferred(amplitudes, 0.0), self.clock.angle)
+            moving.move(self.clock.phases, self.transferred(amplitudes, 0.0), angle)
 
     def transferred(self, values: np.ndarray, default: float) -> np.ndarray:
         """Values (m,) of the modes of the first beam, for the modes (m',) of the second."""
