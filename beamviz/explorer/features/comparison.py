@@ -176,7 +176,7 @@ class Comparison(Feature):
         angle = self.clock.angle
         if change and moving is self.scene:
             angle = change.continued(angle)
-            self.scene.ride(change.rotating_share)
+            self.scene.choose_frame(change.rotating_share)
         if moving:
             moving.move(self.clock.phases, self.transferred(amplitudes, 0.0), angle)
 
