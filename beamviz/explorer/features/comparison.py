@@ -172,12 +172,11 @@ class Comparison(Feature):
         if shapes is None:
             return
         self.clock.advance(time, shapes.frequencies, shapes.beam.gamma)
-        moving = self.scene if self.visitor.state.stacked and self.scene else self.overlay
-        angle = self.clock.angle
-        if change and moving is self.scene:
+        angle, scene = self.clock.angle, self.scene if self.visitor.state.stacked else None
+        if change and scene:
             angle = change.continued(angle)
-            self.scene.choose_frame(change.rotating_share)
-        if moving:
+            scene.choose_frame(change.rotating_share)
+        if moving := scene or self.overlay:
             moving.move(self.clock.phases, self.transferred(amplitudes, 0.0), angle)
 
     def transferred(self, values: np.ndarray, default: float) -> np.ndarray:
