@@ -133,14 +133,23 @@ def test_a_spin_up_beyond_the_limit_of_an_outward_beam():
     assert spins_up.value.limit == straight.value.limit
 
 
-def test_a_spin_up_beyond_its_limit_point():
+@pytest.mark.parametrize(
+    ("beam", "strain", "beyond", "limit", "end"),
+    [
+        (Beam(delta=-0.5, mu=10, gamma=4.45), "hencky", 1.0, 0.53, "collapses"),
+        # Drawn out to 12 times its length, clamped almost on the axis: nothing holds it there.
+        (Beam(3.307, 1, 32.61, -0.002792, 12.04), "green", -3.09, -0.87, "winds around"),
+    ],
+)
+def test_a_spin_up_beyond_its_limit_point(beam, strain, beyond, limit, end):
     """No equilibrium: a state up to the spin-up that the message names, and the way on around the
     limit point leads to no stable one."""
-    beam, options = Beam(delta=-0.5, mu=10, gamma=4.45), {"strain": "hencky", "state": "stable"}
-    with pytest.raises(NoEquilibrium, match=r"beyond spin_up = 0\.53\d+, to which") as error:
-        solve(beam.replace(spin_up=1.0), **options)
+    options = {"strain": strain, "state": "stable", "modes": 2}
+    expected = rf"beyond spin_up = {limit}\d+, to which .* then the beam {end}"
+    with pytest.raises(NoEquilibrium, match=expected) as error:
+        solve(beam.replace(spin_up=beyond), **options)
     assert np.isnan(error.value.limit)
-    assert solve(beam.replace(spin_up=0.53), **options).equilibrium.stable
+    assert solve(beam.replace(spin_up=limit), **options).equilibrium.stable
 
 
 def test_shapes_are_orthonormal_and_pickle():

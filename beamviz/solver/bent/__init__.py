@@ -34,7 +34,7 @@ from beamviz.solver.bent.paths import (
     state_at,
     states_on_both_sides,
 )
-from beamviz.solver.bent.tangent import BentBeam, Tangent
+from beamviz.solver.bent.tangent import BentBeam
 from beamviz.solver.hp import solve_hp
 from beamviz.solver.hp.mesh import Mesh
 from beamviz.solver.problem import Problem, interruption
@@ -262,7 +262,8 @@ def _state_near(beam: Beam, problem: Problem, near: State | None) -> State | Non
 def _modes(state: State, count: int) -> BentModes:
     beam, problem = state.beam.beam, state.beam.problem
     return bent_modes(
-        state.tangent,
+        state.tangent.K,
+        state.beam.displacements(state.q),
         state.beam.scale,
         beam.gamma,
         problem.gyroscopic,
@@ -297,26 +298,27 @@ def _errors(state: State, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:
     """
     bent, omega, V = state.beam, modes.frequencies, modes.V
     squares = -((modes.growth_rates + 1j * omega) ** 2)
-    exact = _energies(state, state.tangent, V)
+    K, B = state.tangent.K, bent.displacements(state.q)
+    exact = _energies(state, K, B, V)
     stiffness, _, inertia = exact
     size = abs(squares) * inertia + abs(stiffness)
     truncation = np.zeros_like(omega)
     for parity in (0, 1):
-        lower = bent.tangent(state.q - tails(bent, state.q, parity))
+        lower = state.q - tails(bent, state.q, parity)
         for energies in (
-            _energies(state, lower, V),
-            _energies(state, state.tangent, V - tails(bent, V, parity)),
+            _energies(state, bent.tangent(lower).K, bent.displacements(lower), V),
+            _energies(state, K, B, V - tails(bent, V, parity)),
         ):
             dK, dG, dM = energies - exact
             truncation += abs(dK + omega * dG - squares * dM) * 2 * abs(squares) / size
-    rounding = (abs(np.diag(state.tangent.K))[:, None] * abs(V) ** 2).sum(axis=0)
+    rounding = (abs(np.diag(K))[:, None] * abs(V) ** 2).sum(axis=0)
     return TRUNCATION_FACTOR * truncation, ROUNDING_FACTOR * EPS * rounding
 
 
-def _energies(state: State, tangent: Tangent, V: np.ndarray) -> np.ndarray:
+def _energies(state: State, K: np.ndarray, B: np.ndarray, V: np.ndarray) -> np.ndarray:
     """Stiffness v' K v, gyroscopic and inertia terms (3, modes) of shapes."""
-    moved = tangent.B @ V  # (2, m, modes)
-    stiffness = (V.conj() * (tangent.K @ V)).sum(axis=0).real
+    moved = B @ V  # (2, m, modes)
+    stiffness = (V.conj() * (K @ V)).sum(axis=0).real
     coriolis = 2 * state.beam.beam.gamma if state.beam.problem.gyroscopic else 0.0
     swirl = (moved[1].conj() * moved[0] - moved[0].conj() * moved[1]).sum(axis=0)
     inertia = (abs(moved) ** 2).sum(axis=(0, 1))
@@ -332,7 +334,7 @@ def _solution(
     start: float,
 ) -> Solution:
     bent, grid = state.beam, state.beam.mesh.grid
-    moved = state.tangent.B @ modes.V
+    moved = bent.displacements(state.q) @ modes.V
     theta = (bent.R @ bent.split(state.q)[1])[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
     # An Euler force may make vibrations grow; unstable is a state that is left without vibration.

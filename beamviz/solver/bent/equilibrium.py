@@ -19,6 +19,7 @@ from beamviz.solver.hp.mesh import make_mesh
 
 DESCENT_STEPS, NEWTON_STEPS, STRAIGHT_STEPS = 120, 12, 40
 MAX_TURN, MAX_STRETCH = 0.7, 0.3  # of a descent step: angle [rad], relative change of f
+SMALLEST_SHIFT = 4.0**-12  # of the stiffness in a descent step, in units of the rigidities
 QUADRATIC = 0.05  # a Newton step below this size needs no line search
 CONVERGED = 1e-7  # size of a Newton step after which the next one is rounding
 RESOLVED = 1e-4  # relative change of the energy of a resolved state on a finer mesh
@@ -122,7 +123,7 @@ def descend(beam: BentBeam, q: np.ndarray) -> State | None:
     """
     low = max(COLLAPSED, beam.law.min_stretch / BEYOND)
     high = min(TORN, beam.law.max_stretch * BEYOND)
-    tangent, last = beam.tangent(q), math.inf
+    tangent, last, shift = beam.tangent(q), math.inf, 1.0
     for iteration in range(1, DESCENT_STEPS + 1):
         step, size = _newton_step(beam, q, tangent)
         energy, rounding = beam.energy(q), ENERGY_ROUNDING * beam.energy_terms(q)
@@ -131,7 +132,7 @@ def descend(beam: BentBeam, q: np.ndarray) -> State | None:
         near = size < QUADRATIC and (size <= last / 2 or unseen)
         if not near:
             if size > 1:
-                step = _bounded_step(beam, q, tangent)
+                step, shift = _bounded_step(beam, q, tangent, shift)
             shortened = _line_search(beam, q, step, energy + rounding, tangent.residual)
             if shortened is None:
                 return None
@@ -158,19 +159,30 @@ def _newton_step(beam: BentBeam, q: np.ndarray, tangent: Tangent) -> tuple[np.nd
     return step, step_size(beam, q, step)
 
 
-def _bounded_step(beam: BentBeam, q: np.ndarray, tangent: Tangent) -> np.ndarray:
-    """A step of descent of size 1 at most: the eigenvalues of the stiffness, in units of the
-    present rigidities, by their absolute values, with a shift as small as the size allows."""
+def _bounded_step(
+    beam: BentBeam, q: np.ndarray, tangent: Tangent, shift: float
+) -> tuple[np.ndarray, float]:
+    """A step of descent of size 1 at most: Newton's with a shift of the stiffness, in units of the
+    present rigidities, that makes it positive definite and the step small enough; and that shift,
+    a power of 4. shift: where to look for it."""
     scale = 1 / np.sqrt(beam.rigidities(q))
-    eigenvalues, U = np.linalg.eigh(scale[:, None] * tangent.K * scale)
-    g = U.T @ (scale * tangent.residual)
-    shift = 0.0
+    K, i = scale[:, None] * tangent.K * scale, np.arange(len(q))
+    found, lower = None, False
     for _ in range(60):
-        step = -scale * (U @ (g / (abs(eigenvalues) + shift + 1e-12)))
-        if step_size(beam, q, step) <= 1:
+        A = K.copy()
+        A[i, i] += shift
+        L, info = lapack.dpotrf(A, lower=1, overwrite_a=1)
+        step = None if info else -scale * lapack.dpotrs(L, scale * tangent.residual, lower=1)[0]
+        if step is not None and step_size(beam, q, step) <= 1:
+            found = step, shift
+            if lower or shift <= SMALLEST_SHIFT:
+                break
+            shift /= 4
+        elif found:
             break
-        shift = 2 * shift or 1e-6
-    return step
+        else:
+            lower, shift = True, 4 * shift
+    return found or (np.zeros_like(q), shift)
 
 
 def step_size(beam: BentBeam, q: np.ndarray, step: np.ndarray) -> float:
@@ -196,9 +208,11 @@ def newton(beam: BentBeam, q: np.ndarray, stable: bool = False) -> State | None:
     scale = beam.scale
     for iteration in range(1, NEWTON_STEPS + 1):
         tangent = beam.tangent(q)
-        K = scale[:, None] * tangent.K * scale
-        step = -scale * np.linalg.solve(K, scale * tangent.residual)
-        size = step_size(beam, q, step)
+        step, size = _newton_step(beam, q, tangent)
+        if size == math.inf or beam.beam.spin_up:  # not positive definite, or not symmetric
+            K = scale[:, None] * tangent.K * scale
+            step = -scale * np.linalg.solve(K, scale * tangent.residual)
+            size = step_size(beam, q, step)
         q = q + step
         if not (size < 2 and q[: len(q) // 2].min() > 0):
             return None

@@ -10,7 +10,6 @@ import numpy as np
 from scipy.linalg import lapack
 
 from beamviz.errors import NotConverged
-from beamviz.solver.bent.tangent import Tangent
 
 STILL = 1e-9  # share of its growth rate up to which a frequency is rounding
 
@@ -41,18 +40,25 @@ def oscillating_or_growing(s: np.ndarray) -> np.ndarray:
 
 
 def bent_modes(
-    tangent: Tangent, scale: np.ndarray, gamma: float, coriolis: bool, spin_up: float, count: int
+    K: np.ndarray,
+    B: np.ndarray,
+    scale: np.ndarray,
+    gamma: float,
+    coriolis: bool,
+    spin_up: float,
+    count: int,
 ) -> BentModes:
     """The `count` lowest modes about a state.
 
-    scale: (2 n,) units of the unknowns. A state without a spin-up has to be stable, which the
+    K: (2 n, 2 n) tangent stiffness. B: (2, m, 2 n) inertia is B' B. scale: (2 n,) units of the
+    unknowns. A state without a spin-up has to be stable, which the
     descent to it guarantees. Raises NotConverged where LAPACK fails.
     """
-    K = scale[:, None] * tangent.K * scale
-    F = (tangent.B * scale).reshape(-1, len(scale))  # M = F' F
+    K = scale[:, None] * K * scale
+    F = (B * scale).reshape(-1, len(scale))  # M = F' F
     G = None
     if coriolis and gamma:
-        S = (tangent.B[1] * scale).T @ (tangent.B[0] * scale)
+        S = (B[1] * scale).T @ (B[0] * scale)
         G = S - S.T  # e3 x r' against virtual displacements
     L, info = lapack.dpotrf((K + K.T) / 2, lower=1, clean=1)
     if spin_up:

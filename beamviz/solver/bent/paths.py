@@ -234,37 +234,44 @@ def states_on_both_sides(beam: BentBeam) -> list[State]:
 
 def _around_limit_points(at: Callable[[float], BentBeam], q: NDArray, p: float) -> State:
     """The state at p = 1, followed from that at a lower p by the arc length of the path (Riks):
-    R(q, p) = 0 with one more equation, that of a plane across the path. Raises NoEquilibrium and
-    NotConverged."""
+    R(q, p) = 0 with one more equation, that of a plane across the path. Raises NoEquilibrium where
+    the beam collapses or winds around its clamp, and NotConverged."""
     beam, limit = at(p), p
     n, w = len(q), np.sqrt(beam.w)
     unit = np.concatenate((w, w / max(1.0, np.linalg.norm(w * beam.split(q)[1])), [1.0]))
     direction, arc, z = np.append(np.zeros(n), 1.0), FIRST_ARC, np.append(q, p)
-    steps, bears = 0, True
-    while bears and steps < MAX_ARCS and arc > SMALLEST_STEP * FIRST_ARC:
+    steps, end, most = 0, "", _most_turned(beam, q) + 2 * math.pi
+    while not end and steps < MAX_ARCS and arc > SMALLEST_STEP * FIRST_ARC:
         ahead = np.linalg.solve(_bordered(at, z, direction * unit**2)[0], np.append(np.zeros(n), 1))
         ahead /= np.linalg.norm(ahead * unit)
         found = _corrected(at, z + arc * ahead, ahead * unit**2)
         if found is None:
             arc /= 2
             continue
-        bears = not collapses(at(float(found[-1])), found[:-1])
-        if bears and found[-1] >= 1 and (last := newton(at(1.0), found[:-1])):
+        if collapses(at(float(found[-1])), found[:-1]):
+            end = f"collapses ({beam.problem.strain} strain)"
+        elif _most_turned(beam, found[:-1]) > most:
+            end = "winds around its clamp"
+        elif found[-1] >= 1 and (last := newton(at(1.0), found[:-1])):
             return last
         direction, z, arc = ahead, found, min(1.5 * arc, LONGEST_ARC)
         steps, limit = steps + 1, max(limit, float(z[-1]))
     target = at(1.0).beam.spin_up
-    if not bears:
+    if end:
         raise NoEquilibrium(
             f"spin_up = {target:.6g}: no stable state beyond spin_up = {limit * target:.6g}, to"
-            f" which one was followed from 0; then the beam collapses ({beam.problem.strain}"
-            " strain)",
+            f" which one was followed from 0; then the beam {end}",
             math.nan,
         )
     raise NotConverged(
         f"spin_up = {target:.6g}: the equilibrium was followed up to {limit * target:.6g}, and on"
         f" around a limit point in {steps} steps"
     )
+
+
+def _most_turned(beam: BentBeam, q: NDArray) -> float:
+    """The largest angle [rad] of the beam from where it is clamped."""
+    return float(abs(beam.J @ beam.split(q)[1]).max())
 
 
 def collapses(beam: BentBeam, q: NDArray) -> bool:
@@ -278,7 +285,7 @@ def _bordered(
     """The tangent of R(q, p) by q and p with the row `across` below it, and R."""
     q, p = z[:-1], float(z[-1])
     tangent, h = at(p).tangent(q), DIFFERENCE
-    slope = (at(p + h).tangent(q).residual - at(p - h).tangent(q).residual) / (2 * h)
+    slope = (at(p + h).residual(q) - at(p - h).residual(q)) / (2 * h)
     return np.vstack((np.column_stack((tangent.K, slope)), across)), tangent.residual
 
 

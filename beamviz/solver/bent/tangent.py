@@ -24,13 +24,10 @@ SECTION_STEPS = 60  # of Newton's method for the stretch at the clamp
 
 
 class Tangent(NamedTuple):
-    """A state's residual, its tangent stiffness, and the displacements that its inertia needs."""
+    """A state's residual and its tangent stiffness."""
 
-    residual: (
-        np.ndarray
-    )  # (2 n,) derivative of the energy by (f, kappa), less the Euler force's work
+    residual: np.ndarray  # (2 n,) derivative of the energy by (f, kappa), less the Euler force
     K: np.ndarray  # (2 n, 2 n) symmetric without a spin-up
-    B: np.ndarray  # (2, m, 2 n) root of the mass times d(x, y) / d(f, kappa): M = B' B
 
 
 class BentBeam:
@@ -42,9 +39,11 @@ class BentBeam:
     def __init__(self, mesh: Mesh, beam: Beam, problem: Problem):
         self.mesh, self.beam, self.problem = mesh, beam, problem
         self.w, self.J, self.R, self.mass = mesh.weights, mesh.J, mesh.J, mesh.weights
+        self.inertia = mesh.G  # (n, n) R' mass R
         if beam.alpha and beam.beta:
             to_mass = np.where(mesh.points < beam.beta, self.w, 0.0)
             self.R, self.mass = np.vstack([self.J, to_mass]), np.append(self.w, beam.alpha)
+            self.inertia = mesh.G + beam.alpha * np.outer(to_mass, to_mass)
         self.law = problem.strain_law
         self.power = 4 - 2 * problem.curvature_measure.power
         self.softens = float(problem.chordwise)  # P keeps the component across the beam
@@ -104,41 +103,53 @@ class BentBeam:
         softening = p * (p + 1) / 2 * f ** (p - 2) * kappa**2
         return np.append(mu2 * law.stiffness(f) - softening, stiffness)
 
-    def tangent(self, q: np.ndarray) -> Tangent:
-        """Residual, tangent stiffness and inertia of a state (paper, eqs. 40-44)."""
-        (f, kappa), (c, s) = self.split(q), self.directions(q)
-        w, J, R, n, p = self.w, self.J, self.R, len(f), self.power
-        gamma2, spin_up, beam = self.beam.gamma**2, self.beam.spin_up, self.beam
-        x, y = R @ (f * c) + beam.delta, R @ (f * s)
-        load_x = (self.mass * (gamma2 * x + spin_up * y)) @ R  # on all that lies further out
-        load_y = (self.mass * (gamma2 * self.softens * y - spin_up * x)) @ R
-        along, across = load_x * c + load_y * s, load_y * c - load_x * s
+    def loads(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Force (n,) along the beam and across it of all that lies further out, times weights."""
+        (f, _), (c, s), beam = self.split(q), self.directions(q), self.beam
+        gamma2, spin_up = beam.gamma**2, beam.spin_up
+        x, y = self.R @ (f * c) + beam.delta, self.R @ (f * s)
+        load_x = (self.mass * (gamma2 * x + spin_up * y)) @ self.R
+        load_y = (self.mass * (gamma2 * self.softens * y - spin_up * x)) @ self.R
+        return load_x * c + load_y * s, load_y * c - load_x * s
 
-        b, db, ddb = f**p, p * f ** (p - 1), p * (p - 1) * f ** (p - 2)
-        residual = np.concatenate(
-            (
-                w * (beam.mu**2 * self.law.force(f) + db * kappa**2 / 2) - along,
-                w * b * kappa - (f * across) @ J,
-            )
+    def residual(self, q: np.ndarray) -> np.ndarray:
+        """Derivative (2 n,) of the energy by (f, kappa), less the Euler force (paper, eq. 40)."""
+        (f, kappa), (along, across), p = self.split(q), self.loads(q), self.power
+        axial = self.beam.mu**2 * self.law.force(f) + p * f ** (p - 1) * kappa**2 / 2
+        return np.concatenate(
+            (self.w * axial - along, self.w * f**p * kappa - (f * across) @ self.J)
         )
-        B = np.empty((2, len(self.mass), 2 * n))
-        B[0, :, :n], B[1, :, :n] = R * c, R * s
-        B[0, :, n:], B[1, :, n:] = -(R * (f * s)) @ J, (R * (f * c)) @ J
-        B *= np.sqrt(self.mass)[:, None]
 
+    def tangent(self, q: np.ndarray) -> Tangent:
+        """Residual and tangent stiffness of a state (paper, eqs. 40-44)."""
+        (f, kappa), (c, s), (along, across) = self.split(q), self.directions(q), self.loads(q)
+        w, J, n, p, beam = self.w, self.J, len(f), self.power, self.beam
+        gamma2, spin_up = beam.gamma**2, beam.spin_up
+        b, db, ddb = f**p, p * f ** (p - 1), p * (p - 1) * f ** (p - 2)
+        # d(x, y) = R (t df + f n J dkappa), on which the load works that moves along.
+        load = np.array([[gamma2, spin_up], [-spin_up, gamma2 * self.softens]])
+        t, fn = np.stack((c, s)), f * np.stack((-s, c))
+        along_t, along_n = self.inertia * (t.T @ load @ t), self.inertia * (fn.T @ load @ fn)
+        mixed = (-np.diag(across) - self.inertia * (t.T @ load @ fn)) @ J
         i = np.arange(n)
-        mixed = -across[:, None] * J
-        mixed[i, i] += w * db * kappa
         K = np.empty((2 * n, 2 * n))
-        K[:n, :n] = np.diag(w * (beam.mu**2 * self.law.stiffness(f) + ddb * kappa**2 / 2))
+        K[:n, :n] = np.diag(w * (beam.mu**2 * self.law.stiffness(f) + ddb * kappa**2 / 2)) - along_t
         K[:n, n:], K[n:, :n] = mixed, mixed.T
-        K[n:, n:] = (J.T * (f * along)) @ J
-        K[n + i, n + i] += w * b
-        K -= gamma2 * (B[0].T @ B[0] + self.softens * (B[1].T @ B[1]))
         if spin_up:
-            twist = B[0].T @ B[1]
-            K -= spin_up * (twist - twist.T)
-        return Tangent(residual, K, B)
+            K[n:, :n] = J.T @ (-np.diag(across) - self.inertia * (fn.T @ load @ t))
+        K[n:, n:] = J.T @ (np.diag(f * along) - along_n) @ J
+        K[i, n + i] += w * db * kappa
+        K[n + i, i] += w * db * kappa
+        K[n + i, n + i] += w * b
+        return Tangent(self.residual(q), K)
+
+    def displacements(self, q: np.ndarray) -> np.ndarray:
+        """B (2, m, 2 n), root of the mass times d(x, y) / d(f, kappa): the inertia is B' B."""
+        (f, _), (c, s), J, R = self.split(q), self.directions(q), self.J, self.R
+        B = np.stack(
+            (np.hstack((R * c, -(R * (f * s)) @ J)), np.hstack((R * s, (R * (f * c)) @ J)))
+        )
+        return B * np.sqrt(self.mass)[:, None]
 
     def clamp_values(self, q: np.ndarray) -> np.ndarray:
         """Moment and force (3,), m, P_x and P_y, that the beam exerts on the clamp."""
