@@ -45,13 +45,13 @@ class BeamView:
 
     root: name of its node in the scene; alone: with lights, ground and post, which a second beam in
     the same scene does not need; height: of its middle, in lengths of the
-    beam.
+    beam; held: the scene stays where it is, whatever the beam's shape.
     """
 
     def __init__(self, api: SceneApi, root: str = "/scene", *, alone: bool = True):
         if alone:
             add_lights(api)
-        self.height = 0.0
+        self.height, self.held = 0.0, False
         self.frame = api.add_frame(root, show_axes=False)
         self.rotor = api.add_frame(f"{root}/rotor", show_axes=False)
         self.surroundings = Surroundings(api, root, alone=alone)
@@ -121,7 +121,8 @@ class BeamView:
         self.share = share
         outside, inside = (camera.target(self.shapes, rotating) for rotating in (False, True))
         middle = (1 - share) * outside + share * inside
-        set_position(self.frame, [0.0, 0.0, self.height] - middle)
+        if not self.held:
+            set_position(self.frame, [0.0, 0.0, self.height] - middle)
 
     def move(self, phases: np.ndarray, amplitudes: np.ndarray, angle: float) -> None:
         """Draw the beam at phases (m,) [rad] with amplitudes (m,), the hub rotated by angle [rad];

@@ -203,6 +203,13 @@ class PageCamera:
         start = Camera(self.view.position.tolist(), self.view.look_at.tolist())
         return ViewChange(start, end, (1 - share, share), 0.0)
 
+    def follow(self, moved: np.ndarray, share: float) -> None:
+        """Ease the picture after the scene was moved by `moved` (3,), in the view `share`."""
+        if self.eased and self.change is None and moved.any():
+            now = np.array([self.view.position, self.view.look_at])
+            start, end = Camera(*(now + moved).tolist()), Camera(*now.tolist())
+            self.change = ViewChange(start, end, (share, share), 0.0)
+
     def step(self, elapsed: float, angle: float) -> None:
         """Advance a change of view by `elapsed` [s], to the angle [rad] of the hub."""
         if self.change and self.change.part == 1:

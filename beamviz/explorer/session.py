@@ -116,7 +116,8 @@ class SceneView:
             self.all_modes.hide()
         levels = stacked_heights(self.all_modes.count) or self.comparison.heights
         self.camera.given = self.state.camera
-        self.camera.look_at(self.shapes, view.rotating_frame, levels, settled=settled)
+        if not self.scene.held:
+            self.camera.look_at(self.shapes, view.rotating_frame, levels, settled=settled)
 
     def move(self, time: float) -> None:
         """Move everything to where the clock is, `time` [T*] later than before."""
@@ -232,7 +233,7 @@ class Session:
         self.view = SceneView(visitor, self.comparison, self.run_up)
         self.presentation = Presentation(visitor, self.view.clock, self.run_up)
         self.presenter = PresenterMode(self.presentation, leader) if leader else None
-        MassDrag(visitor, self.view.scene)
+        self.mass_drag = MassDrag(visitor, self.view.scene)
         self.features: list[Feature] = [
             loci, MapTab(visitor), veering, comparison, run_up, timing, self.lessons
         ]  # fmt: skip
@@ -271,7 +272,7 @@ class Session:
     def outdated(self) -> bool:
         """Whether something waits to be drawn."""
         behind = self.presenter is not None and self.presenter.outdated
-        behind = behind or self.panel.work_outdated
+        behind = behind or self.panel.work_outdated or self.mass_drag.outdated
         return self.scene_outdated or behind or any(one.outdated for one in self.features)
 
     @property
@@ -302,6 +303,7 @@ class Session:
                 self.charts_due = now + (REST if self.crowded() else 0.0)
             time = elapsed * self.view.pace if self.is_moving else 0.0
             self.view.clock.advance(time, self.view.shapes.frequencies, self.view.shapes.beam.gamma)
+            self.mass_drag.update()
             begun = self.visitor.camera.change is change  # before this frame
             self.visitor.camera.step(elapsed if begun else 0.0, self.view.clock.angle)
             if self.presenter:

@@ -69,13 +69,15 @@ def test_a_place_on_the_beam_is_its_reference_coordinate(beam, state, rotating_f
         view.show(shapes, ViewOptions(rotating_frame=rotating_frame), [0])
         view.move(np.zeros(5), np.zeros(5), angle=0.7)
         camera = SimpleNamespace(position=np.array([0.3, -3.0, 2.0]))
-        guest: Any = SimpleNamespace(client=SimpleNamespace(camera=camera))
+        guest: Any = SimpleNamespace(
+            client=SimpleNamespace(camera=camera), state=SimpleNamespace(case=None)
+        )
         drag, turn = MassDrag(guest, view), 0.0 if rotating_frame else 0.7
         points, _ = to_hub_frame(shapes, shapes.centreline)
         c, s = math.cos(turn), math.sin(turn)
         turned = points @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
         for k in (60, 250, 500):
-            x = drag.place(np.array(view.frame.position) + turned[k])
+            x = drag.place(drag.look(np.array(view.frame.position) + turned[k]))
             assert x == pytest.approx(shapes.x[k], abs=1e-3)
 
 

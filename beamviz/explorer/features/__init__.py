@@ -97,16 +97,31 @@ class PresenterMode:
 # Dragging the mass
 
 DIGITS = 3  # of beta: finer than a pointer
+SETTLED = 0.002  # change of beta below which the mass is under the pointer
 PARALLEL = 0.03  # sine of the angle between view and beam below which there is no position
 TINY = 1e-300
 
 
+class Sight(NamedTuple):
+    """The line of sight from `eye` (3,) through `point` (3,) under the pointer, and the orientation
+    of the hub at that moment."""
+
+    eye: np.ndarray
+    point: np.ndarray
+    hub: SO3
+
+
 class MassDrag:
-    """Turns drags of the mass into values of beta; time stands still meanwhile."""
+    """Turns drags of the mass into values of beta; time and the scene stand still meanwhile.
+
+    offset: from the centre of the mass to where it was picked up; sight: where the mass is to be,
+    None once the shape of the beam with its mass there has been drawn; case: with the mass there.
+    """
 
     def __init__(self, visitor: Visitor, view: BeamView):
         self.visitor, self.view = visitor, view
-        self.offset: float | None = None  # from the centre of the mass to where it was picked up
+        self.offset, self.case = 0.0, visitor.state.case
+        self.sight: Sight | None = None
         view.mass.on_drag(self.dragged)
         view.mass.on_click(self.clicked)  # for the outline under the pointer
 
@@ -117,30 +132,66 @@ class MassDrag:
         """Take a step of a drag; on the event loop, so that steps come in order."""
         visitor = self.visitor
         if event.phase == "end":
-            self.offset, visitor.dragging = None, False
+            visitor.dragging = False
             visitor.wake()
             return
-        x = self.place(np.asarray(event.end_position, float))
+        sight = self.look(np.asarray(event.end_position, float))
+        x = self.place(sight)
         if x is None:
             return
-        keep = self.offset is None
-        if self.offset is None:
-            self.offset, visitor.dragging = x - self.view.shapes.beam.beta, True
+        begins = not visitor.dragging
+        if begins:
+            self.offset = x - self.view.shapes.beam.beta
+            self.view.held = visitor.dragging = True
+        self.sight = sight
+        self.move(x, begins=begins)
+
+    def move(self, x: float, *, begins: bool) -> None:
+        """Move the mass to where it was picked up at the reference coordinate x."""
         beta = min(max(round(x - self.offset, DIGITS), 0.0), 1.0)
 
         def moved(state: State) -> State:
-            return (state.keep_for_comparison() if keep else state).changed("beta", beta)
+            return (state.keep_for_comparison() if begins else state).changed("beta", beta)
 
-        visitor.change(moved)
+        self.visitor.change(moved)
+        self.case = self.visitor.state.case
 
-    def place(self, point: np.ndarray) -> float | None:
-        """The reference coordinate of the place on the beam, straight or bent, that is nearest to
-        the line of sight through a point (3,); None where that is not defined."""
+    @property
+    def outdated(self) -> bool:
+        """Whether the mass was let go, and the scene is still held."""
+        return self.sight is not None and not self.visitor.dragging
+
+    def update(self) -> None:
+        """Bring the mass under the pointer again where the beam has taken another shape since,
+        unless something else was edited; then let the scene go."""
+        visitor, case = self.visitor, self.visitor.state.case
+        if self.sight is None:
+            return
+        if case is self.case:
+            if visitor.answer is None or visitor.answer.request != case:
+                return
+            x = self.place(self.sight)
+            if x is not None and abs(x - self.offset - case.numbers["beta"]) > SETTLED:
+                self.move(x, begins=False)
+                return
+        if not visitor.dragging:
+            self.sight, self.view.held = None, False
+            before = np.array(self.view.frame.position)
+            self.view.choose_frame(self.view.share)
+            visitor.camera.follow(self.view.frame.position - before, self.view.share)
+
+    def look(self, point: np.ndarray) -> Sight:
+        """The line of sight through a point (3,), now."""
+        eye = np.asarray(self.visitor.client.camera.position)
+        return Sight(eye, point, SO3(np.array(self.view.rotor.wxyz)))
+
+    def place(self, sight: Sight) -> float | None:
+        """The reference coordinate of the place on the beam, straight or bent, that is nearest to a
+        line of sight; None where that is not defined."""
         view = self.view
         points, _ = to_hub_frame(view.shapes, view.shapes.centreline)
-        turned = SO3(np.asarray(view.rotor.wxyz)).apply(points)
-        eye = np.asarray(self.visitor.client.camera.position)
-        return nearest(np.asarray(view.frame.position) + turned, view.shapes.x, eye, point)
+        turned = np.asarray(view.frame.position) + sight.hub.apply(points)
+        return nearest(turned, view.shapes.x, sight.eye, sight.point)
 
 
 def nearest(points: np.ndarray, x: np.ndarray, eye: np.ndarray, at: np.ndarray) -> float | None:
