@@ -142,7 +142,7 @@ def _solve(
 ) -> list[Solution | BeamvizError]:
     """By the package of the method; those that `auto` does not need are imported when used."""
     if problem.state != "straight" or any(map(attrgetter("spin_up"), beams)):
-        from beamviz.solver.bent import solve_states
+        from beamviz.solver.states import solve_states
 
         return solve_states(_solve, beams, problem, start, extra_modes)
     package = METHODS[problem.method].package

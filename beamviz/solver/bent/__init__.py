@@ -5,7 +5,7 @@ Imported when a bent state is asked for, or a beam has a spin-up: a straight bea
 
 import math
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from beamviz.beam import Beam
-from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
+from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver.bent.equilibrium import (
     State,
     descend,
@@ -37,15 +37,13 @@ from beamviz.solver.bent.paths import (
 from beamviz.solver.bent.tangent import BentBeam
 from beamviz.solver.hp import solve_hp
 from beamviz.solver.hp.mesh import Mesh
-from beamviz.solver.problem import Problem, interruption
+from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Equilibrium, Solution, Stats
 
-METHODS_THAT_BEND = ("auto", "ancf-planar")
 REFERENCE_TOLERANCE = 1e-8  # of states that elements start from, and beside limit points
 NEARER = 1e-4  # of the way to a limit point: distance from it of the second start
 REFINEMENTS, MAX_UNKNOWNS = 14, 1000
 TRUNCATION_FACTOR, ROUNDING_FACTOR = 4.0, 100.0  # of the two error estimates, see the tests
-Solver = Callable[[list[Beam], Problem, float, int], list[Solution | BeamvizError]]
 EPS = float(np.finfo(float).eps)
 
 
@@ -90,46 +88,7 @@ class Fields:
         return np.stack((c * dx + s * dy, c * dy - s * dx), axis=1)
 
 
-def solve_states(
-    solve_straight: Solver, beams: list[Beam], problem: Problem, start: float, extra_modes: int = 0
-) -> list[Solution | BeamvizError]:
-    """Solutions of beams about the states that the problem asks for, or their errors: straight
-    where that is stable and "stable" is asked for, else bent. Each bent state is the first guess
-    for the next beam. solve_straight: solves straight states by the problem's method."""
-    for beam in beams:
-        _check(beam, problem)
-    answers: list[Solution | BeamvizError] = []
-    near: State | None = None
-    for beam, answer in zip(
-        beams, _straight(solve_straight, beams, problem, start, extra_modes), strict=True
-    ):
-        if not (isinstance(answer, Solution) and answer.equilibrium.stable):
-            interruption.get()()
-            try:
-                answer, near = _solve_bent(beam, problem, start, near, extra_modes)
-            except (NoEquilibrium, NotConverged) as error:
-                answer, near = error, None
-        answers.append(answer)
-    return answers
-
-
-def _straight(
-    solve_straight: Solver, beams: list[Beam], problem: Problem, start: float, extra_modes: int
-) -> list[Solution | BeamvizError | None]:
-    """The straight states of beams without a spin-up where the stable state is asked for."""
-    answers: list[Solution | BeamvizError | None] = [None] * len(beams)
-    still = [k for k, beam in enumerate(beams) if not beam.spin_up]
-    if problem.state == "stable" and still:
-        straight = replace(problem, state="straight")
-        found = solve_straight([beams[k] for k in still], straight, start, extra_modes)
-        for k, answer in zip(still, found, strict=True):
-            answers[k] = (
-                replace(answer, problem=problem) if isinstance(answer, Solution) else answer
-            )
-    return answers
-
-
-def _solve_bent(
+def solve_by_method(
     beam: Beam, problem: Problem, start: float, near: State | None, extra_modes: int
 ) -> tuple[Solution, State]:
     """`solve_bent` by the method of the problem."""
@@ -141,20 +100,6 @@ def _solve_bent(
     finer = replace(more, method="auto", elements=None, tolerance=REFERENCE_TOLERANCE)
     exact, state = solve_bent(beam, finer, start, near)
     return solve_planar(beam, more, exact, state, start), state
-
-
-def _check(beam: Beam, problem: Problem) -> None:
-    """InvalidInput where a bent state is not what the options describe."""
-    wanted = f"spin_up = {beam.spin_up:g}" if beam.spin_up else f"state = {problem.state!r}"
-    if beam.spin_up and problem.state == "straight":
-        raise InvalidInput(f"{wanted}: there is no straight state; use state = 'bent' or 'stable'")
-    if problem.method not in METHODS_THAT_BEND:
-        able = " or ".join(METHODS_THAT_BEND)
-        raise InvalidInput(f"{wanted}: method {problem.method} has no bent states; use {able}")
-    if not (problem.stiffening and problem.softening):
-        raise InvalidInput(f"{wanted}: stiffening and softening cannot be switched off")
-    if beam.spin_up and not problem.chordwise:
-        raise InvalidInput(f"{wanted}: bends the beam in the plane of rotation; use chordwise")
 
 
 def solve_bent(
@@ -203,7 +148,7 @@ def other_states(solution: Solution, near: Sequence[Solution]) -> list[Solution]
         with suppress(NoEquilibrium, NotConverged):
             if guess is None or any(is_same(guess, one) for one in seen) or not is_resolved(guess):
                 continue
-            other, state = _solve_bent(beam, problem, start, guess, 0)
+            other, state = solve_by_method(beam, problem, start, guess, 0)
             if not (is_straight(state) or any(is_same(state, one) for one in seen)):
                 seen.append(state)
                 found.append(other)
