@@ -7,14 +7,18 @@ from functools import cached_property
 import numpy as np
 
 SHORT_OF = 1e-4  # of an axis: how far from a limit of equilibrium the loci end
-SHIFTS = {"alpha": 0.2, "gamma": 16.0, "mu": 0.0}  # see Axis.t
+SHIFTS = {"alpha": 0.07, "mu": 0.0}  # see Axis
+GAMMA_SHIFT, COUPLED_SHIFT = 24.0, 16.0
 
 
 @dataclass(frozen=True)
 class Axis:
     """A range of the parameter, and the variable t of the interpolation on it, in which
-    singularities are far away: log(alpha + 0.2), log(gamma^2 + 16), log mu, log(delta + 1) or so.
+    singularities are far away: log(alpha + 0.07), log(gamma^2 + 24 / moment), log mu or
+    log(delta + 1), or so.
 
+    moment: what gamma^2 is multiplied by in the tension at the clamp. A tension of about -24 has
+    the nearest singularities.
     coupled: whether Coriolis forces couple all modes, in proportion to gamma rather than its
     square: then over gamma t = arsinh(gamma / 4).
     limited: whether an equilibrium ends at `low` and at `high`, where omega^2 has the singularity
@@ -24,6 +28,7 @@ class Axis:
     over: str
     low: float
     high: float
+    moment: float
     coupled: bool = False
     limited: tuple[bool, bool] = (False, False)
 
@@ -59,7 +64,7 @@ class Axis:
             case _:
                 y = t
         if self.over == "gamma" and self.coupled:
-            p = math.sqrt(SHIFTS["gamma"]) * np.sinh(y)
+            p = math.sqrt(COUPLED_SHIFT) * np.sinh(y)
         elif self.over == "gamma":
             p = np.sqrt(np.maximum(np.exp(y) - self._shift, 0.0))
         else:
@@ -80,7 +85,7 @@ class Axis:
     def _stretched(self, p: np.ndarray) -> np.ndarray:
         """The logarithm, if the parameter has one; of gamma as told above."""
         if self.over == "gamma" and self.coupled:
-            return np.arcsinh(p / math.sqrt(SHIFTS["gamma"]))
+            return np.arcsinh(p / math.sqrt(COUPLED_SHIFT))
         if self._shift is None:
             return p
         return np.log((p**2 if self.over == "gamma" else p) + self._shift)
@@ -88,4 +93,6 @@ class Axis:
     @property
     def _shift(self) -> float | None:
         """Added to the parameter, or the square of gamma, before its logarithm is taken."""
+        if self.over == "gamma":
+            return GAMMA_SHIFT / self.moment
         return 1 - min(self.low, 0.0) if self.over == "delta" else SHIFTS.get(self.over)

@@ -137,7 +137,7 @@ class Part:
 def trace(sweep: Sweep, values: np.ndarray, search: LimitSearch) -> list[Part]:
     """The loci between the first and the last of some values, with their events."""
     low, high = values[[0, -1]].tolist()
-    axis = Axis(sweep.over, low, high, sweep.coupled)
+    axis = sweep.axis(low, high)
     sweep.solve(root_places(sweep, axis) if sweep.straight else values)
     if any(
         outcome.kind == NotConverged.kind

@@ -8,7 +8,7 @@ import numpy as np
 from beamviz.solver import interpolation_matrix
 
 LEAST = 16  # order of the coarsest piece
-CHECKS = np.array([1, 6, 11]) + 1 / 3  # numbers of the check points among the nodes of order LEAST
+CHECKS = np.array([0.08, 0.4, 0.7])  # where in the order of the nodes: halfway between two of them
 EPS = float(np.finfo(float).eps)
 
 
@@ -19,16 +19,14 @@ class Lobatto:
     nodes: np.ndarray  # (n,)
     weights: np.ndarray  # (n,) barycentric
     coefficients: np.ndarray  # (n, n) values -> Chebyshev coefficients
-    checks: np.ndarray  # (checks, n) values -> the interpolant at the check points
+    check_nodes: np.ndarray  # (checks,) further points
+    checks: np.ndarray  # (checks, n) values -> the interpolant at these
     dense: np.ndarray  # (4 n - 3, n) values -> the interpolant at many points
     dense_nodes: np.ndarray  # (4 n - 3,) these: the nodes, and three between each two
 
     def rows(self, x: np.ndarray) -> np.ndarray:
         """Matrix (len(x), n): values at the nodes -> their interpolant at x."""
         return interpolation_matrix(x, self.nodes, self.weights)
-
-
-CHECK_X = -np.cos(np.pi * CHECKS / LEAST)
 
 
 @lru_cache(maxsize=16)
@@ -41,8 +39,9 @@ def lobatto(order: int) -> Lobatto:
     T = np.cos(np.outer(j, np.arccos(nodes)))
     empty, dense = np.empty((0, order + 1)), -np.cos(np.pi * np.arange(4 * order + 1) / (4 * order))
     coefficients = 2 / order * np.outer(ends, ends) * T
-    points = Lobatto(nodes, ends * (-1.0) ** j, coefficients, empty, empty, dense)
-    return replace(points, checks=points.rows(CHECK_X), dense=points.rows(dense))
+    checks = -np.cos(np.pi * (np.floor(CHECKS * order) + 0.5) / order)
+    points = Lobatto(nodes, ends * (-1.0) ** j, coefficients, checks, empty, empty, dense)
+    return replace(points, checks=points.rows(checks), dense=points.rows(dense))
 
 
 def tail_and_rates(coefficients: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
@@ -53,6 +52,8 @@ def tail_and_rates(coefficients: np.ndarray, order: int) -> tuple[np.ndarray, np
     middle = coefficients[order // 2 - 1 : order // 2 + 2].max(axis=0)
     rates = np.clip(tail / np.maximum(middle, np.finfo(float).tiny), EPS, 1.0)
     ratios = rates ** (2 / order)
+    powers = np.array([2, 1, 0]).reshape(-1, *[1] * ratios.ndim)
+    tail = (coefficients[-3:] * ratios**powers).max(axis=0)
     return tail * ratios / np.maximum(1 - ratios, 1 / order), rates
 
 

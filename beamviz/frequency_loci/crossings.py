@@ -19,7 +19,7 @@ import numpy as np
 from numpy.polynomial import polynomial
 from scipy.optimize import brentq
 
-from beamviz.frequency_loci.curves import Curves, polish
+from beamviz.frequency_loci.curves import Curves, Root, polish
 from beamviz.frequency_loci.sweep import Points, Sweep
 
 # A veering is a least gap below CLOSE of the frequency, around which the shapes rotate into each
@@ -30,6 +30,7 @@ ROTATED = math.radians(30)
 REACH = 10.0  # widths of a veering, beyond which the shapes hardly rotate any more
 MIN_INDEX = 0.5
 DIFFERENCE_STEP = 0.02  # of the width of a veering: half the distance its rates are taken over
+OUTSIDE = 1e-2  # of omega^2: a mode that is lower by this is below an interpolated crossing
 WIDER = 2.0  # times CLOSE: a sampled gap that is looked at
 
 TOUCHING = 1e-8  # of omega^2: a smaller gap is rounding
@@ -111,18 +112,29 @@ def _crossings(curves: Curves, sweep: Sweep) -> list[Event]:
         return (squares[:, 0, :, None] - squares[:, 1, None, :]).reshape(len(p), -1)
 
     roots = curves.roots(difference)
+    rough = curves.squares_at(np.array([root.at for root in roots]))
+    kept = _lowest(rough, roots, sweep.modes, OUTSIDE)
+    roots = [root for root, own in zip(roots, kept, strict=True) if own]
     polish(roots, sweep, difference)
-    events = []
-    for root in roots:
+    solved = sweep.spectra(np.array([root.at - root.shift for root in roots])).squares
+    kept, events = _lowest(solved, roots, sweep.modes), []
+    for root, squares, own in zip(roots, solved, kept, strict=True):
         b, s = divmod(root.channel, count)
-        solved = float(root.at - root.shift)  # the last place solved
-        squares = sweep.spectra(np.array([solved])).squares[0]
         square = (squares[0, b] + squares[1, s]) / 2
-        below = int((squares < min(squares[0, b], squares[1, s])).sum())
-        if below < sweep.modes and square >= 0:
+        if own and square >= 0:
             pair = ((0, b), (1, s)) if root.slope > 0 else ((1, s), (0, b))
             events.append(Event("crossing", pair, root.at, math.sqrt(square), 0.0, 0.0, 0.0, 0.0))
     return events
+
+
+def _lowest(
+    squares: np.ndarray, roots: Sequence[Root], modes: int, margin: float = 0.0
+) -> np.ndarray:
+    """Which crossings (n,) are among the lowest modes, or less than a margin above, by omega^2."""
+    b, s = divmod(np.array([root.channel for root in roots], int), squares.shape[2])
+    each = np.arange(len(roots))
+    lower = np.minimum(squares[each, 0, b], squares[each, 1, s])[:, None, None]
+    return (squares < lower - margin * abs(lower)).sum(axis=(1, 2)) < modes
 
 
 def _candidates(curves: Curves, modes: int) -> list[Candidate]:
@@ -204,7 +216,8 @@ def _locate(candidate: Candidate, curves: Curves, sweep: Sweep) -> Search[Event 
     beside = yield ends
     if len(beside.at) == 2:
         own = [_places(sweep, value, family)[[k, k + 1]] for value in ends.tolist()]
-        if _rotation(beside.shapes[0, own[0]].conj() @ beside.duals[1, own[1]].T) < ROTATED:
+        O = abs(beside.shapes[0, own[0]].conj() @ beside.duals[1, own[1]].T)
+        if math.atan2(O[0, 1] + O[1, 0], O[0, 0] + O[1, 1]) < ROTATED:
             return None
     near = _near(guess, start, stop)
     coupling, index = _veering_index((yield near), near, shapes)
@@ -255,13 +268,6 @@ def _zoom(candidate: Candidate, curves: Curves) -> Approach:
         at = min(max(at, low + finest / 8), high - finest / 8)
     touching = math.sqrt(least) <= TOUCHING * frequency
     return Approach(at, frequency, 0.0 if touching else math.sqrt(least), width, (0, 1))
-
-
-def _rotation(O: np.ndarray) -> float:
-    """The angle [rad], up to 90 degrees, by which two modes rotate into each other between two
-    points with inner products O (2, 2)."""
-    exchanged, kept = abs(O[0, 1]) + abs(O[1, 0]), abs(O[0, 0]) + abs(O[1, 1])
-    return math.atan2(exchanged, kept)
 
 
 def _veering_index(beside: Points, near: np.ndarray, shapes: np.ndarray) -> tuple[float, float]:

@@ -22,7 +22,6 @@ from beamviz.beam import Beam
 from beamviz.frequency_loci.axis import Axis
 from beamviz.frequency_loci.characteristic import Characteristic, fit
 from beamviz.frequency_loci.chebyshev import (
-    CHECK_X,
     CHECKS,
     EPS,
     LEAST,
@@ -33,8 +32,8 @@ from beamviz.frequency_loci.chebyshev import (
 from beamviz.frequency_loci.pieces import MISFIT, TAIL, Block, Piece, Spectra, of_root
 from beamviz.solver import is_small_strain
 
-FIRST_ORDERS = {"gamma": 16, "alpha": 24, "delta": 8, "mu": 18}  # of a whole axis
-STRETCHED_ORDER = 24  # the same over gamma, up to a large strain
+FIRST_ORDERS = {"gamma": 14, "alpha": 18, "delta": 8, "mu": 16}  # of a whole axis
+STRETCHED_ORDER = 20  # the same over gamma, up to a large strain
 PER_MODE = 4  # the same over beta, for each mode
 COUPLED_ORDER = 24  # the same where all modes couple
 ORDERS = (LEAST, 32, 192)  # least; least and greatest of a whole axis before it is halved
@@ -186,8 +185,8 @@ def _interpolate(sweep: Solves, axis: Axis, first: _Attempt) -> list[Piece]:
             solved = spectra.take(slice(start, start := start + len(own)))
             piece, ratio, next_order = _fit(sweep, attempt, own, solved)
             low, high = attempt[:2]
-            if high - low == whole:
-                next_order = max(next_order, ORDERS[1])
+            if high - low == whole and attempt.order < ORDERS[1]:
+                next_order = max(next_order, 2 * attempt.order)
             worse = not ratio <= STALLED[0] * attempt.ratio
             stalled = attempt.stalled + 1 if worse else 0
             least = shortest if np.isfinite(ratio) else ISOLATED * whole
@@ -234,7 +233,8 @@ def unresolved(axis: Axis, spectra: Spectra) -> Piece:
 def _places(axis: Axis, attempt: _Attempt) -> np.ndarray:
     """The nodes of a piece and its check points, as values of the parameter."""
     low, high, order, *_ = attempt
-    return axis.p(on_piece(low, high, np.concatenate((lobatto(order).nodes, CHECK_X))))
+    points = lobatto(order)
+    return axis.p(on_piece(low, high, np.concatenate((points.nodes, points.check_nodes))))
 
 
 @np.errstate(all="ignore")  # of modes that are not known everywhere

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -96,7 +96,7 @@ class LimitSearch:
         if not solved:
             return []
         ends = low if limited[0] else min(solved), high if limited[1] else max(solved)
-        return [Axis(self.sweep.over, *ends, self.sweep.coupled, limited)]
+        return [replace(self.sweep.axis(*ends), limited=limited)]
 
     def find_instabilities(self, curves: Curves) -> None:
         """Add to `changes` where the lowest omega^2 of loci vanishes."""

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, Beam, check_float
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
+from beamviz.frequency_loci.axis import Axis
 from beamviz.frequency_loci.pieces import Spectra
 from beamviz.solver import (
     DEFAULTS,
@@ -21,6 +22,7 @@ from beamviz.solver import (
     mesh_spectrum,
     parse_options,
     solve_many,
+    static_moment,
 )
 from beamviz.solver.solution import Solution
 
@@ -136,6 +138,10 @@ class Sweep:
     def exhausted(self) -> bool:
         """Whether the search for crossings has used up its solves."""
         return len(self.outcomes) > MAX_SOLVES
+
+    def axis(self, low: float, high: float) -> Axis:
+        """A range of the free parameter."""
+        return Axis(self.over, low, high, static_moment(self.beam), self.coupled)
 
     def at(self, value: float) -> Beam:
         """The beam with this value of the free parameter."""

@@ -47,8 +47,8 @@ REFINEMENTS = 8  # attempts at a beam
 STACKED = 2  # of them in stacks: the beams left then need care of their own
 CHUNK = 32  # beams that share a mesh: it is as fine as the hardest of them needs
 OWN_CHUNK, FINER = 48, 1.5  # beams with meshes of their own, that share orders; how much finer
-FEWEST, COARSER = 6, 0.75  # beams that get a coarser mesh; its share of the unknowns
-SPARED = 150  # unknowns that it spares in all: another stack takes as long
+FEWEST = 6  # beams that get a coarser mesh
+SPARED = 1.5e5  # cubes of unknowns that it spares in all: another stack takes as long
 DESIGNED = 8  # one in so many meshes is designed where only the place of the mass changes
 FEWER_DIGITS = 0.15  # asked of a shared mesh: most of its beams need less than the hardest
 MORE_DIGITS = 0.7  # for each further attempt, beyond those the last one missed
@@ -152,10 +152,7 @@ class Refinement:
                 groups.setdefault(found, []).extend(chunk)
             elif not (coarser := self._mesh(gentle)):
                 chunks.append([place for place in chunk if place != gentle[-1]])
-            elif (
-                sum(coarser[1]) < COARSER * sum(found[1])
-                and (sum(found[1]) - sum(coarser[1])) * len(gentle) > SPARED
-            ):
+            elif (sum(found[1]) ** 3 - sum(coarser[1]) ** 3) * len(gentle) > SPARED:
                 chunks += [gentle, chunk[len(gentle) :]]
             else:
                 groups.setdefault(found, []).extend(chunk)
