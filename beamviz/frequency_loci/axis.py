@@ -3,12 +3,13 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 SHORT_OF = 1e-4  # of an axis: how far from a limit of equilibrium the loci end
 SHIFTS = {"alpha": 0.07, "mu": 0.0}  # see Axis
-GAMMA_SHIFT, COUPLED_SHIFT = 24.0, 16.0
+GAMMA_SHIFTS = 24.0, 16.0  # times the moment; the second where all modes couple
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,7 @@ class Axis:
     moment: what gamma^2 is multiplied by in the tension at the clamp. A tension of about -24 has
     the nearest singularities.
     coupled: whether Coriolis forces couple all modes, in proportion to gamma rather than its
-    square: then over gamma t = arsinh(gamma / 4).
+    square: then over gamma t = arsinh(gamma sqrt(moment) / 4).
     limited: whether an equilibrium ends at `low` and at `high`, where omega^2 has the singularity
     of a square root.
     """
@@ -64,7 +65,7 @@ class Axis:
             case _:
                 y = t
         if self.over == "gamma" and self.coupled:
-            p = math.sqrt(COUPLED_SHIFT) * np.sinh(y)
+            p = math.sqrt(self._shift) * np.sinh(y)
         elif self.over == "gamma":
             p = np.sqrt(np.maximum(np.exp(y) - self._shift, 0.0))
         else:
@@ -85,14 +86,14 @@ class Axis:
     def _stretched(self, p: np.ndarray) -> np.ndarray:
         """The logarithm, if the parameter has one; of gamma as told above."""
         if self.over == "gamma" and self.coupled:
-            return np.arcsinh(p / math.sqrt(COUPLED_SHIFT))
+            return np.arcsinh(p / math.sqrt(self._shift))
         if self._shift is None:
             return p
         return np.log((p**2 if self.over == "gamma" else p) + self._shift)
 
     @property
-    def _shift(self) -> float | None:
-        """Added to the parameter, or the square of gamma, before its logarithm is taken."""
+    def _shift(self) -> Any:
+        """Added to the parameter or the square of gamma, whose logarithm is taken; None if not."""
         if self.over == "gamma":
-            return GAMMA_SHIFT / self.moment
+            return GAMMA_SHIFTS[self.coupled] / self.moment
         return 1 - min(self.low, 0.0) if self.over == "delta" else SHIFTS.get(self.over)

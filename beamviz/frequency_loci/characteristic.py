@@ -14,8 +14,8 @@ from beamviz.frequency_loci.chebyshev import LEAST, Lobatto, lobatto, tail_and_r
 
 PER_MODE = 3  # order of the interpolation in lambda for each mode, beyond LEAST
 MARGIN = 0.02  # of the range of lambda, beyond the eigenvalues looked for
-NEWTON_STEPS = 8
-SETTLED = 1e-8  # a smaller step, quadratic in the one before it, is the last
+STEPS = 8
+SETTLED = 1e-6  # a smaller step, cubic in the one before it, is the last
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,15 +55,17 @@ class Characteristic:
     def refined(
         self, brackets: list[np.ndarray], functions: list[np.ndarray]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """The root (n,) in each bracket by Newton's method, and by how much it changes with the
+        """The root (n,) in each bracket by Halley's method, and by how much it changes with the
         function by the tail: as one of two close roots where that is less."""
         (low, high, below, above), (value, slope, bend) = brackets, functions
         points, order = self.points, len(self.tail) - 1
         with np.errstate(divide="ignore", invalid="ignore"):
             at = np.where(below == above, low, low - below * (high - low) / (above - below))
-            for _ in range(NEWTON_STEPS):
+            for _ in range(STEPS):
                 local = points.rows(at)
-                step = np.vecdot(local, value) / np.vecdot(local, slope)
+                step, curve = (np.vecdot(local, f) for f in (value, bend))
+                rate = np.vecdot(local, slope)
+                step = step / (rate - step * curve / (2 * rate))  # Halley's
                 step = np.where((at - step >= low) & (at - step <= high), step, 0.0)
                 at = at - step
                 if not abs(step).max(initial=0.0) > SETTLED:
@@ -90,7 +92,7 @@ def _brackets(points: Lobatto, functions: tuple[np.ndarray, ...]) -> list[np.nda
         low, high, extremum = x[cell], x[cell + 2], x[cell + 1]
         left, right = f[i, cell], f[i, cell + 2]
         value, slope, bend = (one[i] for one in functions)
-        for _ in range(NEWTON_STEPS):
+        for _ in range(STEPS):
             local = points.rows(extremum)
             step = np.vecdot(local, slope) / np.vecdot(local, bend)
             extremum = np.clip(extremum - step, low, high)
@@ -132,6 +134,7 @@ def fit(
         values *= 1 - s**4 * ratio[:, None]
     tail, rates = tail_and_rates(abs(points.coefficients @ values), len(spectra) - 1)
     found = Characteristic(modes, shift, low, high, values, tail, np.zeros(modes))
-    misfit = abs(found.roots(points.checks)[0] - known).max(axis=0)
-    changes = found.roots(points.dense[2::4])[1].max(axis=0)
+    checks = len(known)
+    eigenvalues, changes = found.roots(np.concatenate((points.checks, points.dense[2::4])))
+    misfit, changes = abs(eigenvalues[:checks] - known).max(axis=0), changes[checks:].max(axis=0)
     return replace(found, misfit=misfit), changes, float(rates.max())

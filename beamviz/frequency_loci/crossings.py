@@ -210,17 +210,18 @@ def _locate(candidate: Candidate, curves: Curves, sweep: Sweep) -> Search[Event 
     if approach.gap > CLOSE * approach.frequency:
         return None
     off = max(abs(approach.at - guess.at), abs(approach.width - guess.width))
-    if off > NEAR * approach.width:  # else it was solved beside the guess already
-        guess = approach
-    ends = _beside(guess, before, after)
-    beside = yield ends
+    solved = off <= NEAR * approach.width  # beside the guess, which is near enough
+    place = guess if solved else approach
+    ends, near = _beside(place, before, after), _near(place, start, stop)
+    if not solved:
+        points = yield np.concatenate((ends, near))
+    beside = points.take(np.isin(points.at, ends))
     if len(beside.at) == 2:
         own = [_places(sweep, value, family)[[k, k + 1]] for value in ends.tolist()]
         O = abs(beside.shapes[0, own[0]].conj() @ beside.duals[1, own[1]].T)
         if math.atan2(O[0, 1] + O[1, 0], O[0, 0] + O[1, 1]) < ROTATED:
             return None
-    near = _near(guess, start, stop)
-    coupling, index = _veering_index((yield near), near, shapes)
+    coupling, index = _veering_index(points.take(np.isin(points.at, near)), near, shapes)
     if index < MIN_INDEX:
         return None
     return Event("veering", pair, *approach[:3], coupling, index, approach.width)

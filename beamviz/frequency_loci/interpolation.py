@@ -35,7 +35,7 @@ from beamviz.solver import is_small_strain
 FIRST_ORDERS = {"gamma": 14, "alpha": 18, "delta": 8, "mu": 16}  # of a whole axis
 STRETCHED_ORDER = 20  # the same over gamma, up to a large strain
 PER_MODE = 4  # the same over beta, for each mode
-COUPLED_ORDER = 24  # the same where all modes couple
+COUPLED_ORDER = 20  # the same where all modes couple
 ORDERS = (LEAST, 32, 192)  # least; least and greatest of a whole axis before it is halved
 FEW = 64  # greatest order of a part of it; below it the rate of convergence is known roughly
 MULTIPLES, EXPECTED = (2, 3, 4, 5, 6), 0.1  # of an order to try next; ratio that it should reach
@@ -263,7 +263,8 @@ def _fit(
     if ratio <= 1:
         piece = replace(piece, errors=errors, needed=needed | _next(paired), paired=paired)
         return piece, ratio, order
-    target = _next_order(order, lambda power: cover(errors * rates**power)[1])
+    alone = np.where(needed, errors[0] / accepted, 0.0)
+    targets = []
     if sweep.coupled and (found := _block(sweep, places, order)):
         block, of_block, rates_of_block = found
         m = len(of_block)
@@ -273,17 +274,17 @@ def _fit(
             needed = np.pad(ratios <= 1, (0, needed.shape[1] - m))[None]
             return replace(piece, errors=errors, needed=needed, block=block), ratio, order
         own = needed[0, :m]
-        of_next = _next_order(order, lambda power: (ratios * rates_of_block**power)[own].max())
-        target = min({target, of_next} - {order}, default=order)
-    alone = np.where(needed, errors[0] / accepted, 0.0)
+        targets.append(
+            _next_order(order, lambda power: (ratios * rates_of_block**power)[own].max())
+        )
     if not sweep.coupled and (more := _characteristics(sweep, places, piece, accepted, alone)):
         characteristics, ratios, rate = more
         ratio = min(ratio, float(ratios.max()))
         if ratios.max() <= 1:
             return replace(piece, errors=errors, characteristics=characteristics), ratio, order
-        of_next = _next_order(order, lambda power: (ratios * rate**power).max())
-        target = min({target, of_next} - {order}, default=order)
-    return piece, ratio, target
+        targets.append(_next_order(order, lambda power: (ratios * rate**power).max()))
+    targets.append(_next_order(order, lambda power: cover(errors * rates**power)[1]))
+    return piece, ratio, min({*targets} - {order}, default=order)
 
 
 def _characteristics(
