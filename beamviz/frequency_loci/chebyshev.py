@@ -9,6 +9,7 @@ from beamviz.solver import interpolation_matrix
 
 LEAST = 16  # order of the coarsest piece
 CHECKS = np.array([0.08, 0.4, 0.7])  # where in the order of the nodes: halfway between two of them
+FINE = 96  # order up to which there are three samples between two nodes, above it one
 EPS = float(np.finfo(float).eps)
 
 
@@ -21,8 +22,8 @@ class Lobatto:
     coefficients: np.ndarray  # (n, n) values -> Chebyshev coefficients
     check_nodes: np.ndarray  # (checks,) further points
     checks: np.ndarray  # (checks, n) values -> the interpolant at these
-    dense: np.ndarray  # (4 n - 3, n) values -> the interpolant at many points
-    dense_nodes: np.ndarray  # (4 n - 3,) these: the nodes, and three between each two
+    dense: np.ndarray  # (samples, n) values -> the interpolant at many points
+    dense_nodes: np.ndarray  # (samples,) these: the nodes, and as many between each two
 
     def rows(self, x: np.ndarray) -> np.ndarray:
         """Matrix (len(x), n): values at the nodes -> their interpolant at x."""
@@ -37,7 +38,8 @@ def lobatto(order: int) -> Lobatto:
     nodes[[0, order // 2, -1]] = -1.0, 0.0, 1.0
     ends = np.where(j % order == 0, 0.5, 1.0)
     T = np.cos(np.outer(j, np.arccos(nodes)))
-    empty, dense = np.empty((0, order + 1)), -np.cos(np.pi * np.arange(4 * order + 1) / (4 * order))
+    empty, samples = np.empty((0, order + 1)), order * (4 if order <= FINE else 2)
+    dense = -np.cos(np.pi * np.arange(samples + 1) / samples)
     coefficients = 2 / order * np.outer(ends, ends) * T
     checks = -np.cos(np.pi * (np.floor(CHECKS * order) + 0.5) / order)
     points = Lobatto(nodes, ends * (-1.0) ** j, coefficients, checks, empty, empty, dense)

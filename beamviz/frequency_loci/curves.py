@@ -132,9 +132,8 @@ class Curves:
         at, squares = [self.solved], [self.squares]
         for piece in self.pieces:
             if piece.errors is not None:
-                t = piece.dense
-                at.append(self.axis.p(t))
-                squares.append(piece.squares(t))
+                at.append(self.axis.p(piece.dense))
+                squares.append(piece.squares())
         places, first = np.unique(np.concatenate(at), return_index=True)
         found = np.concatenate(squares)[first]
         middles = (places[1:] + places[:-1]) / 2

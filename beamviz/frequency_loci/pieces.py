@@ -121,9 +121,10 @@ class Piece:
             bending = np.broadcast_to(bending[0] * kept, own.shape)
         return Spectra(squares, own, bending), error
 
-    def squares(self, t: np.ndarray) -> np.ndarray:
-        """omega^2 (n, families, k) alone."""
-        rows = lobatto(self.order).rows(self._local(t))
+    def squares(self, t: np.ndarray | None = None) -> np.ndarray:
+        """omega^2 (n, families, k) alone; by default at the values `dense`."""
+        points = lobatto(self.order)
+        rows = points.dense if t is None else points.rows(self._local(t))
         squares = self._squares(rows)
         for f, one in enumerate(self.characteristics):
             if one:

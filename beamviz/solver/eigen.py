@@ -22,7 +22,8 @@ from beamviz.errors import NotConverged
 EPS = float(np.finfo(float).eps)
 COMPRESSED = 16.0  # a shift for beams that may buckle: omega^2 of bending at rest is 12
 SHIFTS = tuple(COMPRESSED * 4.0**k for k in range(28))
-SUBSET = 40  # unknowns from which on a few eigenvectors come faster than all
+FEW = 30  # unknowns from which on a few eigenvectors come faster than all
+BLOCK = 32  # columns that LAPACK treats together
 FAR_APART = 1e10  # ratio of eigenvalues whose vectors Z' Z does not separate well enough
 HIGHEST = 1e10  # times the lowest eigenvalue: modes above are rounding
 MAX_INDEFINITE = 400  # unknowns of an unstable gyroscopic problem: a twentieth of a second
@@ -50,7 +51,7 @@ class FamilyModes(NamedTuple):
     omega_squared: np.ndarray  # (beams, 2, count) ascending
     V: np.ndarray  # (beams, 2, n, count) of unit modal mass
     size: np.ndarray  # (beams, 2, count) omega^2 + the shift: what was solved, and rounds
-    spectrum: np.ndarray  # (beams, 2, n) all omega^2; infinite where not solved for
+    spectrum: np.ndarray  # (beams, 2, n) all omega^2
 
 
 def family_modes(
@@ -62,14 +63,12 @@ def family_modes(
     count = min(count, n)
     root = 1 / np.sqrt(d)
     A = root[:, :, None] * G * root[:, None, :]
-    nu, V = np.zeros((len(d), 2, n)), np.empty((len(d), 2, count, n))
+    nu, V = np.empty((len(d), 2, n)), np.empty((len(d), 2, count, n))
     added = np.zeros((len(d), 2, 1))
     for k in range(len(d)):
-        found, V[k, 0], added[k, 0] = _largest(M[k], K[k], count, shift)
-        nu[k, 0, : len(found)] = found
-        values, vectors = symmetric(A[k])
-        nu[k, 1] = values[::-1]
-        np.multiply(vectors.T[: -count - 1 : -1], root[k], out=V[k, 1])
+        nu[k, 0], V[k, 0], added[k, 0] = _largest(M[k], K[k], count, shift)
+        nu[k, 1], vectors = largest(A[k], count)
+        np.multiply(vectors, root[k], out=V[k, 1])
     with np.errstate(divide="ignore"):  # of the highest, which are rounding
         sizes = 1 / nu
     size = sizes[..., :count]
@@ -78,23 +77,33 @@ def family_modes(
     return FamilyModes(spectrum[..., :count].copy(), V.mT, size, spectrum)
 
 
-def symmetric(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """All eigenvalues (..., n), ascending, and vectors (..., n, n) of symmetric A (overwritten)."""
-    if A.ndim > 2:  # in one call numpy would set threads on each of these small problems
-        nu, V = map(np.array, zip(*map(symmetric, A), strict=True))
-        return nu, V
-    routine = lapack.dsyev if len(A) < SUBSET else lapack.dsyevd
-    nu, V, info = routine(A.T, overwrite_a=True)
+def largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """All eigenvalues (n,), descending, of symmetric A (n, n), of which the upper triangle is read,
+    and the vectors of the `count` largest, each a row.
+
+    By QR of all vectors, or of a larger problem by inverse iteration of a few.
+    """
+    # Transposed, symmetric matrices come as LAPACK wants them: no conversion.
+    n, count = len(A), min(count, len(A))
+    if n >= max(FEW, 2 * count):
+        reflectors, d, e, tau, _ = lapack.dsytrd(A.T, lower=1, lwork=BLOCK * n)
+        nu, failed = lapack.dsterf(d, e)
+        if not failed:
+            one_block = np.ones(n, np.int32), np.full(n, n, np.int32)
+            V, failed = lapack.dstein(d, e, nu[n - count :], *one_block)
+        if not failed:
+            V[1:] = lapack.dormqr("L", "N", reflectors[1:, :-1], tau, V[1:], BLOCK * n)[0]
+            return nu[::-1], V.T[count - 1 :: -1]
+    nu, V, info = (lapack.dsyev if n < FEW else lapack.dsyevd)(A.T, lower=1)
     if info:
         raise NotConverged(f"the eigenvalues did not converge (LAPACK: {info})")
-    return nu, V
+    return nu[::-1], V.T[: -count - 1 : -1]
 
 
 def _largest(
     M: np.ndarray, K: np.ndarray, count: int, shift: float
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """The largest nu (descending) of M v = nu (K + added M) v, `count` of the v, each a row, and
-    added."""
+    """All nu (descending) of M v = nu (K + added M) v, `count` of the v, each a row, and added."""
     for added in chain((shift,), SHIFTS):
         found = _definite(M, K + added * M if added else K, count)
         if found is not None:
@@ -109,15 +118,17 @@ def _largest(
 
 
 def _definite(M: np.ndarray, K: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray] | None:
-    """The largest nu (descending) of M v = nu K v, all of a small problem, and `count` of the v,
-    each a row; None if K is not definite."""
-    # Transposed, symmetric matrices come as LAPACK wants them: no conversion.
+    """All nu (descending) of M v = nu K v and `count` of the v, each a row; None if K is not
+    definite."""
     n = len(K)
-    if n < SUBSET:
-        nu, V, info = lapack.dsygv(M.T, K.T)
-    else:
-        nu, V, _, _, info = lapack.dsygvx(M.T, K.T, range="I", il=n - count + 1, iu=n)
-        nu, V = nu[:count], V[:, :count]
+    if n >= FEW:
+        L, info = lapack.dpotrf(K.T, lower=1)
+        if info:
+            return None
+        A, _ = lapack.dsygst(M.T, L, lower=1)
+        nu, V = largest(A.T, count)
+        return nu, lapack.dtrtrs(L, V.T, lower=1, trans=1)[0].T
+    nu, V, info = lapack.dsygv(M.T, K.T)
     if 0 < info <= n:
         raise NotConverged(f"the eigenvalues did not converge (LAPACK: {info})")
     return None if info else (nu[::-1], V.T[: -count - 1 : -1])
@@ -212,13 +223,12 @@ def _definite_gyroscopic(
 def _inverse_largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Inverses (..., count), ascending, of the largest eigenvalues of A, and their vectors."""
     n = A.shape[-1]
-    if A.ndim > 2 and len(A) > 1:
-        nu, Y = symmetric(A)
-    else:
-        nu, Y, _, _, _ = lapack.dsyevr(A.reshape(n, n).T, range="I", il=n - count + 1, iu=n)
-        nu, Y = nu[:count].reshape(*A.shape[:-2], count), Y.reshape(*A.shape[:-1], count)
+    # In one call numpy would set threads on each of these small problems.
+    found = [largest(one, count) for one in A.reshape(-1, n, n)]
+    nu, V = map(np.array, zip(*found, strict=True))
+    nu, V = nu.reshape(*A.shape[:-2], n), V.reshape(*A.shape[:-2], -1, n)
     with np.errstate(divide="ignore"):  # a mode lost to rounding, whose inverse shows it
-        return 1 / nu[..., : -count - 1 : -1], Y[..., : -count - 1 : -1]
+        return 1 / nu[..., :count], V.mT
 
 
 def _indefinite(
