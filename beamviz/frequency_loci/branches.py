@@ -203,11 +203,11 @@ def branches_of(sweep: Sweep, values: np.ndarray, parts: Sequence[Part]) -> tupl
         rank = np.where(known, Spectra(*found[:3]).rank, sweep.modes)
         table = np.stack((rank, *found)).reshape(5, *numbers.shape)
         table[:, table[0] >= sweep.modes] = np.array([-1, *4 * [np.nan]])[:, None]
-        rows = np.arange(len(here))
+        rows, places = np.arange(len(here)), numbers.argsort(axis=1)
         for number, label in part.labels.items():
             own = np.full((5, len(values)), np.nan)
             own[0] = -1
-            own[:, here] = table[:, rows, (numbers == number).argmax(axis=1)]
+            own[:, here] = table[:, rows, places[:, number]]
             while label in columns and (np.minimum(columns[label][0], own[0]) >= 0).any():
                 label += "'"
             columns[label] = np.where(own[0] >= 0, own, columns.get(label, own))

@@ -117,7 +117,7 @@ def _crossings(curves: Curves, sweep: Sweep) -> list[Event]:
     roots = [root for root, own in zip(roots, kept, strict=True) if own]
     polish(roots, sweep, difference)
     solved = sweep.spectra(np.array([root.at - root.shift for root in roots])).squares
-    kept, events = _lowest(solved, roots, sweep.modes), []
+    kept, events = _lowest(solved, roots, sweep.modes, 0.0), []
     for root, squares, own in zip(roots, solved, kept, strict=True):
         b, s = divmod(root.channel, count)
         square = (squares[0, b] + squares[1, s]) / 2
@@ -127,9 +127,7 @@ def _crossings(curves: Curves, sweep: Sweep) -> list[Event]:
     return events
 
 
-def _lowest(
-    squares: np.ndarray, roots: Sequence[Root], modes: int, margin: float = 0.0
-) -> np.ndarray:
+def _lowest(squares: np.ndarray, roots: Sequence[Root], modes: int, margin: float) -> np.ndarray:
     """Which crossings (n,) are among the lowest modes, or less than a margin above, by omega^2."""
     b, s = divmod(np.array([root.channel for root in roots], int), squares.shape[2])
     each = np.arange(len(roots))

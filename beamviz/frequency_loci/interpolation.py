@@ -113,10 +113,13 @@ def _block(
     return block._replace(misfit=misfit), errors, np.minimum(tails / middles, 1.0)
 
 
-def _functions(spectra: Spectra) -> np.ndarray:
-    """What is interpolated, (functions, values, families, k): omega^2; of modes that all couple the
-    bending fraction, else of omega^2 and the next one the mean and the square of the difference."""
+def _functions(spectra: Spectra, alone: bool) -> np.ndarray:
+    """What is interpolated, (functions, values, families, k): omega^2, perhaps alone; of modes that
+    all couple the bending fraction, else of omega^2 and the next one the mean and the square of the
+    difference."""
     squares, _, bending = spectra
+    if alone:
+        return squares[None]
     if squares.shape[1] == 1:
         return np.stack((squares, bending))
     functions = np.full((3, *squares.shape), np.nan)
@@ -243,7 +246,7 @@ def _fit(
 ) -> tuple[Piece, float, int]:
     """The piece of an attempt; the ratio of its error to that accepted; the next order to try."""
     low, high, order, *_ = attempt
-    nodes, checks = solved.take(slice(order + 1)), solved.take(slice(order + 1, None))
+    nodes = solved.take(slice(order + 1))
     rank = np.where(np.isfinite(solved.squares), solved.rank, np.inf).min(axis=0)
     needed = rank <= sweep.modes if not sweep.coupled else rank < sweep.modes
     none = np.zeros(needed.shape, bool)
@@ -251,7 +254,10 @@ def _fit(
     if not np.isfinite(solved.squares[:, needed]).all():
         return piece, np.inf, order
     accepted = _accepted(sweep, solved, rank)
-    errors, rates, least = _estimates(order, nodes, checks)
+    errors, rates, least = _estimates(order, _functions(solved, not sweep.coupled))
+    alone = np.where(needed, errors[0] / accepted, 0.0)
+    if not sweep.coupled and not (alone <= 1).all():
+        errors, rates, least = _estimates(order, _functions(solved, False))
 
     def cover(errors: np.ndarray) -> tuple[np.ndarray, float]:
         if sweep.coupled:
@@ -263,7 +269,6 @@ def _fit(
     if ratio <= 1:
         piece = replace(piece, errors=errors, needed=needed | _next(paired), paired=paired)
         return piece, ratio, order
-    alone = np.where(needed, errors[0] / accepted, 0.0)
     targets = []
     if sweep.coupled and (found := _block(sweep, places, order)):
         block, of_block, rates_of_block = found
@@ -338,19 +343,17 @@ def _next(paired: np.ndarray) -> np.ndarray:
     return np.pad(paired[:, :-1], ((0, 0), (1, 0)))
 
 
-def _estimates(
-    order: int, nodes: Spectra, checks: Spectra
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The errors of all functions, by what factors (functions, families, k) they are expected to
-    fall when the order grows by a half, and the least values (families, k) of the last function."""
-    points, functions = lobatto(order), np.moveaxis(_functions(nodes), 1, 0)
-    shape, flat = functions.shape[1:], functions.reshape(order + 1, -1)
-    coefficients = abs(points.coefficients @ flat)
-    tail, rates = tail_and_rates(coefficients, order)
-    exact = np.moveaxis(_functions(checks), 1, 0).reshape(len(CHECKS), -1)
-    misfit = abs(points.checks @ flat - exact).max(axis=0)
-    errors = np.maximum(TAIL * tail, MISFIT * misfit) + EPS * abs(flat).max(axis=0)
-    least = (points.dense @ functions[:, -1].reshape(order + 1, -1)).min(axis=0)
+def _estimates(order: int, functions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The errors of all functions, given at the nodes and check points, by what factors (functions,
+    families, k) they are expected to fall when the order grows by a half, and the least values
+    (families, k) of the last function."""
+    points, shape = lobatto(order), (len(functions), *functions.shape[2:])
+    flat = np.moveaxis(functions, 1, 0).reshape(functions.shape[1], -1)
+    nodes, checks = flat[: order + 1], flat[order + 1 :]
+    tail, rates = tail_and_rates(abs(points.coefficients @ nodes), order)
+    misfit = abs(points.checks @ nodes - checks).max(axis=0)
+    errors = np.maximum(TAIL * tail, MISFIT * misfit) + EPS * abs(nodes).max(axis=0)
+    least = (points.dense @ nodes[:, -shape[1] * shape[2] :]).min(axis=0)
     return errors.reshape(shape), rates.reshape(shape), least.reshape(shape[1:])
 
 

@@ -19,10 +19,10 @@ from beamviz.solver import (
     Problem,
     displacements,
     family_spectrum,
+    greatest_force,
     mesh_spectrum,
     parse_options,
     solve_many,
-    static_moment,
 )
 from beamviz.solver.solution import Solution
 
@@ -141,7 +141,7 @@ class Sweep:
 
     def axis(self, low: float, high: float) -> Axis:
         """A range of the free parameter."""
-        return Axis(self.over, low, high, static_moment(self.beam), self.coupled)
+        return Axis(self.over, low, high, greatest_force(self.beam, load=1.0), self.coupled)
 
     def at(self, value: float) -> Beam:
         """The beam with this value of the free parameter."""

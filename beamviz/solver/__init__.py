@@ -16,8 +16,8 @@ from beamviz.solver.hp import displacements as displacements
 from beamviz.solver.hp import family_spectrum as family_spectrum
 from beamviz.solver.hp import mesh_spectrum as mesh_spectrum
 from beamviz.solver.hp import solve_hp
+from beamviz.solver.hp.equilibrium import greatest_force as greatest_force
 from beamviz.solver.hp.equilibrium import is_small_strain as is_small_strain
-from beamviz.solver.hp.equilibrium import static_moment as static_moment
 from beamviz.solver.hp.mesh import interpolation_matrix as interpolation_matrix
 from beamviz.solver.problem import CHOICES, METHODS, OPTIONS, Problem, interruption
 from beamviz.solver.solution import Solution

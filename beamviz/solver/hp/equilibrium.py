@@ -107,17 +107,12 @@ def _with_mass(mesh: Mesh, alpha: float | np.ndarray, beta: float | np.ndarray) 
     return Inertia(weights, G, G1, g, to_mass, alpha, total)
 
 
-def static_moment(beams: Beam | BeamStack) -> Any:
-    """Of an unstretched beam about the axis of rotation, an inward one taken outward: what gamma^2
-    is multiplied by in the tension at the clamp. float, or (beams, 1)."""
-    hub: Any = abs(beams.delta)
-    return 0.5 + hub + beams.alpha * (beams.beta + hub)
-
-
-def greatest_force(beams: Beam | BeamStack) -> Any:
+def greatest_force(beams: Beam | BeamStack, load: Any = None) -> Any:
     """An upper bound of |n| of an unstretched beam, and for an outward one its value at the
-    clamp: float, or (beams, 1)."""
-    return (beams.gamma / beams.mu) ** 2 * static_moment(beams)
+    clamp: float, or (beams, 1). load: (gamma / mu)^2 in place of their own."""
+    hub: Any = abs(beams.delta)
+    moment = 0.5 + hub + beams.alpha * (beams.beta + hub)
+    return ((beams.gamma / beams.mu) ** 2 if load is None else load) * moment
 
 
 def is_small_strain(beams: Beam | BeamStack) -> Any:

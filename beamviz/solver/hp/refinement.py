@@ -48,7 +48,7 @@ STACKED = 2  # of them in stacks: the beams left then need care of their own
 CHUNK = 32  # beams that share a mesh: it is as fine as the hardest of them needs
 OWN_CHUNK, FINER = 48, 1.5  # beams with meshes of their own, that share orders; how much finer
 FEWEST = 6  # beams that get a coarser mesh
-SPARED = 1.5e5  # cubes of unknowns that it spares in all: another stack takes as long
+SPARED = 1e5  # cubes of unknowns that it spares in all: another stack takes as long
 DESIGNED = 8  # one in so many meshes is designed where only the place of the mass changes
 FEWER_DIGITS = 0.15  # asked of a shared mesh: most of its beams need less than the hardest
 MORE_DIGITS = 0.7  # for each further attempt, beyond those the last one missed
@@ -148,7 +148,7 @@ class Refinement:
             gentle = chunk[: len(chunk) // 2]
             if not (found := self._mesh(chunk)):
                 chunks += [chunk[:-1]] if chunk[:-1] else []
-            elif len(gentle) < FEWEST:
+            elif len(gentle) < FEWEST or sum(found[1]) ** 3 * len(gentle) <= SPARED:
                 groups.setdefault(found, []).extend(chunk)
             elif not (coarser := self._mesh(gentle)):
                 chunks.append([place for place in chunk if place != gentle[-1]])
