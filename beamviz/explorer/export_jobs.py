@@ -8,7 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-from beamviz.errors import BeamvizError, Cancelled, InvalidInput
+from beamviz.drawing.text import error_summary
+from beamviz.errors import BeamvizError, Cancelled, InvalidInput, NoEquilibrium
 from beamviz.exports import animate, export
 from beamviz.exports.film import ENCODERS
 from beamviz.scene import Scene
@@ -73,6 +74,9 @@ class ExportJob:
             status = Status("cancelled")
         except InvalidInput as error:
             status = Status("failed", message=f"Nothing to export: {error}")
+        except NoEquilibrium as error:
+            reason = error_summary(error, self.scene.beam)
+            status = Status("failed", message=f"Nothing to export: {reason}")
         except BeamvizError as error:
             status = Status("failed", message=f"The export failed: {error}")
         except Exception as error:  # a mistake of ours must not end a visitor's session

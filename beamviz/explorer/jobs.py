@@ -18,7 +18,7 @@ from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import error_summary, stability_warning, stretch_caution
-from beamviz.errors import BeamvizError, Cancelled, InvalidInput
+from beamviz.errors import BeamvizError, Cancelled, InvalidInput, NoEquilibrium
 from beamviz.explorer.state import Case
 from beamviz.server.log import RateLimitedLog
 from beamviz.solver import Solution, interruption, solve
@@ -347,7 +347,8 @@ class SolverAnswer(Answer[Case, "Solved"]):
     @property
     def message(self) -> str:
         """What is wrong in full, "" for a stable equilibrium."""
-        return str(self.error) if self.error else self.warning
+        known = self.error is None or isinstance(self.error, NoEquilibrium)
+        return self.warning if known else str(self.error)
 
 
 class Solved(NamedTuple):

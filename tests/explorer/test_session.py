@@ -13,7 +13,7 @@ from beamviz.drawing.text import rounded_to_error
 from beamviz.explorer import frames, jobs, session
 from beamviz.explorer import visitor as visitor_module
 from beamviz.explorer.app import explorer
-from beamviz.explorer.features.comparison import DOUBLE
+from beamviz.explorer.features.comparison import DOUBLE, EFFECTS
 from beamviz.explorer.page import page
 from beamviz.scene import Scene
 from beamviz.solver import solve
@@ -147,4 +147,11 @@ def test_a_scene_without_equilibrium_shows_the_unloaded_beam_and_no_numbers(fram
         guest.says("No equilibrium")
         pause(guest)
         assert stable in guest.text  # the last answer of this scene, faded
+        guest.choose("comparison", EFFECTS)
+        guest.do("time_methods", True)
+        guest.do("export", ".csv")
+        known = "No equilibrium above γ = 31.49"
+        for tab in ("comparison", "timings"):
+            guest.wait(lambda _, tab=tab: known in guest.texts.get(tab, ""))
+        guest.wait(lambda _: guest.said and known in guest.said[-1]["text"])
         assert one.view.shapes.beam.gamma == 20

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.drawing.text import Measure, significant
-from beamviz.errors import BeamvizError
+from beamviz.drawing.text import Measure, error_summary, significant
+from beamviz.errors import BeamvizError, NoEquilibrium
 from beamviz.explorer.features.loci_chart import Data, axis_data, sent
 from beamviz.explorer.page.html import button, checkbox, table
 from beamviz.explorer.state import Case
@@ -133,7 +133,10 @@ class MethodTimingTab(Feature):
         if timings is None:
             page.html("timings", INVITATION)
         elif timings.result is None:
-            page.html("timings", f'<p class="note">{escape(timings.message)}</p>')
+            error, reason = timings.error, timings.message
+            if answer and isinstance(error, NoEquilibrium):
+                reason = error_summary(error, answer.beam)
+            page.html("timings", f'<p class="note">{escape(reason)}</p>')
         else:
             page.html("timings", timing_table(timings.result) + NOTE)
             page.chart("timing-chart", timing_data(timings.result, solution))

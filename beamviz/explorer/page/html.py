@@ -9,7 +9,6 @@ from beamviz.beam import Units
 from beamviz.drawing import colours
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import duration, significant
-from beamviz.errors import NoEquilibrium
 from beamviz.explorer.jobs import SolverAnswer
 
 ROUNDING = 1e-9  # [%]
@@ -26,7 +25,7 @@ def equilibrium_state(answer: SolverAnswer) -> str:
     else:
         title, _, text = answer.warning.partition("\n")
         kind = "bad"
-        if answer.error and not isinstance(answer.error, NoEquilibrium):
+        if answer.message != answer.warning:
             text = answer.message
     line = f"<br>{escape(text)}" if text else ""
     return f'<p class="state {kind}"><b>{escape(title)}</b>{state_switch(answer)}{line}</p>'
