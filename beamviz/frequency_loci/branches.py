@@ -172,7 +172,7 @@ def _curves(sweep: Sweep, axis: Axis, values: np.ndarray) -> Curves:
 def _labels(part: Part, sweep: Sweep) -> dict[int, str]:
     """The labels of the branches that are among the requested modes somewhere, as they first
     appear: B or S and the number in the family, of modes that couple the family at the first
-    value."""
+    value, or the first of a straight state."""
     table = part.curves.table
     _, families, count = table.squares.shape
     rank = table.rank.reshape(len(table.at), -1)
@@ -184,9 +184,13 @@ def _labels(part: Part, sweep: Sweep) -> dict[int, str]:
     found = [n for n in first.argsort(kind="stable").tolist() if first[n] < rank.size]
     if families == 2:
         return {n: f"{'BS'[n // count]}{n % count + 1}" for n in found}
-    (outcome,) = sweep.solve(table.at[:1])
-    labels = outcome.labels if isinstance(outcome, Solution) else ()
-    return {n: labels[n] for n in found if n < len(labels)}
+    outcomes = sweep.solve(table.at[:1] if sweep.straight else table.at)
+    solutions = [(k, one) for k, one in enumerate(outcomes) if isinstance(one, Solution)]
+    straight = [(k, one) for k, one in solutions if one.equilibrium.shape == "straight"]
+    for k, solution in (straight or solutions)[:1]:
+        labels = dict(zip(numbers[k].tolist(), solution.labels, strict=False))
+        return {n: labels[n] for n in found if n in labels}
+    return {}
 
 
 def branches_of(sweep: Sweep, values: np.ndarray, parts: Sequence[Part]) -> tuple[Branch, ...]:

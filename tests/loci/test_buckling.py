@@ -24,8 +24,9 @@ INWARD = Beam(delta=-1)
 )
 def test_the_beam_buckles_in_a_sweep(beam, over, values, at, coriolis):
     """B1 falls to zero and rises again as one branch; the straight beam's lowest omega^2 changes
-    its sign within 1e-6 of the event."""
+    its sign within 1e-6 of the event. Branches are called by what they are in the straight beam."""
     found = loci(beam, over, values, modes=2, state="stable", coriolis=coriolis)
+    assert [branch.label for branch in found.branches] == ["B1", "B2"]
     (event,) = [event for event in found.events if event.kind == "buckling"]
     assert event.branches == ("B1", "B1")
     assert event.frequency == 0
