@@ -111,6 +111,7 @@ CHART = "document.querySelector('#loci-chart')"
 PLOT = "document.querySelector('#loci-chart .plot')"
 LINE = "document.querySelector('#loci-chart [role=slider]')"
 MARKS = "document.querySelectorAll('#loci-chart button.mark')"
+FIELD = "document.querySelector('#gamma-field')"
 READOUT = "document.querySelector('#loci-chart .readout')"
 RANGE = "[...document.querySelectorAll('#loci-chart .tick:not(.y)')].map(e => +e.textContent)"
 
@@ -138,7 +139,7 @@ def set_speed(shown: Page, speed: float) -> None:
 
 def field(shown: Page) -> float:
     """The speed in its field: what the server says."""
-    return float(shown.evaluate("document.querySelector('#gamma-field').value"))
+    return float(shown.evaluate(f"{FIELD}.value"))
 
 
 def press(shown: Page, key: str, text: str = "") -> None:
@@ -239,6 +240,7 @@ def test_a_resonance_is_zoomed_in_on_each_time_that_it_is_chosen(desk):
     for _ in range(2):
         desk.click("document.querySelector('#loci-resonances button')")
         wait_until(lambda: field(desk) == pytest.approx(0.79791, abs=1e-5))
+        assert desk.evaluate(f"{FIELD}.scrollWidth <= {FIELD}.clientWidth")  # all its digits
         desk.wait(f"Math.max(...{RANGE}) < 2")
         desk.click("document.querySelector('#loci-chart .zoom button:last-child')")
         desk.wait(f"Math.max(...{RANGE}) === 20")
