@@ -121,7 +121,6 @@ that are not given stay. All numbers are in the units of the page.
         const first = clamp(this.value - width / 2, start, end - width);
         this.view = [first, first + width];
       }
-      this.dragged = false;
     }
 
     // Marks and the line of the beam
@@ -231,6 +230,7 @@ that are not given stay. All numbers are in the units of the page.
       this.pressed = this.drag = null;
       this.plot.classList.remove("dragging");
       if (this.dragged) this.render();
+      this.dragged = false;
     }
 
     leave() {
