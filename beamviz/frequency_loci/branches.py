@@ -18,6 +18,7 @@ from beamviz.frequency_loci.pieces import Spectra
 from beamviz.frequency_loci.sweep import Sweep
 from beamviz.solver.solution import Solution, family_of
 
+ABSENT = np.array([-1.0, *4 * [np.nan]])[:, None, None]  # of a branch: mode_index, then Values
 SHORTEST = 1e-6  # of a sweep: a shorter part between two limits is not interpolated
 
 
@@ -206,12 +207,11 @@ def branches_of(sweep: Sweep, values: np.ndarray, parts: Sequence[Part]) -> tupl
         exists[here] = known.any(axis=(1, 2))
         rank = np.where(known, Spectra(*found[:3]).rank, sweep.modes)
         table = np.stack((rank, *found)).reshape(5, *numbers.shape)
-        table[:, table[0] >= sweep.modes] = np.array([-1, *4 * [np.nan]])[:, None]
-        rows, places = np.arange(len(here)), numbers.argsort(axis=1)
-        for number, label in part.labels.items():
-            own = np.full((5, len(values)), np.nan)
-            own[0] = -1
-            own[:, here] = table[:, rows, places[:, number]]
+        places = numbers.argsort(axis=1)[:, list(part.labels)]  # (here, labels)
+        chosen = np.take_along_axis(table, places[None], axis=2)
+        rows = np.tile(ABSENT, (len(values), len(part.labels)))
+        rows[:, here] = np.where(chosen[0] < sweep.modes, chosen, ABSENT)
+        for label, own in zip(part.labels.values(), np.moveaxis(rows, 2, 0).copy(), strict=True):
             while label in columns and (np.minimum(columns[label][0], own[0]) >= 0).any():
                 label += "'"
             columns[label] = np.where(own[0] >= 0, own, columns.get(label, own))

@@ -77,6 +77,13 @@ class Curvature:
 _ROOT3 = math.sqrt(3)
 
 
+def _cubic(n: Any) -> Any:
+    """The largest root of f^3 - f = 2 n; the least stretch where there is none."""
+    x = 3 * _ROOT3 * n
+    below, above = np.arccos(np.clip(x, -1, 1)), np.arccosh(np.maximum(x, 1))  # one of them is 0
+    return 2 / _ROOT3 * np.cos(below / 3) * np.cosh(above / 3)
+
+
 def _exponential(n: Any) -> Any:
     """f = exp(n f), the lower solution: each time a digit nearer, unless n is almost 1 / e. More
     force than that it does not carry: f = e."""
@@ -93,7 +100,7 @@ _STRAIN_LAWS = (
         strain=lambda f: (f - 1) * (f + 1) / 2,
         force=lambda f: (f - 1) * (f + 1) * f / 2,
         stiffness=lambda f: 1.5 * f * f - 0.5,
-        stretch=lambda n: 2 / _ROOT3 * np.cos(np.arccos(3 * _ROOT3 * n + 0j) / 3).real,
+        stretch=_cubic,
         series=(1.5, 4.0),
         min_stretch=1 / math.sqrt(3),
         max_stretch=math.inf,

@@ -197,12 +197,14 @@ class AxialProblem(NamedTuple):
         # pass errs by about n^2, two by less than n^3.
         stretch = law.stretch_series if force < SERIES_FORCE else law.stretch
         pull, static = load / inertia.weights, beams.delta * inertia.g
-        f = first = stretch(pull * (inertia.G1 + static))
+        f = stretch(pull * (inertia.G1 + static))
+        more = f - 1
         for _ in range(passes - 1):
+            before, rest = more, f
             f = stretch(pull * (np.matvec(inertia.G, f) + static))
-        if passes == 2:
-            more = f - first
-            rows = more, first - 1
+            more = f - rest
+        if passes > 1:
+            rows = more, before
             a, b = [row[:, :1] if len(f) > 1 else row.item(0) for row in rows]  # at the clamp
             ratio = np.minimum(a / (b + TINY), LARGEST_RATIO)
             f = f + more * (ratio / (1 - ratio))
