@@ -208,7 +208,7 @@ def branches_of(sweep: Sweep, values: np.ndarray, parts: Sequence[Part]) -> tupl
         rank = np.where(known, Spectra(*found[:3]).rank, sweep.modes)
         table = np.stack((rank, *found)).reshape(5, *numbers.shape)
         places = numbers.argsort(axis=1)[:, list(part.labels)]  # (here, labels)
-        chosen = np.take_along_axis(table, places[None], axis=2)
+        chosen = table[:, np.arange(len(here))[:, None], places]
         rows = np.tile(ABSENT, (len(values), len(part.labels)))
         rows[:, here] = np.where(chosen[0] < sweep.modes, chosen, ABSENT)
         for label, own in zip(part.labels.values(), np.moveaxis(rows, 2, 0).copy(), strict=True):

@@ -4,6 +4,8 @@ At rest the slenderness scales the frequencies of stretching and leaves those of
 it is chosen to make them meet.
 """
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize_scalar
@@ -71,3 +73,26 @@ def test_two_pairs_cross_at_one_place(points):
         frozenset(("B5", "S2")),
     }
     assert all(event.kind == "crossing" for event in pairs)
+
+
+@pytest.mark.parametrize("points", [2, 201])
+@pytest.mark.parametrize("coriolis", [False, True])
+def test_three_modes_meet_at_one_place(coriolis, points):
+    """A heavy mass parts the beam, so B3 and B4 veer, and S1 lies between them there: all three are
+    within 3 % of each other. Neither crossing of S1 is lost; with Coriolis forces both veer."""
+    beam = Beam(alpha=100, beta=0.85382006, delta=1, mu=9339.19)
+    found = loci(beam, "gamma", np.linspace(18, 22, points), 5, coriolis=coriolis)
+    if coriolis:
+        assert [event.kind for event in found.events] == ["veering", "veering"]
+    else:
+        assert [(event.kind, *sorted(event.branches)) for event in found.events] == [
+            ("crossing", "B4", "S1"),
+            ("veering", "B3", "B4"),
+            ("crossing", "B3", "S1"),
+        ]
+    for event in found.events:
+        there = solve(beam.replace(gamma=event.at), 5, coriolis=coriolis, tolerance=1e-11)
+        gaps = [b - a for a, b in combinations(there.frequencies.tolist(), 2)]
+        off = min(abs(gap - event.gap) for gap in gaps)
+        assert off < 1e-8 * event.frequency + 1e-3 * event.gap
+    assert np.ptp([event.frequency for event in found.events]) < 0.05 * event.frequency
