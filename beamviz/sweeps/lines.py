@@ -19,7 +19,9 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError, NoEquilibrium
-from beamviz.solver import DEFAULTS, TOLERANCES, Problem, Solution, solve_many
+from beamviz.solver import DEFAULTS, TOLERANCES, interpolation_matrix, solve_many
+from beamviz.solver.problem import Problem
+from beamviz.solver.solution import Solution
 
 NODES, CHECKS = 17, (1, 6, 9, 14)  # beams of a piece: interpolated, and intervals with a check
 SAFETY = 5.0
@@ -68,11 +70,7 @@ class Grid:
         at = x[nodes]
         distances = (at[:, None] - at) * (4 / (at[-1] - at[0]))  # their products stay near 1
         barycentric = 1 / (distances + np.eye(len(at))).prod(axis=1)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            weights = barycentric / (x[:, None] - at)
-            weights /= weights.sum(axis=1, keepdims=True)
-        weights[nodes] = np.eye(len(nodes))
-        return Stencil(first + nodes, first + checks, weights)
+        return Stencil(first + nodes, first + checks, interpolation_matrix(x, at, barycentric))
 
     @staticmethod
     def _nearest(x: np.ndarray, k: np.ndarray) -> np.ndarray:
