@@ -19,8 +19,7 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError, NoEquilibrium
-from beamviz.solver import DEFAULTS, TOLERANCES, interpolation_matrix, solve_many
-from beamviz.solver.problem import Problem
+from beamviz.solver import DEFAULTS, TOLERANCES, Problem, interpolation_matrix, solve_many
 from beamviz.solver.solution import Solution
 
 NODES, CHECKS = 17, (1, 6, 9, 14)  # beams of a piece: interpolated, and intervals with a check
