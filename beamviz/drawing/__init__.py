@@ -36,7 +36,7 @@ from beamviz.server.viser_private import set_orientation, set_position, set_prop
 INSET = 0.95  # size of an overlaid beam, so that its faces do not coincide with the other's
 TITLE_OFFSET = np.array([0.0, 0.0, 0.1])  # of an overlaid beam, from its mass or tip
 ROW_SPACING = 0.42  # of beams above each other, in lengths of the beam
-TITLE_HEIGHT = 0.14  # above the hub
+TITLE_PLACE = np.array([-0.12, 0.0, 0.12])  # of a title, from the clamp
 OVERLAY = "/scene/rotor/overlay"
 
 
@@ -103,7 +103,8 @@ class BeamView:
             self.mass.batched_scales = np.array([[size[0], size[1], size[1]]])
             self.mass.batched_colors = colours.instanced(colour)
         self.warning.show(warning, (beam.delta + 0.5, 0.0, 0.12))
-        self.title.show(title, (beam.delta if view.rotating_frame else 0.0, 0.0, TITLE_HEIGHT))
+        clamp = np.array([beam.delta if view.rotating_frame else 0.0, 0.0, 0.0])
+        self.title.show(title, clamp + TITLE_PLACE)
         self.frame.visible = True
 
     @property

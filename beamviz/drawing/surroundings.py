@@ -97,7 +97,7 @@ class Surroundings:
         drawn_for = beam.delta, ground, turning, rotating_frame, dark
         if drawn_for != self.drawn_for:
             self.drawn_for = drawn_for
-            self.show_hub(beam, ground)
+            self.show_hub(beam, ground, rotating_frame=rotating_frame)
             self.show_floor(beam, ground, dark=dark)
             self.arrow.visible = turning
             if turning:
@@ -112,14 +112,17 @@ class Surroundings:
         self.scale.points = scale_lines(radius)
         set_position(self.floor, (0.0, 0.0, ground - FLOOR_THICKNESS / 2))
 
-    def show_hub(self, beam: Beam, ground: float) -> None:
-        """Place the hub and its bolts, and the post on the floor."""
-        inward, radius = beam.delta < 0, hub_radius(beam)
+    def show_hub(self, beam: Beam, ground: float, *, rotating_frame: bool) -> None:
+        """Place the hub and its bolts, and the post on the floor; of a hub that would cover other
+        beams only a drum at the clamp."""
+        inward, radius, centre = beam.delta < 0, hub_radius(beam), 0.0
+        if not self.alone and (inward or rotating_frame):
+            inward, radius, centre = False, MIN_HUB, beam.delta - min(abs(beam.delta), MIN_HUB)
         self.post.visible = self.alone and not inward
         self.post.height = -ground
         self.post.position = (0.0, 0.0, ground / 2)
         self.drum.visible, self.hoop.visible = not inward, inward
-        self.drum.radius = radius
+        self.drum.radius, self.drum.position = radius, (centre, 0.0, 0.0)
         self.drum.radial_segments = math.ceil(160 * min(math.sqrt(radius), 1))  # equally round
         if inward:
             self.hoop.vertices = annulus(radius).vertices
@@ -127,7 +130,7 @@ class Surroundings:
         place = radius + HOOP / 2 if inward else radius - 2.2 * size
         angle = np.linspace(0.0, 2 * np.pi, BOLTS, endpoint=False) + np.pi / BOLTS
         height = np.full(BOLTS, (HUB_HEIGHT + BOLT_SIZE[1]) / 2)
-        positions = np.stack([place * np.cos(angle), place * np.sin(angle), height], 1)
+        positions = np.stack([centre + place * np.cos(angle), place * np.sin(angle), height], 1)
         sizes = np.tile([size, size, BOLT_SIZE[1]], (BOLTS, 1))
         set_properties(
             self.bolts,
