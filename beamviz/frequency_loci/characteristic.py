@@ -48,7 +48,8 @@ class Characteristic:
         place = np.arange(len(i)) - np.searchsorted(i, i)
         kept = place < self.modes
         found = np.full((2, len(rows), self.modes), np.nan)
-        eigenvalues = np.stack((s**4 - self.shift, 4 * s**3 * half * change))
+        square = s * s  # powers above 2 are slow
+        eigenvalues = np.stack((square**2 - self.shift, 4 * square * s * half * change))
         found[:, i[kept], place[kept]] = eigenvalues[:, kept]
         return found[0], found[1]
 
@@ -129,9 +130,9 @@ def fit(
     margin = MARGIN * high
     low, high = max(low - margin, 0.0), high + margin
     s = low + (high - low) / 2 * (lobatto(PER_MODE * modes + LEAST).nodes + 1)
-    values = np.tile(np.exp(-s), (len(spectra), 1))
+    values, fourth = np.tile(np.exp(-s), (len(spectra), 1)), s**4
     for ratio in 1 / (spectra + shift).T:
-        values *= 1 - s**4 * ratio[:, None]
+        values *= 1 - fourth * ratio[:, None]
     tail, rates = tail_and_rates(abs(points.coefficients @ values), len(spectra) - 1)
     found = Characteristic(modes, shift, low, high, values, tail, np.zeros(modes))
     checks = len(known)

@@ -25,6 +25,7 @@ from beamviz.frequency_loci.chebyshev import (
     CHECKS,
     EPS,
     LEAST,
+    interpolated,
     lobatto,
     on_piece,
     tail_and_rates,
@@ -254,10 +255,12 @@ def _fit(
     if not np.isfinite(solved.squares[:, needed]).all():
         return piece, np.inf, order
     accepted = _accepted(sweep, solved, rank)
-    errors, rates, least = _estimates(order, _functions(solved, not sweep.coupled))
-    alone = np.where(needed, errors[0] / accepted, 0.0)
+    errors, rates = _estimates(order, _functions(solved, not sweep.coupled))
+    alone, least = np.where(needed, errors[0] / accepted, 0.0), np.empty(0)
     if not sweep.coupled and not (alone <= 1).all():
-        errors, rates, least = _estimates(order, _functions(solved, False))
+        functions = _functions(solved, False)
+        errors, rates = _estimates(order, functions)
+        least = interpolated(lobatto(order).dense, functions[2, : order + 1]).min(axis=0)
 
     def cover(errors: np.ndarray) -> tuple[np.ndarray, float]:
         if sweep.coupled:
@@ -343,25 +346,25 @@ def _next(paired: np.ndarray) -> np.ndarray:
     return np.pad(paired[:, :-1], ((0, 0), (1, 0)))
 
 
-def _estimates(order: int, functions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The errors of all functions, given at the nodes and check points, by what factors (functions,
-    families, k) they are expected to fall when the order grows by a half, and the least values
-    (families, k) of the last function."""
+def _estimates(order: int, functions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The errors (functions, families, k) of functions at the nodes and check points, and by what
+    factors they are expected to fall when the order grows by a half."""
     points, shape = lobatto(order), (len(functions), *functions.shape[2:])
     flat = np.moveaxis(functions, 1, 0).reshape(functions.shape[1], -1)
     nodes, checks = flat[: order + 1], flat[order + 1 :]
     tail, rates = tail_and_rates(abs(points.coefficients @ nodes), order)
     misfit = abs(points.checks @ nodes - checks).max(axis=0)
     errors = np.maximum(TAIL * tail, MISFIT * misfit) + EPS * abs(nodes).max(axis=0)
-    least = (points.dense @ nodes[:, -shape[1] * shape[2] :]).min(axis=0)
-    return errors.reshape(shape), rates.reshape(shape), least.reshape(shape[1:])
+    return errors.reshape(shape), rates.reshape(shape)
 
 
 def _cover(
     errors: np.ndarray, least: np.ndarray, needed: np.ndarray, accepted: np.ndarray
 ) -> tuple[np.ndarray, float]:
     """Which modes (families, k) of uncoupled families are interpolated in a pair with the next one
-    so that the errors of all are accepted, and the largest ratio of an error to that accepted."""
+    so that the errors of all are accepted, and the largest ratio of an error to that accepted.
+
+    least: of the squares of differences; of no use where all are accepted alone."""
     alone = np.where(needed, errors[0] / accepted, 0.0)
     paired, worst = np.zeros(needed.shape, bool), 0.0
     if (alone <= 1).all():

@@ -39,8 +39,9 @@ def interpolation_matrix(xi: np.ndarray, nodes: np.ndarray, barycentric: np.ndar
     Trefethen (2004, eq. 4.2)."""
     away = xi[..., None] - nodes
     hits = away == 0
-    away[hits.any(axis=-1)] = np.inf
-    away[hits] = 1.0
+    if hits.any():
+        away[hits.any(axis=-1)] = np.inf
+        away[hits] = 1.0
     terms = barycentric / away
     return terms / terms.sum(axis=-1, keepdims=True)
 
