@@ -79,8 +79,8 @@ _ROOT3 = math.sqrt(3)
 
 def _cubic(n: Any) -> Any:
     """The largest root of f^3 - f = 2 n; the least stretch where there is none."""
-    x = 3 * _ROOT3 * n
-    below, above = np.arccos(np.clip(x, -1, 1)), np.arccosh(np.maximum(x, 1))  # one of them is 0
+    x = np.maximum(3 * _ROOT3 * n, -1)
+    below, above = np.arccos(np.minimum(x, 1)), np.arccosh(np.maximum(x, 1))  # one of them is 0
     return 2 / _ROOT3 * np.cos(below / 3) * np.cosh(above / 3)
 
 

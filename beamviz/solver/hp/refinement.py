@@ -318,10 +318,13 @@ def coarse_equilibrium(beam: Beam, law: StrainLaw) -> tuple[State, Positions]:
     mesh = make_mesh(ends, (COARSE_ORDER,) * (len(ends) - 1))
     stack = single(beam)
     problem = AxialProblem(mesh, inertia(mesh, stack), stack, law)
-    state = problem.solve(accept_error=COARSE_ERROR)
-    f = state.f[0]
+    load = (beam.gamma / beam.mu) ** 2
+    # Where there is an equilibrium for sure, within a percent is near enough.
+    guess = problem.first_guess(load, None, 0.0)[0] if law.hardens and beam.delta >= 0 else None
+    state = problem.solve(accept_error=COARSE_ERROR).f if guess is None else guess
+    f = state[0]
     values = mesh.weights * np.array((f, mesh.J @ f))
     parts = values.reshape(2, -1, COARSE_ORDER).sum(axis=2)  # integrals of f and u over each part
     u = accumulate(parts[0].tolist(), initial=0.0)
     means = parts[1] / (mesh.breaks[1:] - mesh.breaks[:-1])
-    return (mesh, state.f), Positions(ends, tuple(u), tuple(means.tolist()))
+    return (mesh, state), Positions(ends, tuple(u), tuple(means.tolist()))
