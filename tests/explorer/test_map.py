@@ -117,7 +117,7 @@ def test_beams_without_a_number_are_told(url):
 
 
 def test_a_slow_map_is_cancelled_and_goes_on(url):
-    """With the share that is done; the last map stays until the visitor wants the new one again."""
+    """With the share that is done; the last map stays, faded, until there is another."""
     with visitor(url) as guest:
         pause(guest)
         guest.do("tab", "tab-map")
@@ -129,9 +129,11 @@ def test_a_slow_map_is_cancelled_and_goes_on(url):
                 guest.do(action, None)
                 guest.wait(lambda _: "cancelled: map" in guest.texts["work"])
                 assert guest.charts["map-chart"]["columns"] == 81
+                assert guest.props["map-chart"]["data-outdated"] == ""
                 guest.do("retry_jobs", None)
         guest.choose("method", "auto")  # takes the place of the slow one
         guest.wait(lambda _: not guest.texts["work"])
+        guest.wait(lambda _: guest.props["map-chart"]["data-outdated"] is None)
 
 
 # On the page

@@ -24,6 +24,7 @@ MODEL = {
 }
 METHOD_HINT = "How the equations are discretised and solved. auto is exact to the error shown."
 PLANES = {"chordwise": "in plane (chordwise)", "flapwise": "out of plane (flapwise)"}
+CHARTS = {"chart": "loci-chart", "map": "map-chart"}  # of jobs, by their names
 VIEWS = {"ride on the hub": True, "stand beside it": False}
 BOUND = ("playing", "pace", "amplitude", "rotating_frame", "all_modes", "plane", "method")
 PICTURE = {
@@ -135,9 +136,13 @@ class Panel:
         return work_text(self.visitor.jobs) != self.work
 
     def show_work(self) -> None:
-        """Say what is at work for long."""
+        """Say what is at work for long, and fade the charts that wait for it."""
         self.work = work_text(self.visitor.jobs)
         self.visitor.page.html("work", self.work)
+        for job in self.visitor.jobs:
+            if chart := CHARTS.get(job.name):
+                outdated = "" if job.slow or job.cancelled else None
+                self.visitor.page.props(chart, data_outdated=outdated)
 
     def show_picture(self, largest: float, pace: float, units: Units | None) -> None:
         """Show the scale of the colours and the pace of the picture."""
