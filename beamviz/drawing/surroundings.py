@@ -15,7 +15,7 @@ from beamviz.server.viser_private import set_position, set_properties
 
 MIN_HUB = 0.05
 HUB_HEIGHT = 0.14
-HOOP = 0.05
+HOOP, HOOP_HEIGHT = 0.05, 0.06  # low enough to leave a folded beam in view
 POST = 0.018  # radius
 BOLTS = 6
 BOLT_SIZE = (0.12, 0.01)  # radius over that of the hub, height
@@ -129,7 +129,8 @@ class Surroundings:
         size = 0.2 * HOOP if inward else min(BOLT_SIZE[0] * radius, 0.02)
         place = radius + HOOP / 2 if inward else radius - 2.2 * size
         angle = np.linspace(0.0, 2 * np.pi, BOLTS, endpoint=False) + np.pi / BOLTS
-        height = np.full(BOLTS, (HUB_HEIGHT + BOLT_SIZE[1]) / 2)
+        top = (HOOP_HEIGHT if inward else HUB_HEIGHT) / 2
+        height = np.full(BOLTS, top + BOLT_SIZE[1] / 2)
         positions = np.stack([centre + place * np.cos(angle), place * np.sin(angle), height], 1)
         sizes = np.tile([size, size, BOLT_SIZE[1]], (BOLTS, 1))
         set_properties(
@@ -205,4 +206,4 @@ def arrow(radius: float, middle: float, size: float = 1.0) -> trimesh.Trimesh:
 
 def annulus(radius: float) -> trimesh.Trimesh:
     """The hoop that an inward beam is clamped to from inside."""
-    return trimesh.creation.annulus(radius, radius + HOOP, HUB_HEIGHT, sections=160)
+    return trimesh.creation.annulus(radius, radius + HOOP, HOOP_HEIGHT, sections=160)
