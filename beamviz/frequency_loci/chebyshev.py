@@ -30,18 +30,22 @@ class Lobatto:
         return interpolation_matrix(x, self.nodes, self.weights)
 
 
+def _extrema(j: np.ndarray, order: int) -> np.ndarray:
+    """The extrema of a Chebyshev polynomial by number from -1 on; -1, 0 and 1 exactly."""
+    return np.sin(np.pi * (2 * j - order) / (2 * order))
+
+
 @lru_cache(maxsize=16)
 def lobatto(order: int) -> Lobatto:
     """The points of an order, one more than it."""
     j = np.arange(order + 1)
-    nodes = -np.cos(np.pi * j / order)
-    nodes[[0, order // 2, -1]] = -1.0, 0.0, 1.0
+    nodes = _extrema(j, order)
     ends = np.where(j % order == 0, 0.5, 1.0)
     T = np.cos(np.outer(j, np.arccos(nodes)))
     empty, samples = np.empty((0, order + 1)), order * (4 if order <= FINE else 2)
-    dense = -np.cos(np.pi * np.arange(samples + 1) / samples)
+    dense = _extrema(np.arange(samples + 1), samples)
     coefficients = 2 / order * np.outer(ends, ends) * T
-    checks = -np.cos(np.pi * (np.floor(CHECKS * order) + 0.5) / order)
+    checks = _extrema(np.floor(CHECKS * order) + 0.5, order)
     points = Lobatto(nodes, ends * (-1.0) ** j, coefficients, checks, empty, empty, dense)
     return replace(points, checks=points.rows(checks), dense=points.rows(dense))
 

@@ -1,7 +1,6 @@
 """Solutions along one parameter of a beam, and their mode shapes as mass-weighted vectors."""
 
 import math
-import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
@@ -206,13 +205,12 @@ class Sweep:
 
     def mesh_spectra(self, values: np.ndarray) -> np.ndarray | None:
         """omega^2 (n, 2, k) of all modes of the meshes at some values by family, infinite beyond
-        the last; None unless all but two, at the ends say, have equally many."""
+        the last; None where one is not known."""
         found = [isinstance(one, Solution) and mesh_spectrum(one) for one in self.solve(values)]
         known = [one for one in found if isinstance(one, np.ndarray)]
-        sizes = [one.shape[1] for one in known]
-        if len(known) < len(found) or sizes.count(statistics.mode(sizes)) < len(sizes) - 2:
+        if len(known) < len(found):
             return None
-        spectra = np.full((len(known), 2, max(sizes)), np.inf)
+        spectra = np.full((len(known), 2, max(one.shape[1] for one in known)), np.inf)
         for row, one in zip(spectra, known, strict=True):
             row[:, : one.shape[1]] = one
         return spectra
