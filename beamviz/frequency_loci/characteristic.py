@@ -2,8 +2,8 @@
 
 Over all eigenvalues of a mesh, prod_k (lambda_k - lambda) / (lambda_k + shift) is a quotient of
 determinants. At any lambda it is analytic in the parameter, also where two eigenvalues veer, at
-whose branch points they themselves are not: so it is interpolated in their place. It depends on
-the mesh no more than its lowest factors do: the sum of all 1 / (lambda_k + shift) is an integral.
+whose branch points they themselves are not: so it is interpolated in their place. Meshes of
+different sizes mostly have the same one; where they do not, it does not converge at check points.
 """
 
 from dataclasses import dataclass, replace

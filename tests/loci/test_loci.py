@@ -191,6 +191,14 @@ def test_veerings_of_random_beams(seed):
                 assert not near, (k, dense[i], share)
 
 
+@pytest.mark.parametrize("modes", [3, 5])  # of odd and even orders of the interpolation
+@pytest.mark.parametrize(("alpha", "gamma"), [(0.38, 12), (1, 5), (3, 0)])
+def test_few_solves_over_the_place_of_the_mass(alpha, gamma, modes):
+    """A characteristic function takes the place of loci that all veer: hundreds of solves less."""
+    values = np.linspace(0, 1, 11)
+    assert loci(Beam(alpha=alpha, gamma=gamma), "beta", values, modes).solves < 100
+
+
 def test_solutions_are_solved_for_when_asked(monkeypatch):
     """A chart takes fewer solves than values; then each solution is one, and all are a batch."""
     solve_many, batches = sweep.solve_many, []
