@@ -2,8 +2,9 @@
 
 Over all eigenvalues of a mesh, prod_k (lambda_k - lambda) / (lambda_k + shift) is a quotient of
 determinants. At any lambda it is analytic in the parameter, also where two eigenvalues veer, at
-whose branch points they themselves are not: so it is interpolated in their place. Meshes of
-different sizes mostly have the same one; where they do not, it does not converge at check points.
+whose branch points they themselves are not: so it is interpolated in their place. It is continuous
+where the mass reaches an end, but differs between meshes of other orders: then its coefficients do
+not fall, and it is not used.
 """
 
 from dataclasses import dataclass, replace
