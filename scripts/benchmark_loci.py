@@ -19,7 +19,7 @@ import numpy as np
 from beamviz import Beam, loci
 
 POINTS, MODES = 201, 6
-REPEATS = 10
+REPEATS = 20
 
 
 class Case(NamedTuple):

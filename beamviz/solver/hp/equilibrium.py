@@ -22,7 +22,7 @@ from beamviz.solver.hp.mesh_design import unstretched_positions
 SMALL_FORCE = 0.3  # force n below which the strain is small
 SMALLER_INWARD = 0.2  # less in compression, of which green's law carries 0.19 at most
 SERIES_FORCE = 0.1  # force n below which a few terms of the stretch in n make a good guess
-GUESS_PASSES = 4  # of the guess for a large stretch
+GUESS_PASSES = 3  # of the guess for a large stretch
 NEWTON_ITERATIONS = 12
 SAME_TANGENT = 1e-4  # relative change of the stretch up to which a tangent is kept
 NEWTON_STEP = 1e-7  # relative to the stretch: quadratic, the next one is below rounding
