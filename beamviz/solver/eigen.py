@@ -48,10 +48,9 @@ def symmetric_modes(
 class FamilyModes(NamedTuple):
     """The lowest modes of two uncoupled families of a stack of beams."""
 
-    omega_squared: np.ndarray  # (beams, 2, count) ascending
     V: np.ndarray  # (beams, 2, n, count) of unit modal mass
     size: np.ndarray  # (beams, 2, count) omega^2 + the shift: what was solved, and rounds
-    spectrum: np.ndarray  # (beams, 2, n) all omega^2
+    spectrum: np.ndarray  # (beams, 2, n) all omega^2, ascending
 
 
 def family_modes(
@@ -74,7 +73,7 @@ def family_modes(
     size = sizes[..., :count]
     V *= np.sqrt(abs(size))[..., None]
     spectrum = sizes - added
-    return FamilyModes(spectrum[..., :count].copy(), V.mT, size, spectrum)
+    return FamilyModes(V.mT, size, spectrum)
 
 
 def largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:

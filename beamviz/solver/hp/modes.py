@@ -100,7 +100,7 @@ def stiffness_and_mass(
     stiffness = np.zeros((len(f), 2, 2 * n))
     stiffness[:, 0, :n] = bent = w * bending_stiffness(f, problem.curvature_measure)
     stiffness[:, 1, :n] = d = w * axial_stiffness(f, beams.mu, problem.strain_law)
-    if problem.stiffens:
+    if problem.stiffens and (beams.size > 1 or beams.gamma):
         tension = beams.gamma**2 * (np.matvec(inertia.G, f) + beams.delta * inertia.g)
         stiffness[:, 0, n:] = tension * f
         K = across.mT @ (tension[..., None] * mesh.J)
@@ -125,7 +125,8 @@ def uncoupled_modes(
     """
     K, M, d, G, _ = matrices
     shift = 0.0 if beams.outward else eigen.COMPRESSED
-    omega_squared, v, size, spectrum = eigen.family_modes(K, M, d, G, count, shift)
+    v, size, spectrum = eigen.family_modes(K, M, d, G, count, shift)
+    omega_squared = spectrum[..., : size.shape[-1]]
     scale = abs(omega_squared) + eigen.COMPRESSED
     tail = relative_tail(mesh, matrices, v, scale)
     times = size / size[..., :1]  # rounding falls on the high ones
@@ -134,9 +135,8 @@ def uncoupled_modes(
         size[:, 0] = np.vecmat(diagonal(K) + added * diagonal(M), v[:, 0] ** 2)
     truncation, rounding = _errors(mesh, state, scale, tail, size, times)
     if problem.softening:
-        for softened in (omega_squared, spectrum):
-            own = softened if problem.chordwise else softened[:, 1:]
-            own -= beams.gamma**2 if beams.size == 1 else beams.gamma[..., None] ** 2
+        softened = spectrum if problem.chordwise else spectrum[:, 1:]
+        softened -= beams.gamma**2 if beams.size == 1 else beams.gamma[..., None] ** 2
     families = omega_squared.reshape(len(omega_squared), -1)
     order = families.argsort(axis=-1)[:, :count]
     picks = order
