@@ -8,7 +8,7 @@ from numbers import Real
 from pathlib import Path
 from typing import Any, Self
 
-from beamviz.errors import InvalidInput
+from beamviz.errors import InvalidInput, unknown_keyword
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,8 @@ class Beam:
     sqrt(A L^2 / I). T* = sqrt(rho A L^4 / (E I)). `units` is set for a beam given in SI. spin_up:
     lambda = T*^2 dOmega/dt of a beam whose speed changes.
 
-    Raises InvalidInput (a ValueError) that names the number, its value and its limits.
+    Raises InvalidInput (a ValueError) that names the number, its value and its limits, or for a
+    mistyped keyword the nearest.
     """
 
     alpha: float = 0.0
@@ -154,6 +155,11 @@ class Beam:
     mu: float = 70.0
     units: Units | None = None
     spin_up: float = 0.0
+
+    def __new__(cls, *_: Any, **numbers: Any) -> Self:
+        for name in numbers.keys() - cls.__dataclass_fields__.keys():
+            raise unknown_keyword("number", name, NUMBERS)
+        return super().__new__(cls)
 
     def __post_init__(self) -> None:
         for name, parameter in NUMBERS.items():

@@ -1,5 +1,7 @@
 """Exceptions: invalid input, no equilibrium, no convergence, something outside unavailable."""
 
+from collections.abc import Collection
+
 
 class BeamvizError(Exception):
     """Base class of the errors of this package."""
@@ -44,3 +46,12 @@ class Cancelled(Exception):
     takes it for an answer."""
 
     kind = "cancelled"
+
+
+def unknown_keyword(kind: str, name: str, known: Collection[str]) -> InvalidInput:
+    """The error of a mistyped keyword: it names the nearest one, or all where none is near."""
+    import difflib
+
+    near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known)}"
+    return InvalidInput(f"unknown {kind} {name!r}: {hint}")

@@ -63,14 +63,17 @@ def test_a_number_outside_its_limits_is_named(name, value):
         ({"alpha": 10**400}, "alpha = inf: must lie in 0 .. 100"),
         ({"alpha": math.nextafter(100, 101)}, "alpha = 100.00000000000001: must lie in 0 .. 100"),
         ({"gamma": 51, "mu": 10}, "gamma / mu = 5.1: must be at most 5 (gamma = 51, mu = 10)"),
+        ({"gama": 3}, "unknown number 'gama': did you mean 'gamma'?"),
     ],
 )
 def test_a_wrong_number_is_named(numbers, message):
     """A text or a truth is no number; an integer too large for a float does not overflow; a value
-    just outside does not read like its limit; gamma / mu has a limit of its own."""
-    with pytest.raises(InvalidInput) as caught:
-        Beam(**numbers)
-    assert str(caught.value) == message
+    just outside does not read like its limit; gamma / mu has a limit of its own; a mistyped name
+    is answered with the nearest."""
+    for make in (Beam, Beam().replace):
+        with pytest.raises(InvalidInput) as caught:
+            make(**numbers)
+        assert str(caught.value) == message
     assert Beam(gamma=50, mu=10).gamma == 50
 
 

@@ -1,6 +1,5 @@
 """Public entry point: validates the options and dispatches to the chosen method."""
 
-import difflib
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -11,7 +10,13 @@ from typing import Any
 import numpy as np
 
 from beamviz.beam import Beam, check_float, check_int
-from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
+from beamviz.errors import (
+    BeamvizError,
+    InvalidInput,
+    NoEquilibrium,
+    NotConverged,
+    unknown_keyword,
+)
 from beamviz.solver.hp import displacements as displacements
 from beamviz.solver.hp import family_spectrum as family_spectrum
 from beamviz.solver.hp import mesh_spectrum as mesh_spectrum
@@ -105,9 +110,7 @@ def parse_options(*options: Any, **unknown: Any) -> Problem:
     Valid combinations are remembered: a slider or a sweep gives the same ones again and again.
     """
     for name in unknown:
-        near = difflib.get_close_matches(name, OPTIONS, n=1, cutoff=0.5)
-        hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(OPTIONS)}"
-        raise InvalidInput(f"unknown option {name!r}: {hint}")
+        raise unknown_keyword("option", name, OPTIONS)
     try:
         return _validated(*options)
     except TypeError:  # an option that cannot be hashed
