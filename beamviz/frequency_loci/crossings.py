@@ -216,9 +216,10 @@ def _locate(candidate: Candidate, curves: Curves, sweep: Sweep) -> Search[Event 
     beside = points.take(np.isin(points.at, ends))
     if len(beside.at) == 2:
         own = [_places(sweep, value, family)[[k, k + 1]] for value in ends.tolist()]
-        O = abs(beside.shapes[0, own[0]].conj() @ beside.duals[1, own[1]].T)
-        if math.atan2(O[0, 1] + O[1, 0], O[0, 0] + O[1, 1]) < ROTATED:
-            return None
+        if np.max(own) < beside.duals.shape[1]:  # else modes of another family come before them
+            O = abs(beside.shapes[0, own[0]].conj() @ beside.duals[1, own[1]].T)
+            if math.atan2(O[0, 1] + O[1, 0], O[0, 0] + O[1, 1]) < ROTATED:
+                return None
     coupling, index = _veering_index(points.take(np.isin(points.at, near)), near, shapes)
     if index < MIN_INDEX:
         return None

@@ -96,3 +96,14 @@ def test_three_modes_meet_at_one_place(coriolis, points):
         off = min(abs(gap - event.gap) for gap in gaps)
         assert off < 1e-8 * event.frequency + 1e-3 * event.gap
     assert np.ptp([event.frequency for event in found.events]) < 0.05 * event.frequency
+
+
+@pytest.mark.parametrize("points", [2, 201])
+def test_a_pair_of_a_family_leaves_the_modes_solved(points):
+    """S2 and S3 veer among the modes solved; beside, so many bending modes come before S3 that it
+    is none of them. All events are those of a chart of more modes."""
+    beam = Beam(alpha=2.7350654217994324, beta=0.7777072529582892, gamma=14.592521611544475)
+    few, more = (loci(beam, "mu", np.linspace(15, 150, points), modes=n) for n in (7, 9))
+    places = [event.at for event in more.events]
+    assert few.events
+    assert all(np.isclose(event.at, places, rtol=1e-6).any() for event in few.events)
