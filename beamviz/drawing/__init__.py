@@ -156,7 +156,7 @@ class BeamView:
         piece = min(shapes.mass, len(paint) - 1)
         along = {"batched_wxyzs": placed["batched_wxyzs"][piece : piece + 1]}
         set_properties(self.mass, {"batched_positions": points[at].astype(np.float32), **along})
-        set_orientation(self.surroundings.floor, axis_rotation(-self.share * angle))
+        self.surroundings.rotate(angle, self.share)
         set_orientation(self.rotor, axis_rotation((1 - self.share) * angle))
 
     @property

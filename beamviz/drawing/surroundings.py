@@ -11,7 +11,7 @@ from beamviz.beam import Beam
 from beamviz.drawing import colours
 from beamviz.drawing.objects import Caption, add_instances, mass_size
 from beamviz.drawing.text import measure
-from beamviz.server.viser_private import set_position, set_properties
+from beamviz.server.viser_private import set_orientation, set_position, set_properties
 
 MIN_HUB = 0.05
 HUB_HEIGHT = 0.14
@@ -25,6 +25,7 @@ TICKS = 36  # of the floor's scale, one for every ten degrees
 LARGE_HUB = 0.4  # radius from which on the arrow lies on the hub
 ARROW_LENGTH, ARROW_WIDTH, ARROW_HEAD = 0.38, 0.009, 0.06  # in lengths of the beam; half width
 ARROW_GAP = 0.05  # from its end to the speed
+SPEED_GAP = 0.9  # [rad] least angle between the beam and the speed
 ARROW_HEIGHT = HUB_HEIGHT / 2 + 0.03
 
 
@@ -89,6 +90,8 @@ class Surroundings:
             cast_shadow=False, receive_shadow=False,
         )  # fmt: skip
         self.speed = Caption(api, f"{root}/speed")
+        self.speed_angle, self.speed_gap = 0.0, 0.0  # [rad] of its point, least one from the beam
+        self.speed_place = np.zeros(3)
 
     def show(self, beam: Beam, *, rotating_frame: bool, dark: bool = False) -> None:
         """Place them for `beam`: the clamp is on the rim, so the hub's radius is |delta|. Outside
@@ -113,8 +116,8 @@ class Surroundings:
         set_position(self.floor, (0.0, 0.0, ground - FLOOR_THICKNESS / 2))
 
     def show_hub(self, beam: Beam, ground: float, *, rotating_frame: bool) -> None:
-        """Place the hub and its bolts, and the post on the floor; of a hub that would cover other
-        beams only a drum at the clamp."""
+        """Place the hub with its bolts, and the post on the floor. Where several beams are drawn,
+        a hub that would cover another beam is replaced by a small one at the clamp."""
         inward, radius, centre = beam.delta < 0, hub_radius(beam), 0.0
         if not self.alone and (inward or rotating_frame):
             inward, radius, centre = False, MIN_HUB, beam.delta - min(abs(beam.delta), MIN_HUB)
@@ -142,14 +145,25 @@ class Surroundings:
         )
 
     def show_arrow(self, beam: Beam, size: float) -> None:
-        """Place the arrow and the point of the speed, `size` times as large as usual: beside the
-        hub, or on it where that is large."""
+        """Place the arrow and the speed, `size` times as large as usual: beside the hub, or on it
+        where that is large."""
         radius, middle = arrow_place(beam, size)
         ribbon = arrow(radius, middle, size)
         set_properties(self.arrow, {"vertices": ribbon.vertices.astype(np.float32)})
-        behind = middle - arrow_turn(radius, size) / 2 - ARROW_GAP * size / radius
-        place = (radius * math.cos(behind), radius * math.sin(behind), ARROW_HEIGHT)
-        set_position(self.speed.point, place)
+        angle = middle - arrow_turn(radius, size) / 2 - ARROW_GAP * size / radius
+        self.speed_angle = angle
+        self.speed_gap = SPEED_GAP if middle and beam.delta >= 0 else 0.0  # beside a small hub
+        self.speed_place = np.array(
+            [radius * math.cos(angle), radius * math.sin(angle), ARROW_HEIGHT]
+        )
+
+    def rotate(self, angle: float, share: float) -> None:
+        """Show the hub at `angle` [rad]; share: of the rotating frame in the view, 0 .. 1. While
+        the beam passes the point of the speed, that is on the other side of the hub."""
+        set_orientation(self.floor, axis_rotation(-share * angle))
+        distance = math.remainder((1 - share) * angle - self.speed_angle, 2 * math.pi)
+        side = -1 if abs(distance) < self.speed_gap else 1
+        set_position(self.speed.point, side * self.speed_place)
 
 
 def floor_radius(beam: Beam) -> float:

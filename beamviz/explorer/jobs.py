@@ -1,8 +1,8 @@
-"""Background jobs: the latest request of a visitor wins, on worker threads shared by all.
+"""Background jobs on worker threads shared by all visitors.
 
-A `Job` computes one kind of result for one visitor. It runs on a `WorkerPool`, whose threads
-persist and on which a long job of one visitor delays nobody else; solves go through the
-`SolveQueue`, which runs them in batches while visitors are many.
+A `Job` computes one kind of result for one visitor, always for the latest request. It runs on a
+`WorkerPool`, whose threads persist and in which long work does not delay other work; solves go
+through the `SolveQueue`, which runs them in batches while visitors are many.
 """
 
 import contextlib
@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
+from typing import Any, ClassVar, Generic, Self, TypeVar
 
 from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
@@ -23,10 +23,10 @@ from beamviz.explorer.state import Case
 from beamviz.server.log import RateLimitedLog
 from beamviz.solver import Solution, interruption, solve
 
-LONG = 2.0  # [s] a job that has run for this long no longer counts as one of those at work
-QUICK = 0.02  # [s] of processor time
-PATIENCE = 1.0  # [s] after which the page says that a job is at work
-OUTDATED = 3.0  # [s] after which a computation ends whose result is not wanted any more
+LONG = 2.0  # [s] after which work no longer counts against the number of workers
+QUICK = 0.02  # [s] processor time of a solve that may run in a batch
+PATIENCE = 1.0  # [s] after which the page shows that a job is running
+OUTDATED = 3.0  # [s] after which a computation is cancelled if there is a later request
 BATCH_TIMEOUT = 0.25  # [s] that the frame loop waits for a batch of solves
 
 log = RateLimitedLog(__name__)
@@ -39,9 +39,9 @@ Work = Callable[[], None]
 class WorkerPool:
     """Runs work in order of submission, `workers` pieces at a time.
 
-    Work that has taken `long` seconds no longer counts: an idle thread goes on in its place. All
-    threads are started here, and one more for each piece of long work. They are daemons: the end
-    of the process does not wait for them. Work must not raise.
+    Work that has taken `long` seconds no longer counts: an idle thread takes its place. All threads
+    are started here, and one more for each piece of long work. They are daemons: the process may
+    end before them. Work must not raise.
     """
 
     def __init__(self, workers: int, name: str, long: float = LONG):
@@ -68,7 +68,7 @@ class WorkerPool:
                 self.changed.notify()
 
     def close(self) -> None:
-        """Drop what waits and end the idle threads; work that is running ends by itself."""
+        """Discard waiting work and end the idle threads; running work is completed."""
         with self.changed:
             self.closed = True
             self.waiting.clear()
@@ -80,7 +80,7 @@ class WorkerPool:
         threading.Thread(target=self.run, name=self.name, daemon=True).start()
 
     def run(self) -> None:
-        """Do work until the pool is closed or has threads to spare."""
+        """Do work until the pool is closed or has more idle threads than it needs."""
         thread = threading.current_thread()
         while work := self.next_work(thread):
             work()
@@ -91,7 +91,7 @@ class WorkerPool:
                 self.idle += 1
 
     def next_work(self, thread: threading.Thread) -> Work | None:
-        """Wait for work and for room to do it; None when the pool is closed."""
+        """The next work, as soon as it may start; None when the pool is closed."""
         with self.changed:
             while not (self.closed or (self.waiting and self.delay() <= 0)):
                 self.changed.wait(self.delay() if self.waiting else None)
@@ -104,15 +104,15 @@ class WorkerPool:
             return self.waiting.popleft()
 
     def delay(self) -> float:
-        """Time [s] until one more piece of work may start, as far as is known now."""
+        """Time [s] until one more piece of work may start, unless other work ends before."""
         latest = sorted(self.started.values())[-self.workers :]
         return latest[0] + self.long - time.monotonic() if len(latest) == self.workers else 0.0
 
 
 class SolveQueue:
-    """Hands solves to worker threads while visitors are few. While they are many, quick solves
-    wait here, and the frame loop has them run in batches: threads that compete with it for the
-    interpreter lock would take longer."""
+    """Passes solves to worker threads while visitors are few. While they are many, quick solves
+    wait here, and the frame loop runs them in batches: this takes less time than threads that
+    compete with the frame loop for the interpreter lock."""
 
     def __init__(
         self,
@@ -133,19 +133,19 @@ class SolveQueue:
             self.pool.submit(work)
 
     def run_batch(self, count: int) -> None:
-        """Run up to `count` of the waiting solves and wait for them, BATCH_TIMEOUT at most: one
-        that takes longer than it seemed goes on in the background, and the workers do the rest."""
+        """Run up to `count` of the waiting solves and wait for them, BATCH_TIMEOUT at most: a solve
+        that takes longer is completed in the background, and the workers do those after it."""
         batch, done = deque[Work](), threading.Event()
         while self.waiting and len(batch) < count:
             work, is_quick = self.waiting.popleft()
             if is_quick():
                 batch.append(work)
-            else:  # another method was chosen meanwhile
+            else:  # the method has been changed since
                 self.pool.submit(work)
         if batch:
 
             def run_all() -> None:
-                with contextlib.suppress(IndexError):  # none is left, or the rest is taken away
+                with contextlib.suppress(IndexError):  # the batch is empty
                     while True:
                         batch.popleft()()
                 done.set()
@@ -157,17 +157,17 @@ class SolveQueue:
                         self.pool.submit(batch.popleft())
 
     def close(self) -> None:
-        """Run nothing more."""
+        """Discard the waiting solves."""
         self.waiting.clear()
         self.batch_pool.close()
 
 
-current = threading.local()  # the job that a thread computes, its request and number of the run
+current = threading.local()  # .run: the job of a thread, its request and the number of the run
 
 
 def check_cancelled(done: float | None = None) -> None:
-    """Note how much of a computation of many parts is done; raise Cancelled where a visitor has
-    cancelled it, or waits for another one already and for long."""
+    """Store the fraction `done` of the computation of this thread. Raises Cancelled if the visitor
+    has cancelled it, or has made another request and it has taken OUTDATED seconds."""
     job, request, number = current.run
     if job.number != number or job.closed:
         raise Cancelled
@@ -179,7 +179,7 @@ def check_cancelled(done: float | None = None) -> None:
 
 @dataclass(frozen=True)
 class Answer(Generic[Q, R]):
-    """What came of a request: a result, or the error that says why there is none."""
+    """The answer to a request: a result, or an error."""
 
     request: Q
     result: R | None = None
@@ -187,19 +187,19 @@ class Answer(Generic[Q, R]):
 
     @property
     def message(self) -> str:
-        """Why there is no result, "" where there is one."""
+        """The text of the error; "" for a result."""
         return str(self.error) if self.error else ""
 
 
 class Job(Generic[Q, R]):
-    """Computes the latest request of one visitor; those that came while it was busy are skipped
-    but for the last.
+    """Computes the latest request of one visitor; requests made meanwhile are skipped except the
+    last.
 
-    name: what is computed; compute: the result of a request, called on a worker thread; ready:
-    called after each answer. answer: the last one, None before the first; latest: the last request;
-    busy: whether a request is being computed, started: since when [s], done: the share that is done
-    where that is known; number: of the run whose result is wanted; following: answers are taken
-    over from another visitor, nothing is computed.
+    name: of the result, for messages; compute: returns the result of a request, on a worker thread;
+    ready: called after each answer. answer: the last one, None before the first; latest: the last
+    request; busy: a request is being computed; started: the time [s] when that began; done: the
+    fraction computed, 0 where unknown; number: of the run whose result counts; following: answers
+    are those of another visitor's job, and nothing is computed.
     """
 
     kind: ClassVar[type[Answer]] = Answer
@@ -220,11 +220,11 @@ class Job(Generic[Q, R]):
 
     @property
     def result(self) -> R | None:
-        """The result of the last answer, if it has one."""
+        """The result of the last answer; None without one."""
         return self.answer.result if self.answer else None
 
     def request(self, request: Q) -> None:
-        """Compute `request` in place of any earlier one, unless it is the latest already."""
+        """Compute `request` instead of earlier ones, unless it is the latest already."""
         with self.lock:
             if request == self.latest or self.closed or self.following:
                 return
@@ -233,13 +233,13 @@ class Job(Generic[Q, R]):
                 self.start()
 
     def start(self) -> None:
-        """Have the latest request computed."""
+        """Submit the latest request."""
         self.busy, self.started, self.done = True, time.monotonic(), 0.0
         self.submit(partial(self.run, self.number))
 
     @property
     def slow(self) -> bool:
-        """Whether the visitor has waited for long."""
+        """Whether the computation has taken PATIENCE seconds."""
         return self.busy and time.monotonic() > self.started + PATIENCE
 
     @property
@@ -248,28 +248,36 @@ class Job(Generic[Q, R]):
         return self.answer is not None and isinstance(self.answer.error, Cancelled)
 
     def cancel(self) -> None:
-        """Give up what is being computed; its result is discarded."""
+        """Stop computing; the answer to the latest request is that it was cancelled."""
         with self.lock:
-            if not self.busy or self.latest is None:
+            request = self.latest
+            if not self.busy or request is None:
                 return
-            self.number, self.busy = self.number + 1, False
-            self.answer = self.kind(self.latest, error=Cancelled("The calculation was cancelled."))
+            self.withdraw()
+            self.latest = request
+            self.answer = self.kind(request, error=Cancelled("The calculation was cancelled."))
         self.ready()
 
+    def withdraw(self) -> None:
+        """Stop computing, as if the latest request had not been made."""
+        with self.lock:
+            if self.busy:
+                self.number, self.busy, self.latest = self.number + 1, False, None
+
     def retry(self) -> None:
-        """Compute again what was cancelled."""
+        """Compute the latest request again if it was cancelled."""
         with self.lock:
             if self.cancelled and not self.busy:
                 self.start()
 
     def adopt(self, other: "Job[Q, R]") -> None:
-        """Take over the answer of another visitor's job."""
+        """Use the answer of another visitor's job."""
         with self.lock:
             if other.answer is not None:
                 self.answer, self.latest = other.answer, other.answer.request
 
     def run(self, number: int) -> None:
-        """Compute the latest request, and again if there is another one by then."""
+        """Compute the latest request, then the next one if there is one by then."""
         request = self.latest
         if self.closed or request is None or number != self.number:
             return
@@ -291,7 +299,7 @@ class Job(Generic[Q, R]):
         self.ready()
 
     def answered(self, request: Q) -> Answer[Q, R]:
-        """The answer to a request. A mistake of ours is logged and ends nobody's session."""
+        """The answer to a request; an unexpected error is logged, and is an answer too."""
         try:
             return self.kind(request, self.compute(request))
         except (BeamvizError, Cancelled) as error:
@@ -301,61 +309,57 @@ class Job(Generic[Q, R]):
             return self.kind(request, error=BeamvizError(f"unexpected: {error}"))
 
     def close(self) -> None:
-        """Compute nothing more."""
+        """Compute no further request."""
         with self.lock:
             self.closed = True
 
 
-# The solution of the case that a visitor has entered
+# Solutions
+
+
+Solved = tuple[Solution, SampledModes]  # a solution and its modes as the scene draws them
 
 
 @dataclass(frozen=True)
-class SolverAnswer(Answer[Case, "Solved"]):
-    """What came of a case."""
+class SolverAnswer(Answer[Case, Solved]):
+    """The answer to a case: its solution, or the error."""
 
     @property
     def solution(self) -> Solution | None:
-        """The solution, if there is one."""
-        return self.result.solution if self.result else None
+        """The solution; None for an error."""
+        return self.result[0] if self.result else None
 
     @property
     def shapes(self) -> SampledModes | None:
-        """The solution as the scene draws it, if there is one."""
-        return self.result.shapes if self.result else None
+        """The modes as the scene draws them; None for an error."""
+        return self.result[1] if self.result else None
 
     @cached_property
     def beam(self) -> Beam | None:
-        """The beam of the case, None where its numbers are no beam."""
+        """The beam of the case; None where one of its numbers is out of range."""
         with contextlib.suppress(InvalidInput):
             return self.request.beam()
         return None
 
     @cached_property
     def warning(self) -> str:
-        """Why the scene is greyed, on a few short lines; "" for a stable equilibrium."""
+        """The reason why the beam is drawn grey, in short lines; "" for a stable equilibrium."""
         if self.error:
             return error_summary(self.error, self.beam)
-        return stability_warning(self.result.solution) if self.result else ""
+        return stability_warning(self.solution) if self.solution else ""
 
     @cached_property
     def caution(self) -> str:
-        """Why a stable equilibrium is far from a real beam, "" where it is not."""
+        """The reason why no real beam has this stable equilibrium; "" where one may."""
         if self.solution is None or self.warning:
             return ""
         return stretch_caution(self.solution)
 
     @property
     def message(self) -> str:
-        """What is wrong in full, "" for a stable equilibrium."""
+        """The full text of the warning or the error; "" for a stable equilibrium."""
         known = self.error is None or isinstance(self.error, NoEquilibrium)
         return self.warning if known else str(self.error)
-
-
-class Solved(NamedTuple):
-    """A solution, and its shapes as the scene draws them."""
-
-    solution: Solution
-    shapes: SampledModes
 
 
 class SolveJob(Job[Case, Solved]):
@@ -365,18 +369,14 @@ class SolveJob(Job[Case, Solved]):
     answer: SolverAnswer | None
 
     def __init__(self, queue: SolveQueue, ready: Callable[[], None]):
-        super().__init__("solution", self.solved, self.enqueue, ready)
-        self.queue = queue
-        self.shapes: SampledModes | None = None
-        self.options: dict[str, Any] | None = None  # the last keywords solved with, and
-        self.seconds = math.inf  # the processor time that took
-
-    def enqueue(self, work: Work) -> None:
-        """Have the latest case solved."""
-        self.queue.submit(work, self.is_quick)
+        submit = partial(queue.submit, is_quick=self.is_quick)
+        super().__init__("solution", self.solved, submit, ready)
+        self.shapes: SampledModes | None = None  # the last stable ones
+        self.options: dict[str, Any] | None = None  # of the last case solved
+        self.seconds = math.inf  # processor time of its solve
 
     def is_quick(self) -> bool:
-        """Whether the latest case will take a moment, as the last one with its options did."""
+        """Whether the latest case has the options of the last one solved, and that was quick."""
         latest = self.latest
         return self.seconds < QUICK and latest is not None and self.options == latest.options
 
@@ -390,4 +390,4 @@ class SolveJob(Job[Case, Solved]):
             self.options, self.seconds = case.options, time.thread_time() - start
         if not stability_warning(solution):
             self.shapes = shapes
-        return Solved(solution, shapes)
+        return solution, shapes

@@ -12,6 +12,7 @@ from typing import Any, Self
 
 from beamviz.beam import NUMBERS, PARAMETERS, Beam, Units
 from beamviz.errors import InvalidInput
+from beamviz.lessons import lesson
 from beamviz.scene import TABLES as SCENE_KEYS
 from beamviz.scene import Camera, Scene, ViewOptions, check_per_rev
 from beamviz.solver import CHOICES as SOLVER_CHOICES
@@ -70,22 +71,22 @@ class Case:
 
 @dataclass(frozen=True)
 class State:
-    """All that a visitor has chosen.
+    """All choices of a visitor.
 
-    scene: the one that was loaded last; home: the one that a reset returns to; camera: a given
-    viewpoint, None to fit the beam into the page; over: the number along the loci chart and
-    the map; across: the other one of the map; mapped: what that shows; per_rev: the multiples of
-    the speed in the chart; comparison, kept: with what the beam is compared, and the case
-    that was kept for it; stacked: the two in scenes one above the other; force_per_rev, damping:
-    periods of the force in a revolution and damping ratio of the run-up; forced_response: the scene
-    shows the response to that force; run_speed: the speed shown in place of the beam's own during a
-    run-up; time_methods: time all methods for each beam; following: follow the presenter; section:
-    by which sizes the panel of a real beam gives its section; lesson, step: the lesson that is open
-    ("" for none) and its step, from 0.
+    scene: the one loaded last; opened: the one that the page, a link or a file opened; camera: a
+    fixed viewpoint, None to fit the beam into the page; over: the abscissa of the loci chart and
+    the map; across: the ordinate of the map; mapped: the quantity of the map; per_rev: multiples of
+    the speed in the chart; comparison: the kind of second beam; kept: the case kept for it;
+    stacked: the second beam is drawn above the first, not overlaid; force_per_rev, damping: periods
+    of the force per revolution and damping ratio of the run-up; forced_response: the scene shows
+    the response to that force; run_speed: the speed during a run-up, in place of the beam's own;
+    time_methods: the tab Methods times all methods; section: the sizes by which the panel of a real
+    beam gives its section; lesson: the name of the open lesson, "" for none; step: its step, from
+    0; following: the visitor follows the presenter.
     """
 
     scene: Scene
-    home: Scene
+    opened: Scene
     case: Case
     view: ViewOptions = field(default_factory=ViewOptions)
     camera: Camera | None = None
@@ -126,6 +127,11 @@ class State:
             forced_response=False,
             run_speed=None,
         )
+
+    @property
+    def home(self) -> Scene:
+        """The scene that a reset returns to: of the open lesson, else the one that was opened."""
+        return lesson(self.lesson).scene if self.lesson else self.opened
 
     @property
     def shown_case(self) -> Case:

@@ -115,15 +115,14 @@ class Visitor:
             show(self.shown.value(name))
 
     def load(self, scene: Scene, **values: Any) -> None:
-        """Show another scene, with other values of the state; `home` is the scene that a reset
-        returns to from now on."""
+        """Show another scene, with other values of the state by field name."""
         with self.lock:
             self.change(lambda state: replace(state.loaded(scene), **values))
             self.camera.set_viewpoint(scene.camera)
         self.wake()
 
     def reset(self) -> None:
-        """Show the scene that the lesson, or the page, began with, in the colours of the page."""
+        """Show the scene of the open lesson, or else the one that was opened; keep the theme."""
         state = self.state
         self.load(state.home.changed(dark=state.view.dark))
 
@@ -240,3 +239,8 @@ class Feature:
         """Show the inputs of this moment."""
         self.shown = self.inputs
         self.show()
+
+    def fade(self, chart: str, job: Job) -> None:
+        """Fade a chart, by its element id, while its job has no answer to the latest request."""
+        missing = job.slow or job.cancelled
+        self.visitor.page.props(chart, data_outdated="" if missing else None)

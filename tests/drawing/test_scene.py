@@ -191,6 +191,12 @@ def test_an_arrow_shows_the_speed_where_there_is_one(scene):
     scene.show(sampled(Beam(gamma=3)), ViewOptions(), [0])
     assert around.arrow.visible
     assert around.speed.text == "speed γ = 3"
+    rest = np.zeros(5)
+    scene.choose_frame(0.0)
+    for hub in np.linspace(0, 2 * np.pi, 50):
+        scene.move(rest, rest, hub)
+        x, y, _ = around.speed.point.position
+        assert abs(math.remainder(math.atan2(y, x) - hub, 2 * math.pi)) > 0.8
     assert (around.arrow.vertices[:, 0] < 0.05).all()
     scene.show(sampled(Beam()), ViewOptions(), [0])
     assert not around.arrow.visible

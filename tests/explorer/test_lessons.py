@@ -128,12 +128,25 @@ def test_reset_brings_back_the_start_of_the_lesson(guest):
         guest.says(start)
 
 
-def test_without_a_lesson_reset_brings_back_the_first_scene(guest):
-    """What the server was started with."""
+@pytest.mark.parametrize(
+    ("action", "value", "opened"),
+    [
+        ("tab", "tab-map", PAPER),
+        ("link", "?gamma=3", Beam(gamma=3)),
+        ("load", "beam.toml\n[beam]\ngamma = 4.0", Beam(gamma=4)),
+    ],
+    ids=["start", "link", "file"],
+)
+def test_without_a_lesson_reset_brings_back_the_opened_scene(guest, action, value, opened):
+    """What the server was started with, or else a link or a file; also after a lesson."""
+    guest.do(action, value)
+    guest.says(frequency_text(opened))
+    begin(guest, "moving-mass")
+    guest.do("lesson", "")
     guest.choose("gamma", 20.0)
-    guest.says(frequency_text(PAPER.replace(gamma=20)))
+    guest.says(frequency_text(Beam(alpha=1, gamma=20)))
     guest.do("lesson_restart")
-    guest.says(frequency_text(PAPER))
+    guest.says(frequency_text(opened))
 
 
 def test_a_scene_that_is_that_of_a_lesson_begins_it():

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from charts import case
-from live.visitor import final_text, pause, visitor
+from live.visitor import final_text, frequency_text, pause, visitor
 
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium
@@ -112,6 +112,7 @@ def test_without_equilibrium_nothing_is_timed():
 def test_methods_are_timed_when_that_is_switched_on(url, monkeypatch):
     """Then once for each beam, whichever method it is shown by."""
     with visitor(url) as guest:
+        guest.do("tab", "tab-methods")
         guest.says("relative error")
         assert "Further right" not in guest.text
         guest.do("time_methods", True)
@@ -123,9 +124,8 @@ def test_methods_are_timed_when_that_is_switched_on(url, monkeypatch):
         assert "unexpected" not in guest.text
 
 
-def test_slow_work_is_said_and_can_be_cancelled(url, monkeypatch):
-    """With its name, also where nothing moves; no method is tried any more then, until the visitor
-    wants it again."""
+def slow_solves(monkeypatch: pytest.MonkeyPatch) -> tuple[threading.Event, list[Any]]:
+    """Have the timing wait in its first solve for an event, and note the beams that it solves."""
     release, solves = threading.Event(), []
 
     def slow_solve(*args: Any, **options: Any) -> Solution:
@@ -133,11 +133,20 @@ def test_slow_work_is_said_and_can_be_cancelled(url, monkeypatch):
         release.wait(60)
         return solve(*args, **options)
 
+    monkeypatch.setattr(method_timing, "solve", slow_solve)
+    return release, solves
+
+
+def test_slow_work_is_said_and_can_be_cancelled(url, monkeypatch):
+    """With its name, also where nothing moves; no method is tried any more then, until the visitor
+    wants it again."""
+    release, solves = slow_solves(monkeypatch)
     with visitor(url) as guest:
         pause(guest)
-        monkeypatch.setattr(method_timing, "solve", slow_solve)
+        guest.do("tab", "tab-methods")
         guest.choose("time_methods", True)
         guest.wait(lambda _: "computing: method timing" in guest.texts.get("work", ""))
+        guest.wait(lambda _: guest.props["timing-chart"]["data-outdated"] == "")
         guest.do("cancel_jobs")
         guest.wait(lambda _: "cancelled: method timing" in guest.texts["work"])
         guest.wait(lambda _: "was cancelled" in guest.texts["timings"])
@@ -148,3 +157,25 @@ def test_slow_work_is_said_and_can_be_cancelled(url, monkeypatch):
         guest.do("retry_jobs")
         guest.wait(lambda _: "<table" in guest.texts["timings"])
         assert guest.texts["work"] == ""
+        assert guest.props["timing-chart"]["data-outdated"] is None
+
+
+def test_methods_are_timed_only_while_their_tab_is_open(url, monkeypatch):
+    """Another tab stops the timing, without a word of cancelling; back in the tab it starts anew,
+    for the beam that is shown then."""
+    release, solves = slow_solves(monkeypatch)
+    with visitor(url) as guest:
+        pause(guest)
+        guest.do("tab", "tab-methods")
+        guest.choose("time_methods", True)
+        guest.wait(lambda _: "computing: method timing" in guest.texts.get("work", ""))
+        guest.do("tab", "tab-map")
+        guest.wait(lambda _: guest.texts["work"] == "")
+        release.set()
+        guest.choose("gamma", 3.0)
+        guest.says(frequency_text(PAPER.replace(gamma=3)))
+        final_text(guest)
+        assert len(solves) == 1
+        guest.do("tab", "tab-methods")
+        guest.wait(lambda _: "<table" in guest.texts["timings"])
+        assert {beam.gamma for (beam,) in solves[1:]} == {3.0}

@@ -55,7 +55,7 @@ class SceneFiles:
         except InvalidInput as error:
             self.visitor.notify("The scene was not loaded", str(error))
         else:
-            self.visitor.background.submit(partial(self.visitor.load, scene))
+            self.visitor.background.submit(partial(self.visitor.load, scene, opened=scene))
 
 
 # Downloads

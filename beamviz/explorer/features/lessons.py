@@ -30,20 +30,19 @@ CONTROLS = {  # named in the texts of lessons: the key of each, or the id of a t
 class Lessons(Feature):
     """The lessons of one visitor, of whom the state knows the lesson and its step.
 
-    first: the scene to return to after the lessons; met: lessons whose challenge has been met;
-    verdict: that on the challenge, as HTML.
+    met: the names of those whose challenge has been met.
     """
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.page, self.first = visitor.page, visitor.state.scene
+        self.page = visitor.page
         self.met: frozenset[str] = frozenset()
         visitor.on("lesson", self.open)
         visitor.on("lesson_step", self.go)
         visitor.on("lesson_turn", self.turn)
         visitor.on("lesson_restart", lambda _: visitor.reset())
         self.cards = ""
-        name = next((one.name for one in LESSONS if one.scene == self.first), "")
+        name = next((one.name for one in LESSONS if one.scene == visitor.state.scene), "")
         if name:
             visitor.change(lambda state: replace(state, lesson=name))
         for one in LESSONS:
@@ -63,7 +62,7 @@ class Lessons(Feature):
         if name in NAMES:
             self.visitor.background.submit(partial(self.begin, name))
         elif name == "":
-            self.visitor.change(lambda state: replace(state, lesson="", step=0, home=self.first))
+            self.visitor.change(lambda state: replace(state, lesson="", step=0))
 
     def begin(self, name: str, scene: Scene | None = None) -> None:
         """Show a lesson, with its own scene or another; its numbers are computed before, on a
@@ -71,7 +70,7 @@ class Lessons(Feature):
         lesson, visitor = LESSONS[NAMES.index(name)], self.visitor
         _ = lesson.numbers, lesson.answer
         scene = (scene or lesson.scene).changed(dark=visitor.state.view.dark)
-        visitor.load(scene, home=lesson.scene, lesson=name, step=0)
+        visitor.load(scene, lesson=name, step=0)
         self.page.open(next(iter(tabs(lesson)), "tab-frequencies"))
         self.page.point(*points(lesson.do))
 

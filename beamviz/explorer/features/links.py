@@ -98,7 +98,8 @@ class Links:
         if "lesson" in link.values:
             self.lessons.begin(link.values["lesson"], link.scene)
         else:
-            visitor.load(link.scene.changed(dark=visitor.state.view.dark))
+            scene = link.scene.changed(dark=visitor.state.view.dark)
+            visitor.load(scene, opened=scene)
         visitor.change(lambda state: replace(state, **link.values))
         if link.tab != TABS[0]:
             visitor.page.open(f"tab-{link.tab}")

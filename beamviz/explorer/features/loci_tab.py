@@ -92,6 +92,7 @@ class LociTab(Feature):
         return (
             self.visitor.chart_answer, state.over, state.per_rev, state.comparison, state.kept,
             state.following, self.choice, self.charts.answer, self.second_charts.answer,
+            self.charts.slow,
         )  # fmt: skip
 
     def show(self) -> None:
@@ -99,6 +100,7 @@ class LociTab(Feature):
         compared, page, state = self.request(), self.visitor.page, self.visitor.state
         answer = self.charts.answer
         second = self.second_charts.answer if compared else None
+        self.fade("loci-chart", self.charts)
         if answer is None:
             return
         if self.drawn != (drawn := (answer, second, state.per_rev)):

@@ -136,7 +136,7 @@ class MapTab(Feature):
         visitor, state = self.visitor, self.visitor.state
         return (
             visitor.page.tab, visitor.chart_answer, state.over, state.across, state.mapped,
-            self.job.answer,
+            self.job.answer, self.job.slow,
         )  # fmt: skip
 
     def show(self) -> None:
@@ -146,6 +146,7 @@ class MapTab(Feature):
         page, state, request = self.visitor.page, self.visitor.state, self.request()
         if request:
             self.job.request(request)
+        self.fade("map-chart", self.job)
         answer = None if self.job.cancelled else self.job.answer
         if answer and self.drawn != (drawn := (answer, state.mapped)):
             self.drawn = drawn

@@ -86,6 +86,7 @@ def rates(solution: Solution) -> np.ndarray:
 
 # The tab
 
+TAB = "tab-methods"
 MAX_ERROR = 1.0
 STYLES = {name: f"method-{k}" for k, name in enumerate(METHODS)}
 INVITATION = (
@@ -105,9 +106,9 @@ class MethodTimingTab(Feature):
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         self.job = visitor.job("method timing", time_methods)
-        help = "All of them at several resolutions, again for every beam you show"
+        help = "Every method at several resolutions, while this tab is open; again for another beam"
         visitor.page.html(
-            "tab-methods",
+            TAB,
             '<div class="chart-tab"><div class="tools">'
             + checkbox("time_methods", "time all methods", help)
             + '<div id="method"></div></div>'
@@ -118,16 +119,23 @@ class MethodTimingTab(Feature):
 
     @property
     def inputs(self) -> tuple[object, ...]:
-        """The answer shown, the switch, and the timings."""
-        return self.visitor.chart_answer, self.visitor.state.time_methods, self.job.answer
+        """The open tab, the answer shown, the switch, and the timings."""
+        visitor, job = self.visitor, self.job
+        open_tab, switch = visitor.page.tab, visitor.state.time_methods
+        return open_tab, visitor.chart_answer, switch, job.answer, job.slow
 
     def show(self) -> None:
-        """Describe the method in use; request the timings and draw the last ones."""
+        """Describe the method in use; request the timings and draw the last ones. They are only
+        measured while the tab is open: another one needs the processor, and would falsify them."""
         page, answer, timings = self.visitor.page, self.visitor.chart_answer, None
+        if page.tab != TAB:
+            self.job.withdraw()
+            return
         solution = answer.solution if answer else None
         if answer and self.visitor.state.time_methods:
             self.job.request(answer.request.with_options(method="auto"))
             timings = self.job.answer
+        self.fade("timing-chart", self.job)
         page.html("method", summary(solution) if solution else "")
         page.props("timing-chart", hidden=not (timings and timings.result))
         if timings is None:

@@ -220,6 +220,7 @@ class VeeringTab(Feature):
             tab.chosen,
             tab.charts.answer,
             self.job.answer,
+            self.job.slow,
         )
 
     def show(self) -> None:
@@ -229,6 +230,7 @@ class VeeringTab(Feature):
         page, event, chart = self.visitor.page, self.loci_tab.event, self.loci_tab.chart
         if chart and event and not self.loci_tab.charts.busy:
             self.job.request(VeeringRequest(chart.request, event))
+        self.fade("veering-chart", self.job)
         answer = self.job.answer if event else None
         if chart and (chart is not self.drawn[0] or answer is not self.drawn[1]):
             self.drawn = chart, answer

@@ -27,6 +27,7 @@ TERMS = {
     ),
 }
 MASS = "The concentrated mass; switched on again it is what it was"
+RESET_HINT = "Back to the scene as the page, a link, a file or the lesson opened it (R)"
 DIGITS = 8  # of a number in its field
 FIRST_MASS = 1.0  # for a beam that never had one
 
@@ -38,9 +39,7 @@ class NumberControls:
     def __init__(self, visitor: Visitor):
         self.visitor, self.page = visitor, visitor.page
         self.ranges: dict[str, tuple[float, float]] = {}  # of the sliders
-        reset = button(
-            "Reset", data_do="reset", data_key="r", title="Back to how it was at first (R)"
-        )
+        reset = button("Reset the scene", data_do="reset", data_key="r", title=RESET_HINT)
         more = f"<details><summary>Advanced</summary>{number_slider('spin_up')}</details>"
         self.page.html("beam", "".join(map(number_slider, PARAMETERS)) + more + reset)
         self.measures = measures(visitor.state.case.units)

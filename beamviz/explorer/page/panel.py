@@ -24,7 +24,6 @@ MODEL = {
 }
 METHOD_HINT = "How the equations are discretised and solved. auto is exact to the error shown."
 PLANES = {"chordwise": "in plane (chordwise)", "flapwise": "out of plane (flapwise)"}
-CHARTS = {"chart": "loci-chart", "map": "map-chart"}  # of jobs, by their names
 VIEWS = {"ride on the hub": True, "stand beside it": False}
 BOUND = ("playing", "pace", "amplitude", "rotating_frame", "all_modes", "plane", "method")
 PICTURE = {
@@ -36,7 +35,7 @@ KEYS = (
     ("P", "play or pause"),
     (f"1 … {MODES}", "one mode alone"),
     ("N, B", "next and back in a lesson"),
-    ("R", "reset the beam"),
+    ("R", "reset the scene"),
     ("V", "fit the view"),
     ("H, S", "ride on the hub, stand beside it"),
     ("C", "Coriolis forces on or off"),
@@ -117,7 +116,7 @@ class Panel:
         commands: dict[str, Callable[[], None]] = {
             name: partial(visitor.change, edit) for name, edit in edits.items()
         }
-        commands |= {"Reset the beam": visitor.reset, "Fit the view": visitor.reset_view}
+        commands |= {"Reset the scene": visitor.reset, "Fit the view": visitor.reset_view}
         for name, run in commands.items():
             visitor.client.gui.add_command(name).on_trigger(partial(ignoring_event, run))
 
@@ -136,13 +135,9 @@ class Panel:
         return work_text(self.visitor.jobs) != self.work
 
     def show_work(self) -> None:
-        """Say what is at work for long, and fade the charts that wait for it."""
+        """Show the names of the jobs that have been at work for long."""
         self.work = work_text(self.visitor.jobs)
         self.visitor.page.html("work", self.work)
-        for job in self.visitor.jobs:
-            if chart := CHARTS.get(job.name):
-                outdated = "" if job.slow or job.cancelled else None
-                self.visitor.page.props(chart, data_outdated=outdated)
 
     def show_picture(self, largest: float, pace: float, units: Units | None) -> None:
         """Show the scale of the colours and the pace of the picture."""
