@@ -46,11 +46,12 @@ def symmetric_modes(
 
 
 class FamilyModes(NamedTuple):
-    """The lowest modes of two uncoupled families of a stack of beams."""
+    """The lowest modes of two uncoupled families of a stack of beams: omega^2 = size - added."""
 
     V: np.ndarray  # (beams, 2, n, count) of unit modal mass
-    size: np.ndarray  # (beams, 2, count) omega^2 + the shift: what was solved, and rounds
-    spectrum: np.ndarray  # (beams, 2, n) all omega^2, ascending
+    size: np.ndarray  # (beams, 2, count) what was solved, and rounds
+    added: np.ndarray  # (beams, 2, 1) the shift
+    nu: np.ndarray  # (beams, 2, n) 1 / size of all modes
 
 
 def family_modes(
@@ -68,12 +69,9 @@ def family_modes(
         nu[k, 0], V[k, 0], added[k, 0] = _largest(M[k], K[k], count, shift)
         nu[k, 1], vectors = largest(A[k], count)
         np.multiply(vectors, root[k], out=V[k, 1])
-    with np.errstate(divide="ignore"):  # of the highest, which are rounding
-        sizes = 1 / nu
-    size = sizes[..., :count]
+    size = 1 / nu[..., :count]
     V *= np.sqrt(abs(size))[..., None]
-    spectrum = sizes - added
-    return FamilyModes(V.mT, size, spectrum)
+    return FamilyModes(V.mT, size, added, nu)
 
 
 def largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -86,7 +86,12 @@ def family_spectrum(solution: Solution) -> tuple[np.ndarray, np.ndarray] | None:
 def mesh_spectrum(solution: Solution) -> np.ndarray | None:
     """omega^2 of all modes of the mesh of each family, bending first, (2, n), infinite where not
     solved for; None with Coriolis forces and by other methods."""
-    return solution.fields.found.spectrum if isinstance(solution.fields, Shapes) else None
+    found = solution.fields.found if isinstance(solution.fields, Shapes) else None
+    if found is None or found.nu is None or found.family_squares is None:
+        return None
+    with np.errstate(divide="ignore"):  # of the highest, which are rounding
+        spectrum = 1 / found.nu
+    return spectrum - (spectrum[:, :1] - found.family_squares[:, :1])  # the shift of a family
 
 
 def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:

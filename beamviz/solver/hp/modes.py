@@ -10,7 +10,6 @@ Everything here is for a stack of beams, in a leading axis.
 """
 
 from collections.abc import Iterator
-from itertools import repeat
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -49,14 +48,16 @@ class StraightModes(NamedTuple):
     # Of as many modes of each family, bending first (..., 2, modes): None with Coriolis forces.
     family_squares: np.ndarray | None = None  # omega^2
     family_errors: np.ndarray | None = None  # of omega^2, from both
-    spectrum: np.ndarray | None = None  # (..., 2, n) all omega^2 of the mesh
+    nu: np.ndarray | None = None  # (..., 2, n) of all modes of the mesh: see `mesh_spectrum`
 
     def of_each_beam(self) -> Iterator["StraightModes"]:
         """The beams of a stack one by one."""
-        columns: list[Any] = [x if isinstance(x, np.ndarray) else repeat(x) for x in self]
-        if self.grid.breaks.ndim > 1:
-            columns[0] = map(self.grid.__getitem__, range(len(self.f)))
-        return map(StraightModes._make, zip(*columns, strict=False))  # repetitions have no end
+        own_meshes = self.grid.breaks.ndim > 1
+        for k in range(len(self.f)):
+            one: list[Any] = [x[k] if isinstance(x, np.ndarray) else x for x in self]
+            if own_meshes:
+                one[0] = self.grid[k]
+            yield StraightModes._make(one)
 
 
 class Matrices(NamedTuple):
@@ -125,17 +126,16 @@ def uncoupled_modes(
     """
     K, M, d, G, _ = matrices
     shift = 0.0 if beams.outward else eigen.COMPRESSED
-    v, size, spectrum = eigen.family_modes(K, M, d, G, count, shift)
-    omega_squared = spectrum[..., : size.shape[-1]]
+    v, size, added, nu = eigen.family_modes(K, M, d, G, count, shift)
+    omega_squared = size - added
     scale = abs(omega_squared) + eigen.COMPRESSED
     tail = relative_tail(mesh, matrices, v, scale)
     times = size / size[..., :1]  # rounding falls on the high ones
     if not beams.outward:  # compression cancels against the rest: each unknown rounds by itself
-        added = (size - omega_squared)[:, 0, :1]
-        size[:, 0] = np.vecmat(diagonal(K) + added * diagonal(M), v[:, 0] ** 2)
+        size[:, 0] = np.vecmat(diagonal(K) + added[:, 0] * diagonal(M), v[:, 0] ** 2)
     truncation, rounding = _errors(mesh, state, scale, tail, size, times)
     if problem.softening:
-        softened = spectrum if problem.chordwise else spectrum[:, 1:]
+        softened = omega_squared if problem.chordwise else omega_squared[:, 1:]
         softened -= beams.gamma**2 if beams.size == 1 else beams.gamma[..., None] ** 2
     families = omega_squared.reshape(len(omega_squared), -1)
     order = families.argsort(axis=-1)[:, :count]
@@ -155,7 +155,7 @@ def uncoupled_modes(
         rounding.take(picks),
         omega_squared,
         truncation + rounding,
-        spectrum,
+        nu,
     )
 
 
@@ -250,18 +250,15 @@ def _errors(
     """
     f, error = state.f, state.error
     rest = np.matvec(mesh.tails, f)
-    values = np.vecdot(rest, rest), np.vecdot(mesh.weights, f), f[:, 0]
+    lost = 4 * np.vecdot(rest, rest) / np.vecdot(mesh.weights, f) ** 2 + error / 2
+    factor = TRUNCATION_FACTOR * np.maximum(f[:, 0], 1.0)
     if len(f) == 1:  # floats are faster
-        energy, length, clamped = [value.item() for value in values]
+        lost, factor = lost.item(), factor.item()
     else:
-        energy, length, clamped = [value[:, None, None] for value in values]
-    if not isinstance(error, float):
-        error = error[:, None, None]
-    lost = 4 * energy / length**2 + error / 2
+        lost, factor = lost[:, None, None], factor[:, None, None]
     rounding = size * (ROUNDING_FACTOR * EPS * (1 + times))
     if state.margin is not None:
         margin = state.margin[:, None, None]
         lost = lost / margin**2
         rounding += scale * (ROUNDING_FACTOR * EPS * (1 / margin - 1))
-    factor = TRUNCATION_FACTOR * np.maximum(clamped, 1.0)
     return (tail + lost) * (scale * factor), rounding
