@@ -1,7 +1,7 @@
 /* The charts of the page: a figure (figure.js) with buttons and a slider over it.
 
-beamvizChart.draw(host, data) draws the chart in the element `host`, or brings it up to date: keys
-that are not given stay. All numbers are in the units of the page.
+set(data) draws the chart; keys that are not given keep their values. All numbers are in the units
+of the page.
 
   name     accessible name
   message  why there are no lines
@@ -14,34 +14,23 @@ that are not given stay. All numbers are in the units of the page.
   marks    [{key, kind, x, y, text, action, value}]: those with an action are buttons
   cursor   {action, x}: the line of the beam shown; it sets x by dragging and by keys
   chosen   key of a mark; choice: another number each time that it is chosen            */
-(() => {
+const BeamvizChart = (() => {
   "use strict";
-  const { Figure, LEFT, TOP, clamp, fixed, neat, px, valueAt, withUnit } = beamvizFigure;
+  const { Figure, LEFT, TOP, clamp, fixed, make, px, valueAt, withUnit } = beamvizFigure;
   const REACH = 14; // [px] from the pointer to a mark that it points at
   const FINGER = 22; // [px] the same for a finger
   const CLICK = 4; // [px] a press that moves less is a click
-  const HOLD = 600; // [ms] that a value set here is shown, whatever the server says
-  const charts = new WeakMap();
   const significant = (value) =>
     Math.abs(value) >= 1e4 ? value.toFixed(0) : String(Number(value.toPrecision(4)));
 
-  function make(parent, tag, attributes = {}, text = "") {
-    const made = document.createElement(tag);
-    for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-    made.textContent = text;
-    return parent.appendChild(made);
-  }
-
-  class Chart extends Figure {
+  return class Chart extends Figure {
     constructor(host) {
-      super();
-      this.host = host;
-      this.data = { lines: [], marks: [], gaps: [] };
+      super(host, { lines: [], marks: [], gaps: [] });
       this.view = null; // the part of the x axis that is shown, null for all of it
-      this.own = null; // {x, until}: a value set here
       this.buttons = new Map(); // of the marks, by key
       this.places = []; // of the marks
       const head = make(host, "div", { class: "chart-head" });
+      host.prepend(head);
       this.keys = make(head, "ul", { class: "key-list", "aria-label": "key" });
       this.zoom = make(head, "div", { class: "zoom", role: "group", "aria-label": "zoom" });
       for (const [text, label, act] of [
@@ -54,20 +43,11 @@ that are not given stay. All numbers are in the units of the page.
         const large = document.body.classList.toggle("enlarged");
         document.querySelectorAll("[data-enlarge]").forEach((one) => one.setAttribute("aria-pressed", large));
       };
-      this.plot = make(host, "div", { class: "plot" });
-      this.plot.innerHTML = '<svg role="img" aria-label="chart"></svg>';
-      this.svg = this.plot.firstChild;
       this.line = make(this.plot, "div", { class: "operating", hidden: "" });
       this.flag = make(this.line, "span", { class: "flag" });
       this.events = make(this.plot, "div", { class: "events", role: "group" });
       this.hair = make(this.plot, "div", { class: "hair", hidden: "" });
-      this.readout = make(this.plot, "div", { class: "readout", "aria-hidden": "true", hidden: "" });
-      for (const [kind, act] of Object.entries({
-        pointerdown: this.press, pointermove: this.move, pointerup: this.release,
-        pointercancel: this.letGo, pointerleave: this.leave, wheel: this.wheel,
-      })) this.plot.addEventListener(kind, act.bind(this), { passive: false });
       this.line.addEventListener("keydown", (event) => this.key(event));
-      new ResizeObserver(() => this.render()).observe(this.plot);
     }
 
     set(data) {
@@ -126,7 +106,6 @@ that are not given stay. All numbers are in the units of the page.
     // Marks and the line of the beam
 
     render() {
-      if (this.own && !this.drag && performance.now() > this.own.until) this.own = null;
       if (this.data.x) this.follow();
       if (!this.drawFigure()) return;
       const { x, y, cursor } = this.data;
@@ -197,14 +176,9 @@ that are not given stay. All numbers are in the units of the page.
 
     // Pointer and keys: a press on a mark goes there, any other one takes the line along
 
-    place(event) {
-      const { left, top } = this.plot.getBoundingClientRect();
-      return [event.clientX - left, event.clientY - top];
-    }
-
     press(event) {
       if (event.button !== 0 || !this.px) return;
-      const [x, y] = this.place(event), near = this.nearest(x, y, event.pointerType === "touch" ? FINGER : REACH)?.mark;
+      const [x, y] = this.pixel(event), near = this.nearest(x, y, event.pointerType === "touch" ? FINGER : REACH)?.mark;
       this.pressed = { x, mark: near?.action && near };
       this.plot.setPointerCapture(event.pointerId);
       if (event.pointerType !== "mouse") return; // a touch may be the start of a scroll
@@ -213,7 +187,7 @@ that are not given stay. All numbers are in the units of the page.
     }
 
     move(event) {
-      const [x, y] = this.place(event);
+      const [x, y] = this.pixel(event);
       this.pointer = event.pointerType === "mouse" && !this.pressed ? [x, y] : null;
       if (this.pressed && (this.drag || Math.abs(x - this.pressed.x) > CLICK)) this.dragTo(x);
       else this.hover(x, y);
@@ -221,7 +195,7 @@ that are not given stay. All numbers are in the units of the page.
 
     release(event) {
       if (this.pressed?.mark && !this.drag) this.go(this.pressed.mark);
-      else if (this.pressed && !this.drag) this.dragTo(this.place(event)[0]);
+      else if (this.pressed && !this.drag) this.dragTo(this.pixel(event)[0]);
       this.letGo();
     }
 
@@ -258,11 +232,6 @@ that are not given stay. All numbers are in the units of the page.
       beamviz.sendOften(cursor.action, value);
     }
 
-    hold(value) {
-      this.own = { x: value, until: performance.now() + HOLD };
-      setTimeout(() => this.render(), HOLD + 10);
-    }
-
     go(mark) {
       this.hold(mark.x);
       this.render();
@@ -286,7 +255,7 @@ that are not given stay. All numbers are in the units of the page.
       if (this.zoom.hidden || !this.px) return;
       const [low, high] = this.range;
       const shift = (event.deltaX * (high - low)) / (this.right - LEFT);
-      if (event.ctrlKey) this.zoomBy(1.002 ** event.deltaY, this.px.invert(this.place(event)[0]));
+      if (event.ctrlKey) this.zoomBy(1.002 ** event.deltaY, this.px.invert(this.pixel(event)[0]));
       else if (this.view && Math.abs(event.deltaX) > Math.abs(event.deltaY)) this.show([low + shift, high + shift]);
       else return;
       event.preventDefault();
@@ -305,7 +274,7 @@ that are not given stay. All numbers are in the units of the page.
       const onLine = this.data.cursor && Math.abs(this.px(this.value) - x) < 8;
       this.plot.style.cursor = near?.mark.action ? "pointer" : onLine ? "ew-resize" : "";
       if (near) this.tell(near);
-      else if (x >= LEFT && x <= this.right && y >= TOP && y <= this.bottom) this.read(x, y);
+      else if (this.inside([x, y])) this.read(x, y);
       else this.tell(null);
     }
 
@@ -328,7 +297,7 @@ that are not given stay. All numbers are in the units of the page.
         const next = closest(rows.filter((row) => row !== near), (row) => Math.abs(row.y - near.y));
         make(this.readout, "em", {}, `gap ${near.name}–${next.name}\u2002${significant(Math.abs(next.y - near.y))}${unit}`);
       }
-      this.put(pixel, height);
+      this.put([pixel, height]);
       this.hair.hidden = false;
       this.hair.style.translate = `${px(pixel)}px 0`;
     }
@@ -340,23 +309,7 @@ that are not given stay. All numbers are in the units of the page.
       this.readout.replaceChildren();
       make(this.readout, "b", {}, place.mark.text);
       if (place.mark.action) make(this.readout, "em", {}, "click to go there");
-      this.put(place.x, place.y);
+      this.put([place.x, place.y]);
     }
-
-    put(x, y) {
-      this.readout.hidden = false;
-      const { offsetWidth: width, offsetHeight: height } = this.readout;
-      const { clientWidth, clientHeight } = this.plot;
-      const left = x + 14 + width < clientWidth ? x + 14 : x - 14 - width;
-      const top = clamp(y - height / 2, 0, Math.max(clientHeight - height, 0));
-      this.readout.style.translate = `${clamp(left, 0, Math.max(clientWidth - width, 0))}px ${top}px`;
-    }
-  }
-
-  window.beamvizChart = {
-    draw(host, data) {
-      if (!charts.has(host)) charts.set(host, new Chart(host));
-      charts.get(host).set(data);
-    },
   };
 })();

@@ -1,14 +1,26 @@
-/* What a chart looks like: axes, lines with their labels, gaps (chart.js has the interaction, and
-   says what the data are). Figure draws this.data into this.svg. */
+/* The common part of charts (chart.js) and maps (map.js): axes, lines with their labels, gaps, and
+   the text at the pointer. Subclasses document their data, and handle the pointer and keys. */
 const beamvizFigure = (() => {
   "use strict";
   const TOP = 20, LEFT = 62; // [px] of the margins
   const LOW = 200; // [px] a chart that is less high has no row for the title of its x axis
   const LETTERS = 15; // [px] least distance of two labels
+  const HOLD = 600; // [ms] during which a value set here is shown instead of the server's
+  const POINTER = {
+    pointerdown: "press", pointermove: "move", pointerup: "release",
+    pointercancel: "letGo", pointerleave: "leave", wheel: "wheel",
+  };
   const SIGNS = { "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" };
   const escape = (text) => String(text).replace(/[&<>"]/g, (sign) => SIGNS[sign]);
   const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
   const px = (value) => value.toFixed(1);
+
+  function make(parent, tag, attributes = {}, text = "") {
+    const made = parent.appendChild(document.createElement(tag));
+    for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+    made.textContent = text;
+    return made;
+  }
 
   function scale(range, log, start, end) {
     const [to, back] = log ? [Math.log10, (v) => 10 ** v] : [(v) => v, (v) => v];
@@ -71,6 +83,41 @@ const beamvizFigure = (() => {
   }
 
   class Figure {
+    constructor(host, data = {}) {
+      Object.assign(this, { host, data, lines: [] });
+      this.own = null; // {value, until}: a value set here
+      this.plot = make(host, "div", { class: "plot" });
+      this.plot.innerHTML = '<svg role="img"></svg>';
+      this.svg = this.plot.firstChild;
+      this.readout = make(this.plot, "div", { class: "readout", "aria-hidden": "true", hidden: "" });
+      for (const [kind, method] of Object.entries(POINTER))
+        this.plot.addEventListener(kind, (event) => this[method]?.(event), { passive: false });
+      new ResizeObserver(() => this.render()).observe(this.plot);
+    }
+
+    hold(value) {
+      this.own = { value, until: performance.now() + HOLD };
+      setTimeout(() => this.render(), HOLD + 10);
+    }
+
+    /* The pixel of a pointer event. */
+    pixel(event) {
+      const { left, top } = this.plot.getBoundingClientRect();
+      return [event.clientX - left, event.clientY - top];
+    }
+
+    inside([x, y]) { return x >= LEFT && x <= this.right && y >= TOP && y <= this.bottom; }
+
+    /* Shows the readout beside a pixel. */
+    put([x, y]) {
+      this.readout.hidden = false;
+      const { offsetWidth: width, offsetHeight: height } = this.readout;
+      const { clientWidth, clientHeight } = this.plot;
+      const left = x + 14 + width < clientWidth ? x + 14 : x - 14 - width;
+      const top = clamp(y - height / 2, 0, Math.max(clientHeight - height, 0));
+      this.readout.style.translate = `${clamp(left, 0, Math.max(clientWidth - width, 0))}px ${top}px`;
+    }
+
     // The axes
 
     get range() { return this.view ?? this.data.x.range; }
@@ -82,7 +129,7 @@ const beamvizFigure = (() => {
       return [y.range[0], Math.min(y.range[1], end)];
     }
 
-    get value() { return this.own ? this.own.x : this.data.cursor?.x; }
+    get value() { return this.own?.value ?? this.data.cursor?.x; }
 
     /* A round step of at most a pixel. */
     get step() {
@@ -92,9 +139,10 @@ const beamvizFigure = (() => {
 
     // Drawing
 
-    /* Axes, lines, labels and the rings at the line of the beam; false where there is no room. */
+    /* Draws axes, lines, labels and the rings at the line of the beam; false if there is no room. */
     drawFigure() {
       const { x, y, name, message } = this.data;
+      if (this.own && !this.pressed && performance.now() > this.own.until) this.own = null;
       const { clientWidth: width, clientHeight: height } = this.plot;
       if (!x || !width || !height) return false;
       const longest = Math.max(3, ...this.lines.map((line) => line.label.length));
@@ -212,5 +260,5 @@ const beamvizFigure = (() => {
     }
   }
 
-  return { Figure, LEFT, TOP, clamp, fixed, neat, px, valueAt, withUnit };
+  return { Figure, LEFT, TOP, clamp, fixed, make, neat, px, valueAt, withUnit };
 })();

@@ -1,5 +1,5 @@
-/* Maps of the page: a quantity in colours over two numbers (axes by figure.js). Data, in the units of
-   the page; keys that are not given stay:
+/* Maps of the page: a quantity in colours over two numbers (axes by figure.js). set(data) draws the
+   map; keys that are not given keep their values. Data, in the units of the page:
 
   name     accessible name
   x, y     {label, symbol, unit, range: [from, to]}
@@ -11,51 +11,30 @@
   borders  [[[x ...], [y ...]] ...]: lines between regions
   regions  [{x, y, text}]: their names, as far as there is room
   beam     [x, y]: the beam shown; it is moved by a press on the map, by dragging and by keys      */
-(() => {
+const BeamvizMap = (() => {
   "use strict";
-  const { Figure, LEFT, TOP, clamp, fixed, neat, px, withUnit } = beamvizFigure;
+  const { Figure, LEFT, TOP, clamp, fixed, make, neat, px, withUnit } = beamvizFigure;
   const CLICK = 6; // [px] a touch that moves less is a tap
-  const HOLD = 600; // [ms] that a place set here is shown, whatever the server says
-  const maps = new WeakMap();
 
-  function make(parent, tag, attributes = {}) {
-    const made = parent.appendChild(document.createElement(tag));
-    for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-    return made;
-  }
-
-  class MapFigure extends Figure {
+  return class MapFigure extends Figure {
     constructor(host) {
-      super();
-      this.host = host;
-      this.data = {};
-      this.lines = [];
-      this.own = null; // {place, until}: a place set here
-      this.plot = make(host, "div", { class: "plot map" });
+      super(host);
+      this.plot.classList.add("map");
       this.field = make(this.plot, "div", { class: "field-of-map" });
+      this.plot.prepend(this.field);
       this.canvas = make(this.field, "canvas", { "aria-hidden": true });
-      this.plot.insertAdjacentHTML("beforeend", '<svg role="img" aria-label="map"></svg>');
-      this.svg = this.plot.lastChild;
       this.ring = make(this.plot, "div", { class: "place", role: "slider", tabindex: 0 });
-      this.readout = make(this.plot, "div", { class: "readout", "aria-hidden": true, hidden: "" });
-      for (const [kind, act] of Object.entries({
-        pointerdown: this.press, pointermove: this.move, pointerup: this.release,
-        pointercancel: () => (this.pressed = null), pointerleave: () => (this.readout.hidden = true),
-      })) this.plot.addEventListener(kind, act.bind(this));
       this.ring.addEventListener("keydown", (event) => this.key(event));
-      new ResizeObserver(() => this.render()).observe(this.plot);
     }
 
     get value() { return NaN; } // no tick is covered
 
-    get place() {
-      if (this.own && !this.pressed && performance.now() > this.own.until) this.own = null;
-      return this.own?.place ?? this.data.beam ?? [NaN, NaN];
-    }
+    get place() { return this.own?.value ?? this.data.beam ?? [NaN, NaN]; }
 
     set(data) {
+      const before = this.data.values;
       this.data = { ...this.data, ...data };
-      if (data.values) this.paint();
+      if (this.data.values !== before) this.paint();
       this.render();
     }
 
@@ -132,13 +111,6 @@
       return `${withUnit(this.data.x, fixed(x, first))}, ${withUnit(this.data.y, fixed(y, second))}`;
     }
 
-    at(event) {
-      const { left, top } = this.plot.getBoundingClientRect();
-      return [event.clientX - left, event.clientY - top];
-    }
-
-    inside([x, y]) { return x >= LEFT && x <= this.right && y >= TOP && y <= this.bottom; }
-
     choose(pixels) {
       const x = this.px.invert(clamp(pixels[0], LEFT, this.right));
       const y = this.py.invert(clamp(pixels[1], TOP, this.bottom));
@@ -152,14 +124,13 @@
         const step = this.steps[k];
         return Number(clamp(Math.round(value / step) * step, ...axes[k].range).toPrecision(9));
       });
-      this.own = { place, until: performance.now() + HOLD };
-      setTimeout(() => this.drawRing(), HOLD + 10);
+      this.hold(place);
       this.drawRing();
       beamviz.sendOften("move_beam", place.join(" "));
     }
 
     press(event) {
-      const pixels = this.at(event);
+      const pixels = this.pixel(event);
       if (event.button !== 0 || !this.px || !this.inside(pixels)) return;
       this.pressed = pixels;
       if (event.pointerType !== "mouse") return; // it may be the start of a scroll
@@ -170,13 +141,17 @@
     }
 
     move(event) {
-      const pixels = this.at(event);
+      const pixels = this.pixel(event);
       if (this.pressed && event.pointerType === "mouse") this.choose(pixels);
       this.read(pixels);
     }
 
+    letGo() { this.pressed = null; }
+
+    leave() { this.readout.hidden = true; }
+
     release(event) {
-      const pixels = this.at(event), before = this.pressed;
+      const pixels = this.pixel(event), before = this.pressed;
       this.pressed = null;
       if (before && event.pointerType !== "mouse" && Math.hypot(pixels[0] - before[0], pixels[1] - before[1]) < CLICK)
         this.choose(pixels);
@@ -200,20 +175,10 @@
       const row = Math.round(((this.bottom - pixels[1]) / (this.bottom - TOP)) * (rows - 1));
       const one = values[row * columns + column];
       this.readout.replaceChildren();
-      make(this.readout, "b").textContent = this.words(this.px.invert(pixels[0]), this.py.invert(pixels[1]));
-      make(this.readout, "span").textContent = one === null ? "no frequency"
-        : `${value.symbol} ${Number(one.toPrecision(3))} ${value.unit}`;
-      const { offsetWidth: width, offsetHeight: height } = this.readout;
-      const left = pixels[0] + 14 + width < this.plot.clientWidth ? pixels[0] + 14 : pixels[0] - 14 - width;
-      const top = clamp(pixels[1] - height / 2, 0, Math.max(this.plot.clientHeight - height, 0));
-      this.readout.style.translate = `${Math.max(left, 0)}px ${top}px`;
+      make(this.readout, "b", {}, this.words(this.px.invert(pixels[0]), this.py.invert(pixels[1])));
+      const found = one === null ? "no frequency" : `${value.symbol} ${Number(one.toPrecision(3))} ${value.unit}`;
+      make(this.readout, "span", {}, found);
+      this.put(pixels);
     }
-  }
-
-  window.beamvizMap = {
-    draw(host, data) {
-      if (!maps.has(host)) maps.set(host, new MapFigure(host));
-      maps.get(host).set(data);
-    },
   };
 })();

@@ -11,7 +11,7 @@ const beamviz = (() => {
   const all = (selector, root = document) => [...root.querySelectorAll(selector)];
   const byId = (id) => document.getElementById(id);
   const media = (query) => matchMedia(`(${query})`);
-  const isTyped = (e) => e.matches?.("input[type=text], input[type=number], textarea, select");
+  const isTyped = (e) => e.matches?.("input[type=number], select");
 
   // To the server
 
@@ -92,7 +92,6 @@ const beamviz = (() => {
     if (e.matches("button")) e.setAttribute("aria-pressed", e.dataset.value === undefined
       ? Boolean(value) : JSON.stringify(JSON.parse(e.dataset.value)) === JSON.stringify(value));
     else if (e.type === "checkbox") e.checked = Boolean(value);
-    else if (e.type === "radio") e.checked = e.value === String(value);
     else if (e.value !== String(value ?? "")) e.value = value ?? "";
     if (e.type === "range") paint(e);
   }
@@ -115,8 +114,8 @@ const beamviz = (() => {
 
   function draw(id, data) {
     drawn[id] = { ...drawn[id], ...data };
-    const kind = "values" in drawn[id] ? beamvizMap : beamvizChart;
-    if (byId(id)) kind.draw(byId(id), drawn[id]);
+    const host = byId(id), Kind = "values" in drawn[id] ? BeamvizMap : BeamvizChart;
+    if (host) (host.figure ??= new Kind(host)).set(drawn[id]);
   }
 
   // Content is compared with what is there, so that focus, scrolling and drags survive.
@@ -174,7 +173,6 @@ const beamviz = (() => {
   const json = (text, fallback = null) => (text === undefined ? fallback : JSON.parse(text));
 
   function press(e) {
-    if (e.getAttribute("aria-disabled") === "true" || e.disabled) return;
     if (e.dataset.set) {
       const pressed = e.getAttribute("aria-pressed") === "true";
       send(e.dataset.set, e.dataset.value === undefined ? !pressed : json(e.dataset.value));
