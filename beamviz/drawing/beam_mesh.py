@@ -134,8 +134,12 @@ def subdivide(shapes: SampledModes, motion: DrawnMotion, before: int = 0) -> Sam
     ends = np.append(
         np.linspace(0.0, mass, inner + 1)[:-1], np.linspace(mass, need[-1], count - inner + 1)
     )
-    x = np.interp(ends, need, shapes.x)
-    strain = np.append(0.0, np.cumsum(shapes.strain * lengths))
+    return resampled(shapes, np.interp(ends, need, shapes.x))
+
+
+def resampled(shapes: SampledModes, x: np.ndarray) -> SampledModes:
+    """`shapes` at stations x (j,), with the mean strain between them."""
+    strain = np.append(0.0, np.cumsum(shapes.strain * np.diff(shapes.x)))
     return replace(
         shapes,
         x=x,

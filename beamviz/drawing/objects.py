@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -91,6 +92,16 @@ class Caption:
         """Show a text at a point (3,) of the frame around; none hides it."""
         self.text = text
         set_position(self.point, position)
+
+    @property
+    def data(self) -> dict[str, str]:
+        """What the page needs of it (captions.js)."""
+        return {"name": self.point.name, "text": self.text, "anchor": self.anchor}
+
+
+def captions_script() -> str:
+    """The script that writes captions over the picture."""
+    return files("beamviz.drawing").joinpath("captions.js").read_text(encoding="utf-8")
 
 
 # A beam of unit size, until a mesh gets the vertices of its own.

@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 from beamviz.drawing.text import error_summary
 from beamviz.errors import BeamvizError, Cancelled, InvalidInput, NoEquilibrium
 from beamviz.exports import animate, export
-from beamviz.exports.film import ENCODERS
+from beamviz.exports.film import FORMATS
 from beamviz.scene import Scene
 from beamviz.server.log import RateLimitedLog
 
@@ -52,7 +52,7 @@ class ExportJob:
 
     def start(self) -> None:
         """Make the file in the background: films of all visitors one after the other."""
-        QUEUES[self.suffix in ENCODERS].add(self)
+        QUEUES[self.suffix in FORMATS].add(self)
 
     def cancel(self) -> None:
         """Do not make the file; what has been made of it is discarded."""
@@ -89,7 +89,7 @@ class ExportJob:
         """The content of the file."""
         with tempfile.TemporaryDirectory(prefix="beamviz-") as folder:
             path = Path(folder) / f"beam{self.suffix}"
-            if self.suffix in ENCODERS:  # one thread: the others are for the pages
+            if self.suffix in FORMATS:  # one thread: the others are for the pages
                 options = {"progress": self.frames, "workers": 1, **self.options}
                 animate(path, self.scene, **options)
             else:

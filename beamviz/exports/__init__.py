@@ -11,16 +11,18 @@ import numpy as np
 
 from beamviz.beam import check_float, check_int
 from beamviz.errors import InvalidInput
-from beamviz.exports.film import ENCODERS, Frames, check_format
+from beamviz.exports.film import FORMATS, check_format, rendered, write_film
 from beamviz.exports.renderer import FAST, Renderer
 from beamviz.exports.solved_scene import Direction, Loop, SolvedScene, find_loop
 from beamviz.files import check_suffix, replaced
 from beamviz.scene import Scene
 from beamviz.solver import Solution
 
+SUFFIXES = (".html", ".glb", ".csv", ".npz")  # of exports
 PIXELS = (64, 4096)  # width and height of a picture
 FRAME_RATES = (5.0, 50.0)  # [1/s]; the limit of GIF
 MAX_FRAMES = 1000
+SAMPLE = 6  # frames that the palette of a GIF is chosen from
 PNG_LEVEL = 1  # of compression: half the time of the default, a third larger
 STATIONS = 201  # equally spaced along the beam; the position of the mass is added to them
 FIELD_COLUMNS = [
@@ -39,17 +41,29 @@ def export(path: str | Path, scene: Scene) -> None:
     Raises InvalidInput, Unavailable, and the errors of `solve`; the file is complete or untouched.
     """
     path = Path(path)
-    write = WRITERS[check_suffix(path, tuple(WRITERS))]
+    suffix = check_suffix(path, SUFFIXES)
     with replaced(path) as file:
-        write(file, SolvedScene.of(scene))
+        solved = SolvedScene.of(scene)
+        if suffix == ".html":
+            from beamviz.exports.html_page import write_html
+
+            write_html(file, solved)
+        elif suffix == ".glb":
+            from beamviz.exports.gltf import write_glb
+
+            write_glb(file, solved)
+        elif suffix == ".csv":
+            write_csv(file, solved.solution)
+        else:
+            with file.open("wb") as stream:  # given a path, numpy would add a suffix
+                np.savez_compressed(stream, **field_arrays(solved.solution))
 
 
-def write_csv(file: Path, solved: SolvedScene) -> None:
+def write_csv(file: Path, solution: Solution) -> None:
     """Equilibrium and modes along the beam, one line for each mode and station; a number that is
     not finite is left empty."""
     from beamviz.output import csv_text, plain
 
-    solution = solved.solution
     arrays = field_arrays(solution)
     heading, shapes = FIELD_COLUMNS, [arrays["shapes"]]
     if np.iscomplexobj(shapes[0]):
@@ -64,14 +78,7 @@ def write_csv(file: Path, solved: SolvedScene) -> None:
     file.write_text(csv_text(heading, rows))
 
 
-def write_npz(file: Path, solved: SolvedScene) -> None:
-    """Equilibrium and modes along the beam as arrays."""
-    arrays: dict[str, Any] = field_arrays(solved.solution)
-    with file.open("wb") as stream:  # given a path, numpy would add a suffix
-        np.savez_compressed(stream, **arrays)
-
-
-def field_arrays(solution: Solution) -> dict[str, np.ndarray]:
+def field_arrays(solution: Solution) -> dict[str, Any]:
     """Everything in a solution as arrays: (modes,), and along the beam (stations,), position
     (stations, 2), shapes (modes, stations, 2); lengths in L, unit modal mass."""
     beam, state = solution.beam, solution.equilibrium
@@ -93,28 +100,6 @@ def field_arrays(solution: Solution) -> dict[str, np.ndarray]:
         "stretch": state.stretch(x),
         "shapes": np.moveaxis(solution.displacement(x), 2, 0) + 0.0,  # -0.0 becomes 0.0
     }
-
-
-def write_model(file: Path, solved: SolvedScene) -> None:
-    """The moving beam as a 3D model."""
-    from beamviz.exports.gltf import write_glb
-
-    write_glb(file, solved)
-
-
-def write_page(file: Path, solved: SolvedScene) -> None:
-    """A page that plays offline."""
-    from beamviz.exports.html_page import write_html
-
-    write_html(file, solved)
-
-
-WRITERS: dict[str, Callable[[Path, SolvedScene], None]] = {
-    ".html": write_page,
-    ".glb": write_model,
-    ".csv": write_csv,
-    ".npz": write_npz,
-}
 
 
 def screenshot(
@@ -188,7 +173,7 @@ def animate(
     Raises InvalidInput, Unavailable, and the errors of `solve`; the file is complete or untouched.
     """
     path, size = Path(path), check_size(width, height)
-    suffix = check_suffix(path, tuple(ENCODERS))
+    suffix = check_suffix(path, tuple(FORMATS))
     fps = check_format(suffix, size, check_float("fps", fps, *FRAME_RATES))
     periods = None if periods is None else check_int("periods", periods, 1, MAX_FRAMES)
     with replaced(path) as file:
@@ -201,6 +186,9 @@ def animate(
                 " periods, a lower fps or a higher pace"
             )
         renderer = Renderer(solved, *size, FAST)
-        moments = [loop.moment(k / count) for k in range(count)]
-        ENCODERS[suffix].write(file, Frames(renderer, moments, progress, workers), fps)
+        frames, sample = (
+            rendered(renderer, (loop.moment(k / count) for k in numbers), workers)
+            for numbers in (progress(count), count * np.arange(SAMPLE) // SAMPLE)
+        )
+        write_film(file, frames, fps, sample)
     return loop

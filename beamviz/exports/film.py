@@ -7,10 +7,10 @@ import shutil
 import subprocess
 import tempfile
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from PIL import Image
@@ -20,41 +20,25 @@ from beamviz.exports.renderer import Renderer
 from beamviz.exports.solved_scene import Moment
 from beamviz.signals import defer_signals
 
-PALETTE_SAMPLE = 6  # frames that the palette of a GIF is chosen from
+# By suffix, the unit [ms] in which a format counts the duration of a frame, 0 for any.
+FORMATS = {".gif": 10, ".webp": 1, ".mp4": 0}
 COMMON_COLOURS = 96  # of the 256 of a GIF, chosen by area
 COARSE = 3  # bits of a colour channel that do not count as another colour
 
 
-class Frames:
-    """The frames of a film, in RGB, rendered as they are needed."""
-
-    def __init__(
-        self,
-        renderer: Renderer,
-        moments: Sequence[Moment],
-        progress: Callable[[int], Iterable[int]] = range,
-        workers: int | None = None,
-    ):
-        self.renderer, self.moments, self.progress = renderer, moments, progress
-        self.workers = workers or os.cpu_count() or 1
-
-    def __iter__(self) -> Iterator[Image.Image]:
-        return self.rendered(self.progress(len(self.moments)))
-
-    def sample(self, count: int) -> list[Image.Image]:
-        """`count` of them, evenly spread."""
-        return list(self.rendered(np.linspace(0, len(self.moments), count, endpoint=False)))
-
-    def rendered(self, numbers: Iterable[float]) -> Iterator[Image.Image]:
-        """The frames of these numbers; as many as there are workers are in work."""
-        with ThreadPoolExecutor(self.workers) as pool:
-            ahead: deque = deque()
-            for k in numbers:
-                scene = self.renderer.draw(self.moments[int(k)])
-                ahead.append(pool.submit(self.renderer.render, scene))
-                if len(ahead) > self.workers:
-                    yield ahead.popleft().result()
-            yield from (frame.result() for frame in ahead)
+def rendered(
+    renderer: Renderer, moments: Iterable[Moment], workers: int | None = None
+) -> Iterator[Image.Image]:
+    """The frames of a film, in RGB; as many as there are workers (threads, by default one for each
+    processor) are in work."""
+    workers = workers or os.cpu_count() or 1
+    with ThreadPoolExecutor(workers) as pool:
+        ahead: deque = deque()
+        for moment in moments:
+            ahead.append(pool.submit(renderer.render, renderer.draw(moment)))
+            if len(ahead) > workers:
+                yield ahead.popleft().result()
+        yield from (frame.result() for frame in ahead)
 
 
 def check_format(suffix: str, size: tuple[int, int], fps: float) -> float:
@@ -65,23 +49,27 @@ def check_format(suffix: str, size: tuple[int, int], fps: float) -> float:
         for name, pixels in zip(("width", "height"), size, strict=True):
             if pixels % 2:
                 raise InvalidInput(f"{name} = {pixels}: must be even for MP4")
-    tick = ENCODERS[suffix].tick
+    tick = FORMATS[suffix]
     return 1000 / (tick * round(1000 / fps / tick)) if tick else fps
 
 
-def write_with_pillow(file: Path, frames: Frames, fps: float) -> None:
-    """A looping GIF, with one palette for all frames so that nothing flickers, or WebP."""
-    pictures = iter(frames)
+def write_film(
+    file: Path, frames: Iterator[Image.Image], fps: float, sample: Iterable[Image.Image]
+) -> None:
+    """Write a looping film in the format of the suffix of a file; sample: frames that the palette
+    of a GIF is chosen from, one for all frames so that nothing flickers."""
+    suffix = file.suffix.lower()
     options: dict[str, Any] = {"duration": round(1000 / fps), "loop": 0}
-    if file.suffix.lower() == ".gif":
-        palette = gif_palette(np.concatenate([*map(np.asarray, frames.sample(PALETTE_SAMPLE))]))
-        pictures = (
-            picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures
-        )
+    if suffix == ".mp4":
+        write_mp4(file, frames, fps)
+        return
+    if suffix == ".gif":
+        palette = gif_palette(np.concatenate([*map(np.asarray, sample)]))
+        frames = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
         options |= {"disposal": 1}
     else:
         options |= {"quality": 85, "method": 3}
-    next(pictures).save(file, save_all=True, append_images=pictures, **options)
+    next(frames).save(file, save_all=True, append_images=frames, **options)
 
 
 def gif_palette(picture: np.ndarray) -> Image.Image:
@@ -100,10 +88,9 @@ def gif_palette(picture: np.ndarray) -> Image.Image:
     return palette
 
 
-def write_mp4(file: Path, frames: Frames, fps: float) -> None:
+def write_mp4(file: Path, frames: Iterator[Image.Image], fps: float) -> None:
     """H.264 in the pixel format and colour space that every player supports."""
-    rendered = iter(frames)
-    first = next(rendered)
+    first = next(frames)
     size = f"{first.width}x{first.height}"
     source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size, "-r", f"{fps:g}", "-i", "-"]
     tags = ("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709")
@@ -124,7 +111,7 @@ def write_mp4(file: Path, frames: Frames, fps: float) -> None:
         try:
             assert process.stdin
             with contextlib.suppress(BrokenPipeError), process.stdin as pipe:  # reported below
-                for frame in itertools.chain([first], rendered):
+                for frame in itertools.chain([first], frames):
                     pipe.write(frame.tobytes())
             failed = process.wait()
         finally:
@@ -147,18 +134,3 @@ def ffmpeg() -> str:
     raise Unavailable(
         "no ffmpeg found, which MP4 needs: pip install imageio-ffmpeg (.webp and .gif need nothing)"
     )
-
-
-class Encoder(NamedTuple):
-    """How a film is written; tick: the unit [ms] in which the format counts the duration of a
-    frame, 0 for any."""
-
-    write: Callable[[Path, Frames, float], None]
-    tick: int
-
-
-ENCODERS = {
-    ".gif": Encoder(write_with_pillow, 10),
-    ".webp": Encoder(write_with_pillow, 1),
-    ".mp4": Encoder(write_mp4, 0),
-}

@@ -4,7 +4,6 @@ import io
 import json
 import math
 import re
-from collections.abc import Collection, Iterable, Sequence
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -14,6 +13,7 @@ from matplotlib import rc_context
 
 from beamviz.beam import NUMBERS
 from beamviz.drawing import camera, colours
+from beamviz.drawing.objects import captions_script
 from beamviz.drawing.text import frequencies, growth, rounded_to_error
 from beamviz.errors import BeamvizError
 from beamviz.exports.solved_scene import DrawnScene, SolvedScene
@@ -27,55 +27,28 @@ from beamviz.scene import Scene
 from beamviz.server import run_server
 from beamviz.solver import Solution
 
-HEAD = "font-weight:500;vertical-align:bottom"
 POINTS = 72  # an inch, as SVG pictures have them
-MARKED = "background:rgba(204,60,140,.14)"
 TIME = "T* = √(ρ A L⁴ / E I), the time unit of the beam"
-
-
-def table(
-    name: str,
-    heads: Sequence[str],
-    rows: Iterable[Sequence[object]],
-    caption: str = "",
-    marked: Collection[int] = (),
-) -> str:
-    """A table of numbers, called `name` by screen readers; rows (from 0) may be marked."""
-    title = f'<caption style="text-align:left;opacity:.8">{caption}</caption>' if caption else ""
-    lines = (
-        (f'<tr style="{MARKED}">' if k in marked else "<tr>")
-        + "".join(f"<td>{cell}</td>" for cell in cells)
-        + "</tr>"
-        for k, cells in enumerate(rows)
-    )
-    return (
-        f'<table aria-label="{name}" style="width:calc(100% - 1.5em);margin:.2em .75em .4em;'
-        "border-collapse:collapse;font-size:.8em;font-variant-numeric:tabular-nums;"
-        f'line-height:1.6;text-align:right">{title}<tr style="opacity:.65;line-height:1.3">'
-        + "".join(f'<th style="{HEAD}">{head}</th>' for head in heads)
-        + "</tr>"
-        + "".join(lines)
-        + "</table>"
-    )
 
 
 def solution_table(solution: Solution, shown: list[int]) -> str:
     """The modes: number, label, kind, frequency, error; the ones shown are marked."""
     units, across = solution.beam.units, frequencies(solution.beam.units)
-    second = units.time if units else 1.0
-    rows = []
     labels, mixtures = identify_modes(solution)
+    heads = ["", "mode", "kind", f'<span title="{TIME}">{across.label}</span>', "error"]
+    rows = ["<tr>" + "".join(f"<th>{head}</th>" for head in heads)]
     for k, (label, family) in enumerate(zip(labels, solution.families, strict=True)):
         error = float(solution.errors[k])
         if math.isfinite(solution.frequencies[k]):
             error *= across.factor
             value = rounded_to_error(across.factor * solution.frequencies[k], error)
         else:
-            error /= second
+            error /= units.time if units else 1.0
             value = growth(float(solution.growth_rates[k]), units)
-        rows.append([str(k + 1), f"<b>{label}</b>", mixtures[k] or family, value, f"{error:.0e}"])
-    heads = ["", "mode", "kind", f'<span title="{TIME}">{across.label}</span>', "error"]
-    return table("modes", heads, rows, marked=shown)
+        cells = [f"{k + 1}", f"<b>{label}</b>", mixtures[k] or family, value, f"{error:.0e}"]
+        rows.append('<tr class="shown">' if k in shown else "<tr>")
+        rows += [f"<td>{cell}</td>" for cell in cells]
+    return f'<table aria-label="modes">{"".join(rows)}</table>'
 
 
 def write_html(file: Path, solved: SolvedScene) -> None:
@@ -92,7 +65,7 @@ def write_html(file: Path, solved: SolvedScene) -> None:
             data = json.dumps(speed_data(solved, drawn)).replace("</", "<\\/")
             script = files("beamviz.exports").joinpath("offline.js").read_text(encoding="utf-8")
             player = f'<script type="application/json" id="speeds">{data}</script>'
-            player += f"<script>{script}</script>"
+            player += f"<script>{captions_script()}{script}</script>"
     head, body = page.index("</head>"), page.rindex("</body>")
     mode = "dark" if view.dark else "light"
     title = f"<title>beamviz: {escape(heading(solved.scene))}</title>"
@@ -101,7 +74,7 @@ def write_html(file: Path, solved: SolvedScene) -> None:
         f"{top}<style>{STYLE} :root {{ --scene: rgb{colours.BACKGROUND[view.dark]} }}</style>"
         f"{page[head:body]}"
         f'<aside class="{mode}" aria-label="numbers">{panel(solved)}</aside>'
-        f'<div id="captions" class="{mode}"></div>{player}{page[body:]}'
+        f'<div id="caption-layer" class="{mode}"></div>{player}{page[body:]}'
     )
 
 
@@ -171,17 +144,19 @@ aside figure.large { position: fixed; inset: 3vh 3vw; margin: 0; padding: 2vh 2v
                      cursor: zoom-out; box-shadow: 0 0 2em #0006; }
 aside figure.large svg { height: 100%; }
 aside.dark figure { border-radius: 6px; padding: .3em; }
-aside table { width: 100% !important; margin: 0 !important; }
+aside table { width: 100%; border-collapse: collapse; font-size: .8em; line-height: 1.6;
+              font-variant-numeric: tabular-nums; text-align: right; }
+aside th { font-weight: 500; vertical-align: bottom; opacity: .65; line-height: 1.3; }
+aside .shown { background: rgba(204, 60, 140, .14); }
 aside .controls { display: flex; gap: .6em; align-items: center;
                   font-variant-numeric: tabular-nums; }
 aside .controls input { flex: 1; } aside .controls output { min-width: 5.5em; text-align: right; }
 aside .controls button { font: inherit; min-width: 4.5em; padding: .3em .6em; cursor: pointer; }
-#captions { position: fixed; inset: 0 440px 0 0; overflow: hidden; pointer-events: none; }
-#captions [hidden] { display: none; }
-#captions span { position: absolute; white-space: pre-line; padding: .1em .4em; border-radius: 4px;
-                 font: 15px/1.4 system-ui, sans-serif; color: #1b2026;
-                 background: color-mix(in srgb, var(--scene) 78%, transparent); }
-#captions.dark span { color: #e9ecef; }
+#caption-layer { position: fixed; inset: 0 440px 0 0; overflow: hidden; pointer-events: none; }
+#caption-layer span { position: absolute; white-space: pre-line; padding: .1em .4em; color: #1b2026;
+                      font: 15px/1.4 system-ui, sans-serif; border-radius: 4px;
+                      background: color-mix(in srgb, var(--scene) 78%, transparent); }
+#caption-layer.dark span { color: #e9ecef; }
 aside .wrong { border-left: 4px solid #d9480f; padding-left: .6em; white-space: pre-line; }
 aside summary { cursor: pointer; opacity: .7; } aside pre { font-size: .75em; overflow: auto; }
 @media (max-width: 900px) {

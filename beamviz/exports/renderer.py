@@ -6,23 +6,21 @@ specular reflection, the ACES tone curve), without a browser, a display or a gra
 
 import math
 from functools import lru_cache
-from importlib.util import find_spec
-from pathlib import Path
+from importlib.metadata import distribution
 
 import numpy as np
-from PIL import Image, ImageChops, ImageDraw, ImageFont
+from PIL import Image, ImageDraw, ImageFilter, ImageFont
 
 from beamviz.drawing import camera, colours
 from beamviz.drawing.objects import Caption
-from beamviz.exports.floor import covered_by_disc, shadow
 from beamviz.exports.geometry import Geometry, Triangles, geometry, linear
 from beamviz.exports.rasteriser import (
-    CENTRE,
     NEAR,
-    Cover,
-    at_pixels,
+    SMALL,
     clipped,
     cover,
+    draw,
+    edges,
     sample_offsets,
     samples,
 )
@@ -33,9 +31,10 @@ Box = tuple[int, int, int]  # of a text: left, right, top [pixels]
 FINE, FAST = 8, 5  # samples of a pixel at an edge: in a picture, a film
 SPECULAR = 0.04  # reflectance of a dielectric seen from the front
 FULL_HEIGHT = 720  # [pixels] of a picture: lines are as much thinner as it is smaller
-CONTRAST = np.uint32(0xF8F8F8F8)  # bits of four bytes: of a difference that can be seen
-SMALL = 1e-6  # in place of a divisor that may be 0
 UP = np.array([0.0, 0.0, 1.0])
+SHADOW_CELLS = 320  # of the larger side of a shadow
+SHADOW_SAMPLES = 3
+SHADOW_BLUR = 0.014  # [lengths of the beam] standard deviation
 # Letters of a caption: [pixels], and of the width of the picture; the part of the width
 # that a line may take; height [lengths of the beam] at most, for a title between two beams.
 MAX_LETTERS, RELATIVE_LETTERS, RELATIVE_LINE, MAX_TITLE = 18, 0.026, 0.8, 0.065
@@ -68,10 +67,7 @@ class Renderer:
         dark = solved.scene.view.dark
         self.background, self.letters = colours.BACKGROUND[dark], colours.LETTERS[dark]
         self.scene = offline_scene()
-        self.solved, self.drawn = (
-            solved,
-            DrawnScene(self.scene, solved, solved.scale(width, height)),
-        )
+        self.drawn = DrawnScene(self.scene, solved, solved.scale(width, height))
 
     def draw(self, moment: Moment) -> Geometry:
         """The scene at a moment."""
@@ -103,57 +99,52 @@ class Renderer:
 
     def add_objects(self, picture: Image.Image, scene: Geometry) -> None:
         """Put bodies and lines over a picture, antialiased where neighbouring pixels differ."""
-        bodies = scene.triangles
-        seen = self.seen(bodies.corners)
-        across = np.cross(seen[:, 1] - seen[:, 0], seen[:, 2] - seen[:, 0])
-        facing = (across * seen[:, 0]).sum(axis=1) < 0
-        places, colours = self.shaded(bodies.part(facing | bodies.double), scene)
         thin = min(1.0, self.height / FULL_HEIGHT)
-        strips = [self.strips(ends, colour, thin * width) for ends, colour, width in scene.lines]
-        solids = len(places)
-        places = np.concatenate([places, *(strip for strip, _ in strips)])
-        colours = np.concatenate([colours, *(colour for _, colour in strips)])
+        parts = [self.bodies(scene)]
+        parts += [self.strips(ends, colour, thin * width) for ends, colour, width in scene.lines]
+        places, colours = (np.concatenate(part) for part in zip(*parts, strict=True))
         covered = cover(places[..., :2], self.width, self.height)
         shown = np.zeros((self.height, self.width, 4), np.uint8)
-        draw(shown, places, colours, covered, CENTRE)
+        draw(shown, places, colours, covered, sample_offsets(1))
         edge = edges(shown)
-        lines = covered.part(covered.triangle >= solids)
-        edge[lines.row, lines.column] = True  # they may be between the centres of pixels
-        covered = covered.part(edge[covered.row, covered.column])
-        draw(shown, places, colours, covered, sample_offsets(self.samples))
+        lines = covered[0] >= len(parts[0][0])
+        edge[covered[1, lines], covered[2, lines]] = True  # they may be between pixels' centres
+        draw(shown, places, colours, covered[:, edge[*covered[1:]]], sample_offsets(self.samples))
         picture.alpha_composite(Image.fromarray(shown))
 
-    def shaded(self, bodies: Triangles, scene: Geometry) -> tuple[np.ndarray, np.ndarray]:
-        """Triangles in the picture (t, 3, 3) and the colours (t, 3, 4) at their corners, in sRGB
-        with opacity."""
-        normals, albedo = bodies.normals, bodies.albedo[:, None]
-        behind = ((self.eye - bodies.corners) * normals).sum(axis=-1, keepdims=True) < 0
-        normals = np.where(bodies.double[:, None, None] & behind, -normals, normals)
-        colours = shades(self.eye, bodies.corners, normals, albedo, scene)
-        opacity = np.broadcast_to(bodies.opacity[:, None, None], (len(colours), 3, 1))
-        colours = np.concatenate([colours, opacity], -1)
-        seen, colours, _ = clipped(self.seen(bodies.corners), colours)
-        return self.projected(seen), colours
+    def bodies(self, scene: Geometry) -> tuple[np.ndarray, np.ndarray]:
+        """The triangles that are seen, in the picture (t, 3, 3), and the colours (t, 3, 4) at their
+        corners, in sRGB with opacity."""
+        seen = self.seen(scene.triangles.corners)
+        across = np.cross(seen[:, 1] - seen[:, 0], seen[:, 2] - seen[:, 0])
+        shown = ((across * seen[:, 0]).sum(axis=1) < 0) | scene.triangles.double
+        bodies = Triangles(*(values[shown] for values in scene.triangles))
+        behind = ((self.eye - bodies.corners) * bodies.normals).sum(axis=-1, keepdims=True) < 0
+        normals = bodies.normals * np.where(bodies.double[:, None, None] & behind, -1, 1)
+        light = shades(self.eye, bodies.corners, normals, bodies.albedo[:, None], scene)
+        opacity = np.broadcast_to(bodies.opacity[:, None, None], (len(light), 3, 1))
+        parts = clipped(np.concatenate([seen[shown], light, opacity], -1))
+        return self.projected(parts[..., :3]), parts[..., 3:]
 
     def strips(
         self, ends: np.ndarray, colour: np.ndarray, thickness: float
     ) -> tuple[np.ndarray, np.ndarray]:
         """Lines (n, 2, 3) as triangles (2 n, 3, 3) in the picture, `thickness` pixels wide, and
-        their colours."""
+        their colours (2 n, 3, 4)."""
         seen = self.seen(ends)
         seen = seen[seen[..., 2].max(axis=1) > NEAR]
-        first, last = seen[:, :1], seen[:, 1:]
-        share = (NEAR - seen[..., 2:]) / np.where(last == first, np.inf, last - first)[..., 2:]
-        moved = first + share * (last - first)
-        seen = self.projected(np.where(seen[..., 2:] > NEAR, seen, moved))
+        along = seen[:, 1:] - seen[:, :1]
+        share = (NEAR - seen[..., 2:]) / np.where(along == 0, np.inf, along)[..., 2:]
+        seen = self.projected(np.where(seen[..., 2:] > NEAR, seen, seen[:, :1] + share * along))
         along = seen[:, 1, :2] - seen[:, 0, :2]
         along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
         aside = np.stack([-along[:, 1], along[:, 0], 0 * along[:, 0]], 1) * thickness / 2
         a, b = seen[:, 0], seen[:, 1]
         quads = np.stack([a - aside, b - aside, b + aside, a + aside], 1)
         places = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-        tone = np.append(toned(colour), 1.0)
-        return places, np.broadcast_to(tone, (len(places), 3, 4))
+        return places, np.broadcast_to(np.append(toned(colour), 1.0), (len(places), 3, 4))
+
+    # Floor
 
     def add_floor(self, picture: Image.Image, floor: VisibleNode, scene: Geometry) -> None:
         """Put the top of a round floor over a picture, if it is seen, with the shadow on it."""
@@ -161,15 +152,55 @@ class Renderer:
         eye = self.eye - centre
         if eye[2] <= 0:
             return
-        # A place (x, y) shows the point points @ (x, y, 1), homogeneous, from the centre.
+        # A place (x, y) shows the point points @ (x, y, 1), homogeneous, from the centre; the last
+        # of its coordinates is negative below the horizon.
         pixels = np.array([[1, 0, -self.width / 2], [0, 1, -self.height / 2], [0, 0, self.focal]])
         rays = self.axes @ pixels
         points = np.stack([*(eye[k] * rays[2] - eye[2] * rays[k] for k in (0, 1)), rays[2]])
         tone = shades(self.eye, centre, UP, linear(floor.props.color), scene)
-        disc = Image.new("RGB", self.size, tuple(np.rint(255 * tone).astype(int).tolist()))
-        disc.paste(0, mask=shadow(scene, centre, points, self.size, floor.props.receive_shadow))
-        disc.putalpha(covered_by_disc(points, floor.props.radius, self.size))
+        lit, dark = (
+            tuple(np.rint(255 * share * tone).astype(int).tolist())
+            for share in (1.0, 1 - floor.props.receive_shadow)
+        )
+        disc = Image.new("RGB", self.size, lit)
+        if scene.sun is not None:
+            disc.paste(dark, mask=self.shadow(scene.triangles, scene.sun, centre, points))
+        disc.putalpha(self.disc(points, floor.props.radius))
         picture.alpha_composite(disc)
+
+    def disc(self, points: np.ndarray, radius: float) -> Image.Image:
+        """The share of each pixel that a disc around the origin covers, in bytes: by the distance
+        from its edge, a conic in the picture."""
+        x, y = (np.arange(count, dtype=np.float32) + 0.5 for count in self.size)
+        y = y[:, None]
+        conic = (points.T * [-1, -1, radius**2]) @ points
+        dx, dy, constant = (a * x + (b * y + c) for a, b, c in conic.astype(np.float32))
+        share = 0.5 + (x * dx + y * dy + constant) / (2 * np.sqrt(dx * dx + dy * dy))
+        below = points[2, 0] * x + (points[2, 1] * y + points[2, 2]) < 0
+        return Image.fromarray((255 * share.clip(0, 1) * below).astype(np.uint8))
+
+    def shadow(
+        self, bodies: Triangles, sun: np.ndarray, centre: np.ndarray, points: np.ndarray
+    ) -> Image.Image:
+        """The soft shadow on the level of `centre` (3,), in bytes."""
+        lit = bodies.casts & ((bodies.normals @ sun).mean(axis=1) > 0)
+        corners = bodies.corners[lit] - centre
+        fallen = (corners - corners[..., 2:] / sun[2] * sun)[..., :2]
+        corner = fallen.min(axis=(0, 1)) - 4 * SHADOW_BLUR
+        extent = fallen.max(axis=(0, 1)) + 4 * SHADOW_BLUR - corner
+        cell = float(extent.max()) / SHADOW_CELLS
+        columns, rows = (extent / cell).astype(int) + 2
+        placed = np.insert((fallen - corner) / cell, 2, 1.0, axis=2)
+        touched = cover(placed[..., :2], columns, rows)
+        pair, number, _ = samples(placed, touched, sample_offsets(SHADOW_SAMPLES))
+        covered = np.zeros((SHADOW_SAMPLES, rows, columns), np.float32)
+        covered[number, *touched[1:, pair]] = 255
+        means = Image.fromarray(covered.mean(axis=0).astype(np.uint8))
+        soft = means.filter(ImageFilter.GaussianBlur(SHADOW_BLUR / cell))
+        matrix = np.array([[1, 0, -corner[0]], [0, 1, -corner[1]], [0, 0, cell]]) @ points
+        data = (matrix / matrix[2, 2]).ravel()[:8].tolist()
+        method = Image.Transform.PERSPECTIVE, data, Image.Resampling.BILINEAR
+        return soft.transform(self.size, *method)
 
     # Captions
 
@@ -210,55 +241,8 @@ class Renderer:
 @lru_cache(64)
 def font(size: float) -> ImageFont.FreeTypeFont:
     """DejaVu Sans, which matplotlib brings along: the same letters on every machine."""
-    found = find_spec("matplotlib")
-    assert found
-    assert found.origin
-    file = Path(found.origin).parent / "mpl-data" / "fonts" / "ttf" / "DejaVuSans.ttf"
-    return ImageFont.truetype(file, size, layout_engine=ImageFont.Layout.BASIC)
-
-
-def draw(
-    shown: np.ndarray, places: np.ndarray, colours: np.ndarray, covered: Cover, offsets: np.ndarray
-) -> None:
-    """Draw the pixels that triangles (t, 3, 3) cover, with colours (t, 3, 4) at their corners, into
-    a picture (h, w, 4) in bytes; offsets: (s, 2) of the samples of each pixel."""
-    height, width, _ = shown.shape
-    pixel = covered.row * width + covered.column
-    used = np.zeros(height * width, bool)
-    used[pixel] = True
-    where = np.flatnonzero(used)
-    slots = np.zeros(height * width, np.int32)  # places of the pixels used in the arrays below
-    slots[where] = np.arange(len(where))
-    pair, number, depth = samples(places, covered, offsets)
-    triangle = covered.triangle[pair]
-    slot = number * len(where) + slots[pixel][pair]
-    solid = (colours[:, 0, 3] == 1)[triangle]
-    colour, dx, dy = at_pixels(places[..., :2], colours, covered)
-    colour += (dx + dy) / 2
-    opacity, colour[3] = colour[3].copy(), 1.0
-    nearest = np.zeros(len(offsets) * len(where), np.float32)
-    result = np.zeros((4, len(nearest)), np.float32)  # colours times opacity
-    for part in (solid, ~solid):  # translucent ones over the others
-        found = np.flatnonzero(part & (depth >= nearest[slot]))
-        np.maximum.at(nearest, slot[found], depth[found])
-        found = found[nearest[slot[found]] == depth[found]]
-        of, at = pair[found], slot[found]
-        alpha = opacity[of]
-        for channel, value in zip(result, colour, strict=True):
-            channel[at] = alpha * value[of] + (1 - alpha) * channel[at]
-    mean = result.reshape(4, len(offsets), len(where)).mean(axis=1)
-    mean[:3] /= np.maximum(mean[3], SMALL)
-    shown.reshape(-1, 4)[where] = np.rint(255 * mean.clip(0, 1)).T
-
-
-def edges(shown: np.ndarray) -> np.ndarray:
-    """Where a picture (h, w, 4) in bytes differs visibly from a neighbouring pixel: (h, w)."""
-    picture, found = Image.fromarray(shown), np.zeros(shown.shape[:2], bool)
-    for axis, step in enumerate(((0, 1), (1, 0))):
-        change = ImageChops.difference(picture, ImageChops.offset(picture, *step))
-        differ = np.asarray(change).view(np.uint32)[..., 0] & CONTRAST > 0
-        found |= differ | np.roll(differ, -1, axis)
-    return found
+    file = distribution("matplotlib").locate_file("matplotlib/mpl-data/fonts/ttf/DejaVuSans.ttf")
+    return ImageFont.truetype(str(file), size, layout_engine=ImageFont.Layout.BASIC)
 
 
 def shades(

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from beamviz.drawing import BeamView, colours
-from beamviz.drawing.beam_mesh import NORMALS, extents, interpolate
+from beamviz.drawing.beam_mesh import NORMALS, extents, resampled
 from beamviz.drawing.modes import SampledModes, playback_rate
 from beamviz.drawing.text import frequencies, measure
 from beamviz.exports.solved_scene import DrawnScene, SolvedScene
@@ -15,7 +15,7 @@ from beamviz.solver import Solution, solve_many
 
 SPEEDS = 61  # solved over the range of the chart, besides that of the scene
 EXTRA_MODES = 3  # solved for, since the order of modes changes with the speed
-PALETTE = 256  # colours
+PALETTE = 256  # colours of the map
 
 
 def solved_speeds(solved: SolvedScene) -> list[Solution]:
@@ -50,61 +50,49 @@ def speed_data(solved: SolvedScene, drawn: DrawnScene) -> dict[str, Any]:
     shapes: list[SampledModes] = []
     for one in solutions:
         shapes.append(SampledModes.sampled(one, shapes[-1] if shapes else None))
-    labels = solved.solution.labels
     speed, across = measure("gamma", beam.units), frequencies(beam.units)
     rows = drawn.rows.rows[: drawn.rows.count] if drawn.rows else [drawn.view]
     shown = [[k] for k in range(len(rows))] if drawn.rows else [solved.shown]
     rotor = not view.rotating_frame
+    steps = np.linspace(0, colours.STEPS - 1, PALETTE).astype(int)
     return {
         "speeds": [one.beam.gamma for one in solutions],
         "start": beam.gamma,
-        "speed": {"label": speed.label, "factor": speed.factor, "unit": speed.unit},
+        "speed": {"factor": speed.factor, "unit": speed.unit},
         "frequencies": {
-            label: [by_label(one, label, one.frequencies) for one in solutions] for label in labels
+            label: [
+                dict(zip(one.labels, one.frequencies, strict=True)).get(label) for one in solutions
+            ]
+            for label in solved.solution.labels
         },
         "factor": across.factor,
         "rate": view.pace * playback_rate(solved.shapes.frequencies[solved.shown], beam.gamma),
         "turning": [row.rotor.name if rotor else row.surroundings.floor.name for row in rows],
         "direction": 1 if rotor else -1,
-        "palette": packed(palette(view.colouring)),
+        "palette": colours.PALETTES[view.colouring][steps].ravel().tolist(),
         "strain": view.colouring == "axial strain",
-        "captions": [
-            {"name": one.point.name, "text": one.text, "anchor": one.anchor}
-            for one in drawn.captions
-        ],
+        "captions": [one.data for one in drawn.captions],
         "beams": [beam_data(row, solved, shapes, k) for row, k in zip(rows, shown, strict=True)],
     }
-
-
-def by_label(solution: Solution, label: str, values: np.ndarray) -> float | None:
-    """The value of the mode with a label, if it has one."""
-    return float(values[solution.labels.index(label)]) if label in solution.labels else None
 
 
 def beam_data(
     row: BeamView, solved: SolvedScene, shapes: list[SampledModes], shown: list[int]
 ) -> dict[str, Any]:
-    """One beam with the modes `shown` (0-based, at the speed of the scene), at all speeds: for each
-    its axis, its strain, and real and imaginary part of each mode."""
-    x, normal, amplitude = row.shapes.x, NORMALS[row.shapes.plane], solved.scene.view.amplitude
-    shares = (
-        np.ones(len(shown))
-        if solved.all_modes
-        else np.array(solved.scene.view.shares)[np.array(shown, int)]
-    )
-    axes, strains, modes, sizes = [], [], [], []
-    for one in shapes:
-        at = np.array([one.labels.index(solved.shapes.labels[k]) for k in shown], int)
-        fields = interpolate(one.x, one.modes[at], x)
-        axes.append(interpolate(one.x, one.centreline, x))
-        strain = np.append(0.0, np.cumsum(one.strain * np.diff(one.x)))
-        strains.append(np.diff(np.interp(x, one.x, strain)) / np.diff(x))
+    """One beam with the modes `shown` (0-based, at the speed of the scene). For each speed: its
+    axis (n, 2), the strain of its pieces (n - 1,) and, at its amplitude, each mode, real and
+    imaginary part (m, 2, n, 2)."""
+    x, normal, view = row.shapes.x, NORMALS[row.shapes.plane], solved.scene.view
+    amplitude = view.amplitude if solved.all_modes else solved.amplitudes[shown]
+    labels = [solved.shapes.labels[k] for k in shown]
+    at_speeds, modes = [resampled(one, x) for one in shapes], []
+    for one in at_speeds:
+        k = np.array([one.labels.index(label) for label in labels], int)
+        fields = np.minimum(amplitude, one.limits[k])[:, None, None] * one.modes[k]
         modes.append(np.stack([fields.real, fields.imag], 1))
-        sizes.append(np.minimum(amplitude * shares, one.limits[at]))
-    largest = colours.colour_range(row.shapes, solved.scene.view.colouring, solved.amplitudes)
     marked = len(shown) == 1 and bool(row.nodes.collars.visible)
     return {
-        "labels": [solved.shapes.labels[k] for k in shown],
+        "labels": labels,
         "names": {
             "pieces": row.beam.name,
             "ends": row.ends.name,
@@ -113,26 +101,20 @@ def beam_data(
             "rest": row.reference.equilibrium.name,
         },
         "x": x.tolist(),
-        "axes": packed(axes),
-        "strains": packed(strains),
+        "axes": packed([one.centreline for one in at_speeds]),
+        "strains": packed([one.strain for one in at_speeds]),
         "modes": packed(modes),
-        "sizes": np.array(sizes).tolist(),
         "mass": row.shapes.mass,
         "delta": solved.scene.beam.delta,
         "normal": normal.tolist(),
         "thickness": row.section[0],
         "size": extents(row.section, normal).tolist(),
-        "bends": solved.solution.bending_energy_fraction[shown].tolist(),
-        "largest": largest,
+        "ring": np.array(row.nodes.collars.batched_scales)[0].tolist(),
+        "bends": bool(shown and solved.solution.bending_energy_fraction[shown[0]] >= 0.5),
+        "largest": colours.colour_range(row.shapes, view.colouring, solved.amplitudes),
         "straight": solved.solution.equilibrium.shape == "straight",
-        "vertices": packed(row.reference.equilibrium.vertices),
+        "vertices": row.reference.equilibrium.vertices.ravel().tolist(),
     }
-
-
-def palette(colouring: str) -> np.ndarray:
-    """The colour map (n, 3), bytes of linear light."""
-    places = np.linspace(0, colours.STEPS - 1, PALETTE).astype(int)
-    return colours.PALETTES[colouring][places]
 
 
 def packed(values: Any) -> str:

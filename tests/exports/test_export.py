@@ -14,10 +14,11 @@ from live.browser import page
 from live.visitor import PAPER
 from scipy.spatial.transform import Rotation
 
+from beamviz import exports
 from beamviz.drawing.beam_mesh import subdivide, to_hub_frame
 from beamviz.drawing.modes import displacement
 from beamviz.errors import InvalidInput, Unavailable
-from beamviz.exports import STATIONS, WRITERS, export
+from beamviz.exports import STATIONS, export
 from beamviz.exports.solved_scene import LOOP_SECONDS, SolvedScene, find_loop
 from beamviz.frequency_loci.sweep import chart_range
 from beamviz.scene import Scene
@@ -273,11 +274,11 @@ def test_a_path_that_cannot_be_written_is_reported(tmp_path, monkeypatch):
     path = tmp_path / "a.csv"
     path.write_text("before")
 
-    def full(file: Path, solved: SolvedScene) -> None:
+    def full(file: Path, *_: object) -> None:
         file.write_text("half")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setitem(WRITERS, ".csv", full)
+    monkeypatch.setattr(exports, "write_csv", full)
     with pytest.raises(Unavailable, match=r"cannot write .*a\.csv: No space left on device"):
         export(path, Scene())
     assert path.read_text() == "before"

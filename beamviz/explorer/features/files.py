@@ -9,7 +9,7 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer.export_jobs import ExportJob
 from beamviz.explorer.page.html import button, select
 from beamviz.explorer.visitor import Visitor
-from beamviz.exports.film import ENCODERS
+from beamviz.exports.film import FORMATS
 from beamviz.scene import Scene
 from beamviz.server.log import RateLimitedLog
 
@@ -106,7 +106,7 @@ class Downloads:
         except InvalidInput as error:
             self.visitor.notify("Nothing to export", str(error))
             return
-        options: dict[str, Any] = {"periods": LENGTHS[self.length]} if suffix in ENCODERS else {}
+        options: dict[str, Any] = {"periods": LENGTHS[self.length]} if suffix in FORMATS else {}
         if suffix == ".gif":  # the largest of the files
             options |= GIF_SIZE
         self.job = ExportJob(scene, suffix, self.show, **options)

@@ -13,13 +13,13 @@ from typing import Any
 
 from viser import ClientHandle, GuiEvent, ViserServer
 
-from beamviz.drawing.objects import Caption
+from beamviz.drawing.objects import Caption, captions_script
 from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import control_id, run_script, stop_sync
 
 ROOT = '<div id="root"></div>'  # of viser's page
 STYLES = ("page.css", "chart.css")
-SCRIPTS = ("page.js", "captions.js", "figure.js", "chart.js", "map.js")
+SCRIPTS = ("page.js", "figure.js", "chart.js", "map.js")
 FIRST_TAB = "tab-frequencies"
 MERGED = ("props", "charts")  # parts whose entries have entries
 MAX_DIGITS = 15  # of a whole number; one with more becomes a float
@@ -37,6 +37,7 @@ def insert_page(viser_page: str) -> str:
         for name in ("page.html", *STYLES, *SCRIPTS)
     }
     style, script = ("".join(texts[name] for name in names) for names in (STYLES, SCRIPTS))
+    script += captions_script()
     elements = f"<style>{style}</style>{texts['page.html']}<script>{script}</script>"
     return viser_page.replace(ROOT, elements).replace("<title>Viser<", "<title>beamviz<")
 
@@ -84,11 +85,8 @@ class Page:
         self.send_entries("charts", id, data)
 
     def captions(self, captions: Iterable[Caption]) -> None:
-        """Write texts over the picture, each at the point of its node (captions.js)."""
-        texts = [
-            {"name": one.point.name, "text": one.text, "anchor": one.anchor} for one in captions
-        ]
-        self.send_changed("captions", "scene", texts)
+        """Write texts over the picture, each at the point of its node."""
+        self.send_changed("captions", "scene", [one.data for one in captions])
 
     def ready(self) -> None:
         """Ask for the preferences of the visitor's system and for the address of the page: all
