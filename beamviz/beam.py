@@ -17,7 +17,7 @@ class Parameter:
 
     label: its name; short_label: its name beside a slider; formula: the paper's definition;
     si_formula: the same in the keywords of `Beam.from_si`; limits: the range accepted; slider:
-    everyday range and step; hint: its meaning and its effect.
+    usual range and step; hint: its meaning and its effect.
     """
 
     symbol: str
@@ -107,7 +107,7 @@ SPIN_UP = Parameter(
     hint="How fast the speed grows. The beam lags behind its hub and is bent; below 0, where the"
     " speed falls, it runs ahead",
 )
-NUMBERS = {**PARAMETERS, "spin_up": SPIN_UP}  # the five, and what bends a beam while they change
+NUMBERS = {**PARAMETERS, "spin_up": SPIN_UP}  # the five and the spin-up
 MAX_GAMMA_OVER_MU = 5.0
 ROUNDING = 1e-12  # relative, so that mu = gamma / 5 is accepted
 
@@ -280,7 +280,8 @@ def check_si_keys(data: dict[str, Any], source: str) -> dict[str, float]:
 
 
 def read_small(path: str | Path) -> bytes:
-    """The start of a file, as much as `parse_toml` takes; InvalidInput where it cannot be read."""
+    """The start of a file, one byte more than `parse_toml` accepts; InvalidInput where it cannot be
+    read."""
     try:
         with Path(path).open("rb") as file:
             return file.read(MAX_TOML_BYTES + 1)

@@ -42,8 +42,8 @@ class Unavailable(BeamvizError):
 
 
 class Cancelled(Exception):
-    """Whoever asked for a calculation has given it up. No BeamvizError: no part of the calculation
-    takes it for an answer."""
+    """The caller has cancelled a calculation. Not a BeamvizError, which a solver may take for an
+    outcome."""
 
     kind = "cancelled"
 

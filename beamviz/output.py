@@ -335,16 +335,13 @@ def resonance_lines(loci: "Loci", resonances: Sequence["Resonance"]) -> list[str
     """The table of resonances; with rpm for a beam in SI."""
     if not resonances:
         return []
-    heading = ["per rev", "branch", "at gamma", "frequency"]
+    units, heading = loci.units, ["per rev", "branch", "at gamma", "frequency"]
     rows = [
-        [one.per_rev, one.branch, f"{one.at:.6f}", f"{one.frequency:.5f}"] for one in resonances
+        [one.per_rev, one.branch, f"{one.at:.6f}", f"{one.frequency:.5f}"]
+        + ([f"{units.rpm(one.at):.6g}"] if units else [])
+        for one in resonances
     ]
-    if loci.units:
-        heading.append("rpm")
-        rows = [
-            [*row, f"{loci.units.rpm(one.at):.6g}"]
-            for row, one in zip(rows, resonances, strict=True)
-        ]
+    heading += ["rpm"] if units else []
     return ["Resonances, frequency = per rev x speed", *aligned_table(heading, *rows)]
 
 

@@ -1,7 +1,7 @@
 """The project's virtual environment: made once, reused, renewed when pyproject.toml changes.
 
-Standard library only. The guard comes before everything else, and the other scripts import
-this file first, so that an old Python says so in one line instead of failing further on.
+Standard library only. The check of the version comes first, and the other scripts import this
+file first, so that an old Python is reported in one line.
 """
 
 import sys
@@ -86,7 +86,7 @@ def create(venv: Path) -> None:
 
 
 def has_pip(venv: Path) -> bool:
-    """Whether the environment is whole enough to install into."""
+    """Whether the environment is complete enough to install into."""
     python = python_of(venv)
     return python.exists() and run_quietly([python, "-m", "pip", "--version"])
 

@@ -26,7 +26,7 @@ QUALITY = 55
 
 
 def main() -> None:
-    """Record, and say how large the file is."""
+    """Record the film and print its size."""
     scene = Scene.of(Beam(alpha=1, beta=0.5, gamma=5), mode=2)
     with explorer(scene) as url, page(url, WIDTH, HEIGHT, is_drawn=True) as live:
         live.wait("document.body?.innerText.includes('B1')")

@@ -134,8 +134,8 @@ def limits() -> Limits:
 
 def relative_error(omega_squared: np.ndarray, exact: np.ndarray) -> float:
     """The largest relative error of a frequency or growth rate, from omega^2 (modes,)."""
-    off = abs(omega_squared - exact).max()
-    return float(max(off and (abs(omega_squared / exact - 1) / 2).max(), FLOOR))
+    difference = abs(omega_squared - exact).max()
+    return float(max(difference and (abs(omega_squared / exact - 1) / 2).max(), FLOOR))
 
 
 def measure(
@@ -215,7 +215,7 @@ class LapackTimes(NamedTuple):
 
 def lapack_times(beam: Beam, repeats: int = REPEATS) -> LapackTimes:
     """A default solve beside the eigenproblems in it: LAPACK's time is the least that any solver
-    of them would take, that of scipy.linalg.eigh is where anyone would start."""
+    of them would take, scipy.linalg.eigh is the usual one."""
     problems = lapack_problems(beam)
     return LapackTimes(
         least_time(partial(solve, beam), repeats),

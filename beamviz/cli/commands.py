@@ -31,7 +31,7 @@ DIRECTION = typer.Option(
     parser=parse_triple,
     metavar="X,Y,Z",
 )
-ZOOM = number("How much nearer than where the beam fills the picture.")
+ZOOM = number("Zoom factor; 1: the beam fills the picture.")
 
 PORTS = (1, 65535)
 MAX_PER_REV = 100
@@ -137,7 +137,7 @@ def sweep(
     beam: Beam,
     options: dict[str, Any],
     path: Annotated[
-        Path, typer.Argument(help="The Zarr store to write, or to go on with.", metavar="OUT.zarr")
+        Path, typer.Argument(help="The Zarr store to write or to resume.", metavar="OUT.zarr")
     ],
     over: Annotated[
         list[str],
@@ -154,7 +154,7 @@ def sweep(
         str, typer.Option(help="Dask scheduler, to use its workers.", metavar="ADDRESS")
     ] = "",
 ) -> None:
-    """Every combination of parameters, in parallel; interrupted, the same command goes on."""
+    """Every combination of parameters, in parallel; interrupted, the same command resumes."""
     from beamviz.cli.progress import ProgressLine
     from beamviz.sweeps import count_statuses, dask_client, sweep
 

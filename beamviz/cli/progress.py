@@ -6,7 +6,7 @@ from typing import Any
 
 from beamviz.sweeps import Progress
 
-INTERRUPTED = "interrupted; what is written is kept: run the same command again to go on"
+INTERRUPTED = "interrupted; what is written is kept: run the same command again to resume"
 EVERY = 10.0  # [s] between lines where stderr is no terminal
 
 

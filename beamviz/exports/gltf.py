@@ -43,13 +43,13 @@ class Gltf:
     def array(self, values: np.ndarray, target: int | None = None) -> int:
         """An accessor of floats (n,) or (n, 3 or 4), or of indices (n,); target: VERTICES or
         INDICES in a mesh."""
-        whole = np.issubdtype(values.dtype, np.integer)
-        values = np.ascontiguousarray(values, np.uint32 if whole else np.float32)
+        integer = np.issubdtype(values.dtype, np.integer)
+        values = np.ascontiguousarray(values, np.uint32 if integer else np.float32)
         view = {"buffer": 0, "byteOffset": len(self.binary), "byteLength": values.nbytes}
         self.binary += values.tobytes()  # four bytes a number: always aligned
         entry = {
             "bufferView": self.add("bufferViews", view | ({"target": target} if target else {})),
-            "componentType": UNSIGNED if whole else FLOAT,
+            "componentType": UNSIGNED if integer else FLOAT,
             "count": len(values),
             "type": TYPES[values.shape[1:]],
             "min": np.atleast_1d(values.min(axis=0)).tolist(),
@@ -70,9 +70,8 @@ class Gltf:
 
     def solid(self, name: str, body: trimesh.Trimesh, colour: colours.RGB) -> int:
         """A mesh of one colour; without normals a viewer draws its faces flat."""
-        attributes = {"POSITION": self.array(body.vertices, VERTICES)}
         primitive = {
-            "attributes": attributes,
+            "attributes": {"POSITION": self.array(body.vertices, VERTICES)},
             "indices": self.array(body.faces.ravel(), INDICES),
             "material": self.material(name, colour),
         }
@@ -95,17 +94,17 @@ def write_glb(file: Path, solved: SolvedScene) -> None:
         farthest = max(np.abs(loop.phases).max(initial=0.0), abs(loop.angle))
         parts = np.linspace(0.0, 1.0, KEYS * max(1, round(farthest / (2 * math.pi))) + 1)
         times, moments = loop.seconds * parts, [loop.moment(part) for part in parts]
-    targets = morph_targets(solved)
+    shown = morph_targets(solved)
     weights = [
-        [math.cos(moment.phases[k] - 2 * math.pi * part) for _, k, part in targets]
+        [math.cos(moment.phases[k] - 2 * math.pi * part) for _, k, part in shown]
         for moment in moments
     ]
-    swing = np.maximum(np.array(weights).reshape(len(moments), len(targets)), 0.0)
+    swing = np.maximum(np.array(weights).reshape(len(moments), len(shown)), 0.0)
     drum = trimesh.creation.cylinder(hub_radius(beam), HUB_HEIGHT, sections=96)
     hub = annulus(hub_radius(beam)) if beam.delta < 0 else drum
     nodes = [gltf.add("nodes", {"name": "hub", "mesh": gltf.solid("hub", hub, colours.HUB)})]
     nodes.append(
-        gltf.add("nodes", {"name": "beam", "mesh": add_beam(gltf, solved, targets, swing[0])})
+        gltf.add("nodes", {"name": "beam", "mesh": add_beam(gltf, solved, shown, swing[0])})
     )
     channels = [(nodes[-1], "weights", swing.ravel())]
     if beam.alpha > 0:
@@ -129,20 +128,12 @@ def write_glb(file: Path, solved: SolvedScene) -> None:
     root = gltf.add("nodes", {"name": "beamviz", "children": [wheel], "rotation": Z_UP})
     gltf.data |= {"scene": 0, "scenes": [{"nodes": [root]}]}
     if loop:
-        add_animation(gltf, times, channels)
+        at = gltf.array(times)
+        samplers = [{"input": at, "output": gltf.array(values)} for _, _, values in channels]
+        targets = [{"node": node, "path": path} for node, path, _ in channels]
+        entries = [{"sampler": k, "target": target} for k, target in enumerate(targets)]
+        gltf.add("animations", {"name": "vibration", "samplers": samplers, "channels": entries})
     file.write_bytes(gltf.encoded())
-
-
-def add_animation(
-    gltf: Gltf, times: np.ndarray, channels: list[tuple[int, str, np.ndarray]]
-) -> None:
-    """One animation at `times` (keys,) [s]: node, its property and values (keys, ...) of each
-    channel."""
-    at = gltf.array(times)
-    samplers = [{"input": at, "output": gltf.array(values)} for _, _, values in channels]
-    targets = [{"node": node, "path": path} for node, path, _ in channels]
-    entries = [{"sampler": k, "target": target} for k, target in enumerate(targets)]
-    gltf.add("animations", {"name": "vibration", "samplers": samplers, "channels": entries})
 
 
 def morph_targets(solved: SolvedScene) -> list[Target]:

@@ -240,7 +240,7 @@ class Renderer:
 
 @lru_cache(64)
 def font(size: float) -> ImageFont.FreeTypeFont:
-    """DejaVu Sans, which matplotlib brings along: the same letters on every machine."""
+    """DejaVu Sans as shipped with matplotlib: the same text on every machine."""
     file = distribution("matplotlib").locate_file("matplotlib/mpl-data/fonts/ttf/DejaVuSans.ttf")
     return ImageFont.truetype(str(file), size, layout_engine=ImageFont.Layout.BASIC)
 

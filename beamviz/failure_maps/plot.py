@@ -97,8 +97,14 @@ def pictures(found: Map) -> dict[str, bytes]:
             axes.set_xlabel(PARAMETERS["gamma"].axis_label)
         for axes in panels[::COLUMNS]:
             axes.set_ylabel(across)
+        present = set(np.unique([found.kinds(k) for k in range(len(METHODS))]))
+        meanings = [(CELL_STYLES[k], kinds.KINDS[k]) for k in CELL_STYLES if k in present]
+        if kinds.OUTSIDE in present:
+            meanings.append((CellStyle(REFUSED, "", INK, ""), "not accepted: γ above 5 μ"))
+        buckling = "where the beam buckles" if np.isfinite(found.buckling).any() else ""
         for axes in panels[len(METHODS) :]:
-            legend(axes, found)
+            axes.set_title("")
+            draw_legend(axes, meanings, "exact boundary of a failure", buckling)
         title = f"Where methods fail: speed γ and {across}"
         subtitle = (
             f"Five lowest modes in the plane of rotation, {found.plane.held}. Reference: the"
@@ -133,7 +139,13 @@ def state_pictures(found: StateMap) -> dict[str, bytes]:
             axes.set_xlabel(PARAMETERS["gamma"].axis_label)
         for axes in panels[::3]:
             axes.set_ylabel(across)
-        state_legend(panels[-2], found)
+        present = set(np.concatenate([states.kinds.ravel() for states in found.methods.values()]))
+        meanings = [
+            (style, STATES[kind] + ("" if kind in present else " (nowhere here)"))
+            for kind, style in STATE_STYLES.items()
+        ]
+        lines = "end of the stable states", "where the straight beam buckles"
+        draw_legend(panels[-2], meanings, *lines)
         unable = [method.name for method in METHODS if method not in able]
         panels[-1].set_axis_off()
         panels[-1].text(
@@ -150,17 +162,17 @@ def state_pictures(found: StateMap) -> dict[str, bytes]:
         return picture_files(figure)
 
 
-def state_legend(axes: Axes, found: StateMap) -> None:
-    """Explain colours and lines, in the place of a panel."""
+def draw_legend(
+    axes: Axes, meanings: list[tuple[CellStyle, str]], boundary: str, buckling: str
+) -> None:
+    """Explain colours and both kinds of line, those that have a text, in the place of a panel."""
     axes.set_axis_off()
-    handles: list[Any] = []
-    for kind, style in STATE_STYLES.items():
-        none = not any((states.kinds == kind).any() for states in found.methods.values())
-        label = fill(STATES[kind] + (" (nowhere here)" if none else ""), 40)
-        handles.append(Patch(fc=style.face, hatch=style.hatch, label=label, **EDGE))
-    handles.append(Line2D([], [], color=INK, lw=1.2, label="end of the stable states"))
-    dashed = Line2D([], [], color=INK, lw=1.2, ls=BUCKLING, label="where the straight beam buckles")
-    handles.append(dashed)
+    handles: list[Any] = [
+        Patch(fc=style.face, hatch=style.hatch, label=fill(text, 38), **EDGE)
+        for style, text in meanings
+    ]
+    for text, ls in ((boundary, "-"), (buckling, BUCKLING)):
+        handles += [Line2D([], [], color=INK, lw=1.2, ls=ls, label=text)] if text else []
     axes.legend(handles=handles, loc="upper left", frameon=False, fontsize=7.2, borderaxespad=0)
 
 
@@ -257,22 +269,3 @@ def mark_ansys(axes: Axes) -> None:
     axes.plot(ANSYS, [1, 1], ls="", marker="o", ms=4, mfc="white", mec=INK, mew=0.8, zorder=5)
     text = f"paper: ANSYS\ndiverges;\nlimit {limit:.2f}"
     axes.annotate(text, (FASTEST, 1), (-2, -5), size=6.2, color="white", **ABOVE)
-
-
-def legend(axes: Axes, found: Map) -> None:
-    """Explain colours and lines, in the place of a panel."""
-    axes.set_axis_off()
-    axes.set_title("")
-    present = set(np.unique([found.kinds(k) for k in range(len(METHODS))]))
-    handles: list[Any] = [
-        Patch(fc=style.face, hatch=style.hatch, label=fill(kinds.KINDS[kind], 36), **EDGE)
-        for kind, style in CELL_STYLES.items()
-        if kind in present
-    ]
-    if kinds.OUTSIDE in present:
-        handles.append(Patch(fc=REFUSED, label="not accepted: γ above 5 μ", **EDGE))
-    handles.append(Line2D([], [], color=INK, lw=1.2, label="exact boundary of a failure"))
-    if np.isfinite(found.buckling).any():
-        dashed = Line2D([], [], color=INK, lw=1.2, ls=BUCKLING, label="where the beam buckles")
-        handles.append(dashed)
-    axes.legend(handles=handles, loc="upper left", frameon=False, fontsize=7.2, borderaxespad=0)

@@ -14,7 +14,7 @@ INK, FAINT = "#222222", "#8A8A8A"
 SUFFIXES = (".png", ".svg", ".pdf")
 DPI = 200
 STYLE: Any = {
-    "font.family": "DejaVu Sans",  # which matplotlib brings: the same picture on every machine
+    "font.family": "DejaVu Sans",  # shipped with matplotlib: the same picture on every machine
     "font.size": 9,
     "axes.spines.top": False,
     "axes.spines.right": False,

@@ -89,7 +89,7 @@ def sweep(
     The Dataset, which reads the store as it is used, has frequency, error and growth_rate [1/T*]
     and family by mode, and status and limit of each beam; codes are named in `flag_meanings`.
 
-    Interrupted at any moment and called again with the same arguments, it goes on. Raises
+    Interrupted at any moment and called again with the same arguments, it resumes. Raises
     InvalidInput, also where the store was made with other arguments, and Unavailable.
     """
     for package in ("zarr", "xarray"):
@@ -187,7 +187,7 @@ def completed(
     except (BrokenProcessPool, CancelledError):
         raise Unavailable(
             "a worker ended before its work was done (out of memory? a script without"
-            ' `if __name__ == "__main__"`?); what is written is kept: run it again to go on'
+            ' `if __name__ == "__main__"`?); what is written is kept: run it again to resume'
         ) from None
     finally:
         for future in pending if cancel else ():

@@ -87,7 +87,7 @@ class Grid:
 
 
 def solve_lines(lines: list["Line"]) -> None:
-    """Make all beams known: the first line alone, and the others in the pieces that it took."""
+    """Solve or interpolate all beams: the first line alone, and the others in its final pieces."""
     for line in lines:
         line.find_limit()
     whole = [(0, len(lines[0].grid.values) - 1)]
@@ -96,17 +96,17 @@ def solve_lines(lines: list["Line"]) -> None:
 
 
 def _fill(lines: list["Line"], pieces: list[Piece]) -> list[Piece]:
-    """Make all beams of some pieces known, the smaller pieces that it took."""
+    """Solve or interpolate all beams of some pieces; the pieces that they were divided into."""
     work = [(line, piece) for line in lines for piece in line.within_limit(pieces)]
-    served: list[Piece] = []
+    done: list[Piece] = []
     while work:
         _solve([(line, k) for line, piece in work for k in line.grid.stencil(piece).solved])
         found = [(line, piece, line.interpolate(piece)) for line, piece in work]
-        _solve([(line, k) for line, _, unclear in found for k in unclear or ()])
-        served += [piece for _, piece, unclear in found if unclear is not None]
-        failed = [(line, piece) for line, piece, unclear in found if unclear is None]
+        _solve([(line, k) for line, _, open_beams in found for k in open_beams or ()])
+        done += [piece for _, piece, open_beams in found if open_beams is not None]
+        failed = [(line, piece) for line, piece, open_beams in found if open_beams is None]
         work = [(line, half) for line, piece in failed for half in line.grid.halves(piece)]
-    return sorted(served)
+    return sorted(done)
 
 
 def _solve(wanted: Iterable[tuple["Line", int]]) -> None:
@@ -173,14 +173,12 @@ class Line:
         return [*cut[:-1], (cut[-1][0], last)] if cut else [(0, 0)] * (last == 0)
 
     def keep(self, k: int, answer: Solution | BeamvizError) -> None:
-        """Take the answer of a beam."""
+        """Store the answer of a beam."""
         self.answers[k] = answer
-        if isinstance(answer, Solution):
-            self._keep(k, answer)
-
-    def _keep(self, k: int, solution: Solution) -> None:
-        modes, fraction = self.problem.modes, solution.bending_energy_fraction
-        numbers = np.array([solution.omega_squared, solution.omega_squared_errors])
+        if not isinstance(answer, Solution):
+            return
+        modes, fraction = self.problem.modes, answer.bending_energy_fraction
+        numbers = np.array([answer.omega_squared, answer.omega_squared_errors])
         self.omega_squared[k], self.errors[k] = numbers[:, :modes]
         self.bending_energy_fraction[k] = fraction[:modes]
         if self.coupled:
@@ -201,17 +199,17 @@ class Line:
         known = self.families[0][solved]  # (solved, 2, columns)
         complete = np.isfinite(known).all(axis=0)
         values = np.tensordot(weights, np.where(complete, known[: len(nodes)], np.nan), 1)
-        off = abs(values[checks - piece[0]] - known[len(nodes) :]).max(axis=0) * SAFETY
-        carried = np.tensordot(abs(weights), self.families[1][nodes], 1)
-        clear, order = self._clear(values, off, carried, known)
+        error = abs(values[checks - piece[0]] - known[len(nodes) :]).max(axis=0) * SAFETY
+        solver_error = np.tensordot(abs(weights), self.families[1][nodes], 1)
+        determined, order = self._determined(values, error, solver_error, known)
         places = np.arange(piece[0], piece[1] + 1)
-        if (~clear).sum() > FEW * len(places):
+        if (~determined).sum() > FEW * len(places):
             return None
-        clear &= [k not in self.answers for k in places.tolist()]
-        rows = places[clear]
-        flat = values.reshape(len(values), -1)[clear]
-        errors = (off + carried).reshape(len(values), -1)[clear]
-        order = order[clear]
+        determined &= [k not in self.answers for k in places.tolist()]
+        rows = places[determined]
+        flat = values.reshape(len(values), -1)[determined]
+        errors = (error + solver_error).reshape(len(values), -1)[determined]
+        order = order[determined]
         self.omega_squared[rows] = np.take_along_axis(flat, order, 1)
         self.errors[rows] = np.take_along_axis(errors, order, 1)
         columns = values.shape[2]
@@ -219,26 +217,31 @@ class Line:
             self.bending_energy_fraction[rows] = np.take_along_axis(flat, order + columns, 1)
         else:
             self.bending_energy_fraction[rows] = order < columns
-        return [k for k in places[~clear].tolist() if k not in self.answers]
+        return [k for k in places[~determined].tolist() if k not in self.answers]
 
-    def _clear(
-        self, values: np.ndarray, off: np.ndarray, carried: np.ndarray, known: np.ndarray
+    def _determined(
+        self, values: np.ndarray, error: np.ndarray, solver_error: np.ndarray, known: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Which beams of a piece are known well enough by interpolated values, and the columns
         (beams, modes) of their lowest modes.
 
         The lowest modes are known if each is, if none is missed (a family that ends below the
-        highest of them could have another one there) and if each is surely stable or unstable.
+        highest of them could have another one there) and if each is certainly stable or unstable.
         """
-        accurate = off <= SHARE * 2 * self.problem.tolerance * abs(values)
-        sure = accurate & (abs(values) > off + carried)
+        accurate = error <= SHARE * 2 * self.problem.tolerance * abs(values)
+        certain = accurate & (abs(values) > error + solver_error)
         if self.coupled:  # the second "family" is that of the fractions
-            sure &= (off[1] <= FRACTION) | ~np.isfinite(values)
-            values, sure, off, carried = values[:, :1], sure[:, :1], off[:1], carried[:, :1]
+            certain &= (error[1] <= FRACTION) | ~np.isfinite(values)
+            values, certain, error, solver_error = (
+                values[:, :1],
+                certain[:, :1],
+                error[:1],
+                solver_error[:, :1],
+            )
             known = known[:, :1]
         flat = values.reshape(len(values), -1)
         order = flat.argsort(axis=1)[:, : self.problem.modes]
         highest = np.take_along_axis(flat, order[:, -1:], 1)[:, :, None]
-        clear = ~((values - off - carried <= highest) & ~sure).any(axis=(1, 2))
+        determined = ~((values - error - solver_error <= highest) & ~certain).any(axis=(1, 2))
         ends = np.fmax.reduce(values, axis=2, initial=np.nanmax(known, axis=(1, 2)).min())
-        return clear & (highest[:, :, 0] <= ends).all(axis=1), order
+        return determined & (highest[:, :, 0] <= ends).all(axis=1), order

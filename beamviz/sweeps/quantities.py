@@ -1,4 +1,4 @@
-"""What a map over two parameters shows: one frequency, or the smallest gap between two."""
+"""The quantities of a map over two parameters: one frequency, or the smallest gap between two."""
 
 from collections.abc import Iterator
 from typing import NamedTuple

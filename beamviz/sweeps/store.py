@@ -1,9 +1,9 @@
-"""The Zarr store of a sweep: made once, filled chunk by chunk, gone on with after any interruption.
+"""The Zarr store of a sweep: made once, filled chunk by chunk, resumed after any interruption.
 
 Every array has the same chunks; a task writes one chunk of each, `status` last. zarr writes a chunk
 into a temporary file that it renames, so a chunk of `status` is there if and only if the task is
-done, however it or others were interrupted. Signals wait until zarr has returned: its tasks would
-complain on stderr that they were left.
+done, however it or others were interrupted. Signals are deferred until zarr has returned: its
+asynchronous tasks would print warnings on stderr if they were abandoned.
 """
 
 import contextlib
@@ -150,7 +150,7 @@ def check_same(plan: Plan, path: Path, unfinished: bool) -> None:
         if before != new.get(name, ""):
             raise InvalidInput(
                 f"{path} was made with {name} = {before}, not {new.get(name, 'an axis')}: give the"
-                " same arguments to go on with it, or name another store"
+                " same arguments to resume it, or name another store"
             )
 
 

@@ -116,7 +116,7 @@ def solve_bent(
     coarser: np.ndarray | None = None  # omega^2 on the mesh before; a neighbour's mesh is known
     verified = near is not None and state.beam.mesh is near.beam.mesh
     for _ in range(REFINEMENTS):
-        modes = _modes(state, count)
+        modes = bent_modes(state.beam, state.q, state.tangent.K, count)
         omega_squared = modes.omega_squared
         truncation, rounding = _errors(state, modes)
         if coarser is not None:
@@ -204,19 +204,6 @@ def _state_near(beam: Beam, problem: Problem, near: State | None) -> State | Non
     return newton(bent, near.q) if beam.spin_up else descend(bent, near.q)
 
 
-def _modes(state: State, count: int) -> BentModes:
-    beam, problem = state.beam.beam, state.beam.problem
-    return bent_modes(
-        state.tangent.K,
-        state.beam.displacements(state.q),
-        state.beam.scale,
-        beam.gamma,
-        problem.gyroscopic,
-        beam.spin_up,
-        count,
-    )
-
-
 def _on_mesh(state: State, refined: Mesh) -> State:
     """The same state on another mesh."""
     old = state.beam
@@ -224,8 +211,7 @@ def _on_mesh(state: State, refined: Mesh) -> State:
         raise NotConverged(
             f"a bent state needs more than {MAX_UNKNOWNS} unknowns here; ask for a larger tolerance"
         )
-    rows = old.mesh.grid.at(refined.points)
-    q = np.concatenate([rows @ part for part in old.split(state.q)])
+    q = old.resampled(state.q, refined)
     beam, steady = BentBeam(refined, old.beam, old.problem), not old.beam.spin_up
     found = newton(beam, q, stable=steady) or (descend(beam, q) if steady else None)
     if found is None and steady:

@@ -63,9 +63,8 @@ def is_resolved(state: State) -> bool:
     breaks = np.array(coarse.mesh.breaks)
     halves = np.sort(np.concatenate((breaks, (breaks[1:] + breaks[:-1]) / 2)))
     mesh = make_mesh(tuple(halves.tolist()), tuple(np.repeat(coarse.mesh.orders, 2).tolist()))
-    rows = coarse.mesh.grid.at(mesh.points)
-    q = np.concatenate([rows @ part for part in coarse.split(state.q)])
-    finer = newton(BentBeam(mesh, coarse.beam, coarse.problem), q, stable=True)
+    guess = coarse.resampled(state.q, mesh)
+    finer = newton(BentBeam(mesh, coarse.beam, coarse.problem), guess, stable=True)
     if finer is None:
         return False
     energy = coarse.energy(state.q)

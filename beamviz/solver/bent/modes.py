@@ -10,6 +10,7 @@ import numpy as np
 from scipy.linalg import lapack
 
 from beamviz.errors import NotConverged
+from beamviz.solver.bent.tangent import BentBeam
 
 STILL = 1e-9  # share of its growth rate up to which a frequency is rounding
 
@@ -39,29 +40,21 @@ def oscillating_or_growing(s: np.ndarray) -> np.ndarray:
     return np.where(np.where(still, s.real < 0, s.imag < 0), -s, s)
 
 
-def bent_modes(
-    K: np.ndarray,
-    B: np.ndarray,
-    scale: np.ndarray,
-    gamma: float,
-    coriolis: bool,
-    spin_up: float,
-    count: int,
-) -> BentModes:
-    """The `count` lowest modes about a state.
+def bent_modes(bent: BentBeam, q: np.ndarray, K: np.ndarray, count: int) -> BentModes:
+    """The `count` lowest modes about a state q (2 n,) with the tangent stiffness K (2 n, 2 n).
 
-    K: (2 n, 2 n) tangent stiffness. B: (2, m, 2 n) inertia is B' B. scale: (2 n,) units of the
-    unknowns. A state without a spin-up has to be stable, which the
-    descent to it guarantees. Raises NotConverged where LAPACK fails.
+    A state without a spin-up has to be stable, which the descent to it guarantees. Raises
+    NotConverged where the stiffness of such a state is not positive definite.
     """
-    K = scale[:, None] * K * scale
-    F = (B * scale).reshape(-1, len(scale))  # M = F' F
+    scale, gamma = bent.scale, bent.beam.gamma
+    K, B = scale[:, None] * K * scale, bent.displacements(q) * scale
+    F = B.reshape(-1, len(scale))  # M = F' F
     G = None
-    if coriolis and gamma:
-        S = (B[1] * scale).T @ (B[0] * scale)
+    if bent.problem.gyroscopic and gamma:
+        S = B[1].T @ B[0]
         G = S - S.T  # e3 x r' against virtual displacements
     L, info = lapack.dpotrf((K + K.T) / 2, lower=1, clean=1)
-    if spin_up:
+    if bent.beam.spin_up:
         found = _general(K, F, G, gamma, count)
     elif info:
         raise NotConverged("the stiffness of a bent state is not positive definite")
@@ -106,10 +99,8 @@ def _gyroscopic(
 def _general(
     K: np.ndarray, F: np.ndarray, G: np.ndarray | None, gamma: float, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Of an unsymmetric K: the largest eigenvalues of the inverse problem.
-
-    Without Coriolis forces s^2 v = -K^-1-problem: M v = (-1 / s^2) K v.
-    """
+    """s and vectors for an unsymmetric K: the largest eigenvalues of the inverse problem, without
+    Coriolis forces M v = (-1 / s^2) K v."""
     M, n = F.T @ F, len(K)
     if G is None:
         nu, V = np.linalg.eig(np.linalg.solve(K, M))  # 1 / omega^2

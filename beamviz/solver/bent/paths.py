@@ -76,8 +76,7 @@ def _finer(state: State) -> State:
     breaks = (0.0, mesh.breaks[1] / FINER, *mesh.breaks[1:])
     orders = (mesh.orders[0], *mesh.orders)
     finer = make_mesh(tuple(breaks), tuple(min(order + 2, ORDER) for order in orders))
-    rows = mesh.grid.at(finer.points)
-    q = np.concatenate([rows @ part for part in state.beam.split(state.q)])
+    q = state.beam.resampled(state.q, finer)
     return newton(_at_speed(state.beam, state.beam.beam.gamma, finer), q, stable=True) or state
 
 

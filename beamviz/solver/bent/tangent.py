@@ -24,7 +24,7 @@ SECTION_STEPS = 60  # of Newton's method for the stretch at the clamp
 
 
 class Tangent(NamedTuple):
-    """A state's residual and its tangent stiffness."""
+    """Residual and tangent stiffness of a state."""
 
     residual: np.ndarray  # (2 n,) derivative of the energy by (f, kappa), less the Euler force
     K: np.ndarray  # (2 n, 2 n) symmetric without a spin-up
@@ -64,6 +64,11 @@ class BentBeam:
         n = len(self.w)
         return q[:n], q[n:]
 
+    def resampled(self, q: np.ndarray, mesh: Mesh) -> np.ndarray:
+        """A state by interpolation at the Gauss points of another mesh."""
+        rows = self.mesh.grid.at(mesh.points)
+        return np.concatenate([rows @ part for part in self.split(q)])
+
     def directions(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """cos theta (n,) and sin theta (n,)."""
         theta = self.J @ self.split(q)[1]
@@ -92,7 +97,8 @@ class BentBeam:
         by the force and the moment that it bears, at the clamp."""
         f, kappa = self.split(q)
         p, mu2, law = self.power, self.beam.mu**2, self.law
-        moment, pull, _ = self.clamp_values(q)
+        load_x, _ = self.distributed_loads(q)
+        moment, pull = f @ self.loads(q)[1], load_x.sum()  # at the clamp
         f0 = float(f[0])
         for _ in range(SECTION_STEPS):
             stiffness = mu2 * law.stiffness(f0) - p * (p + 1) / 2 * f0 ** (-p - 2) * moment**2
@@ -103,14 +109,18 @@ class BentBeam:
         softening = p * (p + 1) / 2 * f ** (p - 2) * kappa**2
         return np.append(mu2 * law.stiffness(f) - softening, stiffness)
 
-    def loads(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Force (n,) along the beam and across it of all that lies further out, times weights."""
+    def distributed_loads(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Centrifugal and Euler force (m,) in x and in y on each mass."""
         (f, _), (c, s), beam = self.split(q), self.directions(q), self.beam
         gamma2, spin_up = beam.gamma**2, beam.spin_up
         x, y = self.R @ (f * c) + beam.delta, self.R @ (f * s)
-        load_x = (self.mass * (gamma2 * x + spin_up * y)) @ self.R
-        load_y = (self.mass * (gamma2 * self.softens * y - spin_up * x)) @ self.R
-        return load_x * c + load_y * s, load_y * c - load_x * s
+        load_y = gamma2 * self.softens * y - spin_up * x
+        return self.mass * (gamma2 * x + spin_up * y), self.mass * load_y
+
+    def loads(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Force (n,) along the beam and across it of all that lies further out, times weights."""
+        (c, s), (x, y) = self.directions(q), (load @ self.R for load in self.distributed_loads(q))
+        return x * c + y * s, y * c - x * s
 
     def residual(self, q: np.ndarray) -> np.ndarray:
         """Derivative (2 n,) of the energy by (f, kappa), less the Euler force (paper, eq. 40)."""
@@ -150,16 +160,6 @@ class BentBeam:
             (np.hstack((R * c, -(R * (f * s)) @ J)), np.hstack((R * s, (R * (f * c)) @ J)))
         )
         return B * np.sqrt(self.mass)[:, None]
-
-    def clamp_values(self, q: np.ndarray) -> np.ndarray:
-        """Moment and force (3,), m, P_x and P_y, that the beam exerts on the clamp."""
-        (f, _), (c, s), beam = self.split(q), self.directions(q), self.beam
-        x, y = self.R @ (f * c) + beam.delta, self.R @ (f * s)
-        gamma2, ones = beam.gamma**2, np.ones(len(f))
-        load_x = self.mass * (gamma2 * x + beam.spin_up * y)
-        load_y = self.mass * (gamma2 * self.softens * y - beam.spin_up * x)
-        across = (load_y @ self.R) / self.w * c - (load_x @ self.R) / self.w * s
-        return np.array([self.w @ (f * across * ones), load_x.sum(), load_y.sum()])
 
     def position(self, q: np.ndarray, x: np.ndarray) -> np.ndarray:
         """Position (len(x), 2) of reference points, from the clamp."""
