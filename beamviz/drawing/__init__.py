@@ -1,4 +1,4 @@
-"""The beam in a viser scene: alone, with another one overlaid, or every mode in its own row."""
+"""The beam in a viser scene: alone, with a second beam overlaid, or with each mode in a row."""
 
 from dataclasses import replace
 from typing import Any
@@ -33,25 +33,25 @@ from beamviz.drawing.text import frequencies
 from beamviz.scene import ViewOptions
 from beamviz.server.viser_private import set_orientation, set_position, set_properties
 
-INSET = 0.95  # size of an overlaid beam, so that its faces do not coincide with the other's
+INSET = 0.95  # relative size of an overlaid beam, so that no faces coincide
 TITLE_OFFSET = np.array([0.0, 0.0, 0.1])  # of an overlaid beam, from its mass or tip
-ROW_SPACING = 0.42  # of beams above each other, in lengths of the beam
+ROW_SPACING = 0.42  # [beam lengths] between rows
 TITLE_PLACE = np.array([-0.12, 0.0, 0.12])  # of a title, from the clamp
 OVERLAY = "/scene/rotor/overlay"
 
 
 class BeamView:
-    """One beam in a scene: `show` takes what changes with the beam, `move` what changes with time.
+    """One beam in a scene: `show` draws another beam or view, `move` another moment.
 
-    root: name of its node in the scene; alone: with lights, ground and post, which a second beam in
-    the same scene does not need; height: of its middle, in lengths of the
-    beam; held: the scene stays where it is, whatever the beam's shape.
+    root: name of its node; alone: the only beam of the scene, with lights, floor and post; height:
+    [beam lengths] of its middle; fixed: `frame` keeps its position when the shape of the beam
+    changes, as during a drag of the mass.
     """
 
     def __init__(self, api: SceneApi, root: str = "/scene", *, alone: bool = True):
         if alone:
             add_lights(api)
-        self.height, self.held = 0.0, False
+        self.height, self.fixed = 0.0, False
         self.frame = api.add_frame(root, show_axes=False)
         self.rotor = api.add_frame(f"{root}/rotor", show_axes=False)
         self.surroundings = Surroundings(api, root, alone=alone)
@@ -61,7 +61,7 @@ class BeamView:
         tube.update_faces(np.abs(tube.face_normals[:, 0]) < 0.5)
         self.beams = {
             count: add_instances(api, f"{root}/rotor/beam/{count}", count, tube)
-            for count in PIECE_COUNTS  # one node each: a browser cannot change a node's count
+            for count in PIECE_COUNTS  # one node each, as the page cannot change a node's count
         }
         self.count = 0  # of the pieces drawn
         self.ends = add_instances(api, f"{root}/rotor/ends", 2, box)
@@ -82,8 +82,8 @@ class BeamView:
         title: str = "",
         motion: DrawnMotion | None = None,
     ) -> None:
-        """Draw a beam and the nodes of its modes `shown` (0-based). A warning greys the beam and is
-        written above it; motion: what the beam is subdivided for, by default that of `view`."""
+        """Draw a beam and the nodes of its modes `shown` (0-based), with a warning above it in
+        grey. motion: that the beam is subdivided for, by default that of `view`."""
         motion = motion or DrawnMotion.of(
             shapes, amplitudes(view, len(shapes.modes)), view.colouring
         )
@@ -109,20 +109,20 @@ class BeamView:
 
     @property
     def captions(self) -> list[Caption]:
-        """The texts to be written over the picture."""
+        """The texts that the page writes over the scene."""
         texts = [*self.nodes.captions, self.warning, self.title, self.surroundings.speed]
         return [caption for caption in texts if caption.text and self.frame.visible]
 
     def hide(self) -> None:
-        """Draw nothing."""
+        """Hide the beam."""
         self.frame.visible = False
 
     def choose_frame(self, share: float) -> None:
-        """Choose the frame: 0 fixed, 1 rotating with the hub, or in between."""
+        """Choose the frame; share: 0 stationary, 1 rotating with the hub, or in between."""
         self.share = share
         outside, inside = (camera.target(self.shapes, rotating) for rotating in (False, True))
         middle = (1 - share) * outside + share * inside
-        if not self.held:
+        if not self.fixed:
             set_position(self.frame, [0.0, 0.0, self.height] - middle)
 
     def move(self, phases: np.ndarray, amplitudes: np.ndarray, angle: float) -> None:
@@ -141,7 +141,7 @@ class BeamView:
             paint = colours.instanced(np.tile(colours.GREYED, (len(points) - 1, 1)) / 255)
         else:
             paint = colours.painted(shapes, self.view.colouring, moved, largest)
-        if self.count not in (0, len(paint)):  # hide the former pieces in the same frame
+        if self.count not in (0, len(paint)):  # hide the last pieces in the same frame
             hidden = np.full((self.count, 3), HIDDEN, np.float32)
             set_properties(self.beam, {"batched_scales": hidden})
         self.count = len(paint)
@@ -149,7 +149,7 @@ class BeamView:
         placed = dict(zip(names, (part.astype(np.float32) for part in pieces), strict=True))
         placed["batched_colors"] = paint
         set_properties(self.beam, placed)
-        ends = {name: values[[0, -1]] for name, values in placed.items()}  # pieces have none
+        ends = {name: values[[0, -1]] for name, values in placed.items()}  # caps: pieces are open
         set_properties(self.ends, ends)
         self.nodes.move(points, pieces[1])
         at = slice(shapes.mass, shapes.mass + 1)
@@ -166,7 +166,7 @@ class BeamView:
 
 
 class OverlayBeam:
-    """A second beam, its mass and its nodes, translucent in the hub's frame of the first."""
+    """A second beam with its mass and nodes, translucent, in the hub's frame of the first."""
 
     def __init__(self, api: SceneApi):
         self.root = api.add_frame(OVERLAY, show_axes=False)
@@ -211,11 +211,11 @@ class OverlayBeam:
 
     @property
     def captions(self) -> list[Caption]:
-        """The texts to be written over the picture."""
+        """The texts that the page writes over the scene."""
         return [self.title] if self.root.visible else []
 
     def hide(self) -> None:
-        """Draw nothing."""
+        """Hide the beam."""
         self.root.visible = False
 
     def move(self, phases: np.ndarray, amplitudes: np.ndarray, angle: float) -> None:
@@ -225,7 +225,7 @@ class OverlayBeam:
         points, normal = to_hub_frame(shapes, shapes.centreline + moved)
         vertices, faces = beam_mesh.swept(points, normal, self.section)
         surface = {"vertices": vertices.astype(np.float32)}
-        if len(faces) != len(self.body.faces):  # in one message: they always fit each other
+        if len(faces) != len(self.body.faces):  # in one message, so that they are consistent
             surface["faces"] = faces.astype(np.uint32)
         set_properties(self.body, surface)
         wxyz = beam_mesh.segments(points, normal, self.section)[1]
@@ -235,12 +235,12 @@ class OverlayBeam:
 
 
 def stacked_heights(count: int) -> list[float]:
-    """Heights of `count` beams around the middle of the picture, the first on top."""
+    """Heights [beam lengths] of `count` rows around the middle of the scene, the first on top."""
     return [ROW_SPACING * ((count - 1) / 2 - k) for k in range(count)]
 
 
 class AllModesView:
-    """Every mode in a row of its own, on one clock (paper, figs. 14-15); rows are built when they
+    """Each mode in a row of its own, on one clock (paper, figs. 14-15); rows are created when they
     are first needed."""
 
     def __init__(self, api: SceneApi):
@@ -249,7 +249,7 @@ class AllModesView:
         self.count = 0  # of the rows shown
 
     def show(self, shapes: SampledModes, view: ViewOptions, scale: float = DEFAULT_SCALE) -> None:
-        """One row for each mode, at `scale` pixels per length of the beam."""
+        """Draw one row for each mode, at `scale` [pixels per beam length]."""
         self.count = len(shapes.modes)
         while len(self.rows) < self.count:
             self.rows.append(BeamView(self.api, f"/mode {len(self.rows) + 1}", alone=False))
@@ -264,18 +264,17 @@ class AllModesView:
             row.hide()
 
     def hide(self) -> None:
-        """Show no row."""
-        if self.count:
-            self.count = 0
-            for row in self.rows:
-                row.hide()
+        """Hide all rows."""
+        for row in self.rows[: self.count]:
+            row.hide()
+        self.count = 0
 
     def choose_frame(self, share: float) -> None:
-        """Choose the frame: 0 fixed, 1 rotating with the hub, or in between."""
+        """Choose the frame; share: 0 stationary, 1 rotating with the hub, or in between."""
         for row in self.rows[: self.count]:
             row.choose_frame(share)
 
     def move(self, phases: np.ndarray, amplitude: float, angle: float) -> None:
-        """Draw every row at phases (m,) [rad] of its mode."""
+        """Draw the rows at phases (m,) [rad]."""
         for k, alone in enumerate(amplitude * np.eye(self.count)):
             self.rows[k].move(phases, alone, angle)

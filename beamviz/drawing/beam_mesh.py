@@ -1,4 +1,4 @@
-"""The surface of the beam, and its subdivision: as fine as the picture needs."""
+"""The surface of the beam, and its subdivision into as many pieces as the picture needs."""
 
 from dataclasses import dataclass, replace
 from typing import Self
@@ -16,11 +16,8 @@ Section = tuple[float, float]  # thickness in the plane of motion, breadth along
 
 
 def to_hub_frame(shapes: SampledModes, centreline: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A line (n, 2) measured from the clamp as points (n, 3) in the hub's frame, and the normal
-    (3,) of the plane of motion.
-
-    Across the beam is y (the plane of rotation) chordwise and z (along the axis) flapwise.
-    """
+    """Points (n, 3) in the hub's frame of a line (n, 2) measured from the clamp, and the normal
+    (3,) of the plane of motion. Across the beam is y for chordwise and z for flapwise."""
     points = np.zeros((len(centreline), 3))
     points[:, 0] = shapes.beam.delta + centreline[:, 0]
     points[:, 1 if shapes.plane == "chordwise" else 2] = centreline[:, 1]
@@ -28,7 +25,7 @@ def to_hub_frame(shapes: SampledModes, centreline: np.ndarray) -> tuple[np.ndarr
 
 
 def extents(section: Section, normal: np.ndarray) -> np.ndarray:
-    """Size (3,) of a section of a straight beam, 0 along it."""
+    """Size (3,) of a section of a straight beam; 0 along the beam."""
     across = np.array([0.0, normal[2], normal[1]])
     return section[0] * np.abs(across) + section[1] * np.abs(normal)
 
@@ -65,7 +62,7 @@ def swept(
 def segments(
     points: np.ndarray, normal: np.ndarray, section: Section
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The same surface as n - 1 transformed unit boxes, which may differ in colour.
+    """The surface of `swept` as n - 1 transformed unit boxes, which may differ in colour.
 
     Returns centres (n - 1, 3), orientations wxyz (n - 1, 4) and sizes (n - 1, 3). Each box is
     extended to close the wedge to its neighbours on the outside of a bend.
@@ -87,18 +84,20 @@ def segments(
 
 
 PIECE_COUNTS = (16, 32, 64, 128, 256)
-DEVIATION = 0.2  # [pixels] largest distance of a piece from the curve, mid-picture
-STEP = 1 / 40  # largest difference between neighbouring pieces on the colour map
-LONGEST = 1 / 4  # [lengths of the beam] longest piece
-LEAVE = 0.8  # against flicker: a count is reduced where this part of the smaller one is enough
-DEFAULT_SCALE = 1000.0  # [pixels] per length of the beam
+DEVIATION = 0.2  # [pixels] largest distance of a piece from the curve, in mid-picture
+STEP = 1 / 40  # largest difference of neighbouring pieces on the colour map
+LONGEST = 1 / 4  # [beam lengths] longest piece
+LEAVE = 0.8  # hysteresis: a count is reduced if this fraction of the smaller one is enough
+DEFAULT_SCALE = 1000.0  # [pixels per beam length]
 
 
 @dataclass(frozen=True)
 class DrawnMotion:
-    """The motion that a beam is subdivided for: displacement fields (k, n, 2), each at its largest;
-    scale: pixels per length of the beam; colouring, largest: the colour map and the value at its
-    end (infinite: one colour)."""
+    """The motion that a beam is subdivided for.
+
+    fields: displacements (k, n, 2) at their largest amplitude; scale: [pixels per beam length];
+    colouring, largest: the colour map and the value at its end (infinite: one colour).
+    """
 
     fields: np.ndarray
     scale: float = DEFAULT_SCALE
@@ -113,7 +112,7 @@ class DrawnMotion:
         colouring: str,
         scale: float = DEFAULT_SCALE,
     ) -> Self:
-        """The modes of `shapes`, for amplitudes (m,)."""
+        """The motion of the modes of `shapes` with amplitudes (m,)."""
         sizes = np.minimum(amplitudes, shapes.limits)
         shown = sizes > 0
         largest = colours.colour_range(shapes, colouring, amplitudes)
@@ -121,8 +120,8 @@ class DrawnMotion:
 
 
 def subdivide(shapes: SampledModes, motion: DrawnMotion, before: int = 0) -> SampledModes:
-    """`shapes` at the ends of the pieces it is drawn in, one at the mass, with the mean strain of
-    each piece; before: the former number of pieces."""
+    """`shapes` sampled at the ends of the pieces it is drawn in, of which one is at the mass, with
+    the mean strain of each piece; before: the last number of pieces."""
     lengths = np.diff(shapes.x)
     need = np.append(0.0, np.cumsum(required_density(shapes, motion) * lengths))
     mass = float(need[shapes.mass])
@@ -150,15 +149,15 @@ def resampled(shapes: SampledModes, x: np.ndarray) -> SampledModes:
 
 
 def piece_count(need: int, before: int) -> int:
-    """The smallest of PIECE_COUNTS that is enough; `before` stays while little less is needed."""
+    """The smallest sufficient number of PIECE_COUNTS, or `before` if hardly fewer are needed."""
     enough = next((count for count in PIECE_COUNTS if count >= need), PIECE_COUNTS[-1])
     return before if before > enough >= before / 2 and need > LEAVE * enough else enough
 
 
 def required_density(shapes: SampledModes, motion: DrawnMotion) -> np.ndarray:
-    """Pieces (n - 1,) per length of the beam that a picture needs between stations: by the
-    curvature of the moving beam (a chord of length h deviates from a curve of curvature kappa by
-    kappa h^2 / 8) and by the change of colour along x, both bounded over time."""
+    """Required pieces per beam length (n - 1,) between stations: by the curvature of the moving
+    beam (a chord of length h deviates from a curve of curvature kappa by kappa h^2 / 8) and by the
+    change of colour along x, both as bounds over time."""
     fields = np.concatenate([shapes.centreline[None], motion.fields])
     slope, bend = derivatives(shapes, fields)
     along, across = np.abs(slope[1:, :, 0]), np.abs(slope[1:, :, 1])

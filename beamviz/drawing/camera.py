@@ -16,19 +16,18 @@ FIELD_OF_VIEW = math.radians(24)  # vertical
 # Directions from the middle of the picture to the camera: rotating with the hub, and beside it.
 ROTATING_DIRECTIONS = {"chordwise": (-0.3, -1.0, 0.8), "flapwise": (-0.3, -1.0, 0.45)}
 FIXED_DIRECTION = (0.0, -1.0, 0.85)
-ROOM = 0.2  # half of the width [L] kept in the picture for the motion of the beam
-MARGIN = 0.1  # width [L] kept in the picture around the hub, with the hoop of an inward beam
-SCALES = (100.0, 1e5)  # limits [pixels] of the length of the beam in a picture
-RIM = 0.3  # greatest length [L] of the hub in the picture of the beam
-LIFT = 0.1  # share of half the height of a page left free above the beam for a label
-NEARER, FARTHER = 0.7, 1.15  # ratios of the best distance to the last: within, the camera stays
-TOLERANCE = 1e-3  # largest distance of two viewpoints taken as the same
+ROOM = 0.2  # [beam lengths] half the width that the picture contains for the motion of the beam
+MARGIN = 0.1  # [beam lengths] width that the picture contains around the hub
+SCALES = (100.0, 1e5)  # [pixels per beam length] limits of the scale
+RIM = 0.3  # [beam lengths] largest part of the hub in the picture
+LIFT = 0.1  # fraction of half the height of a page left free above the beam for a label
+NEARER, FARTHER = 0.7, 1.15  # ratios of the fitted distance to the last one that move the camera
+TOLERANCE = 1e-3  # [beam lengths] largest distance of equal viewpoints
 CHANGE_TIME = 0.9  # [s] of an eased change of view
 
 
 def span(shapes: SampledModes) -> tuple[float, float]:
-    """The part of the x axis [from the clamp] that a picture shows: the beam, its mass and some of
-    the hub."""
+    """The range of x, from the clamp, in the picture: beam, mass and a part of the hub."""
     beam, along = shapes.beam, shapes.centreline[:, 0]
     radius = max(mass_size(beam)) if beam.alpha > 0 else 0.0
     rim = min(2 * hub_radius(beam), RIM) if beam.delta >= 0 else MARGIN
@@ -37,8 +36,8 @@ def span(shapes: SampledModes) -> tuple[float, float]:
 
 
 def target(shapes: SampledModes, rotating_frame: bool) -> np.ndarray:
-    """The point (3,) of the hub's frame in the middle of the picture: the middle of the beam in
-    the rotating frame, else the axis."""
+    """The point (3,) of the hub's frame in the middle of the picture: in the rotating frame the
+    middle of the beam, else a point of the axis."""
     if not rotating_frame:
         return np.zeros(3)
     y = shapes.centreline[:, 1]
@@ -46,7 +45,7 @@ def target(shapes: SampledModes, rotating_frame: bool) -> np.ndarray:
 
 
 def corners(shapes: SampledModes, rotating_frame: bool) -> np.ndarray:
-    """Points (n, 3), relative to `target`, that must be inside the picture."""
+    """Points (n, 3), relative to `target`, that the picture must contain."""
     beam, (left, right) = shapes.beam, span(shapes)
     radius = max(mass_size(beam)) if beam.alpha > 0 else 0.0
     if rotating_frame:
@@ -61,14 +60,14 @@ def corners(shapes: SampledModes, rotating_frame: bool) -> np.ndarray:
 
 
 def scale(distance: float, height: int) -> float:
-    """Pixels per length of the beam at a distance from the camera, in a picture of `height`."""
+    """The scale [pixels per beam length] at a distance from the camera; height: [pixels]."""
     pixels = height / (2 * math.tan(FIELD_OF_VIEW / 2) * max(distance, 1e-6))
     return min(max(SCALES[0], pixels), SCALES[1])
 
 
 def axes(direction: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Right, down and forward as columns (3, 3) of a camera in `direction` from the point it looks
-    at, with z up."""
+    """Right, down and forward, as columns (3, 3), of a camera in `direction` from its target, with
+    z up."""
     x, y, z = np.divide(direction, -np.linalg.norm(direction)).tolist()
     across = math.hypot(x, y)
     right = (y / across, -x / across) if across else (1.0, 0.0)
@@ -84,10 +83,12 @@ def viewpoint(
     heights: Sequence[float] = (0.0,),
     direction: tuple[float, float, float] | None = None,
 ) -> np.ndarray:
-    """Camera position (3,) for a picture with width / height = `aspect`, as near as the beam
-    allows. The camera looks at the origin, where the scene puts `target`. lift: share of half the
-    height left free at the top; heights: of the beams drawn above each other; direction: to the
-    camera, None for the default."""
+    """The nearest camera position (3,) whose picture contains the beam.
+
+    aspect: width / height of the picture; lift: fraction of half the height left free at the top;
+    heights: [beam lengths] of stacked beams; direction: to the camera, None for the default. The
+    camera looks at the origin, where the scene places `target`.
+    """
     usual = ROTATING_DIRECTIONS[shapes.plane] if rotating_frame else FIXED_DIRECTION
     tall = math.tan(FIELD_OF_VIEW / 2)
     points = np.concatenate(
@@ -101,7 +102,7 @@ def viewpoint(
 def fitted(
     shapes: SampledModes, rotating_frame: bool, aspect: float, heights: Sequence[float] = (0.0,)
 ) -> Camera:
-    """The camera that fits the beam into a page: it looks a little above the beam, for labels."""
+    """The camera that fits the beam into a page; it looks just above the beam, for labels."""
     position = viewpoint(shapes, rotating_frame, aspect, LIFT, heights)
     lift = LIFT * math.tan(FIELD_OF_VIEW / 2) * float(np.linalg.norm(position))
     target = np.array([0.0, 0.0, lift])
@@ -109,17 +110,17 @@ def fitted(
 
 
 def place(view: CameraHandle | InitialCameraConfig, camera: Camera) -> None:
-    """Move a camera of viser."""
+    """Set a camera of viser."""
     view.position, view.look_at = camera.position, camera.look_at
     view.fov = FIELD_OF_VIEW
 
 
 class ViewChange:
-    """An eased change between the view from outside and the one from the rotating hub.
+    """An eased change between the stationary and the rotating frame.
 
-    start, end: the cameras; shares: of the view from the hub, at the start and at the end; angle:
-    of the hub [rad], at most half a turn at the start and continuous from there on, so that the
-    floor turns back the short way.
+    start, end: the cameras; shares: of the rotating frame at the start and the end, 0 .. 1; angle:
+    of the hub [rad], at most half a turn at the start and continuous after it, so that the floor
+    turns back the shorter way.
     """
 
     def __init__(self, start: Camera, end: Camera, shares: tuple[float, float], angle: float):
@@ -132,52 +133,52 @@ class ViewChange:
         self.angle = self.continued(angle)
 
     def continued(self, angle: float) -> float:
-        """An angle [rad] with the turns that bring it nearest to that of the hub."""
+        """The angle [rad], plus whole turns, nearest to that of the hub."""
         return self.angle + math.remainder(angle - self.angle, 2 * math.pi)
 
     @property
     def part(self) -> float:
-        """The part of the way that is done, with speed zero at both ends."""
+        """The completed fraction of the change, with speed zero at both ends."""
         time = min(self.elapsed / CHANGE_TIME, 1.0)
         return time**2 * (3 - 2 * time)
 
     @property
     def rotating_share(self) -> float:
-        """Share of the view from the hub: 0 outside, 1 in the rotating frame."""
+        """The share of the rotating frame: 0 stationary, 1 rotating."""
         start, end = self.shares
         return start + self.part * (end - start)
 
     @property
     def camera(self) -> Camera:
-        """The camera at the present moment."""
+        """The present camera."""
         pairs = zip(astuple(self.start), astuple(self.end), strict=True)
         return Camera(*(np.add(a, self.part * np.subtract(b, a)).tolist() for a, b in pairs))
 
 
 class PageCamera:
-    """The camera of a page: it stays where the visitor moves it, and is fitted again on request
-    and when the picture has changed too much. eased: whether a change of the frame takes time."""
+    """The camera of a page: it keeps the viewpoint of the visitor, and is fitted to the beam on
+    request and after large changes. eased: changes of the frame take time."""
 
     def __init__(self, view: CameraHandle):
         self.view = view
         self.given: Camera | None = None  # a fixed viewpoint; None: fitted to the beam
-        self.placed = self.before = Camera((1.0, 1.0, 1.0))  # its last two placements
-        self.requested = True  # a move, at the next picture
-        self.provisional = False  # placed before the latest request was answered
-        self.fitted_to: tuple = ()  # frame, plane, aspect and number of beams of the viewpoint
+        self.placed = self.before = Camera((1.0, 1.0, 1.0))  # the last two set by the server
+        self.requested = True  # the next picture moves the camera
+        self.provisional = False  # set before the latest request was answered
+        self.fitted_to: tuple = ()  # frame, plane, aspect and number of beams
         self.distance = 0.0
         self.eased = False
-        self.change: ViewChange | None = None  # under way
+        self.change: ViewChange | None = None  # None while there is none
 
     def set_viewpoint(self, given: Camera | None) -> None:
-        """Move to a viewpoint; None fits the beam into the page."""
+        """Use a viewpoint; None fits the beam into the page."""
         self.given, self.requested = given, True
 
     def look_at(
         self, shapes: SampledModes, rotating_frame: bool, heights: Sequence[float], *, settled: bool
     ) -> None:
-        """Move the camera where needed, for beams at `heights`. settled: whether the shapes
-        answer the latest request; before that, the camera is moved again at the next call."""
+        """Move the camera if necessary, for beams at `heights`. settled: the shapes are of the
+        latest request; otherwise the next call moves the camera again."""
         camera = fitted(shapes, rotating_frame, self.view.aspect, heights)
         distance = math.dist(camera.position, camera.look_at)
         fitted_to = (rotating_frame, shapes.plane, self.view.aspect, len(heights))
@@ -196,7 +197,7 @@ class PageCamera:
                 place(self.view, self.placed)
 
     def changed(self, end: Camera, rotating_frame: bool) -> ViewChange:
-        """A change of view from where the camera is, also in the middle of another one."""
+        """A change of view that starts at the present camera, also during another change."""
         share, last = float(rotating_frame), self.change
         if last:
             return ViewChange(last.camera, end, (last.rotating_share, share), last.angle)
@@ -204,7 +205,7 @@ class PageCamera:
         return ViewChange(start, end, (1 - share, share), 0.0)
 
     def follow(self, moved: np.ndarray, share: float) -> None:
-        """Ease the picture after the scene was moved by `moved` (3,), in the view `share`."""
+        """Ease the view after the scene was moved by `moved` (3,); share: of the rotating frame."""
         if self.eased and self.change is None and moved.any():
             now = np.array([self.view.position, self.view.look_at])
             start, end = Camera(*(now + moved).tolist()), Camera(*now.tolist())
@@ -220,29 +221,29 @@ class PageCamera:
 
     @property
     def chosen(self) -> Camera | None:
-        """The visitor's viewpoint, or None where the beam has been fitted into the page."""
+        """The visitor's viewpoint; None if the beam is fitted into the page."""
         if self.change or self.is_at(self.placed):
             return self.given
         return Camera(*np.round([self.view.position, self.view.look_at], 4).tolist())
 
     def is_at(self, camera: Camera) -> bool:
-        """Whether the page has its camera there."""
+        """Whether the camera of the page is equal."""
         now, there = (self.view.position, self.view.look_at), (camera.position, camera.look_at)
         return np.allclose(now, there, atol=TOLERANCE)
 
     @property
     def scale(self) -> float:
-        """Pixels per length of the beam in the middle of the picture."""
+        """The scale [pixels per beam length] in the middle of the picture."""
         return scale(math.dist(self.view.position, self.view.look_at), self.view.image_height)
 
     @property
     def reshaped(self) -> bool:
-        """Whether the page has another aspect ratio than at the last placement."""
+        """Whether the aspect ratio of the page has changed since the camera was fitted."""
         return bool(self.fitted_to) and self.view.aspect != self.fitted_to[2] and self.given is None
 
     @property
     def outdated(self) -> bool:
-        """Whether the page has the camera at the placement before the last: its message crossed
-        the last one, which viser does not send again."""
+        """Whether the page still has the last but one camera: its message crossed the last one,
+        which viser does not send again."""
         crossed = self.is_at(self.before) and not self.is_at(self.placed)
         return crossed and not self.change

@@ -1,4 +1,4 @@
-"""Colour-blind-safe colours: colour maps of displacement and strain, and fixed colours."""
+"""Colour-blind-safe colours: colour maps of displacement and strain, and colours of objects."""
 
 import numpy as np
 
@@ -13,13 +13,13 @@ NODE: RGB = (204, 60, 140)
 GHOST: RGB = (140, 148, 160)
 BEFORE: RGB = (138, 148, 186)
 GRID: RGB = (140, 146, 156)
-# Light and dark: behind the scene (page.css has the same), floor, letters.
+# For light and dark: background of the scene (as in page.css), floor, text.
 BACKGROUND: tuple[RGB, RGB] = ((244, 246, 248), (15, 18, 20))
 FLOOR: tuple[RGB, RGB] = ((255, 255, 255), (62, 67, 75))
 LETTERS: tuple[RGB, RGB] = ((27, 32, 38), (233, 236, 239))
 GREYED: RGB = (165, 168, 174)
 
-# From no displacement to the largest: blue, teal, yellow (the bright part of viridis).
+# Displacement, from 0: blue, teal, yellow (the bright part of viridis).
 SEQUENTIAL = (
     (62, 84, 150),
     (44, 120, 142),
@@ -28,7 +28,7 @@ SEQUENTIAL = (
     (186, 222, 40),
     (253, 231, 37),
 )
-# From compressed over unstrained to stretched: blue, grey, vermilion.
+# Strain, from compression to tension: blue, grey, vermilion.
 DIVERGING = ((16, 84, 168), (90, 150, 208), (204, 206, 208), (236, 148, 92), (204, 76, 2))
 MAPS = {"displacement": SEQUENTIAL, "axial strain": DIVERGING}
 STEPS = 4096  # of a tabulated colour map: finer than one level of a byte
@@ -41,8 +41,8 @@ def mapped(values: np.ndarray, anchors: tuple[RGB, ...]) -> np.ndarray:
 
 
 def instanced(colours: np.ndarray) -> np.ndarray:
-    """sRGB colours in 0 .. 1 as bytes of linear light, which is what instanced meshes take
-    (every other colour of a scene is sRGB)."""
+    """sRGB colours in 0 .. 1 as bytes of linear light, as instanced meshes require (all other
+    colours of a scene are sRGB)."""
     return np.rint(255 * linear(colours)).astype(np.uint8)
 
 

@@ -1,4 +1,4 @@
-"""Mode shapes sampled along the beam, and the slowed clock that all motion runs on."""
+"""Mode shapes sampled along the beam, and the clock of rotation and vibration."""
 
 import math
 from collections.abc import Sequence
@@ -15,24 +15,22 @@ from beamviz.scene import ViewOptions
 from beamviz.solver import Solution
 
 STATIONS = 601
-CLOSE = 1e-9  # distance from an end of the beam at which a mass is drawn at the end
+CLOSE = 1e-9  # distance from an end of the beam within which a mass is drawn at the end
 SAMPLES = np.linspace(0.0, 1.0, 401)
 CACHED_POSITIONS = 100  # of the mass, whose stations are cached
-LAYER = 0.05  # [lengths of the beam] typical width of a boundary layer
-SIGN_STRIDE = 8  # one station in 8 is enough to determine the sign of a mode
-MAX_STRAIN = 0.6  # of the displacement drawn: at 1 the beam would fold
+LAYER = 0.05  # [beam lengths] typical width of a boundary layer
+SIGN_STRIDE = 8  # every 8th station determines the sign of a mode
+MAX_STRAIN = 0.6  # of the displacement drawn; at 1 the beam would be folded
 
 
 @dataclass(frozen=True)
 class SampledModes:
-    """Equilibrium and mode shapes of a solution at the stations they are drawn at.
+    """Equilibrium and mode shapes of a solution at the stations they are drawn at. Lengths in beam
+    lengths, from the clamp.
 
-    Lengths in lengths of the beam, measured from the clamp.
-
-    x: (n,) stations; centreline: (n, 2) the equilibrium, along and across the beam;
-    strain: (n - 1,) its axial strain; modes: (m, n, 2) with largest displacement 1;
-    limits: (m,) largest amplitude to draw; nodes: for each mode the positions x (j,) of its
-    vibration nodes.
+    x: (n,) stations; centreline: (n, 2) the equilibrium, along and across the beam; strain:
+    (n - 1,) its axial strain; modes: (m, n, 2) with largest displacement 1; limits: (m,) largest
+    amplitudes to draw; nodes: the positions x (j,) of the nodes of each mode.
     """
 
     beam: Beam
@@ -48,7 +46,7 @@ class SampledModes:
 
     @classmethod
     def sampled(cls, solution: Solution, previous: Self | None = None) -> Self:
-        """`solution` at its stations, with the signs of `previous`."""
+        """The modes of a solution, with the signs of `previous`."""
         x = stations(solution.beam.beta)
         raw = np.moveaxis(solution.fields(x), 2, 0)
         local = normalisation(raw) * raw  # along and across the beam's axis
@@ -73,7 +71,7 @@ class SampledModes:
 
     @classmethod
     def at_rest(cls, beam: Beam, plane: str) -> Self:
-        """The undeformed beam without modes, for a beam that has no solution."""
+        """The undeformed beam without modes, for a beam without a solution."""
         x = stations(beam.beta)
         return cls(
             beam=beam,
@@ -105,9 +103,9 @@ class SampledModes:
 
 @lru_cache(CACHED_POSITIONS)
 def stations(mass: float) -> np.ndarray:
-    """Stations (n,) of 0 .. 1 for a mass at `mass`, read-only: half of them spread evenly, half
-    where boundary layers may be thin, at the clamp and on both sides of the mass. One is at the
-    mass, since the stretch may jump there. All beams with this mass position share the array."""
+    """Stations (n,) in 0 .. 1 for a mass at `mass`, read-only: half of them equally spaced, half in
+    possible boundary layers, at the clamp and on both sides of the mass. One is at the mass, where
+    the stretch may be discontinuous. All beams with this mass position share the array."""
     layers = np.exp(-SAMPLES / LAYER) + np.exp(-np.abs(SAMPLES - mass) / LAYER)
     density = 1.0 + layers / trapezoid(layers, SAMPLES)
     share = cumulative_trapezoid(density, SAMPLES, initial=0.0)
@@ -129,18 +127,19 @@ def rotated(local: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 
 def normalisation(modes: np.ndarray) -> np.ndarray:
-    """Factors (m, 1, 1) that give modes (m, n, 2) the largest displacement 1 and a tip that
-    first moves in the positive direction."""
+    """Factors (m, 1, 1) that give modes (m, n, 2) the largest displacement 1 and a positive
+    displacement of the tip at phase 90 degrees."""
     tips = np.take_along_axis(modes[:, -1], np.abs(modes[:, -1]).argmax(axis=1)[:, None], 1)
     signs = np.where(tips == 0, 1.0, np.conj(tips) / np.maximum(np.abs(tips), 1e-300))
     return (signs / np.sqrt((np.abs(modes) ** 2).sum(2)).max(1, keepdims=True))[..., None]
 
 
 def node_positions(x: np.ndarray, mass: float, components: np.ndarray) -> list[np.ndarray]:
-    """Nodes (j,) of each mode: where its larger component (m, n), given at x (n,), changes sign.
+    """Nodes (j,) of each mode: the zeros of its larger component (m, n), given at x (n,).
 
-    Quadratic interpolation between stations, to 1e-5 where a shape is smooth between them, never
-    across the mass, where the slope may jump; `Solution.nodes` has all digits at a higher cost."""
+    Quadratic interpolation between stations, accurate to 1e-5 for a shape that is smooth between
+    them, and never across the mass, where the slope may be discontinuous; `Solution.nodes` is
+    exact, but slower."""
     far = np.take_along_axis(components, np.abs(components).argmax(axis=1)[:, None], 1)
     v = (np.conj(far) / np.abs(far) * components).real  # complex with Coriolis forces
     k, i = np.nonzero(v[:, 1:-1] * v[:, 2:] < 0)
@@ -156,10 +155,8 @@ def node_positions(x: np.ndarray, mass: float, components: np.ndarray) -> list[n
 
 
 def align_signs(modes: np.ndarray, x: np.ndarray, previous: SampledModes) -> np.ndarray:
-    """`modes` (m, n, 2), each with the sign (the phase, if complex) of the same mode in `previous`.
-
-    The sign of a mode is arbitrary; without this the picture would flip while a slider moves.
-    """
+    """`modes` (m, n, 2), each with the sign (the phase, if complex) of the same mode in `previous`:
+    the sign of a mode is arbitrary, and would change at random while a slider moves."""
     aligned, some = modes.copy(), slice(None, None, SIGN_STRIDE)
     for new, old in zip(aligned, previous.modes, strict=False):
         common = old[some]
@@ -173,7 +170,7 @@ def align_signs(modes: np.ndarray, x: np.ndarray, previous: SampledModes) -> np.
 
 
 def amplitudes(view: ViewOptions, count: int) -> np.ndarray:
-    """Amplitude (count,) of every mode, in lengths of the beam."""
+    """Amplitudes (count,) of the modes [beam lengths]."""
     return view.amplitude * np.array([*view.shares, *[0.0] * count][:count])
 
 
@@ -201,13 +198,13 @@ def largest_strain(shapes: SampledModes, amplitudes: np.ndarray) -> float:
     return float((np.abs(shapes.strain) + sizes @ shapes.strains).max())
 
 
-# Periods on screen [s]: at least for the fastest mode and a rotation, at most for the slowest mode.
+# [s] on screen: longest period of the slowest mode, shortest of the fastest and of a rotation.
 SLOWEST, FASTEST, TURN = 2.5, 0.6, 1.5
 
 
 def playback_rate(frequencies: np.ndarray, gamma: float) -> float:
-    """The time [T*] that passes in one second on screen, so that the slowest motion is visible and
-    the fastest can be followed; frequencies: those shown [1/T*], gamma: rotation speed [1/T*]."""
+    """The time [T*] per second on screen at which the slowest motion is visible and the fastest can
+    be followed; frequencies: of the modes shown [1/T*], gamma: rotation speed [1/T*]."""
     seen = frequencies[np.isfinite(frequencies) & (frequencies > 0)]
     longest = [2 * math.pi / gamma / TURN] if gamma > 0 else []
     if len(seen):
@@ -217,9 +214,9 @@ def playback_rate(frequencies: np.ndarray, gamma: float) -> float:
 
 @dataclass
 class Clock:
-    """One slowed clock: rotation and every mode run on it, so their frequency ratios are true.
+    """The clock of rotation and all modes, which keeps their frequency ratios.
 
-    rate: time [T*] in one second on screen; angle [rad] of the hub; phases (m,) [rad].
+    rate: time [T*] per second on screen; angle: of the hub [rad]; phases: of the modes (m,) [rad].
     """
 
     rate: float = 0.1
@@ -227,7 +224,7 @@ class Clock:
     phases: np.ndarray = field(default_factory=lambda: np.full(0, math.pi / 2))
 
     def fit(self, frequencies: np.ndarray, gamma: float, *, keep: bool) -> None:
-        """Choose the rate; with `keep`, only where the present one is far too slow or too fast."""
+        """Choose the rate; with `keep`, only if the present one is much too slow or too fast."""
         best = playback_rate(frequencies, gamma)
         if not keep or not best / 4 < self.rate < best * 3:
             self.rate = best

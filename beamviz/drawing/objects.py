@@ -1,4 +1,4 @@
-"""The objects on the beam: mass, reference shapes and vibration nodes, and their sizes."""
+"""The objects on the beam: mass, reference shapes and nodes, and their sizes."""
 
 import math
 from collections.abc import Iterable
@@ -22,11 +22,8 @@ COLLAR_HEIGHT = 0.62  # least radius, over the diagonal of the section that it e
 
 
 def section_size(beam: Beam, thicken: bool = False) -> Section:
-    """Thickness in the plane of motion and breadth along its normal.
-
-    The thickness is true: h = sqrt(12) / mu for a rectangle. The five numbers leave the
-    breadth free; it is kept where it can be seen.
-    """
+    """Thickness in the plane of motion, h = sqrt(12) / mu of a rectangle, and breadth along its
+    normal, which the five numbers do not determine."""
     thickness = math.sqrt(12) / beam.mu
     if thicken:
         thickness = max(thickness, VISIBLE_THICKNESS)
@@ -34,8 +31,8 @@ def section_size(beam: Beam, thicken: bool = False) -> Section:
 
 
 def mass_size(beam: Beam, thicken: bool = False) -> tuple[float, float]:
-    """Length and radius of the mass: a collar clamped round the beam, of the beam's own density, so
-    that its volume is alpha times that of the beam."""
+    """Length and radius of the mass, a collar around the beam with the density of the beam: its
+    volume is alpha times that of the beam."""
     section = section_size(beam, thicken)
     inside = math.prod(section)  # area of the hole
     volume = beam.alpha * inside
@@ -59,9 +56,8 @@ HIDDEN = 1e-6  # size of an instance that is not shown
 def add_instances(
     api: SceneApi, name: str, count: int, mesh: trimesh.Trimesh, **options: Any
 ) -> BatchedMeshHandle:
-    """`count` instances of a mesh in one node, each with a position, orientation, size and colour.
-
-    A browser draws such nodes one frame late, so everything that moves with them is of this kind.
+    """Add `count` instances of a mesh in one node, each with position, orientation, size, colour.
+    Browsers draw such nodes one frame late: all objects that move with the beam are of this kind.
     """
     return api.add_batched_meshes_simple(
         name,
@@ -81,15 +77,15 @@ MAX_NODES = 10
 
 
 class Caption:
-    """A text at a point of the scene. The page writes it over the picture, in its own letters and
-    colours, which viser's labels do not have; anchor: the side of the text at the point."""
+    """A text at a point of the scene, which the page writes over the scene, as viser's labels have
+    neither its font nor its colours; anchor: the side of the text at the point."""
 
     def __init__(self, api: SceneApi, name: str, anchor: str = "center"):
         self.point = api.add_frame(name, show_axes=False)
         self.anchor, self.text = anchor, ""
 
     def show(self, text: str, position: Iterable[float]) -> None:
-        """Show a text at a point (3,) of the frame around; none hides it."""
+        """Show a text at a point (3,) in the parent frame; "" hides it."""
         self.text = text
         set_position(self.point, position)
 
@@ -104,16 +100,16 @@ def captions_script() -> str:
     return files("beamviz.drawing").joinpath("captions.js").read_text(encoding="utf-8")
 
 
-# A beam of unit size, until a mesh gets the vertices of its own.
+# A beam of unit size, for meshes until they get their vertices.
 ENDS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
 BOX, SIDES = beam_mesh.swept(ENDS, NORMALS["chordwise"], (1.0, 1.0))
 
 
 class ReferenceShapes:
-    """The outline of the undeformed beam, and the beam in equilibrium as a translucent body."""
+    """The outline of the undeformed beam, and a translucent body of the equilibrium."""
 
     def __init__(self, api: SceneApi, root: str):
-        self.outlined: tuple = ()  # hub, plane and section that the outline was drawn for
+        self.outlined: tuple = ()  # hub, plane and section of the outline
         self.outline = api.add_line_segments(
             f"{root}/rotor/undeformed",
             np.zeros((12, 2, 3)),
@@ -133,7 +129,7 @@ class ReferenceShapes:
         )
 
     def show(self, shapes: SampledModes, section: Section, *, visible: bool) -> None:
-        """Draw both."""
+        """Show both, or hide them."""
         self.outline.visible = self.equilibrium.visible = visible
         if not visible:
             return
@@ -142,7 +138,7 @@ class ReferenceShapes:
         axis = shapes.centreline[[0, -1]] if straight else shapes.centreline
         vertices, faces = beam_mesh.swept(*to_hub_frame(shapes, axis), inner)
         surface = {"vertices": vertices.astype(np.float32)}
-        if len(faces) != len(self.equilibrium.faces):  # in one message: they always fit each other
+        if len(faces) != len(self.equilibrium.faces):  # in one message, to be consistent
             surface["faces"] = faces.astype(np.uint32)
         set_properties(self.equilibrium, surface)
         outline = shapes.beam.delta, shapes.plane, section
@@ -153,7 +149,7 @@ class ReferenceShapes:
 
 
 class Nodes:
-    """A ring and a caption at each vibration node."""
+    """A ring and a caption at each node of the modes shown."""
 
     def __init__(self, api: SceneApi, root: str, colour: colours.RGB = colours.NODE):
         self.piece = np.zeros(0, int)  # the piece of the beam of each node
@@ -187,11 +183,11 @@ class Nodes:
             caption.show(f"{mode} node at {position}", place)
 
     def on_beam(self, points: np.ndarray) -> np.ndarray:
-        """The nodes (j, 3) on the line of `points` (n, 3)."""
+        """The nodes (j, 3) on the line through `points` (n, 3)."""
         return (1 - self.share) * points[self.piece] + self.share * points[self.piece + 1]
 
     def move(self, points: np.ndarray, wxyz: np.ndarray) -> None:
-        """Move the collars onto the line of `points` (n, 3) whose pieces have the orientations
+        """Move the rings onto the line through `points` (n, 3), whose pieces have the orientations
         wxyz (n - 1, 4)."""
         count = len(self.piece)
         if not count:

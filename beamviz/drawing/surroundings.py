@@ -1,4 +1,4 @@
-"""What surrounds the beam: light, floor, hub, and an arrow for the rotation."""
+"""The surroundings of the beam: lights, floor, hub, and an arrow for the rotation."""
 
 import math
 from typing import Any
@@ -15,22 +15,22 @@ from beamviz.server.viser_private import set_orientation, set_position, set_prop
 
 MIN_HUB = 0.05
 HUB_HEIGHT = 0.14
-HOOP, HOOP_HEIGHT = 0.05, 0.06  # low enough to leave a folded beam in view
+HOOP, HOOP_HEIGHT = 0.05, 0.06  # the ring that an inward beam is clamped to: width, height
 POST = 0.018  # radius
 BOLTS = 6
 BOLT_SIZE = (0.12, 0.01)  # radius over that of the hub, height
 FLOOR_EDGE = 0.3  # of the floor beyond the tip of the beam
 FLOOR_THICKNESS = 0.02
-TICKS = 36  # of the floor's scale, one for every ten degrees
-LARGE_HUB = 0.4  # radius from which on the arrow lies on the hub
-ARROW_LENGTH, ARROW_WIDTH, ARROW_HEAD = 0.38, 0.009, 0.06  # in lengths of the beam; half width
-ARROW_GAP = 0.05  # from its end to the speed
-SPEED_GAP = 0.9  # [rad] least angle between the beam and the speed
+TICKS = 36  # of the scale of the floor, one every ten degrees
+LARGE_HUB = 0.4  # radius from which on the arrow is on the hub
+ARROW_LENGTH, ARROW_WIDTH, ARROW_HEAD = 0.38, 0.009, 0.06  # [beam lengths]; half the width
+ARROW_GAP = 0.05  # from its end to the text of the speed
+SPEED_GAP = 0.9  # [rad] smallest angle between the beam and this text
 ARROW_HEIGHT = HUB_HEIGHT / 2 + 0.03
 
 
 def hub_radius(beam: Beam) -> float:
-    """Radius of the hub: |delta|, but a small drum is left at delta = 0."""
+    """Radius of the hub: |delta|, but at least MIN_HUB."""
     return max(abs(beam.delta), MIN_HUB)
 
 
@@ -45,7 +45,7 @@ def axis_rotation(angle: float) -> tuple[float, float, float, float]:
 
 
 def add_lights(api: SceneApi) -> None:
-    """Soft light from above and behind the viewer on the left; shadows fall on the floor."""
+    """Add lights from above, left of the viewer, with shadows on the floor."""
     api.configure_environment_map(hdri=None)
     api.configure_default_lights(enabled=False)
     api.add_light_hemisphere("/light/sky", ground_color=(200, 200, 210), intensity=1.6)
@@ -56,15 +56,13 @@ def add_lights(api: SceneApi) -> None:
 
 
 class Surroundings:
-    """A bolted hub on a post above a round floor with a scale in degrees, and an arrow with the
-    speed in the direction of rotation.
-
-    The hub is a drum, or a hoop for a beam that points inward.
-    """
+    """A bolted hub on a post above a round floor with a scale in degrees, and an arrow in the
+    direction of rotation with the speed. The hub is a drum, for a beam that points inward a ring
+    (hoop) around it. alone: the only beam of the scene."""
 
     def __init__(self, api: SceneApi, root: str, *, alone: bool):
-        self.alone = alone  # with floor, post and arrow, of which a scene has one
-        self.drawn_for: tuple = ()  # the values they were last drawn for
+        self.alone = alone  # with floor, post and arrow
+        self.drawn_for: tuple = ()  # the values of the last drawing
         hub: Any = {"color": colours.HUB, "receive_shadow": False}
         self.post = api.add_cylinder(f"{root}/rotor/post", POST, 1.0, **hub)
         self.drum = api.add_cylinder(f"{root}/rotor/drum", 1.0, HUB_HEIGHT, **hub)
@@ -94,8 +92,8 @@ class Surroundings:
         self.speed_place = np.zeros(3)
 
     def show(self, beam: Beam, *, rotating_frame: bool, dark: bool = False) -> None:
-        """Place them for `beam`: the clamp is on the rim, so the hub's radius is |delta|. Outside
-        the rotating frame the whole floor is in the picture, and the arrow larger."""
+        """Draw the surroundings of a beam, which is clamped to the rim of the hub. In the
+        stationary frame, where the picture contains the whole floor, the arrow is larger."""
         ground, turning = ground_height(beam), self.alone and beam.gamma > 0
         drawn_for = beam.delta, ground, turning, rotating_frame, dark
         if drawn_for != self.drawn_for:
@@ -167,13 +165,13 @@ class Surroundings:
 
 
 def floor_radius(beam: Beam) -> float:
-    """Radius of the floor: the beam passes above it all the way round."""
+    """Radius of the floor, which is below the beam at all angles."""
     return max(hub_radius(beam) + HOOP, abs(beam.delta + 1)) + FLOOR_EDGE
 
 
 def scale_lines(radius: float) -> np.ndarray:
-    """The lines (n, 2, 3) on a floor: a ring at every half length of the beam, and marks at every
-    ten degrees, longer ones at thirty."""
+    """Lines (n, 2, 3) on a floor: a circle every half beam length, a mark every ten degrees, a
+    longer one every thirty."""
     angle = np.linspace(0.0, 2 * np.pi, TICKS, endpoint=False)
     inner = np.where(np.arange(TICKS) % 3 == 0, radius - 0.12, radius - 0.05)
     marks = np.stack([inner, np.full(TICKS, radius - 0.01)], 1)[..., None] * np.stack(
@@ -189,7 +187,7 @@ def scale_lines(radius: float) -> np.ndarray:
 
 
 def arrow_place(beam: Beam, size: float) -> tuple[float, float]:
-    """Radius of the arrow, and angle [rad] of its middle."""
+    """Radius of the arrow and angle [rad] of its middle."""
     radius = hub_radius(beam)
     if beam.delta < 0:
         return radius + HOOP + 0.06, math.pi
@@ -199,7 +197,7 @@ def arrow_place(beam: Beam, size: float) -> tuple[float, float]:
 
 
 def arrow_turn(radius: float, size: float) -> float:
-    """The angle [rad] from the end of an arrow to its point."""
+    """The angle [rad] between the ends of an arrow."""
     return min(size * ARROW_LENGTH / radius, 1.25 * math.pi)
 
 
@@ -219,5 +217,5 @@ def arrow(radius: float, middle: float, size: float = 1.0) -> trimesh.Trimesh:
 
 
 def annulus(radius: float) -> trimesh.Trimesh:
-    """The hoop that an inward beam is clamped to from inside."""
+    """The ring that an inward beam is clamped to from inside."""
     return trimesh.creation.annulus(radius, radius + HOOP, HOOP_HEIGHT, sections=160)

@@ -1,4 +1,4 @@
-"""Values and messages as text, in the units the visitor sees: dimensionless, or kg, mm, rpm, Hz."""
+"""Values and messages as text, in display units: dimensionless, or kg, mm, rpm, Hz."""
 
 import math
 from typing import Any, NamedTuple
@@ -10,29 +10,26 @@ from beamviz.errors import BeamvizError, Cancelled, NoEquilibrium
 from beamviz.solver import Solution
 
 MILLIMETRES = 1000.0
-LARGE_STRETCH = 0.5  # gamma / mu from which on a stable state is told to be far from a real beam
+LARGE_STRETCH = 0.5  # gamma / mu from which on a stable state has a caution
 
 
 class Measure(NamedTuple):
-    """How one number is shown: `factor` times it, in `unit` ("" for a dimensionless one)."""
+    """The display of a number: multiplied by `factor`, in `unit` ("" if dimensionless); label: of
+    its slider and axis."""
 
-    label: str  # of its slider and its axis
+    label: str
     symbol: str
     unit: str = ""
     factor: float = 1.0
 
     def plain(self, shown: Any) -> Any:
-        """The dimensionless number of a shown one; anything else unchanged."""
+        """The dimensionless number of a displayed one; other values are returned unchanged."""
         return shown / self.factor if isinstance(shown, int | float) else shown
-
-    def field(self, name: str) -> str:
-        """The label of a field for all digits: 'γ speed', or 'exact speed [rpm]'."""
-        return f"exact {self.label}" if self.unit else f"{self.symbol} {name}"
 
     def range(
         self, low: float, high: float, step: float, limits: tuple[float, float]
     ) -> tuple[float, float, float]:
-        """A range and its step as shown, in round numbers that keep the limits."""
+        """A range and its step as displayed, in round numbers within the limits."""
         if not self.unit:
             return low, high, step
         least, most = (self.factor * limit for limit in limits)
@@ -40,24 +37,24 @@ class Measure(NamedTuple):
         return low, high, neat(self.factor * step)
 
     def text(self, value: float, digits: int) -> str:
-        """'γ = 4.464', or '42.63 rpm'."""
+        """The number as 'γ = 4.464' or '42.63 rpm'."""
         shown = significant(self.factor * value, digits)
         return f"{shown} {self.unit}" if self.unit else f"{self.symbol} = {shown}"
 
     def number(self, value: float, decimals: int) -> str:
-        """`decimals` decimals where dimensionless, one more significant digits in units."""
+        """The number with `decimals` decimals; in units with one more significant digit."""
         shown = self.factor * value
         return significant(shown, decimals + 1) if self.unit else f"{shown:.{decimals}f}"
 
     @property
     def head(self) -> str:
-        """'γ', or 'rpm': over a column of values."""
+        """The head of a column of values: 'γ' or 'rpm'."""
         return self.unit or self.symbol
 
 
 def measure(name: str, units: Units | None) -> Measure:
-    """How one of a beam's numbers is shown. mu has no unit, as T* itself depends on it, and alpha
-    has none where the mass of the beam is not known."""
+    """The display of a number of the beam. mu has no unit, as T* depends on it; alpha has none if
+    the mass of the beam is not known."""
     parameter = NUMBERS[name]
     if units is None or name == "mu" or (name == "alpha" and units.mass is None):
         return Measure(parameter.slider_label, parameter.symbol)
@@ -71,24 +68,24 @@ def measure(name: str, units: Units | None) -> Measure:
 
 
 def frequencies(units: Units | None) -> Measure:
-    """How frequencies are shown."""
+    """The display of frequencies."""
     if units is None:
         return Measure("ω [1/T*]", "ω")
     return Measure("Hz", "f", "Hz", units.hertz(1.0))
 
 
 def measures(units: Units | None) -> dict[str, Measure]:
-    """How all numbers are shown."""
+    """The display of all numbers of the beam."""
     return {name: measure(name, units) for name in NUMBERS}
 
 
 def significant(value: float, digits: int) -> str:
-    """A number with `digits` significant digits and all before the point, without exponent."""
+    """A number with `digits` significant digits, or more before the point, without exponent."""
     return f"{value:.0f}" if abs(value) >= 10.0 ** (digits - 1) else f"{value:.{digits}g}"
 
 
 def rounded_to_error(value: float, error: float) -> str:
-    """`value` with the decimals its error leaves, at most six."""
+    """`value` with the decimals that are accurate, at most six."""
     decimals = 6 if error <= 0 else min(max(-math.ceil(math.log10(2 * error)), 0), 6)
     return f"{value:.{decimals}f}"
 
@@ -102,18 +99,13 @@ def rounded(value: float) -> float:
 
 
 def neat(step: float) -> float:
-    """The largest of 1, 2 or 5 times a power of ten that is no more than `step`."""
+    """The largest of 1, 2 or 5 times a power of ten up to `step`."""
     power = 10.0 ** math.floor(math.log10(step))
     return power * max(digit for digit in (1, 2, 5) if digit * power <= step * (1 + 1e-9))
 
 
-def places(step: float) -> int:
-    """The decimals that a value in such steps is shown with."""
-    return max(1 - math.floor(math.log10(step)), 0)
-
-
 def stability_warning(solution: Solution) -> str:
-    """How a disturbance of an unstable equilibrium grows, on two lines; "" for a stable one."""
+    """The growth of a disturbance of an unstable state, in two lines; "" for a stable one."""
     if solution.equilibrium.status == "stable":
         return ""
     fastest = int(np.argmax(solution.growth_rates))
@@ -123,7 +115,7 @@ def stability_warning(solution: Solution) -> str:
 
 
 def growth(rate: float, units: Units | None) -> str:
-    """How a growth rate [1/T*] is told: "grows 35-fold per T*", or in how many ms tenfold."""
+    """A growth rate [1/T*] as text: "grows 35-fold per T*", or the time of tenfold growth."""
     if rate <= 0:
         return "grows"
     if units is None and math.log(2) <= rate <= math.log(1000):
@@ -132,8 +124,8 @@ def growth(rate: float, units: Units | None) -> str:
 
 
 def stretch_caution(solution: Solution) -> str:
-    """Why a stable equilibrium is far from a real beam, "" where it is not: its tip is nearly as
-    fast as sound in it, gamma / mu = speed of the tip / sqrt(E / rho)."""
+    """The caution that no real beam has a stable equilibrium, as its tip is nearly as fast as sound
+    in the beam, gamma / mu = speed of the tip / sqrt(E / rho); "" for a slower one."""
     ratio = solution.beam.gamma / solution.beam.mu
     if ratio < LARGE_STRETCH:
         return ""
@@ -150,8 +142,7 @@ def duration(time: float, units: Units | None) -> str:
 
 
 def error_summary(error: BeamvizError | Cancelled, beam: Beam | None) -> str:
-    """Why a beam has no solution, in one line; beam: the one that was asked for, None
-    where its numbers are out of range."""
+    """The reason why a beam has no solution, in one line; beam: None if a number is out of range."""
     if isinstance(error, NoEquilibrium) and beam is not None:
         speed = measure("gamma", beam.units)
         law = " with this material law" if beam.delta >= 0 else ""  # inward, thrust is the limit

@@ -22,12 +22,12 @@ from beamviz.server.viser_private import check_attributes
 from beamviz.signals import handle_signals
 from beamviz.solver import solve
 
-SOLVERS = 2  # solutions computed at once, for all visitors of a process
-CHARTS = 1  # and charts
+SOLVERS = 2  # solves at once, for all visitors of a process
+CHARTS = 1  # charts, maps and other background jobs at once
 KEY_BYTES = 16
 
-Signals = queue.SimpleQueue[int]  # the signals that have come
-Wait = Callable[[], None]  # returns when one has come
+Signals = queue.SimpleQueue[int]  # the signals received
+Wait = Callable[[], None]  # returns when one is received
 
 
 def serve(
@@ -45,16 +45,16 @@ def serve(
     Prints one line with the URL when ready. If other machines can reach the server, the URL has a
     key made for this run.
 
-    public: the URL of a reverse proxy in front of the server; visitors: the largest number at once;
-    follow: all see what a presenter does, whose link is printed too; processes: how many share the
-    visitors (see `process_count`).
+    public: the URL of a reverse proxy in front of the server; visitors: the maximum at once;
+    follow: all visitors see the scene of a presenter, whose link is printed too; processes: the
+    number that share the visitors (see `process_count`).
 
-    Raises InvalidInput for a method that does not treat such a beam or for such a number of
-    processes, and Unavailable if the address cannot be had, if viser or websockets lack an
-    attribute that is needed, or if the protection fails its self-test and other machines can reach
-    the server.
+    Raises InvalidInput for a beam that the method cannot solve or a number of processes that is not
+    possible, and Unavailable if the address is not available, if viser or websockets lack a
+    required attribute, or if the self-test of the protection fails and other machines can reach the
+    server.
     """
-    with contextlib.suppress(NoEquilibrium, NotConverged):  # the page shows these in words
+    with contextlib.suppress(NoEquilibrium, NotConverged):  # the page explains these
         solve(scene.beam, **scene.options)
     public = public_url(public) if public else ""
     shared = Access(host, port, public=public).shared
@@ -62,10 +62,11 @@ def serve(
     presenter_key = secrets.token_urlsafe(KEY_BYTES) if follow else ""
     access = {"visitor_key": key, "presenter_key": presenter_key, "public": public}
     count = min(process_count(processes, shared=shared, follow=follow), visitors)
-    gc.freeze()  # what is loaded stays: garbage collection need not look through it again
+    gc.freeze()  # modules stay loaded: garbage collection need not examine them again
     run = several_processes if count > 1 else one_process
+    signals: Signals = queue.SimpleQueue()  # its put may interrupt its get, unlike that of an Event
     with (
-        signal_queue() as signals,
+        handle_signals(lambda number, _: signals.put(number)),
         run(scene, host, port, signals, processes=count, max_visitors=visitors, **access) as (
             url,
             wait,
@@ -147,20 +148,9 @@ def explorer(
             frame_loop.stop()
 
 
-@contextlib.contextmanager
-def signal_queue() -> Iterator[Signals]:
-    """Within, SIGINT and SIGTERM are put into a queue and do nothing else.
-
-    A SimpleQueue: its put may interrupt its own get, which an Event does not allow.
-    """
-    signals: Signals = queue.SimpleQueue()
-    with handle_signals(lambda number, _: signals.put(number)):
-        yield signals
-
-
 def wait_for_signal(signals: Signals) -> None:
-    """Wait until a signal has come. Python handles one that arrives just before an endless wait
-    only after that wait, hence the timeout."""
+    """Wait until a signal is received. Python handles one that arrives just before a wait only
+    after that wait, hence the timeout."""
     while True:
         with contextlib.suppress(queue.Empty):
             signals.get(timeout=1.0)

@@ -1,4 +1,4 @@
-"""Files made for visitors in the background: films one after the other, other files at once."""
+"""Exports for visitors in the background: films in one queue, other files in another."""
 
 import tempfile
 import threading
@@ -19,8 +19,8 @@ log = RateLimitedLog(__name__)
 
 
 class Status(NamedTuple):
-    """What becomes of a file. ahead: files that are made before it; done: the part of a film that
-    is rendered, seconds: that the rest will take; message: why it failed."""
+    """The status of an export. ahead: number of exports before it in the queue; done: rendered
+    fraction of a film; seconds: estimated time [s] for the rest; message: of its failure."""
 
     state: Literal["waiting", "working", "done", "failed", "cancelled"]
     ahead: int = 0
@@ -30,7 +30,7 @@ class Status(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The status in words."""
+        """The status as text."""
         if self.state == "waiting":
             return f"waits for {self.ahead} other{'s' if self.ahead > 1 else ''}"
         if self.state == "working" and self.done:
@@ -39,9 +39,11 @@ class Status(NamedTuple):
 
 
 class ExportJob:
-    """One file of a scene, of the kind that `suffix` names; options: of `animate`;
-    report: called with the job on each change of its status, from the thread that makes the file.
-    `content` is the file once its state is "done"."""
+    """The export of a scene to a file with a suffix.
+
+    report: called with the job at each change of `status`, from the thread of the export; options:
+    keywords of `animate`; content: the bytes of the file once the state is "done".
+    """
 
     def __init__(
         self, scene: Scene, suffix: str, report: Callable[["ExportJob"], None], **options: Any
@@ -51,24 +53,24 @@ class ExportJob:
         self.stopped = threading.Event()
 
     def start(self) -> None:
-        """Make the file in the background: films of all visitors one after the other."""
+        """Add the export to its queue, which all visitors share."""
         QUEUES[self.suffix in FORMATS].add(self)
 
     def cancel(self) -> None:
-        """Do not make the file; what has been made of it is discarded."""
+        """Stop the export and discard what it has written."""
         self.stopped.set()
 
     def show(self, status: Status) -> None:
-        """Report a status."""
+        """Set and report the status."""
         self.status = status
         self.report(self)
 
     def run(self) -> None:
-        """Make the file and report how that went."""
+        """Write the file and report the outcome."""
         try:
             next(self.frames(1))
             self.show(Status("working"))
-            self.content = self.made()
+            self.content = self.exported()
             status = Status("done")
         except Cancelled:
             status = Status("cancelled")
@@ -79,17 +81,17 @@ class ExportJob:
             status = Status("failed", message=f"Nothing to export: {reason}")
         except BeamvizError as error:
             status = Status("failed", message=f"The export failed: {error}")
-        except Exception as error:  # a mistake of ours must not end a visitor's session
+        except Exception as error:  # which must not end the visitor's session
             log.error("file", self.suffix, error)
-            message = "The export failed: an unexpected error, which the server has noted"
+            message = "The export failed: an unexpected error, which the server has logged"
             status = Status("failed", message=message)
         self.show(status)
 
-    def made(self) -> bytes:
+    def exported(self) -> bytes:
         """The content of the file."""
         with tempfile.TemporaryDirectory(prefix="beamviz-") as folder:
             path = Path(folder) / f"beam{self.suffix}"
-            if self.suffix in FORMATS:  # one thread: the others are for the pages
+            if self.suffix in FORMATS:  # one thread, so that pages stay responsive
                 options = {"progress": self.frames, "workers": 1, **self.options}
                 animate(path, self.scene, **options)
             else:
@@ -97,7 +99,7 @@ class ExportJob:
             return path.read_bytes()
 
     def frames(self, count: int) -> Iterator[int]:
-        """The frames of a film, each reported. Raises Cancelled."""
+        """The numbers of the frames of a film, reporting progress. Raises Cancelled."""
         start = time.monotonic()
         for k in range(count):
             if self.stopped.is_set():
@@ -109,14 +111,14 @@ class ExportJob:
 
 
 class ExportQueue:
-    """Makes files in one thread, in the order of their jobs."""
+    """Runs exports in one thread, in order of submission."""
 
     def __init__(self) -> None:
         self.jobs: list[ExportJob] = []
         self.lock, self.pool = threading.Lock(), ThreadPoolExecutor(1, "export")
 
     def add(self, job: ExportJob) -> None:
-        """Make the file of a job after those of the jobs before it."""
+        """Run a job after those before it."""
         with self.lock:
             self.jobs.append(job)
             ahead = len(self.jobs) - 1
@@ -125,7 +127,7 @@ class ExportQueue:
         self.pool.submit(self.run, job)
 
     def run(self, job: ExportJob) -> None:
-        """Make one file, then tell the others how many are before them."""
+        """Run a job, then update the status of the others."""
         try:
             job.run()
         finally:

@@ -1,8 +1,8 @@
-"""The frame loop: draws for all visitors of a process, and runs their solves in batches where
-visitors are many.
+"""The frame loop: draws for all visitors of a process, and with many visitors runs their solves in
+batches.
 
-It runs on the event loop that sends and receives: threads that compete with it for the interpreter
-lock cost more than the work itself as soon as visitors are many.
+It runs on the event loop that sends and receives. With many visitors, threads that compete with it
+for the interpreter lock would take more time than the work itself.
 """
 
 import asyncio
@@ -26,9 +26,9 @@ from beamviz.server.viser_private import disconnect, handshake_request
 FRAMES = 25  # frames per second of one visitor
 ALL_FRAMES = 800  # frames per second of all visitors of all processes together
 FEWER_FRAMES = 12.8  # frames per second of one visitor while solves are waiting
-CROWD = 8  # visitors: from this number on solves run in batches, and charts wait
-BATCH = 4  # solves or frames in a row, before messages are exchanged
-LOOP_TURNS = 4  # of the event loop, for a message to come in or to go out
+CROWD = 8  # visitors from which on solves run in batches, and charts wait
+BATCH = 4  # solves or frames between two exchanges of messages
+LOOP_TURNS = 4  # iterations of the event loop in which a message is received or sent
 STOP_TIMEOUT = 5.0  # [s] for the last frame
 
 log = RateLimitedLog(__name__)
@@ -43,8 +43,8 @@ async def exchange_messages() -> None:
 class FrameLoop:
     """Draws for all visitors; it sleeps while nothing moves.
 
-    sessions: by client id; woken: visitors whose page may be out of date, in order; drawn: those
-    who have had a frame with an answer since the last round; leader: the presenter of a lecture.
+    sessions: by client id; woken: ids of visitors whose page may be outdated, in order; drawn: ids
+    of those whose page was updated since the last round; presenter: the id of the presenter.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class FrameLoop:
         self.thread: threading.Thread | None = None
         self.queue = SolveQueue(pool, self.crowded, self.resume)
         self.opener = ThreadPoolExecutor(1, "opener")
-        self.leader: int | None = None
+        self.presenter: int | None = None
         self.sessions: dict[int, Session] = {}
         self.woken: dict[int, None] = {}
         self.drawn: set[int] = set()
@@ -74,32 +74,30 @@ class FrameLoop:
     async def join(self, client: ClientHandle) -> None:
         """Open a session for a new visitor on a thread of its own, while the others are drawn."""
         visitor = client.client_id
-        request = handshake_request(self.server, visitor)
-        leading = self.access.presenter_key and is_presenter(self.access, request)
+        lecture = bool(self.access.presenter_key)
+        presents = lecture and is_presenter(self.access, handshake_request(self.server, visitor))
+        presenter = self.presentation if lecture and not presents else None
+        wake = partial(self.wake, visitor)
         with contextlib.suppress(RuntimeError):  # stopped meanwhile
-            opened = self.opener.submit(self.opened, client, leader=not leading)
-            session = await asyncio.wrap_future(opened)
-            self.sessions[visitor] = session
-            self.leader = visitor if leading else self.leader
+            opened = self.opener.submit(
+                Session,
+                client,
+                self.scene,
+                self.queue,
+                self.background,
+                wake,
+                self.crowded,
+                presenter,
+            )
+            self.sessions[visitor] = await asyncio.wrap_future(opened)
+            self.presenter = visitor if presents else self.presenter
             if self.stopped or visitor not in self.server.get_clients():
-                self.leave(visitor)  # gone again while the session was built
+                self.leave(visitor)  # who has left while the session was built
             self.wake(visitor)
 
-    def opened(self, client: ClientHandle, *, leader: bool) -> Session:
-        """A session; `leader`: it can follow the presenter of a lecture."""
-        return Session(
-            client,
-            self.scene,
-            self.queue,
-            self.background,
-            partial(self.wake, client.client_id),
-            self.crowded,
-            self.leading if self.access.presenter_key and leader else None,
-        )
-
-    def leading(self) -> Presentation | None:
-        """What to follow of the presenter, while there is one."""
-        session = None if self.leader is None else self.sessions.get(self.leader)
+    def presentation(self) -> Presentation | None:
+        """The presentation that others follow, while there is a presenter."""
+        session = None if self.presenter is None else self.sessions.get(self.presenter)
         return session.presentation if session else None
 
     def crowded(self) -> bool:
@@ -107,7 +105,7 @@ class FrameLoop:
         return len(self.sessions) >= CROWD
 
     async def left(self, client: ClientHandle) -> None:
-        """Close the session of a visitor who has gone."""
+        """Close the session of a visitor who has left."""
         self.leave(client.client_id)
 
     def leave(self, visitor: int) -> None:
@@ -117,14 +115,14 @@ class FrameLoop:
             session.close()
 
     def wake(self, visitor: int) -> None:
-        """Draw for a visitor soon, and for those who follow them."""
+        """Draw for a visitor soon, and for the visitors who follow them."""
         self.woken[visitor] = None
-        if visitor == self.leader:
+        if visitor == self.presenter:
             self.woken.update(dict.fromkeys(list(self.sessions)))
         self.resume()
 
     def resume(self) -> None:
-        """End the sleep, from any thread."""
+        """Wake the frame loop, from any thread."""
         if threading.current_thread() is self.thread:
             self.changed.set()
         else:
@@ -142,7 +140,7 @@ class FrameLoop:
             self.leave(visitor)
 
     async def run(self) -> None:
-        """Draw all moving pictures at a steady rate; in between, run solves and draw answers."""
+        """Draw all moving scenes at a constant rate; in between, run solves and draw answers."""
         self.thread, due = threading.current_thread(), time.monotonic()
         while not self.stopped:
             await self.sleep(due)
@@ -152,20 +150,20 @@ class FrameLoop:
                 due = max(due + step, time.monotonic() + step / 5)
             try:
                 self.queue.run_batch(BATCH)
-            except Exception as error:  # the other pictures go on
+            except Exception as error:  # the frame loop must continue
                 log.error("solving", "a batch", error)
             self.draw_next()
             await exchange_messages()
 
     @property
     def step(self) -> float:
-        """Time [s] from one round of pictures to the next."""
+        """Time [s] from one round of frames to the next."""
         rate = FEWER_FRAMES if self.queue.waiting else FRAMES
         return max(1 / rate, self.visitor_count.total / ALL_FRAMES)
 
     async def sleep(self, due: float) -> None:
-        """Wait until `due` [s] while a picture moves, else until something is out of date; while a
-        job is at work, its time is shown."""
+        """Wait until `due` [s] while a scene moves, else until something is outdated; while a job
+        runs, at most PATIENCE, as the page shows its time."""
         if self.woken or self.queue.waiting or self.stopped:
             return
         self.changed.clear()
@@ -178,9 +176,8 @@ class FrameLoop:
                 await self.changed.wait()
 
     async def draw_all(self, step: float) -> None:
-        """Draw the next frame of every moving picture, except of visitors who have just had one;
-        while solves are waiting, except of those who have had one with an answer since the last
-        round."""
+        """Draw the next frame of all moving scenes, except those drawn a moment ago; while solves
+        are waiting, except those updated since the last round."""
         solves_wait, had = bool(self.queue.waiting), self.drawn
         self.drawn = set()
         for k, (visitor, session) in enumerate(list(self.sessions.items())):
@@ -196,7 +193,7 @@ class FrameLoop:
         await exchange_messages()
 
     def draw_next(self) -> None:
-        """Draw for those who have waited longest, BATCH visitors at most."""
+        """Draw for the woken visitors who have waited longest, at most BATCH of them."""
         drawn = 0
         for visitor in list(self.woken):  # a copy: other threads add to it
             del self.woken[visitor]
@@ -209,8 +206,7 @@ class FrameLoop:
                 return
 
     def tick(self, visitor: int, session: Session) -> None:
-        """Draw for one visitor. An error ends that session alone: the page connects again, to a new
-        one."""
+        """Draw for one visitor. An error ends only this session; the page connects to a new one."""
         try:
             session.tick(time.monotonic())
         except Exception as error:

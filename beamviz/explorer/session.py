@@ -7,8 +7,8 @@ A move of a slider becomes a picture at these stations:
 3. `Job.request`: the new case becomes the latest request of the solver job;
 4. `SolveQueue` or `WorkerPool`: it waits for a worker;
 5. `Job.run`: the case is solved, and its shapes are sampled;
-6. `FrameLoop.wake`: the visitor is noted as one whose picture is out of date;
-7. `Session.tick`: the frame loop takes up the answer;
+6. `FrameLoop.wake`: the page of the visitor is marked as outdated;
+7. `Session.tick`: the frame loop draws the answer;
 8. `SceneView.show` and `move`: the picture, the controls and the texts of the page.
 """
 
@@ -41,16 +41,16 @@ from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.scene import Scene
 
-LONGEST_STEP = 0.2  # [s] the clock never jumps further, even after a stall
-REST = 0.3  # [s] that a slider has to rest before the charts of a crowd follow
-ZOOMED = 1.25  # ratio of scales from which on the beam is divided anew
+LONGEST_STEP = 0.2  # [s] largest advance of the clock in a frame, also after a delay
+REST = 0.3  # [s] that a slider is at rest before the charts are updated, with many visitors
+ZOOMED = 1.25  # ratio of scales from which on the beam is subdivided again
 
 
 class SceneView:
-    """What a visitor sees of a beam: the scene, or all modes in its place, with the beam compared
-    with, on one clock. `show` draws a state and an answer, `move` lets time pass.
+    """The 3D view of a visitor: the beam, or all its modes in rows, and the beam compared with, on
+    one clock. `show` draws a state and an answer, `move` advances the time.
 
-    shapes: what is drawn; solved: the last answer of this scene that has a solution.
+    shapes: the modes drawn; solved: the last answer of this scene that has a solution.
     """
 
     def __init__(self, visitor: Visitor, comparison: Comparison, run_up: RunUpPlayback):
@@ -58,11 +58,11 @@ class SceneView:
         self.camera, self.comparison, self.run_up = visitor.camera, comparison, run_up
         self.state, self.answer = state, visitor.answer
         self.scene, self.all_modes, self.clock = BeamView(api), AllModesView(api), Clock()
-        self.scale = DEFAULT_SCALE  # [pixels] of a beam length, for which the beam is divided
+        self.scale = DEFAULT_SCALE  # [pixels per beam length] that the beam is subdivided for
         self.open(state)
 
     def open(self, state: State) -> None:
-        """Begin with the scene that was loaded last: nothing of it is solved."""
+        """Draw the scene that was loaded last, which is not solved yet."""
         self.opened = state.scene
         self.solved: SolverAnswer | None = None
         self.is_stable = False  # a stable answer of this scene has been drawn
@@ -71,8 +71,8 @@ class SceneView:
         self.shapes = SampledModes.at_rest(state.scene.beam, state.case.options["plane"])
 
     def show(self, state: State, answer: SolverAnswer | None) -> None:
-        """Draw an answer. Until it is the one to the case of the state, the camera and the pace
-        are chosen again with the next one."""
+        """Draw an answer. Unless it is the answer to the case of the state, camera and playback
+        rate are chosen again at the next answer."""
         settled = answer is not None and answer.request == state.shown_case
         if state.scene is not self.opened:
             shapes = self.shapes  # until the first answer
@@ -91,8 +91,8 @@ class SceneView:
         self.draw(settled=settled)
 
     def take(self, answer: SolverAnswer) -> None:
-        """Take up the shapes of an answer. Where it has no stable ones, the last stable ones of
-        the scene stay; where there are none, the unloaded beam is shown."""
+        """Use the shapes of a stable answer. For an unstable one, or an error, keep the last stable
+        shapes of the scene, or else show the unloaded beam."""
         self.solved = answer if answer.solution else self.solved
         if answer.shapes and not answer.warning:
             self.shapes, self.is_stable = answer.shapes, True
@@ -101,7 +101,7 @@ class SceneView:
             self.shapes = SampledModes.at_rest(beam, answer.request.options["plane"])
 
     def draw(self, *, settled: bool) -> None:
-        """Draw the scene, or all modes in its place, and the beam compared with."""
+        """Draw the beam, or all its modes, and the beam compared with."""
         view, self.scale = self.state.view, self.camera.scale
         self.comparison.draw(self.shapes, self.clock, self.shown_modes, self.scale)
         self.scene.height = self.comparison.heights[0]
@@ -116,11 +116,11 @@ class SceneView:
             self.all_modes.hide()
         levels = stacked_heights(self.all_modes.count) or self.comparison.heights
         self.camera.given = self.state.camera
-        if not self.scene.held:
+        if not self.scene.fixed:
             self.camera.look_at(self.shapes, view.rotating_frame, levels, settled=settled)
 
     def move(self, time: float) -> None:
-        """Move everything to where the clock is, `time` [T*] later than before."""
+        """Draw the moment of the clock, `time` [T*] after the last one."""
         angle = self.clock.angle
         change = self.camera.change
         if change:
@@ -138,19 +138,18 @@ class SceneView:
 
     @property
     def captions(self) -> list[Caption]:
-        """The texts to be written over the picture."""
+        """The texts that the page writes over the scene."""
         parts: list[BeamView | Comparison] = [self.scene, *self.all_modes.rows, self.comparison]
         return [caption for part in parts for caption in part.captions]
 
     @property
     def warning(self) -> str:
-        """Why there is no stable equilibrium, or ""."""
+        """The reason why there is no stable equilibrium, or ""."""
         return self.answer.warning if self.answer else ""
 
     @property
     def zoomed(self) -> bool:
-        """Whether the camera has come so much nearer, or gone, that the beam is to be divided
-        anew."""
+        """Whether the scale has changed so much that the beam must be subdivided again."""
         ratio = self.camera.scale / self.scale
         return not (self.camera.change or 1 / ZOOMED < ratio < ZOOMED)
 
@@ -185,7 +184,7 @@ class SceneView:
 
     @property
     def motion(self) -> DrawnMotion:
-        """For what the beam is divided."""
+        """The motion that the beam is subdivided for."""
         colouring = self.state.view.colouring
         if self.run_up.driven:
             return DrawnMotion(self.run_up.field[None], self.scale, colouring, self.largest)
@@ -200,8 +199,8 @@ class SceneView:
 
 class Session:
     """The page of one visitor. Callbacks change the visitor's state; `tick`, called by the frame
-    loop, does all the drawing. crowded: whether visitors are many; leader: gives what to follow of
-    the presenter, for those who can."""
+    loop, draws. crowded: whether there are many visitors; presenter: returns the presentation to
+    follow, for a visitor of a lecture."""
 
     def __init__(
         self,
@@ -211,9 +210,9 @@ class Session:
         background: WorkerPool,
         wake: Callable[[], None],
         crowded: Callable[[], bool],
-        leader: Callable[[], Presentation | None] | None = None,
+        presenter: Callable[[], Presentation | None] | None = None,
     ):
-        state = replace(State.of(scene), following=leader is not None)
+        state = replace(State.of(scene), following=presenter is not None)
         self.visitor = visitor = Visitor(client, state, queue, background, wake)
         self.crowded, self.last_tick = crowded, 0.0
         self.charts_due = 0.0  # [s] when the charts follow
@@ -232,19 +231,19 @@ class Session:
         self.downloads = Downloads(visitor)
         self.view = SceneView(visitor, self.comparison, self.run_up)
         self.presentation = Presentation(visitor, self.view.clock, self.run_up)
-        self.presenter = PresenterMode(self.presentation, leader) if leader else None
+        self.presenter = PresenterMode(self.presentation, presenter) if presenter else None
         self.mass_drag = MassDrag(visitor, self.view.scene)
         self.features: list[Feature] = [
             loci, MapTab(visitor), veering, comparison, run_up, timing, self.lessons
         ]  # fmt: skip
-        visitor.on("preferences", self.take_preferences)
+        visitor.page.on("preferences", self.take_preferences)
         self.choose_theme(scene.view.dark)
         client.camera.on_update(self.camera_moved)
         self.links = Links(visitor, self.lessons)
         visitor.page.ready()
 
     async def camera_moved(self, _: CameraHandle) -> None:
-        """If the page changed its shape, choose the viewpoint anew."""
+        """Fit the beam again if the aspect ratio of the page has changed."""
         camera = self.visitor.camera
         if camera.reshaped:
             camera.set_viewpoint(None)
@@ -262,7 +261,7 @@ class Session:
 
     @property
     def needs_tick(self) -> bool:
-        """Whether the next frame is needed, whatever happens until then."""
+        """Whether the next frame differs from the last one."""
         visitor = self.visitor
         late = visitor.state is not visitor.shown or visitor.chart_answer is not visitor.answer
         moving = self.is_moving or visitor.camera.change is not None
@@ -270,14 +269,14 @@ class Session:
 
     @property
     def outdated(self) -> bool:
-        """Whether something waits to be drawn."""
+        """Whether a part of the page is outdated."""
         behind = self.presenter is not None and self.presenter.outdated
         behind = behind or self.panel.work_outdated or self.mass_drag.outdated
         return self.scene_outdated or behind or any(one.outdated for one in self.features)
 
     @property
     def scene_outdated(self) -> bool:
-        """Whether the scene itself waits to be drawn."""
+        """Whether the scene is outdated."""
         visitor, view = self.visitor, self.view
         return (
             visitor.camera.requested
@@ -290,7 +289,7 @@ class Session:
         )
 
     def tick(self, now: float) -> None:
-        """Bring the page up to `now` [s]."""
+        """Draw the frame of the time `now` [s]."""
         elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
         if self.presenter:
             self.presenter.update()
@@ -304,8 +303,8 @@ class Session:
             time = elapsed * self.view.pace if self.is_moving else 0.0
             self.view.clock.advance(time, self.view.shapes.frequencies, self.view.shapes.beam.gamma)
             self.mass_drag.update()
-            begun = self.visitor.camera.change is change  # before this frame
-            self.visitor.camera.step(elapsed if begun else 0.0, self.view.clock.angle)
+            is_under_way = self.visitor.camera.change is change  # since an earlier frame
+            self.visitor.camera.step(elapsed if is_under_way else 0.0, self.view.clock.angle)
             if self.presenter:
                 self.presenter.update_clock()
             self.view.move(time)
@@ -316,7 +315,7 @@ class Session:
         self.update_features(now)
 
     def draw(self) -> None:
-        """Take up the latest answer and state."""
+        """Draw the latest answer and state."""
         visitor, view = self.visitor, self.view
         dark = view.state.view.dark
         with visitor.lock:
@@ -330,7 +329,7 @@ class Session:
             self.choose_theme(state.view.dark)
 
     def welcome(self) -> None:
-        """Show the scene, hidden until then, as soon as it is the one that the page opens on."""
+        """Show the scene, hidden at first, as soon as it is the one that the page opens with."""
         answer = self.view.answer
         if self.is_ready or answer is None or not self.links.opened:
             return
@@ -344,8 +343,8 @@ class Session:
         self.visitor.page.theme(dark=dark)
 
     def take_preferences(self, preferences: Any) -> None:
-        """Follow the preferences of the visitor's system, the words "dark" and "still" (reduced
-        motion: at rest, and the view changes at once); a dark scene stays dark."""
+        """Apply the preferences of the visitor's system: "dark" (the theme; a dark scene stays
+        dark) and "still" (reduced motion: paused, without transitions of the view)."""
         visitor, words = self.visitor, str(preferences).split()
         visitor.camera.eased = "still" not in words
         with visitor.lock:
@@ -357,7 +356,7 @@ class Session:
             visitor.follow(state)
 
     def update_features(self, now: float) -> None:
-        """Bring the tabs up to date; in a crowd, charts wait until the slider rests."""
+        """Update the tabs; with many visitors, charts wait until the slider is at rest."""
         visitor = self.visitor
         if now >= self.charts_due and not (visitor.solver.busy and self.crowded()):
             visitor.chart_answer = visitor.answer
@@ -366,6 +365,6 @@ class Session:
                 feature.update()
 
     def close(self) -> None:
-        """Compute nothing more."""
+        """Cancel the export and close all jobs."""
         self.downloads.close()
         self.visitor.close()

@@ -1,7 +1,7 @@
-"""The state of one visitor, as one frozen record that every widget shows and every edit replaces.
+"""The state of one visitor: one frozen record that all controls show and each edit replaces.
 
-Nothing a browser sends is trusted: a value that makes no sense leaves the state as it is, but for
-the five numbers, which are kept as they were sent and checked when the beam is solved.
+Values from a browser are validated: an invalid one leaves the state unchanged, except for the
+numbers of the beam, which are stored as sent and checked when the beam is solved.
 """
 
 import contextlib
@@ -21,8 +21,8 @@ TERMS = ("stiffening", "softening", "coriolis")  # of the equations, each on or 
 CHOICES = {name: tuple(choices) for name, choices in SOLVER_CHOICES.items()}
 NO_COMPARISON, EARLIER = "nothing", "how it was before"
 SWITCHES = ("stacked", "time_methods", "following")
-LASTING = ("playing", "dark")  # of the view: they stay as they are when an edit is undone
-MAPPED = ("gap", "1", "2", "3", "4", "5")  # what a map shows: the smallest gap, or that mode
+LASTING = ("playing", "dark")  # view options that undo and redo leave unchanged
+MAPPED = ("gap", "1", "2", "3", "4", "5")  # quantities of a map: the smallest gap, or that mode
 STEPS = 200  # that can be undone
 PAUSE = 1.0  # [s] after which another edit of the same values is another step
 VIEW_KEYS = tuple(entry.name for entry in fields(ViewOptions))
@@ -30,8 +30,8 @@ VIEW_KEYS = tuple(entry.name for entry in fields(ViewOptions))
 
 @dataclass(frozen=True)
 class Case:
-    """A beam and its model as a visitor entered them: its numbers with the spin-up, which may be no
-    beam, and the keywords of `solve`."""
+    """The numbers of a beam as a visitor entered them, which may be out of range, and the keywords
+    of `solve`."""
 
     numbers: dict[str, Any]
     options: dict[str, Any]
@@ -39,21 +39,21 @@ class Case:
 
     @classmethod
     def of(cls, scene: Scene) -> Self:
-        """The case that a scene shows."""
+        """The case of a scene."""
         numbers = {name: getattr(scene.beam, name) for name in NUMBERS}
         return cls(numbers, scene.solver_options, scene.beam.units)
 
     def beam(self) -> Beam:
-        """The beam. Raises InvalidInput, which names the number that is out of range."""
+        """The beam. Raises InvalidInput, which names a number out of range."""
         return Beam(**self.numbers, units=self.units)
 
     def is_on(self, term: str) -> bool:
-        """Whether one of TERMS is part of the equations."""
+        """Whether the equations include one of TERMS."""
         return bool(self.options[term])
 
     def changed(self, name: str, value: Any) -> Self:
-        """With one number or keyword of `solve` changed. A spin-up bends the beam: of a straight
-        state it makes the stable one."""
+        """With one number or keyword of `solve` changed. With a spin-up there is no straight state:
+        it is replaced by the stable one."""
         if name in self.numbers:
             case = replace(self, numbers={**self.numbers, name: value})
             straight = name == "spin_up" and value and self.options["state"] == "straight"
@@ -113,7 +113,7 @@ class State:
         return cls(scene, scene, Case.of(scene)).loaded(scene)
 
     def loaded(self, scene: Scene) -> Self:
-        """With another scene; what was kept of the last one is of no use."""
+        """With another scene, and without the case kept for comparison."""
         return replace(
             self,
             scene=scene,
@@ -135,27 +135,23 @@ class State:
 
     @property
     def shown_case(self) -> Case:
-        """The case to show: during a run-up at its speed."""
+        """The case to show: during a run-up with the speed of that."""
         return self.case if self.run_speed is None else self.case.changed("gamma", self.run_speed)
 
     def to_scene(self) -> Scene:
-        """The scene. Raises InvalidInput where the numbers are no beam."""
+        """The scene. Raises InvalidInput for a number out of range."""
         options = {name: self.case.options[name] for name in SCENE_KEYS["model"]}
         beam, chart = self.case.beam(), (self.over, self.per_rev)
         return Scene(beam, options, self.view, self.camera, *chart)
 
-    def value(self, name: str) -> Any:
-        """The value of a number, a keyword of `solve`, a view option or a field."""
-        return self.values[name]
-
     @property
     def values(self) -> dict[str, Any]:
-        """All values by name."""
+        """Fields, view options, keywords of `solve` and the numbers of the beam, by name."""
         return vars(self) | vars(self.view) | self.case.options | self.case.numbers
 
     def changed(self, name: str, value: Any) -> Self:
-        """With the value of that name as a browser sent it. A given viewpoint is given up where
-        the beam would leave the picture."""
+        """With the value of that name as a browser sent it. A fixed viewpoint is dropped where the
+        beam would leave the picture."""
         camera = None if name in ("plane", "rotating_frame", "all_modes") else self.camera
         if name in VIEW_KEYS:
             view = self.view.changed(name, value)
@@ -176,8 +172,8 @@ class State:
         return replace(self, case=self.case.changed(name, value), camera=camera)
 
     def with_axis(self, name: str, value: str) -> Self:
-        """With another number along an axis of the map; if it was along the other one, they are
-        exchanged."""
+        """With another number along an axis of the map, exchanged with that of the other axis if it
+        is the same."""
         over, across = (value, self.across) if name == "over" else (self.over, value)
         if over == across:
             over, across = self.across, self.over
@@ -192,8 +188,7 @@ class State:
         return replace(self, view=self.view.only(mode), forced_response=False)
 
     def differences(self, other: Self) -> set[str]:
-        """The names of the values that differ from those of another state, but for those that an
-        undo leaves alone."""
+        """The names of the values that differ from those of another state and that undo changes."""
         ours, theirs = self.values, other.values
         differing = {
             name for name, one in ours.items() if one is not theirs[name] and one != theirs[name]
@@ -201,7 +196,7 @@ class State:
         return differing - {"case", "view", "run_speed", *LASTING}
 
     def keep(self) -> Self:
-        """Keep the case, to compare the next ones with."""
+        """Keep the case, to compare later ones with."""
         return replace(self, kept=self.case, comparison=EARLIER)
 
     def keep_for_comparison(self) -> Self:
@@ -210,17 +205,17 @@ class State:
 
 
 class History:
-    """The states of a visitor to return to. Edits of the same values in quick succession, as a drag
-    makes them, are one step; another scene always is."""
+    """The states for undo and redo. Edits of the same values in quick succession, as by a drag, are
+    one step; loading a scene always is a step."""
 
     def __init__(self) -> None:
         self.past: deque[State] = deque(maxlen=STEPS)
         self.future: deque[State] = deque(maxlen=STEPS)
-        self.edited: set[str] = set()  # the names of the values that were edited last
+        self.edited: set[str] = set()  # names of the values edited last
         self.time = -inf  # [s] of the last edit
 
     def note(self, before: State, after: State, time: float) -> None:
-        """Note an edit at a time [s]."""
+        """Record an edit at a time [s]."""
         names = after.differences(before)
         if not names:
             return
@@ -232,15 +227,15 @@ class History:
         self.time = time
 
     def undo(self, state: State) -> State:
-        """The state before the last step; `state` itself where there is none."""
+        """The state before the last step; `state` if there is none."""
         return self.move(self.past, self.future, state)
 
     def redo(self, state: State) -> State:
-        """The state before the last step that was undone; `state` itself where there is none."""
+        """The state before the last undo; `state` if there is none."""
         return self.move(self.future, self.past, state)
 
     def move(self, source: deque[State], target: deque[State], state: State) -> State:
-        """The last state of `source`; the present one is kept in `target`."""
+        """Return the last state of `source`, and store the present one in `target`."""
         if not source:
             return state
         target.append(state)

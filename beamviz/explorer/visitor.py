@@ -1,7 +1,7 @@
-"""One visitor: their state, the controls that show and edit it, and the jobs done for them.
+"""One visitor: their state, the controls that show and edit it, and their background jobs.
 
 A feature gets a `Visitor`: it reads `state`, edits it by `change`, binds its controls to it, and
-has its results computed by a `job`. State is never read out of a control.
+computes its results by a `job`. State is never read out of a control.
 """
 
 import operator
@@ -24,13 +24,13 @@ Edit = Callable[[State, Any], State]
 
 
 class Visitor:
-    """The store of one visitor's state.
+    """The single store of one visitor's state.
 
-    client: their viser client; page: what surrounds the scene; state: what they have chosen,
-    replaced by each edit; shown: the state in the controls; solver: the job that solves the case of
-    the state; answer: the one in the scene; chart_answer: the one in the charts, which wait for a
-    slider to rest while visitors are many; wake: has the frame loop draw what is new; dragging: the
-    mass is being dragged, and time stands still.
+    client: their viser client; page: the HTML around the scene; state: all their choices, replaced
+    by each edit; shown: the state that the controls show; solver: the job that solves the case of
+    the state; answer: the answer that the scene shows; chart_answer: the one that the charts show,
+    which with many visitors are updated only when a slider is at rest; wake: tells the frame loop
+    that something has changed; dragging: the mass is being dragged, and the clock is stopped.
     """
 
     def __init__(
@@ -55,12 +55,12 @@ class Visitor:
         self.dragging = False
         self.solver = self.solve_job()
         self.solver.request(state.case)
-        self.on("tab", self.open_tab)
+        self.page.on("tab", self.open_tab)
 
     # State
 
     def change(self, edit: Callable[[State], State]) -> None:
-        """Edit the state for the visitor, from any thread; an edit ends presenter mode."""
+        """Replace the state by `edit(state)`, from any thread; this ends presenter mode."""
         with self.lock:
             state = edit(self.state)
             if state.following and self.state.following:
@@ -68,16 +68,9 @@ class Visitor:
             self.history.note(self.state, state, time.monotonic())
             self.follow(state)
 
-    def undo(self) -> None:
-        """Take back the last step."""
-        self.restore(self.history.undo)
-
-    def redo(self) -> None:
-        """Take the last step again that was taken back."""
-        self.restore(self.history.redo)
-
     def restore(self, step: Callable[[State], State]) -> None:
-        """Return to another state, and to its viewpoint where that is given or of another scene."""
+        """Undo or redo a step of the history; move the camera if that changes the scene or a fixed
+        viewpoint."""
         with self.lock:
             before = self.state
             self.follow(step(before))
@@ -86,7 +79,7 @@ class Visitor:
         self.wake()
 
     def follow(self, state: State) -> None:
-        """Take another state, which the next frame shows, and solve its case."""
+        """Set the state, without a step in the history, and solve its case."""
         with self.lock:
             self.state = state
             if not state.following:
@@ -96,7 +89,7 @@ class Visitor:
         self.wake()
 
     def update_controls(self) -> None:
-        """Show the state in all controls: once for a frame, however many edits there were."""
+        """Show the state in the controls whose value has changed since the last frame."""
         with self.lock:
             if self.state is not self.shown:
                 before, now = self.shown.values, self.state.values
@@ -108,11 +101,11 @@ class Visitor:
                 self.page.props("redo", disabled=not self.history.future)
 
     def render(self, name: str, show: Callable[[Any], None]) -> None:
-        """Call `show` with the value of the state that has this name, now and for each frame in
+        """Call `show` with the value of this name (see `State.values`), now and in each frame in
         which it is another object."""
         with self.lock:
             self.renderers.append((name, show))
-            show(self.shown.value(name))
+            show(self.shown.values[name])
 
     def load(self, scene: Scene, **values: Any) -> None:
         """Show another scene, with other values of the state by field name."""
@@ -134,14 +127,13 @@ class Visitor:
         self.wake()
 
     def to_scene(self) -> Scene:
-        """The scene as it is now, from where the visitor looks. Raises InvalidInput where the
-        numbers are no beam."""
+        """The scene with the present viewpoint. Raises InvalidInput for a number out of range."""
         return replace(self.state.to_scene(), camera=self.camera.chosen)
 
     # Controls
 
     def open_tab(self, tab: Any) -> None:
-        """The visitor opened a tab, which may have to be brought up to date."""
+        """Note that the visitor has opened a tab."""
         self.page.tab = str(tab)
         self.wake()
 
@@ -152,14 +144,14 @@ class Visitor:
         of: str | None = None,
         shown: Callable[[Any], Any] = lambda value: value,
     ) -> None:
-        """Show a value of the state, as `shown` says, in the controls with data-set="key" of the
-        page: the one called `of`, by default that called `key`. What the visitor sets one to
-        becomes `edit(state, value)`, by default `state.changed(key, value)`."""
+        """Bind the controls with data-set="key" to the value of the state named `of` (by default
+        `key`): they show `shown(value)`, and an edit replaces the state by `edit(state, value)`, by
+        default `state.changed(key, value)`."""
         name = of or key
 
         def edited(value: Any) -> None:
             self.change(lambda state: edit(state, value) if edit else state.changed(key, value))
-            show(self.state.value(name))  # for a value that was not taken as it is
+            show(self.state.values[name])  # which may differ from what the visitor set
 
         def show(value: Any) -> None:
             self.page.value(key, shown(value))
@@ -167,53 +159,48 @@ class Visitor:
         self.page.on(key, edited)
         self.render(name, show)
 
-    def on(self, action: str, act: Callable[[Any], None]) -> None:
-        """Call `act` with the value of an action of the page; it must be quick, as it runs on the
-        event loop, one action after the other."""
-        self.page.on(action, act)
-
     def notify(self, title: str, message: str) -> None:
-        """Tell the visitor what went wrong."""
+        """Show an error message for some seconds."""
         self.page.say(f"{title}: {message}", error=True)
 
     # Jobs
 
     def job(self, name: str, compute: Callable[[Any], Any]) -> Job:
-        """A background job of this visitor, closed when they leave."""
+        """A new background job of this visitor (see `Job`), closed when they leave."""
         self.jobs.append(Job(name, compute, self.background.submit, self.wake))
         return self.jobs[-1]
 
     def solve_job(self) -> SolveJob:
-        """A job that solves cases, closed when the visitor leaves."""
+        """A new job that solves cases, closed when the visitor leaves."""
         self.jobs.append(job := SolveJob(self.queue, self.wake))
         return job
 
     @property
     def busy(self) -> bool:
-        """Whether a job is at work."""
+        """Whether a job is running."""
         return any(job.busy for job in self.jobs)
 
     def cancel_jobs(self) -> None:
-        """Give up what has been at work for long."""
+        """Cancel the jobs that have been running for long."""
         for job in self.jobs:
             if job.slow:
                 job.cancel()
 
     def retry_jobs(self) -> None:
-        """Compute again what was cancelled."""
+        """Restart the cancelled jobs."""
         for job in self.jobs:
             job.retry()
         self.wake()
 
     def close(self) -> None:
-        """Compute nothing more."""
+        """Close all jobs."""
         for job in self.jobs:
             job.close()
 
 
 class Feature:
-    """A part of the page with a display of its own: subclasses have `inputs`, what the display
-    depends on, and `show`, which brings it up to date. The frame loop calls `update`."""
+    """A part of the page that is updated when its `inputs` change. Subclasses define `inputs`, and
+    `show`, which updates the page; each frame calls `update` if `outdated`."""
 
     shown: tuple[object, ...] = ()
 
@@ -222,21 +209,21 @@ class Feature:
 
     @property
     def inputs(self) -> tuple[object, ...]:
-        """What the display depends on; compared by identity."""
+        """The objects that the display depends on, compared by identity."""
         raise NotImplementedError
 
     def show(self) -> None:
-        """Bring the display up to date."""
+        """Update the display."""
         raise NotImplementedError
 
     @property
     def outdated(self) -> bool:
-        """Whether an input is another object than when it was shown."""
+        """Whether an input is another object than at the last update."""
         inputs = self.inputs
         return len(inputs) != len(self.shown) or any(map(operator.is_not, inputs, self.shown))
 
     def update(self) -> None:
-        """Show the inputs of this moment."""
+        """Show the present inputs."""
         self.shown = self.inputs
         self.show()
 

@@ -73,7 +73,7 @@ def test_where_there_is_nothing_to_compare_with_a_message_says_so():
     """No mass to double, nothing kept, no Coriolis out of the plane; no choice is no fault."""
     assert compared(NO_COMPARISON, PAPER_CASE) == ""
     assert "no mass to double" in str(compared(DOUBLE, PAPER_CASE.changed("alpha", 0.0)))
-    assert "Nothing is kept" in str(compared(EARLIER, PAPER_CASE))
+    assert "No beam is kept" in str(compared(EARLIER, PAPER_CASE))
     assert "to chordwise" in str(compared(CORIOLIS, PAPER_CASE.changed("plane", "flapwise")))
     state = State.of(Scene())
     assert choose(state, "rubber") is state

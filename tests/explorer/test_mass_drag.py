@@ -77,7 +77,9 @@ def test_a_place_on_the_beam_is_its_reference_coordinate(beam, state, rotating_f
         c, s = math.cos(turn), math.sin(turn)
         turned = points @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
         for k in (60, 250, 500):
-            x = drag.place(drag.look(np.array(view.frame.position) + turned[k]))
+            x = drag.nearest_coordinate(
+                drag.line_of_sight(np.array(view.frame.position) + turned[k])
+            )
             assert x == pytest.approx(shapes.x[k], abs=1e-3)
 
 

@@ -148,6 +148,7 @@ def test_a_scene_without_equilibrium_shows_the_unloaded_beam_and_no_numbers(fram
         pause(guest)
         assert stable in guest.text  # the last answer of this scene, faded
         guest.choose("comparison", EFFECTS)
+        guest.do("tab", "tab-methods")
         guest.do("time_methods", True)
         guest.do("export", ".csv")
         known = "No equilibrium above γ = 31.49"

@@ -21,7 +21,7 @@ FIRST, START = Scene(BEAM), State.of(Scene(BEAM))
 def test_a_term_is_switched_and_back(url, option):
     """The frequencies are those of `solve` with that switch; how it was before stays beside."""
     with visitor(url) as guest:
-        usual = START.value(option)
+        usual = START.values[option]
         guest.choose(option, not usual)
         if option == "stiffening":  # without it the beam is unstable at gamma = 3 already
             guest.says("Unstable in bending")

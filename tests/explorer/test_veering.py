@@ -84,7 +84,7 @@ def test_loci_that_stay_far_apart_are_no_veering():
     """S1 and B2 cross at 16.32; with Coriolis forces they stay far apart."""
     pairs = request(1).pairs()
     assert (pairs[0].kind, pairs[1].event) == ("crossing", None)
-    assert "too far apart for a veering" in sentence(pairs[1], *request(1).chart.measures)
+    assert "the gap is too large for a veering" in sentence(pairs[1], *request(1).chart.measures)
     lines = pairs_data(pairs, request(1).chart)["lines"]
     assert not [line for line in lines if line["runs"][0][2] == "measure"]
 

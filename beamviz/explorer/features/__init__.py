@@ -1,4 +1,4 @@
-"""Features of the page, one module each; here the two without a tab: presenter mode, in which
+"""Features of the page, one module each; in this one those without a tab: presenter mode, in which
 visitors see the presenter's scene, and dragging the mass along the beam with the pointer."""
 
 from collections.abc import Callable
@@ -21,12 +21,12 @@ from beamviz.explorer.visitor import Visitor
 # Presenter mode
 
 FOLLOW_LABEL = "follow the presenter"
-FOLLOW_HINT = "Move any control to explore by yourself; tick this to come back"
+FOLLOW_HINT = "Any control switches this off: you explore by yourself. Tick it to follow again"
 
 
 class Presentation(NamedTuple):
-    """What others can follow of a visitor: the state, the answers of the jobs, the open tab, and
-    the clock of the scene with its run-up."""
+    """The parts of a presenter's session that others follow: the visitor with state, jobs and open
+    tab, and the clock of the scene with its run-up."""
 
     visitor: Visitor
     clock: Clock
@@ -34,9 +34,11 @@ class Presentation(NamedTuple):
 
 
 class PresenterMode:
-    """Keeps a visitor's page in line with the presenter's while they follow; nothing is computed
-    for it then. presenter: gives what to follow, None while there is no presenter; tab: the one of
-    the presenter."""
+    """Shows a visitor the presenter's page while they follow; nothing is computed for it then.
+
+    presenter: returns the presentation to follow, None while there is no presenter; tab: the tab
+    that the presenter had open last.
+    """
 
     def __init__(self, own: Presentation, presenter: Callable[[], Presentation | None]):
         self.own, self.presenter, self.tab = own, presenter, own.visitor.page.tab
@@ -45,12 +47,12 @@ class PresenterMode:
 
     @property
     def followed(self) -> Presentation | None:
-        """What to follow now."""
+        """The presentation followed now."""
         return self.presenter() if self.own.visitor.state.following else None
 
     @property
     def outdated(self) -> bool:
-        """Whether the presenter has something new."""
+        """Whether the presenter's page has changed."""
         other = self.followed
         return other is not None and (
             other.visitor.page.tab != self.tab
@@ -59,7 +61,7 @@ class PresenterMode:
         )
 
     def followed_state(self, other: Presentation) -> State:
-        """The state of the presenter, seen from one's own viewpoint."""
+        """The state of the presenter, with the visitor's own viewpoint."""
         return replace(other.visitor.state, camera=self.own.visitor.state.camera, following=True)
 
     def answered_jobs(self, other: Presentation) -> list[tuple[Job, Job]]:
@@ -68,7 +70,7 @@ class PresenterMode:
         return [(theirs, mine) for theirs, mine in pairs if theirs.answer]
 
     def update(self) -> None:
-        """Take over the state, the answers and the open tab of the presenter."""
+        """Copy the state, the answers and the open tab of the presenter."""
         own, other = self.own, self.followed
         for job in own.visitor.jobs:
             job.following = other is not None
@@ -85,7 +87,7 @@ class PresenterMode:
             own.visitor.page.open(self.tab)
 
     def update_clock(self) -> None:
-        """Show the same moment of the same vibration as the presenter."""
+        """Copy the clock of the presenter, and the phase of the force."""
         clock = self.own.clock
         if other := self.followed:
             theirs = other.clock
@@ -98,13 +100,13 @@ class PresenterMode:
 
 DIGITS = 3  # of beta: finer than a pointer
 SETTLED = 0.002  # change of beta below which the mass is under the pointer
-PARALLEL = 0.03  # sine of the angle between view and beam below which there is no position
+PARALLEL = 0.03  # sine of the angle between view and beam below which no position is defined
 TINY = 1e-300
 
 
 class Sight(NamedTuple):
-    """The line of sight from `eye` (3,) through `point` (3,) under the pointer, and the orientation
-    of the hub at that moment."""
+    """The line of sight from `eye` (3,) through the point (3,) under the pointer, and the
+    orientation of the hub at that moment."""
 
     eye: np.ndarray
     point: np.ndarray
@@ -112,10 +114,12 @@ class Sight(NamedTuple):
 
 
 class MassDrag:
-    """Turns drags of the mass into values of beta; time and the scene stand still meanwhile.
+    """Sets beta while the mass is dragged. During a drag the clock is stopped and the scene keeps
+    its position.
 
-    offset: from the centre of the mass to where it was picked up; sight: where the mass is to be,
-    None once the shape of the beam with its mass there has been drawn; case: with the mass there.
+    offset: distance [beam lengths] from the centre of the mass to the point where it was picked up;
+    sight: the line of sight that the mass is moved to, None after the beam has been drawn with the
+    mass there; case: the case with the mass at that position.
     """
 
     def __init__(self, visitor: Visitor, view: BeamView):
@@ -123,31 +127,32 @@ class MassDrag:
         self.offset, self.case = 0.0, visitor.state.case
         self.sight: Sight | None = None
         view.mass.on_drag(self.dragged)
-        view.mass.on_click(self.clicked)  # for the outline under the pointer
+        view.mass.on_click(self.clicked)
 
     async def clicked(self, event: object) -> None:
-        """A click without a drag changes nothing."""
+        """Do nothing; with a handler, viser outlines the mass under the pointer."""
 
     async def dragged(self, event: SceneNodeDragEvent[BatchedMeshHandle]) -> None:
-        """Take a step of a drag; on the event loop, so that steps come in order."""
+        """Handle a step of a drag, on the event loop, so that steps are handled in order."""
         visitor = self.visitor
         if event.phase == "end":
             visitor.dragging = False
             visitor.wake()
             return
-        sight = self.look(np.asarray(event.end_position, float))
-        x = self.place(sight)
+        sight = self.line_of_sight(np.asarray(event.end_position, float))
+        x = self.nearest_coordinate(sight)
         if x is None:
             return
         begins = not visitor.dragging
         if begins:
             self.offset = x - self.view.shapes.beam.beta
-            self.view.held = visitor.dragging = True
+            self.view.fixed = visitor.dragging = True
         self.sight = sight
         self.move(x, begins=begins)
 
     def move(self, x: float, *, begins: bool) -> None:
-        """Move the mass to where it was picked up at the reference coordinate x."""
+        """Move the mass so that the point where it was picked up is at the coordinate x; `begins`:
+        of a drag, which keeps the case before for comparison."""
         beta = min(max(round(x - self.offset, DIGITS), 0.0), 1.0)
 
         def moved(state: State) -> State:
@@ -158,35 +163,35 @@ class MassDrag:
 
     @property
     def outdated(self) -> bool:
-        """Whether the mass was let go, and the scene is still held."""
+        """Whether the drag has ended, and the scene still keeps its position."""
         return self.sight is not None and not self.visitor.dragging
 
     def update(self) -> None:
-        """Bring the mass under the pointer again where the beam has taken another shape since,
-        unless something else was edited; then let the scene go."""
+        """Move the mass under the pointer again if the shape of the beam has changed since, unless
+        something else was edited; after the drag, move the scene to its usual position."""
         visitor, case = self.visitor, self.visitor.state.case
         if self.sight is None:
             return
         if case is self.case:
             if visitor.answer is None or visitor.answer.request != case:
                 return
-            x = self.place(self.sight)
+            x = self.nearest_coordinate(self.sight)
             if x is not None and abs(x - self.offset - case.numbers["beta"]) > SETTLED:
                 self.move(x, begins=False)
                 return
         if not visitor.dragging:
-            self.sight, self.view.held = None, False
+            self.sight, self.view.fixed = None, False
             before = np.array(self.view.frame.position)
             self.view.choose_frame(self.view.share)
             visitor.camera.follow(self.view.frame.position - before, self.view.share)
 
-    def look(self, point: np.ndarray) -> Sight:
-        """The line of sight through a point (3,), now."""
+    def line_of_sight(self, point: np.ndarray) -> Sight:
+        """The present line of sight through a point (3,)."""
         eye = np.asarray(self.visitor.client.camera.position)
         return Sight(eye, point, SO3(np.array(self.view.rotor.wxyz)))
 
-    def place(self, sight: Sight) -> float | None:
-        """The reference coordinate of the place on the beam, straight or bent, that is nearest to a
+    def nearest_coordinate(self, sight: Sight) -> float | None:
+        """The reference coordinate of the point of the beam, straight or bent, that is nearest to a
         line of sight; None where that is not defined."""
         view = self.view
         points, _ = to_hub_frame(view.shapes, view.shapes.centreline)
@@ -195,15 +200,15 @@ class MassDrag:
 
 
 def nearest(points: np.ndarray, x: np.ndarray, eye: np.ndarray, at: np.ndarray) -> float | None:
-    """The coordinate, x (n,) at `points` (n, 3), of the place of a line that is nearest to the line
-    of sight from `eye` through `at`; None where it is seen end on or the numbers are not finite."""
+    """The coordinate, x (n,) at `points` (n, 3), of the point of a line that is nearest to the line
+    of sight from `eye` through `at`; None for a line seen end on and for non-finite numbers."""
     sight = at - eye
     length = float(np.linalg.norm(sight))
     if not (np.isfinite(length) and length > 0):
         return None
     sight = sight / length
     seen = points - eye
-    seen = seen - np.outer(seen @ sight, sight)  # as the line of sight sees the points
+    seen = seen - np.outer(seen @ sight, sight)  # projected along the line of sight
     steps = np.diff(seen, axis=0)
     sizes = (steps**2).sum(axis=1)
     if np.sqrt(sizes).sum() < PARALLEL * np.linalg.norm(np.diff(points, axis=0), axis=1).sum():

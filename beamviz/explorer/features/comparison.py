@@ -1,6 +1,6 @@
 """The tab Compare: a second beam on the same clock, as an overlay or in a scene above the first.
 
-Its modes are matched to those of the beam by the correlation of their shapes, not by their labels.
+Modes of both beams are matched by the correlation of their shapes, not by their labels.
 """
 
 import math
@@ -25,7 +25,7 @@ from beamviz.solver.solution import Solution
 
 
 class ComparisonCase(NamedTuple):
-    """A case to compare a beam with, and its title."""
+    """A case to compare the beam with, and its title."""
 
     title: str
     case: Case
@@ -39,12 +39,13 @@ SHORT = {ANCF: "ancf", CORIOLIS: "coriolis", DOUBLE: "mass", EFFECTS: "effects"}
 
 
 def comparison_case(state: State, case: Case) -> ComparisonCase | str:
-    """What a case is compared with; or why there is nothing, "" where no comparison is chosen."""
+    """The case that the state compares `case` with; or a message why there is none, "" where no
+    comparison is chosen."""
     choice, alpha = state.comparison, case.numbers["alpha"]
     if choice == NO_COMPARISON:
         return ""
     if choice == EARLIER:
-        missing = "Nothing is kept yet: press the button below, then change the beam."
+        missing = "No beam is kept yet: press the button below, then change the beam."
         return ComparisonCase("before", state.kept) if state.kept else missing
     if choice == ANCF:
         title, method = "20 ANCF elements", "ancf"
@@ -73,10 +74,11 @@ NO_MATCH = ModeMatch(np.zeros(0, int), np.zeros((0, 0)))
 
 
 class Comparison(Feature):
-    """The second beam: solved, and drawn by the scene beside the first.
+    """The second beam: its solution and its drawing.
 
-    case: what is compared, or why nothing is; shapes: what is drawn of it, None where nothing is;
-    match: its modes for each mode of the first beam.
+    case: the case compared with, or a message why there is none; shapes: the modes drawn, None if
+    nothing is; main: the solution drawn for the first beam; match: the mode of the second beam for
+    each mode of the first, and the two solutions matched.
     """
 
     def __init__(self, visitor: Visitor):
@@ -86,15 +88,15 @@ class Comparison(Feature):
         self.case: ComparisonCase | str = ""
         self.clock = Clock()
         self.shapes: SampledModes | None = None
-        self.main: Solution | None = None  # of the shapes of the first beam
-        self.matched: tuple[object, ...] = ()  # the solutions of `match`
+        self.main: Solution | None = None
+        self.matched: tuple[object, ...] = ()
         self.match = NO_MATCH
         self.overlay: OverlayBeam | None = None
         self.scene: BeamView | None = None
 
     @property
     def answer(self) -> SolverAnswer | None:
-        """The answer to the case, None while there is none."""
+        """The answer to the case; None before it."""
         if isinstance(self.case, str):
             return None
         answer = self.job.answer
@@ -102,20 +104,20 @@ class Comparison(Feature):
 
     @property
     def inputs(self) -> tuple[object, ...]:
-        """What the drawing depends on."""
+        """The choices and the answer."""
         state = self.visitor.state
         return state.comparison, state.kept, state.stacked, self.answer
 
     @property
     def heights(self) -> list[float]:
-        """Heights of the first scene and of the second, if that is a scene of its own."""
+        """Heights [beam lengths] of the first scene and, if they are stacked, of the second."""
         return [-SPACING / 2, SPACING / 2] if self.shapes and self.visitor.state.stacked else [0.0]
 
     def draw(
         self, main: SampledModes, clock: Clock, shown: list[int], scale: float = DEFAULT_SCALE
     ) -> None:
-        """Draw the second beam beside `main`, the modes corresponding to its modes `shown` (from
-        0); scale [pixels]: of a beam length."""
+        """Draw the second beam with `main`, in the modes that match its modes `shown` (0-based), at
+        `scale` [pixels per beam length]."""
         state, answer = self.visitor.state, self.visitor.answer
         if answer:
             self.case = comparison_case(state, answer.request)
@@ -154,20 +156,20 @@ class Comparison(Feature):
 
     @property
     def captions(self) -> list[Caption]:
-        """The texts to be written over the picture."""
+        """The texts that the page writes over the scene."""
         drawn = [part for part in (self.overlay, self.scene) if part]
         return [caption for part in drawn for caption in part.captions]
 
     def hide(self) -> None:
-        """Draw nothing."""
+        """Hide the second beam."""
         if self.overlay:
             self.overlay.hide()
         if self.scene:
             self.scene.hide()
 
     def move(self, time: float, amplitudes: np.ndarray, change: ViewChange | None = None) -> None:
-        """Advance by `time` [T*], with the amplitudes (m,) of the first beam and in a change of
-        view."""
+        """Advance by `time` [T*], with the amplitudes (m,) of the first beam; change: of the view,
+        if one is under way."""
         shapes = self.shapes
         if shapes is None:
             return
@@ -192,8 +194,8 @@ class Comparison(Feature):
 
 THIS = "this beam"
 INVITATION = (
-    "A second beam, drawn with this one, shows the effect of one change. "
-    "Or drag the mass in the scene: the beam as it was before stays as an overlay."
+    "A second beam, drawn with this one, shows the effect of one change. If you drag the mass in"
+    " the scene, the beam before the drag is shown as an overlay."
 )
 LABELS = {NO_COMPARISON: "nothing", EARLIER: "the beam before", ANCF: "20 ANCF elements (paper)"}
 TAB = (
@@ -220,16 +222,16 @@ class ComparisonTab(Feature):
         self.page.html("tab-compare", TAB)
         visitor.bind("comparison", choose)
         visitor.bind("stacked")
-        visitor.on("keep", lambda _: visitor.change(State.keep))
+        visitor.page.on("keep", lambda _: visitor.change(State.keep))
 
     @property
     def inputs(self) -> tuple[object, ...]:
-        """Both answers and the choice."""
+        """Both answers and the choices."""
         comparison, state = self.comparison, self.visitor.state
         return self.visitor.answer, state.comparison, state.kept, comparison.answer, comparison.case
 
     def show(self) -> None:
-        """Show the frequencies of both beams, or why there are none."""
+        """Show the frequencies of both beams, or a message why there are none."""
         case, answer, second = self.comparison.case, self.visitor.answer, self.comparison.answer
         if isinstance(case, str):
             self.page.html("comparison", f"<p>{escape(case or INVITATION)}</p>")
@@ -242,12 +244,12 @@ class ComparisonTab(Feature):
 
 
 def choose(state: State, choice: Any) -> State:
-    """With another comparison; an unknown one changes nothing."""
+    """With another comparison; an unknown one is ignored."""
     return replace(state, comparison=choice) if choice in CHOICES else state
 
 
 def comparison_table(first: tuple[str, Solution], second: tuple[str, Solution]) -> str:
-    """Frequencies of two beams with their titles (HTML), modes matched by shape, and the change."""
+    """A table (HTML) of the frequencies of two beams with titles, modes matched by shape."""
     (title, this), (other_title, other) = first, second
     partner = match_modes(this, other).partner
     unit = frequencies(this.beam.units).label
@@ -262,7 +264,7 @@ def comparison_table(first: tuple[str, Solution], second: tuple[str, Solution]) 
 
 
 def row(this: Solution, k: int, other: Solution, j: int) -> tuple[str, ...]:
-    """Mode k of a beam beside mode j of another one; -1 where it is not among those solved."""
+    """The row of mode k of a beam and mode j of another; -1 for one that is not solved."""
     pair = (this, k), (other, j)
     labels = dict.fromkeys(identify_modes(solution).labels[i] for solution, i in pair if i >= 0)
     first, second = (
@@ -275,12 +277,12 @@ def row(this: Solution, k: int, other: Solution, j: int) -> tuple[str, ...]:
 
 
 def number(frequency: float) -> str:
-    """A frequency, or a dash."""
+    """A frequency as text; a dash for nan."""
     return f"{frequency:.6g}" if math.isfinite(frequency) else "–"
 
 
 def mixture_note(title: str, solution: Solution) -> str:
-    """Which modes of a beam are mixtures."""
+    """A note on the modes of a beam that are mixtures."""
     found = zip(*identify_modes(solution), strict=True)
     mixtures = [f"{label} ({mixture})" for label, mixture in found if mixture]
     return (

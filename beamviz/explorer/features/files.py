@@ -1,4 +1,4 @@
-"""Scenes and files: save and load a scene, export what is shown."""
+"""Files: save and load a scene, and the tab Export."""
 
 from functools import partial
 from html import escape
@@ -15,12 +15,12 @@ from beamviz.server.log import RateLimitedLog
 
 log = RateLimitedLog(__name__)
 
-# What a page may ask for, so that one solution takes 0.15 s at most; a chart takes 81 times that.
+# Maximum resolution for a page: one solve takes at most 0.15 s, a chart takes 81 solves.
 PAGE_LIMITS = {"elements": 200, "terms": 100}
 
 
 def within_limits(scene: Scene) -> Scene:
-    """A scene from a visitor's file or link. Raises InvalidInput if it is above PAGE_LIMITS."""
+    """Return a scene from a file or link. Raises InvalidInput if it exceeds PAGE_LIMITS."""
     for name, most in PAGE_LIMITS.items():
         value = scene.options.get(name) or 0
         if value > most:
@@ -31,11 +31,11 @@ def within_limits(scene: Scene) -> Scene:
 
 
 class SceneFiles:
-    """Saves the scene as a TOML file, and loads one."""
+    """Saves the scene to a TOML file and loads one."""
 
     def __init__(self, visitor: Visitor):
         self.visitor = visitor
-        visitor.on("save", lambda _: self.save())
+        visitor.page.on("save", lambda _: self.save())
         visitor.page.on("load", self.load, max_text=2 * MAX_TOML_BYTES)
 
     def save(self) -> None:
@@ -47,8 +47,8 @@ class SceneFiles:
             self.visitor.notify("This scene cannot be saved", str(error))
 
     def load(self, file: Any) -> None:
-        """Show the scene in a file, given as its name and, from the second line on, its contents;
-        an invalid one changes nothing."""
+        """Show the scene of a file, given as its name and, from the second line on, its contents;
+        an invalid file changes nothing."""
         name, _, content = str(file).partition("\n")
         try:
             scene = within_limits(Scene.from_bytes(content.encode(errors="replace"), name))
@@ -63,9 +63,9 @@ class SceneFiles:
 KINDS = {
     ".gif": ("Film (GIF)", "A seamless loop, for slides"),
     ".webp": ("Film (WebP)", "The same, smaller"),
-    ".mp4": ("Film (MP4)", "The same, for video programs"),
+    ".mp4": ("Film (MP4)", "The same, for video software"),
     ".html": ("Page (HTML)", "Scene, chart and table in one file that plays offline"),
-    ".glb": ("3D model (GLB)", "Animated, for 3D programs"),
+    ".glb": ("3D model (GLB)", "Animated, for 3D software"),
     ".csv": ("Numbers (CSV)", "Frequencies, shapes and equilibrium, for spreadsheets"),
     ".npz": ("Numbers (NPZ)", "The same, for Python"),
 }
@@ -74,7 +74,7 @@ LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
 
 
 class Downloads:
-    """The tab Export: a button for each kind of file, its progress, and a button that cancels."""
+    """The tab Export: a button for each file format, the progress, and a button that cancels."""
 
     def __init__(self, visitor: Visitor):
         self.visitor, self.page = visitor, visitor.page
@@ -82,22 +82,22 @@ class Downloads:
         self.length = next(iter(LENGTHS))
         self.page.html("tab-export", export_tab())
         self.page.value("film_length", self.length)
-        visitor.on("export", self.start)
-        visitor.on("cancel_export", lambda _: self.close())
-        visitor.on("film_length", self.choose_length)
+        visitor.page.on("export", self.start)
+        visitor.page.on("cancel_export", lambda _: self.close())
+        visitor.page.on("film_length", self.choose_length)
 
     def choose_length(self, length: Any) -> None:
-        """Choose how long films are."""
+        """Choose the length of films."""
         self.length = length if length in tuple(LENGTHS) else self.length
         self.page.value("film_length", self.length)
 
     def close(self) -> None:
-        """Make no file any more."""
+        """Cancel the running export."""
         if self.job:
             self.job.cancel()
 
     def start(self, suffix: Any) -> None:
-        """Make a file, in place of the one that is being made for this visitor."""
+        """Export the scene, in place of the visitor's running export."""
         if suffix not in tuple(KINDS):
             return
         self.close()
@@ -107,13 +107,13 @@ class Downloads:
             self.visitor.notify("Nothing to export", str(error))
             return
         options: dict[str, Any] = {"periods": LENGTHS[self.length]} if suffix in FORMATS else {}
-        if suffix == ".gif":  # the largest of the files
+        if suffix == ".gif":  # the largest files
             options |= GIF_SIZE
         self.job = ExportJob(scene, suffix, self.show, **options)
         self.job.start()
 
     def show(self, job: ExportJob) -> None:
-        """Tell the visitor how the file is getting on, and send it."""
+        """Show the progress of an export; send the file when it is complete."""
         if job is not self.job:
             return
         state, name = job.status.state, f"beam{job.suffix}"
@@ -131,7 +131,7 @@ class Downloads:
 
 
 def export_tab() -> str:
-    """Buttons for all kinds of files, and for scene files."""
+    """Buttons for all file formats, and for scene files."""
     files = "".join(
         f'<div class="file">{button(name, data_do="export", data_value=suffix)}'
         f'<span class="soft">{escape(text)}</span></div>'

@@ -1,4 +1,4 @@
-"""The tab Lessons: a card for each, and beside the tabs the lesson that is open, step by step."""
+"""The tab Lessons, with a card for each lesson; the open lesson is shown beside the tabs."""
 
 import re
 from dataclasses import replace
@@ -28,20 +28,21 @@ CONTROLS = {  # named in the texts of lessons: the key of each, or the id of a t
 
 
 class Lessons(Feature):
-    """The lessons of one visitor, of whom the state knows the lesson and its step.
+    """The lessons of one visitor; the open lesson and its step are in the state.
 
-    met: the names of those whose challenge has been met.
+    met: names of the lessons whose challenge has been met; cards: the pictures of the cards are
+    drawn.
     """
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         self.page = visitor.page
         self.met: frozenset[str] = frozenset()
-        visitor.on("lesson", self.open)
-        visitor.on("lesson_step", self.go)
-        visitor.on("lesson_turn", self.turn)
-        visitor.on("lesson_restart", lambda _: visitor.reset())
-        self.cards = ""
+        visitor.page.on("lesson", self.open)
+        visitor.page.on("lesson_step", self.go)
+        visitor.page.on("lesson_turn", self.turn)
+        visitor.page.on("lesson_restart", lambda _: visitor.reset())
+        self.cards = False
         name = next((one.name for one in LESSONS if one.scene == visitor.state.scene), "")
         if name:
             visitor.change(lambda state: replace(state, lesson=name))
@@ -51,22 +52,22 @@ class Lessons(Feature):
         visitor.background.submit(self.draw_cards)
 
     def draw_cards(self) -> None:
-        """Draw the pictures of the cards, on a worker thread: they take some time to compute."""
+        """Compute the pictures of the cards, on a worker thread, since that takes some time."""
         for name in NAMES:
             sketch(name)
-        self.cards = "drawn"
+        self.cards = True
         self.visitor.wake()
 
     def open(self, name: Any) -> None:
-        """Begin a lesson by its name, "" to leave them; an unknown one changes nothing."""
+        """Begin the lesson of a name, or with "" leave it; an unknown name changes nothing."""
         if name in NAMES:
             self.visitor.background.submit(partial(self.begin, name))
         elif name == "":
             self.visitor.change(lambda state: replace(state, lesson="", step=0))
 
     def begin(self, name: str, scene: Scene | None = None) -> None:
-        """Show a lesson, with its own scene or another; its numbers are computed before, on a
-        worker thread."""
+        """Show a lesson with its own scene or another one; called on a worker thread, as its
+        numbers are computed first."""
         lesson, visitor = LESSONS[NAMES.index(name)], self.visitor
         _ = lesson.numbers, lesson.answer
         scene = (scene or lesson.scene).changed(dark=visitor.state.view.dark)
@@ -75,13 +76,13 @@ class Lessons(Feature):
         self.page.point(*points(lesson.do))
 
     def go(self, step: Any) -> None:
-        """Go to a step of the open lesson, by its number; an unknown one changes nothing."""
+        """Go to a step (0-based) of the open lesson; an unknown one changes nothing."""
         if step in range(len(STEPS)) and self.visitor.state.lesson:
             self.visitor.change(lambda state: replace(state, step=int(step)))
 
     def turn(self, by: Any) -> None:
-        """Go to the next step (1) or the last one (-1), at the ends to the next lesson or the last
-        one; without a lesson, to the first or the last step of all."""
+        """Go to the next (1) or previous (-1) step, from the last or first step to the next or
+        previous lesson; without a lesson, to the first or last one."""
         state = self.visitor.state
         if by not in (1, -1):
             return
@@ -96,13 +97,13 @@ class Lessons(Feature):
 
     @property
     def inputs(self) -> tuple[object, ...]:
-        """The lesson, its step, and the answer that the challenge is checked with."""
+        """The lesson, its step, and in the challenge the answer to check."""
         state = self.visitor.state
         answer = self.visitor.answer if state.lesson and state.step == CHALLENGE else None
         return answer, state.lesson, state.step, self.cards
 
     def show(self) -> None:
-        """Show the cards, and the lesson that is open with the verdict on its challenge."""
+        """Show the cards, and the open lesson with the verdict on its challenge."""
         state, answer, verdict = self.visitor.state, self.visitor.answer, ""
         lesson = LESSONS[NAMES.index(state.lesson)] if state.lesson else None
         if lesson and state.step == CHALLENGE and answer and answer.beam:
@@ -114,8 +115,8 @@ class Lessons(Feature):
             self.page.html("tab-lessons", cards_html(state.lesson, self.met))
 
     def check(self, lesson: Lesson, answer: SolverAnswer, beam: Beam) -> str:
-        """The verdict on a challenge, and the quantity to watch; a challenge that is met is
-        noted."""
+        """The verdict on a challenge with the present value of its quantity; stores a challenge
+        that is met."""
         verdict = lesson.check(beam, answer.request.options)
         if verdict.met:
             self.met |= {lesson.name}
@@ -130,7 +131,7 @@ class Lessons(Feature):
 
 
 def cards_html(open_lesson: str, met: frozenset[str]) -> str:
-    """A card for each lesson; the one that is open is marked, and those met are ticked."""
+    """A card for each lesson; the open one is marked, those with a challenge met are ticked."""
     done = f" Challenges met: {len(met)} of {len(LESSONS)}." if met else ""
     return (
         f'<div class="row"><span>{len(LESSONS)} short lessons, one question each, every one a small'
@@ -180,20 +181,20 @@ def lesson_html(lesson: Lesson, step: int) -> str:
 
 
 def points(text: str) -> list[str]:
-    """The keys of the controls named in a text, tabs left out."""
+    """The keys of the controls named in a text, without tabs."""
     names = re.findall(r"\*\*(.+?)\*\*", text)
     keys = [CONTROLS[name] for name in names if name in CONTROLS]
     return [key for key in keys if not key.startswith("tab-")]
 
 
 def tabs(lesson: Lesson) -> list[str]:
-    """The ids of the tabs named in what is to be done."""
+    """The ids of the tabs named in the instructions of a lesson."""
     names = re.findall(r"\*\*(.+?)\*\*", lesson.do)
     return [CONTROLS[name] for name in names if CONTROLS.get(name, "").startswith("tab-")]
 
 
 def formatted(text: str) -> str:
-    """**Controls of the page** as buttons that point at them, *technical terms* in italics."""
+    """A text as HTML: **controls** as buttons that highlight them, *technical terms* in italics."""
 
     def control(match: re.Match[str]) -> str:
         key = CONTROLS.get(match[1])

@@ -1,6 +1,6 @@
-"""Links: a page opens on the scene of its address, and the address follows the scene.
+"""Links: a page opens with the scene of its address, and the address is updated with the scene.
 
-?lesson=nodes, ?alpha=1&gamma=10&mode=3, or both, with more KEYS and the open tab.
+Examples: ?lesson=nodes, ?alpha=1&gamma=10&mode=3, or both, with other KEYS and the open tab.
 """
 
 import operator
@@ -23,11 +23,9 @@ from beamviz.scene import PER_REV, Scene, check_bool, check_choice, parse_query
 from beamviz.server.access import KEY_PARAMETER
 
 PERIOD = 0.5  # [s] between two changes of the address
-# Parameters of the same link for others: the key of the server, the switches of viser's page.
+# Parameters with another reader: the key of the server, and the options of viser's page.
 RESERVED = {KEY_PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "logCamera"}
-OWN = ("dark", "playing")  # keys of a scene that are the visitor's own, and in no link
-
-
+OWN = ("dark", "playing")  # view options that are the visitor's preference, and in no link
 TABS = ("frequencies", "map", "veering", "compare", "run-up", "methods", "lessons", "export")
 CASES = {short: case for case, short in SHORT.items()}
 # Keys of a link besides those of a scene: the field of the state, and the check of its value.
@@ -43,7 +41,7 @@ KEYS: dict[str, tuple[str, Callable[[Any], Any]]] = {
 
 
 class Link(NamedTuple):
-    """What a link leads to: a scene, other values of the state, and the tab to open."""
+    """The content of a link: a scene, other values of the state, and the tab to open."""
 
     scene: Scene
     values: dict[str, Any]
@@ -51,7 +49,7 @@ class Link(NamedTuple):
 
 
 def parse_link(query: str) -> Link | None:
-    """What a query leads to; None where it has no key of ours. Raises InvalidInput."""
+    """The content of a query; None if all its keys are RESERVED. Raises InvalidInput."""
     keys = {key: value for key, value in parse_query(query).items() if key not in RESERVED}
     if not keys:
         return None
@@ -66,20 +64,24 @@ def parse_link(query: str) -> Link | None:
 
 
 class Links:
-    """The address of one visitor's page. start: the state that needs no query."""
+    """The address of one visitor's page.
+
+    start: the state without a query; reserved: the RESERVED parameters of the address, None before
+    the page has sent it; shown: the state and the tab in the address; due: time [s] of the next
+    change at the earliest; moved: the viewpoint has changed since; opened: the content of the
+    address, if any, is in the state.
+    """
 
     def __init__(self, visitor: Visitor, lessons: Lessons):
         self.visitor, self.lessons = visitor, lessons
         self.start = visitor.state
-        self.reserved: list[tuple[str, str]] | None = None  # None until the page has told them
-        self.shown: tuple[State, str] | None = None  # and the open tab
-        self.due = 0.0
-        self.moved = False  # the viewpoint, since the address was shown
-        self.opened = False  # what the address leads to, if anything, is in the state
-        visitor.on("link", self.open)
+        self.reserved: list[tuple[str, str]] | None = None
+        self.shown: tuple[State, str] | None = None
+        self.due, self.moved, self.opened = 0.0, False, False
+        visitor.page.on("link", self.open)
 
     def open(self, query: Any) -> None:
-        """Show the scene of the address, which the page tells as it begins."""
+        """Show the scene of the address, which the page sends when it starts."""
         text = query.lstrip("?") if isinstance(query, str) else ""
         self.reserved = [pair for pair in parse_qsl(text) if pair[0] in RESERVED]
         try:
@@ -93,7 +95,7 @@ class Links:
         self.visitor.wake()
 
     def show(self, link: Link) -> None:
-        """Show what a link leads to."""
+        """Show the content of a link."""
         visitor = self.visitor
         if "lesson" in link.values:
             self.lessons.begin(link.values["lesson"], link.scene)
@@ -112,25 +114,25 @@ class Links:
 
     @property
     def outdated(self) -> bool:
-        """Whether the state, the tab or the viewpoint is another one than that of the address."""
+        """Whether the state, the tab or the viewpoint differs from that of the address."""
         changed = self.shown is None or any(map(operator.is_not, self.state, self.shown))
         return self.reserved is not None and (self.moved or changed)
 
     def update(self, now: float) -> None:
-        """Let the address follow, not too often [s]."""
+        """Update the address at the time `now` [s], at most once per PERIOD."""
         if self.reserved is None or now < self.due or not self.outdated:
             return
         self.due, self.shown, self.moved = now + PERIOD, self.state, False
         try:
             query = self.query(self.visitor.state)
-        except InvalidInput:  # numbers that are no beam
+        except InvalidInput:  # a number is out of range
             return
         pairs = urlencode(self.reserved)
         self.visitor.page.address("&".join(filter(None, (pairs, query))))
 
     def query(self, state: State) -> str:
-        """The query of a link to a state; "" for the one the page begins with, and for that of a
-        presenter."""
+        """The query of a link to a state; "" for the state at the start of the page and for that of
+        a presenter."""
         scene = replace(state.to_scene(), camera=self.visitor.camera.chosen)
         first = replace(self.start, view=replace(self.start.view, **own(state)))
         pairs = extra_pairs(state)
@@ -140,11 +142,11 @@ class Links:
             return ""
         base = lesson(state.lesson).scene if state.lesson else Scene()
         found = "&".join(filter(None, (urlencode(pairs), scene.to_query(base, without=OWN))))
-        return found or f"gamma={scene.beam.gamma!r}"  # the usual scene, where another begins
+        return found or f"gamma={scene.beam.gamma!r}"  # the default scene, but not that at start
 
 
 def extra_pairs(state: State) -> dict[str, Any]:
-    """The keys and values of a link besides those of the scene."""
+    """The keys and values of a link that are not those of the scene."""
     values = {key: getattr(state, name) for key, (name, _) in KEYS.items()}
     values = {key: one for key, one in values.items() if one != getattr(State, KEYS[key][0])}
     if "step" in values:
@@ -155,5 +157,5 @@ def extra_pairs(state: State) -> dict[str, Any]:
 
 
 def own(state: State) -> dict[str, Any]:
-    """The values of the view that are in no link."""
+    """The view options that are in no link."""
     return {name: getattr(state.view, name) for name in OWN}

@@ -1,4 +1,4 @@
-"""The Campbell diagram as data: the loci to compute, and what the page draws of them."""
+"""The Campbell diagram: the request for its loci, and its data for the page (chart.js)."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -19,7 +19,7 @@ from beamviz.frequency_loci.identity import names_of_branches
 from beamviz.frequency_loci.limits import Limit
 from beamviz.frequency_loci.sweep import CHART_POINTS, chart_range
 
-DIGITS = 6  # of the numbers sent to the page
+DIGITS = 6  # significant, of the numbers sent to the page
 ROUND = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
 FAILURES = {
     "no-equilibrium": "No equilibrium",
@@ -31,8 +31,8 @@ Data = dict[str, Any]  # as chart.js takes it
 
 @dataclass(frozen=True)
 class ChartRequest:
-    """The loci to compute: `beam` has the start of the range as its number `over`; options:
-    keywords of `solve`; per_rev: resonances up to this multiple of the speed."""
+    """The loci to compute. beam: its number `over` is the start of the range; options: keywords of
+    `solve`; per_rev: the largest multiple of the speed for resonances."""
 
     beam: Beam
     over: str
@@ -56,7 +56,7 @@ class ChartRequest:
 
     @property
     def measures(self) -> tuple[Measure, Measure]:
-        """Display units of the axis and of the frequencies; T* itself depends on mu."""
+        """Display units of the axis and of the frequencies; none over mu, on which T* depends."""
         units = None if self.over == "mu" else self.beam.units
         return measure(self.over, units), frequencies(units)
 
@@ -69,7 +69,7 @@ class ChartRequest:
 
 @dataclass(frozen=True)
 class Chart:
-    """Computed loci, with their resonances over the speed; or in `message` why there are none."""
+    """Computed loci and their resonances; or a `message` why there are none."""
 
     request: ChartRequest
     loci: Loci | None = None
@@ -85,20 +85,20 @@ class Chart:
 
     @cached_property
     def events(self) -> dict[str, Event]:
-        """Crossings and veerings by the names of their branches and a count, as 'B3 S1 1'. The
-        names stay when the beam or the model changes."""
+        """Crossings and veerings by key: the labels of their branches and a count, as 'B3 S1 1'.
+        Keys remain valid when the beam or the model changes."""
         return numbered(
             (*sorted(one.branches), one) for one in (self.loci.events if self.loci else ())
         )
 
     def resonances_at(self, multiples: Sequence[int]) -> dict[str, Resonance]:
-        """Resonances with some multiples of the speed, by multiple, branch and a count."""
+        """Resonances with these multiples of the speed by key: multiple, branch and a count."""
         shown = (one for one in self.resonances if one.per_rev in multiples)
         return numbered((one.per_rev, one.branch, one) for one in shown)
 
     @cached_property
     def top(self) -> float:
-        """End of the frequency axis: a round number in display units, a little above all loci."""
+        """End of the frequency axis: a round number in display units, just above all loci."""
         if self.loci is None:
             return 1.0
         factor = self.request.measures[1].factor
@@ -109,7 +109,7 @@ class Chart:
 
     @property
     def limits(self) -> dict[Limit, str]:
-        """The parts of the axis without loci, each with its reason as a sentence."""
+        """The parts of the axis without loci, each with the reason as a sentence."""
         return {one: limit_text(self, one) for one in (self.loci.limits if self.loci else ())}
 
 
@@ -125,7 +125,7 @@ def numbered(named: Iterable[tuple[Any, Any, Any]]) -> dict[str, Any]:
 
 
 def limit_text(chart: Chart, limit: Limit) -> str:
-    """Why the lines end, and where."""
+    """The reason why loci end, and the range."""
     along, values = chart.request.measures[0], (chart.request.start, chart.request.stop)
     first, last = along.text(limit.start, 4), along.text(limit.stop, 4)
     place = f"from {first} to {last}"
@@ -137,11 +137,11 @@ def limit_text(chart: Chart, limit: Limit) -> str:
     return f"{FAILURES[limit.kind]} {place}{law}."
 
 
-# What the page draws
+# Data for the page
 
 
 def sent(values: np.ndarray) -> list[float | None]:
-    """Numbers as JSON has them: rounded, None for nan."""
+    """Numbers (n,) for JSON: rounded, None for nan and infinity."""
     return [float(f"{x:.{DIGITS}g}") if math.isfinite(x) else None for x in values.tolist()]
 
 
@@ -165,11 +165,20 @@ def frequency_axis(measure: Measure, ends: tuple[float, float]) -> Data:
     return axis_data(measure, ends, label=label)
 
 
+def mark(
+    key: str, kind: str, axes: tuple[Measure, Measure], x: float, y: float, text: str, **action: Any
+) -> Data:
+    """A mark of a chart at a point; action, value: what a click on it sends."""
+    along, across = axes
+    place = {"x": along.factor * x, "y": across.factor * y}
+    return {"key": key, "kind": kind, "text": text, **place, **action}
+
+
 def loci_lines(
     found: Loci, x: np.ndarray, factor: float, branches: Sequence[Branch] | None = None
 ) -> list[Data]:
-    """The loci, all or some branches, interpolated at x (n,), each in runs of one family with the
-    name of the mode there; consecutive runs share a point, so that a line has no gap."""
+    """The loci, of all or some branches, interpolated at x (n,), in runs of one family with the
+    name of the mode there; consecutive runs share a point, so that lines have no gaps."""
     lines = []
     last = len(x) - 1
     before = np.maximum(np.searchsorted(found.values, x, "right") - 1, 0)
@@ -194,13 +203,13 @@ def loci_lines(
 
 
 def name_of(found: Loci, branch: Branch | str, value: float) -> str:
-    """What the mode of a branch, given itself or by its label, is called near a value."""
+    """The name of the mode of a branch, given by itself or its label, near a value."""
     label = branch if isinstance(branch, str) else branch.label
     return names_of_branches(found, value).get(label, label)
 
 
 def chart_data(chart: Chart, multiples: Sequence[int] = (), second: Chart | None = None) -> Data:
-    """The chart with per-rev lines, and the loci of another beam behind it."""
+    """The chart with per-rev lines, and behind it the loci of a second beam."""
     along, across = chart.request.measures
     ends = chart.request.start, chart.request.stop
     found, lines, x = chart.loci, [], np.array(ends)
@@ -233,7 +242,7 @@ def chart_data(chart: Chart, multiples: Sequence[int] = (), second: Chart | None
 
 def marks(chart: Chart, multiples: Sequence[int]) -> list[Data]:
     """Crossings, veerings and resonances as buttons."""
-    along, across = chart.request.measures
+    axes = along, across = chart.request.measures
     named: list[tuple[str, str, str, Event | Resonance]] = [
         (key, event.kind, f"{event.kind} of {' and '.join(event_names(chart, event))}", event)
         for key, event in chart.events.items()
@@ -243,22 +252,16 @@ def marks(chart: Chart, multiples: Sequence[int]) -> list[Data]:
         for key, one in chart.resonances_at(multiples).items()
         for name in event_names(chart, one)
     ]
-    return [
-        {
-            "key": key,
-            "kind": kind,
-            "x": along.factor * one.at,
-            "y": across.factor * one.frequency,
-            "text": f"{text}: {along.text(one.at, 4)}, {across.text(one.frequency, 4)}",
-            "action": "go_to_event",
-            "value": key,
-        }
-        for key, kind, text, one in named
-    ]
+    found = []
+    for key, kind, name, one in named:
+        text = f"{name}: {along.text(one.at, 4)}, {across.text(one.frequency, 4)}"
+        action = {"action": "go_to_event", "value": key}
+        found.append(mark(key, kind, axes, one.at, one.frequency, text, **action))
+    return found
 
 
 def event_names(chart: Chart, event: Event | Resonance) -> list[str]:
-    """What the modes that meet, or the one that resonates, are called there; stretching first."""
+    """The names of the modes of an event there, stretching modes first."""
     branches = (event.branch,) if isinstance(event, Resonance) else event.branches
     names = (name_of(chart.loci, one, event.at) for one in branches if chart.loci)
     return sorted(names, key=lambda name: (name[0] != "S", name))

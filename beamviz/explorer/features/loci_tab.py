@@ -16,7 +16,7 @@ from beamviz.explorer.features.loci_chart import (
     chart_data,
     event_names,
 )
-from beamviz.explorer.page.html import button, hint, select, table
+from beamviz.explorer.page.html import button, chart_tab, hint, note, select, table
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import Event
@@ -38,15 +38,15 @@ PER_REV_HELP = (
 
 
 class LociTab(Feature):
-    """The chart and its lists. chosen: the name of the event that the beam was moved to last;
-    choice: counts these moves, so that a second one to the same event shows it again."""
+    """The chart and its lists. chosen: the key of the event that the beam was moved to last;
+    choice: the number of these moves, so that a second one to the same event shows it again."""
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         self.charts = visitor.job("chart", ChartRequest.chart)
         self.second_charts = visitor.job("chart compared with", ChartRequest.chart)
         self.chosen, self.choice = "", 0
-        self.drawn: tuple[Any, ...] = ()  # what the lines were drawn for
+        self.drawn: tuple[Any, ...] = ()  # answers and multiples of `data`
         self.data: Data = {}
         self.charted: tuple[Any, Chart | None] = (None, None)  # an answer and its chart
         visitor.page.html("tab-frequencies", skeleton())
@@ -54,7 +54,7 @@ class LociTab(Feature):
         for k in PER_REV:
             with_it, has_it = partial(with_line, k=k), partial(has_line, k)
             visitor.bind(f"per_rev_{k}", with_it, of="per_rev", shown=has_it)
-        visitor.on("go_to_event", self.go_to)
+        visitor.page.on("go_to_event", self.go_to)
 
     def go_to(self, key: Any) -> None:
         """Move the beam to a crossing, a veering or a resonance."""
@@ -65,12 +65,12 @@ class LociTab(Feature):
             self.visitor.change(lambda state: state.changed(chart.request.over, event.at))
 
     def all_events(self, chart: Chart) -> dict[str, Event | Resonance]:
-        """Crossings, veerings and the resonances shown, by name."""
+        """Crossings, veerings and the resonances shown, by key."""
         return {**chart.events, **chart.resonances_at(self.visitor.state.per_rev)}
 
     @property
     def event(self) -> Event | None:
-        """The crossing or veering to magnify: the chosen one, or the nearest to the beam."""
+        """The crossing or veering to magnify: the chosen one, or that nearest to the beam."""
         chart, answer = self.chart, self.visitor.chart_answer
         if chart is None or not chart.events or answer is None or answer.beam is None:
             return None
@@ -80,7 +80,7 @@ class LociTab(Feature):
 
     @property
     def chart(self) -> Chart | None:
-        """The last chart; one without lines where it could not be computed."""
+        """The last chart; without loci if these could not be computed."""
         if self.charts.answer is not self.charted[0]:
             self.charted = self.charts.answer, Chart.of(self.charts.answer)
         return self.charted[1]
@@ -96,7 +96,7 @@ class LociTab(Feature):
         )  # fmt: skip
 
     def show(self) -> None:
-        """Request the charts, and draw the last ones."""
+        """Request the charts, and show the last ones."""
         compared, page, state = self.request(), self.visitor.page, self.visitor.state
         answer = self.charts.answer
         second = self.second_charts.answer if compared else None
@@ -119,7 +119,7 @@ class LociTab(Feature):
 
     @property
     def cursor(self) -> Data | None:
-        """The line of the beam shown, which sets the number along the axis."""
+        """The line at the beam shown, which sets the number along the axis."""
         chart, answer = self.chart, self.visitor.chart_answer
         if chart is None or answer is None or answer.beam is None:
             return None
@@ -127,12 +127,12 @@ class LociTab(Feature):
         return {"action": over, "x": chart.request.measures[0].factor * getattr(answer.beam, over)}
 
     def request(self) -> bool:
-        """Request the chart around the answer shown, and that of the beam compared with; whether
-        there is one."""
+        """Request the chart around the answer shown, and that of the beam compared with. Returns
+        whether there is such a beam."""
         state, answer = self.visitor.state, self.visitor.chart_answer
         other = comparison_case(state, answer.request) if answer else ""
         if answer is not None:
-            with contextlib.suppress(InvalidInput):  # the page says so; the last chart stays
+            with contextlib.suppress(InvalidInput):  # shown elsewhere; the last chart stays
                 highest = max(state.per_rev, default=0)
                 request = ChartRequest.around(answer.request, state.over, highest)
                 self.charts.request(request)
@@ -152,7 +152,7 @@ def with_line(state: State, on: Any, k: int) -> State:
     return state.changed("per_rev", sorted(multiples))
 
 
-# What the page shows
+# HTML
 
 
 def skeleton() -> str:
@@ -163,19 +163,16 @@ def skeleton() -> str:
         )
         for k in PER_REV
     )
-    return (
-        '<div class="chart-tab"><div class="tools">'
-        + select("over", "horizontal axis", AXES)
+    tools = (
+        select("over", "horizontal axis", AXES)
         + '<div id="per-rev" class="row" role="group" aria-label="per-rev lines">'
-        f"<span>per-rev lines</span>{toggles}{hint('per-rev lines', PER_REV_HELP)}</div></div>"
-        '<div id="loci-chart" class="chart" data-chart></div>'
-        '<div class="lists"><div id="loci-resonances"></div><div id="loci-events"></div></div>'
-        "</div>"
+        f"<span>per-rev lines</span>{toggles}{hint('per-rev lines', PER_REV_HELP)}</div>"
     )
+    return chart_tab(tools, "loci-chart", "loci-resonances", "loci-events", hidden=False)
 
 
 def event_table(chart: Chart) -> str:
-    """Crossings and veerings, each with a button that moves the beam there."""
+    """The crossings and veerings, each with a button that moves the beam there."""
     if chart.loci is None:
         return ""
     warning = f"<p>{escape(chart.loci.warning)}</p>" if chart.loci.warning else ""
@@ -203,7 +200,7 @@ def go_to_button(key: str, label: str) -> str:
 
 
 def resonance_table(chart: Chart, multiples: tuple[int, ...]) -> str:
-    """Resonances in ascending order of speed, each with a button that moves the beam there."""
+    """The resonances in order of speed, each with a button that moves the beam there."""
     found = chart.resonances_at(multiples)
     lines = " ".join(f"{k} ×" for k in multiples)
     if not found:
@@ -223,6 +220,5 @@ def resonance_table(chart: Chart, multiples: tuple[int, ...]) -> str:
 
 
 def notes(chart: Chart) -> str:
-    """Why a line ends, or why there is no chart."""
-    reasons = [chart.message] if chart.message else chart.limits.values()
-    return "".join(f'<p class="note">{escape(reason)}</p>' for reason in reasons)
+    """The reasons why loci end, or why there is no chart."""
+    return "".join(map(note, [chart.message] if chart.message else chart.limits.values()))

@@ -1,5 +1,5 @@
-"""The tab Map: a frequency, or the smallest gap between two, in colours over two of the five
-numbers; a press on the map moves the beam there."""
+"""The tab Map: a frequency, or the smallest gap between two frequencies, in colours over two of the
+five numbers; a click on the map moves the beam there."""
 
 import contextlib
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer.features.loci_chart import Data, axis_data, sent
 from beamviz.explorer.features.loci_tab import AXES
 from beamviz.explorer.jobs import Answer, check_cancelled
-from beamviz.explorer.page.html import button, select, table
+from beamviz.explorer.page.html import button, chart_tab, note, select, table
 from beamviz.explorer.state import Case
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.sweep import chart_range
@@ -25,28 +25,29 @@ from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
 from beamviz.sweeps.store import STATUSES
 
 TAB = "tab-map"
-COLUMNS, ROWS = 81, 41  # beams of a map
-FEW = (41, 21)  # where each of them is solved by itself
-TOLERANCE = 1e-4  # relative: finer than a colour
-ROOM = 2.0  # the axes stay while the beam is on them and they are at most so many times too long
+SIZE = (81, 41)  # columns and rows of beams in a map
+SMALL_SIZE = (41, 21)  # where beams are solved one by one
+TOLERANCE = 1e-4  # relative: below one step of colour
+ROOM = 2.0  # axes are kept up to this multiple of their usual length, if they contain the beam
 QUANTITIES = {
     "gap": "smallest frequency gap",
     "1": "frequency of mode 1 (lowest)",
     **{str(k): f"frequency of mode {k}" for k in range(2, 6)},
 }
 GAP_NOTE = (
-    "Dark: two frequencies nearly meet, where modes cross or veer. Lines separate regions by which"
-    " two modes are nearest to each other."
+    "Dark: two frequencies are nearly equal, as modes cross or veer. Lines separate regions in"
+    " which different pairs of modes have the smallest gap."
 )
 MODE_NOTE = (
-    "Modes are counted by frequency. Across a line another shape takes this place in the order."
+    "Modes are counted by frequency. Lines separate regions in which the mode has different shapes."
 )
-PRESS = "Press on the map, or move its ring by arrow keys: the beam takes these two numbers."
+CLICK = "Click on the map, or move its ring by arrow keys, to give the beam these two numbers."
 
 
 @dataclass(frozen=True)
 class MapRequest:
-    """The beams of a map: `beam` has the starts of the axes as its numbers `over`."""
+    """The beams of a map. beam: its two numbers `over` are the starts of the axes; options:
+    keywords of `solve`."""
 
     beam: Beam
     over: tuple[str, str]  # along the horizontal and the vertical axis
@@ -55,8 +56,8 @@ class MapRequest:
 
     @classmethod
     def around(cls, case: Case, over: tuple[str, str], last: Self | None) -> Self:
-        """The map around a case, on the axes of the last one as long as they fit. Raises
-        InvalidInput where a number is out of range."""
+        """The map around a case, with the axes of the last one if they fit. Raises InvalidInput for
+        a number out of range."""
         beam = case.beam()
         first, second = (chart_range(beam, name) for name in over)
         if last and last.over == over and last.beam.units == beam.units:
@@ -73,26 +74,31 @@ class MapRequest:
 
     @property
     def measures(self) -> tuple[Measure, Measure, Measure]:
-        """Display units of the axes and of frequencies; T* itself depends on mu."""
+        """Display units of the axes and of frequencies; none over mu, on which T* depends."""
         units = None if "mu" in self.over else self.beam.units
         return *(measure(name, units) for name in self.over), frequencies(units)  # type: ignore[return-value]
 
     def solve(self) -> "BeamMap":
         """Solve the beams. Raises the errors of `solve_many`."""
         options = {**self.options, "tolerance": TOLERANCE}
-        plan = make_plan(axes(self, COLUMNS, ROWS), self.beam, **options)
+        plan = make_plan(self.axes(*SIZE), self.beam, **options)
         if not plan.smooth:
-            plan = make_plan(axes(self, *FEW), self.beam, **options)
+            plan = make_plan(self.axes(*SMALL_SIZE), self.beam, **options)
         found = solve_in_memory(plan, check_cancelled)
         x, y = plan.axes.values()
         arrays = (found[name].swapaxes(0, 1) for name in ("frequency", "family", "status"))
         return BeamMap(self, x, y, *arrays)
 
+    def axes(self, *counts: int) -> dict[str, np.ndarray]:
+        """Equally spaced values along both axes."""
+        axes = zip(self.over, self.ranges, counts, strict=True)
+        return {name: np.linspace(*ends, count) for name, ends, count in axes}
+
 
 @dataclass(frozen=True, eq=False)
 class BeamMap:
-    """The solved beams of a map: the values of its axes, and arrays (rows, columns, modes) as in a
-    store of a sweep."""
+    """The solved beams of a map: the values of its axes, x (columns,) and y (rows,), and arrays
+    (rows, columns, modes) as in the store of a sweep; status: (rows, columns)."""
 
     request: MapRequest
     x: np.ndarray
@@ -118,10 +124,10 @@ class MapTab(Feature):
         visitor.page.html(TAB, skeleton())
         for key in ("across", "mapped"):
             visitor.bind(key)
-        visitor.on("move_beam", self.move_beam)
+        visitor.page.on("move_beam", self.move_beam)
 
     def move_beam(self, place: Any) -> None:
-        """Take the two numbers of a place "x y" on the map, in the units of its axes."""
+        """Give the beam the two numbers of a point "x y" of the map, in the units of its axes."""
         answer = self.job.answer
         with contextlib.suppress(ValueError):
             numbers = [float(part) for part in str(place).split()]
@@ -140,7 +146,7 @@ class MapTab(Feature):
         )  # fmt: skip
 
     def show(self) -> None:
-        """Request the map while the tab is open, and draw the last one."""
+        """Request the map while the tab is open, and show the last one."""
         if self.visitor.page.tab != TAB:
             return
         page, state, request = self.visitor.page, self.visitor.state, self.request()
@@ -157,51 +163,37 @@ class MapTab(Feature):
             page.chart("map-chart", {"beam": [first.factor * x, second.factor * y]})
 
     def draw(self, answer: Answer[MapRequest, BeamMap], mapped: str) -> None:
-        """Draw a map, or say why there is none."""
+        """Show a map, or the reason why there is none."""
         page, found = self.visitor.page, answer.result
         shown = found.quantity(mapped) if found else None
         page.props("map-chart", hidden=shown is None or not np.isfinite(shown.values).any())
         if found is None or shown is None:
-            page.html("map-text", f'<p class="note">{escape(answer.message)}</p>')
+            page.html("map-text", note(answer.message))
             return
         page.html("map-text", legend(found, shown, mapped) + extremes(found, shown) + notes(found))
         page.chart("map-chart", map_data(found, shown, mapped))
 
     def request(self) -> MapRequest | None:
-        """The map of the beam shown; None where there is none."""
+        """The request for the map around the beam shown; None for a number out of range."""
         state, answer = self.visitor.state, self.visitor.chart_answer
-        with contextlib.suppress(InvalidInput):  # the page says so; the last map stays
+        with contextlib.suppress(InvalidInput):  # shown elsewhere; the last map stays
             if answer:
                 over = state.over, state.across
                 return MapRequest.around(answer.request, over, self.job.latest)
         return None
 
 
-def axes(request: MapRequest, *counts: int) -> dict[str, np.ndarray]:
-    """Equally spaced values along both axes."""
-    return {
-        name: np.linspace(*ends, count)
-        for name, ends, count in zip(request.over, request.ranges, counts, strict=True)
-    }
-
-
-# What the page shows
+# HTML and data for the page
 
 
 def skeleton() -> str:
     """The tab without its contents."""
-    across = "".join(
-        f'<option value="{name}">{escape(text)}</option>' for name, text in AXES.items()
-    )
-    return (
-        '<div class="chart-tab"><div class="tools">'
-        + select("mapped", "colour", QUANTITIES)
-        + '<div class="field"><label for="map-over">horizontal axis</label>'
-        f'<select id="map-over" data-set="over">{across}</select></div>'
+    tools = (
+        select("mapped", "colour", QUANTITIES)
+        + select("over", "horizontal axis", AXES, id="map-over")
         + select("across", "vertical axis", AXES)
-        + '</div><div id="map-chart" class="chart" data-chart hidden></div>'
-        '<div id="map-text" class="lists"></div></div>'
     )
+    return chart_tab(tools, "map-chart", "map-text")
 
 
 def colour_range(shown: Quantity) -> tuple[float, float]:
@@ -211,7 +203,7 @@ def colour_range(shown: Quantity) -> tuple[float, float]:
 
 
 def map_data(found: BeamMap, shown: Quantity, mapped: str) -> Data:
-    """The map as map.js takes it."""
+    """The data of the map (map.js)."""
     request = found.request
     along, up, across = request.measures
     return {
@@ -232,7 +224,7 @@ def map_data(found: BeamMap, shown: Quantity, mapped: str) -> Data:
 
 
 def borders(found: BeamMap, shown: Quantity) -> list[list[list[float | None]]]:
-    """Lines, each as its x and its y, between regions, in the units of the axes."""
+    """The lines between regions, each as its x and its y in the units of the axes."""
     from contourpy import contour_generator
 
     along, up, _ = found.request.measures
@@ -242,14 +234,14 @@ def borders(found: BeamMap, shown: Quantity) -> list[list[list[float | None]]]:
 
 
 def summary(found: BeamMap, shown: Quantity, mapped: str) -> str:
-    """What the map shows, in a sentence."""
+    """A description of the map, for screen readers."""
     along, up, across = found.request.measures
     low, high = (across.text(end, 3) for end in colour_range(shown))
     return f"{QUANTITIES[mapped]} over {along.label} and {up.label}, from {low} to {high}"
 
 
 def legend(found: BeamMap, shown: Quantity, mapped: str) -> str:
-    """The colours with the values at their ends."""
+    """The colour map with the values at its ends."""
     across = found.request.measures[2]
     ends = [significant(across.factor * end, 3) for end in colour_range(shown)]
     unit = across.unit or "1/T*"
@@ -257,12 +249,12 @@ def legend(found: BeamMap, shown: Quantity, mapped: str) -> str:
         f'<div class="scale"><span>{escape(QUANTITIES[mapped])} [{unit}]</span>'
         f'<div class="colours" style="background:{colours.gradient(colours.SEQUENTIAL)}"></div>'
         f'<div class="ends"><span>{ends[0]}</span><span>{ends[1]}</span></div></div>'
-        f"<p>{GAP_NOTE if mapped == 'gap' else MODE_NOTE} {PRESS}</p>"
+        f"<p>{GAP_NOTE if mapped == 'gap' else MODE_NOTE} {CLICK}</p>"
     )
 
 
 def extremes(found: BeamMap, shown: Quantity) -> str:
-    """Where the quantity is smallest and largest, each with a button that moves the beam there."""
+    """The smallest and the largest value, each with a button that moves the beam there."""
     if not np.isfinite(shown.values).any():
         return ""
     along, up, across = found.request.measures
@@ -290,11 +282,10 @@ def extremes(found: BeamMap, shown: Quantity) -> str:
 
 
 def notes(found: BeamMap) -> str:
-    """Parts of the map without a stable beam."""
-    texts = []
-    for code in (2, 3, 4):
-        share = float((found.status == code).mean())
-        if share:
-            percent = max(1, round(100 * share))
-            texts.append(f'<p class="note">Grey: {STATUSES[code]} ({percent} % of the map).</p>')
-    return "".join(texts)
+    """The reasons why parts of the map are grey: they have no stable beam."""
+    shares = {code: 100 * float((found.status == code).mean()) for code in (2, 3, 4)}
+    return "".join(
+        note(f"Grey: {STATUSES[code]} ({max(1, round(share))} % of the map).")
+        for code, share in shares.items()
+        if share
+    )

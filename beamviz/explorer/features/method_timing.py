@@ -9,8 +9,8 @@ import numpy as np
 
 from beamviz.drawing.text import Measure, error_summary, significant
 from beamviz.errors import BeamvizError, NoEquilibrium
-from beamviz.explorer.features.loci_chart import Data, axis_data, sent
-from beamviz.explorer.page.html import button, checkbox, table
+from beamviz.explorer.features.loci_chart import Data, axis_data, mark, sent
+from beamviz.explorer.page.html import button, chart_tab, checkbox, note, table
 from beamviz.explorer.state import Case
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.identity import match_modes
@@ -32,8 +32,8 @@ OPTION = {
 
 
 class Timing(NamedTuple):
-    """One method at one resolution: solve time [s] and largest relative frequency error, or in
-    `reason` why there is none."""
+    """One method at one resolution: solve time [s] and largest relative frequency error; nan with a
+    `reason` if it has no result."""
 
     method: str
     resolution: str
@@ -43,7 +43,7 @@ class Timing(NamedTuple):
 
 
 def time_methods(case: Case) -> tuple[Timing, ...]:
-    """A case by every method at its resolutions. Raises BeamvizError where there is no reference
+    """Time every method at its resolutions on a case. Raises BeamvizError if there is no reference
     solution."""
     options = {**case.options, "method": "auto", "tolerance": REFERENCE_TOLERANCE}
     reference = solve(case.beam(), **options)
@@ -55,7 +55,7 @@ def time_methods(case: Case) -> tuple[Timing, ...]:
 
 
 def time_method(reference: Solution, method: str, value: float, options: dict[str, Any]) -> Timing:
-    """One method at the resolution `value`."""
+    """Time one method at the resolution `value`."""
     option = OPTION[method]
     resolution = f"{option} {value:g}"
     settings: dict[str, Any] = {**options, "method": method, option: value}
@@ -80,7 +80,7 @@ def frequency_error(solution: Solution, reference: Solution) -> float:
 
 
 def rates(solution: Solution) -> np.ndarray:
-    """Frequency of each mode (modes,), growth rate where unstable."""
+    """The frequency of each mode (modes,), or its growth rate if unstable."""
     return np.sqrt(abs(solution.omega_squared))
 
 
@@ -95,26 +95,20 @@ INVITATION = (
 )
 NOTE = (
     "<p>Further right: slower. Higher: less accurate (largest relative frequency error). A line"
-    " that stays high belongs to a model that leaves something out. The ring is this scene: the"
+    " that does not fall is that of a model with an error of its own. The ring is this scene: the"
     " time of its last solve and its estimated error.</p>"
 )
 
 
 class MethodTimingTab(Feature):
-    """The method in use, and the chart of all methods where that is switched on."""
+    """The method in use, and the chart of all methods if that is switched on."""
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         self.job = visitor.job("method timing", time_methods)
         help = "Every method at several resolutions, while this tab is open; again for another beam"
-        visitor.page.html(
-            TAB,
-            '<div class="chart-tab"><div class="tools">'
-            + checkbox("time_methods", "time all methods", help)
-            + '<div id="method"></div></div>'
-            '<div id="timing-chart" class="chart" data-chart hidden></div>'
-            '<div id="timings" class="lists"></div></div>',
-        )
+        tools = checkbox("time_methods", "time all methods", help) + '<div id="method"></div>'
+        visitor.page.html(TAB, chart_tab(tools, "timing-chart", "timings"))
         visitor.bind("time_methods")
 
     @property
@@ -144,14 +138,14 @@ class MethodTimingTab(Feature):
             error, reason = timings.error, timings.message
             if answer and isinstance(error, NoEquilibrium):
                 reason = error_summary(error, answer.beam)
-            page.html("timings", f'<p class="note">{escape(reason)}</p>')
+            page.html("timings", note(reason))
         else:
             page.html("timings", timing_table(timings.result) + NOTE)
             page.chart("timing-chart", timing_data(timings.result, solution))
 
 
 def summary(solution: Solution) -> str:
-    """The method in use, and when to choose it."""
+    """The method in use, and its recommended use."""
     name = solution.problem.method
     return (
         f'<p role="note" aria-label="this method">{swatch(name)}: {escape(cost(solution))}<br>'
@@ -185,7 +179,7 @@ def relative_error(solution: Solution) -> float:
 
 
 def timing_data(timings: Sequence[Timing], solution: Solution | None) -> Data:
-    """The chart: time against error of all methods on logarithmic axes, and the scene's own."""
+    """The chart: time and error of all methods, on logarithmic axes, and those of the scene."""
     good = [timing for timing in timings if math.isfinite(timing.error)]
     times = [math.log10(1000 * timing.seconds) for timing in good]
     span = 10.0 ** math.floor(min(times)), 10.0 ** math.ceil(max(times))
@@ -196,47 +190,33 @@ def timing_data(timings: Sequence[Timing], solution: Solution | None) -> Data:
             at, y = np.array([(1000 * one.seconds, in_frame(one.error)) for one in own]).T
             runs = [[0, len(own) - 1, style, name]]
             lines.append({"label": name, "at": sent(at), "y": sent(y), "runs": runs, "dots": True})
-    marks = [
-        {
-            "key": f"{one.method} {one.resolution}",
-            "kind": "point",
-            "x": 1000 * one.seconds,
-            "y": in_frame(one.error),
-            "text": f"{one.method}, {one.resolution}: {milliseconds(one.seconds)}, relative error"
-            f" {one.error:.0e}",
-        }
-        for one in good
-    ]
+    axes = Measure("time of a solve [ms]", "time", "ms"), Measure("relative error", "error")
+    marks = []
+    for one in good:
+        name, result = f"{one.method}, {one.resolution}", milliseconds(one.seconds)
+        text = f"{name}: {result}, relative error {one.error:.0e}"
+        marks.append(mark(name, "point", axes, 1000 * one.seconds, in_frame(one.error), text))
     if solution:
-        x, y = 1000 * solution.stats.seconds, relative_error(solution)
-        marks.append(
-            {
-                "key": "this scene",
-                "kind": "here",
-                "x": min(max(x, span[0]), span[1]),
-                "y": in_frame(y),
-                "text": f"this scene: {cost(solution)}",
-            }
-        )
-    time = Measure("time of a solve [ms]", "time", "ms")
-    error = Measure("relative error", "error")
+        x = min(max(1000 * solution.stats.seconds, span[0]), span[1])
+        y, text = in_frame(relative_error(solution)), f"this scene: {cost(solution)}"
+        marks.append(mark("this scene", "here", axes, x, y, text))
     return {
         "name": "Time against error of every method",
-        "x": axis_data(time, span, log=True),
-        "y": axis_data(error, (MIN_ERROR, MAX_ERROR), log=True),
+        "x": axis_data(axes[0], span, log=True),
+        "y": axis_data(axes[1], (MIN_ERROR, MAX_ERROR), log=True),
         "lines": lines,
         "marks": marks,
     }
 
 
 def in_frame(error: float) -> float:
-    """An error, or the end of the axis that it lies beyond."""
+    """An error, clamped to the axis."""
     return min(max(error, MIN_ERROR), MAX_ERROR)
 
 
 def timing_table(timings: Sequence[Timing]) -> str:
-    """Every method with a button that chooses it, and its most accurate result, or why there is
-    none."""
+    """Every method with a button that chooses it, and its most accurate result, or the reason why
+    it has none."""
     rows = []
     for name in STYLES:
         own = [timing for timing in timings if timing.method == name]
@@ -244,11 +224,7 @@ def timing_table(timings: Sequence[Timing]) -> str:
         choose = button(name, data_set="method", data_value=name, class_=f"quiet {STYLES[name]}")
         if good:
             best = min(good, key=lambda timing: timing.error)
-            result = (
-                milliseconds(best.seconds),
-                f"{best.error:.0e}",
-                best.resolution,
-            )
+            result = milliseconds(best.seconds), f"{best.error:.0e}", best.resolution
         else:
             result = "–", "–", f'<span class="reason">{escape(own[0].reason)}</span>'
         rows.append((choose, *result))

@@ -1,4 +1,4 @@
-"""The panel of a real beam in SI units: section, material and sizes, each edit shown at once."""
+"""The panel of a real beam in SI units: dimensions, section and material."""
 
 import math
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, SI_REQUIRED, Beam, check_float
 from beamviz.errors import InvalidInput
-from beamviz.explorer.page.html import button
+from beamviz.explorer.page.html import button, options
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
 from beamviz.presets import MATERIALS, REAL_BEAMS, RPM
@@ -24,7 +24,7 @@ Pair = tuple[float, float]
 
 
 class Field(NamedTuple):
-    """A field of the panel: its label, its unit, and the SI value of the unit."""
+    """A field of the panel: label, unit, and the SI value of the unit."""
 
     label: str
     unit: str
@@ -37,10 +37,10 @@ class Field(NamedTuple):
 
 
 class Section(NamedTuple):
-    """A kind of cross-section, given by two sizes.
+    """A kind of cross-section with two dimensions.
 
-    area_and_moment: A [m^2] and I [m^4] of the sizes in SI; sizes: those of A and I; ValueError
-    where there is no such section.
+    area_and_moment: A [m^2] and I [m^4] of the dimensions in SI; sizes: the inverse, raises
+    ValueError if there is no such section.
     """
 
     fields: dict[str, Field]
@@ -55,7 +55,7 @@ def rectangle_sizes(area: float, moment: float) -> Pair:
 
 
 def tube(diameter: float, wall: float) -> Pair:
-    """A and I of a tube; a wall of half the diameter makes a rod."""
+    """A and I of a tube; a rod for a wall of half the diameter."""
     area = math.pi * wall * (diameter - wall)
     return area, area * (diameter**2 + (diameter - 2 * wall) ** 2) / 16
 
@@ -63,10 +63,8 @@ def tube(diameter: float, wall: float) -> Pair:
 def tube_sizes(area: float, moment: float) -> Pair:
     """Outer diameter and wall of a tube."""
     outer, inner = (8 * moment / area + side * 2 * area / math.pi for side in (1, -1))
-    diameter, hole = (
-        math.sqrt(outer),
-        math.sqrt(max(inner, 0.0) if inner > -ROUNDING * outer else inner),
-    )
+    diameter = math.sqrt(outer)
+    hole = math.sqrt(max(inner, 0.0) if inner > -ROUNDING * outer else inner)
     return diameter, (diameter - hole) / 2
 
 
@@ -111,12 +109,9 @@ ALL_FIELDS = FIELDS | {
 PRESETS = {real.name: real for real in REAL_BEAMS}
 
 
-# The beam of the panel as a table: the keywords of Beam.from_si and the sizes of its sections.
-
-
 def entries(beam: Beam) -> dict[str, float]:
-    """The values of the fields in SI, those of sections that a beam does not have left out; {} for
-    a beam whose sizes are not known."""
+    """The values of the fields in SI: keywords of `Beam.from_si`, and the dimensions of all
+    sections with the area and second moment of the beam; {} for a beam without units."""
     si = beam.si
     if not si:
         return {}
@@ -132,8 +127,8 @@ def entries(beam: Beam) -> dict[str, float]:
 
 
 def edited(beam: Beam, name: str, value: Any) -> Beam:
-    """The beam with one field set, in the unit of the field; all other fields keep their values.
-    Raises InvalidInput, which names the field, its value and the values allowed in its unit."""
+    """The beam with one field set, in the unit of the field; the others keep their values. Raises
+    InvalidInput, which names the field, the value and the values allowed in its unit."""
     field, values = ALL_FIELDS[name], entries(beam)
     positive = name not in ("hub_radius", "rotation_speed", "mass", PERCENT)
     low = -MAX_VALUE if name == "hub_radius" else 0.0
@@ -151,7 +146,7 @@ def edited(beam: Beam, name: str, value: Any) -> Beam:
 
 
 def built(values: dict[str, float]) -> Beam:
-    """The beam of values in SI. Raises InvalidInput in the units of the fields."""
+    """The beam of values in SI. Raises InvalidInput, in the units of the fields."""
     slenderness = values["length"] * math.sqrt(values["area"] / values["second_moment"])
     low, high = PARAMETERS["mu"].limits
     if not low <= slenderness <= high:
@@ -166,7 +161,7 @@ def built(values: dict[str, float]) -> Beam:
 
 
 def si_limits(required: dict[str, float]) -> dict[str, Pair]:
-    """Limits, in SI, of the hub, the speed and the mass of a beam with these `required` values."""
+    """Limits, in SI, of hub radius, speed and mass of a beam with these `required` values."""
     bare = Beam.from_si(**required)
     assert bare.units
     assert bare.units.mass
@@ -181,8 +176,8 @@ def si_limits(required: dict[str, float]) -> dict[str, Pair]:
 
 
 def with_section(beam: Beam, kind: str) -> Beam:
-    """The beam with another kind of section: the same area and second moment where there is one
-    with these, else one as thick."""
+    """The beam with another kind of section, of the same area and second moment if there is one,
+    else of the same thickness."""
     values = entries(beam)
     section = SECTIONS[kind]
     if not values or set(section.fields) <= values.keys():
@@ -205,43 +200,43 @@ def material(beam: Beam) -> str:
 
 
 class RealBeamPanel:
-    """The panel in the page. `section` of the state says by which sizes the section is given."""
+    """The panel. `section` of the state is the kind of section whose dimensions it shows."""
 
     def __init__(self, visitor: Visitor):
         self.visitor, self.page = visitor, visitor.page
         for name in ALL_FIELDS:
-            visitor.on(f"real.{name}", partial(self.edit, name))
-        visitor.on("real.preset", self.choose)
-        visitor.on("real.material", self.choose_material)
-        visitor.on("real.section", self.choose_section)
-        visitor.on("dimensionless", lambda _: self.load(lambda beam: beam.replace(units=None)))
+            visitor.page.on(f"real.{name}", partial(self.edit, name))
+        visitor.page.on("real.preset", self.choose)
+        visitor.page.on("real.material", self.choose_material)
+        visitor.page.on("real.section", self.choose_section)
+        visitor.page.on("dimensionless", lambda _: self.load(lambda beam: beam.replace(units=None)))
         visitor.render("case", lambda _: self.show(visitor.state))
         visitor.render("section", lambda _: self.show(visitor.state))
 
     def edit(self, name: str, value: Any) -> None:
-        """A field was set."""
+        """Set a field."""
         self.load(lambda beam: edited(beam, name, value))
 
     def choose(self, name: Any) -> None:
-        """A preset was chosen; an unknown one changes nothing."""
+        """Show a preset; an unknown one changes nothing."""
         if name in PRESETS:
             real = PRESETS[name]
             self.visitor.change(lambda state: replace(state, section=real.section))
             self.load(lambda _: real.beam)
 
     def choose_material(self, name: Any) -> None:
-        """A material was chosen; "own" keeps the values."""
+        """Set the material; "own" keeps the values."""
         if name in MATERIALS:
             self.load(lambda beam: built(entries(beam) | MATERIALS[name]))
 
     def choose_section(self, kind: Any) -> None:
-        """A kind of section was chosen."""
+        """Set the kind of section."""
         if kind in SECTIONS:
             self.visitor.change(lambda state: replace(state, section=kind))
             self.load(lambda beam: with_section(beam, kind))
 
     def load(self, edit: Callable[[Beam], Beam]) -> None:
-        """Show another beam in the same scene, or say what is wrong with it."""
+        """Show another beam in the same scene, or the message of its InvalidInput."""
         scene = current_scene(self.visitor)
         try:
             beam = edit(scene.beam)
@@ -253,7 +248,7 @@ class RealBeamPanel:
             self.visitor.load(replace(scene, beam=beam, camera=None))
 
     def show(self, state: State) -> None:
-        """Show the values of the beam, where they make one."""
+        """Show the values of the beam, unless a number is out of range."""
         if state.case.units is None:
             self.page.html("real-beam", INVITATION)
             return
@@ -270,7 +265,7 @@ class RealBeamPanel:
 
 
 def current_scene(visitor: Visitor) -> Scene:
-    """The scene as it is; the default one where a number is out of range."""
+    """The present scene; the default one if a number is out of range."""
     try:
         return visitor.to_scene()
     except InvalidInput:
@@ -278,13 +273,13 @@ def current_scene(visitor: Visitor) -> Scene:
 
 
 def preset_button(name: str) -> str:
-    """A button that starts from a preset."""
+    """A button that shows a preset."""
     return button(name, data_do="real.preset", data_value=name, title=PRESETS[name].source)
 
 
 INVITATION = (
     '<details class="real"><summary>Real beam (m, kg, rpm, Hz)</summary>'
-    "<p>Numbers are dimensionless now. Start from a real beam and set its sizes:</p>"
+    "<p>Numbers are dimensionless. For SI units, choose a real beam and set its dimensions:</p>"
     f'<div class="choices">{"".join(map(preset_button, PRESETS))}</div></details>'
 )
 
@@ -296,9 +291,8 @@ def number(name: str) -> str:
 
 
 def choice(name: str, label: str, choices: dict[str, str]) -> str:
-    """A selection by name and text."""
-    options = "".join(f'<option value="{key}">{text}</option>' for key, text in choices.items())
-    return f'<label>{label} <select data-set="real.{name}">{options}</select></label>'
+    """A select element."""
+    return f'<label>{label} <select data-set="real.{name}">{options(choices)}</select></label>'
 
 
 SECTION_NAMES = {"rectangle": "rectangle b × h", "tube": "tube", "own": "own A and I"}

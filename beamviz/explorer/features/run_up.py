@@ -3,7 +3,6 @@ the scene shows the steady forced response at each speed."""
 
 import math
 from dataclasses import replace
-from html import escape
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -12,9 +11,9 @@ from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.errors import InvalidInput
-from beamviz.explorer.features.loci_chart import Data, axis_data, sent
+from beamviz.explorer.features.loci_chart import Data, axis_data, mark, sent
 from beamviz.explorer.jobs import Answer, Job, SolverAnswer
-from beamviz.explorer.page.html import button, select, slider, table
+from beamviz.explorer.page.html import button, chart_tab, note, select, slider, table
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run_up
@@ -22,7 +21,7 @@ from beamviz.frequency_loci.sweep import CHART_FILL, chart_range
 from beamviz.scene import PER_REV, clip
 from beamviz.solver.solution import Solution
 
-PER_SECOND = 6.0  # speeds of the run-up passed per second; they are dense near resonances
+PER_SECOND = 6.0  # speeds of the run-up shown per second; they are dense near resonances
 PEAK = 2.0  # largest displacement drawn, over the amplitude of the view
 
 
@@ -35,31 +34,31 @@ class RunUpRequest(NamedTuple):
 
     @classmethod
     def of(cls, state: State) -> Self:
-        """The run-up of a state, whatever its speed."""
+        """The run-up of a state, which does not depend on its speed."""
         return cls(state.case.changed("gamma", 0.0), state.force_per_rev, state.damping)
 
     def run_up(self) -> RunUp:
-        """The run-up to the speed at which the loci chart would change its axis. Raises the errors
-        of `forced_response.run_up`."""
+        """The run-up to the highest speed in the range of the loci chart. Raises the errors of
+        `forced_response.run_up`."""
         beam = self.case.beam()
         stop = CHART_FILL * chart_range(beam, "gamma")[1]
         return run_up(beam, self.per_rev, self.damping, stop, **self.case.options)
 
 
 class RunUpPlayback:
-    """The run-up in the scene: `step` raises the speed shown, `take` prepares the response
-    at that speed for drawing.
+    """The run-up in the scene: `step` increases the speed shown, `take` computes the response at
+    that speed.
 
-    run: None without one for the present beam and force; running: the speed is rising; driven: the
-    scene shows the response; field (n, 2): complex displacement in beam lengths as drawn.
+    run: None if it is not computed for the present beam and force; running: the speed increases;
+    driven: the scene shows the response; field: complex displacement (n, 2) [beam lengths] drawn.
     """
 
     def __init__(self, visitor: Visitor):
         self.visitor = visitor
         self.job: Job[RunUpRequest, RunUp] = visitor.job("run-up", RunUpRequest.run_up)
         self.request: RunUpRequest | None = None
-        self.position: float | None = None  # index among the speeds of the run, while it runs
-        self.gamma = 0.0  # of the beam when the run-up began
+        self.position: float | None = None  # index of the present speed, None while not running
+        self.gamma = 0.0  # of the beam at the start of the run-up
         self.drawn: tuple[object, ...] = ()
         self.phase = 0.0  # [rad] of the force
         self.field: np.ndarray = np.zeros((0, 2))
@@ -77,26 +76,26 @@ class RunUpPlayback:
 
     @property
     def running(self) -> bool:
-        """Whether the speed is rising."""
+        """Whether the speed increases."""
         return self.position is not None and self.run is not None
 
     @property
     def driven(self) -> bool:
-        """Whether the scene shows the response: from the first speed until a mode is chosen."""
+        """Whether the scene shows the response: from the start until a mode is chosen."""
         return self.visitor.state.forced_response and self.run is not None and self.field.size > 0
 
     @property
     def inputs(self) -> tuple[object, ...]:
-        """What the scene and the tab depend on."""
+        """The answer, and whether the speed increases and the response is shown."""
         return self.answer, self.running, self.visitor.state.forced_response
 
     @property
     def outdated(self) -> bool:
-        """Whether the scene has yet to take up a change."""
+        """Whether an input has changed since the last `take`."""
         return any(a is not b for a, b in zip(self.inputs, self.drawn or (0, 0, 0), strict=True))
 
     def start_or_stop(self) -> None:
-        """Start from rest, or stop; a beam without a solution stays."""
+        """Start from rest, or stop; nothing for a number out of range."""
         state = self.visitor.state
         if self.running:
             self.stop()
@@ -116,23 +115,23 @@ class RunUpPlayback:
         )
 
     def compute(self) -> None:
-        """Have the run-up of the state computed."""
+        """Request the run-up of the state."""
         request = RunUpRequest.of(self.visitor.state)
         self.request = self.job.latest if self.job.latest == request else request
         self.job.request(request)
 
     def stop(self) -> None:
-        """Stop; the beam has its own speed again."""
+        """Stop, and show the beam at its own speed again."""
         self.position = None
         self.visitor.follow(replace(self.visitor.state, run_speed=None))
 
     def step(self, elapsed: float) -> None:
-        """Raise the speed, `elapsed` seconds later. Another speed set by the visitor stops the
-        run-up; another beam, model or force ends it."""
+        """Increase the speed after `elapsed` [s]. If the visitor has set another speed, stop the
+        run-up; for another beam, model or force discard it."""
         with self.visitor.lock:
             state = self.visitor.state
             if self.request is None:
-                if state.forced_response:  # by a link, or an undo
+                if state.forced_response:  # of a link, or after undo
                     self.compute()
             elif RunUpRequest.of(state) != self.request:
                 self.request = self.position = None
@@ -143,7 +142,7 @@ class RunUpPlayback:
                 self.advance(elapsed)
 
     def advance(self, elapsed: float) -> None:
-        """Show the next speed; after the last stable one, that of the beam."""
+        """Show the next speed; after the last stable one stop."""
         assert self.run
         assert self.position is not None
         unstable = np.flatnonzero(~np.isfinite(self.run.amplitudes))
@@ -157,7 +156,7 @@ class RunUpPlayback:
         self.visitor.follow(replace(self.visitor.state, run_speed=speed))
 
     def take(self, answer: SolverAnswer | None, shapes: SampledModes) -> None:
-        """Take up a change, and the answer at the present speed."""
+        """Compute the response to draw from the answer at the present speed."""
         self.drawn = self.inputs
         if self.visitor.state.forced_response and self.run and answer and answer.solution:
             amplitude = self.visitor.state.view.amplitude
@@ -183,8 +182,8 @@ class RunUpPlayback:
 def scaled_response(
     run: RunUp, solution: Solution, shapes: SampledModes, amplitude: float
 ) -> np.ndarray:
-    """Response (n, 2) at the stations of the shapes, drawn in the square root of its size; empty
-    where the beam is unstable, as it may be before a run-up begins."""
+    """Response (n, 2) at the stations of the shapes, with the square root of its size as amplitude;
+    (0, 2) for an unstable beam, as before the start of a run-up."""
     field = response(solution, run.per_rev * solution.beam.gamma, run.damping, shapes.x)
     if not np.isfinite(field).all():
         return np.zeros((0, 2))
@@ -201,11 +200,11 @@ FORCES = {str(k): f"{k} × per revolution" for k in PER_REV}
 ABOVE, BELOW = 1.5, 1e-4  # ends of the amplitude axis, over the largest amplitude
 DAMPING_HELP = "Damping ratio of every mode; 100 % is critical damping"
 NOTE = (
-    "<p>A force spread over the beam like its weight, repeating k times per revolution. The curve"
+    "<p>A force distributed over the beam like its weight, with k periods per revolution. The curve"
     " is the steady linear response of the tip at each speed, with the same damping ratio for"
-    " every mode; 1 is the deflection at rest under the same force. In the picture, small responses"
-    " are enlarged (square root), and the speed rises slowly near a resonance. At the end the beam"
-    " has its own speed again.</p>"
+    " every mode; 1 is the deflection at rest under the same force. In the scene, small responses"
+    " are enlarged (square root), and the speed increases slowly near a resonance. At the end the"
+    " beam has its own speed again.</p>"
 )
 
 
@@ -218,21 +217,22 @@ class RunUpTab(Feature):
         visitor.page.html("tab-run-up", skeleton())
         visitor.bind("force_per_rev", with_force)
         visitor.bind("damping", with_damping, shown=lambda ratio: round(100 * ratio, 6))
-        visitor.on("run_up", lambda _: playback.start_or_stop())
+        visitor.page.on("run_up", lambda _: playback.start_or_stop())
 
     @property
     def inputs(self) -> tuple[object, ...]:
-        """The run-up, and the beam on it."""
+        """The run-up, and the answer shown."""
         return *self.playback.inputs, self.visitor.answer
 
     def show(self) -> None:
-        """Show the run-up with the beam on it, or why there is none."""
+        """Show the run-up with the speed of the beam, or the reason why there is none."""
         playback, run, page = self.playback, self.playback.run, self.visitor.page
         page.html("run-up-button", "Stop" if playback.running else START)
         page.props("run-up-chart", hidden=run is None)
         if run is None:
-            message = playback.answer.message if playback.answer else ""
-            page.html("run-up-list", f'<p class="note">{escape(message)}</p>' if message else NOTE)
+            page.html(
+                "run-up-list", note(playback.answer.message if playback.answer else "") or NOTE
+            )
             return
         answer = self.visitor.answer
         beam = answer.beam if answer else None
@@ -243,18 +243,16 @@ class RunUpTab(Feature):
 def skeleton() -> str:
     """The tab without its contents."""
     low, high = (100 * end for end in DAMPING)
-    return (
-        '<div class="chart-tab"><div class="tools">'
-        + select("force_per_rev", "force", FORCES)
+    tools = (
+        select("force_per_rev", "force", FORCES)
         + slider("damping", "damping ζ [%]", DAMPING_HELP, min=low, max=high, step=0.1)
-        + '<button type="button" id="run-up-button" class="main" data-do="run_up"></button></div>'
-        '<div id="run-up-chart" class="chart" data-chart hidden></div>'
-        '<div id="run-up-list" class="lists"></div></div>'
+        + button("", id="run-up-button", class_="main", data_do="run_up")
     )
+    return chart_tab(tools, "run-up-chart", "run-up-list")
 
 
 def with_force(state: State, per_rev: object) -> State:
-    """With another number of periods of the force in a revolution."""
+    """With another number of periods of the force per revolution."""
     return replace(state, force_per_rev=int(str(per_rev))) if str(per_rev) in FORCES else state
 
 
@@ -266,40 +264,35 @@ def with_damping(state: State, percent: object) -> State:
 
 def run_data(run: RunUp) -> Data:
     """The chart: amplitudes over the speed, and the resonances."""
-    along = measure("gamma", run.beam.units)
+    axes = along, _ = measure("gamma", run.beam.units), AMPLITUDE
     known = run.amplitudes[np.isfinite(run.amplitudes)]
     low, high = (float(known.min()), float(known.max())) if known.size else (1.0, 1.0)
     runs = [[0, len(run.speeds) - 1, "bending", ""]]
+    marks = []
+    for one in run.resonances:
+        key, peak = f"{one.branch} {one.at:.4g}", run.peak(one)
+        place = f"resonance of {one.branch}: {along.text(one.at, 4)}"
+        text = f"{place}, {peak:.3g} times the deflection at rest"
+        action = {"action": "gamma", "value": along.factor * one.at}
+        marks.append(mark(key, "resonance", axes, one.at, peak, text, **action))
     return {
         "name": "Response of the tip over the speed",
         "x": axis_data(along, (0.0, float(run.speeds[-1]))),
         "y": axis_data(AMPLITUDE, (max(low, BELOW * high) / ABOVE, ABOVE * high), log=True),
         "at": sent(along.factor * run.speeds),
         "lines": [{"label": "tip", "y": sent(run.amplitudes), "runs": runs}],
-        "marks": [
-            {
-                "key": f"{one.branch} {one.at:.4g}",
-                "kind": "resonance",
-                "x": along.factor * one.at,
-                "y": run.peak(one),
-                "text": f"resonance of {one.branch}: {along.text(one.at, 4)},"
-                f" {run.peak(one):.3g} times the deflection at rest",
-                "action": "gamma",
-                "value": along.factor * one.at,
-            }
-            for one in run.resonances
-        ],
+        "marks": marks,
     }
 
 
 def cursor(run: RunUp, beam: Beam | None) -> Data | None:
-    """The line of the beam shown, which sets the speed."""
+    """The line at the beam shown, which sets the speed."""
     along = measure("gamma", run.beam.units)
     return {"action": "gamma", "x": along.factor * beam.gamma} if beam else None
 
 
 def resonance_table(run: RunUp) -> str:
-    """Speed, frequency and amplitude of the resonances, each with a button that moves there."""
+    """Speed, frequency and amplitude of the resonances, each with a button that sets the speed."""
     if not run.resonances:
         return "<p>No resonance in this range.</p>"
     along, across = measure("gamma", run.beam.units), frequencies(run.beam.units)

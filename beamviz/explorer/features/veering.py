@@ -18,28 +18,29 @@ from beamviz.explorer.features.loci_chart import (
     event_names,
     frequency_axis,
     loci_lines,
+    mark,
     sent,
 )
 from beamviz.explorer.features.loci_tab import LociTab
 from beamviz.explorer.jobs import Answer
-from beamviz.explorer.page.html import button
+from beamviz.explorer.page.html import button, note
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, loci
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.solver.solution import BENDING, STRETCHING
 
-POINTS = 40  # of a sweep; even, so that its middle is not one of them
-REACH = 0.2  # of the chart's range to both sides: where the other event is searched, widest view
+POINTS = 40  # of a sweep; even, so that the middle is not one of them
+REACH = 0.2  # of the chart's range, to each side: for the search of an event, and the widest view
 MIN_WIDTH = 0.004  # of the chart's range: half width of the narrowest view
-MARGIN = 5.0  # half width of the view, in distances over which the gap doubles
-BESIDE = 1e-3  # of the view: shapes are taken beside a crossing, where they are not unique
-EXCHANGED, KEPT = 0.5, 0.1  # change of the bending fraction that makes an exchange, or none
+MARGIN = 5.0  # half width of the view, over the distance in which the gap doubles
+BESIDE = 1e-3  # of the view: offset of shapes from a crossing, where they are not unique
+EXCHANGED, KEPT = 0.5, 0.1  # change of the bending fraction: exchange above, none below
 X = np.linspace(0.0, 1.0, 61)
 
 
 class ModeShape(NamedTuple):
-    """Displacements (61, 2) of a mode along and across the beam at X, the largest 1, its share of
-    bending energy, and its name, or what it is a mixture of."""
+    """A mode: displacements (61, 2) along and across the beam at X, the largest 1; fraction of
+    bending energy; name, or the mixture that it is."""
 
     displacement: np.ndarray
     bending_fraction: float
@@ -50,8 +51,8 @@ class ModeShape(NamedTuple):
 class LociPair:
     """Two loci around their crossing or veering, without or with Coriolis forces.
 
-    found: the loci in the view; event: None where the two neither cross nor veer; shapes: of each
-    branch before, at and after.
+    found: the loci in the view; event: None if the two neither cross nor veer; at: its value, else
+    the middle of the view; shapes: of each branch before, at and after the event.
     """
 
     found: Loci
@@ -62,7 +63,7 @@ class LociPair:
 
     @property
     def coriolis(self) -> bool:
-        """Whether with Coriolis forces."""
+        """Whether the loci include Coriolis forces."""
         return self.found.problem.coriolis
 
     @property
@@ -72,7 +73,7 @@ class LociPair:
 
     @property
     def kind(self) -> str:
-        """crossing, veering or ""."""
+        """The kind of the event; "" for none."""
         return self.event.kind if self.event else ""
 
 
@@ -92,7 +93,8 @@ class VeeringRequest:
         return self.chart.stop - self.chart.start
 
     def pairs(self) -> Pairs:
-        """Without and with Coriolis forces, over the same values; raises the errors of `loci`."""
+        """The loci without and with Coriolis forces, at the same values. Raises the errors of
+        `loci`."""
         reach = REACH * self.width
         wide = self.values(self.event.at, reach)
         found = [self.loci(wide, coriolis) for coriolis in (False, True)]
@@ -107,12 +109,12 @@ class VeeringRequest:
         return off, on
 
     def values(self, at: float, reach: float) -> np.ndarray:
-        """Values to both sides of `at`, within the limits of the number."""
+        """Values up to `reach` from `at`, within the limits of the number."""
         low, high = PARAMETERS[self.chart.over].limits
         return np.linspace(max(at - reach, low), min(at + reach, high, self.chart.stop), POINTS)
 
     def loci(self, values: np.ndarray, coriolis: bool) -> Loci:
-        """The loci over some values."""
+        """The loci at some values."""
         options = {**self.chart.options, "coriolis": coriolis}
         return loci(self.chart.beam, self.chart.over, values, **options)
 
@@ -140,7 +142,7 @@ def same_event(found: Loci, event: Event, reach: float) -> Event | None:
 
 
 def branches_of(found: Loci, event: Event, at: float) -> tuple[Branch, Branch]:
-    """The two branches of an event; by frequency where other loci have other labels."""
+    """The two branches of an event; the nearest in frequency if the loci have other labels."""
     by_label = {branch.label: branch for branch in found.branches}
     if all(label in by_label for label in event.branches):
         return by_label[event.branches[0]], by_label[event.branches[1]]
@@ -151,7 +153,7 @@ def branches_of(found: Loci, event: Event, at: float) -> tuple[Branch, Branch]:
 
 
 def loci_pair(found: Loci, own: Event | None, event: Event, centre: float) -> LociPair:
-    """Two loci with their shapes at the ends of the view and at their event."""
+    """Two loci with their shapes at the ends of the view and at the event `own`, if any."""
     at = own.at if own else centre
     branches = branches_of(found, own or event, at)
     k = int(np.argmin(abs(found.values - at)))
@@ -163,10 +165,10 @@ def loci_pair(found: Loci, own: Event | None, event: Event, centre: float) -> Lo
 
 
 def mode_shape(branch: Branch, k: int) -> ModeShape:
-    """Shape of a branch at value number k; nan where it has none.
+    """The shape of a branch at the value of index k; nan if it has none.
 
-    With Coriolis forces axial and transverse motion are a quarter of a period apart: the complex
-    shape is real along the beam and imaginary across it, up to a factor.
+    With Coriolis forces the phases of axial and transverse motion differ by a quarter of a period:
+    the complex shape is real along the beam and imaginary across it, up to a factor.
     """
     solution, mode = branch.solutions[k], int(branch.mode_index[k])
     if solution is None or mode < 0:
@@ -180,7 +182,7 @@ def mode_shape(branch: Branch, k: int) -> ModeShape:
 
 
 def aligned(one: ModeShape, other: ModeShape) -> ModeShape:
-    """A shape with the sign that correlates with another."""
+    """A shape with the sign of positive correlation with another."""
     opposite = (one.displacement * other.displacement).sum() < 0
     return one._replace(displacement=-one.displacement) if opposite else one
 
@@ -200,8 +202,8 @@ SKELETON = (
 
 
 class VeeringTab(Feature):
-    """A summary, a chart of both cases and the mode shapes, of the event of the tab Frequencies:
-    the chosen one, or while this tab is open the nearest."""
+    """A summary, a chart and the mode shapes of a crossing or veering: that chosen in the tab
+    Frequencies, else the nearest to the beam."""
 
     def __init__(self, visitor: Visitor, loci_tab: LociTab):
         super().__init__(visitor)
@@ -215,16 +217,12 @@ class VeeringTab(Feature):
         """The open tab, the beam, the chosen event, and the answers."""
         tab, visitor = self.loci_tab, self.visitor
         return (
-            visitor.page.tab,
-            visitor.chart_answer,
-            tab.chosen,
-            tab.charts.answer,
-            self.job.answer,
+            visitor.page.tab, visitor.chart_answer, tab.chosen, tab.charts.answer, self.job.answer,
             self.job.slow,
-        )
+        )  # fmt: skip
 
     def show(self) -> None:
-        """Magnify the event as long as the chart has it."""
+        """Request the loci around the event while the tab is open, and show the last ones."""
         if self.visitor.page.tab != "tab-veering":
             return
         page, event, chart = self.visitor.page, self.loci_tab.event, self.loci_tab.chart
@@ -238,7 +236,7 @@ class VeeringTab(Feature):
         page.chart("veering-chart", {"cursor": self.loci_tab.cursor})
 
     def draw(self, chart: Chart, answer: Answer[VeeringRequest, Pairs] | None) -> None:
-        """Draw the event that was magnified last."""
+        """Show the last event."""
         page, pairs = self.visitor.page, (answer.result or ()) if answer else ()
         page.props("veering-chart", hidden=not pairs)
         is_coming = answer is None and bool(chart.events)
@@ -268,8 +266,8 @@ def choices(chart: Chart) -> str:
 
 
 def pairs_data(pairs: Pairs, request: ChartRequest) -> Data:
-    """The chart: the loci without (dashed) and with Coriolis forces, the smallest gap as an
-    upright line, and the crossings."""
+    """The chart: the loci without (dashed) and with Coriolis forces, the smallest gap as a vertical
+    line, and the crossings."""
     along, across = request.measures
     values = pairs[0].values
     lines = []
@@ -283,6 +281,8 @@ def pairs_data(pairs: Pairs, request: ChartRequest) -> Data:
     frequency = np.array([branch.frequency for pair in pairs for branch in pair.branches])
     low, high = np.nanmin(frequency), np.nanmax(frequency)
     margin = 0.06 * (high - low)
+    events = [pair.event for pair in pairs if pair.event]
+    crossings = [(one.kind, one.at, one.frequency) for one in events if one.kind == "crossing"]
     veering = next((pair for pair in reversed(pairs) if pair.kind == "veering"), None)
     if veering:
         k = int(np.searchsorted(values, veering.at))
@@ -297,31 +297,22 @@ def pairs_data(pairs: Pairs, request: ChartRequest) -> Data:
         "at": sent(along.factor * values),
         "lines": lines,
         "marks": [
-            {
-                "key": "crossing",
-                "kind": "crossing",
-                "x": along.factor * pair.event.at,
-                "y": across.factor * pair.event.frequency,
-                "text": f"crossing: {along.text(pair.event.at, 5)}",
-            }
-            for pair in pairs
-            if pair.event and pair.kind == "crossing"
+            mark(kind, kind, request.measures, at, frequency, f"{kind}: {along.text(at, 5)}")
+            for kind, at, frequency in crossings
         ],
     }
 
 
 def message(answer: Answer[VeeringRequest, Pairs] | None) -> str:
-    """Why nothing is magnified."""
-    if answer and answer.message:
-        return f'<p class="note">{escape(answer.message)}</p>'
-    return f"<p>{INVITATION}</p>"
+    """The reason why no event is shown."""
+    return note(answer.message if answer else "") or f"<p>{INVITATION}</p>"
 
 
 def sentence(pair: LociPair, along: Measure, across: Measure) -> str:
-    """Crossing or veering, where, and the size of the gap."""
+    """The kind of the event, its position and the gap."""
     case = "<b>Coriolis on</b> (thick): " if pair.coriolis else "<b>Coriolis off</b> (dashed): "
     if pair.event is None:
-        return case + "too far apart for a veering."
+        return case + "the gap is too large for a veering."
     value = along.number(pair.at, 3)
     at = f"at {value} {along.unit}" if along.unit else f"at {along.symbol} {value}"
     if pair.kind == "crossing":
@@ -338,7 +329,7 @@ def sentence(pair: LociPair, along: Measure, across: Measure) -> str:
 
 
 def shape_table(pair: LociPair, caption: str) -> str:
-    """What happens, and the shapes of both branches, the upper one first, before, at and after."""
+    """The shapes of both branches, the upper one first, before, at and after the event."""
     order = sorted((0, 1), key=lambda k: -float(np.nan_to_num(pair.branches[k].frequency[0])))
     rows = "".join(
         "<tr>" + "".join(f"<td>{drawing(shape)}</td>" for shape in pair.shapes[k]) + "</tr>"
@@ -353,7 +344,7 @@ def shape_table(pair: LociPair, caption: str) -> str:
 
 
 def drawing(shape: ModeShape) -> str:
-    """A shape as SVG: displacement along and across the beam over x; below it what it is called."""
+    """A shape as SVG, displacement along and across the beam over x, with its name below."""
     if not math.isfinite(shape.bending_fraction):
         return "–"
     family = BENDING if shape.bending_fraction >= 0.5 else STRETCHING

@@ -8,33 +8,33 @@ from typing import Any
 from beamviz.beam import NUMBERS, PARAMETERS, Units
 from beamviz.drawing.text import measures
 from beamviz.explorer.page.html import button, checkbox, slider
-from beamviz.explorer.state import State
+from beamviz.explorer.state import TERMS, State
 from beamviz.explorer.visitor import Visitor
 
-TERMS = {
+SWITCHES = {
     "stiffening": (
         "stiffening",
-        "The tension of a rotating beam straightens it, as in a string: bending gets faster",
+        "Tension by the centrifugal force, as in a taut string: it raises bending frequencies",
     ),
     "softening": (
         "spin softening",
-        "What is displaced outwards is pulled outwards more: motion in the plane of rotation"
-        " gets slower",
+        "The centrifugal force grows with a displacement in the plane of rotation: it lowers the"
+        " frequencies of motion in this plane",
     ),
     "coriolis": (
         "Coriolis",
-        "The force on what moves along a rotating beam; it couples bending and stretching",
+        "Forces on parts that move within the rotating frame: they couple bending and stretching",
     ),
+    "mass": ("mass", "The concentrated mass; switched on again it has its last value"),
 }
-MASS = "The concentrated mass; switched on again it is what it was"
 RESET_HINT = "Back to the scene as the page, a link, a file or the lesson opened it (R)"
 DIGITS = 8  # of a number in its field
 FIRST_MASS = 1.0  # for a beam that never had one
 
 
 class NumberControls:
-    """The five numbers and the spin-up, each with a slider for its everyday range and a field for
-    all of it, in the units of the beam."""
+    """The numbers of the beam, each with a slider for its usual range and a field for its full
+    range, in the units of the beam."""
 
     def __init__(self, visitor: Visitor):
         self.visitor, self.page = visitor, visitor.page
@@ -45,7 +45,7 @@ class NumberControls:
         self.measures = measures(visitor.state.case.units)
         visitor.render("scene", lambda _: self.choose_ranges(visitor.state))
         for name in NUMBERS:
-            visitor.on(name, partial(self.edit, name))
+            visitor.page.on(name, partial(self.edit, name))
             visitor.render(name, partial(self.show, name))
 
     def edit(self, name: str, value: Any) -> None:
@@ -54,7 +54,7 @@ class NumberControls:
         self.visitor.change(lambda state: state.changed(name, number))
 
     def show(self, name: str, number: Any) -> None:
-        """Show a number; the slider widens for one beyond its everyday range."""
+        """Show a number; a slider whose range does not contain it gets the full range."""
         if not is_finite(number):
             return
         measure, (low, high) = self.measures[name], self.ranges[name]
@@ -64,7 +64,7 @@ class NumberControls:
         self.page.value(name, shown)
 
     def choose_ranges(self, state: State) -> None:
-        """Choose labels and ranges for another scene, and show its numbers."""
+        """Choose labels and ranges for a scene that was loaded, and show its numbers."""
         units = state.case.units
         self.measures = measures(units)
         for name in NUMBERS:
@@ -75,8 +75,8 @@ class NumberControls:
         self.page.html("units", "SI units" if units else "Real beam…")
 
     def choose_range(self, name: str, number: float, units: Units | None) -> None:
-        """Label and range of a slider. It covers four times the value of a real beam, and the full
-        range where it must."""
+        """Set the label and the range of a slider: up to four times the value of a real beam, or
+        the full range if the usual one does not contain the value."""
         measure, parameter = self.measures[name], NUMBERS[name]
         self.page.html(f"{name}-label", escape(measure.label))
         low, high, step = parameter.slider
@@ -90,18 +90,18 @@ class NumberControls:
         self.set_range(name, low, high)
 
     def set_range(self, name: str, low: float, high: float) -> None:
-        """Range of a slider, as shown."""
+        """Set the range of a slider, in the unit shown."""
         self.ranges[name] = low, high
         self.page.props(f"{name}-slider", min=low, max=high)
 
 
 def is_finite(number: Any) -> bool:
-    """Whether a value that a page has sent is a finite number."""
+    """Whether a value from a page is a finite number."""
     return isinstance(number, int | float) and math.isfinite(number)
 
 
 def number_slider(name: str) -> str:
-    """The slider and the field of one of the five numbers."""
+    """The slider and the field of a number of the beam."""
     parameter = NUMBERS[name]
     low, high, step = parameter.slider
     return (
@@ -112,7 +112,7 @@ def number_slider(name: str) -> str:
 
 
 def switch_term(name: str, state: State, on: Any) -> State:
-    """With a term switched on or off; how the beam was is kept for comparison."""
+    """With a term switched on or off; the case before is kept for comparison."""
     return state.keep_for_comparison().changed(name, on)
 
 
@@ -121,19 +121,18 @@ class TermControls:
 
     def __init__(self, visitor: Visitor):
         self.alpha = FIRST_MASS
-        boxes = {**TERMS, "mass": ("mass", MASS)}
-        rows = (checkbox(key, label, help) for key, (label, help) in boxes.items())
+        rows = (checkbox(key, label, help) for key, (label, help) in SWITCHES.items())
         visitor.page.html("effects", "".join(rows))
         for name in TERMS:
             visitor.bind(name, partial(switch_term, name))
         visitor.bind("mass", self.switch_mass, of="alpha", shown=self.has_mass)
 
     def has_mass(self, alpha: Any) -> bool:
-        """Whether the beam has a mass; how large it is, is noted."""
+        """Whether the beam has a mass; stores its value."""
         if isinstance(alpha, int | float) and alpha > 0:
             self.alpha = alpha
         return alpha != 0
 
     def switch_mass(self, state: State, on: Any) -> State:
-        """Take the mass off, or put it back."""
+        """Remove the mass, or restore its last value."""
         return state.keep_for_comparison().changed("alpha", self.alpha if on else 0.0)

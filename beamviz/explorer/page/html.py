@@ -11,13 +11,13 @@ from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import duration, significant
 from beamviz.explorer.jobs import SolverAnswer
 
-ROUNDING = 1e-9  # [%]
-NOTHING = 1e-8  # [lengths of the beam] a smaller displacement is none
+ROUNDING = 1e-9  # [%] rounding error of a stretch
+NOTHING = 1e-8  # [beam lengths] a smaller displacement is rounding error
 
 
 def equilibrium_state(answer: SolverAnswer) -> str:
-    """The state of the equilibrium in up to three lines: stable, with a caution in amber where it
-    is far from a real beam; or what is wrong."""
+    """The state of the equilibrium in up to three lines: stable, with a caution if no real beam has
+    it; or the warning."""
     if answer.shapes and not answer.warning:
         title, text, kind = "Stable equilibrium", stretch_text(answer.shapes), "good"
         if answer.caution:
@@ -32,7 +32,8 @@ def equilibrium_state(answer: SolverAnswer) -> str:
 
 
 def state_switch(answer: SolverAnswer) -> str:
-    """A button from an unstable straight state to the stable one, and back from a bent one."""
+    """A button that shows the stable state instead of an unstable straight one, or the straight
+    state instead of a bent one."""
     options, solution = answer.request.options, answer.solution
     if solution is None or solution.beam.spin_up:
         return ""
@@ -44,7 +45,7 @@ def state_switch(answer: SolverAnswer) -> str:
 
 
 def stretch_text(shapes: SampledModes) -> str:
-    """How much the rotation stretches the beam, or where the tip of a bent one is."""
+    """The elongation of the beam by rotation; for a bent beam the position of its tip."""
     beam, (x, y) = shapes.beam, shapes.centreline[-1]
     if shapes.centreline[:, 1].any():
         return f"bent: the tip is at ({x:.3f}, {y:.3f}) L from the clamp"
@@ -76,21 +77,21 @@ def legend(name: str, largest: float, units: Units | None) -> str:
 
 
 def pace(rate: float, units: Units | None) -> str:
-    """How much time [T*] passes in one second, `rate`, in the units of the beam."""
+    """The time [T*] that passes in one second on the screen, `rate`, in the units of the beam."""
     ratio = ""
     if units:
         faster = rate * units.time
         times = significant(1 / faster if 0 < faster < 1 else faster, 3)
         ratio = f" ({times} times {'slower' if faster < 1 else 'faster'})"
-    return f"one second here = {duration(rate, units)}{ratio}"
+    return f"one second on screen = {duration(rate, units)}{ratio}"
 
 
 # Controls
 
 
 def attributes(**values: Any) -> str:
-    """Attributes as HTML: aria_label= becomes aria-label, disabled=True stands alone, None and
-    False are left out, data_value= and what is no text become JSON."""
+    """Attributes as HTML: aria_label= becomes aria-label, disabled=True has no value, None and
+    False are left out, data_value= and values other than strings become JSON."""
     parts = []
     for name, value in values.items():
         name = name.strip("_").replace("_", "-")
@@ -106,12 +107,12 @@ def attributes(**values: Any) -> str:
 
 
 def button(label: str, **values: Any) -> str:
-    """A button: data_do= or data_set= say what it does, data_value= with which value."""
+    """A button: data_do= names its action or data_set= the value that it sets, to data_value=."""
     return f'<button type="button"{attributes(**values)}>{escape(label)}</button>'
 
 
 def hint(name: str, text: str) -> str:
-    """A question mark that opens an explanation; name: of what it explains."""
+    """A question mark that opens an explanation of `name`."""
     key = "hint-" + "".join(c if c.isalnum() else "-" for c in name)
     about = attributes(popovertarget=key, aria_label=f"About {name}")
     return (
@@ -120,47 +121,64 @@ def hint(name: str, text: str) -> str:
     )
 
 
-def slider(key: str, label: str, help: str = "", field: bool = True, **values: Any) -> str:
-    """A slider with its label and, where `field`, a box for any value; values: min=, max=,
-    step= and other attributes of the slider."""
+def slider(key: str, label: str, help: str = "", **values: Any) -> str:
+    """A slider with its label and a number field; values: min=, max=, step= of the slider."""
     box = attributes(id=f"{key}-field", data_set=key, aria_label=label, step="any")
     return (
         f'<div class="field"><span class="name"><label for="{key}-slider" id="{key}-label">'
         f"{escape(label)}</label>{hint(label, help) if help else ''}</span>"
-        f"{f'<input type=number{box}>' if field else '<span></span>'}"
-        f'<input type="range" id="{key}-slider"'
+        f'<input type="number"{box}><input type="range" id="{key}-slider"'
         f"{attributes(data_set=key, **values)}></div>"
     )
 
 
 def checkbox(key: str, label: str, help: str = "") -> str:
-    """A box to tick with its label."""
+    """A checkbox with its label."""
     return (
         f'<div class="row"><label class="check"><input type="checkbox"{attributes(data_set=key)}>'
         f"{escape(label)}</label>{hint(label, help) if help else ''}</div>"
     )
 
 
-def select(
-    key: str, label: str, choices: Iterable[str] | Mapping[str, str], help: str = "", **values: Any
-) -> str:
-    """A list of choices with its label; choices: the values, or names by value."""
-    names = choices if isinstance(choices, Mapping) else {one: one for one in choices}
-    options = "".join(
-        f"<option{attributes(value=value)}>{escape(name)}</option>" for value, name in names.items()
+def options(choices: Iterable[str] | Mapping[str, str]) -> str:
+    """Options of a select element; choices: the values, or labels by value."""
+    labels = choices if isinstance(choices, Mapping) else {one: one for one in choices}
+    return "".join(
+        f"<option{attributes(value=value)}>{escape(one)}</option>" for value, one in labels.items()
     )
+
+
+def select(
+    key: str, label: str, choices: Iterable[str] | Mapping[str, str], help: str = "", id: str = ""
+) -> str:
+    """A select element with its label; choices: see `options`."""
+    id = id or f"{key}-select"
     return (
-        f'<div class="field"><span class="name"><label for="{key}-select">{escape(label)}</label>'
+        f'<div class="field"><span class="name"><label for="{id}">{escape(label)}</label>'
         f"{hint(label, help) if help else ''}</span>"
-        f'<select id="{key}-select"{attributes(data_set=key, **values)}>{options}</select>'
-        "</div>"
+        f'<select id="{id}" data-set="{key}">{options(choices)}</select></div>'
+    )
+
+
+def note(text: str) -> str:
+    """A paragraph about a missing or incomplete result; "" for no text."""
+    return f'<p class="note">{escape(text)}</p>' if text else ""
+
+
+def chart_tab(tools: str, chart: str, *lists: str, hidden: bool = True) -> str:
+    """The skeleton of a tab: its controls (HTML), and by their ids its chart and its lists."""
+    parts = "".join(f'<div id="{id}"></div>' for id in lists)
+    return (
+        f'<div class="chart-tab"><div class="tools">{tools}</div>'
+        f'<div id="{chart}" class="chart" data-chart{" hidden" if hidden else ""}></div>'
+        f'<div class="lists">{parts}</div></div>'
     )
 
 
 def table(
     name: str, heads: Iterable[str], rows: Iterable[Iterable[object]], caption: str = ""
 ) -> str:
-    """A table of cells (HTML), called `name` by screen readers."""
+    """A table of cells (HTML) with the accessible name `name`."""
     title = f"<caption>{escape(caption)}</caption>" if caption else ""
     head = "".join(f'<th scope="col">{escape(one)}</th>' for one in heads)
     body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)

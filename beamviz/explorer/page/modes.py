@@ -1,4 +1,4 @@
-"""The table of modes: a row shows one mode, its slider mixes it with others."""
+"""The table of modes: a click on a row shows one mode alone, its slider mixes it with others."""
 
 import math
 from collections.abc import Collection
@@ -15,9 +15,9 @@ from beamviz.solver import Solution
 
 STRIP, INSET = 42, 4  # [px] length of the drawing of a beam with its nodes, and of its ends
 MODES_HINT = (
-    "The shapes in which the beam vibrates freely, each at its own frequency. Click one to see it"
-    " alone; the sliders mix several. B: bending, S: stretching. The errors are estimates of the"
-    " numerical error."
+    "The shapes of free vibration, each with its own frequency. Click one to see it alone; the"
+    " sliders mix several. B: bending, S: stretching. The errors are estimates of the numerical"
+    " error."
 )
 HEADING = (
     f'<div class="row"><h2>Natural modes</h2>{hint("natural modes", MODES_HINT)}'
@@ -29,7 +29,7 @@ UNIT_HINT = hint("the unit", "× 1/T*, the beam's own unit of time: T* = √(ρ 
 
 
 def mode_table(answer: SolverAnswer, shown: Collection[int]) -> str:
-    """The modes of an answer with a solution; the ones shown (from 0) are marked."""
+    """The table of the modes of an answer with a solution; those `shown` (0-based) are marked."""
     solution = answer.solution
     assert solution
     across = frequencies(solution.beam.units)
@@ -54,7 +54,7 @@ def mode_table(answer: SolverAnswer, shown: Collection[int]) -> str:
 
 @lru_cache(256)
 def mode_button(k: int, label: str, family: str, shown: bool) -> str:
-    """The button that shows mode k (from 0) alone, in the colour of its family."""
+    """The button that shows mode k (0-based) alone, in the colour of its family."""
     values = attributes(
         data_do="only",
         data_value=k,
@@ -67,7 +67,7 @@ def mode_button(k: int, label: str, family: str, shown: bool) -> str:
 
 
 def value_and_error(solution: Solution, k: int) -> str:
-    """The cells of a mode's frequency and its estimated error; of an unstable one, how it grows."""
+    """The cells of a mode's frequency and its estimated error, or of its growth rate."""
     units = solution.beam.units
     error = float(solution.errors[k])
     if not math.isfinite(solution.frequencies[k]):
@@ -79,7 +79,7 @@ def value_and_error(solution: Solution, k: int) -> str:
 
 
 def strip(nodes: np.ndarray) -> str:
-    """A beam as a line, with its nodes."""
+    """A drawing of the beam as a line with its nodes."""
     places = ", ".join(significant(float(x), 3) for x in nodes)
     dots = "".join(
         f'<circle cx="{INSET + (STRIP - 2 * INSET) * x:.1f}" cy="8" r="3"/>' for x in nodes
@@ -94,7 +94,7 @@ def strip(nodes: np.ndarray) -> str:
 
 @lru_cache(256)
 def amount(k: int, label: str) -> str:
-    """The slider of a mode's share in the motion."""
+    """The slider of a mode's contribution to the motion."""
     values = attributes(
         data_set=f"share-{k}",
         id=f"share-{k}",

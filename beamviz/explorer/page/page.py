@@ -1,8 +1,8 @@
-"""The page of one visitor: what it shows, and what the visitor does there.
+"""The page of one visitor: updates to it, and actions from it.
 
-The page is HTML of our own around viser's scene (page.html, page.css, page.js). The server sends it
-scripts `beamviz.apply({...})` with what has changed; it answers through one hidden text control of
-viser, the bridge, with texts [number, action, value].
+The page is HTML of our own around viser's scene (page.html, page.css, page.js). The server sends
+scripts `beamviz.apply({...})` with the changes; the page sends actions as JSON [number, action,
+value] through one hidden text control of viser, the bridge.
 """
 
 import json
@@ -21,8 +21,8 @@ ROOT = '<div id="root"></div>'  # of viser's page
 STYLES = ("page.css", "chart.css")
 SCRIPTS = ("page.js", "figure.js", "chart.js", "map.js")
 FIRST_TAB = "tab-frequencies"
-MERGED = ("props", "charts")  # parts whose entries have entries
-MAX_DIGITS = 15  # of a whole number; one with more becomes a float
+MERGED = ("props", "charts")  # parts whose entries are dictionaries, to be merged
+MAX_DIGITS = 15  # of an integer; one with more becomes a float
 MAX_TEXT = 1000  # characters of a value
 
 Handler = Callable[[Any], None]
@@ -48,15 +48,16 @@ def choose_theme(side: ClientHandle | ViserServer, *, dark: bool) -> None:
 
 
 class Page:
-    """Sends what changes, once for all changes between two messages, and passes on what comes.
+    """Sends changes to the page, all those between two messages at once, and calls the handlers of
+    its actions.
 
-    tab: the id of the panel that is open.
+    tab: the element id of the open tab.
     """
 
     def __init__(self, client: ClientHandle):
         self.client, self.lock = client, threading.Lock()
-        self.handlers: dict[str, tuple[Handler, int]] = {}  # and the longest text for each
-        self.sent: dict[tuple[str, str], Any] = {}  # what the page shows, by part and name
+        self.handlers: dict[str, tuple[Handler, int]] = {}  # with the maximum length of the value
+        self.sent: dict[tuple[str, str], Any] = {}  # content of the page, by part and name
         self.waiting: dict[str, Any] = {}
         self.tab = FIRST_TAB
         self.bridge = client.gui.add_text("bridge", "", visible=False)
@@ -75,8 +76,8 @@ class Page:
         self.send_changed("values", key, value)
 
     def props(self, key: str, **attributes: Any) -> None:
-        """Set attributes (aria_label= for aria-label) of the elements with data-set="key", or of
-        the one with that id; False or None removes one."""
+        """Set attributes (aria_label= for aria-label) of the elements with data-set="key" and of
+        the element with the id `key`; False or None removes an attribute."""
         named = {name.strip("_").replace("_", "-"): value for name, value in attributes.items()}
         self.send_entries("props", key, named)
 
@@ -85,25 +86,25 @@ class Page:
         self.send_entries("charts", id, data)
 
     def captions(self, captions: Iterable[Caption]) -> None:
-        """Write texts over the picture, each at the point of its node."""
+        """Write texts over the scene, each at the point of its node (captions.js)."""
         self.send_changed("captions", "scene", [one.data for one in captions])
 
     def ready(self) -> None:
-        """Ask for the preferences of the visitor's system and for the address of the page: all
-        actions have their handlers."""
+        """Request the preferences of the visitor's system and the address of the page, once all
+        actions have handlers."""
         self.send("ready", True)
 
     def open(self, tab: str) -> None:
-        """Open a tab, by the id of its panel."""
+        """Open a tab, by its element id."""
         self.tab = tab
         self.send("open", tab)
 
     def point(self, *keys: str) -> None:
-        """Point at controls, by their keys or ids; what they are in is opened."""
+        """Highlight controls, by their keys or ids, and open the sections that contain them."""
         self.send("point", keys)
 
     def address(self, query: str) -> None:
-        """Show another query in the address of the page."""
+        """Set the query in the address of the page."""
         self.send("address", query)
 
     def theme(self, *, dark: bool) -> None:
@@ -111,26 +112,26 @@ class Page:
         self.send("dark", dark)
 
     def say(self, text: str, error: bool = False) -> None:
-        """Tell the visitor something; an error stays on the page for a while."""
+        """Announce a text to screen readers; an error is also shown for some seconds."""
         with self.lock:
             said = [*self.waiting.get("say", ()), {"text": text, "error": error}]
         self.send("say", said)
 
     def send_changed(self, part: str, name: str, content: Any) -> None:
-        """Send an entry of a part, unless the page has it."""
+        """Send an entry of a part if it differs from the last one sent."""
         if self.sent.get((part, name), self) != content:
             self.sent[part, name] = content
             self.send(part, name, content)
 
     def send_entries(self, part: str, name: str, entries: dict[str, Any]) -> None:
-        """Send those entries of an entry of a part that the page does not have."""
+        """Send the items of an entry of a part that differ from those last sent."""
         known = self.sent.setdefault((part, name), {})
         if changed := {key: one for key, one in entries.items() if known.get(key) != one}:
             known |= changed
             self.send(part, name, changed)
 
     def send(self, part: str, *entry: Any) -> None:
-        """Send a part, given as its content, or as the name and the content of one entry."""
+        """Queue a part for the page: its content, or the name and the content of one entry."""
         with self.lock:
             queued = bool(self.waiting)
             if len(entry) == 1:
@@ -144,7 +145,7 @@ class Page:
             run_script(self.client, self.script)
 
     def script(self) -> str:
-        """What waits, as the script that shows it."""
+        """The script with all queued changes."""
         with self.lock:
             waiting, self.waiting = self.waiting, {}
         return f"beamviz.apply({json.dumps(waiting)})"
@@ -152,12 +153,12 @@ class Page:
     # From the page
 
     def on(self, action: str, handler: Handler, max_text: int = MAX_TEXT) -> None:
-        """Call `handler` with the value of each action of this name, on the event loop, one after
-        the other; an action with a text of more characters is ignored."""
+        """Call `handler` with the value of each action of this name, in order, on the event loop,
+        so it must be quick; a value of more than `max_text` characters is ignored."""
         self.handlers[action] = handler, max_text
 
     async def received(self, event: GuiEvent) -> None:
-        """Pass an action on; what no page sends is ignored."""
+        """Call the handler of an action; ignore an invalid one."""
         try:
             _, action, value = ACTIONS.decode(self.bridge.value)
             handler, max_text = self.handlers[action]
@@ -172,7 +173,7 @@ class Page:
 
 
 def whole_number(digits: str) -> float:
-    """A whole number; as a float where it is very large."""
+    """An integer; a float if it has more than MAX_DIGITS digits."""
     return int(digits) if len(digits) <= MAX_DIGITS else float(digits)
 
 

@@ -1,4 +1,4 @@
-"""What surrounds the scene: status, table of modes, controls of motion, picture and model, keys."""
+"""The page around the scene, except the tabs: status, table of modes, controls, help."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -17,42 +17,45 @@ from beamviz.explorer.visitor import Visitor
 from beamviz.scene import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, MAX_SHARES, MODES
 
 MODEL = {
-    "strain": "The law that relates stretch and force: green is the paper's",
-    "curvature": "How bending is measured where the beam is stretched: spatial is the paper's",
-    "state": "straight; bent: the beam leaves its axis, as under spin-up; stable: straight where"
-    " that is stable",
+    "strain": "The relation of stretch and axial force; green is that of the paper",
+    "curvature": "The measure of bending of a stretched beam; spatial is that of the paper",
+    "state": "straight; bent: off its axis, as under spin-up; stable: straight if that is stable,"
+    " else bent",
 }
-METHOD_HINT = "How the equations are discretised and solved. auto is exact to the error shown."
+METHOD_HINT = "The method of solution; auto is exact to the error shown. It is chosen at the top."
 PLANES = {"chordwise": "in plane (chordwise)", "flapwise": "out of plane (flapwise)"}
-VIEWS = {"ride on the hub": True, "stand beside it": False}
+VIEWS = {  # rotating_frame: label, key and hint
+    True: ("rotating frame", "h", "The camera rotates with the hub (H)"),
+    False: ("stationary frame", "s", "The camera is stationary (S)"),
+}
 BOUND = ("playing", "pace", "amplitude", "rotating_frame", "all_modes", "plane", "method")
 PICTURE = {
-    "ghosts": ("undeformed outline", "Outline: undeformed. Pale: stretched, not vibrating"),
-    "nodes": ("nodes", "Points that stay at rest in a mode"),
+    "ghosts": ("undeformed beam", "The outline of the undeformed beam, and pale its equilibrium"),
+    "nodes": ("nodes", "Points of the beam that a mode leaves at rest"),
     "thicken": ("draw thicker", "Draw a thin beam thicker than it is"),
 }
 KEYS = (
     ("P", "play or pause"),
-    (f"1 … {MODES}", "one mode alone"),
-    ("N, B", "next and back in a lesson"),
+    (f"1 … {MODES}", "show one mode alone"),
+    ("N, B", "next or previous step of a lesson"),
     ("R", "reset the scene"),
     ("V", "fit the view"),
-    ("H, S", "ride on the hub, stand beside it"),
+    ("H, S", "rotating or stationary frame"),
     ("C", "Coriolis forces on or off"),
     ("D", "dark or light page"),
     ("Ctrl+Z, Ctrl+Shift+Z", "undo, redo"),
     ("Ctrl+K", "all commands, by name"),
-    ("Ctrl +", "larger letters, for a projector"),
+    ("Ctrl +", "larger text, for a projector"),
 )
 INVITATION = "Drag the mass along the beam, or the line of the speed in the chart below."
 HELP = (
-    "Drag the mass along the beam, or drag the scene to look from elsewhere; the wheel zooms.",
-    "Tab moves from control to control; arrow keys move a slider, or turn the scene.",
+    "Drag the mass along the beam, or drag the scene to rotate the view; the wheel zooms.",
+    "Tab moves from control to control; arrow keys move a slider, or rotate the view.",
 )
 
 
 class Panel:
-    """The page of one visitor, but for the tabs."""
+    """The page of one visitor, except the tabs. work: the HTML about running jobs."""
 
     def __init__(self, visitor: Visitor):
         self.visitor, page, self.work = visitor, visitor.page, ""
@@ -76,13 +79,13 @@ class Panel:
         visitor.render(
             "case", lambda case: page.html("scene-caption", INVITATION if case is first else "")
         )
-        visitor.on("only", self.show_alone)
-        visitor.on("undo", lambda _: visitor.undo())
-        visitor.on("redo", lambda _: visitor.redo())
-        visitor.on("reset", lambda _: visitor.reset())
-        visitor.on("reset_view", lambda _: visitor.reset_view())
-        visitor.on("cancel_jobs", lambda _: visitor.cancel_jobs())
-        visitor.on("retry_jobs", lambda _: visitor.retry_jobs())
+        page.on("only", self.show_alone)
+        page.on("undo", lambda _: visitor.restore(visitor.history.undo))
+        page.on("redo", lambda _: visitor.restore(visitor.history.redo))
+        page.on("reset", lambda _: visitor.reset())
+        page.on("reset_view", lambda _: visitor.reset_view())
+        page.on("cancel_jobs", lambda _: visitor.cancel_jobs())
+        page.on("retry_jobs", lambda _: visitor.retry_jobs())
 
     def show_alone(self, mode: Any) -> None:
         """Show one mode (from 0) alone."""
@@ -101,7 +104,7 @@ class Panel:
         self.visitor.bind(f"share-{mode}", edit, of="shares", shown=share)
 
     def add_commands(self) -> None:
-        """The commands of the palette (Ctrl+K)."""
+        """Add the commands of the palette (Ctrl+K)."""
         visitor = self.visitor
         edits = {
             "Play or pause": partial(toggled, "playing"),
@@ -109,8 +112,8 @@ class Panel:
             "Dark or light page": partial(toggled, "dark"),
             **{f"Show mode {k + 1} alone": partial(State.only, mode=k) for k in range(MODES)},
             **{
-                name.capitalize(): partial(State.changed, name="rotating_frame", value=value)
-                for name, value in VIEWS.items()
+                label.capitalize(): partial(State.changed, name="rotating_frame", value=value)
+                for value, (label, *_) in VIEWS.items()
             },
         }
         commands: dict[str, Callable[[], None]] = {
@@ -118,12 +121,12 @@ class Panel:
         }
         commands |= {"Reset the scene": visitor.reset, "Fit the view": visitor.reset_view}
         for name, run in commands.items():
-            visitor.client.gui.add_command(name).on_trigger(partial(ignoring_event, run))
+            visitor.client.gui.add_command(name).on_trigger(partial(without_event, run))
 
     def show_answer(
         self, answer: SolverAnswer, solved: SolverAnswer | None, shown: list[int]
     ) -> None:
-        """Show an answer; where it has no solution, that of the last `solved` one, faded."""
+        """Show an answer; if it has no solution, the faded modes of the last one `solved`."""
         page = self.visitor.page
         page.html("equilibrium", html.equilibrium_state(answer))
         page.html("mode-rows", mode_table(solved, shown) if solved and solved.solution else "")
@@ -131,7 +134,7 @@ class Panel:
 
     @property
     def work_outdated(self) -> bool:
-        """Whether what is at work is something else than the page says."""
+        """Whether the text about running jobs is outdated."""
         return work_text(self.visitor.jobs) != self.work
 
     def show_work(self) -> None:
@@ -140,73 +143,66 @@ class Panel:
         self.visitor.page.html("work", self.work)
 
     def show_picture(self, largest: float, pace: float, units: Units | None) -> None:
-        """Show the scale of the colours and the pace of the picture."""
+        """Show the colour scale and the playback rate [T*/s]."""
         page = self.visitor.page
         page.html("legend", html.legend(self.visitor.state.view.colouring, largest, units))
         page.html("pace-text", html.pace(pace, units))
 
 
 def work_text(jobs: Sequence[Job]) -> str:
-    """What has been at work for how long, with a button that cancels; or what was cancelled."""
-    slow, cancelled = ([one for one in jobs if getattr(one, key)] for key in ("slow", "cancelled"))
+    """The jobs that have been running for long, with a button that cancels them; or else those
+    cancelled, with one that restarts them."""
+    slow = [job for job in jobs if job.slow]
     if slow:
-        seconds = int(time.monotonic() - min(job.started for job in slow))
-        percent = "".join(f" {100 * job.done:.0f} %" for job in slow[:1] if job.done)
-        state = (
-            f'computing: {names_of(slow)} <span aria-hidden="true">…{percent} {seconds} s</span>'
-        )
+        names, seconds = names_of(slow), int(time.monotonic() - min(job.started for job in slow))
+        percent = f" {100 * slow[0].done:.0f} %" if slow[0].done else ""
+        state = f'computing: {names} <span aria-hidden="true">…{percent} {seconds} s</span>'
         return state + button("Cancel", data_do="cancel_jobs")
-    if cancelled:
+    if cancelled := [job for job in jobs if job.cancelled]:
         return f"cancelled: {names_of(cancelled)}" + button("Compute again", data_do="retry_jobs")
     return ""
 
 
 def names_of(jobs: Sequence[Job]) -> str:
-    """The names of jobs, in words."""
+    """The names of jobs, with commas."""
     return ", ".join(job.name for job in jobs)
 
 
-def toggled(name: str, state: State) -> State:
-    """With a switch turned; how the beam was before a change of its equations is kept."""
-    state = state.keep_for_comparison() if name == "coriolis" else state
-    return state.changed(name, not state.value(name))
-
-
-def ignoring_event(run: Callable[[], None], _: object) -> None:
-    """Run what needs no event of viser."""
+def without_event(run: Callable[[], None], _: object) -> None:
+    """Call `run`, as the handler of an event of viser."""
     run()
 
 
+def toggled(name: str, state: State) -> State:
+    """With a switch toggled; a change of the equations keeps the case before for comparison."""
+    state = state.keep_for_comparison() if name == "coriolis" else state
+    return state.changed(name, not state.values[name])
+
+
 def status() -> str:
-    """The model and the units in words that are switches."""
-    planes = "".join(
-        f"<option{html.attributes(value=value)}>{escape(name)}</option>"
-        for value, name in PLANES.items()
-    )
-    methods = "".join(f"<option>{escape(name)}</option>" for name in CHOICES["method"])
+    """The controls in the header: plane, Coriolis forces, method and units."""
     return (
-        f'<select class="quiet" data-set="plane" aria-label="Plane of vibration">{planes}</select>'
+        '<select class="quiet" data-set="plane" aria-label="Plane of vibration">'
+        + f"{html.options(PLANES)}</select>"
         + button(
             "Coriolis", data_set="coriolis", data_key="c", class_="quiet switch",
             title="Coriolis forces (C)",
         )
-        + f'<select class="quiet" data-set="method" aria-label="Method">{methods}</select>'
+        + '<select class="quiet" data-set="method" aria-label="Method">'
+        + f"{html.options(CHOICES['method'])}</select>"
         + button("units", data_point="real-beam", id="units", class_="quiet")
     )  # fmt: skip
 
 
 def transport() -> str:
-    """Play, frame of view and view, over the scene."""
+    """The buttons over the scene: play, rotating or stationary frame, fit."""
     views = "".join(
         button(
-            name,
-            data_set="rotating_frame",
-            data_value=value,
-            data_key="h" if value else "s",
-            class_="quiet",
+            label, data_set="rotating_frame", data_value=value, data_key=key, class_="quiet",
+            title=text,
         )
-        for name, value in VIEWS.items()
-    )
+        for value, (label, key, text) in VIEWS.items()
+    )  # fmt: skip
     play = button(
         "", data_set="playing", data_key="p", id="play", title="Play or pause (P)",
         aria_label="Play",
@@ -218,18 +214,18 @@ def transport() -> str:
 
 
 def motion() -> str:
-    """Clock and amplitude."""
-    pace = "Speed of the one clock of rotation and vibration"
+    """Playback speed and amplitude."""
+    pace = "Speed of rotation and vibration on the screen, relative to a suitable one"
     amplitude = "Largest displacement drawn, over the length of the beam"
     return (
-        slider("pace", "slow motion", pace, min=0, max=MAX_PACE, step=0.05)
+        slider("pace", "playback speed", pace, min=0, max=MAX_PACE, step=0.05)
         + '<div id="pace-text" class="soft"></div>'
         + slider("amplitude", "amplitude", amplitude, min=0, max=MAX_AMPLITUDE, step=0.01)
     )
 
 
 def picture() -> str:
-    """What is drawn, and how."""
+    """Colouring, reference shapes, nodes and theme."""
     boxes = (checkbox(key, label, text) for key, (label, text) in PICTURE.items())
     dark = button("Dark page", data_set="dark", data_key="d", title="Dark or light page (D)")
     return select("colouring", "colour", COLOURINGS) + "".join(boxes) + dark
