@@ -142,7 +142,7 @@ def duration(time: float, units: Units | None) -> str:
 
 
 def error_summary(error: BeamvizError | Cancelled, beam: Beam | None) -> str:
-    """The reason why a beam has no solution, in one line; beam: None if a number is out of range."""
+    """The reason why a beam has no solution, in one line; beam: None for a number out of range."""
     if isinstance(error, NoEquilibrium) and beam is not None:
         speed = measure("gamma", beam.units)
         law = " with this material law" if beam.delta >= 0 else ""  # inward, thrust is the limit

@@ -16,7 +16,6 @@ from beamviz.drawing.text import (
     measure,
     measures,
     neat,
-    places,
     rounded,
     rounded_to_error,
 )
@@ -75,10 +74,9 @@ def test_sliders_in_units_have_round_ends_within_the_limits(name, length, time, 
 
 
 def test_round_numbers():
-    """Two digits, away from zero; the next step below; decimals for that step."""
+    """Two digits, away from zero; the next step below."""
     assert [rounded(v) for v in (0.0, 1.0, 431.2, -0.0234, 9.95)] == [0.0, 1.0, 440.0, -0.024, 10.0]
     assert [neat(v) for v in (0.3, 0.5, 7.0, 1.0)] == pytest.approx([0.2, 0.5, 5.0, 1.0])
-    assert [places(v) for v in (0.2, 0.005, 5.0, 10.0)] == [2, 4, 1, 0]
 
 
 def test_the_chart_of_a_real_beam_is_in_rpm_and_hertz():
