@@ -1,6 +1,5 @@
 """Files made of a scene: pictures, films, a page that plays offline, a 3D model, numbers."""
 
-import io
 import json
 import math
 from collections.abc import Callable, Iterable
@@ -8,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
 from beamviz.beam import check_float, check_int
 from beamviz.errors import InvalidInput
@@ -64,10 +64,10 @@ def write_csv(file: Path, solution: Solution) -> None:
     not finite is left empty."""
     from beamviz.output import csv_text, plain
 
-    arrays = field_arrays(solution)
-    heading, shapes = FIELD_COLUMNS, [arrays["shapes"]]
-    if np.iscomplexobj(shapes[0]):
-        heading, shapes = FIELD_COLUMNS + IMAGINARY_COLUMNS, [shapes[0].real, shapes[0].imag]
+    arrays, heading = field_arrays(solution), FIELD_COLUMNS
+    shapes = [arrays["shapes"].real]
+    if np.iscomplexobj(arrays["shapes"]):
+        heading, shapes = heading + IMAGINARY_COLUMNS, [*shapes, arrays["shapes"].imag]
     state = [arrays[key] for key in ("x", "position", "stretch")]
     modes = ("frequencies", "errors", "growth_rates", "bending_fractions")
     rows = (
@@ -121,12 +121,13 @@ def screenshot(
     """
     path = Path(path)
     check_suffix(path, [".png"])
-    size = check_size(width, height)
+    size = check_int("width", width, *PIXELS), check_int("height", height, *PIXELS)
     if not math.isfinite(phase):
         raise InvalidInput(f"phase = {phase}: must be finite")
     with replaced(path) as file:
         solved = SolvedScene.of(scene, direction, zoom)
-        file.write_bytes(picture(solved, *size, phase, transparent=transparent))
+        shown = picture(solved, *size, phase, transparent=transparent)
+        shown.save(file, "PNG", compress_level=PNG_LEVEL)
 
 
 def picture(
@@ -136,18 +137,11 @@ def picture(
     phase: float = 0.25,
     *,
     transparent: bool = False,
-) -> bytes:
-    """The content of a PNG of a solved scene."""
-    renderer, content = Renderer(solved, width, height), io.BytesIO()
+) -> Image.Image:
+    """The picture of a solved scene."""
+    renderer = Renderer(solved, width, height)
     drawn = renderer.draw(solved.moment(solved.time(phase)))
-    shown = renderer.render(drawn, transparent=transparent)
-    shown.save(content, "PNG", compress_level=PNG_LEVEL)
-    return content.getvalue()
-
-
-def check_size(width: int, height: int) -> tuple[int, int]:
-    """The size of a picture; else InvalidInput."""
-    return check_int("width", width, *PIXELS), check_int("height", height, *PIXELS)
+    return renderer.render(drawn, transparent=transparent)
 
 
 def animate(
@@ -172,8 +166,9 @@ def animate(
 
     Raises InvalidInput, Unavailable, and the errors of `solve`; the file is complete or untouched.
     """
-    path, size = Path(path), check_size(width, height)
+    path = Path(path)
     suffix = check_suffix(path, tuple(FORMATS))
+    size = check_int("width", width, *PIXELS), check_int("height", height, *PIXELS)
     fps = check_format(suffix, size, check_float("fps", fps, *FRAME_RATES))
     periods = None if periods is None else check_int("periods", periods, 1, MAX_FRAMES)
     with replaced(path) as file:

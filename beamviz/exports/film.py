@@ -100,14 +100,9 @@ def write_mp4(file: Path, frames: Iterator[Image.Image], fps: float) -> None:
         *("-pix_fmt", "yuv420p", *tags, "-movflags", "+faststart", "-f", "mp4", str(file)),
     ]
     with tempfile.TemporaryFile() as errors:
-        with defer_signals():
-            process = subprocess.Popen(
-                command,
-                stdin=subprocess.PIPE,
-                stdout=subprocess.DEVNULL,
-                stderr=errors,
-                start_new_session=True,  # Ctrl-C is handled by this process
-            )
+        streams: Any = {"stdin": subprocess.PIPE, "stdout": subprocess.DEVNULL, "stderr": errors}
+        with defer_signals():  # a new session: Ctrl-C is handled by this process
+            process = subprocess.Popen(command, start_new_session=True, **streams)
         try:
             assert process.stdin
             with contextlib.suppress(BrokenPipeError), process.stdin as pipe:  # reported below

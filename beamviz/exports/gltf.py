@@ -62,10 +62,8 @@ class Gltf:
         self.data["buffers"] = [{"byteLength": len(self.binary)}]
         text = json.dumps(self.data, separators=(",", ":"), allow_nan=False).encode()
         text += b" " * (-len(text) % 4)
-        chunks = b"".join(
-            struct.pack("<I4s", len(part), kind) + part
-            for part, kind in ((text, b"JSON"), (bytes(self.binary), b"BIN\0"))
-        )
+        parts = (text, b"JSON"), (bytes(self.binary), b"BIN\0")
+        chunks = b"".join(struct.pack("<I4s", len(part), kind) + part for part, kind in parts)
         return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
     def solid(self, name: str, body: trimesh.Trimesh, colour: colours.RGB) -> int:
@@ -102,10 +100,9 @@ def write_glb(file: Path, solved: SolvedScene) -> None:
     swing = np.maximum(np.array(weights).reshape(len(moments), len(shown)), 0.0)
     drum = trimesh.creation.cylinder(hub_radius(beam), HUB_HEIGHT, sections=96)
     hub = annulus(hub_radius(beam)) if beam.delta < 0 else drum
-    nodes = [gltf.add("nodes", {"name": "hub", "mesh": gltf.solid("hub", hub, colours.HUB)})]
-    nodes.append(
-        gltf.add("nodes", {"name": "beam", "mesh": add_beam(gltf, solved, shown, swing[0])})
-    )
+    meshes = {"hub": gltf.solid("hub", hub, colours.HUB)}
+    meshes["beam"] = add_beam(gltf, solved, shown, swing[0])
+    nodes = [gltf.add("nodes", {"name": name, "mesh": mesh}) for name, mesh in meshes.items()]
     channels = [(nodes[-1], "weights", swing.ravel())]
     if beam.alpha > 0:
         moved = [displacement(shapes, moment.phases, solved.amplitudes) for moment in moments]

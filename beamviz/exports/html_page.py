@@ -1,6 +1,5 @@
-"""HTML: tables of numbers, and a scene as one file that plays without a network."""
+"""A scene as one HTML file that plays without a network, with its numbers and its loci."""
 
-import io
 import json
 import math
 import re
@@ -9,7 +8,6 @@ from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
-from matplotlib import rc_context
 
 from beamviz.beam import NUMBERS
 from beamviz.drawing import camera, colours
@@ -21,7 +19,7 @@ from beamviz.exports.speeds import speed_data
 from beamviz.frequency_loci import loci
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.frequency_loci.sweep import CHART_POINTS, chart_range
-from beamviz.plotting import STYLE as CHART_STYLE
+from beamviz.plotting import figure_bytes
 from beamviz.plotting.loci import draw_chart
 from beamviz.scene import Scene
 from beamviz.server import run_server
@@ -112,16 +110,13 @@ def chart(scene: Scene) -> str:
         found = loci(scene.beam, scene.over, values, **scene.solver_options)
     except BeamvizError as error:
         return f"<p class=wrong>{escape(str(error))}</p>"
-    text = io.StringIO()
-    with rc_context(CHART_STYLE):
-        figure = draw_chart(found, marker=getattr(scene.beam, scene.over))
-        figure.savefig(text, format="svg", metadata={"Date": None})
-    svg = text.getvalue()[text.getvalue().index("<svg") :]
+    figure = draw_chart(found, marker=getattr(scene.beam, scene.over))
+    svg = figure_bytes(figure, "svg").decode().partition("<svg")[2]
     axes, enlarge = figure.axes[0], "this.classList.toggle('large')"
     low, high = axes.get_xlim()
     step = POINTS * figure.get_figwidth() * axes.get_position().width / (high - low)
     moved = f' data-step="{step}"' if scene.over == "gamma" else ""  # of the line at the scene
-    return f'<figure title="click to enlarge" onclick="{enlarge}"{moved}>{svg}</figure>'
+    return f'<figure title="click to enlarge" onclick="{enlarge}"{moved}><svg{svg}</figure>'
 
 
 CONTROLS = (

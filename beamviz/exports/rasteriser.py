@@ -76,15 +76,15 @@ def at_pixels(places: np.ndarray, values: np.ndarray, covered: np.ndarray) -> np
 
 
 def samples(
-    triangles: np.ndarray, covered: np.ndarray, offsets: np.ndarray
+    triangles: np.ndarray, covered: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Which samples at `offsets` (s, 2) of the pixels of a cover are in triangles (t, 3, 3), x and
-    y in pixels and the inverse distance: for each its column in the cover, its number in the pixel
-    and its inverse distance, which is linear in the picture."""
+    """Which of the `count` samples of each pixel of a cover are in triangles (t, 3, 3), x and y in
+    pixels and the inverse distance: for each its column in the cover, its number in the pixel and
+    its inverse distance, which is linear in the picture."""
     barycentric = np.broadcast_to(np.eye(3)[:, 1:], (len(triangles), 3, 2))
     values = np.concatenate([barycentric, triangles[..., 2:]], -1)
     value, dx, dy = at_pixels(triangles[..., :2], values, covered)
-    x, y = offsets.astype(np.float32).T[..., None]
+    x, y = sample_offsets(count).astype(np.float32).T[..., None]
     b, c, depth = value[:, None] + dx[:, None] * x + dy[:, None] * y  # (s, n)
     inside = np.flatnonzero((b > -SLACK) & (c > -SLACK) & (b + c < 1 + SLACK)).astype(np.int32)
     number, pair = np.divmod(inside, np.int32(covered.shape[1]))
@@ -101,14 +101,10 @@ def ranges(start: np.ndarray, stop: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 
 def draw(
-    shown: np.ndarray,
-    places: np.ndarray,
-    colours: np.ndarray,
-    covered: np.ndarray,
-    offsets: np.ndarray,
+    shown: np.ndarray, places: np.ndarray, colours: np.ndarray, covered: np.ndarray, count: int
 ) -> None:
     """Draw the pixels of a cover into a picture (h, w, 4) in bytes, from triangles (t, 3, 3) with
-    colours (t, 3, 4) at their corners; offsets: (s, 2) of the samples of each pixel."""
+    colours (t, 3, 4) at their corners and `count` samples of each pixel."""
     height, width, _ = shown.shape
     pixel = covered[1] * width + covered[2]
     used = np.zeros(height * width, bool)
@@ -116,13 +112,13 @@ def draw(
     where = np.flatnonzero(used)
     slots = np.zeros(height * width, np.int32)  # places of the pixels used in the arrays below
     slots[where] = np.arange(len(where))
-    pair, number, depth = samples(places, covered, offsets)
+    pair, number, depth = samples(places, covered, count)
     slot = number * len(where) + slots[pixel][pair]
     solid = (colours[:, 0, 3] == 1)[covered[0][pair]]
     colour, dx, dy = at_pixels(places[..., :2], colours, covered)
     colour += (dx + dy) / 2
     opacity, colour[3] = colour[3].copy(), 1.0
-    nearest = np.zeros(len(offsets) * len(where), np.float32)
+    nearest = np.zeros(count * len(where), np.float32)
     result = np.zeros((4, len(nearest)), np.float32)  # colours times opacity
     for part in (solid, ~solid):  # translucent ones over the others
         found = np.flatnonzero(part & (depth >= nearest[slot]))
@@ -132,7 +128,7 @@ def draw(
         alpha = opacity[of]
         for channel, value in zip(result, colour, strict=True):
             channel[at] = alpha * value[of] + (1 - alpha) * channel[at]
-    mean = result.reshape(4, len(offsets), len(where)).mean(axis=1)
+    mean = result.reshape(4, count, len(where)).mean(axis=1)
     mean[:3] /= np.maximum(mean[3], SMALL)
     shown.reshape(-1, 4)[where] = np.rint(255 * mean.clip(0, 1)).T
 

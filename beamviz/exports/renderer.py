@@ -21,7 +21,6 @@ from beamviz.exports.rasteriser import (
     cover,
     draw,
     edges,
-    sample_offsets,
     samples,
 )
 from beamviz.exports.solved_scene import DrawnScene, Moment, SolvedScene
@@ -67,7 +66,7 @@ class Renderer:
         dark = solved.scene.view.dark
         self.background, self.letters = colours.BACKGROUND[dark], colours.LETTERS[dark]
         self.scene = offline_scene()
-        self.drawn = DrawnScene(self.scene, solved, solved.scale(width, height))
+        self.drawn = DrawnScene(self.scene, solved, camera.scale(self.distance, height))
 
     def draw(self, moment: Moment) -> Geometry:
         """The scene at a moment."""
@@ -105,11 +104,11 @@ class Renderer:
         places, colours = (np.concatenate(part) for part in zip(*parts, strict=True))
         covered = cover(places[..., :2], self.width, self.height)
         shown = np.zeros((self.height, self.width, 4), np.uint8)
-        draw(shown, places, colours, covered, sample_offsets(1))
+        draw(shown, places, colours, covered, 1)
         edge = edges(shown)
         lines = covered[0] >= len(parts[0][0])
         edge[covered[1, lines], covered[2, lines]] = True  # they may be between pixels' centres
-        draw(shown, places, colours, covered[:, edge[*covered[1:]]], sample_offsets(self.samples))
+        draw(shown, places, colours, covered[:, edge[*covered[1:]]], self.samples)
         picture.alpha_composite(Image.fromarray(shown))
 
     def bodies(self, scene: Geometry) -> tuple[np.ndarray, np.ndarray]:
@@ -158,10 +157,8 @@ class Renderer:
         rays = self.axes @ pixels
         points = np.stack([*(eye[k] * rays[2] - eye[2] * rays[k] for k in (0, 1)), rays[2]])
         tone = shades(self.eye, centre, UP, linear(floor.props.color), scene)
-        lit, dark = (
-            tuple(np.rint(255 * share * tone).astype(int).tolist())
-            for share in (1.0, 1 - floor.props.receive_shadow)
-        )
+        tones = np.outer([1.0, 1 - floor.props.receive_shadow], 255 * tone)
+        lit, dark = map(tuple, np.rint(tones).astype(int).tolist())
         disc = Image.new("RGB", self.size, lit)
         if scene.sun is not None:
             disc.paste(dark, mask=self.shadow(scene.triangles, scene.sun, centre, points))
@@ -192,7 +189,7 @@ class Renderer:
         columns, rows = (extent / cell).astype(int) + 2
         placed = np.insert((fallen - corner) / cell, 2, 1.0, axis=2)
         touched = cover(placed[..., :2], columns, rows)
-        pair, number, _ = samples(placed, touched, sample_offsets(SHADOW_SAMPLES))
+        pair, number, _ = samples(placed, touched, SHADOW_SAMPLES)
         covered = np.zeros((SHADOW_SAMPLES, rows, columns), np.float32)
         covered[number, *touched[1:, pair]] = 255
         means = Image.fromarray(covered.mean(axis=0).astype(np.uint8))
@@ -229,13 +226,10 @@ class Renderer:
             top = box[2] + height if not beside and abs(top - box[2]) < height else top
         boxes.append((left, left + width, top))
         ground = Image.new("RGBA", (width, height), (*self.background, CAPTION_ALPHA))
-        hidden = min(max(-top, 0), height)
-        picture.alpha_composite(ground, (left, max(top, 0)), (0, hidden))
-        text = Image.new("L", (width, height))
+        picture.alpha_composite(ground, (left, max(top, 0)), (0, min(max(-top, 0), height)))
         for k, words in enumerate(lines):
-            at = (width / 2, k * line + ascent)
-            ImageDraw.Draw(text).text(at, words, 255, face, anchor="ms")
-        picture.paste(self.letters, (left, top), text)
+            at = (left + width / 2, top + k * line + ascent)
+            ImageDraw.Draw(picture).text(at, words, self.letters, face, anchor="ms")
 
 
 @lru_cache(64)

@@ -92,20 +92,13 @@ class SolvedScene:
             offset = np.subtract(given.position, given.look_at) / self.zoom
             return Camera((given.look_at + offset).tolist(), given.look_at)
         heights = stacked_heights(len(self.shapes.modes)) if self.all_modes else (0.0,)
-        rotating = self.scene.view.rotating_frame
-        direction = self.direction
-        if direction:  # never quite along the axis of rotation
-            x, y, z = direction
-            direction = x, y if math.hypot(x, y) > MIN_SLOPE * abs(z) else -MIN_SLOPE * abs(z), z
+        direction, rotating = self.direction, self.scene.view.rotating_frame
+        if direction and math.hypot(*direction[:2]) <= MIN_SLOPE * abs(direction[2]):
+            direction = direction[0], -MIN_SLOPE * abs(direction[2]), direction[2]
         position = camera.viewpoint(self.shapes, rotating, aspect, 0.0, heights, direction)
         drawn = np.minimum(self.amplitudes, self.shapes.limits)
         axial_reach = float(drawn @ np.abs(self.shapes.modes[:, :, 0]).max(axis=1))
         return Camera((position * (1 + axial_reach) / self.zoom).tolist())
-
-    def scale(self, width: int, height: int) -> float:
-        """Pixels per length of the beam in a picture."""
-        view = self.camera(width / height)
-        return camera.scale(math.dist(view.position, view.look_at), height)
 
     def motion(self, scale: float = DEFAULT_SCALE) -> DrawnMotion:
         """The motion that the beam is subdivided for, at `scale` pixels per length of the beam."""
@@ -180,8 +173,8 @@ def find_loop(
     every other motion nearly completes whole cycles; their rates are changed to do so exactly.
 
     ground: whether a ground that rotates in the rotating frame is drawn; seconds: a longer film is
-    played faster, unless its periods are given. Raises InvalidInput where
-    nothing moves, or an unstable mode is shown.
+    played faster, unless its periods are given. Raises InvalidInput where nothing moves or an
+    unstable mode is shown.
     """
     motions = motion_rates(solved, ground=ground)
     rates = np.array(list(motions.values()))

@@ -42,8 +42,8 @@ KINDS = {
     INACCURATE: "inaccurate: a larger discretisation error",
     OTHER_MODEL: "its model is more than 1 % off the reference",
     FALSELY_UNSTABLE: "falsely unstable: the beam is stable",
-    TRULY_UNSTABLE: "truly unstable, and it says so",
-    NO_EQUILIBRIUM: "no equilibrium in its model, and it says so",
+    TRULY_UNSTABLE: "truly unstable, and reported as such",
+    NO_EQUILIBRIUM: "no equilibrium in its model, and reported as such",
     NOT_CONVERGED: "did not converge",
     ROUNDING: "rounding error: more terms do not help",
 }

@@ -1,7 +1,6 @@
 """Stored pictures, and how different two pictures look. `python tests/exports/pictures.py` makes
 them anew: look at each before it is committed."""
 
-import io
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +24,7 @@ SCENES = {
 
 def rendered(scene: Scene, size: tuple[int, int] = SIZE, **options: bool) -> np.ndarray:
     """A picture (h, w, 3 or 4), bytes."""
-    return np.asarray(Image.open(io.BytesIO(picture(SolvedScene.of(scene), *size, **options))))
+    return np.asarray(picture(SolvedScene.of(scene), *size, **options))
 
 
 def stored(name: str) -> np.ndarray:
