@@ -120,9 +120,8 @@ class BeamView:
     def choose_frame(self, share: float) -> None:
         """Choose the frame; share: 0 stationary, 1 rotating with the hub, or in between."""
         self.share = share
-        outside, inside = (camera.target(self.shapes, rotating) for rotating in (False, True))
-        middle = (1 - share) * outside + share * inside
         if not self.fixed:
+            middle = share * camera.target(self.shapes, rotating_frame=True)  # else the axis
             set_position(self.frame, [0.0, 0.0, self.height] - middle)
 
     def move(self, phases: np.ndarray, amplitudes: np.ndarray, angle: float) -> None:

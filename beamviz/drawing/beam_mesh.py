@@ -1,5 +1,6 @@
 """The surface of the beam, and its subdivision into as many pieces as the picture needs."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -122,29 +123,33 @@ class DrawnMotion:
 def subdivide(shapes: SampledModes, motion: DrawnMotion, before: int = 0) -> SampledModes:
     """`shapes` sampled at the ends of the pieces it is drawn in, of which one is at the mass, with
     the mean strain of each piece; before: the last number of pieces."""
-    lengths = np.diff(shapes.x)
-    need = np.append(0.0, np.cumsum(required_density(shapes, motion) * lengths))
-    mass = float(need[shapes.mass])
-    parts = np.array([mass, need[-1] - mass])
-    count = piece_count(int(np.ceil(parts).sum()), before)
-    inner = round(count * mass / need[-1])
-    least = np.ceil(parts) if np.ceil(parts).sum() <= count else parts > 0
-    inner = int(np.clip(inner, least[0], count - least[1]))
-    ends = np.append(
-        np.linspace(0.0, mass, inner + 1)[:-1], np.linspace(mass, need[-1], count - inner + 1)
-    )
-    return resampled(shapes, np.interp(ends, need, shapes.x))
+    x = shapes.x
+    need = np.zeros(len(x))  # pieces from the clamp
+    np.cumsum(required_density(shapes, motion) * (x[1:] - x[:-1]), out=need[1:])
+    mass, whole = need.item(shapes.mass), need.item(-1)
+    least = math.ceil(mass), math.ceil(whole - mass)
+    count = piece_count(sum(least), before)
+    if sum(least) > count:
+        least = int(mass > 0), int(mass < whole)
+    inner = min(max(round(count * mass / whole), least[0]), count - least[1])
+    ends = np.empty(count + 1)
+    ends[: inner + 1] = np.linspace(0.0, mass, inner + 1)
+    ends[inner:] = np.linspace(mass, whole, count - inner + 1)
+    return resampled(shapes, np.interp(ends, need, x))
 
 
 def resampled(shapes: SampledModes, x: np.ndarray) -> SampledModes:
     """`shapes` at stations x (j,), with the mean strain between them."""
-    strain = np.append(0.0, np.cumsum(shapes.strain * np.diff(shapes.x)))
+    known = shapes.x
+    strain = np.zeros(len(known))  # integral from the clamp
+    np.cumsum(shapes.strain * (known[1:] - known[:-1]), out=strain[1:])
+    fields = interpolate(known, np.concatenate([shapes.centreline[None], shapes.modes]), x)
     return replace(
         shapes,
         x=x,
-        centreline=interpolate(shapes.x, shapes.centreline, x),
-        strain=np.diff(np.interp(x, shapes.x, strain)) / np.diff(x),
-        modes=interpolate(shapes.x, shapes.modes, x),
+        centreline=fields[0].real,
+        strain=np.diff(np.interp(x, known, strain)) / np.diff(x),
+        modes=fields[1:],
     )
 
 
@@ -161,10 +166,10 @@ def required_density(shapes: SampledModes, motion: DrawnMotion) -> np.ndarray:
     fields = np.concatenate([shapes.centreline[None], motion.fields])
     slope, bend = derivatives(shapes, fields)
     along, across = np.abs(slope[1:, :, 0]), np.abs(slope[1:, :, 1])
-    axial = np.abs(bend[..., 0]).sum(axis=0)
+    axial = bend[..., 0].sum(axis=0)
     stretch = np.maximum(np.abs(slope[0, :, 0]) - along.sum(axis=0), 0.1)
     steep = np.minimum(across.sum(axis=0) / stretch, 1.0)
-    curvature = np.abs(bend[..., 1]).sum(axis=0) + axial * steep
+    curvature = bend[..., 1].sum(axis=0) + axial * steep
     if motion.colouring == "axial strain":
         colour = axial / (2 * motion.largest)
     else:
@@ -174,18 +179,18 @@ def required_density(shapes: SampledModes, motion: DrawnMotion) -> np.ndarray:
 
 
 def derivatives(shapes: SampledModes, fields: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """First and second derivatives (k, n - 1, 2) of fields (k, n, 2) along x, between stations;
-    the second one is 0 at the mass, where the stretch may jump."""
-    step = np.diff(shapes.x)
-    slope = np.diff(fields, axis=1) / step[:, None]
-    bend = np.zeros_like(fields)
-    bend[:, 1:-1] = np.diff(slope, axis=1) / (step[1:] + step[:-1])[:, None] * 2
+    """First derivative (k, n - 1, 2) of fields (k, n, 2) along x, between stations, and the size of
+    the second one, taken as 0 at the mass, where the stretch may jump."""
+    step = (shapes.x[1:] - shapes.x[:-1])[:, None]
+    slope = (fields[:, 1:] - fields[:, :-1]) / step
+    bend = np.zeros(fields.shape)
+    bend[:, 1:-1] = np.abs(slope[:, 1:] - slope[:, :-1]) / (step[1:] + step[:-1]) * 2
     bend[:, shapes.mass] = 0.0
-    return slope, np.maximum(np.abs(bend[:, 1:]), np.abs(bend[:, :-1]))
+    return slope, np.maximum(bend[:, 1:], bend[:, :-1])
 
 
 def interpolate(known: np.ndarray, values: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Linear interpolation of values (..., n, 2) at stations `known` (n,) to x (j,)."""
-    k = np.searchsorted(known, x, side="right").clip(1, len(known) - 1) - 1
+    """Linear interpolation of values (..., n, 2) at stations `known` (n,), to x (j,) within."""
+    k = np.minimum(np.searchsorted(known, x, side="right"), len(known) - 1) - 1
     share = ((x - known[k]) / (known[k + 1] - known[k]))[:, None]
     return (1 - share) * values[..., k, :] + share * values[..., k + 1, :]

@@ -24,6 +24,8 @@ LIFT = 0.1  # fraction of half the height of a page left free above the beam for
 NEARER, FARTHER = 0.7, 1.15  # ratios of the fitted distance to the last one that move the camera
 TOLERANCE = 1e-3  # [beam lengths] largest distance of equal viewpoints
 CHANGE_TIME = 0.9  # [s] of an eased change of view
+TURN = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+CIRCLE = np.stack([np.cos(TURN), np.sin(TURN), 0 * TURN], 1)
 
 
 def span(shapes: SampledModes) -> tuple[float, float]:
@@ -55,8 +57,7 @@ def corners(shapes: SampledModes, rotating_frame: bool) -> np.ndarray:
             [(x, y, z) for x in (-half, half) for y in (-side, side) for z in (-height, height)]
         )
     reach = max(hub_radius(beam), abs(beam.delta + right), abs(beam.delta + left)) + MARGIN
-    angle = np.linspace(0, 2 * np.pi, 24, endpoint=False)
-    return np.stack([reach * np.cos(angle), reach * np.sin(angle), 0 * angle], 1)
+    return reach * CIRCLE
 
 
 def scale(distance: float, height: int) -> float:
@@ -102,8 +103,12 @@ def viewpoint(
 def fitted(
     shapes: SampledModes, rotating_frame: bool, aspect: float, heights: Sequence[float] = (0.0,)
 ) -> Camera:
-    """The camera that fits the beam into a page; it looks just above the beam, for labels."""
-    position = viewpoint(shapes, rotating_frame, aspect, LIFT, heights)
+    """The camera that fits the beam into a page."""
+    return raised(viewpoint(shapes, rotating_frame, aspect, LIFT, heights))
+
+
+def raised(position: np.ndarray) -> Camera:
+    """The camera at a position (3,); it looks just above the beam, for labels."""
     lift = LIFT * math.tan(FIELD_OF_VIEW / 2) * float(np.linalg.norm(position))
     target = np.array([0.0, 0.0, lift])
     return Camera((position + target).tolist(), target.tolist())
@@ -179,8 +184,8 @@ class PageCamera:
     ) -> None:
         """Move the camera if necessary, for beams at `heights`. settled: the shapes are of the
         latest request; otherwise the next call moves the camera again."""
-        camera = fitted(shapes, rotating_frame, self.view.aspect, heights)
-        distance = math.dist(camera.position, camera.look_at)
+        position = viewpoint(shapes, rotating_frame, self.view.aspect, LIFT, heights)
+        distance = math.hypot(*position.tolist())
         fitted_to = (rotating_frame, shapes.plane, self.view.aspect, len(heights))
         stays = NEARER * self.distance < distance < FARTHER * self.distance
         moved = fitted_to != self.fitted_to or not stays
@@ -188,7 +193,7 @@ class PageCamera:
             turned = self.fitted_to and self.fitted_to[0] != rotating_frame
             self.fitted_to, self.distance = fitted_to, distance
             self.requested, self.provisional = False, not settled
-            self.before, self.placed = self.placed, self.given or camera
+            self.before, self.placed = self.placed, self.given or raised(position)
             if turned and self.eased:
                 self.change = self.changed(self.placed, rotating_frame)
             elif self.change:

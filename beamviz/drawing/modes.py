@@ -51,7 +51,8 @@ class SampledModes:
         raw = np.moveaxis(solution.fields(x), 2, 0)
         local = normalisation(raw) * raw  # along and across the beam's axis
         modes = rotated(local, solution.equilibrium.angle(x))
-        stretching = np.abs(np.diff(local[:, :, 0], axis=1) / np.diff(x)).max(axis=1)
+        along = local[:, :, 0]
+        stretching = np.abs((along[:, 1:] - along[:, :-1]) / (x[1:] - x[:-1])).max(axis=1)
         equilibrium = solution.equilibrium
         bends = solution.bending_energy_fraction >= 0.5
         return cls(
@@ -129,9 +130,11 @@ def rotated(local: np.ndarray, angle: np.ndarray) -> np.ndarray:
 def normalisation(modes: np.ndarray) -> np.ndarray:
     """Factors (m, 1, 1) that give modes (m, n, 2) the largest displacement 1 and a positive
     displacement of the tip at phase 90 degrees."""
-    tips = np.take_along_axis(modes[:, -1], np.abs(modes[:, -1]).argmax(axis=1)[:, None], 1)
+    sizes = np.abs(modes)
+    tips = modes[np.arange(len(modes)), -1, sizes[:, -1].argmax(axis=1)]
     signs = np.where(tips == 0, 1.0, np.conj(tips) / np.maximum(np.abs(tips), 1e-300))
-    return (signs / np.sqrt((np.abs(modes) ** 2).sum(2)).max(1, keepdims=True))[..., None]
+    largest = np.sqrt((sizes[..., 0] ** 2 + sizes[..., 1] ** 2).max(axis=1))
+    return (signs / largest)[:, None, None]
 
 
 def node_positions(x: np.ndarray, mass: float, components: np.ndarray) -> list[np.ndarray]:
@@ -140,8 +143,8 @@ def node_positions(x: np.ndarray, mass: float, components: np.ndarray) -> list[n
     Quadratic interpolation between stations, accurate to 1e-5 for a shape that is smooth between
     them, and never across the mass, where the slope may be discontinuous; `Solution.nodes` is
     exact, but slower."""
-    far = np.take_along_axis(components, np.abs(components).argmax(axis=1)[:, None], 1)
-    v = (np.conj(far) / np.abs(far) * components).real  # complex with Coriolis forces
+    far = components[np.arange(len(components)), np.abs(components).argmax(axis=1)]
+    v = ((np.conj(far) / np.abs(far))[:, None] * components).real  # complex with Coriolis forces
     k, i = np.nonzero(v[:, 1:-1] * v[:, 2:] < 0)
     i += 1
     third = np.where((i + 2 < len(x)) & (x[i + 1] != mass), i + 2, i - 1)

@@ -87,7 +87,8 @@ class Caption:
     def show(self, text: str, position: Iterable[float]) -> None:
         """Show a text at a point (3,) in the parent frame; "" hides it."""
         self.text = text
-        set_position(self.point, position)
+        if text:
+            set_position(self.point, position)
 
     @property
     def data(self) -> dict[str, str]:
@@ -134,9 +135,12 @@ class ReferenceShapes:
         if not visible:
             return
         inner = (0.97 * section[0], 0.97 * section[1])  # its faces do not coincide with the beam's
-        straight = not shapes.centreline[:, 1].any()
-        axis = shapes.centreline[[0, -1]] if straight else shapes.centreline
-        vertices, faces = beam_mesh.swept(*to_hub_frame(shapes, axis), inner)
+        points, normal = to_hub_frame(shapes, shapes.centreline)
+        if shapes.centreline[:, 1].any():
+            vertices, faces = beam_mesh.swept(points, normal, inner)
+        else:
+            size = extents(inner, normal) + [points[-1, 0] - points[0, 0], 0.0, 0.0]
+            vertices, faces = points[0] + size * BOX, SIDES
         surface = {"vertices": vertices.astype(np.float32)}
         if len(faces) != len(self.equilibrium.faces):  # in one message, to be consistent
             surface["faces"] = faces.astype(np.uint32)
@@ -156,6 +160,8 @@ class Nodes:
         self.share = np.zeros((0, 1))  # and its relative position along the piece
         self.collars = add_instances(api, f"{root}/rotor/nodes", MAX_NODES, trimesh.creation.box())
         self.collars.batched_colors = colours.instanced(np.tile(colour, (MAX_NODES, 1)) / 255)
+        self.collars.visible = False
+        self.drawn_for: tuple = ()  # number, section and plane that the collars were drawn for
         self.captions = [Caption(api, f"{root}/rotor/node {k}", "top") for k in range(MAX_NODES)]
 
     def show(
@@ -163,14 +169,18 @@ class Nodes:
     ) -> None:
         """Mark the nodes of the modes `shown` (0-based), at most MAX_NODES of them."""
         marks = [(shapes.labels[k], float(at)) for k in shown for at in shapes.nodes[k]][:MAX_NODES]
+        if not (marks or self.collars.visible):
+            return
         at, x = np.array([at for _, at in marks]), shapes.x
         self.piece = np.searchsorted(x, at, side="right").clip(1, len(x) - 1) - 1
         self.share = ((at - x[self.piece]) / (x[self.piece + 1] - x[self.piece]))[:, None]
         size = [0.007, 0.0, 0.0] + 1.3 * extents(section, NORMALS[shapes.plane])
-        scales = np.full((MAX_NODES, 3), HIDDEN, np.float32)
-        scales[: len(marks)] = size
         self.collars.visible = bool(marks)
-        set_properties(self.collars, {"batched_scales": scales})
+        if (len(marks), section, shapes.plane) != self.drawn_for:
+            self.drawn_for = len(marks), section, shapes.plane
+            scales = np.full((MAX_NODES, 3), HIDDEN, np.float32)
+            scales[: len(marks)] = size
+            set_properties(self.collars, {"batched_scales": scales})
         still, _ = to_hub_frame(shapes, shapes.centreline)
         places = self.on_beam(still) - [0.0, 0.0, size[2] / 2 + 0.03]
         units = shapes.beam.units

@@ -50,7 +50,8 @@ class SceneView:
     """The 3D view of a visitor: the beam, or all its modes in rows, and the beam compared with, on
     one clock. `show` draws a state and an answer, `move` advances the time.
 
-    shapes: the modes drawn; solved: the last answer of this scene that has a solution.
+    shapes: the modes drawn; amplitudes (m,): of these modes; shown_modes: those (from 0) in the
+    picture; solved: the last answer of this scene that has a solution.
     """
 
     def __init__(self, visitor: Visitor, comparison: Comparison, run_up: RunUpPlayback):
@@ -86,6 +87,7 @@ class SceneView:
         if answer and not self.is_pending:
             self.take(answer)
         self.run_up.take(answer, self.shapes)
+        self.choose_modes()
         self.clock.fit(self.frequencies, self.shapes.beam.gamma, keep=not self.choose_pace)
         self.choose_pace = self.choose_pace and not settled
         self.draw(settled=settled)
@@ -99,6 +101,17 @@ class SceneView:
         elif not self.is_stable:
             beam = answer.beam or self.opened.beam
             self.shapes = SampledModes.at_rest(beam, answer.request.options["plane"])
+
+    def choose_modes(self) -> None:
+        """Choose the modes in the picture and their amplitudes: none while a force drives the
+        beam."""
+        modes = len(self.shapes.modes)
+        if self.run_up.driven:
+            self.amplitudes, self.shown_modes = np.zeros(modes), list[int]()
+        else:
+            self.amplitudes = amplitudes(self.state.view, modes)
+            every = self.state.view.all_modes
+            self.shown_modes = [k for k in range(modes) if every or self.amplitudes[k] > 0]
 
     def draw(self, *, settled: bool) -> None:
         """Draw the beam, or all its modes, and the beam compared with."""
@@ -159,15 +172,6 @@ class SceneView:
         return self.clock.rate * self.state.view.pace
 
     @property
-    def shown_modes(self) -> list[int]:
-        """The modes (from 0) in the picture."""
-        if self.run_up.driven:
-            return []
-        if self.state.view.all_modes:
-            return list(range(len(self.shapes.modes)))
-        return [k for k in range(len(self.shapes.modes)) if self.amplitudes[k] > 0]
-
-    @property
     def frequencies(self) -> np.ndarray:
         """The frequencies in the picture."""
         if self.run_up.driven:
@@ -189,12 +193,6 @@ class SceneView:
         if self.run_up.driven:
             return DrawnMotion(self.run_up.field[None], self.scale, colouring, self.largest)
         return DrawnMotion.of(self.shapes, self.amplitudes, colouring, self.scale)
-
-    @property
-    def amplitudes(self) -> np.ndarray:
-        """Amplitude (m,) of every mode; zero while a force drives the beam."""
-        modes = len(self.shapes.modes)
-        return np.zeros(modes) if self.run_up.driven else amplitudes(self.state.view, modes)
 
 
 class Session:

@@ -189,9 +189,17 @@ class State:
 
     def differences(self, other: Self) -> set[str]:
         """The names of the values that differ from those of another state and that undo changes."""
-        ours, theirs = self.values, other.values
+        pairs = [(vars(self), vars(other))]
+        if self.view is not other.view:
+            pairs.append((vars(self.view), vars(other.view)))
+        if self.case is not other.case:
+            pairs.append((self.case.options, other.case.options))
+            pairs.append((self.case.numbers, other.case.numbers))
         differing = {
-            name for name, one in ours.items() if one is not theirs[name] and one != theirs[name]
+            name
+            for ours, theirs in pairs
+            for name, one in ours.items()
+            if one is not theirs[name] and one != theirs[name]
         }
         return differing - {"case", "view", "run_speed", *LASTING}
 

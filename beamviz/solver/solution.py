@@ -71,7 +71,7 @@ class Equilibrium:
     @cached_property
     def tip(self) -> np.ndarray:
         """Position (2,) of the tip."""
-        return _read_only(self.position(np.ones(1))[0])
+        return read_only(self.position(np.ones(1))[0])
 
     @cached_property
     def max_stretch(self) -> float:
@@ -124,7 +124,7 @@ class Solution:
     @cached_property
     def frequencies(self) -> np.ndarray:
         """Frequencies (modes,) in units of 1/T*; nan where unstable."""
-        return _read_only(np.sqrt(np.where(self.omega_squared >= 0, self.omega_squared, np.nan)))
+        return read_only(np.sqrt(np.where(self.omega_squared >= 0, self.omega_squared, np.nan)))
 
     @cached_property
     def growth_rates(self) -> np.ndarray:
@@ -134,19 +134,19 @@ class Solution:
         the Euler force has no potential.
         """
         if self.spin_up_growth is not None:
-            return _read_only(self.spin_up_growth)
-        return _read_only(np.sqrt(np.maximum(-self.omega_squared, 0.0)))
+            return read_only(self.spin_up_growth)
+        return read_only(np.sqrt(np.maximum(-self.omega_squared, 0.0)))
 
     @cached_property
     def omega_squared_errors(self) -> np.ndarray:
         """Estimated absolute errors (modes,) of omega^2; infinite where no estimate exists."""
-        return _read_only(self.estimate_errors())
+        return read_only(self.estimate_errors())
 
     @cached_property
     def errors(self) -> np.ndarray:
         """Estimated absolute errors (modes,) of frequency or growth rate."""
         size, error = abs(self.omega_squared), self.omega_squared_errors
-        return _read_only(error / (np.sqrt(size) + np.sqrt(np.maximum(size - error, 0.0))))
+        return read_only(error / (np.sqrt(size) + np.sqrt(np.maximum(size - error, 0.0))))
 
     @cached_property
     def families(self) -> tuple[str, ...]:
@@ -206,7 +206,7 @@ class Solution:
         roots = false_position(
             lambda x: self._larger_components(x)[each, mode], x[before], x[before + 1]
         )
-        return tuple(_read_only(roots[mode == k]) for k in range(modes))
+        return tuple(read_only(roots[mode == k]) for k in range(modes))
 
     def _larger_components(self, x: np.ndarray) -> np.ndarray:
         """The larger component (len(x), modes) of each mode at x."""
@@ -248,7 +248,7 @@ def _points(x: np.ndarray) -> np.ndarray:
     return x
 
 
-def _read_only(array: np.ndarray) -> np.ndarray:
+def read_only(array: np.ndarray) -> np.ndarray:
     """The array, locked: a solution may be shared."""
     array.setflags(write=False)
     return array

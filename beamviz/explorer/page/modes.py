@@ -25,6 +25,7 @@ HEADING = (
     f"{button('All', data_set='all_modes', aria_label='All modes, one above the other')}</div>"
     '<div id="mode-rows"></div>'
 )
+SHOWN = ' class="shown"'
 UNIT_HINT = hint("the unit", "× 1/T*, the beam's own unit of time: T* = √(ρ A L⁴ / E I).")
 
 
@@ -38,7 +39,7 @@ def mode_table(answer: SolverAnswer, shown: Collection[int]) -> str:
     labels, mixtures = identify_modes(solution)
     nodes = answer.shapes.nodes if answer.shapes else ()
     rows = "".join(
-        f"<tr{attributes(data_do='only', data_value=k, class_='shown' if k in shown else None)}>"
+        f'<tr data-do="only" data-value="{k}"{SHOWN if k in shown else ""}>'
         f"<td>{mode_button(k, labels[k], solution.families[k], k in shown)}</td>"
         f"{value_and_error(solution, k)}<td>{strip(nodes[k]) if k < len(nodes) else ''}</td>"
         f"<td>{amount(k, labels[k])}</td></tr>"
@@ -86,7 +87,7 @@ def strip(nodes: np.ndarray) -> str:
     )
     name = f"nodes at {places}" if places else "no nodes"
     return (
-        f'<svg class="strip" role="img" width="{STRIP}" height="16"{attributes(aria_label=name)}>'
+        f'<svg class="strip" role="img" width="{STRIP}" height="16" aria-label="{name}">'
         f"<title>{name}</title>"
         f'<path d="M{INSET} 3v10M{INSET} 8H{STRIP - INSET}"/>{dots}</svg>'
     )

@@ -16,7 +16,7 @@ from beamviz.solver.hp.mesh import Grid
 from beamviz.solver.hp.modes import StraightModes
 from beamviz.solver.hp.refinement import solve_straight
 from beamviz.solver.problem import Problem
-from beamviz.solver.solution import Equilibrium, Solution, Stats
+from beamviz.solver.solution import Equilibrium, Solution, Stats, read_only
 
 
 def solve_hp(
@@ -50,15 +50,18 @@ def solve_hp(
 @lru_cache(maxsize=64)
 def _from_clamp(grid: Grid, x: bytes) -> np.ndarray:
     """grid.from_clamp, kept: the beams of a sweep share their grid and x."""
-    rows = grid.from_clamp(np.frombuffer(x))
-    rows.setflags(write=False)
-    return rows
+    return read_only(grid.from_clamp(np.frombuffer(x)))
+
+
+@lru_cache(maxsize=64)
+def _at(grid: Grid, x: bytes) -> np.ndarray:
+    """grid.at, kept."""
+    return read_only(grid.at(np.frombuffer(x)))
 
 
 def _axial(found: StraightModes, x: np.ndarray, derivative: int) -> np.ndarray:
     """Position along the beam (derivative 0) or stretch (1) of the equilibrium."""
-    rows = found.grid.at(x) if derivative else _from_clamp(found.grid, x.tobytes())
-    return rows @ found.f
+    return (_at if derivative else _from_clamp)(found.grid, x.tobytes()) @ found.f
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,10 +145,13 @@ def _displacements(
     """Displacements (..., len(x), 2, modes): u = int s along the beam, w = int f theta across."""
     if mode_order is not None:
         modes = s.shape[-1]
+        place = mode_order % modes
+        if s.ndim == 2:
+            kappa, s = kappa[:, place], s[:, place]
+        else:
+            kappa, s = (np.take_along_axis(v, place[..., None, :], axis=-1) for v in (kappa, s))
         bending = mode_order[..., None, :] < modes
-        place = mode_order[..., None, :] % modes
-        kappa = np.where(bending, np.take_along_axis(kappa, place, axis=-1), 0.0)
-        s = np.where(bending, 0.0, np.take_along_axis(s, place, axis=-1))
+        kappa, s = np.where(bending, kappa, 0.0), np.where(bending, 0.0, s)
     # In memory x runs fastest: what samples many solutions reads all of one mode in a row.
     fields = np.empty((*s.shape[:-2], s.shape[-1], 2, from_clamp.shape[-2]), s.dtype)
     fields[..., 0, :] = s.mT @ from_clamp.mT
