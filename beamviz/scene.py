@@ -43,8 +43,8 @@ TOML_HEADER = """\
 
 @dataclass(frozen=True)
 class Camera:
-    """Position and target of the camera, in beam lengths from the middle of the scene: x along the
-    beam, z along the axis of rotation. Raises InvalidInput."""
+    """Position and target of the camera [beam lengths] from the middle of the scene, each within
+    1000: x along the beam, z along the axis of rotation. Raises InvalidInput."""
 
     position: tuple[float, float, float]
     look_at: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -61,13 +61,13 @@ class Camera:
 
 @dataclass(frozen=True)
 class ViewOptions:
-    """What is drawn of a beam, and how it moves.
+    """Options of the drawing of a beam and its motion.
 
     shares: contributions of mode 1, 2 ... to the motion, each 0 .. 1; amplitude: largest
-    displacement drawn, in beam lengths, 0 .. 0.4; pace: playback speed, 0 .. 4 times the default;
-    rotating_frame: the camera rotates with the hub; ghosts: outlines of the beam at rest and
-    stretched; nodes: vibration nodes; thicken: draw a slender beam thicker than it is; all_modes:
-    every mode in a picture of its own.
+    displacement drawn [beam lengths], 0 .. 0.4; pace: playback speed, 0 .. 4 times the default;
+    rotating_frame: the camera rotates with the hub; colouring: "displacement" or "axial strain";
+    ghosts: the undeformed beam and its equilibrium; nodes: vibration nodes; thicken: a slender beam
+    is drawn thicker; all_modes: each mode in a row of its own; dark: dark colours.
 
     Raises InvalidInput, which names the option, its value and the values allowed.
     """
@@ -90,8 +90,8 @@ class ViewOptions:
             object.__setattr__(self, entry.name, value)
 
     def changed(self, name: str, value: Any) -> Self:
-        """With one option changed as a browser sent it: numbers are clamped to their range, an
-        invalid value changes nothing."""
+        """With one option changed to a value from a browser: numbers are clamped to their range, an
+        invalid value is ignored."""
         old = getattr(self, name)
         if name in UPPER_LIMITS:
             value = clip(value, UPPER_LIMITS[name], old)
@@ -113,7 +113,7 @@ class ViewOptions:
 
 
 def check_option(name: str, default: Any, value: Any) -> Any:
-    """`value` as the view option `name`, of the type of its default; else InvalidInput."""
+    """`value` as the view option `name`, of the type of its default. Raises InvalidInput."""
     if isinstance(default, bool):
         return check_bool(name, value)
     if isinstance(default, float):
@@ -126,14 +126,14 @@ def check_option(name: str, default: Any, value: Any) -> Any:
 
 
 def check_bool(name: str, value: Any) -> bool:
-    """`value` if it is true or false, else InvalidInput."""
+    """`value`. Raises InvalidInput unless it is true or false."""
     if not isinstance(value, bool):
         raise InvalidInput(f"{name} = {value!r}: must be true or false")
     return value
 
 
 def check_per_rev(value: Any) -> tuple[int, ...]:
-    """Multiples of the speed in ascending order, all of PER_REV for true; else InvalidInput."""
+    """Multiples of the speed in ascending order, all of PER_REV for true. Raises InvalidInput."""
     if isinstance(value, bool):
         return PER_REV if value else ()
     if not isinstance(value, list | tuple) or any(one not in PER_REV for one in value):
@@ -143,21 +143,21 @@ def check_per_rev(value: Any) -> tuple[int, ...]:
 
 
 def check_choice(name: str, value: Any, choices: Any) -> str:
-    """`value` if it is one of `choices`, else InvalidInput."""
+    """`value`. Raises InvalidInput unless it is one of `choices`."""
     if value not in tuple(choices):
         raise InvalidInput(f"{name} = {value!r}: must be one of {', '.join(choices)}")
     return value
 
 
 def clip(value: Any, upper: float, old: float) -> float:
-    """`value` clamped to 0 .. upper, or `old` where it is not a finite number."""
+    """`value` clamped to 0 .. upper; `old` if it is not a finite number."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         return old
     return min(max(float(value), 0.0), upper)
 
 
-# The tables of a file and their keys. LINKED share no key, so that a link and `Scene.of` need no
-# tables; [si] stands for [beam] and [units] together.
+# The tables of a file and their keys. The keys of LINKED are unique, so that a link and `Scene.of`
+# need no tables; [si] replaces both [beam] and [units].
 LINKED = {
     "beam": tuple(NUMBERS),
     "model": tuple(name for name in OPTIONS if name != "modes"),
@@ -171,12 +171,11 @@ KEYS = tuple(key for keys in LINKED.values() for key in keys)
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything that determines a picture or film of the explorer.
+    """All data of a picture or film of the explorer.
 
     options: keywords of `solve` that describe the model; camera: None fits the beam into the
-    picture; over, per_rev: abscissa of the loci chart, and the multiples of the speed drawn in it;
-    True for all of PER_REV.
-    Raises InvalidInput for a value outside its range and for an unknown option.
+    picture; over: the abscissa of the loci chart; per_rev: the multiples of the speed in it, True
+    for all of PER_REV. Raises InvalidInput for a value out of range and for an unknown option.
     """
 
     beam: Beam = field(default_factory=Beam)
@@ -196,7 +195,8 @@ class Scene:
 
     @classmethod
     def of(cls, beam: Beam | None = None, **values: Any) -> Self:
-        """A scene by its keys: of(alpha=1, gamma=10, coriolis=True, mode=3, dark=True)."""
+        """A scene by its keys, as in of(alpha=1, gamma=10, coriolis=True, mode=3, dark=True).
+        Raises InvalidInput."""
         return cls(beam or Beam()).changed(**values)
 
     def changed(self, **values: Any) -> Self:
@@ -217,12 +217,12 @@ class Scene:
 
     @property
     def solver_options(self) -> dict[str, Any]:
-        """Keywords of `solve` for this scene: its model, and as many modes as it shows."""
+        """Keywords of `solve` for this scene: its model and the number of modes."""
         return {**self.options, "modes": max(MODES, len(self.view.shares))}
 
     @property
     def tables(self) -> dict[str, dict[str, Any]]:
-        """Every key with its value, by table."""
+        """All keys with their values, by table."""
         return {
             "beam": self.beam.numbers,
             "units": without_none(self.beam.units),
@@ -241,8 +241,8 @@ class Scene:
         return "".join(lines)
 
     def to_query(self, base: Self | None = None, without: Collection[str] = ()) -> str:
-        """The query of a link to the scene: the keys, but for some, whose values differ from those
-        of `base`, in SI for a beam with known sizes. `Scene.from_query` reads it."""
+        """The query of a link to the scene, which `Scene.from_query` reads: the keys, except those
+        of `without`, whose values differ from those of `base`; in SI for a real beam."""
         base, beam = base or type(self)(), self.beam
         values, usual = (
             {key: value for name in LINKED for key, value in scene.tables[name].items()}
@@ -267,8 +267,8 @@ class Scene:
 
     @classmethod
     def from_query(cls, query: dict[str, Any], base: Self | None = None) -> Self:
-        """The scene of a link, `base` with other values of the keys of its query (`parse_query`).
-        Raises InvalidInput."""
+        """The scene of a link: `base` with the values of its query (see `parse_query`). Raises
+        InvalidInput."""
         base, si = base or cls(), {key: query[key] for key in query if key in SI_KEYS}
         if si:
             base = replace(base, beam=Beam.from_si(**check_si_keys(si, "the link")))
@@ -276,12 +276,12 @@ class Scene:
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
-        """The scene in a TOML file; InvalidInput names the file and the mistake."""
+        """The scene in a TOML file. Raises InvalidInput, which names the file and the mistake."""
         return cls.from_bytes(read_small(path), str(path))
 
     @classmethod
     def from_bytes(cls, text: bytes, name: str) -> Self:
-        """The scene in the contents of a TOML file called `name`."""
+        """The scene in the contents of a TOML file with a name. Raises InvalidInput."""
         tables = parse_toml(text, name)
         check_keys(tables, TABLES, name)
         for table, values in tables.items():
@@ -296,8 +296,8 @@ class Scene:
 
 
 def parse_query(query: str) -> dict[str, Any]:
-    """The keys and values of a link's query, as in "alpha=1&mode=3": each value as in TOML, or else
-    the text itself. InvalidInput where it has more keys than a scene."""
+    """The keys and values of a query like "alpha=1&mode=3": each value as in TOML, or else the text
+    itself. Raises InvalidInput if it has more keys than a scene."""
     try:
         most = 2 * (len(KEYS) + len(SI_KEYS))
         pairs = parse_qsl(query, keep_blank_values=True, max_num_fields=most)
@@ -307,7 +307,7 @@ def parse_query(query: str) -> dict[str, Any]:
 
 
 def parse_value(text: str) -> Any:
-    """The value written as in TOML, or else the text itself."""
+    """The value of a text in TOML, or else the text itself."""
     try:
         values = tomllib.loads(f"value = {text}")
     except (tomllib.TOMLDecodeError, RecursionError):
@@ -316,7 +316,7 @@ def parse_value(text: str) -> Any:
 
 
 def change_view(view: ViewOptions, mode: Any = None, **values: Any) -> ViewOptions:
-    """`view` with other values of some keys; `mode` (1-based) is short for the shares of one."""
+    """`view` with other values of some keys; mode (1-based): shown alone, replaces shares."""
     if mode is not None:
         if "shares" in values:
             raise InvalidInput("mode and shares exclude each other")
@@ -353,5 +353,5 @@ def without_none(entry: Any) -> dict[str, Any]:
     return {k: v for k, v in asdict(entry).items() if v is not None} if entry else {}
 
 
-# The explorer opens on it where no other scene is given.
+# The scene of the explorer if no other one is given.
 START = Scene.of(alpha=1.0, beta=0.5, gamma=5.0, shares=[1.0, 1.0], rotating_frame=False)

@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM: a process ends once, after closing everything it has opened."""
+"""SIGINT and SIGTERM: a process ends once, after closing all resources."""
 
 import contextlib
 import signal
@@ -10,7 +10,7 @@ from types import FrameType
 from typing import Any
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
-IGNORE_TIME = 5.0  # [s] after a signal, during which further ones are ignored
+IGNORE_TIME = 5.0  # [s] after a signal in which further ones are ignored
 DELAY = 0.05  # [s] until a signal is raised again
 Handler = Callable[[int, FrameType | None], None]
 
@@ -25,8 +25,8 @@ class Terminated(BaseException):
 
 @contextlib.contextmanager
 def terminate_on_signal() -> Iterator[None]:
-    """Within, SIGINT or SIGTERM raises Terminated. Further ones are ignored for a while, also after
-    leaving, so that nothing interrupts the closing of what is open."""
+    """Context in which SIGINT and SIGTERM raise Terminated. Further signals are ignored for
+    IGNORE_TIME, also after leaving, so that they do not interrupt the closing of resources."""
     received: list[float] = []
 
     def terminate(number: int, frame: FrameType | None) -> None:
@@ -47,8 +47,8 @@ def terminate_on_signal() -> Iterator[None]:
 
 @contextlib.contextmanager
 def reraise_unraisable(received: list[float]) -> Iterator[None]:
-    """Within, the signal is raised again if Python discarded its Terminated, as it does in
-    `__del__`, which may run at any moment."""
+    """Context in which the signal is raised again if Python discarded its Terminated, as it does
+    for exceptions in `__del__`."""
     original = sys.unraisablehook
 
     def hook(discarded: Any) -> None:
@@ -66,7 +66,7 @@ def reraise_unraisable(received: list[float]) -> Iterator[None]:
 
 
 def is_importing(frame: FrameType | None) -> bool:
-    """Whether a module is being imported: some modules discard any exception on import."""
+    """Whether a module is being imported: some modules discard all exceptions on import."""
     while frame and not frame.f_code.co_filename.startswith("<frozen importlib"):
         frame = frame.f_back
     return frame is not None
@@ -81,8 +81,8 @@ def reraise(number: int) -> None:
 
 @contextlib.contextmanager
 def defer_signals() -> Iterator[None]:
-    """Within, signals are deferred, so that a process started here is known to the code that ends
-    it."""
+    """Context in which signals are deferred, so that code that starts a process can store it
+    before a signal ends it."""
     waiting: list[int] = []
     with handle_signals(lambda number, _: waiting.append(number)):
         yield
@@ -92,7 +92,7 @@ def defer_signals() -> Iterator[None]:
 
 @contextlib.contextmanager
 def handle_signals(handler: Handler) -> Iterator[None]:
-    """Within, `handler` handles SIGINT and SIGTERM."""
+    """Context in which `handler` handles SIGINT and SIGTERM."""
     before = set_handlers(handler)
     try:
         yield
@@ -101,14 +101,14 @@ def handle_signals(handler: Handler) -> Iterator[None]:
 
 
 def set_handlers(handler: Handler) -> dict[signal.Signals, Any]:
-    """Have `handler` handle both signals, and return the earlier handlers. Python allows this in
-    the main thread only; in others nothing changes."""
+    """Set the handler of both signals and return the earlier ones; nothing but in the main thread,
+    as Python allows it there only."""
     if threading.current_thread() is not threading.main_thread():
         return {}
     return {number: signal.signal(number, handler) for number in SIGNALS}
 
 
 def restore_handlers(before: dict[signal.Signals, Any]) -> None:
-    """Set the earlier handlers again."""
+    """Restore the earlier handlers."""
     for number, handler in before.items():
         signal.signal(number, handler)

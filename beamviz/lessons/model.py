@@ -1,4 +1,4 @@
-"""A lesson: texts, a scene to start from, a computed fact and a challenge that is checked."""
+"""A lesson: texts, a scene to begin with, a computed fact, and a challenge with its check."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -10,10 +10,10 @@ from beamviz.errors import BeamvizError
 from beamviz.scene import Scene
 from beamviz.solver import Solution
 
-ACCURACY = ("elements", "tolerance")  # options that do not change a correct answer
+ACCURACY = ("elements", "tolerance")  # options that may be changed in all challenges
 ON_OFF = {True: "on", False: "off"}
 LABELS = {"coriolis": "Coriolis", "softening": "spin softening"}
-MIN_MASS = 0.5  # alpha, where a challenge leaves the mass free
+MIN_MASS = 0.5  # alpha, in a challenge that leaves the mass free
 
 
 class Verdict(NamedTuple):
@@ -25,14 +25,14 @@ class Verdict(NamedTuple):
 
 @dataclass(frozen=True)
 class Lesson:
-    """A question about the beam, answered by experiment, and a challenge: to find the value of one
-    of the five numbers, while everything else stays as in the lesson's scene.
+    """A question about the beam that experiments answer, and a challenge: to find the value of one
+    of the five numbers, with all others as in the lesson's scene.
 
     In the texts, *single stars* mark technical terms and **double stars** controls of the page.
-    fact: a sentence with placeholders for what compute_fact returns; number: "alpha", "beta",
-    "gamma", "delta" or "mu"; within: accepted distance from what compute_answer returns; gauge:
-    describes the quantity to watch, measured on a solution; free: numbers and options that may be
-    changed as well.
+    fact: a sentence with placeholders for the numbers of compute_fact; number: of the challenge,
+    "alpha", "beta", "gamma", "delta" or "mu"; within: accepted distance from compute_answer; gauge:
+    describes the quantity of the challenge for a solution; free: other numbers and options that may
+    be changed.
     """
 
     name: str
@@ -77,7 +77,7 @@ class Lesson:
         return Verdict(True, f"{PARAMETERS[self.number].symbol} = {value:.5g} {near}.")
 
     def measured(self, solution: Solution) -> str:
-        """The challenge's gauge for a solution, "" where it is undefined."""
+        """The gauge of a solution; "" if it is undefined."""
         try:
             words = self.gauge(solution)
         except BeamvizError:
@@ -85,7 +85,7 @@ class Lesson:
         return "" if "nan" in words else words
 
     def _obstacle(self, beam: Beam, options: Mapping[str, Any]) -> str:
-        """The change that has to be undone before the challenge can be met, or ""."""
+        """The change to undo before the challenge can be met, or ""."""
         free = (*self.free, self.number, *ACCURACY)
         if "alpha" in free and beam.alpha < MIN_MASS:
             return f"Make the mass α at least {MIN_MASS:g}: a lighter one has little effect."

@@ -1,4 +1,4 @@
-"""The numbers in the lessons, each computed when it is needed."""
+"""The numbers in the lessons, computed when they are needed."""
 
 from collections.abc import Callable
 from typing import Any
@@ -64,7 +64,7 @@ def difference(solution: Solution) -> float:
 
 
 def gap(solution: Solution) -> float:
-    """Difference of the fourth and the third frequency, whatever their labels."""
+    """Difference of the fourth and the third frequency."""
     return float(solution.frequencies[3] - solution.frequencies[2])
 
 
@@ -96,19 +96,19 @@ def last_equilibrium(beam: Beam, **options: Any) -> float:
 
 
 def strain_at_mass(solution: Solution) -> tuple[float, float]:
-    """Stretch minus one just inside the mass and just outside it."""
+    """Strain at the inner and at the outer side of the mass."""
     beta = solution.beam.beta
     inside, outside = solution.equilibrium.stretch(np.clip([beta - 1e-9, beta + 1e-9], 0, 1)) - 1
     return float(inside), float(outside)
 
 
 def tip(beam: Beam) -> tuple[float, float]:
-    """Place of the tip from the clamp in the stable state."""
+    """Position (x, y) of the tip from the clamp in the stable state."""
     return tip_of(solve(beam, state="stable"))
 
 
 def tip_of(solution: Solution) -> tuple[float, float]:
-    """Place of the tip from the clamp."""
+    """Position (x, y) of the tip from the clamp."""
     x, y = solution.equilibrium.tip
     return float(x), float(y)
 
@@ -121,7 +121,7 @@ def value_where(
     stop: float,
     **options: Any,
 ) -> float:
-    """The value of one of the five numbers, in 0.2 .. stop, at which a gauge reaches a level."""
+    """The value of one of the five numbers, in 0.2 .. stop, at which a gauge has a level."""
 
     def excess(value: float) -> float:
         return gauge(solve(beam.replace(**{number: value}), **options)) - level

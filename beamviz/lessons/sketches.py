@@ -1,4 +1,4 @@
-"""Small pictures of the lessons as SVG: the mode of the scene, or the loci of the question."""
+"""Pictures of the lessons as SVG: the mode of the scene, or the loci of the question."""
 
 from functools import cache
 
@@ -12,13 +12,13 @@ from beamviz.solver import solve
 from beamviz.solver.solution import MIXED
 
 WIDTH, HEIGHT = 160, 90
-CLAMP, LENGTH = 28, 112  # [px] where the beam is clamped, its length
+CLAMP, LENGTH = 28, 112  # [px] position of the clamp, length of the beam
 MARGIN = 8  # [px] around loci
 AMPLITUDE = 0.17  # of the length
 X = np.linspace(0.0, 1.0, 41)
-TICKS = slice(0, None, 5)  # of X, where cross-sections are drawn
+TICKS = slice(0, None, 5)  # points of X with a cross-section
 POINTS = 41  # of loci
-LOCI = {  # lessons whose picture is a chart: start and stop of the axis, first and last mode
+LOCI = {  # lessons with a chart: start and stop of the axis, first and last mode
     "mode-shift": (0.6, 2.4, 3, 4),
     "crossing": (3.5, 6.0, 3, 4),
     "veering": (4.2, 5.1, 3, 4),
@@ -40,7 +40,7 @@ def sketch(name: str) -> str:
 
 
 def mode(shown: Lesson) -> str:
-    """The hub, the beam at rest, and its mode with the largest share."""
+    """The hub, the equilibrium, and the mode with the largest share."""
     scene = shown.scene
     beam, solution = scene.beam, solve(scene.beam, **scene.solver_options)
     k = int(np.argmax(scene.view.shares))
@@ -73,8 +73,8 @@ def hub(delta: float) -> str:
 
 
 def chart(shown: Lesson) -> str:
-    """Loci of the modes in question, each part in the colour of its family; with multiples of the
-    speed where the lesson has them."""
+    """Loci of some modes, each part in the colour of its family, with the multiples of the speed of
+    the scene."""
     scene, (start, stop, first, last) = shown.scene, LOCI[shown.name]
     values = np.linspace(start, stop, POINTS)
     found = loci(scene.beam, scene.over, values, last + 1, **scene.options)
@@ -112,6 +112,6 @@ def line(points: np.ndarray, name: str) -> str:
 
 
 def path(x: np.ndarray, y: np.ndarray, name: str) -> str:
-    """A line through points [px] of a class."""
+    """A line of a CSS class through points [px]."""
     points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
     return f'<polyline class="{name}" points="{points}"/>'

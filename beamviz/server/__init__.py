@@ -1,4 +1,4 @@
-"""A protected viser server: `run_server` starts it, `self_test` attacks it before it is used."""
+"""A protected viser server: `run_server` starts it, `self_test` tests its protection."""
 
 import contextlib
 import logging
@@ -17,8 +17,8 @@ from beamviz.server.access import Access, VisitorCount
 from beamviz.server.processes import Pipe, listening_sockets
 from beamviz.server.viser_private import PROTOCOL, opens_tunnel, viser_server
 
-TIMEOUT = 30.0  # [s] of the self-test, for one answer
-COUNT_TIMEOUT = 1.0  # [s] until its connections are no longer counted as visitors
+TIMEOUT = 30.0  # [s] for an answer in the self-test
+COUNT_TIMEOUT = 1.0  # [s] for its connections to be closed
 FOREIGN_ORIGIN = "http://foreign.invalid"
 INVALID_MESSAGES = {
     "a message that no page sends": b"\xc1",
@@ -38,17 +38,17 @@ def run_server(
 ) -> Iterator[viser.ViserServer]:
     """A running server, stopped on leaving; port 0 takes a free one.
 
-    listener: where a worker process gets its connections from; visitor_count: shared by all
+    listener: the source of connections of a worker process; visitor_count: shared by all
     processes; insert: changes the HTML of viser's page; access: further fields of Access. Raises
-    Unavailable if the address cannot be had (viser would silently take the next port) or if viser
-    lacks an attribute that is needed.
+    Unavailable if the address is not available (viser would silently use the next port) or if viser
+    lacks a required attribute.
     """
     if listener:
         port = listener.getsockname()[1]
     else:
         with listening_sockets(host, port) as (first, *_):
             port = first.getsockname()[1]
-    logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # browsers hang up at will
+    logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # browsers may disconnect
     rules = Access(host, port, **access)
     guard = connection.Guard(rules, visitor_count or VisitorCount(), listener, insert)
     with viser_server(host, port, guard.serve) as server:
@@ -63,10 +63,10 @@ def self_test(
     visitor_count: VisitorCount,
     listener: Pipe | None = None,
 ) -> None:
-    """Attack a server that has just been started.
+    """Test the protection of a server that has just been started, by attacks.
 
-    If an attack succeeds, raises Unavailable where other machines can reach the server, and writes
-    a line to the log where they cannot.
+    If an attack succeeds, raises Unavailable if other machines can reach the server, else writes a
+    line to the log.
     """
 
     def wait_until_left() -> None:
@@ -98,8 +98,8 @@ def self_test(
 
 
 def successful_attack(access: Access, connect: Callable[[], socket.socket]) -> str:
-    """Try to connect from a foreign page and without the key, and to send invalid messages; the
-    description of the attack that succeeded, or ""."""
+    """Try to connect from a foreign page and without the key, and to send invalid messages. Returns
+    a description of the attack that succeeded, or ""."""
     uri = access.local_url.replace("http://", "ws://")
     options: dict[str, Any] = {"uri": uri, "subprotocols": [PROTOCOL], "open_timeout": TIMEOUT}
     key: dict[str, Any] = {

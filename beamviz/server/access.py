@@ -1,4 +1,4 @@
-"""Who may connect: the server's own addresses, origins, keys and the number of visitors."""
+"""Access to the server: addresses, origins, keys and the number of visitors."""
 
 import hmac
 import ipaddress
@@ -20,7 +20,7 @@ COUNT_BYTES = 8
 
 @dataclass(frozen=True)
 class Refusal:
-    """A refused request: HTTP status, title and text of the page."""
+    """A refused request: HTTP status, and title and text of its page."""
 
     status: int
     title: str
@@ -31,8 +31,8 @@ class Refusal:
 class Access:
     """The rules of a server bound to host:port; each check returns a Refusal, or None.
 
-    visitor_key: the key that every visitor needs ("": none); presenter_key: the presenter's key
-    ("": nobody presents); public: the URL of a reverse proxy in front of the server.
+    visitor_key: the key that all visitors need ("": none); presenter_key: the presenter's key
+    ("": no presenter); public: the URL of a reverse proxy in front of the server.
     """
 
     host: str
@@ -86,7 +86,7 @@ class Access:
         return None
 
     def full(self, visitors: int) -> Refusal | None:
-        """Check whether one more visitor may come."""
+        """Check whether another visitor may connect."""
         if visitors < self.max_visitors:
             return None
         text = f"The limit here is {self.max_visitors} at once. This page tries again by itself."
@@ -94,7 +94,7 @@ class Access:
 
     def answers_to(self, host: str) -> bool:
         """Whether a Host header names this server. Numerical addresses are accepted on a network:
-        unlike a name, they cannot be made to point here by somebody else (DNS rebinding)."""
+        unlike names, they are safe against DNS rebinding."""
         if self.public and host.lower() == urlsplit(self.public).netloc:
             return True
         name, port = split_host(host)
@@ -123,10 +123,8 @@ class Access:
         return next((value for name, _, value in pairs if name == self.cookie), "")
 
     def key_cookie(self, headers: Mapping[str, str], path: str) -> str:
-        """The Set-Cookie header that stores the key of the query; "" without a valid one.
-
-        Lax, not Strict: a link in a mail must work, and it redirects to the page without the key.
-        """
+        """The Set-Cookie header that stores the key of the query; "" without a valid key. Lax, not
+        Strict, so that links in e-mails work, which redirect to the page without the key."""
         key = parse_qs(urlsplit(path).query).get(KEY_PARAMETER, [""])[0]
         if not matches((self.visitor_key, self.presenter_key), key):
             return ""
@@ -135,21 +133,21 @@ class Access:
 
 
 def matches(keys: tuple[str, ...], given: str) -> bool:
-    """Whether `given` is one of `keys`, "" being none, in a time that does not depend on them."""
+    """Whether `given` is one of the nonempty `keys`, in a time that does not depend on them."""
     encoded = given.encode(errors="replace")
     matched = [hmac.compare_digest(key.encode(), encoded) for key in keys if key]
     return any(matched)
 
 
 def without_key(path: str) -> str:
-    """The address of the page with the query of `path`, but without the key."""
+    """The path of the page with the query of `path`, without the key."""
     pairs = parse_qsl(urlsplit(path).query, keep_blank_values=True)
     rest = urlencode([(name, value) for name, value in pairs if name != KEY_PARAMETER])
     return f"/?{rest}" if rest else "/"
 
 
 def split_host(host: str) -> tuple[str, int | None]:
-    """Name and port of a Host header; no port if it is malformed."""
+    """Name and port of a Host header; ("", None) if it is malformed."""
     try:
         parts = urlsplit(f"//{host}")
         if parts.netloc != host or "@" in host:
@@ -169,7 +167,7 @@ def is_address(name: str) -> bool:
 
 
 def network_address() -> str:
-    """The address of this machine on its network; nothing is sent to find it."""
+    """The address of this machine on its network, found without sending anything."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
             probe.connect(("192.0.2.1", 9))  # an address reserved for documentation
@@ -195,8 +193,8 @@ def public_url(text: str) -> str:
 
 
 class VisitorCount:
-    """The number of visitors in all processes. Each process counts its own, in shared memory, at
-    the index `process`."""
+    """The number of visitors of all processes, in shared memory; each process counts its own at the
+    index `process`."""
 
     def __init__(self, processes: int = 1):
         self.counts = memoryview(mmap.mmap(-1, COUNT_BYTES * processes)).cast("q")
@@ -212,5 +210,5 @@ class VisitorCount:
         self.counts[self.process] += 1
 
     def leave(self) -> None:
-        """Count a visitor of this process off."""
+        """Count a visitor of this process who has left."""
         self.counts[self.process] -= 1

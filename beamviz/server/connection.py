@@ -23,8 +23,8 @@ from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import PROTOCOL, message_types
 
 POLICY_VIOLATION, TRY_AGAIN_LATER = 1008, 1013  # WebSocket close codes
-TIMEOUT = 10.0  # [s] for a request to arrive, and for a visitor to answer a ping
-RETRY = 10  # [s] until a page that was refused for lack of capacity tries again
+TIMEOUT = 10.0  # [s] for a request, and for the answer to a ping
+RETRY = 10  # [s] after which a page refused for lack of capacity tries again
 
 CONTROL = "GuiUpdateMessage"
 MESSAGES = (  # that the page sends
@@ -39,11 +39,11 @@ MAX_ITEMS = 64  # of a list
 MAX_TEXT = 1000  # characters of a field
 MAX_NUMBER = 1e6  # of a coordinate
 MAX_PIXELS = 32768  # of a page's width or height
-RATE, BURST = 200, 400  # messages per second that pass at once, and how many may accumulate
-PAUSE = 0.05  # [s] during which faster ones are coalesced
+RATE, BURST = 200, 400  # token bucket: messages per second, and its size
+PAUSE = 0.05  # [s] during which messages above this rate are coalesced
 
-# The page is one file with inline script and style, whose WebAssembly glue needs eval. The
-# protection is in whom it may connect to: see `Guard.add_headers`.
+# The page is one file with inline script and style, and its WebAssembly code needs eval. It is
+# protected by the addresses that it may connect to: see `Guard.add_headers`.
 CONTENT_POLICY = {
     "default-src": "'none'",
     "script-src": "'self' 'unsafe-inline' 'unsafe-eval' blob: data:",
@@ -77,8 +77,8 @@ p {{ opacity: .75 }} h1 {{ font-size: 1.5em; border-left: 5px solid #206096; pad
 log = RateLimitedLog(__name__)
 
 Handler = Callable[[ServerConnection], Awaitable[None]]
-Insert = Callable[[str], str]  # of elements into the HTML of viser's page
-Key = tuple[Any, ...]  # what a message sets; of two with one key, the later one counts
+Insert = Callable[[str], str]  # inserts elements into the HTML of viser's page
+Key = tuple[Any, ...]  # identifies what a message sets: a later one with the same key replaces it
 
 
 # Message validation
@@ -89,13 +89,13 @@ class InvalidMessage(Exception):
 
 
 class ControlValue(msgspec.Struct, forbid_unknown_fields=True):
-    """The property of a control that a page may set: all that it uses hold texts."""
+    """The property of a control that a page may set."""
 
     value: str
 
 
 class ControlUpdate(msgspec.Struct, forbid_unknown_fields=True):
-    """A GuiUpdateMessage; viser itself would set any attribute of the control."""
+    """A GuiUpdateMessage; viser itself would accept any attribute of the control."""
 
     uuid: str
     updates: ControlValue
@@ -126,7 +126,7 @@ def validate(raw: bytes | str, types: dict[str, type]) -> Key:
 
 
 def is_field_value(value: Any) -> bool:
-    """Whether a field may have this value: short, with finite numbers of moderate size."""
+    """Whether a field may have this value: short, with finite numbers up to MAX_NUMBER."""
     if isinstance(value, list):
         return len(value) <= MAX_ITEMS and all(map(is_field_value, value))
     if isinstance(value, str):
@@ -137,8 +137,8 @@ def is_field_value(value: Any) -> bool:
 
 
 class Connection(ServerConnection):
-    """A visitor's connection: an invalid message closes it, and a flood of messages is coalesced
-    into the last one of each key."""
+    """A visitor's connection: an invalid message closes it; messages above the rate limit are
+    coalesced into the last one of each key."""
 
     def __init__(self, types: dict[str, type], *args: Any, **options: Any):
         super().__init__(*args, **options)
@@ -147,8 +147,8 @@ class Connection(ServerConnection):
         self.credit, self.updated = float(BURST), time.monotonic()
 
     async def send(self, message: Any, text: bool | None = None) -> None:
-        """Send a message: at once where all before it have gone, which spares the checks of
-        fragments and of a full buffer."""
+        """Send a message; directly if the buffer is empty, which avoids the checks for fragments
+        and for a full buffer."""
         is_free = self.protocol.state is OPEN and not self.transport.get_write_buffer_size()
         if is_free and isinstance(message, bytes) and not text:
             self.protocol.send_binary(message)
@@ -177,7 +177,7 @@ class Connection(ServerConnection):
         return validate(raw, self.types), raw if isinstance(raw, bytes) else b""
 
     async def coalesce(self) -> None:
-        """Receive for a moment, keeping the last message of each key in order of arrival."""
+        """Receive for PAUSE seconds, keeping the last message of each key in order of arrival."""
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(PAUSE):
                 while True:
@@ -186,7 +186,7 @@ class Connection(ServerConnection):
                     self.coalesced[key] = raw
 
     def has_credit(self) -> bool:
-        """Take one message off the allowance (a token bucket)."""
+        """Take a token from the token bucket; False if it is empty."""
         now = time.monotonic()
         self.credit = min(self.credit + (now - self.updated) * RATE, BURST)
         self.updated = now
@@ -202,9 +202,9 @@ class Connection(ServerConnection):
 class Guard:
     """Checks every request and message before viser's server handles it.
 
-    access: the rules; visitor_count: the visitors of all processes; listener: where connections
-    come from, by default the address given to `serve`; insert: changes the HTML of viser's page.
-    Raises Unavailable if viser has other messages.
+    access: the rules; visitor_count: the visitors of all processes; listener: the source of
+    connections, by default the address given to `serve`; insert: changes the HTML of viser's page.
+    Raises Unavailable if viser lacks one of MESSAGES.
     """
 
     def __init__(
@@ -216,11 +216,11 @@ class Guard:
     ):
         self.access, self.visitor_count = access, visitor_count
         self.listener, self.insert = listener, insert
-        self.pages: dict[str, bytes] = {}  # the changed page by its encoding
+        self.pages: dict[str, bytes] = {}  # the changed page, by encoding
         self.types = message_types(*MESSAGES)
 
     def serve(self, handler: Handler, *address: Any, **options: Any) -> Any:
-        """Replaces `websockets.asyncio.server.serve`."""
+        """Replacement for `websockets.asyncio.server.serve`."""
         page = options["process_request"]
         options |= {
             "process_request": lambda connection, request: self.answer(connection, request, page),
@@ -260,7 +260,7 @@ class Guard:
         return self.with_elements(response) if response else None
 
     def with_elements(self, response: Response) -> Response:
-        """A response whose page, if it is one, has our elements."""
+        """A response with our elements inserted, if it is viser's page."""
         kind = response.headers.get("Content-Type", "")
         if response.status_code != 200 or not kind.startswith("text/html"):
             return response
@@ -285,7 +285,7 @@ class Guard:
         return response
 
     async def visit(self, connection: ServerConnection, handler: Handler) -> None:
-        """Count a visitor and serve them, unless the limit has been reached meanwhile."""
+        """Serve and count a visitor, unless the limit has been reached since the request."""
         with contextlib.ExitStack() as leaving:
             if not is_presenter(self.access, connection.request):
                 self.visitor_count.enter()
@@ -303,13 +303,13 @@ def is_presenter(access: Access, request: Request | None) -> bool:
 
 
 def lower_case(request: Request) -> dict[str, str]:
-    """The headers by lower-case name; repeated ones are joined, so that no check accepts them."""
+    """The headers by lower-case name; repeated ones are joined, so that all checks refuse them."""
     names = {name.lower() for name in request.headers}
     return {name: ", ".join(request.headers.get_all(name)) for name in names}
 
 
 def refusal_page(refusal: Refusal) -> Response:
-    """A refusal as a small page, which tries again by itself if there were too many visitors."""
+    """The page of a refusal, which is reloaded after RETRY if there were too many visitors."""
     retry = f'<meta http-equiv="refresh" content="{RETRY}">' if refusal.status == 503 else ""
     title, text = html.escape(refusal.title), html.escape(refusal.text)
     body = REFUSAL_PAGE.format(retry=retry, title=title, text=text)
@@ -326,6 +326,6 @@ def reply(status: int, reason: str, body: bytes, headers: dict[str, str]) -> Res
 
 
 def peer(connection: ServerConnection) -> str:
-    """The address of the other side."""
+    """The address of the client."""
     address = connection.remote_address
     return str(address[0]) if address else "a visitor who has left"

@@ -8,19 +8,19 @@ import time
 from collections.abc import Iterator
 
 INTERVAL = 600.0  # [s] between two lines about one kind of error of one visitor
-MAX_KINDS = 1000  # number of pairs of visitor and kind that are remembered
+MAX_KINDS = 1000  # pairs of visitor and kind that are stored
 
 
 class RateLimitedLog:
-    """A logger with one line for each kind of error of each visitor per `INTERVAL`; the others are
-    counted, and the next line gives their number."""
+    """A logger that writes one line per `INTERVAL` for each kind of error of each visitor; the next
+    line gives the number of those skipped."""
 
     def __init__(self, name: str):
         self.logger, self.lock = logging.getLogger(name), threading.Lock()
         self.reported: dict[tuple[str, str], tuple[float, int]] = {}
 
     def warn(self, subject: str, kind: str, text: str, level: int = logging.WARNING) -> None:
-        """Write a line, unless `subject` has just had one of the same kind."""
+        """Write a line, unless there was one with this subject and kind within INTERVAL."""
         key, now = (subject, kind), time.monotonic()
         with self.lock:
             if len(self.reported) >= MAX_KINDS and key not in self.reported:
@@ -39,7 +39,7 @@ class RateLimitedLog:
 
     @contextlib.contextmanager
     def muted(self) -> Iterator[None]:
-        """Within, nothing is written."""
+        """Context in which nothing is written."""
         self.logger.disabled = True
         try:
             yield

@@ -1,6 +1,6 @@
 """Several processes behind one address.
 
-Each worker runs the whole explorer for its visitors. The first process accepts connections and
+Each worker runs the complete explorer for its visitors. The main process accepts connections and
 passes each to the worker with the fewest visitors, whichever served the page; a worker that dies is
 replaced.
 """
@@ -24,17 +24,17 @@ from beamviz.server.access import VisitorCount
 BACKLOG = 128  # connections that wait to be accepted
 MAX_ERROR_BYTES = 4000
 BYTE = b"."  # sent when a worker is ready, and with each connection
-POLL = 0.2  # [s] until a signal to stop is noticed
+POLL = 0.2  # [s] between two checks for a signal to stop
 START_TIMEOUT = 60.0  # [s] for a worker to be ready
 STOP_TIMEOUT = 5.0  # [s] for all workers to end
 MIN_LIFETIME = 5.0  # [s] of a worker that is replaced; an earlier death ends the server
 
 
 def process_count(processes: int | None, *, shared: bool, follow: bool) -> int:
-    """The number of processes: as asked for, by default one per core if other machines can connect
+    """The number of processes: `processes`, by default one per core if other machines can connect
     (shared), else one. With a presenter (follow) all visitors are in one process.
 
-    Raises InvalidInput for a number that this system or `follow` rules out.
+    Raises InvalidInput for a number that is not possible on this system or with `follow`.
     """
     can_fork = sys.platform == "linux"  # elsewhere forking is unsafe or impossible
     if processes is None:
@@ -57,14 +57,14 @@ class Pipe(socket.socket):
         self.sender, self.address = sender, address
 
     def listen(self, backlog: int = 0) -> None:
-        """Nothing to do: the first process listens."""
+        """Do nothing: the main process listens."""
 
     def getsockname(self) -> Any:
         """The address of the server."""
         return self.address
 
     def accept(self) -> tuple[socket.socket, Any]:
-        """The next connection. If the first process has ended, end this one."""
+        """The next connection. If the main process has ended, end this one."""
         data, descriptors, *_ = socket.recv_fds(self, 1, 1)
         if not data:
             os.kill(os.getpid(), signal.SIGTERM)
@@ -84,16 +84,16 @@ class Pipe(socket.socket):
         return ours
 
     def ready(self) -> None:
-        """Tell the first process, whose end is closed here so that its death is noticed."""
+        """Report to the main process, and close its end here, so that its death is noticed."""
         self.sendall(BYTE)
         self.sender.close()
 
 
-Run = Callable[[int, Pipe, Callable[[], None]], None]  # number, listener, call when ready
+Run = Callable[[int, Pipe, Callable[[], None]], None]  # of number, listener, call when ready
 
 
 class Worker:
-    """A process that runs `run`; `inherited` are the sockets that it must close."""
+    """A process that runs `run`; inherited: the sockets that it must close."""
 
     def __init__(self, number: int, run: Run, address: Any, inherited: list[socket.socket]):
         self.number, self.accepted, self.started = number, 0, time.monotonic()
@@ -105,7 +105,7 @@ class Worker:
         pipe.close()
 
     def wait(self) -> None:
-        """Wait until it is ready. Raises Unavailable if it ends before, or takes too long."""
+        """Wait until it is ready. Raises Unavailable if it ends before or takes too long."""
         self.sender.settimeout(START_TIMEOUT)
         data = b""
         with contextlib.suppress(OSError):
@@ -126,10 +126,10 @@ class Worker:
 
 
 def work(number: int, run: Run, pipe: Pipe, inherited: list[socket.socket]) -> None:
-    """The main function of a worker. Ctrl-C reaches it too, but is left to the first process."""
+    """The main function of a worker. It ignores Ctrl-C, which the main process handles."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     for line in inherited:
-        line.close()  # or other workers would not notice the end of the first process
+        line.close()  # so that other workers notice the end of the main process
     report = socket.socket(fileno=os.dup(pipe.fileno()))  # asyncio closes the pipe itself
     try:
         run(number, pipe, pipe.ready)
@@ -139,7 +139,7 @@ def work(number: int, run: Run, pipe: Pipe, inherited: list[socket.socket]) -> N
 
 
 class ProcessPool:
-    """The workers; accepts connections and passes them on."""
+    """The workers: accepts connections and passes each to one."""
 
     def __init__(self, listeners: list[socket.socket], visitor_count: VisitorCount, run: Run):
         self.listeners, self.visitor_count, self.run = listeners, visitor_count, run
@@ -154,7 +154,7 @@ class ProcessPool:
         return Worker(number, self.run, self.listeners[0].getsockname(), inherited)
 
     def serve(self, stopped: Callable[[], bool]) -> None:
-        """Pass connections on until `stopped()`; raises Unavailable if workers keep dying."""
+        """Pass on connections until `stopped()`. Raises Unavailable if a new worker dies."""
         with selectors.DefaultSelector() as events:
             for listener in self.listeners:
                 events.register(listener, selectors.EVENT_READ, partial(self.accept, listener))
@@ -170,7 +170,7 @@ class ProcessPool:
                         key.data()
 
     def accept(self, listener: socket.socket) -> None:
-        """Pass the next connection to the worker with the fewest visitors that takes it."""
+        """Pass the next connection to the worker with the fewest visitors that accepts it."""
         try:
             connection, _ = listener.accept()
         except OSError:  # closed already, or too many open files
@@ -182,7 +182,7 @@ class ProcessPool:
             any(worker.send(connection) for worker in by_visitors)
 
     def replaced(self, worker: Worker) -> Worker:
-        """A new worker for one that died; raises Unavailable if it died soon after its start."""
+        """A new worker for one that died. Raises Unavailable if it died soon after its start."""
         worker.process.join()
         worker.sender.close()
         what = f"a process that serves visitors died (exit code {worker.process.exitcode})"
@@ -195,7 +195,7 @@ class ProcessPool:
         return self.workers[-1]
 
     def stop(self) -> None:
-        """End all workers, by force after a while."""
+        """Terminate all workers, and kill them after STOP_TIMEOUT."""
         for worker in self.workers:
             worker.process.terminate()
         deadline = time.monotonic() + STOP_TIMEOUT
@@ -222,8 +222,8 @@ def process_pool(
 
 @contextlib.contextmanager
 def listening_sockets(host: str, port: int) -> Iterator[list[socket.socket]]:
-    """Sockets that listen on the same port of all addresses that a host has on this machine, closed
-    on leaving; port 0 takes a free one. Raises Unavailable if the address cannot be had."""
+    """Sockets that listen on the same port of all addresses of a host on this machine, closed on
+    leaving; port 0 takes a free one. Raises Unavailable if the address is not available."""
     with contextlib.ExitStack() as stack:
         lines: list[socket.socket] = []
         try:

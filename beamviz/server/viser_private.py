@@ -1,8 +1,8 @@
-"""The only module that uses what viser does not document (tests/server/test_protection.py).
+"""The only module that uses undocumented parts of viser (see tests/server/test_protection.py).
 
-It builds a viser server that reaches the network only through a guard and opens no public tunnel,
-and it sets single properties at a third of viser's cost. Whatever it uses is probed at start
-(`check_attributes`), so that any version of viser that still has it will do.
+It builds a viser server whose connections all pass a guard and that opens no public tunnel, and it
+sets single properties at a third of viser's cost. All attributes used are checked at the start
+(`check_attributes`), so that any version of viser that has them is supported.
 """
 
 import asyncio
@@ -31,7 +31,7 @@ from beamviz.signals import defer_signals
 
 PROTOCOL = f"viser-v{viser.__version__}"  # WebSocket subprotocol of viser's page
 SUPPORTED = "pip install 'viser>=1.1,<1.2' 'websockets>=14,<17'"
-PAUSE = 0.08  # [s] between two groups of messages, except frames, which are sent at once
+PAUSE = 0.08  # [s] between two groups of messages, except those of frames
 INTERNAL_ERROR = 1011  # WebSocket close code
 
 ATTRIBUTES = {  # by class, function or module: attributes, fields and arguments
@@ -68,11 +68,11 @@ log = RateLimitedLog(__name__)
 building = threading.Lock()  # one server at a time: a module is changed for all threads
 
 
-# Probing
+# Attributes
 
 
 def check_attributes(attributes: Mapping[str, Sequence[str]] = ATTRIBUTES) -> None:
-    """Raise Unavailable if viser or websockets lack an attribute that is used here."""
+    """Raise Unavailable if viser or websockets lack an attribute used here."""
     for owner, names in attributes.items():
         try:
             found: Any = pkgutil.resolve_name(owner)
@@ -85,13 +85,13 @@ def check_attributes(attributes: Mapping[str, Sequence[str]] = ATTRIBUTES) -> No
 
 
 def message_types(*names: str) -> dict[str, type]:
-    """Classes of viser's messages by name; raises Unavailable for one that does not exist."""
+    """Classes of viser's messages by name. Raises Unavailable for one that does not exist."""
     check_attributes({"viser._messages": names})
     return {name: getattr(messages, name) for name in names}
 
 
 def unsupported(attribute: str) -> Unavailable:
-    """The error for a missing attribute, with the versions that lack it."""
+    """The error for a missing attribute, with the installed and the supported versions."""
     return Unavailable(
         f"viser {viser.__version__} with websockets {websockets.__version__} lacks"
         f" {attribute.replace(':', '.')}, which the server's protection needs: {SUPPORTED}"
@@ -102,10 +102,10 @@ def unsupported(attribute: str) -> Unavailable:
 
 
 class TunnelFreeServer(viser.ViserServer):
-    """A viser server without viser's public tunnel, which any visitor could open by a message."""
+    """A viser server without the public tunnel that any visitor could open by a message."""
 
     def request_share_url(self, verbose: bool = True) -> None:
-        """Open no tunnel."""
+        """Do nothing."""
 
 
 def opens_tunnel(server: viser.ViserServer) -> bool:
@@ -115,13 +115,10 @@ def opens_tunnel(server: viser.ViserServer) -> bool:
 
 @contextlib.contextmanager
 def viser_server(host: str, port: int, serve: Serve) -> Iterator[viser.ViserServer]:
-    """A viser server whose connections all come through `serve`, stopped on leaving.
-
-    Raises Unavailable if viser or websockets lack an attribute that is used here, or if viser did
-    not call `serve`.
-    """
+    """A viser server that accepts connections by `serve`, stopped on leaving. Raises Unavailable if
+    viser or websockets lack an attribute used here, or if viser did not call `serve`."""
     check_attributes()
-    warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # left meanwhile
+    warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # visitor has left
     called = threading.Event()
     module = websockets.asyncio.server
 
@@ -166,7 +163,7 @@ def log_callback_error(loop: asyncio.AbstractEventLoop, context: dict[str, Any])
 
 
 def offline_scene() -> viser.SceneApi:
-    """A scene that no page shows: what is drawn in it is kept by its nodes (`visible_nodes`)."""
+    """A scene without a page, whose nodes keep what is drawn (see `visible_nodes`)."""
     unused: Any = None
     server = SimpleNamespace(_scene_lifecycle_lock=threading.RLock())
     silent = dict.fromkeys(("register_handler", "queue_message"), lambda *_: None)
@@ -177,8 +174,8 @@ def offline_scene() -> viser.SceneApi:
 
 
 class VisibleNode(NamedTuple):
-    """What is drawn at one node of a scene: `props` of the class `kind`; points of the node are at
-    rotation (3, 3) @ point + position (3,) in the scene."""
+    """The object at a node of a scene, `props` of the class `kind`; its points are at rotation
+    (3, 3) @ point + position (3,) in the scene."""
 
     name: str
     kind: str
@@ -207,7 +204,7 @@ def visible_nodes(scene: viser.SceneApi) -> list[VisibleNode]:
 
 
 def handshake_request(server: viser.ViserServer, client_id: int) -> Request | None:
-    """The request that opened a visitor's connection; None after they have left."""
+    """The request that opened a visitor's connection; None if they have left."""
     connection = server._websock_server._live_connections.get(client_id)
     return connection.request if connection else None
 
@@ -221,14 +218,14 @@ def disconnect(server: viser.ViserServer, client_id: int) -> None:
 
 
 class OwnLoop:
-    """An event loop that is not woken by what runs on it: that would be a system call for each
-    message."""
+    """An event loop that avoids the system call that would wake it for each message sent from the
+    loop itself."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop):
         self.loop, self.create_task = loop, loop.create_task
 
     def call_soon_threadsafe(self, callback: Callable[[], Any]) -> None:
-        """Call at once on the event loop itself, soon from another thread."""
+        """Call `callback`: immediately on the event loop, later from another thread."""
         if asyncio._get_running_loop() is self.loop:
             callback()
         else:
@@ -236,7 +233,7 @@ class OwnLoop:
 
 
 def group_messages(client: viser.ClientHandle) -> None:
-    """Have messages between two frames sent as one group, which costs little more than one."""
+    """Send the messages between two frames as one group, which costs little more than one."""
     buffer: Any = client.gui._websock_interface.get_message_buffer()
     buffer.window_duration_sec, buffer.event_loop = PAUSE, OwnLoop(buffer.event_loop)
 
@@ -245,7 +242,7 @@ def group_messages(client: viser.ClientHandle) -> None:
 
 
 class NodeUpdate(getattr(messages, "SceneNodeUpdateMessage", object)):  # type: ignore[misc]
-    """A SceneNodeUpdateMessage of arrays only; viser takes four times as long to encode its own."""
+    """A SceneNodeUpdateMessage of arrays only, encoded in a quarter of viser's time."""
 
     def as_serializable_dict(self, binary_buffers: list[memoryview]) -> dict[str, Any]:
         """The message; its arrays are appended to `binary_buffers`."""
@@ -258,11 +255,11 @@ class NodeUpdate(getattr(messages, "SceneNodeUpdateMessage", object)):  # type: 
 
 
 class PageScript(getattr(messages, "RunJavascriptMessage", object)):  # type: ignore[misc]
-    """A RunJavascriptMessage whose source is asked for when it is sent: one that waits is as good
-    as several."""
+    """A RunJavascriptMessage whose source is a function, called when the message is sent, so that
+    one message in the queue is sufficient."""
 
     def redundancy_key(self) -> str:
-        """Of two messages with one key, the later one is sent."""
+        """The key by which a later message replaces this one in the queue."""
         return "page script"
 
     def as_serializable_dict(self, binary_buffers: list[memoryview]) -> dict[str, Any]:
@@ -271,37 +268,36 @@ class PageScript(getattr(messages, "RunJavascriptMessage", object)):  # type: ig
 
 
 def run_script(client: viser.ClientHandle, source: Callable[[], str]) -> None:
-    """Have a visitor's page run a script, which `source` gives when it is sent."""
+    """Run a script in a visitor's page; source: returns it when the message is sent."""
     client.gui._websock_interface.queue_message(PageScript(source))
 
 
 def control_id(control: viser.GuiInputHandle) -> str:
-    """The id of a control in the messages about it."""
+    """The id of a control in messages."""
     return str(control._impl.uuid)
 
 
 def set_properties(node: viser.SceneNodeHandle, properties: dict[str, np.ndarray]) -> None:
-    """Set several properties of a node in one message: a third of the cost of single ones, and
-    every visitor's beam is set 25 times a second."""
+    """Set several properties of a node in one message, at a third of the cost of single ones."""
     for name, value in properties.items():
         setattr(node._impl.props, name, value)
     node._impl.api._queue_scene_message(NodeUpdate(node.name, dict(properties)))
 
 
 def set_orientation(node: viser.SceneNodeHandle, wxyz: Iterable[float]) -> None:
-    """Set the quaternion of a node, unless it has it already."""
+    """Set the quaternion of a node if it has changed."""
     set_pose(node, node._impl.wxyz, wxyz, messages.SetOrientationMessage)
 
 
 def set_position(node: viser.SceneNodeHandle, position: Iterable[float]) -> None:
-    """Set the position of a node, unless it has it already."""
+    """Set the position of a node if it has changed."""
     set_pose(node, node._impl.position, position, messages.SetPositionMessage)
 
 
 def set_pose(
     node: viser.SceneNodeHandle, state: np.ndarray, value: Iterable[float], message: Callable
 ) -> None:
-    """Store a new position or quaternion in `state` and send it."""
+    """Store a position or quaternion in `state` and send it, if it has changed."""
     numbers = tuple(map(float, value))
     if tuple(state.tolist()) != numbers:
         state[:] = numbers
@@ -309,5 +305,5 @@ def set_pose(
 
 
 def stop_sync(control: viser.GuiInputHandle) -> None:
-    """Send no messages about a control to other visitors: it belongs to one."""
+    """Do not send messages about a control to other visitors."""
     control._impl.sync_cb = None
