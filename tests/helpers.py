@@ -1,4 +1,4 @@
-"""Scripts as modules, marks for parts of a parametrised test, and JSON read strictly."""
+"""Scripts as modules, marks for parts of a parametrised test, and results in comparable form."""
 
 import importlib.util
 import json
@@ -6,7 +6,10 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
+
+from beamviz.frequency_loci import Loci
 
 SCRIPTS = Path(__file__).resolve().parents[1] / "scripts"
 
@@ -34,3 +37,14 @@ def strict(text: str) -> Any:
         raise AssertionError(f"{constant} is not JSON")
 
     return json.loads(text, parse_constant=refuse)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """The bytes of every file in a folder, by name."""
+    paths = (path for path in folder.rglob("*") if path.is_file())
+    return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
+
+
+def sorted_frequencies(found: Loci) -> np.ndarray:
+    """The frequencies (values, branches) of loci in order, nan last."""
+    return np.sort(np.column_stack([branch.frequency for branch in found.branches]), axis=1)

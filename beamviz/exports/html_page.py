@@ -54,7 +54,7 @@ def write_html(file: Path, solved: SolvedScene) -> None:
     a panel with the numbers."""
     view, player = solved.scene.view, ""
     with run_server() as server:
-        fitted = camera.fitted(solved.shapes, view.rotating_frame, 1.0)
+        fitted = camera.fitted(solved.shapes, view.rotating_frame, 1.0, solved.heights)
         camera.place(server.initial_camera, solved.scene.camera or fitted)
         drawn = DrawnScene(server.scene, solved)
         drawn.move(solved.moment(0.0))

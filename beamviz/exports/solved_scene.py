@@ -68,6 +68,11 @@ class SolvedScene:
         return self.scene.view.all_modes and not self.warning
 
     @property
+    def heights(self) -> list[float]:
+        """The height of each beam drawn, around the middle of the picture."""
+        return stacked_heights(len(self.shapes.modes)) if self.all_modes else [0.0]
+
+    @property
     def shown(self) -> list[int]:
         """The modes (0-based) in the picture."""
         if self.all_modes:
@@ -91,11 +96,10 @@ class SolvedScene:
         if given and not self.direction:
             offset = np.subtract(given.position, given.look_at) / self.zoom
             return Camera((given.look_at + offset).tolist(), given.look_at)
-        heights = stacked_heights(len(self.shapes.modes)) if self.all_modes else (0.0,)
         direction, rotating = self.direction, self.scene.view.rotating_frame
         if direction and math.hypot(*direction[:2]) <= MIN_SLOPE * abs(direction[2]):
             direction = direction[0], -MIN_SLOPE * abs(direction[2]), direction[2]
-        position = camera.viewpoint(self.shapes, rotating, aspect, 0.0, heights, direction)
+        position = camera.viewpoint(self.shapes, rotating, aspect, 0.0, self.heights, direction)
         drawn = np.minimum(self.amplitudes, self.shapes.limits)
         axial_reach = float(drawn @ np.abs(self.shapes.modes[:, :, 0]).max(axis=1))
         return Camera((position * (1 + axial_reach) / self.zoom).tolist())

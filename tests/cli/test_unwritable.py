@@ -19,10 +19,7 @@ COMMANDS = {
     "glb": ("export", "{}/a.glb"),
     "csv": ("export", "{}/a.csv"),
     "npz": ("export", "{}/a.npz"),
-    "plot": (
-        "loci",
-        *["--over", "gamma", "--start", "0", "--stop", "5", "--points", "3", "--plot", "{}/a.png"],
-    ),
+    "plot": ("loci", *SWEEP, "--plot", "{}/a.png"),
     "reproduce": ("reproduce", "table1", "--out", "{}"),
     "reproduce, a new folder": ("reproduce", "table1", "--out", "{}/new"),
     "benchmark": ("benchmark", "--quick", "--out", "{}"),

@@ -18,7 +18,7 @@ from beamviz import exports
 from beamviz.drawing.beam_mesh import subdivide, to_hub_frame
 from beamviz.drawing.modes import displacement
 from beamviz.errors import InvalidInput, Unavailable
-from beamviz.exports import STATIONS, export
+from beamviz.exports import STATIONS, animate, export
 from beamviz.exports.solved_scene import LOOP_SECONDS, SolvedScene, find_loop
 from beamviz.frequency_loci.sweep import chart_range
 from beamviz.scene import Scene
@@ -265,22 +265,29 @@ def test_a_page_has_the_beam_at_many_speeds(tmp_path, scene):
             assert math.sqrt(squares.mean()) == pytest.approx(exact, rel=2e-3)
 
 
-def test_a_path_that_cannot_be_written_is_reported(tmp_path, monkeypatch):
-    """A wrong suffix, a missing folder; a full disk leaves the former file."""
+def test_a_path_that_cannot_be_written_is_reported(tmp_path):
+    """A wrong suffix, a missing folder."""
     with pytest.raises(InvalidInput, match=r"must end in \.html, \.glb, \.csv or \.npz"):
         export(tmp_path / "a.obj", Scene())
     with pytest.raises(Unavailable, match="No such file or directory; choose another place"):
         export(tmp_path / "missing" / "a.csv", Scene())
-    path = tmp_path / "a.csv"
+
+
+@pytest.mark.parametrize(
+    ("write", "writer", "name"), [(export, "write_csv", "a.csv"), (animate, "write_film", "a.gif")]
+)
+def test_a_full_disk_leaves_the_former_file(tmp_path, monkeypatch, write, writer, name):
+    """And no other one."""
+    path = tmp_path / name
     path.write_text("before")
 
     def full(file: Path, *_: object) -> None:
         file.write_text("half")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(exports, "write_csv", full)
-    with pytest.raises(Unavailable, match=r"cannot write .*a\.csv: No space left on device"):
-        export(path, Scene())
+    monkeypatch.setattr(exports, writer, full)
+    with pytest.raises(Unavailable, match=rf"cannot write .*{name}: No space left on device;"):
+        write(path, Scene())
     assert path.read_text() == "before"
     assert list(tmp_path.iterdir()) == [path]
 

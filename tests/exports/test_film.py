@@ -152,21 +152,6 @@ def test_a_missing_or_failing_encoder_is_reported(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_full_disk_leaves_the_former_film(tmp_path, monkeypatch):
-    """And no other file."""
-    path = tmp_path / "film.gif"
-    path.write_bytes(b"before")
-
-    def full(*_: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(exports, "write_film", full)
-    with pytest.raises(Unavailable, match="No space left on device; choose another place"):
-        animate(path, Scene(), **SMALL)
-    assert path.read_bytes() == b"before"
-    assert list(tmp_path.iterdir()) == [path]
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of another process")
 @pytest.mark.parametrize("kind", ["gif", "mp4"])

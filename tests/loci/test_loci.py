@@ -5,8 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from helpers import slow
-from sweeps import sorted_frequencies
+from helpers import slow, sorted_frequencies
 
 from beamviz import Beam, InvalidInput, loci, solve
 from beamviz.beam import PARAMETERS

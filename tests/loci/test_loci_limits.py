@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from helpers import sorted_frequencies
 from scipy.optimize import brentq
-from sweeps import sorted_frequencies
 
 from beamviz import loci
 from beamviz.beam import Beam

@@ -1,4 +1,4 @@
-"""A sweep that is killed, out of room or forbidden to write loses nothing, and goes on."""
+"""A sweep that is killed, out of room or forbidden to write loses nothing and can be resumed."""
 
 import json
 import os
@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers import contents
 
 from beamviz import Beam, solve
 from beamviz.cli.progress import INTERRUPTED
@@ -32,12 +33,6 @@ def start(store: Path, *more: str, **settings) -> subprocess.Popen:
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         **settings,
     )
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    """The bytes of every file in a folder, by name."""
-    paths = (path for path in folder.rglob("*") if path.is_file())
-    return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
 
 
 def wait_for(store: Path, count: int, process: subprocess.Popen) -> None:
@@ -104,7 +99,7 @@ def test_interrupted(number, undisturbed, tmp_path):
 
 @pytest.mark.slow
 def test_no_room(undisturbed, tmp_path):
-    """A file may not become large enough: one line, what is written stays; with room it goes on."""
+    """A file may not become large enough: one line, what is written stays; with room it resumes."""
     store = tmp_path / "a.zarr"
     largest = max(len(data) for name, data in undisturbed.items() if name.startswith("frequency"))
 

@@ -1,10 +1,11 @@
-"""sweep() and `beamviz sweep`: the numbers of solve(), labelled, in a store that can go on."""
+"""sweep() and `beamviz sweep`: the numbers of solve(), labelled, in a store that can be resumed."""
 
 import json
 import sys
 
 import numpy as np
 import pytest
+from helpers import contents
 
 from beamviz import Beam, InvalidInput, NoEquilibrium, Unavailable, __version__, solve_many, sweep
 
@@ -189,12 +190,3 @@ def test_a_missing_package_names_the_extra(package, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(Unavailable, match=rf"{package}: pip install 'beamviz\[sweep\]'"):
         sweep({"gamma": [0, 1]}, tmp_path / "a.zarr")
-
-
-def contents(folder):
-    """The bytes of every file in a folder, by name."""
-    return {
-        str(path.relative_to(folder)): path.read_bytes()
-        for path in folder.rglob("*")
-        if path.is_file()
-    }
