@@ -35,7 +35,6 @@ from beamviz.explorer.features.real_beam import RealBeamPanel
 from beamviz.explorer.features.run_up import RunUpPlayback, RunUpTab
 from beamviz.explorer.features.veering import VeeringTab
 from beamviz.explorer.jobs import SolveQueue, SolverAnswer, WorkerPool
-from beamviz.explorer.page.page import choose_theme
 from beamviz.explorer.page.panel import Panel
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Feature, Visitor
@@ -235,7 +234,7 @@ class Session:
             loci, MapTab(visitor), veering, comparison, run_up, timing, self.lessons
         ]  # fmt: skip
         visitor.page.on("preferences", self.take_preferences)
-        self.choose_theme(scene.view.dark)
+        visitor.page.theme(dark=scene.view.dark)
         client.camera.on_update(self.camera_moved)
         self.links = Links(visitor, self.lessons)
         visitor.page.ready()
@@ -324,7 +323,7 @@ class Session:
             self.panel.show_answer(visitor.answer, view.solved, view.shown_modes)
         self.panel.show_picture(view.largest, view.pace, view.shapes.beam.units)
         if state.view.dark != dark:
-            self.choose_theme(state.view.dark)
+            visitor.page.theme(dark=state.view.dark)
 
     def welcome(self) -> None:
         """Show the scene, hidden at first, as soon as it is the one that the page opens with."""
@@ -334,11 +333,6 @@ class Session:
         self.is_ready = answer.request == self.visitor.state.case
         if self.is_ready:
             self.visitor.page.props("scene", data_ready="")
-
-    def choose_theme(self, dark: bool) -> None:
-        """Choose dark or light colours for the page and for viser's scene."""
-        choose_theme(self.visitor.client, dark=dark)
-        self.visitor.page.theme(dark=dark)
 
     def take_preferences(self, preferences: Any) -> None:
         """Apply the preferences of the visitor's system: "dark" (the theme; a dark scene stays

@@ -47,10 +47,6 @@ class Case:
         """The beam. Raises InvalidInput, which names a number out of range."""
         return Beam(**self.numbers, units=self.units)
 
-    def is_on(self, term: str) -> bool:
-        """Whether the equations include one of TERMS."""
-        return bool(self.options[term])
-
     def changed(self, name: str, value: Any) -> Self:
         """With one number or keyword of `solve` changed. With a spin-up there is no straight state:
         it is replaced by the stable one."""
@@ -179,12 +175,12 @@ class State:
             over, across = self.across, self.over
         return replace(self, over=over, across=across)
 
-    def share(self, mode: int, value: Any) -> Self:
-        """With another share of one mode (from 0)."""
+    def share(self, value: Any, mode: int) -> Self:
+        """With another share of one mode (0-based)."""
         return replace(self, view=self.view.share(mode, value), forced_response=False)
 
     def only(self, mode: int) -> Self:
-        """With one mode (from 0) alone."""
+        """With one mode (0-based) alone."""
         return replace(self, view=self.view.only(mode), forced_response=False)
 
     def differences(self, other: Self) -> set[str]:

@@ -65,7 +65,7 @@ def test_all_effects_are_switched_on():
     off = PAPER_CASE.changed("softening", False).changed("coriolis", True)
     other = compared(EFFECTS, off)
     assert isinstance(other, ComparisonCase)
-    assert other.case.is_on("softening")
+    assert other.case.options["softening"]
     assert "on already" in str(compared(EFFECTS, other.case))
 
 

@@ -56,8 +56,8 @@ def test_both_events_and_all_of_the_gap_are_in_view(pairs):
     """At the edges the two loci are more than twice as far apart as at the gap; the view is a small
     part of the chart."""
     for pair in pairs:
-        assert pair.values[0] < pair.at < pair.values[-1]
-        assert np.ptp(pair.values) < 0.2 * request(0).width
+        assert pair.found.values[0] < pair.at < pair.found.values[-1]
+        assert np.ptp(pair.found.values) < 0.2 * (request(0).chart.stop - request(0).chart.start)
     a, b = pairs[1].branches
     assert pairs[1].event
     assert abs(b.frequency - a.frequency)[[0, -1]].min() > 2 * pairs[1].event.gap
@@ -70,7 +70,7 @@ def test_shapes_keep_their_signs_across_the_view(pairs):
         for first, middle, last in pair.shapes:
             for end in (first, last):
                 assert (end.displacement * middle.displacement).sum() >= 0
-    assert pairs[0].at not in pairs[0].values
+    assert pairs[0].at not in pairs[0].found.values
 
 
 def test_a_branch_has_no_shape_where_it_is_not_solved():

@@ -57,12 +57,12 @@ def comparison_case(state: State, case: Case) -> ComparisonCase | str:
             return (
                 "Coriolis forces act in the plane of rotation only: switch the plane to chordwise."
             )
-        on = not case.is_on("coriolis")
+        on = not case.options["coriolis"]
         return ComparisonCase(f"Coriolis {'on' if on else 'off'}", case.with_options(coriolis=on))
     if choice == DOUBLE:
         missing = "There is no mass to double: give the beam one first."
         return ComparisonCase(DOUBLE, case.changed("alpha", 2 * alpha)) if alpha else missing
-    if all(case.is_on(term) for term in TERMS):
+    if all(case.options[term] for term in TERMS):
         return "All effects are on already."
     return ComparisonCase("all effects", case.with_options(**dict.fromkeys(TERMS, True)))
 
@@ -128,7 +128,8 @@ class Comparison(Feature):
         self.shown, second = self.inputs, self.answer
         drawable = second and second.shapes and not (second.warning or state.view.all_modes)
         self.shapes = second.shapes if second and drawable else None
-        self.hide()
+        for view in self.views:
+            view.hide()
         if self.shapes is None or isinstance(self.case, str) or second is None:
             return
         if self.matched != (self.main, second.solution):
@@ -157,15 +158,12 @@ class Comparison(Feature):
     @property
     def captions(self) -> list[Caption]:
         """The texts that the page writes over the scene."""
-        drawn = [part for part in (self.overlay, self.scene) if part]
-        return [caption for part in drawn for caption in part.captions]
+        return [caption for view in self.views for caption in view.captions]
 
-    def hide(self) -> None:
-        """Hide the second beam."""
-        if self.overlay:
-            self.overlay.hide()
-        if self.scene:
-            self.scene.hide()
+    @property
+    def views(self) -> list[BeamView | OverlayBeam]:
+        """The objects that can draw the second beam."""
+        return [view for view in (self.overlay, self.scene) if view]
 
     def move(self, time: float, amplitudes: np.ndarray, change: ViewChange | None = None) -> None:
         """Advance by `time` [T*], with the amplitudes (m,) of the first beam; change: of the view,

@@ -3,7 +3,6 @@
 Examples: ?lesson=nodes, ?alpha=1&gamma=10&mode=3, or both, with other KEYS and the open tab.
 """
 
-import operator
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -76,7 +75,7 @@ class Links:
         self.visitor, self.lessons = visitor, lessons
         self.start = visitor.state
         self.reserved: list[tuple[str, str]] | None = None
-        self.shown: tuple[State, str] | None = None
+        self.shown: tuple[State | None, str] = None, ""
         self.due, self.moved, self.opened = 0.0, False, False
         visitor.page.on("link", self.open)
 
@@ -108,21 +107,18 @@ class Links:
         self.opened = True
 
     @property
-    def state(self) -> tuple[State, str]:
-        """The state, and the open tab."""
-        return self.visitor.state, self.visitor.page.tab
-
-    @property
     def outdated(self) -> bool:
         """Whether the state, the tab or the viewpoint differs from that of the address."""
-        changed = self.shown is None or any(map(operator.is_not, self.state, self.shown))
+        state, tab = self.shown
+        changed = state is not self.visitor.state or tab != self.visitor.page.tab
         return self.reserved is not None and (self.moved or changed)
 
     def update(self, now: float) -> None:
         """Update the address at the time `now` [s], at most once per PERIOD."""
         if self.reserved is None or now < self.due or not self.outdated:
             return
-        self.due, self.shown, self.moved = now + PERIOD, self.state, False
+        self.shown = self.visitor.state, self.visitor.page.tab
+        self.due, self.moved = now + PERIOD, False
         try:
             query = self.query(self.visitor.state)
         except InvalidInput:  # a number is out of range

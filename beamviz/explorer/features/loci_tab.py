@@ -52,8 +52,8 @@ class LociTab(Feature):
         visitor.page.html("tab-frequencies", skeleton())
         visitor.bind("over")
         for k in PER_REV:
-            with_it, has_it = partial(with_line, k=k), partial(has_line, k)
-            visitor.bind(f"per_rev_{k}", with_it, of="per_rev", shown=has_it)
+            edit, shown = partial(with_line, k=k), lambda multiples, k=k: k in multiples
+            visitor.bind(f"per_rev_{k}", edit, of="per_rev", shown=shown)
         visitor.page.on("go_to_event", self.go_to)
 
     def go_to(self, key: Any) -> None:
@@ -139,11 +139,6 @@ class LociTab(Feature):
                 if not isinstance(other, str):
                     self.second_charts.request(request.same_axis(other.case))
         return not isinstance(other, str)
-
-
-def has_line(k: int, multiples: tuple[int, ...]) -> bool:
-    """Whether the chart has the line k × speed."""
-    return k in multiples
 
 
 def with_line(state: State, on: Any, k: int) -> State:

@@ -148,14 +148,10 @@ def summary(solution: Solution) -> str:
     """The method in use, and its recommended use."""
     name = solution.problem.method
     return (
-        f'<p role="note" aria-label="this method">{swatch(name)}: {escape(cost(solution))}<br>'
+        f'<p role="note" aria-label="this method"><b class="swatch {STYLES[name]}">{escape(name)}'
+        f"</b>: {escape(cost(solution))}<br>"
         f'<span class="soft">Recommended {escape(METHODS[name].choose)}.</span></p>'
     )
-
-
-def swatch(name: str) -> str:
-    """The name of a method in its colour."""
-    return f'<b class="swatch {STYLES[name]}">{escape(name)}</b>'
 
 
 def milliseconds(seconds: float) -> str:

@@ -237,7 +237,10 @@ class RealBeamPanel:
 
     def load(self, edit: Callable[[Beam], Beam]) -> None:
         """Show another beam in the same scene, or the message of its InvalidInput."""
-        scene = current_scene(self.visitor)
+        try:
+            scene = self.visitor.to_scene()
+        except InvalidInput:  # a number is out of range
+            scene = Scene()
         try:
             beam = edit(scene.beam)
         except InvalidInput as error:
@@ -262,14 +265,6 @@ class RealBeamPanel:
         self.page.value("real.section", state.section)
         for name, value in values.items():
             self.page.value(f"real.{name}", float(f"{value / ALL_FIELDS[name].factor:.{DIGITS}g}"))
-
-
-def current_scene(visitor: Visitor) -> Scene:
-    """The present scene; the default one if a number is out of range."""
-    try:
-        return visitor.to_scene()
-    except InvalidInput:
-        return Scene()
 
 
 def preset_button(name: str) -> str:

@@ -7,7 +7,6 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.errors import InvalidInput
@@ -234,9 +233,10 @@ class RunUpTab(Feature):
                 "run-up-list", note(playback.answer.message if playback.answer else "") or NOTE
             )
             return
-        answer = self.visitor.answer
+        answer, factor = self.visitor.answer, measure("gamma", run.beam.units).factor
         beam = answer.beam if answer else None
-        page.chart("run-up-chart", {**run_data(run), "cursor": cursor(run, beam)})
+        cursor = {"action": "gamma", "x": factor * beam.gamma} if beam else None
+        page.chart("run-up-chart", {**run_data(run), "cursor": cursor})
         page.html("run-up-list", resonance_table(run) + NOTE)
 
 
@@ -283,12 +283,6 @@ def run_data(run: RunUp) -> Data:
         "lines": [{"label": "tip", "y": sent(run.amplitudes), "runs": runs}],
         "marks": marks,
     }
-
-
-def cursor(run: RunUp, beam: Beam | None) -> Data | None:
-    """The line at the beam shown, which sets the speed."""
-    along = measure("gamma", run.beam.units)
-    return {"action": "gamma", "x": along.factor * beam.gamma} if beam else None
 
 
 def resonance_table(run: RunUp) -> str:

@@ -67,11 +67,6 @@ class LociPair:
         return self.found.problem.coriolis
 
     @property
-    def values(self) -> np.ndarray:
-        """Values (n,) of the view."""
-        return self.found.values
-
-    @property
     def kind(self) -> str:
         """The kind of the event; "" for none."""
         return self.event.kind if self.event else ""
@@ -87,15 +82,10 @@ class VeeringRequest:
     chart: ChartRequest
     event: Event
 
-    @property
-    def width(self) -> float:
-        """The range of the chart."""
-        return self.chart.stop - self.chart.start
-
     def pairs(self) -> Pairs:
         """The loci without and with Coriolis forces, at the same values. Raises the errors of
         `loci`."""
-        reach = REACH * self.width
+        reach = REACH * (self.chart.stop - self.chart.start)
         wide = self.values(self.event.at, reach)
         found = [self.loci(wide, coriolis) for coriolis in (False, True)]
         events = [same_event(one, self.event, reach) for one in found]
@@ -127,8 +117,8 @@ class VeeringRequest:
         steepest = float(np.nanmax(slope)) if np.isfinite(slope).any() else 0.0
         gap = max((one.gap for one in events if one), default=0.0)
         spread = MARGIN * gap / steepest if steepest else 0.0
-        half = np.clip(max(extent, spread), MIN_WIDTH * self.width, REACH * self.width)
-        return centre, float(half)
+        width = self.chart.stop - self.chart.start
+        return centre, float(np.clip(max(extent, spread), MIN_WIDTH * width, REACH * width))
 
 
 def same_event(found: Loci, event: Event, reach: float) -> Event | None:
@@ -269,7 +259,7 @@ def pairs_data(pairs: Pairs, request: ChartRequest) -> Data:
     """The chart: the loci without (dashed) and with Coriolis forces, the smallest gap as a vertical
     line, and the crossings."""
     along, across = request.measures
-    values = pairs[0].values
+    values = pairs[0].found.values
     lines = []
     for pair in pairs:
         style = "thick" if pair.coriolis else "dashed"

@@ -38,11 +38,6 @@ const BeamvizChart = (() => {
         ["+", "Zoom in", () => this.zoomBy(0.5)],
         ["whole range", "Show the whole range", () => this.show(null)],
       ]) make(this.zoom, "button", { type: "button", "aria-label": label, title: label }, text).onclick = act;
-      const enlarge = make(head, "button", { type: "button", class: "enlarge", "data-enlarge": "" }, "enlarge");
-      enlarge.onclick = () => {
-        const large = document.body.classList.toggle("enlarged");
-        document.querySelectorAll("[data-enlarge]").forEach((one) => one.setAttribute("aria-pressed", large));
-      };
       this.line = make(this.plot, "div", { class: "operating", hidden: "" });
       this.flag = make(this.line, "span", { class: "flag" });
       this.events = make(this.plot, "div", { class: "events", role: "group" });

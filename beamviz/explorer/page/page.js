@@ -307,6 +307,7 @@ const beamviz = (() => {
       else if (pointing) point(pointing.dataset.point);
       else if (event.target.closest("#copy-link")) copyLink();
       else if (event.target.closest("#save-picture")) savePicture();
+      else if (event.target.id === "enlarge") event.target.setAttribute("aria-pressed", document.body.classList.toggle("enlarged"));
       else if (dialog) byId(dialog.dataset.dialog).showModal();
       else if (acting && !event.target.closest("input, select, label")) press(acting);
     });

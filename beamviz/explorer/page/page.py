@@ -108,7 +108,8 @@ class Page:
         self.send("address", query)
 
     def theme(self, *, dark: bool) -> None:
-        """Choose dark or light colours."""
+        """Choose dark or light colours for the page and for viser's scene."""
+        choose_theme(self.client, dark=dark)
         self.send("dark", dark)
 
     def say(self, text: str, error: bool = False) -> None:

@@ -74,7 +74,8 @@ class Panel:
         for key in (*BOUND, *MODEL, *PICTURE, "colouring", "dark"):
             visitor.bind(key)
         for mode in range(MODES):
-            self.bind_share(mode)
+            edit = partial(State.share, mode=mode)
+            visitor.bind(f"share-{mode}", edit, of="shares", shown=partial(share_of, mode))
         first = visitor.state.case
         visitor.render(
             "case", lambda case: page.html("scene-caption", INVITATION if case is first else "")
@@ -91,17 +92,6 @@ class Panel:
         """Show one mode (from 0) alone."""
         if isinstance(mode, int) and 0 <= mode < MAX_SHARES:
             self.visitor.change(partial(State.only, mode=mode))
-
-    def bind_share(self, mode: int) -> None:
-        """Bind the slider of one mode's (from 0) share in the motion."""
-
-        def share(shares: tuple[float, ...]) -> float:
-            return shares[mode] if mode < len(shares) else 0.0
-
-        def edit(state: State, value: Any) -> State:
-            return state.share(mode, value)
-
-        self.visitor.bind(f"share-{mode}", edit, of="shares", shown=share)
 
     def add_commands(self) -> None:
         """Add the commands of the palette (Ctrl+K)."""
@@ -166,6 +156,11 @@ def work_text(jobs: Sequence[Job]) -> str:
 def names_of(jobs: Sequence[Job]) -> str:
     """The names of jobs, with commas."""
     return ", ".join(job.name for job in jobs)
+
+
+def share_of(mode: int, shares: Sequence[float]) -> float:
+    """The contribution of one mode (0-based) to the motion."""
+    return shares[mode] if mode < len(shares) else 0.0
 
 
 def without_event(run: Callable[[], None], _: object) -> None:
