@@ -4,10 +4,11 @@ Starts the explorer with all its processes, connects WebSocket clients to it (a 
 its own drawing), and prints rows of (key, value, unit): frames per second of the visitor with the
 fewest, time from an edit to the frame with its table, cost of the server and of the clients on the
 same machine, and growth of the server's memory. With `--visitors 1` it measures the delay of one
-visitor, with `--paused` while the beam does not move. Run it on a machine that does nothing else:
+visitor, with `--paused` while the beam does not move, with `--bent` on a beam past buckling. Run it
+on a machine that does nothing else:
 
     python scripts/load.py [--visitors 60] [--seconds 60] [--processes 2] [--resolves 20000]
-                           [--paused]
+                           [--paused] [--bent]
 """
 
 import argparse
@@ -22,6 +23,7 @@ import time
 from collections import deque
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import msgspec.msgpack
 import numpy as np
@@ -42,22 +44,36 @@ TABLE = rb"aria-label=\"modes\""  # in JSON
 CELL = re.compile(r">([\d.]+)<")
 BRIDGE = re.compile(rb'"bridge": "([^"]+)"')
 EDITS = 20  # per second, as a browser sends them while a slider is dragged
-# Ten drags of the slider; no two edits have the same speed, so that a late table is not mistaken
-# for that of an earlier edit.
-SPEEDS = [round(10 + 0.1 * k + 0.01 * drag, 2) for drag in range(10) for k in range(100)]
 CONNECTING = 60.0  # [s] at most, until all visitors have their page
 SETTLING = 5.0  # [s] before anything is measured
-START = Beam(alpha=1, beta=0.5, gamma=10)
 SERVE = """
 import sys
 from beamviz.beam import Beam
 from beamviz.scene import Scene
 from beamviz.explorer.app import serve
-visitors, processes = map(int, sys.argv[1:])
-scene = Scene(Beam(alpha=1, beta=0.5, gamma=10))
+visitors, processes, bent = map(int, sys.argv[1:])
+beam = Beam(gamma=4, delta=-1) if bent else Beam(alpha=1, beta=0.5, gamma=10)
+scene = Scene(beam, {"state": "stable"} if bent else {})
 serve(scene, port=0, visitors=visitors, processes=processes)
 """
 Row = tuple[str, float, str]
+
+
+class Drag(NamedTuple):
+    """What the visitors drag: a beam, the state that is solved for, and the speeds of the edits. No
+    two are the same, so that a late table is not mistaken for that of an earlier edit."""
+
+    beam: Beam
+    state: str
+    speeds: list[float]
+
+
+STRAIGHT = Drag(
+    Beam(alpha=1, beta=0.5, gamma=10),
+    "straight",
+    [round(10 + 0.1 * k + 0.01 * drag, 2) for drag in range(10) for k in range(100)],
+)
+BENT = Drag(Beam(gamma=4, delta=-1), "stable", [round(4 + 0.02 * k, 2) for k in range(100)])
 
 
 @dataclass
@@ -67,6 +83,7 @@ class Visitor:
 
     pace: float = 1 / EDITS  # [s] between two edits
     paused: bool = False
+    speeds: list[float] = field(default_factory=list)
     bridge: str = ""  # the control that takes actions
     actions: int = 0
     frames: int = 0
@@ -96,12 +113,12 @@ class Visitor:
             await asyncio.sleep(self.pace)
         if self.paused:
             await self.act(line, "playing", "false")
-        k = random.randrange(len(SPEEDS))
+        k = random.randrange(len(self.speeds))
         while True:
             await asyncio.sleep(self.pace)
-            k = (k + 1) % len(SPEEDS)
+            k = (k + 1) % len(self.speeds)
             self.waiting.append((k, time.perf_counter()))
-            await self.act(line, "gamma", str(SPEEDS[k]))
+            await self.act(line, "gamma", str(self.speeds[k]))
 
     async def act(self, line: ClientConnection, action: str, value: str) -> None:
         """Send an action of the page."""
@@ -134,19 +151,20 @@ class Visitor:
             self.answers.append(now - sent)
 
 
-def first_frequencies() -> dict[str, int]:
+def first_frequencies(drag: Drag) -> dict[str, int]:
     """The number of each edit by the text of the first frequency of its table."""
-    solutions = [solve(START.replace(gamma=speed)) for speed in SPEEDS]
+    beams = [drag.beam.replace(gamma=speed) for speed in drag.speeds]
+    solutions = [solve(beam, state=drag.state) for beam in beams]
     texts = [rounded_to_error(s.frequencies[0], s.errors[0]) for s in solutions]
     return {text: k for k, text in enumerate(texts)}
 
 
 async def measure(
-    url: str, visitors: list[Visitor], seconds: float, pid: int, resolves: int = 0
+    url: str, drag: Drag, visitors: list[Visitor], seconds: float, pid: int, resolves: int = 0
 ) -> list[Row]:
     """Connect all visitors, let them settle, and measure for `seconds` and at least `resolves`
     answers."""
-    texts = first_frequencies()
+    texts = first_frequencies(drag)
     async with asyncio.TaskGroup() as group:
         visits = [group.create_task(visitor.visit(url, texts)) for visitor in visitors]
         async with asyncio.timeout(CONNECTING):
@@ -223,8 +241,11 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=len(os.sched_getaffinity(0)))
     parser.add_argument("--resolves", type=int, default=0, help="measure until this many answers")
     parser.add_argument("--paused", action="store_true", help="measure without animation")
+    parser.add_argument("--bent", action="store_true", help="measure on a beam past buckling")
     options = parser.parse_args()
-    command = [sys.executable, "-c", SERVE, str(options.visitors), str(options.processes)]
+    drag = BENT if options.bent else STRAIGHT
+    numbers = options.visitors, options.processes, int(options.bent)
+    command = [sys.executable, "-c", SERVE, *map(str, numbers)]
     alone = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # as `beamviz serve` has it
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, text=True, cwd=ROOT, env=alone
@@ -232,8 +253,10 @@ def main() -> None:
         try:
             assert process.stdout
             url = next(w for w in process.stdout.readline().split() if w.startswith("http"))
-            visitors = [Visitor(paused=options.paused) for _ in range(options.visitors)]
-            measured = measure(url, visitors, options.seconds, process.pid, options.resolves)
+            visitors = [
+                Visitor(paused=options.paused, speeds=drag.speeds) for _ in range(options.visitors)
+            ]
+            measured = measure(url, drag, visitors, options.seconds, process.pid, options.resolves)
             for key, value, unit in asyncio.run(measured):
                 print(f"{key:<30} {value:10.2f} {unit}")
         finally:

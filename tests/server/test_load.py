@@ -12,18 +12,31 @@ from beamviz.scene import Scene
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "scripts"))
 
-from load import START, Visitor, measure
+from load import BENT, STRAIGHT, Drag, Visitor, measure
 
 VISITORS, SECONDS = 8, 4.0
 
 
+def measured(drag: Drag, count: int) -> tuple[list[Visitor], dict[str, float]]:
+    """Visitors who drag for a while, and the rows of the script."""
+    visitors = [Visitor(speeds=drag.speeds) for _ in range(count)]
+    with explorer(Scene(drag.beam, {"state": drag.state})) as url:
+        rows = asyncio.run(measure(url, drag, visitors, SECONDS, os.getpid()))
+    return visitors, {key: value for key, value, _ in rows}
+
+
 @pytest.fixture(scope="module")
 def visit() -> tuple[list[Visitor], dict[str, float]]:
-    """Visitors who drag for a while, and the rows of the script."""
-    visitors = [Visitor() for _ in range(VISITORS)]
-    with explorer(Scene(START)) as url:
-        rows = asyncio.run(measure(url, visitors, SECONDS, os.getpid()))
-    return visitors, {key: value for key, value, _ in rows}
+    """Visitors of a straight beam."""
+    return measured(STRAIGHT, VISITORS)
+
+
+@pytest.mark.slow
+def test_a_bent_beam_is_solved_while_the_slider_is_dragged():
+    """With a picture of its own for an edit."""
+    (one,), _ = measured(BENT, 1)
+    assert one.frames > 0
+    assert len(one.answers) > 0
 
 
 @pytest.mark.slow
