@@ -71,12 +71,14 @@ def solve(
 
 
 def solve_many(
-    beams: Iterable[Beam], extra_modes: int = 0, **options: Any
+    beams: Iterable[Beam], extra_modes: int = 0, mesh_of: Sequence[Beam] = (), **options: Any
 ) -> list[Solution | BeamvizError]:
     """`solve` for many beams with the same options, in batches where the method can.
 
     extra_modes: number of modes beyond those asked for, which need not meet the tolerance: their
-    errors say how well the mesh of the others resolves them. The place of a beam without an answer
+    errors say how well the mesh of the others resolves them. mesh_of: beams
+    between which these are, on a line: those with their mass at the same place then share a mesh,
+    in this call and others. The place of a beam without an answer
     holds its error: NoEquilibrium or NotConverged. Raises InvalidInput for wrong options.
     """
     start = time.perf_counter()
@@ -84,7 +86,7 @@ def solve_many(
     given = [options.pop(name, default) for name, default in DEFAULTS.items()]
     problem = parse_options(*given, **options)
     extra_modes = check_int("extra_modes", extra_modes, 0, MAX_MODES)
-    return _solve(beams, problem, start, extra_modes)
+    return _solve(beams, problem, start, extra_modes, mesh_of)
 
 
 def other_stable_states(solution: Solution, near: Sequence[Solution] = ()) -> list[Solution]:
@@ -142,7 +144,11 @@ def _validated(*options: Any) -> Problem:
 
 
 def _solve(
-    beams: list[Beam], problem: Problem, start: float, extra_modes: int = 0
+    beams: list[Beam],
+    problem: Problem,
+    start: float,
+    extra_modes: int = 0,
+    mesh_of: Sequence[Beam] = (),
 ) -> list[Solution | BeamvizError]:
     """By the package of the method; those that `auto` does not need are imported when used."""
     if problem.state != "straight" or any(map(attrgetter("spin_up"), beams)):
@@ -152,7 +158,7 @@ def _solve(
     package = METHODS[problem.method].package
     interruption.get()()
     if package == "hp":
-        return solve_hp(beams, problem, start, extra_modes)
+        return solve_hp(beams, problem, start, extra_modes, mesh_of)
     if package == "fem":
         from beamviz.solver.fem import solve as solve_one
     else:

@@ -139,7 +139,7 @@ class GyroscopicModes(NamedTuple):
     a: np.ndarray  # (..., na, count) complex, unit modal mass
     b: np.ndarray  # (..., nb, count)
     roundings: np.ndarray  # (..., count) how many times omega^2 is rounded
-    definite: bool  # whether K is
+    spectrum: np.ndarray | None  # (..., n) all omega^2, where K is positive definite
 
 
 def gyroscopic_modes(
@@ -165,15 +165,14 @@ def gyroscopic_modes(
         one = [part.reshape(part.shape[-2:]) for part in (Ka, Fa, Kb, Fb)]
         found = _indefinite(one[0], one[1], one[2], one[3], float(np.squeeze(gamma)), count)
         omega_squared, a, b = (part.reshape(*Ka.shape[:-2], *part.shape) for part in found)
-        roundings, definite = np.full(omega_squared.shape, INDEFINITE_ROUNDING), False
+        roundings, spectrum = np.full(omega_squared.shape, INDEFINITE_ROUNDING), None
     else:
-        definite = True
-        omega_squared, a, b, roundings = _definite_gyroscopic(
+        omega_squared, a, b, roundings, spectrum = _definite_gyroscopic(
             La, Fa, Lb, Fb, gamma, count, most_rounding
         )
     mass = (abs(Fa @ a) ** 2).sum(axis=-2) + (abs(Fb @ b) ** 2).sum(axis=-2)
     root = np.sqrt(mass)[..., None, :]
-    return GyroscopicModes(omega_squared, a / root, b / root, roundings, definite)
+    return GyroscopicModes(omega_squared, a / root, b / root, roundings, spectrum)
 
 
 def _definite_gyroscopic(
@@ -184,8 +183,8 @@ def _definite_gyroscopic(
     gamma: float | np.ndarray,
     count: int,
     most_rounding: float,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """The lowest modes for K = diag(La La', Lb Lb').
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The lowest modes for K = diag(La La', Lb Lb'), and all omega^2.
 
     With q = (a, i b) e^(i omega t) all is real, and with the velocities omega Fb b and
     omega Fa a as unknowns omega appears once:
@@ -202,30 +201,33 @@ def _definite_gyroscopic(
     Z = np.zeros((*La.shape[:-2], na + m, nb + m))
     Z[..., :na, :nb] = -2 * gamma * (Ya @ Yb)
     Z[..., :na, nb:], Z[..., na:, :nb] = Ya, Yb
-    omega_squared, Y = _inverse_largest(Z.mT @ Z, count)
+    spectrum, Y = _inverse_largest(Z.mT @ Z, count)
+    spectrum = spectrum[..., : na + nb]
+    omega_squared = spectrum[..., :count]
     roundings = abs(omega_squared / omega_squared[..., :1])
     if roundings.max() > most_rounding:
         few = roundings.max() < FAR_APART
         basis = Y if few else np.eye(nb + m)
         _, inverse, rotation = np.linalg.svd(Z @ basis, full_matrices=False)
         omega_squared, Y = 1 / inverse[..., :count] ** 2, basis @ rotation[..., :count, :].mT
+        spectrum[..., :count] = omega_squared
         roundings = omega_squared / omega_squared[..., :1]
         roundings = np.sqrt(roundings) + (EPS * roundings**2 if few else 0)  # of values, of vectors
     X = Z @ Y * np.sqrt(omega_squared)[..., None, :]
     a = np.linalg.solve(La.mT, X[..., :na, :])
     b = np.linalg.solve(Lb.mT, Y[..., :nb, :])
-    return omega_squared, a.astype(complex), 1j * b, roundings
+    return omega_squared, a.astype(complex), 1j * b, roundings, spectrum
 
 
 def _inverse_largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Inverses (..., count), ascending, of the largest eigenvalues of A, and their vectors."""
+    """Inverses (..., n), ascending, of the eigenvalues of A, and the first `count` vectors."""
     n = A.shape[-1]
     # In one call numpy would set threads on each of these small problems.
     found = [largest(one, count) for one in A.reshape(-1, n, n)]
     nu, V = map(np.array, zip(*found, strict=True))
     nu, V = nu.reshape(*A.shape[:-2], n), V.reshape(*A.shape[:-2], -1, n)
     with np.errstate(divide="ignore"):  # a mode lost to rounding, whose inverse shows it
-        return 1 / nu[..., :count], V.mT
+        return 1 / nu, V.mT
 
 
 def _indefinite(

@@ -20,12 +20,17 @@ from beamviz.solver.solution import Equilibrium, Solution, Stats, read_only
 
 
 def solve_hp(
-    beams: Sequence[Beam], problem: Problem, start: float, extra_modes: int = 0
+    beams: Sequence[Beam],
+    problem: Problem,
+    start: float,
+    extra_modes: int = 0,
+    mesh_of: Sequence[Beam] = (),
 ) -> list[Solution | BeamvizError]:
     """The solution of each beam, or NoEquilibrium or NotConverged in its place; `start` is the
-    clock (time.perf_counter) at the call."""
+    clock (time.perf_counter) at the call. mesh_of: see `solve_many`."""
     answers: list[Solution | BeamvizError] = []
-    for beam, found in zip(beams, solve_straight(beams, problem, extra_modes), strict=True):
+    answers_of_meshes = solve_straight(beams, problem, extra_modes, mesh_of)
+    for beam, found in zip(beams, answers_of_meshes, strict=True):
         if isinstance(found, BeamvizError):
             answers.append(found)
             continue
@@ -88,12 +93,15 @@ def family_spectrum(solution: Solution) -> tuple[np.ndarray, np.ndarray] | None:
 
 def mesh_spectrum(solution: Solution) -> np.ndarray | None:
     """omega^2 of all modes of the mesh of each family, bending first, (2, n), infinite where not
-    solved for; None with Coriolis forces and by other methods."""
+    solved for, or with Coriolis forces of all as one, (1, n); None by other methods, and with
+    Coriolis forces of an unstable beam."""
     found = solution.fields.found if isinstance(solution.fields, Shapes) else None
-    if found is None or found.nu is None or found.family_squares is None:
+    if found is None or found.nu is None:
         return None
     with np.errstate(divide="ignore"):  # of the highest, which are rounding
         spectrum = 1 / found.nu
+    if found.family_squares is None:
+        return spectrum
     return spectrum - (spectrum[:, :1] - found.family_squares[:, :1])  # the shift of a family
 
 

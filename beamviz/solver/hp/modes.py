@@ -48,7 +48,7 @@ class StraightModes(NamedTuple):
     # Of as many modes of each family, bending first (..., 2, modes): None with Coriolis forces.
     family_squares: np.ndarray | None = None  # omega^2
     family_errors: np.ndarray | None = None  # of omega^2, from both
-    nu: np.ndarray | None = None  # (..., 2, n) of all modes of the mesh: see `mesh_spectrum`
+    nu: np.ndarray | None = None  # (..., families, n) of all modes: see `mesh_spectrum`
 
     def of_each_beam(self) -> Iterator["StraightModes"]:
         """The beams of a stack one by one."""
@@ -181,7 +181,7 @@ def gyroscopic_modes(
         K[:, 1] -= gamma[..., None] ** 2 * matrices.G
     F = weighted_displacements(mesh, inertia, state.f)
     most_rounding = problem.tolerance / (10 * ROUNDING_FACTOR * EPS)
-    omega_squared, s, kappa, times, definite = eigen.gyroscopic_modes(
+    omega_squared, s, kappa, times, spectrum = eigen.gyroscopic_modes(
         K[:, 1], F[:, 1], K[:, 0], F[:, 0], gamma[..., None], count, most_rounding
     )
     size = abs(omega_squared) + gamma**2
@@ -192,7 +192,7 @@ def gyroscopic_modes(
     stored = (v * (K @ v)).sum(axis=(1, 2))
     tail *= (2 * abs(omega_squared) / (abs(omega_squared) + abs(stored)))[:, None]
     fractions = ((F[:, 0] @ v[:, 0]) ** 2).sum(axis=1)
-    if not definite:  # as where compressed
+    if spectrum is None:  # unstable: as where compressed
         size = size + np.vecmat(abs(diagonal(K)), v**2).sum(axis=1)
     truncation, rounding = _errors(mesh, state, scale, tail, size[:, None], times[:, None])
     return StraightModes(
@@ -206,6 +206,7 @@ def gyroscopic_modes(
         omega_squared,
         truncation[:, 0],
         rounding[:, 0],
+        nu=None if spectrum is None else 1 / spectrum[:, None],
     )
 
 

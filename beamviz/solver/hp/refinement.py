@@ -7,7 +7,8 @@ stack of one. A stack is refined as a whole, then its remaining beams one by one
 import math
 from bisect import bisect
 from collections.abc import Sequence
-from itertools import accumulate, groupby, pairwise
+from functools import lru_cache
+from itertools import accumulate, count, groupby, pairwise
 from operator import attrgetter
 from typing import Any, NamedTuple
 
@@ -38,6 +39,7 @@ from beamviz.solver.hp.mesh_design import (
     choose_mesh,
     extra_digits,
     find_spans,
+    half_waves,
     unstretched_positions,
 )
 from beamviz.solver.hp.modes import StraightModes, lowest_modes
@@ -51,6 +53,8 @@ FEWEST = 6  # beams that get a coarser mesh
 SPARED = 1.5e5  # cubes of unknowns that it spares in all: another stack takes as long
 DESIGNED = 8  # one in so many meshes is designed where only the place of the mass changes
 FEWER_DIGITS = 0.15  # asked of a shared mesh: most of its beams need less than the hardest
+COMMON = -1  # place of the design of a mesh for all beams between some
+COMMON_DIGITS = 0.5  # more of it, so that none needs another
 MORE_DIGITS = 0.7  # for each further attempt, beyond those the last one missed
 GREATEST_ERROR = 0.01  # relative, of omega^2 near a limit where the tolerance cannot be met
 COARSE_ORDER, COARSE_ERROR = 6, 1e-6  # of the equilibrium that a mesh is designed from
@@ -76,10 +80,13 @@ class Design(NamedTuple):
 Answer = StraightModes | BeamvizError
 
 
-def solve_straight(beams: Sequence[Beam], problem: Problem, extra_modes: int = 0) -> list[Answer]:
+def solve_straight(
+    beams: Sequence[Beam], problem: Problem, extra_modes: int = 0, mesh_of: Sequence[Beam] = ()
+) -> list[Answer]:
     """Equilibrium and modes of each beam within the tolerance, or NoEquilibrium or NotConverged in
-    its place; and `extra_modes` more modes, which need not meet the tolerance."""
-    refinement = Refinement(beams, problem, extra_modes)
+    its place; and `extra_modes` more modes, which need not meet the tolerance. mesh_of: see
+    `solve_many`."""
+    refinement = Refinement(beams, problem, extra_modes, mesh_of)
     while refinement.waiting:
         for places, mesh in refinement.next_stacks():
             refinement.solve_stack(places, mesh)
@@ -94,8 +101,10 @@ class Refinement:
     their limit of equilibrium, with its error ratio; round: number of the attempt.
     """
 
-    def __init__(self, beams: Sequence[Beam], problem: Problem, extra_modes: int):
-        self.beams, self.problem = beams, problem
+    def __init__(
+        self, beams: Sequence[Beam], problem: Problem, extra_modes: int, mesh_of: Sequence[Beam]
+    ):
+        self.beams, self.problem, self.mesh_of = beams, problem, mesh_of
         self.count = problem.modes + extra_modes
         self.answers: list[Any] = [None] * len(beams)
         self.designs: dict[int, Design] = {}
@@ -124,7 +133,7 @@ class Refinement:
                 self._give_up(
                     place, f"its errors are above the tolerance after {REFINEMENTS} refinements"
                 )
-        stacks = []
+        stacks: list[tuple[list[int], Mesh]] = []
         if len(self.alone) < len(self.waiting):
             together = np.array([place for place in self.waiting if place not in self.alone])
             alpha, beta, gamma, delta, mu = self.numbers[together].T
@@ -133,10 +142,38 @@ class Refinement:
             order = together[hardness.argsort(kind="stable")]
             chunk = CHUNK if shared else OWN_CHUNK
             chunks = [chunk.tolist() for chunk in np.array_split(order, -(-len(order) // chunk))]
-            stacks = self._on_one_mesh(chunks) if shared else self._on_own_meshes(chunks)
+            if self.mesh_of and self.round == 1:
+                stacks = self._on_common_mesh(chunks, shared)
+            if not stacks:
+                stacks = self._on_one_mesh(chunks) if shared else self._on_own_meshes(chunks)
         for place in sorted(self.alone):
             if found := self._mesh([place]):
                 stacks.append(([place], make_mesh(*found)))
+        return stacks
+
+    def _on_common_mesh(
+        self, chunks: list[list[int]], shared: bool
+    ) -> list[tuple[list[int], Mesh]]:
+        """Meshes of the same orders for all beams between those of `mesh_of`, as fine as any of
+        these needs, with a break at the mass. None if one needs more breaks."""
+        common, extra = _common_orders(tuple(self.mesh_of), self.problem, shared)
+        self.designs[COMMON] = Design([], extra, None)
+        stacks: list[tuple[list[int], Mesh]] = []
+        if shared:
+            breaks, orders = max(common.items(), key=lambda item: sum(item[1]), default=((), ()))
+            if 0 < sum(orders) <= MAX_UNKNOWNS:
+                stacks = [(chunk, make_mesh(breaks, orders)) for chunk in chunks]
+        elif common.keys() <= {1, 2} and 2 in common:
+            first, second = (max(order, *common.get(1, ())) for order in common[2])
+            for own in map(np.array, chunks):
+                beta = self.numbers[own, 1]
+                ends = beta <= AT_END, beta >= 1 - AT_END
+                for where, order in zip(ends, (second, first), strict=True):
+                    stacks.append((own[where].tolist(), make_mesh((0.0, 1.0), (order,))))
+                inner = own[~ends[0] & ~ends[1]].tolist()
+                breaks = np.pad(self.numbers[inner, 1:2], ((0, 0), (1, 1)), constant_values=(0, 1))
+                stacks.append((inner, make_meshes(breaks, (first, second))))
+            stacks = [stack for stack in stacks if stack[0]]
         return stacks
 
     def _on_one_mesh(self, chunks: list[list[int]]) -> list[tuple[list[int], Mesh]]:
@@ -229,7 +266,7 @@ class Refinement:
         one, problem = len(places) == 1, self.problem
         if one:
             beams = single(self.beams[places[0]])
-            _, extra, start = self.designs[places[0]]
+            _, extra, start = self.designs.get(places[0]) or self.designs[COMMON]
         else:
             alpha, beta, gamma, delta, mu = self.numbers[places].T[:, :, None]
             outward = bool((delta >= 0).all())
@@ -269,7 +306,8 @@ class Refinement:
                 continue
             self.waiting[place] += MORE_DIGITS * self.round + math.log10(ratio)
             if one:
-                self.designs[place] = self.designs[place]._replace(start=(mesh, state.f))
+                if place in self.designs:
+                    self.designs[place] = self.designs[place]._replace(start=(mesh, state.f))
                 best = self.near_limit[place][0] if place in self.near_limit else math.inf
                 if state.margin is not None and state.margin[0] < LIMIT_MARGIN and ratio < best:
                     self.near_limit[place] = ratio, answer
@@ -300,6 +338,30 @@ class Refinement:
             f"{reason}, at most {MAX_UNKNOWNS} in each family are tried{cause}; ask for {remedy}"
         )
         return self._answer(place, NotConverged(error))
+
+
+@lru_cache(maxsize=8)
+def _common_orders(
+    beams: tuple[Beam, ...], problem: Problem, by_breaks: bool
+) -> tuple[dict[Any, tuple[int, ...]], float]:
+    """The greatest orders of the meshes of some beams by their breaks, or by the number of
+    elements, and the greatest number of digits that one needs beyond those asked for. None where
+    one of them has no equilibrium."""
+    waves = max(half_waves(beam.mu, problem.modes) for beam in beams)
+    common: dict[Any, tuple[int, ...]] = {}
+    greatest = 0.0
+    for beam in beams:
+        try:
+            spans, extra, _ = design(beam, problem)
+        except (NoEquilibrium, NotConverged):
+            return {}, 0.0
+        greatest = max(greatest, extra)
+        modes = next(m for m in count(problem.modes) if half_waves(beam.mu, m) >= waves)
+        digits = extra - math.log10(problem.tolerance) + COMMON_DIGITS
+        breaks, orders = choose_mesh(spans, beam.mu, modes, problem.curvature_measure, digits)
+        kind = breaks if by_breaks else len(orders)
+        common[kind] = tuple(map(max, zip(orders, common.get(kind, orders), strict=True)))
+    return common, greatest
 
 
 def design(beam: Beam, problem: Problem) -> Design:
