@@ -2,12 +2,6 @@
 
 Loci of different families cross where nothing couples these; the places are roots of differences.
 Modes that couple keep their order, however narrowly they veer (von Neumann & Wigner 1929).
-
-Two modes near their least gap are a 2 x 2 problem in the shapes they have beside it. Its entries
-are smooth however sharply the loci veer, so few points locate the gap. With half the difference d
-of its diagonal and its coupling c,
-
-    omega_b^2 - omega_a^2 = 2 sqrt(d^2 + |c|^2).
 """
 
 import math
@@ -16,11 +10,11 @@ from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, TypeVar
 
 import numpy as np
-from numpy.polynomial import polynomial
-from scipy.optimize import brentq
 
+from beamviz.frequency_loci.chebyshev import lobatto, on_piece
 from beamviz.frequency_loci.curves import Curves, Root, polish
 from beamviz.frequency_loci.sweep import Points, Sweep
+from beamviz.frequency_loci.two_modes import FLOOR, MAX_ZOOMS, TOUCHING, Approach, closest, reduce
 
 # A veering is a least gap below CLOSE of the frequency, around which the shapes rotate into each
 # other by ROTATED or more, 90 degrees for a complete one, between the points where the gap is
@@ -33,25 +27,17 @@ DIFFERENCE_STEP = 0.02  # of the width of a veering: half the distance its rates
 OUTSIDE = 1e-2  # of omega^2: a mode that is lower by this is below an interpolated crossing
 WIDER = 2.0  # times CLOSE: a sampled gap that is looked at
 
-TOUCHING = 1e-8  # of omega^2: a smaller gap is rounding
-NEAREST = 6  # points the entries are interpolated from
-CAPTURED = 0.7  # least share of the two shapes in a point that is used
 MAX_SOLVES = 8
 SETTLED = 1e-4  # of the width of a veering: a smaller shift is not solved again
 FINEST = 1e-6  # of the interval it was seen in: nor is a smaller shift than this
 ROUGH = 1e-3  # of the interval: a shift that no longer shrinks below this is rounding
-SPACING = 1e-3  # of the interval: least distance of the points interpolated from
 SAME = 1e-3  # of a gap: a smaller change by the last solve ends the search
 NEAR = 0.02  # of the width: a guess this near serves for what is taken beside the least gap
 WITHIN = 0.2  # widths: reach of the last parabola through an interpolated gap
-SAMPLES = 33  # of an interpolated gap, again and again around the minimum
-MAX_ZOOMS = 12
-FLAT = 1e-9  # of the gap: a smaller difference is rounding
-FLOOR = 1e-12  # omega^2, where an interpolation falls below 0
+ZOOM_ORDER = 12  # of mean and squared difference of two interpolated loci between three samples
 
 Result = TypeVar("Result")
-Search = Generator[np.ndarray, Points, Result]  # requests points at some values
-
+Search = Generator[np.ndarray, Any, Result]  # requests Points or Samples at some values
 
 Kind = Literal["crossing", "veering", "buckling", "limit point", "second state"]
 
@@ -72,16 +58,6 @@ class Event:
     width: float  # at this distance the gap is sqrt(2) times the least; 0 for a crossing
 
 
-class Approach(NamedTuple):
-    """Where two frequencies come closest."""
-
-    at: float
-    frequency: float  # mean of the two
-    gap: float  # 0 where the loci touch
-    width: float  # |c / d'|: at this distance the gap is sqrt(2) times the least
-    modes: tuple[int, int]  # indices of the two among all modes
-
-
 class Candidate(NamedTuple):
     """Modes k and k + 1 of a family whose gap is least at `at` among the samples."""
 
@@ -95,11 +71,28 @@ class Candidate(NamedTuple):
     smooth: bool  # whether the loci are interpolated there
 
 
+class Samples(NamedTuple):
+    """Interpolated loci at some values."""
+
+    at: np.ndarray  # (n,)
+    squares: np.ndarray  # (n, families, k)
+
+    def take(self, index: np.ndarray) -> "Samples":
+        """The samples of an index."""
+        return Samples(*(array[index] for array in self))
+
+
 def locate_events(curves: Curves, sweep: Sweep) -> list[Event]:
     """All crossings and veerings of the lowest `sweep.modes` loci, by ascending value."""
     crossings = [] if sweep.coupled else _crossings(curves, sweep)
     found = _candidates(curves, sweep.modes)
-    veerings = _run_together([_locate(one, curves, sweep) for one in found], sweep.points)
+    smooth = [one for one in found if one.smooth]
+    zooms = _run_together(
+        [_zoom(one) for one in smooth], lambda p: Samples(p, curves.squares_at(p))
+    )
+    guesses = dict(zip(smooth, zooms, strict=True))
+    searches = [_locate(one, guesses.get(one), curves, sweep) for one in found]
+    veerings = _run_together(searches, sweep.points)
     events = {(event.branches, event.at): event for event in [*crossings, *filter(None, veerings)]}
     return sorted(events.values(), key=lambda event: event.at)
 
@@ -159,12 +152,12 @@ def _candidates(curves: Curves, modes: int) -> list[Candidate]:
 def _run_together(searches: Sequence[Search[Result]], solve_at: Any) -> list[Result]:
     """The results of several searches, which are solved for in common batches."""
     results: dict[int, Result] = {}
-    active: dict[int, Points | None] = dict.fromkeys(range(len(searches)))
+    active: dict[int, Any] = dict.fromkeys(range(len(searches)))
     while active:
         requests: dict[int, np.ndarray] = {}
         for k, reply in active.items():
             try:
-                requests[k] = searches[k].send(reply)  # type: ignore[arg-type]  # None: start
+                requests[k] = searches[k].send(reply)
             except StopIteration as end:
                 results[k] = end.value
         if not requests:
@@ -174,24 +167,24 @@ def _run_together(searches: Sequence[Search[Result]], solve_at: Any) -> list[Res
     return [results[k] for k in range(len(searches))]
 
 
-def _locate(candidate: Candidate, curves: Curves, sweep: Sweep) -> Search[Event | None]:
+def _locate(
+    candidate: Candidate, guess: Approach | None, curves: Curves, sweep: Sweep
+) -> Search[Event | None]:
     """The crossing or veering of two neighbours of a family, if it is one."""
-    family, k, low, at, high, before, after, smooth = candidate
+    family, k, low, at, high, before, after, _ = candidate
     start, stop = curves.table.at[[0, -1]].tolist()
-    guess = Approach(at, 0.0, math.inf, 0.0, (0, 1))
     places = np.array([low, at, high])
-    if smooth:
-        guess = _zoom(candidate, curves)
-        squares = curves.squares_at(np.array([guess.at]))[0]
-        inside = (squares < squares[family, k + 1]).sum() < sweep.modes
+    if guess:
+        inside = guess.modes[1] < sweep.modes
         if guess.gap > 1.01 * CLOSE * guess.frequency or (not inside and guess.gap > 0):
             return None
-        low, high = max(low, guess.at - guess.width), min(high, guess.at + guess.width)
+        low, high = max(before, guess.at - guess.width), min(after, guess.at + guess.width)
         places = np.array([low, guess.at, high])
         points = yield np.concatenate(
             (places, _beside(guess, before, after), _near(guess, start, stop))
         )
     else:
+        guess = Approach(at, 0.0, math.inf, 0.0, (0, 1))
         points = yield places
     first = points.at.searchsorted(low)
     if not (first < len(points.at) and points.at[first] == low):
@@ -244,21 +237,29 @@ def _places(sweep: Sweep, value: float, family: int) -> np.ndarray:
     return squares.rank[0, family]
 
 
-def _zoom(candidate: Candidate, curves: Curves) -> Approach:
+def _zoom(candidate: Candidate) -> Search[Approach]:
     """The least gap of interpolated loci, by parabolas through its square: that is
     least^2 (1 + ((p - at) / width)^2) near it."""
     family, k, low, at, high, *_ = candidate
+    points = lobatto(ZOOM_ORDER)
+    places = on_piece(low, high, points.nodes)
+    squares = (yield places).squares
+    below = int((squares[len(places) // 2] < squares[len(places) // 2, family, k + 1]).sum())
+    lower, upper = squares[:, family, k], squares[:, family, k + 1]
+    functions = np.column_stack((lower + upper, (upper - lower) ** 2))
     reach, finest = max(at - low, high - at), FINEST * (high - low)
     for _ in range(MAX_ZOOMS):
         p = np.array([max(low, at - reach), at, min(high, at + reach)])
-        squares = curves.squares_at(p)[:, family, k : k + 2]
-        lower, upper = np.sqrt(np.maximum(squares, FLOOR)).T
+        rows = points.rows(2 * (p - low) / (high - low) - 1)
+        total, square = (rows @ functions).T
+        difference = np.sqrt(np.maximum(square, 0.0))
+        lower, upper = np.sqrt(np.maximum((total - difference, total + difference), FLOOR) / 2)
         rises = np.diff((upper - lower) ** 2) / np.diff(p)
         curvature = float(rises[1] - rises[0]) / (p[2] - p[0])
         slope = float(rises[0]) + curvature * (at - p[0])
         gap, frequency = float(upper[1] - lower[1]), float(upper[1] + lower[1]) / 2
         if not curvature > 0:
-            return Approach(at, frequency, gap, reach, (0, 1))
+            return Approach(at, frequency, gap, reach, (k, below))
         shift = min(max(-slope / (2 * curvature), p[0] - at), p[2] - at)
         least = max(gap**2 - slope**2 / (4 * curvature), 0.0)
         width, at = max(math.sqrt(least / curvature), finest), at + shift
@@ -267,7 +268,7 @@ def _zoom(candidate: Candidate, curves: Curves) -> Approach:
         reach = max(min(reach / 4, max(4 * abs(shift), WITHIN * width)), finest / 4)
         at = min(max(at, low + finest / 8), high - finest / 8)
     touching = math.sqrt(least) <= TOUCHING * frequency
-    return Approach(at, frequency, 0.0 if touching else math.sqrt(least), width, (0, 1))
+    return Approach(at, frequency, 0.0 if touching else math.sqrt(least), width, (k, below))
 
 
 def _veering_index(beside: Points, near: np.ndarray, shapes: np.ndarray) -> tuple[float, float]:
@@ -298,12 +299,12 @@ def _least_gap(
 
     points: some around it. guess: where it was seen. None where the gap is least at an end.
     """
-    entries, interval = _reduce(reference, points), high - low
+    entries, interval = reduce(reference, points), high - low
     approach, shift = guess, math.inf
     for _ in range(MAX_SOLVES):
         if len(entries) < 2:
             return None
-        previous, approach = approach, _closest(entries, approach.at, low, high)
+        previous, approach = approach, closest(entries, approach.at, low, high)
         last, shift = shift, abs(approach.at - previous.at)
         fine = max(SETTLED * min(approach.width, interval), FINEST * interval)
         settled = abs(approach.gap - previous.gap) <= SAME * approach.gap
@@ -318,83 +319,5 @@ def _least_gap(
         more = yield np.array([value])
         if not len(more.at):
             break
-        entries = np.vstack((entries, _reduce(reference, more)))
+        entries = np.vstack((entries, reduce(reference, more)))
     return None if approach.gap and approach.at in (low, high) else approach
-
-
-def _reduce(reference: np.ndarray, points: Points) -> np.ndarray:
-    """Parameter, mean, d, c and the indices (n, 6) of the two modes nearest to two shapes.
-
-    Points in which the shapes are not recovered are left out.
-    """
-    B = reference.conj() @ points.duals.swapaxes(1, 2)
-    modes = (abs(B) ** 2).sum(axis=1).argsort(axis=1)[:, :-3:-1]
-    U, size, V = np.linalg.svd(np.take_along_axis(B, modes[:, None, :], axis=2))
-    Q = U @ V
-    squares = np.take_along_axis(points.omega_squared, modes, axis=1)
-    H = (Q * squares[:, None, :]) @ Q.conj().swapaxes(1, 2)
-    mean, d = (H[:, 0, 0] + H[:, 1, 1]) / 2, (H[:, 0, 0] - H[:, 1, 1]) / 2
-    entries = np.column_stack((points.at, mean, d, H[:, 0, 1], np.sort(modes)))
-    return entries[size[:, 1] ** 2 > CAPTURED]
-
-
-class _TwoModes(NamedTuple):
-    """The 2 x 2 problem: its entries as polynomials in (p - centre) / scale."""
-
-    centre: float
-    scale: float
-    coefficients: np.ndarray  # (order, 3): mean, d, c
-    uncoupled: bool  # c vanishes everywhere
-
-    def entries(self, p: float | np.ndarray) -> np.ndarray:
-        """Mean, d and c at p: (3, ...)."""
-        return polynomial.polyval((p - self.centre) / self.scale, self.coefficients)
-
-    def frequencies(self, p: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean and difference of the two frequencies at p."""
-        mean, d, c = self.entries(p)
-        r = np.hypot(abs(d), 0.0 if self.uncoupled else abs(c))
-        low, high = (np.sqrt(np.maximum(mean.real + side * r, FLOOR)) for side in (-1, 1))
-        return (low + high) / 2, 2 * r / (low + high)
-
-    def closest(self, low: float, high: float) -> float:
-        """Where the two frequencies come closest: at the root of d if nothing couples them."""
-
-        def d(p: float) -> float:
-            return float(self.entries(p)[1].real)
-
-        if self.uncoupled and d(low) * d(high) <= 0:
-            return brentq(d, low, high, xtol=1e-14 * (high - low))
-        for _ in range(MAX_ZOOMS):
-            p = np.linspace(low, high, SAMPLES)
-            gap = self.frequencies(p)[1]
-            k = int(gap.argmin())
-            low, high = p[max(k - 1, 0)], p[min(k + 1, SAMPLES - 1)]
-            if gap.max() - gap[k] <= FLAT * gap[k]:
-                break
-        return float(p[k])
-
-
-def _closest(entries: np.ndarray, near: float, low: float, high: float) -> Approach:
-    """Where the two frequencies come closest by the entries known so far.
-
-    These are interpolated through the points nearest to `near` that are at least SPACING apart:
-    closer ones would make polynomials of the solver's rounding.
-    """
-    p = entries[:, 0].real
-    nearest: list[int] = []
-    for k in np.argsort(abs(p - near)).tolist():
-        if len(nearest) < NEAREST and (abs(p[k] - p[nearest]) >= SPACING * (high - low)).all():
-            nearest.append(k)
-    values, scale = entries[nearest, 1:4], np.ptp(p[nearest])
-    powers = polynomial.polyvander((p[nearest] - near) / scale, len(nearest) - 1)
-    uncoupled = bool((abs(values[:, 2]) <= TOUCHING * abs(values[:, 0])).all())
-    local = _TwoModes(near, scale, np.linalg.solve(powers, values), uncoupled)
-    at = local.closest(low, high)
-    frequency, gap = map(float, local.frequencies(at))
-    touching = gap <= TOUCHING * frequency
-    slope = polynomial.polyder(local.coefficients[:, 1].real)
-    rate = abs(polynomial.polyval((at - near) / scale, slope) / scale)
-    width = float(abs(local.entries(at)[2]) / max(rate, np.finfo(float).tiny))
-    i, j = entries[abs(p - at).argmin(), -2:].real.astype(int).tolist()
-    return Approach(at, frequency, 0.0 if touching else gap, width, (i, j))

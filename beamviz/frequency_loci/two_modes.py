@@ -1,0 +1,112 @@
+"""Two modes near their least gap, as a 2 x 2 problem in the shapes that they have beside it.
+
+Its entries are smooth however sharply the loci veer, so few points locate the gap. With half the
+difference d of its diagonal and its coupling c,
+
+    omega_b^2 - omega_a^2 = 2 sqrt(d^2 + |c|^2).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import polynomial
+from scipy.optimize import brentq
+
+from beamviz.frequency_loci.sweep import Points
+
+TOUCHING = 1e-8  # of omega^2: a smaller gap is rounding
+NEAREST = 6  # points the entries are interpolated from
+CAPTURED = 0.7  # least share of the two shapes in a point that is used
+SPACING = 1e-3  # of the interval: least distance of the points interpolated from
+SAMPLES = 33  # of an interpolated gap, again and again around the minimum
+MAX_ZOOMS = 12
+FLAT = 1e-9  # of the gap: a smaller difference is rounding
+FLOOR = 1e-12  # omega^2, where an interpolation falls below 0
+
+
+class Approach(NamedTuple):
+    """Where two frequencies come closest."""
+
+    at: float
+    frequency: float  # mean of the two
+    gap: float  # 0 where the loci touch
+    width: float  # |c / d'|: at this distance the gap is sqrt(2) times the least
+    modes: tuple[int, int]  # indices of the two among all modes
+
+
+def reduce(reference: np.ndarray, points: Points) -> np.ndarray:
+    """Parameter, mean, d, c and the indices (n, 6) of the two modes nearest to two shapes.
+
+    Points in which the shapes are not recovered are left out.
+    """
+    B = reference.conj() @ points.duals.swapaxes(1, 2)
+    modes = (abs(B) ** 2).sum(axis=1).argsort(axis=1)[:, :-3:-1]
+    U, size, V = np.linalg.svd(np.take_along_axis(B, modes[:, None, :], axis=2))
+    Q = U @ V
+    squares = np.take_along_axis(points.omega_squared, modes, axis=1)
+    H = (Q * squares[:, None, :]) @ Q.conj().swapaxes(1, 2)
+    mean, d = (H[:, 0, 0] + H[:, 1, 1]) / 2, (H[:, 0, 0] - H[:, 1, 1]) / 2
+    entries = np.column_stack((points.at, mean, d, H[:, 0, 1], np.sort(modes)))
+    return entries[size[:, 1] ** 2 > CAPTURED]
+
+
+class TwoModes(NamedTuple):
+    """The 2 x 2 problem: its entries as polynomials in (p - centre) / scale."""
+
+    centre: float
+    scale: float
+    coefficients: np.ndarray  # (order, 3): mean, d, c
+    uncoupled: bool  # c vanishes everywhere
+
+    def entries(self, p: float | np.ndarray) -> np.ndarray:
+        """Mean, d and c at p: (3, ...)."""
+        return polynomial.polyval((p - self.centre) / self.scale, self.coefficients)
+
+    def frequencies(self, p: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and difference of the two frequencies at p."""
+        mean, d, c = self.entries(p)
+        r = np.hypot(abs(d), 0.0 if self.uncoupled else abs(c))
+        low, high = (np.sqrt(np.maximum(mean.real + side * r, FLOOR)) for side in (-1, 1))
+        return (low + high) / 2, 2 * r / (low + high)
+
+    def closest(self, low: float, high: float) -> float:
+        """Where the two frequencies come closest: at the root of d if nothing couples them."""
+
+        def d(p: float) -> float:
+            return float(self.entries(p)[1].real)
+
+        if self.uncoupled and d(low) * d(high) <= 0:
+            return brentq(d, low, high, xtol=1e-14 * (high - low))
+        for _ in range(MAX_ZOOMS):
+            p = np.linspace(low, high, SAMPLES)
+            gap = self.frequencies(p)[1]
+            k = int(gap.argmin())
+            low, high = p[max(k - 1, 0)], p[min(k + 1, SAMPLES - 1)]
+            if gap.max() - gap[k] <= FLAT * gap[k]:
+                break
+        return float(p[k])
+
+
+def closest(entries: np.ndarray, near: float, low: float, high: float) -> Approach:
+    """Where the two frequencies come closest by the entries known so far.
+
+    These are interpolated through the points nearest to `near` that are at least SPACING apart:
+    closer ones would make polynomials of the solver's rounding.
+    """
+    p = entries[:, 0].real
+    nearest: list[int] = []
+    for k in np.argsort(abs(p - near)).tolist():
+        if len(nearest) < NEAREST and (abs(p[k] - p[nearest]) >= SPACING * (high - low)).all():
+            nearest.append(k)
+    values, scale = entries[nearest, 1:4], np.ptp(p[nearest])
+    powers = polynomial.polyvander((p[nearest] - near) / scale, len(nearest) - 1)
+    uncoupled = bool((abs(values[:, 2]) <= TOUCHING * abs(values[:, 0])).all())
+    local = TwoModes(near, scale, np.linalg.solve(powers, values), uncoupled)
+    at = local.closest(low, high)
+    frequency, gap = map(float, local.frequencies(at))
+    touching = gap <= TOUCHING * frequency
+    slope = polynomial.polyder(local.coefficients[:, 1].real)
+    rate = abs(polynomial.polyval((at - near) / scale, slope) / scale)
+    width = float(abs(local.entries(at)[2]) / max(rate, np.finfo(float).tiny))
+    i, j = entries[abs(p - at).argmin(), -2:].real.astype(int).tolist()
+    return Approach(at, frequency, 0.0 if touching else gap, width, (i, j))
