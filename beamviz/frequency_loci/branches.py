@@ -14,7 +14,7 @@ from beamviz.frequency_loci.crossings import Event, locate_events
 from beamviz.frequency_loci.curves import Curves, Values
 from beamviz.frequency_loci.interpolation import interpolate, root_places, unresolved
 from beamviz.frequency_loci.limits import LimitSearch
-from beamviz.frequency_loci.pieces import Spectra
+from beamviz.frequency_loci.spectra import Spectra
 from beamviz.frequency_loci.sweep import Sweep
 from beamviz.solver.solution import Solution, family_of
 
@@ -139,7 +139,7 @@ def trace(sweep: Sweep, values: np.ndarray, search: LimitSearch) -> list[Part]:
     """The loci between the first and the last of some values, with their events."""
     low, high = values[[0, -1]].tolist()
     axis = sweep.axis(low, high)
-    sweep.solve(root_places(sweep, axis) if sweep.straight else values)
+    sweep.solve(np.append(root_places(sweep, axis), [low, high]) if sweep.straight else values)
     if any(
         outcome.kind == NotConverged.kind
         for outcome in sweep.outcomes.values()

@@ -12,12 +12,14 @@ from functools import lru_cache
 
 import numpy as np
 
-from beamviz.frequency_loci.chebyshev import LEAST, Lobatto, lobatto, tail_and_rates
+from beamviz.frequency_loci.chebyshev import EPS, LEAST, Lobatto, lobatto, tail_and_rates
 
-PER_MODE = 3  # order of the interpolation in lambda for each mode, beyond LEAST
+PER_MODE = 4  # order of the interpolation in lambda for each mode, beyond LEAST
 MARGIN = 0.02  # of the range of lambda, beyond the eigenvalues looked for
-STEPS = 8
-SETTLED = 1e-6  # a smaller step, cubic in the one before it, is the last
+STEPS = 12
+SMOOTH = 3  # coefficients of the logarithm of the unit of lambda
+WEIGHT = 5  # power of 1 / (1 + lambda), in that unit
+SETTLED = 1e-8  # a smaller step, cubic in the one before it, is the last
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,80 +34,97 @@ class Characteristic:
     values: np.ndarray  # (nodes, k) divided by exp(s), at the points
     tail: np.ndarray  # (k,) of them, sum of the coefficients that are left out
     misfit: np.ndarray  # (modes,) largest error of lambda at the check points
+    scale: np.ndarray  # (nodes,) logarithm of a unit of lambda + shift, about that of the highest
+    energies: np.ndarray | None = None  # (nodes, 2, k) of the modes: see _energies
 
     @property
     def points(self) -> Lobatto:
         """The Chebyshev points of the interpolation in lambda."""
         return lobatto(len(self.tail) - 1)
 
-    def roots(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The lowest eigenvalues (n, modes) by interpolation `rows`, and by how much they change
-        with the function by the tail; nan where there are fewer."""
+    def roots(self, rows: np.ndarray) -> np.ndarray:
+        """The lowest eigenvalues by interpolation `rows`, by how much they change with the function
+        by the tail, and their bending fractions, (3, n, modes); nan where there are fewer."""
         D, V = _derivative(len(self.tail) - 1), rows @ self.values
         functions = V, V @ D.T, V @ D.T @ D.T  # and their derivatives
         i, *brackets = _brackets(self.points, functions)
-        at, change = self.refined(brackets, [f[i] for f in functions])
-        half = (self.high - self.low) / 2
-        s = self.low + half * (at + 1)
         place = np.arange(len(i)) - np.searchsorted(i, i)
         kept = place < self.modes
-        found = np.full((2, len(rows), self.modes), np.nan)
+        i, place = i[kept], place[kept]
+        at, change, local = self.refined([one[kept] for one in brackets], [f[i] for f in functions])
+        half = (self.high - self.low) / 2
+        s, scale = self.low + half * (at + 1), np.exp(rows @ self.scale)[i]
         square = s * s  # powers above 2 are slow
-        eigenvalues = np.stack((square**2 - self.shift, 4 * square * s * half * change))
-        found[:, i[kept], place[kept]] = eigenvalues[:, kept]
-        return found[0], found[1]
+        found = np.full((3, len(rows), self.modes), np.nan)
+        found[0, i, place] = scale * square**2 - self.shift
+        found[1, i, place] = scale * (4 * square * s * half * change)
+        if self.energies is not None:
+            energies = np.tensordot(rows, self.energies, 1)[i]
+            across, whole = np.matvec(energies, local).T
+            found[2, i, place] = across / whole
+        return found
 
     def refined(
         self, brackets: list[np.ndarray], functions: list[np.ndarray]
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """The root (n,) in each bracket by Halley's method, and by how much it changes with the
-        function by the tail: as one of two close roots where that is less."""
-        (low, high, below, above), (value, slope, bend) = brackets, functions
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The root (n,) in each bracket by Halley's method; by how much it changes with the
+        function by the tail, as one of two close roots where that is less; the interpolation rows
+        (n, k) there."""
+        (low, high, at, below), (value, slope, bend) = brackets, functions
         points, order = self.points, len(self.tail) - 1
+        touching = np.where(low == high, abs(below), 0.0)
+        local, left = np.empty(value.shape), np.arange(len(at))
         with np.errstate(divide="ignore", invalid="ignore"):
-            at = np.where(below == above, low, low - below * (high - low) / (above - below))
             for _ in range(STEPS):
-                local = points.rows(at)
-                step, curve = (np.vecdot(local, f) for f in (value, bend))
-                rate = np.vecdot(local, slope)
+                x = at[left]
+                local[left] = rows = points.rows(x)
+                step, rate, curve = (np.vecdot(rows, f[left]) for f in functions)
+                same = (step < 0) == (below[left] < 0)  # else the root is below
+                low[left], high[left] = np.where(same, (x, high[left]), (low[left], x))
                 step = step / (rate - step * curve / (2 * rate))  # Halley's
-                step = np.where((at - step >= low) & (at - step <= high), step, 0.0)
-                at = at - step
-                if not abs(step).max(initial=0.0) > SETTLED:
+                inside = (x - step >= low[left]) & (x - step <= high[left])
+                step = np.where(inside, step, x - (low[left] + high[left]) / 2)
+                at[left] = x - step
+                left = left[~(abs(step) <= SETTLED)]
+                if not len(left):
                     break
             error = 2 * self.tail[np.rint(np.arccos(-at) * order / np.pi).astype(int)]
-            left, slope, bend = (abs(np.vecdot(local, f)) for f in (value, slope, bend))
-            double = np.sqrt(2 * (error + np.where(below == above, left, 0.0)) / bend)
-            return at, np.fmin(error / slope, double)
+            slope, bend = (abs(np.vecdot(local, f)) for f in (slope, bend))
+            double = np.sqrt(2 * (error + touching) / bend)
+            return at, np.fmin(error / slope, double), local
 
 
 def _brackets(points: Lobatto, functions: tuple[np.ndarray, ...]) -> list[np.ndarray]:
     """Of every root of some functions (n, k), given with two derivatives, ascending: the number of
-    the function, an interval, the values at its ends. Two close roots are on both sides of an
-    extremum, or at it."""
+    the function, an interval, a value near the root, the function at the lower end. Two close roots
+    are on both sides of an extremum, or at it."""
     x = points.dense_nodes
     f = functions[0] @ points.dense.T
     size, negative = abs(f), f < 0
     changes = negative[:, 1:] != negative[:, :-1]
     least = (size[:, 1:-1] < size[:, :-2]) & (size[:, 1:-1] <= size[:, 2:])
     i, cell = changes.nonzero()
-    brackets = [(i, x[cell], x[cell + 1], f[i, cell], f[i, cell + 1])]
+    low, high, below, above = x[cell], x[cell + 1], f[i, cell], f[i, cell + 1]
+    brackets = [(i, low, high, low - below * (high - low) / (above - below), below)]
     i, cell = (least & ~changes[:, 1:] & ~changes[:, :-1]).nonzero()
     if len(i):
         low, high, extremum = x[cell], x[cell + 2], x[cell + 1]
-        left, right = f[i, cell], f[i, cell + 2]
         value, slope, bend = (one[i] for one in functions)
         for _ in range(STEPS):
             local = points.rows(extremum)
-            step = np.vecdot(local, slope) / np.vecdot(local, bend)
-            extremum = np.clip(extremum - step, low, high)
-        middle = np.vecdot(points.rows(extremum), value)
-        apart = (middle < 0) != (left < 0)
-        start, end = np.where(apart, low, extremum), np.where(apart, high, extremum)
-        left, right = np.where(apart, left, middle), np.where(apart, right, middle)
-        brackets += [(i, start, extremum, left, middle), (i, extremum, end, middle, right)]
+            curve = np.vecdot(local, bend)
+            extremum = np.clip(extremum - np.vecdot(local, slope) / curve, low, high)
+        value = np.vecdot(points.rows(extremum), value)
+        apart = (value < 0) != negative[i, cell]
+        low, high = np.where(apart, low, extremum), np.where(apart, high, extremum)
+        away = np.where(apart, np.sqrt(abs(2 * value / curve)), 0.0)
+        left = np.where(apart, f[i, cell], value)
+        brackets += [
+            (i, low, extremum, np.maximum(extremum - away, low), left),
+            (i, extremum, high, np.minimum(extremum + away, high), value),
+        ]
     columns = [np.concatenate(column) for column in zip(*brackets, strict=True)]
-    order = np.lexsort((columns[2], columns[1], columns[0]))
+    order = np.lexsort((columns[3], columns[1], columns[0]))
     return [column[order] for column in columns]
 
 
@@ -121,23 +140,49 @@ def _derivative(order: int) -> np.ndarray:
 
 
 def fit(
-    spectra: np.ndarray, known: np.ndarray, modes: int, shift: float
-) -> tuple[Characteristic, np.ndarray, float]:
+    spectra: np.ndarray,
+    known: np.ndarray,
+    modes: int,
+    shift: float,
+    kinetic: np.ndarray | None = None,
+) -> tuple[Characteristic, np.ndarray, np.ndarray, float]:
     """The characteristic function by all eigenvalues (nodes, n) at the nodes, with its misfit to
-    those known (checks, modes) at the check points; the largest changes (modes,) of eigenvalues by
-    its tail; by what factor these are expected to fall when the order grows by a half."""
+    those known (checks, modes) at the check points; the bending fractions there; the largest
+    changes (modes,) of eigenvalues by its tail; by what factor these are expected to fall when the
+    order grows by a half.
+
+    kinetic: energies (nodes, 2, m) of the lowest modes, across the beam and in all.
+    """
     points = lobatto(len(spectra) - 1)
-    low = (spectra[:, 0].min() + shift) ** 0.25
-    high = (spectra[:, modes - 1].max() + shift) ** 0.25
+    smooth = np.cos(np.outer(np.arccos(points.nodes), range(SMOOTH))) @ points.coefficients[:SMOOTH]
+    scale = smooth @ np.log(spectra[:, modes - 1] + shift)
+    scaled = (spectra + shift) / np.exp(scale)[:, None]
+    low, high = scaled[:, 0].min() ** 0.25, scaled[:, modes - 1].max() ** 0.25
     margin = MARGIN * high
     low, high = max(low - margin, 0.0), high + margin
     s = low + (high - low) / 2 * (lobatto(PER_MODE * modes + LEAST).nodes + 1)
     values, fourth = np.tile(np.exp(-s), (len(spectra), 1)), s**4
-    for ratio in 1 / (spectra + shift).T:
+    for ratio in 1 / scaled.T:
         values *= 1 - fourth * ratio[:, None]
+    energies = None if kinetic is None else _energies(values, fourth, scaled, kinetic)
     tail, rates = tail_and_rates(abs(points.coefficients @ values), len(spectra) - 1)
-    found = Characteristic(modes, shift, low, high, values, tail, np.zeros(modes))
+    found = Characteristic(modes, shift, low, high, values, tail, np.zeros(modes), scale, energies)
     checks = len(known)
-    eigenvalues, changes = found.roots(np.concatenate((points.checks, points.dense[2::4])))
-    misfit, changes = abs(eigenvalues[:checks] - known).max(axis=0), changes[checks:].max(axis=0)
-    return replace(found, misfit=misfit), changes, float(rates.max())
+    eigenvalues, changes, bending = found.roots(np.concatenate((points.checks, points.dense[2::4])))
+    found = replace(found, misfit=abs(eigenvalues[:checks] - known).max(axis=0))
+    return found, bending[:checks], changes[checks:].max(axis=0), float(rates.max())
+
+
+def _energies(
+    values: np.ndarray, fourth: np.ndarray, scaled: np.ndarray, kinetic: np.ndarray
+) -> np.ndarray:
+    """Functions (nodes, 2, k) that are in the ratio of the energies of a mode where lambda is its
+    eigenvalue: the characteristic function times sum_k energy_k weight_k / (1 - lambda / lambda_k).
+
+    Over all modes that is a trace, analytic in the parameter like the function. The weights fall
+    off, so that the modes that are not known hardly count."""
+    known = scaled[:, : kinetic.shape[2]]
+    away = 1 - fourth[:, None] / known[:, None, :]
+    away = np.where(abs(away) < EPS, EPS, away)
+    weights = kinetic * ((1 + known) ** -WEIGHT)[:, None, :]
+    return values[:, None, :] * (weights @ (1 / away).mT)

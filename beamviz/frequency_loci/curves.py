@@ -13,7 +13,8 @@ import numpy as np
 
 from beamviz.frequency_loci.axis import Axis
 from beamviz.frequency_loci.interpolation import Solves
-from beamviz.frequency_loci.pieces import Piece, Spectra
+from beamviz.frequency_loci.pieces import Piece
+from beamviz.frequency_loci.spectra import Spectra
 
 Measure = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """Values (n,), omega^2 (n, families, k) -> functions (n, channels)."""

@@ -5,9 +5,8 @@ points near the real axis, but their mean and the square of their difference hav
 does not converge by itself, these are interpolated instead. Where one veers with both neighbours,
 as over the place of the mass, a characteristic function of the family is, in less solves.
 
-Among modes that all couple, narrow veerings are many. Written in the shapes of the middle of a
-piece, the lowest modes are those of a small symmetric matrix H, which is analytic across veerings
-however narrow; its logarithm is interpolated, and diagonalised wherever frequencies are asked for.
+Among modes that all couple, narrow veerings are many: these take a characteristic function too, or
+the matrix of a block of them.
 
 Solves between the nodes, which no interpolant uses, check the error of each.
 """
@@ -19,8 +18,9 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from beamviz.beam import Beam
+from beamviz.frequency_loci import block, characteristic
 from beamviz.frequency_loci.axis import Axis
-from beamviz.frequency_loci.characteristic import Characteristic, fit
+from beamviz.frequency_loci.characteristic import Characteristic
 from beamviz.frequency_loci.chebyshev import (
     CHECKS,
     EPS,
@@ -30,23 +30,23 @@ from beamviz.frequency_loci.chebyshev import (
     on_piece,
     tail_and_rates,
 )
-from beamviz.frequency_loci.pieces import MISFIT, TAIL, Block, Piece, Spectra, of_root
+from beamviz.frequency_loci.pieces import Piece, of_root
+from beamviz.frequency_loci.spectra import BENDING_ERROR, MISFIT, TAIL, Spectra, positive_shift
 from beamviz.solver import is_small_strain
 
-FIRST_ORDERS = {"gamma": 14, "alpha": 18, "delta": 8, "mu": 16}  # of a whole axis
-STRETCHED_ORDER = 20  # the same over gamma, up to a large strain
-PER_MODE = 4  # the same over beta, for each mode
-COUPLED_ORDER = 20  # the same where all modes couple
+FIRST_ORDERS = {"gamma": 14, "alpha": 18, "delta": 8, "mu": 20}  # of a whole axis
+STRETCHED_ORDER = 24  # the same over gamma, up to a large strain
+PER_MODE = 6  # the same over beta, for each mode
+COUPLED_ORDERS = {"gamma": 24, "alpha": 20, "delta": 20, "mu": 32}  # where all modes couple
 ORDERS = (LEAST, 32, 192)  # least; least and greatest of a whole axis before it is halved
 FEW = 64  # greatest order of a part of it; below it the rate of convergence is known roughly
 MULTIPLES, EXPECTED = (2, 3, 4, 5, 6), 0.1  # of an order to try next; ratio that it should reach
 SHARE = 0.5  # of the tolerance, and of the solver's error: an interpolation error that is accepted
 FLOOR = 1.0  # omega^2 below which the error is absolute, near the onset of instability
-SHIFT = 12.0  # omega^2 of bending at rest: added before a logarithm is taken
-BENDING_ERROR = 1e-3  # accepted error of the bending fraction
 OUTSIDE = 1e3  # times that of requested modes: accepted error of the mode above them
 SHORTEST = 1e-8  # of the axis: a shorter piece is not halved
 ISOLATED = 1 / 64  # of the axis: the same of a piece in which a value has no solution
+AT_REST = 1e-7  # gamma that stands for 0 where all modes couple: omega^2 differs by its square
 STALLED = (0.8, 3)  # an error that falls by less, for so many halvings, is not interpolation's
 
 
@@ -78,40 +78,6 @@ class Solves(Protocol):
 
     def points(self, values: np.ndarray) -> Any:
         """Their shapes, as far as there are solutions: `sweep.Points`."""
-
-
-def _block(
-    sweep: Solves, places: np.ndarray, order: int
-) -> tuple[Block, np.ndarray, np.ndarray] | None:
-    """The block on the nodes and check points of a piece; the errors (m,) of its omega^2 and by
-    what factors they are expected to fall when the order grows by a half. None without shapes."""
-    points, spectra = sweep.points(places), sweep.spectra(places)
-    if len(points.at) < len(places) or not points.kinetic.size:
-        return None
-    squares = points.omega_squared
-    m = squares.shape[1]
-    U, _, V = np.linalg.svd(points.shapes[order // 2] @ points.duals.mT)
-    Q = U @ V  # (n, m, m): modes -> aligned with those of the middle
-    shift = SHIFT + 2 * max(-float(squares.min()), 0.0)
-    f = np.log(squares + shift)
-    forms = np.concatenate(((np.eye(m) * f[:, None, :])[:, None], points.kinetic), axis=1)
-    matrices = (Q[:, None] @ forms @ Q[:, None].mT)[: order + 1]
-    coefficients = abs(np.tensordot(lobatto(order).coefficients, matrices[:, 0], 1))
-    tail, rates = tail_and_rates(coefficients, order)
-    middle = tail / rates
-    solver_errors = np.matvec(Q**2, spectra.errors[:, 0, :m])
-    block = Block(matrices, shift, solver_errors[: order + 1], tail, np.zeros(m))
-    tails, middles = (
-        one.tails(f[: order + 1], Q.mT[: order + 1]).max(axis=0)
-        for one in (block, block._replace(tail=middle))
-    )
-    after = np.ones(len(CHECKS), int)
-    found, _, bending, _ = block.at(lobatto(order).checks, after)
-    misfit = abs(found - squares[order + 1 :]).max(axis=0)
-    off = abs(bending - spectra.bending[order + 1 :, 0, :m]).max(axis=0)
-    errors = np.maximum(TAIL * tails, MISFIT * misfit)
-    errors = np.maximum(errors, np.where(off > BENDING_ERROR, np.inf, 0.0))
-    return block._replace(misfit=misfit), errors, np.minimum(tails / middles, 1.0)
 
 
 def _functions(spectra: Spectra, alone: bool) -> np.ndarray:
@@ -195,7 +161,7 @@ def _interpolate(sweep: Solves, axis: Axis, first: _Attempt) -> list[Piece]:
             stalled = attempt.stalled + 1 if worse else 0
             least = shortest if np.isfinite(ratio) else ISOLATED * whole
             short = high - low <= least or stalled >= STALLED[1]
-            if piece.characteristics:
+            if piece.characteristics and not sweep.coupled:
                 found = Interpolated(sweep, axis, piece, sweep.modes, sweep.tolerance)
                 pieces += _interpolate(found, axis, _Attempt(low, high, ORDERS[2]))
             elif piece.errors is not None or sweep.exhausted or short:
@@ -219,11 +185,10 @@ def _first(sweep: Solves, axis: Axis) -> _Attempt:
     """The whole axis, of an order at which it often converges: a mass sees the waves of all modes
     as it moves along the beam."""
     start, stop = axis.t_ends
-    order = FIRST_ORDERS.get(axis.over, PER_MODE * sweep.modes + 8)
-    if axis.coupled:
-        order = COUPLED_ORDER
-    elif axis.over == "gamma" and not is_small_strain(sweep.at(axis.high)):
-        order = STRETCHED_ORDER
+    orders = COUPLED_ORDERS if axis.coupled else FIRST_ORDERS
+    order = orders.get(axis.over, PER_MODE * sweep.modes + 8)
+    if axis.over == "gamma" and not is_small_strain(sweep.at(axis.high)):
+        order = max(order, STRETCHED_ORDER)
     return _Attempt(start, stop, order)
 
 
@@ -238,7 +203,8 @@ def _places(axis: Axis, attempt: _Attempt) -> np.ndarray:
     """The nodes of a piece and its check points, as values of the parameter."""
     low, high, order, *_ = attempt
     points = lobatto(order)
-    return axis.p(on_piece(low, high, np.concatenate((points.nodes, points.check_nodes))))
+    places = axis.p(on_piece(low, high, np.concatenate((points.nodes, points.check_nodes))))
+    return np.maximum(places, AT_REST) if axis.over == "gamma" and axis.coupled else places
 
 
 @np.errstate(all="ignore")  # of modes that are not known everywhere
@@ -272,50 +238,69 @@ def _fit(
     if ratio <= 1:
         piece = replace(piece, errors=errors, needed=needed | _next(paired), paired=paired)
         return piece, ratio, order
-    targets = []
-    if sweep.coupled and (found := _block(sweep, places, order)):
-        block, of_block, rates_of_block = found
+    targets, wider = [], rank <= sweep.modes
+    if more := _characteristics(sweep, places, solved, wider, accepted, alone):
+        found, ratios, rate = more
+        ratio = min(ratio, float(ratios.max()))
+        if ratios.max() <= 1:
+            piece = replace(piece, errors=errors, needed=wider, characteristics=found)
+            return piece, ratio, order
+        targets.append(_next_order(order, lambda power: (ratios * rate**power).max()))
+    if sweep.coupled and (fitted := block.fit(sweep.points(places), solved, order)):
+        one, of_block, rates_of_block = fitted
         m = len(of_block)
         ratios = np.where(rank[0, :m] <= sweep.modes, of_block / accepted[0, :m], np.inf)
         ratio = float(ratios[needed[0, :m]].max())
         if ratio <= 1:
             needed = np.pad(ratios <= 1, (0, needed.shape[1] - m))[None]
-            return replace(piece, errors=errors, needed=needed, block=block), ratio, order
+            return replace(piece, errors=errors, needed=needed, block=one), ratio, order
         own = needed[0, :m]
         targets.append(
             _next_order(order, lambda power: (ratios * rates_of_block**power)[own].max())
         )
-    if not sweep.coupled and (more := _characteristics(sweep, places, piece, accepted, alone)):
-        characteristics, ratios, rate = more
-        ratio = min(ratio, float(ratios.max()))
-        if ratios.max() <= 1:
-            return replace(piece, errors=errors, characteristics=characteristics), ratio, order
-        targets.append(_next_order(order, lambda power: (ratios * rate**power).max()))
     targets.append(_next_order(order, lambda power: cover(errors * rates**power)[1]))
     return piece, ratio, min({*targets} - {order}, default=order)
 
 
 def _characteristics(
-    sweep: Solves, places: np.ndarray, piece: Piece, accepted: np.ndarray, alone: np.ndarray
+    sweep: Solves,
+    places: np.ndarray,
+    solved: Spectra,
+    needed: np.ndarray,
+    accepted: np.ndarray,
+    alone: np.ndarray,
 ) -> tuple[tuple[Characteristic | None, ...], np.ndarray, float] | None:
     """The characteristic functions of the families some of whose errors exceed those accepted, by
     the ratios `alone`; the ratios (families, k) with them; by what factor the largest is expected
     to fall when the order grows by a half. None without the spectra of all meshes."""
-    spectra = sweep.mesh_spectra(places)
+    spectra, kinetic = sweep.mesh_spectra(places), None
     if spectra is None:
         return None
+    nodes = len(places) - len(CHECKS)
+    if sweep.coupled:
+        kinetic = np.diagonal(sweep.points(places).kinetic, axis1=2, axis2=3)[:nodes]
+        if not kinetic.size:
+            return None
     found: list[Characteristic | None] = []
-    ratios, rate, nodes = alone.copy(), EPS, piece.order + 1
-    for f, needed in enumerate(piece.needed):
-        one, own = None, spectra[:, f]
-        modes = int(np.flatnonzero(needed).max(initial=-1)) + 1
-        if not (alone[f] <= 1).all() and np.isfinite(own[:, :modes]).all():
-            shift = SHIFT + 2 * max(-float(own[:, :modes].min()), 0.0)
-            one, changes, falls = fit(own[:nodes], own[nodes:, :modes], modes, shift)
-            errors = np.maximum(TAIL * changes, MISFIT * one.misfit)
-            errors = np.where(np.isfinite(errors), errors, np.inf)
-            ratios[f, :modes] = np.where(needed[:modes], errors / accepted[f, :modes], 0.0)
-            rate = max(rate, falls)
+    ratios, rate = alone.copy(), EPS
+    for f, own in enumerate(np.moveaxis(spectra, 1, 0)):
+        modes = int(np.flatnonzero(needed[f]).max(initial=-1)) + 1
+        if not sweep.coupled and (alone[f] <= 1).all():
+            found.append(None)
+            continue
+        if not np.isfinite(own[:, :modes]).all():
+            return None
+        shift = positive_shift(own[:, :modes])
+        one, bending, changes, falls = characteristic.fit(
+            own[:nodes], own[nodes:, :modes], modes, shift, kinetic
+        )
+        errors = np.maximum(TAIL * changes, MISFIT * one.misfit)
+        errors = np.where(np.isfinite(errors), errors, np.inf)
+        if sweep.coupled:
+            off = abs(bending - solved.bending[nodes:, f, :modes]).max(axis=0)
+            errors[: sweep.modes][~(off[: sweep.modes] <= BENDING_ERROR)] = np.inf
+        ratios[f, :modes] = np.where(needed[f, :modes], errors / accepted[f, :modes], 0.0)
+        rate = max(rate, falls)
         found.append(one)
     return tuple(found), ratios, rate
 

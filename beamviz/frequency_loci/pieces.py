@@ -3,65 +3,13 @@ matrix or of a characteristic function, with the errors that they were found to 
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
+from beamviz.frequency_loci.block import Block
 from beamviz.frequency_loci.characteristic import Characteristic
-from beamviz.frequency_loci.chebyshev import EPS, interpolated, lobatto, on_piece
-
-TAIL, MISFIT = 4.0, 8.0  # safety of the two estimates of error
-
-
-class Spectra(NamedTuple):
-    """Modes at values of a parameter by family: bending, then stretching; or all as one."""
-
-    squares: np.ndarray  # (values, families, k) omega^2, ascending; nan where not solved for
-    errors: np.ndarray  # (values, families, k) estimated by the solver; nan where it does not
-    bending: np.ndarray  # (values, families, k) bending fraction
-
-    def take(self, index: slice) -> "Spectra":
-        """The modes at the values of an index."""
-        return Spectra(*(array[index] for array in (self.squares, self.errors, self.bending)))
-
-    @property
-    def rank(self) -> np.ndarray:
-        """The place (values, families, k) of each mode by frequency among all, from 0."""
-        flat = self.squares.reshape(len(self.squares), -1)
-        return flat.argsort(axis=1).argsort(axis=1).reshape(self.squares.shape)
-
-
-class Block(NamedTuple):
-    """The m lowest of modes that all couple, by symmetric matrices in shapes that are those of the
-    middle of a piece there, and as near to these as possible elsewhere."""
-
-    matrices: np.ndarray  # (n, 3, m, m) at the nodes: logarithm of H + shift, energies as Points
-    shift: float  # of omega^2, which may be negative
-    solver_errors: np.ndarray  # (n, m) of omega^2 at the nodes
-    tail: np.ndarray  # (m, m) of the logarithm, sum of the coefficients that are left out
-    misfit: np.ndarray  # (m,) largest error of omega^2 at the check points
-
-    def squares(self, rows: np.ndarray) -> np.ndarray:
-        """omega^2 (n, m) by interpolation `rows`."""
-        return np.exp(np.linalg.eigvalsh(interpolated(rows, self.matrices[:, 0]))) - self.shift
-
-    def at(self, rows: np.ndarray, after: np.ndarray) -> np.ndarray:
-        """(4, n, m) by interpolation `rows` and numbers of the next nodes: omega^2, its error by
-        the solver, bending fraction, error of omega^2 by interpolation."""
-        logarithm, across, kinetic = np.moveaxis(interpolated(rows, self.matrices), 1, 0)
-        f, y = np.linalg.eigh(logarithm)
-        bending, whole = ((y * (form @ y)).sum(axis=1) for form in (across, kinetic))
-        own = np.maximum(self.solver_errors[after - 1], self.solver_errors[after])
-        solver_error = np.matvec((y**2).mT, own)
-        error = np.maximum(TAIL * self.tails(f, y), MISFIT * self.misfit)
-        shifted = np.exp(f)
-        return np.array(
-            [shifted - self.shift, solver_error, bending / whole, error + EPS * shifted]
-        )
-
-    def tails(self, f: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """By how much omega^2 = exp(f) - shift changes with f by the tail, to first order."""
-        return np.exp(f) * (abs(y) * (self.tail @ abs(y))).sum(axis=-2)
+from beamviz.frequency_loci.chebyshev import interpolated, lobatto, on_piece
+from beamviz.frequency_loci.spectra import MISFIT, TAIL, Spectra
 
 
 @dataclass(frozen=True)
@@ -112,10 +60,13 @@ class Piece:
         squares = self._squares(rows)
         for f, one in enumerate(self.characteristics):
             if one:
-                squares[:, f, : one.modes], change = one.roots(rows)
+                squares[:, f, : one.modes], change, fractions = one.roots(rows)
                 error = error.copy()
                 error[:, f, : one.modes] = np.maximum(TAIL * change, MISFIT * one.misfit)
-        if len(self.needed) == 1:
+        if self.characteristics and len(self.needed) == 1:
+            bending = np.full(own.shape, np.nan)
+            bending[:, 0, : fractions.shape[1]] = fractions
+        elif len(self.needed) == 1:
             bending = np.clip(interpolated(rows, bending * kept), 0.0, 1.0)
         else:
             bending = np.broadcast_to(bending[0] * kept, own.shape)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, Beam, check_float
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
 from beamviz.frequency_loci.axis import Axis
-from beamviz.frequency_loci.pieces import Spectra
+from beamviz.frequency_loci.spectra import Spectra
 from beamviz.solver import (
     DEFAULTS,
     Problem,
@@ -25,7 +25,8 @@ from beamviz.solver import (
 )
 from beamviz.solver.solution import Solution
 
-EXTRA_MODES = 2  # solved for beyond those requested: they may enter and leave the lowest ones
+EXTRA_MODES = 4  # solved for beyond those requested: they may enter and leave the lowest ones
+DESIGNED = 5  # beams whose meshes are designed where all modes couple
 MAX_POINTS = 10_000
 MAX_SOLVES = 4000  # of a sweep, to interpolate and to locate crossings
 GAUSS_POINTS = 16  # of a mode vector, plus two for each mode, and some for a buckled beam
@@ -109,6 +110,7 @@ class Sweep:
     options: dict[str, Any]
     outcomes: dict[float, Outcome] = field(default_factory=dict)
     extra_modes: int = EXTRA_MODES
+    designed: tuple[Beam, ...] = ()  # beams between which all share the orders of a mesh
 
     @cached_property
     def problem(self) -> Problem:
@@ -140,6 +142,7 @@ class Sweep:
 
     def axis(self, low: float, high: float) -> Axis:
         """A range of the free parameter."""
+        self.designed = tuple(map(self.at, np.linspace(low, high, DESIGNED)))
         return Axis(self.over, low, high, greatest_force(self.beam, load=1.0), self.coupled)
 
     def at(self, value: float) -> Beam:
@@ -168,6 +171,8 @@ class Sweep:
 
     def _solve_many(self, beams: list[Beam]) -> list[Outcome]:
         options = {**self.options, "modes": self.modes}
+        if self.coupled and self.straight:
+            options["mesh_of"] = self.designed
         try:
             return solve_many(beams, extra_modes=self.extra_modes, **options)
         except InvalidInput:
@@ -204,13 +209,16 @@ class Sweep:
         return spectra
 
     def mesh_spectra(self, values: np.ndarray) -> np.ndarray | None:
-        """omega^2 (n, 2, k) of all modes of the meshes at some values by family, infinite beyond
-        the last; None where one is not known."""
+        """omega^2 (n, families, k) of all modes of the meshes at some values, infinite beyond the
+        last; None where one is not known."""
         found = [isinstance(one, Solution) and mesh_spectrum(one) for one in self.solve(values)]
         known = [one for one in found if isinstance(one, np.ndarray)]
         if len(known) < len(found):
             return None
-        spectra = np.full((len(known), 2, max(one.shape[1] for one in known)), np.inf)
+        families = 1 if self.coupled else 2
+        if any(len(one) != families for one in known):
+            return None
+        spectra = np.full((len(known), families, max(one.shape[1] for one in known)), np.inf)
         for row, one in zip(spectra, known, strict=True):
             row[:, : one.shape[1]] = one
         return spectra
