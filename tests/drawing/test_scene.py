@@ -70,8 +70,8 @@ def test_the_beam_is_inside_the_picture_and_fills_it(beam, rotating_frame, aspec
 
 
 def test_a_scene_draws_a_beam_and_greys_it(scene):
-    """Pieces lie on the beam, the mass on its station; a warning greys all of it and stands
-    above."""
+    """Pieces are on the beam, the mass at its station; with a warning all of it is grey, and the
+    text is above it."""
     shapes = sampled()
     for warning in ("", "No equilibrium"):
         scene.show(shapes, ViewOptions(), [1], warning=warning)
@@ -89,7 +89,7 @@ def test_a_scene_draws_a_beam_and_greys_it(scene):
 
 
 @pytest.mark.parametrize("rotating_frame", [True, False])
-def test_the_frame_of_view_rotates_the_hub_or_the_ground(scene, rotating_frame):
+def test_the_frame_rotates_the_hub_or_the_floor(scene, rotating_frame):
     """In the rotating frame the floor rotates backwards, else the hub rotates."""
     scene.show(sampled(), ViewOptions(rotating_frame=rotating_frame), [0])
     scene.move(np.zeros(5), np.zeros(5), angle=0.3)
@@ -135,9 +135,9 @@ def test_rows_of_modes_have_a_small_drum_at_the_clamp(delta):
             assert around.drum.position[0] == pytest.approx(delta - (delta != 0) * MIN_HUB)
 
 
-def test_a_viewpoint_that_crossed_a_message_of_the_page_is_chosen_again():
-    """A page that reports its old viewpoint while it is sent two others may end with the first
-    of them; where a visitor has moved the camera, it stays."""
+def test_a_camera_that_crossed_a_message_of_the_page_is_sent_again():
+    """A page that reports its old viewpoint while it gets two others may end with the first of
+    these; a viewpoint chosen by the visitor is kept."""
     view: Any = SimpleNamespace(position=(0, 0, 3), look_at=(0, 0, 0), aspect=1.8, image_height=900)
     page_camera, shapes = PageCamera(view), SampledModes.at_rest(Beam(), "chordwise")
     page_camera.look_at(shapes, True, [0.0], settled=True)
@@ -185,8 +185,8 @@ def test_a_change_of_view_is_eased(scene, back):
         assert ways.max() < 0.05 * np.linalg.norm(np.ptp(points, axis=0)) * (1 if inside else 4)
 
 
-def test_an_arrow_shows_the_speed_where_there_is_one(scene):
-    """The arrow and its label are hidden at rest, and keep out of the way of the beam."""
+def test_an_arrow_shows_the_speed_of_a_rotating_beam(scene):
+    """Arrow and text are hidden at rest, and the text is never near the beam."""
     around = scene.surroundings
     scene.show(sampled(Beam(gamma=3)), ViewOptions(), [0])
     assert around.arrow.visible

@@ -66,7 +66,7 @@ def prefer(shown: Page, scheme: str, motion: str = "no-preference") -> None:
 
 @pytest.mark.parametrize("size", [*SIZES, (1366, 768), (1280, 720)], ids=str)
 def test_the_scene_has_half_of_the_page(shown, size):
-    """At every size, and nothing is cut off at the sides; on wide pages the whole chart is beside
+    """At every size, with nothing cut off at the sides; on wide pages the complete chart is beside
     it, on narrow ones the panels scroll below it."""
     shown.resize(*size)
     shown.evaluate("document.getElementById('to-frequencies').click(); scrollTo(0, 0)")
@@ -156,8 +156,8 @@ def test_every_control_is_reached_and_seen_by_keyboard(shown):
     shown.wait("document.getElementById('gamma-field').value === '5.1'")
 
 
-def test_tabs_are_turned_by_arrow_keys(shown):
-    """Right, and left again round the end; only the chosen one has a tab stop."""
+def test_arrow_keys_change_the_tab(shown):
+    """Right, and left around the end; only the chosen tab has a tab stop."""
     shown.resize(*DESK)
     shown.click(tab("Frequencies"))
     shown.key("ArrowLeft")
@@ -179,8 +179,8 @@ def test_every_slider_has_a_name_and_a_spoken_value(shown):
     assert unnamed == []
 
 
-def test_letters_never_fly_the_camera_and_can_be_switched_off(shown):
-    """W and A do nothing; P pauses, and does not when single-letter keys are off."""
+def test_letters_do_not_move_the_camera_and_can_be_switched_off(shown):
+    """W and A do nothing; P pauses, but not when single-letter keys are off."""
     camera = "Object.values(window.__viserMutable.camera.position).map(x => x.toFixed(6)).join()"
     playing = "document.getElementById('play').ariaPressed"
     shown.evaluate("document.activeElement.blur()")
@@ -203,8 +203,8 @@ def test_letters_never_fly_the_camera_and_can_be_switched_off(shown):
     shown.wait(f"{playing} === 'true'")
 
 
-def test_nothing_of_the_workshop_is_seen(shown):
-    """No address field, no developer's settings, no tree of the scene, no notice over it."""
+def test_viser_shows_no_controls_of_its_own(shown):
+    """No address field, no developer settings, no scene tree, no notice over the scene."""
     for words in ("Dev Settings", "Scene tree", "ws://", "Software WebGL", "Connected"):
         assert not shown.evaluate(says(words))
     assert shown.evaluate("document.title") == "beamviz"
@@ -234,8 +234,8 @@ def test_axe_finds_nothing_serious_in_a_lesson(shown):
 # The last one: it opens the page anew
 
 
-def test_a_page_starts_at_rest_where_motion_is_not_wanted(served, shown):
-    """prefers-reduced-motion."""
+def test_a_page_starts_paused_with_reduced_motion(served, shown):
+    """With the media feature prefers-reduced-motion."""
     prefer(shown, "dark", "reduce")
     shown.call("Page.navigate", url=served)
     ready(shown)

@@ -32,8 +32,8 @@ SHAPES = (
 
 
 class Job(NamedTuple):
-    """At most so many clicks, the elements to click (a field with what is typed there), and an
-    expression that is true at the end."""
+    """The maximum number of clicks, the elements to click (for a field, with the text to type), and
+    an expression that is true at the end."""
 
     most: int
     clicks: list[str | tuple[str, str]]
@@ -83,7 +83,7 @@ JOBS = {
 
 @pytest.fixture(scope="module")
 def served() -> Iterator[str]:
-    """An explorer that opens as it does by default."""
+    """An explorer with the default scene."""
     with explorer(START) as url:
         yield url
 
@@ -108,7 +108,7 @@ def press(shown: Page, key: str, modifiers: int = 0, **options: str) -> None:
 
 
 def click(shown: Page, element: str) -> None:
-    """Click in the middle of an element that is seen where it is."""
+    """Click in the middle of an element, which must be visible without scrolling."""
     shown.wait(f"{SEEN}({element})")
     x, y = shown.evaluate(
         f"(r => [r.left + r.width / 2, r.top + r.height / 2])({element}.getBoundingClientRect())"
@@ -119,7 +119,7 @@ def click(shown: Page, element: str) -> None:
 
 @pytest.mark.parametrize("job", JOBS.values(), ids=list(JOBS))
 def test_a_job_takes_few_clicks(shown, job):
-    """Without a look into the documentation."""
+    """Without a look at the documentation."""
     assert len(job.clicks) <= job.most
     for one in job.clicks:
         element, text = (one, "") if isinstance(one, str) else one
@@ -156,7 +156,7 @@ def test_two_modes_are_mixed_by_a_click_and_a_drag(shown):
 
 
 def test_a_command_is_run_by_its_name(shown):
-    """Ctrl+K opens the list; the pointer works as before when it is closed."""
+    """Ctrl+K opens the list; after it is closed the pointer works as before."""
     press(shown, "k", 2)
     shown.wait("!!document.activeElement.closest('[role=dialog]')")
     shown.call("Input.insertText", text="mode 3")
@@ -168,8 +168,8 @@ def test_a_command_is_run_by_its_name(shown):
 
 
 @pytest.mark.slow
-def test_a_lost_connection_is_said_and_found_again():
-    """The scene stays as long; a server that comes back shows what the visitor had chosen."""
+def test_a_lost_connection_is_shown_and_restored():
+    """The scene stays visible; a server that starts again shows the visitor's choices."""
     lost = "document.getElementById('offline').open"
     with contextlib.ExitStack() as first:
         url = first.enter_context(explorer(START))

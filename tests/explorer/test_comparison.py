@@ -40,7 +40,7 @@ OVERLAY = "/scene/rotor/overlay"
 
 
 def compared(choice: str, own: Case) -> ComparisonCase | str:
-    """The case compared with, or why there is none."""
+    """The case compared with, or the message why there is none."""
     return comparison_case(replace(State.of(Scene()), comparison=choice), own)
 
 
@@ -48,8 +48,9 @@ def compared(choice: str, own: Case) -> ComparisonCase | str:
     ("choice", "name", "value"),
     [(ANCF, "method", "ancf"), (CORIOLIS, "coriolis", True), (DOUBLE, "alpha", 2.0)],
 )
-def test_each_choice_changes_one_thing(choice, name, value):
-    """The method, Coriolis forces, the mass; a switch is put back from the other side."""
+def test_each_choice_changes_one_value(choice, name, value):
+    """The method, Coriolis forces or the mass; a value that is chosen already is replaced by the
+    other one."""
     other = compared(choice, PAPER_CASE)
     assert isinstance(other, ComparisonCase)
     assert other.case == PAPER_CASE.changed(name, value)
@@ -61,7 +62,7 @@ def test_each_choice_changes_one_thing(choice, name, value):
 
 
 def test_all_effects_are_switched_on():
-    """Whatever is off is on in the other beam."""
+    """All terms that are off are on in the other beam."""
     off = PAPER_CASE.changed("softening", False).changed("coriolis", True)
     other = compared(EFFECTS, off)
     assert isinstance(other, ComparisonCase)
@@ -69,8 +70,9 @@ def test_all_effects_are_switched_on():
     assert "on already" in str(compared(EFFECTS, other.case))
 
 
-def test_where_there_is_nothing_to_compare_with_a_message_says_so():
-    """No mass to double, nothing kept, no Coriolis out of the plane; no choice is no fault."""
+def test_a_message_explains_why_there_is_no_comparison():
+    """No mass to double, no beam kept, no Coriolis forces out of the plane; without a choice no
+    message."""
     assert compared(NO_COMPARISON, PAPER_CASE) == ""
     assert "no mass to double" in str(compared(DOUBLE, PAPER_CASE.changed("alpha", 0.0)))
     assert "No beam is kept" in str(compared(EARLIER, PAPER_CASE))
@@ -88,8 +90,8 @@ def rows(html: str) -> list[list[str]]:
     return [re.findall(r"<td>(?:<b>)?(.*?)(?:</b>)?</td>", row) for row in found]
 
 
-def test_modes_that_change_places_are_compared_with_themselves():
-    """alpha 1 against 2 at the tip: S1 is fourth, then third."""
+def test_modes_are_matched_when_their_order_changes():
+    """alpha = 1 and 2 at the tip: S1 is mode 4, then mode 3."""
     one, two = solve(Beam(alpha=1, beta=1)), solve(Beam(alpha=2, beta=1))
     assert (one.labels.index("S1"), two.labels.index("S1")) == (3, 2)
     (cells,) = (row for row in rows(comparison_table(("a", one), ("b", two))) if row[0] == "S1")
@@ -100,7 +102,7 @@ def test_modes_that_change_places_are_compared_with_themselves():
 
 def test_modes_mixed_by_coriolis_forces_are_compared_by_shape():
     """At the veering (gamma 4.65) labels differ: B3 and B4 with, S1 and B3 without Coriolis forces.
-    No frequency changes by 2 %, none is missing, and the mixture is told."""
+    No frequency changes by 2 %, none is missing, and a note names the mixture."""
     beam = Beam(alpha=1, beta=1, gamma=4.65)
     on, off = solve(beam, coriolis=True), solve(beam)
     assert set(on.labels) != set(off.labels)
@@ -111,8 +113,8 @@ def test_modes_mixed_by_coriolis_forces_are_compared_by_shape():
     assert "Mixed in this beam: S1 (B3/S1 mixed 50:50), B3 (S1/B3 mixed 50:50)." in html
 
 
-def test_a_mode_that_is_not_among_the_others_has_a_dash():
-    """Five modes against four."""
+def test_a_mode_without_a_match_has_a_dash():
+    """Five modes and four."""
     html = comparison_table(("a", solve(PAPER)), ("b", solve(PAPER, modes=4)))
     assert [row[2:] == ["–", "–"] for row in rows(html)] == [False] * 4 + [True]
 
@@ -132,7 +134,7 @@ def drawn(api: Any, *, stacked: bool) -> tuple[Comparison, SampledModes, Clock]:
 
 @pytest.mark.parametrize("stacked", [False, True])
 def test_both_beams_run_on_one_clock(stacked):
-    """After the same time each mode has moved on by its own frequency, from the same phase."""
+    """After some time the phase of each mode has advanced by its own frequency."""
     with run_server() as server:
         comparison, main, clock = drawn(server.scene, stacked=stacked)
         double = solve(PAPER.replace(alpha=2))
@@ -159,8 +161,8 @@ def test_both_beams_run_on_one_clock(stacked):
             assert np.allclose(comparison.overlay.mass.position, centreline[shapes.mass])
 
 
-def test_a_comparison_leaves_when_it_is_given_up():
-    """Nothing of it is seen any more, whichever way it was drawn."""
+def test_nothing_is_drawn_without_a_comparison():
+    """Overlay and second scene are hidden when the comparison ends."""
     with run_server() as server:
         comparison, main, clock = drawn(server.scene, stacked=False)
         for changes in ({"stacked": True}, {"comparison": NO_COMPARISON}):
@@ -173,8 +175,8 @@ def test_a_comparison_leaves_when_it_is_given_up():
         assert comparison.heights == [0.0]
 
 
-def test_small_multiples_show_each_mode_by_itself():
-    """Five scenes above each other; in the k-th the beam moves as mode k; titles name them."""
+def test_each_row_shows_one_mode():
+    """Five rows; in row k the beam moves as mode k; titles name the modes."""
     shapes = SampledModes.sampled(solve(PAPER))
     with run_server() as server:
         multiples = AllModesView(server.scene)
@@ -193,8 +195,8 @@ def test_small_multiples_show_each_mode_by_itself():
         assert not any(part.frame.visible for part in multiples.rows)
 
 
-def test_all_scenes_above_each_other_are_inside_the_picture():
-    """The highest and the lowest one, in a tall picture and in a wide one."""
+def test_all_rows_are_inside_the_picture():
+    """The top and the bottom row, in a tall picture and in a wide one."""
     shapes = SampledModes.at_rest(PAPER, "chordwise")
     for aspect in (0.6, 2.0):
         position = camera.viewpoint(shapes, True, aspect, 0.1, stacked_heights(5))
@@ -215,12 +217,12 @@ def frequency(beam: Beam, mode: int = 0, **options: Any) -> str:
 
 
 def overlay_is(guest: Visitor, *, visible: bool) -> None:
-    """Wait until the overlay is drawn, or gone."""
+    """Wait until the overlay is visible or hidden."""
     guest.wait(lambda _: guest.nodes.get(OVERLAY, {}).get("visible") is visible)
 
 
-def test_comparing_is_chosen_drawn_and_given_up(url):
-    """Both frequencies are told; an overlay is drawn, or a second scene; none when it is over."""
+def test_a_comparison_is_drawn_until_it_ends(url):
+    """Both frequencies are in the table; an overlay is drawn, or a second scene."""
     with visitor(url) as guest:
         guest.choose("comparison", DOUBLE)
         guest.says(frequency(PAPER.replace(alpha=2)))
@@ -236,7 +238,7 @@ def test_comparing_is_chosen_drawn_and_given_up(url):
 
 
 def test_a_kept_beam_stays_while_the_other_changes(url):
-    """The button keeps it; the change is from it to the present one. Another scene ends that."""
+    """The button keeps it; the change is relative to it. Another scene ends the comparison."""
     with visitor(url) as guest:
         guest.do("keep")
         guest.says(">before, ")
@@ -249,8 +251,8 @@ def test_a_kept_beam_stays_while_the_other_changes(url):
         guest.says("shows the effect of one change")
 
 
-def test_all_modes_are_shown_and_one_again(url):
-    """The button beside the numbers of the modes: five scenes in place of one."""
+def test_all_modes_are_shown_by_a_button(url):
+    """Five rows instead of one beam, and back."""
     with visitor(url) as guest:
         guest.choose("all_modes", True)
         guest.wait(lambda _: "/mode 5/rotor/beam" in guest.nodes)

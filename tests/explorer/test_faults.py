@@ -41,7 +41,7 @@ BAD = (float("nan"), float("inf"), -float("inf"), 1e300, -1e300, 2**63, -1, 0, "
 
 @pytest.fixture(scope="module")
 def url(frame_loops) -> Iterator[str]:
-    """A running explorer; it takes its time for one speed, and fails at another."""
+    """A running explorer whose solver is slow for one speed and fails for another."""
 
     def solved(beam: Beam, **options: Any) -> Any:
         SOLVED.append(beam)
@@ -61,7 +61,7 @@ def url(frame_loops) -> Iterator[str]:
 
 @pytest.fixture
 def other(url) -> Iterator[Visitor]:
-    """A visitor who has paused, and whose beam must be as it was when the test is over."""
+    """A paused visitor whose beam must be unchanged at the end of the test."""
     with visitor(url) as guest:
         pause(guest)
         yield guest
@@ -74,24 +74,24 @@ def other(url) -> Iterator[Visitor]:
 
 @pytest.fixture(autouse=True)
 def fresh_log() -> None:
-    """No line is left out because an earlier test has had it."""
+    """Clear the log, so that no line is skipped because of an earlier test."""
     for module in (frame_loop, guard, hardening, jobs):
         module.log.reported.clear()
 
 
 def vanish(line: socket.socket) -> None:
-    """Leave without a word, as a laptop that is shut does."""
+    """Disconnect without closing, as a laptop that is shut."""
     line.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
     line.shutdown(socket.SHUT_RDWR)
 
 
 def alone(frame_loops: list[FrameLoop], count: int = 1) -> None:
-    """Wait until only `count` sessions are left."""
+    """Wait until there are only `count` sessions."""
     wait_until(lambda: len(frame_loops[0].sessions) == count)
 
 
 def newest(frame_loops: list[FrameLoop]) -> Session:
-    """The session of the guest who came last, beside one other, once it is counted."""
+    """The session of the latest visitor, beside one other, once it exists."""
     wait_until(lambda: len(frame_loops[0].sessions) == 2)
     return frame_loops[0].sessions[max(frame_loops[0].sessions)]
 
@@ -100,8 +100,8 @@ def newest(frame_loops: list[FrameLoop]) -> Session:
 
 
 @pytest.mark.slow
-def test_tabs_closed_in_the_middle_of_a_picture(url, other, frame_loops):
-    """Ten visitors vanish while their beams move."""
+def test_visitors_may_vanish_while_they_are_drawn(url, other, frame_loops):
+    """Ten visitors with moving beams."""
     for _ in range(10):
         with visitor(url) as guest:
             guest.wait(beam_moved)
@@ -110,7 +110,7 @@ def test_tabs_closed_in_the_middle_of_a_picture(url, other, frame_loops):
 
 
 @pytest.mark.slow
-def test_tabs_closed_in_the_middle_of_a_solution(url, other, frame_loops):
+def test_visitors_may_vanish_during_a_solve(url, other, frame_loops):
     """A later visitor gets an answer."""
     for _ in range(8):
         with visitor(url) as guest:
@@ -122,8 +122,8 @@ def test_tabs_closed_in_the_middle_of_a_solution(url, other, frame_loops):
         guest.says(frequency_text(PAPER.replace(gamma=12)))
 
 
-def test_a_page_loaded_again_and_again(url, other, frame_loops):
-    """Each load is a new visit that starts from the beginning."""
+def test_a_page_may_be_reloaded_repeatedly(url, other, frame_loops):
+    """Each load opens a new session with the start scene."""
     for _ in range(5):
         with visitor(url) as guest:
             assert frequency_text(PAPER) in guest.text
@@ -131,9 +131,9 @@ def test_a_page_loaded_again_and_again(url, other, frame_loops):
 
 
 @pytest.mark.slow
-def test_a_thousand_visits_leave_nothing_behind(url, other, frame_loops):
-    """1000 that only connect, every 50th of which opens a session and leaves without a word: no
-    session, thread or socket stays, and not one object for each of them."""
+def test_a_thousand_visits_leak_nothing(url, other, frame_loops):
+    """1000 connections, of which every 50th opens a session and vanishes: no session, thread or
+    socket is left, and not one object for each."""
     come_and_go(url, visits=100)  # what is built once, is built
     alone(frame_loops)
     before = left()
@@ -154,8 +154,8 @@ def come_and_go(url: str, visits: int, at_once: int = 50) -> None:
 
 
 def left() -> tuple[int, int, int]:
-    """Threads that run, but for viser's own pool, which grows to its size once; open files and
-    sockets; objects, in hundreds."""
+    """Threads except those of viser's pool, which reaches its size once; open files and sockets;
+    hundreds of objects."""
     names = [thread.name for thread in threading.enumerate()]
     threads = sum(not name.startswith("ThreadPoolExecutor") for name in names)
     gc.collect()
@@ -165,8 +165,8 @@ def left() -> tuple[int, int, int]:
 # Messages
 
 
-def test_messages_out_of_order(url, other):
-    """Controls moved before the page said where its camera is, and cameras without end."""
+def test_messages_may_come_out_of_order(url, other):
+    """Controls are moved before the page has sent its camera; cameras are sent without a pause."""
     with raw_socket(url) as line:
         line.send(encoded(type="GuiUpdateMessage", uuid="nobody", updates={"value": "1"}))
         line.send(encoded(type="CommandTriggerMessage", uuid="nobody"))
@@ -181,8 +181,8 @@ def test_messages_out_of_order(url, other):
         assert BEAM in guest.nodes
 
 
-def test_a_flood_of_5000_values_ends_at_the_last(url, other):
-    """None of them is queued: most are never solved, and the others are not held up."""
+def test_of_5000_values_the_last_one_is_solved(url, other):
+    """They are not queued: most are never solved, and other visitors are not delayed."""
     with visitor(url) as guest:
         pause(guest)
         SOLVED.clear()
@@ -193,9 +193,9 @@ def test_a_flood_of_5000_values_ends_at_the_last(url, other):
 
 
 @pytest.mark.slow
-def test_no_control_takes_harm_from_a_bad_value(url, other, frame_loops, caplog, capfd):
-    """Every action is sent three times with a value that makes no sense for most; the session goes
-    on, and the log has at most a line for each kind of mistake."""
+def test_every_action_tolerates_invalid_values(url, other, frame_loops, caplog, capfd):
+    """Every action is sent three times with a value that is invalid for most; the session
+    continues, and the log has at most one line for each kind of error."""
     for bad in BAD:
         caplog.clear()
         alone(frame_loops)
@@ -213,8 +213,8 @@ def test_no_control_takes_harm_from_a_bad_value(url, other, frame_loops, caplog,
 
 
 def answered(guest: Visitor, session: Session, beam: Beam) -> bool:
-    """Set the five numbers, and see whether the answer is there; a button pressed just before
-    may still put others in their place."""
+    """Set the five numbers and check for the answer; a button pressed just before may still replace
+    them."""
     for name, value in beam.numbers.items():
         guest.choose(name, value)
     time.sleep(0.3)
@@ -224,7 +224,7 @@ def answered(guest: Visitor, session: Session, beam: Beam) -> bool:
 # Work that fails or takes long
 
 
-def test_a_solver_that_fails_is_said_and_logged_in_one_line(url, other, caplog):
+def test_an_unexpected_error_of_the_solver_is_shown_and_logged_once(url, other, caplog):
     """The visitor reads that it was unexpected; the next number is solved."""
     with visitor(url) as guest:
         for _ in range(3):
@@ -239,8 +239,8 @@ def test_a_solver_that_fails_is_said_and_logged_in_one_line(url, other, caplog):
     assert lines[0].exc_info in (None, False)
 
 
-def test_a_slow_solver_does_not_stop_the_pictures(url, other):
-    """While one visitor waits, another sees frames and gets answers."""
+def test_a_slow_solve_does_not_delay_other_visitors(url, other):
+    """While one visitor waits, another gets frames and answers."""
     other.choose("playing", True)
     with visitor(url) as guest:
         guest.choose("gamma", SLOW)
@@ -251,9 +251,8 @@ def test_a_slow_solver_does_not_stop_the_pictures(url, other):
         guest.says(frequency_text(PAPER.replace(gamma=SLOW)))
 
 
-def test_solutions_without_end_stop_nobody_else(url, other):
-    """More visitors wait for such a one than solve at once: another one sees frames, and gets
-    answers as before."""
+def test_endless_solves_do_not_delay_other_visitors(url, other):
+    """More visitors wait for one than there are workers: another gets frames and answers."""
     other.choose("playing", True)
     with contextlib.ExitStack() as guests:
         for _ in range(server.SOLVERS + 1):
@@ -271,9 +270,9 @@ def test_solutions_without_end_stop_nobody_else(url, other):
 
 
 @pytest.mark.slow
-def test_solutions_without_end_stop_nobody_in_a_crowd(url, other, frame_loops):
-    """Where all are answered in turn, such a one looks as quick as the last: another visitor sees
-    frames, and gets answers as before."""
+def test_endless_solves_do_not_delay_a_batch(url, other, frame_loops):
+    """With many visitors an endless solve is taken for a quick one: another visitor gets frames and
+    answers as before."""
     with contextlib.ExitStack() as guests:
         ENOUGH.clear()
         crowd = [guests.enter_context(visitor(url)) for _ in range(frame_loop.CROWD)]
@@ -295,8 +294,8 @@ def test_solutions_without_end_stop_nobody_in_a_crowd(url, other, frame_loops):
     alone(frame_loops)
 
 
-def test_the_server_ends_in_the_middle_of_a_solution_without_end(monkeypatch):
-    """Ctrl-C need not wait for it."""
+def test_the_server_stops_during_an_endless_solve(monkeypatch):
+    """Ctrl-C does not wait for it."""
     begun, enough = threading.Event(), threading.Event()
 
     def solved(beam: Beam, **options: Any) -> Any:
@@ -315,7 +314,7 @@ def test_the_server_ends_in_the_middle_of_a_solution_without_end(monkeypatch):
         enough.set()
 
 
-def test_drawing_that_fails_ends_that_visit_alone(url, other, frame_loops, caplog):
+def test_an_error_in_drawing_ends_only_this_session(url, other, frame_loops, caplog):
     """The page connects again, to a new session; the log has one line."""
     with visitor(url) as guest:
         session = newest(frame_loops)
@@ -328,8 +327,8 @@ def test_drawing_that_fails_ends_that_visit_alone(url, other, frame_loops, caplo
     assert re.search(r"drawing: failed for visitor \d+, .* disconnected: ZeroDivisionError", line)
 
 
-def test_clocks_that_jump_do_not_stop_the_picture(url, other, monkeypatch):
-    """The clock of the day jumps an hour back and a day forward."""
+def test_jumps_of_the_system_time_do_not_stop_the_motion(url, other, monkeypatch):
+    """By an hour back and a day forward."""
     now = time.time
     other.choose("playing", True)
     for jump in (-3600, 86400):
@@ -338,12 +337,13 @@ def test_clocks_that_jump_do_not_stop_the_picture(url, other, monkeypatch):
             other.wait(beam_moved)
 
 
-def test_a_machine_that_slept_goes_on_where_it_was(url, other, frame_loops):
-    """Hours without a tick move the picture by 0.2 s at most."""
+def test_motion_continues_after_the_machine_has_slept(url, other, frame_loops):
+    """Hours without a tick advance the clock by at most 0.2 s."""
     session = next(iter(frame_loops[0].sessions.values()))
 
     async def angle_during_sleep() -> float:
-        """Angle by which the rotor turns; on the event loop, where no other tick comes between."""
+        """The angle of the hub after a sleep; on the event loop, so that no other tick comes
+        between."""
         before = session.view.clock.angle
         session.tick(session.last_tick + 36000.0)
         session.last_tick = time.monotonic()

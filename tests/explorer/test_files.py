@@ -23,7 +23,7 @@ FIRST = Scene.of(
 
 
 def small_film(path: Path, scene: Scene, **options: Any) -> Loop:
-    """`animate`, but with few small frames."""
+    """`animate` with few small frames."""
     return exports.animate(path, scene, **options | {"width": 96, "height": 64, "fps": 5})
 
 
@@ -33,14 +33,14 @@ def upload(guest: Visitor, text: str) -> None:
 
 
 def saved(guest: Visitor) -> Scene:
-    """The scene in the file the visitor gets."""
+    """The scene of the file that the visitor gets."""
     guest.do("save")
     (part,) = heard(guest, "FileTransferPart")
     return Scene.from_bytes(part["content"], "saved")
 
 
 def heard(guest: Visitor, *kinds: str, timeout: float = 40) -> list[dict[str, Any]]:
-    """Wait for a message of each kind, the first one."""
+    """Wait for the first message of each kind."""
     found: dict[str, dict[str, Any]] = {}
 
     def all_of(latest: list[dict[str, Any]]) -> bool:
@@ -57,8 +57,8 @@ def frequency(scene: Scene) -> str:
     return frequency_text(scene.beam, **scene.options)
 
 
-def test_what_is_saved_is_what_is_set(url):
-    """The scene served, then with what the visitor changed."""
+def test_a_saved_scene_has_the_present_values(url):
+    """Those of the server, then those changed by the visitor."""
     with visitor(url) as guest:
         assert saved(guest) == FIRST
         guest.choose("gamma", 20.0)
@@ -67,8 +67,8 @@ def test_what_is_saved_is_what_is_set(url):
         assert saved(guest) == FIRST.changed(gamma=20.0, dark=False)
 
 
-def test_a_loaded_scene_is_shown_and_the_controls_follow(url):
-    """Another beam, model and picture; saved again it is the same, to the camera."""
+def test_a_loaded_scene_is_shown(url):
+    """Another beam, model and view; saved again it is equal, with its camera."""
     wanted = Scene.of(alpha=2, gamma=5, coriolis=True, shares=[0.5, 0.0, 1.0], over="delta")
     with visitor(url) as guest:
         upload(guest, wanted.to_toml())
@@ -91,7 +91,7 @@ def test_a_loaded_scene_is_shown_and_the_controls_follow(url):
     ],
 )
 def test_every_file_can_be_exported(url, monkeypatch, kind, begin):
-    """The button sends what the command line writes, whole."""
+    """The button sends a complete file in the format of the command line."""
     monkeypatch.setattr(export_jobs, "animate", small_film)
     with visitor(url) as guest:
         guest.do("export", kind)
@@ -116,8 +116,8 @@ def test_a_film_has_the_length_chosen(url, monkeypatch):
     assert frames[1] > 1.5 * frames[0]
 
 
-def test_a_film_of_what_does_not_move_is_refused_in_words(url):
-    """It says what is missing."""
+def test_a_film_without_motion_is_refused(url):
+    """The message says what is missing."""
     still = Scene.of(shares=[0.0])
     with visitor(url) as guest:
         upload(guest, still.to_toml())
@@ -126,8 +126,8 @@ def test_a_film_of_what_does_not_move_is_refused_in_words(url):
         guest.wait(lambda _: any("nothing moves" in one["text"] for one in guest.said))
 
 
-def test_a_film_tells_its_progress_and_is_cancelled(url):
-    """The button for it is there as long; after the cancelling there is no file."""
+def test_a_film_shows_its_progress_and_is_cancelled(url):
+    """The button for it is visible meanwhile; after the cancellation no file is sent."""
     with visitor(url) as guest:
         guest.do("export", ".gif")
         guest.wait(lambda _: guest.props.get("export-progress", {}).get("value"))
@@ -138,9 +138,9 @@ def test_a_film_tells_its_progress_and_is_cancelled(url):
         assert guest.said == [{"text": "beam.gif: cancelled", "error": False}]
 
 
-def test_films_queue_while_numbers_are_written_at_once(monkeypatch):
-    """The second film says that it waits for one other, a table does not wait; the first one is
-    cancelled and leaves nothing; progress rises to the last frame, with the time left."""
+def test_films_wait_for_each_other_and_tables_for_none(monkeypatch):
+    """The second film waits for one other, a table for none; the first one is cancelled and has no
+    content; the progress increases to the last frame."""
     monkeypatch.setattr(export_jobs, "animate", small_film)
     said: list[tuple[ExportJob, Status]] = []
 
@@ -182,8 +182,8 @@ def test_films_queue_while_numbers_are_written_at_once(monkeypatch):
     ],
     ids=["no beam", "too large"],
 )
-def test_a_file_that_is_no_scene_changes_nothing(url, text, reason):
-    """The visitor reads why; the scene stays."""
+def test_an_invalid_file_changes_nothing(url, text, reason):
+    """The visitor reads why; the scene is unchanged."""
     with visitor(url) as guest:
         upload(guest, text)
         guest.wait(lambda _: guest.said)
@@ -194,7 +194,8 @@ def test_a_file_that_is_no_scene_changes_nothing(url, text, reason):
 @pytest.mark.slow
 @pytest.mark.browser
 def test_a_file_chosen_in_the_page_is_loaded(url, tmp_path):
-    """With signs that JSON and UTF-8 encode; one that is too large is named, with the limit."""
+    """With characters that JSON and UTF-8 encode; a message names one that is too large, with the
+    limit."""
     file = tmp_path / "beam.toml"
     with page(url) as live:
         live.wait(says("B1"))

@@ -11,7 +11,7 @@ from beamviz.server.access import VisitorCount
 
 
 class Still:
-    """A session that counts its pictures."""
+    """A session that counts its frames."""
 
     def __init__(self, *, needs_tick: bool = True, outdated: bool = False):
         self.needs_tick, self.outdated, self.last_tick, self.pictures = needs_tick, outdated, 0.0, 0
@@ -21,7 +21,7 @@ class Still:
 
 
 def frame_loop(*sessions: Still, waiting: int = 0) -> FrameLoop:
-    """A frame loop that does not run by itself."""
+    """A frame loop without a running event loop."""
     made = FrameLoop.__new__(FrameLoop)
     made.sessions = dict(enumerate(sessions))  # type: ignore[arg-type]
     made.queue = SimpleNamespace(waiting=[None] * waiting)  # type: ignore[assignment]
@@ -29,8 +29,8 @@ def frame_loop(*sessions: Still, waiting: int = 0) -> FrameLoop:
     return made
 
 
-def test_a_round_has_one_picture_for_everybody():
-    """Where somebody waits: who has just had an answer has had theirs, and gets the next one."""
+def test_a_round_draws_one_frame_for_each_visitor():
+    """While solves wait, a session that has just had a frame with an answer is skipped once."""
     sessions = [Still(outdated=k < 2) for k in range(5)]
     made = frame_loop(*sessions, waiting=1)
     made.woken = dict.fromkeys([0, 1])
@@ -42,8 +42,8 @@ def test_a_round_has_one_picture_for_everybody():
     assert [one.pictures for one in sessions] == [2, 2, 2, 2, 2]
 
 
-def test_who_rests_gets_none():
-    """Only what moves is drawn, and what is woken only if it is out of date."""
+def test_sessions_at_rest_are_not_drawn():
+    """Only moving sessions are drawn, and woken ones if they are outdated."""
     sessions = [Still(needs_tick=False), Still(needs_tick=False)]
     made = frame_loop(*sessions)
     made.woken = dict.fromkeys([0, 1, 2])  # one has left
@@ -53,8 +53,8 @@ def test_who_rests_gets_none():
     assert not made.woken
 
 
-def test_answers_are_drawn_a_few_at_a_time():
-    """In the order in which they came; then messages come and go."""
+def test_answers_are_drawn_in_batches():
+    """In order of arrival; messages are exchanged in between."""
     sessions = [Still(outdated=True) for _ in range(BATCH + 3)]
     made = frame_loop(*sessions)
     made.woken = dict.fromkeys(reversed(range(len(sessions))))
@@ -68,8 +68,8 @@ def test_answers_are_drawn_a_few_at_a_time():
     ("visitors", "waiting", "rate"),
     [(1, 0, FRAMES), (1, 1, FEWER_FRAMES), (60, 0, ALL_FRAMES / 60), (60, 9, FEWER_FRAMES)],
 )
-def test_pictures_give_way_to_answers(visitors, waiting, rate):
-    """Fewer where somebody waits, and where visitors are many; the same for all."""
+def test_the_frame_rate_falls_with_waiting_solves_and_with_visitors(visitors, waiting, rate):
+    """Equally for all visitors."""
     made = frame_loop(Still(), waiting=waiting)
     for _ in range(visitors):
         made.visitor_count.enter()
@@ -77,7 +77,7 @@ def test_pictures_give_way_to_answers(visitors, waiting, rate):
 
 
 def charts(session: Session, now: float, *, busy: bool = False) -> bool:
-    """Whether the charts follow the scene at a time [s]; they begin with an answer of their own."""
+    """Whether the charts show the answer of the scene at a time [s], not another one."""
     session.visitor = SimpleNamespace(  # type: ignore[assignment]
         answer=1, chart_answer=None, solver=SimpleNamespace(busy=busy)
     )
@@ -85,8 +85,8 @@ def charts(session: Session, now: float, *, busy: bool = False) -> bool:
     return session.visitor.chart_answer is session.visitor.answer
 
 
-def test_charts_of_a_crowd_wait_until_a_slider_rests():
-    """And for an answer that is awaited, which will be a change; those of a few do not wait."""
+def test_with_many_visitors_charts_wait_until_a_slider_is_at_rest():
+    """And for a running solve; with few visitors they do not wait."""
     session = Session.__new__(Session)
     session.features, session.charts_due, crowd = [], 1.0, []
     session.crowded = lambda: bool(crowd)

@@ -20,27 +20,27 @@ from beamviz.explorer.state import Case
 
 @pytest.fixture
 def release() -> Iterator[threading.Event]:
-    """What lets long work go on, at the latest when the test is over."""
+    """An event that ends long work, set at the latest after the test."""
     event = threading.Event()
     yield event
     event.set()
 
 
 def threads(name: str) -> int:
-    """How many threads of that name run."""
+    """The number of running threads with a name."""
     return sum(thread.name == name for thread in threading.enumerate())
 
 
 def run_at_once(work: Callable[[], None]) -> None:
-    """A pool without threads."""
+    """A pool that runs work immediately, without threads."""
     work()
 
 
 # Worker pool
 
 
-def test_work_starts_in_order_and_a_given_number_at_once(release):
-    """Two pieces start; the others wait, and follow in the order of submission."""
+def test_work_starts_in_order_two_at_a_time(release):
+    """The others wait, and start in the order of submission."""
     begun: list[int] = []
     with WorkerPool(2, "test") as pool:
         for k in range(6):
@@ -54,9 +54,8 @@ def test_work_starts_in_order_and_a_given_number_at_once(release):
     assert sorted(begun[4:]) == [4, 5]
 
 
-def test_long_work_delays_nobody(release):
-    """Any number of pieces that do not end: others are done all the same, on substitute threads,
-    which end when the long work does."""
+def test_long_work_does_not_delay_other_work(release):
+    """Other work is done on substitute threads, which end with the long work."""
     done: list[int] = []
     with WorkerPool(2, "test long", long=0.1) as pool:
         idle = threads("test long")
@@ -72,7 +71,7 @@ def test_long_work_delays_nobody(release):
 
 
 def test_short_work_starts_no_thread():
-    """All threads are there from the beginning."""
+    """All threads exist from the beginning."""
     done: list[int] = []
     with WorkerPool(2, "test short") as pool:
         before = {thread.ident for thread in threading.enumerate()}
@@ -82,8 +81,8 @@ def test_short_work_starts_no_thread():
         assert {thread.ident for thread in threading.enumerate()} <= before
 
 
-def test_closing_waits_for_nothing(release):
-    """What waits is dropped, what runs is left to itself, and no thread stays."""
+def test_closing_a_pool_does_not_wait(release):
+    """Waiting work is discarded, running work is completed, and no thread is left."""
     done: list[int] = []
     with WorkerPool(1, "test close") as pool:
         pool.submit(lambda: release.wait(60))
@@ -107,14 +106,14 @@ def pool() -> Iterator[WorkerPool]:
 
 @pytest.fixture
 def crowd(pool) -> Iterator[SolveQueue]:
-    """The queue of a crowd."""
+    """The queue with many visitors."""
     made = SolveQueue(pool, lambda: True)
     yield made
     made.close()
 
 
-def test_solves_of_few_visitors_run_at_once(pool):
-    """On worker threads; nothing waits for a batch."""
+def test_solves_of_few_visitors_run_immediately(pool):
+    """On worker threads, without a batch."""
     queue, done = SolveQueue(pool), threading.Event()
     queue.submit(done.set, lambda: True)
     assert done.wait(20)
@@ -122,8 +121,8 @@ def test_solves_of_few_visitors_run_at_once(pool):
     queue.close()
 
 
-def test_solves_of_a_crowd_run_in_batches(crowd):
-    """In order, and they are done when `run_batch` returns."""
+def test_solves_of_many_visitors_run_in_batches(crowd):
+    """In order, and completed when `run_batch` returns."""
     done: list[int] = []
     for k in range(5):
         crowd.submit(lambda k=k: done.append(k), lambda: True)
@@ -135,8 +134,8 @@ def test_solves_of_a_crowd_run_in_batches(crowd):
     assert done == [0, 1, 2, 3, 4]
 
 
-def test_slow_solves_of_a_crowd_go_to_the_workers(crowd):
-    """When they are submitted, or when another method was chosen while they waited."""
+def test_slow_solves_of_many_visitors_go_to_the_workers(crowd):
+    """At submission, or if the method is changed while they wait."""
     quick, done = [True], threading.Event()
     crowd.submit(done.set, lambda: quick[0])
     quick[0] = False
@@ -147,8 +146,8 @@ def test_slow_solves_of_a_crowd_go_to_the_workers(crowd):
     assert not crowd.waiting
 
 
-def test_a_solve_that_takes_longer_than_it_seemed_delays_nobody(crowd, release):
-    """It goes on in the background, and those after it are done in their order."""
+def test_an_unexpectedly_slow_solve_does_not_delay_the_others(crowd, release):
+    """It continues in the background, and those after it are done in order."""
     begun, done = threading.Event(), []
     for k in (1, 2):
         crowd.submit(lambda k=k: done.append(k), lambda: True)
@@ -165,7 +164,7 @@ def test_a_solve_that_takes_longer_than_it_seemed_delays_nobody(crowd, release):
 
 
 def test_requests_in_between_are_skipped(pool, release):
-    """100 requests while one is computed: the next answer is the one to the last of them."""
+    """Of 100 requests during a computation only the last one is computed."""
     computed: list[int] = []
 
     def slow(request: int) -> int:
@@ -189,8 +188,8 @@ def test_requests_in_between_are_skipped(pool, release):
     assert not job.busy
 
 
-def test_errors_are_answers_and_mistakes_are_logged_once(caplog):
-    """A reason for the visitor, and one line in the log however often it happens."""
+def test_errors_are_answers_and_unexpected_ones_are_logged_once(caplog):
+    """The visitor gets a message each time, the log one line."""
 
     def failing(request: int) -> int:
         if request < 0:
@@ -221,7 +220,7 @@ def test_errors_are_answers_and_mistakes_are_logged_once(caplog):
     ids=["chart", "run-up", "map", "bent beams"],
 )
 def test_a_cancelled_job_frees_its_worker(pool, compute):
-    """After the beam, or the batch of beams, that it is at."""
+    """After the present beam, or batch of beams."""
     ended: list[type] = []
 
     def recorded(slow: Case) -> None:
@@ -240,7 +239,7 @@ def test_a_cancelled_job_frees_its_worker(pool, compute):
 
 
 def test_a_closed_job_computes_nothing():
-    """Neither a new request nor one that waits."""
+    """Neither a new request nor a waiting one."""
     waiting: list[Callable[[], None]] = []
     computed: list[int] = []
     job: Job[int, None] = Job("number", computed.append, waiting.append, lambda: None)
@@ -252,7 +251,7 @@ def test_a_closed_job_computes_nothing():
     assert not waiting
 
 
-def test_a_job_takes_over_the_answer_of_another_visitor():
+def test_a_job_adopts_the_answer_of_another_visitor():
     """The same request is not computed again, another one is."""
     computed: list[int] = []
     lead: Job[int, None] = Job("number", computed.append, run_at_once, lambda: None)

@@ -23,7 +23,7 @@ def guest(url) -> Iterator[Visitor]:
 
 
 def reads(guest: Visitor, words: str) -> None:
-    """Wait until the open lesson has these words."""
+    """Wait until the open lesson contains a text."""
     guest.wait(lambda _: words in guest.texts.get("lesson-text", ""))
 
 
@@ -43,7 +43,7 @@ def challenged(guest: Visitor, name: str) -> None:
 # Cards and steps
 
 
-def test_a_card_for_every_lesson_invites_a_newcomer(guest):
+def test_every_lesson_has_a_card(guest):
     """With a picture; the scene is that of the server."""
     guest.says(f"{len(LESSONS)} short lessons")
     cards = guest.texts["tab-lessons"]
@@ -54,8 +54,8 @@ def test_a_card_for_every_lesson_invites_a_newcomer(guest):
     assert frequency_text(PAPER) in guest.text
 
 
-def test_next_leads_through_every_page_and_back_again(guest):
-    """Question, meaning with its number, challenge; then the next lesson; behind the last none."""
+def test_next_and_back_go_through_the_steps_and_lessons(guest):
+    """Question, meaning with its number, challenge; then the next lesson, after the last none."""
     for one in LESSONS[:2]:
         for words in (one.question, one.proof, one.task):
             guest.do("lesson_turn", 1)
@@ -68,8 +68,8 @@ def test_next_leads_through_every_page_and_back_again(guest):
 
 
 @pytest.mark.parametrize("one", LESSONS, ids=[one.name for one in LESSONS])
-def test_what_is_to_be_done_points_at_controls(one):
-    """Every control named in a lesson is one of the page."""
+def test_controls_named_in_lessons_exist(one):
+    """Each one, and the instructions name at least one control or tab."""
     for text in (one.do, one.see, one.meaning, one.task):
         for name in re.findall(r"\*\*(.+?)\*\*", text):
             assert name in CONTROLS
@@ -77,7 +77,7 @@ def test_what_is_to_be_done_points_at_controls(one):
 
 
 @pytest.mark.slow
-def test_a_lesson_brings_its_scene(guest):
+def test_a_lesson_shows_its_scene(guest):
     """The table is that of its beam and model."""
     for one in LESSONS:
         begin(guest, one.name)
@@ -85,7 +85,7 @@ def test_a_lesson_brings_its_scene(guest):
 
 
 def test_a_lesson_fits_its_beam_into_the_picture(guest, monkeypatch):
-    """The camera is where it is for who begins with that scene, however late the answer comes."""
+    """The camera is the same as for a page that opens with that scene, even if late."""
     scene = lesson("buckling").scene
     with explorer(scene) as address, visitor(address) as other:
         wanted = other.camera
@@ -97,13 +97,13 @@ def test_a_lesson_fits_its_beam_into_the_picture(guest, monkeypatch):
 
 
 def late(solve_: Callable, beam: Beam, **options):
-    """A solution after a while."""
+    """A delayed solution."""
     time.sleep(0.4)
     return solve_(beam, **options)
 
 
-def test_turning_a_page_leaves_the_beam_alone(guest):
-    """Only the next lesson has a scene of its own."""
+def test_a_step_of_a_lesson_keeps_the_beam(guest):
+    """Only the next lesson shows another scene."""
     begin(guest, "stiffening")
     guest.choose("gamma", 7.0)
     moved = frequency_text(Beam(gamma=7), plane="flapwise")
@@ -113,8 +113,8 @@ def test_turning_a_page_leaves_the_beam_alone(guest):
     assert moved in guest.text
 
 
-def test_reset_brings_back_the_start_of_the_lesson(guest):
-    """By the button among its pages, by that among the controls, and by the key."""
+def test_reset_returns_to_the_scene_of_the_lesson(guest):
+    """By the button of the lesson, that of the controls, and the key."""
     begin(guest, "moving-mass")
     start = frequency_text(lesson("moving-mass").scene.beam)
     for again in (
@@ -137,8 +137,8 @@ def test_reset_brings_back_the_start_of_the_lesson(guest):
     ],
     ids=["start", "link", "file"],
 )
-def test_without_a_lesson_reset_brings_back_the_opened_scene(guest, action, value, opened):
-    """What the server was started with, or else a link or a file; also after a lesson."""
+def test_without_a_lesson_reset_returns_to_the_opened_scene(guest, action, value, opened):
+    """That of the server, a link or a file; also after a lesson."""
     guest.do(action, value)
     guest.says(frequency_text(opened))
     begin(guest, "moving-mass")
@@ -149,13 +149,13 @@ def test_without_a_lesson_reset_brings_back_the_opened_scene(guest, action, valu
     guest.says(frequency_text(opened))
 
 
-def test_a_scene_that_is_that_of_a_lesson_begins_it():
+def test_the_scene_of_a_lesson_begins_it():
     """`beamviz serve --lesson nodes` opens the page there."""
     with explorer(lesson("nodes").scene) as address, visitor(address) as guest:
         guest.says(lesson("nodes").question)
 
 
-def test_nonsense_opens_nothing(guest):
+def test_invalid_lessons_and_steps_are_ignored(guest):
     """An unknown name, step or direction."""
     for value in ("Magic", 7, None, ["nodes"]):
         guest.do("lesson", value)
@@ -172,8 +172,8 @@ def test_nonsense_opens_nothing(guest):
     ("name", "label", "value"),
     [("nodes", "beta", 0.785), ("crossing", "gamma", 4.5), ("paradox", "gamma", 3.5)],
 )
-def test_the_answer_is_checked_live(guest, name, label, value):
-    """Not yet, with what is measured; then right, with the computed answer, and a tick."""
+def test_the_challenge_is_checked_continuously(guest, name, label, value):
+    """Not yet, with the present value; then right, with the computed answer, and a tick."""
     challenged(guest, name)
     guest.says("Not yet.")
     guest.wait(lambda _: "Now: " in guest.texts["verdict"])
@@ -185,7 +185,7 @@ def test_the_answer_is_checked_live(guest, name, label, value):
     guest.says(f"Challenges met: 1 of {len(LESSONS)}")
 
 
-def test_what_is_in_the_way_of_the_answer_is_said(guest):
+def test_the_change_to_undo_is_named(guest):
     """Another slenderness cannot meet the challenge."""
     challenged(guest, "crossing")
     guest.choose("mu", 80.0)
@@ -195,8 +195,8 @@ def test_what_is_in_the_way_of_the_answer_is_said(guest):
     guest.says("Right!")
 
 
-def test_beyond_the_last_equilibrium_the_challenge_still_answers(guest):
-    """Where there is no solution nothing is measured, and the answer is still judged."""
+def test_a_challenge_is_checked_without_an_equilibrium(guest):
+    """No quantity is shown, and the number is still judged."""
     challenged(guest, "no-equilibrium")
     guest.says("the root is stretched")
     guest.choose("gamma", 40.0)
@@ -209,8 +209,8 @@ def test_beyond_the_last_equilibrium_the_challenge_still_answers(guest):
 # Keys
 
 
-def test_keys_do_what_the_controls_do(guest):
-    """Modes and Coriolis; lessons by their titles in the palette."""
+def test_keys_and_commands_work(guest):
+    """Modes and Coriolis forces; lessons by their titles in the palette."""
     keys = {*re.findall('data-key="(.)"', guest.text), *map(str.lower, guest.commands)}
     assert set("12345prvhscd") <= keys
     guest.press("C")
@@ -220,8 +220,8 @@ def test_keys_do_what_the_controls_do(guest):
     guest.says(formatted(lesson("veering").question))
 
 
-def test_a_key_pauses_and_another_makes_it_dark(guest):
-    """The boxes of the panel follow."""
+def test_keys_pause_and_change_the_theme(guest):
+    """The controls show it."""
     guest.press("P")
     guest.wait(lambda _: guest.values.get("playing") is False)
     guest.press("D")

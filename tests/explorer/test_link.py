@@ -42,8 +42,8 @@ NODES = lesson("nodes").scene
         ),
     ],
 )
-def test_a_link_is_followed(query, link):
-    """Lessons by name, scenes by their keys; what others read from it is left alone."""
+def test_a_link_is_parsed(query, link):
+    """Lessons by name, scenes by their keys; parameters with other readers are ignored."""
     assert parse_link(query) == link
 
 
@@ -64,8 +64,8 @@ def test_a_link_is_followed(query, link):
         ("method=linear&elements=1000", "elements = 1000: a page solves with at most 200"),
     ],
 )
-def test_a_link_without_sense_is_refused(query, words):
-    """It says what is wrong."""
+def test_an_invalid_link_is_refused(query, words):
+    """The message names the error."""
     with pytest.raises(InvalidInput, match=words):
         parse_link(query)
 
@@ -73,8 +73,8 @@ def test_a_link_without_sense_is_refused(query, words):
 @pytest.mark.slow
 @given(st.text(max_size=60))
 @settings(max_examples=200)
-def test_no_link_does_more_than_be_refused(query):
-    """Whatever is typed into the address: it is followed, or refused in words."""
+def test_any_link_is_parsed_or_refused(query):
+    """No other error, whatever the address contains."""
     with contextlib.suppress(InvalidInput):
         parse_link(query)
 
@@ -83,13 +83,13 @@ def test_no_link_does_more_than_be_refused(query):
 
 
 def shows(guest: Visitor, query: str) -> None:
-    """Wait until the address of the page is this query."""
+    """Wait until the address of the page has this query."""
     guest.wait(lambda _: guest.parts.get("address") == query)
 
 
-def test_the_address_follows_the_scene_and_a_reload_shows_the_same(url):
-    """Numbers, modes, terms, a comparison, a real beam by its sizes; not what is the visitor's own:
-    the colours and whether it plays. The first scene has no query, but for the key."""
+def test_the_address_is_updated_and_a_reload_shows_the_same(url):
+    """Numbers, modes, terms, a comparison, a real beam by its dimensions; not the visitor's theme
+    and pause. The first scene has no query, except the key."""
     with visitor(url) as guest:
         guest.do("link", "?token=abc")
         guest.choose("gamma", 12.5)
@@ -114,7 +114,7 @@ def test_the_address_follows_the_scene_and_a_reload_shows_the_same(url):
 
 
 def test_the_address_names_the_lesson_and_its_step(url):
-    """With what was changed of its scene."""
+    """With the changes to its scene."""
     with visitor(url) as guest:
         guest.do("link", "")
         guest.do("lesson", "nodes")
@@ -126,8 +126,8 @@ def test_the_address_names_the_lesson_and_its_step(url):
         shows(guest, "alpha=1.0&beta=0.75&over=beta")
 
 
-def test_a_wrong_link_says_so(url):
-    """And the page shows its usual scene."""
+def test_an_invalid_link_shows_a_message(url):
+    """And the page shows the scene of the server."""
     with visitor(url) as guest:
         guest.do("link", "?lesson=magic")
         guest.wait(lambda _: "lesson = magic: must be one of stiffening" in str(guest.said))
@@ -136,9 +136,9 @@ def test_a_wrong_link_says_so(url):
 
 @pytest.mark.slow
 @pytest.mark.browser
-def test_the_page_follows_its_link_and_keeps_it_up_to_date(url):
-    """The question of a lesson; a key turns to its meaning; an edit is in the address, and undone
-    by a key; a reload shows the same."""
+def test_the_page_opens_its_link_and_updates_it(url):
+    """The question of a lesson; a key goes to its meaning; the address contains an edit, which a
+    key undoes; a reload shows the same."""
     with page(f"{url}/?lesson=nodes", 1280, 720) as shown:
         shown.wait(says(lesson("nodes").question))
         shown.key("n")

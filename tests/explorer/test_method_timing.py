@@ -1,12 +1,14 @@
 """Time and error of every method for the beam shown."""
 
+import contextlib
 import threading
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
 from charts import case
-from live.visitor import final_text, frequency_text, pause, visitor
+from live.visitor import Visitor, final_text, frequency_text, pause, visitor
 
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium
@@ -124,8 +126,11 @@ def test_methods_are_timed_when_that_is_switched_on(url, monkeypatch):
         assert "unexpected" not in guest.text
 
 
-def slow_solves(monkeypatch: pytest.MonkeyPatch) -> tuple[threading.Event, list[Any]]:
-    """Have the timing wait in its first solve for an event, and note the beams that it solves."""
+@contextlib.contextmanager
+def slow_timing(
+    url: str, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[tuple[Visitor, threading.Event, list[Any]]]:
+    """A visitor whose timing waits in its first solve for an event; and a list of its solves."""
     release, solves = threading.Event(), []
 
     def slow_solve(*args: Any, **options: Any) -> Solution:
@@ -134,18 +139,18 @@ def slow_solves(monkeypatch: pytest.MonkeyPatch) -> tuple[threading.Event, list[
         return solve(*args, **options)
 
     monkeypatch.setattr(method_timing, "solve", slow_solve)
-    return release, solves
-
-
-def test_slow_work_is_said_and_can_be_cancelled(url, monkeypatch):
-    """With its name, also where nothing moves; no method is tried any more then, until the visitor
-    wants it again."""
-    release, solves = slow_solves(monkeypatch)
     with visitor(url) as guest:
         pause(guest)
         guest.do("tab", "tab-methods")
         guest.choose("time_methods", True)
         guest.wait(lambda _: "computing: method timing" in guest.texts.get("work", ""))
+        yield guest, release, solves
+
+
+def test_slow_work_is_said_and_can_be_cancelled(url, monkeypatch):
+    """With its name, also where nothing moves; no method is tried any more then, until the visitor
+    wants it again."""
+    with slow_timing(url, monkeypatch) as (guest, release, solves):
         guest.wait(lambda _: guest.props["timing-chart"]["data-outdated"] == "")
         guest.do("cancel_jobs")
         guest.wait(lambda _: "cancelled: method timing" in guest.texts["work"])
@@ -163,12 +168,7 @@ def test_slow_work_is_said_and_can_be_cancelled(url, monkeypatch):
 def test_methods_are_timed_only_while_their_tab_is_open(url, monkeypatch):
     """Another tab stops the timing, without a word of cancelling; back in the tab it starts anew,
     for the beam that is shown then."""
-    release, solves = slow_solves(monkeypatch)
-    with visitor(url) as guest:
-        pause(guest)
-        guest.do("tab", "tab-methods")
-        guest.choose("time_methods", True)
-        guest.wait(lambda _: "computing: method timing" in guest.texts.get("work", ""))
+    with slow_timing(url, monkeypatch) as (guest, release, solves):
         guest.do("tab", "tab-map")
         guest.wait(lambda _: guest.texts["work"] == "")
         release.set()

@@ -21,8 +21,8 @@ from beamviz.solver import solve
 # Each visitor has a session of their own
 
 
-def test_a_visitor_gets_table_and_picture_at_once(url):
-    """The first answer holds all five modes of the starting beam."""
+def test_a_visitor_gets_the_table_and_the_scene(url):
+    """The first answer has all five modes of the start beam."""
     with visitor(url) as guest:
         for mode in range(5):
             assert frequency_text(PAPER, mode) in guest.text
@@ -30,8 +30,8 @@ def test_a_visitor_gets_table_and_picture_at_once(url):
         assert BEAM in guest.nodes
 
 
-def test_sliders_and_exact_fields_agree(url):
-    """A field beyond the everyday range of its slider is solved, and widens the slider."""
+def test_a_field_extends_the_range_of_its_slider(url):
+    """A value beyond the usual range is solved, and the slider gets the full range."""
     with visitor(url) as guest:
         guest.choose("gamma", 120.0)
         guest.wait(lambda _: guest.props["gamma-slider"]["max"] == 200)
@@ -41,8 +41,8 @@ def test_sliders_and_exact_fields_agree(url):
 
 
 @pytest.mark.parametrize("still", [False, True])
-def test_a_change_of_view_takes_several_pictures_unless_motion_is_reduced(url, still):
-    """Of both beams where two are drawn, from the first picture on, while nothing else moves."""
+def test_a_change_of_view_is_eased_unless_motion_is_reduced(url, still):
+    """For both beams of a comparison, from the first frame on, also while paused."""
     with visitor(url) as guest:
         guest.do("preferences", "still" if still else "")
         guest.choose("comparison", DOUBLE)
@@ -64,8 +64,8 @@ def test_a_change_of_view_takes_several_pictures_unless_motion_is_reduced(url, s
             assert still or (xs[0] < -0.45 and np.diff(xs).max() < 0.2)
 
 
-def test_a_hint_says_what_a_slider_does_to_the_beam(url):
-    """Each of the numbers: in a sentence or more, not in its own name."""
+def test_each_slider_has_an_explanation(url):
+    """Of a sentence or more, without symbols."""
     with visitor(url) as guest:
         hints = re.findall("<span popover [^>]*>(.*?)</span>", guest.texts["beam"])
         assert len(hints) == len(NUMBERS)
@@ -75,7 +75,7 @@ def test_a_hint_says_what_a_slider_does_to_the_beam(url):
 
 
 def test_every_part_of_the_model_can_be_chosen(url):
-    """Plane, strain law and curvature change the answer to what solve gives."""
+    """The answers for plane, strain law and curvature are those of solve."""
     with visitor(url) as guest:
         guest.choose("plane", "flapwise")
         guest.says(frequency_text(PAPER, plane="flapwise"))
@@ -86,7 +86,7 @@ def test_every_part_of_the_model_can_be_chosen(url):
 
 
 def test_hertz_are_shown_for_a_beam_in_si_units():
-    """The table is in Hz, and the speed is told in revolutions per minute."""
+    """The table is in Hz, and the speed in revolutions per minute."""
     units = Units(length=1.0, time=0.01)
     beam = Beam(alpha=1, beta=0.5, gamma=10, units=units)
     with explorer(Scene(beam)) as address, visitor(address) as guest:
@@ -112,8 +112,8 @@ def test_moving_a_slider_starts_no_thread(url, monkeypatch):
     assert started == []
 
 
-def test_the_stations_of_a_slider_move_are_at_most_eight():
-    """They are listed where they meet, by names that exist."""
+def test_the_documented_stations_of_a_slider_move_exist():
+    """At most eight, by names that exist."""
     stations = re.findall(r"^\d+\. `(\w+)\.?(\w*)`", session.__doc__ or "", re.MULTILINE)
     assert 5 <= len(stations) <= 8
     modules = (session, jobs, frames, visitor_module, page)
@@ -127,7 +127,7 @@ def test_the_stations_of_a_slider_move_are_at_most_eight():
 
 
 def test_a_scene_without_equilibrium_shows_the_unloaded_beam_and_no_numbers(frame_loops):
-    """Not those of the beam that was there before the link: it was another one."""
+    """Not those of the scene before, which is another beam."""
     scene = Scene(Beam(gamma=39, delta=1), {"strain": "hencky"})
     with explorer(Scene()) as address, visitor(address) as guest:
         guest.says(frequency_text(Beam()))

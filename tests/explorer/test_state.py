@@ -13,9 +13,8 @@ from beamviz.scene import Camera, Scene
 START = State.of(Scene(PAPER))
 
 
-def test_a_state_is_a_scene():
-    """All keys of a scene are kept, as many modes are solved as it shows, and no other key is
-    needed to show it again."""
+def test_a_state_keeps_its_scene():
+    """All keys of a scene are kept, and the number of modes solved is that of the scene."""
     units = Units(length=1.0, time=0.01)
     scene = Scene(PAPER.replace(units=units), camera=Camera((1, 2, 3))).changed(
         plane="flapwise", mode=7, dark=True, over="alpha", per_rev=(2, 3)
@@ -38,6 +37,7 @@ def test_a_state_is_a_scene():
         ("pace", 9.0, 4.0),
         ("pace", math.nan, 1.0),
         ("amplitude", "large", 0.15),
+        ("amplitude", 1e9, 0.4),
         ("colouring", "rainbow", "displacement"),
         ("over", "delta", "delta"),
         ("over", ["delta"], "gamma"),
@@ -46,7 +46,7 @@ def test_a_state_is_a_scene():
         ("per_rev", [7], ()),
     ],
 )
-def test_an_edit_changes_one_value_and_a_wrong_one_changes_nothing(name, value, expected):
+def test_an_edit_changes_one_value_and_an_invalid_one_none(name, value, expected):
     """A browser may send anything."""
     state = START.changed(name, value)
     assert state.values[name] == expected
@@ -54,8 +54,14 @@ def test_an_edit_changes_one_value_and_a_wrong_one_changes_nothing(name, value, 
     assert state.values[other] == START.values[other]
 
 
+def test_shares_of_modes_are_clamped():
+    """To 0 .. 1, for modes that had none; one mode may be shown alone."""
+    assert START.share(-5, 3).view.shares == (0.0, 1.0, 0.0, 0.0)
+    assert START.only(2).view.shares == (0.0, 0.0, 1.0)
+
+
 def test_a_spin_up_bends_a_straight_beam():
-    """There is no straight state with one; a state that was chosen stays."""
+    """It has no straight state; a state that was chosen is kept."""
     state = START.changed("spin_up", 3.0)
     assert state.values["state"] == "stable"
     assert state.to_scene().beam == PAPER.replace(spin_up=3.0)
@@ -63,16 +69,16 @@ def test_a_spin_up_bends_a_straight_beam():
     assert START.changed("spin_up", 0.0) == START
 
 
-def test_numbers_that_are_no_beam_are_kept_and_named():
-    """The page shows them; as a scene they are refused."""
+def test_numbers_out_of_range_are_kept_and_refused_as_a_scene():
+    """The page shows them; the error names them."""
     state = START.changed("gamma", 1e300)
     assert state.values["gamma"] == 1e300
     with pytest.raises(InvalidInput, match="gamma"):
         state.to_scene()
 
 
-def test_a_given_viewpoint_ends_where_the_beam_would_leave_the_picture():
-    """Other numbers keep it."""
+def test_a_fixed_viewpoint_is_dropped_if_the_beam_leaves_the_picture():
+    """Other edits keep it."""
     state = START.loaded(Scene(PAPER, camera=Camera((1, 2, 3))))
     assert state.changed("gamma", 3.0).camera
     for name, value in (("plane", "flapwise"), ("rotating_frame", False), ("all_modes", True)):
@@ -80,7 +86,7 @@ def test_a_given_viewpoint_ends_where_the_beam_would_leave_the_picture():
 
 
 def test_a_kept_case_belongs_to_its_scene():
-    """Another scene forgets it; another comparison is not replaced by keeping a case."""
+    """Another scene drops it; keeping a case does not replace another comparison."""
     kept = START.keep_for_comparison()
     assert (kept.kept, kept.comparison) == (START.case, EARLIER)
     assert (kept.loaded(Scene()).kept, kept.loaded(Scene()).comparison) == (None, "nothing")
@@ -88,7 +94,7 @@ def test_a_kept_case_belongs_to_its_scene():
 
 
 def test_a_case_of_a_scene_has_all_options():
-    """So that two cases are equal where their solutions are."""
+    """So that cases with equal solutions are equal."""
     case = Case.of(Scene(Beam(gamma=3)))
     assert case == Case.of(Scene(Beam(gamma=3), {"strain": "green"}))
     assert case.changed("unknown", 1.0) is case
@@ -104,9 +110,9 @@ def edited(history: History, states: list[tuple[float, State]]) -> State:
     return state
 
 
-def test_undo_returns_by_steps_and_redo_forward():
-    """A drag of one slider is one step, also where it keeps the beam for comparison; a drag of
-    another value or after a rest is the next; a new edit ends what could be done again."""
+def test_undo_and_redo_go_by_steps():
+    """A drag of one slider is one step, also if it keeps the beam for comparison; a drag of another
+    value, or after a pause, is another; an edit discards what could be redone."""
     history, mass = History(), START.keep_for_comparison()
     drag = [(0.1 * k, mass.changed("beta", 0.5 + 0.01 * k)) for k in range(5)]
     faster = drag[-1][1].changed("gamma", 3.0)
@@ -132,8 +138,8 @@ def test_undo_returns_by_steps_and_redo_forward():
     assert history.redo(other) is other
 
 
-def test_undo_leaves_the_page_dark_and_still():
-    """What is not of the beam makes no step, and stays."""
+def test_undo_keeps_theme_and_pause():
+    """They are no steps."""
     history, still = History(), START.changed("dark", True).changed("playing", False)
     history.note(START, still, 0.0)
     assert history.undo(still) is still

@@ -19,7 +19,7 @@ FIRST, START = Scene(BEAM), State.of(Scene(BEAM))
     ["softening", "coriolis", "stiffening"],
 )
 def test_a_term_is_switched_and_back(url, option):
-    """The frequencies are those of `solve` with that switch; how it was before stays beside."""
+    """The frequencies are those of `solve` with that option; the case before is compared with."""
     with visitor(url) as guest:
         usual = START.values[option]
         guest.choose(option, not usual)
@@ -33,8 +33,8 @@ def test_a_term_is_switched_and_back(url, option):
         guest.says(frequency_text(BEAM))
 
 
-def test_the_mass_is_taken_off_and_put_back(url):
-    """Without it, alpha is 0; back on, it is what it was; a beam that had none gets one."""
+def test_the_mass_is_removed_and_restored(url):
+    """Without it alpha is 0; restored, it has its last value, or 1 if it had none."""
     with visitor(url) as guest:
         guest.choose("alpha", 2.5)
         guest.says(frequency_text(BEAM.replace(alpha=2.5)))
@@ -47,7 +47,7 @@ def test_the_mass_is_taken_off_and_put_back(url):
         guest.says(frequency_text(Beam(alpha=1, gamma=3)))
 
 
-def test_the_switch_of_the_mass_follows_its_slider(url):
+def test_the_switch_of_the_mass_shows_its_slider(url):
     """alpha = 0 switches it off, any other value on."""
     with visitor(url) as guest:
         guest.choose("alpha", 0.0)
@@ -56,8 +56,8 @@ def test_the_switch_of_the_mass_follows_its_slider(url):
         guest.wait(lambda _: guest.values.get("mass") is True)
 
 
-def test_a_method_without_switches_says_which_have_them(url):
-    """The paper's elements treat all terms: the message names methods that can leave some out."""
+def test_a_method_without_switches_names_those_with_them(url):
+    """The paper's elements include all terms."""
     with visitor(url) as guest:
         guest.choose("softening", False)
         guest.choose("method", "ancf")

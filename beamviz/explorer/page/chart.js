@@ -87,7 +87,7 @@ const BeamvizChart = (() => {
         this.view = [start, Math.min(start + 2.2 * distance, end)];
     }
 
-    /* Keep the line of the beam in view, but for a drag. */
+    /* Keep the line of the beam in view, except during a drag. */
     follow() {
       if (!this.view || this.drag) return;
       const [low, high] = this.view, [start, end] = this.data.x.range, width = high - low;
@@ -169,7 +169,7 @@ const BeamvizChart = (() => {
       })) this.line.setAttribute(key, one);
     }
 
-    // Pointer and keys: a press on a mark goes there, any other one takes the line along
+    // Pointer and keys: a click on a mark goes there, elsewhere it moves the line of the beam
 
     press(event) {
       if (event.button !== 0 || !this.px) return;
@@ -216,7 +216,7 @@ const BeamvizChart = (() => {
       this.line.focus({ preventScroll: true });
     }
 
-    /* Show a value at once, and send it. */
+    /* Show a value immediately, and send it. */
     choose(value) {
       const { cursor, x } = this.data;
       const round = Math.round(value / this.step) * this.step;
@@ -245,7 +245,7 @@ const BeamvizChart = (() => {
       this.choose(clamp(this.value + move, ...this.data.x.range));
     }
 
-    /* Ctrl+wheel, or a pinch, zooms; sideways it moves the part that is shown. */
+    /* Ctrl+wheel, or a pinch, zooms; a horizontal wheel moves the part that is shown. */
     wheel(event) {
       if (this.zoom.hidden || !this.px) return;
       const [low, high] = this.range;
@@ -273,7 +273,7 @@ const BeamvizChart = (() => {
       else this.tell(null);
     }
 
-    /* The values of all lines at the pointer; the nearest one in bold, with the gap to the next. */
+    /* Show the values of all lines at the pointer, the nearest in bold, with the gap to the next. */
     read(pixel, height) {
       const { x: axis, y: across } = this.data, x = this.px.invert(pixel);
       const rows = this.lines.filter((line) => line.label && !line.second && !line.dots).map((line) => {
@@ -297,7 +297,7 @@ const BeamvizChart = (() => {
       this.hair.style.translate = `${px(pixel)}px 0`;
     }
 
-    /* The text of a mark, beside it; nothing for null. */
+    /* Show the text of a mark beside it; null hides it. */
     tell(place) {
       this.readout.hidden = this.hair.hidden = true;
       if (!place) return;

@@ -117,7 +117,7 @@ const BeamvizMap = (() => {
       this.take([x, y]);
     }
 
-    /* Show a place at once, and send it. */
+    /* Show a point immediately, and send it. */
     take(place) {
       const axes = [this.data.x, this.data.y];
       place = place.map((value, k) => {
@@ -166,7 +166,7 @@ const BeamvizMap = (() => {
       this.take(this.place.map((value, k) => value + 5 * far * move[k] * this.steps[k]));
     }
 
-    /* The value at the pointer. */
+    /* Show the value at the pointer. */
     read(pixels) {
       this.readout.hidden = !this.px || !this.inside(pixels);
       if (this.readout.hidden) return;

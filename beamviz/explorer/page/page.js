@@ -1,9 +1,9 @@
-/* The page around viser's scene: shows what the server sends (beamviz.apply), and sends what the
-   visitor does with elements that have data-set, data-do or data-key. See page.py. */
+/* The page around viser's scene: applies the updates of the server (beamviz.apply), and sends the
+   actions of elements with data-set, data-do or data-key. See page.py. */
 "use strict";
 const beamviz = (() => {
   const PERIOD = 33; // [ms] between two messages of the same action
-  const REST = 300; // [ms] after which a control that was moved shows the server's value again
+  const REST = 300; // [ms] after an edit in which a control keeps the visitor's value
   const ALL = "[data-set]", ACT = "button[data-set], [data-do]", TAB = "[role=tab]";
   const values = {}, props = {}, drawn = {}, waiting = {}, used = {};
   let bridge = null, count = 0, held = null;
@@ -23,7 +23,7 @@ const beamviz = (() => {
     window.__viserMutable?.sendMessage(message);
   }
 
-  /* At once, and then every PERIOD the latest value. */
+  /* Sends immediately, and after that the latest value every PERIOD. */
   function sendOften(action, value) {
     const timer = waiting[action];
     if (timer) return void (timer.value = { value });
@@ -80,7 +80,7 @@ const beamviz = (() => {
     return one ? [...found, one] : found;
   }
 
-  /* A control that is in use shows the visitor's value; the server's comes when it rests. */
+  /* A control in use keeps the visitor's value; it gets the server's when it is at rest. */
   function showValue(e, value) {
     if (e === held) return;
     const left = (used[e.dataset.set] ?? 0) + REST - performance.now();
@@ -106,7 +106,7 @@ const beamviz = (() => {
     }
   }
 
-  /* The part of a slider's track left of its thumb, and its value in words. */
+  /* Colours the track of a slider up to its thumb, and sets its text for screen readers. */
   function paint(e) {
     e.style.setProperty("--part", `${(100 * (e.value - e.min)) / (e.max - e.min || 1)}%`);
     e.setAttribute("aria-valuetext", `${e.value} ${e.dataset.unit ?? ""}`.trim());
@@ -118,7 +118,7 @@ const beamviz = (() => {
     if (host) (host.figure ??= new Kind(host)).set(drawn[id]);
   }
 
-  // Content is compared with what is there, so that focus, scrolling and drags survive.
+  // New content is merged into the present elements, which keep focus, scroll position and drags.
 
   function fill(e, html) {
     if (!e) return;
@@ -194,7 +194,7 @@ const beamviz = (() => {
     if (panel.getBoundingClientRect().top > innerHeight - 160) byId("dock").scrollIntoView(); // below the fold
   }
 
-  /* Opens what a control is in, and has it pulse. */
+  /* Opens the sections that contain a control, and highlights it. */
   function point(key) {
     const e = [...controls(key, true), ...all(`[data-do="${CSS.escape(key)}"]`)][0];
     if (!e) return;
@@ -240,7 +240,7 @@ const beamviz = (() => {
     } else if (event.type === "change" && e.type !== "range") send(key, e.value);
   }
 
-  /* A scene file, as its name and its text; the server reads no more of it than this. */
+  /* Sends a scene file as its name and its text, up to just above the limit of the server. */
   async function load(e) {
     const [file] = e.files;
     if (file) send("load", `${file.name}\n${await file.slice(0, 64001).text()}`);
@@ -265,7 +265,7 @@ const beamviz = (() => {
 
   const letters = () => localStorage.getItem("beamviz-letters") !== "off";
 
-  /* viser flies with letters and arrows: none of them reaches it, but for arrows on the scene. */
+  /* viser moves its camera by letters and arrows: it gets only arrows, with focus on the scene. */
   function onKey(event) {
     const e = event.target, key = event.key.toLowerCase();
     const inViser = e.closest?.("#root [role=dialog], .mantine-Modal-root, .mantine-Spotlight-root");
@@ -283,8 +283,7 @@ const beamviz = (() => {
     if (target) target.click();
   }
 
-  /* viser connects again by itself; meanwhile nothing the visitor does arrives. Its canvas gets a
-     name and a tab stop. */
+  /* Shows a message while viser is reconnecting; gives its canvas a name and a tab stop. */
   function watchViser() {
     const canvas = document.querySelector("#root canvas[data-engine]");
     if (canvas && !canvas.ariaLabel) {
