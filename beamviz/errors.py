@@ -1,6 +1,8 @@
 """Exceptions: invalid input, no equilibrium, no convergence, something outside unavailable."""
 
 from collections.abc import Collection
+from importlib import import_module
+from typing import Any
 
 
 class BeamvizError(Exception):
@@ -55,3 +57,13 @@ def unknown_keyword(kind: str, name: str, known: Collection[str]) -> InvalidInpu
     near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
     hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known)}"
     return InvalidInput(f"unknown {kind} {name!r}: {hint}")
+
+
+def optional(package: str, extra: str) -> Any:
+    """A package of an optional extra; Unavailable names the extra where it is not installed."""
+    try:
+        return import_module(package)
+    except ImportError as error:
+        raise Unavailable(
+            f"this needs {package}: pip install 'beamviz[{extra}]' ({error})"
+        ) from None

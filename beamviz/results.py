@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from beamviz.errors import optional
 from beamviz.frequency_loci import Loci
-from beamviz.optional import optional
 from beamviz.output import significant_column
 from beamviz.plotting import COLOURS
 from beamviz.solver import Solution

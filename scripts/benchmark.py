@@ -6,7 +6,7 @@
 2. The paper's elements: equilibrium and assembly per element, which should not grow with their
    number.
 3. A sweep of 201 points with 6 modes against 201 separate solves.
-4. A bent solve, from nothing and from a neighbour's state, against a straight one that has at
+4. A bent solve, without a start and from a neighbour's state, against a straight one that has at
    least as many unknowns.
 
 Times are the least of many repeats, in one thread.

@@ -8,7 +8,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 LAYERS = (  # a module belongs to the layer that names it or the nearest of its parents
-    ("errors", "signals", "files", "optional"),
+    ("errors", "signals", "files"),
     ("beam",),
     ("solver",),
     ("scene", "presets"),

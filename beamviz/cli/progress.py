@@ -26,7 +26,7 @@ class ProgressLine:
             print(f"beamviz: {INTERRUPTED}", file=sys.stderr)
 
     def show(self, progress: Progress) -> None:
-        """Show how far it is."""
+        """Show the progress."""
         self.text = progress_text(progress)
         now = time.monotonic()
         if self.terminal:

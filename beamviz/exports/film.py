@@ -29,8 +29,8 @@ COARSE = 3  # bits of a colour channel that do not count as another colour
 def rendered(
     renderer: Renderer, moments: Iterable[Moment], workers: int | None = None
 ) -> Iterator[Image.Image]:
-    """The frames of a film, in RGB; as many as there are workers (threads, by default one for each
-    processor) are in work."""
+    """The frames of a film, in RGB, rendered by some workers (threads, by default one for each
+    processor) ahead of their use."""
     workers = workers or os.cpu_count() or 1
     with ThreadPoolExecutor(workers) as pool:
         ahead: deque = deque()

@@ -66,7 +66,7 @@ def files(found: list[Map], states: StateMap) -> Files:
 
 
 def axes_data(found: Map | StateMap) -> dict[str, Any]:
-    """What the axes of a map are: the beam, the speeds and the values of the other number."""
+    """The axes of a map: the beam, the speeds and the values of the other number."""
     return {
         "over": found.plane.over,
         "beam": found.plane.beam.numbers,
@@ -96,8 +96,8 @@ def states_as_data(found: StateMap) -> dict[str, Any]:
     """The map of stable states."""
     return axes_data(found) | {
         "methods": {
-            method.name: {"options": method.options, "says": states.says}
-            if states.says
+            method.name: {"options": method.options, "says": states.refusal}
+            if states.refusal
             else {
                 "options": method.options | {"state": "stable"},
                 "states": states.kinds,
@@ -150,13 +150,13 @@ def page(found: list[Map], states: StateMap) -> str:
 
 
 def state_shares(found: StateMap) -> str:
-    """A table of the share [%] of each kind of state; methods without bent states say so."""
+    """A table of the share [%] of each kind of state, and refusals of methods without bent states."""
     rows = []
     for name, states in found.methods.items():
         percent = [
             100 * np.mean(states.kinds == kind) if states.kinds.size else 0 for kind in STATES
         ]
-        rows.append([name, *(f"{p:.0f}" if p else "" for p in percent), states.says])
+        rows.append([name, *(f"{p:.0f}" if p else "" for p in percent), states.refusal])
     return markdown_table(["method", *STATES, "says"], rows)
 
 

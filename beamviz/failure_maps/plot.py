@@ -122,7 +122,7 @@ def write_heading(figure: Figure, title: str, subtitle: str) -> None:
 
 def state_pictures(found: StateMap) -> dict[str, bytes]:
     """The map of stable states as PNG and SVG, by ending: a panel for each method that bends."""
-    able = [method for method in METHODS if not found.methods[method.name].says]
+    able = [method for method in METHODS if not found.methods[method.name].refusal]
     with rc_context(STYLE | {"hatch.linewidth": 0.5}):
         across = PARAMETERS[found.plane.over].axis_label
         figure = new_figure(WIDTH, 6.0)

@@ -48,12 +48,12 @@ INWARD = Plane("delta", Beam(delta=-1), -2.0, 0.0, False, "no mass, μ = 70")
 
 
 class States(NamedTuple):
-    """The stable states by one method; `says` is its refusal where it has no bent ones."""
+    """The stable states by one method; `refusal` is its message where it has no bent ones."""
 
     kinds: np.ndarray  # (rows, columns)
     buckling: np.ndarray  # (rows,) gamma at which the straight state ceases to be stable
     limit: np.ndarray  # (rows,) gamma beyond which there is no stable state; nan: not reached
-    says: str = ""
+    refusal: str = ""
 
 
 class StateMap(NamedTuple):
@@ -72,7 +72,7 @@ def compute_states(
     columns, rows = size
     gammas = middles(SLOWEST, FASTEST, columns, True)
     values = middles(plane.start, plane.stop, rows, plane.logarithmic)
-    refusals = {method.name: refusal(plane.beam, method) for method in METHODS}
+    refusals = {method.name: refusal_of(plane.beam, method) for method in METHODS}
     able = [method for method in METHODS if not refusals[method.name]]
     done = []
     for k, row in enumerate(pool.map(partial(states_of_row, plane, able, gammas), values)):
@@ -86,8 +86,8 @@ def compute_states(
     return StateMap(plane, gammas, values, found)
 
 
-def refusal(beam: Beam, method: Method) -> str:
-    """What a method says that is asked for a bent state: empty where it has some."""
+def refusal_of(beam: Beam, method: Method) -> str:
+    """The message of a method without bent states; empty where it has some."""
     try:
         solve(beam, modes=1, state="stable", **method.options)
     except InvalidInput as error:

@@ -142,7 +142,7 @@ class Chart:
             axes.plot(self.x(x[piece]), self.y(y[piece]), color=colour, **{**LINE, **style})
 
     def draw_limit(self, limit: Limit) -> None:
-        """A part without an equilibrium or a stable one, labelled."""
+        """Shade and label a range without an equilibrium, or without a stable one."""
         axes, (first, last) = self.axes, self.loci.values[[0, -1]]
         ends = self.x(limit.start), self.x(limit.stop)
         axes.axvspan(*ends, color=SHADOW, lw=0, zorder=0)

@@ -161,7 +161,7 @@ def axis_label(units: Units | None, name: str) -> str:
 
 
 def title(what: str, over: Sequence[str], held: Mapping[str, Any]) -> str:
-    """What the map shows, the numbers held fixed, and the model."""
+    """The quantity shown, the numbers held fixed, and the model."""
     numbers = ", ".join(
         f"{number.symbol} = {held[name]:.5g}"
         for name, number in NUMBERS.items()

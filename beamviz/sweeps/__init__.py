@@ -28,8 +28,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from beamviz.beam import Beam, check_int
-from beamviz.errors import Unavailable
-from beamviz.optional import optional
+from beamviz.errors import Unavailable, optional
 from beamviz.sweeps.chunks import solve_and_write
 from beamviz.sweeps.plan import Plan, Task, find_place, make_plan
 from beamviz.sweeps.store import ARRAYS, open_group, open_store, stored_plan
@@ -46,7 +45,8 @@ CONNECT = 30.0  # [s] to find a scheduler and a first worker
 
 @dataclass
 class Progress:
-    """How far a sweep is: numbers of beams, of those of earlier runs, and seconds of this run."""
+    """The progress of a sweep: numbers of beams, of those of earlier runs, and the seconds of this
+    run."""
 
     total: int
     done: int

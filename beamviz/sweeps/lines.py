@@ -34,7 +34,7 @@ Piece = tuple[int, int]  # its first and its last beam
 
 
 class Stencil(NamedTuple):
-    """The beams solved in a piece, and what interpolates the others."""
+    """The beams solved in a piece, and the weights that interpolate the others."""
 
     nodes: np.ndarray  # (n,) beams that the polynomial passes through
     checks: np.ndarray  # (c,) further beams; none in a piece whose beams are all nodes
@@ -152,13 +152,13 @@ class Line:
         return [self.beam_at(k) for k in range(len(self.grid.values))]
 
     def solve_many(self, beams: Sequence[Beam]) -> list[Solution | BeamvizError]:
-        """Their modes, twice as many as asked for, a little better than asked for."""
+        """Their modes, twice as many as requested, to a smaller tolerance."""
         options = {name: getattr(self.problem, name) for name in DEFAULTS}
         options["tolerance"] = max(NODE_SHARE * self.problem.tolerance, TOLERANCES[0])
         return solve_many(beams, extra_modes=self.problem.modes, **options)
 
     def find_limit(self) -> None:
-        """Where the highest speed has no equilibrium, so have all beyond the limit."""
+        """If the highest speed has no equilibrium, no beam beyond the limit has one."""
         bounded = self.problem.strain != "green" or self.beam.delta < 0
         if self.over == "gamma" and bounded:
             (answer,) = self.solve_many([self.beam_at(len(self.grid.values) - 1)])

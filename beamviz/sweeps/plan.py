@@ -83,7 +83,7 @@ class Plan:
         return list(itertools.product(*map(range, counts)))
 
     def region(self, task: Task) -> tuple[slice, ...]:
-        """The part of the arrays that a chunk is."""
+        """The region of a chunk in the arrays."""
         ends = zip(task, self.chunk, self.shape, strict=True)
         return tuple(slice(k * c, min((k + 1) * c, n)) for k, c, n in ends)
 
@@ -98,7 +98,7 @@ class Plan:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """What besides the axes makes this sweep, by name, in the types of JSON."""
+        """The arguments of this sweep besides its axes, by name, in the types of JSON."""
         fixed = {name: getattr(self.beam, name) for name in NUMBERS if name not in self.axes}
         return {**fixed, **self.options}
 

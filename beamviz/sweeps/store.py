@@ -20,9 +20,8 @@ import numpy as np
 
 from beamviz import __version__
 from beamviz.beam import NUMBERS, Beam, Units, exact_text
-from beamviz.errors import InvalidInput, Unavailable
+from beamviz.errors import InvalidInput, Unavailable, optional
 from beamviz.files import check_suffix, temporary
-from beamviz.optional import optional
 from beamviz.signals import defer_signals
 from beamviz.solver import DEFAULTS, solve_many
 from beamviz.sweeps.plan import Plan, Task, make_plan
@@ -201,7 +200,7 @@ def count_statuses(path: Path) -> dict[str, int]:
 
 
 def axis_text(values: np.ndarray) -> str:
-    """The values of an axis in few words."""
+    """A short text of the values of an axis."""
     texts = [exact_text(value) for value in values.tolist()]
     if len(texts) <= 6:
         return ", ".join(texts)

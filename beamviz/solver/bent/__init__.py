@@ -177,7 +177,7 @@ def bent_states(solutions: Iterable[Solution]) -> list[State]:
 
 
 def _first_state(beam: Beam, problem: Problem) -> State:
-    """A state found from nothing, on the first mesh."""
+    """A state without a neighbour to start from, on the first mesh."""
     still = without_spin_up(beam)
     if beam.delta >= 0:  # the straight state of an outward beam is the only one
         straight = solve_hp([still], replace(problem, state="straight"), time.perf_counter())[0]

@@ -27,7 +27,7 @@ SAME_ENERGY = 1e-9  # relative difference of two descents to the same state
 STRAIGHT = 1e-6  # largest angle [rad] of a state that counts as straight
 ROUNDED = 1e-5  # size of a Newton step below which one that no longer shrinks is rounding
 ENERGY_ROUNDING = 1e-12  # of its terms
-COLLAPSED, TORN = 1e-3, 1e3  # stretch where a descent ends
+STRETCHES = 1e-3, 1e3  # at which a descent ends
 BEYOND = 4.0  # times past the ends of a strain law's force, where a descent ends as well
 
 
@@ -120,8 +120,8 @@ def descend(beam: BentBeam, q: np.ndarray) -> State | None:
     Newton's method where the stiffness is positive definite and the step small; elsewhere a bounded
     step of descent, which leaves saddle points.
     """
-    low = max(COLLAPSED, beam.law.min_stretch / BEYOND)
-    high = min(TORN, beam.law.max_stretch * BEYOND)
+    low = max(STRETCHES[0], beam.law.min_stretch / BEYOND)
+    high = min(STRETCHES[1], beam.law.max_stretch * BEYOND)
     tangent, last, shift = beam.tangent(q), math.inf, 1.0
     for iteration in range(1, DESCENT_STEPS + 1):
         step, size = _newton_step(beam, q, tangent)

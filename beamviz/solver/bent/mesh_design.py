@@ -24,7 +24,7 @@ class FoldedBeam(NamedTuple):
 
     x: np.ndarray  # (CELLS,)
     stretch: np.ndarray  # (CELLS,)
-    bears: bool  # whether its strain law carries the load
+    carries_load: bool  # whether its strain law has the force for it
     width: np.ndarray  # (CELLS,) of a bending layer: sqrt of bending stiffness over tension
 
 

@@ -88,7 +88,7 @@ def _slower(bent: BentBeam) -> State:
         k = (low + high) // 2
         beam = bent.beam.replace(gamma=bent.beam.gamma * SLOWER**k)
         found = None
-        if folded_beam(beam, bent.problem).bears:
+        if folded_beam(beam, bent.problem).carries_load:
             slower = BentBeam(first_mesh(beam, bent.problem), beam, bent.problem)
             found = next(filter(None, (descend(slower, guess) for guess in guesses(slower))), None)
         if found:
@@ -239,7 +239,7 @@ def _around_limit_points(at: Callable[[float], BentBeam], q: NDArray, p: float) 
     n, w = len(q), np.sqrt(beam.w)
     unit = np.concatenate((w, w / max(1.0, np.linalg.norm(w * beam.split(q)[1])), [1.0]))
     direction, arc, z = np.append(np.zeros(n), 1.0), FIRST_ARC, np.append(q, p)
-    steps, end, most = 0, "", _most_turned(beam, q) + 2 * math.pi
+    steps, end, most = 0, "", _largest_rotation(beam, q) + 2 * math.pi
     while not end and steps < MAX_ARCS and arc > SMALLEST_STEP * FIRST_ARC:
         ahead = np.linalg.solve(_bordered(at, z, direction * unit**2)[0], np.append(np.zeros(n), 1))
         ahead /= np.linalg.norm(ahead * unit)
@@ -249,7 +249,7 @@ def _around_limit_points(at: Callable[[float], BentBeam], q: NDArray, p: float) 
             continue
         if collapses(at(float(found[-1])), found[:-1]):
             end = f"collapses ({beam.problem.strain} strain)"
-        elif _most_turned(beam, found[:-1]) > most:
+        elif _largest_rotation(beam, found[:-1]) > most:
             end = "winds around its clamp"
         elif found[-1] >= 1 and (last := newton(at(1.0), found[:-1])):
             return last
@@ -268,7 +268,7 @@ def _around_limit_points(at: Callable[[float], BentBeam], q: NDArray, p: float) 
     )
 
 
-def _most_turned(beam: BentBeam, q: NDArray) -> float:
+def _largest_rotation(beam: BentBeam, q: NDArray) -> float:
     """The largest angle [rad] of the beam from where it is clamped."""
     return float(abs(beam.J @ beam.split(q)[1]).max())
 

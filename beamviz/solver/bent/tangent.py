@@ -94,7 +94,7 @@ class BentBeam:
     def local_stiffness(self, q: np.ndarray) -> np.ndarray:
         """Stiffness (n + 1,) in f of deformations much shorter than the beam, the angle following:
         the second derivative of the energy density less what kappa takes of it; at the points and,
-        by the force and the moment that it bears, at the clamp."""
+        by the force and the moment there, at the clamp."""
         f, kappa = self.split(q)
         p, mu2, law = self.power, self.beam.mu**2, self.law
         load_x, _ = self.distributed_loads(q)

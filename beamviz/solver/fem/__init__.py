@@ -88,7 +88,8 @@ def element_count(problem: Problem) -> int:
 
 
 def _ancf(beam: Beam, problem: Problem, nodes: NDArray) -> Assembled:
-    """Half the coordinates at a time, about the equilibrium of the full residual."""
+    """The coordinates along and across the beam separately, about the equilibrium of the full
+    residual."""
     model = PlanarBeam.on(nodes, beam, problem)
     root = straight_equilibrium(model)
     q = root.state[::2]
@@ -127,7 +128,7 @@ def _dense(parts: NDArray) -> NDArray:
 
 
 def _uncoupled(assembled: Assembled, nodes: NDArray, beam: Beam, modes: int) -> Modes:
-    """The families apart."""
+    """Stretching and bending, uncoupled."""
     m = assembled.m
     stretching, U = eigen.symmetric_modes(assembled.Ka, m[1:, 1:], modes)
     bending, W = eigen.symmetric_modes(assembled.Kb, m[2:, 2:], modes)
@@ -250,7 +251,7 @@ def _overshoot(model: PlanarBeam, load: float, q: NDArray) -> NotConverged:
     )
 
 
-# Half the coordinates at a time: values and slopes of node after node, along the beam or across it.
+# Coordinates along the beam or across it: values and slopes of node after node.
 
 
 def gradient(model: PlanarBeam, q: NDArray) -> NDArray:

@@ -87,7 +87,7 @@ def fixed_free(terms: int, x: np.ndarray) -> Basis:
 def _uncoupled(
     beam: Beam, problem: Problem, Ka: np.ndarray, Fa: np.ndarray, Kb: np.ndarray, Fb: np.ndarray
 ) -> Modes:
-    """The families apart; the softening is a multiple of M and shifts omega^2 alone."""
+    """Stretching and bending, uncoupled; the softening is a multiple of M and shifts omega^2."""
     shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
     stretching, U = eigen.symmetric_modes(Ka, Fa.T @ Fa, problem.modes)
     bending, V = eigen.symmetric_modes(Kb, Fb.T @ Fb, problem.modes, shift)
