@@ -150,7 +150,7 @@ def page(found: list[Map], states: StateMap) -> str:
 
 
 def state_shares(found: StateMap) -> str:
-    """A table of the share [%] of each kind of state, and refusals of methods without bent states."""
+    """A table of the share [%] of each kind of state; the refusal of a method without bent ones."""
     rows = []
     for name, states in found.methods.items():
         percent = [
