@@ -67,8 +67,7 @@ def scale(distance: float, height: int) -> float:
 
 
 def axes(direction: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Right, down and forward, as columns (3, 3), of a camera in `direction` from its target, with
-    z up."""
+    """Right, down and forward of a camera in `direction` from its target, as columns (3, 3)."""
     x, y, z = np.divide(direction, -np.linalg.norm(direction)).tolist()
     across = math.hypot(x, y)
     right = (y / across, -x / across) if across else (1.0, 0.0)

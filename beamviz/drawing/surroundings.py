@@ -143,8 +143,7 @@ class Surroundings:
         )
 
     def show_arrow(self, beam: Beam, size: float) -> None:
-        """Place the arrow and the speed, `size` times as large as usual: beside the hub, or on it
-        where that is large."""
+        """Place the arrow and the speed beside the hub, or on a large one; size: relative."""
         radius, middle = arrow_place(beam, size)
         ribbon = arrow(radius, middle, size)
         set_properties(self.arrow, {"vertices": ribbon.vertices.astype(np.float32)})

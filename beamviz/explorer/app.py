@@ -6,6 +6,7 @@ import queue
 import secrets
 import webbrowser
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 from beamviz.drawing import camera
@@ -27,7 +28,6 @@ CHARTS = 1  # charts, maps and other background jobs at once
 KEY_BYTES = 16
 
 Signals = queue.SimpleQueue[int]  # the signals received
-Wait = Callable[[], None]  # returns when one is received
 
 
 def serve(
@@ -60,18 +60,19 @@ def serve(
     shared = Access(host, port, public=public).shared
     key = secrets.token_urlsafe(KEY_BYTES) if shared else ""
     presenter_key = secrets.token_urlsafe(KEY_BYTES) if follow else ""
-    access = {"visitor_key": key, "presenter_key": presenter_key, "public": public}
+    access: dict[str, Any] = {"visitor_key": key, "presenter_key": presenter_key, "public": public}
     count = min(process_count(processes, shared=shared, follow=follow), visitors)
     gc.freeze()  # modules stay loaded: garbage collection need not examine them again
-    run = several_processes if count > 1 else one_process
+    access |= {"max_visitors": visitors}
     signals: Signals = queue.SimpleQueue()  # its put may interrupt its get, unlike that of an Event
-    with (
-        handle_signals(lambda number, _: signals.put(number)),
-        run(scene, host, port, signals, processes=count, max_visitors=visitors, **access) as (
-            url,
-            wait,
-        ),
-    ):
+    with handle_signals(lambda number, _: signals.put(number)), contextlib.ExitStack() as stack:
+        wait: Callable[[], None]
+        if count > 1:
+            workers = several_processes(scene, host, port, signals, count, **access)
+            url, wait = stack.enter_context(workers)
+        else:
+            url = stack.enter_context(explorer(scene, host, port, **access))
+            wait = partial(wait_for_signal, signals)
         note = "whoever has this link can use it; " if key else ""
         print(f"beamviz is at {url} ({note}Ctrl-C ends it)", flush=True)
         link = f"{url.partition('/?')[0]}/?{KEY_PARAMETER}={presenter_key}"
@@ -83,20 +84,10 @@ def serve(
 
 
 @contextlib.contextmanager
-def one_process(
-    scene: Scene, host: str, port: int, signals: Signals, *, processes: int, **access: Any
-) -> Iterator[tuple[str, Wait]]:
-    """The explorer in this process: its URL, and the function that waits for a signal."""
-    with explorer(scene, host, port, **access) as url:
-        yield url, lambda: wait_for_signal(signals)
-
-
-@contextlib.contextmanager
 def several_processes(
-    scene: Scene, host: str, port: int, signals: Signals, *, processes: int, **access: Any
-) -> Iterator[tuple[str, Wait]]:
-    """The explorer in `processes` workers: its URL, and the function that passes connections to
-    them until a signal comes."""
+    scene: Scene, host: str, port: int, signals: Signals, processes: int, **access: Any
+) -> Iterator[tuple[str, Callable[[], None]]]:
+    """The explorer in several processes: its URL, and a function that serves until a signal."""
     check_attributes()
     visitor_count = VisitorCount(processes)
 

@@ -168,8 +168,7 @@ class State:
         return replace(self, case=self.case.changed(name, value), camera=camera)
 
     def with_axis(self, name: str, value: str) -> Self:
-        """With another number along an axis of the map, exchanged with that of the other axis if it
-        is the same."""
+        """With another number along an axis of the map; the axes are exchanged if it is on both."""
         over, across = (value, self.across) if name == "over" else (self.over, value)
         if over == across:
             over, across = self.across, self.over

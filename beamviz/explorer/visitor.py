@@ -69,8 +69,7 @@ class Visitor:
             self.follow(state)
 
     def restore(self, step: Callable[[State], State]) -> None:
-        """Undo or redo a step of the history; move the camera if that changes the scene or a fixed
-        viewpoint."""
+        """Undo or redo a step of the history, with its scene and its fixed viewpoint."""
         with self.lock:
             before = self.state
             self.follow(step(before))

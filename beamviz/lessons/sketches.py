@@ -73,8 +73,7 @@ def hub(delta: float) -> str:
 
 
 def chart(shown: Lesson) -> str:
-    """Loci of some modes, each part in the colour of its family, with the multiples of the speed of
-    the scene."""
+    """Loci of some modes, in the colours of their families, with the multiples of the speed."""
     scene, (start, stop, first, last) = shown.scene, LOCI[shown.name]
     values = np.linspace(start, stop, POINTS)
     found = loci(scene.beam, scene.over, values, last + 1, **scene.options)

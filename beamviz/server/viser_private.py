@@ -218,8 +218,7 @@ def disconnect(server: viser.ViserServer, client_id: int) -> None:
 
 
 class OwnLoop:
-    """An event loop that avoids the system call that would wake it for each message sent from the
-    loop itself."""
+    """An event loop without the system call that wakes it for each message sent from itself."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop):
         self.loop, self.create_task = loop, loop.create_task

@@ -31,8 +31,8 @@ def tip() -> Chart:
     st.fixed_dictionaries({name: st.floats(*PARAMETERS[name].limits) for name in PARAMETERS}),
     st.sampled_from(list(PARAMETERS)),
 )
-def test_every_beam_lies_on_its_axis_and_both_ends_are_beams(numbers, over):
-    """Whatever the five numbers are, and whichever the chart runs over."""
+def test_every_axis_contains_the_beam_and_ends_at_valid_beams(numbers, over):
+    """For any five numbers, over each of them."""
     numbers["gamma"] = min(numbers["gamma"], MAX_GAMMA_OVER_MU * numbers["mu"])
     beam = Beam(**numbers)
     start, stop = chart_range(beam, over)
@@ -42,8 +42,8 @@ def test_every_beam_lies_on_its_axis_and_both_ends_are_beams(numbers, over):
     beam.replace(**{over: stop})
 
 
-def test_the_range_stays_during_most_of_a_drag_and_then_doubles():
-    """Between rest and 80 % of the axis nothing changes; beyond, it is twice as long."""
+def test_the_range_is_constant_up_to_80_percent_and_then_doubles():
+    """So that it does not change during most of a drag."""
     gammas = np.linspace(0, 16, 50)
     assert {chart_range(TIP.replace(gamma=gamma), "gamma") for gamma in gammas} == {(0, 20)}
     assert chart_range(TIP.replace(gamma=16.1), "gamma") == (0, 40)
@@ -55,8 +55,8 @@ def test_the_range_stays_during_most_of_a_drag_and_then_doubles():
 
 @pytest.mark.parametrize("coriolis", [False, True])
 def test_the_lines_are_the_branches_in_their_families(coriolis):
-    """All finite frequencies are drawn; consecutive runs share a point, so that a line that
-    changes its colour has no gap."""
+    """All finite frequencies are drawn; consecutive runs share a point, so that a line has no gap
+    where its colour changes."""
     chart = chart_of(TIP, coriolis=coriolis)
     assert chart.loci
     data = chart_data(chart)
@@ -75,15 +75,15 @@ def test_the_lines_are_the_branches_in_their_families(coriolis):
     assert families == {"bending", "stretching"} | ({"mixed"} if coriolis else set())
 
 
-def test_per_rev_lines_are_those_chosen_and_in_the_units_of_the_page(tip):
-    """omega = k gamma; over any other axis there are none."""
+def test_per_rev_lines_are_in_display_units(tip):
+    """omega = k gamma for the chosen k; none over another axis."""
     assert chart_data(tip, (2, 4))["perRev"] == {"slope": 1.0, "multiples": [2, 4]}
     assert chart_data(tip)["perRev"] is None
     assert chart_data(chart_of(TIP, "alpha"), (2,))["perRev"] is None
 
 
 def test_the_loci_compared_with_are_drawn_behind_the_chart(tip):
-    """They are those of the other beam at the same speeds."""
+    """Those of the other beam at the same speeds."""
     request = tip.request.same_axis(case(TIP.replace(alpha=2)))
     assert (request.start, request.stop, request.over) == (0, 20, "gamma")
     second = [one for one in chart_data(tip, (), request.chart())["lines"] if one.get("second")]
@@ -92,8 +92,8 @@ def test_the_loci_compared_with_are_drawn_behind_the_chart(tip):
     assert sorted(y for y in behind if y) == pytest.approx(expected, rel=1e-5)
 
 
-def test_marks_are_buttons_that_say_where_they_go(tip):
-    """The name of an event stays the same when Coriolis forces make a veering of a crossing."""
+def test_marks_are_buttons_with_names(tip):
+    """The key of an event is the same if Coriolis forces make a crossing a veering."""
     crossing, *_ = chart_data(tip)["marks"]
     assert crossing["text"] == "crossing of S1 and B3: γ = 4.464, ω = 60.56"
     veering, *_ = chart_data(chart_of(TIP, coriolis=True))["marks"]
@@ -102,8 +102,8 @@ def test_marks_are_buttons_that_say_where_they_go(tip):
     assert (crossing["kind"], veering["kind"]) == ("crossing", "veering")
 
 
-def test_resonances_with_the_chosen_lines_in_ascending_speed():
-    """Each is an intersection with its line; the list is in the order of the axis."""
+def test_resonances_are_listed_in_order_of_speed():
+    """Each is an intersection with a chosen line."""
     chart = chart_of(TIP, per_rev=6)
     marks = [mark for mark in chart_data(chart, (2,))["marks"] if mark["kind"] == "resonance"]
     assert [mark["x"] for mark in marks] == [pytest.approx(0.79791, abs=1e-5)]
@@ -118,7 +118,7 @@ def test_resonances_with_the_chosen_lines_in_ascending_speed():
 
 
 def test_gaps_are_explained_by_their_limit():
-    """biot at mu = 10 has no equilibrium beyond 8.603: the lines end there."""
+    """biot at mu = 10 has no equilibrium beyond 8.603, where the lines end."""
     chart = chart_of(TIP.replace(mu=10), strain="biot")
     assert chart.loci
     (limit,) = chart.loci.limits
@@ -129,8 +129,8 @@ def test_gaps_are_explained_by_their_limit():
     assert limit.start - 0.5 < max(ends) <= limit.start
 
 
-def test_an_incomplete_search_is_told(tip):
-    """Below the list of crossings and veerings, and in place of the text that there are none."""
+def test_an_incomplete_search_has_a_warning(tip):
+    """Below the list of crossings and veerings, or instead of the text that there are none."""
     assert tip.loci
     for events in (tip.loci.events, ()):
         incomplete = replace(tip, loci=replace(tip.loci, complete=False, events=events))
@@ -142,15 +142,15 @@ def test_an_incomplete_search_is_told(tip):
 
 
 def test_a_request_out_of_range_is_refused():
-    """It names the number; the page goes on with the last chart."""
+    """The error names the number; the page keeps the last chart."""
     with pytest.raises(ValueError, match="alpha = nan"):
         ChartRequest.around(case(TIP).changed("alpha", float("nan")), "gamma")
 
 
 @pytest.mark.parametrize("gamma", [4.65, 20.0])
 def test_a_mode_has_one_name_on_the_page(gamma):
-    """At a veering and beyond it: in the table of modes, along and at the ends of the lines and in
-    the scene. S1 is the mode that stretches, and where S1 and B3 are mixed it is told."""
+    """At a veering and beyond it: in the table of modes, along the lines, at their ends and in the
+    scene. S1 is the stretching mode; where S1 and B3 are mixed, all name the mixture."""
     beam = Beam(alpha=1, beta=1, gamma=gamma)
     solution = solve(beam, coriolis=True)
     chart = replace(ChartRequest.around(case(beam, coriolis=True), "gamma"), stop=gamma).chart()

@@ -39,7 +39,7 @@ def line_at(guest: Visitor, x: float) -> bool:
 
 
 def test_the_chart_follows_the_sliders(url):
-    """Another mass moves the crossing; the line of the beam follows the speed."""
+    """Another mass moves the crossing; the speed moves the line of the beam."""
     with visitor(url) as guest:
         chart_shown(guest, TIP)
         guest.choose("alpha", 1.2)
@@ -63,8 +63,8 @@ def test_moving_along_the_axis_computes_no_chart_and_sends_no_lines(url, monkeyp
 
 
 def test_choosing_a_crossing_moves_the_beam_there(url):
-    """The number is set, the beam solved again, and the tab Veering magnifies it; the event is
-    still the one chosen when another mass moves it."""
+    """The number is set, the beam solved again, and the tab Veering shows the event, which remains
+    chosen when another mass moves it."""
     with visitor(url) as guest:
         chart_shown(guest, TIP)
         guest.do("go_to_event", EVENT)
@@ -80,7 +80,7 @@ def test_choosing_a_crossing_moves_the_beam_there(url):
 
 
 def test_the_tab_veering_magnifies_the_nearest_event_until_one_is_chosen(url):
-    """Nothing is solved for it while the tab is not open."""
+    """Nothing is computed for it while the tab is not open."""
     with visitor(url) as guest:
         chart_shown(guest, TIP)
         pause(guest)
@@ -91,8 +91,8 @@ def test_the_tab_veering_magnifies_the_nearest_event_until_one_is_chosen(url):
         guest.says("they cross at γ 16.3")
 
 
-def test_no_event_is_denied_while_it_is_magnified(url, monkeypatch):
-    """Its button is there at once, the rest when it is computed."""
+def test_no_event_is_missing_while_it_is_computed(url, monkeypatch):
+    """Its button is there immediately, the loci later."""
     release, pairs = threading.Event(), VeeringRequest.pairs
     monkeypatch.setattr(VeeringRequest, "pairs", lambda self: (release.wait(60), pairs(self))[1])
     with visitor(url) as guest:
@@ -151,8 +151,7 @@ def press(shown: Page, key: str, text: str = "") -> None:
 @pytest.mark.slow
 @pytest.mark.browser
 def test_the_line_of_the_beam_is_dragged(desk):
-    """It follows the pointer at once, the speed follows it; the axis stays until it is let go, and
-    then has room for more."""
+    """It moves with the pointer, and the speed with it; the axis changes only after the drag."""
     set_speed(desk, 3.0)
     left, top, width, height = desk.box(PLOT)
     y = top + 0.3 * height
@@ -192,7 +191,7 @@ def test_the_line_of_the_beam_has_a_name_and_moves_by_keys(desk):
 @pytest.mark.slow
 @pytest.mark.browser
 def test_a_crossing_is_clicked_or_reached_by_keys(desk):
-    """A click goes there; the marks are buttons in the order of Tab, with names that say where."""
+    """A click moves the beam there; the marks are buttons in the order of Tab, with names."""
     at = chart_of(TIP).events[EVENT].at
     set_speed(desk, 3.0)
     desk.click(f"{MARKS}[0]")
@@ -211,7 +210,7 @@ def test_a_crossing_is_clicked_or_reached_by_keys(desk):
 @pytest.mark.slow
 @pytest.mark.browser
 def test_values_are_read_at_the_pointer(desk):
-    """Speed, all frequencies, and the gap from the nearest one to the next; nothing outside."""
+    """Speed, all frequencies, and the gap from the nearest to the next; none outside the axes."""
     set_speed(desk, 3.0)
     left, top, width, height = desk.box(PLOT)
     desk.mouse("mouseMoved", left + 0.6 * width, top + 0.5 * height)
@@ -232,8 +231,8 @@ def test_values_are_read_at_the_pointer(desk):
 @pytest.mark.slow
 @pytest.mark.browser
 def test_a_resonance_is_zoomed_in_on_each_time_that_it_is_chosen(desk):
-    """The one at γ = 0.798 with 2 per revolution, from the list, also after a drag of the line; and
-    back to the whole range."""
+    """That at γ = 0.798 with 2 per revolution, in the list, also after a drag of the line; and back
+    to the full range."""
     desk.drag(PLOT, 0.3, 0.4)
     set_speed(desk, 3.0)
     desk.click("document.querySelector('[data-set=per_rev_2]')")
@@ -261,7 +260,7 @@ def test_a_resonance_is_zoomed_in_on_each_time_that_it_is_chosen(desk):
 @pytest.mark.slow
 @pytest.mark.browser
 def test_on_a_phone_the_line_is_dragged_by_touch_and_a_crossing_is_tapped(url):
-    """A finger that moves sideways takes the line along; a tap on a crossing goes there."""
+    """A horizontal drag moves the line; a tap on a crossing moves the beam there."""
     with page(url, 390, 844) as phone:
         phone.call("Emulation.setTouchEmulationEnabled", enabled=True)
         phone.wait(f"{MARKS}.length === 2", timeout=120)

@@ -44,9 +44,9 @@ def grid(data: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("coriolis", [False, True])
-def test_colours_are_the_numbers_of_solve(url, coriolis):
-    """The smallest gap and the frequency of a mode over two numbers, the others as they are; the
-    extremes are named, with a button that moves the beam there."""
+def test_the_values_are_those_of_solve(url, coriolis):
+    """The smallest gap and the frequency of a mode over two numbers; buttons move the beam to the
+    extremes."""
     with visitor(url) as guest:
         pause(guest)
         guest.choose("coriolis", coriolis)
@@ -68,9 +68,8 @@ def test_colours_are_the_numbers_of_solve(url, coriolis):
         assert f'data-value="&quot;{x[column]} {y[row]}&quot;"' in guest.texts["map-text"]
 
 
-def test_a_place_moves_the_beam(url):
-    """Both numbers in one step, which one undo takes back; the map stays, also where the beam comes
-    near its end, and only the ring moves."""
+def test_a_point_of_the_map_sets_two_numbers(url):
+    """In one step, which one undo restores; near the end of an axis the map is kept too."""
     with visitor(url) as guest:
         guest.do("tab", "tab-map")
         data = map_shown(guest, name="gap")
@@ -88,8 +87,8 @@ def test_a_place_moves_the_beam(url):
         assert map_shown(guest)["x"]["range"] == [0, 40]
 
 
-def test_axes_are_exchanged_and_nonsense_is_ignored(url):
-    """The same number cannot be along both; unknown ones change nothing."""
+def test_axes_are_exchanged_and_invalid_ones_ignored(url):
+    """The same number cannot be on both axes."""
     with visitor(url) as guest:
         guest.do("tab", "tab-map")
         map_shown(guest, x="speed", y="mass")
@@ -105,8 +104,8 @@ def test_axes_are_exchanged_and_nonsense_is_ignored(url):
 
 
 @pytest.mark.slow
-def test_beams_without_a_number_are_told(url):
-    """An inward beam buckles: no colour there, and a sentence with their share."""
+def test_beams_without_a_frequency_are_explained(url):
+    """An inward beam buckles: no colour there, and a sentence with the percentage."""
     with visitor(url) as guest:
         guest.do("tab", "tab-map")
         guest.choose("mapped", "1")
@@ -116,8 +115,8 @@ def test_beams_without_a_number_are_told(url):
         assert 0 < np.isnan(values).mean() < 1
 
 
-def test_a_slow_map_is_cancelled_and_goes_on(url):
-    """With the share that is done; the last map stays, faded, until there is another."""
+def test_a_slow_map_is_cancelled_and_restarted(url):
+    """With its progress; the last map is faded until there is another."""
     with visitor(url) as guest:
         pause(guest)
         guest.do("tab", "tab-map")
@@ -162,8 +161,8 @@ NUMBERS = ("gamma", "alpha")
 
 @pytest.mark.slow
 @pytest.mark.browser
-def test_the_map_is_pressed_and_moved_by_keys(desk):
-    """A press takes both numbers, arrow keys one of them; the map and its ring have names."""
+def test_the_map_works_by_mouse_and_keys(desk):
+    """A click sets both numbers, an arrow key one of them; the map and its ring have names."""
     boxes: list[list[float]] = []
     wait_until(lambda: boxes.append(desk.box(PLOT)) or boxes[-10:] == boxes[-1:] * 10)
     left, top, width, height = boxes[-1]

@@ -26,8 +26,8 @@ points = st.tuples(unit, unit, unit).map(np.array)
 
 
 @given(points, points, points, st.floats(0.01, 0.99), st.floats(0.1, 5))
-def test_the_place_on_a_line_nearest_to_a_line_of_sight(start, along, eye, place, far):
-    """Looking at a point of the line gives that point, unless one looks along it."""
+def test_the_point_of_a_line_nearest_to_a_line_of_sight(start, along, eye, place, far):
+    """A line of sight through a point of the line gives that point, unless they are parallel."""
     if np.linalg.norm(along) < 0.1:
         along = along + [1.0, 0, 0]
     target = start + place * along
@@ -42,8 +42,8 @@ def test_the_place_on_a_line_nearest_to_a_line_of_sight(start, along, eye, place
         assert found == pytest.approx(place, abs=1e-6)
 
 
-def test_no_line_of_sight_is_no_place():
-    """Along the beam, from the point itself, or not a number."""
+def test_no_point_without_a_line_of_sight():
+    """For a line seen end on, a line of sight of length 0, or nan."""
     line, x, origin = np.array([[0.0, 0, 0], [1.0, 0, 0]]), np.array([0.0, 1.0]), np.zeros(3)
     assert nearest(line, x, np.array([-3.0, 0, 0]), origin) is None
     assert nearest(line, x, origin, origin) is None
@@ -59,9 +59,8 @@ def test_no_line_of_sight_is_no_place():
     ],
     ids=["straight", "bent"],
 )
-def test_a_place_on_the_beam_is_its_reference_coordinate(beam, state, rotating_frame):
-    """Riding on the hub or beside it, turned, stretched or bent: what is seen on the beam is where
-    it is on it."""
+def test_a_point_of_the_beam_gives_its_coordinate(beam, state, rotating_frame):
+    """In both frames, rotated, stretched or bent: the reference coordinate."""
     shapes = SampledModes.sampled(solve(beam, state=state))
     assert shapes.centreline[:, 1].any() == (state == "stable")
     with run_server() as server:
@@ -100,8 +99,8 @@ def drag(guest: Visitor, phase: str, x: float) -> None:
     )
 
 
-def test_dragging_the_mass_moves_beta_and_leaves_an_overlay(url):
-    """By 0.2 to the right: beta follows, and the beam before is drawn pale with its numbers."""
+def test_dragging_the_mass_sets_beta_and_shows_an_overlay(url):
+    """By 0.2 to the right; the beam before is drawn pale, with its frequencies."""
     with visitor(url) as guest:
         guest.choose("playing", False)
         assert OVERLAY not in guest.nodes

@@ -46,8 +46,8 @@ def hertz(beam: Beam) -> str:
     return rounded_to_error(factor * solution.frequencies[0], factor * solution.errors[0])
 
 
-def test_the_numbers_of_a_real_beam_are_those_it_was_made_of():
-    """600 rpm, 20 g, 150 mm come back from gamma, alpha and beta."""
+def test_the_numbers_of_a_real_beam_are_displayed_in_si_units():
+    """600 rpm, 20 g, 150 mm from gamma, alpha and beta."""
     shown = measures(RULER.units)
     values = {name: shown[name].factor * number for name, number in RULER.numbers.items()}
     assert values["gamma"] == pytest.approx(600)
@@ -60,7 +60,7 @@ def test_the_numbers_of_a_real_beam_are_those_it_was_made_of():
 
 @given(st.sampled_from(list(PARAMETERS)), sizes, sizes, sizes, st.floats(0.1, 50))
 def test_sliders_in_units_have_round_ends_within_the_limits(name, length, time, mass, high):
-    """Round, at least as wide as asked for unless a limit is nearer, a step of 1, 2 or 5."""
+    """Round, at least as wide as requested within the limits, with a step of 1, 2 or 5."""
     shown = measure(name, Units(length, time, mass))
     least, most = PARAMETERS[name].limits
     high = min(max(high, least + 0.1), most)
@@ -80,8 +80,8 @@ def test_round_numbers():
 
 
 def test_the_chart_of_a_real_beam_is_in_rpm_and_hertz():
-    """x and y are those of the plain chart times their units; the axes end at round numbers, and
-    a line k per revolution is k times the speed in Hz."""
+    """x and y are those of the dimensionless chart times their units; the axes end at round
+    numbers, and a line k per revolution is k times the speed in Hz."""
     chart = chart_of(RULER)
     data, plain = chart_data(chart, (1,)), chart_data(chart_of(RULER.replace(units=None)))
     assert RULER.units
@@ -110,7 +110,7 @@ def test_resonances_are_listed_in_rpm_and_hertz():
 
 
 def test_sliders_of_a_real_beam_take_rpm_kg_and_millimetres(url):
-    """What is set in units is solved as the same beam made from SI values; no slider for mu."""
+    """A value in units gives the beam made from SI values; there is no slider for mu."""
     with visitor(url) as guest:
         assert guest.props["mu-row"]["hidden"] is True
         guest.choose("gamma", 300.0)
@@ -130,8 +130,8 @@ def test_sliders_of_a_real_beam_take_rpm_kg_and_millimetres(url):
         guest.says(f"{RULER.units.rpm(resonance.at):.5g}")
 
 
-def test_loci_in_units_are_the_loci():
-    """The units of a beam leave its dimensionless loci alone."""
+def test_units_do_not_change_the_loci():
+    """The dimensionless loci of a beam with units are equal."""
     values = np.linspace(0, 5, 6)
     one, other = loci(RULER, "gamma", values), loci(RULER.replace(units=None), "gamma", values)
     assert np.array_equal(one.branches[0].frequency, other.branches[0].frequency)

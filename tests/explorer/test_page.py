@@ -59,8 +59,8 @@ def crossings(shown: Page) -> np.ndarray:
     return x - y * dx / dy
 
 
-def test_the_page_loads_without_complaint(shown):
-    """No console error, no failed request, no exception; the table lists five modes."""
+def test_the_page_loads_without_errors(shown):
+    """No console error, no failed request, no exception; the table has five modes."""
     assert shown.problems == []
     text = shown.evaluate("document.querySelector('[aria-label=modes]').innerText")
     for mode in range(5):
@@ -68,14 +68,14 @@ def test_the_page_loads_without_complaint(shown):
 
 
 def test_mode_2_shows_its_node(shown):
-    """Marked at 0.783, and there the drawn beam crosses its line at rest."""
+    """Marked at 0.783, where the drawn beam crosses its line at rest."""
     wait_until(lambda: crossings(shown) == pytest.approx([0.7834], abs=1e-3))
     wait_until(lambda: np.abs(pieces(shown)[:, 1]).max() == pytest.approx(0.15, rel=0.05))
     assert shown.wait(COLLARS)[12] == pytest.approx(0.78344, abs=1e-4)
 
 
 def test_dragging_a_slider_changes_beam_and_table(shown):
-    """Dragged from 70 to a stouter beam: thicker as 1 / mu; then a mass: another shape."""
+    """Below 70 the beam is thicker as 1 / mu; a mass changes its shape."""
     size = thickness(shown)
     shown.drag(control("slenderness μ"), 0.33, 0.1)
     wait_until(
@@ -112,7 +112,7 @@ def same(places: np.ndarray, others: np.ndarray) -> bool:
 
 
 def test_playing_moves_the_beam_and_pausing_stops_it(shown):
-    """The box in the panel starts and stops the one clock."""
+    """By the button over the scene."""
     before = pieces(shown)
     shown.click("document.getElementById('play')")
     wait_until(lambda: not same(pieces(shown), before))
@@ -132,7 +132,7 @@ def colours(shown: Page) -> int:
 
 
 def test_a_beam_is_coloured_by_its_motion_and_grey_without_an_equilibrium(shown):
-    """biot beyond its limit: in words, with the limit, and every piece in the same grey."""
+    """biot beyond its limit: the page names the limit, and all pieces are grey."""
     assert colours(shown) > 20
     for key, value in {"strain": "'biot'", "alpha": 0, "mu": 10, "gamma": 20}.items():
         shown.evaluate(f"beamviz.send('{key}', {value})")

@@ -55,9 +55,8 @@ def move(shown: Page, start: tuple[float, float], end: tuple[float, float]) -> N
     ids=["straight", "bent"],
 )
 def test_the_mass_is_dragged_by_a_mouse(beam, state, end):
-    """Along a beam, straight or bent, towards the tip: beta is where the pointer let go, to a
-    hundredth, also where the beam takes another shape and needs another picture; the ghost
-    stays."""
+    """Along a beam, straight or bent, towards the tip: beta is where the drag ended, to a
+    hundredth, also if the shape of the beam changes; the overlay is visible."""
     view = ViewOptions(playing=False, shares=(1.0,), amplitude=0.0)
     scene = Scene(beam, {"state": state}, view=view)
 

@@ -89,8 +89,8 @@ def is_whole(beam: np.ndarray) -> bool:
 
 
 @pytest.mark.slow
-def test_a_saved_picture_is_what_is_seen(shown, tmp_path):
-    """This moment, from here, on the background of the page."""
+def test_a_saved_picture_equals_the_scene(shown, tmp_path):
+    """The present moment and viewpoint, on the background of the page."""
     pixels = saved(shown)
     assert np.ptp(pixels, axis=2).max() > 0.25
     assert np.abs(pixels - seen(shown, tmp_path / "page.png")).max() < 0.05
@@ -98,8 +98,8 @@ def test_a_saved_picture_is_what_is_seen(shown, tmp_path):
 
 @pytest.mark.slow
 def test_the_beam_stays_whole_while_its_pieces_change(shown, tmp_path):
-    """From few to many and back, paused and in motion: in every frame there is one set of pieces
-    and it is a whole beam in the picture; pictures of two modes differ."""
+    """From few to many and back, paused and in motion: each frame has one set of pieces, and the
+    beam is connected; pictures of two modes differ."""
     pictures = []
     for key, expected in (("1", 64), ("3", 256), ("1", 64), ("5", 256)):
         press(shown, key, expected)

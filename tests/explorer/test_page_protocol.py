@@ -9,7 +9,7 @@ from beamviz.explorer.page import page
 
 
 def test_the_page_has_our_elements_around_the_scene(url):
-    """Once each, packed or not; its title is the name of the program."""
+    """Once each, compressed or not; its title is the name of the program."""
     _, _, plain = http_get(url)
     for part in (b'id="root"', b'id="scene"', b"const beamviz =", b"<title>beamviz<"):
         assert plain.count(part) == 1
@@ -18,8 +18,8 @@ def test_the_page_has_our_elements_around_the_scene(url):
     assert gzip.decompress(packed) == plain
 
 
-def test_what_no_page_sends_is_ignored(url, caplog):
-    """With one line in the log; the next action is taken."""
+def test_invalid_actions_are_ignored(url, caplog):
+    """With one line in the log; the next action is handled."""
     texts = ["", "1", "[1]", "[1, 2, 3, 4]", "{}", "[1, {}, 2]", '[1, "nothing", 1]', "[" * 900]
     with visitor(url) as guest:
         guest.do("gamma", 11)
@@ -34,7 +34,7 @@ def test_what_no_page_sends_is_ignored(url, caplog):
 
 
 def test_a_long_text_is_ignored(url, caplog):
-    """1000 characters at most, but for the text of a scene file."""
+    """More than 1000 characters, except for a scene file."""
     page.log.reported.clear()
     with visitor(url) as guest:
         guest.do("gamma", "9" * 1001)
@@ -43,8 +43,8 @@ def test_a_long_text_is_ignored(url, caplog):
     assert "an unknown action was ignored: gamma with 999" in caplog.text
 
 
-def test_only_what_changed_is_sent_and_a_rejected_value_is_corrected(url):
-    """Setting a number again sends no text; a choice that does not exist is set back."""
+def test_only_changes_are_sent_and_an_invalid_value_is_corrected(url):
+    """No text for an unchanged number; the control of an invalid choice is reset."""
     with visitor(url) as guest:
         guest.wait(lambda _: "loci-chart" in guest.charts)
         pause(guest)
@@ -54,8 +54,8 @@ def test_only_what_changed_is_sent_and_a_rejected_value_is_corrected(url):
         assert guest.shown == {"playing": True}
 
 
-def test_the_preferences_of_the_system_are_followed(url):
-    """Dark, and at rest; anything else is ignored."""
+def test_the_preferences_of_the_system_are_applied(url):
+    """Dark and paused; anything else is ignored."""
     with visitor(url) as guest:
         guest.do("preferences", 3)
         guest.do("preferences", "dark still")

@@ -25,9 +25,9 @@ def url(frame_loops) -> Iterator[str]:
         yield found
 
 
-def test_all_see_what_the_presenter_does(url, frame_loops, monkeypatch):
-    """Numbers, controls, answers, view, comparison, tab and clock are the presenter's; each case is
-    solved once for all."""
+def test_all_visitors_see_the_page_of_the_presenter(url, frame_loops, monkeypatch):
+    """Numbers, controls, answers, view, comparison, tab and clock; each case is solved once for
+    all."""
     with visitor(f"{url}/?token={PRESENTER}") as lead, visitor(url) as one, visitor(url) as other:
         solved = []
         monkeypatch.setattr(jobs, "solve", lambda *a, **o: (solved.append(a), solve(*a, **o))[1])
@@ -52,8 +52,8 @@ def test_all_see_what_the_presenter_does(url, frame_loops, monkeypatch):
         wait_until(lambda: len({session.presentation.clock.angle for session in sessions}) == 1)
 
 
-def test_all_read_the_lesson_of_the_presenter(url):
-    """And the step that it is at; who goes exploring keeps it."""
+def test_all_visitors_see_the_lesson_of_the_presenter(url):
+    """And its step; a visitor who explores keeps it."""
     with visitor(f"{url}/?token={PRESENTER}") as lead, visitor(url) as one:
         lead.do("lesson", "nodes")
         one.says(lesson("nodes").question)
@@ -66,8 +66,8 @@ def test_all_read_the_lesson_of_the_presenter(url):
 
 
 @pytest.mark.slow
-def test_a_student_leaves_to_explore_and_comes_back(url):
-    """From where the presenter is; nobody else moves; and back with one tick."""
+def test_a_visitor_explores_and_follows_again(url):
+    """From the scene of the presenter; no other page changes; a checkbox returns."""
     with visitor(f"{url}/?token={PRESENTER}") as lead, visitor(url) as one, visitor(url) as other:
         lead.choose("gamma", 21.0)
         one.says(frequency_text(PAPER.replace(gamma=21)))
@@ -81,8 +81,8 @@ def test_a_student_leaves_to_explore_and_comes_back(url):
         one.says(frequency_text(PAPER.replace(gamma=22)))
 
 
-def test_a_student_cannot_lead(url):
-    """Without the key there is nothing to lead with."""
+def test_a_visitor_cannot_present(url):
+    """Without the presenter's key."""
     with visitor(f"{url}/?token=guessed") as one, visitor(url) as other:
         one.choose("gamma", 21.0)
         one.says(frequency_text(PAPER.replace(gamma=21)))
@@ -91,8 +91,8 @@ def test_a_student_cannot_lead(url):
         assert "following" in one.values
 
 
-def test_a_presenter_who_leaves_and_returns_leads_again(url, frame_loops):
-    """Meanwhile the last scene stays."""
+def test_a_presenter_may_leave_and_return(url, frame_loops):
+    """Meanwhile the last scene is kept."""
     with visitor(url) as one:
         with visitor(f"{url}/?token={PRESENTER}") as lead:
             assert "following" not in lead.values
@@ -106,8 +106,8 @@ def test_a_presenter_who_leaves_and_returns_leads_again(url, frame_loops):
             one.says(frequency_text(PAPER.replace(gamma=5)))
 
 
-def test_the_presenters_link_is_printed_beside_the_other(capsys, monkeypatch):
-    """Two links, two keys."""
+def test_the_presenters_link_is_printed_too(capsys, monkeypatch):
+    """Two links with two keys."""
     monkeypatch.setattr(server, "wait_for_signal", lambda _: None)
     server.serve(Scene(PAPER), port=0, follow=True, public="https://beams.example.org")
     first, second = capsys.readouterr().out.splitlines()

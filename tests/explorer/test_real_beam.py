@@ -67,7 +67,7 @@ def test_the_ruler_is_a_rectangle_of_steel():
 
 @pytest.mark.parametrize("real", REAL_BEAMS, ids=lambda real: real.name)
 def test_each_real_beam_is_stable_and_slender(real):
-    """And its speed is one of an everyday machine: gamma below 10."""
+    """With a usual speed: gamma below 10."""
     solution = solve(real.beam, plane=real.plane)
     assert solution.equilibrium.status == "stable"
     assert real.beam.mu > 50
@@ -87,8 +87,8 @@ def hertz(beam: Beam, **options: str) -> str:
 
 
 def test_a_steel_beam_is_entered_in_one_panel(url):
-    """1.2 m x 30 mm x 5 mm at 600 rpm in Hz, from the first scene, which has a mass: none is left.
-    What was entered stays when another field is edited, and can be undone."""
+    """1.2 m x 30 mm x 5 mm at 600 rpm in Hz; the mass of the first scene is removed. Values are
+    kept when another field is edited, and can be undone."""
     area, moment = 30e-3 * 5e-3, 30e-3 * 5e-3**3 / 12
     values = {"length": 1.2, "density": 7850.0, "youngs_modulus": 210e9}
     sizes = {"area": area, "second_moment": moment, "rotation_speed": 600 * RPM}
@@ -119,8 +119,8 @@ def test_a_steel_beam_is_entered_in_one_panel(url):
         guest.says(frequency_text(half))
 
 
-def test_a_section_is_a_rectangle_a_tube_or_its_own_numbers(url):
-    """A rod of 20 mm; the tube that it becomes; the same beam by its area and second moment."""
+def test_a_section_is_a_rectangle_a_tube_or_two_values(url):
+    """A rod of 20 mm; the tube of this beam; the same beam by area and second moment."""
     with visitor(url) as guest:
         guest.do("real.preset", "steel beam")
         guest.wait(lambda _: "real.section" in guest.values)
@@ -156,8 +156,8 @@ def test_a_section_is_a_rectangle_a_tube_or_its_own_numbers(url):
         ("width", None, r"width b \[mm\] = None: must be a number"),
     ],
 )
-def test_what_cannot_be_is_named_as_it_was_entered(name, value, words):
-    """A label, its unit and what is allowed in it; none of the five numbers nor of the keywords."""
+def test_errors_name_the_field_and_its_unit(name, value, words):
+    """With the values allowed, not the five numbers or keywords."""
     with pytest.raises(InvalidInput, match=words) as told:
         edited(RULER.beam, name, value)
     assert not re.search(r"alpha|beta|gamma|delta|\bmu\b|_", str(told.value))
@@ -167,7 +167,7 @@ def test_what_cannot_be_is_named_as_it_was_entered(name, value, words):
     st.sampled_from(sorted(ALL_FIELDS)), st.floats(0.5, 2), st.sampled_from(REAL_BEAMS)
 )  # fmt: skip
 def test_an_edit_changes_one_field(name, factor, real):
-    """All others keep their values, but for those of the other kinds of sections."""
+    """All others keep their values, except those of other kinds of section."""
     beam = real.beam
     before = entries(beam)
     assume(name in before)
@@ -180,8 +180,8 @@ def test_an_edit_changes_one_field(name, factor, real):
             assert after[other] == pytest.approx(before[other], rel=1e-9, abs=1e-12)
 
 
-def test_wrong_sizes_are_named_and_lose_nothing(url):
-    """The beam of the scene stays what it is, also for a preset and a field that there are not."""
+def test_invalid_values_are_named_and_change_nothing(url):
+    """Also for an unknown preset and an unknown field."""
     with visitor(url) as guest:
         guest.do("real.preset", "steel beam")
         guest.says(hertz(STEEL_BEAM.beam))
@@ -194,7 +194,7 @@ def test_wrong_sizes_are_named_and_lose_nothing(url):
         guest.wait(lambda _: guest.values["real.length"] == 900)
 
 
-def test_large_numbers_have_no_power_of_ten():
+def test_large_numbers_have_no_exponent():
     """48170 mm, not 4.817e+04 mm."""
     assert [significant(v, 4) for v in (48170.4, 1234.56, 123.456, 0.0123456)] == [
         "48170",

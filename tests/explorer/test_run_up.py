@@ -57,9 +57,9 @@ def played(playback: RunUpPlayback, seconds: float) -> list[float]:
     return gammas
 
 
-def test_the_speed_rises_through_all_speeds_and_is_restored():
-    """From rest to the last speed, a number of them in a second, never back; then it is what it
-    was before."""
+def test_the_speed_increases_to_the_last_one_and_is_restored():
+    """From rest, never back, at a given number of speeds per second; then that of the beam is
+    shown."""
     playback = started()
     speeds = run_of(playback).speeds
     *gammas, restored = played(playback, 0.1)
@@ -70,8 +70,8 @@ def test_the_speed_rises_through_all_speeds_and_is_restored():
     assert gamma(playback) == PAPER.gamma
 
 
-def test_the_speed_of_the_beam_stays_what_it_is():
-    """Also while the run-up shows other speeds: nothing is left to be undone."""
+def test_the_run_up_does_not_change_the_speed_of_the_beam():
+    """There is nothing to undo."""
     playback = started()
     playback.step(1.0)
     assert 0 < gamma(playback) != PAPER.gamma
@@ -80,7 +80,7 @@ def test_the_speed_of_the_beam_stays_what_it_is():
 
 
 def test_stopping_restores_the_speed_and_setting_it_keeps_it():
-    """The button ends the run-up; a visitor who sets a speed stays there."""
+    """The button ends the run-up; a speed that the visitor sets is kept."""
     playback = started()
     playback.step(0.1)
     playback.start_or_stop()
@@ -95,7 +95,7 @@ def test_stopping_restores_the_speed_and_setting_it_keeps_it():
 
 
 def test_the_scene_shows_the_response_until_a_mode_is_chosen():
-    """From the first answer that is taken up, also when the run-up is over."""
+    """From the first answer on, also after the end of the run-up."""
     playback = started()
     assert not playback.driven
     playback.take(playback.visitor.answer, SampledModes.sampled(solve(PAPER)))
@@ -106,8 +106,8 @@ def test_the_scene_shows_the_response_until_a_mode_is_chosen():
     assert not playback.driven
 
 
-def test_the_speed_rises_slowly_near_a_resonance():
-    """A tenth of a second there moves it far less than elsewhere."""
+def test_the_speed_increases_slowly_near_a_resonance():
+    """In a tenth of a second by far less than elsewhere."""
     playback = started()
     (first, _) = run_of(playback).resonances
     gammas = [0.0, *played(playback, 0.1)[:-1]]
@@ -125,9 +125,9 @@ def test_it_ends_where_the_beam_becomes_unstable():
     assert solve(Beam(delta=-1, gamma=last)).equilibrium.status == "stable"
 
 
-def test_the_scene_is_the_response_in_another_size():
-    """Every point keeps its phase and its share; the highest peak is drawn at twice the amplitude
-    of the view, one of a quarter of it at half that."""
+def test_the_scene_shows_the_scaled_response():
+    """All points keep phase and ratio; the highest peak has twice the amplitude of the view, one of
+    a quarter of it half that."""
     playback = started(coriolis=True)
     run, amplitude = run_of(playback), playback.visitor.state.view.amplitude
     top = float(run.speeds[np.nanargmax(run.amplitudes)])
@@ -146,7 +146,7 @@ def test_the_scene_is_the_response_in_another_size():
 
 
 def test_another_force_damping_or_beam_ends_the_run_up():
-    """Its run does not hold any more; nonsense changes nothing."""
+    """Its result is no longer valid; invalid values change nothing."""
     state = State.of(Scene(PAPER))
     assert with_damping(state, "much") == with_damping(state, math.nan) == state
     assert with_damping(state, 90.0).damping == 0.2
@@ -171,8 +171,8 @@ def test_the_chart_shows_amplitudes_and_resonances():
 
 
 def test_a_run_up_in_the_page(url):
-    """The line of the beam rises from rest while the speed of the beam stays; a dragged speed keeps
-    the run, another mass ends it."""
+    """The line of the beam moves from rest, the speed of the beam does not change; a new speed
+    keeps the result, another mass discards it."""
 
     def speed(guest: Any) -> float:
         return guest.charts.get("run-up-chart", {"cursor": {"x": -1}})["cursor"]["x"]
@@ -199,7 +199,7 @@ def test_a_run_up_in_the_page(url):
 
 
 def test_a_run_up_can_begin_at_an_unstable_beam():
-    """Its speed is left at once: the scene is grey until the first speed that is stable."""
+    """The scene is grey until the first stable speed."""
     with explorer(Scene(Beam(delta=-1, gamma=10))) as url, visitor(url, first="Unstable") as guest:
         guest.do("run_up")
         guest.wait(lambda _: guest.texts["run-up-button"] == "Stop")

@@ -15,9 +15,9 @@ from beamviz.scene import Scene
 from beamviz.solver import solve
 
 
-def test_a_bad_number_is_named_and_loses_nothing(url):
-    """The message names the number, its value and its range; the next good one is solved. What is
-    no number is no beam."""
+def test_a_number_out_of_range_is_named(url):
+    """The message has number, value and range; the next valid one is solved. A value that is no
+    number is refused too."""
     with visitor(url) as guest:
         for k, bad in enumerate((math.nan, 1e9, -1.0, math.inf)):
             guest.choose("alpha", bad)
@@ -33,8 +33,8 @@ def test_a_bad_number_is_named_and_loses_nothing(url):
             guest.wait(lambda _: "out of range" not in guest.text)
 
 
-def test_no_equilibrium_is_said_where_the_beam_was_and_greys_it(url):
-    """biot has none at mu = 10, gamma = 20: the limit is named, the last picture stays, grey."""
+def test_without_an_equilibrium_the_last_beam_is_grey(url):
+    """biot has none at mu = 10, gamma = 20: a message names the limit."""
     with visitor(url) as guest:
         guest.choose("strain", "biot")
         guest.choose("mu", 10.0)
@@ -46,9 +46,9 @@ def test_no_equilibrium_is_said_where_the_beam_was_and_greys_it(url):
         guest.says("Stable equilibrium")
 
 
-def test_an_unstable_state_is_said_with_its_growth(url):
+def test_an_unstable_state_is_shown_with_its_growth(url):
     """delta = -1, gamma = 5 without a mass: the straight beam buckles. Its modes are listed; the
-    picture stays the last good one, on its drum."""
+    scene shows the last stable state."""
     with visitor(url) as guest:
         guest.choose("alpha", 0.0)
         guest.choose("gamma", 5.0)
@@ -63,8 +63,8 @@ def test_an_unstable_state_is_said_with_its_growth(url):
         guest.wait(lambda _: guest.nodes["/scene/rotor/hoop"]["visible"])
 
 
-def test_a_first_beam_without_equilibrium_is_shown_in_words():
-    """There is no last good picture then: the undeformed beam stands in, grey."""
+def test_a_first_beam_without_equilibrium_is_shown_undeformed():
+    """In grey, as there is no last stable state."""
     beam = Beam(mu=10, gamma=20)
     with (
         explorer(Scene(beam, {"strain": "biot"})) as address,
@@ -74,8 +74,8 @@ def test_a_first_beam_without_equilibrium_is_shown_in_words():
         guest.wait(lambda _: "No equilibrium" in str(guest.parts["captions"]))
 
 
-def test_an_edit_that_comes_while_the_session_is_built_is_not_lost(url):
-    """A page may send as soon as it has a control, before the server has finished with it."""
+def test_an_edit_during_the_start_of_a_session_is_not_lost(url):
+    """A page may send as soon as it has a control."""
     with raw_socket(url) as line:
         guest = Visitor(line)
         guest.choose("gamma", 21.0)
@@ -91,8 +91,8 @@ def test_an_edit_that_comes_while_the_session_is_built_is_not_lost(url):
         ({"method": "power-series", "terms": 101}, "terms = 101: a page solves with at most 100"),
     ],
 )
-def test_a_file_cannot_ask_for_more_than_a_page_may(options, words):
-    """The command line takes more: such a scene can be served, and saved, but not uploaded."""
+def test_a_file_cannot_exceed_the_limits_of_a_page(options, words):
+    """The command line can: such a scene can be served and saved, but not uploaded."""
     scene = Scene.from_bytes(Scene(PAPER, options).to_toml().encode(), "scene.toml")
     with pytest.raises(InvalidInput, match=words):
         within_limits(scene)

@@ -73,8 +73,8 @@ def framed(shown: Page, url: str) -> bool:
     )
 
 
-def test_a_foreign_page_cannot_drive_a_session(foreign, url):
-    """With a bare viser server it can: any page of the web that is open in the same browser."""
+def test_a_foreign_page_cannot_control_a_session(foreign, url):
+    """With a bare viser server it can: any page that is open in the same browser."""
     with plain_viser_server() as viser_server:
         assert opens(foreign, url_of(viser_server))
     assert not opens(foreign, url)
@@ -82,7 +82,7 @@ def test_a_foreign_page_cannot_drive_a_session(foreign, url):
 
 @pytest.mark.slow
 def test_a_foreign_page_cannot_use_the_cookie_of_a_visitor(foreign):
-    """The browser holds the key, and the page cannot make it use it."""
+    """The browser has the key, but does not send it for that page."""
     with explorer(Scene(Beam()), visitor_key=KEY) as found, page(found) as shown:
         shown.wait(SHOWN)
         assert shown.evaluate("location.href") == found.split("?")[0]
@@ -101,8 +101,8 @@ def test_a_foreign_page_cannot_put_the_explorer_in_a_frame(foreign, url):
 
 
 @pytest.mark.slow
-def test_our_own_page_cannot_be_made_to_talk_to_others(url):
-    """Should a script ever get into it, it has nobody to send what it finds."""
+def test_our_own_page_cannot_connect_to_other_servers(url):
+    """An injected script could not send data anywhere."""
     with plain_viser_server() as other, plain_viser_server() as viser_server:
         with page(url_of(viser_server)) as shown:
             shown.wait(SHOWN)

@@ -33,7 +33,7 @@ def visit() -> tuple[list[Visitor], dict[str, float]]:
 
 @pytest.mark.slow
 def test_a_bent_beam_is_solved_while_the_slider_is_dragged():
-    """With a picture of its own for an edit."""
+    """An edit gets a frame of its own."""
     (one,), _ = measured(BENT, 1)
     assert one.frames > 0
     assert len(one.answers) > 0
@@ -63,7 +63,7 @@ def test_edits_are_not_queued(visit):
 
 
 def test_the_rows_of_the_script_are_complete(visit):
-    """Each figure of the script is there and makes sense."""
+    """All figures of the script are present and plausible."""
     _, rows = visit
     assert rows["visitors"] == VISITORS
     assert 0 < rows["fewest frames"] <= rows["median frames"] <= rows["most frames"]

@@ -16,9 +16,9 @@ def clock(monkeypatch) -> list[float]:
     return now
 
 
-def test_a_flood_of_errors_is_one_line_and_a_count(clock, caplog):
-    """Other visitors and other errors have lines of their own; after a while it comes again. A line
-    is one line, whatever a stranger wrote into it."""
+def test_repeated_errors_are_one_line_and_a_count(clock, caplog):
+    """Other visitors and other errors have lines of their own; after a while there is another line.
+    A text with line breaks is one line."""
     log = RateLimitedLog("a test")
     for _ in range(5000):
         log.warn("visitor 1", "ValueError", "ignored: rubber")
@@ -34,8 +34,8 @@ def test_a_flood_of_errors_is_one_line_and_a_count(clock, caplog):
     ]
 
 
-def test_any_number_of_visitors_does_not_fill_the_memory():
-    """Their errors are forgotten, at worst to be written once more."""
+def test_the_memory_of_the_log_is_limited():
+    """Errors are forgotten, so that some lines are written again."""
     log = RateLimitedLog("a silent test")
     with log.muted():
         for k in range(3 * MAX_KINDS):
@@ -44,7 +44,7 @@ def test_any_number_of_visitors_does_not_fill_the_memory():
 
 
 def test_an_internal_error_is_one_line_with_its_traceback_at_level_debug(caplog):
-    """The person who runs a server sees the line."""
+    """At other levels only the line."""
     log, error = RateLimitedLog("a test"), ZeroDivisionError("division by zero")
     with caplog.at_level(logging.INFO, "a test"):
         log.error("chart", "a beam", error)

@@ -80,8 +80,8 @@ def test_no_visitor_can_open_a_public_tunnel(url):
         assert not tunnel.called
 
 
-def test_a_visitor_cannot_reach_into_the_server(url):
-    """viser sets whatever attribute of a control a message names."""
+def test_a_visitor_cannot_set_attributes_of_controls(url):
+    """viser sets any attribute of a control that a message names."""
     with plain_session() as (_, slider, line):
         line.send(update(uuid_of(slider), removed=True, update_cb=[]))
         wait_until(lambda: slider._impl.removed)
@@ -89,8 +89,8 @@ def test_a_visitor_cannot_reach_into_the_server(url):
         assert close_code(url, update("x", **updates)) == POLICY_VIOLATION
 
 
-def test_a_visitor_cannot_speak_to_the_others_through_the_server(url):
-    """viser passes "form" messages on to all, and keeps them for those who come later."""
+def test_a_visitor_cannot_send_messages_to_others(url):
+    """viser forwards "form" messages to all, and stores them for later visitors."""
     message = encoded(type="GuiFormDirtyMessage", uuid="x" * 100)
     with plain_session() as (server, _, line):
         buffer = server._websock_server._broadcast_buffer.message_from_id
@@ -101,7 +101,7 @@ def test_a_visitor_cannot_speak_to_the_others_through_the_server(url):
 
 
 def test_a_visitor_cannot_fill_the_memory_with_a_file(url):
-    """viser takes files for any control, without a limit."""
+    """viser accepts files for any control, without a limit."""
     start = {"source_component_uuid": "", "transfer_uuid": "t", "filename": "f", "mime_type": "x"}
     start |= {"type": "FileTransferStartUpload", "part_count": 1000, "size_bytes": 10**12}
     with plain_session() as (server, slider, line):
@@ -110,8 +110,8 @@ def test_a_visitor_cannot_fill_the_memory_with_a_file(url):
     assert close_code(url, encoded(**start)) == POLICY_VIOLATION
 
 
-def test_a_message_has_a_largest_size(url):
-    """viser reads up to 50 MB; nothing that a page sends comes near our limit."""
+def test_messages_have_a_maximum_size(url):
+    """viser reads up to 50 MB; messages of the page are far below our limit."""
     huge = update("x", value="x" * MAX_BYTES)
     with plain_session() as (server, _, line):
         line.send(encoded(**CAMERA_MESSAGE))
@@ -159,7 +159,7 @@ def test_an_invalid_message_is_rejected(message):
 
 
 def test_an_invalid_message_closes_its_connection_and_no_other(url, caplog):
-    """One line in the log gives the address and the reason; another visitor does not notice."""
+    """One line in the log has the address and the reason; another visitor is not affected."""
     connection.log.reported.clear()
     with visitor(url) as other, caplog.at_level(logging.WARNING):
         for _ in range(3):
@@ -175,7 +175,7 @@ def test_an_invalid_message_closes_its_connection_and_no_other(url, caplog):
 
 
 def test_a_visitor_cannot_change_or_remove_the_controls_of_another(url):
-    """viser shares controls: one visitor can move or remove them for all. Here all are private."""
+    """viser shares controls: one visitor can change or remove them for all. Here none is."""
     with plain_session() as (_, slider, line):
         line.send(update(uuid_of(slider), value=1.0))
         wait_until(lambda: slider.value == 1.0)
@@ -203,7 +203,7 @@ def test_a_visitor_cannot_change_or_remove_the_controls_of_another(url):
 
 
 def test_a_visitor_receives_nothing_of_another(url):
-    """viser tells all of what one does; here not a control, nor a text, nor a picture of it."""
+    """viser sends the edits of one visitor to all; here neither controls nor texts nor scenes."""
     with plain_session() as (server, slider, one), raw_socket(url_of(server)) as other:
         other.send(update(uuid_of(slider), value=1.0))
         eavesdropper = Visitor(one)
@@ -221,7 +221,7 @@ def test_a_visitor_receives_nothing_of_another(url):
 
 
 def test_no_control_is_shared(monkeypatch):
-    """The server's own scope, which any visitor could change for all, holds none."""
+    """The scope of the server, which any visitor could change for all, has none."""
     made: list[viser.ViserServer] = []
     loop = app.FrameLoop
     monkeypatch.setattr(app, "FrameLoop", lambda *given: (made.append(given[0]), loop(*given))[1])

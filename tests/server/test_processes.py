@@ -52,8 +52,8 @@ def hall(tmp_path_factory) -> Iterator[ServeProcess]:
 
 
 def test_visitors_are_shared_evenly_and_have_private_scenes(hall):
-    """Four visitors, two for each process; what one does, no other sees. A page is the same from
-    each."""
+    """Four visitors, two in each process, do not see each other's edits. All processes send the
+    same page."""
     wait_until(lambda: len({open_sockets(pid) for pid in hall.workers}) == 1)  # after the self-test
     before = [open_sockets(pid) for pid in hall.workers]
     with contextlib.ExitStack() as stack:
@@ -69,8 +69,8 @@ def test_visitors_are_shared_evenly_and_have_private_scenes(hall):
 
 
 @pytest.mark.slow
-def test_the_limit_of_visitors_is_for_all_processes_together(hall):
-    """Five are served, wherever; the sixth is refused, and served when one has left."""
+def test_the_limit_of_visitors_is_that_of_all_processes(hall):
+    """Five are served in any process; the sixth is refused, and served when one has left."""
     with contextlib.ExitStack() as stack:
         for _ in range(5):
             stack.enter_context(visitor(hall.url))
@@ -85,7 +85,7 @@ def test_the_limit_of_visitors_is_for_all_processes_together(hall):
 
 @pytest.mark.slow
 def test_a_worker_that_dies_is_replaced(hall):
-    """Its visitor is disconnected and comes back; the others do not notice; one line is printed."""
+    """Its visitor connects again, others are not affected; one line is printed."""
     time.sleep(max(0.0, hall.began + MIN_LIFETIME - time.monotonic()))
     with visitor(hall.url) as one, visitor(hall.url) as other:
         before = hall.workers
@@ -104,8 +104,8 @@ def test_a_worker_that_dies_is_replaced(hall):
     wait_until(lambda: errors and "died (exit code -9)" in errors.readline())
 
 
-def test_workers_do_not_outlive_the_first_process(hall):
-    """Even if that was killed and could not tell them. The last test of these processes."""
+def test_workers_end_with_the_main_process(hall):
+    """Even if that was killed. The last test of these processes."""
     workers = hall.workers
     hall.process.kill()
     wait_until(lambda: not any(map(is_alive, workers)))
@@ -113,8 +113,8 @@ def test_workers_do_not_outlive_the_first_process(hall):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_all_end_together_and_leave_nothing(tmp_path, number):
-    """Even with visitors in the middle of a picture; Ctrl-C reaches all of them at once."""
+def test_all_processes_end_together(tmp_path, number):
+    """Even with moving scenes; Ctrl-C reaches all of them at once."""
     with ServeProcess(tmp_path, "--port", str(free_port())) as served:
         workers = served.workers
         assert len(workers) == 2
@@ -129,8 +129,8 @@ def test_all_end_together_and_leave_nothing(tmp_path, number):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("after", [0.8, *slow(0.0, 0.2, 0.5, 1.1)])
-def test_they_end_at_any_moment(tmp_path, after):
-    """While they are imported or started; nothing is left, and no traceback."""
+def test_processes_end_at_any_moment_of_their_start(tmp_path, after):
+    """During imports or the start of workers; no process is left, no traceback printed."""
     served = ServeProcess(tmp_path, "--port", str(free_port()), processes=3)
     with served.process as process:
         wait_until(lambda: handles_sigterm(process.pid))
@@ -144,23 +144,23 @@ def test_they_end_at_any_moment(tmp_path, after):
 
 
 @pytest.mark.slow
-def test_one_visitor_needs_one_process(tmp_path):
-    """Several would be each other's visitors while they test their protection."""
+def test_one_visitor_has_one_process(tmp_path):
+    """Several would count each other's self-test as visitors."""
     with ServeProcess(tmp_path, "--port", str(free_port()), "--visitors", "1") as served:
         assert not served.workers
         assert served.end(signal.SIGTERM) == (0, "")
 
 
-def test_all_addresses_of_a_host_are_listened_to():
-    """localhost has two where the machine has IPv6, with one port."""
+def test_all_addresses_of_a_host_are_served():
+    """localhost has two on a machine with IPv6, with one port."""
     with listening_sockets("localhost", 0) as found:
         assert len({line.getsockname()[1] for line in found}) == 1
         assert {line.getsockname()[0] for line in found} >= {"127.0.0.1"}
 
 
 def test_the_number_of_processes(monkeypatch):
-    """One without others and for a presenter, one per core for others, unless set; one where a
-    process cannot be forked."""
+    """One for this machine only and for a presenter, else one per core, unless set; one without
+    fork."""
     assert process_count(None, shared=False, follow=False) == 1
     assert process_count(None, shared=True, follow=True) == 1
     assert process_count(1, shared=True, follow=False) == 1
@@ -175,7 +175,7 @@ def test_the_number_of_processes(monkeypatch):
 
 
 def test_each_process_counts_its_own_visitors():
-    """All see the sum."""
+    """All read the sum."""
     visitor_count = VisitorCount(2)
     visitor_count.enter()
     if (child := os.fork()) == 0:

@@ -51,7 +51,7 @@ BROKEN = [
 
 @pytest.mark.parametrize(("break_", "failure"), BROKEN)
 def test_a_server_without_its_protection_is_not_shared(monkeypatch, break_, failure):
-    """One line says what failed; nothing is served beyond this machine."""
+    """One line names the failure; nothing is served beyond this machine."""
     break_(monkeypatch)
     for reach in (SHARED, {"public": "https://beams.example.org"}):
         match = f"self-test.*{failure}.*not served"
@@ -60,8 +60,8 @@ def test_a_server_without_its_protection_is_not_shared(monkeypatch, break_, fail
         assert "\n" not in str(caught.value)
 
 
-def test_a_server_that_takes_any_key_is_not_shared(monkeypatch):
-    """The key is what protects it on a network."""
+def test_a_server_that_accepts_any_key_is_not_shared(monkeypatch):
+    """On a network the key is the protection."""
     monkeypatch.setattr(access, "matches", lambda *_: True)
     with (
         pytest.raises(Unavailable, match="a visitor without the key can connect"),
@@ -72,7 +72,7 @@ def test_a_server_that_takes_any_key_is_not_shared(monkeypatch):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="one process on other systems")
 def test_several_processes_without_their_protection_are_not_shared(monkeypatch):
-    """Each tests itself; one error for all of them, and no process is left."""
+    """Each runs the self-test; one error for all, and no process is left."""
     ignore_messages(monkeypatch)
     with pytest.raises(Unavailable, match=r"^self-test.*a message that no page sends"):
         serve(Scene(PAPER), host="0.0.0.0", port=0, processes=2)
@@ -80,17 +80,16 @@ def test_several_processes_without_their_protection_are_not_shared(monkeypatch):
 
 
 @pytest.mark.parametrize(("break_", "failure"), BROKEN)
-def test_on_this_machine_the_failure_is_a_line_in_the_log(monkeypatch, caplog, break_, failure):
-    """Others cannot reach it, and its user is told."""
+def test_on_this_machine_only_a_failure_is_logged(monkeypatch, caplog, break_, failure):
+    """Other machines cannot reach it."""
     break_(monkeypatch)
     with explorer(Scene(PAPER)) as url:
         assert url.startswith("http://127.0.0.1:")
     assert [record for record in caplog.records if failure in record.getMessage()]
 
 
-def test_the_self_test_leaves_no_trace(caplog):
-    """Its own attacks are not logged, and it is not counted as a visitor; one at a time is enough
-    for it."""
+def test_the_self_test_is_neither_logged_nor_counted(caplog):
+    """It needs one connection at a time."""
     visitor_count = VisitorCount()
     with (
         caplog.at_level(logging.DEBUG, "beamviz"),
@@ -123,7 +122,7 @@ def test_a_missing_attribute_is_named_with_the_versions(monkeypatch, owner, name
         pass
 
 
-def test_arrays_are_encoded_as_viser_does():
+def test_arrays_are_encoded_as_by_viser():
     """The same message and the same bytes, also of an array that is not contiguous."""
     arrays = {"points": np.arange(6, dtype=np.float32).reshape(2, 3).T, "colors": np.ones(3, "u1")}
     encoded = []
@@ -135,7 +134,7 @@ def test_arrays_are_encoded_as_viser_does():
 
 
 def test_a_server_that_viser_builds_in_another_way_is_refused(monkeypatch):
-    """If viser no longer calls websockets' `serve`, that is noticed, and the server is stopped."""
+    """If viser no longer calls websockets' `serve`, the server is stopped."""
     stopped = []
 
     class Other:
@@ -185,8 +184,8 @@ def internals(text: str) -> set[str]:
     return found
 
 
-def test_one_module_reaches_into_viser_and_none_patches():
-    """All others use what it offers; outside four folders nothing imports viser."""
+def test_one_module_uses_undocumented_parts_of_viser():
+    """All others use documented parts; only four folders import viser."""
     modules = {path: path.read_text() for path in (ROOT / "beamviz").rglob("*.py")}
     reaching = {path for path, text in modules.items() if "viser" in text and internals(text)}
     assert reaching == {ROOT / "beamviz" / "server" / "viser_private.py"}
@@ -208,7 +207,7 @@ def test_one_module_reaches_into_viser_and_none_patches():
         "getattr(node, '_impl')",
     ],
 )
-def test_what_counts_as_reaching_in(line):
-    """Each of these would be noticed; documented names and our own are not."""
+def test_undocumented_parts_are_detected(line):
+    """Each of these examples; documented names and our own are not."""
     assert internals(line)
     assert not internals("import viser\nfrom viser import GuiApi\nself._known = node.visible")

@@ -61,8 +61,8 @@ def unharmed(url: str) -> bool:
 # Origin and Host
 
 
-def test_a_page_of_another_site_may_not_connect_nor_ask(url):
-    """viser lets any page of the web in; here it gets 403, over WebSocket and over HTTP."""
+def test_a_foreign_page_gets_403(url):
+    """Over WebSocket and over HTTP; viser accepts any page."""
     with (
         plain_viser_server() as viser_server,
         raw_socket(url_of(viser_server), origin=FOREIGN_ORIGIN) as line,
@@ -80,8 +80,8 @@ def test_a_page_of_another_site_may_not_connect_nor_ask(url):
 
 
 @pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example:{port}", "127.0.0.1:1"])
-def test_a_name_made_to_point_here_is_not_answered(url, host):
-    """DNS rebinding makes a foreign page same-origin; only the Host header gives it away."""
+def test_a_rebound_name_gets_403(url, host):
+    """DNS rebinding makes a foreign page same-origin; only the Host header shows it."""
     with plain_viser_server() as viser_server:
         here = url_of(viser_server)
         name = host.format(port=viser_server.get_port())
@@ -94,8 +94,8 @@ def test_a_name_made_to_point_here_is_not_answered(url, host):
     assert refused(url, additional_headers={"Host": name}, origin=f"http://{name}")
 
 
-def test_two_hosts_in_one_request_are_none(url):
-    """What a proxy and a server could read differently is refused."""
+def test_two_hosts_in_one_request_are_refused(url):
+    """A proxy and a server might read different ones."""
     place = url.removeprefix("http://")
     with plain_viser_server() as viser_server:
         assert http_get(url_of(viser_server), Host="evil.example", host="localhost")[0] == 200
@@ -122,12 +122,12 @@ def test_two_hosts_in_one_request_are_none(url):
     ],
 )
 def test_a_server_answers_to_its_own_names_only(access, host, answered):
-    """Loopback names on loopback, addresses made of digits on a network, a proxy's own name."""
+    """Loopback names on loopback, numerical addresses on a network, the name of a proxy."""
     assert access.answers_to(host) is answered
 
 
 def test_behind_a_proxy_the_origin_is_the_proxys():
-    """https there, http here; the cookie is for https alone."""
+    """https there, http here; the cookie is for https only."""
     access = Access(
         "127.0.0.1", 8080, visitor_key=KEY, public=public_url("https://Beams.example.org/")
     )
@@ -139,15 +139,15 @@ def test_behind_a_proxy_the_origin_is_the_proxys():
 
 
 @pytest.mark.parametrize("text", ["beams.example.org", "ftp://x", "https://", "https://x/path"])
-def test_a_public_url_that_is_none_is_named(text):
-    """InvalidInput says what was given and what is needed."""
+def test_an_invalid_public_url_is_named(text):
+    """InvalidInput has the value and the required form."""
     with pytest.raises(InvalidInput, match=r"public-url = .*must be a scheme and a host"):
         public_url(text)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs a second address of its own")
-def test_only_this_machine_can_connect_unless_others_are_let_in(url):
-    """viser listens to all the network, at every address of the machine."""
+def test_only_this_machine_can_connect_by_default(url):
+    """viser listens at all addresses of the machine."""
     with plain_viser_server("0.0.0.0") as viser_server:
         assert http_get(f"http://127.0.0.2:{viser_server.get_port()}")[0] == 200
     with pytest.raises(ConnectionRefusedError):
@@ -157,8 +157,8 @@ def test_only_this_machine_can_connect_unless_others_are_let_in(url):
 # The key
 
 
-def test_on_a_network_nobody_comes_in_without_the_key(open_url):
-    """viser's default is to listen to all, and to let all in."""
+def test_on_a_network_the_key_is_required(open_url):
+    """viser accepts all by default."""
     with plain_viser_server("0.0.0.0") as viser_server:
         assert http_get(url_of(viser_server))[0] == 200
         with raw_socket(url_of(viser_server)):
@@ -170,8 +170,8 @@ def test_on_a_network_nobody_comes_in_without_the_key(open_url):
     assert refused(open_url, additional_headers={"Cookie": "beamviz=1; x"})
 
 
-def test_the_key_becomes_a_cookie_and_leaves_the_address(open_url):
-    """A projector shows the address; a script on the page cannot read the cookie."""
+def test_the_key_moves_from_the_address_to_a_cookie(open_url):
+    """So that a projector does not show it, and scripts cannot read it."""
     status, headers, _ = http_get(open_url, f"/?token={KEY}")
     assert (status, headers["Location"]) == (303, "/")
     cookie, _, rules = headers["Set-Cookie"].partition(";")
@@ -186,15 +186,15 @@ def test_the_key_becomes_a_cookie_and_leaves_the_address(open_url):
 
 
 def test_keys_are_compared_in_constant_time():
-    """Every key is compared, whole, also after one has matched."""
+    """All keys are compared completely, also after a match."""
     with mock.patch("hmac.compare_digest", side_effect=[True, False]) as compared:
         assert matches((KEY, "another"), KEY)
     assert compared.call_count == 2
 
 
 @pytest.mark.parametrize(("host", "public"), [("0.0.0.0", ""), ("127.0.0.1", "https://x.example")])
-def test_a_server_that_others_can_reach_makes_a_key_and_says_so(host, public, capsys, monkeypatch):
-    """A new one each time, 128 bits; on loopback there is none."""
+def test_a_shared_server_prints_a_new_key(host, public, capsys, monkeypatch):
+    """Of 128 bits; on loopback there is none."""
     monkeypatch.setattr(server, "wait_for_signal", lambda _: None)
     for _ in range(2):
         server.serve(SCENE, host=host, port=0, public=public, processes=1)
@@ -211,7 +211,7 @@ def test_a_server_that_others_can_reach_makes_a_key_and_says_so(host, public, ca
 
 
 def test_every_response_has_the_security_headers(url):
-    """No frames, no guessing of types, no referrer, no talking to others; and no version."""
+    """No frames, no MIME sniffing, no referrer, no other connections, no version."""
     with plain_viser_server() as viser_server:
         assert "Content-Security-Policy" in missing_headers(http_get(url_of(viser_server))[1])
         assert "websockets" in http_get(url_of(viser_server))[1]["Server"]
@@ -231,14 +231,14 @@ def test_every_response_has_the_security_headers(url):
     ],
 )
 def test_no_other_file_is_served_and_no_folder_listed(url, path):
-    """viser sees to this by itself; here it is watched."""
+    """viser ensures this itself."""
     with plain_viser_server() as viser_server:
         assert http_get(url_of(viser_server), path)[0] == 404
     assert http_get(url, path)[0] == 404
 
 
-def test_a_page_of_another_version_is_told_so(url, capsys):
-    """viser prints a line on stdout for each; here it gets an answer, and no visit."""
+def test_a_page_of_another_version_gets_an_answer(url, capsys):
+    """viser prints a line on stdout for each; here it gets a page with the remedy."""
     with pytest.raises(websockets.exceptions.InvalidStatus, match="400"):
         websockets.sync.client.connect(
             url.replace("http", "ws"), subprotocols=["viser-v0.1"], open_timeout=10
@@ -250,7 +250,7 @@ def test_a_page_of_another_version_is_told_so(url, capsys):
 
 
 def test_half_open_sockets_are_closed(monkeypatch):
-    """Connections without a request, and with half of one; a visitor is served meanwhile."""
+    """Connections without a request, or with half of one; a visitor is served meanwhile."""
     monkeypatch.setattr(connection, "TIMEOUT", 0.5)
     with explorer(SCENE) as found, visitor(found) as guest:
         port = int(found.rsplit(":", 1)[1])
@@ -267,7 +267,7 @@ def test_half_open_sockets_are_closed(monkeypatch):
 
 
 def test_a_visitor_who_does_not_read_is_disconnected(monkeypatch):
-    """A page that was put to sleep answers no pings; it must not fill the memory."""
+    """A page of a sleeping machine answers no pings, and must not fill the memory."""
     monkeypatch.setattr(connection, "TIMEOUT", 0.5)
     with explorer(SCENE, max_visitors=1) as found, socket.socket() as deaf:
         deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
@@ -294,8 +294,8 @@ def handshake(url: str) -> bytes:
     return "\r\n".join([*lines, "", ""]).encode()
 
 
-def test_beyond_the_limit_a_page_says_so_and_tries_again():
-    """Two may be there; the third page is told to wait, and is served when one has left."""
+def test_beyond_the_limit_a_page_waits_and_tries_again():
+    """Of two; the third page is served when one visitor has left."""
     with explorer(SCENE, max_visitors=2) as found:
         with visitor(found), visitor(found):
             status, headers, body = http_get(found)

@@ -73,16 +73,16 @@ def hall(tmp_path_factory) -> Iterator[Hall]:
 
 
 @pytest.mark.slow
-def test_the_key_opens_all_of_them(hall):
-    """So that what follows is refused for its own reason; a cookie is good for all."""
+def test_all_processes_accept_the_key(hall):
+    """And its cookie, so that the other tests fail for their own reasons."""
     assert hall.pages(**hall.cookie) == {(200, True)}
     assert hall.sockets(**hall.cookie) == {101}
     assert hall.pages(f"/?token={hall.key}") == {(303, False)}
 
 
-def test_none_opens_without_the_key_nor_answers_a_foreign_page(hall):
-    """403, before any page, and for a WebSocket; to a foreign page or a rebound name even if the
-    browser has the key."""
+def test_no_process_accepts_a_request_without_the_key_or_from_a_foreign_page(hall):
+    """403 for pages and WebSockets; also for a foreign page or a rebound name if the browser has
+    the key."""
     for path, headers in (
         ("/", {}),
         (f"/?token={hall.key}x", {}),
@@ -94,7 +94,7 @@ def test_none_opens_without_the_key_nor_answers_a_foreign_page(hall):
 
 
 def test_an_invalid_message_closes_the_connection(hall):
-    """In whichever process it is: one that no page sends, a number out of range, too many bytes."""
+    """In each process: an unknown message, a number out of range, too many bytes."""
     for message, code in (
         ({"type": "ShareUrlRequest"}, POLICY_VIOLATION),  # a public tunnel
         (CAMERA_MESSAGE | {"position": (1e300, 0.0, 0.0)}, POLICY_VIOLATION),
@@ -105,8 +105,8 @@ def test_an_invalid_message_closes_the_connection(hall):
 
 
 @pytest.mark.slow
-def test_nobody_changes_or_removes_the_controls_of_another(hall):
-    """A visitor names the controls of another one, in the same process and in the other."""
+def test_no_visitor_changes_the_controls_of_another(hall):
+    """In the same process and in the other."""
     cookie = {"additional_headers": hall.cookie}
     action = {"value": '[1, "gamma", 11]'}
 
@@ -131,14 +131,14 @@ def test_nobody_changes_or_removes_the_controls_of_another(hall):
             sees(guest, 21.0 + k)
 
 
-def test_no_other_file_is_served_by_any(hall):
-    """Nor a folder listed."""
+def test_no_process_serves_other_files(hall):
+    """Or lists folders."""
     for path in ("/../../../../etc/passwd", "//etc/passwd", "/assets/"):
         assert hall.pages(path, **hall.cookie) == {(404, False)}
 
 
 def test_every_response_has_the_security_headers(hall):
-    """Whether it is the page, a refusal or nothing."""
+    """The page, a refusal, and an unknown path."""
     for path, headers in (("/", hall.cookie), ("/nothing-here", hall.cookie), ("/", {})):
         attack = partial(http_get, hall.url, path, **headers)
         assert hall.everywhere(lambda: bool(missing_headers(attack()[1]))) == {False}  # noqa: B023

@@ -21,7 +21,7 @@ from beamviz.scene import Scene
 
 
 def test_nothing_is_computed_while_nothing_moves(monkeypatch):
-    """With a paused visitor, and without any, the frame loop does not even wake."""
+    """With a paused visitor, and without any, the frame loop does not wake."""
     woken: list[float] = []
     sleep = app.FrameLoop.sleep
     monkeypatch.setattr(
@@ -40,16 +40,16 @@ def test_nothing_is_computed_while_nothing_moves(monkeypatch):
         wait_until(lambda: wakes() == 0)
 
 
-def test_a_visitor_who_leaves_is_forgotten(frame_loops):
-    """Their session is closed, and the frame loop keeps none of it."""
+def test_the_session_of_a_visitor_who_leaves_is_closed(frame_loops):
+    """And the frame loop has no reference to it."""
     with explorer(Scene(PAPER)) as url:
         with visitor(url):
             assert len(frame_loops[-1].sessions) == 1
         wait_until(lambda: not frame_loops[-1].sessions)
 
 
-def test_no_thread_is_left_behind():
-    """After an explorer has ended, neither what opens sessions nor its solvers run."""
+def test_an_explorer_leaves_no_thread():
+    """Neither that opens sessions nor its solvers."""
     before = set(threading.enumerate())
 
     def new_threads() -> set[str]:
@@ -61,8 +61,8 @@ def test_no_thread_is_left_behind():
 
 
 @pytest.mark.parametrize("processes", ["1", "2"])
-def test_a_busy_port_is_one_line(run, processes):
-    """With the address and the remedy; no other port is taken silently."""
+def test_a_busy_port_is_an_error_of_one_line(run, processes):
+    """With the address and the remedy; no other port is used silently."""
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
@@ -75,7 +75,7 @@ def test_a_busy_port_is_one_line(run, processes):
 @pytest.mark.parametrize("host", ["999.1.1.1", "192.0.2.1", "no such host"])
 @pytest.mark.parametrize("processes", [1, 2])
 def test_a_host_that_does_not_exist_is_an_error(host, processes):
-    """viser would wait for ever on it."""
+    """viser would wait for it forever."""
     with pytest.raises(Unavailable, match=f"cannot serve on {host}.*--host"):
         serve(Scene(PAPER), host=host, port=0, processes=processes)
 
@@ -88,7 +88,7 @@ def test_invalid_options_are_refused_before_serving():
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, *slow(signal.SIGINT)])
 def test_a_signal_ends_the_server_cleanly(tmp_path, number):
-    """With a visitor watching: exit code 0, nothing on stderr, the port free."""
+    """With a visitor connected: exit code 0, nothing on stderr, the port free."""
     port = free_port()
     with ServeProcess(tmp_path, "--port", str(port), processes=1) as served:
         with (

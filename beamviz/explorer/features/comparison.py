@@ -39,8 +39,7 @@ SHORT = {ANCF: "ancf", CORIOLIS: "coriolis", DOUBLE: "mass", EFFECTS: "effects"}
 
 
 def comparison_case(state: State, case: Case) -> ComparisonCase | str:
-    """The case that the state compares `case` with; or a message why there is none, "" where no
-    comparison is chosen."""
+    """The case that `case` is compared with, or a message why there is none ("" without one)."""
     choice, alpha = state.comparison, case.numbers["alpha"]
     if choice == NO_COMPARISON:
         return ""
@@ -166,8 +165,7 @@ class Comparison(Feature):
         return [view for view in (self.overlay, self.scene) if view]
 
     def move(self, time: float, amplitudes: np.ndarray, change: ViewChange | None = None) -> None:
-        """Advance by `time` [T*], with the amplitudes (m,) of the first beam; change: of the view,
-        if one is under way."""
+        """Advance by `time` [T*]; amplitudes: (m,) of the first beam; change: of the view."""
         shapes = self.shapes
         if shapes is None:
             return

@@ -115,8 +115,7 @@ class Lessons(Feature):
             self.page.html("tab-lessons", cards_html(state.lesson, self.met))
 
     def check(self, lesson: Lesson, answer: SolverAnswer, beam: Beam) -> str:
-        """The verdict on a challenge with the present value of its quantity; stores a challenge
-        that is met."""
+        """The verdict on a challenge with the present value of its quantity; stores its success."""
         verdict = lesson.check(beam, answer.request.options)
         if verdict.met:
             self.met |= {lesson.name}

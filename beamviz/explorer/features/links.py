@@ -127,8 +127,7 @@ class Links:
         self.visitor.page.address("&".join(filter(None, (pairs, query))))
 
     def query(self, state: State) -> str:
-        """The query of a link to a state; "" for the state at the start of the page and for that of
-        a presenter."""
+        """The query of a link to a state; "" for that at the start, or of a presenter."""
         scene = replace(state.to_scene(), camera=self.visitor.camera.chosen)
         first = replace(self.start, view=replace(self.start.view, **own(state)))
         pairs = extra_pairs(state)

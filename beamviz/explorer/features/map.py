@@ -46,8 +46,7 @@ CLICK = "Click on the map, or move its ring by arrow keys, to give the beam thes
 
 @dataclass(frozen=True)
 class MapRequest:
-    """The beams of a map. beam: its two numbers `over` are the starts of the axes; options:
-    keywords of `solve`."""
+    """The beams of a map; `beam` has the starts of the axes; options: keywords of `solve`."""
 
     beam: Beam
     over: tuple[str, str]  # along the horizontal and the vertical axis

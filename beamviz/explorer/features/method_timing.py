@@ -43,8 +43,7 @@ class Timing(NamedTuple):
 
 
 def time_methods(case: Case) -> tuple[Timing, ...]:
-    """Time every method at its resolutions on a case. Raises BeamvizError if there is no reference
-    solution."""
+    """Time every method at its resolutions on a case. Raises the errors of `solve`."""
     options = {**case.options, "method": "auto", "tolerance": REFERENCE_TOLERANCE}
     reference = solve(case.beam(), **options)
     return tuple(
@@ -211,8 +210,7 @@ def in_frame(error: float) -> float:
 
 
 def timing_table(timings: Sequence[Timing]) -> str:
-    """Every method with a button that chooses it, and its most accurate result, or the reason why
-    it has none."""
+    """Every method with a button that chooses it, and its most accurate result or the reason."""
     rows = []
     for name in STYLES:
         own = [timing for timing in timings if timing.method == name]

@@ -83,8 +83,7 @@ class VeeringRequest:
     event: Event
 
     def pairs(self) -> Pairs:
-        """The loci without and with Coriolis forces, at the same values. Raises the errors of
-        `loci`."""
+        """The loci without and with Coriolis forces. Raises the errors of `loci`."""
         reach = REACH * (self.chart.stop - self.chart.start)
         wide = self.values(self.event.at, reach)
         found = [self.loci(wide, coriolis) for coriolis in (False, True)]

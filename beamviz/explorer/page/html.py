@@ -32,8 +32,7 @@ def equilibrium_state(answer: SolverAnswer) -> str:
 
 
 def state_switch(answer: SolverAnswer) -> str:
-    """A button that shows the stable state instead of an unstable straight one, or the straight
-    state instead of a bent one."""
+    """A button that replaces an unstable straight state by the stable one, or a bent one."""
     options, solution = answer.request.options, answer.solution
     if solution is None or solution.beam.spin_up:
         return ""

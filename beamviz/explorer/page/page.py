@@ -90,8 +90,7 @@ class Page:
         self.send_changed("captions", "scene", [one.data for one in captions])
 
     def ready(self) -> None:
-        """Request the preferences of the visitor's system and the address of the page, once all
-        actions have handlers."""
+        """Request the preferences and the address of the page: all actions have handlers."""
         self.send("ready", True)
 
     def open(self, tab: str) -> None:
