@@ -259,10 +259,12 @@ class Job(Generic[Q, R]):
         self.ready()
 
     def withdraw(self) -> None:
-        """Stop computing, as if the latest request had not been made."""
+        """Stop computing the latest request, or forget that it was cancelled."""
         with self.lock:
             if self.busy:
                 self.number, self.busy, self.latest = self.number + 1, False, None
+            elif self.cancelled:
+                self.answer = self.latest = None
 
     def retry(self) -> None:
         """Compute the latest request again if it was cancelled."""

@@ -38,8 +38,8 @@ def test_the_node_of_mode_2_stays_still():
 
 
 def test_one_clock_keeps_the_ratio_of_frequencies():
-    """In one period of mode 1, mode 2 goes through omega_2 / omega_1 of its own and the hub
-    through gamma / omega_1; phases stay where frequencies change."""
+    """In a period of mode 1, mode 2 has omega_2 / omega_1 periods and the hub gamma / omega_1
+    turns; phases are continuous when frequencies change."""
     frequencies = solve(PAPER).frequencies
     clock = Clock(phases=np.zeros(5))
     total = np.zeros(6)
@@ -54,9 +54,9 @@ def test_one_clock_keeps_the_ratio_of_frequencies():
     assert np.array_equal(clock.phases, before)
 
 
-def test_the_pace_shows_the_slowest_motion_and_does_not_blur_the_fastest():
+def test_the_playback_rate_suits_the_slowest_and_the_fastest_motion():
     """A period takes at least 0.6 s and, alone, 2.5 s; a rotation at least 1.5 s. A clock keeps its
-    pace unless it is far too fast or too slow."""
+    rate unless it is much too fast or too slow."""
     for frequencies, gamma, fastest, period in (
         ([3.5], 0.0, 3.5, 2.5),
         ([3.5, 200.0], 0.0, 200.0, 0.6),
@@ -71,8 +71,7 @@ def test_the_pace_shows_the_slowest_motion_and_does_not_blur_the_fastest():
 
 
 def test_signs_do_not_flip_while_a_slider_moves():
-    """Along gamma 0 .. 30 each mode overlaps positively with itself one step before, as the sign
-    is free: it is taken from the picture before."""
+    """For gamma 0 .. 30 each mode correlates with itself one step before."""
     shapes = sampled(Beam(alpha=1, beta=0.5))
     flipped = replace(shapes, modes=-shapes.modes)
     again = SampledModes.sampled(solve(shapes.beam), flipped)
@@ -115,8 +114,8 @@ def test_strain_is_that_of_the_equilibrium_plus_that_of_the_motion():
     assert bound == pytest.approx(np.abs(shapes.strain + slope).max(), rel=1e-6)
 
 
-def test_a_large_picture_of_stretching_never_folds():
-    """At the largest amplitude every stretching mode keeps the points of the beam in order."""
+def test_stretching_modes_never_fold_the_beam():
+    """At the largest amplitude the points of the beam keep their order."""
     shapes = sampled(Beam(mu=12), modes=8)
     assert sum(label.startswith("S") for label in shapes.labels) >= 3
     for k in range(8):
@@ -128,8 +127,8 @@ def test_a_large_picture_of_stretching_never_folds():
 @settings(max_examples=30)
 @given(beam=BEAMS)
 def test_marked_nodes_are_those_of_the_solver(coriolis, beam):
-    """To the three digits that a label shows, also in a layer at the mass that is as thin as the
-    distance of two stations."""
+    """To the three digits of a label, also in a boundary layer at the mass as thin as the distance
+    of two stations."""
     solution = solve(beam, coriolis=coriolis)
     for x, exact in zip(SampledModes.sampled(solution).nodes, solution.nodes, strict=True):
         assert x == pytest.approx(exact, abs=5e-4)
@@ -150,8 +149,8 @@ def test_the_colour_maps_do_not_depend_on_hue():
 
 
 def test_colours_show_displacement_and_strain():
-    """No displacement is the low end, the largest the high end; no strain is the middle. In an
-    animation they are bytes of linear light."""
+    """Displacement from 0 to the largest covers the map; zero strain is its middle. Instanced
+    meshes get bytes of linear light."""
     shapes, amplitudes = sampled(Beam()), 0.15 * np.eye(5)[0]
     moved = single_mode(shapes, 0, 0.25)
     for name, ends in zip(COLOURINGS, ((0, -1), (2, 2)), strict=True):

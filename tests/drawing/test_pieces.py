@@ -106,18 +106,18 @@ class Drawn:
 @pytest.mark.parametrize("coriolis", [False, True])
 @settings(max_examples=60)
 @given(beam=BEAMS, shares=mixes, amplitude=st.floats(0, 0.4), colouring=st.sampled_from(COLOURINGS))
-def test_the_picture_is_as_smooth_as_declared(coriolis, beam, shares, amplitude, colouring):
-    """On the screen the exact curve is nowhere farther from a piece than a fifth of a pixel, and
-    neighbours never differ by more than a fortieth of the colour map."""
+def test_pieces_deviate_little_from_the_curve(coriolis, beam, shares, amplitude, colouring):
+    """On the screen by at most a fifth of a pixel; neighbours differ by at most a fortieth of the
+    colour map."""
     drawn = Drawn(beam, shares, amplitude, colouring, coriolis=coriolis)
     if drawn.need <= PIECE_COUNTS[-1]:
         assert drawn.deviation() <= 1.3 * DEVIATION  # parts swing nearer to the eye
         assert drawn.steps() <= 1.1 * STEP
 
 
-def test_half_as_many_pieces_would_show(monkeypatch):
-    """In one mode at a time, along the plane of motion: one of the two bounds would not hold (but
-    for the rounding up to whole pieces on both sides of the mass)."""
+def test_half_as_many_pieces_are_not_enough(monkeypatch):
+    """For one mode at a time, one of the two bounds would not hold, apart from rounding up to whole
+    pieces on both sides of the mass."""
     halved = []
     random = np.random.default_rng(1)
     for k in range(60):
@@ -152,15 +152,14 @@ def count(beam: Beam, mode: int, amplitude: float = 0.15, scale: float = DEFAULT
 
 
 def test_simple_pictures_take_few_pieces():
-    """A straight beam 16, its first mode 64, the fifth far more; and more at a larger scale."""
+    """A straight beam 16, its first mode 64, the fifth many more; and more at a larger scale."""
     assert [count(PAPER, mode) for mode in range(3)] == [16, 64, 128]
     assert count(PAPER, 5, 0.4) == 256
     assert count(Beam(), 2, scale=20 * DEFAULT_SCALE) > count(Beam(), 2)
 
 
 def test_the_count_follows_a_slider_and_does_not_flicker():
-    """The amplitude up and down again, with noise: the pieces get more and fewer, in one step each
-    time."""
+    """Amplitude up and down with noise: the number of pieces changes once in each direction."""
     shapes, counts = SampledModes.sampled(solve(PAPER)), [0]
     noise = np.random.default_rng(1).uniform(0.97, 1.03, 200)
     for amplitude in 0.4 * np.sin(np.linspace(0, math.pi, 200)) * noise:
@@ -176,7 +175,7 @@ def test_the_count_follows_a_slider_and_does_not_flicker():
 
 @given(BEAMS, st.integers(0, 4))
 def test_the_mass_lies_where_two_pieces_meet(beam, mode):
-    """For it is drawn there, and the stretch jumps there."""
+    """Where it is drawn, and the stretch is discontinuous."""
     pieces = Drawn(beam, np.eye(5)[mode].tolist(), 0.15, "displacement").pieces
     assert pieces.x[[0, -1]].tolist() == [0.0, 1.0]
     assert (np.diff(pieces.x) > 0).all()
@@ -214,7 +213,7 @@ def test_the_strain_of_a_piece_is_its_relative_elongation(beam):
 
 @pytest.mark.parametrize("beta", [1e-4, 0.999, 0.9999])
 def test_a_mass_next_to_an_end_leaves_a_piece_on_either_side(beta):
-    """However little of the beam is there."""
+    """However short."""
     drawn = Drawn(PAPER.replace(beta=beta), [0.0, 1.0, 0.0, 0.0, 0.0], 0.15, "displacement")
     x = drawn.pieces.x
     assert (x[0], x[-1], x[drawn.pieces.mass]) == (0.0, 1.0, beta)

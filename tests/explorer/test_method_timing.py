@@ -34,14 +34,14 @@ def timings():
 
 
 def test_every_method_is_timed_at_each_of_its_resolutions(timings):
-    """Where there is no error there is a reason."""
+    """Each timing has an error or a reason why it has none."""
     expected = {(m, f"{OPTION[m]} {r:g}") for m in METHODS for r in RESOLUTIONS[OPTION[m]]}
     assert {(timing.method, timing.resolution) for timing in timings} == expected
     assert all(np.isfinite(timing.error) != bool(timing.reason) for timing in timings)
 
 
 def test_errors_are_those_of_the_frequencies(timings):
-    """The paper's 20 elements are 0.09 % off in S1, a rigid tension 2.8 %, and auto is exact."""
+    """The paper's 20 elements are 0.09 % off in S1, constant tension 2.8 %; auto is exact."""
     errors = {m: [t.error for t in timings if t.method == m] for m in ("ancf", "foac", "auto")}
     assert errors["ancf"][2] == pytest.approx(76.934327 / 76.863266 - 1, rel=1e-3)
     assert errors["foac"] == pytest.approx([0.02795] * 4, rel=1e-3)
@@ -49,7 +49,7 @@ def test_errors_are_those_of_the_frequencies(timings):
         assert error < tolerance
 
 
-def test_a_method_that_fails_says_how(timings):
+def test_a_method_that_fails_has_a_reason(timings):
     """Without stiffening the beam is unstable."""
     reason = "predicts an unstable beam; it is stable"
     assert {timing.reason for timing in timings if timing.method == "zoac"} == {reason}
@@ -66,14 +66,14 @@ def test_a_method_that_fails_says_how(timings):
     ],
 )
 def test_modes_are_matched_by_shape(beam, coriolis, elements, error):
-    """The error of some elements is small where labels differ."""
+    """The error of some elements is small although labels differ."""
     elements = solve(beam, method="ancf", elements=elements, coriolis=coriolis)
     assert 1e-9 < frequency_error(elements, solve(beam, coriolis=coriolis)) < error
 
 
-def test_modes_in_another_order_are_told_apart():
-    """The paper's elements have S1 above B3 where it is below: in order of frequency their largest
-    error would be half as large."""
+def test_modes_in_another_order_are_matched():
+    """The paper's elements have S1 above B3 where it is below: matched by order of frequency the
+    largest error would be half as large."""
     elements, exact = (solve(PAPER.replace(gamma=9.39), **o) for o in ({"method": "ancf"}, {}))
     assert (elements.labels[2], exact.labels[2]) == ("B3", "S1")
     expected = elements.frequencies[3] / exact.frequencies[2] - 1
@@ -81,7 +81,7 @@ def test_modes_in_another_order_are_told_apart():
 
 
 def test_the_chart_has_a_line_for_each_method_and_a_ring_for_the_scene(timings):
-    """Time in ms against error; the table has a button for each method, with its best result."""
+    """Time [ms] and error; the table has a button for each method, with its best result."""
     solution = solve(PAPER)
     data = timing_data(timings, solution)
     assert [line["label"] for line in data["lines"]] == [m for m in METHODS if m != "zoac"]
@@ -96,8 +96,8 @@ def test_the_chart_has_a_line_for_each_method_and_a_ring_for_the_scene(timings):
     assert all(f'data-set="method" data-value="&quot;{name}&quot;"' in rows for name in METHODS)
 
 
-def test_the_cost_of_a_solution_is_told():
-    """Elements, order, unknowns, time and error, as the solution has them."""
+def test_the_cost_of_a_solution_is_described():
+    """Elements, order, unknowns, time and error."""
     solution = solve(PAPER)
     text = cost(solution)
     assert text.startswith("2 elements, order 11, 44 unknowns, ")
@@ -105,14 +105,14 @@ def test_the_cost_of_a_solution_is_told():
 
 
 def test_without_equilibrium_nothing_is_timed():
-    """The message is that of the solver."""
+    """The error is that of the solver."""
     fast = case(Beam(gamma=60), strain="hencky")
     with pytest.raises(NoEquilibrium, match=r"no equilibrium beyond gamma = 45\.42"):
         time_methods(fast)
 
 
 def test_methods_are_timed_when_that_is_switched_on(url, monkeypatch):
-    """Then once for each beam, whichever method it is shown by."""
+    """Once for each beam, not again for another method."""
     with visitor(url) as guest:
         guest.do("tab", "tab-methods")
         guest.says("relative error")
@@ -147,9 +147,8 @@ def slow_timing(
         yield guest, release, solves
 
 
-def test_slow_work_is_said_and_can_be_cancelled(url, monkeypatch):
-    """With its name, also where nothing moves; no method is tried any more then, until the visitor
-    wants it again."""
+def test_a_slow_job_is_shown_and_can_be_cancelled(url, monkeypatch):
+    """With its name, also while paused; then no method is timed until it is restarted."""
     with slow_timing(url, monkeypatch) as (guest, release, solves):
         guest.wait(lambda _: guest.props["timing-chart"]["data-outdated"] == "")
         guest.do("cancel_jobs")
@@ -165,10 +164,14 @@ def test_slow_work_is_said_and_can_be_cancelled(url, monkeypatch):
         assert guest.props["timing-chart"]["data-outdated"] is None
 
 
-def test_methods_are_timed_only_while_their_tab_is_open(url, monkeypatch):
-    """Another tab stops the timing, without a word of cancelling; back in the tab it starts anew,
-    for the beam that is shown then."""
+@pytest.mark.parametrize("cancelled", [False, True])
+def test_methods_are_timed_only_while_their_tab_is_open(url, monkeypatch, cancelled):
+    """Opening another tab stops the timing or forgets its cancellation; back in the tab it starts
+    again, for the beam shown then."""
     with slow_timing(url, monkeypatch) as (guest, release, solves):
+        if cancelled:
+            guest.do("cancel_jobs")
+            guest.wait(lambda _: "cancelled: method timing" in guest.texts["work"])
         guest.do("tab", "tab-map")
         guest.wait(lambda _: guest.texts["work"] == "")
         release.set()

@@ -27,12 +27,13 @@ def pairs() -> tuple[LociPair, LociPair]:
 
 
 def request(number: int) -> VeeringRequest:
-    """An event of the chart to magnify."""
+    """The request for an event of the chart."""
     return VeeringRequest(CHART.request, list(CHART.events.values())[number])
 
 
 def test_a_crossing_becomes_a_veering_with_coriolis_forces(pairs):
-    """Off: gap 0 at 4.4641, each keeps its shape; on: gap 0.241 at 4.650, they exchange them."""
+    """Without: gap 0 at 4.4641, modes keep their shapes; with: gap 0.241 at 4.650, they exchange
+    them."""
     off, on = pairs
     assert (off.kind, on.kind) == ("crossing", "veering")
     assert off.at == pytest.approx(4.4641, abs=1e-4)
@@ -53,8 +54,8 @@ def test_a_crossing_becomes_a_veering_with_coriolis_forces(pairs):
 
 
 def test_both_events_and_all_of_the_gap_are_in_view(pairs):
-    """At the edges the two loci are more than twice as far apart as at the gap; the view is a small
-    part of the chart."""
+    """At the ends of the view the distance of the loci is more than twice the gap; the view is a
+    small part of the chart."""
     for pair in pairs:
         assert pair.found.values[0] < pair.at < pair.found.values[-1]
         assert np.ptp(pair.found.values) < 0.2 * (request(0).chart.stop - request(0).chart.start)
@@ -64,8 +65,8 @@ def test_both_events_and_all_of_the_gap_are_in_view(pairs):
 
 
 def test_shapes_keep_their_signs_across_the_view(pairs):
-    """Shapes at the ends correlate with the one in between; at a crossing, where shapes are not
-    unique, they are taken beside it."""
+    """Shapes at the ends correlate with that at the event; at a crossing, where shapes are not
+    unique, this is taken beside it."""
     for pair in pairs:
         for first, middle, last in pair.shapes:
             for end in (first, last):
@@ -74,14 +75,14 @@ def test_shapes_keep_their_signs_across_the_view(pairs):
 
 
 def test_a_branch_has_no_shape_where_it_is_not_solved():
-    """Above the modes that are solved for."""
+    """Above the modes solved for."""
     assert CHART.loci
     branch = replace(CHART.loci.branches[0], mode_index=np.full(len(CHART.loci.values), -1))
     assert np.isnan(mode_shape(branch, 0).displacement).all()
 
 
 def test_loci_that_stay_far_apart_are_no_veering():
-    """S1 and B2 cross at 16.32; with Coriolis forces they stay far apart."""
+    """S1 and B2 cross at 16.32; with Coriolis forces their gap is large."""
     pairs = request(1).pairs()
     assert (pairs[0].kind, pairs[1].event) == ("crossing", None)
     assert "the gap is too large for a veering" in sentence(pairs[1], *request(1).chart.measures)
@@ -90,7 +91,7 @@ def test_loci_that_stay_far_apart_are_no_veering():
 
 
 def test_the_chart_shows_both_cases_the_gap_and_the_crossing(pairs):
-    """Without Coriolis forces dashed; the gap as an upright line of its length; the crossing."""
+    """Dashed without Coriolis forces; the gap as a vertical line of its length; the crossing."""
     data = pairs_data(pairs, request(0).chart)
     styles = [{run[2].split()[-1] for run in line["runs"]} for line in data["lines"]]
     assert styles == [{"dashed"}, {"dashed"}, {"thick"}, {"thick"}, {"measure"}]
@@ -101,7 +102,8 @@ def test_the_chart_shows_both_cases_the_gap_and_the_crossing(pairs):
 
 
 def test_nodes_are_marked_in_the_middle_of_a_veering():
-    """There the tip moves more along than across, out of phase with the bending that has nodes."""
+    """There the axial displacement of the tip is larger, out of phase with the bending that has
+    nodes."""
     solution = solve(TIP.replace(gamma=4.65), coriolis=True)
     for k in (2, 3):
         marked = SampledModes.sampled(solution).nodes[k]

@@ -72,7 +72,7 @@ SECTIONS = {
     "rectangle": Section(
         {
             "width": Field("width b", "mm", 1e-3),
-            "thickness": Field("thickness h, as it bends", "mm", 1e-3),
+            "thickness": Field("thickness h", "mm", 1e-3),
         },
         lambda b, h: (b * h, b * h**3 / 12),
         rectangle_sizes,
@@ -310,11 +310,11 @@ def panel(kind: str, beam: Beam) -> str:
         + choice("material", "material", materials)
         + "".join(map(number, ("youngs_modulus", "density", "rotation_speed")))
         + "".join(map(number, ("hub_radius", "mass", PERCENT)))
-        + f'</div><div role="group" aria-label="The thickness h bends"><span>The thickness h bends'
+        + f'</div><div role="group" aria-label="Vibration along h"><span>Vibration along h'
         f" </span>{plane}</div>"
         '<p id="real-error" role="alert"></p>'
         f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {1000 * units.time:.4g} ms,"
         f" mass of the beam {units.mass:.4g} kg</p>"
         f'<div class="choices">{"".join(map(preset_button, PRESETS))}'
-        f"{button('without units', data_do='dimensionless')}</div></details>"
+        f"{button('dimensionless', data_do='dimensionless')}</div></details>"
     )
