@@ -162,8 +162,7 @@ def _interpolate(sweep: Solves, axis: Axis, first: _Attempt) -> list[Piece]:
             least = shortest if np.isfinite(ratio) else ISOLATED * whole
             short = high - low <= least or stalled >= STALLED[1]
             if piece.characteristics and not sweep.coupled:
-                found = Interpolated(sweep, axis, piece, sweep.modes, sweep.tolerance)
-                pieces += _interpolate(found, axis, _Attempt(low, high, ORDERS[2]))
+                pieces.append(_faster(sweep, axis, piece))
             elif piece.errors is not None or sweep.exhausted or short:
                 pieces.append(piece)
             elif next_order > attempt.order and (next_order <= FEW or high - low == whole):
@@ -174,6 +173,15 @@ def _interpolate(sweep: Solves, axis: Axis, first: _Attempt) -> list[Piece]:
                 following += [_Attempt(*half, ORDERS[0], ratio, stalled) for half in halves]
         pending = following
     return sorted(pieces, key=lambda piece: piece.low)
+
+
+def _faster(sweep: Solves, axis: Axis, piece: Piece) -> Piece:
+    """A piece of characteristic functions by polynomials instead, where these converge."""
+    found = Interpolated(sweep, axis, piece, sweep.modes, sweep.tolerance)
+    attempt = _Attempt(piece.low, piece.high, ORDERS[2])
+    places = _places(axis, attempt)
+    other, *_ = _fit(found, attempt, places, found.spectra(places))
+    return piece if other.errors is None else other
 
 
 def root_places(sweep: Solves, axis: Axis) -> np.ndarray:

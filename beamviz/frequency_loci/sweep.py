@@ -171,7 +171,7 @@ class Sweep:
 
     def _solve_many(self, beams: list[Beam]) -> list[Outcome]:
         options = {**self.options, "modes": self.modes}
-        if self.coupled and self.straight:
+        if self.straight and (self.coupled or self.over == "beta"):
             options["mesh_of"] = self.designed
         try:
             return solve_many(beams, extra_modes=self.extra_modes, **options)

@@ -164,7 +164,7 @@ class Refinement:
             if 0 < sum(orders) <= MAX_UNKNOWNS:
                 stacks = [(chunk, make_mesh(breaks, orders)) for chunk in chunks]
         elif common.keys() <= {1, 2} and 2 in common:
-            first, second = (max(order, *common.get(1, ())) for order in common[2])
+            first, second = (max((order, *common.get(1, ()))) for order in common[2])
             for own in map(np.array, chunks):
                 beta = self.numbers[own, 1]
                 ends = beta <= AT_END, beta >= 1 - AT_END
