@@ -84,16 +84,20 @@ def main() -> None:
     print(page(counted, given.bent))
 
 
-def bent_row(seed: int) -> dict[str, Any]:
-    """A verdict on a bent beam."""
-    scene = random_bent_scene(seed)
-    about = {
+def described(scene: Any) -> dict[str, Any]:
+    """The command of a scene, and the groups that it belongs to."""
+    return {
         "command": scene.command,
         "coriolis": scene.options["coriolis"],
         "inward": scene.beam.delta < 0,
         "spin-up": scene.beam.spin_up != 0,
     }
-    return about | bent_verdict(scene)
+
+
+def bent_row(seed: int) -> dict[str, Any]:
+    """A verdict on a bent beam."""
+    scene = random_bent_scene(seed)
+    return described(scene) | bent_verdict(scene)
 
 
 def kept_rows(count: int, file: Path, row: Callable[[int], dict[str, Any]]) -> list[dict[str, Any]]:
@@ -120,13 +124,7 @@ def verdicts(answers: list[dict[str, Any]]) -> list[dict[str, Any]]:
         for _ in range(3):
             if row["seconds"] > SLOW:
                 row["seconds"] = min(row["seconds"], verdict(scene, answer)["seconds"])
-        about = {
-            "seed": seed,
-            "command": scene.command,
-            "coriolis": scene.options["coriolis"],
-            "inward": scene.beam.delta < 0,
-        }
-        rows.append(about | row)
+        rows.append({"seed": seed} | described(scene) | row)
     return rows
 
 
@@ -138,7 +136,7 @@ def summary(rows: list[dict[str, Any]], limit: float = SLOW) -> dict[str, Any]:
         "Coriolis": [row for row in compared if row["coriolis"]],
         "no Coriolis": [row for row in compared if not row["coriolis"]],
         "inward (delta < 0)": [row for row in compared if row["inward"]],
-        "spin-up": [row for row in compared if row.get("spin-up")],
+        "spin-up": [row for row in compared if row["spin-up"]],
     }
     wrong = [row for row in rows if row["kind"] not in GOOD]
     slow = [row for row in rows if row["seconds"] > limit]

@@ -18,12 +18,10 @@ SOLVED, UNSTABLE, NO_EQUILIBRIUM, NOT_CONVERGED = range(1, len(STATUSES))
 Row = dict[str, np.ndarray]  # the arrays of some beams, of a line (beams, ...)
 
 
-def solve_and_write(path: Path, task: Task) -> list[int]:
-    """Solve a chunk of a store and write it; the number of beams of each status."""
+def solve_and_write(path: Path, task: Task) -> None:
+    """Solve a chunk of a store and write it."""
     plan = stored_plan(path)
-    arrays = solve_chunk(plan, task)
-    write_chunk(path, plan, task, arrays)
-    return np.bincount(arrays["status"].ravel(), minlength=len(STATUSES)).tolist()
+    write_chunk(path, plan, task, solve_chunk(plan, task))
 
 
 def solve_in_memory(plan: Plan, report: Callable[[float], None]) -> Row:

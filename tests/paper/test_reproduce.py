@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers import contents
 from matplotlib.image import imread
 from matplotlib.text import Annotation, Text
 
@@ -197,7 +198,7 @@ def test_an_unknown_name(wrong, tmp_path, capsys):
 def test_a_disk_that_is_full_leaves_no_half_files(tmp_path, capsys, monkeypatch):
     """A figure whose files do not all fit is not there at all; what was there stays whole."""
     assert main(["reproduce", "fig17", "--out", str(tmp_path)]) == 0
-    before = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+    before = contents(tmp_path)
     assert set(before) == {"fig17.csv", "fig17.png", "fig17.svg", "index.md"}
     write = Path.write_bytes
 
@@ -210,7 +211,7 @@ def test_a_disk_that_is_full_leaves_no_half_files(tmp_path, capsys, monkeypatch)
     monkeypatch.setattr(Path, "write_bytes", full)
     assert main(["reproduce", "fig17", "fig19", "--out", str(tmp_path)]) == 1
     assert "No space left on device; choose another place" in capsys.readouterr().err
-    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == before
+    assert contents(tmp_path) == before
 
 
 def test_all_is_the_default(monkeypatch, tmp_path):
