@@ -50,6 +50,7 @@ LETTER = 0.024  # width, of the panel
 CONSTANT = 1e-3  # largest relative difference of speeds called the same
 REFUSED = "#F0F0F0"
 BUCKLING = (0, (3, 2))
+HATCHED = STYLE | {"hatch.linewidth": 0.5}
 EDGE: dict[str, Any] = {"ec": "#777777", "lw": 0.6}
 ABOVE: dict[str, Any] = {"textcoords": "offset points", "ha": "right", "va": "top", "zorder": 5}
 
@@ -83,83 +84,76 @@ STATE_STYLES = {
 }
 
 
+def new_sheet(
+    plane: Plane, shape: tuple[int, int], height: float, margins: tuple[float, ...], *heading: str
+) -> tuple[Figure, np.ndarray]:
+    """A figure with rows and columns of panels over a plane, and its heading: two lines."""
+    across = PARAMETERS[plane.over].axis_label
+    figure = new_figure(WIDTH, height)
+    figure.subplots_adjust(*margins)
+    panels = figure.subplots(*shape, sharex=True, sharey=True).ravel()
+    for axes in panels[:: shape[1]]:
+        axes.set_ylabel(across)
+    title = f"{heading[0]}: speed γ and {across}"
+    figure.text(0.012, 1 - 0.27 / height, title, va="center", weight="bold", size=12)
+    figure.text(0.012, 1 - 0.54 / height, heading[1], va="center", color="#555555", size=9)
+    return figure, panels
+
+
+@rc_context(HATCHED)
 def pictures(found: Map) -> dict[str, bytes]:
     """The sheet of one plane as PNG and SVG, by ending: a panel for each method."""
-    with rc_context(STYLE | {"hatch.linewidth": 0.5}):
-        across = PARAMETERS[found.plane.over].axis_label
-        figure = new_figure(WIDTH, HEIGHT)
-        figure.subplots_adjust(0.062, 0.068, 0.985, 0.885, 0.08, 0.2)
-        rows = -(-(len(METHODS) + 1) // COLUMNS)
-        panels = figure.subplots(rows, COLUMNS, sharex=True, sharey=True).ravel()
-        for k, axes in enumerate(panels[: len(METHODS)]):
-            panel(axes, found, k)
-        for axes in panels[-COLUMNS:]:
-            axes.set_xlabel(PARAMETERS["gamma"].axis_label)
-        for axes in panels[::COLUMNS]:
-            axes.set_ylabel(across)
-        present = set(np.unique([found.kinds(k) for k in range(len(METHODS))]))
-        meanings = [(CELL_STYLES[k], kinds.KINDS[k]) for k in CELL_STYLES if k in present]
-        if kinds.OUTSIDE in present:
-            meanings.append((CellStyle(REFUSED, "", INK, ""), "not accepted: γ above 5 μ"))
-        buckling = "where the beam buckles" if np.isfinite(found.buckling).any() else ""
-        for axes in panels[len(METHODS) :]:
-            axes.set_title("")
-            draw_legend(axes, meanings, "exact boundary of a failure", buckling)
-        title = f"Where methods fail: speed γ and {across}"
-        subtitle = (
-            f"Five lowest modes in the plane of rotation, {found.plane.held}. Reference: the"
-            " paper's model (green strain, spatial curvature), solved by auto."
-        )
-        write_heading(figure, title, subtitle)
-        return picture_files(figure)
+    subtitle = (
+        f"Five lowest modes in the plane of rotation, {found.plane.held}. Reference: the paper's"
+        " model (green strain, spatial curvature), solved by auto."
+    )
+    shape = -(-(len(METHODS) + 1) // COLUMNS), COLUMNS
+    margins = 0.062, 0.068, 0.985, 0.885, 0.08, 0.2
+    figure, panels = new_sheet(found.plane, shape, HEIGHT, margins, "Where methods fail", subtitle)
+    for k, axes in enumerate(panels[: len(METHODS)]):
+        panel(axes, found, k)
+    for axes in panels[-COLUMNS:]:
+        axes.set_xlabel(PARAMETERS["gamma"].axis_label)
+    present = set(np.unique([found.kinds(k) for k in range(len(METHODS))]))
+    meanings = [(CELL_STYLES[k], kinds.KINDS[k]) for k in CELL_STYLES if k in present]
+    if kinds.OUTSIDE in present:
+        meanings.append((CellStyle(REFUSED, "", INK, ""), "not accepted: γ above 5 μ"))
+    buckling = "where the beam buckles" if np.isfinite(found.buckling).any() else ""
+    for axes in panels[len(METHODS) :]:
+        axes.set_title("")
+        draw_legend(axes, meanings, "exact boundary of a failure", buckling)
+    return picture_files(figure)
 
 
-def write_heading(figure: Figure, title: str, subtitle: str) -> None:
-    """The two lines above the panels."""
-    figure.text(0.012, 0.967, title, va="center", weight="bold", size=12)
-    figure.text(0.012, 0.934, subtitle, va="center", color="#555555", size=9)
-
-
+@rc_context(HATCHED)
 def state_pictures(found: StateMap) -> dict[str, bytes]:
     """The map of stable states as PNG and SVG, by ending: a panel for each method that bends."""
     able = [method for method in METHODS if not found.methods[method.name].refusal]
-    with rc_context(STYLE | {"hatch.linewidth": 0.5}):
-        across = PARAMETERS[found.plane.over].axis_label
-        figure = new_figure(WIDTH, 6.0)
-        figure.subplots_adjust(0.07, 0.09, 0.985, 0.855, 0.08, 0.36)
-        panels = figure.subplots(2, 3, sharex=True, sharey=True).ravel()
-        for axes, method in zip(panels, able, strict=False):
-            states = found.methods[method.name]
-            draw_cells(axes, found.plane, states.kinds, STATE_STYLES)
-            draw_boundary(axes, states.limit, found.values, ls="-")
-            draw_boundary(axes, states.buckling, found.values, ls=BUCKLING)
-            write_titles(axes, method)
-        for axes in panels[: len(able)]:
-            axes.tick_params(labelbottom=True)
-            axes.set_xlabel(PARAMETERS["gamma"].axis_label)
-        for axes in panels[::3]:
-            axes.set_ylabel(across)
-        present = set(np.concatenate([states.kinds.ravel() for states in found.methods.values()]))
-        meanings = [
-            (style, STATES[kind] + ("" if kind in present else " (nowhere here)"))
-            for kind, style in STATE_STYLES.items()
-        ]
-        lines = "end of the stable states", "where the straight beam buckles"
-        draw_legend(panels[-2], meanings, *lines)
-        unable = [method.name for method in METHODS if method not in able]
-        panels[-1].set_axis_off()
-        panels[-1].text(
-            *(0.0, 0.98, "These methods have no bent states:\n\n" + "\n".join(unable)),
-            transform=panels[-1].transAxes,
-            va="top",
-            size=7.2,
-        )
-        write_heading(
-            figure,
-            "Stable states of an inward beam: speed γ and " + across,
-            f"At constant speed, {found.plane.held}. Bent in the plane of rotation.",
-        )
-        return picture_files(figure)
+    subtitle = f"At constant speed, {found.plane.held}. Bent in the plane of rotation."
+    margins = 0.07, 0.09, 0.985, 0.845, 0.08, 0.36
+    figure, panels = new_sheet(
+        found.plane, (2, 3), 6.0, margins, "Stable states of an inward beam", subtitle
+    )
+    for axes, method in zip(panels, able, strict=False):
+        states = found.methods[method.name]
+        draw_cells(axes, found.plane, states.kinds, STATE_STYLES)
+        draw_boundary(axes, states.limit, found.values, ls="-")
+        draw_boundary(axes, states.buckling, found.values, ls=BUCKLING)
+        write_titles(axes, method)
+        axes.tick_params(labelbottom=True)
+        axes.set_xlabel(PARAMETERS["gamma"].axis_label)
+    present = set(np.concatenate([states.kinds.ravel() for states in found.methods.values()]))
+    meanings = [
+        (style, STATES[kind] + ("" if kind in present else " (nowhere here)"))
+        for kind, style in STATE_STYLES.items()
+    ]
+    lines = "end of the stable states", "where the straight beam buckles"
+    draw_legend(panels[-2], meanings, *lines)
+    unable = [method.name for method in METHODS if method not in able]
+    text = "These methods have no bent states:\n\n" + "\n".join(unable)
+    panels[-1].set_axis_off()
+    panels[-1].text(0.0, 0.98, text, transform=panels[-1].transAxes, va="top", size=7.2)
+    return picture_files(figure)
 
 
 def draw_legend(
