@@ -10,7 +10,7 @@ from beamviz.drawing import colours
 from beamviz.drawing.modes import SampledModes
 
 NORMALS = {"chordwise": np.array([0.0, 0.0, 1.0]), "flapwise": np.array([0.0, -1.0, 0.0])}
-EDGES = np.array(  # of a swept section between two points: indices of its vertices
+EDGES = np.array(  # (12, 2) vertices of the edges of a section swept between two points
     [(2, 1), (2, 3), (2, 6), (1, 0), (1, 5), (3, 0), (3, 7), (0, 4), (6, 5), (6, 7), (5, 4), (7, 4)]
 )
 Section = tuple[float, float]  # thickness in the plane of motion, breadth along its normal
@@ -29,12 +29,6 @@ def extents(section: Section, normal: np.ndarray) -> np.ndarray:
     """Size (3,) of a section of a straight beam; 0 along the beam."""
     across = np.array([0.0, normal[2], normal[1]])
     return section[0] * np.abs(across) + section[1] * np.abs(normal)
-
-
-def straight_edges(shapes: SampledModes, section: Section) -> np.ndarray:
-    """The twelve edges (12, 2, 3) of the undeformed beam in the hub's frame."""
-    corners, _ = swept(*to_hub_frame(shapes, np.array([[0.0, 0.0], [1.0, 0.0]])), section)
-    return corners[EDGES]
 
 
 def swept(

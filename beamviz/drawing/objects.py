@@ -11,7 +11,7 @@ from viser import BatchedMeshHandle, SceneApi
 
 from beamviz.beam import Beam
 from beamviz.drawing import beam_mesh, colours
-from beamviz.drawing.beam_mesh import NORMALS, Section, extents, to_hub_frame
+from beamviz.drawing.beam_mesh import EDGES, NORMALS, Section, extents, to_hub_frame
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import measure
 from beamviz.server.viser_private import set_position, set_properties
@@ -148,8 +148,8 @@ class ReferenceShapes:
         outline = shapes.beam.delta, shapes.plane, section
         if outline != self.outlined:
             self.outlined = outline
-            edges = beam_mesh.straight_edges(shapes, section).astype(np.float32)
-            set_properties(self.outline, {"points": edges})
+            corners, _ = beam_mesh.swept(*to_hub_frame(shapes, ENDS), section)
+            set_properties(self.outline, {"points": corners[EDGES].astype(np.float32)})
 
 
 class Nodes:

@@ -34,11 +34,6 @@ def hub_radius(beam: Beam) -> float:
     return max(abs(beam.delta), MIN_HUB)
 
 
-def ground_height(beam: Beam) -> float:
-    """Height of the floor below the beam."""
-    return -max(0.3, 1.2 * mass_size(beam)[1]) if beam.alpha > 0 else -0.3
-
-
 def axis_rotation(angle: float) -> tuple[float, float, float, float]:
     """The rotation about the axis by angle [rad] as a quaternion wxyz."""
     return (math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2))
@@ -94,24 +89,21 @@ class Surroundings:
     def show(self, beam: Beam, *, rotating_frame: bool, dark: bool = False) -> None:
         """Draw the surroundings of a beam, which is clamped to the rim of the hub. In the
         stationary frame, where the picture contains the whole floor, the arrow is larger."""
-        ground, turning = ground_height(beam), self.alone and beam.gamma > 0
+        ground = -max(0.3, 1.2 * mass_size(beam)[1]) if beam.alpha > 0 else -0.3
+        turning = self.alone and beam.gamma > 0
         drawn_for = beam.delta, ground, turning, rotating_frame, dark
         if drawn_for != self.drawn_for:
             self.drawn_for = drawn_for
             self.show_hub(beam, ground, rotating_frame=rotating_frame)
-            self.show_floor(beam, ground, dark=dark)
+            radius = floor_radius(beam)
+            self.disc.color, self.disc.radius = colours.FLOOR[dark], radius
+            self.scale.points = scale_lines(radius)
+            set_position(self.floor, (0.0, 0.0, ground - FLOOR_THICKNESS / 2))
             self.arrow.visible = turning
             if turning:
                 self.show_arrow(beam, 1.0 if rotating_frame else max(1.0, hub_radius(beam)))
         speed = measure("gamma", beam.units).text(beam.gamma, 4)
         self.speed.text = (speed if beam.units else f"speed {speed}") if turning else ""
-
-    def show_floor(self, beam: Beam, ground: float, *, dark: bool) -> None:
-        """Place the floor below the beam."""
-        radius = floor_radius(beam)
-        self.disc.color, self.disc.radius = colours.FLOOR[dark], radius
-        self.scale.points = scale_lines(radius)
-        set_position(self.floor, (0.0, 0.0, ground - FLOOR_THICKNESS / 2))
 
     def show_hub(self, beam: Beam, ground: float, *, rotating_frame: bool) -> None:
         """Place the hub with its bolts, and the post on the floor. Where several beams are drawn,

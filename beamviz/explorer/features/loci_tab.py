@@ -20,7 +20,6 @@ from beamviz.explorer.page.html import button, chart_tab, hint, note, select, ta
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import Event
-from beamviz.frequency_loci.forced_response import Resonance
 from beamviz.scene import PER_REV
 
 AXES = {name: PARAMETERS[name].slider_label for name in ("gamma", "alpha", "beta", "delta", "mu")}
@@ -59,14 +58,12 @@ class LociTab(Feature):
     def go_to(self, key: Any) -> None:
         """Move the beam to a crossing, a veering or a resonance."""
         chart = self.chart
-        event = self.all_events(chart).get(key) if chart and isinstance(key, str) else None
-        if chart and event:
+        if chart is None or not isinstance(key, str):
+            return
+        events = chart.events | chart.resonances_at(self.visitor.state.per_rev)
+        if event := events.get(key):
             self.chosen, self.choice = str(key), self.choice + 1
             self.visitor.change(lambda state: state.changed(chart.request.over, event.at))
-
-    def all_events(self, chart: Chart) -> dict[str, Event | Resonance]:
-        """Crossings, veerings and the resonances shown, by key."""
-        return {**chart.events, **chart.resonances_at(self.visitor.state.per_rev)}
 
     @property
     def event(self) -> Event | None:
