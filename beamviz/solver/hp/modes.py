@@ -52,12 +52,11 @@ class StraightModes(NamedTuple):
 
     def of_each_beam(self) -> Iterator["StraightModes"]:
         """The beams of a stack one by one."""
-        own_meshes = self.grid.breaks.ndim > 1
-        for k in range(len(self.f)):
-            one: list[Any] = [x[k] if isinstance(x, np.ndarray) else x for x in self]
-            if own_meshes:
-                one[0] = self.grid[k]
-            yield StraightModes._make(one)
+        grid, f, iterations, *arrays = self
+        for k in range(len(f)):
+            one = grid if grid.breaks.ndim == 1 else grid[k]
+            rows: list[Any] = [None if x is None else x[k] for x in arrays]
+            yield StraightModes(one, f[k], iterations, *rows)
 
 
 class Matrices(NamedTuple):
