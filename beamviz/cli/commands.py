@@ -63,8 +63,10 @@ def beamviz(
 def modes(
     beam: Beam,
     options: dict[str, Any],
-    modes: Annotated[int, number("How many modes.")] = 5,
-    format: Annotated[Literal["table", "json", "csv"], typer.Option(help="Output.")] = "table",
+    modes: Annotated[int, number("Number of modes.")] = 5,
+    format: Annotated[
+        Literal["table", "json", "csv"], typer.Option(help="Output format.")
+    ] = "table",
 ) -> None:
     """Equilibrium and modes of a beam."""
     from beamviz.output import SOLUTION_FORMATS
@@ -81,22 +83,24 @@ def loci(
     context: typer.Context,
     over: Annotated[
         Literal["gamma", "alpha", "beta", "delta", "mu", "spin_up"],
-        typer.Option(help="The number to vary."),
+        typer.Option(help="The parameter to vary."),
     ],
-    start: Annotated[float | None, number("Its first value.")] = None,
-    stop: Annotated[float | None, number("Its last value.")] = None,
-    points: Annotated[int, number("How many values.")] = 201,
-    modes: Annotated[int, number("How many modes at each.")] = 5,
-    format: Annotated[Literal["table", "json", "csv"], typer.Option(help="Output.")] = "table",
+    start: Annotated[float | None, number("First value of the parameter.")] = None,
+    stop: Annotated[float | None, number("Last value of the parameter.")] = None,
+    points: Annotated[int, number("Number of values.")] = 201,
+    modes: Annotated[int, number("Number of modes at each value.")] = 5,
+    format: Annotated[
+        Literal["table", "json", "csv"], typer.Option(help="Output format.")
+    ] = "table",
     plot: Annotated[
         Path | None,
-        typer.Option(help="The chart to write as well.", metavar="FILE.png|svg|pdf"),
+        typer.Option(help="Chart to write besides the output.", metavar="FILE.png|svg|pdf"),
     ] = None,
-    per_rev: Annotated[int, number("Resonances with 1 .. N times the speed.")] = 0,
+    per_rev: Annotated[int, number("Resonances with 1 .. N times the rotation speed.")] = 0,
     sweep: Annotated[Path | None, SWEEP_STORE] = None,
     at: Annotated[str, AT] = "",
 ) -> None:
-    """Frequencies along one of the beam's numbers, tracked, with their crossings and veerings.
+    """Frequencies over one parameter, tracked, with their crossings and veerings.
 
     --sweep takes the beam, the values and the model from a line of a store.
     """
@@ -142,16 +146,16 @@ def sweep(
     over: Annotated[
         list[str],
         typer.Option(
-            help="An axis; repeat it for more, up to five.",
+            help="An axis of the sweep; repeat the option for more, up to five.",
             metavar="NAME=START:STOP:POINTS|NAME=VALUE,VALUE,...",
         ),
     ],
-    modes: Annotated[int, number("How many modes of each beam.")] = 5,
+    modes: Annotated[int, number("Number of modes of each beam.")] = 5,
     workers: Annotated[
         int | None, number("Processes on this machine (default: one for each core).")
     ] = None,
     scheduler: Annotated[
-        str, typer.Option(help="Dask scheduler, to use its workers.", metavar="ADDRESS")
+        str, typer.Option(help="Dask scheduler whose workers are used.", metavar="ADDRESS")
     ] = "",
 ) -> None:
     """Every combination of parameters, in parallel; interrupted, the same command resumes."""
@@ -177,25 +181,29 @@ def serve(
         Path | None, typer.Argument(help="The same as --scene.", metavar="SCENE.toml")
     ] = None,
     host: Annotated[
-        str, typer.Option(help="Address to listen on; 0.0.0.0 lets others in who have the link.")
+        str,
+        typer.Option(
+            help="Address to listen on; 0.0.0.0 admits other machines that have the link."
+        ),
     ] = "127.0.0.1",
     port: Annotated[int, number("Port to listen on.")] = 8080,
     open: Annotated[bool, typer.Option(help="Open the page in the default browser.")] = False,
-    visitors: Annotated[int, number("How many visitors at once.")] = 60,
+    visitors: Annotated[int, number("Largest number of simultaneous visitors.")] = 60,
     public_url: Annotated[
-        str, typer.Option(help="Where a reverse proxy offers it.", metavar="https://NAME")
+        str, typer.Option(help="Its address behind a reverse proxy.", metavar="https://NAME")
     ] = "",
     follow: Annotated[
         bool,
         typer.Option(
-            "--follow", help="Lecture: all see what one presenter does, by a second link."
+            "--follow",
+            help="Lecture: every page follows that of a presenter, who has a second link.",
         ),
     ] = False,
     processes: Annotated[
         int | None,
         number(
-            "Processes that share the visitors (default: one for each core where others are let"
-            " in, else 1; with --follow, and on other systems than Linux, 1)."
+            "Processes that share the visitors (default: one for each core if --host admits other"
+            " machines, else 1; with --follow, and on other systems than Linux, 1)."
         ),
     ] = None,
 ) -> None:
@@ -226,12 +234,12 @@ def screenshot(
     zoom: Annotated[float, ZOOM] = 1.0,
     width: Annotated[int, number("Width in pixels.")] = 1280,
     height: Annotated[int, number("Height in pixels.")] = 720,
-    phase: Annotated[float, number("Moment of the vibration in cycles, 0 .. 1.")] = 0.25,
+    phase: Annotated[float, number("Phase of the vibration in cycles, 0 .. 1.")] = 0.25,
     transparent: Annotated[
-        bool, typer.Option("--transparent", help="Leave the background out.")
+        bool, typer.Option("--transparent", help="Transparent background.")
     ] = False,
 ) -> None:
-    """The 3D scene as a picture, without a screen."""
+    """The 3D scene as a picture, without a display."""
     options = locals() | {"phase": check_float("phase", phase, 0, 1)}
     from beamviz.exports import screenshot
 
@@ -247,13 +255,13 @@ def animate(
     zoom: Annotated[float, ZOOM] = 1.0,
     width: Annotated[int, number("Width in pixels.")] = 640,
     height: Annotated[int, number("Height in pixels.")] = 360,
-    fps: Annotated[float, number("Frames in a second, 5 .. 50.")] = 25.0,
+    fps: Annotated[float, number("Frames per second, 5 .. 50.")] = 25.0,
     periods: Annotated[
         int | None,
         number("Periods of the first mode shown (default: as few as make a seamless loop)."),
     ] = None,
 ) -> None:
-    """The 3D scene as a film that ends where it began, without a screen."""
+    """The 3D scene as a seamlessly looping film, without a display."""
     options = dict(locals())
     from beamviz.exports import animate
 
@@ -292,7 +300,7 @@ def export(
         bool, typer.Option("--gap", help="With --sweep: the smallest gap between frequencies.")
     ] = False,
 ) -> None:
-    """The scene or its numbers as a file for others; a map of a sweep."""
+    """The scene, its numbers, or a map of a sweep as a file."""
     check_store_options(context, sweep, ["over", "at", "gap"], ["path", "mode"])
     if sweep:
         from beamviz.plotting.maps import save_map
@@ -309,7 +317,7 @@ def export(
 
 @app.command()
 def lessons(
-    format: Annotated[Literal["table", "json"], typer.Option(help="Output.")] = "table",
+    format: Annotated[Literal["table", "json"], typer.Option(help="Output format.")] = "table",
 ) -> None:
     """Lists the lessons of the explorer."""
     from beamviz.lessons import LESSONS

@@ -87,9 +87,9 @@ def beam_and_model(
         ],
         model(
             "auto: as accurate as --tolerance asks; ancf: the paper's cubic elements;"
-            " ancf-planar: the same with all unknowns at once; linear: prestressed linear"
+            " ancf-planar: the same with the full planar tangent; linear: prestressed linear"
             " elements; foac, zoac: first-order and no coupling of stretch and bending;"
-            " assumed-modes, power-series: foac by classical means; chebyshev: collocation."
+            " assumed-modes, power-series: classical solutions of foac; chebyshev: collocation."
         ),
     ] = "auto",
     strain: Annotated[
@@ -107,7 +107,7 @@ def beam_and_model(
     state: Annotated[
         Literal["straight", "bent", "stable"],
         model(
-            "State to vibrate about; stable: the straight one where that is stable, else the bent."
+            "Equilibrium to vibrate about; stable: the straight one if it is stable, else the bent."
         ),
     ] = "straight",
     elements: Annotated[
@@ -289,5 +289,7 @@ def parse_place(text: str) -> dict[str, float]:
     return place
 
 
-SWEEP_STORE = typer.Option(help="The store of a sweep to take it from.", metavar="STORE.zarr")
-AT = typer.Option(help="With --sweep: its other axes.", metavar="NAME=VALUE,...")
+SWEEP_STORE = typer.Option(
+    help="Sweep store to read the beams and the model from.", metavar="STORE.zarr"
+)
+AT = typer.Option(help="With --sweep: values of its other axes.", metavar="NAME=VALUE,...")
