@@ -100,21 +100,12 @@ def newest(frame_loops: list[FrameLoop]) -> Session:
 
 
 @pytest.mark.slow
-def test_visitors_may_vanish_while_they_are_drawn(url, other, frame_loops):
-    """Ten visitors with moving beams."""
-    for _ in range(10):
-        with visitor(url) as guest:
-            guest.wait(beam_moved)
-            vanish(guest.socket.socket)
-    alone(frame_loops)
-
-
-@pytest.mark.slow
-def test_visitors_may_vanish_during_a_solve(url, other, frame_loops):
+@pytest.mark.parametrize("speed", [PAPER.gamma, SLOW], ids=["drawing", "solve"])
+def test_visitors_may_vanish_during_drawing_and_solves(url, other, frame_loops, speed):
     """A later visitor gets an answer."""
     for _ in range(8):
         with visitor(url) as guest:
-            guest.choose("gamma", SLOW)
+            guest.choose("gamma", speed)
             vanish(guest.socket.socket)
     alone(frame_loops)
     with visitor(url) as guest:

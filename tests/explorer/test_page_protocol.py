@@ -48,10 +48,10 @@ def test_only_changes_are_sent_and_an_invalid_value_is_corrected(url):
     with visitor(url) as guest:
         guest.wait(lambda _: "loci-chart" in guest.charts)
         pause(guest)
-        guest.shown.clear()
+        guest.values.clear()
         guest.do("playing", "no")
-        guest.wait(lambda _: "playing" in guest.shown)
-        assert guest.shown == {"playing": True}
+        guest.wait(lambda _: "playing" in guest.values)
+        assert guest.values == {"playing": True}
 
 
 def test_the_preferences_of_the_system_are_applied(url):

@@ -23,10 +23,11 @@ PAPER = Beam(alpha=1, beta=0.5, gamma=10)  # where visitors start
 
 
 class Visitor:
-    """The state that a browser would show: controls by label, texts by id, nodes of the scene.
+    """The state that a browser would show.
 
-    Of the page around the scene: texts by id of the element, values and props by key, charts by id;
-    said: what the visitor was told, the latest last; parts: the rest, as it was sent last.
+    texts: HTML by element id; values, props: of controls, by key; charts: data by element id; said:
+    messages, the latest last; parts: other parts of updates, as last sent; nodes: of the scene;
+    controls: ids of viser's controls by label; updated: their values by id; commands: ids by name.
     """
 
     def __init__(self, socket: Connection):
@@ -35,7 +36,7 @@ class Visitor:
         self.commands: dict[str, str] = {}
         self.texts: dict[str, str] = {}
         self.updated: dict[str, Any] = {}
-        self.shown: dict[str, Any] = {}
+        self.values: dict[str, Any] = {}
         self.props: dict[str, dict[str, Any]] = {}
         self.charts: dict[str, Any] = {}
         self.parts: dict[str, Any] = {}
@@ -57,13 +58,10 @@ class Visitor:
         text = json.dumps([self.actions, action, value])
         self.send(type="GuiUpdateMessage", uuid=self.parts["bridge"], updates={"value": text})
 
-    def choose(self, label: str, value: Any) -> None:
-        """Set a control, given by its key or label, as soon as it exists, as a browser would."""
-        self.wait(lambda _: label in self.controls or label in self.shown)
-        if label in self.shown:
-            self.do(label, value)
-            return
-        self.send(type="GuiUpdateMessage", uuid=self.controls[label], updates={"value": value})
+    def choose(self, key: str, value: Any) -> None:
+        """Set the controls with a key, as soon as they exist."""
+        self.wait(lambda _: key in self.values)
+        self.do(key, value)
 
     def press(self, key: str) -> None:
         """Press a key of the page, or run a command by its name."""
@@ -77,7 +75,7 @@ class Visitor:
                 self.do(name, value)
             else:
                 name = values["data-set"]
-                self.do(name, not self.shown[name] if value is None else value)
+                self.do(name, not self.values[name] if value is None else value)
             return
         self.send(type="CommandTriggerMessage", uuid=self.commands[key])
 
@@ -116,9 +114,7 @@ class Visitor:
         elif kind == "RunJavascriptMessage":
             self.apply_script(message["source"])
         elif kind == "GuiUpdateMessage":
-            self.update(message["uuid"], message["updates"])
-        elif kind == "GuiHtmlMessage":
-            self.texts[message["uuid"]] = props["content"]
+            self.updated[message["uuid"]] = message["updates"].get("value")
         elif kind == "SetCameraPositionMessage":
             self.camera = tuple(message["position"])
         elif kind == "RegisterCommandMessage":
@@ -132,7 +128,7 @@ class Visitor:
         """Apply what beamviz.apply would show."""
         update = json.loads(source.removeprefix("beamviz.apply(").removesuffix(")"))
         self.texts |= update.pop("html", {})
-        self.shown |= update.pop("values", {})
+        self.values |= update.pop("values", {})
         for id, data in update.pop("charts", {}).items():
             self.charts.setdefault(id, {}).update(data)
         for key, changes in update.pop("props", {}).items():
@@ -140,30 +136,13 @@ class Visitor:
         self.said += update.pop("say", [])
         self.parts |= update
 
-    def update(self, uuid: str, updates: dict[str, Any]) -> None:
-        """Keep another text, label or visibility of a control; hidden ones cannot be chosen."""
-        if "value" in updates:
-            self.updated[uuid] = updates["value"]
-        if "content" in updates:
-            self.texts[uuid] = updates["content"]
-        if "label" in updates or updates.get("visible") is False:
-            self.controls = {name: one for name, one in self.controls.items() if one != uuid}
-        if "label" in updates:
-            self.controls[updates["label"]] = uuid
-
-    @property
-    def values(self) -> dict[str, Any]:
-        """The values that the server has set, by key or label of the control."""
-        labelled = {n: self.updated[u] for n, u in self.controls.items() if u in self.updated}
-        return labelled | self.shown
-
     @property
     def text(self) -> str:
-        """All texts of the panel."""
+        """All texts of the page."""
         return " ".join(self.texts.values())
 
     def says(self, words: str, timeout: float = TIMEOUT) -> bool:
-        """Wait until `words` are in the panel."""
+        """Wait until `words` are on the page."""
         return self.wait(lambda _: words in self.text, timeout)
 
 
@@ -180,7 +159,7 @@ def pause(guest: Visitor, quiet: float = 0.3) -> None:
 
 
 def final_text(guest: Visitor, quiet: float = 0.5) -> str:
-    """The texts of the panel once no more messages come."""
+    """The texts of the page when no more messages come."""
     end = time.monotonic() + TIMEOUT
     with contextlib.suppress(TimeoutError):
         while True:
@@ -191,7 +170,7 @@ def final_text(guest: Visitor, quiet: float = 0.5) -> str:
 
 @contextlib.contextmanager
 def visitor(url: str, first: str = "B1", **options: Any) -> Iterator[Visitor]:
-    """A connected visitor that has received its first frame and a panel with the text `first`."""
+    """A connected visitor that has received its first frame and a page with the text `first`."""
     base, mark, query = url.partition("/?")
     with raw_socket(base, mark + query, **options) as socket:
         guest = Visitor(socket)
