@@ -13,6 +13,7 @@ from beamviz.drawing import colours
 from beamviz.server.viser_private import VisibleNode, visible_nodes
 
 LEVEL = 0.99  # vertical component of the normal of the top of the floor
+Body = tuple[np.ndarray, np.ndarray, np.ndarray]  # corners, normals and albedo, see Triangles
 
 
 class Triangles(NamedTuple):
@@ -51,18 +52,18 @@ def geometry(scene: SceneApi) -> Geometry:
     parts, lines, points, lights = [], [], {}, []
     ambient, sun, floor = np.zeros(3), None, None
     for node in visible_nodes(scene):
-        props = node.props
+        props, body = node.props, None
         match node.kind:
             case "BatchedMeshesProps":
-                parts.append(instances(node))
+                body = instances(node)
             case "MeshProps":
-                parts.append(solid(node, *flat(props.vertices[props.faces].astype(float))))
+                body = solid(node, *flat(props.vertices[props.faces].astype(float)))
             case "CylinderProps":
                 corners, normals = cylinder(props.radius, props.height, props.radial_segments)
                 if props.receive_shadow:
                     floor, below = node, normals[:, 0, 2] < LEVEL
                     corners, normals = corners[below], normals[below]
-                parts.append(solid(node, corners, normals))
+                body = solid(node, corners, normals)
             case "LineSegmentsProps":
                 ends = props.points @ node.rotation.T + node.position
                 colour = linear(props.colors.reshape(-1, 3)[0])
@@ -80,6 +81,11 @@ def geometry(scene: SceneApi) -> Geometry:
                 pass
             case kind:
                 raise NotImplementedError(f"pictures have no {kind}")
+        if body:
+            opacity = 1.0 if props.opacity is None else props.opacity
+            double = props.side == "double" and node.kind != "BatchedMeshesProps"
+            material = (np.full(len(body[0]), x) for x in (opacity, props.cast_shadow, double))
+            parts.append((*body, *material))
     triangles = Triangles(*map(np.concatenate, zip(*parts, strict=True)))
     return Geometry(triangles, lines, points, lights, ambient, sun, floor)
 
@@ -89,14 +95,13 @@ def linear(rgb: Any) -> np.ndarray:
     return colours.linear(np.asarray(rgb) / 255)
 
 
-def solid(node: VisibleNode, corners: np.ndarray, normals: np.ndarray) -> Triangles:
+def solid(node: VisibleNode, corners: np.ndarray, normals: np.ndarray) -> Body:
     """The triangles of a body of one colour."""
     corners, normals = corners @ node.rotation.T + node.position, normals @ node.rotation.T
-    albedo = np.broadcast_to(linear(node.props.color), (len(corners), 3))
-    return with_material(node.props, corners, normals, albedo, node.props.side == "double")
+    return corners, normals, np.broadcast_to(linear(node.props.color), (len(corners), 3))
 
 
-def instances(node: VisibleNode) -> Triangles:
+def instances(node: VisibleNode) -> Body:
     """The triangles of all instances that have a size."""
     props = node.props
     corners, normals = flat(props.vertices[props.faces].astype(float))
@@ -107,16 +112,7 @@ def instances(node: VisibleNode) -> Triangles:
     corners = (corners.reshape(-1, 3) * scale) @ axes + at[:, None]
     normals = normals.reshape(-1, 3) @ axes
     albedo = np.repeat(props.batched_colors[shown] / 255, len(props.faces), axis=0)
-    return with_material(props, corners.reshape(-1, 3, 3), normals.reshape(-1, 3, 3), albedo, False)
-
-
-def with_material(
-    props: Any, corners: np.ndarray, normals: np.ndarray, albedo: np.ndarray, double: bool
-) -> Triangles:
-    """Triangles with the material of a node."""
-    opacity = 1.0 if props.opacity is None else props.opacity
-    each = (np.full(len(corners), value) for value in (opacity, props.cast_shadow, double))
-    return Triangles(corners, normals, albedo, *each)
+    return corners.reshape(-1, 3, 3), normals.reshape(-1, 3, 3), albedo
 
 
 def flat(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
