@@ -35,9 +35,9 @@ class SynchronousVisitor:
 
     def change(self, edit: Callable[[State], State]) -> None:
         """Edit the state, and solve its case."""
-        self.follow(edit(self.state))
+        self.set_state(edit(self.state))
 
-    def follow(self, state: State) -> None:
+    def set_state(self, state: State) -> None:
         """Take another state, and solve its case."""
         self.state = state
         self.solver.request(state.shown_case)

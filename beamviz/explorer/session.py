@@ -84,14 +84,14 @@ class SceneView:
         self.is_pending = self.is_pending and not settled
         self.state, self.answer = state, answer
         if answer and not self.is_pending:
-            self.take(answer)
-        self.run_up.take(answer, self.shapes)
+            self.choose_shapes(answer)
+        self.run_up.update_response(answer, self.shapes)
         self.choose_modes()
         self.clock.fit(self.frequencies, self.shapes.beam.gamma, keep=not self.choose_pace)
         self.choose_pace = self.choose_pace and not settled
         self.draw(settled=settled)
 
-    def take(self, answer: SolverAnswer) -> None:
+    def choose_shapes(self, answer: SolverAnswer) -> None:
         """Use the shapes of a stable answer. For an unstable one, or an error, keep the last stable
         shapes of the scene, or else show the unloaded beam."""
         self.solved = answer if answer.solution else self.solved
@@ -307,7 +307,7 @@ class Session:
             self.view.move(time)
             self.links.update(now)
             self.panel.show_work()
-            self.welcome()
+            self.show_scene()
         self.visitor.client.flush()
         self.update_features(now)
 
@@ -325,7 +325,7 @@ class Session:
         if state.view.dark != dark:
             visitor.page.theme(dark=state.view.dark)
 
-    def welcome(self) -> None:
+    def show_scene(self) -> None:
         """Show the scene, hidden at first, as soon as it is the one that the page opens with."""
         answer = self.view.answer
         if self.is_ready or answer is None or not self.links.opened:
@@ -345,7 +345,7 @@ class Session:
                 state = state.changed("playing", False)
             if not state.scene.view.dark:
                 state = state.changed("dark", "dark" in words)
-            visitor.follow(state)
+            visitor.set_state(state)
 
     def update_features(self, now: float) -> None:
         """Update the tabs; with many visitors, charts wait until the slider is at rest."""

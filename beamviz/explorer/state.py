@@ -217,7 +217,7 @@ class History:
         self.edited: set[str] = set()  # names of the values edited last
         self.time = -inf  # [s] of the last edit
 
-    def note(self, before: State, after: State, time: float) -> None:
+    def record(self, before: State, after: State, time: float) -> None:
         """Record an edit at a time [s]."""
         names = after.differences(before)
         if not names:

@@ -65,19 +65,19 @@ class Visitor:
             state = edit(self.state)
             if state.following and self.state.following:
                 state = replace(state, following=False)
-            self.history.note(self.state, state, time.monotonic())
-            self.follow(state)
+            self.history.record(self.state, state, time.monotonic())
+            self.set_state(state)
 
     def restore(self, step: Callable[[State], State]) -> None:
         """Undo or redo a step of the history, with its scene and its fixed viewpoint."""
         with self.lock:
             before = self.state
-            self.follow(step(before))
+            self.set_state(step(before))
             if self.state.scene is not before.scene or self.state.camera != before.camera:
                 self.camera.set_viewpoint(self.state.camera)
         self.wake()
 
-    def follow(self, state: State) -> None:
+    def set_state(self, state: State) -> None:
         """Set the state, without a step in the history, and solve its case."""
         with self.lock:
             self.state = state

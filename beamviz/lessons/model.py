@@ -20,7 +20,7 @@ class Verdict(NamedTuple):
     """Whether a challenge is met, and the reason."""
 
     met: bool
-    words: str
+    reason: str
 
 
 @dataclass(frozen=True)

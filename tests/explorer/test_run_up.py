@@ -98,7 +98,7 @@ def test_the_scene_shows_the_response_until_a_mode_is_chosen():
     """From the first answer on, also after the end of the run-up."""
     playback = started()
     assert not playback.driven
-    playback.take(playback.visitor.answer, SampledModes.sampled(solve(PAPER)))
+    playback.update_response(playback.visitor.answer, SampledModes.sampled(solve(PAPER)))
     assert playback.driven
     playback.start_or_stop()
     assert playback.driven
@@ -134,7 +134,7 @@ def test_the_scene_shows_the_scaled_response():
     for speed in (top, 1.0, 6.0):
         playback.visitor.change(lambda state, speed=speed: state.changed("gamma", speed))
         answer = playback.visitor.answer
-        playback.take(answer, answer.shapes)
+        playback.update_response(answer, answer.shapes)
         field = response(answer.solution, 2 * speed, run.damping, answer.shapes.x)
         size = np.abs(playback.field).max() / np.abs(field).max()
         assert np.allclose(playback.field, size * field, atol=1e-12)

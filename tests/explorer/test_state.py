@@ -105,7 +105,7 @@ def edited(history: History, states: list[tuple[float, State]]) -> State:
     """The last of some states at their times, each an edit of the one before."""
     state = START
     for time, after in states:
-        history.note(state, after, time)
+        history.record(state, after, time)
         state = after
     return state
 
@@ -134,16 +134,16 @@ def test_undo_and_redo_go_by_steps():
     assert back == [faster, drag[-1][1], START]
     assert history.undo(START) is START
     assert [history.redo(START), history.redo(back[1])] == [drag[-1][1], faster]
-    history.note(faster, other := faster.only(0), 9.0)
+    history.record(faster, other := faster.only(0), 9.0)
     assert history.redo(other) is other
 
 
 def test_undo_keeps_theme_and_pause():
     """They are no steps."""
     history, still = History(), START.changed("dark", True).changed("playing", False)
-    history.note(START, still, 0.0)
+    history.record(START, still, 0.0)
     assert history.undo(still) is still
-    history.note(still, faster := still.changed("gamma", 3.0), 1.0)
+    history.record(still, faster := still.changed("gamma", 3.0), 1.0)
     loud = faster.changed("dark", False)
-    history.note(faster, loud, 2.0)
+    history.record(faster, loud, 2.0)
     assert history.undo(loud) == still.changed("dark", False)

@@ -81,7 +81,7 @@ class PresenterMode:
                 mine.adopt(theirs)
             own.run_up.request = other.run_up.request
             if (state := self.followed_state(other)) != own.visitor.state:
-                own.visitor.follow(state)
+                own.visitor.set_state(state)
         if other.visitor.page.tab != self.tab:
             self.tab = other.visitor.page.tab
             own.visitor.page.open(self.tab)

@@ -120,8 +120,8 @@ class Lessons(Feature):
         if verdict.met:
             self.met |= {lesson.name}
         word = "Right!" if verdict.met else "Not yet."
-        words = f"<b>{word}</b> {escape(verdict.words)}"
-        if answer.solution and (verdict.met or not verdict.words):  # nothing is in the way
+        words = f"<b>{word}</b> {escape(verdict.reason)}"
+        if answer.solution and (verdict.met or not verdict.reason):  # no obstacle
             words += f"<br>Now: {escape(lesson.measured(answer.solution))}."
         return f'<p class="verdict{" met" if verdict.met else ""}">{words}</p>'
 

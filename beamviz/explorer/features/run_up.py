@@ -45,8 +45,8 @@ class RunUpRequest(NamedTuple):
 
 
 class RunUpPlayback:
-    """The run-up in the scene: `step` increases the speed shown, `take` computes the response at
-    that speed.
+    """The run-up in the scene: `step` increases the speed shown, `update_response` computes the
+    response at that speed.
 
     run: None if it is not computed for the present beam and force; running: the speed increases;
     driven: the scene shows the response; field: complex displacement (n, 2) [beam lengths] drawn.
@@ -90,7 +90,7 @@ class RunUpPlayback:
 
     @property
     def outdated(self) -> bool:
-        """Whether an input has changed since the last `take`."""
+        """Whether an input has changed since the last update of the response."""
         return any(a is not b for a, b in zip(self.inputs, self.drawn or (0, 0, 0), strict=True))
 
     def start_or_stop(self) -> None:
@@ -122,7 +122,7 @@ class RunUpPlayback:
     def stop(self) -> None:
         """Stop, and show the beam at its own speed again."""
         self.position = None
-        self.visitor.follow(replace(self.visitor.state, run_speed=None))
+        self.visitor.set_state(replace(self.visitor.state, run_speed=None))
 
     def step(self, elapsed: float) -> None:
         """Increase the speed after `elapsed` [s]. If the visitor has set another speed, stop the
@@ -134,7 +134,7 @@ class RunUpPlayback:
                     self.compute()
             elif RunUpRequest.of(state) != self.request:
                 self.request = self.position = None
-                self.visitor.follow(replace(state, run_speed=None, forced_response=False))
+                self.visitor.set_state(replace(state, run_speed=None, forced_response=False))
             elif self.running and state.case.numbers["gamma"] != self.gamma:
                 self.stop()
             elif self.running:
@@ -152,9 +152,9 @@ class RunUpPlayback:
         self.position = min(self.position + PER_SECOND * elapsed, last)
         indices = np.arange(len(self.run.speeds))
         speed = float(np.interp(self.position, indices, self.run.speeds))
-        self.visitor.follow(replace(self.visitor.state, run_speed=speed))
+        self.visitor.set_state(replace(self.visitor.state, run_speed=speed))
 
-    def take(self, answer: SolverAnswer | None, shapes: SampledModes) -> None:
+    def update_response(self, answer: SolverAnswer | None, shapes: SampledModes) -> None:
         """Compute the response to draw from the answer at the present speed."""
         self.drawn = self.inputs
         if self.visitor.state.forced_response and self.run and answer and answer.solution:

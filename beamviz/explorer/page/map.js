@@ -91,7 +91,7 @@ const BeamvizMap = (() => {
       const inside = [[x, along], [y, up]].every(([v, axis]) => v >= axis.range[0] && v <= axis.range[1]);
       this.ring.hidden = !inside;
       if (!inside) return;
-      const text = this.words(x, y);
+      const text = this.describe(x, y);
       this.ring.style.translate = `${px(this.px(x))}px ${px(this.py(y))}px`;
       for (const [name, value] of Object.entries({
         "aria-label": "This beam in the map", "aria-valuemin": along.range[0],
@@ -106,7 +106,7 @@ const BeamvizMap = (() => {
       return [this.data.x, this.data.y].map(({ range }, k) => neat((range[1] - range[0]) / Math.max(size[k], 100)));
     }
 
-    words(x, y) {
+    describe(x, y) {
       const [first, second] = this.steps;
       return `${withUnit(this.data.x, fixed(x, first))}, ${withUnit(this.data.y, fixed(y, second))}`;
     }
@@ -114,11 +114,11 @@ const BeamvizMap = (() => {
     choose(pixels) {
       const x = this.px.invert(clamp(pixels[0], LEFT, this.right));
       const y = this.py.invert(clamp(pixels[1], TOP, this.bottom));
-      this.take([x, y]);
+      this.setPlace([x, y]);
     }
 
     /* Show a point immediately, and send it. */
-    take(place) {
+    setPlace(place) {
       const axes = [this.data.x, this.data.y];
       place = place.map((value, k) => {
         const step = this.steps[k];
@@ -163,7 +163,7 @@ const BeamvizMap = (() => {
       if (!move || event.ctrlKey || event.metaKey || event.altKey) return;
       event.preventDefault();
       event.stopPropagation(); // viser would move its camera
-      this.take(this.place.map((value, k) => value + 5 * far * move[k] * this.steps[k]));
+      this.setPlace(this.place.map((value, k) => value + 5 * far * move[k] * this.steps[k]));
     }
 
     /* Show the value at the pointer. */
@@ -175,7 +175,7 @@ const BeamvizMap = (() => {
       const row = Math.round(((this.bottom - pixels[1]) / (this.bottom - TOP)) * (rows - 1));
       const one = values[row * columns + column];
       this.readout.replaceChildren();
-      make(this.readout, "b", {}, this.words(this.px.invert(pixels[0]), this.py.invert(pixels[1])));
+      make(this.readout, "b", {}, this.describe(this.px.invert(pixels[0]), this.py.invert(pixels[1])));
       const found = one === null ? "no frequency" : `${value.symbol} ${Number(one.toPrecision(3))} ${value.unit}`;
       make(this.readout, "span", {}, found);
       this.put(pixels);
