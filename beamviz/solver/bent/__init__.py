@@ -172,7 +172,7 @@ def end_of_state(solution: Solution, over: str, stop: float) -> float | None:
 
 
 def bent_states(solutions: Iterable[Solution]) -> list[State]:
-    """The states that bent ones of some solutions are, or were computed from."""
+    """The states of the bent ones of some solutions, or those they were computed from."""
     return [one.equilibrium.state for one in solutions if one.equilibrium.shape == "bent"]  # type: ignore[attr-defined]
 
 
@@ -197,7 +197,7 @@ def _first_state(beam: Beam, problem: Problem) -> State:
 
 
 def _state_near(beam: Beam, problem: Problem, near: State | None) -> State | None:
-    """The state that a neighbour's leads to, on its mesh; None where that fails."""
+    """The state reached from that of a neighbour, on its mesh; None where that fails."""
     if near is None or (beam.alpha and near.beam.beam.beta != beam.beta):
         return None
     bent = BentBeam(near.beam.mesh, beam, problem)

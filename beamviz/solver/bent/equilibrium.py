@@ -21,11 +21,11 @@ DESCENT_STEPS, NEWTON_STEPS, STRAIGHT_STEPS = 120, 12, 40
 MAX_TURN, MAX_STRETCH = 0.7, 0.3  # of a descent step: angle [rad], relative change of f
 SMALLEST_SHIFT = 4.0**-12  # of the stiffness in a descent step, in units of the rigidities
 QUADRATIC = 0.05  # a Newton step below this size needs no line search
-CONVERGED = 1e-7  # size of a Newton step after which the next one is rounding
+CONVERGED = 1e-7  # size of a Newton step after which the next one is rounding error
 RESOLVED = 1e-4  # relative change of the energy of a resolved state on a finer mesh
 SAME_ENERGY = 1e-9  # relative difference of two descents to the same state
 STRAIGHT = 1e-6  # largest angle [rad] of a state that counts as straight
-ROUNDED = 1e-5  # size of a Newton step below which one that no longer shrinks is rounding
+ROUNDED = 1e-5  # size of a Newton step that, if it no longer shrinks, is rounding error
 ENERGY_ROUNDING = 1e-12  # of its terms
 STRETCHES = 1e-3, 1e3  # at which a descent ends
 BEYOND = 4.0  # times past the ends of a strain law's force, where a descent ends as well
@@ -57,8 +57,8 @@ def is_straight(state: State) -> bool:
 
 
 def is_resolved(state: State) -> bool:
-    """Whether a stable state is there with the same energy on elements half as long: a loop may
-    hide in a long one."""
+    """Whether elements half as long have a stable state of the same energy: a long element may hide
+    a loop."""
     coarse = state.beam
     breaks = np.array(coarse.mesh.breaks)
     halves = np.sort(np.concatenate((breaks, (breaks[1:] + breaks[:-1]) / 2)))

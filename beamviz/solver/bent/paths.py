@@ -70,8 +70,8 @@ def _at_speed(bent: BentBeam, gamma: float, mesh: Mesh) -> BentBeam:
 
 
 def _finer(state: State) -> State:
-    """The same state with a higher order, up to ORDER, and a shorter first element: at the clamp
-    is the end of a strain law."""
+    """The same state with a higher order, up to ORDER, and a shorter first element: a strain law
+    reaches its end first at the clamp."""
     mesh = state.beam.mesh
     breaks = (0.0, mesh.breaks[1] / FINER, *mesh.breaks[1:])
     orders = (mesh.orders[0], *mesh.orders)
@@ -160,7 +160,6 @@ def _follow_load(
     at: Callable[[float], BentBeam], start: State, target: float, *accuracy: float
 ) -> Path:
     """The stable states of the beams at loads from 0 to a target, or to their limit."""
-
     first = _margins(start)
     margins = {0.0: np.ones_like(first)}  # of the loads solved
 
@@ -175,8 +174,8 @@ def _follow_load(
 
 
 def _margins(state: State) -> NDArray:
-    """What is positive where a state is stable: the lowest eigenvalue of the stiffness, the least
-    stretch, and the least local stiffness."""
+    """Margins of stability, positive for a stable state: the lowest eigenvalue of the stiffness,
+    the least stretch, and the least local stiffness."""
     beam, q = state.beam, state.q
     K = beam.scale[:, None] * state.tangent.K * beam.scale
     if beam.beam.spin_up:

@@ -54,7 +54,7 @@ class BentBeam:
         return 1 / np.sqrt(np.concatenate((self.beam.mu**2 * self.w, self.w)))
 
     def rigidities(self, q: np.ndarray) -> np.ndarray:
-        """Stiffness (2 n,) of each unknown alone, of its material, without compression."""
+        """Material stiffness (2 n,) of each unknown, without softening by compression."""
         f, _ = self.split(q)
         axial = self.beam.mu**2 * np.maximum(self.law.stiffness(f), 0.1)
         return np.concatenate((self.w * axial, self.w * f**self.power))
@@ -86,7 +86,7 @@ class BentBeam:
         return float(self.w @ stored - self.beam.gamma**2 * centrifugal) / 2
 
     def energy_terms(self, q: np.ndarray) -> float:
-        """The sum of the sizes of the terms of the energy: what it is rounded to."""
+        """The sum of the magnitudes of the energy's terms: the scale of its rounding error."""
         f, kappa = self.split(q)
         stored = self.w @ (self.beam.mu**2 * self.law.strain(f) ** 2 + f**self.power * kappa**2) / 2
         return float(stored + abs(stored - self.energy(q)))
