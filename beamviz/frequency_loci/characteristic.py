@@ -98,8 +98,8 @@ def _brackets(points: Lobatto, functions: tuple[np.ndarray, ...]) -> list[np.nda
     """Of every root of some functions (n, k), given with two derivatives, ascending: the number of
     the function, an interval, a value near the root, the function at the lower end. Two close roots
     are on both sides of an extremum, or at it."""
-    x = points.dense_nodes
-    f = functions[0] @ points.dense.T
+    x = points.dense_nodes[::2]
+    f = functions[0] @ points.dense[::2].T
     size, negative = abs(f), f < 0
     changes = negative[:, 1:] != negative[:, :-1]
     least = (size[:, 1:-1] < size[:, :-2]) & (size[:, 1:-1] <= size[:, 2:])

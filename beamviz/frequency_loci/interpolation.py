@@ -13,6 +13,7 @@ Solves between the nodes, which no interpolant uses, check the error of each.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -34,11 +35,12 @@ from beamviz.frequency_loci.pieces import Piece, of_root
 from beamviz.frequency_loci.spectra import BENDING_ERROR, MISFIT, TAIL, Spectra, positive_shift
 from beamviz.solver import is_small_strain
 
-FIRST_ORDERS = {"gamma": 14, "alpha": 18, "delta": 8, "mu": 20}  # of a whole axis
+FIRST_ORDERS = {"gamma": 14, "alpha": 18, "delta": 8, "mu": 19}  # of a whole axis
 STRETCHED_ORDER = 24  # the same over gamma, up to a large strain
-PER_MODE = 6  # the same over beta, for each mode
+PER_MODE = 5, 6  # the same over beta, for each mode; where all modes couple
 COUPLED_ORDERS = {"gamma": 24, "alpha": 20, "delta": 20, "mu": 32}  # where all modes couple
 ORDERS = (LEAST, 32, 192)  # least; least and greatest of a whole axis before it is halved
+FEW_NODES = 24  # order up to which a block is tried first: it takes less time for each point
 FEW = 64  # greatest order of a part of it; below it the rate of convergence is known roughly
 MULTIPLES, EXPECTED = (2, 3, 4, 5, 6), 0.1  # of an order to try next; ratio that it should reach
 SHARE = 0.5  # of the tolerance, and of the solver's error: an interpolation error that is accepted
@@ -194,7 +196,7 @@ def _first(sweep: Solves, axis: Axis) -> _Attempt:
     as it moves along the beam."""
     start, stop = axis.t_ends
     orders = COUPLED_ORDERS if axis.coupled else FIRST_ORDERS
-    order = orders.get(axis.over, PER_MODE * sweep.modes + 8)
+    order = orders.get(axis.over, PER_MODE[axis.coupled] * sweep.modes + 8)
     if axis.over == "gamma" and not is_small_strain(sweep.at(axis.high)):
         order = max(order, STRETCHED_ORDER)
     return _Attempt(start, stop, order)
@@ -246,41 +248,56 @@ def _fit(
     if ratio <= 1:
         piece = replace(piece, errors=errors, needed=needed | _next(paired), paired=paired)
         return piece, ratio, order
-    targets, wider = [], rank <= sweep.modes
-    if more := _characteristics(sweep, places, solved, wider, accepted, alone):
-        found, ratios, rate = more
-        ratio = min(ratio, float(ratios.max()))
-        if ratios.max() <= 1:
-            piece = replace(piece, errors=errors, needed=wider, characteristics=found)
-            return piece, ratio, order
-        targets.append(_next_order(order, lambda power: (ratios * rate**power).max()))
-    if sweep.coupled and (fitted := block.fit(sweep.points(places), solved, order)):
-        one, of_block, rates_of_block = fitted
-        m = len(of_block)
-        ratios = np.where(rank[0, :m] <= sweep.modes, of_block / accepted[0, :m], np.inf)
-        ratio = float(ratios[needed[0, :m]].max())
-        if ratio <= 1:
-            needed = np.pad(ratios <= 1, (0, needed.shape[1] - m))[None]
-            return replace(piece, errors=errors, needed=needed, block=one), ratio, order
-        own = needed[0, :m]
-        targets.append(
-            _next_order(order, lambda power: (ratios * rates_of_block**power)[own].max())
-        )
-    targets.append(_next_order(order, lambda power: cover(errors * rates**power)[1]))
+    targets = [_next_order(order, lambda power: cover(errors * rates**power)[1])]
+    fits = [_by_block, _by_characteristics] if sweep.coupled else [_by_characteristics]
+    for fit in fits if order <= FEW_NODES else fits[::-1]:
+        if more := fit(sweep, places, solved, replace(piece, errors=errors), accepted, alone):
+            found, own, rate = more
+            ratio = min(ratio, float(own.max()))
+            if own.max() <= 1:
+                return found, ratio, order
+            targets.append(_next_order(order, partial(_largest, own, rate)))
     return piece, ratio, min({*targets} - {order}, default=order)
 
 
-def _characteristics(
+def _largest(ratios: np.ndarray, rate: Any, power: int) -> float:
+    """The largest of ratios that all fall by a rate to a power."""
+    return float((ratios * rate**power).max())
+
+
+def _by_block(
     sweep: Solves,
     places: np.ndarray,
     solved: Spectra,
-    needed: np.ndarray,
+    piece: Piece,
     accepted: np.ndarray,
     alone: np.ndarray,
-) -> tuple[tuple[Characteristic | None, ...], np.ndarray, float] | None:
-    """The characteristic functions of the families some of whose errors exceed those accepted, by
-    the ratios `alone`; the ratios (families, k) with them; by what factor the largest is expected
-    to fall when the order grows by a half. None without the spectra of all meshes."""
+) -> tuple[Piece, np.ndarray, Any] | None:
+    """The piece with a block of modes that all couple; the ratios of its errors to those accepted;
+    by what factors they are expected to fall when the order grows by a half. None without shapes.
+    """
+    if not (fitted := block.fit(sweep.points(places), solved, piece.order)):
+        return None
+    found, errors, rates = fitted
+    ratios = errors / accepted[0, : len(errors)]
+    known = np.zeros(piece.needed.shape, bool)
+    known[0, : len(errors)] = (ratios <= 1) & np.isfinite(accepted[0, : len(errors)])
+    needed = piece.needed[0, : len(errors)]
+    return replace(piece, needed=known, block=found), ratios[needed], rates[needed]
+
+
+def _by_characteristics(
+    sweep: Solves,
+    places: np.ndarray,
+    solved: Spectra,
+    piece: Piece,
+    accepted: np.ndarray,
+    alone: np.ndarray,
+) -> tuple[Piece, np.ndarray, Any] | None:
+    """The piece with the characteristic functions of the families some of whose errors exceed those
+    accepted, by the ratios `alone`; the ratios (families, k) with them; by what factor the largest
+    is expected to fall when the order grows by a half. None without the spectra of all meshes."""
+    needed = np.isfinite(accepted)
     spectra, kinetic = sweep.mesh_spectra(places), None
     if spectra is None:
         return None
@@ -310,7 +327,7 @@ def _characteristics(
         ratios[f, :modes] = np.where(needed[f, :modes], errors / accepted[f, :modes], 0.0)
         rate = max(rate, falls)
         found.append(one)
-    return tuple(found), ratios, rate
+    return replace(piece, needed=needed, characteristics=tuple(found)), ratios, rate
 
 
 def _next_order(order: int, ratio: Callable[[int], float]) -> int:

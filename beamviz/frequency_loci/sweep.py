@@ -25,7 +25,9 @@ from beamviz.solver import (
 )
 from beamviz.solver.solution import Solution
 
-EXTRA_MODES = 4  # solved for beyond those requested: they may enter and leave the lowest ones
+# Modes solved for beyond those requested: they may enter and leave the lowest ones, or veer with
+# them where all couple.
+EXTRA_MODES, EXTRA_COUPLED = 2, 4
 DESIGNED = 5  # beams whose meshes are designed where all modes couple
 MAX_POINTS = 10_000
 MAX_SOLVES = 4000  # of a sweep, to interpolate and to locate crossings
@@ -109,8 +111,16 @@ class Sweep:
     modes: int
     options: dict[str, Any]
     outcomes: dict[float, Outcome] = field(default_factory=dict)
-    extra_modes: int = EXTRA_MODES
+    extra_modes: int = 0
     designed: tuple[Beam, ...] = ()  # beams between which all share the orders of a mesh
+
+    def __post_init__(self) -> None:
+        self.extra_modes = self.most_modes - self.modes
+
+    @cached_property
+    def most_modes(self) -> int:
+        """How many modes are solved for, if the method has so many."""
+        return self.modes + (EXTRA_COUPLED if self.coupled and self.straight else EXTRA_MODES)
 
     @cached_property
     def problem(self) -> Problem:
@@ -183,7 +193,7 @@ class Sweep:
 
     def spectra(self, values: np.ndarray) -> Spectra:
         """The modes at some values (n,), by family unless all couple; nan without a solution."""
-        outcomes, count = self.solve(values), self.modes + EXTRA_MODES
+        outcomes, count = self.solve(values), self.most_modes
         shape = len(values), 1 if self.coupled else 2, count
         spectra = Spectra(*(np.full(shape, np.nan) for _ in range(3)))
         squares, errors, bending = spectra
