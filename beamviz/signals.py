@@ -101,8 +101,8 @@ def handle_signals(handler: Handler) -> Iterator[None]:
 
 
 def set_handlers(handler: Handler) -> dict[signal.Signals, Any]:
-    """Set the handler of both signals and return the earlier ones; nothing but in the main thread,
-    as Python allows it there only."""
+    """Set the handler of both signals and return the earlier ones; do nothing outside the main
+    thread, where Python does not allow it."""
     if threading.current_thread() is not threading.main_thread():
         return {}
     return {number: signal.signal(number, handler) for number in SIGNALS}

@@ -13,7 +13,7 @@ from beamviz.drawing.surroundings import hub_radius
 from beamviz.scene import Camera
 
 FIELD_OF_VIEW = math.radians(24)  # vertical
-# Directions from the middle of the picture to the camera: rotating with the hub, and beside it.
+# Directions from the middle of the picture to the camera, in the rotating and the stationary frame.
 ROTATING_DIRECTIONS = {"chordwise": (-0.3, -1.0, 0.8), "flapwise": (-0.3, -1.0, 0.45)}
 FIXED_DIRECTION = (0.0, -1.0, 0.85)
 ROOM = 0.2  # [beam lengths] half the width that the picture contains for the motion of the beam

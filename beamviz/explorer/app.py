@@ -77,7 +77,7 @@ def serve(
         print(f"beamviz is at {url} ({note}Ctrl-C ends it)", flush=True)
         link = f"{url.partition('/?')[0]}/?{KEY_PARAMETER}={presenter_key}"
         if follow:
-            print(f"the presenter's link, for nobody else: {link}", flush=True)
+            print(f"the presenter's link, to be kept private: {link}", flush=True)
         if open_browser:
             webbrowser.open(link if follow else url)
         wait()

@@ -210,5 +210,5 @@ class VisitorCount:
         self.counts[self.process] += 1
 
     def leave(self) -> None:
-        """Count a visitor of this process who has left."""
+        """Subtract a visitor of this process."""
         self.counts[self.process] -= 1

@@ -128,7 +128,7 @@ class Panel:
         return work_text(self.visitor.jobs) != self.work
 
     def show_work(self) -> None:
-        """Show the names of the jobs that have been at work for long."""
+        """Show the names of the jobs that have been running for long."""
         self.work = work_text(self.visitor.jobs)
         self.visitor.page.html("work", self.work)
 
