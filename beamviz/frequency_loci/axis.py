@@ -3,7 +3,6 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -64,12 +63,15 @@ class Axis:
                 y = low + t**2
             case _:
                 y = t
-        if self.over == "gamma" and self.coupled:
-            p = math.sqrt(self._shift) * np.sinh(y)
+        shift = self._shift
+        if shift is None:
+            p = y
+        elif self.over == "gamma" and self.coupled:
+            p = math.sqrt(shift) * np.sinh(y)
         elif self.over == "gamma":
-            p = np.sqrt(np.maximum(np.exp(y) - self._shift, 0.0))
+            p = np.sqrt(np.maximum(np.exp(y) - shift, 0.0))
         else:
-            p = y if self._shift is None else np.exp(y) - self._shift
+            p = np.exp(y) - shift
         (start, stop), (first, last) = self.ends, self.t_ends
         return np.where(t == first, start, np.where(t == last, stop, np.clip(p, start, stop)))
 
@@ -85,14 +87,15 @@ class Axis:
 
     def _stretched(self, p: np.ndarray) -> np.ndarray:
         """The logarithm, if the parameter has one; of gamma as told above."""
-        if self.over == "gamma" and self.coupled:
-            return np.arcsinh(p / math.sqrt(self._shift))
-        if self._shift is None:
+        shift = self._shift
+        if shift is None:
             return p
-        return np.log((p**2 if self.over == "gamma" else p) + self._shift)
+        if self.over == "gamma" and self.coupled:
+            return np.arcsinh(p / math.sqrt(shift))
+        return np.log((p**2 if self.over == "gamma" else p) + shift)
 
     @property
-    def _shift(self) -> Any:
+    def _shift(self) -> float | None:
         """Added to the parameter or the square of gamma, whose logarithm is taken; None if not."""
         if self.over == "gamma":
             return GAMMA_SHIFTS[self.coupled] / self.moment

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from beamviz.beam import Beam, check_float, check_int
-from beamviz.errors import InvalidInput
+from beamviz.errors import InvalidInput, unknown_keyword
 from beamviz.frequency_loci import Loci, loci
 from beamviz.frequency_loci.curves import polish
 from beamviz.frequency_loci.sweep import Sweep
@@ -41,12 +41,14 @@ class Resonance(NamedTuple):
     frequency: float
 
 
-def resonances(found: Loci, count: int) -> list[Resonance]:
+def resonances(found: Loci, count: int = 1, **unknown: Any) -> list[Resonance]:
     """The intersections of loci over gamma with the per-rev lines omega = k gamma, k = 1 .. count.
 
     They are located on the interpolated loci, however few the speeds, and corrected by solves.
-    Raises InvalidInput for loci over another parameter.
+    Raises InvalidInput for loci over another parameter, and for other keywords.
     """
+    for name in unknown:
+        raise unknown_keyword("keyword", name, ("count",))
     if not count:
         return []
     if found.over != "gamma":

@@ -28,7 +28,8 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from beamviz.beam import Beam, check_int
-from beamviz.errors import Unavailable, optional
+from beamviz.errors import Unavailable, optional, unknown_keyword
+from beamviz.solver import DEFAULTS
 from beamviz.sweeps.chunks import solve_and_write
 from beamviz.sweeps.plan import Plan, Task, find_place, make_plan
 from beamviz.sweeps.store import ARRAYS, open_group, open_store, stored_plan
@@ -92,6 +93,10 @@ def sweep(
     Interrupted at any moment and called again with the same arguments, it resumes. Raises
     InvalidInput, also where the store was made with other arguments, and Unavailable.
     """
+    for name in options.keys() - DEFAULTS.keys():
+        raise unknown_keyword(
+            "keyword", name, (*DEFAULTS, "axes", "out", "executor", "beam", "workers", "progress")
+        )
     for package in ("zarr", "xarray"):
         optional(package, "sweep")
     plan = make_plan(axes, beam or Beam(), modes=modes, **options)

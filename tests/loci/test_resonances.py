@@ -64,9 +64,11 @@ def test_a_resonance_at_a_speed_of_the_sweep_is_found_once():
 
 
 def test_resonances_need_the_speed():
-    """Over another parameter there are no per-rev lines."""
+    """Over another parameter there are no per-rev lines; a mistyped keyword is named."""
     with pytest.raises(InvalidInput, match="per-rev lines need loci over gamma, not over alpha"):
         resonances(loci(TIP, "alpha", [0, 1]), 3)
+    with pytest.raises(InvalidInput, match="unknown keyword 'per_rev': known: count"):
+        resonances(loci(TIP, "gamma", [0, 1]), per_rev=3)
 
 
 def random_sweep(seed):

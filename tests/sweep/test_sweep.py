@@ -131,6 +131,7 @@ def test_other_arguments_are_refused(arguments, message, tmp_path):
         ({"axes": {"gamma": [0, 300]}}, r"gamma = 300: must lie in 0 \.\. 200"),
         ({"axes": {"gamma": [0, 150], "mu": [20, 70]}}, "gamma / mu = 7.5: must be at most 5"),
         ({"coriolois": True}, "did you mean 'coriolis'"),
+        ({"worker": 2}, "did you mean 'workers'"),
         ({"method": "ancf", "elements": 2, "modes": 9}, "modes = 9: at most 4"),
         ({"out": "a.nc"}, r"a.nc: must end in .zarr"),
         ({"workers": 0}, r"workers = 0: must be a whole number"),
