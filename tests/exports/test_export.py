@@ -230,6 +230,18 @@ def test_a_page_plays_from_the_disk_without_a_network(document):
 
 
 @pytest.mark.slow
+@pytest.mark.browser
+def test_all_modes_are_in_the_picture_of_a_page(tmp_path):
+    """The title of each row is below the upper edge."""
+    export(tmp_path / "a.html", Scene.of(PAPER, all_modes=True))
+    titles = "[...document.querySelectorAll('#caption-layer > span')]"
+    with page((tmp_path / "a.html").as_uri(), 1280, 720) as shown:
+        tops = f"{titles}.map(title => title.getBoundingClientRect().top)"
+        shown.wait(f"{tops}[4] - {tops}[0] > 200", 30)  # placed, no longer on top of each other
+        assert shown.evaluate(tops)[0] > 0
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "scene",
     [
