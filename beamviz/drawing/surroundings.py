@@ -150,9 +150,10 @@ class Surroundings:
         """Show the hub at `angle` [rad]; share: of the rotating frame in the view, 0 .. 1. While
         the beam passes the point of the speed, that is on the other side of the hub."""
         set_orientation(self.floor, axis_rotation(-share * angle))
-        distance = math.remainder((1 - share) * angle - self.speed_angle, 2 * math.pi)
-        side = -1 if abs(distance) < self.speed_gap else 1
-        set_position(self.speed.point, side * self.speed_place)
+        if self.speed.text:
+            distance = math.remainder((1 - share) * angle - self.speed_angle, 2 * math.pi)
+            side = -1 if abs(distance) < self.speed_gap else 1
+            set_position(self.speed.point, side * self.speed_place)
 
 
 def floor_radius(beam: Beam) -> float:
