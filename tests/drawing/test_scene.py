@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -67,6 +68,30 @@ def test_the_beam_is_inside_the_picture_and_fills_it(beam, rotating_frame, aspec
     high = np.abs(seen[:, 1] / seen[:, 2]).max() / (tall * (1 - lift))
     assert (seen[:, 2] > 0).all()
     assert 0.9 < max(wide, high) <= 1
+
+
+@pytest.mark.parametrize("delta", [-0.5, 0.0, 2.0])
+def test_all_that_the_beam_sweeps_is_in_the_picture(delta):
+    """From outside, the tip is inside the field of view at every angle of the hub."""
+    reach = max(abs(delta), abs(delta + 1))
+    view = camera.fitted(SampledModes.at_rest(Beam(delta=delta), "chordwise"), False, 1.6)
+    position, turn = np.array(view.position), np.linspace(0, 2 * np.pi, 100)
+    circle = reach * np.stack([np.cos(turn), np.sin(turn), 0 * turn], 1)
+    seen = (circle - position) @ camera.axes(position - view.look_at)
+    tall = math.tan(camera.FIELD_OF_VIEW / 2)
+    assert (np.abs(seen[:, 0]) < 1.6 * tall * seen[:, 2]).all()
+    assert (np.abs(seen[:, 1]) < tall * seen[:, 2]).all()
+
+
+def test_rings_at_nodes_fit_the_section(scene):
+    """Also where only the section changes."""
+    shapes, view = sampled(PAPER), ViewOptions()
+    for thicken in (False, True):
+        scene.show(shapes, replace(view, thicken=thicken), [1])
+        ring = np.asarray(scene.nodes.collars.batched_scales)[0]
+        thickness, breadth = section_size(PAPER, thicken)
+        assert ring[1] == pytest.approx(1.3 * thickness, rel=1e-6)
+        assert ring[2] == pytest.approx(1.3 * breadth, rel=1e-6)
 
 
 def test_a_scene_draws_a_beam_and_greys_it(scene):

@@ -103,8 +103,7 @@ def test_the_committed_measurement_of_bent_beams():
 
 def test_the_page_lists_what_is_wrong():
     """A scene outside its bars appears with the command that shows it."""
-    told = {"seed": 0, "command": SCENE.command, "coriolis": False, "inward": False}
-    row = told | verdict(SCENE, answer())
+    row = {"seed": 0} | SCRIPT.described(SCENE) | verdict(SCENE, answer())
     assert SCENE.command not in SCRIPT.page(SCRIPT.summary([row]))
     wrong = row | {"kind": "outside", "error": [10 * value for value in row["reported"]]}
     assert SCENE.command in SCRIPT.page(SCRIPT.summary([row, wrong]))
