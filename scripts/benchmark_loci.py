@@ -33,6 +33,8 @@ class Case(NamedTuple):
     start: float = 0.0
 
 
+CORIOLIS = {"coriolis": True}
+MIDDLE = Beam(alpha=1, beta=0.5, gamma=10)
 CASES = (
     Case("gamma, mass at the tip", Beam(alpha=1), "gamma", 20, {}),
     Case("gamma, mass at 0.5", Beam(alpha=1, beta=0.5), "gamma", 20, {}),
@@ -41,7 +43,11 @@ CASES = (
     Case("mu, gamma 10", Beam(alpha=1, gamma=10), "mu", 100, {}, 10.0),
     Case("beta, gamma 5", Beam(alpha=0.5, gamma=5), "beta", 1, {}),
     Case("gamma to 60, delta 1", Beam(alpha=1, delta=1), "gamma", 60, {}),
-    Case("gamma, Coriolis", Beam(alpha=1), "gamma", 20, {"coriolis": True}),
+    Case("gamma, Coriolis", Beam(alpha=1), "gamma", 20, CORIOLIS),
+    Case("alpha, Coriolis", MIDDLE, "alpha", 2, CORIOLIS),
+    Case("delta, Coriolis", MIDDLE, "delta", 2, CORIOLIS),
+    Case("mu, Coriolis", MIDDLE, "mu", 200, CORIOLIS, 10.0),
+    Case("beta, Coriolis", MIDDLE, "beta", 1, CORIOLIS),
 )
 
 

@@ -28,7 +28,7 @@ from beamviz.solver.solution import Solution
 # Modes solved for beyond those requested: they may enter and leave the lowest ones, or veer with
 # them where all couple.
 EXTRA_MODES, EXTRA_COUPLED = 2, 4
-DESIGNED = 5  # beams whose meshes are designed where all modes couple
+DESIGNED = 5  # beams by whose meshes that of all others is designed
 MAX_POINTS = 10_000
 MAX_SOLVES = 4000  # of a sweep, to interpolate and to locate crossings
 GAUSS_POINTS = 16  # of a mode vector, plus two for each mode, and some for a buckled beam
@@ -181,7 +181,7 @@ class Sweep:
 
     def _solve_many(self, beams: list[Beam]) -> list[Outcome]:
         options = {**self.options, "modes": self.modes}
-        if self.straight and (self.coupled or self.over == "beta"):
+        if self.straight and (self.coupled or self.over in ("beta", "mu")):
             options["mesh_of"] = self.designed
         try:
             return solve_many(beams, extra_modes=self.extra_modes, **options)
