@@ -25,14 +25,14 @@ SETTLED = 1e-8  # a smaller step, cubic in the one before it, is the last
 @dataclass(frozen=True, eq=False)
 class Characteristic:
     """The characteristic function of a family on a piece, as a function of x = -1 .. 1 that stands
-    for s = (lambda + shift)^(1/4), in which eigenvalues of bending are about equally far apart."""
+    for s = ((lambda + shift) / unit)^(1/4), in which those of bending are about as far apart."""
 
     modes: int  # the number of eigenvalues that are looked for
     shift: float  # of lambda, so that all are positive
     low: float  # range of s
     high: float
-    values: np.ndarray  # (nodes, k) divided by exp(s), at the points
-    tail: np.ndarray  # (k,) of them, sum of the coefficients that are left out
+    values: np.ndarray  # (nodes, k) at the points, divided by their growth exp(c s)
+    tail: np.ndarray  # (k,) of them, sum of the coefficients that are left out, of both variables
     misfit: np.ndarray  # (modes,) largest error of lambda at the check points
     scale: np.ndarray  # (nodes,) logarithm of a unit of lambda + shift, about that of the highest
     energies: np.ndarray | None = None  # (nodes, 2, k) of the modes: see _energies
@@ -161,11 +161,14 @@ def fit(
     margin = MARGIN * high
     low, high = max(low - margin, 0.0), high + margin
     s = low + (high - low) / 2 * (lobatto(PER_MODE * modes + LEAST).nodes + 1)
-    values, fourth = np.tile(np.exp(-s), (len(spectra), 1)), s**4
+    values, fourth = np.ones((len(spectra), len(s))), s**4
     for ratio in 1 / scaled.T:
         values *= 1 - fourth * ratio[:, None]
+    values *= np.exp(-np.polyfit(s, np.log(abs(values).max(axis=0)), 1)[0] * s)  # about level
     energies = None if kinetic is None else _energies(values, fourth, scaled, kinetic)
     tail, rates = tail_and_rates(abs(points.coefficients @ values), len(spectra) - 1)
+    of_lambda = lobatto(len(s) - 1).coefficients @ values.T
+    tail = tail + abs(of_lambda[-2:]).max()  # these converge fast, down to rounding
     found = Characteristic(modes, shift, low, high, values, tail, np.zeros(modes), scale, energies)
     checks = len(known)
     eigenvalues, changes, bending = found.roots(np.concatenate((points.checks, points.dense[2::4])))

@@ -323,7 +323,8 @@ def _by_characteristics(
         errors = np.where(np.isfinite(errors), errors, np.inf)
         if sweep.coupled:
             off = abs(bending - solved.bending[nodes:, f, :modes]).max(axis=0)
-            errors[: sweep.modes][~(off[: sweep.modes] <= BENDING_ERROR)] = np.inf
+            off[sweep.modes :] = 0.0
+            errors = np.maximum(errors, off / BENDING_ERROR * accepted[f, :modes])
         ratios[f, :modes] = np.where(needed[f, :modes], errors / accepted[f, :modes], 0.0)
         rate = max(rate, falls)
         found.append(one)
