@@ -1,4 +1,4 @@
-"""Public entry point: validates the options and dispatches to the chosen method."""
+"""Public entry point: validates the options and dispatches to the chosen method and state."""
 
 import time
 from collections.abc import Iterable, Sequence
@@ -29,6 +29,7 @@ from beamviz.solver.solution import Solution
 
 MAX_MODES = 20
 TOLERANCES = (1e-12, 0.1)  # least and greatest relative error that may be asked for
+METHODS_WITH_BENT_STATES = ("auto", "ancf-planar")
 DEFAULTS = {name: getattr(Problem, name) for name in OPTIONS}
 
 
@@ -50,14 +51,17 @@ def solve(
 ) -> Solution:
     """Equilibrium and the lowest `modes` modes of a beam.
 
-    tolerance: relative error of each frequency that `auto` refines to. elements: number of
-    elements of `ancf` (20, the paper's, when not given). terms: of the series of `assumed-modes`
-    (basis functions), `power-series` (powers) and `chebyshev` (order). Coriolis forces act in the
-    chordwise plane only. stiffening, softening: whether the tension stiffens bending, and whether
-    the centrifugal force, growing outwards, softens motion in the plane of rotation: switched off
-    to see what each term does. Unstable straight states are returned, with status "unstable".
-    state: "straight"; "bent": the stable bent state of lowest energy; "stable": the straight state
-    where it is stable, else the bent one. A beam with a spin-up has no straight state.
+    modes: 1 to 20. method: a name in METHODS. strain: "green", "biot" or "hencky". curvature:
+    "spatial" or "material". plane: "chordwise" (of rotation) or "flapwise". tolerance: relative
+    error of each frequency, 1e-12 to 0.1, that `auto`, `foac` and `zoac` refine to.
+    elements: number of elements of `ancf`, `ancf-planar` and `linear`; None: 20, as in the paper.
+    terms: number of basis functions of `assumed-modes` or of powers of `power-series`, or the order
+    of `chebyshev`. coriolis: whether Coriolis forces couple stretching and chordwise bending; they
+    do not act flapwise. stiffening, softening: False leaves out the stiffening of bending by the
+    tension, or the softening of motion in the plane of rotation by the centrifugal force.
+    state: "straight", returned with status "unstable" where it is not stable; "bent": the stable
+    bent state of lowest energy; "stable": the straight state where it is stable, else the bent one.
+    A beam with a spin-up has no straight state.
     Raises InvalidInput, NoEquilibrium (with .limit) and NotConverged.
     """
     start = time.perf_counter()
@@ -73,13 +77,13 @@ def solve(
 def solve_many(
     beams: Iterable[Beam], extra_modes: int = 0, mesh_of: Sequence[Beam] = (), **options: Any
 ) -> list[Solution | BeamvizError]:
-    """`solve` for many beams with the same options, in batches where the method can.
+    """`solve` for many beams with the same options, in batches where the method allows it.
 
-    extra_modes: number of modes beyond those asked for, which need not meet the tolerance: their
-    errors say how well the mesh of the others resolves them. mesh_of: beams
-    between which these are, on a line: those with their mass at the same place then share a mesh,
-    in this call and others. The place of a beam without an answer
-    holds its error: NoEquilibrium or NotConverged. Raises InvalidInput for wrong options.
+    Returns a Solution for each beam, or its error: NoEquilibrium or NotConverged.
+    extra_modes: number of modes beyond those asked for, 0 to 20, whose errors may exceed the
+    tolerance. mesh_of: beams of a line in parameter space that encloses `beams`: those with their
+    mass at the same position then share a mesh, in this call and in others with the same mesh_of.
+    Raises InvalidInput for wrong options.
     """
     start = time.perf_counter()
     beams = list(beams)
@@ -90,38 +94,37 @@ def solve_many(
 
 
 def other_stable_states(solution: Solution, near: Sequence[Solution] = ()) -> list[Solution]:
-    """The other stable bent states found of the beam of a solution, mirror images apart, with their
-    modes: by ascending energy, or in the order of the states of other beams that they are near."""
+    """The other stable bent states found of the beam of a solution, with their modes, without
+    mirror images. Ordered by energy, or to match the states `near` of a neighbouring beam."""
     from beamviz.solver.bent import other_states
 
     return other_states(solution, near)
 
 
 def end_of_bent_state(solution: Solution, over: str, stop: float) -> float | None:
-    """The limit point of a bent state: the value of the number `over` of its beam, between the
-    beam's own and `stop`, beyond which the state cannot be followed; None where it can all the way.
-    """
+    """The limit point of a bent state: the value of the parameter `over`, between that of the beam
+    and `stop`, beyond which the state does not exist; None where it exists up to `stop`."""
     from beamviz.solver.bent import end_of_state
 
     return end_of_state(solution, over, stop)
 
 
 def parse_options(*options: Any, **unknown: Any) -> Problem:
-    """The problem that options describe, in the order of OPTIONS; InvalidInput where one is wrong.
+    """The problem with these options, in the order of OPTIONS; raises InvalidInput.
 
-    Valid combinations are remembered: a slider or a sweep gives the same ones again and again.
+    Valid combinations are cached: a slider or a sweep repeats them.
     """
     for name in unknown:
         raise unknown_keyword("option", name, OPTIONS)
     try:
         return _validated(*options)
-    except TypeError:  # an option that cannot be hashed
+    except TypeError:  # an unhashable option
         return _validated.__wrapped__(*options)
 
 
 @lru_cache(maxsize=256, typed=True)
 def _validated(*options: Any) -> Problem:
-    """The problem in plain Python numbers; InvalidInput where an option is wrong."""
+    """The problem, its numbers converted to Python types; raises InvalidInput."""
     values = dict(zip(OPTIONS, options, strict=True))
     for name, known in CHOICES.items():
         if not isinstance(values[name], str) or values[name] not in known:
@@ -137,7 +140,7 @@ def _validated(*options: Any) -> Problem:
         if option := feature.requested_by(problem):
             able = [name for name, row in METHODS.items() if feature not in row.unsupported]
             raise InvalidInput(
-                f"{option}: method {problem.method} takes no {feature.noun};"
+                f"{option}: method {problem.method} takes no {feature.name};"
                 f" methods that do: {', '.join(able)}"
             )
     return problem
@@ -150,11 +153,9 @@ def _solve(
     extra_modes: int = 0,
     mesh_of: Sequence[Beam] = (),
 ) -> list[Solution | BeamvizError]:
-    """By the package of the method; those that `auto` does not need are imported when used."""
+    """Dispatch to the package of the method; those other than `hp` are imported on first use."""
     if problem.state != "straight" or any(map(attrgetter("spin_up"), beams)):
-        from beamviz.solver.states import solve_states
-
-        return solve_states(_solve, beams, problem, start, extra_modes)
+        return _solve_states(beams, problem, start, extra_modes)
     package = METHODS[problem.method].package
     interruption.get()()
     if package == "hp":
@@ -172,3 +173,51 @@ def _solve(
         except (NoEquilibrium, NotConverged) as error:
             answers.append(error)
     return answers
+
+
+def _solve_states(
+    beams: list[Beam], problem: Problem, start: float, extra_modes: int
+) -> list[Solution | BeamvizError]:
+    """The straight state of each beam where "stable" is asked for and it is, else a bent state;
+    each bent state is the first guess for the next beam."""
+    for beam in beams:
+        _check_state(beam, problem)
+    straight: dict[int, Solution | BeamvizError] = {}
+    if problem.state == "stable":
+        where = [k for k, beam in enumerate(beams) if not beam.spin_up]
+        first = replace(problem, state="straight")
+        found = _solve([beams[k] for k in where], first, start, extra_modes)
+        straight = dict(zip(where, found, strict=True))
+    answers: list[Solution | BeamvizError] = []
+    near: Any = None  # the last bent state
+    for k, beam in enumerate(beams):
+        answer = straight.get(k)
+        if isinstance(answer, Solution) and answer.equilibrium.stable:
+            answers.append(replace(answer, problem=problem))
+            continue
+        from beamviz.solver.bent import solve_by_method
+
+        interruption.get()()
+        try:
+            answer, near = solve_by_method(beam, problem, start, near, extra_modes)
+        except (NoEquilibrium, NotConverged) as error:
+            answer, near = error, None
+        answers.append(answer)
+    return answers
+
+
+def _check_state(beam: Beam, problem: Problem) -> None:
+    """InvalidInput where the other options exclude the state or the spin-up asked for."""
+    requested = f"spin_up = {beam.spin_up:g}" if beam.spin_up else f"state = {problem.state!r}"
+    if beam.spin_up and problem.state == "straight":
+        reason = "there is no straight state; use state = 'bent' or 'stable'"
+    elif problem.method not in METHODS_WITH_BENT_STATES:
+        able = " or ".join(METHODS_WITH_BENT_STATES)
+        reason = f"method {problem.method} has no bent states; use {able}"
+    elif not (problem.stiffening and problem.softening):
+        reason = "stiffening and softening cannot be switched off"
+    elif beam.spin_up and not problem.chordwise:
+        reason = "bends the beam in the plane of rotation; use chordwise"
+    else:
+        return
+    raise InvalidInput(f"{requested}: {reason}")

@@ -24,18 +24,18 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium
 
-Function = Callable[[Any], Any]  # of a number or an array, to the same
+Function = Callable[[Any], Any]  # of a number or an array, elementwise
 
 
 @dataclass(frozen=True)
 class StrainLaw:
-    """An axial strain e(f), its force n = e e' (the axial force divided by mu^2), its stiffness n'
-    and the stretch that a force n gives, as well as a first guess needs it.
+    """An axial strain e(f) of the stretch f, and its derivatives.
 
-    `series`: a and b in f = 1 + n - a n^2 + b n^3 - ..., the stretch that a small force gives.
-    `hardens`: the stiffness grows with the stretch, so an outward beam always has an equilibrium.
-    The force grows with the stretch between `min_stretch` and `max_stretch` only: outside,
-    n' < 0 and a bar under dead load has no stable state.
+    force: n = e e', the axial force divided by mu^2. stiffness: n'. stretch: f of a force n, for
+    Hencky's law approximately. series: a and b in f = 1 + n - a n^2 + b n^3 - ... of a small n.
+    The force grows with the stretch between min_stretch and max_stretch only: outside, n' < 0 and
+    a bar under dead load has no stable state. hardens: the stiffness grows with the stretch, so an
+    outward beam always has an equilibrium.
     """
 
     name: str
@@ -58,16 +58,16 @@ class StrainLaw:
         return 1 + n * (1 - n * (a - b * n))
 
     @cached_property
-    def forces(self) -> tuple[float, float]:
-        """The least and the greatest force it carries."""
-        with np.errstate(divide="ignore"):  # Hencky's resists any compression
+    def force_limits(self) -> tuple[float, float]:
+        """The least and the greatest force n."""
+        with np.errstate(divide="ignore"):  # Hencky's force has no lower limit
             least = float(self.force(np.float64(self.min_stretch)))
         return least, math.inf if self.max_stretch == math.inf else self.force(self.max_stretch)
 
 
 @dataclass(frozen=True)
 class Curvature:
-    """A measure of bending k = (r' x r'') / f^power."""
+    """A measure k = (r' x r'') / f^power of bending."""
 
     name: str
     power: int
@@ -85,8 +85,8 @@ def _cubic(n: Any) -> Any:
 
 
 def _exponential(n: Any) -> Any:
-    """f = exp(n f), the lower solution: each time a digit nearer, unless n is almost 1 / e. More
-    force than that it does not carry: f = e."""
+    """The smaller root of f = exp(n f) by fixed-point iteration, slow near the greatest force
+    n = 1 / e, where f = e; that for a greater one."""
     n = np.minimum(n, 1 / math.e)
     f = 1 + n
     for _ in range(8):
@@ -94,7 +94,7 @@ def _exponential(n: Any) -> Any:
     return f
 
 
-_STRAIN_LAWS = (
+_LAWS = (
     StrainLaw(
         name="green",
         strain=lambda f: (f - 1) * (f + 1) / 2,
@@ -133,7 +133,7 @@ _STRAIN_LAWS = (
     ),
 )
 
-STRAIN_LAWS = {law.name: law for law in _STRAIN_LAWS}
+STRAIN_LAWS = {law.name: law for law in _LAWS}
 CURVATURES = {
     "spatial": Curvature(
         "spatial", 3, "curvature of the deformed axis, per deformed length (paper, eq. 16)"
@@ -145,7 +145,7 @@ CURVATURES = {
 
 
 def _law(name: str) -> StrainLaw:
-    """The law of a name: what a pickle refers to."""
+    """The law of this name: unpickles a StrainLaw."""
     return STRAIN_LAWS[name]
 
 
@@ -165,15 +165,15 @@ def tension_stiffness(f: np.ndarray, mu: float | np.ndarray, law: StrainLaw) -> 
 
 
 def rigid_tension(beam: Beam, x: np.ndarray) -> np.ndarray:
-    """N(x) / EI L^2 of a beam that does not stretch; at the mass itself, the tension inboard."""
+    """N L^2 / (E I) at x (n,) of a beam that does not stretch; at the mass, the tension inboard."""
     distributed = (1 - x) * ((1 + x) / 2 + beam.delta)
     carried = np.where(x <= beam.beta, beam.alpha * (beam.beta + beam.delta), 0.0)
     return beam.gamma**2 * (distributed + carried)
 
 
 def no_equilibrium(beam: Beam, limit: float, law: StrainLaw) -> NoEquilibrium:
-    """The error of a beam beyond the `limit` of gamma up to which it has an equilibrium, or so
-    little below it that the equilibrium cannot be computed."""
+    """The error of a beam whose gamma is above `limit`, the greatest with an equilibrium, or too
+    little below it to be solved."""
     where = f"no equilibrium beyond gamma = {limit:.9g}"
     if beam.gamma <= limit:
         where = f"too near the limit of equilibrium, gamma = {limit:.9g}, to be solved"

@@ -1,7 +1,7 @@
-"""Newton-Raphson on callables, and the path of an equilibrium as its load grows (paper, eq. 40).
+"""Newton-Raphson iteration, and continuation of an equilibrium in its load (paper, eq. 40).
 
-Three ends are told apart: the load is reached; the equilibrium ends at a limit below it, shown
-by a margin that falls to zero there; or the numerics gave up (NotConverged).
+Continuation has three outcomes: the load is reached; the equilibrium ends at a limit below it,
+where a stability margin falls to zero; or the iteration failed (NotConverged).
 """
 
 import math
@@ -13,19 +13,19 @@ from numpy.typing import NDArray
 
 from beamviz.errors import NotConverged
 
-TOLERANCE = 1e-11  # of an increment, relative to the state: the error left is its square
-ROUNDING = 1e-8  # below this an increment that no longer shrinks is rounding
+TOLERANCE = 1e-11  # of the last increment, relative to the state: the error is its square
+ROUNDING = 1e-8  # relative increment below which one that no longer shrinks is rounding error
 MAX_ITERATIONS = 30
 
-LIMIT_PRECISION = 1e-10  # of a load, relative: two estimates of a limit that agree so far
-LIMIT_MARGIN = 1e-2  # the margin a path must have fallen to before its limit is believed
-EXTRAPOLATED = 4  # the points an estimate is made from
-APPROACH = 0.9  # the share of the estimated way to the limit taken in one step
+LIMIT_PRECISION = 1e-10  # relative difference of two successive estimates of a limit load
+LIMIT_MARGIN = 1e-2  # margin below which a limit is accepted
+EXTRAPOLATED = 4  # number of points that a limit is extrapolated from
+APPROACH = 0.9  # share of the estimated distance to the limit taken in one step
 
 
 @dataclass(frozen=True)
 class Root:
-    """A state the increments vanish at, and the iterations it took."""
+    """A converged state and the number of iterations."""
 
     state: NDArray
     iterations: int
@@ -33,20 +33,20 @@ class Root:
 
 @dataclass(frozen=True)
 class Path:
-    """How far an equilibrium was followed: `limit` is None where the target was reached, else
-    the largest load with an equilibrium, and `state` the last one followed below it."""
+    """Result of a continuation: `limit` is None where the target load was reached, else the largest
+    load with an equilibrium; `state` is the last equilibrium, at or below it."""
 
     state: NDArray
     limit: float | None
     iterations: int
 
 
-@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # of what diverges: seen below
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # divergence is detected below
 def newton(increment: Callable[[NDArray], NDArray], start: NDArray) -> Root | None:
-    """Add increment(q) = -K(q)^-1 R(q) until it is TOLERANCE of the state or mere rounding.
+    """Add increment(q) = -K(q)^-1 R(q) until it is below TOLERANCE or rounding error.
 
-    None where it does not converge. An increment raises np.linalg.LinAlgError to give up (a
-    tangent that left the stable branch, say).
+    None where it does not converge, or where increment raises np.linalg.LinAlgError (for a tangent
+    that is not positive definite, say).
     """
     q, previous = start, math.inf
     for iteration in range(1, MAX_ITERATIONS + 1):
@@ -74,13 +74,12 @@ def continue_load(
 ) -> Path:
     """Follow the equilibrium from `start` at load 0 to `target`, or to the limit below it.
 
-    solve_at(load, guess) returns the root on the branch of the guess, None if there is none;
-    margin(load, state) is 1 at rest and falls smoothly to zero where the branch ends; of several
-    margins (k,) it ends with the first that does. The first
-    step is the whole load, or `first_step`; a step that fails is halved, one that succeeds is
-    doubled, and once one has failed they stay short of where the margin vanishes. A limit is
-    located to a relative `precision`. Raises NotConverged where the path stops though the margin
-    has not vanished.
+    solve_at(load, guess) returns the root on the branch of the guess, None if there is none.
+    margin(load, state), a number or several (k,), is 1 at rest; the branch ends where one of them
+    has fallen to zero. first_step: increment of the load, by default the whole target; it is halved
+    after a step that fails, doubled after one that succeeds, and after the first failure limited to
+    a share of the estimated distance to the limit. precision: relative, of the limit.
+    Raises NotConverged where the path stops although the margin has not vanished.
     """
     load, state, step, limit = 0.0, start, min(target, first_step), math.inf
     iterations, steps, rejected = 0, 0, False
@@ -114,12 +113,12 @@ def continue_load(
 
 
 def vanishing_load(margins: NDArray, loads: NDArray) -> float:
-    """Where a margin vanishes: the load as a polynomial in the margin through points (n,), at zero
-    (Neville's scheme).
+    """The load at which a margin vanishes: extrapolation of the polynomial in the margin through
+    points (n,) by Neville's scheme.
 
-    The load is smooth in the margin whether the branch folds (margin ~ the root of the load
-    left) or the state runs away (margin ~ the load left). Infinite where margins do not fall or
-    would have vanished before.
+    The load is smooth in the margin at a fold (margin ~ root of the remaining load) and where the
+    state diverges (margin ~ remaining load). Infinite where the margins do not fall or the result
+    is below the last load.
     """
     if len(loads) < 2 or np.any(np.diff(margins) >= 0):
         return math.inf

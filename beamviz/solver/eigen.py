@@ -1,14 +1,13 @@
-"""Eigenproblems of vibration, symmetric and gyroscopic, solved so that the low modes keep their
-digits.
+"""Symmetric and gyroscopic eigenproblems, solved so that the low modes are accurate.
 
-K v = lambda M v with thin elements or high order has eigenvalues 1e17 apart, and the usual
-reduction by M loses the low ones. Here M v = nu K v is solved and lambda = 1/nu: the low
-modes are the largest nu, and rounding falls on the high modes, which are not returned.
+With thin elements or high order the eigenvalues of K v = lambda M v span a factor of 1e17, and the
+usual reduction by M loses the low ones. Here M v = nu K v is solved and lambda = 1/nu: the low
+modes are the largest nu, and the rounding errors are in the high modes, which are not returned.
 
-With Coriolis forces M q" + 2 gamma G q' + K q = 0 has a structure. q holds a family along the beam
-(a) and one across it (b): K = diag(Ka, Kb) with the softening in it, M = diag(Fa' Fa, Fb' Fb),
-G = [[0, -Fa' Fb], [Fb' Fa, 0]]. The rows of Fa and Fb are displacements at common points times the
-root of the mass there.
+Coriolis forces make the problem M q" + 2 gamma G q' + K q = 0. Its unknowns q are those along the
+beam (a) and those across it (b), with K = diag(Ka, Kb), softening included, M = diag(Fa' Fa,
+Fb' Fb) and G = [[0, -Fa' Fb], [Fb' Fa, 0]]. The rows of Fa and Fb are displacements at common
+points times the root of the mass there.
 """
 
 from itertools import chain
@@ -20,14 +19,14 @@ from scipy.linalg import lapack
 from beamviz.errors import NotConverged
 
 EPS = float(np.finfo(float).eps)
-COMPRESSED = 16.0  # a shift for beams that may buckle: omega^2 of bending at rest is 12
+COMPRESSED = 16.0  # shift of beams that may buckle: omega^2 of bending at rest is 12
 SHIFTS = tuple(COMPRESSED * 4.0**k for k in range(28))
-FEW = 30  # unknowns from which on a few eigenvectors come faster than all
-BLOCK = 32  # columns that LAPACK treats together
-FAR_APART = 1e10  # ratio of eigenvalues whose vectors Z' Z does not separate well enough
-HIGHEST = 1e10  # times the lowest eigenvalue: modes above are rounding
-MAX_INDEFINITE = 400  # unknowns of an unstable gyroscopic problem: a twentieth of a second
-INDEFINITE_ROUNDING = 2e4  # roundings of omega^2 in such a problem, measured on random beams
+FEW = 30  # number of unknowns from which a few eigenvectors are computed faster than all
+BLOCK = 32  # LAPACK's block size, in columns
+FAR_APART = 1e10  # ratio of eigenvalues from which the eigenvectors of Z' Z are too inaccurate
+HIGHEST = 1e10  # ratio to the lowest eigenvalue above which modes are rounding error
+MAX_INDEFINITE = 400  # most unknowns of an unstable gyroscopic problem: 0.05 s
+INDEFINITE_CONDITION = 2e4  # of omega^2 in such a problem, measured on random beams
 
 
 def symmetric_modes(
@@ -36,9 +35,10 @@ def symmetric_modes(
     """The `count` lowest eigenvalues lambda of K v = lambda M v, ascending, and their vectors
     (n, count), V' M V = 1.
 
-    K (n, n) symmetric, M (n, n) symmetric positive semidefinite. K + shift M is solved, the shift
-    growing until that is positive definite: name one where K may not be (a compressed beam), for an
-    eigenvalue near -shift takes the digits of the others. Raises NotConverged.
+    K (n, n) symmetric, M (n, n) symmetric positive semidefinite. shift: the eigenvalues of
+    K + shift M are computed, with a larger shift where that is not positive definite. Give one for
+    an indefinite K (a compressed beam): an eigenvalue near -shift makes the others inaccurate.
+    Raises NotConverged.
     """
     count = min(count, len(K))
     nu, V, added = _largest(M, K, count, shift)
@@ -49,16 +49,16 @@ class FamilyModes(NamedTuple):
     """The lowest modes of two uncoupled families of a stack of beams: omega^2 = size - added."""
 
     V: np.ndarray  # (beams, 2, n, count) of unit modal mass
-    size: np.ndarray  # (beams, 2, count) what was solved, and rounds
-    added: np.ndarray  # (beams, 2, 1) the shift
+    size: np.ndarray  # (beams, 2, count) the shifted eigenvalue, which has the rounding error
+    added: np.ndarray  # (beams, 2, 1) shift
     nu: np.ndarray  # (beams, 2, n) 1 / size of all modes
 
 
 def family_modes(
     K: np.ndarray, M: np.ndarray, d: np.ndarray, G: np.ndarray, count: int, shift: float
 ) -> FamilyModes:
-    """`symmetric_modes` of a stack of problems K v = lambda M v (beams, n, n) and, second, of
-    diag(d) v = lambda G v, d (beams, n) > 0, which needs no shift and is cheaper."""
+    """`symmetric_modes` of two families of a stack: K v = lambda M v, all (beams, n, n), and
+    diag(d) v = lambda G v with d (beams, n) > 0, which needs no shift and is cheaper."""
     n = d.shape[-1]
     count = min(count, n)
     root = 1 / np.sqrt(d)
@@ -78,9 +78,9 @@ def largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """All eigenvalues (n,), descending, of symmetric A (n, n), of which the upper triangle is read,
     and the vectors of the `count` largest, each a row.
 
-    By QR of all vectors, or of a larger problem by inverse iteration of a few.
+    All vectors are computed by QR, or of a larger problem a few by inverse iteration.
     """
-    # Transposed, symmetric matrices come as LAPACK wants them: no conversion.
+    # The transpose is in column order as LAPACK requires: no copy.
     n, count = len(A), min(count, len(A))
     if n >= max(FEW, 2 * count):
         reflectors, d, e, tau, _ = lapack.dsytrd(A.T, lower=1, lwork=BLOCK * n)
@@ -100,11 +100,11 @@ def largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
 def _largest(
     M: np.ndarray, K: np.ndarray, count: int, shift: float
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """All nu (descending) of M v = nu (K + added M) v, `count` of the v, each a row, and added."""
+    """All nu (descending) of M v = nu (K + added M) v, the first `count` v as rows, and added."""
     for added in chain((shift,), SHIFTS):
         found = _definite(M, K + added * M if added else K, count)
         if found is not None:
-            if found[0][0] * added > 4:  # almost singular: that would cost digits
+            if found[0][0] * added > 4:  # almost singular: inaccurate
                 again = _definite(M, K + 2 * added * M, count)
                 found, added = (found, added) if again is None else (again, 2 * added)
             return *found, added
@@ -115,8 +115,8 @@ def _largest(
 
 
 def _definite(M: np.ndarray, K: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray] | None:
-    """All nu (descending) of M v = nu K v and `count` of the v, each a row; None if K is not
-    definite."""
+    """All nu (descending) of M v = nu K v and the first `count` v as rows; None if K is not
+    positive definite."""
     n = len(K)
     if n >= FEW:
         L, info = lapack.dpotrf(K.T, lower=1)
@@ -138,7 +138,7 @@ class GyroscopicModes(NamedTuple):
     omega_squared: np.ndarray  # (..., count) ascending
     a: np.ndarray  # (..., na, count) complex, unit modal mass
     b: np.ndarray  # (..., nb, count)
-    roundings: np.ndarray  # (..., count) how many times omega^2 is rounded
+    condition: np.ndarray  # (..., count) relative rounding error of omega^2 in units of EPS
     spectrum: np.ndarray | None  # (..., n) all omega^2, where K is positive definite
 
 
@@ -149,13 +149,13 @@ def gyroscopic_modes(
     Fb: np.ndarray,
     gamma: float | np.ndarray,
     count: int,
-    most_rounding: float = 1e6,
+    max_condition: float = 1e6,
 ) -> GyroscopicModes:
-    """The `count` lowest modes of one problem or of a stack of them, gamma (..., 1, 1) then.
+    """The `count` lowest modes of one problem, or of a stack of them with gamma (..., 1, 1).
 
-    Where K is positive definite their frequencies are real by construction; only a single problem
-    may have an indefinite K: LinAlgError is raised for a stack. most_rounding: how many times
-    omega^2 may be rounded before more is done. Raises NotConverged.
+    Frequencies are real by construction where K is positive definite; LinAlgError is raised where
+    it is not for one of several. max_condition: condition of omega^2 above which a more accurate
+    algorithm is used. Raises NotConverged.
     """
     try:
         La, Lb = np.linalg.cholesky(Ka), np.linalg.cholesky(Kb)
@@ -165,14 +165,14 @@ def gyroscopic_modes(
         one = [part.reshape(part.shape[-2:]) for part in (Ka, Fa, Kb, Fb)]
         found = _indefinite(one[0], one[1], one[2], one[3], float(np.squeeze(gamma)), count)
         omega_squared, a, b = (part.reshape(*Ka.shape[:-2], *part.shape) for part in found)
-        roundings, spectrum = np.full(omega_squared.shape, INDEFINITE_ROUNDING), None
+        condition, spectrum = np.full(omega_squared.shape, INDEFINITE_CONDITION), None
     else:
-        omega_squared, a, b, roundings, spectrum = _definite_gyroscopic(
-            La, Fa, Lb, Fb, gamma, count, most_rounding
+        omega_squared, a, b, condition, spectrum = _definite_gyroscopic(
+            La, Fa, Lb, Fb, gamma, count, max_condition
         )
     mass = (abs(Fa @ a) ** 2).sum(axis=-2) + (abs(Fb @ b) ** 2).sum(axis=-2)
     root = np.sqrt(mass)[..., None, :]
-    return GyroscopicModes(omega_squared, a / root, b / root, roundings, spectrum)
+    return GyroscopicModes(omega_squared, a / root, b / root, condition, spectrum)
 
 
 def _definite_gyroscopic(
@@ -182,19 +182,19 @@ def _definite_gyroscopic(
     Fb: np.ndarray,
     gamma: float | np.ndarray,
     count: int,
-    most_rounding: float,
+    max_condition: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """The lowest modes for K = diag(La La', Lb Lb'), and all omega^2.
+    """The fields of GyroscopicModes for K = diag(La La', Lb Lb').
 
-    With q = (a, i b) e^(i omega t) all is real, and with the velocities omega Fb b and
-    omega Fa a as unknowns omega appears once:
+    With q = (a, i b) e^(i omega t) the problem is real; with the velocities omega Fb b and
+    omega Fa a as further unknowns it is linear in 1/omega:
 
         [-2 gamma Fa' Fb  Fa'] [   b      ]             [Ka  ] [   a      ]
         [      Fb         0  ] [omega Fa a]  = 1/omega  [   1] [omega Fb b],
 
-    so between the Cholesky factors 1/omega are the singular values of that matrix Z, and
-    1/omega^2 the eigenvalues of Z' Z: with half the digits between modes far apart, which the
-    singular values of Z on the few vectors found give back.
+    so 1/omega are the singular values of the left matrix between the Cholesky factors, Z, and
+    1/omega^2 the eigenvalues of Z' Z. These have half the digits where modes are far apart; then
+    the singular values of Z restricted to the few vectors found replace them.
     """
     na, nb, m = La.shape[-1], Lb.shape[-1], Fa.shape[-2]
     Ya, Yb = np.linalg.solve(La, Fa.mT), np.linalg.solve(Lb, Fb.mT).mT
@@ -204,57 +204,57 @@ def _definite_gyroscopic(
     spectrum, Y = _inverse_largest(Z.mT @ Z, count)
     spectrum = spectrum[..., : na + nb]
     omega_squared = spectrum[..., :count]
-    roundings = abs(omega_squared / omega_squared[..., :1])
-    if roundings.max() > most_rounding:
-        few = roundings.max() < FAR_APART
+    condition = abs(omega_squared / omega_squared[..., :1])
+    if condition.max() > max_condition:
+        few = condition.max() < FAR_APART
         basis = Y if few else np.eye(nb + m)
         _, inverse, rotation = np.linalg.svd(Z @ basis, full_matrices=False)
         omega_squared, Y = 1 / inverse[..., :count] ** 2, basis @ rotation[..., :count, :].mT
         spectrum[..., :count] = omega_squared
-        roundings = omega_squared / omega_squared[..., :1]
-        roundings = np.sqrt(roundings) + (EPS * roundings**2 if few else 0)  # of values, of vectors
+        condition = omega_squared / omega_squared[..., :1]
+        condition = np.sqrt(condition) + (EPS * condition**2 if few else 0)  # values, vectors
     X = Z @ Y * np.sqrt(omega_squared)[..., None, :]
     a = np.linalg.solve(La.mT, X[..., :na, :])
     b = np.linalg.solve(Lb.mT, Y[..., :nb, :])
-    return omega_squared, a.astype(complex), 1j * b, roundings, spectrum
+    return omega_squared, a.astype(complex), 1j * b, condition, spectrum
 
 
 def _inverse_largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Inverses (..., n), ascending, of the eigenvalues of A, and the first `count` vectors."""
+    """Inverse eigenvalues (..., n) of A, ascending, and the first `count` vectors."""
     n = A.shape[-1]
-    # In one call numpy would set threads on each of these small problems.
+    # One by one: numpy's stacked call starts threads, slower on small problems.
     found = [largest(one, count) for one in A.reshape(-1, n, n)]
     nu, V = map(np.array, zip(*found, strict=True))
     nu, V = nu.reshape(*A.shape[:-2], n), V.reshape(*A.shape[:-2], -1, n)
-    with np.errstate(divide="ignore"):  # a mode lost to rounding, whose inverse shows it
+    with np.errstate(divide="ignore"):  # zero, by rounding: the inverse is infinite
         return 1 / nu, V.mT
 
 
 def _indefinite(
     Ka: np.ndarray, Fa: np.ndarray, Kb: np.ndarray, Fb: np.ndarray, gamma: float, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The lowest modes (omega^2, a, b) of one problem where Ka or Kb is indefinite, not both.
+    """The lowest modes (omega^2, a, b) of one problem where either Ka or Kb is indefinite.
 
-    Say it is Kb. With the other family in its own modes, Ka = diag(l), Fa' Fa = 1 and C = Fa' Fb,
-    and with y = sqrt(l) a and z = b' (q = (a, b) e^(s t)), the problem is symmetric:
+    Let it be Kb. In the modal coordinates of the other family, Ka = diag(l), Fa' Fa = 1 and
+    C = Fa' Fb; with y = sqrt(l) a and z = b' (q = (a, b) e^(s t)) the problem is symmetric:
 
         [         l             -2 gamma sqrt(l) C  ] [y]        [1         ] [y]
         [-2 gamma C' sqrt(l)   Kb + 4 gamma^2 C' C ] [z] = -s^2 [   Fb' Fb ] [z].
 
-    So every s^2 is real: such a beam may buckle, it does not flutter.
+    Every s^2 is real: such a beam may buckle but does not flutter.
     """
     unknowns = len(Ka) + len(Kb)
     if unknowns > MAX_INDEFINITE:
         raise NotConverged(
             f"the straight beam is unstable; with Coriolis forces its {unknowns} unknowns are too"
-            f" many, at most {MAX_INDEFINITE} are tried: ask without them, or for a lower gamma"
+            f" many (at most {MAX_INDEFINITE}): leave out Coriolis forces, or lower gamma"
         )
     l, A = symmetric_modes(Ka, Fa.T @ Fa, len(Ka), COMPRESSED)
     if l[0] <= 0:
         if np.linalg.eigvalsh(Kb)[0] <= 0:
             raise NotConverged(
-                "both families are unstable; with Coriolis forces such a beam is not solved: ask"
-                " without them, or for a lower gamma"
+                "both families are unstable; such a beam is not solved with Coriolis forces: leave"
+                " them out, or lower gamma"
             )
         omega_squared, b, a = _indefinite(Kb, Fb, Ka, Fa, -gamma, count)
         return omega_squared, a, b

@@ -1,6 +1,6 @@
-"""Modes of the finite-element and series methods: two families in one list, and their Solution.
+"""Solution of the finite-element and series methods: modes of two families in one list.
 
-Errors are estimated by the distance from the default method, which converges to the same model.
+Errors are estimated by the difference from the default method, which converges to the same model.
 """
 
 import time
@@ -18,9 +18,9 @@ from beamviz.errors import BeamvizError
 from beamviz.solver import eigen
 from beamviz.solver.hp.refinement import solve_straight
 from beamviz.solver.problem import Problem
-from beamviz.solver.solution import Axial, Equilibrium, Fields, Solution, Stats
+from beamviz.solver.solution import Axial, Equilibrium, Fields, Solution, Stats, read_only
 
-REFERENCE_TOLERANCE = 1e-9  # of the default method, where another one is compared with it
+REFERENCE_TOLERANCE = 1e-9  # of the default method, for the error estimates of other methods
 
 Shapes = Callable[[np.ndarray], np.ndarray]  # x -> (len(x), modes); picklable
 
@@ -88,7 +88,7 @@ def centrifugal_softening(beam: Beam, problem: Problem) -> float:
 
 
 def quadrature(beam: Beam, points: int) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss points, this many on either side of the mass, and their weights."""
+    """Gauss points (n,) in [0, 1] and their weights: `points` on either side of the mass."""
     xi, weights = legendre.leggauss(points)
     ends = sorted({0.0, beam.beta, 1.0})
     x = [a + (b - a) * (xi + 1) / 2 for a, b in pairwise(ends)]
@@ -97,12 +97,12 @@ def quadrature(beam: Beam, points: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def unstretched(x: np.ndarray, derivative: int) -> np.ndarray:
-    """Position along the beam (derivative 0) or stretch (1) at its reference length."""
+    """Position along the beam (derivative 0) or stretch (1) of the unstretched beam."""
     return np.ones_like(x) if derivative else x
 
 
 class Solved(NamedTuple):
-    """The answer of a method: modes, number of unknowns, and the straight state of equilibrium."""
+    """Modes, number of unknowns and equilibrium by one method."""
 
     modes: Modes
     dof: int
@@ -113,20 +113,18 @@ class Solved(NamedTuple):
 def build_solution(
     beam: Beam, problem: Problem, start: float, solved: Solved, *, order: int, elements: int = 1
 ) -> Solution:
-    """The solution of a problem; start is the clock (time.perf_counter) at the call."""
+    """The Solution; start: the clock (time.perf_counter) at the call."""
     omega_squared, fraction, fields = solved.modes
     stable = bool(omega_squared[0] >= 0)
     seconds = time.perf_counter() - start
-    for array in (omega_squared, fraction):
-        array.setflags(write=False)
     return Solution(
         beam=beam,
         problem=problem,
         equilibrium=Equilibrium(stable, solved.iterations, solved.axial),
         stats=Stats(solved.dof, seconds, problem.method, elements, order),
-        omega_squared=omega_squared,
+        omega_squared=read_only(omega_squared),
         estimate_errors=partial(errors_against_reference, beam, problem, omega_squared, fraction),
-        bending_energy_fraction=fraction,
+        bending_energy_fraction=read_only(fraction),
         fields=fields,
     )
 
@@ -134,11 +132,10 @@ def build_solution(
 def errors_against_reference(
     beam: Beam, problem: Problem, omega_squared: np.ndarray, bending_energy_fraction: np.ndarray
 ) -> np.ndarray:
-    """Errors (modes,) of omega^2: the distance from that of the default method, which converges to
-    the same model, and the error of that.
+    """Errors (modes,) of omega^2: the difference from the default method plus the error of that.
 
-    Modes are paired within their family: a coarse basis may shift one past another. Infinite
-    where the default method has no answer to compare with.
+    Modes are paired within their family, for a coarse basis may change the order of families.
+    Infinite where the default method has no answer.
     """
     modes = len(omega_squared)
     method = "foac" if problem.rigid_tension else "auto"
@@ -149,9 +146,11 @@ def errors_against_reference(
     exact_errors = exact.truncation + exact.rounding
     errors = np.empty(modes)
     for bending in (True, False):
-        ours = np.flatnonzero((bending_energy_fraction >= 0.5) == bending)
-        theirs = np.flatnonzero((exact.bending_energy_fraction >= 0.5) == bending)[: len(ours)]
-        if len(theirs) < len(ours):  # so far off that its partner is out of sight
-            theirs = np.append(theirs, [2 * modes - 1] * (len(ours) - len(theirs)))
-        errors[ours] = abs(omega_squared[ours] - exact.omega_squared[theirs]) + exact_errors[theirs]
+        own = np.flatnonzero((bending_energy_fraction >= 0.5) == bending)
+        partners = np.flatnonzero((exact.bending_energy_fraction >= 0.5) == bending)[: len(own)]
+        if len(partners) < len(own):  # beyond the modes of the reference
+            partners = np.append(partners, [2 * modes - 1] * (len(own) - len(partners)))
+        errors[own] = (
+            abs(omega_squared[own] - exact.omega_squared[partners]) + exact_errors[partners]
+        )
     return errors

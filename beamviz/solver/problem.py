@@ -1,4 +1,4 @@
-"""What is asked of a solve: the problem, validated, and the methods it can be given to."""
+"""The problem that is solved for a beam, and the table of methods."""
 
 from collections.abc import Callable, Collection
 from contextvars import ContextVar
@@ -12,15 +12,15 @@ PLANES = ("chordwise", "flapwise")
 STATES = ("straight", "bent", "stable")
 MODEL = ("method", "strain", "curvature", "coriolis", "plane", "stiffening", "softening")
 
-# Called before each beam, or batch of beams: what it raises ends the calculation.
+# Called before each beam or batch of beams: an exception that it raises ends the calculation.
 interruption: ContextVar[Callable[[], object]] = ContextVar("interruption", default=bool)
 
 
 @dataclass(frozen=True)
 class Problem:
-    """What is solved for every beam: the theory, the method and its resolution.
+    """The theory, the method and its resolution, the same for all beams of a call.
 
-    The fields are the keywords of `beamviz.solve`, which documents and validates them.
+    The fields are the options of `beamviz.solve`, which documents and validates them.
     """
 
     modes: int = 5
@@ -68,18 +68,18 @@ class Problem:
 
     @cached_property
     def rigid_tension(self) -> bool:
-        """Whether the method takes the tension of the unstretched reference length."""
+        """Whether the tension is that of the unstretched beam."""
         return METHODS[self.method].rigid_tension
 
 
 class Feature(NamedTuple):
-    """Something a problem may ask for that not every method treats."""
+    """A feature that some methods do not support, and the options that ask for it."""
 
-    noun: str
+    name: str
     options: tuple[str, ...]
 
     def requested_by(self, problem: Problem) -> str | None:
-        """The option that asks for it, as it was given; None where the problem does without it."""
+        """The option that asks for the feature, with its value; None where none does."""
         for name in self.options:
             value = getattr(problem, name)
             if value != getattr(Problem, name) and (name != "coriolis" or problem.gyroscopic):
@@ -94,10 +94,11 @@ SWITCHES = Feature("switched-off term", ("stiffening", "softening"))
 
 
 class Method(NamedTuple):
-    """A row of the table of methods: the folder under beamviz/solver that solves it, imported when
-    it is first used; what it does not treat; its source; when to choose it.
+    """A row of the table of methods.
 
-    rigid_tension: the tension is that of the unstretched reference length (first-order coupling).
+    package: folder under beamviz/solver, imported on first use. source: publication. choose: when
+    to use it. rigid_tension: whether the tension is that of the unstretched beam (first-order
+    coupling).
     """
 
     package: str

@@ -1,7 +1,6 @@
-"""What a solve returns: equilibrium, modes, errors, and what the computation took.
+"""The result of a solve: equilibrium, modes, error estimates and statistics.
 
-A solution knows its method's degrees of freedom only through functions of x, so nothing above it
-needs them.
+Shapes and positions are functions of x: nothing above the solver needs the unknowns of a method.
 """
 
 from collections.abc import Callable
@@ -16,9 +15,9 @@ from beamviz.beam import Beam
 from beamviz.solver.problem import Problem
 
 BENDING, STRETCHING, MIXED = "bending", "stretching", "mixed"
-PURE = 0.9  # share of the kinetic energy that makes a mode one of its family
+PURE = 0.9  # share of the kinetic energy from which a mode belongs to one family
 NODE_GRID = 401
-VISIBLE = 1e-7  # share of its amplitude that a mode must reach before it can have a node
+VISIBLE = 1e-7  # share of its amplitude below which a mode near the clamp has no nodes
 ROOT_ITERATIONS, ROOT_TOLERANCE = 40, 1e-14
 
 Axial = Callable[[np.ndarray, int], np.ndarray]  # x, 0 -> position; x, 1 -> stretch
@@ -26,18 +25,19 @@ Fields = Callable[[np.ndarray], np.ndarray]  # x -> (len(x), 2, modes)
 
 
 class Stats(NamedTuple):
-    """What it took: unknowns of both families, wall time [s], discretisation, resolution."""
+    """Cost and resolution of a solution."""
 
-    dof: int
-    seconds: float
-    method: str
+    dof: int  # unknowns of both families
+    seconds: float  # wall time [s]
+    method: str  # discretisation
     elements: int
-    order: int
+    order: int  # of the elements, the greatest, or number of terms
 
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """The state the modes vibrate about; lengths in units of L, x the reference coordinate."""
+    """The equilibrium about which the beam vibrates; lengths in units of L, x in [0, 1] along the
+    unstretched beam. Its methods raise ValueError for x outside."""
 
     stable: bool
     iterations: int
@@ -81,14 +81,14 @@ class Equilibrium:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution:
-    """Equilibrium and modes of one beam; frequencies in units of 1/T*. Its arrays are read-only."""
+    """Equilibrium and modes of one beam; frequencies in units of 1/T*. Arrays are read-only."""
 
     beam: Beam
     problem: Problem
     equilibrium: Equilibrium
     stats: Stats
     omega_squared: np.ndarray  # (modes,) ascending; negative where unstable
-    estimate_errors: Callable[[], np.ndarray]  # -> omega_squared_errors; may cost more than a solve
+    estimate_errors: Callable[[], np.ndarray]  # (modes,) of omega^2; may take longer than a solve
     bending_energy_fraction: np.ndarray  # (modes,) share of the kinetic energy across the beam
     fields: Fields  # displacement up to a constant factor of modulus 1 of each mode
     spin_up_growth: np.ndarray | None = None  # (modes,) with a spin-up: growth rates of all modes
@@ -118,12 +118,12 @@ class Solution:
         return self._result("solution_html")
 
     def _result(self, function: str, *given: Any) -> Any:
-        """What a layer above makes of this: labels and drawings are no part of the solver."""
+        """A function of beamviz.results, a layer above the solver, of this solution."""
         return getattr(import_module("beamviz.results"), function)(self, *given)
 
     @cached_property
     def frequencies(self) -> np.ndarray:
-        """Frequencies (modes,) in units of 1/T*; nan where unstable."""
+        """Frequencies (modes,), ascending, in units of 1/T*; nan where unstable."""
         return read_only(np.sqrt(np.where(self.omega_squared >= 0, self.omega_squared, np.nan)))
 
     @cached_property
@@ -139,7 +139,7 @@ class Solution:
 
     @cached_property
     def omega_squared_errors(self) -> np.ndarray:
-        """Estimated absolute errors (modes,) of omega^2; infinite where no estimate exists."""
+        """Estimated absolute errors (modes,) of omega^2; infinite where there is no estimate."""
         return read_only(self.estimate_errors())
 
     @cached_property
@@ -155,17 +155,18 @@ class Solution:
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
-        """B1, S1 ...: counted within the family; a mixed mode counts where its larger share is."""
+        """B1, S1 ...: numbered within bending and stretching; a mixed mode by its larger share."""
         letters = ["B" if share >= 0.5 else "S" for share in self.bending_energy_fraction]
         return tuple(f"{a}{letters[: k + 1].count(a)}" for k, a in enumerate(letters))
 
     def shape(self, k: int, x: np.ndarray) -> np.ndarray:
         """Displacement (len(x), 2) of mode k (from 0) along and across the beam at x in [0, 1].
 
-        Unit modal mass; across means in the plane chordwise, out of it flapwise. With Coriolis
-        forces complex: the displacement at phase p is the real part of shape * exp(i p). The
-        larger component (across where it has at least half of the kinetic energy) is real, and
-        its tip displacement positive. Raises IndexError for a mode that was not solved for.
+        Of unit modal mass. Across the beam is in the plane of rotation (chordwise) or normal to it
+        (flapwise). With Coriolis forces complex: the displacement at phase p is the real part of
+        shape * exp(i p). The larger component (across where that has at least half of the kinetic
+        energy) is real and positive at the tip. Raises IndexError for a mode that was not solved
+        for, ValueError for x outside [0, 1].
         """
         if not 0 <= k < len(self.omega_squared):
             raise IndexError(
@@ -184,17 +185,17 @@ class Solution:
 
     @cached_property
     def _phase(self) -> np.ndarray:
-        """The factor (modes,) of modulus 1 that makes the larger component real, positive at the
-        tip (where no mode of a family alone has a node: it would be at rest all along)."""
+        """The factor (modes,) of modulus 1 that makes the larger component real and positive at the
+        tip (where no uncoupled mode has a node)."""
         tip = np.take_along_axis(self.fields(np.ones(1))[0], self._larger[None], axis=0)[0]
         size = abs(tip)
         return np.where(size > 0, tip.conj(), 1.0) / np.where(size > 0, size, 1.0)
 
     @cached_property
     def nodes(self) -> tuple[np.ndarray, ...]:
-        """Vibration nodes of each mode: where its larger component is always zero."""
+        """Vibration nodes x of each mode: where its larger component is zero at all times."""
         modes = len(self.omega_squared)
-        # Dense where layers may be thin: at the clamp, the mass and the tip.
+        # Dense where boundary layers may be thin: at the clamp, the mass and the tip.
         near = np.geomspace(1e-5, 0.01, 40)
         near = np.add.outer((0.0, self.beam.beta, 1.0), np.append(near, -near))
         x = np.union1d(near, np.linspace(0, 1, NODE_GRID))
@@ -222,9 +223,8 @@ def family_of(share: float) -> str:
 def false_position(
     function: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray
 ) -> np.ndarray:
-    """The roots (k,) of a function that changes sign between low and high (k,), all at once, by
-    false position with the Illinois rule (importing scipy.optimize would double the time a command
-    takes to start)."""
+    """The roots (k,) of a vectorised function that changes sign between low and high (k,), by false
+    position with the Illinois rule (importing scipy.optimize would double the start-up time)."""
     if not len(low):
         return low
     a, b, fa, fb = low, high, function(low), function(high)
@@ -241,7 +241,7 @@ def false_position(
 
 
 def _points(x: np.ndarray) -> np.ndarray:
-    """x as an array of floats within [0, 1]."""
+    """x as an array of floats; ValueError outside [0, 1]."""
     x = np.atleast_1d(np.asarray(x, float))
     if x.size and not (x.min() >= 0 and x.max() <= 1):
         raise ValueError(f"x = {x.min():g} .. {x.max():g}: reference points must lie in 0 .. 1")
@@ -249,6 +249,6 @@ def _points(x: np.ndarray) -> np.ndarray:
 
 
 def read_only(array: np.ndarray) -> np.ndarray:
-    """The array, locked: a solution may be shared."""
+    """The array, made read-only: solutions and meshes are shared."""
     array.setflags(write=False)
     return array

@@ -1,6 +1,6 @@
 """The default method: high-order elements in gradient and curvature, split at the mass.
 
-`solve_hp` is its entry point; what it finds on a mesh becomes functions of x here.
+The entry point is `solve_hp`; Solutions and functions of x are built here from values on a mesh.
 """
 
 import time
@@ -26,11 +26,11 @@ def solve_hp(
     extra_modes: int = 0,
     mesh_of: Sequence[Beam] = (),
 ) -> list[Solution | BeamvizError]:
-    """The solution of each beam, or NoEquilibrium or NotConverged in its place; `start` is the
-    clock (time.perf_counter) at the call. mesh_of: see `solve_many`."""
+    """The solution of each beam, or its NoEquilibrium or NotConverged. start: the clock
+    (time.perf_counter) at the call. mesh_of: see `solve_many`."""
     answers: list[Solution | BeamvizError] = []
-    answers_of_meshes = solve_straight(beams, problem, extra_modes, mesh_of)
-    for beam, found in zip(beams, answers_of_meshes, strict=True):
+    straight = solve_straight(beams, problem, extra_modes, mesh_of)
+    for beam, found in zip(beams, straight, strict=True):
         if isinstance(found, BeamvizError):
             answers.append(found)
             continue
@@ -54,13 +54,13 @@ def solve_hp(
 
 @lru_cache(maxsize=64)
 def _from_clamp(grid: Grid, x: bytes) -> np.ndarray:
-    """grid.from_clamp, kept: the beams of a sweep share their grid and x."""
+    """grid.from_clamp(x), cached: the beams of a sweep share their grid and x."""
     return read_only(grid.from_clamp(np.frombuffer(x)))
 
 
 @lru_cache(maxsize=64)
 def _at(grid: Grid, x: bytes) -> np.ndarray:
-    """grid.at, kept."""
+    """grid.at(x), cached."""
     return read_only(grid.at(np.frombuffer(x)))
 
 
@@ -71,7 +71,7 @@ def _axial(found: StraightModes, x: np.ndarray, derivative: int) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Shapes:
-    """The modes found on a mesh as functions of x."""
+    """Modes on a mesh as functions of x: the `fields` of a Solution."""
 
     found: StraightModes
 
@@ -83,31 +83,31 @@ class Shapes:
 
 
 def family_spectrum(solution: Solution) -> tuple[np.ndarray, np.ndarray] | None:
-    """omega^2 of each family, bending first, and its estimated errors, (2, k) each, k as many as
-    the modes of the solution; None with Coriolis forces and by other methods."""
+    """omega^2 of the lowest k modes of each family, bending first, and its estimated errors, (2, k)
+    each, k the number of modes solved for; None with Coriolis forces and by other methods."""
     found = solution.fields.found if isinstance(solution.fields, Shapes) else None
-    if found is None or found.family_squares is None or found.family_errors is None:
+    if found is None or found.family_omega_squared is None or found.family_errors is None:
         return None
-    return found.family_squares, found.family_errors
+    return found.family_omega_squared, found.family_errors
 
 
 def mesh_spectrum(solution: Solution) -> np.ndarray | None:
-    """omega^2 of all modes of the mesh of each family, bending first, (2, n), infinite where not
-    solved for, or with Coriolis forces of all as one, (1, n); None by other methods, and with
-    Coriolis forces of an unstable beam."""
+    """omega^2 of all modes of the mesh: of each family, bending first, (2, n), or with Coriolis
+    forces of all, (1, n). None by other methods, and with Coriolis forces of an unstable beam."""
     found = solution.fields.found if isinstance(solution.fields, Shapes) else None
     if found is None or found.nu is None:
         return None
-    with np.errstate(divide="ignore"):  # of the highest, which are rounding
+    with np.errstate(divide="ignore"):  # the highest may be zero by rounding
         spectrum = 1 / found.nu
-    if found.family_squares is None:
+    if found.family_omega_squared is None:
         return spectrum
-    return spectrum - (spectrum[:, :1] - found.family_squares[:, :1])  # the shift of a family
+    shift = spectrum[:, :1] - found.family_omega_squared[:, :1]  # of each family
+    return spectrum - shift
 
 
 def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
-    """Displacements (solutions, len(x), 2, modes) of solutions with equally many modes, each at
-    places x (solutions, len(x)) of its own; of those on meshes of the same orders at once.
+    """Displacements (solutions, points, 2, modes) of solutions with equally many modes, each at its
+    own x (solutions, points); computed at once where the meshes have the same orders.
 
     The phase of each mode is arbitrary, unlike that of `Solution.displacement`.
     """
@@ -124,8 +124,7 @@ def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
 
 
 def _of_group(solutions: list[Solution], x: np.ndarray) -> np.ndarray:
-    """Displacements (several, len(x), 2, modes) of modes found on meshes of the same orders, or of
-    a single solution."""
+    """`displacements` of modes on meshes of the same orders, or of a single solution."""
     found = [each.fields.found for each in solutions if isinstance(each.fields, Shapes)]
     if len(solutions) == 1 or not found:
         return np.array([each.fields(at) for each, at in zip(solutions, x, strict=True)])
@@ -160,7 +159,7 @@ def _displacements(
             kappa, s = (np.take_along_axis(v, place[..., None, :], axis=-1) for v in (kappa, s))
         bending = mode_order[..., None, :] < modes
         kappa, s = np.where(bending, kappa, 0.0), np.where(bending, 0.0, s)
-    # In memory x runs fastest: what samples many solutions reads all of one mode in a row.
+    # x is the last axis in memory: samples of one mode are contiguous.
     fields = np.empty((*s.shape[:-2], s.shape[-1], 2, from_clamp.shape[-2]), s.dtype)
     fields[..., 0, :] = s.mT @ from_clamp.mT
     fields[..., 1, :] = (f[..., None] * (J @ kappa)).mT @ from_clamp.mT

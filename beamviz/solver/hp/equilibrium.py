@@ -20,25 +20,26 @@ from beamviz.solver.hp.mesh import Mesh, make_mesh
 from beamviz.solver.hp.mesh_design import unstretched_positions
 
 SMALL_FORCE = 0.3  # force n below which the strain is small
-SMALLER_INWARD = 0.2  # less in compression, of which green's law carries 0.19 at most
-SERIES_FORCE = 0.1  # force n below which a few terms of the stretch in n make a good guess
-# Relative errors of the guess for an outward beam of green's law, by the force n at its clamp: n^2
-# of one pass; of two, twice what 6000 random beams had, and the first term that its series lacks.
+SMALLER_INWARD = 0.2  # reduction of SMALL_FORCE in compression: Green's law has n >= -0.19
+SERIES_FORCE = 0.1  # force n below which the series of the stretch in n is used in the guess
+# Relative error of the guess for an outward beam of Green's law, n the force at its clamp: n^2
+# after one iteration; (TWO_PASSES + SERIES_END n) n^3 after two: twice the largest of 6000 random
+# beams, and the first term that the series omits.
 TWO_PASSES, SERIES_END = 0.1, 14.0
-GUESS_PASSES = 3  # of the guess for a large stretch
+GUESS_PASSES = 3  # iterations of the guess for a large stretch
 NEWTON_ITERATIONS = 12
 SAME_TANGENT = 1e-4  # relative change of the stretch up to which a tangent is kept
-NEWTON_STEP = 1e-7  # relative to the stretch: quadratic, the next one is below rounding
-BOUND_SUFFICES = 0.5  # a lower bound of the margin that serves as the margin
-LARGEST_RATIO = 0.5  # of successive passes, in the extrapolation of the guess
+NEWTON_STEP = 1e-7  # relative to the stretch: by quadratic convergence the next is below rounding
+BOUND_SUFFICES = 0.5  # lower bound of the margin from which it is taken for the margin
+LARGEST_RATIO = 0.5  # of successive increments, in the extrapolation of the guess
 TINY = 1e-300
-LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
+LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)  # mesh on which a limit is located
 LIMIT_ORDER = 12
-NEAR_LIMIT = 1.01  # load up to which a limit is looked for where a beam was not solved
+NEAR_LIMIT = 1.01  # relative load up to which a limit is searched for a beam that was not solved
 
 
 class BeamStack(NamedTuple):
-    """The numbers of a stack of beams, each (beams, 1), or a float in a stack of one."""
+    """The parameters of a stack of beams, each (beams, 1), or a float in a stack of one."""
 
     alpha: Any
     beta: Any
@@ -53,15 +54,15 @@ State = tuple[Mesh, np.ndarray]  # the stretch f (1, n) of one beam on a mesh
 
 
 def single(beam: Beam) -> BeamStack:
-    """A stack of one."""
+    """A stack of one beam."""
     alpha, beta, gamma, delta, mu = beam.alpha, beam.beta, beam.gamma, beam.delta, beam.mu
     return BeamStack(alpha, beta, gamma, delta, mu, 1, delta >= 0)
 
 
 class Inertia(NamedTuple):
-    """The line density rho = 1 + alpha Dirac(x - beta) in terms of a gradient on a mesh. Of arrays
-    that the beams of a stack share, vectors have a leading axis of 1 and matrices none: numpy is
-    fastest on arrays of the same shape."""
+    """The inertia of the line density rho = 1 + alpha Dirac(x - beta) in terms of the gradient of
+    the displacement on a mesh. Of arrays that the beams of a stack share, vectors have a leading
+    axis of 1 and matrices none: numpy is fastest on arrays of the same shape."""
 
     weights: np.ndarray  # (1 or beams, n) of the mesh
     G: np.ndarray  # (..., n, n) mass matrix J' rho J
@@ -69,18 +70,16 @@ class Inertia(NamedTuple):
     g: np.ndarray  # (1 or beams, n) static moment J' rho 1
     to_mass: np.ndarray  # (..., n) integrates from the clamp to the mass
     alpha: float | np.ndarray  # (..., 1)
-    total: float | np.ndarray  # mass that pulls at the clamp
+    total: float | np.ndarray  # mass outboard of the clamp
 
 
 class AxialState(NamedTuple):
-    """Equilibria of a stack of beams: the stretch f at the mesh points, the Newton iterations, the
-    relative error of f, infinite where none was found, and the margin: 1 at rest, 0 at the limit,
-    None where there is no limit."""
+    """Equilibria of a stack of beams."""
 
-    f: np.ndarray  # (beams, n)
-    iterations: int
-    error: Any  # (beams,), or a float for all
-    margin: np.ndarray | None = None  # (beams,)
+    f: np.ndarray  # (beams, n) stretch at the mesh points
+    iterations: int  # of Newton's method
+    error: Any  # (beams,), or a float for all: relative, of f; infinite where not converged
+    margin: np.ndarray | None = None  # (beams,) 1 at rest, 0 at the limit; None without a limit
 
 
 def inertia(mesh: Mesh, beams: BeamStack) -> Inertia:
@@ -95,12 +94,12 @@ def inertia(mesh: Mesh, beams: BeamStack) -> Inertia:
 
 @lru_cache(maxsize=64)
 def _shared_inertia(mesh: Mesh, alpha: float, beta: float) -> Inertia:
-    """`_with_mass` of one mass, kept: a sweep or a slider of anything else leaves it as it is."""
+    """`_with_mass`, cached: sweeps of other parameters keep the mass."""
     return _with_mass(mesh, alpha, beta)
 
 
 def _with_mass(mesh: Mesh, alpha: float | np.ndarray, beta: float | np.ndarray) -> Inertia:
-    """A concentrated mass added to the inertia of the mesh."""
+    """The inertia of the mesh with a concentrated mass."""
     to_mass = np.where(mesh.points < beta, mesh.weights, 0.0)
     carried = alpha * to_mass
     G = mesh.G + carried[..., None] * to_mass[..., None, :]
@@ -111,21 +110,20 @@ def _with_mass(mesh: Mesh, alpha: float | np.ndarray, beta: float | np.ndarray) 
 
 
 def greatest_force(beams: Beam | BeamStack, load: Any = None) -> Any:
-    """An upper bound of |n| of an unstretched beam, and for an outward one its value at the
-    clamp: float, or (beams, 1). load: (gamma / mu)^2 in place of their own."""
+    """An upper bound of |n| of an unstretched beam, for an outward one its value at the clamp:
+    float, or (beams, 1). load: replaces (gamma / mu)^2."""
     hub: Any = abs(beams.delta)
     moment = 0.5 + hub + beams.alpha * (beams.beta + hub)
     return ((beams.gamma / beams.mu) ** 2 if load is None else load) * moment
 
 
 def is_small_strain(beams: Beam | BeamStack) -> Any:
-    """Whether the force is small all along: bool, or (beams, 1)."""
+    """Whether the force is small along the whole beam: bool, or (beams, 1)."""
     return greatest_force(beams) < SMALL_FORCE - SMALLER_INWARD * (beams.delta < 0)
 
 
 def has_unique_equilibrium(beams: Beam | BeamStack, law: StrainLaw) -> Any:
-    """Whether Newton's method has no other state to run into than the stable one: bool, or
-    (beams, 1)."""
+    """Whether Newton's method can converge to the stable state only: bool, or (beams, 1)."""
     return (beams.delta >= 0) & (law.max_stretch == math.inf)
 
 
@@ -133,7 +131,7 @@ class AxialProblem(NamedTuple):
     """The equilibrium of a stack of beams on a mesh: w n(f) = load (G f + delta g) with
     load = (gamma / mu)^2, the paper's eq. 40 for a straight beam.
 
-    Of several beams all are of small strain or have a unique equilibrium; a single one may be any.
+    In a stack of several, each beam must be of small strain or have a unique equilibrium.
     """
 
     mesh: Mesh
@@ -142,12 +140,11 @@ class AxialProblem(NamedTuple):
     law: StrainLaw
 
     def solve(self, start: State | None = None, accept_error: float = 0.0) -> AxialState:
-        """The equilibria, each with an infinite error where it was not found. A single beam raises
-        NoEquilibrium where there is none.
+        """The equilibria, with an infinite error where Newton's method failed for one of several;
+        a single beam is then solved by continuation, which raises NoEquilibrium with the limit.
 
-        start: the state of a single beam on another mesh. accept_error: relative error of f that
-        need not be reduced; near a limit, where a small residual is a large error, none is
-        accepted.
+        start: the state of a single beam on another mesh. accept_error: relative error of f at
+        which iteration ends; 0 if there is a limit, near which a small residual is a large error.
         """
         beams, law = self.beams, self.law
         load = (beams.gamma / beams.mu) ** 2
@@ -179,8 +176,8 @@ class AxialProblem(NamedTuple):
     def first_guess(
         self, load: Any, start: State | None, accept_error: float
     ) -> tuple[np.ndarray | None, float]:
-        """A stretch (beams, n) to start Newton's method from and its relative error; None where it
-        might lead to another branch."""
+        """First guess (beams, n) of the stretch for Newton's method and its relative error; None
+        where the iteration might converge to another branch."""
         inertia, beams, law = self.inertia, self.beams, self.law
         if start is not None:
             mesh_of_start, f = start
@@ -196,9 +193,9 @@ class AxialProblem(NamedTuple):
             passes, error = GUESS_PASSES, math.inf
         else:
             return None, math.inf
-        # Each pass takes the force n = load (G f + delta g) / w from the stretch before it. It adds
-        # a share of what the one before it did, much the same all along a beam of small strain as
-        # at its clamp: two passes give the sum of all.
+        # Fixed-point iteration with the force n = load (G f + delta g) / w. Its increments are
+        # nearly a geometric series, with the same ratio along a beam of small strain as at its
+        # clamp: two iterations give the sum.
         stretch = law.stretch_series if force < SERIES_FORCE else law.stretch
         pull, static = load / inertia.weights, beams.delta * inertia.g
         f = stretch(pull * (inertia.G1 + static))
@@ -215,8 +212,8 @@ class AxialProblem(NamedTuple):
     def newton(self, load: Any, f: np.ndarray, accept_error: float = 0.0) -> AxialState:
         """The stretch f (beams, n) in equilibrium at a load, by Newton-Raphson from f.
 
-        Beams that converged on the stable branch have a finite error, though perhaps more force at
-        the clamp than the law carries: `margin` tells. The f of the others is 1.
+        The error is infinite, and f is 1, where it does not converge on the stable branch. The
+        force at the clamp may still exceed that of the strain law: see `margin`.
         """
         inertia, beams, law = self.inertia, self.beams, self.law
         A = load * inertia.G if beams.size == 1 else load[..., None] * inertia.G
@@ -224,19 +221,19 @@ class AxialProblem(NamedTuple):
         accepted, iteration, renew, largest = max(accept_error, NEWTON_STEP**2), 0, True, math.inf
         while iteration < NEWTON_ITERATIONS and largest >= accepted:
             iteration += 1
-            step = w * law.force(f) - np.matvec(A, f) - static  # the residual, solved in place
+            step = w * law.force(f) - np.matvec(A, f) - static  # the residual; solved in place
             if renew:
                 tangent = self.mesh.eye * (w * law.stiffness(f))[:, None, :] - A
             for k in range(len(f)):
-                if renew:  # its factors take the place of the tangent
+                if renew:  # the tangent is replaced by its factors
                     *_, info = lapack.dposv(tangent[k].T, step[k], 0, True, True)
                 else:
                     _, info = lapack.dpotrs(tangent[k].T, step[k], 0, True)
-                if info:  # not positive definite: the branch of stable states was left
+                if info:  # not positive definite: off the stable branch
                     step[k] = np.nan
             f = f - step
             error = np.vecdot(step, step) / f[:, 0] ** 2
-            if renew:  # quadratic
+            if renew:  # quadratic convergence
                 first = error
             else:
                 error = np.sqrt(first * error)
@@ -244,14 +241,14 @@ class AxialProblem(NamedTuple):
             renew = renew and not largest < SAME_TANGENT**2
         low, high = law.min_stretch, law.max_stretch
         inside = np.minimum.reduce(f, axis=None) > low and (high == math.inf or f.max() < high)
-        if not (inside and largest < accepted):  # as nan is
+        if not (inside and largest < accepted):  # also where nan
             stable = (error < accepted) & (f.min(axis=-1) > low) & (f.max(axis=-1) < high)
             f, error = np.where(stable[:, None], f, 1.0), np.where(stable, error, math.inf)
         return AxialState(f, iteration, error)
 
-    @np.errstate(all="ignore")  # in iterations that diverge, which do not converge
+    @np.errstate(all="ignore")  # a diverging iteration is detected
     def follow(self, load: float) -> Path:
-        """Continuation of the stable branch of a single beam from no load towards a load."""
+        """Continuation of the stable branch of a single beam from rest to a load."""
 
         def solve_at(trial: float, guess: np.ndarray) -> Root | None:
             state = self.newton(trial, guess)
@@ -264,12 +261,12 @@ class AxialProblem(NamedTuple):
         return continue_load(solve_at, np.ones((1, len(self.mesh.points))), load, margin_at)
 
     def margin(self, load: Any, f: np.ndarray, bound: float = BOUND_SUFFICES) -> np.ndarray:
-        """How far equilibria (beams, n) are from their limit: 1 at rest, 0 there, (beams,).
+        """Stability margins (beams,) of equilibria f (beams, n): 1 at rest, 0 at the limit.
 
-        The least eigenvalue of the tangent relative to rest (a fold), or what the law has left at
-        the clamp, whichever is less. The eigenvalue is at least the least ratio of (tangent x) to
-        w x for any x > 0 (Collatz and Wielandt), here the displacement under a uniform load: close
-        enough to take its place from `bound` on.
+        The lesser of `left_at_clamp` and the least eigenvalue of the tangent relative to rest, zero
+        at a fold. A lower bound of the eigenvalue is the least ratio of (tangent x) to w x for any
+        x > 0 (Collatz and Wielandt), here the displacement under a uniform load; it replaces the
+        eigenvalue where it is at least `bound`.
         """
         weights, (_, G, G1, *_) = self.mesh.weights, self.inertia
         stiffness = self.law.stiffness(f)
@@ -286,25 +283,20 @@ class AxialProblem(NamedTuple):
         return np.minimum(fold, self.left_at_clamp(load, f))
 
     def left_at_clamp(self, load: Any, f: np.ndarray) -> np.ndarray:
-        """The share (beams,) of its greatest force, in tension and compression, that the law has
-        left at the clamp, where the force of most beams is greatest."""
-        least, most = self.law.forces
+        """1 - (force at the clamp / greatest force of the strain law), (beams,), in tension or in
+        compression; the force of most beams is greatest at the clamp."""
+        least, most = self.law.force_limits
         moment = np.vecdot(self.inertia.g, f)[:, None] + self.beams.delta * self.inertia.total
         force = load * moment
         return (1 - np.maximum(force / most, force / least))[:, 0]
 
 
 def limit_error(beam: Beam, law: StrainLaw) -> NoEquilibrium | None:
-    """The error of a beam beyond its limit of equilibrium, or too near it to be solved, on a mesh
-    that is fine where a force law ends; None where there is no limit."""
+    """The error of a beam beyond its limit of equilibrium or too near it, located on a mesh that is
+    fine at the clamp; None where there is no limit."""
     breaks = sorted({*LIMIT_BREAKS, *unstretched_positions(beam).ends})
     mesh = make_mesh(tuple(breaks), (LIMIT_ORDER,) * (len(breaks) - 1))
     load = NEAR_LIMIT * (beam.gamma / beam.mu) ** 2
     stack = single(beam)
     path = AxialProblem(mesh, inertia(mesh, stack), stack, law).follow(load)
     return None if path.limit is None else no_equilibrium(beam, beam.mu * path.limit**0.5, law)
-
-
-def diagonal(A: np.ndarray) -> np.ndarray:
-    """The diagonals of contiguous matrices (..., n, n), as a view (..., n) to write to."""
-    return A.reshape(*A.shape[:-2], -1)[..., :: A.shape[-1] + 1]

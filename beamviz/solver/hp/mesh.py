@@ -1,8 +1,8 @@
-"""Gauss-Legendre points on a few elements, and exact integration of what is known there.
+"""Meshes of a few high-order elements with Gauss-Legendre points.
 
-A quantity that is a polynomial on each element is known by its values at the Gauss points.
-Its integral from the clamp is one matrix J away: u = J f, theta = J kappa, w = J (f theta).
-Nothing has to be continuous across elements that is not so in the beam.
+A quantity that is a polynomial on each element is represented by its values at the Gauss points.
+A matrix J integrates it exactly from the clamp: u = J f, theta = J kappa, w = J (f theta). The
+quantities integrated may be discontinuous across elements, as at a concentrated mass.
 """
 
 from dataclasses import dataclass
@@ -12,6 +12,8 @@ from itertools import accumulate, pairwise
 import numpy as np
 from numpy.polynomial import legendre
 
+from beamviz.solver.solution import read_only
+
 
 @dataclass(frozen=True)
 class Reference:
@@ -19,10 +21,10 @@ class Reference:
 
     points: np.ndarray  # (p,)
     weights: np.ndarray  # (p,)
-    last_two: np.ndarray  # (p, p) values -> the part of the two highest Legendre polynomials
-    tails: np.ndarray  # (2, p) values -> that part in terms of two orthonormal polynomials
-    integration: np.ndarray  # (p, p) values -> integral from -1 to each point
-    nodes: np.ndarray  # (p + 1,) -1 and the points: where an integral is known
+    last_two: np.ndarray  # (p, p) projects values onto the two highest Legendre polynomials
+    tails: np.ndarray  # (2, p) coefficients of these, normalised
+    integration: np.ndarray  # (p, p) integrates values from -1 to each point
+    nodes: np.ndarray  # (p + 1,) -1 and the points: nodes of an integral
     barycentric: np.ndarray  # (p + 1,) weights of interpolation between the nodes
 
     def values(self, xi: np.ndarray) -> np.ndarray:
@@ -60,16 +62,16 @@ def reference(order: int) -> Reference:
     apart = nodes[:, None] - nodes + np.eye(order + 1)
     barycentric = 1 / (2 * apart).prod(axis=1)  # differences of capacity 1: no under- or overflow
     arrays = (points, weights, last_two, tails, integrals @ to_legendre, nodes, barycentric)
-    return Reference(*(_frozen(array) for array in arrays))
+    return Reference(*map(read_only, arrays))
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
     """Elements between `breaks`, each with as many Gauss points as its order; n in all. Or a stack
-    of such grids with the same orders and breaks of their own, in leading axes.
+    of such grids, in leading axes, with the same orders and different breaks.
 
-    J integrates values at the points from the clamp to each point. This is all that values at the
-    points need to be functions of x: a solution keeps no more of its mesh.
+    J integrates values at the points from the clamp to each point. A solution keeps its grid only,
+    which suffices to evaluate it as a function of x.
     """
 
     breaks: np.ndarray  # (..., elements + 1)
@@ -88,7 +90,7 @@ class Grid:
         rows = np.empty((*x.shape, self.points.shape[-1]))
         for e, block in enumerate(_blocks(self.orders)):
             start, end = self.breaks[..., e, None], self.breaks[..., e + 1, None]
-            # Of an element before x all is integrated, of one beyond it nothing.
+            # Elements before x are integrated completely, those beyond it not at all.
             xi = np.clip((2 * x - start - end) / (end - start), -1, 1)
             half = (end - start)[..., None] / 2
             rows[..., block] = half * reference(self.orders[e]).integrals(xi)
@@ -109,14 +111,14 @@ class Grid:
 
 @dataclass(frozen=True, eq=False)
 class Mesh(Grid):
-    """A grid, or a stack of them, with what the forms of a beam are assembled from.
+    """A grid, or a stack of them, with the matrices that stiffness and mass are assembled from.
 
-    T keeps the part of values at the points that is in the two highest polynomials of each
-    element, `tails` that part in terms of orthonormal ones; G = J' W J and g = J' W 1 are the
-    inertia of a unit line density in terms of a gradient.
+    T projects values at the points onto the two highest Legendre polynomials of each element,
+    `tails` gives the coefficients of their orthonormal multiples. G = J' W J and g = J' W 1 are the
+    inertia of a unit line density in terms of the gradient of the displacement.
     """
 
-    grid: Grid  # alone
+    grid: Grid  # without the matrices
     rooted: np.ndarray  # (..., n, n) roots of the weights times J: rooted' rooted = G
     IJT: np.ndarray  # (..., 2 n, n) the identity and, below it, J, times T
     tails: np.ndarray  # (..., 2 elements, n)
@@ -128,19 +130,19 @@ class Mesh(Grid):
 
 @lru_cache(maxsize=128)
 def make_mesh(breaks: tuple[float, ...], orders: tuple[int, ...]) -> Mesh:
-    """The mesh with elements between `breaks` (0 .. 1, ascending) of these orders."""
+    """The mesh with elements of these orders between `breaks` (0 .. 1, ascending); cached."""
     return make_meshes(np.array(breaks), orders)
 
 
 def make_meshes(breaks: np.ndarray, orders: tuple[int, ...]) -> Mesh:
-    """The meshes between `breaks` (..., elements + 1), all of these orders."""
-    elements = [reference(order) for order in orders]
+    """A mesh, or a stack of meshes of the same orders, between `breaks` (..., elements + 1)."""
     stack, n = breaks.shape[:-1], sum(orders)
     halves = np.diff(breaks)[..., None] / 2
     points, weights = np.empty((*stack, n)), np.empty((*stack, n))
     J, tails = np.zeros((*stack, n, n)), np.zeros((*stack, 2 * len(orders), n))
     T, eye = np.zeros((n, n)), np.eye(n)
-    for k, (e, block) in enumerate(zip(elements, _blocks(orders), strict=True)):
+    for k, block in enumerate(_blocks(orders)):
+        e = reference(orders[k])
         h = halves[..., k, :]
         points[..., block] = breaks[..., k, None] + h * (e.points + 1)
         weights[..., block] = h * e.weights
@@ -151,19 +153,13 @@ def make_meshes(breaks: np.ndarray, orders: tuple[int, ...]) -> Mesh:
     rooted = np.sqrt(weights)[..., None] * J
     G, g = rooted.mT @ rooted, np.vecmat(weights, J)
     IJ = np.concatenate((np.broadcast_to(eye, J.shape), J), axis=-2)
-    breaks, points, weights, J = (_frozen(array) for array in (breaks, points, weights, J))
+    breaks, points, weights, J = map(read_only, (breaks, points, weights, J))
     grid = Grid(breaks, orders, points, weights, J)
     arrays = (rooted, IJ @ T, tails, G, G.sum(axis=-1), g, eye)
-    return Mesh(breaks, orders, points, weights, J, grid, *(_frozen(array) for array in arrays))
+    return Mesh(breaks, orders, points, weights, J, grid, *map(read_only, arrays))
 
 
 def _blocks(orders: tuple[int, ...]) -> list[slice]:
     """The points of each element."""
     ends = [0, *accumulate(orders)]
     return [slice(a, b) for a, b in pairwise(ends)]
-
-
-def _frozen(array: np.ndarray) -> np.ndarray:
-    """The array, made read-only: meshes are shared."""
-    array.setflags(write=False)
-    return array

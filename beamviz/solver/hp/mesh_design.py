@@ -1,17 +1,18 @@
-"""A-priori choice of the mesh of a straight beam, from the widths of its layers.
+"""A-priori choice of the mesh of a straight beam, from the widths of its boundary layers.
 
-Tension N against bending makes layers of width 1 / sqrt(N f^(2c-3)) at the clamp and on both
-sides of a concentrated mass; where the tension runs out, at a free tip, bending takes over
-within (N')^(-1/3). Gauss points crowd at the ends of an element, so order p resolves layers
-down to about 1/p^2 of it; only thinner ones get an element of their own.
+A tension N large against the bending stiffness causes boundary layers of width
+1 / sqrt(N f^(2c-3)) at the clamp and on both sides of a concentrated mass; at a free tip, where the
+tension vanishes, the layer has the width (N')^(-1/3). Gauss points are dense at the ends of an
+element, so order p resolves layers down to about 1/p^2 of it; only thinner ones get an element of
+their own.
 
-Two more things make the mesh finer: a stretch that is nearly singular just beyond an end wants a
-mesh graded towards it, and the digits that softening cancels in the lowest mode must be there.
+The mesh is also graded towards an end beyond which the stretch is nearly singular, and finer where
+softening cancels digits of the lowest mode.
 
 The constants below are fitted: too small a value costs another attempt (refinement adds digits),
-too large a value unknowns; neither moves an answer beyond its error bar. Each comment says what the
-constant balances. scripts/fit_mesh_constants.py measures attempts and unknowns over random beams as
-a function of any of them.
+too large a value costs unknowns; neither moves a frequency beyond its error estimate.
+scripts/fit_mesh_constants.py measures attempts and unknowns over random beams as a function of any
+of them.
 """
 
 import math
@@ -24,70 +25,66 @@ from beamviz.beam import Beam
 from beamviz.solver.constitutive import Curvature, StrainLaw
 from beamviz.solver.problem import Problem
 
-# Widths of layers. A layer falls off as exp(-x / width), its energy twice as fast.
-LAYER_REACH = (
-    2.0  # element length in widths, per digit asked for: exp(-2 * 12) left after 12 digits
-)
-TIP_REACH = 4.0  # element length in widths of the tip layer: an Airy function falls off faster
-GRADING = 6.0  # ratio of neighbouring elements towards a singularity: more elements or higher order
+# Widths. A layer decays as exp(-x / width), its energy twice as fast.
+LAYER_REACH = 2.0  # length of its element in widths per digit: exp(-2 * 12) is left after 12 digits
+TIP_REACH = 4.0  # length of the element of a tip layer in widths: an Airy function decays faster
+GRADING = 6.0  # ratio of neighbouring elements towards a singularity
 NEGLIGIBLE_FORCE = 0.1  # force n below which layers are computed for a stretch of 1
-NEAREST = 1e-5  # least distance to a singularity beyond the clamp: known no better from the mesh
-AT_END = 1e-13  # a mass this near the clamp or the tip sits on it, to rounding
+NEAREST = 1e-5  # least distance to a singularity beyond the clamp: the accuracy it is known to
+AT_END = 1e-13  # distance to the clamp or the tip, by rounding, of a mass that is taken to be there
 
 # Orders. order = PER_HALF_WAVE half_waves + PER_DIGIT digits + AT_LEAST: Gauss points per half-wave
-# (the asymptotic pi / 2 and a margin), and the exponential convergence beyond them.
+# (the asymptotic pi / 2 and a margin), and the exponential convergence with more.
 PER_HALF_WAVE, PER_DIGIT, AT_LEAST = 1.86, 0.85, 1.4
-# A layer of relative width d takes an order of OFFSET + PER_ROOT_WIDTH / sqrt(d) for six digits:
-# points crowd as 1 / order^2 at the ends. In an element of its own of length reach * width the same
-# holds with d = 1 / reach. A tip layer decays smoothly: order ~ 1 / d.
+# A layer of relative width d needs an order of OFFSET + PER_ROOT_WIDTH / sqrt(d) for six digits, as
+# the spacing of points at the ends is 1 / order^2; an element of its own, of length reach * width,
+# the same with d = 1 / reach. A tip layer decays smoothly: order ~ 1 / d.
 LAYER_OFFSET, OWN_OFFSET, PER_ROOT_WIDTH = 5.4, 4.4, 2.4
 TIP_OFFSET, OWN_TIP_OFFSET = 6.0, 5.5
-# The share of these orders that other numbers of digits take (1 at six): linear in the digits,
-# slower where the element's length already grows with the digits.
+# Factor of these orders for other numbers of digits (1 at six): constant and slope, the slope less
+# where the length of the element grows with the digits too.
 SHARE, SHARE_OF_THIN = (0.4, 0.1), (0.55, 0.075)
 GRADED_ORDER = 8  # least order beside thin elements, for six digits
-MIN_ORDER, MAX_ORDER = 4, 30  # below, elements are too many; above, dense ones cost more than two
-WAVES_PER_ELEMENT = 9.0  # half-waves in the longest element: order 30 resolves no more to 12 digits
-SPLIT_ORDER = 38.0  # order from which two halves take fewer unknowns than MAX_ORDER gives digits
-HALF = 0.7  # order of either half, as a share of that of the whole
+MIN_ORDER, MAX_ORDER = 4, 30  # below, elements are too many; above, two of half the length are less
+WAVES_PER_ELEMENT = 9.0  # half-waves in the longest element: those order 30 resolves to 12 digits
+SPLIT_ORDER = 38.0  # order from which two halves need fewer unknowns for the same digits
+HALF = 0.7  # order of either half, relative to that of the whole
 THIN_ABOVE = (14, 18, 22, 30)  # orders above which a layer gets its own element, tried in turn
-MAX_UNKNOWNS = 300  # of one family: dense eigenproblems beyond it take longer than a second
+MAX_UNKNOWNS = 300  # of one family: a dense eigenproblem of more takes longer than a second
 SPARE_DIGITS = 1.0  # digits that the orders above give beyond those asked for
 DIGITS_PER_STRETCH = 1.8  # digits lost to a stretch of 10 at the clamp
 
 
 class Positions(NamedTuple):
-    """Approximate equilibrium: x of clamp, mass and tip, u there, and the mean u of each part
-    between them."""
+    """Positions u of an approximate equilibrium."""
 
-    ends: tuple[float, ...]
-    u: tuple[float, ...]
-    means: tuple[float, ...]
+    ends: tuple[float, ...]  # x of clamp, mass and tip
+    u: tuple[float, ...]  # at the ends
+    means: tuple[float, ...]  # of u between the ends
 
 
 class Span(NamedTuple):
-    """A part of the beam between clamp, mass and tip, with tension N and stretch f at its ends."""
+    """A part of the beam between clamp, mass and tip."""
 
     start: float
     end: float
     length: float
-    N: tuple[float, float]
-    f: tuple[float, float]
-    slope: float  # -dN/dx at its end
-    distance_to_force_limit: float  # before the clamp, were the beam continued there
+    N: tuple[float, float]  # tension at start and end
+    f: tuple[float, float]  # stretch there
+    slope: float  # -dN/dx at the end
+    distance_to_force_limit: float  # inboard of the clamp, of the tension continued there
 
 
 class Layer(NamedTuple):
-    """A layer at x, on the side of its `end`: where an element of its own would end, the order
-    that element needs, and the order that resolves the layer without one."""
+    """A boundary layer between x and `end`, and the orders that resolve it."""
 
     x: float
-    end: float
-    own_order: float
-    order: float
+    end: float  # of an element of its own
+    own_order: float  # of that element
+    order: float  # of the element of the whole span
 
 
-BreaksAndOrders = tuple[tuple[float, ...], tuple[int, ...]]  # breaks and orders
+BreaksAndOrders = tuple[tuple[float, ...], tuple[int, ...]]
 WITHOUT_INNER_MASS = Positions((0.0, 1.0), (0.0, 1.0), (0.5,))
 
 
@@ -114,22 +111,22 @@ def find_spans(beam: Beam, positions: Positions, law: StrainLaw) -> list[Span]:
         f = 1.0 if n < NEGLIGIBLE_FORCE else float(law.stretch(n))
         f_end = 1.0 if n_end < NEGLIGIBLE_FORCE else float(law.stretch(n_end))
         distance = math.inf
-        if not a and N * beam.delta > 0:  # else |N| falls off beyond the clamp, or is level
-            least, most = law.forces
+        if not a and N * beam.delta > 0:  # else |N| does not grow inboard of the clamp
+            least, most = law.force_limits
             left = most * beam.mu**2 - N if N > 0 else N - least * beam.mu**2
-            beyond = load * abs(beam.delta)  # |dN/dx| at the clamp
-            distance = max(left / beyond, NEAREST) if left < beyond else math.inf
+            slope_there = load * abs(beam.delta)  # |dN/dx| at the clamp
+            distance = max(left / slope_there, NEAREST) if left < slope_there else math.inf
         spans.insert(0, Span(a, b, b - a, (N, N_end), (f, f_end), slope, distance))
     return spans
 
 
 def extra_digits(beam: Beam, positions: Positions, spans: list[Span], problem: Problem) -> float:
-    """Digits that a mesh needs beyond those asked for: where a large stretch falls off along the
-    beam, and where softening cancels some of omega^2 of the lowest chordwise mode.
+    """Digits that a mesh needs beyond those asked for: for the decay of a large stretch along the
+    beam, and where softening cancels digits of omega^2 of the lowest chordwise mode.
 
-    An outward beam turns about its clamp almost as a rigid body. What the softening -gamma^2 leaves
-    is bending, 3 at rest and sqrt(N f^(5 - 2c)) in a layer, and the pull of the hub radius, over
-    its moment of inertia.
+    That mode of a fast outward beam is almost a rigid rotation about the clamp. Its omega^2 is the
+    bending stiffness, 3 at rest plus sqrt(N f^(5 - 2c)) of the layer, and the pull of the hub
+    radius, over the moment of inertia.
     """
     N, f = spans[0].N[0], spans[0].f[0]
     more = DIGITS_PER_STRETCH * math.log10(f) - SPARE_DIGITS
@@ -153,9 +150,9 @@ def extra_digits(beam: Beam, positions: Positions, spans: list[Span], problem: P
 def choose_mesh(
     spans: list[Span], mu: float, modes: int, curvature: Curvature, digits: float
 ) -> BreaksAndOrders:
-    """Breaks and orders that should give the lowest `modes` modes to a number of digits: of the
-    meshes that resolve layers above an order of THIN_ABOVE by thin elements, the one with the
-    fewest unknowns. They may exceed MAX_UNKNOWNS."""
+    """Breaks and orders for the lowest `modes` modes to a number of digits: of the meshes with thin
+    elements for layers above each order of THIN_ABOVE, the one with the fewest unknowns, which may
+    exceed MAX_UNKNOWNS."""
     power = 2 * curvature.power - 3
     waves, compression = float(half_waves(mu, modes)), 0.0
     layers = _layers(spans, power, digits)
@@ -210,8 +207,8 @@ def _with_orders(
 
 
 def _halved(ends: list[float], orders: list[float]) -> tuple[list[float], list[float]]:
-    """Elements above SPLIT_ORDER in two halves each, as often as it takes; unchanged where that
-    takes more than MAX_UNKNOWNS."""
+    """Breaks and orders with elements above SPLIT_ORDER halved repeatedly; unchanged where that
+    exceeds MAX_UNKNOWNS."""
     halves, each = ends, orders
     while SPLIT_ORDER < max(each) < math.inf:
         k = each.index(max(each))
@@ -221,8 +218,8 @@ def _halved(ends: list[float], orders: list[float]) -> tuple[list[float], list[f
 
 
 def _layers(spans: list[Span], power: int, digits: float) -> list[Layer]:
-    """The layers shorter than the span they are in: at its ends, where the tension N f^power pulls
-    against bending, and where the tension runs out at the free tip."""
+    """The boundary layers shorter than their span: at its ends, by the tension N f^power, and at
+    the free tip, where the tension vanishes."""
     share = SHARE[0] + SHARE[1] * digits
     share_of_thin = SHARE_OF_THIN[0] + SHARE_OF_THIN[1] * digits
     reach = LAYER_REACH * digits
@@ -248,7 +245,7 @@ def _layers(spans: list[Span], power: int, digits: float) -> list[Layer]:
 
 @lru_cache(maxsize=64)
 def half_waves(mu: float, modes: int) -> int:
-    """How many half-waves the lowest `modes` modes have at most, of either family at rest."""
+    """The greatest number of half-waves of the lowest `modes` modes at rest, of either family."""
     bending = stretching = 0
     while bending + stretching < modes:
         if mu * (stretching + 0.5) < math.pi * (bending + 0.5) ** 2:
@@ -259,8 +256,7 @@ def half_waves(mu: float, modes: int) -> int:
 
 
 def _graded(distance: float, length: float) -> list[float]:
-    """Distances from its end at which an element of this length is broken, for a singularity at a
-    distance beyond the end."""
+    """Distances of the breaks from the end of a span, for a singularity `distance` beyond it."""
     breaks = []
     while GRADING * distance < length:
         breaks.append(distance)

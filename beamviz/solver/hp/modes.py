@@ -1,12 +1,12 @@
 """Vibration of stretched straight beams on a mesh, and the estimated errors of omega^2.
 
-The unknowns sit at Gauss points of a few elements of high order: the gradient s = du' for
-stretching, the slope of the rotation kappa = theta' for bending. Displacements are integrals,
-u = J s and w = J (f J kappa), so the clamp is exact and nothing must match between elements:
-the jump of the stretch at a concentrated mass costs no accuracy. Convergence is exponential
-in the order.
+The unknowns are values at the Gauss points of a few elements of high order: the gradient s = du'
+for stretching, the derivative kappa = theta' of the rotation for bending. Displacements are
+integrals, u = J s and w = J (f J kappa), so the clamp is exact and no continuity conditions between
+elements are needed: the jump of the stretch at a concentrated mass costs no accuracy. Convergence
+is exponential in the order.
 
-Everything here is for a stack of beams, in a leading axis.
+All functions take a stack of beams, in the leading axis.
 """
 
 from collections.abc import Iterator
@@ -16,13 +16,13 @@ import numpy as np
 
 from beamviz.solver import eigen
 from beamviz.solver.constitutive import axial_stiffness, bending_stiffness
-from beamviz.solver.hp.equilibrium import AxialState, BeamStack, Inertia, diagonal
+from beamviz.solver.hp.equilibrium import AxialState, BeamStack, Inertia
 from beamviz.solver.hp.mesh import Grid, Mesh
 from beamviz.solver.problem import Problem
 
 EPS = float(np.finfo(float).eps)
-# Factors on the two estimates of error: twice what kept 5000 random beams over the accepted domain
-# within their error bars (scripts/measure_error_bars.py).
+# Safety factors of the two error estimates: twice the least for which the errors of 5000 random
+# beams over the accepted domain were within their estimates (scripts/measure_error_bars.py).
 TRUNCATION_FACTOR = 12.0
 ROUNDING_FACTOR = 30.0
 
@@ -31,27 +31,27 @@ class StraightModes(NamedTuple):
     """Equilibria and the lowest modes of both families in one list: of a stack of beams, or of one
     beam without the leading axis.
 
-    Without Coriolis forces mode_order (..., modes) orders the columns of kappa, then s, laid end
-    to end; with them it is None and column k of both, complex, is mode k.
+    Without Coriolis forces mode k is column mode_order[k] of kappa and s, concatenated. With them
+    mode_order is None, and column k of both, complex, is mode k.
     """
 
     grid: Grid
     f: np.ndarray  # (..., n) stretch at the mesh points
     iterations: int
-    kappa: np.ndarray  # (..., n, modes) slope of the rotation
-    s: np.ndarray  # (..., n, modes) gradient along the beam
-    mode_order: np.ndarray | None
+    kappa: np.ndarray  # (..., n, modes) derivative of the rotation
+    s: np.ndarray  # (..., n, modes) gradient of the displacement along the beam
+    mode_order: np.ndarray | None  # (..., modes)
     bending_energy_fraction: np.ndarray  # (..., modes) share of the kinetic energy
     omega_squared: np.ndarray  # (..., modes) ascending
     truncation: np.ndarray  # (..., modes) error of omega^2 from the order of the mesh
     rounding: np.ndarray  # (..., modes) error of omega^2 from rounding
     # Of as many modes of each family, bending first (..., 2, modes): None with Coriolis forces.
-    family_squares: np.ndarray | None = None  # omega^2
-    family_errors: np.ndarray | None = None  # of omega^2, from both
+    family_omega_squared: np.ndarray | None = None
+    family_errors: np.ndarray | None = None  # of omega^2, truncation and rounding
     nu: np.ndarray | None = None  # (..., families, n) of all modes: see `mesh_spectrum`
 
     def of_each_beam(self) -> Iterator["StraightModes"]:
-        """The beams of a stack one by one."""
+        """The modes of each beam of a stack."""
         grid, f, iterations, *arrays = self
         for k in range(len(f)):
             one = grid if grid.breaks.ndim == 1 else grid[k]
@@ -70,7 +70,7 @@ class Matrices(NamedTuple):
     M: np.ndarray  # (beams, n, n)
     d: np.ndarray  # (beams, n)
     G: np.ndarray  # (beams, n, n), or (n, n) where the beams share it
-    stiffness: np.ndarray  # (beams, 2, 2 n) against the unknown, then its integral (tension)
+    stiffness: np.ndarray  # (beams, 2, 2 n) of the unknown, then of its integral (tension)
 
 
 def lowest_modes(
@@ -78,7 +78,7 @@ def lowest_modes(
 ) -> StraightModes:
     """The `count` lowest modes about the equilibria of a stack of beams.
 
-    With Coriolis forces no beam of several may be at rest or point inward: numpy raises LinAlgError
+    With Coriolis forces no beam of several may be at rest or point inward; LinAlgError is raised
     where one of several is unstable.
     """
     matrices = stiffness_and_mass(mesh, inertia, state.f, beams, problem)
@@ -92,8 +92,8 @@ def stiffness_and_mass(
 ) -> Matrices:
     """Vibration about the stretch f (beams, n), in terms of kappa = theta' and s = du'.
 
-    The tension N = gamma^2 int_x^1 rho (u + delta) is taken from equilibrium: mu^2 n(f)
-    cancels where a slender beam hardly stretches.
+    The tension N = gamma^2 int_x^1 rho (u + delta) is computed from equilibrium: mu^2 n(f) would
+    cancel where f is near 1.
     """
     w, n = inertia.weights, f.shape[-1]
     across = f[..., None] * mesh.J  # kappa -> w' = f theta
@@ -118,10 +118,10 @@ def uncoupled_modes(
     count: int,
     problem: Problem,
 ) -> StraightModes:
-    """The lowest modes of families that nothing couples.
+    """The lowest modes of uncoupled families.
 
-    The softening is a multiple of M: it shifts every omega^2 and leaves the modes alone, so it
-    is subtracted here.
+    The softening is a multiple of M: it shifts every omega^2, does not change the modes, and is
+    subtracted at the end.
     """
     K, M, d, G, _ = matrices
     shift = 0.0 if beams.outward else eigen.COMPRESSED
@@ -129,17 +129,18 @@ def uncoupled_modes(
     omega_squared = size - added
     scale = abs(omega_squared) + eigen.COMPRESSED
     tail = relative_tail(mesh, matrices, v, scale)
-    times = size / size[..., :1]  # rounding falls on the high ones
-    if not beams.outward:  # compression cancels against the rest: each unknown rounds by itself
-        size[:, 0] = np.vecmat(diagonal(K) + added[:, 0] * diagonal(M), v[:, 0] ** 2)
-    truncation, rounding = _errors(mesh, state, scale, tail, size, times)
+    condition = size / size[..., :1]  # rounding errors are largest in the high modes
+    if not beams.outward:  # compression cancels against bending stiffness: sum of absolute terms
+        diagonal = np.linalg.diagonal(K) + added[:, 0] * np.linalg.diagonal(M)
+        size[:, 0] = np.vecmat(diagonal, v[:, 0] ** 2)
+    truncation, rounding = _errors(mesh, state, scale, tail, size, condition)
     if problem.softening:
         softened = omega_squared if problem.chordwise else omega_squared[:, 1:]
         softened -= beams.gamma**2 if beams.size == 1 else beams.gamma[..., None] ** 2
     families = omega_squared.reshape(len(omega_squared), -1)
     order = families.argsort(axis=-1)[:, :count]
     picks = order
-    if beams.size > 1:  # places in the flattened arrays of the stack
+    if beams.size > 1:  # indices of the flattened stack
         picks = order + families.shape[1] * np.arange(len(order))[:, None]
     return StraightModes(
         mesh.grid,
@@ -169,8 +170,8 @@ def gyroscopic_modes(
 ) -> StraightModes:
     """The lowest modes of both families coupled by Coriolis forces.
 
-    With T(omega) = K - omega^2 M + 2 gamma omega S, an error e of a shape z moves omega^2 by
-    e'T e 2 omega / |z' T' z|, and |z' T' z| = omega + z' K z / omega.
+    With T(omega) = K - omega^2 M + 2 gamma omega S, an error e of a shape z changes omega^2 by
+    e' T e 2 omega / |z' dT/domega z|, where |z' dT/domega z| = omega + z' K z / omega.
     """
     gamma = np.reshape(beams.gamma, (-1, 1))
     K = np.empty((len(state.f), 2, *matrices.K.shape[1:]))
@@ -179,21 +180,21 @@ def gyroscopic_modes(
         K[:, 0] -= gamma[..., None] ** 2 * matrices.M
         K[:, 1] -= gamma[..., None] ** 2 * matrices.G
     F = weighted_displacements(mesh, inertia, state.f)
-    most_rounding = problem.tolerance / (10 * ROUNDING_FACTOR * EPS)
-    omega_squared, s, kappa, times, spectrum = eigen.gyroscopic_modes(
-        K[:, 1], F[:, 1], K[:, 0], F[:, 0], gamma[..., None], count, most_rounding
+    max_condition = problem.tolerance / (10 * ROUNDING_FACTOR * EPS)
+    omega_squared, s, kappa, condition, spectrum = eigen.gyroscopic_modes(
+        K[:, 1], F[:, 1], K[:, 0], F[:, 0], gamma[..., None], count, max_condition
     )
     size = abs(omega_squared) + gamma**2
     v = np.empty((len(s), 2, *s.shape[1:]))
-    v[:, 0], v[:, 1] = kappa.real + kappa.imag, s.real + s.imag  # a family moves in one phase
+    v[:, 0], v[:, 1] = kappa.real + kappa.imag, s.real + s.imag  # either is real or imaginary
     scale = size[:, None] + eigen.COMPRESSED
     tail = relative_tail(mesh, matrices, v, scale).sum(axis=1, keepdims=True)
     stored = (v * (K @ v)).sum(axis=(1, 2))
     tail *= (2 * abs(omega_squared) / (abs(omega_squared) + abs(stored)))[:, None]
     fractions = ((F[:, 0] @ v[:, 0]) ** 2).sum(axis=1)
-    if spectrum is None:  # unstable: as where compressed
-        size = size + np.vecmat(abs(diagonal(K)), v**2).sum(axis=1)
-    truncation, rounding = _errors(mesh, state, scale, tail, size[:, None], times[:, None])
+    if spectrum is None:  # unstable: compression cancels, as in uncoupled_modes
+        size = size + np.vecmat(abs(np.linalg.diagonal(K)), v**2).sum(axis=1)
+    truncation, rounding = _errors(mesh, state, scale, tail, size[:, None], condition[:, None])
     return StraightModes(
         mesh.grid,
         state.f,
@@ -210,7 +211,7 @@ def gyroscopic_modes(
 
 
 def weighted_displacements(mesh: Mesh, inertia: Inertia, f: np.ndarray) -> np.ndarray:
-    """F (beams, 2, m, n), bending first, with M = F' F: displacements at the mesh points, and at
+    """F (beams, 2, n + 1, n), bending first, with M = F' F: displacements at the mesh points and at
     the concentrated mass, times the root of the mass there."""
     across, n = f[..., None] * mesh.J, f.shape[-1]
     F = np.empty((len(f), 2, n + 1, n))
@@ -221,10 +222,10 @@ def weighted_displacements(mesh: Mesh, inertia: Inertia, f: np.ndarray) -> np.nd
 
 
 def relative_tail(mesh: Mesh, matrices: Matrices, v: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """The energy (beams, 2, k) in units of `scale` that shapes v (beams, 2, n, k) of the families
-    have in the two highest polynomials of each element, compression counted as tension: it bounds
-    what a higher order would change. By chance it may nearly vanish: for modes in ascending order
-    none is smaller than those below it."""
+    """The energy (beams, 2, k), relative to `scale`, of the two highest polynomials of each element
+    in shapes v (beams, 2, n, k) of the families, with the absolute value of the tension: an
+    estimate of the change by a higher order. As it may nearly vanish by chance, that of a mode is
+    at least that of each lower mode."""
     tail = v.mT @ mesh.IJT[..., None, :, :].mT
     energy = np.matvec(tail * tail, abs(matrices.stiffness))
     return np.maximum.accumulate(energy / scale, axis=-1)
@@ -236,27 +237,27 @@ def _errors(
     scale: np.ndarray,
     tail: np.ndarray,
     size: np.ndarray,
-    times: np.ndarray,
+    condition: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Estimated errors (beams, families, k) of omega^2 from the order of the mesh and the error of
-    the stretch, and from rounding.
+    """Estimated errors (beams, families, k) of omega^2: truncation, from the order of the mesh and
+    the error of the stretch, and rounding.
 
-    scale: of omega^2 without softening. tail: relative_tail. size: of the numbers that are rounded,
-    as many `times`.
+    scale: of omega^2 without softening. tail: relative_tail. size: of the terms that are rounded.
+    condition: of omega^2.
 
-    A large stretch falls off along the beam almost singularly: more is lost then than the tail
-    shows. Near the limit of equilibrium an error of the load moves the stretch by 1 / margin as
-    much, and that the least omega^2, which falls to zero with the margin, as much again.
+    A large stretch varies almost singularly along the beam: the truncation error then exceeds the
+    tail. Near the limit of equilibrium a relative error of the load changes the stretch 1 / margin
+    times as much, and this the least omega^2, which vanishes at the limit, by the same factor.
     """
     f, error = state.f, state.error
-    rest = np.matvec(mesh.tails, f)
-    lost = 4 * np.vecdot(rest, rest) / np.vecdot(mesh.weights, f) ** 2 + error / 2
+    tails = np.matvec(mesh.tails, f)
+    lost = 4 * np.vecdot(tails, tails) / np.vecdot(mesh.weights, f) ** 2 + error / 2
     factor = TRUNCATION_FACTOR * np.maximum(f[:, 0], 1.0)
     if len(f) == 1:  # floats are faster
         lost, factor = lost.item(), factor.item()
     else:
         lost, factor = lost[:, None, None], factor[:, None, None]
-    rounding = size * (ROUNDING_FACTOR * EPS * (1 + times))
+    rounding = size * (ROUNDING_FACTOR * EPS * (1 + condition))
     if state.margin is not None:
         margin = state.margin[:, None, None]
         lost = lost / margin**2

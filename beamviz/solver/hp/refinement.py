@@ -1,7 +1,8 @@
-"""The default method on as few unknowns as the tolerance asks for: meshes, attempts, refinement.
+"""The default method: choice of the meshes and refinement to the tolerance.
 
 Beams are solved in stacks that share a mesh, or at least the orders of their meshes; one beam is a
-stack of one. A stack is refined as a whole, then its remaining beams one by one.
+stack of one. Beams above the tolerance are solved again on finer meshes, first in stacks, then one
+by one.
 """
 
 import math
@@ -45,36 +46,35 @@ from beamviz.solver.hp.mesh_design import (
 from beamviz.solver.hp.modes import StraightModes, lowest_modes
 from beamviz.solver.problem import Problem
 
-REFINEMENTS = 8  # attempts at a beam
-STACKED = 2  # of them in stacks: the beams left then need care of their own
-CHUNK = 32  # beams that share a mesh: it is as fine as the hardest of them needs
-OWN_CHUNK, FINER = 48, 1.5  # beams with meshes of their own, that share orders; how much finer
-FEWEST = 6  # beams that get a coarser mesh
-SPARED = 1.5e5  # cubes of unknowns that it spares in all: another stack takes as long
-DESIGNED = 8  # one in so many meshes is designed where only the place of the mass changes
-FEWER_DIGITS = 0.15  # asked of a shared mesh: most of its beams need less than the hardest
-COMMON = -1  # place of the design of a mesh for all beams between some
-COMMON_DIGITS = 0.5  # more of it, so that none needs another
-MORE_DIGITS = 0.7  # for each further attempt, beyond those the last one missed
+MAX_ATTEMPTS = 8  # for each beam
+STACKED_ATTEMPTS = 2  # of them in stacks
+CHUNK = 32  # beams that share a mesh, which is as fine as any of them needs
+OWN_CHUNK, FINER = 48, 1.5  # beams with own breaks and common orders; most relative unknowns then
+MIN_COARSER = 6  # least number of beams that get a coarser mesh
+MIN_SAVING = 1.5e5  # least saving by a coarser mesh, in unknowns^3: the cost of another stack
+DESIGN_STEP = 8  # one in so many meshes is designed where only the position of the mass changes
+FEWER_DIGITS = 0.15  # subtracted for a shared mesh: most of its beams need fewer digits
+COMMON = -1  # key of the design for all beams between those of mesh_of
+COMMON_DIGITS = 0.5  # added for such a mesh, so that no beam needs another
+MORE_DIGITS = 0.7  # added for each further attempt, beyond those missed
 GREATEST_ERROR = 0.01  # relative, of omega^2 near a limit where the tolerance cannot be met
-COARSE_ORDER, COARSE_ERROR = 6, 1e-6  # of the equilibrium that a mesh is designed from
-STRETCH_SHARE = 1e-3  # of the tolerance: an error of the stretch that is accepted
+COARSE_ORDER, COARSE_ERROR = 6, 1e-6  # of the equilibrium from which a mesh is designed
+STRETCH_SHARE = 1e-3  # accepted error of the stretch, relative to the tolerance
 
 _numbers = attrgetter(*PARAMETERS)
 
-# A sweep takes and frees arrays of about a megabyte. The C library of Linux gives these back to the
-# system, and each of their pages is fetched anew at a fault, up to a fifth of a sweep's time. Once
-# a larger block has been freed, it keeps what is smaller. This one is never touched.
+# A sweep allocates and frees arrays of about a megabyte. The C library of Linux returns them to the
+# system, and the page faults of the next ones take up to a fifth of the time of a sweep. Once a
+# larger block was freed, it keeps smaller ones. This block is never written to.
 np.empty(2**24, np.int8)
 
 
 class Design(NamedTuple):
-    """What the mesh of a beam follows from: its spans, the digits it needs beyond those asked for,
-    and a state to start from."""
+    """What determines the mesh of a beam, and its first guess."""
 
     spans: list[Span]
-    extra_digits: float
-    start: State | None
+    extra_digits: float  # beyond those of the tolerance
+    start: State | None  # of Newton's method
 
 
 Answer = StraightModes | BeamvizError
@@ -83,22 +83,21 @@ Answer = StraightModes | BeamvizError
 def solve_straight(
     beams: Sequence[Beam], problem: Problem, extra_modes: int = 0, mesh_of: Sequence[Beam] = ()
 ) -> list[Answer]:
-    """Equilibrium and modes of each beam within the tolerance, or NoEquilibrium or NotConverged in
-    its place; and `extra_modes` more modes, which need not meet the tolerance. mesh_of: see
-    `solve_many`."""
+    """Equilibrium and modes of each beam, or its NoEquilibrium or NotConverged. extra_modes,
+    mesh_of: see `solve_many`."""
     refinement = Refinement(beams, problem, extra_modes, mesh_of)
     while refinement.waiting:
-        for places, mesh in refinement.next_stacks():
-            refinement.solve_stack(places, mesh)
+        for indices, mesh in refinement.next_stacks():
+            refinement.solve_stack(indices, mesh)
     return refinement.answers
 
 
 class Refinement:
-    """The progress of a refinement: answers, and what the beams still waiting are tried with.
+    """The state of a refinement. A beam is referred to by its index in `beams`.
 
-    waiting: place of each beam without an answer, with the digits that its attempts have added;
-    alone: places of beams that are solved by themselves; near_limit: the best attempt at beams near
-    their limit of equilibrium, with its error ratio; round: number of the attempt.
+    waiting: the beams without an answer, and the digits that their attempts have added. alone:
+    beams that are not stacked. near_limit: the best attempt at beams near their limit of
+    equilibrium and its error ratio. attempt: number of the attempt.
     """
 
     def __init__(
@@ -111,7 +110,7 @@ class Refinement:
         self.near_limit: dict[int, tuple[float, StraightModes]] = {}
         self.waiting = dict.fromkeys(range(len(beams)), 0.0)
         self.alone = set(self.waiting)
-        self.round = 0
+        self.attempt = 0
         if len(beams) > 1:
             self.numbers = np.array([_numbers(beam) for beam in beams])  # (beams, 5)
             alpha, beta, gamma, delta, mu = self.numbers.T
@@ -123,39 +122,37 @@ class Refinement:
                 self.alone -= set(stackable.nonzero()[0].tolist())
 
     def next_stacks(self) -> list[tuple[list[int], Mesh]]:
-        """The next attempt at all waiting beams: the places of those to solve together, and the
-        mesh or the stack of meshes for them. Gives up after REFINEMENTS attempts."""
-        self.round += 1
-        if self.round > STACKED:
+        """The stacks of the next attempt at all waiting beams: indices of the beams, and their mesh
+        or stack of meshes. Beams are given up after MAX_ATTEMPTS."""
+        self.attempt += 1
+        if self.attempt > STACKED_ATTEMPTS:
             self.alone.update(self.waiting)
-        if self.round > REFINEMENTS:
-            for place in list(self.waiting):
-                self._give_up(
-                    place, f"its errors are above the tolerance after {REFINEMENTS} refinements"
-                )
+        if self.attempt > MAX_ATTEMPTS:
+            for index in list(self.waiting):
+                self._give_up(index, f"errors exceed the tolerance after {MAX_ATTEMPTS} attempts")
         stacks: list[tuple[list[int], Mesh]] = []
         if len(self.alone) < len(self.waiting):
-            together = np.array([place for place in self.waiting if place not in self.alone])
-            alpha, beta, gamma, delta, mu = self.numbers[together].T
-            shared = len(set(beta[alpha > 0].tolist())) <= 1  # breaks at the mass, if at all
-            hardness = (gamma / mu) ** 2 * (1 + abs(delta)) * (1 + alpha) if shared else beta
-            order = together[hardness.argsort(kind="stable")]
-            chunk = CHUNK if shared else OWN_CHUNK
-            chunks = [chunk.tolist() for chunk in np.array_split(order, -(-len(order) // chunk))]
-            if self.mesh_of and self.round == 1:
+            stacked = np.array([index for index in self.waiting if index not in self.alone])
+            alpha, beta, gamma, delta, mu = self.numbers[stacked].T
+            shared = len(set(beta[alpha > 0].tolist())) <= 1  # break at the mass, if any
+            load = (gamma / mu) ** 2 * (1 + abs(delta)) * (1 + alpha)
+            order = stacked[(load if shared else beta).argsort(kind="stable")]
+            pieces = -(-len(order) // (CHUNK if shared else OWN_CHUNK))
+            chunks = [chunk.tolist() for chunk in np.array_split(order, pieces)]
+            if self.mesh_of and self.attempt == 1:
                 stacks = self._on_common_mesh(chunks, shared)
             if not stacks:
                 stacks = self._on_one_mesh(chunks) if shared else self._on_own_meshes(chunks)
-        for place in sorted(self.alone):
-            if found := self._mesh([place]):
-                stacks.append(([place], make_mesh(*found)))
+        for index in sorted(self.alone):
+            if found := self._mesh([index]):
+                stacks.append(([index], make_mesh(*found)))
         return stacks
 
     def _on_common_mesh(
         self, chunks: list[list[int]], shared: bool
     ) -> list[tuple[list[int], Mesh]]:
         """Meshes of the same orders for all beams between those of `mesh_of`, as fine as any of
-        these needs, with a break at the mass. None if one needs more breaks."""
+        these needs, with a break at the mass. Empty if one needs more breaks."""
         common, extra = _common_orders(tuple(self.mesh_of), self.problem, shared)
         self.designs[COMMON] = Design([], extra, None)
         stacks: list[tuple[list[int], Mesh]] = []
@@ -177,50 +174,50 @@ class Refinement:
         return stacks
 
     def _on_one_mesh(self, chunks: list[list[int]]) -> list[tuple[list[int], Mesh]]:
-        """A mesh for beams with their mass at one place, gentle to hard: the hardest sets it, and
-        the gentle half has one of its own where that is much coarser."""
+        """Meshes for beams by ascending load, their masses at the same position: the last beam of a
+        chunk determines the mesh; the first half has its own where that is much coarser."""
         groups: dict[BreaksAndOrders, list[int]] = {}
         while chunks:
             chunk = chunks.pop()
-            gentle = chunk[: len(chunk) // 2]
+            half = chunk[: len(chunk) // 2]
             if not (found := self._mesh(chunk)):
                 chunks += [chunk[:-1]] if chunk[:-1] else []
-            elif len(gentle) < FEWEST or sum(found[1]) ** 3 * len(gentle) <= SPARED:
+            elif len(half) < MIN_COARSER or sum(found[1]) ** 3 * len(half) <= MIN_SAVING:
                 groups.setdefault(found, []).extend(chunk)
-            elif not (coarser := self._mesh(gentle)):
-                chunks.append([place for place in chunk if place != gentle[-1]])
-            elif (sum(found[1]) ** 3 - sum(coarser[1]) ** 3) * len(gentle) > SPARED:
-                chunks += [gentle, chunk[len(gentle) :]]
+            elif not (coarser := self._mesh(half)):
+                chunks.append([index for index in chunk if index != half[-1]])
+            elif (sum(found[1]) ** 3 - sum(coarser[1]) ** 3) * len(half) > MIN_SAVING:
+                chunks += [half, chunk[len(half) :]]
             else:
                 groups.setdefault(found, []).extend(chunk)
-        return [(places, make_mesh(*common)) for common, places in groups.items()]
+        return [(indices, make_mesh(*common)) for common, indices in groups.items()]
 
     def _on_own_meshes(self, chunks: list[list[int]]) -> list[tuple[list[int], Mesh]]:
-        """A stack of meshes for beams in the order of their masses: each has its own breaks,
-        between which neighbours share their orders."""
+        """Stacks of meshes for beams by ascending position of the mass: each beam has its own
+        breaks, neighbours have the same orders."""
         stacks = []
         for chunk in chunks:
             found = self._own_meshes(chunk)
             groups = [list(own) for _, own in groupby(found, key=lambda pair: len(pair[1][1]))]
             while groups:
                 group = groups.pop()
-                places, meshes = zip(*group, strict=True)
+                indices, meshes = zip(*group, strict=True)
                 breaks, orders = zip(*meshes, strict=True)
                 common = tuple(map(max, zip(*orders, strict=True)))
                 if sum(common) * len(group) > FINER * sum(map(sum, orders)):
                     half = len(group) // 2
                     groups += [group[:half], group[half:]]
-                elif len(places) == 1:
-                    stacks.append((list(places), make_mesh(*meshes[0])))
+                elif len(indices) == 1:
+                    stacks.append((list(indices), make_mesh(*meshes[0])))
                 else:
-                    stacks.append((list(places), make_meshes(np.array(breaks), common)))
+                    stacks.append((list(indices), make_meshes(np.array(breaks), common)))
         return stacks
 
     def _own_meshes(self, chunk: list[int]) -> list[tuple[int, BreaksAndOrders]]:
-        """The mesh of each beam that has one. Of beams that differ in the place of the mass alone
-        a few are designed: between two meshes of as many elements the breaks move with the mass."""
+        """The mesh of each beam that has one. Where only the position of the mass differs, a few
+        are designed, and breaks are interpolated between two meshes of as many elements."""
         alpha, beta, *others = self.numbers[chunk].T
-        step = DESIGNED if not np.ptp((alpha, *others), axis=1).any() else 1
+        step = DESIGN_STEP if not np.ptp((alpha, *others), axis=1).any() else 1
         corners = sorted({*range(0, len(chunk), step), len(chunk) - 1})
         found = {k: own for k in corners if (own := self._mesh([chunk[k]]))}
         kinds = {k: (len(own[0]), bisect(own[0], beta[k] - AT_END)) for k, own in found.items()}
@@ -235,45 +232,45 @@ class Refinement:
                 found |= {k: own for k in range(i + 1, j) if (own := self._mesh([chunk[k]]))}
         return [(chunk[k], found[k]) for k in sorted(found)]
 
-    def _mesh(self, places: list[int]) -> BreaksAndOrders | None:
-        """A mesh for some beams, the last of them the hardest; None where that has an answer now,
-        an error, or is to be solved alone."""
-        place, problem = places[-1], self.problem
+    def _mesh(self, indices: list[int]) -> BreaksAndOrders | None:
+        """The mesh for some beams that the last of them needs; None where that has an error now, or
+        is to be solved alone."""
+        index, problem = indices[-1], self.problem
         try:
-            if place not in self.designs:
-                self.designs[place] = design(self.beams[place], problem)
+            if index not in self.designs:
+                self.designs[index] = design(self.beams[index], problem)
         except (NoEquilibrium, NotConverged) as error:
-            self._answer(place, error)
+            self._answer(index, error)
             return None
-        spans, extra, _ = self.designs[place]
-        digits = extra - math.log10(problem.tolerance) + max(map(self.waiting.__getitem__, places))
-        if place not in self.alone:
+        spans, extra, _ = self.designs[index]
+        digits = extra - math.log10(problem.tolerance) + max(map(self.waiting.__getitem__, indices))
+        if index not in self.alone:
             digits -= FEWER_DIGITS
-        mu, measure = self.beams[place].mu, problem.curvature_measure
+        mu, measure = self.beams[index].mu, problem.curvature_measure
         found = choose_mesh(spans, mu, problem.modes, measure, digits)
         unknowns = sum(found[1])
         if unknowns <= MAX_UNKNOWNS:
             return found
-        if place not in self.alone:
-            self.alone.add(place)
+        if index not in self.alone:
+            self.alone.add(index)
         else:
-            self._give_up(place, f"it takes {unknowns} unknowns")
+            self._give_up(index, f"{unknowns} unknowns needed in a family, at most {MAX_UNKNOWNS}")
         return None
 
-    def solve_stack(self, places: list[int], mesh: Mesh) -> None:
-        """Solve beams on a mesh or a stack of meshes: those within the tolerance get an answer,
-        the others more digits for the next attempt."""
-        one, problem = len(places) == 1, self.problem
+    def solve_stack(self, indices: list[int], mesh: Mesh) -> None:
+        """Solve beams on a mesh or a stack of meshes: those within the tolerance have an answer
+        then, the others more digits for the next attempt."""
+        one, problem = len(indices) == 1, self.problem
         if one:
-            beams = single(self.beams[places[0]])
-            _, extra, start = self.designs.get(places[0]) or self.designs[COMMON]
+            beams = single(self.beams[indices[0]])
+            _, extra, start = self.designs.get(indices[0]) or self.designs[COMMON]
         else:
-            alpha, beta, gamma, delta, mu = self.numbers[places].T[:, :, None]
+            alpha, beta, gamma, delta, mu = self.numbers[indices].T[:, :, None]
             outward = bool((delta >= 0).all())
-            beams = BeamStack(alpha, beta, gamma, delta, mu, len(places), outward)
-            designs = [self.designs[place] for place in places if place in self.designs]
-            others = designs or self.designs.values()  # between two that are designed
-            extra, start = max(design.extra_digits for design in others), None
+            beams = BeamStack(alpha, beta, gamma, delta, mu, len(indices), outward)
+            designs = [self.designs[index] for index in indices if index in self.designs]
+            designs = designs or list(self.designs.values())  # for meshes that were interpolated
+            extra, start = max(design.extra_digits for design in designs), None
         try:
             rho = inertia(mesh, beams)
             if problem.rigid_tension:
@@ -284,10 +281,10 @@ class Refinement:
                 state = axial.solve(start, accept_error)
             modes = lowest_modes(mesh, rho, state, beams, self.count, problem)
         except (NoEquilibrium, NotConverged, np.linalg.LinAlgError) as error:
-            if not one:  # one of them buckles: each by itself
-                self.alone.update(places)
+            if not one:  # an unstable beam among them
+                self.alone.update(indices)
             elif isinstance(error, BeamvizError):
-                self._answer(places[0], error)
+                self._answer(indices[0], error)
             else:
                 raise
             return
@@ -297,47 +294,44 @@ class Refinement:
         ratios = np.maximum.reduce(ratios, axis=-1).tolist()
         modes.omega_squared.setflags(write=False)
         modes.bending_energy_fraction.setflags(write=False)
-        for place, ratio, answer in zip(places, ratios, modes.of_each_beam(), strict=False):
+        for index, ratio, answer in zip(indices, ratios, modes.of_each_beam(), strict=False):
             if ratio == math.inf:  # no equilibrium was found
-                self.alone.add(place)
+                self.alone.add(index)
                 continue
             if ratio <= 1:
-                self._answer(place, answer)
+                self._answer(index, answer)
                 continue
-            self.waiting[place] += MORE_DIGITS * self.round + math.log10(ratio)
+            self.waiting[index] += MORE_DIGITS * self.attempt + math.log10(ratio)
             if one:
-                if place in self.designs:
-                    self.designs[place] = self.designs[place]._replace(start=(mesh, state.f))
-                best = self.near_limit[place][0] if place in self.near_limit else math.inf
+                if index in self.designs:
+                    self.designs[index] = self.designs[index]._replace(start=(mesh, state.f))
+                best = self.near_limit[index][0] if index in self.near_limit else math.inf
                 if state.margin is not None and state.margin[0] < LIMIT_MARGIN and ratio < best:
-                    self.near_limit[place] = ratio, answer
+                    self.near_limit[index] = ratio, answer
 
-    def _answer(self, place: int, answer: Answer) -> None:
-        self.answers[place] = answer
-        del self.waiting[place]
-        self.alone.discard(place)
+    def _answer(self, index: int, answer: Answer) -> None:
+        self.answers[index] = answer
+        del self.waiting[index]
+        self.alone.discard(index)
 
-    def _give_up(self, place: int, reason: str) -> None:
-        """Answer a beam that cannot be resolved by an error that names a remedy. Near a limit the
-        best attempt is the answer: there the stretch rounds more than any mesh can make up for."""
-        beam, problem = self.beams[place], self.problem
-        ratio, answer = self.near_limit.get(place, (math.inf, None))
+    def _give_up(self, index: int, reason: str) -> None:
+        """Answer with an error that names a remedy; near a limit with the best attempt, as the
+        rounding error of the stretch is large there on any mesh."""
+        beam, problem = self.beams[index], self.problem
+        ratio, answer = self.near_limit.get(index, (math.inf, None))
         if answer and ratio * problem.tolerance < GREATEST_ERROR:
-            return self._answer(place, answer)
+            return self._answer(index, answer)
         if not problem.rigid_tension and not (problem.strain_law.hardens and beam.delta >= 0):
             try:
                 if near := limit_error(beam, problem.strain_law):
-                    return self._answer(place, near)
+                    return self._answer(index, near)
             except NotConverged:  # no limit was found
                 pass
         cause, remedy = "", "a larger tolerance or fewer modes"
         if beam.delta < 0:
             cause = ": the straight beam buckles in many half-waves"
             remedy = "a lower gamma or a larger delta"
-        error = (
-            f"{reason}, at most {MAX_UNKNOWNS} in each family are tried{cause}; ask for {remedy}"
-        )
-        return self._answer(place, NotConverged(error))
+        return self._answer(index, NotConverged(f"{reason}{cause}; ask for {remedy}"))
 
 
 @lru_cache(maxsize=8)
@@ -345,8 +339,7 @@ def _common_orders(
     beams: tuple[Beam, ...], problem: Problem, by_breaks: bool
 ) -> tuple[dict[Any, tuple[int, ...]], float]:
     """The greatest orders of the meshes of some beams by their breaks, or by the number of
-    elements, and the greatest number of digits that one needs beyond those asked for. None where
-    one of them has no equilibrium."""
+    elements, and the greatest number of extra digits. Empty where a beam has no equilibrium."""
     waves = max(half_waves(beam.mu, problem.modes) for beam in beams)
     common: dict[Any, tuple[int, ...]] = {}
     greatest = 0.0
@@ -365,7 +358,7 @@ def _common_orders(
 
 
 def design(beam: Beam, problem: Problem) -> Design:
-    """What the mesh of a beam follows from. Raises NoEquilibrium with the limit."""
+    """What determines the mesh of a beam. Raises NoEquilibrium with the limit."""
     start, positions = None, unstretched_positions(beam)
     if not (problem.rigid_tension or is_small_strain(beam)):
         start, positions = coarse_equilibrium(beam, problem.strain_law)
@@ -375,13 +368,13 @@ def design(beam: Beam, problem: Problem) -> Design:
 
 
 def coarse_equilibrium(beam: Beam, law: StrainLaw) -> tuple[State, Positions]:
-    """The equilibrium of a beam of large strain on a coarse mesh, and the positions it gives."""
+    """The equilibrium of a beam of large strain on a coarse mesh, and its positions."""
     ends = unstretched_positions(beam).ends
     mesh = make_mesh(ends, (COARSE_ORDER,) * (len(ends) - 1))
     stack = single(beam)
     problem = AxialProblem(mesh, inertia(mesh, stack), stack, law)
     load = (beam.gamma / beam.mu) ** 2
-    # Where there is an equilibrium for sure, within a percent is near enough.
+    # Where an equilibrium certainly exists the first guess suffices, within 1 %.
     guess = problem.first_guess(load, None, 0.0)[0] if law.hardens and beam.delta >= 0 else None
     state = problem.solve(accept_error=COARSE_ERROR).f if guess is None else guess
     f = state[0]
