@@ -2,7 +2,7 @@
 
 With r(x) the position of the neutral axis and f = |r'| its stretch, the energy per reference
 length is mu^2 e(f)^2 / 2 + k^2 / 2 with k = (r' x r'') / f^c. A law is the function e, a
-measure is the power c. Every function is vectorised and analytic: f may be complex.
+curvature measure is the power c. Every function is vectorised and analytic: f may be complex.
 
 About a straight state r = (u(x), 0) with f = u' the tangent of the paper (eq. 44) is exactly
     stretching: int mu^2 n'(f) du'^2             - gamma^2 int rho du^2
@@ -47,7 +47,6 @@ class StrainLaw:
     min_stretch: float
     max_stretch: float
     hardens: bool
-    source: str
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _law, (self.name,)
@@ -63,15 +62,6 @@ class StrainLaw:
         with np.errstate(divide="ignore"):  # Hencky's force has no lower limit
             least = float(self.force(np.float64(self.min_stretch)))
         return least, math.inf if self.max_stretch == math.inf else self.force(self.max_stretch)
-
-
-@dataclass(frozen=True)
-class Curvature:
-    """A measure k = (r' x r'') / f^power of bending."""
-
-    name: str
-    power: int
-    source: str
 
 
 _ROOT3 = math.sqrt(3)
@@ -95,7 +85,7 @@ def _exponential(n: Any) -> Any:
 
 
 _LAWS = (
-    StrainLaw(
+    StrainLaw(  # Green-Lagrange strain (f^2 - 1) / 2 (paper, eq. 15)
         name="green",
         strain=lambda f: (f - 1) * (f + 1) / 2,
         force=lambda f: (f - 1) * (f + 1) * f / 2,
@@ -105,9 +95,8 @@ _LAWS = (
         min_stretch=1 / math.sqrt(3),
         max_stretch=math.inf,
         hardens=True,
-        source="Green-Lagrange strain (f^2 - 1) / 2 (paper, eq. 15)",
     ),
-    StrainLaw(
+    StrainLaw(  # Biot (engineering) strain f - 1, the axial strain of Gerstmayr & Irschik (2008)
         name="biot",
         strain=lambda f: f - 1,
         force=lambda f: f - 1,
@@ -117,9 +106,8 @@ _LAWS = (
         min_stretch=0.0,
         max_stretch=math.inf,
         hardens=False,
-        source="Biot (engineering) strain f - 1, the axial strain of Gerstmayr & Irschik (2008)",
     ),
-    StrainLaw(
+    StrainLaw(  # Hencky (logarithmic) strain ln f; its force ln f / f has its maximum at f = e
         name="hencky",
         strain=np.log,
         force=lambda f: np.log(f) / f,
@@ -129,18 +117,13 @@ _LAWS = (
         min_stretch=0.0,
         max_stretch=math.e,
         hardens=False,
-        source="Hencky (logarithmic) strain ln f; its force ln f / f has its maximum at f = e",
     ),
 )
 
 STRAIN_LAWS = {law.name: law for law in _LAWS}
-CURVATURES = {
-    "spatial": Curvature(
-        "spatial", 3, "curvature of the deformed axis, per deformed length (paper, eq. 16)"
-    ),
-    "material": Curvature(
-        "material", 2, "rotation per reference length, d theta / dx (Gerstmayr & Irschik 2008)"
-    ),
+CURVATURES = {  # the power c of each curvature measure
+    "spatial": 3,  # curvature of the deformed axis, per deformed length (paper, eq. 16)
+    "material": 2,  # rotation per reference length, d theta / dx (Gerstmayr & Irschik 2008)
 }
 
 
@@ -154,9 +137,9 @@ def axial_stiffness(f: np.ndarray, mu: float | np.ndarray, law: StrainLaw) -> np
     return mu**2 * law.stiffness(f)
 
 
-def bending_stiffness(f: np.ndarray, curvature: Curvature) -> np.ndarray:
+def bending_stiffness(f: np.ndarray, curvature_power: int) -> np.ndarray:
     """f^(4 - 2c), the coefficient of theta'^2."""
-    return (f * f) ** (2 - curvature.power)  # powers of -1 and 0 are fast
+    return (f * f) ** (2 - curvature_power)  # powers of -1 and 0 are fast
 
 
 def tension_stiffness(f: np.ndarray, mu: float | np.ndarray, law: StrainLaw) -> np.ndarray:

@@ -45,20 +45,15 @@ def symmetric_modes(
     return 1 / nu[:count] - added, V.T / np.sqrt(abs(nu[:count]))
 
 
-class FamilyModes(NamedTuple):
-    """The lowest modes of two uncoupled families of a stack of beams: omega^2 = size - added."""
-
-    V: np.ndarray  # (beams, 2, n, count) of unit modal mass
-    size: np.ndarray  # (beams, 2, count) the shifted eigenvalue, which has the rounding error
-    added: np.ndarray  # (beams, 2, 1) shift
-    nu: np.ndarray  # (beams, 2, n) 1 / size of all modes
-
-
 def family_modes(
     K: np.ndarray, M: np.ndarray, d: np.ndarray, G: np.ndarray, count: int, shift: float
-) -> FamilyModes:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """`symmetric_modes` of two families of a stack: K v = lambda M v, all (beams, n, n), and
-    diag(d) v = lambda G v with d (beams, n) > 0, which needs no shift and is cheaper."""
+    diag(d) v = lambda G v with d (beams, n) > 0, which needs no shift and is cheaper.
+
+    Returns the vectors (beams, 2, n, count); lambda + shift (beams, 2, count), which has the
+    rounding error; the shift (beams, 2, 1); and 1 / (lambda + shift) of all modes (beams, 2, n).
+    """
     n = d.shape[-1]
     count = min(count, n)
     root = 1 / np.sqrt(d)
@@ -71,7 +66,7 @@ def family_modes(
         np.multiply(vectors, root[k], out=V[k, 1])
     size = 1 / nu[..., :count]
     V *= np.sqrt(abs(size))[..., None]
-    return FamilyModes(V.mT, size, added, nu)
+    return V.mT, size, added, nu
 
 
 def largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS, Curvature, StrainLaw
+from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS, StrainLaw
 
 PLANES = ("chordwise", "flapwise")
 STATES = ("straight", "bent", "stable")
@@ -47,8 +47,8 @@ class Problem:
         return STRAIN_LAWS[self.strain]
 
     @cached_property
-    def curvature_measure(self) -> Curvature:
-        """The measure of bending."""
+    def curvature_power(self) -> int:
+        """The power c of the stretch in the curvature measure (r' x r'') / f^c."""
         return CURVATURES[self.curvature]
 
     @cached_property

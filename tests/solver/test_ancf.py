@@ -59,7 +59,7 @@ def energy(q, model, points=5):
     q_e = element_coordinates(q, 4).reshape(-1, 1, 4, 2)
     (r1, r2), (dr1, dr2) = (np.moveaxis(S[..., None, :] @ q_e, -1, 0)[..., 0] for S in (dS, ddS))
     f = np.sqrt(r1**2 + r2**2)
-    kappa = (r1 * dr2 - r2 * dr1) / f**model.curvature.power
+    kappa = (r1 * dr2 - r2 * dr1) / f**model.curvature_power
     density = model.beam.mu**2 * model.law.strain(f) ** 2 + kappa**2
     return np.sum(weights * lengths * density) / 2
 

@@ -30,7 +30,7 @@ class FoldedBeam(NamedTuple):
 
 def folded_beam(beam: Beam, problem: Problem) -> FoldedBeam:
     """The beam folded over at its clamp, where the load pulls it."""
-    law, power = problem.strain_law, 4 - 2 * problem.curvature_measure.power
+    law, power = problem.strain_law, 4 - 2 * problem.curvature_power
     x = (np.arange(CELLS) + 0.5) / CELLS
     load = max(beam.gamma**2, abs(beam.spin_up))
     f = np.ones(CELLS)

@@ -45,7 +45,7 @@ class BentBeam:
             self.R, self.mass = np.vstack([self.J, to_mass]), np.append(self.w, beam.alpha)
             self.inertia = mesh.G + beam.alpha * np.outer(to_mass, to_mass)
         self.law = problem.strain_law
-        self.power = 4 - 2 * problem.curvature_measure.power
+        self.power = 4 - 2 * problem.curvature_power
         self.softens = float(problem.chordwise)  # P keeps the component across the beam
 
     @property

@@ -271,7 +271,7 @@ def bending(model: PlanarBeam, q: NDArray, load: float) -> NDArray:
     df = (model.ddS @ element_coordinates(q, 2)[:, :, None])[..., 0]
     angle = model.dS / f[..., None]  # theta = w'/f
     slope = (model.ddS - df[..., None] * angle) / f[..., None]  # theta'
-    stiffness = model.weights * constitutive.bending_stiffness(f, model.curvature)
+    stiffness = model.weights * constitutive.bending_stiffness(f, model.curvature_power)
     tension = model.weights * constitutive.tension_stiffness(f, model.beam.mu, model.law)
     return _form(slope, stiffness) + _form(angle, tension) - load * model.m
 

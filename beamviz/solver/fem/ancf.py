@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.beam import Beam
-from beamviz.solver.constitutive import Curvature, StrainLaw
+from beamviz.solver.constitutive import StrainLaw
 from beamviz.solver.fem.hermite import (
     assemble_band,
     assemble_vector,
@@ -44,7 +44,7 @@ class PlanarBeam:
 
     beam: Beam
     law: StrainLaw
-    curvature: Curvature
+    curvature_power: int
     nodes: NDArray  # (n + 1,)
     weights: NDArray  # (n, p)
     dS: NDArray  # (n, p, 4) S' and S'' of one component
@@ -65,7 +65,7 @@ class PlanarBeam:
         return cls(
             beam,
             problem.strain_law,
-            problem.curvature_measure,
+            problem.curvature_power,
             nodes,
             weights * lengths,
             dS,
@@ -115,7 +115,7 @@ class PlanarBeam:
         """Elastic force of each element, dU / dq_e = -Q_fe (paper, eq. 17): (n, 8)."""
         s = self.strain_state(q_e)
         f = stretch(s)
-        kappa, dkappa = bending(s, f, self.curvature.power)
+        kappa, dkappa = bending(s, f, self.curvature_power)
         g = kappa[..., None] * dkappa
         g[..., :2] += (self.beam.mu**2 * self.law.force(f) / f)[..., None] * s[..., :2]
         return self._integral(g[..., None])[..., 0]
@@ -125,7 +125,7 @@ class PlanarBeam:
         s = self.strain_state(q_e)
         f = stretch(s)
         H = self.beam.mu**2 * axial_hessian(s, f, self.law)
-        return self._integral((H + bending_hessian(s, f, self.curvature.power)) @ self.B)
+        return self._integral((H + bending_hessian(s, f, self.curvature_power)) @ self.B)
 
     def _integral(self, density: NDArray) -> NDArray:
         """int B' density dx over each element; density (n, p, 4, k), the integral (n, 8, k)."""

@@ -22,7 +22,7 @@ from operator import itemgetter
 from typing import NamedTuple
 
 from beamviz.beam import Beam
-from beamviz.solver.constitutive import Curvature, StrainLaw
+from beamviz.solver.constitutive import StrainLaw
 from beamviz.solver.problem import Problem
 
 # Widths. A layer decays as exp(-x / width), its energy twice as fast.
@@ -141,19 +141,19 @@ def extra_digits(beam: Beam, positions: Positions, spans: list[Span], problem: P
             inertia += beam.alpha * u**2
             moment += beam.alpha * u
         start, u_start = end, u
-    bending = 3 + math.sqrt(N * f ** (5 - 2 * problem.curvature_measure.power))
+    bending = 3 + math.sqrt(N * f ** (5 - 2 * problem.curvature_power))
     softening = beam.gamma**2
     left = (bending + softening * beam.delta * moment) / inertia
     return max(0.0, more + math.log10(1 + softening / left))
 
 
 def choose_mesh(
-    spans: list[Span], mu: float, modes: int, curvature: Curvature, digits: float
+    spans: list[Span], mu: float, modes: int, curvature_power: int, digits: float
 ) -> BreaksAndOrders:
     """Breaks and orders for the lowest `modes` modes to a number of digits: of the meshes with thin
     elements for layers above each order of THIN_ABOVE, the one with the fewest unknowns, which may
     exceed MAX_UNKNOWNS."""
-    power = 2 * curvature.power - 3
+    power = 2 * curvature_power - 3
     waves, compression = float(half_waves(mu, modes)), 0.0
     layers = _layers(spans, power, digits)
     breaks = {0.0}

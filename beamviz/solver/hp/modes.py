@@ -98,7 +98,7 @@ def stiffness_and_mass(
     w, n = inertia.weights, f.shape[-1]
     across = f[..., None] * mesh.J  # kappa -> w' = f theta
     stiffness = np.zeros((len(f), 2, 2 * n))
-    stiffness[:, 0, :n] = bent = w * bending_stiffness(f, problem.curvature_measure)
+    stiffness[:, 0, :n] = bent = w * bending_stiffness(f, problem.curvature_power)
     stiffness[:, 1, :n] = d = w * axial_stiffness(f, beams.mu, problem.strain_law)
     if problem.stiffens and (beams.size > 1 or beams.gamma):
         tension = beams.gamma**2 * (np.matvec(inertia.G, f) + beams.delta * inertia.g)

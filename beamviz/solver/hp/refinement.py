@@ -246,8 +246,8 @@ class Refinement:
         digits = extra - math.log10(problem.tolerance) + max(map(self.waiting.__getitem__, indices))
         if index not in self.alone:
             digits -= FEWER_DIGITS
-        mu, measure = self.beams[index].mu, problem.curvature_measure
-        found = choose_mesh(spans, mu, problem.modes, measure, digits)
+        mu, power = self.beams[index].mu, problem.curvature_power
+        found = choose_mesh(spans, mu, problem.modes, power, digits)
         unknowns = sum(found[1])
         if unknowns <= MAX_UNKNOWNS:
             return found
@@ -351,7 +351,7 @@ def _common_orders(
         greatest = max(greatest, extra)
         modes = next(m for m in count(problem.modes) if half_waves(beam.mu, m) >= waves)
         digits = extra - math.log10(problem.tolerance) + COMMON_DIGITS
-        breaks, orders = choose_mesh(spans, beam.mu, modes, problem.curvature_measure, digits)
+        breaks, orders = choose_mesh(spans, beam.mu, modes, problem.curvature_power, digits)
         kind = breaks if by_breaks else len(orders)
         common[kind] = tuple(map(max, zip(orders, common.get(kind, orders), strict=True)))
     return common, greatest

@@ -133,7 +133,7 @@ def _stretching(on: Grid, R: np.ndarray, f: np.ndarray, beam: Beam, problem: Pro
 def _bending(on: Grid, R: np.ndarray, f: np.ndarray, beam: Beam, problem: Problem) -> Family:
     """A theta = Lambda B theta, softening taken into the operator."""
     N = beam.gamma**2 * R @ (on.from_clamp @ f + beam.delta)
-    stiffness = constitutive.bending_stiffness(f, problem.curvature_measure)
+    stiffness = constitutive.bending_stiffness(f, problem.curvature_power)
     J = on.from_clamp
     rotation = (J / stiffness) @ on.to_tip  # f (N theta - V) -> -theta
     A = np.eye(len(f)) + rotation * (f * N)
