@@ -35,10 +35,10 @@ from beamviz.frequency_loci.pieces import Piece, of_root
 from beamviz.frequency_loci.spectra import BENDING_ERROR, MISFIT, TAIL, Spectra, positive_shift
 from beamviz.solver import is_small_strain
 
-FIRST_ORDERS = {"gamma": 14, "alpha": 18, "delta": 8, "mu": 19}  # of a whole axis
-STRETCHED_ORDER = 24  # the same over gamma, up to a large strain
-PER_MODE = 5, 6  # the same over beta, for each mode; where all modes couple
-COUPLED_ORDERS = {"gamma": 24, "alpha": 20, "delta": 20, "mu": 32}  # where all modes couple
+FIRST_ORDERS = {"gamma": 14, "alpha": 18, "delta": 8, "mu": 16}  # of a whole axis
+STRETCHED_ORDER = 20  # the same over gamma, up to a large strain
+PER_MODE = 4, 6  # the same over beta, for each mode; where all modes couple
+COUPLED_ORDERS = {"gamma": 20, "alpha": 18, "delta": 20, "mu": 32}  # where all modes couple
 ORDERS = (LEAST, 32, 192)  # least; least and greatest of a whole axis before it is halved
 FEW_NODES = 24  # order up to which a block is tried first: it takes less time for each point
 FEW = 64  # greatest order of a part of it; below it the rate of convergence is known roughly
