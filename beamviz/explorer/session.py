@@ -335,15 +335,15 @@ class Session:
             self.visitor.page.props("scene", data_ready="")
 
     def take_preferences(self, preferences: Any) -> None:
-        """Apply the preferences of the visitor's system: "dark" (the theme; a dark scene stays
-        dark) and "still" (reduced motion: paused, without transitions of the view)."""
+        """Apply the preferences of the visitor's system: "dark" (the theme, unless the first scene
+        is dark) and "still" (reduced motion: paused, without transitions of the view)."""
         visitor, words = self.visitor, str(preferences).split()
         visitor.camera.eased = "still" not in words
         with visitor.lock:
             state = visitor.state
             if "still" in words:
                 state = state.changed("playing", False)
-            if not state.scene.view.dark:
+            if not self.links.start.view.dark:
                 state = state.changed("dark", "dark" in words)
             visitor.set_state(state)
 

@@ -16,7 +16,7 @@ pytestmark = pytest.mark.browser
 AXE = files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8") + ";1"
 SIZES = [(1920, 1080), (1440, 900), (1024, 768), (820, 1180), (390, 844)]
 PHONE, DESK = SIZES[-1], SIZES[1]
-TABS = ["frequencies", "veering", "compare", "run-up", "methods", "lessons", "export"]
+TABS = ["frequencies", "map", "veering", "compare", "run-up", "methods", "lessons", "export"]
 RUN_AXE = """axe.run({resultTypes: ['violations']}).then(found =>
   found.violations.filter(v => ['serious', 'critical'].includes(v.impact)).map(v =>
     `${v.id}: ${v.nodes.map(n => n.html.slice(0, 99) + ' ' + n.failureSummary).join(' | ')}`))"""
@@ -223,8 +223,14 @@ def test_the_page_works_at_twice_the_size(shown):
     shown.resize(*DESK)
 
 
-def test_axe_finds_nothing_serious_in_a_lesson(shown):
-    """Two of them, at their first step."""
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("size", [DESK, PHONE], ids=lambda size: f"{size[0]}x{size[1]}")
+def test_axe_finds_nothing_serious_in_a_lesson(shown, size, scheme):
+    """Two of them, at their first step, also if the theme of the system changes in a lesson."""
+    shown.resize(*size)
+    shown.wait("!document.querySelector('.pulse')")
+    prefer(shown, scheme)
+    shown.wait(f"document.documentElement.dataset.theme === '{scheme}'")
     for name in ("veering", "nodes"):
         shown.evaluate(f"beamviz.send('lesson', '{name}')")
         shown.wait(f"location.search.includes('lesson={name}')")

@@ -23,7 +23,7 @@ const BeamvizMap = (() => {
       this.field = make(this.plot, "div", { class: "field-of-map" });
       this.plot.prepend(this.field);
       this.canvas = make(this.field, "canvas", { "aria-hidden": true });
-      this.ring = make(this.plot, "div", { class: "place", role: "slider", tabindex: 0 });
+      this.ring = make(this.plot, "div", { class: "place", role: "slider", tabindex: 0, hidden: "" });
       this.ring.addEventListener("keydown", (event) => this.key(event));
     }
 
