@@ -108,6 +108,9 @@ def test_the_address_is_updated_and_a_reload_shows_the_same(url):
         guest.do("link", query)
         guest.says(frequency_text(PAPER.replace(gamma=12.5), plane="flapwise"))
         shows(guest, query)
+        guest.do("undo")  # there is nothing before the link
+        guest.choose("nodes", False)
+        shows(guest, f"{query}&nodes=false")
     assert float(steel["youngs_modulus"][0]) == 210e9
     assert float(steel["length"][0]) == STEEL_BEAM.values["length"]
     assert "mass" not in steel

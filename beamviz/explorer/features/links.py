@@ -14,7 +14,7 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer.features.comparison import SHORT
 from beamviz.explorer.features.files import within_limits
 from beamviz.explorer.features.lessons import STEPS, Lessons
-from beamviz.explorer.state import State
+from beamviz.explorer.state import History, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.forced_response import DAMPING
 from beamviz.lessons import lesson
@@ -94,14 +94,16 @@ class Links:
         self.visitor.wake()
 
     def show(self, link: Link) -> None:
-        """Show the content of a link."""
+        """Show the content of a link; there is nothing to undo."""
         visitor = self.visitor
         if "lesson" in link.values:
             self.lessons.begin(link.values["lesson"], link.scene)
         else:
             scene = link.scene.changed(dark=visitor.state.view.dark)
             visitor.load(scene, opened=scene)
-        visitor.change(lambda state: replace(state, **link.values))
+        with visitor.lock:
+            visitor.change(lambda state: replace(state, **link.values))
+            visitor.history = History()
         if link.tab != TABS[0]:
             visitor.page.open(f"tab-{link.tab}")
         self.opened = True
