@@ -63,6 +63,23 @@ class ModeIdentity(NamedTuple):
     labels: tuple[str, ...]
     mixtures: tuple[str, ...]
 
+    @property
+    def summary(self) -> str:
+        """The mixtures in one line: "S1 and B3 mixed 55:45" for two modes that are mixtures of each
+        other, "B4: B4/S2 mixed 80:20" for one whose other part is not among the modes."""
+        told = dict(zip(self.labels, self.mixtures, strict=True))
+        groups: dict[frozenset[str], list[str]] = {}
+        for label in filter(told.get, told):
+            parts = frozenset(told[label].partition(" ")[0].split("/"))
+            groups.setdefault(parts, []).append(label)
+        lines = []
+        for parts, group in groups.items():
+            if parts == set(group):
+                lines.append(f"{' and '.join(group)} {told[group[0]].partition(' ')[2]}")
+            else:
+                lines += [f"{label}: {told[label]}" for label in group]
+        return "; ".join(lines)
+
 
 def identify_modes(solution: Solution) -> ModeIdentity:
     """The names of the modes of a solution.

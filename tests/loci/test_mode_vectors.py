@@ -10,7 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from beamviz import Beam, loci, solve
-from beamviz.frequency_loci.identity import identify_modes, match_modes, names_of_branches
+from beamviz.frequency_loci.identity import (
+    ModeIdentity,
+    identify_modes,
+    match_modes,
+    names_of_branches,
+)
 from beamviz.frequency_loci.sweep import GAUSS_POINTS, gauss_points, mode_points
 
 TIP = Beam(alpha=1, beta=1)
@@ -85,14 +90,21 @@ def test_names_stay_with_the_shapes_through_a_veering():
     forces, S1/B3 are mixed at 4.65 only, and the branches that veer exchange their names."""
     for gamma, mixed in ((0.0, False), (4.0, False), (4.65, True), (5.0, False)):
         solution = solve(TIP.replace(gamma=gamma), coriolis=True)
-        names, mixtures = identify_modes(solution)
+        names, mixtures = identity = identify_modes(solution)
         assert names == solve(TIP.replace(gamma=gamma)).labels
         pair = {k for k, name in enumerate(names) if name in ("S1", "B3")}
         assert {k for k, mixture in enumerate(mixtures) if mixture} == (pair if mixed else set())
+        assert identity.summary == ("S1 and B3 mixed 50:50" if mixed else "")
     found = loci(TIP, "gamma", np.linspace(0, 10, 21), coriolis=True)
     before, after = (names_of_branches(found, value) for value in (0.0, 10.0))
     assert (before["B3"], before["S1"]) == ("B3", "S1")
     assert (after["B3"], after["S1"]) == ("S1", "B3")
+
+
+def test_a_mixture_with_a_mode_that_is_not_shown_is_told_in_full():
+    """As of the last mode of a table."""
+    identity = ModeIdentity(("B3", "B4"), ("", "B4/S2 mixed 80:20"))
+    assert identity.summary == "B4: B4/S2 mixed 80:20"
 
 
 @given(

@@ -279,8 +279,5 @@ def number(frequency: float) -> str:
 
 def mixture_note(title: str, solution: Solution) -> str:
     """A note on the modes of a beam that are mixtures."""
-    found = zip(*identify_modes(solution), strict=True)
-    mixtures = [f"{label} ({mixture})" for label, mixture in found if mixture]
-    return (
-        f'<p role="note">Mixed in {escape(title)}: {", ".join(mixtures)}.</p>' if mixtures else ""
-    )
+    mixed = identify_modes(solution).summary
+    return f'<p role="note">In {escape(title)}: {escape(mixed)}.</p>' if mixed else ""

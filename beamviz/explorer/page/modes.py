@@ -36,7 +36,8 @@ def mode_table(answer: SolverAnswer, shown: Collection[int]) -> str:
     across = frequencies(solution.beam.units)
     unit = "" if solution.beam.units else UNIT_HINT
     heads = ("mode", f"{across.label} {unit}", "± error", "nodes", "amount")
-    labels, mixtures = identify_modes(solution)
+    modes = identify_modes(solution)
+    labels = modes.labels
     nodes = answer.shapes.nodes if answer.shapes else ()
     rows = "".join(
         f'<tr data-do="only" data-value="{k}"{SHOWN if k in shown else ""}>'
@@ -45,11 +46,10 @@ def mode_table(answer: SolverAnswer, shown: Collection[int]) -> str:
         f"<td>{amount(k, labels[k])}</td></tr>"
         for k in range(len(labels))
     )
-    mixed = "; ".join(f"{a}: {b}" for a, b in zip(labels, mixtures, strict=True) if b)
     return (
         '<table aria-label="modes"><thead><tr>'
         + "".join(f"<th>{head}</th>" for head in heads)
-        + f'</tr></thead><tbody>{rows}</tbody></table><p class="soft">{escape(mixed)}</p>'
+        + f'</tr></thead><tbody>{rows}</tbody></table><p class="soft">{escape(modes.summary)}</p>'
     )
 
 
