@@ -1,4 +1,4 @@
-"""loci(beam, over=..., values=...): frequencies along one of the five parameters, mode by mode."""
+"""Loci: frequencies along one parameter of a beam, mode by mode."""
 
 import math
 import time
@@ -36,7 +36,7 @@ class Loci:
     parts: tuple[Part, ...]  # between the limits
 
     def __getitem__(self, label: str) -> Branch:
-        """The branch with a label; KeyError lists the labels there are."""
+        """The branch with this label; KeyError lists the labels."""
         for branch in self.branches:
             if branch.label == label:
                 return branch
@@ -61,11 +61,11 @@ class Loci:
         return import_module("beamviz.results").loci_dataset(self)
 
     def events_dataframe(self) -> Any:
-        """The events as a pandas.DataFrame, a row for each."""
+        """The events as rows of a pandas.DataFrame."""
         return import_module("beamviz.results").records_dataframe(self.events)
 
     def limits_dataframe(self) -> Any:
-        """The limits as a pandas.DataFrame, a row for each."""
+        """The limits as rows of a pandas.DataFrame."""
         return import_module("beamviz.results").records_dataframe(self.limits)
 
     def plot(self, ax: Any = None) -> Any:
@@ -76,11 +76,11 @@ class Loci:
         return import_module("beamviz.results").loci_html(self)
 
     def labels_at(self, value: float) -> tuple[str, ...]:
-        """The labels of the branches that the lowest modes at a value belong to, by frequency.
+        """The labels of the branches of the lowest modes at a value, by ascending frequency.
 
-        At the values of the sweep this is the tracked assignment. Between them the order of the
-        branches changes at the crossings only. Empty where neither neighbouring value has a
-        solution. Raises InvalidInput for a value outside the sweep.
+        Between the values of the sweep the order of the branches changes at crossings only. Empty
+        where neither neighbouring value has a solution. Raises InvalidInput for a value outside
+        the sweep.
         """
         first, last = self.values[[0, -1]].tolist()
         if not first <= value <= last:
@@ -96,7 +96,7 @@ class Loci:
             for event in between if start < value else between[::-1]:
                 a, b = event.branches
                 labels = [{a: b, b: a}.get(label, label) for label in labels]
-            # A crossing on a value of the sweep leaves the order there to rounding.
+            # At a crossing the order depends on rounding: prefer the neighbour away from one.
             clearance = min((abs(event.at - start) for event in crossings), default=math.inf)
             found.append((clearance if labels else -1.0, labels))
         return tuple(max(found)[1])
@@ -125,10 +125,10 @@ class Loci:
 def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: Any) -> Loci:
     """The lowest `modes` frequencies of a beam along ascending values of one of its parameters.
 
-    over: "alpha", "beta", "gamma", "delta" or "mu"; the beam's own value of it is not used.
-    values: 2 .. 10000 of them. modes: 1 .. 20. options: as for solve(). Values without equilibrium,
-    or without a stable one, are reported in `limits`. Raises InvalidInput, and NoEquilibrium or
-    NotConverged where that is the outcome at every value.
+    over: "alpha", "beta", "gamma", "delta", "mu" or "spin_up", whose value in `beam` is not used.
+    values: 2 to 10000 ascending numbers. modes: 1 to 20. options: as for solve(). Ranges without a
+    stable equilibrium are reported in `limits`. Raises InvalidInput; and NoEquilibrium or
+    NotConverged where no value has a solution.
     """
     began = time.perf_counter()
     values = check_values(over, values)
@@ -162,7 +162,7 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
 
 
 def close_up(found: Loci, event: Event, widths: float = 4.0, points: int = 41) -> Loci:
-    """The loci within some widths of a veering, inside the range it was found in."""
+    """The loci within `widths` widths of a veering and the range of `found`, at `points` values."""
     low = max(event.at - widths * event.width, found.values[0])
     high = min(event.at + widths * event.width, found.values[-1])
     values = np.linspace(low, high, points)

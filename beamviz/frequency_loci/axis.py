@@ -6,23 +6,22 @@ from functools import cached_property
 
 import numpy as np
 
-SHORT_OF = 1e-4  # of an axis: how far from a limit of equilibrium the loci end
+SHORT_OF = 1e-4  # of an axis: distance from a limit of equilibrium at which the loci end
 SHIFTS = {"alpha": 0.07, "mu": 0.0}  # see Axis
-GAMMA_SHIFTS = 24.0, 16.0  # times the moment; the second where all modes couple
+GAMMA_SHIFTS = 24.0, 16.0  # of gamma^2 moment; the second where all modes couple
 
 
 @dataclass(frozen=True)
 class Axis:
     """A range of the parameter, and the variable t of the interpolation on it, in which
-    singularities are far away: log(alpha + 0.07), log(gamma^2 + 24 / moment), log mu or
-    log(delta + 1), or so.
+    singularities of the loci are far away: log(alpha + 0.07), log(gamma^2 + 24 / moment), log mu,
+    log(delta + 1) or beta itself.
 
-    moment: what gamma^2 is multiplied by in the tension at the clamp. A tension of about -24 has
-    the nearest singularities.
-    coupled: whether Coriolis forces couple all modes, in proportion to gamma rather than its
-    square: then over gamma t = arsinh(gamma sqrt(moment) / 4).
-    limited: whether an equilibrium ends at `low` and at `high`, where omega^2 has the singularity
-    of a square root.
+    moment: tension at the clamp over gamma^2; the nearest singularities are at a tension of -24.
+    coupled: whether Coriolis forces, proportional to gamma, couple all modes: over gamma
+    t = arsinh(gamma sqrt(moment) / 4) then.
+    limited: whether an equilibrium ends at `low` and at `high`, where omega^2 has a square-root
+    singularity, which t removes.
     """
 
     over: str
@@ -34,7 +33,7 @@ class Axis:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """The values between which there are loci: short of the limits."""
+        """The first and the last value of the loci, short of the limits."""
         reach = SHORT_OF * (self.high - self.low)
         return self.low + reach * self.limited[0], self.high - reach * self.limited[1]
 
@@ -86,7 +85,7 @@ class Axis:
         return self._stretched(np.array([self.low, self.high]))
 
     def _stretched(self, p: np.ndarray) -> np.ndarray:
-        """The logarithm, if the parameter has one; of gamma as told above."""
+        """The variable without regard to limits."""
         shift = self._shift
         if shift is None:
             return p
@@ -96,7 +95,7 @@ class Axis:
 
     @property
     def _shift(self) -> float | None:
-        """Added to the parameter or the square of gamma, whose logarithm is taken; None if not."""
+        """Number added before the logarithm; None where no logarithm is taken."""
         if self.over == "gamma":
             return GAMMA_SHIFTS[self.coupled] / self.moment
         return 1 - min(self.low, 0.0) if self.over == "delta" else SHIFTS.get(self.over)

@@ -1,8 +1,8 @@
-"""Modes that all couple, as those of a small symmetric matrix that is analytic across veerings.
+"""Coupled modes as those of a small symmetric matrix that is analytic across veerings.
 
-Written in the shapes of the middle of a piece, the lowest modes are those of a matrix H, however
-narrowly they veer with each other; its logarithm is interpolated, and diagonalised wherever
-frequencies are asked for. It takes no spectra of whole meshes, as a characteristic function does.
+In the basis of the shapes at the middle of a piece the lowest modes are those of a matrix H, smooth
+however narrowly they veer. Its logarithm is interpolated, and diagonalised at each value. Unlike a
+characteristic function it needs no spectra of whole meshes.
 """
 
 from typing import Any, NamedTuple
@@ -14,13 +14,13 @@ from beamviz.frequency_loci.spectra import BENDING_ERROR, MISFIT, TAIL, Spectra,
 
 
 class Block(NamedTuple):
-    """The m lowest of modes that all couple, by symmetric matrices in shapes that are those of the
-    middle of a piece there, and as near to these as possible elsewhere."""
+    """The m lowest modes as symmetric matrices, in the basis of modes at the middle of a piece and
+    elsewhere in one as close to it as possible."""
 
     matrices: np.ndarray  # (n, 3, m, m) at the nodes: logarithm of H + shift, energies as Points
     shift: float  # of omega^2, which may be negative
     solver_errors: np.ndarray  # (n, m) of omega^2 at the nodes
-    tail: np.ndarray  # (m, m) of the logarithm, sum of the coefficients that are left out
+    tail: np.ndarray  # (m, m) of the logarithm: sum of the truncated coefficients
     misfit: np.ndarray  # (m,) largest error of omega^2 at the check points
 
     def squares(self, rows: np.ndarray) -> np.ndarray:
@@ -28,8 +28,9 @@ class Block(NamedTuple):
         return np.exp(np.linalg.eigvalsh(interpolated(rows, self.matrices[:, 0]))) - self.shift
 
     def at(self, rows: np.ndarray, after: np.ndarray) -> np.ndarray:
-        """(4, n, m) by interpolation `rows` and numbers of the next nodes: omega^2, its error by
-        the solver, bending fraction, error of omega^2 by interpolation."""
+        """omega^2, its solver error, bending fraction, interpolation error of omega^2: (4, n, m).
+
+        rows: (n, nodes) of the interpolation. after: indices (n,) of the next nodes."""
         logarithm, across, kinetic = np.moveaxis(interpolated(rows, self.matrices), 1, 0)
         f, y = np.linalg.eigh(logarithm)
         bending, whole = ((y * (form @ y)).sum(axis=1) for form in (across, kinetic))
@@ -42,14 +43,14 @@ class Block(NamedTuple):
         )
 
     def tails(self, f: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """By how much omega^2 = exp(f) - shift changes with f by the tail, to first order."""
+        """Change of omega^2 = exp(f) - shift by the tail, to first order."""
         return np.exp(f) * (abs(y) * (self.tail @ abs(y))).sum(axis=-2)
 
 
 def fit(points: Any, spectra: Spectra, order: int) -> tuple[Block, np.ndarray, np.ndarray] | None:
-    """The block by `sweep.Points` and modes at the nodes and check points of a piece; the errors
-    (m,) of its omega^2 and by what factors they are expected to fall when the order grows by a
-    half. None without shapes."""
+    """The block by `mode_vectors.Points` and modes at the nodes and check points of a piece; the
+    errors (m,) of its omega^2, and the factors by which they fall when the order grows by a half.
+    None without shapes."""
     if len(points.at) < len(spectra.squares) or not points.kinetic.size:
         return None
     squares = points.omega_squared

@@ -16,15 +16,14 @@ from beamviz.frequency_loci.interpolation import interpolate, root_places, unres
 from beamviz.frequency_loci.limits import LimitSearch
 from beamviz.frequency_loci.spectra import Spectra
 from beamviz.frequency_loci.sweep import Sweep
-from beamviz.solver.solution import Solution, family_of
+from beamviz.solver.solution import Solution, family_of, read_only
 
 ABSENT = np.array([-1.0, *4 * [np.nan]])[:, None, None]  # of a branch: mode_index, then Values
 SHORTEST = 1e-6  # of a sweep: a shorter part between two limits is not interpolated
 
 
 class Solutions(Sequence[Any]):
-    """The Solution at each value of a sweep, None where there is none: solved for when one is asked
-    for, and all at once in an iteration."""
+    """The Solution, or None, at each value of a sweep, solved on access; at once in a loop."""
 
     def __init__(self, sweep: Sweep, values: np.ndarray, exists: np.ndarray):
         self._sweep, self._values, self._exists = sweep, values, exists
@@ -44,29 +43,29 @@ class Solutions(Sequence[Any]):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Branch:
-    """One mode along a sweep: it keeps its label while its family may change.
+    """One mode along a sweep, with one label; its family may change.
 
-    All arrays have one entry for each value and are read-only. Where the branch is not among the
-    requested modes mode_index is -1, family None and the numbers are nan.
+    Arrays have one entry per value and are read-only. Where the branch is not among the requested
+    modes, mode_index is -1, family None, and the others are nan.
     """
 
     label: str
-    mode_index: np.ndarray  # (values,) which mode of each solution it is, from 0
+    mode_index: np.ndarray  # (values,) index of the mode in each solution
     omega_squared: np.ndarray  # (values,) negative where unstable
     bending_fraction: np.ndarray  # (values,) share of the kinetic energy across the beam
-    interpolation_error: np.ndarray  # (values,) estimated absolute error of omega^2 on top of that
-    solver_error: np.ndarray  # (values,) of solves; nan where its estimate takes another solve
-    solutions: Solutions  # per value, None where there is none
+    interpolation_error: np.ndarray  # (values,) of omega^2, estimated, absolute; added to
+    solver_error: np.ndarray  # (values,) that of the solver; nan where that takes a solve
+    solutions: Solutions  # (values,) None where there is none
 
     @cached_property
     def frequency(self) -> np.ndarray:
         """Frequencies (values,) in units of 1/T*; nan also where unstable."""
-        return _read_only(np.sqrt(np.where(self.omega_squared >= 0, self.omega_squared, np.nan)))
+        return read_only(np.sqrt(np.where(self.omega_squared >= 0, self.omega_squared, np.nan)))
 
     @cached_property
     def growth_rate(self) -> np.ndarray:
         """Growth rates (values,) in units of 1/T*; 0 where stable."""
-        return _read_only(np.sqrt(np.maximum(-self.omega_squared, 0.0)))
+        return read_only(np.sqrt(np.maximum(-self.omega_squared, 0.0)))
 
     @cached_property
     def error(self) -> np.ndarray:
@@ -78,7 +77,7 @@ class Branch:
                 if solution is not None and k >= 0:
                     solver[i] = solution.omega_squared_errors[k]
         error = solver + self.interpolation_error
-        return _read_only(error / (np.sqrt(size) + np.sqrt(np.maximum(size - error, 0.0))))
+        return read_only(error / (np.sqrt(size) + np.sqrt(np.maximum(size - error, 0.0))))
 
     @cached_property
     def family(self) -> tuple[str | None, ...]:
@@ -96,9 +95,8 @@ class Branch:
 class Part:
     """The loci between two limits.
 
-    A branch is known by a number: that of its mode among all modes by family. Modes that all couple
-    change their numbers where they cross nevertheless, as their coupling vanishes there
-    (Perkins & Mote 1986).
+    Branches are numbered as their modes by family. Coupled modes may still cross, where their
+    coupling vanishes (Perkins & Mote 1986); the branches exchange their modes there.
     """
 
     curves: Curves
@@ -107,7 +105,7 @@ class Part:
 
     @property
     def labelled_events(self) -> Iterator[Event]:
-        """The events with the labels of their branches."""
+        """The events between labelled branches, with their labels."""
         for event, numbers in zip(self.events, self.pairs, strict=True):
             if all(number in self.labels for number in numbers):
                 a, b = (self.labels[number] for number in numbers)
@@ -115,7 +113,7 @@ class Part:
 
     @cached_property
     def pairs(self) -> tuple[tuple[int, int], ...]:
-        """The numbers of the branches of each event."""
+        """The numbers of the two branches of each event."""
         count = self.curves.squares.shape[2]
         numbers = self.numbers(np.array([np.nextafter(event.at, -np.inf) for event in self.events]))
         places = [[f * count + k for f, k in event.branches] for event in self.events]
@@ -124,7 +122,7 @@ class Part:
         )
 
     def numbers(self, p: np.ndarray) -> np.ndarray:
-        """The branch (n, families * k) of each mode, by family, at some values (n,)."""
+        """The number (n, families * k) of the branch of each mode, by family, at values (n,)."""
         _, families, count = self.curves.squares.shape
         numbers = np.tile(np.arange(families * count), (len(p), 1))
         for event in self.events if families == 1 else ():
@@ -145,7 +143,7 @@ def trace(sweep: Sweep, values: np.ndarray, search: LimitSearch) -> list[Part]:
         for outcome in sweep.outcomes.values()
         if isinstance(outcome, BeamvizError)
     ):
-        sweep.solve(values)  # where it converges may change from value to value
+        sweep.solve(values)  # convergence may vary from value to value
     parts = []
     for axis in search.axes():
         curves = _curves(sweep, axis, values)
@@ -156,7 +154,7 @@ def trace(sweep: Sweep, values: np.ndarray, search: LimitSearch) -> list[Part]:
 
 
 def _curves(sweep: Sweep, axis: Axis, values: np.ndarray) -> Curves:
-    """The loci on an axis; solved for at the values where the interpolation does not converge."""
+    """The loci on an axis, with solves at the values where the interpolation does not converge."""
     if sweep.straight and axis.high - axis.low > SHORTEST * np.ptp(values):
         pieces = interpolate(sweep, axis)
     else:
@@ -171,9 +169,9 @@ def _curves(sweep: Sweep, axis: Axis, values: np.ndarray) -> Curves:
 
 
 def _labels(part: Part, sweep: Sweep) -> dict[int, str]:
-    """The labels of the branches that are among the requested modes somewhere, as they first
-    appear: B or S and the number in the family, of modes that couple the family at the first
-    value, or the first of a straight state."""
+    """The labels of the branches that are among the requested modes anywhere, by first appearance:
+    B or S and the number in the family. The family of coupled modes is that at the first value,
+    or at the first with a straight state."""
     table = part.curves.table
     _, families, count = table.squares.shape
     rank = table.rank.reshape(len(table.at), -1)
@@ -195,8 +193,8 @@ def _labels(part: Part, sweep: Sweep) -> dict[int, str]:
 
 
 def branches_of(sweep: Sweep, values: np.ndarray, parts: Sequence[Part]) -> tuple[Branch, ...]:
-    """The branches at some values. A branch continues where a later one appears under the same
-    label, across a gap say; a second one beside it gets a prime."""
+    """The branches at some values. Parts of a branch with the same label are joined, unless both
+    exist at one value: then the second gets a prime."""
     columns: dict[str, np.ndarray] = {}  # mode_index, then Values: (5, values)
     exists = np.zeros(len(values), bool)
     for part in parts:
@@ -218,18 +216,18 @@ def branches_of(sweep: Sweep, values: np.ndarray, parts: Sequence[Part]) -> tupl
     if not exists.any():
         return ()
     for own in columns.values():
-        own.flags.writeable = False
+        read_only(own)
     solutions = Solutions(replace(sweep, outcomes={}), values, exists)
     return tuple(
         Branch(
-            label, _read_only(index.astype(int)), squares, bending, interpolated, solved, solutions
+            label, read_only(index.astype(int)), squares, bending, interpolated, solved, solutions
         )
         for label, (index, squares, solved, bending, interpolated) in columns.items()
     )
 
 
 def _values(sweep: Sweep, values: np.ndarray, curves: Curves) -> Values:
-    """The modes at some values of an axis; by solves where they are not interpolated."""
+    """The modes at some values of an axis, by solves where they are not interpolated."""
     found = curves.at(values)
     low, high = curves.axis.ends
     solved = curves.uncertain(values) | (values < low) | (values > high)
@@ -238,9 +236,3 @@ def _values(sweep: Sweep, values: np.ndarray, curves: Curves) -> Values:
         for array, own in zip(found, (*spectra, np.zeros_like(spectra.squares)), strict=True):
             array[solved] = own
     return found
-
-
-def _read_only(array: np.ndarray) -> np.ndarray:
-    """The array, no longer writable."""
-    array.flags.writeable = False
-    return array

@@ -1,4 +1,4 @@
-"""Where the state of a sweep buckles, ends at a limit point, or has a second one beside it."""
+"""Events of the equilibrium along a sweep: buckling, limit points, second stable states."""
 
 from contextlib import suppress
 from dataclasses import replace
@@ -10,22 +10,23 @@ from scipy.optimize import brentq
 
 from beamviz.errors import BeamvizError, NotConverged
 from beamviz.frequency_loci.crossings import Event, Kind
-from beamviz.frequency_loci.sweep import Outcome, Sweep
+from beamviz.frequency_loci.mode_vectors import Outcome
+from beamviz.frequency_loci.sweep import Sweep
 from beamviz.solver import end_of_bent_state, other_stable_states, solve
 from beamviz.solver.solution import Solution
 
 PRECISION = 1e-9  # relative, of a buckling point
-JUMP = 4.0  # times its neighbours' is the move of the tip that may be a jump to another state
-SAME_TIP = 1e-3  # [L] between two states that are one
-SECOND_STATES_SOUGHT = 4  # values of the sweep
+JUMP = 4.0  # ratio of a tip displacement to the neighbouring ones from which it may be a jump
+SAME_TIP = 1e-3  # [L] distance of the tips up to which two states are the same
+SECOND_STATES_SOUGHT = 4  # number of values at which second states are searched for
 
 
 def state_events(sweep: Sweep, values: np.ndarray, outcomes: list[Outcome]) -> list[Event]:
-    """The events of the states, in no order, of the outcomes at ascending values.
+    """The events, in no order, of the equilibria at ascending values.
 
-    "buckling": the straight state loses its stability; "limit point": the bent state that was
-    followed ends, the branches too or on to another one; "second state": the value from which
-    on there is another stable bent state beside the one followed.
+    "buckling": the straight state loses its stability; "limit point": the bent state ends, and the
+    branches end or continue on another state; "second state": the value from which another stable
+    bent state exists.
     """
     events: list[Event] = []
     over = sweep.over
@@ -75,7 +76,7 @@ def _tips(outcomes: list[Outcome]) -> np.ndarray:
 
 
 def _may_jump(outcomes: list[Outcome], k: int) -> bool:
-    """Whether the tip moves much further from value k to the next than beside that."""
+    """Whether the tip moves much further from value k to the next than between their neighbours."""
     first, last = max(k - 2, 0), min(k + 4, len(outcomes))
     moves = np.linalg.norm(np.diff(_tips(outcomes[first:last]), axis=0), axis=1)
     others = np.delete(moves, k - first)
@@ -86,7 +87,7 @@ def _may_jump(outcomes: list[Outcome], k: int) -> bool:
 def _limit_point(
     over: str, low: float, high: float, before: Outcome, after: Outcome
 ) -> list[Event]:
-    """The end of the bent state at one of two values on its way to the other."""
+    """The limit point, between two values, of the bent state at one of them."""
     for start, stop in ((before, high), (after, low)):
         if not _is_bent(start):
             continue
@@ -101,8 +102,8 @@ def _limit_point(
 
 
 def _second_states(sweep: Sweep, values: np.ndarray, outcomes: list[Outcome]) -> list[Event]:
-    """Where the first other stable bent state begins that is found at some of the values: its limit
-    point, or the first value. Its lowest branch is called after the state, as "B1 (state 2)"."""
+    """The limit point, or else the first value, of the first other stable bent state found. The
+    label of its lowest branch is "B1 (state 2)" or so."""
     for k in np.unique(np.linspace(0, len(values) - 1, SECOND_STATES_SOUGHT).astype(int)):
         own = outcomes[k]
         for other in other_stable_states(own)[:1] if isinstance(own, Solution) else ():

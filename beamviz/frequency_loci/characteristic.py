@@ -14,12 +14,12 @@ import numpy as np
 
 from beamviz.frequency_loci.chebyshev import EPS, LEAST, Lobatto, lobatto, tail_and_rates
 
-PER_MODE = 4  # order of the interpolation in lambda for each mode, beyond LEAST
-MARGIN = 0.02  # of the range of lambda, beyond the eigenvalues looked for
-STEPS = 12
-SMOOTH = 3  # coefficients of the logarithm of the unit of lambda
+PER_MODE = 4  # order of the interpolation in lambda per mode, in addition to LEAST
+MARGIN = 0.02  # of the range of lambda, beyond the eigenvalues computed
+STEPS = 12  # of Halley's method
+SMOOTH = 3  # number of coefficients of the logarithm of the unit of lambda
 WEIGHT = 5  # power of 1 / (1 + lambda), in that unit
-SETTLED = 1e-8  # a smaller step, cubic in the one before it, is the last
+SETTLED = 1e-8  # step below which iteration ends: the next is of its cube
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,14 +27,14 @@ class Characteristic:
     """The characteristic function of a family on a piece, as a function of x = -1 .. 1 that stands
     for s = ((lambda + shift) / unit)^(1/4), in which those of bending are about as far apart."""
 
-    modes: int  # the number of eigenvalues that are looked for
+    modes: int  # number of eigenvalues computed
     shift: float  # of lambda, so that all are positive
     low: float  # range of s
     high: float
     values: np.ndarray  # (nodes, k) at the points, divided by their growth exp(c s)
-    tail: np.ndarray  # (k,) of them, sum of the coefficients that are left out, of both variables
+    tail: np.ndarray  # (k,) of them, sum of the truncated coefficients of both variables
     misfit: np.ndarray  # (modes,) largest error of lambda at the check points
-    scale: np.ndarray  # (nodes,) logarithm of a unit of lambda + shift, about that of the highest
+    scale: np.ndarray  # (nodes,) logarithm of the unit of lambda + shift, about its highest value
     energies: np.ndarray | None = None  # (nodes, 2, k) of the modes: see _energies
 
     @property
@@ -43,8 +43,8 @@ class Characteristic:
         return lobatto(len(self.tail) - 1)
 
     def roots(self, rows: np.ndarray) -> np.ndarray:
-        """The lowest eigenvalues by interpolation `rows`, by how much they change with the function
-        by the tail, and their bending fractions, (3, n, modes); nan where there are fewer."""
+        """The lowest eigenvalues by interpolation `rows`, their change by the tail of the function,
+        and their bending fractions, (3, n, modes); nan where there are fewer."""
         D, V = _derivative(len(self.tail) - 1), rows @ self.values
         functions = V, V @ D.T, V @ D.T @ D.T  # and their derivatives
         i, *brackets = _brackets(self.points, functions)
@@ -67,9 +67,8 @@ class Characteristic:
     def refined(
         self, brackets: list[np.ndarray], functions: list[np.ndarray]
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The root (n,) in each bracket by Halley's method; by how much it changes with the
-        function by the tail, as one of two close roots where that is less; the interpolation rows
-        (n, k) there."""
+        """The root (n,) in each bracket by Halley's method, its change by the tail of the function
+        (as a simple or as a double root, the lesser), and the interpolation rows (n, k) there."""
         (low, high, at, below), (value, slope, bend) = brackets, functions
         points, order = self.points, len(self.tail) - 1
         touching = np.where(low == high, abs(below), 0.0)
@@ -79,7 +78,9 @@ class Characteristic:
                 x = at[left]
                 local[left] = rows = points.rows(x)
                 step, rate, curve = (np.vecdot(rows, f[left]) for f in functions)
-                same = (step < 0) == (below[left] < 0)  # else the root is below
+                same = (step < 0) == (
+                    below[left] < 0
+                )  # of the sign at the lower end: the root is above
                 low[left], high[left] = np.where(same, (x, high[left]), (low[left], x))
                 step = step / (rate - step * curve / (2 * rate))  # Halley's
                 inside = (x - step >= low[left]) & (x - step <= high[left])
@@ -95,9 +96,9 @@ class Characteristic:
 
 
 def _brackets(points: Lobatto, functions: tuple[np.ndarray, ...]) -> list[np.ndarray]:
-    """Of every root of some functions (n, k), given with two derivatives, ascending: the number of
-    the function, an interval, a value near the root, the function at the lower end. Two close roots
-    are on both sides of an extremum, or at it."""
+    """The roots of functions (n, k), given with two derivatives, in ascending order: index of the
+    function, ends of an interval, first guess, value at the lower end. Two roots between samples
+    are separated by an extremum, or coincide with it."""
     x = points.dense_nodes[::2]
     f = functions[0] @ points.dense[::2].T
     size, negative = abs(f), f < 0
@@ -146,12 +147,12 @@ def fit(
     shift: float,
     kinetic: np.ndarray | None = None,
 ) -> tuple[Characteristic, np.ndarray, np.ndarray, float]:
-    """The characteristic function by all eigenvalues (nodes, n) at the nodes, with its misfit to
-    those known (checks, modes) at the check points; the bending fractions there; the largest
-    changes (modes,) of eigenvalues by its tail; by what factor these are expected to fall when the
-    order grows by a half.
+    """The characteristic function of all eigenvalues `spectra` (nodes, n) at the nodes.
 
-    kinetic: energies (nodes, 2, m) of the lowest modes, across the beam and in all.
+    known: eigenvalues (checks, modes) at the check points, for the misfit. kinetic: energies
+    (nodes, 2, m) of the lowest modes, across the beam and total. Returns also the bending fractions
+    (checks, modes); the largest changes (modes,) of eigenvalues by the tail; and the factor by
+    which these fall when the order grows by a half.
     """
     points = lobatto(len(spectra) - 1)
     smooth = np.cos(np.outer(np.arccos(points.nodes), range(SMOOTH))) @ points.coefficients[:SMOOTH]
@@ -179,11 +180,11 @@ def fit(
 def _energies(
     values: np.ndarray, fourth: np.ndarray, scaled: np.ndarray, kinetic: np.ndarray
 ) -> np.ndarray:
-    """Functions (nodes, 2, k) that are in the ratio of the energies of a mode where lambda is its
-    eigenvalue: the characteristic function times sum_k energy_k weight_k / (1 - lambda / lambda_k).
+    """Two functions of lambda (nodes, 2, k) whose ratio at an eigenvalue is that of the energies of
+    its mode: the characteristic function times sum_k energy_k weight_k / (1 - lambda / lambda_k).
 
-    Over all modes that is a trace, analytic in the parameter like the function. The weights fall
-    off, so that the modes that are not known hardly count."""
+    The sum over all modes is a trace, analytic in the parameter. The weights decrease with lambda_k
+    so that modes beyond the known ones are negligible."""
     known = scaled[:, : kinetic.shape[2]]
     away = 1 - fourth[:, None] / known[:, None, :]
     away = np.where(abs(away) < EPS, EPS, away)

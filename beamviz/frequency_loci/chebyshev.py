@@ -1,4 +1,4 @@
-"""Interpolation at Chebyshev points, and what its coefficients tell of its error."""
+"""Interpolation at Chebyshev points, and the estimate of its error by its coefficients."""
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -8,8 +8,10 @@ import numpy as np
 from beamviz.solver import interpolation_matrix
 
 LEAST = 16  # order of the coarsest piece
-CHECKS = np.array([0.08, 0.4, 0.7])  # where in the order of the nodes: halfway between two of them
-FINE = 96  # order up to which there are three samples between two nodes, above it one
+CHECKS = np.array(
+    [0.08, 0.4, 0.7]
+)  # positions relative to the order, rounded to halfway between nodes
+FINE = 96  # order up to which there are three samples between two nodes; above it, one
 EPS = float(np.finfo(float).eps)
 
 
@@ -23,7 +25,7 @@ class Lobatto:
     check_nodes: np.ndarray  # (checks,) further points
     checks: np.ndarray  # (checks, n) values -> the interpolant at these
     dense: np.ndarray  # (samples, n) values -> the interpolant at many points
-    dense_nodes: np.ndarray  # (samples,) these: the nodes, and as many between each two
+    dense_nodes: np.ndarray  # (samples,) these points: the nodes, and equally many between each two
 
     def rows(self, x: np.ndarray) -> np.ndarray:
         """Matrix (len(x), n): values at the nodes -> their interpolant at x."""
@@ -31,13 +33,13 @@ class Lobatto:
 
 
 def _extrema(j: np.ndarray, order: int) -> np.ndarray:
-    """The extrema of a Chebyshev polynomial by number from -1 on; -1, 0 and 1 exactly."""
+    """Extrema, numbered from -1, of the Chebyshev polynomial of an order; -1, 0 and 1 exactly."""
     return np.sin(np.pi * (2 * j - order) / (2 * order))
 
 
 @lru_cache(maxsize=16)
 def lobatto(order: int) -> Lobatto:
-    """The points of an order, one more than it."""
+    """The order + 1 points of an order."""
     j = np.arange(order + 1)
     nodes = _extrema(j, order)
     ends = np.where(j % order == 0, 0.5, 1.0)
@@ -51,9 +53,8 @@ def lobatto(order: int) -> Lobatto:
 
 
 def tail_and_rates(coefficients: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """The sums of the coefficients (n, ...) that are left out, as those of a geometric series, and
-    the factors by which the known ones fall in half the order; of rounding, as many are left out as
-    there are."""
+    """The sums of the truncated coefficients, extrapolated from coefficients (n, ...) as geometric
+    series of at most `order` terms, and the factors by which these fall over half the order."""
     tail = coefficients[-3:].max(axis=0)
     middle = coefficients[order // 2 - 1 : order // 2 + 2].max(axis=0)
     rates = np.clip(tail / np.maximum(middle, np.finfo(float).tiny), EPS, 1.0)
@@ -64,10 +65,10 @@ def tail_and_rates(coefficients: np.ndarray, order: int) -> tuple[np.ndarray, np
 
 
 def interpolated(rows: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Values (n, ...) at the nodes -> by rows."""
+    """Values (n, ...) at the nodes interpolated by `rows` (m, n): (m, ...)."""
     return (rows @ values.reshape(len(values), -1)).reshape(len(rows), *values.shape[1:])
 
 
 def on_piece(low: float, high: float, x: np.ndarray) -> np.ndarray:
-    """Points x of -1 .. 1 on a piece; its ends exactly."""
+    """Points x of -1 .. 1 mapped to low .. high; the ends exactly."""
     return np.where(x == 1, high, low + (high - low) * (x + 1) / 2)

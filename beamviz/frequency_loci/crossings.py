@@ -1,7 +1,7 @@
-"""Crossings and veerings: every approach of two loci, located and measured.
+"""Crossings and veerings of two loci: location, gap and veering index.
 
-Loci of different families cross where nothing couples these; the places are roots of differences.
-Modes that couple keep their order, however narrowly they veer (von Neumann & Wigner 1929).
+Loci of uncoupled families cross at the roots of differences of omega^2. Coupled modes do not cross,
+however narrowly they veer (von Neumann & Wigner 1929).
 """
 
 import math
@@ -13,49 +13,50 @@ import numpy as np
 
 from beamviz.frequency_loci.chebyshev import lobatto, on_piece
 from beamviz.frequency_loci.curves import Curves, Root, polish
-from beamviz.frequency_loci.sweep import Points, Sweep
+from beamviz.frequency_loci.mode_vectors import Points
+from beamviz.frequency_loci.sweep import Sweep
 from beamviz.frequency_loci.two_modes import FLOOR, MAX_ZOOMS, TOUCHING, Approach, closest, reduce
 
-# A veering is a least gap below CLOSE of the frequency, around which the shapes rotate into each
-# other by ROTATED or more, 90 degrees for a complete one, between the points where the gap is
-# widest before and after, and whose veering index reaches MIN_INDEX.
+# A veering is a least gap below CLOSE of the frequency with a veering index of at least MIN_INDEX,
+# and shapes that rotate into each other by ROTATED or more (a complete veering: 90 degrees) between
+# the points of greatest gap before and after it.
 CLOSE = 0.1
 ROTATED = math.radians(30)
-REACH = 10.0  # widths of a veering, beyond which the shapes hardly rotate any more
+REACH = 10.0  # widths of a veering beyond which the shapes hardly rotate
 MIN_INDEX = 0.5
-DIFFERENCE_STEP = 0.02  # of the width of a veering: half the distance its rates are taken over
-OUTSIDE = 1e-2  # of omega^2: a mode that is lower by this is below an interpolated crossing
-WIDER = 2.0  # times CLOSE: a sampled gap that is looked at
+DIFFERENCE_STEP = 0.02  # of the width of a veering: step of the central differences of its rates
+OUTSIDE = 1e-2  # relative margin of omega^2 by which an interpolated mode is below a crossing
+WIDER = 2.0  # of CLOSE: sampled gap below which a minimum is examined
 
-MAX_SOLVES = 8
-SETTLED = 1e-4  # of the width of a veering: a smaller shift is not solved again
-FINEST = 1e-6  # of the interval it was seen in: nor is a smaller shift than this
-ROUGH = 1e-3  # of the interval: a shift that no longer shrinks below this is rounding
-SAME = 1e-3  # of a gap: a smaller change by the last solve ends the search
-NEAR = 0.02  # of the width: a guess this near serves for what is taken beside the least gap
-WITHIN = 0.2  # widths: reach of the last parabola through an interpolated gap
+MAX_SOLVES = 8  # for one veering
+SETTLED = 1e-4  # of the width of a veering: shift below which the search ends
+FINEST = 1e-6  # of the interval between samples: the same
+ROUGH = 1e-3  # of the interval: shift below which one that no longer shrinks is rounding error
+SAME = 1e-3  # relative change of the gap below which the search ends
+NEAR = 0.02  # of the width: error of a guess at which its neighbouring points serve
+WITHIN = 0.2  # widths: half-width of the last parabola through an interpolated gap
 ZOOM_ORDER = 12  # of mean and squared difference of two interpolated loci between three samples
 
 Result = TypeVar("Result")
-Search = Generator[np.ndarray, Any, Result]  # requests Points or Samples at some values
+Search = Generator[np.ndarray, Any, Result]  # yields values at which Points or Samples are needed
 
 Kind = Literal["crossing", "veering", "buckling", "limit point", "second state"]
 
 
 @dataclass(frozen=True)
 class Event:
-    """A crossing or veering of two branches, whose gap is least at `at`; or an event of the state
-    that they vibrate about (`beamviz.frequency_loci.buckling`), with the lowest branches before and
-    after it, and neither gap nor width."""
+    """A crossing or veering of two branches, with their least gap at `at`; or an event of the
+    equilibrium (`beamviz.frequency_loci.buckling`), with the lowest branches before and after it,
+    gap and width 0."""
 
     kind: Kind
-    branches: tuple[Any, Any]  # labels; (family, number in it) until these have labels
+    branches: tuple[Any, Any]  # labels; before these are known (family, index)
     at: float
     frequency: float  # mean of the two
     gap: float  # 0 for a crossing
     coupling: float  # s_ab = phi_a' (K' - lambda M') phi_b, lambda the mean of the pair
     index: float  # veering index MDF_ab CSQ_ab MDF_ba among the modes solved for: 0 .. 1
-    width: float  # at this distance the gap is sqrt(2) times the least; 0 for a crossing
+    width: float  # distance at which the gap is sqrt(2) times the least; 0 for a crossing
 
 
 class Candidate(NamedTuple):
@@ -66,7 +67,7 @@ class Candidate(NamedTuple):
     low: float  # the samples before and after
     at: float
     high: float
-    before: float  # where the gap is widest on either side
+    before: float  # where the gap is greatest on either side
     after: float
     smooth: bool  # whether the loci are interpolated there
 
@@ -78,7 +79,7 @@ class Samples(NamedTuple):
     squares: np.ndarray  # (n, families, k)
 
     def take(self, index: np.ndarray) -> "Samples":
-        """The samples of an index."""
+        """The samples with these indices."""
         return Samples(*(array[index] for array in self))
 
 
@@ -121,7 +122,7 @@ def _crossings(curves: Curves, sweep: Sweep) -> list[Event]:
 
 
 def _lowest(squares: np.ndarray, roots: Sequence[Root], modes: int, margin: float) -> np.ndarray:
-    """Which crossings (n,) are among the lowest modes, or less than a margin above, by omega^2."""
+    """Whether crossings (n,) are of the lowest modes, or above them by less than the margin."""
     b, s = divmod(np.array([root.channel for root in roots], int), squares.shape[2])
     each = np.arange(len(roots))
     lower = np.minimum(squares[each, 0, b], squares[each, 1, s])[:, None, None]
@@ -129,7 +130,7 @@ def _lowest(squares: np.ndarray, roots: Sequence[Root], modes: int, margin: floa
 
 
 def _candidates(curves: Curves, modes: int) -> list[Candidate]:
-    """Where the gap of two neighbours of a family is least among the samples, and small."""
+    """Minima, among the samples, of small gaps between neighbours of a family."""
     p, squares, rank, smooth = curves.table
     f = np.sqrt(np.where(squares >= 0, squares, np.nan))
     gap = f[..., 1:] - f[..., :-1]  # (n, families, k - 1)
@@ -139,7 +140,7 @@ def _candidates(curves: Curves, modes: int) -> list[Candidate]:
     for i, family, k in np.argwhere(least).tolist():
         own = gap[:, family, k]
         low, high = i, i + 2
-        while low > 0 and own[low - 1] >= own[low]:  # as far as the gap grows on both sides
+        while low > 0 and own[low - 1] >= own[low]:  # as far as the gap grows
             low -= 1
         while high < len(p) - 1 and own[high + 1] >= own[high]:
             high += 1
@@ -150,7 +151,7 @@ def _candidates(curves: Curves, modes: int) -> list[Candidate]:
 
 
 def _run_together(searches: Sequence[Search[Result]], solve_at: Any) -> list[Result]:
-    """The results of several searches, which are solved for in common batches."""
+    """The results of several searches, whose solves are batched."""
     results: dict[int, Result] = {}
     active: dict[int, Any] = dict.fromkeys(range(len(searches)))
     while active:
@@ -170,7 +171,7 @@ def _run_together(searches: Sequence[Search[Result]], solve_at: Any) -> list[Res
 def _locate(
     candidate: Candidate, guess: Approach | None, curves: Curves, sweep: Sweep
 ) -> Search[Event | None]:
-    """The crossing or veering of two neighbours of a family, if it is one."""
+    """The crossing or veering of two neighbours of a family; None if it is neither."""
     family, k, low, at, high, before, after, _ = candidate
     start, stop = curves.table.at[[0, -1]].tolist()
     places = np.array([low, at, high])
@@ -194,14 +195,14 @@ def _locate(
     around = points.take(np.isin(points.at, places))
     approach = yield from _least_gap(around, shapes, low, high, guess)
     if approach is None or approach.modes[approach.gap > 0] >= sweep.modes:
-        return None  # outside the window; a crossing on its edge is inside
+        return None  # above the requested modes; a crossing with the highest counts
     pair = (family, k), (family, k + 1)
     if approach.gap == 0:
         return Event("crossing", pair, *approach[:3], 0.0, 0.0, 0.0)
     if approach.gap > CLOSE * approach.frequency:
         return None
     off = max(abs(approach.at - guess.at), abs(approach.width - guess.width))
-    solved = off <= NEAR * approach.width  # beside the guess, which is near enough
+    solved = off <= NEAR * approach.width  # at the neighbouring points of the guess
     place = guess if solved else approach
     ends, near = _beside(place, before, after), _near(place, start, stop)
     if not solved:
@@ -209,7 +210,7 @@ def _locate(
     beside = points.take(np.isin(points.at, ends))
     if len(beside.at) == 2:
         own = [_places(sweep, value, family)[[k, k + 1]] for value in ends.tolist()]
-        if np.max(own) < beside.duals.shape[1]:  # else modes of another family come before them
+        if np.max(own) < beside.duals.shape[1]:  # else above the modes solved for
             O = abs(beside.shapes[0, own[0]].conj() @ beside.duals[1, own[1]].T)
             if math.atan2(O[0, 1] + O[1, 0], O[0, 0] + O[1, 1]) < ROTATED:
                 return None
@@ -220,26 +221,25 @@ def _locate(
 
 
 def _beside(approach: Approach, before: float, after: float) -> np.ndarray:
-    """On either side of a veering, where the shapes hardly rotate any more."""
+    """Points (2,) on either side of a veering where the shapes hardly rotate."""
     reach = REACH * approach.width
     return np.array([max(before, approach.at - reach), min(after, approach.at + reach)])
 
 
 def _near(approach: Approach, start: float, stop: float) -> np.ndarray:
-    """On either side of a least gap, to take differences over."""
+    """Points (2,) of the central differences at a least gap."""
     h = min(DIFFERENCE_STEP * approach.width, approach.at - start, stop - approach.at)
     return approach.at + np.array([-h, h])
 
 
 def _places(sweep: Sweep, value: float, family: int) -> np.ndarray:
-    """The modes of a family (k,) among all modes at a solved value."""
-    squares = sweep.spectra(np.array([value]))
-    return squares.rank[0, family]
+    """Indices (k,) of the modes of a family among all modes at a solved value."""
+    return sweep.spectra(np.array([value])).rank[0, family]
 
 
 def _zoom(candidate: Candidate) -> Search[Approach]:
-    """The least gap of interpolated loci, by parabolas through its square: that is
-    least^2 (1 + ((p - at) / width)^2) near it."""
+    """The least gap of interpolated loci, by parabolas through its square, which is
+    least^2 (1 + ((p - at) / width)^2) near the minimum."""
     family, k, low, at, high, *_ = candidate
     points = lobatto(ZOOM_ORDER)
     places = on_piece(low, high, points.nodes)
@@ -297,7 +297,7 @@ def _least_gap(
 ) -> Search[Approach | None]:
     """The least gap within low .. high of the two modes that have the shapes `reference` (2, d).
 
-    points: some around it. guess: where it was seen. None where the gap is least at an end.
+    points: solved modes around it. guess: its estimate. None where the gap is least at an end.
     """
     entries, interval = reduce(reference, points), high - low
     approach, shift = guess, math.inf

@@ -1,6 +1,6 @@
-"""The loci of a part of a sweep as functions of the parameter, and the roots of functions of them.
+"""The loci of a part of a sweep as functions of the parameter, and roots of functions of them.
 
-A function of the loci is given by `Measure`: the difference of two of them vanishes at a crossing,
+A `Measure` is such a function: the difference of two loci vanishes at a crossing,
 omega^2 - (k gamma)^2 at a resonance, the lowest omega^2 at the onset of instability.
 """
 
@@ -12,40 +12,37 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from beamviz.frequency_loci.axis import Axis
-from beamviz.frequency_loci.interpolation import Solves
 from beamviz.frequency_loci.pieces import Piece
 from beamviz.frequency_loci.spectra import Spectra
+from beamviz.frequency_loci.sweep import Sweep
 
 Measure = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """Values (n,), omega^2 (n, families, k) -> functions (n, channels)."""
 
-ZOOMS, SAMPLES = 6, 17  # of an interpolated function around a minimum that may touch zero
+ZOOMS, SAMPLES = 6, 17  # of a measure around a minimum that may be zero
 STEPS = 6  # of the secant method on interpolated loci
-ALMOST = 1e-6  # of the bracket: a smaller correction there, by a superlinear method, is the last
+ALMOST = 1e-6  # of the bracket: correction of an interpolated root below which iteration ends
 MAX_CORRECTIONS = 60  # by solves
-MARGIN = 1e-3  # of the sweep: within it a root of interpolated loci is corrected by solves
-SETTLED = (
-    1e-3  # of this margin: a smaller correction, with the slope of the interpolant, is the last
-)
-FINEST = 1e-12  # of the sweep: other corrections
+MARGIN = 1e-3  # of the sweep: half-width of the bracket of a root to be corrected by solves
+SETTLED = 1e-3  # of this margin: correction below which iteration ends, with interpolated loci
+FINEST = 1e-12  # of the sweep: the same without
 
 
 class Values(NamedTuple):
-    """The modes at n values: omega^2, its error by the solver, the bending fraction, the error of
-    omega^2 by interpolation, (n, families, k) each; nan where a mode is not known."""
+    """The modes at n values, (n, families, k) each; nan where a mode is not known."""
 
-    squares: np.ndarray
-    solver_error: np.ndarray
-    bending: np.ndarray
-    interpolation_error: np.ndarray
+    squares: np.ndarray  # omega^2
+    solver_error: np.ndarray  # of omega^2
+    bending: np.ndarray  # bending fraction
+    interpolation_error: np.ndarray  # of omega^2
 
 
 class Table(NamedTuple):
-    """Samples of the loci, dense enough to show every approach of two."""
+    """Samples of the loci, dense enough for every approach of two to appear."""
 
     at: np.ndarray  # (n,)
     squares: np.ndarray  # (n, families, k)
-    rank: np.ndarray  # (n, families, k) by frequency, from 0
+    rank: np.ndarray  # (n, families, k) index by frequency among all modes
     smooth: np.ndarray  # (n - 1,) whether the loci are interpolated between two samples
 
 
@@ -58,9 +55,9 @@ class Root:
     high: float
     at: float
     slope: float  # of the measure
-    rises: bool
+    rises: bool  # whether the measure rises there
     smooth: bool  # whether the loci are interpolated there
-    settled: float  # a smaller correction is the last
+    settled: float  # correction below which iteration ends
     shift: float = np.inf  # the last correction
     residual: float = np.nan  # before it
 
@@ -84,15 +81,15 @@ class Root:
 
 @dataclass(frozen=True)
 class Curves:
-    """The loci on an axis. Where they are not interpolated, their samples are the solved values."""
+    """The loci on an axis, by interpolation where it converges, else by solves."""
 
     axis: Axis
     pieces: Sequence[Piece]
-    solved: np.ndarray  # (n,) values, within pieces that did not converge
+    solved: np.ndarray  # (n,) values, in pieces that did not converge
     squares: np.ndarray  # (n, families, k) omega^2 there
 
     def at(self, p: np.ndarray) -> Values:
-        """The modes at some values (n,); nan where they are not interpolated."""
+        """The modes at values (n,); nan where they are not interpolated."""
         found = [np.full((len(p), *self.squares.shape[1:]), np.nan) for _ in Values._fields]
         for piece, rows, t in self._by_piece(p):
             spectra, error = piece.at(t)
@@ -108,7 +105,7 @@ class Curves:
         return found
 
     def _by_piece(self, p: np.ndarray) -> Iterator[tuple[Piece, Any, np.ndarray]]:
-        """The pieces that are interpolated, which values (n,) lie in each, and their variable."""
+        """The interpolated pieces, the indices of the values (n,) in each, and their variable t."""
         t = self.axis.t(p)
         if len(self.pieces) == 1:
             owners = {0: slice(None)}
@@ -120,7 +117,7 @@ class Curves:
                 yield self.pieces[k], rows, t[rows]
 
     def uncertain(self, p: np.ndarray) -> np.ndarray:
-        """Which of some values (n,) lie where the interpolation did not converge."""
+        """Whether values (n,) are in pieces that did not converge."""
         unresolved = [piece for piece in self.pieces if piece.errors is None]
         if not unresolved:
             return np.zeros(len(p), bool)
@@ -158,7 +155,7 @@ class Curves:
             size = abs(G)
             middle = (size[1:-1] <= size[:-2]) & (size[1:-1] < size[2:])
             middle &= (side[:-2] * side[2:] > 0) & (side[:-2] * side[1:-1] > 0)
-            # The vertex of a parabola through three samples, with as much again to spare.
+            # A parabola through three samples, with a factor of two, may reach zero.
             rise = np.maximum(size[:-2], size[2:]) - size[1:-1]
             middle &= (size[1:-1] < rise) & (smooth[1:] & smooth[:-1])[:, None]
         for i, k in np.argwhere(middle).tolist():
@@ -168,7 +165,7 @@ class Curves:
     def _touching(
         self, measure: Measure, k: int, low: float, high: float
     ) -> list[tuple[int, float, float, float, float, bool]]:
-        """Brackets of two close roots around a minimum of the size of a measure, if it has any."""
+        """Brackets of two close roots around a minimum of the size of a measure; empty if none."""
         for _ in range(ZOOMS):
             p = np.linspace(low, high, SAMPLES)
             g = measure(p, self.squares_at(p))[:, k]
@@ -180,7 +177,7 @@ class Curves:
         return []
 
     def _refined(self, measure: Measure, brackets: Sequence[tuple]) -> list[Root]:
-        """Roots in brackets, by the secant method on what is interpolated."""
+        """Roots in brackets by the secant method, on interpolated loci where they are."""
         roots, length = [], float(np.ptp(self.table.at))
         for k, low, high, below, above, smooth in brackets:
             slope = float((above - below) / (high - low))
@@ -189,7 +186,7 @@ class Curves:
             roots.append(Root(k, low, high, at, slope, slope > 0, smooth, settled))
         interpolated = [root for root in roots if root.smooth]
         _correct(interpolated, measure, self.squares_at, STEPS)
-        for root in interpolated:  # to be corrected by solves, which differ by the errors of both
+        for root in interpolated:  # bracket for the correction by solves
             margin = MARGIN * length
             root.low = max(root.at - margin, self.table.at[0])
             root.high = min(root.at + margin, self.table.at[-1])
@@ -197,8 +194,8 @@ class Curves:
         return roots
 
 
-def polish(roots: Sequence[Root], sweep: Solves, measure: Measure) -> None:
-    """Correct roots by solves, all of them at once, until their corrections are small."""
+def polish(roots: Sequence[Root], sweep: Sweep, measure: Measure) -> None:
+    """Correct roots by solves, in batches, until the corrections are small."""
     _correct(roots, measure, lambda at: sweep.spectra(at).squares, MAX_CORRECTIONS)
 
 
@@ -208,7 +205,7 @@ def _correct(
     squares_at: Callable[[np.ndarray], np.ndarray],
     steps: int,
 ) -> None:
-    """Steps of the secant method, at most so many, for the roots that are not settled."""
+    """At most `steps` steps of the secant method for the roots that have not converged."""
     for _ in range(steps):
         moving = [root for root in roots if abs(root.shift) > root.settled]
         if not moving:

@@ -1,11 +1,11 @@
 """Resonances with multiples of the speed, and the steady response while running up through them.
 
-The force acts on every particle in proportion to its mass, as weight does on a beam that rotates in
-a vertical plane: in the frame of the beam it rotates once per revolution, with a component along
-the beam and one across it (out of the plane of rotation: across it only). A force of higher order
-rotates 2, 3 ... times per revolution. The response is linear and steady, as if each speed were held
-until transients have decayed, and every mode has the same damping ratio. Amplitudes are in units of
-the static deflection of the tip under the same force at rest.
+The force is proportional to the mass of each particle, as weight on a beam that rotates in a
+vertical plane: in the frame of the beam it rotates once per revolution, with components along and
+across the beam (flapwise: across it only). A force of higher order rotates 2, 3 ... times per
+revolution. The response is linear and steady (transients have decayed at each speed), and all modes
+have the same damping ratio. Amplitudes are in units of the static deflection of the tip under the
+same force at rest.
 """
 
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ LOADS = {"chordwise": (1j, -1.0), "flapwise": (0.0, -1.0)}  # along, across; tim
 DAMPING = (0.001, 0.2)  # least and greatest damping ratio
 MAX_PER_REV = 20
 SPEEDS = 81  # evenly spaced
-NEAR = np.sinh(np.linspace(-3.5, 3.5, 33)) / 2  # in half widths of a resonance
+NEAR = np.sinh(np.linspace(-3.5, 3.5, 33)) / 2  # speeds near a resonance, in its half-widths
 GAUSS_X, GAUSS_W = np.polynomial.legendre.leggauss(64)
 TIP = np.ones(1)
 
@@ -44,8 +44,8 @@ class Resonance(NamedTuple):
 def resonances(found: Loci, count: int = 1, **unknown: Any) -> list[Resonance]:
     """The intersections of loci over gamma with the per-rev lines omega = k gamma, k = 1 .. count.
 
-    They are located on the interpolated loci, however few the speeds, and corrected by solves.
-    Raises InvalidInput for loci over another parameter, and for other keywords.
+    They are located on the interpolated loci, for any number of speeds, and corrected by solves.
+    Raises InvalidInput for loci over another parameter and for unknown keywords.
     """
     for name in unknown:
         raise unknown_keyword("keyword", name, ("count",))
@@ -74,12 +74,12 @@ def resonances(found: Loci, count: int = 1, **unknown: Any) -> list[Resonance]:
 
 
 def response(solution: Solution, frequency: float, damping: float, x: np.ndarray) -> np.ndarray:
-    """Amplitudes (len(x), 2) along and across the beam at x under the force at `frequency`; the
-    displacement is the real part of them times exp(i frequency t), over the static deflection.
+    """Complex amplitudes (len(x), 2) along and across the beam at x under the force at `frequency`:
+    the displacement over the static deflection is the real part of amplitude exp(i frequency t).
 
-    Sums the modes of the solution: with shapes phi and poles p, D(omega) = K + 2 i omega gamma G -
-    omega^2 M has the inverse sum of phi phi^H / (n (p - omega)) and the same over the conjugate
-    modes, whose poles are -conj(p). nan where a mode is unstable: there is no steady response.
+    Modal superposition: with shapes phi, norms n and poles p, the inverse of K + 2 i omega gamma G
+    - omega^2 M is the sum of phi phi^H / (n (p - omega)) and of the same for the conjugate modes,
+    with poles -conj(p). nan where a mode is unstable.
     """
     if solution.omega_squared[0] < 0:
         return np.full((len(x), 2), np.nan + 0j)
@@ -101,7 +101,7 @@ def response(solution: Solution, frequency: float, damping: float, x: np.ndarray
 
 
 def quadrature(beam: Beam) -> tuple[np.ndarray, np.ndarray]:
-    """Points and weights of an integral over the mass of a beam, the concentrated one included."""
+    """Points (n,) and weights of an integral over the mass of a beam, with the mass at beta."""
     ends = [0.0, *([beam.beta] if 0 < beam.beta < 1 else []), 1.0]
     x = [a + (b - a) * (GAUSS_X + 1) / 2 for a, b in pairwise(ends)]
     weight = [(b - a) * GAUSS_W / 2 for a, b in pairwise(ends)]
@@ -109,15 +109,15 @@ def quadrature(beam: Beam) -> tuple[np.ndarray, np.ndarray]:
 
 
 def static_deflection(beam: Beam) -> float:
-    """Deflection of the tip at rest under the force held still across the beam."""
+    """Deflection of the tip at rest under the force, constant and across the beam."""
     return 1 / 8 + beam.alpha * beam.beta**2 * (3 - beam.beta) / 6
 
 
 @dataclass(frozen=True)
 class RunUp:
-    """Steady responses at rising speeds (n,), closer together near the resonances.
+    """Steady responses at ascending speeds (n,), dense near the resonances.
 
-    solutions: for each speed, None without equilibrium.
+    solutions: one per speed, None without equilibrium.
     """
 
     beam: Beam
@@ -129,8 +129,8 @@ class RunUp:
 
     @cached_property
     def amplitudes(self) -> np.ndarray:
-        """Amplitude (n,) of the tip over the static deflection: the largest distance from rest on
-        its ellipse Re (a exp(i p)); nan where there is no equilibrium or no stable one."""
+        """Amplitude (n,) of the tip over the static deflection: the major semi-axis of its ellipse
+        Re (a exp(i p)); nan where there is no stable equilibrium."""
         found = np.full(len(self.speeds), np.nan)
         for k, solution in enumerate(self.solutions):
             if solution is not None:
@@ -147,10 +147,11 @@ class RunUp:
 def run_up(
     beam: Beam, per_rev: int, damping: float, stop: float, modes: int = 5, **options: Any
 ) -> RunUp:
-    """Steady responses of a beam from rest to the speed `stop`, whatever its own gamma.
+    """Steady responses of a beam at speeds from 0 to `stop`; its own gamma is not used.
 
-    options: as for solve(). Raises InvalidInput, and NoEquilibrium or NotConverged where that is
-    so at all speeds.
+    per_rev: periods of the force per revolution, 1 to 20. damping: damping ratio, 0.001 to 0.2.
+    modes, options: as for solve(). Raises InvalidInput; and NoEquilibrium or NotConverged where
+    there is no solution at any speed.
     """
     per_rev = check_int("per_rev", per_rev, 1, MAX_PER_REV)
     damping = check_float("damping", damping, *DAMPING)

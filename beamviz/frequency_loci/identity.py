@@ -10,7 +10,7 @@ from scipy.optimize import linear_sum_assignment
 
 from beamviz.errors import BeamvizError
 from beamviz.frequency_loci import Loci
-from beamviz.frequency_loci.sweep import gauss_points, mass_weighted
+from beamviz.frequency_loci.mode_vectors import gauss_points, mass_weighted
 from beamviz.solver import MAX_MODES, OPTIONS, solve
 from beamviz.solver.solution import Solution
 

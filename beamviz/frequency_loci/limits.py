@@ -13,7 +13,8 @@ from scipy.optimize import brentq
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.frequency_loci.axis import Axis
 from beamviz.frequency_loci.curves import Curves
-from beamviz.frequency_loci.sweep import Outcome, Sweep
+from beamviz.frequency_loci.mode_vectors import Outcome
+from beamviz.frequency_loci.sweep import Sweep
 from beamviz.solver.solution import Solution
 
 PRECISION = 1e-9  # relative: how exactly the end of an equilibrium or of stability is located

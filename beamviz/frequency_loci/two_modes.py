@@ -12,7 +12,7 @@ import numpy as np
 from numpy.polynomial import polynomial
 from scipy.optimize import brentq
 
-from beamviz.frequency_loci.sweep import Points
+from beamviz.frequency_loci.mode_vectors import Points
 
 TOUCHING = 1e-8  # of omega^2: a smaller gap is rounding
 NEAREST = 6  # points the entries are interpolated from

@@ -16,7 +16,7 @@ from beamviz.frequency_loci.identity import (
     match_modes,
     names_of_branches,
 )
-from beamviz.frequency_loci.sweep import GAUSS_POINTS, gauss_points, mode_points
+from beamviz.frequency_loci.mode_vectors import GAUSS_POINTS, gauss_points, mode_points
 
 TIP = Beam(alpha=1, beta=1)
 HEAVY = Beam(alpha=2, beta=0.7, mu=500)

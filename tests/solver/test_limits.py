@@ -1,4 +1,4 @@
-"""The end of equilibrium and the point of buckling: found, named, and answers up to them."""
+"""Limits of equilibrium and onset of buckling: located, named, and solutions up to them."""
 
 import math
 
@@ -154,7 +154,7 @@ def test_inward_beam_buckles(options, before, beyond):
 
 
 def test_coriolis_at_the_point_of_buckling_loses_no_mode():
-    """Where omega_1 is almost zero the other modes are still there."""
+    """The other modes are found where omega_1 is almost zero."""
     for gamma in (2.99603, 2.996038663, 2.99605):
         solution = solve(Beam(gamma=gamma, delta=-1), coriolis=True)
         assert solution.omega_squared[1:] == pytest.approx(
@@ -174,7 +174,7 @@ def test_where_a_mode_is_about_to_buckle_the_others_keep_their_digits():
 
 
 def test_a_growing_shape_moves_as_one():
-    """Where nothing oscillates both components grow in phase: the shape is real."""
+    """The components of a growing mode are in phase: the shape is real."""
     shape = solve(Beam(gamma=5, delta=-1), coriolis=True).shape(0, np.linspace(0, 1, 9))
     assert abs(shape.imag).max() < 1e-9 * abs(shape).max()
     assert abs(shape[:, 0]).max() > 1e-3

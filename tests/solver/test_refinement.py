@@ -1,4 +1,4 @@
-"""Refinement of the default method: accuracy as asked for and little more, in one path."""
+"""Refinement of the default method: the tolerance is met with few unknowns, and errors hold."""
 
 import numpy as np
 import pytest
@@ -40,7 +40,7 @@ def test_the_default_converges_exponentially(beam):
 
 
 def test_a_small_strain_needs_no_newton_iteration():
-    """The guess suffices for a rough tolerance, one iteration for the default one."""
+    """The first guess suffices for a large tolerance, one iteration for the default one."""
     iterations = [
         solve(Beam(alpha=1, gamma=5), tolerance=tolerance).equilibrium.iterations
         for tolerance in (1e-3, 1e-6, 1e-11)
@@ -60,7 +60,7 @@ def test_a_small_strain_needs_no_newton_iteration():
     plane=st.sampled_from(("chordwise", "flapwise")),
 )
 def test_error_bars_hold_against_a_finer_solve(beam, tolerance, **options):
-    """However roughly a beam is solved, the errors reported meet the tolerance and hold."""
+    """At any tolerance the errors reported meet it, and are not exceeded."""
     try:
         rough = solve(beam, tolerance=tolerance, **options)
     except NoEquilibrium:
@@ -108,8 +108,8 @@ def test_error_bars_of_hard_beams(name, tolerance):
     ],
 )
 def test_towards_the_end_of_an_equilibrium_the_bars_hold(beam, strain):
-    """A fold, a beam pressed to nothing and a force the law does not carry: each solved by itself
-    and in a sweep."""
+    """A fold, a stretch that falls to zero and the greatest force of a strain law: each beam solved
+    by itself and in a sweep."""
     with pytest.raises(NoEquilibrium) as ended:
         solve(beam, strain=strain)
     speeds = ended.value.limit * (1 - np.geomspace(1e-4, 0.1, 12))
@@ -145,7 +145,7 @@ def test_where_order_is_not_enough_elements_are_halved(beam, tolerance, options)
 
 @pytest.mark.parametrize("plane", ["chordwise", "flapwise"])
 def test_a_beam_that_stretches_inwards_of_its_clamp_has_layers(plane):
-    """The force at its clamp is small as long as it does not stretch; it does so fivefold."""
+    """The force at the clamp is small for the unstretched beam; it stretches fivefold."""
     beam = Beam(0, 1, 44.77, -0.4, 30)
     solution = solve(beam, strain="biot", plane=plane)
     assert solution.equilibrium.max_stretch > 5
@@ -153,8 +153,8 @@ def test_a_beam_that_stretches_inwards_of_its_clamp_has_layers(plane):
 
 
 def test_near_a_limit_the_best_attempt_is_the_answer():
-    """1e-4 below its limit a beam stretches 16,000-fold at its clamp: what no mesh resolves is in
-    the error bars, whatever the tolerance."""
+    """1e-4 below its limit a beam stretches 16,000-fold at its clamp: the error estimates contain
+    what no mesh resolves, at any tolerance."""
     beam = Beam(0, 1, 10 * np.pi * (1 - 1e-4), 1, 20)
     fine, rough = (solve(beam, strain="biot", tolerance=tolerance) for tolerance in (1e-6, 1e-3))
     assert within_the_bars(rough, fine)
@@ -162,7 +162,7 @@ def test_near_a_limit_the_best_attempt_is_the_answer():
 
 
 def test_rounding_near_an_end_asks_for_no_finer_mesh():
-    """3e-4 below its limit no mesh mends it: the answer comes, and its bar says so."""
+    """3e-4 below its limit rounding dominates: the mesh is not refined, the estimate is larger."""
     near = Beam(2, 1, 19.592256, -0.6, 30)
     solution = solve(near, modes=3, strain="biot", plane="flapwise")
     elsewhere = solve(near.replace(gamma=15), modes=3, strain="biot", plane="flapwise")
@@ -176,7 +176,7 @@ def test_rounding_near_an_end_asks_for_no_finer_mesh():
     [Beam(gamma=200), Beam(alpha=1, beta=0.5, gamma=100), Beam(gamma=134, mu=27.5)],
 )
 def test_a_fast_beam_has_the_mesh_it_needs_at_once(beam, tolerance, monkeypatch):
-    """Though softening cancels all but the last digits of its lowest mode."""
+    """Although softening cancels most digits of the lowest mode."""
     solved = []
     solve_stack = Refinement.solve_stack
     monkeypatch.setattr(
@@ -187,7 +187,7 @@ def test_a_fast_beam_has_the_mesh_it_needs_at_once(beam, tolerance, monkeypatch)
 
 
 def test_extra_modes_of_a_sweep_need_not_meet_the_tolerance():
-    """They come with fewer unknowns than the same modes asked for, and honest bars."""
+    """They take fewer unknowns than the same modes asked for, and their errors hold."""
     sweep = [Beam(alpha=1, gamma=gamma) for gamma in np.linspace(1, 20, 40)]
     asked, extra = solve_many(sweep, modes=8), solve_many(sweep, extra_modes=2, modes=6)
     assert sum(s.stats.dof for s in extra) < sum(s.stats.dof for s in asked)

@@ -1,4 +1,4 @@
-"""What a solution promises: nodes, signs, read-only arrays, one line as its text; options named."""
+"""Solutions: nodes, signs of shapes, read-only arrays, text; calls and modules of a solve."""
 
 import cProfile
 import itertools

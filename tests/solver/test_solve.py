@@ -1,4 +1,4 @@
-"""solve(): every method against the others, failures told apart, nothing lost on the way."""
+"""solve() and solve_many(): methods against each other, the accepted domain, shapes and nodes."""
 
 import itertools
 

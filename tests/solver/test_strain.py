@@ -1,4 +1,4 @@
-"""Strain laws and curvature measures: derivatives, limits, and what the rows promise."""
+"""Strain laws: derivatives, limits, accuracy near f = 1, and the stretch of a force."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Terms left out: what stiffening, softening and Coriolis forces each do to the frequencies."""
+"""Terms left out: the effect of stiffening, softening and Coriolis forces on the frequencies."""
 
 import numpy as np
 import pytest

@@ -1,0 +1,154 @@
+"""Mode shapes of solutions as vectors, orthogonal in a product that contains the mass matrix and,
+with Coriolis forces, the gyroscopic one."""
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from beamviz.errors import BeamvizError
+from beamviz.solver import displacements
+from beamviz.solver.solution import Solution
+
+GAUSS_POINTS = 16  # of a mode vector, plus two for each mode, and more for a buckled beam
+
+Outcome = Solution | BeamvizError  # at one value of a parameter
+_gauss = lru_cache(maxsize=8)(np.polynomial.legendre.leggauss)
+
+
+class Points(NamedTuple):
+    """Modes at n ascending values of one parameter, m at each, as vectors with shape_i . dual_j = 1
+    for i = j and 0 otherwise. Shapes and duals are smooth functions of the parameter."""
+
+    at: np.ndarray  # (n,)
+    omega_squared: np.ndarray  # (n, m) ascending in each row
+    shapes: np.ndarray  # (n, m, d)
+    duals: np.ndarray  # (n, m, d)
+    kinetic: np.ndarray  # (n, 2, m, m) products across the beam and total; empty if not gyroscopic
+
+    def take(self, index: np.ndarray | slice) -> "Points":
+        """The points with these indices."""
+        return Points(*(array[index] for array in self))
+
+
+def gauss_points(solutions: Sequence[Solution]) -> int:
+    """Number of Gauss points for which the modes of the solutions are orthogonal.
+
+    A beam under compression P, with growth rate g ~ P / 2, has wave numbers up to
+    k = sqrt(P) = sqrt(2 g). A product of two modes has wave number 2 k and is, with an error that
+    decays fast, a polynomial of degree k on 0 .. 1, which k / 2 = sqrt(g / 2) points integrate.
+    """
+    growth = math.sqrt(max(-min(solution.omega_squared[0] for solution in solutions), 0.0))
+    return GAUSS_POINTS + 2 * len(solutions[0].omega_squared) + math.ceil(math.sqrt(growth / 2))
+
+
+def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Points:
+    """The modes, equal in number, of the outcomes at values (n,) that are solutions.
+
+    Shapes are sampled at `count` Gauss points of the whole beam and at the mass; inner products of
+    shapes and duals contain the weights and the mass.
+    """
+    solutions = [outcome for outcome in outcomes if isinstance(outcome, Solution)]
+    at = at[[isinstance(outcome, Solution) for outcome in outcomes]]
+    if not solutions:
+        return Points(at, *(np.empty((0, 0, 0, 0)[:d]) for d in (2, 3, 3, 4)))
+    squares = np.array([solution.omega_squared for solution in solutions])
+    none = np.empty((len(at), 2, 0, 0))
+    fields, masses = _fields(solutions, count)
+    if solutions[0].problem.state != "straight":
+        vectors = fields * np.sqrt(masses)
+        return Points(at, squares, *_complex_vectors(vectors, solutions), none)
+    gamma = np.array([solution.beam.gamma for solution in solutions])
+    if np.iscomplexobj(fields) and gamma.any():
+        return Points(at, squares, *_gyroscopic(_in_phase(fields, squares), masses, squares, gamma))
+    shapes = fields.reshape(*squares.shape, -1)
+    return Points(at, squares, shapes, (fields * masses).reshape(shapes.shape), none)
+
+
+def mass_weighted(solutions: Sequence[Solution], squares: np.ndarray, count: int) -> np.ndarray:
+    """u and w (n, m, 2, count + 1) of all modes at Gauss points and at the mass, times the roots of
+    weights and masses."""
+    fields, masses = _fields(solutions, count)
+    if np.iscomplexobj(fields):
+        fields = _in_phase(fields, squares)
+    return fields * np.sqrt(masses)
+
+
+def _in_phase(fields: np.ndarray, squares: np.ndarray) -> np.ndarray:
+    """u and w of gyroscopic modes of any phase: of (u, i w) where stable, else of (u, w)."""
+    u, w = fields[:, :, 0], fields[:, :, 1]
+    stable = (squares >= 0)[:, :, None]
+    return np.stack((u.real + u.imag, np.where(stable, w.imag - w.real, w.real)), axis=2)
+
+
+def _fields(solutions: Sequence[Solution], count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Displacements (n, m, 2, count + 1) of all modes at Gauss points and at the mass, of arbitrary
+    phase; weights and mass there (n, 1, 1, count + 1)."""
+    x, w = _gauss(count)
+    alpha, beta = np.array([(one.beam.alpha, one.beam.beta) for one in solutions]).T
+    stations, masses = (
+        np.column_stack((np.broadcast_to(common, (len(own), count)), own))
+        for common, own in (((x + 1) / 2, beta), (w / 2, alpha))
+    )
+    fields = displacements(solutions, stations)  # (n, count + 1, 2, m)
+    return fields.swapaxes(1, 3), masses[:, None, None, :]
+
+
+def _gyroscopic(
+    fields: np.ndarray, masses: np.ndarray, squares: np.ndarray, gamma: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Shapes, duals and kinetic energies in the product in which modes of M q" + 2 gamma G q' + K q
+    = 0 are orthogonal, (omega_i + omega_j) phi_i* M phi_j - 2 i gamma phi_i* G phi_j.
+
+    It is the difference of the equation of mode j times phi_i* and that of mode i times phi_j*. An
+    unstable mode is (u, w) instead of (u, i w), with the growth rate for omega. It is orthogonal to
+    both modes of a pair +-omega, so to their sum and difference, either half of the product. These
+    are added such that the product does not vanish at the onset of instability.
+    """
+    omega = np.sqrt(abs(squares))[:, :, None]
+    stable = (squares >= 0)[:, :, None]
+    u, w = fields[:, :, 0], fields[:, :, 1]
+    carried_u, carried_w = np.moveaxis(fields * masses, 2, 0)
+    across = (w * carried_w).sum(axis=2, keepdims=True) > (u * carried_u).sum(axis=2, keepdims=True)
+    half = np.where(stable | ~across, 1.0, -1.0)
+    double, signed = 2 * gamma[:, None, None], np.where(stable, omega, -omega)
+    shapes = np.concatenate((omega * u, w, w, half * signed * w, half * u, half * u), axis=2)
+    duals = np.concatenate(
+        (carried_u, signed * carried_w, -double * carried_u)
+        + (half * carried_w, half * omega * carried_u, -half * double * carried_w),
+        axis=2,
+    )
+    norms = (shapes * duals).sum(axis=2, keepdims=True)
+    size = np.sqrt(np.maximum(abs(norms), np.finfo(float).tiny))
+    u, w, carried_u, carried_w = (part / size for part in (u, w, carried_u, carried_w))
+    bending = w @ carried_w.mT
+    kinetic = np.stack((bending, bending + u @ carried_u.mT), axis=1)
+    return shapes / size, duals / size * np.sign(norms), kinetic
+
+
+def _complex_vectors(
+    fields: np.ndarray, solutions: Sequence[Solution]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Shapes and duals (n, m, d) of modes of beams that may be bent, complex in both components.
+
+    fields: u and w (n, m, 2, points) times the root of the mass. The product is the real part of
+    (omega_i + omega_j) phi_i* M phi_j - 2 i gamma phi_i* G phi_j, with i phi_i* G phi_j =
+    i sum (w_i* u_j - u_i* w_j). The phase makes sum (u^2 - w^2) real: (u, i w) of a straight beam.
+    """
+    omega = np.sqrt(abs(np.array([one.omega_squared for one in solutions])))[:, :, None]
+    coriolis = [one.beam.gamma if one.problem.gyroscopic else 0.0 for one in solutions]
+    root = np.sqrt(coriolis)[:, None, None]
+    fields = fields.astype(complex)
+    square = (fields[:, :, 0] ** 2 - fields[:, :, 1] ** 2).sum(axis=2)
+    fields = fields * np.exp(-0.5j * np.angle(square))[:, :, None, None]
+    u, w = fields[:, :, 0], fields[:, :, 1]
+    both = np.concatenate((u.real, u.imag, w.real, w.imag), axis=2)
+    swirl = np.concatenate((w.real, -w.imag, -u.real, u.imag), axis=2)
+    others = np.concatenate((u.imag, u.real, w.imag, w.real), axis=2)
+    shapes = np.concatenate((omega * both, both, root * swirl), axis=2)
+    duals = np.concatenate((both, omega * both, 2 * root * others), axis=2)
+    norms = (shapes * duals).sum(axis=2, keepdims=True)
+    size = np.sqrt(np.maximum(abs(norms), np.finfo(float).tiny))
+    return shapes / size, duals / size * np.sign(norms)
