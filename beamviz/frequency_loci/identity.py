@@ -1,5 +1,5 @@
-"""Identity of modes: corresponding modes of two solutions, and one name for each mode wherever a
-beam is shown, also where Coriolis forces mix the shapes."""
+"""Corresponding modes of two solutions, and the names of modes, also where Coriolis forces mix
+shapes."""
 
 from itertools import combinations
 from typing import NamedTuple
@@ -14,22 +14,22 @@ from beamviz.frequency_loci.mode_vectors import gauss_points, mass_weighted
 from beamviz.solver import MAX_MODES, OPTIONS, solve
 from beamviz.solver.solution import Solution
 
-LOST = 0.25  # MAC below which two modes are no pair
+LOST = 0.25  # MAC below which two modes do not correspond
 
 
 class ModeMatch(NamedTuple):
     """Correspondence of the modes of two solutions."""
 
-    partner: np.ndarray  # (m1,) mode of the second for each of the first, -1 where none is alike
+    partner: np.ndarray  # (m1,) mode of the second for each of the first, -1 where none corresponds
     mac: np.ndarray  # (m1, m2) mass-weighted modal assurance criterion, 0 .. 1
 
 
 def match_modes(first: Solution, second: Solution) -> ModeMatch:
     """Match the modes of two solutions by the correlation of their mass-weighted shapes.
 
-    The solutions may differ in beam, model and number of modes. The assignment has the largest sum
-    of the MAC; pairs below LOST are no pairs. Two modes that are mixtures of the same two shapes
-    keep their order.
+    The solutions may differ in beam, model and number of modes. The assignment maximises the sum of
+    the MAC; pairs below LOST are dropped. Two modes that are mixtures of the same two shapes keep
+    their order.
     """
     count = max(gauss_points([first]), gauss_points([second]))
     a, b = (
@@ -49,8 +49,8 @@ def match_modes(first: Solution, second: Solution) -> ModeMatch:
     return ModeMatch(partner, mac)
 
 
-EXTRA_MODES = 2  # solved for without Coriolis forces, where another mode may be the fifth
-MIN_SHARE = 0.1  # MAC of a mode that counts as a part of a mixture
+EXTRA_MODES = 2  # solved for without Coriolis forces, where the order of modes may differ
+MIN_SHARE = 0.1  # MAC from which a mode is a part of a mixture
 
 
 class ModeIdentity(NamedTuple):
@@ -67,17 +67,17 @@ class ModeIdentity(NamedTuple):
     def summary(self) -> str:
         """The mixtures in one line: "S1 and B3 mixed 55:45" for two modes that are mixtures of each
         other, "B4: B4/S2 mixed 80:20" for one whose other part is not among the modes."""
-        told = dict(zip(self.labels, self.mixtures, strict=True))
+        of = dict(zip(self.labels, self.mixtures, strict=True))
         groups: dict[frozenset[str], list[str]] = {}
-        for label in filter(told.get, told):
-            parts = frozenset(told[label].partition(" ")[0].split("/"))
+        for label in filter(of.get, of):
+            parts = frozenset(of[label].partition(" ")[0].split("/"))
             groups.setdefault(parts, []).append(label)
         lines = []
         for parts, group in groups.items():
             if parts == set(group):
-                lines.append(f"{' and '.join(group)} {told[group[0]].partition(' ')[2]}")
+                lines.append(f"{' and '.join(group)} {of[group[0]].partition(' ')[2]}")
             else:
-                lines += [f"{label}: {told[label]}" for label in group]
+                lines += [f"{label}: {of[label]}" for label in group]
         return "; ".join(lines)
 
 
@@ -85,9 +85,9 @@ def identify_modes(solution: Solution) -> ModeIdentity:
     """The names of the modes of a solution.
 
     Without Coriolis forces they are those of `solution.labels`: stretching and bending are
-    uncoupled, and within a family the order never changes. Coriolis forces couple them: a mode is
-    called as the mode of the same beam without these forces that its shape is most like, and where
-    it is like several, the mixture is told. So a name stays with its shape through a veering.
+    uncoupled, and the order within a family never changes. With them a mode has the name of the
+    corresponding mode of the same beam without them, and where it is a mixture of several modes,
+    their shares. So the name follows the shape through a veering.
     """
     found = _known.get(solution)
     if found is None:
@@ -111,7 +111,7 @@ def _identified(solution: Solution) -> ModeIdentity:
         return pure
     partner, mac = match_modes(solution, uncoupled)
     names = [uncoupled.labels[k] if k >= 0 else "" for k in partner]
-    for k, label in enumerate(labels):  # of a shape that is like none
+    for k, label in enumerate(labels):  # no corresponding mode
         number = 1
         while not names[k]:
             name, number = f"{label[0]}{number}", number + 1
@@ -120,7 +120,7 @@ def _identified(solution: Solution) -> ModeIdentity:
 
 
 def _mixture(mac: np.ndarray, labels: tuple[str, ...]) -> str:
-    """Of which modes (m,) a shape consists, the largest part first; "" where it is one of them."""
+    """The modes (m,) that a shape is a mixture of, by descending share; "" for a single mode."""
     parts = [k for k in np.argsort(-mac) if mac[k] >= MIN_SHARE]
     if len(parts) < 2:
         return ""
@@ -129,11 +129,9 @@ def _mixture(mac: np.ndarray, labels: tuple[str, ...]) -> str:
 
 
 def names_of_branches(found: Loci, value: float) -> dict[str, str]:
-    """The names of the modes, by the label of the branch they belong to, at the solved value that
-    is nearest to `value`.
+    """The names of the modes by branch label, at the value of the sweep nearest to `value`.
 
-    A branch keeps its label while its shape may change: two branches that veer exchange their
-    shapes, and with them the names of their modes.
+    Two branches that veer keep their labels and exchange their shapes, so the names of their modes.
     """
     k = int(np.argmin(abs(found.values - value)))
     solution = next((one.solutions[k] for one in found.branches), None)

@@ -1,24 +1,23 @@
 """omega^2 along one parameter as Chebyshev interpolants on pieces, refined until they converge.
 
 Within a family the k-th omega^2 is an analytic function of the parameter. Two that veer have branch
-points near the real axis, but their mean and the square of their difference have none: where one
-does not converge by itself, these are interpolated instead. Where one veers with both neighbours,
-as over the place of the mass, a characteristic function of the family is, in less solves.
+points near the real axis, but their mean and the square of their difference have none: these are
+interpolated where omega^2 does not converge. Where a mode veers with both neighbours, as over beta,
+a characteristic function of the family takes fewer solves.
 
-Among modes that all couple, narrow veerings are many: these take a characteristic function too, or
-the matrix of a block of them.
+Coupled modes have many narrow veerings: a characteristic function is interpolated, or the matrix of
+a block of modes.
 
-Solves between the nodes, which no interpolant uses, check the error of each.
+Solves at check points between the nodes measure the error of each interpolant.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.beam import Beam
 from beamviz.frequency_loci import block, characteristic
 from beamviz.frequency_loci.axis import Axis
 from beamviz.frequency_loci.characteristic import Characteristic
@@ -33,59 +32,29 @@ from beamviz.frequency_loci.chebyshev import (
 )
 from beamviz.frequency_loci.pieces import Piece, of_root
 from beamviz.frequency_loci.spectra import BENDING_ERROR, MISFIT, TAIL, Spectra, positive_shift
+from beamviz.frequency_loci.sweep import Sweep
 from beamviz.solver import is_small_strain
 
-FIRST_ORDERS = {"gamma": 14, "alpha": 18, "delta": 8, "mu": 16}  # of a whole axis
-STRETCHED_ORDER = 20  # the same over gamma, up to a large strain
-PER_MODE = 4, 6  # the same over beta, for each mode; where all modes couple
+FIRST_ORDERS = {"gamma": 14, "alpha": 18, "delta": 8, "mu": 16}  # for a whole axis
+STRETCHED_ORDER = 20  # over gamma, up to a large strain
+PER_MODE = 4, 6  # over beta, per mode; the second where all modes couple
 COUPLED_ORDERS = {"gamma": 20, "alpha": 18, "delta": 20, "mu": 32}  # where all modes couple
-ORDERS = (LEAST, 32, 192)  # least; least and greatest of a whole axis before it is halved
-FEW_NODES = 24  # order up to which a block is tried first: it takes less time for each point
-FEW = 64  # greatest order of a part of it; below it the rate of convergence is known roughly
-MULTIPLES, EXPECTED = (2, 3, 4, 5, 6), 0.1  # of an order to try next; ratio that it should reach
-SHARE = 0.5  # of the tolerance, and of the solver's error: an interpolation error that is accepted
+ORDERS = (LEAST, 32, 192)  # least; least and greatest for a whole axis before it is halved
+FEW_NODES = 24  # order up to which a block is tried first: it is faster to evaluate
+FEW = 64  # greatest order of a part of the axis; below it the convergence rate is inaccurate
+MULTIPLES, EXPECTED = (2, 3, 4, 5, 6), 0.1  # of an order, for the next; error ratio to be expected
+SHARE = 0.5  # accepted interpolation error, of the tolerance and of the solver's error
 FLOOR = 1.0  # omega^2 below which the error is absolute, near the onset of instability
-OUTSIDE = 1e3  # times that of requested modes: accepted error of the mode above them
-SHORTEST = 1e-8  # of the axis: a shorter piece is not halved
-ISOLATED = 1 / 64  # of the axis: the same of a piece in which a value has no solution
-AT_REST = 1e-7  # gamma that stands for 0 where all modes couple: omega^2 differs by its square
-STALLED = (0.8, 3)  # an error that falls by less, for so many halvings, is not interpolation's
-
-
-class Solves(Protocol):
-    """What is interpolated."""
-
-    modes: int
-
-    @property
-    def tolerance(self) -> float:
-        """Relative error of a frequency that is asked for."""
-
-    @property
-    def coupled(self) -> bool:
-        """Whether all modes couple; else the families are independent."""
-
-    @property
-    def exhausted(self) -> bool:
-        """Whether no more solves are to be spent on refinement."""
-
-    def at(self, value: float) -> Beam:
-        """The beam at a value."""
-
-    def spectra(self, values: np.ndarray) -> Spectra:
-        """The modes at some values; nan where there is no solution."""
-
-    def mesh_spectra(self, values: np.ndarray) -> np.ndarray | None:
-        """omega^2 (n, families, k) of all modes of the meshes, where these are known."""
-
-    def points(self, values: np.ndarray) -> Any:
-        """Their shapes, as far as there are solutions: `sweep.Points`."""
+OUTSIDE = 1e3  # accepted error of the mode above the requested ones, relative to theirs
+SHORTEST = 1e-8  # of the axis: length below which a piece is not halved
+ISOLATED = 1 / 64  # of the axis: the same for a piece with a value without solution
+AT_REST = 1e-7  # replaces gamma = 0 where all modes couple: omega^2 differs by its square
+STALLED = (0.8, 3)  # reduction and number of halvings from which an error is not of interpolation
 
 
 def _functions(spectra: Spectra, alone: bool) -> np.ndarray:
-    """What is interpolated, (functions, values, families, k): omega^2, perhaps alone; of modes that
-    all couple the bending fraction, else of omega^2 and the next one the mean and the square of the
-    difference."""
+    """The functions interpolated, (functions, values, families, k): omega^2; unless `alone`, of
+    coupled modes the bending fraction, else mean and squared difference of omega^2 and the next."""
     squares, _, bending = spectra
     if alone:
         return squares[None]
@@ -99,32 +68,27 @@ def _functions(spectra: Spectra, alone: bool) -> np.ndarray:
 
 
 class _Attempt(NamedTuple):
-    low: float
+    low: float  # of the variable t
     high: float
     order: int
-    ratio: float = np.inf  # of the error to that accepted, before it was halved
-    stalled: int = 0  # halvings that did not reduce it
+    ratio: float = np.inf  # of the error to that accepted, before the piece was halved
+    stalled: int = 0  # number of halvings that did not reduce it
 
 
 @dataclass
 class Interpolated:
-    """The modes of a piece in the place of solves: to interpolate the roots of characteristic
-    functions, which take longer, in their turn."""
+    """A sweep with the modes of a piece instead of solves: interpolates the roots of characteristic
+    functions again, by polynomials, which are faster."""
 
-    sweep: Solves
+    sweep: Sweep
     axis: Axis
     piece: Piece
     modes: int
     tolerance: float
     coupled = False
-    exhausted = False
-
-    def at(self, value: float) -> Beam:
-        """The beam at a value."""
-        return self.sweep.at(value)
 
     def spectra(self, values: np.ndarray) -> Spectra:
-        """The interpolated modes, whose errors are the sums of both."""
+        """The interpolated modes; their errors are those of solver and interpolation."""
         found, error = self.piece.at(self.axis.t(values))
         return found._replace(errors=found.errors + error)
 
@@ -136,7 +100,10 @@ class Interpolated:
         return self.sweep.points(values)
 
 
-def interpolate(sweep: Solves, axis: Axis) -> list[Piece]:
+Solves = Sweep | Interpolated
+
+
+def interpolate(sweep: Sweep, axis: Axis) -> list[Piece]:
     """The pieces of an axis, ascending."""
     start, stop = axis.t_ends
     if start == stop:
@@ -144,8 +111,8 @@ def interpolate(sweep: Solves, axis: Axis) -> list[Piece]:
     return _interpolate(sweep, axis, _first(sweep, axis))
 
 
-def _interpolate(sweep: Solves, axis: Axis, first: _Attempt) -> list[Piece]:
-    """The pieces of an attempt, ascending; in each round all of them are solved for at once."""
+def _interpolate(sweep: Sweep, axis: Axis, first: _Attempt) -> list[Piece]:
+    """The pieces of an attempt, ascending; the solves of each round are batched."""
     whole = first.high - first.low
     shortest = SHORTEST * whole
     pending = [first]
@@ -177,8 +144,8 @@ def _interpolate(sweep: Solves, axis: Axis, first: _Attempt) -> list[Piece]:
     return sorted(pieces, key=lambda piece: piece.low)
 
 
-def _faster(sweep: Solves, axis: Axis, piece: Piece) -> Piece:
-    """A piece of characteristic functions by polynomials instead, where these converge."""
+def _faster(sweep: Sweep, axis: Axis, piece: Piece) -> Piece:
+    """The modes of a piece of characteristic functions as polynomials, where these converge."""
     found = Interpolated(sweep, axis, piece, sweep.modes, sweep.tolerance)
     attempt = _Attempt(piece.low, piece.high, ORDERS[2])
     places = _places(axis, attempt)
@@ -186,14 +153,14 @@ def _faster(sweep: Solves, axis: Axis, piece: Piece) -> Piece:
     return piece if other.errors is None else other
 
 
-def root_places(sweep: Solves, axis: Axis) -> np.ndarray:
-    """The values that the interpolation of an axis begins with."""
+def root_places(sweep: Sweep, axis: Axis) -> np.ndarray:
+    """The first values that the interpolation of an axis solves."""
     return _places(axis, _first(sweep, axis))
 
 
-def _first(sweep: Solves, axis: Axis) -> _Attempt:
-    """The whole axis, of an order at which it often converges: a mass sees the waves of all modes
-    as it moves along the beam."""
+def _first(sweep: Sweep, axis: Axis) -> _Attempt:
+    """The whole axis, of an order that often suffices: over beta in proportion to the number of
+    modes, whose waves the mass passes."""
     start, stop = axis.t_ends
     orders = COUPLED_ORDERS if axis.coupled else FIRST_ORDERS
     order = orders.get(axis.over, PER_MODE[axis.coupled] * sweep.modes + 8)
@@ -203,7 +170,7 @@ def _first(sweep: Solves, axis: Axis) -> _Attempt:
 
 
 def unresolved(axis: Axis, spectra: Spectra) -> Piece:
-    """An axis as one piece that is not interpolated."""
+    """An axis as one piece without interpolation."""
     none = np.zeros(spectra.squares.shape[1:], bool)
     start, stop = axis.t_ends
     return Piece(start, stop, spectra, None, none, none)
@@ -217,11 +184,11 @@ def _places(axis: Axis, attempt: _Attempt) -> np.ndarray:
     return np.maximum(places, AT_REST) if axis.over == "gamma" and axis.coupled else places
 
 
-@np.errstate(all="ignore")  # of modes that are not known everywhere
+@np.errstate(all="ignore")  # modes not known at all values are nan
 def _fit(
     sweep: Solves, attempt: _Attempt, places: np.ndarray, solved: Spectra
 ) -> tuple[Piece, float, int]:
-    """The piece of an attempt; the ratio of its error to that accepted; the next order to try."""
+    """The piece of an attempt, the ratio of its error to that accepted, and the next order."""
     low, high, order, *_ = attempt
     nodes = solved.take(slice(order + 1))
     rank = np.where(np.isfinite(solved.squares), solved.rank, np.inf).min(axis=0)
@@ -261,7 +228,7 @@ def _fit(
 
 
 def _largest(ratios: np.ndarray, rate: Any, power: int) -> float:
-    """The largest of ratios that all fall by a rate to a power."""
+    """The largest of ratios that fall by a power of a rate."""
     return float((ratios * rate**power).max())
 
 
@@ -273,9 +240,8 @@ def _by_block(
     accepted: np.ndarray,
     alone: np.ndarray,
 ) -> tuple[Piece, np.ndarray, Any] | None:
-    """The piece with a block of modes that all couple; the ratios of its errors to those accepted;
-    by what factors they are expected to fall when the order grows by a half. None without shapes.
-    """
+    """The piece with a block of coupled modes, the ratios of its errors to those accepted, and the
+    factors by which they fall when the order grows by a half. None without shapes."""
     if not (fitted := block.fit(sweep.points(places), solved, piece.order)):
         return None
     found, errors, rates = fitted
@@ -294,9 +260,9 @@ def _by_characteristics(
     accepted: np.ndarray,
     alone: np.ndarray,
 ) -> tuple[Piece, np.ndarray, Any] | None:
-    """The piece with the characteristic functions of the families some of whose errors exceed those
-    accepted, by the ratios `alone`; the ratios (families, k) with them; by what factor the largest
-    is expected to fall when the order grows by a half. None without the spectra of all meshes."""
+    """The piece with characteristic functions of the families with a ratio above 1 in `alone`, the
+    error ratios (families, k) with them, and the factor by which the largest falls when the order
+    grows by a half. None without the spectra of all meshes."""
     needed = np.isfinite(accepted)
     spectra, kinetic = sweep.mesh_spectra(places), None
     if spectra is None:
@@ -332,9 +298,9 @@ def _by_characteristics(
 
 
 def _next_order(order: int, ratio: Callable[[int], float]) -> int:
-    """The least multiple of an order, whose nodes are used again, at which the ratio, for a power
-    of the rates by which errors fall when the order grows by a half, is expected to be accepted
-    with a margin, or a step towards it; the order itself if there is none."""
+    """The least multiple of an order, which includes its nodes, with an expected error ratio of at
+    most EXPECTED, or a step towards it; the order itself if there is none. ratio: of the power of
+    the rates by which errors fall when the order grows by a half."""
     multiples = (m for m in MULTIPLES if m * order <= ORDERS[2])
     best = next((m for m in multiples if ratio(2 * (m - 1)) <= EXPECTED), 1)
     return order * (min(best, 2) if order < FEW else best)
@@ -353,13 +319,13 @@ def _accepted(sweep: Solves, solved: Spectra, rank: np.ndarray) -> np.ndarray:
 
 
 def _next(paired: np.ndarray) -> np.ndarray:
-    """The modes (families, k) above those that are paired."""
+    """The modes (families, k) above paired ones."""
     return np.pad(paired[:, :-1], ((0, 0), (1, 0)))
 
 
 def _estimates(order: int, functions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The errors (functions, families, k) of functions at the nodes and check points, and by what
-    factors they are expected to fall when the order grows by a half."""
+    """The errors (functions, families, k) of functions at the nodes and check points, and the
+    factors by which they fall when the order grows by a half."""
     points, shape = lobatto(order), (len(functions), *functions.shape[2:])
     flat = np.moveaxis(functions, 1, 0).reshape(functions.shape[1], -1)
     nodes, checks = flat[: order + 1], flat[order + 1 :]
@@ -372,10 +338,10 @@ def _estimates(order: int, functions: np.ndarray) -> tuple[np.ndarray, np.ndarra
 def _cover(
     errors: np.ndarray, least: np.ndarray, needed: np.ndarray, accepted: np.ndarray
 ) -> tuple[np.ndarray, float]:
-    """Which modes (families, k) of uncoupled families are interpolated in a pair with the next one
-    so that the errors of all are accepted, and the largest ratio of an error to that accepted.
+    """Whether modes (families, k) of uncoupled families are interpolated in a pair with the next
+    one, for the least errors, and the largest ratio of an error to that accepted.
 
-    least: of the squares of differences; of no use where all are accepted alone."""
+    least: least squared differences; not used where all modes converge alone."""
     alone = np.where(needed, errors[0] / accepted, 0.0)
     paired, worst = np.zeros(needed.shape, bool), 0.0
     if (alone <= 1).all():

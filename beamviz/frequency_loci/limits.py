@@ -1,4 +1,4 @@
-"""Limits of a sweep: where equilibrium, stability or convergence begin and end."""
+"""Limits of a sweep: values at which equilibrium, stability or convergence begin or end."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -17,13 +17,13 @@ from beamviz.frequency_loci.mode_vectors import Outcome
 from beamviz.frequency_loci.sweep import Sweep
 from beamviz.solver.solution import Solution
 
-PRECISION = 1e-9  # relative: how exactly the end of an equilibrium or of stability is located
-FINEST = 1e-12  # of the sweep: nor more exactly than this
-ROUGH = 1e-5  # of the sweep: how exactly the end of convergence is located
-OVERSHOOT = 0.1  # of the interval left: how far beyond the extrapolated limit it is bracketed
-EXTRAPOLATED = 3  # values
-MAX_SOLVES = 300  # for all limits of a sweep; one takes about 10, and few sweeps have more than 4
-BESIDE = 1e-5  # of the sweep: distance from an interpolated onset of instability to its bracket
+PRECISION = 1e-9  # relative, of a limit of equilibrium or stability
+FINEST = 1e-12  # of the sweep: least precision of these
+ROUGH = 1e-5  # of the sweep: precision of a limit of convergence
+OVERSHOOT = 0.1  # of the remaining interval: trial value beyond the extrapolated limit
+EXTRAPOLATED = 3  # number of values that a limit is extrapolated from
+MAX_SOLVES = 300  # for all limits of a sweep; one takes about 10, few sweeps have more than 4
+BESIDE = 1e-5  # of the sweep: half-width of the bracket of an interpolated onset of instability
 
 WORDS = {
     NoEquilibrium.kind: "no equilibrium",
@@ -32,11 +32,11 @@ WORDS = {
 }
 ERRORS = NoEquilibrium.kind, NotConverged.kind
 
-Change = tuple[float, str]  # where the state changes, and to which
+Change = tuple[float, str]  # value and new state
 
 
 class Limit(NamedTuple):
-    """A part of a sweep without equilibrium, without stability or without convergence."""
+    """A range of a sweep without equilibrium, stability or convergence."""
 
     kind: str  # "no-equilibrium", "unstable", "not-converged"
     start: float
@@ -50,7 +50,7 @@ def _state(outcome: Outcome) -> str:
 
 
 class _ThirdState(Exception):
-    """A third state between two others."""
+    """A third state was found between two values with different states."""
 
     def __init__(self, at: float):
         self.at = at
@@ -58,7 +58,7 @@ class _ThirdState(Exception):
 
 @dataclass
 class LimitSearch:
-    """Search between solved values of a sweep, with a limited number of solves."""
+    """Search for limits between the solved values of a sweep, with a limited number of solves."""
 
     sweep: Sweep
     length: float  # of the sweep
@@ -66,7 +66,7 @@ class LimitSearch:
     remaining: int = MAX_SOLVES  # solves
 
     def axes(self) -> list[Axis]:
-        """The parts of the sweep with solutions; `changes` are where they begin and end."""
+        """The ranges of the sweep with solutions; their ends are added to `changes`."""
         outcomes = self.sweep.outcomes
         solved = sorted(outcomes)
         axes: list[Axis] = []
@@ -88,7 +88,7 @@ class LimitSearch:
         )
 
     def _axis(self, low: float, high: float, limited: tuple[bool, bool]) -> list[Axis]:
-        """The axis between two changes: to limits of equilibrium, else to the last solutions."""
+        """The axis between two changes, up to limits of equilibrium or else the last solutions."""
         solved = [
             value
             for value, outcome in self.sweep.outcomes.items()
@@ -100,14 +100,14 @@ class LimitSearch:
         return [replace(self.sweep.axis(*ends), limited=limited)]
 
     def find_instabilities(self, curves: Curves) -> None:
-        """Add to `changes` where the lowest omega^2 of loci vanishes."""
+        """Add the values at which the lowest omega^2 of the loci vanishes to `changes`."""
 
         def lowest(p: np.ndarray, squares: np.ndarray) -> np.ndarray:
             return np.arcsinh(np.fmin.reduce(squares, axis=(1, 2)))[:, None]
 
         samples = np.fmin.reduce(curves.table.squares, axis=(1, 2))
         if samples.min() > abs(np.diff(samples)).max(initial=0.0):
-            return  # too far from zero to reach it between two samples
+            return  # too large to vanish between two samples
         beside = BESIDE * self.length
         start, stop = curves.table.at[[0, -1]].tolist()
         for root in curves.roots(lowest):
@@ -119,7 +119,7 @@ class LimitSearch:
                 self.changes += self._between(low, high)
 
     def limits(self, start: float, stop: float) -> Iterator[Limit]:
-        """The parts of start .. stop without equilibrium, stability or convergence."""
+        """The ranges of start .. stop without equilibrium, stability or convergence."""
         kinds: list[Change] = [(start, _state(self.sweep.outcomes[start]))]
         for at, kind in sorted(self.changes):
             if kind != kinds[-1][1]:
@@ -127,13 +127,12 @@ class LimitSearch:
         ends = [*(at for at, _ in kinds[1:]), stop]
         for (low, kind), high in zip(kinds, ends, strict=True):
             if kind in WORDS:
-                about = "" if self.remaining > 0 else "about "  # some are halfway between values
+                about = "" if self.remaining > 0 else "about "  # some are midpoints
                 message = f"{WORDS[kind]} for {self.sweep.over} = {about}{low:.6g} .. {high:.6g}"
                 yield Limit(kind, low, high, message)
 
     def _between(self, low: float, high: float) -> list[Change]:
-        """Where the state changes between two solved values, and to which; halfway once no solves
-        remain."""
+        """The changes of state between two solved values; at the midpoint once no solves remain."""
         before, after = self.sweep.outcomes[low], self.sweep.outcomes[high]
         if _state(before) == _state(after):
             return []
@@ -151,26 +150,26 @@ class LimitSearch:
         return [(at, _state(after))]
 
     def _onset_of_instability(self, low: float, high: float) -> float:
-        """Where the lowest omega^2 vanishes."""
+        """The value at which the lowest omega^2 vanishes."""
 
         def lowest(value: float) -> float:
             outcome = self._outcome(value)
             if not isinstance(outcome, Solution):
                 raise _ThirdState(value)
-            return math.asinh(outcome.omega_squared[0])  # a straighter line: it may reach -1e9
+            return math.asinh(outcome.omega_squared[0])  # nearer to a straight line: it may be -1e9
 
         return brentq(lowest, low, high, xtol=FINEST * self.length, rtol=PRECISION)
 
     def _end_of_equilibrium(self, low: float, high: float) -> float:
-        """Where the equilibrium, or convergence, begins or ends: by bisection, or faster by
-        extrapolation of the excess of the beam's speed over the last one with an equilibrium."""
+        """The value at which equilibrium, or convergence, begins or ends: by bisection, accelerated
+        by extrapolation of the excess of gamma over the limit of equilibrium."""
         before, after = self._outcome(low), self._outcome(high)
         numerical = isinstance(before, NotConverged) or isinstance(after, NotConverged)
         coarse = ROUGH * self.length if numerical else 0.0
         ends_at_stop = isinstance(after, NoEquilibrium)
         existence = isinstance(before, NoEquilibrium) != ends_at_stop
 
-        def state(outcome: Outcome) -> Any:  # numerics may fail close to the end of an equilibrium
+        def state(outcome: Outcome) -> Any:  # solves may fail close to a limit
             return isinstance(outcome, NoEquilibrium) if existence else _state(outcome)
 
         start, stop, root = low, high, math.nan
@@ -201,19 +200,18 @@ class LimitSearch:
         self.remaining -= value not in self.sweep.outcomes
         (outcome,) = self.sweep.solve(np.array([value]))
         if isinstance(outcome, NoEquilibrium) and self.sweep.at(value).gamma < outcome.limit:
-            return NotConverged(str(outcome))  # there is one, too near its end to be solved
+            return NotConverged(str(outcome))  # it exists, but is too near its limit
         return outcome
 
     def _excess(self, value: float, outcome: Outcome) -> list[tuple[float, float]]:
-        """Where no equilibrium exists at such a speed: by how much this exceeds its limit, and the
-        value."""
+        """The excess of gamma over the limit of equilibrium and the value; empty without limit."""
         if not (isinstance(outcome, NoEquilibrium) and math.isfinite(outcome.limit)):
             return []
         return [(self.sweep.at(value).gamma - outcome.limit, value)]
 
 
 def _extrapolate(excesses: Sequence[tuple[float, float]]) -> float:
-    """The value without excess, by those with the least; nan if they are too few."""
+    """The value of no excess, extrapolated from the least ones; nan for fewer than two."""
     excess, values = np.array(sorted(excesses)[:EXTRAPOLATED]).reshape(-1, 2).T
     if len(excess) < 2 or not np.diff(excess).all():
         return math.nan

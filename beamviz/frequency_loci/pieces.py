@@ -1,5 +1,5 @@
-"""Modes along a part of an axis: Chebyshev interpolants of omega^2, of the logarithm of a small
-matrix or of a characteristic function, with the errors that they were found to have."""
+"""Modes on a part of an axis: Chebyshev interpolants of omega^2, of the logarithm of a small matrix
+or of a characteristic function, with their estimated errors."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -14,21 +14,21 @@ from beamviz.frequency_loci.spectra import MISFIT, TAIL, Spectra
 
 @dataclass(frozen=True)
 class Piece:
-    """A part of the axis with the modes at its nodes; `errors` is None where the interpolation did
-    not converge: the modes at the solved values are all that is known there."""
+    """A part of the axis with the modes at its nodes. `errors` is None where the interpolation did
+    not converge."""
 
     low: float  # of the variable t
     high: float
     spectra: Spectra
     errors: np.ndarray | None  # of `_functions`, (functions, families, k)
     needed: np.ndarray  # (families, k) whether the mode is interpolated
-    paired: np.ndarray  # (families, k) whether with the next one
-    block: Block | None = None  # which is interpolated instead
-    characteristics: tuple[Characteristic | None, ...] = ()  # of families, likewise
+    paired: np.ndarray  # (families, k) whether together with the next one
+    block: Block | None = None  # interpolated instead, if any
+    characteristics: tuple[Characteristic | None, ...] = ()  # of families, the same
 
     @property
     def order(self) -> int:
-        """One less than its nodes."""
+        """Order of the interpolation."""
         return len(self.spectra.squares) - 1
 
     @property
@@ -37,8 +37,8 @@ class Piece:
         return on_piece(self.low, self.high, lobatto(self.order).dense_nodes)
 
     def at(self, t: np.ndarray) -> tuple[Spectra, np.ndarray]:
-        """The modes at values (n,) of the variable, and the errors (n, families, k) of omega^2 from
-        interpolation, which come on top of the solver's; nan where it is not interpolated."""
+        """The modes at values (n,) of the variable, with the errors of the solver, and the errors
+        (n, families, k) of omega^2 by interpolation; nan where it is not interpolated."""
         assert self.errors is not None
         points, x = lobatto(self.order), self._local(t)
         rows = points.rows(x)
@@ -83,7 +83,7 @@ class Piece:
         return squares
 
     def _local(self, t: np.ndarray) -> np.ndarray:
-        """Values of the variable on -1 .. 1."""
+        """Values of the variable mapped to -1 .. 1."""
         return 2 * (t - self.low) / (self.high - self.low) - 1
 
     def _squares(self, rows: np.ndarray) -> np.ndarray:
@@ -101,14 +101,14 @@ class Piece:
         return found
 
     def _pairs(self, rows: np.ndarray) -> Iterator[tuple[int, int, np.ndarray, np.ndarray]]:
-        """Family and number of the lower mode of each pair, mean and squared difference (n,)."""
+        """Family and index of the lower mode of each pair, mean and squared difference (n,)."""
         for f, k in np.argwhere(self.paired).tolist():
             lower, upper = self.spectra.squares[:, f, k], self.spectra.squares[:, f, k + 1]
             yield f, k, rows @ ((lower + upper) / 2), rows @ (upper - lower) ** 2
 
 
 def of_root(square: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """The error of half the root of a square with an error."""
+    """The error of sqrt(square) / 2 by the error of the square."""
     square = np.maximum(square, 0.0)
     below = np.sqrt(square) + np.sqrt(square + error)
     return error / np.maximum(2 * below, np.finfo(float).tiny)

@@ -1,7 +1,7 @@
-"""Two modes near their least gap, as a 2 x 2 problem in the shapes that they have beside it.
+"""Two modes near their least gap, as a 2 x 2 problem in the basis of their shapes away from it.
 
-Its entries are smooth however sharply the loci veer, so few points locate the gap. With half the
-difference d of its diagonal and its coupling c,
+Its entries are smooth however sharply the loci veer, so few points suffice to locate the gap. With
+half the difference d of its diagonal and the coupling c,
 
     omega_b^2 - omega_a^2 = 2 sqrt(d^2 + |c|^2).
 """
@@ -14,30 +14,30 @@ from scipy.optimize import brentq
 
 from beamviz.frequency_loci.mode_vectors import Points
 
-TOUCHING = 1e-8  # of omega^2: a smaller gap is rounding
-NEAREST = 6  # points the entries are interpolated from
-CAPTURED = 0.7  # least share of the two shapes in a point that is used
+TOUCHING = 1e-8  # relative gap, of omega^2, below which it is rounding
+NEAREST = 6  # most points from which the entries are interpolated
+CAPTURED = 0.7  # least share of the reference shapes in the two modes of a point used
 SPACING = 1e-3  # of the interval: least distance of the points interpolated from
-SAMPLES = 33  # of an interpolated gap, again and again around the minimum
+SAMPLES = 33  # of an interpolated gap in each interval around the minimum
 MAX_ZOOMS = 12
-FLAT = 1e-9  # of the gap: a smaller difference is rounding
-FLOOR = 1e-12  # omega^2, where an interpolation falls below 0
+FLAT = 1e-9  # relative difference of gaps below which it is rounding
+FLOOR = 1e-12  # replaces an interpolated omega^2 below it
 
 
 class Approach(NamedTuple):
-    """Where two frequencies come closest."""
+    """The least gap of two frequencies."""
 
     at: float
     frequency: float  # mean of the two
     gap: float  # 0 where the loci touch
-    width: float  # |c / d'|: at this distance the gap is sqrt(2) times the least
+    width: float  # |c / d'|: distance at which the gap is sqrt(2) times the least
     modes: tuple[int, int]  # indices of the two among all modes
 
 
 def reduce(reference: np.ndarray, points: Points) -> np.ndarray:
-    """Parameter, mean, d, c and the indices (n, 6) of the two modes nearest to two shapes.
+    """Parameter, mean, d, c and the indices (n, 6) of the two modes most like two shapes (2, d).
 
-    Points in which the shapes are not recovered are left out.
+    Points whose modes do not contain the shapes are left out.
     """
     B = reference.conj() @ points.duals.swapaxes(1, 2)
     modes = (abs(B) ** 2).sum(axis=1).argsort(axis=1)[:, :-3:-1]
@@ -70,7 +70,7 @@ class TwoModes(NamedTuple):
         return (low + high) / 2, 2 * r / (low + high)
 
     def closest(self, low: float, high: float) -> float:
-        """Where the two frequencies come closest: at the root of d if nothing couples them."""
+        """The parameter of the least gap: the root of d for uncoupled modes."""
 
         def d(p: float) -> float:
             return float(self.entries(p)[1].real)
@@ -88,10 +88,10 @@ class TwoModes(NamedTuple):
 
 
 def closest(entries: np.ndarray, near: float, low: float, high: float) -> Approach:
-    """Where the two frequencies come closest by the entries known so far.
+    """The least gap by the `entries` (n, 6) from `reduce`.
 
-    These are interpolated through the points nearest to `near` that are at least SPACING apart:
-    closer ones would make polynomials of the solver's rounding.
+    These are interpolated through the points nearest to `near` that are at least SPACING apart, as
+    the difference of closer ones is rounding error.
     """
     p = entries[:, 0].real
     nearest: list[int] = []
