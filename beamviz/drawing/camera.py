@@ -20,7 +20,9 @@ ROOM = 0.2  # [beam lengths] half the width that the picture contains for the mo
 MARGIN = 0.1  # [beam lengths] width that the picture contains around the hub
 SCALES = (100.0, 1e5)  # [pixels per beam length] limits of the scale
 RIM = 0.3  # [beam lengths] largest part of the hub in the picture
-LIFT = 0.1  # fraction of half the height of a page left free above the beam for a label
+# Fractions of half the height of a page left free above, for labels: the beam in the rotating
+# frame, the circle that it sweeps in the stationary one.
+LIFT, TOP = 0.1, 0.2
 NEARER, FARTHER = 0.7, 1.15  # ratios of the fitted distance to the last one that move the camera
 TOLERANCE = 1e-3  # [beam lengths] largest distance of equal viewpoints
 CHANGE_TIME = 0.9  # [s] of an eased change of view
@@ -60,6 +62,12 @@ def corners(shapes: SampledModes, rotating_frame: bool) -> np.ndarray:
     return reach * CIRCLE
 
 
+def all_corners(shapes: SampledModes, rotating_frame: bool, heights: Sequence[float]) -> np.ndarray:
+    """The `corners` (n, 3) of beams at these heights."""
+    points = corners(shapes, rotating_frame)
+    return np.concatenate([points + [0, 0, height] for height in heights])
+
+
 def scale(distance: float, height: int) -> float:
     """The scale [pixels per beam length] at a distance from the camera; height: [pixels]."""
     pixels = height / (2 * math.tan(FIELD_OF_VIEW / 2) * max(distance, 1e-6))
@@ -91,9 +99,7 @@ def viewpoint(
     """
     usual = ROTATING_DIRECTIONS[shapes.plane] if rotating_frame else FIXED_DIRECTION
     tall = math.tan(FIELD_OF_VIEW / 2)
-    points = np.concatenate(
-        [corners(shapes, rotating_frame) + [0, 0, height] for height in heights]
-    )
+    points = all_corners(shapes, rotating_frame, heights)
     right, down, forward = (points @ (view := axes(direction or usual))).T
     needed = np.maximum(np.abs(right) / (tall * aspect), np.abs(down) / (tall * (1 - lift)))
     return -1.06 * (needed - forward).max() * view[:, 2]
@@ -102,15 +108,27 @@ def viewpoint(
 def fitted(
     shapes: SampledModes, rotating_frame: bool, aspect: float, heights: Sequence[float] = (0.0,)
 ) -> Camera:
-    """The camera that fits the beam into a page."""
-    return raised(viewpoint(shapes, rotating_frame, aspect, LIFT, heights))
+    """The camera that fits the beam into a page.
 
-
-def raised(position: np.ndarray) -> Camera:
-    """The camera at a position (3,); it looks just above the beam, for labels."""
-    lift = LIFT * math.tan(FIELD_OF_VIEW / 2) * float(np.linalg.norm(position))
-    target = np.array([0.0, 0.0, lift])
-    return Camera((position + target).tolist(), target.tolist())
+    In the rotating frame it looks just above the beam, for labels. In the stationary one it looks
+    at the point of the axis, below the hub, from which the circle that the beam sweeps is in the
+    middle of the picture: the nearer half of the circle is larger.
+    """
+    tall = math.tan(FIELD_OF_VIEW / 2)
+    if rotating_frame:
+        position = viewpoint(shapes, rotating_frame, aspect, LIFT, heights)
+        target = np.array([0.0, 0.0, LIFT * tall * float(np.linalg.norm(position))])
+        return Camera((position + target).tolist(), target.tolist())
+    view = axes(FIXED_DIRECTION)
+    right, down, forward = (all_corners(shapes, rotating_frame, heights) @ view).T
+    _, fall, slope = -view[2]  # of the axis, in the picture and along the line of sight
+    bottom, top = tall, tall * (1 - TOP)
+    below, above = (down / bottom - forward).max(), (-down / top - forward).max()
+    low = (below - above) / (fall * (1 / bottom + 1 / top))  # both edges are equally near
+    high = below - low * fall / bottom
+    distance = 1.06 * (low * slope + max(high, (abs(right) / (tall * aspect) - forward).max()))
+    target = np.array([0.0, 0.0, -low])
+    return Camera((target - distance * view[:, 2]).tolist(), target.tolist())
 
 
 def place(view: CameraHandle | InitialCameraConfig, camera: Camera) -> None:
@@ -183,8 +201,8 @@ class PageCamera:
     ) -> None:
         """Move the camera if necessary, for beams at `heights`. settled: the shapes are of the
         latest request; otherwise the next call moves the camera again."""
-        position = viewpoint(shapes, rotating_frame, self.view.aspect, LIFT, heights)
-        distance = math.hypot(*position.tolist())
+        fit = fitted(shapes, rotating_frame, self.view.aspect, heights)
+        distance = math.dist(fit.position, fit.look_at)
         fitted_to = (rotating_frame, shapes.plane, self.view.aspect, len(heights))
         stays = NEARER * self.distance < distance < FARTHER * self.distance
         moved = fitted_to != self.fitted_to or not stays
@@ -192,7 +210,7 @@ class PageCamera:
             turned = self.fitted_to and self.fitted_to[0] != rotating_frame
             self.fitted_to, self.distance = fitted_to, distance
             self.requested, self.provisional = False, not settled
-            self.before, self.placed = self.placed, self.given or raised(position)
+            self.before, self.placed = self.placed, self.given or fit
             if turned and self.eased:
                 self.change = self.changed(self.placed, rotating_frame)
             elif self.change:
