@@ -62,3 +62,10 @@ def test_a_method_without_switches_names_those_with_them(url):
         guest.choose("softening", False)
         guest.choose("method", "ancf")
         guest.says("softening = False: method ancf takes no switched-off term")
+
+
+def test_the_page_invites_to_drag_what_there_is():
+    """The mass, if the beam has one."""
+    for scene, words in ((FIRST, "Drag the mass along"), (Scene(), "Drag the line of the speed")):
+        with explorer(scene) as url, visitor(url) as guest:
+            guest.wait(lambda _, words=words: words in guest.texts["scene-caption"])

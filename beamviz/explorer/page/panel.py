@@ -12,7 +12,7 @@ from beamviz.explorer.page import html
 from beamviz.explorer.page.controls import NumberControls, TermControls
 from beamviz.explorer.page.html import button, checkbox, hint, select, slider
 from beamviz.explorer.page.modes import HEADING, mode_table
-from beamviz.explorer.state import CHOICES, State
+from beamviz.explorer.state import CHOICES, Case, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, MAX_SHARES, MODES
 
@@ -47,7 +47,6 @@ KEYS = (
     ("Ctrl+K", "all commands, by name"),
     ("Ctrl +", "larger text, for a projector"),
 )
-INVITATION = "Drag the mass along the beam, or the line of the speed in the chart below."
 HELP = (
     "Drag the mass along the beam, or drag the scene to rotate the view; the wheel zooms.",
     "Tab moves from control to control; arrow keys move a slider, or rotate the view.",
@@ -78,7 +77,8 @@ class Panel:
             visitor.bind(f"share-{mode}", edit, of="shares", shown=partial(share_of, mode))
         first = visitor.state.case
         visitor.render(
-            "case", lambda case: page.html("scene-caption", INVITATION if case is first else "")
+            "case",
+            lambda case: page.html("scene-caption", invitation(case) if case is first else ""),
         )
         page.on("only", self.show_alone)
         page.on("undo", lambda _: visitor.restore(visitor.history.undo))
@@ -156,6 +156,12 @@ def work_text(jobs: Sequence[Job]) -> str:
 def names_of(jobs: Sequence[Job]) -> str:
     """The names of jobs, with commas."""
     return ", ".join(job.name for job in jobs)
+
+
+def invitation(case: Case) -> str:
+    """What can be dragged; without a mass, the speed."""
+    mass = "the mass along the beam, or " if case.numbers["alpha"] else ""
+    return f"Drag {mass}the line of the speed in the chart below."
 
 
 def share_of(mode: int, shares: Sequence[float]) -> float:
