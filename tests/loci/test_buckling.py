@@ -1,4 +1,4 @@
-"""Events of the state along a sweep: buckling, limit points, a second stable state."""
+"""Events of the equilibrium along a sweep: buckling, limit points, second stable states."""
 
 import json
 import re
@@ -24,7 +24,7 @@ INWARD = Beam(delta=-1)
 )
 def test_the_beam_buckles_in_a_sweep(beam, over, values, at, coriolis):
     """B1 falls to zero and rises again as one branch; the straight beam's lowest omega^2 changes
-    its sign within 1e-6 of the event. Branches are called by what they are in the straight beam."""
+    its sign within 1e-6 of the event. Branches are labelled as those of the straight beam."""
     found = loci(beam, over, values, modes=2, state="stable", coriolis=coriolis)
     assert [branch.label for branch in found.branches] == ["B1", "B2"]
     (event,) = [event for event in found.events if event.kind == "buckling"]
@@ -49,7 +49,7 @@ SOFT = {"strain": "biot", "curvature": "material"}
 
 
 def test_a_limit_point_of_the_spin_up():
-    """A bent beam is accelerated to the other side: it snaps through where the lowest omega^2
+    """A bent beam that is accelerated snaps through to the other side where the lowest omega^2
     vanishes, as the root of the distance."""
     options = {"modes": 2, "state": "stable", "tolerance": 1e-9, **SOFT}
     found = loci(FOLDING, "spin_up", np.linspace(0, 0.3, 13), **options)
@@ -61,7 +61,7 @@ def test_a_limit_point_of_the_spin_up():
     assert [tip > 0 for tip in tips] == [value < event.at for value in found.values]
 
 
-SHORT = Beam(delta=-0.5, mu=10, gamma=4.45)  # it bears a bent state up to gamma = 4.508896
+SHORT = Beam(delta=-0.5, mu=10, gamma=4.45)  # it has a bent state up to gamma = 4.508896
 
 
 @pytest.mark.slow
@@ -97,7 +97,7 @@ def test_a_limit_point_of_the_bent_state(over, values):
 
 @pytest.mark.slow
 def test_a_bent_state_that_ends_with_its_strain_law():
-    """The limit is where solve finds no state, though no mesh resolves the state beside it."""
+    """The limit is where solve() finds no state, though no mesh resolves the state near it."""
     beam, given = Beam(delta=-1.93, gamma=10), {"modes": 1, "state": "stable", "strain": "hencky"}
     end = end_of_bent_state(solve(beam, tolerance=1e-3, **given), "gamma", 200)
     with pytest.raises(NoEquilibrium) as error:
@@ -120,16 +120,15 @@ def test_the_command_line_names_the_event(run, tmp_path):
 
 
 def test_a_second_stable_state():
-    """Accelerated slowly, a bent beam has two: that to which the Euler force bends it, and one that
-    resists, which ends where the beam snaps through. Beyond, and of a straight beam, there is
-    one."""
-    resists, given = FOLDING.replace(spin_up=0.05), {"modes": 2, "state": "stable", **SOFT}
-    given_way = solve(resists, **given)
-    (other,) = other_stable_states(given_way)
+    """A bent beam with a small spin-up has two: one bent by the Euler force and one against it,
+    which ends where the beam snaps through. With a larger spin-up, or unbent, it has one."""
+    against, given = FOLDING.replace(spin_up=0.05), {"modes": 2, "state": "stable", **SOFT}
+    along = solve(against, **given)
+    (other,) = other_stable_states(along)
     assert other.equilibrium.stable
-    assert other.equilibrium.tip[1] > 0 > given_way.equilibrium.tip[1]
+    assert other.equilibrium.tip[1] > 0 > along.equilibrium.tip[1]
     end = end_of_bent_state(other, "spin_up", 0.3)
-    assert end_of_bent_state(given_way, "spin_up", 0.3) is None
+    assert end_of_bent_state(along, "spin_up", 0.3) is None
     found = loci(FOLDING, "spin_up", np.linspace(0, 0.3, 13), **given)
     events = {event.kind: event for event in found.events}
     assert events["limit point"].at == pytest.approx(end, abs=1e-7)

@@ -1,7 +1,7 @@
-"""Crossings close together: of the same two modes, and of two pairs of modes at one place.
+"""Crossings close together: of the same two modes, and of two pairs of modes at one value.
 
-At rest the slenderness scales the frequencies of stretching and leaves those of bending alone: so
-it is chosen to make them meet.
+At rest the frequencies of stretching are proportional to the slenderness and those of bending do
+not depend on it: it is chosen such that they cross.
 """
 
 from itertools import combinations
@@ -21,18 +21,18 @@ def by_label(**numbers):
     return dict(zip(found.labels, found.frequencies.tolist(), strict=True))
 
 
-def mu_of_meeting(modes):
-    """The slenderness at which S1 meets B3."""
+def mu_of_crossing(modes):
+    """The slenderness at which S1 crosses B3."""
     return MU * modes["B3"] / modes["S1"]
 
 
 @pytest.mark.parametrize("points", [2, 5, 201])
 @pytest.mark.parametrize("depth", [1e-3, 1e-5])
 def test_two_crossings_of_the_same_pair(depth, points):
-    """Over the place of the mass B3 reaches S1 in a lens, as flat as wanted: both its ends are
-    found, also by few points, and none where the two just miss each other."""
+    """Over beta B3 crosses S1 and crosses back, at any small distance: both crossings are found,
+    also by few points, and none where the two just do not reach each other."""
     top = minimize_scalar(
-        lambda beta: -mu_of_meeting(by_label(alpha=1.0, beta=beta)),
+        lambda beta: -mu_of_crossing(by_label(alpha=1.0, beta=beta)),
         bounds=(0.49, 0.55),
         method="bounded",
         options={"xatol": 1e-7},
@@ -57,15 +57,15 @@ def test_two_crossings_of_the_same_pair(depth, points):
 
 
 @pytest.mark.parametrize("points", [2, 5, 201])
-def test_two_pairs_cross_at_one_place(points):
-    """Over the mass S1 meets B3 where S2 meets B5."""
+def test_two_pairs_cross_at_one_value(points):
+    """Over alpha S1 crosses B3 where S2 crosses B5."""
 
     def apart(alpha):
         there = by_label(alpha=alpha)
         return there["S2"] / there["S1"] - there["B5"] / there["B3"]
 
     at = brentq(apart, 0.02, 1.0, xtol=1e-12)
-    mu = mu_of_meeting(by_label(alpha=at))
+    mu = mu_of_crossing(by_label(alpha=at))
     events = loci(Beam(mu=mu), "alpha", np.linspace(0, 1, points), 8).events
     pairs = [event for event in events if event.at == pytest.approx(at, abs=1e-6)]
     assert {frozenset(event.branches) for event in pairs} == {
@@ -77,9 +77,9 @@ def test_two_pairs_cross_at_one_place(points):
 
 @pytest.mark.parametrize("points", [2, 201])
 @pytest.mark.parametrize("coriolis", [False, True])
-def test_three_modes_meet_at_one_place(coriolis, points):
-    """A heavy mass parts the beam, so B3 and B4 veer, and S1 lies between them there: all three are
-    within 3 % of each other. Neither crossing of S1 is lost; with Coriolis forces both veer."""
+def test_three_modes_close_together(coriolis, points):
+    """B3 and B4 of a beam with a heavy mass veer, and S1 lies between them there: all three are
+    within 3 % of each other. Both crossings of S1 are found; with Coriolis forces both veer."""
     beam = Beam(alpha=100, beta=0.85382006, delta=1, mu=9339.19)
     found = loci(beam, "gamma", np.linspace(18, 22, points), 5, coriolis=coriolis)
     if coriolis:
@@ -100,8 +100,8 @@ def test_three_modes_meet_at_one_place(coriolis, points):
 
 @pytest.mark.parametrize("points", [2, 201])
 def test_a_pair_of_a_family_leaves_the_modes_solved(points):
-    """S2 and S3 veer among the modes solved; beside, so many bending modes come before S3 that it
-    is none of them. All events are those of a chart of more modes."""
+    """S2 and S3 veer among the modes solved; on one side so many bending modes are below S3 that it
+    is not solved. All events are those of a chart of more modes."""
     beam = Beam(alpha=2.7350654217994324, beta=0.7777072529582892, gamma=14.592521611544475)
     few, more = (loci(beam, "mu", np.linspace(15, 150, points), modes=n) for n in (7, 9))
     places = [event.at for event in more.events]

@@ -21,7 +21,7 @@ TIP = Beam(alpha=1, beta=1)
     [(TIP, "gamma", 40), (Beam(gamma=8), "alpha", 3), (Beam(alpha=2, gamma=5), "beta", 1)],
 )
 def test_branches_are_the_lowest_modes(beam, over, stop, coriolis):
-    """At every value the branches together are the modes that solve() gives, no more, no less."""
+    """At every value the branches together are exactly the modes of solve()."""
     values = np.linspace(0, stop, 15)
     found = loci(beam, over, values, modes=6, coriolis=coriolis)
     rows = sorted_frequencies(found)
@@ -32,7 +32,7 @@ def test_branches_are_the_lowest_modes(beam, over, stop, coriolis):
 
 
 def test_labels_without_coriolis():
-    """Nothing couples the families: a label holds along the whole branch."""
+    """Families are uncoupled: a branch has the label of its modes at every value."""
     found = loci(Beam(alpha=20, gamma=5), "beta", np.linspace(0, 1, 81), modes=8)
     for branch in found.branches:
         for solution, place in zip(branch.solutions, branch.mode_index, strict=True):
@@ -40,7 +40,7 @@ def test_labels_without_coriolis():
 
 
 def test_a_family_changes_along_a_branch_with_coriolis():
-    """Through the veering each branch keeps its place; bending becomes stretching and back."""
+    """Through the veering branches keep their order; bending becomes stretching and vice versa."""
     found = loci(TIP, "gamma", np.linspace(0, 10, 101), coriolis=True)
     lower, upper = (next(b for b in found.branches if b.label == x) for x in ("B3", "S1"))
     assert (lower.frequency < upper.frequency).all()
@@ -68,7 +68,7 @@ def test_the_gap_is_the_gyroscopic_coupling(gamma):
 
 @pytest.mark.parametrize("gamma", [0.05, 0.2])
 def test_the_width_of_a_veering(gamma):
-    """At this distance from the least gap, on either side, the gap is sqrt(2) times as wide."""
+    """At this distance from the least gap, on either side, the gap is sqrt(2) times the least."""
     (event,) = loci(Beam(gamma=gamma), "alpha", np.linspace(1, 2, 5), coriolis=True).events
     for alpha in (event.at - event.width, event.at + event.width):
         beside = solve(Beam(alpha=alpha, gamma=gamma), coriolis=True, tolerance=1e-10)
@@ -138,7 +138,7 @@ def truth(beam, over, values, modes):
 
 @pytest.mark.parametrize("seed", range(12))
 def test_crossings_of_random_beams(seed):
-    """On a coarse grid: the crossings that a dense one shows, each in its dense step."""
+    """On a coarse grid: the crossings of a dense one, each within its step of that."""
     beam, over, low, high = random_beam(np.random.default_rng(seed))
     dense = np.linspace(low, high, 601)
     expected = truth(beam, over, dense, 5)
@@ -166,9 +166,9 @@ def exchanged(first, last, k, modes):
 
 @pytest.mark.parametrize("seed", [2, 3, *slow(0, 1, 4, 5, 6, 7)])
 def test_veerings_of_random_beams(seed):
-    """With Coriolis, on a dense grid: where the gap of two neighbours is least and small, and the
-    shapes are exchanged from the widest gap before to the widest after, there is a veering; where
-    they plainly are not, there is none."""
+    """With Coriolis, on a dense grid: there is a veering where the gap of two neighbours has a small
+    minimum and the shapes are exchanged between the greatest gaps before and after; there is none
+    where they are clearly not exchanged."""
     beam, over, low, high = random_beam(np.random.default_rng(100 + seed))
     dense = np.linspace(low, high, 801)
     solutions = [solve(beam.replace(**{over: x}), modes=5, coriolis=True) for x in dense]
@@ -193,13 +193,13 @@ def test_veerings_of_random_beams(seed):
 @pytest.mark.parametrize("modes", [3, 5])  # of odd and even orders of the interpolation
 @pytest.mark.parametrize(("alpha", "gamma"), [(0.38, 12), (1, 5), (3, 0)])
 def test_few_solves_over_the_place_of_the_mass(alpha, gamma, modes):
-    """A characteristic function takes the place of loci that all veer: hundreds of solves less."""
+    """A characteristic function replaces loci that all veer, with hundreds of solves fewer."""
     values = np.linspace(0, 1, 11)
     assert loci(Beam(alpha=alpha, gamma=gamma), "beta", values, modes).solves < 100
 
 
 def test_solutions_are_solved_for_when_asked(monkeypatch):
-    """A chart takes fewer solves than values; then each solution is one, and all are a batch."""
+    """A chart takes fewer solves than values; then a solution takes one, and all are one batch."""
     solve_many, batches = sweep.solve_many, []
 
     def watched(beams, **options):
@@ -239,7 +239,7 @@ def test_solutions_are_solved_for_when_asked(monkeypatch):
     ],
 )
 def test_wrong_input(beam, over, values, modes, message):
-    """One clear line, before anything is solved."""
+    """The error names the value and the range, before anything is solved."""
     with pytest.raises(InvalidInput, match=re.escape(message)):
         loci(beam, over, values, modes)
 
@@ -254,8 +254,8 @@ def test_wrong_input(beam, over, values, modes, message):
     ],
 )
 def test_as_few_and_as_many_modes_as_there_can_be(modes, options):
-    """At the upper limit of modes, and with so few elements of the paper's method that there are no
-    more, nothing beside the window is solved for."""
+    """At the upper limit of modes, and with as few elements or terms as modes, no extra modes are
+    solved for."""
     found = sorted_frequencies(loci(TIP, "gamma", np.linspace(0, 10, 11), modes=modes, **options))
     assert np.isfinite(found).sum(axis=1).tolist() == [modes] * 11
     assert found[0, :modes] == pytest.approx(solve(TIP, modes, **options).frequencies)
@@ -268,7 +268,7 @@ def test_too_few_terms():
 
 
 def test_flapwise():
-    """Out of the plane of rotation Coriolis forces couple nothing: the families cross."""
+    """Coriolis forces do not act out of the plane of rotation: the families cross."""
     events = loci(TIP, "gamma", np.linspace(0, 10, 41), plane="flapwise", coriolis=True).events
     assert {event.kind for event in events} == {"crossing"}
 
@@ -290,8 +290,8 @@ def test_close_up_of_a_veering():
 
 @pytest.mark.parametrize("count", [41, 201])
 def test_modes_that_enter_a_buckled_sweep_with_coriolis_do_not_veer(count):
-    """A branch that is absent before a step has nothing to rotate into; two stable modes veer as
-    ever beside the unstable one."""
+    """A branch that begins has no shape to rotate into; two stable modes veer beside the unstable
+    one."""
     found = loci(Beam(alpha=1, gamma=10), "delta", np.linspace(-1, 1, count), coriolis=True)
     assert found.limits[0].kind == "unstable"
     (event,) = found.events

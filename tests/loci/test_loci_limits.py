@@ -1,4 +1,4 @@
-"""Sweeps beyond what exists, is stable, or converges: its limits."""
+"""Limits of sweeps: of equilibrium, of stability and of convergence."""
 
 from collections.abc import Callable
 
@@ -36,7 +36,7 @@ def watched(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[Beam]]:
 
 
 def test_beyond_the_limit_of_equilibrium():
-    """physics: hencky, delta 0 ends at gamma 45.420; what exists before it is all there."""
+    """Hencky strain, delta 0: it is gamma 45.420, and all values below it are solved."""
     found = loci(Beam(), "gamma", np.linspace(0, 60, 61), strain="hencky")
     (limit,) = found.limits
     assert (limit.kind, limit.stop) == ("no-equilibrium", 60)
@@ -56,11 +56,11 @@ def test_beyond_the_limit_of_equilibrium():
     ],
 )
 def test_limits_over_other_numbers(beam, over, values):
-    """The end of existence is found between two values: on one side of it there is one."""
+    """The limit is located between two values: an equilibrium exists on one side of it only."""
     (limit,) = loci(beam, over, values, strain="hencky").limits
     edge = limit.stop if limit.start == values[0] else limit.start
     sides = [beam.replace(**{over: edge * (1 + step)}) for step in (-1e-6, 1e-6)]
-    outcomes = solve_many(sides, strain="hencky")  # so close to the end numerics may fail
+    outcomes = solve_many(sides, strain="hencky")  # so near to the limit a solve may fail
     beyond = [
         isinstance(o, NoEquilibrium) and o.limit <= side.gamma
         for o, side in zip(outcomes, sides, strict=True)
@@ -69,7 +69,7 @@ def test_limits_over_other_numbers(beam, over, values):
 
 
 def test_the_end_of_a_force_law_over_the_hub_radius():
-    """Hencky's ends at the root at f = e. There Phi(f) = ln f - (ln f)^2 / 2 falls by g (R^2 -
+    """Hencky's ends at the clamp at f = e. Phi(f) = ln f - (ln f)^2 / 2 falls by g (R^2 -
     delta^2) / 2, R = r + delta, g = (gamma / mu)^2, to 0 at the tip; with s^2 = g (R^2 - delta^2)
     the length is 1 = int_0^1 exp(s - 1) s ds / (g sqrt(delta^2 + s^2 / g))."""
     g = (30 / 70) ** 2
@@ -83,8 +83,8 @@ def test_the_end_of_a_force_law_over_the_hub_radius():
 
 
 def test_the_end_of_a_compressed_equilibrium_is_that_of_physics():
-    """Convergence is hardest just before the equilibrium of a compressed beam ends: at the limit
-    over the hub radius the speed is that at which equilibria end, found from a faster beam."""
+    """Just before the limit of a compressed beam convergence is slow: at the limit over the hub
+    radius gamma is the limit of the speed that a faster beam reports."""
     beam = Beam(alpha=0.0127587733, beta=0.9629133184, gamma=82.3011768324, mu=145.3672840086)
     limit, _ = loci(beam, "delta", np.linspace(-2, 20, 21), 2).limits
     with pytest.raises(NoEquilibrium) as caught:
@@ -102,7 +102,7 @@ def test_the_end_of_a_compressed_equilibrium_is_that_of_physics():
     ],
 )
 def test_a_limit_is_found_in_a_few_solves(watched, beam, over, stop, options):
-    """Of an equilibrium, which takes long where there is none, or of stability, with the loci."""
+    """Of equilibrium, where a solve without one takes long, or of stability."""
     solved = watched()
     values = np.linspace(10 if over == "mu" else 0, stop, 81)
     assert len(loci(beam, over, values, 1, **options).limits) == 1
@@ -110,7 +110,7 @@ def test_a_limit_is_found_in_a_few_solves(watched, beam, over, stop, options):
 
 
 def test_solves_for_limits_are_bounded_where_convergence_comes_and_goes(watched, monkeypatch):
-    """The first ones are located, and the others said to be about there."""
+    """The first ones are located, the others are reported as approximate."""
     watched(lambda gamma: gamma % 1 < 0.43)
     monkeypatch.setattr("beamviz.frequency_loci.limits.MAX_SOLVES", 50)
     found = loci(TIP, "gamma", np.linspace(0.25, 20.25, 41), 1)
@@ -122,8 +122,8 @@ def test_solves_for_limits_are_bounded_where_convergence_comes_and_goes(watched,
 
 
 def test_a_limit_at_zero_is_found_in_a_few_solves(watched):
-    """A heavy mass ends the equilibrium wherever it is, but at the clamp itself it is held: the
-    change is at beta = 0, where nothing is exact relative to it."""
+    """With a heavy mass there is an equilibrium at beta = 0 only, where the mass is held: precision
+    relative to the limit cannot be reached."""
     solved = watched()
     heavy = Beam(alpha=3.9, gamma=37, delta=2.7, mu=115)
     (limit,) = loci(heavy, "beta", np.linspace(0, 1, 5), 1, strain="hencky").limits
@@ -133,7 +133,7 @@ def test_a_limit_at_zero_is_found_in_a_few_solves(watched):
 
 
 def test_loss_of_stability():
-    """physics: an inward beam, delta -1, buckles near gamma 2.97; the branch goes on, growing."""
+    """An inward beam, delta -1, buckles near gamma 2.97; B1 continues with a growth rate."""
     found = loci(Beam(delta=-1), "gamma", np.linspace(0, 6, 61))
     (limit,) = found.limits
     assert (limit.kind, limit.stop) == ("unstable", 6)
@@ -149,7 +149,7 @@ def test_loss_of_stability():
 
 
 def test_modes_are_followed_through_buckling_with_coriolis():
-    """They turn into growing ones without a jump, whichever parameter is varied."""
+    """omega^2 passes through zero without a jump."""
     found = loci(Beam(delta=-1), "gamma", np.linspace(0, 6, 61), coriolis=True)
     assert found.limits[0].start == pytest.approx(2.996, abs=1e-3)
     assert abs(np.diff(found["B1"].omega_squared, 2)).max() < 1
@@ -168,8 +168,8 @@ def test_a_state_between_two_others_is_named():
 
 
 def test_a_gap_in_the_middle(watched):
-    """Branches go on behind values that did not converge, and these are named, with ends no more
-    exact than such ends deserve."""
+    """Branches continue after values that did not converge; the limit names these, with less
+    precision than a limit of equilibrium."""
     watched(lambda gamma: 4.9 < gamma < 7.1)
     found = loci(TIP, "gamma", np.linspace(0, 10, 21))
     assert [branch.label for branch in found.branches] == ["B1", "B2", "B3", "S1", "B4"]

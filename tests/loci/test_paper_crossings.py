@@ -1,8 +1,8 @@
-"""The crossings the paper names (Nonlinear Dynamics 2017, section 4, figures 5-11): mu 70, delta 0.
+"""The crossings of the paper (Nonlinear Dynamics 2017, section 4, figures 5-11): mu 70, delta 0.
 
 The values for both curvature measures were computed independently of this project, in the digits
-given here. What the paper calls veering are crossings: without Coriolis nothing couples a bending
-with a stretching mode.
+given here. The paper calls them veerings, but they are crossings: without Coriolis forces bending
+and stretching modes are uncoupled.
 """
 
 import numpy as np

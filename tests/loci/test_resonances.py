@@ -1,4 +1,4 @@
-"""Resonances: intersections of loci with per-rev lines, none lost between the speeds of a sweep."""
+"""Resonances: all intersections of loci with per-rev lines, for any speeds of the sweep."""
 
 import numpy as np
 import pytest
@@ -46,8 +46,8 @@ def test_few_speeds_are_enough(delta, points, expected):
 
 
 def test_up_to_the_end_of_an_equilibrium():
-    """Hencky's ends at gamma 45.420. Between that and the last speed solved the second stretching
-    mode falls past the third bending one, and meets 4x: without Coriolis labels are families."""
+    """With Hencky strain it ends at gamma 45.420. Between the last speed of the sweep and that S2
+    falls below B3 and intersects the 4x line."""
     found = loci(Beam(), "gamma", np.linspace(0, 60, 61), modes=6, strain="hencky")
     (at,) = located(found, 4, "S2")
     assert 45 < at < found.limits[0].start
@@ -56,7 +56,7 @@ def test_up_to_the_end_of_an_equilibrium():
 
 
 def test_a_resonance_at_a_speed_of_the_sweep_is_found_once():
-    """Exactly on a value, and a rounding error beside it."""
+    """At a value of the sweep exactly, and with a rounding error."""
     (at,) = located(loci(TIP, "gamma", np.linspace(0, 5, 6)), 2, "B1")
     for value in (at, np.nextafter(at, 0), np.nextafter(at, 9)):
         again = located(loci(TIP, "gamma", [0.0, 0.5, value, 3.0]), 2, "B1")
@@ -106,7 +106,7 @@ def dense_resonances(beam, stop, options, count=1501, modes=5, lines=3):
 
 @pytest.mark.parametrize("seed", [4, 5, *slow(0, 1, 2, 3)])
 def test_against_direct_solves(seed):
-    """Every intersection that a dense grid shows is found in its step, whatever the sweep."""
+    """Every intersection on a dense grid is found within its step, for any sweep."""
     beam, stop, points, options = random_sweep(seed)
     found = loci(beam, "gamma", np.linspace(0, stop, points), **options)
     remaining = [(one.per_rev, one.at) for one in resonances(found, 3)]

@@ -1,4 +1,4 @@
-"""The result of loci(): branches by label, the branch of each mode, and what a notebook needs."""
+"""The result of loci(): branches by label, the branch of each mode, text, pickling."""
 
 import pickle
 
@@ -18,7 +18,7 @@ def tip():
 
 
 def test_a_branch_by_its_label(tip):
-    """The frequencies of that mode; an unknown label is answered with those there are."""
+    """The frequencies of that mode; the error for an unknown label lists the labels."""
     assert tip["S1"].frequency[0] == pytest.approx(60.22335, abs=1e-5)
     assert tip["S1"] is tip.branches[3]
     with pytest.raises(KeyError, match="no branch 'B9'; branches: B1, B2, B3, S1, B4"):
@@ -32,8 +32,8 @@ def test_labels_at_any_value(tip, value):
 
 
 def test_labels_at_a_value_where_shapes_are_exchanged():
-    """With Coriolis a branch keeps its label through a veering, where a solution counts anew: at
-    gamma 4.65 the modes belong to the branches of the chart, and no mode is named twice."""
+    """With Coriolis a branch keeps its label through a veering, a solution numbers its modes by
+    family: at gamma 4.65 the labels are those of the branches, each once."""
     found = loci(TIP, "gamma", np.linspace(0, 20, 81), coriolis=True)
     for value in (4.65, 4.7, 10.0):
         assert found.labels_at(value) == ("B1", "B2", "B3", "S1", "B4")
@@ -59,7 +59,7 @@ def test_labels_outside_and_without_a_solution(tip):
 
 
 def test_repr_is_one_line(tip):
-    """What was swept, and what was found."""
+    """The range, the branches, and the number of events and limits."""
     assert repr(tip) == (
         "Loci(over gamma = 0 .. 20, 21 values, branches B1 B2 B3 S1 B4,"
         " crossings: 2, veerings: 0, limits: 0)"
@@ -76,7 +76,7 @@ def test_results_are_compared_by_identity(tip):
 
 
 def test_arrays_are_read_only(tip):
-    """What is kept cannot be changed by mistake."""
+    """Arrays that are cached cannot be changed."""
     branch = tip["B3"]
     arrays = branch.omega_squared, branch.mode_index, branch.frequency, branch.error
     for array in (tip.values, *arrays):
@@ -94,9 +94,3 @@ def test_pickling(method):
     assert again["B3"].solutions[0].shape(2, np.ones(1)) == pytest.approx(
         found["B3"].solutions[0].shape(2, np.ones(1))
     )
-
-
-def test_a_mistyped_keyword_is_answered_with_the_nearest(tip):
-    """Before anything is solved."""
-    with pytest.raises(InvalidInput, match=r"metod.*method"):
-        loci(TIP, "gamma", [0, 1], metod="ancf")

@@ -1,11 +1,11 @@
-"""Solutions of every method survive pickling: for process pools, caches and notebooks."""
+"""Solutions of every method, and errors, are pickled for process pools, caches and notebooks."""
 
 import pickle
 
 import numpy as np
 import pytest
 
-from beamviz import Beam, loci, solve, solve_many
+from beamviz import Beam, solve, solve_many
 from beamviz.solver.problem import CORIOLIS, METHODS
 
 X = np.linspace(0, 1, 11)
@@ -34,16 +34,6 @@ def test_a_solution_pickles(method, coriolis):
             (solution.equilibrium.stretch(X), copy.equilibrium.stretch(X)),
         ]:
             assert np.array_equal(original, copied)
-
-
-def test_loci_pickle():
-    """Branches and events are the same."""
-    found = loci(Beam(alpha=1), "gamma", np.linspace(4, 5, 5), modes=4)
-    copy = pickle.loads(pickle.dumps(found))
-    assert [branch.label for branch in copy.branches] == [row.label for row in found.branches]
-    assert copy.events == found.events
-    for original, copied in zip(found.branches, copy.branches, strict=True):
-        assert np.array_equal(original.frequency, copied.frequency)
 
 
 def test_an_error_in_place_of_a_solution_pickles():
