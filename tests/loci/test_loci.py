@@ -166,7 +166,7 @@ def exchanged(first, last, k, modes):
 
 @pytest.mark.parametrize("seed", [2, 3, *slow(0, 1, 4, 5, 6, 7)])
 def test_veerings_of_random_beams(seed):
-    """With Coriolis, on a dense grid: there is a veering where the gap of two neighbours has a small
+    """With Coriolis, on a dense grid: a veering is where the gap of two neighbours has a small
     minimum and the shapes are exchanged between the greatest gaps before and after; there is none
     where they are clearly not exchanged."""
     beam, over, low, high = random_beam(np.random.default_rng(100 + seed))
