@@ -11,14 +11,14 @@ import numpy as np
 from beamviz.errors import BeamvizError, NotConverged
 from beamviz.frequency_loci.axis import Axis
 from beamviz.frequency_loci.crossings import Event, locate_events
-from beamviz.frequency_loci.curves import Curves, Values
+from beamviz.frequency_loci.curves import Curves
 from beamviz.frequency_loci.interpolation import interpolate, root_places, unresolved
 from beamviz.frequency_loci.limits import LimitSearch
-from beamviz.frequency_loci.spectra import Spectra
+from beamviz.frequency_loci.spectra import frequency_rank
 from beamviz.frequency_loci.sweep import Sweep
 from beamviz.solver.solution import Solution, family_of, read_only
 
-ABSENT = np.array([-1.0, *4 * [np.nan]])[:, None, None]  # of a branch: mode_index, then Values
+ABSENT = np.array([-1.0, *4 * [np.nan]])[:, None, None]  # of a branch: mode_index, then Piece.at
 SHORTEST = 1e-6  # of a sweep: a shorter part between two limits is not interpolated
 
 
@@ -195,15 +195,15 @@ def _labels(part: Part, sweep: Sweep) -> dict[int, str]:
 def branches_of(sweep: Sweep, values: np.ndarray, parts: Sequence[Part]) -> tuple[Branch, ...]:
     """The branches at some values. Parts of a branch with the same label are joined, unless both
     exist at one value: then the second gets a prime."""
-    columns: dict[str, np.ndarray] = {}  # mode_index, then Values: (5, values)
+    columns: dict[str, np.ndarray] = {}  # mode_index, then Piece.at: (5, values)
     exists = np.zeros(len(values), bool)
     for part in parts:
         axis = part.curves.axis
         here = np.flatnonzero((values >= axis.low) & (values <= axis.high))
         found, numbers = _values(sweep, values[here], part.curves), part.numbers(values[here])
-        known = np.isfinite(found.squares)
+        known = np.isfinite(found[0])
         exists[here] = known.any(axis=(1, 2))
-        rank = np.where(known, Spectra(*found[:3]).rank, sweep.modes)
+        rank = np.where(known, frequency_rank(found[0]), sweep.modes)
         table = np.stack((rank, *found)).reshape(5, *numbers.shape)
         places = numbers.argsort(axis=1)[:, list(part.labels)]  # (here, labels)
         chosen = table[:, np.arange(len(here))[:, None], places]
@@ -226,13 +226,12 @@ def branches_of(sweep: Sweep, values: np.ndarray, parts: Sequence[Part]) -> tupl
     )
 
 
-def _values(sweep: Sweep, values: np.ndarray, curves: Curves) -> Values:
-    """The modes at some values of an axis, by solves where they are not interpolated."""
+def _values(sweep: Sweep, values: np.ndarray, curves: Curves) -> np.ndarray:
+    """`Curves.at` for some values, by solves where they are not interpolated."""
     found = curves.at(values)
     low, high = curves.axis.ends
     solved = curves.uncertain(values) | (values < low) | (values > high)
     if solved.any():
-        spectra = sweep.spectra(values[solved])
-        for array, own in zip(found, (*spectra, np.zeros_like(spectra.squares)), strict=True):
-            array[solved] = own
+        found[:3, solved] = sweep.spectra(values[solved])
+        found[3, solved] = 0.0
     return found

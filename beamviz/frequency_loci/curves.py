@@ -13,7 +13,7 @@ import numpy as np
 
 from beamviz.frequency_loci.axis import Axis
 from beamviz.frequency_loci.pieces import Piece
-from beamviz.frequency_loci.spectra import Spectra
+from beamviz.frequency_loci.spectra import frequency_rank
 from beamviz.frequency_loci.sweep import Sweep
 
 Measure = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -26,15 +26,6 @@ MAX_CORRECTIONS = 60  # by solves
 MARGIN = 1e-3  # of the sweep: half-width of the bracket of a root to be corrected by solves
 SETTLED = 1e-3  # of this margin: correction below which iteration ends, with interpolated loci
 FINEST = 1e-12  # of the sweep: the same without
-
-
-class Values(NamedTuple):
-    """The modes at n values, (n, families, k) each; nan where a mode is not known."""
-
-    squares: np.ndarray  # omega^2
-    solver_error: np.ndarray  # of omega^2
-    bending: np.ndarray  # bending fraction
-    interpolation_error: np.ndarray  # of omega^2
 
 
 class Table(NamedTuple):
@@ -88,14 +79,12 @@ class Curves:
     solved: np.ndarray  # (n,) values, in pieces that did not converge
     squares: np.ndarray  # (n, families, k) omega^2 there
 
-    def at(self, p: np.ndarray) -> Values:
-        """The modes at values (n,); nan where they are not interpolated."""
-        found = [np.full((len(p), *self.squares.shape[1:]), np.nan) for _ in Values._fields]
+    def at(self, p: np.ndarray) -> np.ndarray:
+        """`Piece.at` for values (n,) of the parameter; nan where they are not interpolated."""
+        found = np.full((4, len(p), *self.squares.shape[1:]), np.nan)
         for piece, rows, t in self._by_piece(p):
-            spectra, error = piece.at(t)
-            for array, part in zip(found, (*spectra, error), strict=True):
-                array[rows] = part
-        return Values(*found)
+            found[:, rows] = piece.at(t)
+        return found
 
     def squares_at(self, p: np.ndarray) -> np.ndarray:
         """omega^2 (n, families, k) alone."""
@@ -135,8 +124,7 @@ class Curves:
         places, first = np.unique(np.concatenate(at), return_index=True)
         found = np.concatenate(squares)[first]
         middles = (places[1:] + places[:-1]) / 2
-        rank = Spectra(found, found, found).rank
-        return Table(places, found, rank, ~self.uncertain(middles))
+        return Table(places, found, frequency_rank(found), ~self.uncertain(middles))
 
     def roots(self, measure: Measure) -> list[Root]:
         """The roots of a measure between the samples, by interpolation."""

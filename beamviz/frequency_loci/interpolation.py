@@ -89,8 +89,8 @@ class Interpolated:
 
     def spectra(self, values: np.ndarray) -> Spectra:
         """The interpolated modes; their errors are those of solver and interpolation."""
-        found, error = self.piece.at(self.axis.t(values))
-        return found._replace(errors=found.errors + error)
+        squares, solver_error, bending, error = self.piece.at(self.axis.t(values))
+        return Spectra(squares, solver_error + error, bending)
 
     def mesh_spectra(self, values: np.ndarray) -> None:
         """None."""

@@ -36,41 +36,38 @@ class Piece:
         """Values of the variable at which the piece is sampled."""
         return on_piece(self.low, self.high, lobatto(self.order).dense_nodes)
 
-    def at(self, t: np.ndarray) -> tuple[Spectra, np.ndarray]:
-        """The modes at values (n,) of the variable, with the errors of the solver, and the errors
-        (n, families, k) of omega^2 by interpolation; nan where it is not interpolated."""
+    def at(self, t: np.ndarray) -> np.ndarray:
+        """omega^2, its error by the solver, bending fraction and interpolation error of omega^2,
+        (4, n, families, k), at values (n,) of the variable; nan where not interpolated."""
         assert self.errors is not None
         points, x = lobatto(self.order), self._local(t)
         rows = points.rows(x)
         after = np.clip(np.searchsorted(points.nodes, x), 1, self.order)
-        _, solved, bending = self.spectra
+        found = np.full((4, len(t), *self.needed.shape), np.nan)
         if self.block:
-            found = np.full((4, len(t), *self.needed.shape), np.nan)
             found[:, :, 0, : len(self.block.misfit)] = self.block.at(rows, after)
             found[:, :, ~self.needed] = np.nan
-            return Spectra(*found[:3]), found[3]
+            return found
+        squares, solver_error, bending, error = found
+        _, solved, fractions = self.spectra
         kept = np.where(self.needed, 1.0, np.nan)
-        own = np.maximum(solved[after - 1], solved[after]) * kept
-        error = np.broadcast_to(self.errors[0] * kept, own.shape)
-        if self.paired.any():
-            error = error.copy()
-            for f, k, _, square in self._pairs(rows):
-                _, of_mean, of_square = self.errors[:, f, k]
-                error[:, f, k] = error[:, f, k + 1] = of_mean + of_root(square, of_square)
-        squares = self._squares(rows)
+        squares[:] = self._squares(rows)
+        solver_error[:] = np.maximum(solved[after - 1], solved[after]) * kept
+        error[:] = self.errors[0] * kept
+        if len(self.needed) == 2:
+            bending[:] = fractions[0] * kept
+        elif not self.characteristics:
+            bending[:] = np.clip(interpolated(rows, fractions * kept), 0.0, 1.0)
+        for f, k, _, square in self._pairs(rows):
+            _, of_mean, of_square = self.errors[:, f, k]
+            error[:, f, k] = error[:, f, k + 1] = of_mean + of_root(square, of_square)
         for f, one in enumerate(self.characteristics):
             if one:
                 squares[:, f, : one.modes], change, fractions = one.roots(rows)
-                error = error.copy()
                 error[:, f, : one.modes] = np.maximum(TAIL * change, MISFIT * one.misfit)
-        if self.characteristics and len(self.needed) == 1:
-            bending = np.full(own.shape, np.nan)
-            bending[:, 0, : fractions.shape[1]] = fractions
-        elif len(self.needed) == 1:
-            bending = np.clip(interpolated(rows, bending * kept), 0.0, 1.0)
-        else:
-            bending = np.broadcast_to(bending[0] * kept, own.shape)
-        return Spectra(squares, own, bending), error
+                if len(self.needed) == 1:
+                    bending[:, f, : one.modes] = fractions
+        return found
 
     def squares(self, t: np.ndarray | None = None) -> np.ndarray:
         """omega^2 (n, families, k) alone; by default at the values `dense`."""
@@ -94,10 +91,9 @@ class Piece:
             return found
         kept = np.where(self.needed, 1.0, np.nan)
         found = interpolated(rows, self.spectra.squares * kept)
-        if self.paired.any():
-            for f, k, mean, square in self._pairs(rows):
-                half = np.sqrt(np.maximum(square, 0.0)) / 2
-                found[:, f, k], found[:, f, k + 1] = mean - half, mean + half
+        for f, k, mean, square in self._pairs(rows):
+            half = np.sqrt(np.maximum(square, 0.0)) / 2
+            found[:, f, k], found[:, f, k + 1] = mean - half, mean + half
         return found
 
     def _pairs(self, rows: np.ndarray) -> Iterator[tuple[int, int, np.ndarray, np.ndarray]]:

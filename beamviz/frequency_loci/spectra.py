@@ -14,6 +14,12 @@ def positive_shift(squares: np.ndarray) -> float:
     return SHIFT + 2 * max(-float(squares.min()), 0.0)
 
 
+def frequency_rank(squares: np.ndarray) -> np.ndarray:
+    """Index (values, families, k) of each mode by frequency among all, from omega^2; nan last."""
+    flat = squares.reshape(len(squares), -1)
+    return flat.argsort(axis=1).argsort(axis=1).reshape(squares.shape)
+
+
 class Spectra(NamedTuple):
     """Modes at values of a parameter by family, bending first; or all as one family."""
 
@@ -28,5 +34,4 @@ class Spectra(NamedTuple):
     @property
     def rank(self) -> np.ndarray:
         """Index (values, families, k) of each mode by frequency among all."""
-        flat = self.squares.reshape(len(self.squares), -1)
-        return flat.argsort(axis=1).argsort(axis=1).reshape(self.squares.shape)
+        return frequency_rank(self.squares)
