@@ -12,7 +12,7 @@ from beamviz.errors import BeamvizError, NotConverged
 from beamviz.frequency_loci.axis import Axis
 from beamviz.frequency_loci.crossings import Event, locate_events
 from beamviz.frequency_loci.curves import Curves
-from beamviz.frequency_loci.interpolation import interpolate, root_places, unresolved
+from beamviz.frequency_loci.interpolation import first_values, interpolate, unresolved
 from beamviz.frequency_loci.limits import LimitSearch
 from beamviz.frequency_loci.spectra import frequency_rank
 from beamviz.frequency_loci.sweep import Sweep
@@ -116,9 +116,9 @@ class Part:
         """The numbers of the two branches of each event."""
         count = self.curves.squares.shape[2]
         numbers = self.numbers(np.array([np.nextafter(event.at, -np.inf) for event in self.events]))
-        places = [[f * count + k for f, k in event.branches] for event in self.events]
+        columns = [[f * count + k for f, k in event.branches] for event in self.events]
         return tuple(
-            (int(row[a]), int(row[b])) for row, (a, b) in zip(numbers, places, strict=True)
+            (int(row[a]), int(row[b])) for row, (a, b) in zip(numbers, columns, strict=True)
         )
 
     def numbers(self, p: np.ndarray) -> np.ndarray:
@@ -137,7 +137,7 @@ def trace(sweep: Sweep, values: np.ndarray, search: LimitSearch) -> list[Part]:
     """The loci between the first and the last of some values, with their events."""
     low, high = values[[0, -1]].tolist()
     axis = sweep.axis(low, high)
-    sweep.solve(np.append(root_places(sweep, axis), [low, high]) if sweep.straight else values)
+    sweep.solve(np.append(first_values(sweep, axis), [low, high]) if sweep.straight else values)
     if any(
         outcome.kind == NotConverged.kind
         for outcome in sweep.outcomes.values()
@@ -205,8 +205,8 @@ def branches_of(sweep: Sweep, values: np.ndarray, parts: Sequence[Part]) -> tupl
         exists[here] = known.any(axis=(1, 2))
         rank = np.where(known, frequency_rank(found[0]), sweep.modes)
         table = np.stack((rank, *found)).reshape(5, *numbers.shape)
-        places = numbers.argsort(axis=1)[:, list(part.labels)]  # (here, labels)
-        chosen = table[:, np.arange(len(here))[:, None], places]
+        order = numbers.argsort(axis=1)[:, list(part.labels)]  # (here, labels)
+        chosen = table[:, np.arange(len(here))[:, None], order]
         rows = np.tile(ABSENT, (len(values), len(part.labels)))
         rows[:, here] = np.where(chosen[0] < sweep.modes, chosen, ABSENT)
         for label, own in zip(part.labels.values(), np.moveaxis(rows, 2, 0).copy(), strict=True):

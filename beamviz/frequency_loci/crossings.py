@@ -174,25 +174,25 @@ def _locate(
     """The crossing or veering of two neighbours of a family; None if it is neither."""
     family, k, low, at, high, before, after, _ = candidate
     start, stop = curves.table.at[[0, -1]].tolist()
-    places = np.array([low, at, high])
+    values = np.array([low, at, high])
     if guess:
         inside = guess.modes[1] < sweep.modes
         if guess.gap > 1.01 * CLOSE * guess.frequency or (not inside and guess.gap > 0):
             return None
         low, high = max(before, guess.at - guess.width), min(after, guess.at + guess.width)
-        places = np.array([low, guess.at, high])
+        values = np.array([low, guess.at, high])
         points = yield np.concatenate(
-            (places, _beside(guess, before, after), _near(guess, start, stop))
+            (values, _beside(guess, before, after), _near(guess, start, stop))
         )
     else:
         guess = Approach(at, 0.0, math.inf, 0.0, (0, 1))
-        points = yield places
+        points = yield values
     first = points.at.searchsorted(low)
     if not (first < len(points.at) and points.at[first] == low):
         return None
-    modes = _places(sweep, low, family)[[k, k + 1]]
+    modes = _mode_indices(sweep, low, family)[[k, k + 1]]
     shapes = points.shapes[first, modes]
-    around = points.take(np.isin(points.at, places))
+    around = points.take(np.isin(points.at, values))
     approach = yield from _least_gap(around, shapes, low, high, guess)
     if approach is None or approach.modes[approach.gap > 0] >= sweep.modes:
         return None  # above the requested modes; a crossing with the highest counts
@@ -209,7 +209,7 @@ def _locate(
         points = yield np.concatenate((ends, near))
     beside = points.take(np.isin(points.at, ends))
     if len(beside.at) == 2:
-        own = [_places(sweep, value, family)[[k, k + 1]] for value in ends.tolist()]
+        own = [_mode_indices(sweep, value, family)[[k, k + 1]] for value in ends.tolist()]
         if np.max(own) < beside.duals.shape[1]:  # else above the modes solved for
             O = abs(beside.shapes[0, own[0]].conj() @ beside.duals[1, own[1]].T)
             if math.atan2(O[0, 1] + O[1, 0], O[0, 0] + O[1, 1]) < ROTATED:
@@ -232,7 +232,7 @@ def _near(approach: Approach, start: float, stop: float) -> np.ndarray:
     return approach.at + np.array([-h, h])
 
 
-def _places(sweep: Sweep, value: float, family: int) -> np.ndarray:
+def _mode_indices(sweep: Sweep, value: float, family: int) -> np.ndarray:
     """Indices (k,) of the modes of a family among all modes at a solved value."""
     return sweep.spectra(np.array([value])).rank[0, family]
 
@@ -242,9 +242,9 @@ def _zoom(candidate: Candidate) -> Search[Approach]:
     least^2 (1 + ((p - at) / width)^2) near the minimum."""
     family, k, low, at, high, *_ = candidate
     points = lobatto(ZOOM_ORDER)
-    places = on_piece(low, high, points.nodes)
-    squares = (yield places).squares
-    below = int((squares[len(places) // 2] < squares[len(places) // 2, family, k + 1]).sum())
+    values = on_piece(low, high, points.nodes)
+    squares = (yield values).squares
+    below = int((squares[len(values) // 2] < squares[len(values) // 2, family, k + 1]).sum())
     lower, upper = squares[:, family, k], squares[:, family, k + 1]
     functions = np.column_stack((lower + upper, (upper - lower) ** 2))
     reach, finest = max(at - low, high - at), FINEST * (high - low)

@@ -121,10 +121,10 @@ class Curves:
             if piece.errors is not None:
                 at.append(self.axis.p(piece.dense))
                 squares.append(piece.squares())
-        places, first = np.unique(np.concatenate(at), return_index=True)
+        values, first = np.unique(np.concatenate(at), return_index=True)
         found = np.concatenate(squares)[first]
-        middles = (places[1:] + places[:-1]) / 2
-        return Table(places, found, frequency_rank(found), ~self.uncertain(middles))
+        middles = (values[1:] + values[:-1]) / 2
+        return Table(values, found, frequency_rank(found), ~self.uncertain(middles))
 
     def roots(self, measure: Measure) -> list[Root]:
         """The roots of a measure between the samples, by interpolation."""

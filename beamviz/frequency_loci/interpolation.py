@@ -118,9 +118,9 @@ def _interpolate(sweep: Sweep, axis: Axis, first: _Attempt) -> list[Piece]:
     pending = [first]
     pieces: list[Piece] = []
     while pending:
-        places = [_places(axis, attempt) for attempt in pending]
-        spectra, start, following = sweep.spectra(np.concatenate(places)), 0, []
-        for attempt, own in zip(pending, places, strict=True):
+        values = [_values_of(axis, attempt) for attempt in pending]
+        spectra, start, following = sweep.spectra(np.concatenate(values)), 0, []
+        for attempt, own in zip(pending, values, strict=True):
             solved = spectra.take(slice(start, start := start + len(own)))
             piece, ratio, next_order = _fit(sweep, attempt, own, solved)
             low, high = attempt[:2]
@@ -148,14 +148,14 @@ def _faster(sweep: Sweep, axis: Axis, piece: Piece) -> Piece:
     """The modes of a piece of characteristic functions as polynomials, where these converge."""
     found = Interpolated(sweep, axis, piece, sweep.modes, sweep.tolerance)
     attempt = _Attempt(piece.low, piece.high, ORDERS[2])
-    places = _places(axis, attempt)
-    other, *_ = _fit(found, attempt, places, found.spectra(places))
+    values = _values_of(axis, attempt)
+    other, *_ = _fit(found, attempt, values, found.spectra(values))
     return piece if other.errors is None else other
 
 
-def root_places(sweep: Sweep, axis: Axis) -> np.ndarray:
+def first_values(sweep: Sweep, axis: Axis) -> np.ndarray:
     """The first values that the interpolation of an axis solves."""
-    return _places(axis, _first(sweep, axis))
+    return _values_of(axis, _first(sweep, axis))
 
 
 def _first(sweep: Sweep, axis: Axis) -> _Attempt:
@@ -176,17 +176,17 @@ def unresolved(axis: Axis, spectra: Spectra) -> Piece:
     return Piece(start, stop, spectra, None, none, none)
 
 
-def _places(axis: Axis, attempt: _Attempt) -> np.ndarray:
+def _values_of(axis: Axis, attempt: _Attempt) -> np.ndarray:
     """The nodes of a piece and its check points, as values of the parameter."""
     low, high, order, *_ = attempt
     points = lobatto(order)
-    places = axis.p(on_piece(low, high, np.concatenate((points.nodes, points.check_nodes))))
-    return np.maximum(places, AT_REST) if axis.over == "gamma" and axis.coupled else places
+    values = axis.p(on_piece(low, high, np.concatenate((points.nodes, points.check_nodes))))
+    return np.maximum(values, AT_REST) if axis.over == "gamma" and axis.coupled else values
 
 
 @np.errstate(all="ignore")  # modes not known at all values are nan
 def _fit(
-    sweep: Solves, attempt: _Attempt, places: np.ndarray, solved: Spectra
+    sweep: Solves, attempt: _Attempt, values: np.ndarray, solved: Spectra
 ) -> tuple[Piece, float, int]:
     """The piece of an attempt, the ratio of its error to that accepted, and the next order."""
     low, high, order, *_ = attempt
@@ -218,7 +218,7 @@ def _fit(
     targets = [_next_order(order, lambda power: cover(errors * rates**power)[1])]
     fits = [_by_block, _by_characteristics] if sweep.coupled else [_by_characteristics]
     for fit in fits if order <= FEW_NODES else fits[::-1]:
-        if more := fit(sweep, places, solved, replace(piece, errors=errors), accepted, alone):
+        if more := fit(sweep, values, solved, replace(piece, errors=errors), accepted, alone):
             found, own, rate = more
             ratio = min(ratio, float(own.max()))
             if own.max() <= 1:
@@ -234,7 +234,7 @@ def _largest(ratios: np.ndarray, rate: Any, power: int) -> float:
 
 def _by_block(
     sweep: Solves,
-    places: np.ndarray,
+    values: np.ndarray,
     solved: Spectra,
     piece: Piece,
     accepted: np.ndarray,
@@ -242,7 +242,7 @@ def _by_block(
 ) -> tuple[Piece, np.ndarray, Any] | None:
     """The piece with a block of coupled modes, the ratios of its errors to those accepted, and the
     factors by which they fall when the order grows by a half. None without shapes."""
-    if not (fitted := block.fit(sweep.points(places), solved, piece.order)):
+    if not (fitted := block.fit(sweep.points(values), solved, piece.order)):
         return None
     found, errors, rates = fitted
     ratios = errors / accepted[0, : len(errors)]
@@ -254,7 +254,7 @@ def _by_block(
 
 def _by_characteristics(
     sweep: Solves,
-    places: np.ndarray,
+    values: np.ndarray,
     solved: Spectra,
     piece: Piece,
     accepted: np.ndarray,
@@ -264,12 +264,12 @@ def _by_characteristics(
     error ratios (families, k) with them, and the factor by which the largest falls when the order
     grows by a half. None without the spectra of all meshes."""
     needed = np.isfinite(accepted)
-    spectra, kinetic = sweep.mesh_spectra(places), None
+    spectra, kinetic = sweep.mesh_spectra(values), None
     if spectra is None:
         return None
-    nodes = len(places) - len(CHECKS)
+    nodes = len(values) - len(CHECKS)
     if sweep.coupled:
-        kinetic = np.diagonal(sweep.points(places).kinetic, axis1=2, axis2=3)[:nodes]
+        kinetic = np.diagonal(sweep.points(values).kinetic, axis1=2, axis2=3)[:nodes]
         if not kinetic.size:
             return None
     found: list[Characteristic | None] = []
