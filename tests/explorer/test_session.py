@@ -136,6 +136,7 @@ def test_a_scene_without_equilibrium_shows_the_unloaded_beam_and_no_numbers(fram
         guest.says("No equilibrium")
         pause(guest)
         assert 'aria-label="modes"' not in guest.text
+        assert guest.texts["legend"] == ""  # the beam is grey
         assert one.view.shapes.labels == ()
         assert one.view.shapes.beam == scene.beam
         assert np.ptp(one.view.shapes.centreline[:, 0]) == 1.0
@@ -143,6 +144,7 @@ def test_a_scene_without_equilibrium_shows_the_unloaded_beam_and_no_numbers(fram
         guest.says("Stable equilibrium")
         stable = frequency_text(Beam(gamma=20, delta=1), strain="hencky")
         guest.says(stable)
+        guest.wait(lambda _: "displacement" in guest.texts["legend"])
         guest.choose("gamma", 39.0)
         guest.says("No equilibrium")
         pause(guest)

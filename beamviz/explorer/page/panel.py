@@ -133,9 +133,10 @@ class Panel:
         self.visitor.page.html("work", self.work)
 
     def show_picture(self, largest: float, pace: float, units: Units | None) -> None:
-        """Show the colour scale and the playback rate [T*/s]."""
-        page = self.visitor.page
-        page.html("legend", html.legend(self.visitor.state.view.colouring, largest, units))
+        """Show the colour scale, unless the beam is grey, and the playback rate [T*/s]."""
+        page, answer = self.visitor.page, self.visitor.answer
+        legend = html.legend(self.visitor.state.view.colouring, largest, units)
+        page.html("legend", "" if answer and answer.warning else legend)
         page.html("pace-text", html.pace(pace, units))
 
 
