@@ -290,7 +290,7 @@ SOURCES = (
             ),
         ],
         (
-            f"{TEST}published.py::test_coriolis_turns_a_crossing_into_a_veering",
+            "tests/loci/test_paper_crossings.py::test_with_coriolis_they_veer",
             f"{TEST}solve.py::test_coriolis_vanishes_with_the_speed",
             f"{TEST}error_bars.py::test_random_beams",
         ),

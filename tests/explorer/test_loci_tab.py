@@ -230,6 +230,17 @@ def test_values_are_read_at_the_pointer(desk):
 
 @pytest.mark.slow
 @pytest.mark.browser
+def test_the_last_value_sent_counts(desk):
+    """No earlier value of a drag, which waits for its turn, comes after it."""
+    desk.evaluate(
+        "[5, 6].forEach((speed) => beamviz.sendOften('gamma', speed)); beamviz.send('gamma', 3);"
+        "new Promise((done) => setTimeout(done, 500))"
+    )
+    wait_until(lambda: field(desk) == 3.0)
+
+
+@pytest.mark.slow
+@pytest.mark.browser
 def test_a_resonance_is_zoomed_in_on_each_time_that_it_is_chosen(desk):
     """That at γ = 0.798 with 2 per revolution, in the list, also after a drag of the line; and back
     to the full range."""

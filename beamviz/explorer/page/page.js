@@ -15,8 +15,10 @@ const beamviz = (() => {
 
   // To the server
 
+  /* Sends a value, in place of an earlier one that waits. */
   function send(action, value) {
     if (!bridge) return;
+    if (waiting[action]) waiting[action].value = null;
     const text = JSON.stringify([++count, action, value]);
     if (text.length > 130000) return;
     const message = { type: "GuiUpdateMessage", uuid: bridge, updates: { value: text } };
