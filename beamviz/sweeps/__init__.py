@@ -29,6 +29,7 @@ from numpy.typing import ArrayLike
 
 from beamviz.beam import Beam, check_int
 from beamviz.errors import Unavailable, optional, unknown_keyword
+from beamviz.signals import defer_signals
 from beamviz.solver import DEFAULTS
 from beamviz.sweeps.chunks import solve_and_write
 from beamviz.sweeps.plan import Plan, Task, find_place, make_plan
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
 MAX_WORKERS = 1024
 IN_FLIGHT = 2  # tasks for each worker: one is computed, one waits
 THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
+POLL = 0.2  # [s] until a signal that came while tasks are waited for is handled
 CONNECT = 30.0  # [s] to find a scheduler and a first worker
 
 
@@ -180,13 +182,15 @@ def completed(
     pending: dict[Future, Task] = {}
     try:
         while True:
-            for task in itertools.islice(waiting, max(0, capacity() - len(pending))):
-                with blocked_interrupts():
-                    future = executor.submit(solve_and_write, path, task)
-                pending[future] = task
+            with defer_signals():  # an exception inside could leave a future locked for ever
+                for task in itertools.islice(waiting, max(0, capacity() - len(pending))):
+                    with blocked_interrupts():
+                        future = executor.submit(solve_and_write, path, task)
+                    pending[future] = task
+                done = wait(pending, POLL, return_when=FIRST_COMPLETED).done
             if not pending:
                 return
-            for future in wait(pending, return_when=FIRST_COMPLETED).done:
+            for future in done:
                 future.result()
                 yield pending.pop(future)
     except (BrokenProcessPool, CancelledError):

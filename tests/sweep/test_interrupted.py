@@ -6,7 +6,9 @@ import resource
 import signal
 import subprocess
 import sys
+import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +17,7 @@ from helpers import contents
 
 from beamviz import Beam, solve
 from beamviz.cli.progress import INTERRUPTED
-from beamviz.sweeps import open_sweep
+from beamviz.sweeps import open_sweep, sweep
 
 ROOT = Path(__file__).parents[2]
 LINE = ["--over", "gamma=0:20:401", "--over", "alpha=0:3:13", "--over", "beta=0.5,1", "--coriolis"]
@@ -95,6 +97,35 @@ def test_interrupted(number, undisturbed, tmp_path):
     with start(store) as process:
         process.communicate(timeout=120)
     assert contents(store) == undisturbed
+
+
+def test_an_interrupt_leaves_no_future_locked(tmp_path):
+    """However it falls: the pool, which locks the futures to set their results, still ends."""
+    interrupts = []
+
+    class InterruptedExecutor(ThreadPoolExecutor):
+        def submit(self, *task, **arguments):
+            future = super().submit(*task, **arguments)
+            acquire = future._condition.acquire
+
+            def interrupted(*options):
+                taken = acquire(*options)
+                if not interrupts and threading.current_thread() is threading.main_thread():
+                    interrupts.append(signal.SIGINT)
+                    signal.raise_signal(signal.SIGINT)
+                return taken
+
+            future._condition.acquire = interrupted
+            return future
+
+    executor = InterruptedExecutor(1)
+    with pytest.raises(KeyboardInterrupt):
+        sweep({"gamma": np.linspace(0, 10, 2000)}, tmp_path / "a.zarr", executor=executor)
+    end = threading.Thread(target=executor.shutdown, daemon=True)
+    end.start()
+    end.join(30)
+    assert interrupts
+    assert not end.is_alive()
 
 
 @pytest.mark.slow
