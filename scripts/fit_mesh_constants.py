@@ -10,7 +10,6 @@ to that of the value in use. The best value has the least work; error bars hold 
 The beams are those of scripts/measure_error_bars.py, drawn over everything that is accepted.
 """
 
-import argparse
 import os
 import sys
 from pathlib import Path
@@ -20,6 +19,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 import numpy as np  # noqa: E402
+from _arguments import Parser, count  # noqa: E402
 from oracle.error_bars import random_scene  # type: ignore[import-not-found]  # noqa: E402
 
 from beamviz.errors import BeamvizError  # noqa: E402
@@ -30,12 +30,10 @@ from beamviz.solver.hp import mesh_design, refinement  # noqa: E402
 def main() -> None:
     """Measure the value in use and those given."""
     names = [name for name, value in vars(mesh_design).items() if is_constant(name, value)]
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
+    parser = Parser(__doc__)
     parser.add_argument("constant", choices=names)
     parser.add_argument("values", type=float, nargs="+")
-    parser.add_argument("--beams", type=int, default=300)
+    parser.add_argument("--beams", type=count, default=300)
     parser.add_argument("--tolerance", type=float, help="in place of that of each random beam")
     given = parser.parse_args()
     in_use = getattr(mesh_design, given.constant)

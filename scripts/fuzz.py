@@ -8,7 +8,6 @@ time it took, and the smallest input found with another outcome; the exit code i
 one.
 """
 
-import argparse
 import sys
 import time
 import traceback
@@ -19,6 +18,7 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
+from _arguments import Parser, count  # noqa: E402
 from fuzzing import CASES  # type: ignore[import-not-found]  # noqa: E402
 
 # Share of each kind in all inputs: more of those that are quick to check.
@@ -56,10 +56,8 @@ def smallest_failure(name: str, inputs: int, number: int) -> str:
 
 def main() -> int:
     """Draw inputs, check them, and print the rows."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
-    parser.add_argument("--inputs", type=int, default=100_000)
+    parser = Parser(__doc__)
+    parser.add_argument("--inputs", type=count, default=100_000)
     parser.add_argument("--only", nargs="*", choices=list(CASES), default=list(CASES))
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()

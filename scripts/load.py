@@ -11,7 +11,6 @@ on a machine that does nothing else:
                            [--paused] [--bent]
 """
 
-import argparse
 import asyncio
 import math
 import os
@@ -33,6 +32,7 @@ from websockets.asyncio.client import ClientConnection, connect
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
+from _arguments import Parser, count  # noqa: E402
 from live.server import CAMERA_MESSAGE, PROTOCOL  # type: ignore[import-not-found]  # noqa: E402
 
 from beamviz.beam import Beam  # noqa: E402
@@ -233,13 +233,11 @@ def memory(pid: int) -> float:
 
 def main() -> None:
     """Measure, and print the rows."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
-    parser.add_argument("--visitors", type=int, default=60)
+    parser = Parser(__doc__)
+    parser.add_argument("--visitors", type=count, default=60)
     parser.add_argument("--seconds", type=float, default=60.0)
-    parser.add_argument("--processes", type=int, default=len(os.sched_getaffinity(0)))
-    parser.add_argument("--resolves", type=int, default=0, help="measure until this many answers")
+    parser.add_argument("--processes", type=count, default=len(os.sched_getaffinity(0)))
+    parser.add_argument("--resolves", type=count, default=0, help="measure until this many answers")
     parser.add_argument("--paused", action="store_true", help="measure without animation")
     parser.add_argument("--bent", action="store_true", help="measure on a beam past buckling")
     options = parser.parse_args()

@@ -10,7 +10,6 @@ With --bent the beams are bent ones (tests/oracle/bent_error_bars.py), the files
 error_bars_bent.json and .md, and what is kept are the verdicts: remove them to measure anew.
 """
 
-import argparse
 import json
 import os
 import platform
@@ -28,6 +27,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 import numpy as np  # noqa: E402
 import scipy  # noqa: E402
+from _arguments import Parser, count  # noqa: E402
 from oracle.bent_error_bars import (  # type: ignore[import-not-found]  # noqa: E402
     bent_verdict,
     random_bent_scene,
@@ -61,10 +61,8 @@ SENTENCES = {
 
 def main() -> None:
     """Measure, write error_bars.json and error_bars.md, print the page."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
-    )
-    parser.add_argument("--beams", type=int, default=5000)
+    parser = Parser(__doc__)
+    parser.add_argument("--beams", type=count, default=5000)
     parser.add_argument("--bent", action="store_true")
     parser.add_argument("--truths", type=Path)
     parser.add_argument("--out", type=Path, default=ROOT / "assets")

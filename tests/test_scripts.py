@@ -2,10 +2,10 @@
 
 import ast
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 from helpers import SCRIPTS, load_script
@@ -13,23 +13,17 @@ from helpers import SCRIPTS, load_script
 posix = pytest.mark.skipif(os.name != "posix", reason="writes a shell script")
 
 
-def loaded(name: str, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    """A fresh copy of a script as a module, its neighbours importable."""
-    monkeypatch.syspath_prepend(str(SCRIPTS))
-    return load_script(name)
-
-
 @pytest.fixture
-def environment(monkeypatch):
+def environment():
     """scripts/_environment.py."""
-    return loaded("_environment", monkeypatch)
+    return load_script("_environment")
 
 
 @pytest.fixture
 def browser(monkeypatch):
     """scripts/_browser.py, with nothing named and nothing found or fetched yet."""
     monkeypatch.delenv("BEAMVIZ_BROWSER", raising=False)
-    module = loaded("_browser", monkeypatch)
+    module = load_script("_browser")
     monkeypatch.setattr(module, "working", lambda browser: browser)
     monkeypatch.setattr(module, "find_browser", lambda: None)
     monkeypatch.setattr(module, "from_debian", lambda python: None)
@@ -40,7 +34,7 @@ def browser(monkeypatch):
 @pytest.fixture
 def checks(monkeypatch):
     """scripts/test.py, in this environment and without a browser."""
-    module = loaded("test", monkeypatch)
+    module = load_script("test")
     for name in ("CI", "BEAMVIZ_BROWSER"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(module, "ensure", lambda extra: Path(sys.executable))
@@ -186,7 +180,7 @@ def test_a_named_browser_is_not_replaced(browser, monkeypatch):
 @posix
 def test_only_a_browser_that_starts_is_used(tmp_path, monkeypatch):
     """A command that only tells how to install a browser is not one."""
-    module = loaded("_browser", monkeypatch)
+    module = load_script("_browser")
     good = str(executable(tmp_path / "good", "exit 0"))
     assert module.working(good) == good
     assert module.working(str(executable(tmp_path / "stub", "exit 1"))) is None
@@ -196,11 +190,45 @@ def test_only_a_browser_that_starts_is_used(tmp_path, monkeypatch):
 
 def test_debian_is_asked_as_root_only(monkeypatch):
     """A normal user gets no failing apt-get."""
-    module = loaded("_browser", monkeypatch)
+    module = load_script("_browser")
     monkeypatch.setattr(module, "succeeded", lambda command: pytest.fail(f"ran {command}"))
     monkeypatch.setattr(module.shutil, "which", lambda name: f"/usr/bin/{name}")
     monkeypatch.setattr(os, "geteuid", lambda: 1000, raising=False)
     assert module.from_debian(Path(sys.executable)) is None
+
+
+FIRST = {"fit_mesh_constants": ["LAYER_REACH", "2"]}  # arguments that are required
+COUNTS = [
+    (file.stem, option)
+    for file in SCRIPTS.glob("*.py")
+    for option in re.findall(r'"(--\w+)", type=count', file.read_text())
+]
+
+
+@pytest.mark.parametrize(("name", "option"), COUNTS)
+def test_a_count_below_one_is_an_error_of_one_line(monkeypatch, capsys, name, option):
+    """It names the option and the value; nothing is measured."""
+    script = load_script(name)
+    for value, problem in (("0", "0: must be at least 1"), ("-3", "-3: must"), ("few", "'few'")):
+        monkeypatch.setattr(sys, "argv", [f"{name}.py", *FIRST.get(name, []), f"{option}={value}"])
+        with pytest.raises(SystemExit) as ended:
+            script.main()
+        error = capsys.readouterr().err
+        assert (ended.value.code, error.count("\n")) == (2, 1)
+        assert error.startswith(f"{name}.py: argument {option}: ")
+        assert problem in error
+
+
+def test_every_option_that_counts_is_known():
+    """Other whole numbers are seeds."""
+    assert {name for name, _ in COUNTS} == {
+        "load",
+        "fuzz",
+        "fit_mesh_constants",
+        "measure_error_bars",
+    }
+    texts = [file.read_text() for file in SCRIPTS.glob("*.py")]
+    assert {one for text in texts for one in re.findall(r'"--(\w+)", type=int', text)} <= {"seed"}
 
 
 GOOD = ["timeit", "-n1", "-r1", "pass"]
