@@ -18,7 +18,7 @@ from beamviz.explorer.page.page import choose_theme, insert_page
 from beamviz.scene import Scene
 from beamviz.server import run_server, self_test
 from beamviz.server.access import KEY_PARAMETER, MAX_VISITORS, Access, VisitorCount, public_url
-from beamviz.server.processes import Pipe, listening_sockets, process_count, process_pool
+from beamviz.server.processes import Pipe, ProcessPool, listening_sockets, process_count
 from beamviz.server.viser_private import check_attributes
 from beamviz.signals import handle_signals
 from beamviz.solver import solve
@@ -99,8 +99,10 @@ def several_processes(
 
     with (
         listening_sockets(host, port) as listeners,
-        process_pool(listeners, visitor_count, run) as pool,
+        contextlib.closing(ProcessPool(listeners, visitor_count, run)) as pool,
     ):
+        for worker in pool.workers:
+            worker.wait()
         url = Access(host, listeners[0].getsockname()[1], **access).url
         yield url, lambda: pool.serve(lambda: not signals.empty())
 

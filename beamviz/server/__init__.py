@@ -15,7 +15,7 @@ from beamviz.errors import Unavailable
 from beamviz.server import connection
 from beamviz.server.access import Access, VisitorCount
 from beamviz.server.processes import Pipe, listening_sockets
-from beamviz.server.viser_private import PROTOCOL, opens_tunnel, viser_server
+from beamviz.server.viser_private import PROTOCOL, message_types, opens_tunnel, viser_server
 
 TIMEOUT = 30.0  # [s] for an answer in the self-test
 COUNT_TIMEOUT = 1.0  # [s] for its connections to be closed
@@ -49,8 +49,8 @@ def run_server(
         with listening_sockets(host, port) as (first, *_):
             port = first.getsockname()[1]
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # browsers may disconnect
-    rules = Access(host, port, **access)
-    guard = connection.Guard(rules, visitor_count or VisitorCount(), listener, insert)
+    rules, types = Access(host, port, **access), message_types(*connection.MESSAGES)
+    guard = connection.Guard(rules, visitor_count or VisitorCount(), listener, insert, types)
     with viser_server(host, port, guard.serve) as server:
         if server.get_port() != port:
             raise Unavailable(f"port {port} was taken a moment ago: choose another with --port")
@@ -101,22 +101,21 @@ def successful_attack(access: Access, connect: Callable[[], socket.socket]) -> s
     """Try to connect from a foreign page and without the key, and to send invalid messages. Returns
     a description of the attack that succeeded, or ""."""
     uri = access.local_url.replace("http://", "ws://")
-    options: dict[str, Any] = {"uri": uri, "subprotocols": [PROTOCOL], "open_timeout": TIMEOUT}
-    key: dict[str, Any] = {
-        "additional_headers": {"Cookie": f"{access.cookie}={access.visitor_key}"}
-    }
+    common: dict[str, Any] = {"uri": uri, "subprotocols": [PROTOCOL], "open_timeout": TIMEOUT}
+    cookie = {"Cookie": f"{access.cookie}={access.visitor_key}"}
+    key: dict[str, Any] = {**common, "additional_headers": cookie}
     attackers = {"a page of a foreign origin": {"origin": FOREIGN_ORIGIN, **key}}
     if access.visitor_key:
-        attackers["a visitor without the key"] = {}
+        attackers["a visitor without the key"] = common
     for name, attacker in attackers.items():
         try:
-            with unix_connect(sock=connect(), **options, **attacker):
+            with unix_connect(sock=connect(), **attacker):
                 return f"{name} can connect"
         except InvalidStatus as error:
             if error.response.status_code != 403:
                 return f"{name} gets status {error.response.status_code}, not 403"
     for name, message in INVALID_MESSAGES.items():
-        with unix_connect(sock=connect(), **options, **key) as line:
+        with unix_connect(sock=connect(), **key) as line:
             try:
                 line.send(message)
                 while True:

@@ -1,11 +1,13 @@
 """Access to the server: addresses, origins, keys and the number of visitors."""
 
+import contextlib
 import hmac
 import ipaddress
 import mmap
 import socket
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 from urllib.parse import parse_qs, parse_qsl, urlencode, urlsplit
 
 from beamviz.errors import InvalidInput
@@ -18,8 +20,7 @@ KEY_PARAMETER = "token"  # of the query
 COUNT_BYTES = 8
 
 
-@dataclass(frozen=True)
-class Refusal:
+class Refusal(NamedTuple):
     """A refused request: HTTP status, and title and text of its page."""
 
     status: int
@@ -148,22 +149,18 @@ def without_key(path: str) -> str:
 
 def split_host(host: str) -> tuple[str, int | None]:
     """Name and port of a Host header; ("", None) if it is malformed."""
-    try:
+    with contextlib.suppress(ValueError):
         parts = urlsplit(f"//{host}")
-        if parts.netloc != host or "@" in host:
-            return "", None
-        return (parts.hostname or ""), (parts.port or HTTP_PORT)
-    except ValueError:
-        return "", None
+        if parts.netloc == host and "@" not in host:
+            return (parts.hostname or ""), (parts.port or HTTP_PORT)
+    return "", None
 
 
 def is_address(name: str) -> bool:
     """Whether a host is a numerical address."""
-    try:
-        ipaddress.ip_address(name)
-    except ValueError:
-        return False
-    return True
+    with contextlib.suppress(ValueError):
+        return bool(ipaddress.ip_address(name))
+    return False
 
 
 def network_address() -> str:

@@ -8,7 +8,8 @@ import math
 import socket
 import time
 from collections.abc import Awaitable, Callable
-from functools import partial
+from dataclasses import dataclass
+from functools import lru_cache, partial
 from typing import Any
 
 import msgspec
@@ -20,7 +21,7 @@ from websockets.protocol import OPEN
 
 from beamviz.server.access import Access, Refusal, VisitorCount, without_key
 from beamviz.server.log import RateLimitedLog
-from beamviz.server.viser_private import PROTOCOL, message_types
+from beamviz.server.viser_private import PROTOCOL
 
 POLICY_VIOLATION, TRY_AGAIN_LATER = 1008, 1013  # WebSocket close codes
 TIMEOUT = 10.0  # [s] for a request, and for the answer to a ping
@@ -163,27 +164,26 @@ class Connection(ServerConnection):
                 key, raw = await self.receive_valid()
                 if self.has_credit():
                     return raw
-                self.coalesced[key] = raw
-                await self.coalesce()
+                await self.coalesce(key, raw)
         except InvalidMessage as error:
             log.warn(peer(self), "invalid message", f"closed for an invalid message: {error}")
             await self.close(POLICY_VIOLATION, "invalid message")
             raise self.protocol.close_exc from None
         return self.coalesced.pop(next(iter(self.coalesced)))
 
-    async def receive_valid(self) -> tuple[Key, bytes]:
+    async def receive_valid(self) -> tuple[Key, Any]:
         """The next message and its key; raises InvalidMessage."""
         raw = await super().recv()
-        return validate(raw, self.types), raw if isinstance(raw, bytes) else b""
+        return validate(raw, self.types), raw
 
-    async def coalesce(self) -> None:
+    async def coalesce(self, key: Key, raw: bytes) -> None:
         """Receive for PAUSE seconds, keeping the last message of each key in order of arrival."""
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(PAUSE):
                 while True:
-                    key, raw = await self.receive_valid()
                     self.coalesced.pop(key, None)
                     self.coalesced[key] = raw
+                    key, raw = await self.receive_valid()
 
     def has_credit(self) -> bool:
         """Take a token from the token bucket; False if it is empty."""
@@ -199,25 +199,20 @@ class Connection(ServerConnection):
 # Requests
 
 
+@dataclass(frozen=True)
 class Guard:
     """Checks every request and message before viser's server handles it.
 
     access: the rules; visitor_count: the visitors of all processes; listener: the source of
-    connections, by default the address given to `serve`; insert: changes the HTML of viser's page.
-    Raises Unavailable if viser lacks one of MESSAGES.
+    connections, by default the address given to `serve`; insert: changes the HTML of viser's page;
+    types: the messages that are allowed.
     """
 
-    def __init__(
-        self,
-        access: Access,
-        visitor_count: VisitorCount,
-        listener: socket.socket | None,
-        insert: Insert,
-    ):
-        self.access, self.visitor_count = access, visitor_count
-        self.listener, self.insert = listener, insert
-        self.pages: dict[str, bytes] = {}  # the changed page, by encoding
-        self.types = message_types(*MESSAGES)
+    access: Access
+    visitor_count: VisitorCount
+    listener: socket.socket | None
+    insert: Insert
+    types: dict[str, type]
 
     def serve(self, handler: Handler, *address: Any, **options: Any) -> Any:
         """Replacement for `websockets.asyncio.server.serve`."""
@@ -257,20 +252,14 @@ class Guard:
             headers = {"Location": without_key(request.path), "Set-Cookie": cookie}
             return reply(303, "See Other", b"", headers)
         response = page(connection, request)
-        return self.with_elements(response) if response else None
-
-    def with_elements(self, response: Response) -> Response:
-        """A response with our elements inserted, if it is viser's page."""
-        kind = response.headers.get("Content-Type", "")
-        if response.status_code != 200 or not kind.startswith("text/html"):
-            return response
-        encoding = response.headers.get("Content-Encoding", "")
-        if encoding not in self.pages:
-            zipped = encoding == "gzip"
-            body = gzip.decompress(response.body) if zipped else response.body
-            changed = self.insert(body.decode()).encode()
-            self.pages[encoding] = gzip.compress(changed) if zipped else changed
-        return reply(200, "OK", self.pages[encoding], dict(response.headers.raw_items()))
+        kind = response.headers.get("Content-Type", "") if response else ""
+        if response and response.status_code == 200 and kind.startswith("text/html"):
+            headers = dict(response.headers.raw_items())
+            zipped = response.headers.get("Content-Encoding") == "gzip"
+            return reply(
+                200, "OK", changed_page(bytes(response.body), self.insert, zipped), headers
+            )
+        return response
 
     def add_headers(
         self, connection: ServerConnection, request: Request, response: Response
@@ -297,6 +286,13 @@ class Guard:
                 await handler(connection)
 
 
+@lru_cache(2)
+def changed_page(body: bytes, insert: Insert, zipped: bool) -> bytes:
+    """viser's page after `insert`, compressed as before."""
+    changed = insert((gzip.decompress(body) if zipped else body).decode()).encode()
+    return gzip.compress(changed) if zipped else changed
+
+
 def is_presenter(access: Access, request: Request | None) -> bool:
     """Whether a request has the presenter's key."""
     return request is not None and access.presents(lower_case(request), request.path)
@@ -314,8 +310,7 @@ def refusal_page(refusal: Refusal) -> Response:
     title, text = html.escape(refusal.title), html.escape(refusal.text)
     body = REFUSAL_PAGE.format(retry=retry, title=title, text=text)
     headers = {"Content-Type": "text/html; charset=utf-8"}
-    if retry:
-        headers["Retry-After"] = str(RETRY)
+    headers |= {"Retry-After": str(RETRY)} if retry else {}
     return reply(refusal.status, refusal.title, body.encode(), headers)
 
 

@@ -9,21 +9,19 @@ import contextlib
 import errno
 import multiprocessing
 import os
-import selectors
 import signal
 import socket
 import sys
 import time
 from collections.abc import Callable, Iterator
-from functools import partial
-from typing import Any
+from multiprocessing.connection import Connection, wait
+from typing import Any, cast
 
 from beamviz.errors import BeamvizError, InvalidInput, Unavailable
 from beamviz.server.access import VisitorCount
 
 BACKLOG = 128  # connections that wait to be accepted
-MAX_ERROR_BYTES = 4000
-BYTE = b"."  # sent when a worker is ready, and with each connection
+BYTE = b"."  # sent with each connection
 POLL = 0.2  # [s] between two checks for a signal to stop
 START_TIMEOUT = 60.0  # [s] for a worker to be ready
 STOP_TIMEOUT = 5.0  # [s] for all workers to end
@@ -83,11 +81,6 @@ class Pipe(socket.socket):
             socket.send_fds(self.sender, [BYTE], [theirs.fileno()])
         return ours
 
-    def ready(self) -> None:
-        """Report to the main process, and close its end here, so that its death is noticed."""
-        self.sendall(BYTE)
-        self.sender.close()
-
 
 Run = Callable[[int, Pipe, Callable[[], None]], None]  # of number, listener, call when ready
 
@@ -98,43 +91,39 @@ class Worker:
     def __init__(self, number: int, run: Run, address: Any, inherited: list[socket.socket]):
         self.number, self.accepted, self.started = number, 0, time.monotonic()
         self.sender, end = socket.socketpair()
-        pipe = Pipe(end, self.sender, address)
+        self.sender.setblocking(False)
         fork = multiprocessing.get_context("fork")
-        self.process = fork.Process(target=work, args=(number, run, pipe, inherited), daemon=True)
-        self.process.start()
-        pipe.close()
+        self.result, report = fork.Pipe(duplex=False)  # of the start: "", or an error
+        with Pipe(end, self.sender, address) as pipe, report:
+            arguments = (number, run, pipe, report, inherited)
+            self.process = fork.Process(target=work, args=arguments, daemon=True)
+            self.process.start()
 
     def wait(self) -> None:
         """Wait until it is ready. Raises Unavailable if it ends before or takes too long."""
-        self.sender.settimeout(START_TIMEOUT)
-        data = b""
-        with contextlib.suppress(OSError):
-            data = self.sender.recv(MAX_ERROR_BYTES)
-        self.sender.setblocking(False)
-        if data != BYTE:
-            error = data.decode(errors="replace")
-            raise Unavailable(error or "a process that serves visitors ended before it was ready")
-
-    def send(self, connection: socket.socket) -> bool:
-        """Pass a connection to it; False if its pipe is full or closed."""
-        try:
-            socket.send_fds(self.sender, [BYTE], [connection.fileno()])
-        except OSError:
-            return False
-        self.accepted += 1
-        return True
+        error = "a process that serves visitors ended before it was ready"
+        with self.result, contextlib.suppress(EOFError):
+            error = self.result.recv() if self.result.poll(START_TIMEOUT) else error
+        if error:
+            raise Unavailable(error)
 
 
-def work(number: int, run: Run, pipe: Pipe, inherited: list[socket.socket]) -> None:
+def work(
+    number: int, run: Run, pipe: Pipe, report: Connection, inherited: list[socket.socket]
+) -> None:
     """The main function of a worker. It ignores Ctrl-C, which the main process handles."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     for line in inherited:
         line.close()  # so that other workers notice the end of the main process
-    report = socket.socket(fileno=os.dup(pipe.fileno()))  # asyncio closes the pipe itself
+
+    def ready() -> None:
+        pipe.sender.close()  # so that this worker notices it too
+        report.send("")
+
     try:
-        run(number, pipe, pipe.ready)
+        run(number, pipe, ready)
     except BeamvizError as error:
-        report.sendall(str(error).encode()[:MAX_ERROR_BYTES])
+        report.send(str(error))
         sys.exit(1)
 
 
@@ -145,29 +134,25 @@ class ProcessPool:
         self.listeners, self.visitor_count, self.run = listeners, visitor_count, run
         self.workers: list[Worker] = []
         for number in range(len(visitor_count.counts)):
-            self.workers.append(self.started(number))
+            self.start(number)
 
-    def started(self, number: int) -> Worker:
+    def start(self, number: int) -> Worker:
         """A new worker, not ready yet."""
         self.visitor_count.counts[number] = 0
         inherited = [*self.listeners, *(worker.sender for worker in self.workers)]
-        return Worker(number, self.run, self.listeners[0].getsockname(), inherited)
+        address = self.listeners[0].getsockname()
+        self.workers.append(Worker(number, self.run, address, inherited))
+        return self.workers[-1]
 
     def serve(self, stopped: Callable[[], bool]) -> None:
         """Pass on connections until `stopped()`. Raises Unavailable if a new worker dies."""
-        with selectors.DefaultSelector() as events:
-            for listener in self.listeners:
-                events.register(listener, selectors.EVENT_READ, partial(self.accept, listener))
-            for worker in self.workers:
-                events.register(worker.process.sentinel, selectors.EVENT_READ, worker)
-            while not stopped():
-                for key, _ in events.select(POLL):
-                    if isinstance(key.data, Worker):
-                        events.unregister(key.fileobj)
-                        worker = self.replaced(key.data)
-                        events.register(worker.process.sentinel, selectors.EVENT_READ, worker)
-                    else:
-                        key.data()
+        while not stopped():
+            ends: dict[Any, Worker] = {worker.process.sentinel: worker for worker in self.workers}
+            for ready in wait([*self.listeners, *ends], POLL):
+                if ready in ends:
+                    self.replace(ends[ready])
+                else:
+                    self.accept(cast(socket.socket, ready))
 
     def accept(self, listener: socket.socket) -> None:
         """Pass the next connection to the worker with the fewest visitors that accepts it."""
@@ -178,11 +163,14 @@ class ProcessPool:
             return
         counts = self.visitor_count.counts
         with connection:
-            by_visitors = sorted(self.workers, key=lambda w: (counts[w.number], w.accepted))
-            any(worker.send(connection) for worker in by_visitors)
+            for worker in sorted(self.workers, key=lambda w: (counts[w.number], w.accepted)):
+                with contextlib.suppress(OSError):  # its pipe is full or closed
+                    socket.send_fds(worker.sender, [BYTE], [connection.fileno()])
+                    worker.accepted += 1
+                    return
 
-    def replaced(self, worker: Worker) -> Worker:
-        """A new worker for one that died. Raises Unavailable if it died soon after its start."""
+    def replace(self, worker: Worker) -> None:
+        """Replace a worker that died. Raises Unavailable if it died soon after its start."""
         worker.process.join()
         worker.sender.close()
         what = f"a process that serves visitors died (exit code {worker.process.exitcode})"
@@ -190,11 +178,9 @@ class ProcessPool:
             raise Unavailable(f"{what} soon after it began")
         print(f"beamviz: {what}; their pages connect again, to a new one", file=sys.stderr)
         self.workers.remove(worker)
-        self.workers.append(self.started(worker.number))
-        self.workers[-1].wait()
-        return self.workers[-1]
+        self.start(worker.number).wait()
 
-    def stop(self) -> None:
+    def close(self) -> None:
         """Terminate all workers, and kill them after STOP_TIMEOUT."""
         for worker in self.workers:
             worker.process.terminate()
@@ -207,32 +193,17 @@ class ProcessPool:
 
 
 @contextlib.contextmanager
-def process_pool(
-    listeners: list[socket.socket], visitor_count: VisitorCount, run: Run
-) -> Iterator[ProcessPool]:
-    """Workers that are ready, stopped on leaving."""
-    pool = ProcessPool(listeners, visitor_count, run)
-    try:
-        for worker in pool.workers:
-            worker.wait()
-        yield pool
-    finally:
-        pool.stop()
-
-
-@contextlib.contextmanager
 def listening_sockets(host: str, port: int) -> Iterator[list[socket.socket]]:
     """Sockets that listen on the same port of all addresses of a host on this machine, closed on
     leaving; port 0 takes a free one. Raises Unavailable if the address is not available."""
     with contextlib.ExitStack() as stack:
         lines: list[socket.socket] = []
         try:
-            for family, *_, address in dict.fromkeys(
-                socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
-            ):
+            found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+            for family, *_, (address, _, *scope) in dict.fromkeys(found):
                 port = port or (lines[0].getsockname()[1] if lines else 0)
-                place = (address[0], port, *address[2:])
                 try:
+                    place = (address, port, *scope)
                     line = socket.create_server(place, family=family, backlog=BACKLOG)
                 except OSError as error:
                     if not lines or error.errno != errno.EADDRNOTAVAIL:

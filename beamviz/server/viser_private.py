@@ -271,8 +271,9 @@ def run_script(client: viser.ClientHandle, source: Callable[[], str]) -> None:
     client.gui._websock_interface.queue_message(PageScript(source))
 
 
-def control_id(control: viser.GuiInputHandle) -> str:
-    """The id of a control in messages."""
+def private_control(control: viser.GuiInputHandle) -> str:
+    """The id of a control in messages, which are not sent to other visitors any more."""
+    control._impl.sync_cb = None
     return str(control._impl.uuid)
 
 
@@ -301,8 +302,3 @@ def set_pose(
     if tuple(state.tolist()) != numbers:
         state[:] = numbers
         node._impl.api._queue_scene_message(message(node.name, numbers))
-
-
-def stop_sync(control: viser.GuiInputHandle) -> None:
-    """Do not send messages about a control to other visitors."""
-    control._impl.sync_cb = None

@@ -15,7 +15,7 @@ from viser import ClientHandle, GuiEvent, ViserServer
 
 from beamviz.drawing.objects import Caption, captions_script
 from beamviz.server.log import RateLimitedLog
-from beamviz.server.viser_private import control_id, run_script, stop_sync
+from beamviz.server.viser_private import private_control, run_script
 
 ROOT = '<div id="root"></div>'  # of viser's page
 STYLES = ("page.css", "chart.css")
@@ -62,8 +62,7 @@ class Page:
         self.tab = FIRST_TAB
         self.bridge = client.gui.add_text("bridge", "", visible=False)
         self.bridge.on_update(self.received)
-        stop_sync(self.bridge)
-        self.send("bridge", control_id(self.bridge))
+        self.send("bridge", private_control(self.bridge))
 
     # To the page
 
