@@ -10,13 +10,14 @@ from typing import Any
 
 import msgspec.msgpack
 import zstandard
-from live.server import CAMERA_MESSAGE, encoded, raw_socket
+from live.server import CAMERA_MESSAGE, ROOT, encoded, raw_socket
 from websockets.sync.connection import Connection
 
 from beamviz.beam import Beam
 from beamviz.drawing.text import rounded_to_error
 from beamviz.solver import solve
 
+PAGE = ROOT / "beamviz" / "explorer" / "page" / "page.html"
 BEAM = "/scene/rotor/beam"
 TIMEOUT = 60.0  # [s], on a busy machine
 PAPER = Beam(alpha=1, beta=0.5, gamma=10)  # where visitors start
@@ -34,7 +35,7 @@ class Visitor:
         self.socket = socket
         self.controls: dict[str, str] = {}
         self.commands: dict[str, str] = {}
-        self.texts: dict[str, str] = {}
+        self.texts = {"page": PAGE.read_text()}
         self.updated: dict[str, Any] = {}
         self.values: dict[str, Any] = {}
         self.props: dict[str, dict[str, Any]] = {}

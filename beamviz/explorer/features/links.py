@@ -14,6 +14,7 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer.features.comparison import SHORT
 from beamviz.explorer.features.files import within_limits
 from beamviz.explorer.features.lessons import STEPS, Lessons
+from beamviz.explorer.page.page import TABS
 from beamviz.explorer.state import History, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.forced_response import DAMPING
@@ -25,7 +26,6 @@ PERIOD = 0.5  # [s] between two changes of the address
 # Parameters with another reader: the key of the server, and the options of viser's page.
 RESERVED = {KEY_PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "logCamera"}
 OWN = ("dark", "playing")  # view options that are the visitor's preference, and in no link
-TABS = ("frequencies", "map", "veering", "compare", "run-up", "methods", "lessons", "export")
 CASES = {short: case for case, short in SHORT.items()}
 # Keys of a link besides those of a scene: the field of the state, and the check of its value.
 KEYS: dict[str, tuple[str, Callable[[Any], Any]]] = {

@@ -32,21 +32,29 @@ DIGITS = 8  # of a number in its field
 FIRST_MASS = 1.0  # for a beam that never had one
 
 
-class NumberControls:
+class BeamControls:
     """The numbers of the beam, each with a slider for its usual range and a field for its full
-    range, in the units of the beam."""
+    range, in the units of the beam; and a switch for each term of the equations and for the mass.
+
+    ranges: of the sliders, in the units shown; alpha: the mass that is restored.
+    """
 
     def __init__(self, visitor: Visitor):
-        self.visitor, self.page = visitor, visitor.page
-        self.ranges: dict[str, tuple[float, float]] = {}  # of the sliders
+        self.visitor, self.page, self.alpha = visitor, visitor.page, FIRST_MASS
+        self.ranges: dict[str, tuple[float, float]] = {}
         reset = button("Reset the scene", data_do="reset", data_key="r", title=RESET_HINT)
         more = f"<details><summary>Advanced</summary>{number_slider('spin_up')}</details>"
         self.page.html("beam", "".join(map(number_slider, PARAMETERS)) + more + reset)
+        switches = (checkbox(key, label, help) for key, (label, help) in SWITCHES.items())
+        self.page.html("effects", "".join(switches))
         self.measures = measures(visitor.state.case.units)
         visitor.render("scene", lambda _: self.choose_ranges(visitor.state))
         for name in NUMBERS:
             visitor.page.on(name, partial(self.edit, name))
             visitor.render(name, partial(self.show, name))
+        for name in TERMS:
+            visitor.bind(name, partial(switch_term, name))
+        visitor.bind("mass", self.switch_mass, of="alpha", shown=bool)
 
     def edit(self, name: str, value: Any) -> None:
         """A number was set, in its unit."""
@@ -57,6 +65,8 @@ class NumberControls:
         """Show a number; a slider whose range does not contain it gets the full range."""
         if not is_finite(number):
             return
+        if name == "alpha" and number > 0:
+            self.alpha = number
         measure, (low, high) = self.measures[name], self.ranges[name]
         shown = float(f"{measure.factor * number:.{DIGITS}g}")
         if not low <= shown <= high:
@@ -89,6 +99,10 @@ class NumberControls:
         self.page.props(f"{name}-field", aria_label=measure.label)
         self.set_range(name, low, high)
 
+    def switch_mass(self, state: State, on: Any) -> State:
+        """Remove the mass, or restore its last value."""
+        return switch_term("alpha", state, self.alpha if on else 0.0)
+
     def set_range(self, name: str, low: float, high: float) -> None:
         """Set the range of a slider, in the unit shown."""
         self.ranges[name] = low, high
@@ -104,35 +118,9 @@ def number_slider(name: str) -> str:
     """The slider and the field of a number of the beam."""
     parameter = NUMBERS[name]
     low, high, step = parameter.slider
-    return (
-        f'<div id="{name}-row">'
-        + slider(name, parameter.slider_label, parameter.hint, min=low, max=high, step=step)
-        + "</div>"
-    )
+    return slider(name, parameter.slider_label, parameter.hint, min=low, max=high, step=step)
 
 
-def switch_term(name: str, state: State, on: Any) -> State:
-    """With a term switched on or off; the case before is kept for comparison."""
-    return state.keep_for_comparison().changed(name, on)
-
-
-class TermControls:
-    """A switch for each term of the equations, and one for the mass."""
-
-    def __init__(self, visitor: Visitor):
-        self.alpha = FIRST_MASS
-        rows = (checkbox(key, label, help) for key, (label, help) in SWITCHES.items())
-        visitor.page.html("effects", "".join(rows))
-        for name in TERMS:
-            visitor.bind(name, partial(switch_term, name))
-        visitor.bind("mass", self.switch_mass, of="alpha", shown=self.has_mass)
-
-    def has_mass(self, alpha: Any) -> bool:
-        """Whether the beam has a mass; stores its value."""
-        if isinstance(alpha, int | float) and alpha > 0:
-            self.alpha = alpha
-        return alpha != 0
-
-    def switch_mass(self, state: State, on: Any) -> State:
-        """Remove the mass, or restore its last value."""
-        return state.keep_for_comparison().changed("alpha", self.alpha if on else 0.0)
+def switch_term(name: str, state: State, value: Any) -> State:
+    """With a term switched, or another mass; the case before is kept for comparison."""
+    return state.keep_for_comparison().changed(name, value)

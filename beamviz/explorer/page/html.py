@@ -124,7 +124,8 @@ def slider(key: str, label: str, help: str = "", **values: Any) -> str:
     """A slider with its label and a number field; values: min=, max=, step= of the slider."""
     box = attributes(id=f"{key}-field", data_set=key, aria_label=label, step="any")
     return (
-        f'<div class="field"><span class="name"><label for="{key}-slider" id="{key}-label">'
+        f'<div class="field" id="{key}-row"><span class="name">'
+        f'<label for="{key}-slider" id="{key}-label">'
         f"{escape(label)}</label>{hint(label, help) if help else ''}</span>"
         f'<input type="number"{box}><input type="range" id="{key}-slider"'
         f"{attributes(data_set=key, **values)}></div>"

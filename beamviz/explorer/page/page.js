@@ -62,7 +62,7 @@ const beamviz = (() => {
       controls(key, true).forEach((e) => setProps(e, changes));
     }
     for (const [id, data] of Object.entries(update.charts ?? {})) draw(id, data);
-    if (update.captions) beamvizCaptions.show(update.captions.scene);
+    if (update.captions) beamvizCaptions.show(update.captions);
     if (update.ready) {
       sendPreferences();
       send("link", location.search.slice(0, 900));

@@ -14,14 +14,14 @@ from typing import Any
 from viser import ClientHandle, GuiEvent, ViserServer
 
 from beamviz.drawing.objects import Caption, captions_script
+from beamviz.explorer.page.html import attributes
 from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import private_control, run_script
 
 ROOT = '<div id="root"></div>'  # of viser's page
 STYLES = ("page.css", "chart.css")
 SCRIPTS = ("page.js", "figure.js", "chart.js", "map.js")
-FIRST_TAB = "tab-frequencies"
-MERGED = ("props", "charts")  # parts whose entries are dictionaries, to be merged
+TABS = ("frequencies", "map", "veering", "compare", "run-up", "methods", "lessons", "export")
 MAX_DIGITS = 15  # of an integer; one with more becomes a float
 MAX_TEXT = 1000  # characters of a value
 
@@ -38,8 +38,24 @@ def insert_page(viser_page: str) -> str:
     }
     style, script = ("".join(texts[name] for name in names) for names in (STYLES, SCRIPTS))
     script += captions_script()
-    elements = f"<style>{style}</style>{texts['page.html']}<script>{script}</script>"
+    markup = texts["page.html"].format(
+        tabs="".join(map(tab, TABS)), panels="".join(map(panel, TABS))
+    )
+    elements = f"<style>{style}</style>{markup}<script>{script}</script>"
     return viser_page.replace(ROOT, elements).replace("<title>Viser<", "<title>beamviz<")
+
+
+def tab(name: str) -> str:
+    """A tab; the first one is open."""
+    is_open = attributes(aria_selected=name == TABS[0], tabindex=None if name == TABS[0] else -1)
+    names = attributes(id=f"to-{name}", aria_controls=f"tab-{name}")
+    return f'<button type="button" role="tab"{names}{is_open}>{name.capitalize()}</button>'
+
+
+def panel(name: str) -> str:
+    """The panel of a tab."""
+    names = attributes(id=f"tab-{name}", aria_labelledby=f"to-{name}", hidden=name != TABS[0])
+    return f'<div role="tabpanel" tabindex="0"{names}></div>'
 
 
 def choose_theme(side: ClientHandle | ViserServer, *, dark: bool) -> None:
@@ -57,89 +73,77 @@ class Page:
     def __init__(self, client: ClientHandle):
         self.client, self.lock = client, threading.Lock()
         self.handlers: dict[str, tuple[Handler, int]] = {}  # with the maximum length of the value
-        self.sent: dict[tuple[str, str], Any] = {}  # content of the page, by part and name
-        self.waiting: dict[str, Any] = {}
-        self.tab = FIRST_TAB
+        self.sent: dict[tuple[str, ...], Any] = {}  # content of the page, by part and name
+        self.waiting: dict[tuple[str, ...], Any] = {}
+        self.tab = f"tab-{TABS[0]}"
         self.bridge = client.gui.add_text("bridge", "", visible=False)
         self.bridge.on_update(self.received)
-        self.send("bridge", private_control(self.bridge))
+        self.send(private_control(self.bridge), "bridge")
 
     # To the page
 
     def html(self, id: str, content: str) -> None:
         """Show HTML in the element with this id. Text in it must be escaped."""
-        self.send_changed("html", id, content)
+        self.send_changed(content, "html", id)
 
     def value(self, key: str, value: Any) -> None:
         """Show a value in all controls with data-set="key"."""
-        self.send_changed("values", key, value)
+        self.send_changed(value, "values", key)
 
     def props(self, key: str, **attributes: Any) -> None:
         """Set attributes (aria_label= for aria-label) of the elements with data-set="key" and of
         the element with the id `key`; False or None removes an attribute."""
-        named = {name.strip("_").replace("_", "-"): value for name, value in attributes.items()}
-        self.send_entries("props", key, named)
+        for name, value in attributes.items():
+            self.send_changed(value, "props", key, name.strip("_").replace("_", "-"))
 
     def chart(self, id: str, data: dict[str, Any]) -> None:
         """Draw a chart in the element with this id (chart.js)."""
-        self.send_entries("charts", id, data)
+        for name, value in data.items():
+            self.send_changed(value, "charts", id, name)
 
     def captions(self, captions: Iterable[Caption]) -> None:
         """Write texts over the scene, each at the point of its node (captions.js)."""
-        self.send_changed("captions", "scene", [one.data for one in captions])
+        self.send_changed([one.data for one in captions], "captions")
 
     def ready(self) -> None:
         """Request the preferences and the address of the page: all actions have handlers."""
-        self.send("ready", True)
+        self.send(True, "ready")
 
     def open(self, tab: str) -> None:
         """Open a tab, by its element id."""
         self.tab = tab
-        self.send("open", tab)
+        self.send(tab, "open")
 
     def point(self, *keys: str) -> None:
         """Highlight controls, by their keys or ids, and open the sections that contain them."""
-        self.send("point", keys)
+        self.send(keys, "point")
 
     def address(self, query: str) -> None:
         """Set the query in the address of the page."""
-        self.send("address", query)
+        self.send(query, "address")
 
     def theme(self, *, dark: bool) -> None:
         """Choose dark or light colours for the page and for viser's scene."""
         choose_theme(self.client, dark=dark)
-        self.send("dark", dark)
+        self.send(dark, "dark")
 
     def say(self, text: str, error: bool = False) -> None:
         """Announce a text to screen readers; an error is also shown for some seconds."""
         with self.lock:
-            said = [*self.waiting.get("say", ()), {"text": text, "error": error}]
-        self.send("say", said)
+            said = [*self.waiting.get(("say",), ()), {"text": text, "error": error}]
+        self.send(said, "say")
 
-    def send_changed(self, part: str, name: str, content: Any) -> None:
-        """Send an entry of a part if it differs from the last one sent."""
-        if self.sent.get((part, name), self) != content:
-            self.sent[part, name] = content
-            self.send(part, name, content)
+    def send_changed(self, content: Any, *path: str) -> None:
+        """Send a part of the page if it differs from the last one sent."""
+        if self.sent.get(path, self) != content:
+            self.sent[path] = content
+            self.send(content, *path)
 
-    def send_entries(self, part: str, name: str, entries: dict[str, Any]) -> None:
-        """Send the items of an entry of a part that differ from those last sent."""
-        known = self.sent.setdefault((part, name), {})
-        if changed := {key: one for key, one in entries.items() if known.get(key) != one}:
-            known |= changed
-            self.send(part, name, changed)
-
-    def send(self, part: str, *entry: Any) -> None:
-        """Queue a part for the page: its content, or the name and the content of one entry."""
+    def send(self, content: Any, *path: str) -> None:
+        """Queue a part of the page, by its keys in the argument of `beamviz.apply`."""
         with self.lock:
             queued = bool(self.waiting)
-            if len(entry) == 1:
-                (self.waiting[part],) = entry
-            else:
-                name, content = entry
-                entries = self.waiting.setdefault(part, {})
-                merged = part in MERGED and name in entries
-                entries[name] = {**entries[name], **content} if merged else content
+            self.waiting[path] = content
         if not queued:
             run_script(self.client, self.script)
 
@@ -147,7 +151,13 @@ class Page:
         """The script with all queued changes."""
         with self.lock:
             waiting, self.waiting = self.waiting, {}
-        return f"beamviz.apply({json.dumps(waiting)})"
+        update: dict[str, Any] = {}
+        for (*parents, name), content in waiting.items():
+            inside = update
+            for key in parents:
+                inside = inside.setdefault(key, {})
+            inside[name] = content
+        return f"beamviz.apply({json.dumps(update)})"
 
     # From the page
 

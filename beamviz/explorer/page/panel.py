@@ -3,19 +3,20 @@
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
-from html import escape
 from typing import Any
 
 from beamviz.beam import Units
 from beamviz.explorer.jobs import Job, SolverAnswer
 from beamviz.explorer.page import html
-from beamviz.explorer.page.controls import NumberControls, TermControls
+from beamviz.explorer.page.controls import BeamControls
 from beamviz.explorer.page.html import button, checkbox, hint, select, slider
 from beamviz.explorer.page.modes import HEADING, mode_table
 from beamviz.explorer.state import CHOICES, Case, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, MAX_SHARES, MODES
 
+PACE_HINT = "Speed of rotation and vibration on the screen, relative to a suitable one"
+AMPLITUDE_HINT = "Largest displacement drawn, over the length of the beam"
 MODEL = {
     "strain": "The relation of stretch and axial force; green is that of the paper",
     "curvature": "The measure of bending of a stretched beam; spatial is that of the paper",
@@ -24,33 +25,41 @@ MODEL = {
 }
 METHOD_HINT = "The method of solution; auto is exact to the error shown. It is chosen at the top."
 PLANES = {"chordwise": "in plane (chordwise)", "flapwise": "out of plane (flapwise)"}
-VIEWS = {  # rotating_frame: label, key and hint
-    True: ("rotating frame", "h", "The camera rotates with the hub (H)"),
-    False: ("stationary frame", "s", "The camera is stationary (S)"),
-}
 BOUND = ("playing", "pace", "amplitude", "rotating_frame", "all_modes", "plane", "method")
 PICTURE = {
     "ghosts": ("undeformed beam", "The outline of the undeformed beam, and pale its equilibrium"),
     "nodes": ("nodes", "Points of the beam that a mode leaves at rest"),
     "thicken": ("draw thicker", "Draw a thin beam thicker than it is"),
 }
-KEYS = (
-    ("P", "play or pause"),
-    (f"1 … {MODES}", "show one mode alone"),
-    ("N, B", "next or previous step of a lesson"),
-    ("R", "reset the scene"),
-    ("V", "fit the view"),
-    ("H, S", "rotating or stationary frame"),
-    ("C", "Coriolis forces on or off"),
-    ("D", "dark or light page"),
-    ("Ctrl+Z, Ctrl+Shift+Z", "undo, redo"),
-    ("Ctrl+K", "all commands, by name"),
-    ("Ctrl +", "larger text, for a projector"),
-)
-HELP = (
-    "Drag the mass along the beam, or drag the scene to rotate the view; the wheel zooms.",
-    "Tab moves from control to control; arrow keys move a slider, or rotate the view.",
-)
+
+
+# The fixed content of the page by element id: what Python's tables of choices and limits determine.
+CONTENT = {
+    "status": (
+        '<select class="quiet" data-set="plane" aria-label="Plane of vibration">'
+        f"{html.options(PLANES)}</select>"
+        '<button type="button" class="quiet switch" data-set="coriolis" data-key="c"'
+        ' title="Coriolis forces (C)">Coriolis</button>'
+        '<select class="quiet" data-set="method" aria-label="Method">'
+        f"{html.options(CHOICES['method'])}</select>"
+        '<button type="button" class="quiet" id="units" data-point="real-beam">units</button>'
+    ),
+    "modes": HEADING,
+    "motion": (
+        slider("pace", "playback speed", PACE_HINT, min=0, max=MAX_PACE, step=0.05)
+        + '<div id="pace-text" class="soft"></div>'
+        + slider("amplitude", "amplitude", AMPLITUDE_HINT, min=0, max=MAX_AMPLITUDE, step=0.01)
+    ),
+    "picture": (
+        select("colouring", "colour", COLOURINGS)
+        + "".join(checkbox(key, label, text) for key, (label, text) in PICTURE.items())
+        + button("Dark page", data_set="dark", data_key="d", title="Dark or light page (D)")
+    ),
+    "model": (
+        "".join(select(name, name, CHOICES[name], text) for name, text in MODEL.items())
+        + f'<p class="soft">Method {hint("the method", METHOD_HINT)}</p>'
+    ),
+}
 
 
 class Panel:
@@ -58,18 +67,9 @@ class Panel:
 
     def __init__(self, visitor: Visitor):
         self.visitor, page, self.work = visitor, visitor.page, ""
-        for id, content in {
-            "status": status(),
-            "transport": transport(),
-            "modes": HEADING,
-            "motion": motion(),
-            "picture": picture(),
-            "model": model(),
-            "keys": help_text(),
-        }.items():
+        for id, content in CONTENT.items():
             page.html(id, content)
-        NumberControls(visitor)
-        TermControls(visitor)
+        BeamControls(visitor)
         for key in (*BOUND, *MODEL, *PICTURE, "colouring", "dark"):
             visitor.bind(key)
         for mode in range(MODES):
@@ -81,12 +81,15 @@ class Panel:
             lambda case: page.html("scene-caption", invitation(case) if case is first else ""),
         )
         page.on("only", self.show_alone)
-        page.on("undo", lambda _: visitor.restore(visitor.history.undo))
-        page.on("redo", lambda _: visitor.restore(visitor.history.redo))
-        page.on("reset", lambda _: visitor.reset())
-        page.on("reset_view", lambda _: visitor.reset_view())
-        page.on("cancel_jobs", lambda _: visitor.cancel_jobs())
-        page.on("retry_jobs", lambda _: visitor.retry_jobs())
+        for action, act in {
+            "undo": lambda: visitor.restore(visitor.history.undo),
+            "redo": lambda: visitor.restore(visitor.history.redo),
+            "reset": visitor.reset,
+            "reset_view": visitor.reset_view,
+            "cancel_jobs": visitor.cancel_jobs,
+            "retry_jobs": visitor.retry_jobs,
+        }.items():
+            page.on(action, partial(without_value, act))
 
     def show_alone(self, mode: Any) -> None:
         """Show one mode (from 0) alone."""
@@ -101,17 +104,16 @@ class Panel:
             "Coriolis forces on or off": partial(toggled, "coriolis"),
             "Dark or light page": partial(toggled, "dark"),
             **{f"Show mode {k + 1} alone": partial(State.only, mode=k) for k in range(MODES)},
-            **{
-                label.capitalize(): partial(State.changed, name="rotating_frame", value=value)
-                for value, (label, *_) in VIEWS.items()
-            },
+            "Rotating frame": partial(State.changed, name="rotating_frame", value=True),
+            "Stationary frame": partial(State.changed, name="rotating_frame", value=False),
         }
         commands: dict[str, Callable[[], None]] = {
-            name: partial(visitor.change, edit) for name, edit in edits.items()
+            **{name: partial(visitor.change, edit) for name, edit in edits.items()},
+            "Reset the scene": visitor.reset,
+            "Fit the view": visitor.reset_view,
         }
-        commands |= {"Reset the scene": visitor.reset, "Fit the view": visitor.reset_view}
         for name, run in commands.items():
-            visitor.client.gui.add_command(name).on_trigger(partial(without_event, run))
+            visitor.client.gui.add_command(name).on_trigger(partial(without_value, run))
 
     def show_answer(
         self, answer: SolverAnswer, solved: SolverAnswer | None, shown: list[int]
@@ -170,8 +172,8 @@ def share_of(mode: int, shares: Sequence[float]) -> float:
     return shares[mode] if mode < len(shares) else 0.0
 
 
-def without_event(run: Callable[[], None], _: object) -> None:
-    """Call `run`, as the handler of an event of viser."""
+def without_value(run: Callable[[], None], _: object) -> None:
+    """Call `run`, as the handler of an action of the page or of an event of viser."""
     run()
 
 
@@ -179,71 +181,3 @@ def toggled(name: str, state: State) -> State:
     """With a switch toggled; a change of the equations keeps the case before for comparison."""
     state = state.keep_for_comparison() if name == "coriolis" else state
     return state.changed(name, not state.values[name])
-
-
-def status() -> str:
-    """The controls in the header: plane, Coriolis forces, method and units."""
-    return (
-        '<select class="quiet" data-set="plane" aria-label="Plane of vibration">'
-        + f"{html.options(PLANES)}</select>"
-        + button(
-            "Coriolis", data_set="coriolis", data_key="c", class_="quiet switch",
-            title="Coriolis forces (C)",
-        )
-        + '<select class="quiet" data-set="method" aria-label="Method">'
-        + f"{html.options(CHOICES['method'])}</select>"
-        + button("units", data_point="real-beam", id="units", class_="quiet")
-    )  # fmt: skip
-
-
-def transport() -> str:
-    """The buttons over the scene: play, rotating or stationary frame, fit."""
-    views = "".join(
-        button(
-            label, data_set="rotating_frame", data_value=value, data_key=key, class_="quiet",
-            title=text,
-        )
-        for value, (label, key, text) in VIEWS.items()
-    )  # fmt: skip
-    play = button(
-        "", data_set="playing", data_key="p", id="play", title="Play or pause (P)",
-        aria_label="Play",
-    )  # fmt: skip
-    fit = button(
-        "fit", data_do="reset_view", data_key="v", class_="quiet", title="Fit the view (V)"
-    )
-    return f'{play}<span role="group" aria-label="View">{views}</span>{fit}'
-
-
-def motion() -> str:
-    """Playback speed and amplitude."""
-    pace = "Speed of rotation and vibration on the screen, relative to a suitable one"
-    amplitude = "Largest displacement drawn, over the length of the beam"
-    return (
-        slider("pace", "playback speed", pace, min=0, max=MAX_PACE, step=0.05)
-        + '<div id="pace-text" class="soft"></div>'
-        + slider("amplitude", "amplitude", amplitude, min=0, max=MAX_AMPLITUDE, step=0.01)
-    )
-
-
-def picture() -> str:
-    """Colouring, reference shapes, nodes and theme."""
-    boxes = (checkbox(key, label, text) for key, (label, text) in PICTURE.items())
-    dark = button("Dark page", data_set="dark", data_key="d", title="Dark or light page (D)")
-    return select("colouring", "colour", COLOURINGS) + "".join(boxes) + dark
-
-
-def model() -> str:
-    """The strain law, the curvature and the state."""
-    lists = (select(name, name, CHOICES[name], text) for name, text in MODEL.items())
-    return "".join(lists) + f'<p class="soft">Method {hint("the method", METHOD_HINT)}</p>'
-
-
-def help_text() -> str:
-    """How to use the page, and its keys."""
-    rows = "".join(
-        f"<tr><td><kbd>{escape(key)}</kbd></td><td>{escape(command)}</td></tr>"
-        for key, command in KEYS
-    )
-    texts = "".join(f"<p>{escape(text)}</p>" for text in HELP)
-    return f'{texts}<table aria-label="keys">{rows}</table>'
