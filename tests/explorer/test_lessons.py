@@ -11,7 +11,7 @@ from live.visitor import PAPER, Visitor, frequency_text, visitor
 from beamviz.beam import Beam
 from beamviz.explorer import jobs
 from beamviz.explorer.app import explorer
-from beamviz.explorer.features.lessons import CONTROLS, formatted, points, tabs
+from beamviz.explorer.features.lessons import CONTROLS, controls, formatted
 from beamviz.lessons import LESSONS, lesson
 
 
@@ -73,7 +73,7 @@ def test_controls_named_in_lessons_exist(one):
     for text in (one.do, one.see, one.meaning, one.task):
         for name in re.findall(r"\*\*(.+?)\*\*", text):
             assert name in CONTROLS
-    assert points(one.do) or tabs(one)
+    assert controls(one.do)
 
 
 @pytest.mark.slow

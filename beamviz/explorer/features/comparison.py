@@ -20,7 +20,7 @@ from beamviz.explorer.jobs import SolveJob, SolverAnswer
 from beamviz.explorer.page.html import button, table
 from beamviz.explorer.state import EARLIER, NO_COMPARISON, TERMS, Case, State
 from beamviz.explorer.visitor import Feature, Visitor
-from beamviz.frequency_loci.identity import ModeMatch, identify_modes, match_modes
+from beamviz.frequency_loci.identity import identify_modes, match_modes
 from beamviz.solver.solution import Solution
 
 
@@ -69,15 +69,14 @@ def comparison_case(state: State, case: Case) -> ComparisonCase | str:
 # The second beam in the scene
 
 SPACING = 0.5  # of the two scenes, in beam lengths
-NO_MATCH = ModeMatch(np.zeros(0, int), np.zeros((0, 0)))
 
 
 class Comparison(Feature):
     """The second beam: its solution and its drawing.
 
     case: the case compared with, or a message why there is none; shapes: the modes drawn, None if
-    nothing is; main: the solution drawn for the first beam; match: the mode of the second beam for
-    each mode of the first, and the two solutions matched.
+    nothing is; main: the solution drawn for the first beam; partner: the mode of the second beam for
+    each mode of the first, -1 where none corresponds.
     """
 
     def __init__(self, visitor: Visitor):
@@ -88,8 +87,7 @@ class Comparison(Feature):
         self.clock = Clock()
         self.shapes: SampledModes | None = None
         self.main: Solution | None = None
-        self.matched: tuple[object, ...] = ()
-        self.match = NO_MATCH
+        self.partner = np.zeros(0, int)
         self.overlay: OverlayBeam | None = None
         self.scene: BeamView | None = None
 
@@ -131,19 +129,14 @@ class Comparison(Feature):
             view.hide()
         if self.shapes is None or isinstance(self.case, str) or second is None:
             return
-        if self.matched != (self.main, second.solution):
-            self.matched = self.main, second.solution
-            self.match = (
-                match_modes(self.main, second.solution)
-                if self.main and second.solution
-                else NO_MATCH
-            )
+        if self.main and second.solution:
+            self.partner = match_modes(self.main, second.solution).partner
         if restarted or len(self.clock.phases) != len(self.shapes.modes):
             self.clock.phases = self.transferred(clock.phases, np.pi / 2)
             self.clock.angle = clock.angle
         sizes = self.transferred(amplitudes(state.view, len(main.modes)), 0.0)
         motion = DrawnMotion.of(self.shapes, sizes, state.view.colouring, scale)
-        partners = [int(self.match.partner[k]) for k in shown if k < len(self.match.partner)]
+        partners = [int(self.partner[k]) for k in shown if k < len(self.partner)]
         drawing, title = (self.shapes, state.view, [k for k in partners if k >= 0]), self.case.title
         if state.stacked:
             if self.scene is None:
@@ -180,7 +173,7 @@ class Comparison(Feature):
     def transferred(self, values: np.ndarray, default: float) -> np.ndarray:
         """Values (m,) of the modes of the first beam, for the modes (m',) of the second."""
         result = np.full(len(self.shapes.modes) if self.shapes else 0, default)
-        for value, k in zip(values, self.match.partner, strict=False):
+        for value, k in zip(values, self.partner, strict=False):
             if k >= 0:
                 result[k] = value
         return result

@@ -72,8 +72,10 @@ class Lessons(Feature):
         _ = lesson.numbers, lesson.answer
         scene = (scene or lesson.scene).changed(dark=visitor.state.view.dark)
         visitor.load(scene, lesson=name, step=0)
-        self.page.open(next(iter(tabs(lesson)), "tab-frequencies"))
-        self.page.point(*points(lesson.do))
+        keys = controls(lesson.do)
+        tabs = (key for key in keys if key.startswith("tab-"))
+        self.page.open(next(tabs, "tab-frequencies"))
+        self.page.point(*(key for key in keys if not key.startswith("tab-")))
 
     def go(self, step: Any) -> None:
         """Go to a step (0-based) of the open lesson; an unknown one changes nothing."""
@@ -179,17 +181,10 @@ def lesson_html(lesson: Lesson, step: int) -> str:
     )
 
 
-def points(text: str) -> list[str]:
-    """The keys of the controls named in a text, without tabs."""
+def controls(text: str) -> list[str]:
+    """The keys of the controls, and the ids of the tabs, that are named in a text."""
     names = re.findall(r"\*\*(.+?)\*\*", text)
-    keys = [CONTROLS[name] for name in names if name in CONTROLS]
-    return [key for key in keys if not key.startswith("tab-")]
-
-
-def tabs(lesson: Lesson) -> list[str]:
-    """The ids of the tabs named in the instructions of a lesson."""
-    names = re.findall(r"\*\*(.+?)\*\*", lesson.do)
-    return [CONTROLS[name] for name in names if CONTROLS.get(name, "").startswith("tab-")]
+    return [CONTROLS[name] for name in names if name in CONTROLS]
 
 
 def formatted(text: str) -> str:

@@ -131,7 +131,8 @@ class Links:
     def query(self, state: State) -> str:
         """The query of a link to a state; "" for that at the start, or of a presenter."""
         scene = replace(state.to_scene(), camera=self.visitor.camera.chosen)
-        first = replace(self.start, view=replace(self.start.view, **own(state)))
+        own = {name: getattr(state.view, name) for name in OWN}
+        first = replace(self.start, view=replace(self.start.view, **own))
         pairs = extra_pairs(state)
         if (tab := self.visitor.page.tab.removeprefix("tab-")) != TABS[0]:
             pairs["tab"] = tab
@@ -151,8 +152,3 @@ def extra_pairs(state: State) -> dict[str, Any]:
     if "compare" in values:
         values["compare"] = SHORT.get(values["compare"], "")
     return {key: "true" if one is True else one for key, one in values.items() if one != ""}
-
-
-def own(state: State) -> dict[str, Any]:
-    """The view options that are in no link."""
-    return {name: getattr(state.view, name) for name in OWN}

@@ -11,7 +11,6 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.drawing.text import Measure, frequencies, measure
-from beamviz.explorer.jobs import Answer
 from beamviz.explorer.state import Case
 from beamviz.frequency_loci import Branch, Event, Loci, loci
 from beamviz.frequency_loci.forced_response import Resonance, resonances
@@ -69,27 +68,17 @@ class ChartRequest:
 
 @dataclass(frozen=True)
 class Chart:
-    """Computed loci and their resonances; or a `message` why there are none."""
+    """Computed loci and their resonances."""
 
     request: ChartRequest
-    loci: Loci | None = None
-    resonances: tuple[Resonance, ...] = ()
-    message: str = ""
-
-    @classmethod
-    def of(cls, answer: Answer[ChartRequest, Self] | None) -> Self | None:
-        """The chart of an answer, one without loci for an error; None without an answer."""
-        if answer is None:
-            return None
-        return answer.result or cls(answer.request, message=answer.message)
+    loci: Loci
+    resonances: tuple[Resonance, ...]
 
     @cached_property
     def events(self) -> dict[str, Event]:
         """Crossings and veerings by key: the labels of their branches and a count, as 'B3 S1 1'.
         Keys remain valid when the beam or the model changes."""
-        return numbered(
-            (*sorted(one.branches), one) for one in (self.loci.events if self.loci else ())
-        )
+        return numbered((*sorted(one.branches), one) for one in self.loci.events)
 
     def resonances_at(self, multiples: Sequence[int]) -> dict[str, Resonance]:
         """Resonances with these multiples of the speed by key: multiple, branch and a count."""
@@ -99,8 +88,6 @@ class Chart:
     @cached_property
     def top(self) -> float:
         """End of the frequency axis: a round number in display units, just above all loci."""
-        if self.loci is None:
-            return 1.0
         factor = self.request.measures[1].factor
         found = np.concatenate([branch.frequency for branch in self.loci.branches])
         largest = 1.03 * factor * np.max(found, initial=0.0, where=np.isfinite(found)) or 1.0
@@ -110,7 +97,7 @@ class Chart:
     @property
     def limits(self) -> dict[Limit, str]:
         """The parts of the axis without loci, each with the reason as a sentence."""
-        return {one: limit_text(self, one) for one in (self.loci.limits if self.loci else ())}
+        return {one: limit_text(self.request, one) for one in self.loci.limits}
 
 
 def numbered(named: Iterable[tuple[Any, Any, Any]]) -> dict[str, Any]:
@@ -124,14 +111,13 @@ def numbered(named: Iterable[tuple[Any, Any, Any]]) -> dict[str, Any]:
     return found
 
 
-def limit_text(chart: Chart, limit: Limit) -> str:
+def limit_text(request: ChartRequest, limit: Limit) -> str:
     """The reason why loci end, and the range."""
-    along, values = chart.request.measures[0], (chart.request.start, chart.request.stop)
-    first, last = along.text(limit.start, 4), along.text(limit.stop, 4)
+    first, last = (request.measures[0].text(end, 4) for end in (limit.start, limit.stop))
     place = f"from {first} to {last}"
-    if limit.stop == values[1]:
+    if limit.stop == request.stop:
         place = f"above {first}"
-    elif limit.start == values[0]:
+    elif limit.start == request.start:
         place = f"below {last}"
     law = " with this material law" if limit.kind == "no-equilibrium" else ""
     return f"{FAILURES[limit.kind]} {place}{law}."
@@ -208,30 +194,37 @@ def name_of(found: Loci, branch: Branch | str, value: float) -> str:
     return names_of_branches(found, value).get(label, label)
 
 
+def axes_data(request: ChartRequest, message: str, second: Chart | None) -> Data:
+    """A chart without loci, for the reason `message`, and the loci of a second beam."""
+    along, across = request.measures
+    lines = []
+    if second:
+        own = {"at": sent(along.factor * second.loci.values), "second": True}
+        found = loci_lines(second.loci, second.loci.values, across.factor)
+        lines = [{**line, **own} for line in found]
+    return {
+        "name": f"Frequencies over {along.label}",
+        "message": message,
+        "x": axis_data(along, (request.start, request.stop)),
+        "y": frequency_axis(across, (0.0, 1.0)),
+        "lines": lines,
+        "perRev": None,
+        "gaps": [],
+        "marks": [],
+    }
+
+
 def chart_data(chart: Chart, multiples: Sequence[int] = (), second: Chart | None = None) -> Data:
     """The chart with per-rev lines, and behind it the loci of a second beam."""
-    along, across = chart.request.measures
-    ends = chart.request.start, chart.request.stop
-    found, lines, x = chart.loci, [], np.array(ends)
-    if found:
-        x = np.union1d(found.values, [event.at for event in found.events])
-        lines = loci_lines(found, x, across.factor)
-    if second and second.loci:
-        others = second.loci
-        own = {"at": sent(along.factor * others.values), "second": True}
-        behind = loci_lines(others, others.values, across.factor)
-        lines = [*({**line, **own} for line in behind), *lines]
-    over_speed = chart.request.over == "gamma" and found is not None
-    return {
-        "name": "Campbell diagram" if over_speed else f"Frequencies over {along.label}",
-        "message": "" if found else chart.message,
-        "x": axis_data(along, ends),
+    data, (along, across) = axes_data(chart.request, "", second), chart.request.measures
+    x = np.union1d(chart.loci.values, [event.at for event in chart.loci.events])
+    if chart.request.over == "gamma":
+        per_rev = {"slope": across.factor / along.factor, "multiples": list(multiples)}
+        data |= {"name": "Campbell diagram", "perRev": per_rev if multiples else None}
+    return data | {
         "y": frequency_axis(across, (0.0, chart.top)),
         "at": sent(along.factor * x),
-        "lines": lines,
-        "perRev": {"slope": across.factor / along.factor, "multiples": list(multiples)}
-        if over_speed and multiples
-        else None,
+        "lines": data["lines"] + loci_lines(chart.loci, x, across.factor),
         "gaps": [
             [along.factor * one.start, along.factor * one.stop, text]
             for one, text in chart.limits.items()
@@ -263,5 +256,5 @@ def marks(chart: Chart, multiples: Sequence[int]) -> list[Data]:
 def event_names(chart: Chart, event: Event | Resonance) -> list[str]:
     """The names of the modes of an event there, stretching modes first."""
     branches = (event.branch,) if isinstance(event, Resonance) else event.branches
-    names = (name_of(chart.loci, one, event.at) for one in branches if chart.loci)
+    names = (name_of(chart.loci, one, event.at) for one in branches)
     return sorted(names, key=lambda name: (name[0] != "S", name))

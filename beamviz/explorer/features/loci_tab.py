@@ -13,9 +13,11 @@ from beamviz.explorer.features.loci_chart import (
     Chart,
     ChartRequest,
     Data,
+    axes_data,
     chart_data,
     event_names,
 )
+from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page.html import button, chart_tab, hint, note, select, table
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Feature, Visitor
@@ -45,9 +47,7 @@ class LociTab(Feature):
         self.charts = visitor.job("chart", ChartRequest.chart)
         self.second_charts = visitor.job("chart compared with", ChartRequest.chart)
         self.chosen, self.choice = "", 0
-        self.drawn: tuple[Any, ...] = ()  # answers and multiples of `data`
-        self.data: Data = {}
-        self.charted: tuple[Any, Chart | None] = (None, None)  # an answer and its chart
+        self.drawn: tuple[Any, ...] = ()  # answers and multiples
         visitor.page.html("tab-frequencies", skeleton())
         visitor.bind("over")
         for k in PER_REV:
@@ -77,10 +77,8 @@ class LociTab(Feature):
 
     @property
     def chart(self) -> Chart | None:
-        """The last chart; without loci if these could not be computed."""
-        if self.charts.answer is not self.charted[0]:
-            self.charted = self.charts.answer, Chart.of(self.charts.answer)
-        return self.charted[1]
+        """The last chart; None if it could not be computed."""
+        return self.charts.result
 
     @property
     def inputs(self) -> tuple[object, ...]:
@@ -94,34 +92,42 @@ class LociTab(Feature):
 
     def show(self) -> None:
         """Request the charts, and show the last ones."""
-        compared, page, state = self.request(), self.visitor.page, self.visitor.state
-        answer = self.charts.answer
+        compared, page = self.request(), self.visitor.page
+        answer, multiples = self.charts.answer, self.visitor.state.per_rev
         second = self.second_charts.answer if compared else None
         self.fade("loci-chart", self.charts)
         if answer is None:
             return
-        if self.drawn != (drawn := (answer, second, state.per_rev)):
+        if self.drawn != (drawn := (answer, second, multiples)):
             self.drawn = drawn
-            chart = Chart.of(answer)
-            assert chart
-            over_speed = chart.request.over == "gamma"
-            self.data = chart_data(chart, state.per_rev, Chart.of(second))
-            page.html("loci-events", event_table(chart) + notes(chart))
-            page.html("loci-resonances", resonance_table(chart, state.per_rev))
-            page.props("per-rev", hidden=not over_speed)
-            page.props("loci-resonances", hidden=not (over_speed and state.per_rev))
-        chosen = {"cursor": self.cursor, "chosen": self.chosen, "choice": self.choice}
-        page.chart("loci-chart", self.data | chosen)
+            self.draw(answer, second.result if second else None, multiples)
+        chosen = {"chosen": self.chosen, "choice": self.choice}
+        page.chart("loci-chart", {"cursor": self.cursor, **chosen})
         page.value("go_to_event", self.chosen)
+
+    def draw(
+        self, answer: Answer[ChartRequest, Chart], second: Chart | None, multiples: tuple[int, ...]
+    ) -> None:
+        """Show a chart, or the reason why there is none, and the loci of a second beam."""
+        page, chart, over_speed = self.visitor.page, answer.result, answer.request.over == "gamma"
+        page.props("per-rev", hidden=not over_speed)
+        page.props("loci-resonances", hidden=not (chart and over_speed and multiples))
+        if chart is None:
+            page.chart("loci-chart", axes_data(answer.request, answer.message, second))
+            page.html("loci-events", note(answer.message))
+            return
+        page.chart("loci-chart", chart_data(chart, multiples, second))
+        page.html("loci-events", event_table(chart) + notes(chart))
+        page.html("loci-resonances", resonance_table(chart, multiples))
 
     @property
     def cursor(self) -> Data | None:
         """The line at the beam shown, which sets the number along the axis."""
-        chart, answer = self.chart, self.visitor.chart_answer
-        if chart is None or answer is None or answer.beam is None:
+        charted, answer = self.charts.answer, self.visitor.chart_answer
+        if charted is None or answer is None or answer.beam is None:
             return None
-        over = chart.request.over
-        return {"action": over, "x": chart.request.measures[0].factor * getattr(answer.beam, over)}
+        over, along = charted.request.over, charted.request.measures[0]
+        return {"action": over, "x": along.factor * getattr(answer.beam, over)}
 
     def request(self) -> bool:
         """Request the chart around the answer shown, and that of the beam compared with. Returns
@@ -165,8 +171,6 @@ def skeleton() -> str:
 
 def event_table(chart: Chart) -> str:
     """The crossings and veerings, each with a button that moves the beam there."""
-    if chart.loci is None:
-        return ""
     warning = f"<p>{escape(chart.loci.warning)}</p>" if chart.loci.warning else ""
     if not chart.events:
         return warning or "<p>No crossing or veering in this range.</p>"
@@ -212,5 +216,5 @@ def resonance_table(chart: Chart, multiples: tuple[int, ...]) -> str:
 
 
 def notes(chart: Chart) -> str:
-    """The reasons why loci end, or why there is no chart."""
-    return "".join(map(note, [chart.message] if chart.message else chart.limits.values()))
+    """The reasons why loci end."""
+    return "".join(map(note, chart.limits.values()))

@@ -17,7 +17,6 @@ from beamviz.frequency_loci.identity import match_modes
 from beamviz.solver import METHODS, Solution, solve
 
 REFERENCE_TOLERANCE = 1e-11  # relative, of the frequencies that errors are measured against
-MIN_ERROR = 1e-12  # smaller errors are not resolved by the reference
 REPEATS = 3  # solves of which the fastest counts
 RESOLUTIONS: dict[str, tuple[float, ...]] = {
     "tolerance": (1e-2, 1e-4, 1e-6, 1e-8),
@@ -86,7 +85,7 @@ def rates(solution: Solution) -> np.ndarray:
 # The tab
 
 TAB = "tab-methods"
-MAX_ERROR = 1.0
+ERRORS = MIN_ERROR, MAX_ERROR = 1e-12, 1.0  # those shown; smaller ones are not resolved
 STYLES = {name: f"method-{k}" for k, name in enumerate(METHODS)}
 INVITATION = (
     "<p>Time all methods to compare them, or choose another "
@@ -182,31 +181,26 @@ def timing_data(timings: Sequence[Timing], solution: Solution | None) -> Data:
     for name, style in STYLES.items():
         own = [timing for timing in good if timing.method == name]
         if own:
-            at, y = np.array([(1000 * one.seconds, in_frame(one.error)) for one in own]).T
+            at, y = np.array([(1000 * one.seconds, min(one.error, MAX_ERROR)) for one in own]).T
             runs = [[0, len(own) - 1, style, name]]
             lines.append({"label": name, "at": sent(at), "y": sent(y), "runs": runs, "dots": True})
     axes = Measure("time of a solve [ms]", "time", "ms"), Measure("relative error", "error")
     marks = []
     for one in good:
-        name, result = f"{one.method}, {one.resolution}", milliseconds(one.seconds)
-        text = f"{name}: {result}, relative error {one.error:.0e}"
-        marks.append(mark(name, "point", axes, 1000 * one.seconds, in_frame(one.error), text))
+        name, y = f"{one.method}, {one.resolution}", min(one.error, MAX_ERROR)
+        text = f"{name}: {milliseconds(one.seconds)}, relative error {one.error:.0e}"
+        marks.append(mark(name, "point", axes, 1000 * one.seconds, y, text))
     if solution:
-        x = min(max(1000 * solution.stats.seconds, span[0]), span[1])
-        y, text = in_frame(relative_error(solution)), f"this scene: {cost(solution)}"
+        x = float(np.clip(1000 * solution.stats.seconds, *span))
+        y, text = float(np.clip(relative_error(solution), *ERRORS)), f"this scene: {cost(solution)}"
         marks.append(mark("this scene", "here", axes, x, y, text))
     return {
         "name": "Time against error of every method",
         "x": axis_data(axes[0], span, log=True),
-        "y": axis_data(axes[1], (MIN_ERROR, MAX_ERROR), log=True),
+        "y": axis_data(axes[1], ERRORS, log=True),
         "lines": lines,
         "marks": marks,
     }
-
-
-def in_frame(error: float) -> float:
-    """An error, clamped to the axis."""
-    return min(max(error, MIN_ERROR), MAX_ERROR)
 
 
 def timing_table(timings: Sequence[Timing]) -> str:

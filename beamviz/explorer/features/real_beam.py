@@ -1,5 +1,6 @@
 """The panel of a real beam in SI units: dimensions, section and material."""
 
+import contextlib
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -19,39 +20,28 @@ MAX_VALUE = 1e12  # in the unit of a field
 DIGITS = 8
 ROUNDING = 1e-9
 PERCENT = "mass_percent"
+OPTIONAL = ("hub_radius", "rotation_speed", "mass")
 
 Pair = tuple[float, float]
 
 
 class Field(NamedTuple):
-    """A field of the panel: label, unit, and the SI value of the unit."""
+    """A field of the panel: its name with the unit, and the SI value of the unit."""
 
-    label: str
-    unit: str
+    name: str
     factor: float
-
-    @property
-    def name(self) -> str:
-        """Label and unit."""
-        return f"{self.label} [{self.unit}]"
 
 
 class Section(NamedTuple):
-    """A kind of cross-section with two dimensions.
+    """A kind of cross-section with two dimensions, `sizes`.
 
-    area_and_moment: A [m^2] and I [m^4] of the dimensions in SI; sizes: the inverse, raises
-    ValueError if there is no such section.
+    area_and_moment: A [m^2] and I [m^4] of the dimensions in SI; of: the inverse, raises ValueError
+    if there is no such section.
     """
 
-    fields: dict[str, Field]
+    sizes: tuple[str, str]
     area_and_moment: Callable[[float, float], Pair]
-    sizes: Callable[[float, float], Pair]
-
-
-def rectangle_sizes(area: float, moment: float) -> Pair:
-    """Width and thickness of a rectangle."""
-    thickness = math.sqrt(12 * moment / area)
-    return area / thickness, thickness
+    of: Callable[[float, float], Pair]
 
 
 def tube(diameter: float, wall: float) -> Pair:
@@ -70,43 +60,36 @@ def tube_sizes(area: float, moment: float) -> Pair:
 
 SECTIONS = {
     "rectangle": Section(
-        {
-            "width": Field("width b", "mm", 1e-3),
-            "thickness": Field("thickness h", "mm", 1e-3),
-        },
+        ("width", "thickness"),
         lambda b, h: (b * h, b * h**3 / 12),
-        rectangle_sizes,
+        lambda area, moment: (area / math.sqrt(12 * moment / area), math.sqrt(12 * moment / area)),
     ),
-    "tube": Section(
-        {
-            "diameter": Field("outer diameter D", "mm", 1e-3),
-            "wall": Field("wall t", "mm", 1e-3),
-        },
-        tube,
-        tube_sizes,
-    ),
+    "tube": Section(("diameter", "wall"), tube, tube_sizes),
     "own": Section(
-        {
-            "area": Field("area A", "mm²", 1e-6),
-            "second_moment": Field("second moment I", "mm⁴", 1e-12),
-        },
-        lambda area, moment: (area, moment),
-        lambda area, moment: (area, moment),
+        ("area", "second_moment"), lambda area, moment: (area, moment), lambda *sizes: sizes
     ),
 }
 FIELDS = {
-    "length": Field("length L", "mm", 1e-3),
-    "youngs_modulus": Field("Young's modulus E", "GPa", 1e9),
-    "density": Field("density ρ", "kg/m³", 1.0),
-    "hub_radius": Field("hub radius a", "mm", 1e-3),
-    "rotation_speed": Field("rotation speed Ω", "rpm", RPM),
-    "mass": Field("mass m", "kg", 1.0),
-    PERCENT: Field("mass at", "% of L", 0.01),
+    "length": Field("length L [mm]", 1e-3),
+    "youngs_modulus": Field("Young's modulus E [GPa]", 1e9),
+    "density": Field("density ρ [kg/m³]", 1.0),
+    "hub_radius": Field("hub radius a [mm]", 1e-3),
+    "rotation_speed": Field("rotation speed Ω [rpm]", RPM),
+    "mass": Field("mass m [kg]", 1.0),
+    PERCENT: Field("mass at [% of L]", 0.01),
 }
-ALL_FIELDS = FIELDS | {
-    name: field for one in SECTIONS.values() for name, field in one.fields.items()
+SIZES = {
+    "width": Field("width b [mm]", 1e-3),
+    "thickness": Field("thickness h [mm]", 1e-3),
+    "diameter": Field("outer diameter D [mm]", 1e-3),
+    "wall": Field("wall t [mm]", 1e-3),
+    "area": Field("area A [mm²]", 1e-6),
+    "second_moment": Field("second moment I [mm⁴]", 1e-12),
 }
+ALL_FIELDS = FIELDS | SIZES
 PRESETS = {real.name: real for real in REAL_BEAMS}
+SECTION_NAMES = {"rectangle": "rectangle b × h", "tube": "tube", "own": "own A and I"}
+MATERIAL_NAMES = {**{name: name for name in MATERIALS}, "own": "own E and ρ"}
 
 
 def entries(beam: Beam) -> dict[str, float]:
@@ -118,11 +101,9 @@ def entries(beam: Beam) -> dict[str, float]:
     values = {name: si[name] for name in FIELDS if name != PERCENT}
     values[PERCENT] = beam.beta
     for section in SECTIONS.values():
-        try:
-            sizes = section.sizes(si["area"], si["second_moment"])
-        except ValueError:  # no tube has this area and second moment
-            continue
-        values |= dict(zip(section.fields, sizes, strict=True))
+        with contextlib.suppress(ValueError):  # no tube has this area and second moment
+            sizes = section.of(si["area"], si["second_moment"])
+            values |= dict(zip(section.sizes, sizes, strict=True))
     return values
 
 
@@ -130,17 +111,16 @@ def edited(beam: Beam, name: str, value: Any) -> Beam:
     """The beam with one field set, in the unit of the field; the others keep their values. Raises
     InvalidInput, which names the field, the value and the values allowed in its unit."""
     field, values = ALL_FIELDS[name], entries(beam)
-    positive = name not in ("hub_radius", "rotation_speed", "mass", PERCENT)
     low = -MAX_VALUE if name == "hub_radius" else 0.0
     number = check_float(field.name, value, low, 100.0 if name == PERCENT else MAX_VALUE)
-    if positive and number == 0:
+    if number == 0 and name not in (*OPTIONAL, PERCENT):
         raise InvalidInput(f"{field.name} = 0: must be above 0")
     values[name] = number * field.factor
     if "wall" in values and values["wall"] > (1 + ROUNDING) * values["diameter"] / 2:
         raise InvalidInput(f"{field.name} = {value:g}: the wall is at most half the diameter")
     for section in SECTIONS.values():
-        if name in section.fields:
-            area, moment = section.area_and_moment(*(values[one] for one in section.fields))
+        if name in section.sizes:
+            area, moment = section.area_and_moment(*(values[one] for one in section.sizes))
             values |= {"area": area, "second_moment": moment}
     return built(values)
 
@@ -152,27 +132,21 @@ def built(values: dict[str, float]) -> Beam:
     if not low <= slenderness <= high:
         raise InvalidInput(f"L √(A / I) = {slenderness:.4g}: must lie in {low:g} .. {high:g}")
     required = {name: values[name] for name in SI_REQUIRED}
-    for name, limits in si_limits(required).items():
-        field = ALL_FIELDS[name]
-        check_float(field.name, values[name] / field.factor, *(x / field.factor for x in limits))
-    optional = {name: values[name] for name in ("hub_radius", "rotation_speed", "mass")}
+    units = Beam.from_si(**required).units
+    assert units
+    assert units.mass
+    max_gamma = min(PARAMETERS["gamma"].limits[1], MAX_GAMMA_OVER_MU * slenderness)
+    for name, unit, limits in (
+        ("hub_radius", units.length, PARAMETERS["delta"].limits),
+        ("rotation_speed", 1 / units.time, (0.0, max_gamma)),
+        ("mass", units.mass, PARAMETERS["alpha"].limits),
+    ):
+        field = FIELDS[name]
+        shown_limits = (limit * unit / field.factor for limit in limits)
+        check_float(field.name, values[name] / field.factor, *shown_limits)
     position = values[PERCENT] * values["length"]
+    optional = {name: values[name] for name in OPTIONAL}
     return Beam.from_si(**required, **optional, mass_position=position)
-
-
-def si_limits(required: dict[str, float]) -> dict[str, Pair]:
-    """Limits, in SI, of hub radius, speed and mass of a beam with these `required` values."""
-    bare = Beam.from_si(**required)
-    assert bare.units
-    assert bare.units.mass
-    length, mass, time = bare.units.length, bare.units.mass, bare.units.time
-    low, high = PARAMETERS["delta"].limits
-    max_gamma = min(PARAMETERS["gamma"].limits[1], MAX_GAMMA_OVER_MU * bare.mu)
-    return {
-        "hub_radius": (low * length, high * length),
-        "rotation_speed": (0.0, max_gamma / time),
-        "mass": (0.0, PARAMETERS["alpha"].limits[1] * mass),
-    }
 
 
 def with_section(beam: Beam, kind: str) -> Beam:
@@ -180,7 +154,7 @@ def with_section(beam: Beam, kind: str) -> Beam:
     else of the same thickness."""
     values = entries(beam)
     section = SECTIONS[kind]
-    if not values or set(section.fields) <= values.keys():
+    if not values or set(section.sizes) <= values.keys():
         return beam
     thickness = values["thickness"]
     area, moment = section.area_and_moment(thickness, thickness / 10)
@@ -210,8 +184,8 @@ class RealBeamPanel:
         visitor.page.on("real.material", self.choose_material)
         visitor.page.on("real.section", self.choose_section)
         visitor.page.on("dimensionless", lambda _: self.load(lambda beam: beam.replace(units=None)))
-        visitor.render("case", lambda _: self.show(visitor.state))
-        visitor.render("section", lambda _: self.show(visitor.state))
+        for name in ("case", "section"):
+            visitor.render(name, lambda _: self.show(visitor.state))
 
     def edit(self, name: str, value: Any) -> None:
         """Set a field."""
@@ -285,19 +259,15 @@ def number(name: str) -> str:
     return f'<label>{label} <input type="number" step="any" data-set="real.{name}"></label>'
 
 
-def choice(name: str, label: str, choices: dict[str, str]) -> str:
+def choice(name: str, choices: dict[str, str]) -> str:
     """A select element."""
-    return f'<label>{label} <select data-set="real.{name}">{options(choices)}</select></label>'
-
-
-SECTION_NAMES = {"rectangle": "rectangle b × h", "tube": "tube", "own": "own A and I"}
+    return f'<label>{name} <select data-set="real.{name}">{options(choices)}</select></label>'
 
 
 def panel(kind: str, beam: Beam) -> str:
     """The fields of a real beam."""
     units = beam.units
     assert units
-    materials = {name: name for name in MATERIALS} | {"own": "own E and ρ"}
     plane = "".join(
         button(text, data_set="plane", data_value=name)
         for name, text in (("chordwise", "in plane"), ("flapwise", "out of plane"))
@@ -305,9 +275,9 @@ def panel(kind: str, beam: Beam) -> str:
     return (
         '<details class="real" open><summary>Real beam</summary><div class="fields">'
         + number("length")
-        + choice("section", "section", SECTION_NAMES)
-        + "".join(map(number, SECTIONS[kind].fields))
-        + choice("material", "material", materials)
+        + choice("section", SECTION_NAMES)
+        + "".join(map(number, SECTIONS[kind].sizes))
+        + choice("material", MATERIAL_NAMES)
         + "".join(map(number, ("youngs_modulus", "density", "rotation_speed")))
         + "".join(map(number, ("hub_radius", "mass", PERCENT)))
         + f'</div><div role="group" aria-label="Vibration along h"><span>Vibration along h'

@@ -66,7 +66,7 @@ class RunUpPlayback:
     def answer(self) -> Answer[RunUpRequest, RunUp] | None:
         """The answer to the request."""
         answer = self.job.answer
-        return answer if answer and answer.request is self.request else None
+        return answer if answer and answer.request == self.request else None
 
     @property
     def run(self) -> RunUp | None:
@@ -115,9 +115,8 @@ class RunUpPlayback:
 
     def compute(self) -> None:
         """Request the run-up of the state."""
-        request = RunUpRequest.of(self.visitor.state)
-        self.request = self.job.latest if self.job.latest == request else request
-        self.job.request(request)
+        self.request = RunUpRequest.of(self.visitor.state)
+        self.job.request(self.request)
 
     def stop(self) -> None:
         """Stop, and show the beam at its own speed again."""
@@ -268,13 +267,20 @@ def run_data(run: RunUp) -> Data:
     known = run.amplitudes[np.isfinite(run.amplitudes)]
     low, high = (float(known.min()), float(known.max())) if known.size else (1.0, 1.0)
     runs = [[0, len(run.speeds) - 1, "bending", ""]]
-    marks = []
-    for one in run.resonances:
-        key, peak = f"{one.branch} {one.at:.4g}", run.peak(one)
-        place = f"resonance of {one.branch}: {along.text(one.at, 4)}"
-        text = f"{place}, {peak:.3g} times the deflection at rest"
-        action = {"action": "gamma", "value": along.factor * one.at}
-        marks.append(mark(key, "resonance", axes, one.at, peak, text, **action))
+    marks = [
+        mark(
+            f"{one.branch} {one.at:.4g}",
+            "resonance",
+            axes,
+            one.at,
+            run.peak(one),
+            f"resonance of {one.branch}: {along.text(one.at, 4)},"
+            f" {run.peak(one):.3g} times the deflection at rest",
+            action="gamma",
+            value=along.factor * one.at,
+        )
+        for one in run.resonances
+    ]
     return {
         "name": "Response of the tip over the speed",
         "x": axis_data(along, (0.0, float(run.speeds[-1]))),

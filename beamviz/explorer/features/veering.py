@@ -148,13 +148,15 @@ def loci_pair(found: Loci, own: Event | None, event: Event, centre: float) -> Lo
     k = int(np.argmin(abs(found.values - at)))
     shapes = []
     for branch in branches:
-        first, middle, last = (mode_shape(branch, i) for i in (0, k, len(found.values) - 1))
-        shapes.append((aligned(first, middle), middle, aligned(last, middle)))
+        middle = mode_shape(branch, k)
+        first, last = (mode_shape(branch, i, middle) for i in (0, -1))
+        shapes.append((first, middle, last))
     return LociPair(found, own, at, branches, tuple(shapes))
 
 
-def mode_shape(branch: Branch, k: int) -> ModeShape:
-    """The shape of a branch at the value of index k; nan if it has none.
+def mode_shape(branch: Branch, k: int, other: ModeShape | None = None) -> ModeShape:
+    """The shape of a branch at the value of index k, with the sign of positive correlation with
+    another shape; nan if it has none.
 
     With Coriolis forces the phases of axial and transverse motion differ by a quarter of a period:
     the complex shape is real along the beam and imaginary across it, up to a factor.
@@ -164,16 +166,12 @@ def mode_shape(branch: Branch, k: int) -> ModeShape:
         return ModeShape(np.full((len(X), 2), np.nan), np.nan, "")
     shape = solution.shape(mode, X)
     parts = shape.real + shape.imag
-    largest = np.linalg.norm(parts, axis=1).max()
+    parts /= np.linalg.norm(parts, axis=1).max()
+    if other and (parts * other.displacement).sum() < 0:
+        parts = -parts
     names = identify_modes(solution)
     name = names.mixtures[mode] or names.labels[mode]
-    return ModeShape(parts / largest, float(solution.bending_energy_fraction[mode]), name)
-
-
-def aligned(one: ModeShape, other: ModeShape) -> ModeShape:
-    """A shape with the sign of positive correlation with another."""
-    opposite = (one.displacement * other.displacement).sum() < 0
-    return one._replace(displacement=-one.displacement) if opposite else one
+    return ModeShape(parts, float(solution.bending_energy_fraction[mode]), name)
 
 
 # The tab
@@ -198,7 +196,7 @@ class VeeringTab(Feature):
         super().__init__(visitor)
         self.loci_tab = loci_tab
         self.job = visitor.job("veering", VeeringRequest.pairs)
-        self.drawn: tuple[object, object] = (None, None)  # chart and answer
+        self.drawn: tuple[object, object] = (None, None)  # answers: the chart, the event
         visitor.page.html("tab-veering", SKELETON)
 
     @property
@@ -218,30 +216,29 @@ class VeeringTab(Feature):
         if chart and event and not self.loci_tab.charts.busy:
             self.job.request(VeeringRequest(chart.request, event))
         self.fade("veering-chart", self.job)
-        answer = self.job.answer if event else None
-        if chart and (chart is not self.drawn[0] or answer is not self.drawn[1]):
-            self.drawn = chart, answer
+        charted, answer = self.loci_tab.charts.answer, self.job.answer if event else None
+        if charted and self.drawn != (charted, answer):
+            self.drawn = charted, answer
             self.draw(chart, answer)
         page.chart("veering-chart", {"cursor": self.loci_tab.cursor})
 
-    def draw(self, chart: Chart, answer: Answer[VeeringRequest, Pairs] | None) -> None:
-        """Show the last event."""
-        page, pairs = self.visitor.page, (answer.result or ()) if answer else ()
+    def draw(self, chart: Chart | None, answer: Answer[VeeringRequest, Pairs] | None) -> None:
+        """Show the last event, or the reason why there is none, and buttons for all events."""
+        page, pairs = self.visitor.page, answer.result if answer else None
+        buttons = choices(chart) if chart and chart.events else ""
         page.props("veering-chart", hidden=not pairs)
-        is_coming = answer is None and bool(chart.events)
-        tables = "" if pairs or is_coming else message(answer)
         if answer and pairs:
             request = answer.request.chart
             captions = (sentence(pair, *request.measures) for pair in pairs)
-            tables = "".join(map(shape_table, pairs, captions))
             page.chart("veering-chart", pairs_data(pairs, request))
-        page.html("veering-shapes", tables + choices(chart) + (KEY if pairs else ""))
+            page.html("veering-shapes", "".join(map(shape_table, pairs, captions)) + buttons + KEY)
+        else:
+            invitation = "" if buttons else f"<p>{INVITATION}</p>"
+            page.html("veering-shapes", (note(answer.message) if answer else invitation) + buttons)
 
 
 def choices(chart: Chart) -> str:
     """Buttons for all crossings and veerings."""
-    if not chart.events:
-        return ""
     along = chart.request.measures[0]
     buttons = (
         button(
@@ -270,15 +267,14 @@ def pairs_data(pairs: Pairs, request: ChartRequest) -> Data:
     frequency = np.array([branch.frequency for pair in pairs for branch in pair.branches])
     low, high = np.nanmin(frequency), np.nanmax(frequency)
     margin = 0.06 * (high - low)
-    events = [pair.event for pair in pairs if pair.event]
-    crossings = [(one.kind, one.at, one.frequency) for one in events if one.kind == "crossing"]
-    veering = next((pair for pair in reversed(pairs) if pair.kind == "veering"), None)
-    if veering:
-        k = int(np.searchsorted(values, veering.at))
-        gap = np.array([branch.frequency[k] for branch in veering.branches])
-        upright = sent(np.full(2, along.factor * veering.at))
-        runs = [[0, 1, "measure", ""]]
-        lines.append({"label": "", "at": upright, "y": sent(across.factor * gap), "runs": runs})
+    for pair in [pair for pair in pairs if pair.kind == "veering"][-1:]:
+        k = int(np.searchsorted(values, pair.at))
+        gap = {
+            "at": sent(np.full(2, along.factor * pair.at)),
+            "y": sent(across.factor * np.array([one.frequency[k] for one in pair.branches])),
+        }
+        lines.append({"label": "", **gap, "runs": [[0, 1, "measure", ""]]})
+    crossings = [pair.event for pair in pairs if pair.event and pair.kind == "crossing"]
     return {
         "name": "Veering, magnified",
         "x": axis_data(along, (values[0], values[-1])),
@@ -286,15 +282,17 @@ def pairs_data(pairs: Pairs, request: ChartRequest) -> Data:
         "at": sent(along.factor * values),
         "lines": lines,
         "marks": [
-            mark(kind, kind, request.measures, at, frequency, f"{kind}: {along.text(at, 5)}")
-            for kind, at, frequency in crossings
+            mark(
+                "crossing",
+                "crossing",
+                (along, across),
+                one.at,
+                one.frequency,
+                f"crossing: {along.text(one.at, 5)}",
+            )
+            for one in crossings
         ],
     }
-
-
-def message(answer: Answer[VeeringRequest, Pairs] | None) -> str:
-    """The reason why no event is shown."""
-    return note(answer.message if answer else "") or f"<p>{INVITATION}</p>"
 
 
 def sentence(pair: LociPair, along: Measure, across: Measure) -> str:
