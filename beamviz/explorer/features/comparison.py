@@ -75,8 +75,8 @@ class Comparison(Feature):
     """The second beam: its solution and its drawing.
 
     case: the case compared with, or a message why there is none; shapes: the modes drawn, None if
-    nothing is; main: the solution drawn for the first beam; partner: the mode of the second beam for
-    each mode of the first, -1 where none corresponds.
+    nothing is; main: the solution drawn for the first beam; partner: of each mode of the first beam
+    its mode of the second, -1 where none corresponds.
     """
 
     def __init__(self, visitor: Visitor):
