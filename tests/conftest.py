@@ -77,6 +77,15 @@ def url(request: pytest.FixtureRequest) -> Iterator[str]:
         yield address
 
 
+@pytest.fixture
+def guest(url) -> Iterator[Any]:
+    """A new visitor (live.visitor) of the explorer of the file."""
+    from live.visitor import visitor
+
+    with visitor(url) as visiting:
+        yield visiting
+
+
 @pytest.fixture(scope="module")
 def frame_loops() -> Iterator[list[Any]]:
     """The frame loops of all explorers started after this, in their order."""

@@ -8,11 +8,11 @@ from live.browser import Page, page, says, tab
 from live.server import wait_until
 
 from beamviz.beam import Beam
-from beamviz.explorer.app import explorer
 from beamviz.scene import Scene
 
 pytestmark = pytest.mark.browser
 
+FIRST = Scene(Beam(alpha=1, beta=0.5, gamma=5))
 AXE = files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8") + ";1"
 SIZES = [(1920, 1080), (1440, 900), (1024, 768), (820, 1180), (390, 844)]
 PHONE, DESK = SIZES[-1], SIZES[1]
@@ -34,16 +34,9 @@ SCENE = "document.getElementById('scene').getBoundingClientRect()"
 
 
 @pytest.fixture(scope="module")
-def served() -> Iterator[str]:
-    """A running explorer."""
-    with explorer(Scene(Beam(alpha=1, beta=0.5, gamma=5))) as url:
-        yield url
-
-
-@pytest.fixture(scope="module")
-def shown(served) -> Iterator[Page]:
+def shown(url) -> Iterator[Page]:
     """One page that the tests of this file use in turn."""
-    with page(served, *DESK) as opened:
+    with page(url, *DESK) as opened:
         ready(opened)
         opened.evaluate(AXE)
         yield opened
@@ -240,10 +233,10 @@ def test_axe_finds_nothing_serious_in_a_lesson(shown, size, scheme):
 # The last one: it opens the page anew
 
 
-def test_a_page_starts_paused_with_reduced_motion(served, shown):
+def test_a_page_starts_paused_with_reduced_motion(url, shown):
     """With the media feature prefers-reduced-motion."""
     prefer(shown, "dark", "reduce")
-    shown.call("Page.navigate", url=served)
+    shown.call("Page.navigate", url=url)
     ready(shown)
     shown.wait("document.getElementById('play').ariaPressed === 'false'")
     shown.wait("document.documentElement.dataset.theme === 'dark'")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from charts import SynchronousVisitor, case
-from live.visitor import PAPER, Visitor, visitor
+from live.visitor import PAPER, Visitor
 
 from beamviz.beam import Beam
 from beamviz.drawing import AllModesView, camera, stacked_heights
@@ -221,42 +221,39 @@ def overlay_is(guest: Visitor, *, visible: bool) -> None:
     guest.wait(lambda _: guest.nodes.get(OVERLAY, {}).get("visible") is visible)
 
 
-def test_a_comparison_is_drawn_until_it_ends(url):
+def test_a_comparison_is_drawn_until_it_ends(guest):
     """Both frequencies are in the table; an overlay is drawn, or a second scene."""
-    with visitor(url) as guest:
-        guest.choose("comparison", DOUBLE)
-        guest.says(frequency(PAPER.replace(alpha=2)))
-        overlay_is(guest, visible=True)
-        guest.choose("stacked", True)
-        guest.wait(lambda _: "/other/rotor/beam" in guest.nodes)
-        guest.choose("comparison", CORIOLIS)
-        guest.says(frequency(PAPER, coriolis=True))
-        guest.choose("comparison", "rubber")
-        guest.choose("comparison", NO_COMPARISON)
-        guest.wait(lambda _: guest.nodes["/other"].get("visible") is False)
-        guest.says("shows the effect of one change")
+    guest.choose("comparison", DOUBLE)
+    guest.says(frequency(PAPER.replace(alpha=2)))
+    overlay_is(guest, visible=True)
+    guest.choose("stacked", True)
+    guest.wait(lambda _: "/other/rotor/beam" in guest.nodes)
+    guest.choose("comparison", CORIOLIS)
+    guest.says(frequency(PAPER, coriolis=True))
+    guest.choose("comparison", "rubber")
+    guest.choose("comparison", NO_COMPARISON)
+    guest.wait(lambda _: guest.nodes["/other"].get("visible") is False)
+    guest.says("shows the effect of one change")
 
 
-def test_a_kept_beam_stays_while_the_other_changes(url):
+def test_a_kept_beam_stays_while_the_other_changes(guest):
     """The button keeps it; the change is relative to it. Another scene ends the comparison."""
-    with visitor(url) as guest:
-        guest.do("keep")
-        guest.says(">before, ")
-        guest.choose("gamma", 20.0)
-        guest.says(frequency(PAPER.replace(gamma=20)))
-        guest.says(frequency(PAPER))
-        overlay_is(guest, visible=True)
-        guest.do("reset")
-        overlay_is(guest, visible=False)
-        guest.says("shows the effect of one change")
+    guest.do("keep")
+    guest.says(">before, ")
+    guest.choose("gamma", 20.0)
+    guest.says(frequency(PAPER.replace(gamma=20)))
+    guest.says(frequency(PAPER))
+    overlay_is(guest, visible=True)
+    guest.do("reset")
+    overlay_is(guest, visible=False)
+    guest.says("shows the effect of one change")
 
 
-def test_all_modes_are_shown_by_a_button(url):
+def test_all_modes_are_shown_by_a_button(guest):
     """Five rows instead of one beam, and back."""
-    with visitor(url) as guest:
-        guest.choose("all_modes", True)
-        guest.wait(lambda _: "/mode 5/rotor/beam" in guest.nodes)
-        guest.wait(lambda _: guest.nodes["/scene"].get("visible") is False)
-        guest.do("only", 1)
-        guest.wait(lambda _: guest.nodes["/scene"].get("visible") is True)
-        guest.wait(lambda _: guest.nodes["/mode 5"].get("visible") is False)
+    guest.choose("all_modes", True)
+    guest.wait(lambda _: "/mode 5/rotor/beam" in guest.nodes)
+    guest.wait(lambda _: guest.nodes["/scene"].get("visible") is False)
+    guest.do("only", 1)
+    guest.wait(lambda _: guest.nodes["/scene"].get("visible") is True)
+    guest.wait(lambda _: guest.nodes["/mode 5"].get("visible") is False)

@@ -173,15 +173,14 @@ def test_messages_may_come_out_of_order(url, other):
         assert BEAM in guest.nodes
 
 
-def test_of_5000_values_the_last_one_is_solved(url, other):
+def test_of_5000_values_the_last_one_is_solved(other, guest):
     """They are not queued: most are never solved, and other visitors are not delayed."""
-    with visitor(url) as guest:
-        pause(guest)
-        SOLVED.clear()
-        for k in range(5000):
-            guest.choose("gamma", 30 - 0.005 * k)
-        guest.says(frequency_text(PAPER.replace(gamma=30 - 0.005 * 4999)))
-        assert len(SOLVED) < 2500
+    pause(guest)
+    SOLVED.clear()
+    for k in range(5000):
+        guest.choose("gamma", 30 - 0.005 * k)
+    guest.says(frequency_text(PAPER.replace(gamma=30 - 0.005 * 4999)))
+    assert len(SOLVED) < 2500
 
 
 @pytest.mark.slow
@@ -231,16 +230,15 @@ def test_an_unexpected_error_of_the_solver_is_shown_and_logged_once(url, other, 
     assert lines[0].exc_info in (None, False)
 
 
-def test_a_slow_solve_does_not_delay_other_visitors(url, other):
+def test_a_slow_solve_does_not_delay_other_visitors(other, guest):
     """While one visitor waits, another gets frames and answers."""
     other.choose("playing", True)
-    with visitor(url) as guest:
-        guest.choose("gamma", SLOW)
-        frames, end = 0, time.monotonic() + 0.9
-        while time.monotonic() < end:
-            frames += beam_moved(other.receive(1.0))
-        assert frames >= 5
-        guest.says(frequency_text(PAPER.replace(gamma=SLOW)))
+    guest.choose("gamma", SLOW)
+    frames, end = 0, time.monotonic() + 0.9
+    while time.monotonic() < end:
+        frames += beam_moved(other.receive(1.0))
+    assert frames >= 5
+    guest.says(frequency_text(PAPER.replace(gamma=SLOW)))
 
 
 def test_endless_solves_do_not_delay_other_visitors(url, other):

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from live.browser import page, says
-from live.visitor import Visitor, frequency_text, visitor
+from live.visitor import Visitor, frequency_text
 from PIL import Image
 
 from beamviz import exports
@@ -57,26 +57,24 @@ def frequency(scene: Scene) -> str:
     return frequency_text(scene.beam, **scene.options)
 
 
-def test_a_saved_scene_has_the_present_values(url):
+def test_a_saved_scene_has_the_present_values(guest):
     """Those of the server, then those changed by the visitor."""
-    with visitor(url) as guest:
-        assert saved(guest) == FIRST
-        guest.choose("gamma", 20.0)
-        guest.choose("dark", False)
-        guest.says(frequency(FIRST.changed(gamma=20)))
-        assert saved(guest) == FIRST.changed(gamma=20.0, dark=False)
+    assert saved(guest) == FIRST
+    guest.choose("gamma", 20.0)
+    guest.choose("dark", False)
+    guest.says(frequency(FIRST.changed(gamma=20)))
+    assert saved(guest) == FIRST.changed(gamma=20.0, dark=False)
 
 
-def test_a_loaded_scene_is_shown(url):
+def test_a_loaded_scene_is_shown(guest):
     """Another beam, model and view; saved again it is equal, with its camera."""
     wanted = Scene.of(alpha=2, gamma=5, coriolis=True, shares=[0.5, 0.0, 1.0], over="delta")
-    with visitor(url) as guest:
-        upload(guest, wanted.to_toml())
-        guest.says(frequency(wanted))
-        assert saved(guest) == wanted
-        guest.choose("gamma", 6.0)
-        guest.says(frequency(wanted.changed(gamma=6)))
-        assert saved(guest) == wanted.changed(gamma=6.0)
+    upload(guest, wanted.to_toml())
+    guest.says(frequency(wanted))
+    assert saved(guest) == wanted
+    guest.choose("gamma", 6.0)
+    guest.says(frequency(wanted.changed(gamma=6)))
+    assert saved(guest) == wanted.changed(gamma=6.0)
 
 
 @pytest.mark.parametrize(
@@ -90,52 +88,48 @@ def test_a_loaded_scene_is_shown(url):
         (".npz", b"PK"),
     ],
 )
-def test_every_file_can_be_exported(url, monkeypatch, kind, begin):
+def test_every_file_can_be_exported(guest, monkeypatch, kind, begin):
     """The button sends a complete file in the format of the command line."""
     monkeypatch.setattr(export_jobs, "animate", small_film)
-    with visitor(url) as guest:
-        guest.do("export", kind)
-        start, part = heard(guest, "FileTransferStartDownload", "FileTransferPart", timeout=120)
-        assert start["filename"].startswith("beam.")
-        assert part["content"][: len(begin)].lower() == begin.lower()
-        if start["part_count"] == 1:
-            assert len(part["content"]) == start["size_bytes"]
+    guest.do("export", kind)
+    start, part = heard(guest, "FileTransferStartDownload", "FileTransferPart", timeout=120)
+    assert start["filename"].startswith("beam.")
+    assert part["content"][: len(begin)].lower() == begin.lower()
+    if start["part_count"] == 1:
+        assert len(part["content"]) == start["size_bytes"]
 
 
 @pytest.mark.slow
-def test_a_film_has_the_length_chosen(url, monkeypatch):
+def test_a_film_has_the_length_chosen(guest, monkeypatch):
     """Two periods have more frames than one, in the format of the button."""
     monkeypatch.setattr(export_jobs, "animate", small_film)
     frames = []
-    with visitor(url) as guest:
-        for length in ("1 period", "2 periods"):
-            guest.choose("film_length", length)
-            guest.do("export", ".webp")
-            (part,) = heard(guest, "FileTransferPart", timeout=120)
-            frames.append(Image.open(io.BytesIO(part["content"])).n_frames)
+    for length in ("1 period", "2 periods"):
+        guest.choose("film_length", length)
+        guest.do("export", ".webp")
+        (part,) = heard(guest, "FileTransferPart", timeout=120)
+        frames.append(Image.open(io.BytesIO(part["content"])).n_frames)
     assert frames[1] > 1.5 * frames[0]
 
 
-def test_a_film_without_motion_is_refused(url):
+def test_a_film_without_motion_is_refused(guest):
     """The message says what is missing."""
     still = Scene.of(shares=[0.0])
-    with visitor(url) as guest:
-        upload(guest, still.to_toml())
-        guest.says(frequency(still))
-        guest.do("export", ".gif")
-        guest.wait(lambda _: any("nothing moves" in one["text"] for one in guest.said))
+    upload(guest, still.to_toml())
+    guest.says(frequency(still))
+    guest.do("export", ".gif")
+    guest.wait(lambda _: any("nothing moves" in one["text"] for one in guest.said))
 
 
-def test_a_film_shows_its_progress_and_is_cancelled(url):
+def test_a_film_shows_its_progress_and_is_cancelled(guest):
     """The button for it is visible meanwhile; after the cancellation no file is sent."""
-    with visitor(url) as guest:
-        guest.do("export", ".gif")
-        guest.wait(lambda _: guest.props.get("export-progress", {}).get("value"))
-        assert " s left" in guest.texts["export-state"]
-        assert guest.props["export-work"]["hidden"] is False
-        guest.do("cancel_export")
-        guest.wait(lambda _: guest.props["export-work"]["hidden"])
-        assert guest.said == [{"text": "beam.gif: cancelled", "error": False}]
+    guest.do("export", ".gif")
+    guest.wait(lambda _: guest.props.get("export-progress", {}).get("value"))
+    assert " s left" in guest.texts["export-state"]
+    assert guest.props["export-work"]["hidden"] is False
+    guest.do("cancel_export")
+    guest.wait(lambda _: guest.props["export-work"]["hidden"])
+    assert guest.said == [{"text": "beam.gif: cancelled", "error": False}]
 
 
 def test_films_wait_for_each_other_and_tables_for_none(monkeypatch):
@@ -182,13 +176,12 @@ def test_films_wait_for_each_other_and_tables_for_none(monkeypatch):
     ],
     ids=["no beam", "too large"],
 )
-def test_an_invalid_file_changes_nothing(url, text, reason):
+def test_an_invalid_file_changes_nothing(guest, text, reason):
     """The visitor reads why; the scene is unchanged."""
-    with visitor(url) as guest:
-        upload(guest, text)
-        guest.wait(lambda _: guest.said)
-        assert reason in guest.said[-1]["text"]
-        assert saved(guest) == FIRST
+    upload(guest, text)
+    guest.wait(lambda _: guest.said)
+    assert reason in guest.said[-1]["text"]
+    assert saved(guest) == FIRST
 
 
 @pytest.mark.slow

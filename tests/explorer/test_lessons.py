@@ -2,7 +2,7 @@
 
 import re
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 
 import pytest
@@ -13,13 +13,6 @@ from beamviz.explorer import jobs
 from beamviz.explorer.app import explorer
 from beamviz.explorer.features.lessons import CONTROLS, controls, formatted
 from beamviz.lessons import LESSONS, lesson
-
-
-@pytest.fixture
-def guest(url) -> Iterator[Visitor]:
-    """A new visitor."""
-    with visitor(url) as visiting:
-        yield visiting
 
 
 def reads(guest: Visitor, words: str) -> None:

@@ -116,25 +116,23 @@ def test_the_address_is_updated_and_a_reload_shows_the_same(url):
     assert "mass" not in steel
 
 
-def test_the_address_names_the_lesson_and_its_step(url):
+def test_the_address_names_the_lesson_and_its_step(guest):
     """With the changes to its scene."""
-    with visitor(url) as guest:
-        guest.do("link", "")
-        guest.do("lesson", "nodes")
-        shows(guest, "lesson=nodes")
-        guest.do("lesson_step", 2)
-        guest.choose("beta", 0.75)
-        shows(guest, "lesson=nodes&step=3&beta=0.75")
-        guest.do("lesson", "")
-        shows(guest, "alpha=1.0&beta=0.75&over=beta")
+    guest.do("link", "")
+    guest.do("lesson", "nodes")
+    shows(guest, "lesson=nodes")
+    guest.do("lesson_step", 2)
+    guest.choose("beta", 0.75)
+    shows(guest, "lesson=nodes&step=3&beta=0.75")
+    guest.do("lesson", "")
+    shows(guest, "alpha=1.0&beta=0.75&over=beta")
 
 
-def test_an_invalid_link_shows_a_message(url):
+def test_an_invalid_link_shows_a_message(guest):
     """And the page shows the scene of the server."""
-    with visitor(url) as guest:
-        guest.do("link", "?lesson=magic")
-        guest.wait(lambda _: "lesson = magic: must be one of stiffening" in str(guest.said))
-        guest.says(frequency_text(PAPER))
+    guest.do("link", "?lesson=magic")
+    guest.wait(lambda _: "lesson = magic: must be one of stiffening" in str(guest.said))
+    guest.says(frequency_text(PAPER))
 
 
 @pytest.mark.slow

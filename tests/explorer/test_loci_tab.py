@@ -38,57 +38,53 @@ def line_at(guest: Visitor, x: float) -> bool:
     return guest.wait(lambda _: guest.charts["loci-chart"]["cursor"] == {"action": "gamma", "x": x})
 
 
-def test_the_chart_follows_the_sliders(url):
+def test_the_chart_follows_the_sliders(guest):
     """Another mass moves the crossing; the speed moves the line of the beam."""
-    with visitor(url) as guest:
-        chart_shown(guest, TIP)
-        guest.choose("alpha", 1.2)
-        chart_shown(guest, TIP.replace(alpha=1.2))
-        guest.choose("gamma", 7.25)
-        line_at(guest, 7.25)
+    chart_shown(guest, TIP)
+    guest.choose("alpha", 1.2)
+    chart_shown(guest, TIP.replace(alpha=1.2))
+    guest.choose("gamma", 7.25)
+    line_at(guest, 7.25)
 
 
-def test_moving_along_the_axis_computes_no_chart_and_sends_no_lines(url, monkeypatch):
+def test_moving_along_the_axis_computes_no_chart_and_sends_no_lines(guest, monkeypatch):
     """Only the line of the beam moves."""
-    with visitor(url) as guest:
-        chart_shown(guest, TIP)
-        pause(guest, 0.7)
-        monkeypatch.setattr(charts, "loci", None)  # a call would end in words
-        guest.charts["loci-chart"].pop("lines")
-        guest.choose("gamma", 6.5)
-        line_at(guest, 6.5)
-        pause(guest, 0.7)
-        assert "lines" not in guest.charts["loci-chart"]
-        assert "unexpected" not in guest.text
+    chart_shown(guest, TIP)
+    pause(guest, 0.7)
+    monkeypatch.setattr(charts, "loci", None)  # a call would end in words
+    guest.charts["loci-chart"].pop("lines")
+    guest.choose("gamma", 6.5)
+    line_at(guest, 6.5)
+    pause(guest, 0.7)
+    assert "lines" not in guest.charts["loci-chart"]
+    assert "unexpected" not in guest.text
 
 
-def test_choosing_a_crossing_moves_the_beam_there(url):
+def test_choosing_a_crossing_moves_the_beam_there(guest):
     """The number is set, the beam solved again, and the tab Veering shows the event, which remains
     chosen when another mass moves it."""
-    with visitor(url) as guest:
-        chart_shown(guest, TIP)
-        guest.do("go_to_event", EVENT)
-        at = chart_of(TIP).events[EVENT].at
-        guest.says(frequency_text(TIP.replace(gamma=at)))
-        guest.do("tab", "tab-veering")
-        guest.says("smallest frequency gap 0.241 at γ 4.650")
-        guest.choose("alpha", 1.1)
-        chart_shown(guest, TIP.replace(alpha=1.1))
-        assert guest.charts["loci-chart"]["chosen"] == EVENT
-        guest.choose("over", "alpha")
-        guest.wait(lambda _: guest.charts["loci-chart"]["x"]["label"] == "mass α")
+    chart_shown(guest, TIP)
+    guest.do("go_to_event", EVENT)
+    at = chart_of(TIP).events[EVENT].at
+    guest.says(frequency_text(TIP.replace(gamma=at)))
+    guest.do("tab", "tab-veering")
+    guest.says("smallest frequency gap 0.241 at γ 4.650")
+    guest.choose("alpha", 1.1)
+    chart_shown(guest, TIP.replace(alpha=1.1))
+    assert guest.charts["loci-chart"]["chosen"] == EVENT
+    guest.choose("over", "alpha")
+    guest.wait(lambda _: guest.charts["loci-chart"]["x"]["label"] == "mass α")
 
 
-def test_the_tab_veering_magnifies_the_nearest_event_until_one_is_chosen(url):
+def test_the_tab_veering_magnifies_the_nearest_event_until_one_is_chosen(guest):
     """Nothing is computed for it while the tab is not open."""
-    with visitor(url) as guest:
-        chart_shown(guest, TIP)
-        pause(guest)
-        assert "veering-chart" not in guest.charts
-        guest.do("tab", "tab-veering")
-        guest.says("they cross at γ 4.464")
-        guest.choose("gamma", 15.0)
-        guest.says("they cross at γ 16.3")
+    chart_shown(guest, TIP)
+    pause(guest)
+    assert "veering-chart" not in guest.charts
+    guest.do("tab", "tab-veering")
+    guest.says("they cross at γ 4.464")
+    guest.choose("gamma", 15.0)
+    guest.says("they cross at γ 16.3")
 
 
 def test_no_event_is_missing_while_it_is_computed(url, monkeypatch):

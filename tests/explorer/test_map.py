@@ -8,21 +8,14 @@ import numpy as np
 import pytest
 from live.browser import Page, page
 from live.server import wait_until
-from live.visitor import Visitor, frequency_text, pause, visitor
+from live.visitor import Visitor, frequency_text, pause
 
 from beamviz.beam import Beam
-from beamviz.explorer.app import explorer
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
-FIRST = Beam(alpha=1, beta=0.5, gamma=5)
-
-
-@pytest.fixture(scope="module")
-def url() -> Iterator[str]:
-    """A running explorer."""
-    with explorer(Scene(FIRST)) as served:
-        yield served
+BEAM = Beam(alpha=1, beta=0.5, gamma=5)
+FIRST = Scene(BEAM)
 
 
 def map_shown(guest: Visitor, **expected: Any) -> dict[str, Any]:
@@ -44,95 +37,90 @@ def grid(data: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("coriolis", [False, True])
-def test_the_values_are_those_of_solve(url, coriolis):
+def test_the_values_are_those_of_solve(guest, coriolis):
     """The smallest gap and the frequency of a mode over two numbers; buttons move the beam to the
     extremes."""
-    with visitor(url) as guest:
-        pause(guest)
-        guest.choose("coriolis", coriolis)
-        guest.says(frequency_text(FIRST, coriolis=coriolis))
-        guest.do("tab", "tab-map")
-        guest.choose("across", "delta")
-        for mapped in ("gap", "3"):
-            guest.choose("mapped", mapped)
-            words = "smallest frequency gap" if mapped == "gap" else "frequency of mode 3"
-            x, y, values = grid(map_shown(guest, name=words, y="hub"))
-            assert values.shape == (41, 81)
-            for row, column in ((0, 0), (7, 60), (40, 31)):
-                beam = FIRST.replace(gamma=float(x[column]), delta=float(y[row]))
-                exact = solve(beam, coriolis=coriolis).frequencies
-                expected = np.diff(exact).min() if mapped == "gap" else exact[2]
-                assert values[row, column] == pytest.approx(expected, abs=1e-4 * exact[-1])
-        row, column = np.unravel_index(values.argmax(), values.shape)
-        assert f"{values.max():.3g}" in guest.texts["map-text"]
-        assert f'data-value="&quot;{x[column]} {y[row]}&quot;"' in guest.texts["map-text"]
+    pause(guest)
+    guest.choose("coriolis", coriolis)
+    guest.says(frequency_text(BEAM, coriolis=coriolis))
+    guest.do("tab", "tab-map")
+    guest.choose("across", "delta")
+    for mapped in ("gap", "3"):
+        guest.choose("mapped", mapped)
+        words = "smallest frequency gap" if mapped == "gap" else "frequency of mode 3"
+        x, y, values = grid(map_shown(guest, name=words, y="hub"))
+        assert values.shape == (41, 81)
+        for row, column in ((0, 0), (7, 60), (40, 31)):
+            beam = BEAM.replace(gamma=float(x[column]), delta=float(y[row]))
+            exact = solve(beam, coriolis=coriolis).frequencies
+            expected = np.diff(exact).min() if mapped == "gap" else exact[2]
+            assert values[row, column] == pytest.approx(expected, abs=1e-4 * exact[-1])
+    row, column = np.unravel_index(values.argmax(), values.shape)
+    assert f"{values.max():.3g}" in guest.texts["map-text"]
+    assert f'data-value="&quot;{x[column]} {y[row]}&quot;"' in guest.texts["map-text"]
 
 
-def test_a_point_of_the_map_sets_two_numbers(url):
+def test_a_point_of_the_map_sets_two_numbers(guest):
     """In one step, which one undo restores; near the end of an axis the map is kept too."""
-    with visitor(url) as guest:
-        guest.do("tab", "tab-map")
-        data = map_shown(guest, name="gap")
-        assert (data["beam"], data["x"]["range"]) == ([5, 1], [0, 20])
-        pause(guest)
-        data.pop("values")
-        guest.do("move_beam", "19 0.25")
-        guest.wait(lambda _: guest.charts["map-chart"]["beam"] == [19, 0.25])
-        assert (guest.values["gamma"], guest.values["alpha"]) == (19, 0.25)
-        guest.do("undo", None)
-        guest.wait(lambda _: guest.charts["map-chart"]["beam"] == [5, 1])
-        pause(guest, 0.6)
-        assert "values" not in guest.charts["map-chart"]
-        guest.choose("gamma", 25.0)  # beyond the axis
-        assert map_shown(guest)["x"]["range"] == [0, 40]
+    guest.do("tab", "tab-map")
+    data = map_shown(guest, name="gap")
+    assert (data["beam"], data["x"]["range"]) == ([5, 1], [0, 20])
+    pause(guest)
+    data.pop("values")
+    guest.do("move_beam", "19 0.25")
+    guest.wait(lambda _: guest.charts["map-chart"]["beam"] == [19, 0.25])
+    assert (guest.values["gamma"], guest.values["alpha"]) == (19, 0.25)
+    guest.do("undo", None)
+    guest.wait(lambda _: guest.charts["map-chart"]["beam"] == [5, 1])
+    pause(guest, 0.6)
+    assert "values" not in guest.charts["map-chart"]
+    guest.choose("gamma", 25.0)  # beyond the axis
+    assert map_shown(guest)["x"]["range"] == [0, 40]
 
 
-def test_axes_are_exchanged_and_invalid_ones_ignored(url):
+def test_axes_are_exchanged_and_invalid_ones_ignored(guest):
     """The same number cannot be on both axes."""
-    with visitor(url) as guest:
-        guest.do("tab", "tab-map")
-        map_shown(guest, x="speed", y="mass")
-        for action, value in (
-            ("across", "spin_up"), ("across", 1), ("mapped", "6"), ("mapped", True),
-            ("move_beam", "nan"), ("move_beam", "1 2 3"), ("move_beam", True),
-        ):  # fmt: skip
-            guest.do(action, value)
-        guest.choose("across", "gamma")
-        map_shown(guest, x="mass", y="speed")
-        assert (guest.values["over"], guest.values["across"]) == ("alpha", "gamma")
-        assert guest.charts["map-chart"]["beam"] == [1, 5]
+    guest.do("tab", "tab-map")
+    map_shown(guest, x="speed", y="mass")
+    for action, value in (
+        ("across", "spin_up"), ("across", 1), ("mapped", "6"), ("mapped", True),
+        ("move_beam", "nan"), ("move_beam", "1 2 3"), ("move_beam", True),
+    ):  # fmt: skip
+        guest.do(action, value)
+    guest.choose("across", "gamma")
+    map_shown(guest, x="mass", y="speed")
+    assert (guest.values["over"], guest.values["across"]) == ("alpha", "gamma")
+    assert guest.charts["map-chart"]["beam"] == [1, 5]
 
 
 @pytest.mark.slow
-def test_beams_without_a_frequency_are_explained(url):
+def test_beams_without_a_frequency_are_explained(guest):
     """An inward beam buckles: no colour there, and a sentence with the percentage."""
-    with visitor(url) as guest:
-        guest.do("tab", "tab-map")
-        guest.choose("mapped", "1")
-        guest.choose("delta", -1.0)
-        guest.says("Grey: unstable")
-        *_, values = grid(map_shown(guest, name="mode 1"))
-        assert 0 < np.isnan(values).mean() < 1
+    guest.do("tab", "tab-map")
+    guest.choose("mapped", "1")
+    guest.choose("delta", -1.0)
+    guest.says("Grey: unstable")
+    *_, values = grid(map_shown(guest, name="mode 1"))
+    assert 0 < np.isnan(values).mean() < 1
 
 
-def test_a_slow_map_is_cancelled_and_restarted(url):
+def test_a_slow_map_is_cancelled_and_restarted(guest):
     """With its progress; the last map is faded until there is another."""
-    with visitor(url) as guest:
-        pause(guest)
-        guest.do("tab", "tab-map")
-        map_shown(guest, columns="81")
-        guest.choose("method", "ancf-planar")
-        for action in ("cancel_jobs", "cancel_jobs", None):
-            guest.wait(lambda _: re.search(r"computing: map .* [1-9]\d? %", guest.texts["work"]))
-            if action:
-                guest.do(action, None)
-                guest.wait(lambda _: "cancelled: map" in guest.texts["work"])
-                assert guest.charts["map-chart"]["columns"] == 81
-                assert guest.props["map-chart"]["data-outdated"] == ""
-                guest.do("retry_jobs", None)
-        guest.choose("method", "auto")  # takes the place of the slow one
-        guest.wait(lambda _: not guest.texts["work"])
-        guest.wait(lambda _: guest.props["map-chart"]["data-outdated"] is None)
+    pause(guest)
+    guest.do("tab", "tab-map")
+    map_shown(guest, columns="81")
+    guest.choose("method", "ancf-planar")
+    for action in ("cancel_jobs", "cancel_jobs", None):
+        guest.wait(lambda _: re.search(r"computing: map .* [1-9]\d? %", guest.texts["work"]))
+        if action:
+            guest.do(action, None)
+            guest.wait(lambda _: "cancelled: map" in guest.texts["work"])
+            assert guest.charts["map-chart"]["columns"] == 81
+            assert guest.props["map-chart"]["data-outdated"] == ""
+            guest.do("retry_jobs", None)
+    guest.choose("method", "auto")  # takes the place of the slow one
+    guest.wait(lambda _: not guest.texts["work"])
+    guest.wait(lambda _: guest.props["map-chart"]["data-outdated"] is None)
 
 
 # On the page

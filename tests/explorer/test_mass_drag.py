@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from live.visitor import PAPER, Visitor, visitor
+from live.visitor import PAPER, Visitor
 
 from beamviz.beam import Beam
 from beamviz.drawing import BeamView
@@ -99,16 +99,15 @@ def drag(guest: Visitor, phase: str, x: float) -> None:
     )
 
 
-def test_dragging_the_mass_sets_beta_and_shows_an_overlay(url):
+def test_dragging_the_mass_sets_beta_and_shows_an_overlay(guest):
     """By 0.2 to the right; the beam before is drawn pale, with its frequencies."""
-    with visitor(url) as guest:
-        guest.choose("playing", False)
-        assert OVERLAY not in guest.nodes
-        for phase, x in (("start", 0.0), ("update", 0.1), ("update", 0.2), ("end", 0.2)):
-            drag(guest, phase, x)
-        guest.says(number(solve(PAPER).frequencies[0]))  # as the comparison prints it: before
-        guest.wait(lambda _: guest.nodes.get(OVERLAY, {}).get("visible"))
-        guest.says("before, ω")
-        guest.wait(lambda _: abs(guest.values.get("beta", math.inf) - 0.7) < 0.01)
-        beam = PAPER.replace(beta=float(guest.values["beta"]))
-        guest.says(number(solve(beam).frequencies[0]))
+    guest.choose("playing", False)
+    assert OVERLAY not in guest.nodes
+    for phase, x in (("start", 0.0), ("update", 0.1), ("update", 0.2), ("end", 0.2)):
+        drag(guest, phase, x)
+    guest.says(number(solve(PAPER).frequencies[0]))  # as the comparison prints it: before
+    guest.wait(lambda _: guest.nodes.get(OVERLAY, {}).get("visible"))
+    guest.says("before, ω")
+    guest.wait(lambda _: abs(guest.values.get("beta", math.inf) - 0.7) < 0.01)
+    beam = PAPER.replace(beta=float(guest.values["beta"]))
+    guest.says(number(solve(beam).frequencies[0]))

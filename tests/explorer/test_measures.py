@@ -8,7 +8,6 @@ import pytest
 from charts import chart_of
 from hypothesis import given
 from hypothesis import strategies as st
-from live.visitor import visitor
 
 from beamviz.beam import PARAMETERS, Beam, Units
 from beamviz.drawing.text import (
@@ -109,25 +108,24 @@ def test_resonances_are_listed_in_rpm_and_hertz():
     assert chart_of(RULER, "alpha", per_rev=5).resonances == ()
 
 
-def test_sliders_of_a_real_beam_take_rpm_kg_and_millimetres(url):
+def test_sliders_of_a_real_beam_take_rpm_kg_and_millimetres(guest):
     """A value in units gives the beam made from SI values; there is no slider for mu."""
-    with visitor(url) as guest:
-        assert guest.props["mu-row"]["hidden"] is True
-        guest.choose("gamma", 300.0)
-        guest.choose("alpha", 0.01)
-        guest.choose("beta", 200.0)
-        assert RULER.units
-        assert RULER.units.mass
-        same = RULER.replace(
-            gamma=300 / RULER.units.rpm(1), alpha=0.01 / RULER.units.mass, beta=200 / 300
-        )
-        guest.says(hertz(same))
-        guest.says("300 rpm")
-        guest.do("per_rev_2", True)
-        guest.choose("gamma", 450.0)
-        guest.says(hertz(same.replace(gamma=450 / RULER.units.rpm(1))))
-        (resonance,) = chart_of(same, per_rev=2).resonances_at((2,)).values()
-        guest.says(f"{RULER.units.rpm(resonance.at):.5g}")
+    assert guest.props["mu-row"]["hidden"] is True
+    guest.choose("gamma", 300.0)
+    guest.choose("alpha", 0.01)
+    guest.choose("beta", 200.0)
+    assert RULER.units
+    assert RULER.units.mass
+    same = RULER.replace(
+        gamma=300 / RULER.units.rpm(1), alpha=0.01 / RULER.units.mass, beta=200 / 300
+    )
+    guest.says(hertz(same))
+    guest.says("300 rpm")
+    guest.do("per_rev_2", True)
+    guest.choose("gamma", 450.0)
+    guest.says(hertz(same.replace(gamma=450 / RULER.units.rpm(1))))
+    (resonance,) = chart_of(same, per_rev=2).resonances_at((2,)).values()
+    guest.says(f"{RULER.units.rpm(resonance.at):.5g}")
 
 
 def test_units_do_not_change_the_loci():

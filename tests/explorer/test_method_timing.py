@@ -111,19 +111,18 @@ def test_without_equilibrium_nothing_is_timed():
         time_methods(fast)
 
 
-def test_methods_are_timed_when_that_is_switched_on(url, monkeypatch):
+def test_methods_are_timed_when_that_is_switched_on(guest, monkeypatch):
     """Once for each beam, not again for another method."""
-    with visitor(url) as guest:
-        guest.do("tab", "tab-methods")
-        guest.says("relative error")
-        assert "Further right" not in guest.text
-        guest.do("time_methods", True)
-        guest.says("Further right: slower")
-        monkeypatch.setattr("beamviz.explorer.features.method_timing.solve", None)
-        guest.choose("method", "foac")
-        guest.says("foac</b>: ")
-        pause(guest)
-        assert "unexpected" not in guest.text
+    guest.do("tab", "tab-methods")
+    guest.says("relative error")
+    assert "Further right" not in guest.text
+    guest.do("time_methods", True)
+    guest.says("Further right: slower")
+    monkeypatch.setattr("beamviz.explorer.features.method_timing.solve", None)
+    guest.choose("method", "foac")
+    guest.says("foac</b>: ")
+    pause(guest)
+    assert "unexpected" not in guest.text
 
 
 @contextlib.contextmanager

@@ -7,7 +7,7 @@ import re
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from live.visitor import frequency_text, visitor
+from live.visitor import frequency_text
 
 from beamviz.beam import Beam
 from beamviz.drawing.text import rounded_to_error, significant
@@ -86,58 +86,56 @@ def hertz(beam: Beam, **options: str) -> str:
     return rounded_to_error(beam.units.hertz(frequency), beam.units.hertz(error))
 
 
-def test_a_steel_beam_is_entered_in_one_panel(url):
+def test_a_steel_beam_is_entered_in_one_panel(guest):
     """1.2 m x 30 mm x 5 mm at 600 rpm in Hz; the mass of the first scene is removed. Values are
     kept when another field is edited, and can be undone."""
     area, moment = 30e-3 * 5e-3, 30e-3 * 5e-3**3 / 12
     values = {"length": 1.2, "density": 7850.0, "youngs_modulus": 210e9}
     sizes = {"area": area, "second_moment": moment, "rotation_speed": 600 * RPM}
     beam = Beam.from_si(**values, **sizes)
-    with visitor(url) as guest:
-        guest.do("real.preset", "steel beam")
-        for name, value in (("length", 1200), ("thickness", 5), ("rotation_speed", 600)):
-            guest.choose(f"real.{name}", value)
-        guest.says(hertz(beam))
-        shown = {name: guest.values[f"real.{name}"] for name in FIELDS}
-        expected = [1200, 210, 7850, 0, 600, 0, 100]
-        assert list(shown.values()) == pytest.approx(expected, rel=1e-7)
-        assert (guest.values["real.width"], guest.values["real.material"]) == (30, "steel")
-        guest.choose("real.mass", 0.5)
-        guest.choose(f"real.{PERCENT}", 50)
-        guest.choose("real.length", 1000)
-        half = Beam.from_si(**values | {"length": 1.0}, **sizes, mass=0.5, mass_position=0.5)
-        guest.says(hertz(half))
-        guest.choose("real.material", "aluminium")
-        light = {"length": 1.0, "density": 2700.0, "youngs_modulus": 70e9}
-        guest.says(hertz(Beam.from_si(**light, **sizes, mass=0.5, mass_position=0.5)))
-        guest.choose("plane", "flapwise")
-        guest.do("undo")
-        guest.do("undo")
-        guest.says(hertz(half))
-        guest.wait(lambda _: guest.values["real.material"] == "steel")
-        guest.do("dimensionless")
-        guest.says(frequency_text(half))
+    guest.do("real.preset", "steel beam")
+    for name, value in (("length", 1200), ("thickness", 5), ("rotation_speed", 600)):
+        guest.choose(f"real.{name}", value)
+    guest.says(hertz(beam))
+    shown = {name: guest.values[f"real.{name}"] for name in FIELDS}
+    expected = [1200, 210, 7850, 0, 600, 0, 100]
+    assert list(shown.values()) == pytest.approx(expected, rel=1e-7)
+    assert (guest.values["real.width"], guest.values["real.material"]) == (30, "steel")
+    guest.choose("real.mass", 0.5)
+    guest.choose(f"real.{PERCENT}", 50)
+    guest.choose("real.length", 1000)
+    half = Beam.from_si(**values | {"length": 1.0}, **sizes, mass=0.5, mass_position=0.5)
+    guest.says(hertz(half))
+    guest.choose("real.material", "aluminium")
+    light = {"length": 1.0, "density": 2700.0, "youngs_modulus": 70e9}
+    guest.says(hertz(Beam.from_si(**light, **sizes, mass=0.5, mass_position=0.5)))
+    guest.choose("plane", "flapwise")
+    guest.do("undo")
+    guest.do("undo")
+    guest.says(hertz(half))
+    guest.wait(lambda _: guest.values["real.material"] == "steel")
+    guest.do("dimensionless")
+    guest.says(frequency_text(half))
 
 
-def test_a_section_is_a_rectangle_a_tube_or_two_values(url):
+def test_a_section_is_a_rectangle_a_tube_or_two_values(guest):
     """A rod of 20 mm; the tube of this beam; the same beam by area and second moment."""
-    with visitor(url) as guest:
-        guest.do("real.preset", "steel beam")
-        guest.wait(lambda _: "real.section" in guest.values)
-        guest.do("real.section", "tube")
-        guest.choose("real.diameter", 20)
-        guest.choose("real.wall", 10)
-        rod = math.pi * 0.02**2 / 4, math.pi * 0.02**4 / 64
-        guest.do("real.section", "own")
-        guest.wait(lambda _: guest.values.get("real.area") == pytest.approx(1e6 * rod[0]))
-        assert guest.values["real.second_moment"] == pytest.approx(1e12 * rod[1])
-        guest.do("real.section", "tube")
-        guest.choose("real.wall", 2)
-        area = math.pi * (0.02**2 - 0.016**2) / 4
-        guest.wait(lambda _: guest.values["real.area"] == pytest.approx(1e6 * area, rel=1e-6))
-        guest.do("real.section", "triangle")
-        guest.choose("real.wall", 11)
-        guest.says("wall t [mm] = 11: the wall is at most half the diameter")
+    guest.do("real.preset", "steel beam")
+    guest.wait(lambda _: "real.section" in guest.values)
+    guest.do("real.section", "tube")
+    guest.choose("real.diameter", 20)
+    guest.choose("real.wall", 10)
+    rod = math.pi * 0.02**2 / 4, math.pi * 0.02**4 / 64
+    guest.do("real.section", "own")
+    guest.wait(lambda _: guest.values.get("real.area") == pytest.approx(1e6 * rod[0]))
+    assert guest.values["real.second_moment"] == pytest.approx(1e12 * rod[1])
+    guest.do("real.section", "tube")
+    guest.choose("real.wall", 2)
+    area = math.pi * (0.02**2 - 0.016**2) / 4
+    guest.wait(lambda _: guest.values["real.area"] == pytest.approx(1e6 * area, rel=1e-6))
+    guest.do("real.section", "triangle")
+    guest.choose("real.wall", 11)
+    guest.says("wall t [mm] = 11: the wall is at most half the diameter")
 
 
 @pytest.mark.parametrize(
@@ -180,18 +178,17 @@ def test_an_edit_changes_one_field(name, factor, real):
             assert after[other] == pytest.approx(before[other], rel=1e-9, abs=1e-12)
 
 
-def test_invalid_values_are_named_and_change_nothing(url):
+def test_invalid_values_are_named_and_change_nothing(guest):
     """Also for an unknown preset and an unknown field."""
-    with visitor(url) as guest:
-        guest.do("real.preset", "steel beam")
-        guest.says(hertz(STEEL_BEAM.beam))
-        guest.choose("real.length", 0)
-        guest.says("length L [mm] = 0: must be above 0")
-        guest.do("real.preset", "a broomstick")
-        guest.do("real.colour", 3)
-        guest.choose("real.length", 900)
-        guest.wait(lambda _: guest.texts["real-error"] == "")
-        guest.wait(lambda _: guest.values["real.length"] == 900)
+    guest.do("real.preset", "steel beam")
+    guest.says(hertz(STEEL_BEAM.beam))
+    guest.choose("real.length", 0)
+    guest.says("length L [mm] = 0: must be above 0")
+    guest.do("real.preset", "a broomstick")
+    guest.do("real.colour", 3)
+    guest.choose("real.length", 900)
+    guest.wait(lambda _: guest.texts["real-error"] == "")
+    guest.wait(lambda _: guest.values["real.length"] == 900)
 
 
 def test_large_numbers_have_no_exponent():

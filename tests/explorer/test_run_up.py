@@ -170,32 +170,31 @@ def test_the_chart_shows_amplitudes_and_resonances():
     assert {mark["action"] for mark in data["marks"]} == {"gamma"}
 
 
-def test_a_run_up_in_the_page(url):
+def test_a_run_up_in_the_page(guest):
     """The line of the beam moves from rest, the speed of the beam does not change; a new speed
     keeps the result, another mass discards it."""
 
     def speed(guest: Any) -> float:
         return guest.charts.get("run-up-chart", {"cursor": {"x": -1}})["cursor"]["x"]
 
-    with visitor(url) as guest:
-        guest.do("force_per_rev", "2")
-        guest.do("run_up")
-        guest.wait(lambda _: "resonances of the run-up" in guest.texts["run-up-list"])
-        guest.wait(lambda _: 0 < speed(guest) < 1)
-        guest.wait(lambda _: 1 < speed(guest) < 5)
-        assert guest.values["gamma"] == PAPER.gamma
-        guest.do("run_up")
-        guest.wait(lambda _: guest.texts["run-up-button"] == "Run up from rest")
-        guest.wait(lambda _: speed(guest) == PAPER.gamma)
-        guest.do("gamma", 4.0)
-        guest.wait(lambda _: speed(guest) == 4.0)
-        assert "resonances of the run-up" in guest.texts["run-up-list"]
-        guest.do("alpha", 2.0)
-        guest.wait(lambda _: "resonances of the run-up" not in guest.texts["run-up-list"])
-        guest.do("damping", "nonsense")
-        guest.do("force_per_rev", "7")
-        guest.do("gamma", 5.0)
-        guest.says(frequency_text(PAPER.replace(gamma=5, alpha=2)))
+    guest.do("force_per_rev", "2")
+    guest.do("run_up")
+    guest.wait(lambda _: "resonances of the run-up" in guest.texts["run-up-list"])
+    guest.wait(lambda _: 0 < speed(guest) < 1)
+    guest.wait(lambda _: 1 < speed(guest) < 5)
+    assert guest.values["gamma"] == PAPER.gamma
+    guest.do("run_up")
+    guest.wait(lambda _: guest.texts["run-up-button"] == "Run up from rest")
+    guest.wait(lambda _: speed(guest) == PAPER.gamma)
+    guest.do("gamma", 4.0)
+    guest.wait(lambda _: speed(guest) == 4.0)
+    assert "resonances of the run-up" in guest.texts["run-up-list"]
+    guest.do("alpha", 2.0)
+    guest.wait(lambda _: "resonances of the run-up" not in guest.texts["run-up-list"])
+    guest.do("damping", "nonsense")
+    guest.do("force_per_rev", "7")
+    guest.do("gamma", 5.0)
+    guest.says(frequency_text(PAPER.replace(gamma=5, alpha=2)))
 
 
 def test_a_run_up_can_begin_at_an_unstable_beam():

@@ -21,68 +21,63 @@ from beamviz.solver import solve
 # Each visitor has a session of their own
 
 
-def test_a_visitor_gets_the_table_and_the_scene(url):
+def test_a_visitor_gets_the_table_and_the_scene(guest):
     """The first answer has all five modes of the start beam."""
-    with visitor(url) as guest:
-        for mode in range(5):
-            assert frequency_text(PAPER, mode) in guest.text
-        assert "Stable equilibrium" in guest.text
-        assert BEAM in guest.nodes
+    for mode in range(5):
+        assert frequency_text(PAPER, mode) in guest.text
+    assert "Stable equilibrium" in guest.text
+    assert BEAM in guest.nodes
 
 
-def test_a_field_extends_the_range_of_its_slider(url):
+def test_a_field_extends_the_range_of_its_slider(guest):
     """A value beyond the usual range is solved, and the slider gets the full range."""
-    with visitor(url) as guest:
-        guest.choose("gamma", 120.0)
-        guest.wait(lambda _: guest.props["gamma-slider"]["max"] == 200)
-        guest.says(frequency_text(PAPER.replace(gamma=120)))
-        guest.choose("alpha", 2.5)
-        guest.says(frequency_text(PAPER.replace(gamma=120, alpha=2.5)))
+    guest.choose("gamma", 120.0)
+    guest.wait(lambda _: guest.props["gamma-slider"]["max"] == 200)
+    guest.says(frequency_text(PAPER.replace(gamma=120)))
+    guest.choose("alpha", 2.5)
+    guest.says(frequency_text(PAPER.replace(gamma=120, alpha=2.5)))
 
 
 @pytest.mark.parametrize("still", [False, True])
-def test_a_change_of_view_is_eased_unless_motion_is_reduced(url, still):
+def test_a_change_of_view_is_eased_unless_motion_is_reduced(guest, still):
     """For both beams of a comparison, from the first frame on, also while paused."""
-    with visitor(url) as guest:
-        guest.do("preferences", "still" if still else "")
-        guest.choose("comparison", DOUBLE)
-        guest.do("stacked", True)
-        guest.wait(lambda _: "/other/rotor/beam/16" in guest.nodes)
-        pause(guest)
-        places: dict[str, list[float]] = {"/scene": [], "/other": []}
-        guest.choose("rotating_frame", False)
+    guest.do("preferences", "still" if still else "")
+    guest.choose("comparison", DOUBLE)
+    guest.do("stacked", True)
+    guest.wait(lambda _: "/other/rotor/beam/16" in guest.nodes)
+    pause(guest)
+    places: dict[str, list[float]] = {"/scene": [], "/other": []}
+    guest.choose("rotating_frame", False)
 
-        def arrived(messages: list[dict[str, Any]]) -> bool:
-            for message in messages:
-                if message["type"] == "SetPositionMessage" and message["name"] in places:
-                    places[message["name"]].append(message["position"][0])
-            return all(xs and xs[-1] == 0.0 for xs in places.values())
+    def arrived(messages: list[dict[str, Any]]) -> bool:
+        for message in messages:
+            if message["type"] == "SetPositionMessage" and message["name"] in places:
+                places[message["name"]].append(message["position"][0])
+        return all(xs and xs[-1] == 0.0 for xs in places.values())
 
-        guest.wait(arrived)
-        for xs in places.values():
-            assert (len(xs) == 1) == still
-            assert still or (xs[0] < -0.45 and np.diff(xs).max() < 0.2)
+    guest.wait(arrived)
+    for xs in places.values():
+        assert (len(xs) == 1) == still
+        assert still or (xs[0] < -0.45 and np.diff(xs).max() < 0.2)
 
 
-def test_each_slider_has_an_explanation(url):
+def test_each_slider_has_an_explanation(guest):
     """Of a sentence or more, without symbols."""
-    with visitor(url) as guest:
-        hints = re.findall("<span popover [^>]*>(.*?)</span>", guest.texts["beam"])
-        assert len(hints) == len(NUMBERS)
-        for hint in hints:
-            assert len(hint) > 60
-            assert not set(hint) & set("αβγδμ")
+    hints = re.findall("<span popover [^>]*>(.*?)</span>", guest.texts["beam"])
+    assert len(hints) == len(NUMBERS)
+    for hint in hints:
+        assert len(hint) > 60
+        assert not set(hint) & set("αβγδμ")
 
 
-def test_every_part_of_the_model_can_be_chosen(url):
+def test_every_part_of_the_model_can_be_chosen(guest):
     """The answers for plane, strain law and curvature are those of solve."""
-    with visitor(url) as guest:
-        guest.choose("plane", "flapwise")
-        guest.says(frequency_text(PAPER, plane="flapwise"))
-        guest.choose("curvature", "material")
-        guest.says(frequency_text(PAPER, plane="flapwise", curvature="material"))
-        guest.choose("strain", "hencky")
-        guest.says(frequency_text(PAPER, plane="flapwise", curvature="material", strain="hencky"))
+    guest.choose("plane", "flapwise")
+    guest.says(frequency_text(PAPER, plane="flapwise"))
+    guest.choose("curvature", "material")
+    guest.says(frequency_text(PAPER, plane="flapwise", curvature="material"))
+    guest.choose("strain", "hencky")
+    guest.says(frequency_text(PAPER, plane="flapwise", curvature="material", strain="hencky"))
 
 
 def test_hertz_are_shown_for_a_beam_in_si_units():
@@ -97,18 +92,17 @@ def test_hertz_are_shown_for_a_beam_in_si_units():
         assert "times slower" in guest.text
 
 
-def test_moving_a_slider_starts_no_thread(url, monkeypatch):
+def test_moving_a_slider_starts_no_thread(guest, monkeypatch):
     """100 moves, each drawn."""
     started: list[str] = []
     start = threading.Thread.start
-    with visitor(url) as guest:
-        pause(guest)
-        monkeypatch.setattr(
-            threading.Thread, "start", lambda self: (started.append(self.name), start(self))
-        )
-        for k in range(100):
-            guest.choose("gamma", 11.0 + 0.1 * k)
-            guest.wait(beam_moved)
+    pause(guest)
+    monkeypatch.setattr(
+        threading.Thread, "start", lambda self: (started.append(self.name), start(self))
+    )
+    for k in range(100):
+        guest.choose("gamma", 11.0 + 0.1 * k)
+        guest.wait(beam_moved)
     assert started == []
 
 

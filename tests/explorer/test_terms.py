@@ -18,19 +18,18 @@ FIRST, START = Scene(BEAM), State.of(Scene(BEAM))
     "option",
     ["softening", "coriolis", "stiffening"],
 )
-def test_a_term_is_switched_and_back(url, option):
+def test_a_term_is_switched_and_back(guest, option):
     """The frequencies are those of `solve` with that option; the case before is compared with."""
-    with visitor(url) as guest:
-        usual = START.values[option]
-        guest.choose(option, not usual)
-        if option == "stiffening":  # without it the beam is unstable at gamma = 3 already
-            guest.says("Unstable in bending")
-        else:
-            guest.says(frequency_text(BEAM, **{option: not usual}))
-        guest.says("before, ω")
-        guest.says(number(solve(BEAM).frequencies[0]))
-        guest.choose(option, usual)
-        guest.says(frequency_text(BEAM))
+    usual = START.values[option]
+    guest.choose(option, not usual)
+    if option == "stiffening":  # without it the beam is unstable at gamma = 3 already
+        guest.says("Unstable in bending")
+    else:
+        guest.says(frequency_text(BEAM, **{option: not usual}))
+    guest.says("before, ω")
+    guest.says(number(solve(BEAM).frequencies[0]))
+    guest.choose(option, usual)
+    guest.says(frequency_text(BEAM))
 
 
 def test_the_mass_is_removed_and_restored(url):
@@ -47,21 +46,19 @@ def test_the_mass_is_removed_and_restored(url):
         guest.says(frequency_text(Beam(alpha=1, gamma=3)))
 
 
-def test_the_switch_of_the_mass_shows_its_slider(url):
+def test_the_switch_of_the_mass_shows_its_slider(guest):
     """alpha = 0 switches it off, any other value on."""
-    with visitor(url) as guest:
-        guest.choose("alpha", 0.0)
-        guest.wait(lambda _: guest.values.get("mass") is False)
-        guest.choose("alpha", 0.5)
-        guest.wait(lambda _: guest.values.get("mass") is True)
+    guest.choose("alpha", 0.0)
+    guest.wait(lambda _: guest.values.get("mass") is False)
+    guest.choose("alpha", 0.5)
+    guest.wait(lambda _: guest.values.get("mass") is True)
 
 
-def test_a_method_without_switches_names_those_with_them(url):
+def test_a_method_without_switches_names_those_with_them(guest):
     """The paper's elements include all terms."""
-    with visitor(url) as guest:
-        guest.choose("softening", False)
-        guest.choose("method", "ancf")
-        guest.says("softening = False: method ancf takes no switched-off term")
+    guest.choose("softening", False)
+    guest.choose("method", "ancf")
+    guest.says("softening = False: method ancf takes no switched-off term")
 
 
 def test_the_page_invites_to_drag_what_there_is():

@@ -15,52 +15,49 @@ from beamviz.scene import Scene
 from beamviz.solver import solve
 
 
-def test_a_number_out_of_range_is_named(url):
+def test_a_number_out_of_range_is_named(guest):
     """The message has number, value and range; the next valid one is solved. A value that is no
     number is refused too."""
-    with visitor(url) as guest:
-        for k, bad in enumerate((math.nan, 1e9, -1.0, math.inf)):
-            guest.choose("alpha", bad)
-            guest.says(f"alpha = {bad:.10g}: must lie in 0 .. 100")
-            guest.choose("alpha", 2.0 + k)
-            guest.says(frequency_text(PAPER.replace(alpha=2 + k)))
-            guest.says("Stable equilibrium")
-        for k, bad in enumerate(("fast", None, 10**40)):
-            guest.choose("gamma", bad)
-            guest.says("out of range")
-            guest.choose("gamma", 12.0 + k)
-            guest.says(frequency_text(PAPER.replace(alpha=5, gamma=12 + k)))
-            guest.wait(lambda _: "out of range" not in guest.text)
-
-
-def test_without_an_equilibrium_the_last_beam_is_grey(url):
-    """biot has none at mu = 10, gamma = 20: a message names the limit."""
-    with visitor(url) as guest:
-        guest.choose("strain", "biot")
-        guest.choose("mu", 10.0)
-        guest.choose("gamma", 20.0)
-        guest.says("No equilibrium above γ = 10.77")
-        guest.wait(lambda _: "No equilibrium" in str(guest.parts["captions"]))
-        assert guest.props["mode-rows"]["class"] == "faded"
-        guest.choose("gamma", 5.0)
+    for k, bad in enumerate((math.nan, 1e9, -1.0, math.inf)):
+        guest.choose("alpha", bad)
+        guest.says(f"alpha = {bad:.10g}: must lie in 0 .. 100")
+        guest.choose("alpha", 2.0 + k)
+        guest.says(frequency_text(PAPER.replace(alpha=2 + k)))
         guest.says("Stable equilibrium")
+    for k, bad in enumerate(("fast", None, 10**40)):
+        guest.choose("gamma", bad)
+        guest.says("out of range")
+        guest.choose("gamma", 12.0 + k)
+        guest.says(frequency_text(PAPER.replace(alpha=5, gamma=12 + k)))
+        guest.wait(lambda _: "out of range" not in guest.text)
 
 
-def test_an_unstable_state_is_shown_with_its_growth(url):
+def test_without_an_equilibrium_the_last_beam_is_grey(guest):
+    """biot has none at mu = 10, gamma = 20: a message names the limit."""
+    guest.choose("strain", "biot")
+    guest.choose("mu", 10.0)
+    guest.choose("gamma", 20.0)
+    guest.says("No equilibrium above γ = 10.77")
+    guest.wait(lambda _: "No equilibrium" in str(guest.parts["captions"]))
+    assert guest.props["mode-rows"]["class"] == "faded"
+    guest.choose("gamma", 5.0)
+    guest.says("Stable equilibrium")
+
+
+def test_an_unstable_state_is_shown_with_its_growth(guest):
     """delta = -1, gamma = 5 without a mass: the straight beam buckles. Its modes are listed; the
     scene shows the last stable state."""
-    with visitor(url) as guest:
-        guest.choose("alpha", 0.0)
-        guest.choose("gamma", 5.0)
-        guest.says(frequency_text(Beam(beta=0.5, gamma=5)))
-        guest.choose("delta", -1.0)
-        guest.says("Unstable in bending")
-        rate = solve(Beam(beta=0.5, gamma=5, delta=-1)).growth_rates.max()
-        guest.says(growth(rate, None))
-        guest.wait(lambda _: "Unstable" in str(guest.parts["captions"]))
-        assert guest.nodes["/scene/rotor/hoop"]["visible"] is False
-        guest.choose("gamma", 1.0)
-        guest.wait(lambda _: guest.nodes["/scene/rotor/hoop"]["visible"])
+    guest.choose("alpha", 0.0)
+    guest.choose("gamma", 5.0)
+    guest.says(frequency_text(Beam(beta=0.5, gamma=5)))
+    guest.choose("delta", -1.0)
+    guest.says("Unstable in bending")
+    rate = solve(Beam(beta=0.5, gamma=5, delta=-1)).growth_rates.max()
+    guest.says(growth(rate, None))
+    guest.wait(lambda _: "Unstable" in str(guest.parts["captions"]))
+    assert guest.nodes["/scene/rotor/hoop"]["visible"] is False
+    guest.choose("gamma", 1.0)
+    guest.wait(lambda _: guest.nodes["/scene/rotor/hoop"]["visible"])
 
 
 def test_a_first_beam_without_equilibrium_is_shown_undeformed():
