@@ -134,27 +134,16 @@ class SolveQueue:
 
     def run_batch(self, count: int) -> None:
         """Run up to `count` of the waiting solves and wait for them, BATCH_TIMEOUT at most: a solve
-        that takes longer is completed in the background, and the workers do those after it."""
-        batch, done = deque[Work](), threading.Event()
-        while self.waiting and len(batch) < count:
+        that takes longer is completed in the background, as are those after it."""
+        if not self.waiting:
+            return
+        for _ in range(min(count, len(self.waiting))):
             work, is_quick = self.waiting.popleft()
-            if is_quick():
-                batch.append(work)
-            else:  # the method has been changed since
-                self.pool.submit(work)
-        if batch:
-
-            def run_all() -> None:
-                with contextlib.suppress(IndexError):  # the batch is empty
-                    while True:
-                        batch.popleft()()
-                done.set()
-
-            self.batch_pool.submit(run_all)
-            if not done.wait(BATCH_TIMEOUT):
-                with contextlib.suppress(IndexError):
-                    while True:
-                        self.pool.submit(batch.popleft())
+            pool = self.batch_pool if is_quick() else self.pool  # the method may have changed
+            pool.submit(work)
+        done = threading.Event()
+        self.batch_pool.submit(done.set)
+        done.wait(BATCH_TIMEOUT)
 
     def close(self) -> None:
         """Discard the waiting solves."""
