@@ -73,6 +73,15 @@ def raw_socket(url: str, path: str = "", **options: Any) -> Iterator[Connection]
         yield socket_
 
 
+def handshake_status(url: str, path: str = "", **options: Any) -> int:
+    """The status of a WebSocket's handshake: 101 where it opens."""
+    try:
+        with raw_socket(url, path, **options):
+            return 101
+    except websockets.exceptions.InvalidStatus as error:
+        return error.response.status_code
+
+
 def encoded(**message: Any) -> bytes:
     """One message as bytes of the protocol."""
     return msgspec.msgpack.encode(message)

@@ -64,6 +64,11 @@ class Visitor:
         self.wait(lambda _: key in self.values)
         self.do(key, value)
 
+    def show_speed(self, gamma: float) -> None:
+        """Set the speed of PAPER, and see its first frequency."""
+        self.choose("gamma", gamma)
+        self.says(frequency_text(PAPER.replace(gamma=gamma)))
+
     def press(self, key: str) -> None:
         """Press a key of the page, or run a command by its name."""
         keys = re.compile(rf'<[^>]*data-key="{key.lower()}"[^>]*>')

@@ -18,7 +18,7 @@ from live.server import (
     wait_for_client,
     wait_until,
 )
-from live.visitor import BEAM, PAPER, Visitor, beam_moved, final_text, frequency_text, visitor
+from live.visitor import BEAM, PAPER, Visitor, beam_moved, final_text, visitor
 from websockets.sync.connection import Connection
 
 from beamviz.explorer import app
@@ -52,12 +52,6 @@ def update(uuid: str, **updates: Any) -> bytes:
 def uuid_of(slider: viser.GuiSliderHandle) -> str:
     """The name of a control in messages."""
     return slider._impl.uuid
-
-
-def show_speed(guest: Visitor, gamma: float) -> None:
-    """Set the speed, and see its first frequency."""
-    guest.choose("gamma", gamma)
-    guest.says(frequency_text(PAPER.replace(gamma=gamma)))
 
 
 # Messages that viser's page does not send
@@ -199,7 +193,7 @@ def test_a_visitor_cannot_change_or_remove_the_controls_of_another(url):
             encoded(type="RemoveSceneNodeMessage", name=BEAM),
         ):
             assert close_code(url, message) == POLICY_VIOLATION
-        show_speed(other, 11.0)
+        other.show_speed(11.0)
 
 
 def test_a_visitor_receives_nothing_of_another(url):
@@ -213,7 +207,7 @@ def test_a_visitor_receives_nothing_of_another(url):
             guest.choose("playing", False)
             final_text(guest)
         before = one.received
-        show_speed(other, 11.0)
+        other.show_speed(11.0)
         final_text(one)
         assert one.received == before
         assert one.parts["bridge"] != other.parts["bridge"]

@@ -11,8 +11,15 @@ from pathlib import Path
 import pytest
 import websockets.exceptions
 from helpers import slow
-from live.server import ServeProcess, free_port, handles_sigterm, http_get, raw_socket, wait_until
-from live.visitor import BEAM, PAPER, Visitor, frequency_text, visitor
+from live.server import (
+    ServeProcess,
+    free_port,
+    handles_sigterm,
+    handshake_status,
+    http_get,
+    wait_until,
+)
+from live.visitor import PAPER, frequency_text, visitor
 
 from beamviz.errors import InvalidInput
 from beamviz.server.access import VisitorCount
@@ -35,12 +42,6 @@ def is_alive(pid: int) -> bool:
     with contextlib.suppress(OSError):
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     return False
-
-
-def show_speed(guest: Visitor, gamma: float) -> None:
-    """Set the speed, and see its first frequency."""
-    guest.choose("gamma", gamma)
-    guest.says(frequency_text(PAPER.replace(gamma=gamma)))
 
 
 @pytest.fixture(scope="module")
@@ -76,11 +77,10 @@ def test_the_limit_of_visitors_is_that_of_all_processes(hall):
             stack.enter_context(visitor(hall.url))
         for _ in range(4):  # by either process
             assert http_get(hall.url)[0] == 503
-            with pytest.raises(websockets.exceptions.InvalidStatus, match="503"):
-                stack.enter_context(raw_socket(hall.url))
+            assert handshake_status(hall.url) == 503
     wait_until(lambda: http_get(hall.url)[0] == 200)
-    with visitor(hall.url) as guest:
-        assert BEAM in guest.nodes
+    with visitor(hall.url):
+        pass
 
 
 @pytest.mark.slow
@@ -94,12 +94,12 @@ def test_a_worker_that_dies_is_replaced(hall):
         disconnected = 0
         for guest in (one, other):
             try:
-                show_speed(guest, 31.0)
+                guest.show_speed(31.0)
             except websockets.exceptions.ConnectionClosed:
                 disconnected += 1
         assert disconnected == 1
         with visitor(hall.url) as again:
-            show_speed(again, 32.0)
+            again.show_speed(32.0)
     errors = hall.process.stderr
     wait_until(lambda: errors and "died (exit code -9)" in errors.readline())
 
