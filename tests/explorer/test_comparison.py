@@ -23,7 +23,6 @@ from beamviz.explorer.features.comparison import (
     EFFECTS,
     Comparison,
     ComparisonCase,
-    choose,
     comparison_case,
     comparison_table,
     number,
@@ -77,8 +76,6 @@ def test_a_message_explains_why_there_is_no_comparison():
     assert "no mass to double" in str(compared(DOUBLE, PAPER_CASE.changed("alpha", 0.0)))
     assert "No beam is kept" in str(compared(EARLIER, PAPER_CASE))
     assert "to chordwise" in str(compared(CORIOLIS, PAPER_CASE.changed("plane", "flapwise")))
-    state = State.of(Scene())
-    assert choose(state, "rubber") is state
 
 
 # The table
@@ -231,6 +228,9 @@ def test_a_comparison_is_drawn_until_it_ends(guest):
     guest.choose("comparison", CORIOLIS)
     guest.says(frequency(PAPER, coriolis=True))
     guest.choose("comparison", "rubber")
+    guest.choose("playing", False)
+    guest.wait(lambda _: guest.values["playing"] is False)
+    assert guest.values["comparison"] == CORIOLIS
     guest.choose("comparison", NO_COMPARISON)
     guest.wait(lambda _: guest.nodes["/other"].get("visible") is False)
     guest.says("shows the effect of one change")

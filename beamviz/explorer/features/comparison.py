@@ -6,7 +6,7 @@ Modes of both beams are matched by the correlation of their shapes, not by their
 import math
 from dataclasses import replace
 from html import escape
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -209,7 +209,10 @@ class ComparisonTab(Feature):
         super().__init__(visitor)
         self.comparison, self.page = comparison, visitor.page
         self.page.html("tab-compare", TAB)
-        visitor.bind("comparison", choose)
+        visitor.bind(
+            "comparison",
+            lambda state, one: replace(state, comparison=one) if one in CHOICES else state,
+        )
         visitor.bind("stacked")
         visitor.page.on("keep", lambda _: visitor.change(State.keep))
 
@@ -230,11 +233,6 @@ class ComparisonTab(Feature):
             pair = [(THIS, answer.solution), (case.title, second.solution)]
             earlier = self.visitor.state.comparison == EARLIER
             self.page.html("comparison", comparison_table(*(pair[::-1] if earlier else pair)))
-
-
-def choose(state: State, choice: Any) -> State:
-    """With another comparison; an unknown one is ignored."""
-    return replace(state, comparison=choice) if choice in CHOICES else state
 
 
 def comparison_table(first: tuple[str, Solution], second: tuple[str, Solution]) -> str:

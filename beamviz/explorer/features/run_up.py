@@ -213,7 +213,10 @@ class RunUpTab(Feature):
         super().__init__(visitor)
         self.playback = playback
         visitor.page.html("tab-run-up", skeleton())
-        visitor.bind("force_per_rev", with_force)
+        visitor.bind(
+            "force_per_rev",
+            lambda state, k: replace(state, force_per_rev=int(k)) if k in tuple(FORCES) else state,
+        )
         visitor.bind("damping", with_damping, shown=lambda ratio: round(100 * ratio, 6))
         visitor.page.on("run_up", lambda _: playback.start_or_stop())
 
@@ -248,11 +251,6 @@ def skeleton() -> str:
         + button("", id="run-up-button", class_="main", data_do="run_up")
     )
     return chart_tab(tools, "run-up-chart", "run-up-list")
-
-
-def with_force(state: State, per_rev: object) -> State:
-    """With another number of periods of the force per revolution."""
-    return replace(state, force_per_rev=int(str(per_rev))) if str(per_rev) in FORCES else state
 
 
 def with_damping(state: State, percent: object) -> State:
