@@ -32,12 +32,7 @@ class Family(NamedTuple):
     shapes: Shapes
 
 
-class Modes(NamedTuple):
-    """The lowest modes of both families."""
-
-    omega_squared: np.ndarray  # (modes,) ascending
-    bending_energy_fraction: np.ndarray  # (modes,) share of the kinetic energy across the beam
-    fields: Fields
+Modes = tuple[np.ndarray, np.ndarray, Fields]  # omega^2 and bending energy fraction (modes,)
 
 
 def merge(stretching: Family, bending: Family, modes: int) -> Modes:
@@ -45,41 +40,47 @@ def merge(stretching: Family, bending: Family, modes: int) -> Modes:
     omega_squared = np.concatenate((stretching.omega_squared, bending.omega_squared))
     order = omega_squared.argsort(kind="stable")[:modes]
     fraction = (order >= len(stretching.omega_squared)).astype(float)
-    fields = partial(_merged_fields, stretching.shapes, bending.shapes, order)
-    return Modes(omega_squared[order], fraction, fields)
+    return (
+        omega_squared[order],
+        fraction,
+        partial(_fields, stretching.shapes, bending.shapes, order),
+    )
 
 
-def _merged_fields(along: Shapes, across: Shapes, order: np.ndarray, x: np.ndarray) -> np.ndarray:
+def _fields(along: Shapes, across: Shapes, order: np.ndarray | None, x: np.ndarray) -> np.ndarray:
+    """Displacement (len(x), 2, modes): of merged families, or of modes with both components."""
     u, w = along(x), across(x)
-    stretching = np.stack((u, np.zeros_like(u)), axis=1)
-    bending = np.stack((np.zeros_like(w), w), axis=1)
-    return np.concatenate((stretching, bending), axis=2)[:, :, order]
+    if order is None:
+        return np.stack((u, w), axis=1)
+    uncoupled = np.zeros((len(x), 2, u.shape[1] + w.shape[1]))
+    uncoupled[:, 0, : u.shape[1]], uncoupled[:, 1, u.shape[1] :] = u, w
+    return uncoupled[:, :, order]
 
 
-def coupled_modes(
-    Ka: np.ndarray,
-    Fa: np.ndarray,
-    Kb: np.ndarray,
-    Fb: np.ndarray,
-    gamma: float,
-    modes: int,
-    along: Callable[[np.ndarray], Shapes],
-    across: Callable[[np.ndarray], Shapes],
+def modes_of_matrices(
+    beam: Beam,
+    problem: Problem,
+    K: tuple[np.ndarray, np.ndarray],
+    F: tuple[np.ndarray, np.ndarray],
+    shapes: tuple[Callable[[np.ndarray], Shapes], Callable[[np.ndarray], Shapes]],
 ) -> Modes:
-    """The lowest modes of both families coupled by Coriolis forces.
+    """The lowest modes of the matrices along the beam and of those across it.
 
-    Ka (na, na), Kb (nb, nb): stiffness along and across the beam. Fa (m, na), Fb (m, nb): factors
-    of the mass matrices F' F. along, across: the shapes of coordinates (n, modes).
+    K (n, n): stiffness without softening. F (m, n): factors of the mass matrices F' F. shapes: the
+    functions of x of coordinates (n, modes). The softening, a multiple of the mass, shifts omega^2.
     """
-    found = eigen.gyroscopic_modes(Ka, Fa, Kb, Fb, gamma, modes)
-    fraction = (abs(Fb @ found.b) ** 2).sum(axis=0)
-    fields = partial(_coupled_fields, along(found.a), across(found.b))
-    return Modes(found.omega_squared, fraction, fields)
-
-
-def _coupled_fields(along: Shapes, across: Shapes, x: np.ndarray) -> np.ndarray:
-    """Displacement (len(x), 2, modes) of modes with both components."""
-    return np.stack((along(x), across(x)), axis=1)
+    M, softening = [f.T @ f for f in F], (beam.gamma**2, centrifugal_softening(beam, problem))
+    if problem.gyroscopic and beam.gamma:
+        Ka, Kb = (k - beam.gamma**2 * m for k, m in zip(K, M, strict=True))
+        found = eigen.gyroscopic_modes(Ka, F[0], Kb, F[1], beam.gamma, problem.modes)
+        fraction = (abs(F[1] @ found.b) ** 2).sum(axis=0)
+        fields = partial(_fields, shapes[0](found.a), shapes[1](found.b), None)
+        return found.omega_squared, fraction, fields
+    families = []
+    for k, shift in enumerate((0.0, eigen.COMPRESSED if beam.delta < 0 else 0.0)):
+        omega_squared, V = eigen.symmetric_modes(K[k], M[k], problem.modes, shift)
+        families.append(Family(omega_squared - softening[k], shapes[k](V)))
+    return merge(*families, problem.modes)
 
 
 def centrifugal_softening(beam: Beam, problem: Problem) -> float:

@@ -16,18 +16,9 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from beamviz.beam import Beam, check_int
 from beamviz.errors import InvalidInput, NoEquilibrium, NotConverged
-from beamviz.solver import constitutive, eigen
+from beamviz.solver import constitutive
 from beamviz.solver.continuation import Root, continue_load, newton
-from beamviz.solver.families import (
-    Family,
-    Modes,
-    Shapes,
-    Solved,
-    build_solution,
-    centrifugal_softening,
-    coupled_modes,
-    merge,
-)
+from beamviz.solver.families import Shapes, Solved, build_solution, modes_of_matrices
 from beamviz.solver.fem.ancf import PlanarBeam
 from beamviz.solver.fem.hermite import (
     assemble_band,
@@ -46,13 +37,13 @@ LAW_END = 0.1  # a limit at a stretch this close to the end of a force law is at
 
 
 class Assembled(NamedTuple):
-    """A straight state and the matrices of vibration about it, the clamp taken out; N nodes."""
+    """A straight state and the stiffness of vibration about it, without softening, the clamp taken
+    out; N nodes."""
 
     position: NDArray  # (2N,) r1, r1' of node after node
     iterations: int
-    Ka: NDArray  # (2N - 1, 2N - 1) stiffness along the beam, softened
-    Kb: NDArray  # (2N - 2, 2N - 2) stiffness across it, softened in the plane of rotation
-    m: NDArray  # (2N, 2N) mass matrix of one component, with the clamped coordinates
+    Ka: NDArray  # (2N - 1, 2N - 1) along the beam
+    Kb: NDArray  # (2N - 2, 2N - 2) across it
 
 
 def solve(beam: Beam, problem: Problem, start: float) -> Solution:
@@ -63,15 +54,12 @@ def solve(beam: Beam, problem: Problem, start: float) -> Solution:
     """
     elements = element_count(problem)
     nodes = np.linspace(0.0, 1.0, elements + 1)
-    assembled = ASSEMBLERS[problem.method](beam, problem, nodes)
-    coupled = problem.gyroscopic and beam.gamma > 0
-    modes = (_gyroscopic if coupled else _uncoupled)(assembled, nodes, beam, problem.modes)
-    solved = Solved(
-        modes,
-        dof=len(assembled.Ka) + len(assembled.Kb),
-        axial=partial(interpolate, nodes, assembled.position),
-        iterations=assembled.iterations,
-    )
+    model = PlanarBeam.on(nodes, beam, problem)
+    position, iterations, Ka, Kb = ASSEMBLERS[problem.method](model)
+    F, shapes = np.linalg.cholesky(_dense(model.m)).T, partial(_shapes, nodes)
+    modes = modes_of_matrices(beam, problem, (Ka, Kb), (F[:, 1:], F[:, 2:]), (shapes, shapes))
+    axial = partial(interpolate, nodes, position)
+    solved = Solved(modes, len(Ka) + len(Kb), axial, iterations)
     return build_solution(beam, problem, start, solved, order=3, elements=elements)
 
 
@@ -87,36 +75,30 @@ def element_count(problem: Problem) -> int:
     return elements
 
 
-def _ancf(beam: Beam, problem: Problem, nodes: NDArray) -> Assembled:
+def _ancf(model: PlanarBeam) -> Assembled:
     """The coordinates along and across the beam separately, about the equilibrium of the full
     residual."""
-    model = PlanarBeam.on(nodes, beam, problem)
     root = straight_equilibrium(model)
     q = root.state[::2]
-    Ka = _dense(axial(model, q, beam.gamma**2))
-    Kb = _dense(bending(model, q, centrifugal_softening(beam, problem)))
-    return Assembled(q, root.iterations, Ka[1:, 1:], Kb[2:, 2:], _dense(model.m))
+    Ka, Kb = _dense(axial(model, q)), _dense(bending(model, q))
+    return Assembled(q, root.iterations, Ka[1:, 1:], Kb[2:, 2:])
 
 
-def _ancf_planar(beam: Beam, problem: Problem, nodes: NDArray) -> Assembled:
+def _ancf_planar(model: PlanarBeam) -> Assembled:
     """The full planar tangent."""
-    model = PlanarBeam.on(nodes, beam, problem)
     root = straight_equilibrium(model)
-    K = model.tangent(root.state, beam.gamma**2)
-    Ka, Kb = dense(along(K)), dense(across(K))
-    return Assembled(root.state[::2], root.iterations, Ka, Kb, _dense(model.m))
+    K = assemble_band(model.stiffness(element_coordinates(root.state, 4)))
+    return Assembled(root.state[::2], root.iterations, dense(along(K)), dense(across(K)))
 
 
-def _linear(beam: Beam, problem: Problem, nodes: NDArray) -> Assembled:
+def _linear(model: PlanarBeam) -> Assembled:
     """Linear statics under the load of the reference length, then vibration with its prestress."""
-    model, load = PlanarBeam.on(nodes, beam, problem), beam.gamma**2
-    rest = model.unstressed[::2]
-    m, K = _dense(model.m), _dense(axial(model, rest, 0.0))
-    arm = rest + beam.delta * np.tile([1.0, 0.0], len(nodes))
+    rest, load = model.unstressed[::2], model.beam.gamma**2
+    m, K = _dense(model.m), _dense(axial(model, rest))
+    arm = rest + model.beam.delta * np.tile([1.0, 0.0], len(model.nodes))
     u = np.zeros_like(rest)
     u[1:] = np.linalg.solve(K[1:, 1:], load * (m @ arm)[1:])
-    Kb = _dense(prestressed(model, u, centrifugal_softening(beam, problem)))
-    return Assembled(rest + u, 1, (K - load * m)[1:, 1:], Kb[2:, 2:], m)
+    return Assembled(rest + u, 1, K[1:, 1:], _dense(prestressed(model, u))[2:, 2:])
 
 
 ASSEMBLERS = {"ancf": _ancf, "ancf-planar": _ancf_planar, "linear": _linear}
@@ -125,21 +107,6 @@ ASSEMBLERS = {"ancf": _ancf, "ancf-planar": _ancf_planar, "linear": _linear}
 def _dense(parts: NDArray) -> NDArray:
     """The sum of symmetric element matrices as a full matrix."""
     return dense(assemble_band(parts))
-
-
-def _uncoupled(assembled: Assembled, nodes: NDArray, beam: Beam, modes: int) -> Modes:
-    """Stretching and bending, uncoupled."""
-    m = assembled.m
-    stretching, U = eigen.symmetric_modes(assembled.Ka, m[1:, 1:], modes)
-    bending, W = eigen.symmetric_modes(assembled.Kb, m[2:, 2:], modes)
-    return merge(Family(stretching, _shapes(nodes, U)), Family(bending, _shapes(nodes, W)), modes)
-
-
-def _gyroscopic(assembled: Assembled, nodes: NDArray, beam: Beam, modes: int) -> Modes:
-    """Both families coupled by Coriolis forces."""
-    F, shapes = np.linalg.cholesky(assembled.m).T, partial(_shapes, nodes)
-    Ka, Kb = assembled.Ka, assembled.Kb
-    return coupled_modes(Ka, F[:, 1:], Kb, F[:, 2:], beam.gamma, modes, shapes, shapes)
 
 
 def _shapes(nodes: NDArray, free: NDArray) -> Shapes:
@@ -259,28 +226,28 @@ def gradient(model: PlanarBeam, q: NDArray) -> NDArray:
     return (model.dS @ element_coordinates(q, 2)[:, :, None])[..., 0]
 
 
-def axial(model: PlanarBeam, q: NDArray, load: float) -> NDArray:
-    """Tangent of each element along the beam at r1 = q, softened by the load: (n, 4, 4)."""
+def axial(model: PlanarBeam, q: NDArray) -> NDArray:
+    """Stiffness of each element along the beam at r1 = q: (n, 4, 4)."""
     stiffness = constitutive.axial_stiffness(gradient(model, q), model.beam.mu, model.law)
-    return _form(model.dS, model.weights * stiffness) - load * model.m
+    return _form(model.dS, model.weights * stiffness)
 
 
-def bending(model: PlanarBeam, q: NDArray, load: float) -> NDArray:
-    """Tangent of each element across the beam at r1 = q, softened by the load: (n, 4, 4)."""
+def bending(model: PlanarBeam, q: NDArray) -> NDArray:
+    """Stiffness of each element across the beam at r1 = q: (n, 4, 4)."""
     f = gradient(model, q)
     df = (model.ddS @ element_coordinates(q, 2)[:, :, None])[..., 0]
     angle = model.dS / f[..., None]  # theta = w'/f
     slope = (model.ddS - df[..., None] * angle) / f[..., None]  # theta'
     stiffness = model.weights * constitutive.bending_stiffness(f, model.curvature_power)
     tension = model.weights * constitutive.tension_stiffness(f, model.beam.mu, model.law)
-    return _form(slope, stiffness) + _form(angle, tension) - load * model.m
+    return _form(slope, stiffness) + _form(angle, tension)
 
 
-def prestressed(model: PlanarBeam, u: NDArray, load: float) -> NDArray:
+def prestressed(model: PlanarBeam, u: NDArray) -> NDArray:
     """Stiffness of each element across the unstretched beam under the tension mu^2 u' of a
-    linear bar, softened by the load: (n, 4, 4)."""
+    linear bar: (n, 4, 4)."""
     tension = model.weights * model.beam.mu**2 * gradient(model, u)
-    return _form(model.ddS, model.weights) + _form(model.dS, tension) - load * model.m
+    return _form(model.ddS, model.weights) + _form(model.dS, tension)
 
 
 def _form(B: NDArray, density: NDArray) -> NDArray:

@@ -14,17 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from beamviz.beam import Beam
-from beamviz.solver import eigen
 from beamviz.solver.constitutive import rigid_tension
-from beamviz.solver.families import (
-    Family,
-    Modes,
-    Solved,
-    centrifugal_softening,
-    coupled_modes,
-    merge,
-    quadrature,
-)
+from beamviz.solver.families import Solved, modes_of_matrices, quadrature
 from beamviz.solver.problem import Problem
 
 NEWTON_ITERATIONS = 8
@@ -51,8 +42,8 @@ def solve_assumed_modes(beam: Beam, problem: Problem, terms: int) -> Solved:
     roots = np.sqrt(np.append(weights, beam.alpha))[:, None]
     Fb = roots * np.vstack((across.value, clamped_free(terms, at_mass).value))
     Fa = roots * np.vstack((along.value, fixed_free(terms, at_mass).value))
-    solve = _gyroscopic if problem.gyroscopic and beam.gamma else _uncoupled
-    return Solved(solve(beam, problem, Ka, Fa, Kb, Fb), dof=2 * terms)
+    shapes = partial(partial, _combined, fixed_free), partial(partial, _combined, clamped_free)
+    return Solved(modes_of_matrices(beam, problem, (Ka, Kb), (Fa, Fb), shapes), dof=2 * terms)
 
 
 def clamped_free(terms: int, x: np.ndarray) -> Basis:
@@ -82,27 +73,6 @@ def fixed_free(terms: int, x: np.ndarray) -> Basis:
     z = (np.arange(terms) + 0.5) * np.pi
     sines, cosines = np.sqrt(2) * np.sin(x[:, None] * z), np.sqrt(2) * np.cos(x[:, None] * z)
     return Basis(sines, z * cosines, -(z**2) * sines)
-
-
-def _uncoupled(
-    beam: Beam, problem: Problem, Ka: np.ndarray, Fa: np.ndarray, Kb: np.ndarray, Fb: np.ndarray
-) -> Modes:
-    """Stretching and bending, uncoupled; the softening is a multiple of M and shifts omega^2."""
-    shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
-    stretching, U = eigen.symmetric_modes(Ka, Fa.T @ Fa, problem.modes)
-    bending, V = eigen.symmetric_modes(Kb, Fb.T @ Fb, problem.modes, shift)
-    bending -= centrifugal_softening(beam, problem)
-    along = Family(stretching - beam.gamma**2, partial(_combined, fixed_free, U))
-    return merge(along, Family(bending, partial(_combined, clamped_free, V)), problem.modes)
-
-
-def _gyroscopic(
-    beam: Beam, problem: Problem, Ka: np.ndarray, Fa: np.ndarray, Kb: np.ndarray, Fb: np.ndarray
-) -> Modes:
-    """Both families coupled by Coriolis forces."""
-    Ka, Kb = (K - beam.gamma**2 * F.T @ F for K, F in ((Ka, Fa), (Kb, Fb)))
-    shapes = partial(partial, _combined, fixed_free), partial(partial, _combined, clamped_free)
-    return coupled_modes(Ka, Fa, Kb, Fb, beam.gamma, problem.modes, *shapes)
 
 
 def _combined(
