@@ -44,28 +44,20 @@ __all__ = [
 ]
 
 ON_FIRST_USE = {
-    "Event": "beamviz.frequency_loci",
-    "Loci": "beamviz.frequency_loci",
-    "Resonance": "beamviz.frequency_loci.forced_response",
-    "RunUp": "beamviz.frequency_loci.forced_response",
-    "Scene": "beamviz.scene",
-    "Solution": "beamviz.solver",
-    "animate": "beamviz.exports",
-    "export": "beamviz.exports",
-    "loci": "beamviz.frequency_loci",
-    "resonances": "beamviz.frequency_loci.forced_response",
-    "run_up": "beamviz.frequency_loci.forced_response",
-    "screenshot": "beamviz.exports",
-    "solve": "beamviz.solver",
-    "solve_many": "beamviz.solver",
-    "sweep": "beamviz.sweeps",
+    "beamviz.exports": ("animate", "export", "screenshot"),
+    "beamviz.frequency_loci": ("Event", "Loci", "loci"),
+    "beamviz.frequency_loci.forced_response": ("Resonance", "RunUp", "resonances", "run_up"),
+    "beamviz.scene": ("Scene",),
+    "beamviz.solver": ("Solution", "solve", "solve_many"),
+    "beamviz.sweeps": ("sweep",),
 }
 
 
 def __getattr__(name: str) -> Any:
-    if name not in ON_FIRST_USE:
-        raise AttributeError(f"module 'beamviz' has no attribute {name!r}")
-    return getattr(import_module(ON_FIRST_USE[name]), name)
+    for module, names in ON_FIRST_USE.items():
+        if name in names:
+            return getattr(import_module(module), name)
+    raise AttributeError(f"module 'beamviz' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

@@ -6,7 +6,7 @@ where a stability margin falls to zero; or the iteration failed (NotConverged).
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,22 +23,13 @@ EXTRAPOLATED = 4  # number of points that a limit is extrapolated from
 APPROACH = 0.9  # share of the estimated distance to the limit taken in one step
 
 
-@dataclass(frozen=True)
-class Root:
-    """A converged state and the number of iterations."""
+class Root(NamedTuple):
+    """A converged state and the number of iterations. Of a continuation, the last equilibrium and,
+    where the target load was not reached, the largest load that has one."""
 
     state: NDArray
     iterations: int
-
-
-@dataclass(frozen=True)
-class Path:
-    """Result of a continuation: `limit` is None where the target load was reached, else the largest
-    load with an equilibrium; `state` is the last equilibrium, at or below it."""
-
-    state: NDArray
-    limit: float | None
-    iterations: int
+    limit: float | None = None
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # divergence is detected below
@@ -71,7 +62,7 @@ def continue_load(
     margin: Callable[[float, NDArray], float | NDArray],
     first_step: float = math.inf,
     precision: float = LIMIT_PRECISION,
-) -> Path:
+) -> Root:
     """Follow the equilibrium from `start` at load 0 to `target`, or to the limit below it.
 
     solve_at(load, guess) returns the root on the branch of the guess, None if there is none.
@@ -92,7 +83,7 @@ def continue_load(
             if step > precision * trial:
                 continue
             if np.min(margin(load, state)) < LIMIT_MARGIN:
-                return Path(state, load, iterations)
+                return Root(state, iterations, load)
             raise NotConverged(
                 f"the equilibrium was followed to {load / target:.6g} of the load (gamma^2) in"
                 f" {steps} steps and not beyond, though no limit was found; a finer or a more even"
@@ -107,9 +98,9 @@ def continue_load(
         previous, limit = limit, min(vanishing_load(column, loads) for column in margins.T)
         if load < limit <= target:
             if abs(limit - previous) <= precision * limit and margins[-1].min() < LIMIT_MARGIN:
-                return Path(state, limit, iterations)
+                return Root(state, iterations, limit)
             step = min(step, APPROACH * (limit - load))
-    return Path(state, None, iterations)
+    return Root(state, iterations)
 
 
 def vanishing_load(margins: NDArray, loads: NDArray) -> float:

@@ -40,11 +40,8 @@ def merge(stretching: Family, bending: Family, modes: int) -> Modes:
     omega_squared = np.concatenate((stretching.omega_squared, bending.omega_squared))
     order = omega_squared.argsort(kind="stable")[:modes]
     fraction = (order >= len(stretching.omega_squared)).astype(float)
-    return (
-        omega_squared[order],
-        fraction,
-        partial(_fields, stretching.shapes, bending.shapes, order),
-    )
+    fields = partial(_fields, stretching.shapes, bending.shapes, order)
+    return omega_squared[order], fraction, fields
 
 
 def _fields(along: Shapes, across: Shapes, order: np.ndarray | None, x: np.ndarray) -> np.ndarray:
@@ -69,18 +66,19 @@ def modes_of_matrices(
     K (n, n): stiffness without softening. F (m, n): factors of the mass matrices F' F. shapes: the
     functions of x of coordinates (n, modes). The softening, a multiple of the mass, shifts omega^2.
     """
-    M, softening = [f.T @ f for f in F], (beam.gamma**2, centrifugal_softening(beam, problem))
+    Ma, Mb = (f.T @ f for f in F)
     if problem.gyroscopic and beam.gamma:
-        Ka, Kb = (k - beam.gamma**2 * m for k, m in zip(K, M, strict=True))
+        Ka, Kb = K[0] - beam.gamma**2 * Ma, K[1] - beam.gamma**2 * Mb
         found = eigen.gyroscopic_modes(Ka, F[0], Kb, F[1], beam.gamma, problem.modes)
         fraction = (abs(F[1] @ found.b) ** 2).sum(axis=0)
         fields = partial(_fields, shapes[0](found.a), shapes[1](found.b), None)
         return found.omega_squared, fraction, fields
-    families = []
-    for k, shift in enumerate((0.0, eigen.COMPRESSED if beam.delta < 0 else 0.0)):
-        omega_squared, V = eigen.symmetric_modes(K[k], M[k], problem.modes, shift)
-        families.append(Family(omega_squared - softening[k], shapes[k](V)))
-    return merge(*families, problem.modes)
+    shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
+    stretching, U = eigen.symmetric_modes(K[0], Ma, problem.modes)
+    bending, W = eigen.symmetric_modes(K[1], Mb, problem.modes, shift)
+    bending -= centrifugal_softening(beam, problem)
+    along, across = Family(stretching - beam.gamma**2, shapes[0](U)), Family(bending, shapes[1](W))
+    return merge(along, across, problem.modes)
 
 
 def centrifugal_softening(beam: Beam, problem: Problem) -> float:

@@ -23,7 +23,6 @@ from beamviz.solver.bent.equilibrium import (
     newton,
     stable_states,
     upward,
-    without_spin_up,
 )
 from beamviz.solver.bent.mesh_design import first_mesh, refined_mesh, tails
 from beamviz.solver.bent.modes import BentModes, bent_modes
@@ -178,7 +177,7 @@ def bent_states(solutions: Iterable[Solution]) -> list[State]:
 
 def _first_state(beam: Beam, problem: Problem) -> State:
     """A state without a neighbour to start from, on the first mesh."""
-    still = without_spin_up(beam)
+    still = beam.replace(spin_up=0.0)
     if beam.delta >= 0:  # the straight state of an outward beam is the only one
         straight = solve_hp([still], replace(problem, state="straight"), time.perf_counter())[0]
         if isinstance(straight, NoEquilibrium):
@@ -186,11 +185,10 @@ def _first_state(beam: Beam, problem: Problem) -> State:
     bent = BentBeam(first_mesh(beam, problem), still, problem)
     states = stable_states(bent) or [follow_speed(bent)]
     if beam.spin_up:
-        return spin_up_state(BentBeam(states[0].beam.mesh, beam, problem), states[0])
+        return spin_up_state(states[0].beam.changed(spin_up=beam.spin_up), states[0])
     for state in states:
         if not is_straight(state):
-            q = upward(state.beam, state.q)
-            return state._replace(q=q, tangent=state.beam.tangent(q))
+            return replace(state, q=upward(state.beam, state.q))
     raise NoEquilibrium(
         f"gamma = {beam.gamma:.6g}: no bent state found, the straight one is stable", math.nan
     )
@@ -212,13 +210,13 @@ def _on_mesh(state: State, refined: Mesh) -> State:
             f"a bent state needs more than {MAX_UNKNOWNS} unknowns here; ask for a larger tolerance"
         )
     q = old.resampled(state.q, refined)
-    beam, steady = BentBeam(refined, old.beam, old.problem), not old.beam.spin_up
+    beam, steady = old.changed(refined), not old.beam.spin_up
     found = newton(beam, q, stable=steady) or (descend(beam, q) if steady else None)
     if found is None and steady:
         found = follow_speed(beam)
     if found is None:
         raise NotConverged("Newton's method left a bent state when its mesh was refined")
-    return found._replace(iterations=state.iterations + found.iterations)
+    return replace(found, iterations=state.iterations + found.iterations)
 
 
 def _errors(state: State, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:

@@ -7,12 +7,12 @@ folded over at the clamp, from where it points outward.
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import lapack
 
-from beamviz.beam import Beam
 from beamviz.solver.bent.mesh_design import folded_beam
 from beamviz.solver.bent.tangent import BentBeam, Tangent
 from beamviz.solver.hp.mesh import make_mesh
@@ -31,13 +31,18 @@ STRETCHES = 1e-3, 1e3  # at which a descent ends
 BEYOND = 4.0  # times past the ends of a strain law's force, where a descent ends as well
 
 
-class State(NamedTuple):
-    """An equilibrium: its unknowns, its tangent, and the iterations it took."""
+@dataclass(frozen=True, eq=False)
+class State:
+    """An equilibrium: its unknowns, and the iterations it took."""
 
     beam: BentBeam
     q: np.ndarray  # (2 n,)
-    tangent: Tangent
     iterations: int
+
+    @cached_property
+    def tangent(self) -> Tangent:
+        """Residual and tangent stiffness."""
+        return self.beam.tangent(self.q)
 
 
 def stable_states(beam: BentBeam) -> list[State]:
@@ -64,7 +69,7 @@ def is_resolved(state: State) -> bool:
     halves = np.sort(np.concatenate((breaks, (breaks[1:] + breaks[:-1]) / 2)))
     mesh = make_mesh(tuple(halves.tolist()), tuple(np.repeat(coarse.mesh.orders, 2).tolist()))
     guess = coarse.resampled(state.q, mesh)
-    finer = newton(BentBeam(mesh, coarse.beam, coarse.problem), guess, stable=True)
+    finer = newton(coarse.changed(mesh), guess, stable=True)
     if finer is None:
         return False
     energy = coarse.energy(state.q)
@@ -110,7 +115,7 @@ def straight_state(beam: BentBeam) -> State | None:
         size = abs(step / q[:n]).max()
         q[:n] += step * min(1.0, MAX_STRETCH / size if size else 1.0)
         if size < CONVERGED:
-            return State(beam, q, beam.tangent(q), iteration)
+            return State(beam, q, iteration)
     return None
 
 
@@ -139,7 +144,7 @@ def descend(beam: BentBeam, q: np.ndarray) -> State | None:
         q, tangent = q + step, beam.tangent(q + step)
         if near and (size < CONVERGED or ROUNDED > size > last / 2):
             stable = beam.local_stiffness(q).min() > 0
-            return State(beam, q, tangent, iteration) if stable else None
+            return State(beam, q, iteration) if stable else None
         last = size
         f, _ = beam.split(q)
         if not low < f.min() <= f.max() < high:
@@ -216,7 +221,7 @@ def newton(beam: BentBeam, q: np.ndarray, stable: bool = False) -> State | None:
         if not (size < 2 and q[: len(q) // 2].min() > 0):
             return None
         if size < CONVERGED:
-            state = State(beam, q, beam.tangent(q), iteration)
+            state = State(beam, q, iteration)
             return state if not stable or is_stable(state) else None
     return None
 
@@ -235,8 +240,3 @@ def upward(beam: BentBeam, q: np.ndarray) -> np.ndarray:
     if beam.w @ (f * beam.directions(q)[1]) < 0:
         return np.concatenate((f, -kappa))
     return q
-
-
-def without_spin_up(beam: Beam) -> Beam:
-    """The same beam at a constant speed."""
-    return beam.replace(spin_up=0.0) if beam.spin_up else beam

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -23,7 +24,7 @@ from beamviz.solver.bent.equilibrium import (
 )
 from beamviz.solver.bent.mesh_design import first_mesh, folded_beam
 from beamviz.solver.bent.tangent import BentBeam
-from beamviz.solver.continuation import Path, Root, continue_load
+from beamviz.solver.continuation import Root, continue_load
 from beamviz.solver.hp.mesh import Mesh, make_mesh
 
 SLOWER, SLOWEST = 0.8, 30  # ratio of speeds, and their number, where a stable state is looked for
@@ -51,8 +52,7 @@ def follow_speed(bent: BentBeam) -> State:
                 start = bifurcated
                 path = _follow(bent, start)
         if path.limit is None:
-            end = _at_speed(bent, bent.beam.gamma, start.beam.mesh)
-            return State(end, path.state, end.tangent(path.state), path.iterations)
+            return State(bent.changed(start.beam.mesh), path.state, path.iterations)
         limits.append(_speed(start, path.limit))
         if len(limits) > 1 and abs(limits[-1] / limits[-2] - 1) < LIMIT_ACCURACY:
             break
@@ -64,11 +64,6 @@ def follow_speed(bent: BentBeam) -> State:
     )
 
 
-def _at_speed(bent: BentBeam, gamma: float, mesh: Mesh) -> BentBeam:
-    """The same beam at another speed on another mesh."""
-    return BentBeam(mesh, bent.beam.replace(gamma=gamma), bent.problem)
-
-
 def _finer(state: State) -> State:
     """The same state with a higher order, up to ORDER, and a shorter first element: a strain law
     reaches its end first at the clamp."""
@@ -77,7 +72,7 @@ def _finer(state: State) -> State:
     orders = (mesh.orders[0], *mesh.orders)
     finer = make_mesh(tuple(breaks), tuple(min(order + 2, ORDER) for order in orders))
     q = state.beam.resampled(state.q, finer)
-    return newton(_at_speed(state.beam, state.beam.beam.gamma, finer), q, stable=True) or state
+    return newton(state.beam.changed(finer), q, stable=True) or state
 
 
 def _slower(bent: BentBeam) -> State:
@@ -105,7 +100,7 @@ def _slower(bent: BentBeam) -> State:
 
 def _bifurcated(bent: BentBeam, mesh: Mesh, gamma: float) -> State | None:
     """A bent state just beyond the speed at which the straight one ceases to be stable."""
-    beyond = _at_speed(bent, PAST_BUCKLING * gamma, mesh)
+    beyond = bent.changed(mesh, gamma=PAST_BUCKLING * gamma)
     for guess in list(guesses(beyond))[1:]:  # those along buckling modes
         found = descend(beyond, guess)
         if found and not is_straight(found):
@@ -118,11 +113,11 @@ def _speed(start: State, load: float) -> float:
     return math.sqrt(start.beam.beam.gamma**2 + load)
 
 
-def _follow(bent: BentBeam, start: State) -> Path:
+def _follow(bent: BentBeam, start: State) -> Root:
     """The stable states from a slower beam's to the speed of the beam, or to their limit."""
     target = bent.beam.gamma**2 - start.beam.beam.gamma**2
     return _follow_load(
-        lambda load: _at_speed(bent, _speed(start, load), start.beam.mesh),
+        lambda load: bent.changed(start.beam.mesh, gamma=_speed(start, load)),
         *(start, target, start.beam.beam.gamma**2, SPEED_PRECISION),
     )
 
@@ -140,25 +135,24 @@ def state_at(start: State, over: str, value: float) -> State | None:
     path = _follow_number(start, over, value)
     if path.limit is not None:
         return None
-    beam = BentBeam(start.beam.mesh, start.beam.beam.replace(**{over: value}), start.beam.problem)
-    return State(beam, path.state, beam.tangent(path.state), path.iterations)
+    return State(start.beam.changed(**{over: value}), path.state, path.iterations)
 
 
-def _follow_number(start: State, over: str, stop: float) -> Path:
+def _follow_number(start: State, over: str, stop: float) -> Root:
     """The stable states that continue one to another value of a number of the beam; loads are
     distances from its own."""
     bent, own = start.beam, float(getattr(start.beam.beam, over))
     sign = math.copysign(1.0, stop - own)
 
     def at(load: float) -> BentBeam:
-        return BentBeam(bent.mesh, bent.beam.replace(**{over: own + sign * load}), bent.problem)
+        return bent.changed(**{over: own + sign * load})
 
     return _follow_load(at, start, abs(stop - own))
 
 
 def _follow_load(
     at: Callable[[float], BentBeam], start: State, target: float, *accuracy: float
-) -> Path:
+) -> Root:
     """The stable states of the beams at loads from 0 to a target, or to their limit."""
     first = _margins(start)
     margins = {0.0: np.ones_like(first)}  # of the loads solved
@@ -197,7 +191,7 @@ def spin_up_state(beam: BentBeam, rest: State) -> State:
 
     def at(share: float) -> BentBeam:
         spin_up = float(np.clip(share * target, *SPIN_UP.limits))
-        return BentBeam(beam.mesh, beam.beam.replace(spin_up=spin_up), beam.problem)
+        return beam.changed(spin_up=spin_up)
 
     q, iterations = _on_the_side_of_the_force(rest, target), rest.iterations
     found, reached, step = rest, 0.0, 1.0
@@ -212,17 +206,16 @@ def spin_up_state(beam: BentBeam, rest: State) -> State:
             share = 1.0
         found, q, iterations = near, near.q, iterations + near.iterations
         reached, step = share, 1.5 * step
-    return found._replace(beam=beam, iterations=iterations)
+    return replace(found, beam=beam, iterations=iterations)
 
 
 def states_on_both_sides(beam: BentBeam) -> list[State]:
     """The stable states of a beam that spins up on the side to which the Euler force bends it, and
     on the other one: of those none is left once it has snapped through."""
     target = beam.beam.spin_up
-    still = BentBeam(beam.mesh, beam.beam.replace(spin_up=0.0), beam.problem)
     found = []
-    for rest, side in product(stable_states(still), (target, -target)):
-        start = rest._replace(q=_on_the_side_of_the_force(rest, side))
+    for rest, side in product(stable_states(beam.changed(spin_up=0.0)), (target, -target)):
+        start = replace(rest, q=_on_the_side_of_the_force(rest, side))
         with suppress(NotConverged):
             state = state_at(start, "spin_up", target)
             if state and not is_straight(rest):

@@ -48,6 +48,10 @@ class BentBeam:
         self.power = 4 - 2 * problem.curvature_power
         self.softens = float(problem.chordwise)  # P keeps the component across the beam
 
+    def changed(self, mesh: Mesh | None = None, **numbers: float) -> "BentBeam":
+        """On another mesh, or with other numbers of the beam."""
+        return BentBeam(mesh or self.mesh, self.beam.replace(**numbers), self.problem)
+
     @property
     def scale(self) -> np.ndarray:
         """1 / sqrt of the stiffness of the beam at rest (2 n,): the unknowns' natural units."""

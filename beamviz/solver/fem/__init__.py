@@ -148,7 +148,7 @@ def straight_equilibrium(model: PlanarBeam) -> Root:
         raise _no_equilibrium(model, path.limit, path.state)
     if model.beam.delta >= 0 and not positive_definite(across(model.tangent(path.state, load))):
         raise _overshoot(model, load, path.state)  # an outward beam does not buckle
-    return Root(path.state, path.iterations)
+    return path
 
 
 def straight_margin(model: PlanarBeam, load: float, q: NDArray) -> float:

@@ -15,7 +15,7 @@ from scipy.linalg import lapack
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium
 from beamviz.solver.constitutive import StrainLaw, no_equilibrium
-from beamviz.solver.continuation import Path, Root, continue_load
+from beamviz.solver.continuation import Root, continue_load
 from beamviz.solver.hp.mesh import Mesh, make_mesh
 from beamviz.solver.hp.mesh_design import unstretched_positions
 
@@ -247,7 +247,7 @@ class AxialProblem(NamedTuple):
         return AxialState(f, iteration, error)
 
     @np.errstate(all="ignore")  # a diverging iteration is detected
-    def follow(self, load: float) -> Path:
+    def follow(self, load: float) -> Root:
         """Continuation of the stable branch of a single beam from rest to a load."""
 
         def solve_at(trial: float, guess: np.ndarray) -> Root | None:

@@ -118,7 +118,7 @@ def equilibrium(on: Grid, R: np.ndarray, beam: Beam, law: StrainLaw) -> Root:
     path = continue_load(solve_at, np.ones(len(on.points)), load, margin)
     if path.limit is not None:
         raise constitutive.no_equilibrium(beam, beam.mu * path.limit**0.5, law)
-    return Root(path.state, path.iterations)
+    return path
 
 
 def _stretching(on: Grid, R: np.ndarray, f: np.ndarray, beam: Beam, problem: Problem) -> Family:
