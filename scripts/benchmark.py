@@ -58,7 +58,7 @@ def default_solves() -> None:
 
 
 def ancf_equilibrium(beam: Beam, elements: int) -> None:
-    straight_equilibrium(PlanarBeam.on(np.linspace(0, 1, elements + 1), beam, PAPER))
+    straight_equilibrium(PlanarBeam(np.linspace(0, 1, elements + 1), beam, PAPER))
 
 
 def paper_elements() -> None:

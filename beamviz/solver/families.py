@@ -18,7 +18,7 @@ from beamviz.errors import BeamvizError
 from beamviz.solver import eigen
 from beamviz.solver.hp.refinement import solve_straight
 from beamviz.solver.problem import Problem
-from beamviz.solver.solution import Axial, Equilibrium, Fields, Solution, Stats, read_only
+from beamviz.solver.solution import Curve, Equilibrium, Fields, Solution, Stats, read_only, straight
 
 REFERENCE_TOLERANCE = 1e-9  # of the default method, for the error estimates of other methods
 
@@ -95,9 +95,9 @@ def quadrature(beam: Beam, points: int) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(x), np.concatenate(w)
 
 
-def unstretched(x: np.ndarray, derivative: int) -> np.ndarray:
-    """Position along the beam (derivative 0) or stretch (1) of the unstretched beam."""
-    return np.ones_like(x) if derivative else x
+def unstretched(x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The curve of the straight, unstretched beam."""
+    return straight(x, np.ones_like(x))
 
 
 class Solved(NamedTuple):
@@ -105,7 +105,7 @@ class Solved(NamedTuple):
 
     modes: Modes
     dof: int
-    axial: Axial = unstretched
+    curve: Curve = unstretched
     iterations: int = 0
 
 
@@ -119,7 +119,7 @@ def build_solution(
     return Solution(
         beam=beam,
         problem=problem,
-        equilibrium=Equilibrium(stable, solved.iterations, solved.axial),
+        equilibrium=Equilibrium(stable, solved.iterations, solved.curve),
         stats=Stats(solved.dof, seconds, problem.method, elements, order),
         omega_squared=read_only(omega_squared),
         estimate_errors=partial(errors_against_reference, beam, problem, omega_squared, fraction),

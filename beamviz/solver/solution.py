@@ -20,7 +20,8 @@ NODE_GRID = 401
 VISIBLE = 1e-7  # share of its amplitude below which a mode near the clamp has no nodes
 ROOT_ITERATIONS, ROOT_TOLERANCE = 40, 1e-14
 
-Axial = Callable[[np.ndarray, int], np.ndarray]  # x, 0 -> position; x, 1 -> stretch
+# x (k,) -> position (k, 2) from the clamp, stretch (k,) and angle (k,)
+Curve = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 Fields = Callable[[np.ndarray], np.ndarray]  # x -> (len(x), 2, modes)
 
 
@@ -41,12 +42,13 @@ class Equilibrium:
 
     stable: bool
     iterations: int
-    axial: Axial | None  # None where it is bent
+    curve: Curve
+    bent_state: Any = None  # for `beamviz.solver.bent`; None where it is straight
 
     @property
     def shape(self) -> Literal["straight", "bent"]:
         """The kind of state."""
-        return "straight" if self.axial else "bent"
+        return "straight" if self.bent_state is None else "bent"
 
     @property
     def status(self) -> Literal["stable", "unstable"]:
@@ -55,18 +57,15 @@ class Equilibrium:
 
     def position(self, x: np.ndarray) -> np.ndarray:
         """Position (len(x), 2) of the points x, measured from the clamp."""
-        assert self.axial
-        along = self.axial(_points(x), 0)
-        return np.column_stack([along, np.zeros_like(along)])
+        return self.curve(_points(x))[0]
 
     def stretch(self, x: np.ndarray) -> np.ndarray:
         """Stretch f = |r'| (len(x),)."""
-        assert self.axial
-        return self.axial(_points(x), 1)
+        return self.curve(_points(x))[1]
 
     def angle(self, x: np.ndarray) -> np.ndarray:
-        """Angle [rad] of the beam's axis (len(x),), 0 where it is straight."""
-        return np.zeros(len(_points(x)))
+        """Angle [rad] of the beam's axis (len(x),), continuous, 0 where it is straight."""
+        return self.curve(_points(x))[2]
 
     @cached_property
     def tip(self) -> np.ndarray:
@@ -238,6 +237,12 @@ def false_position(
         if done.all():
             break
     return b
+
+
+def straight(along: np.ndarray, stretch: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The curve of a straight beam."""
+    zero = np.zeros_like(along)
+    return np.column_stack((along, zero)), stretch, zero
 
 
 def _points(x: np.ndarray) -> np.ndarray:

@@ -33,7 +33,7 @@ every_model = pytest.mark.parametrize(
 
 def planar(strain="green", curvature="spatial", mu=70.0, nodes=NODES, plane="chordwise", **numbers):
     problem = Problem(strain=strain, curvature=curvature, plane=plane)
-    return PlanarBeam.on(nodes, Beam(mu=mu, gamma=0, **numbers), problem)
+    return PlanarBeam(nodes, Beam(mu=mu, gamma=0, **numbers), problem)
 
 
 SOFT = 10.0  # slenderness: bending is a hundredth of stretching, not a five-thousandth

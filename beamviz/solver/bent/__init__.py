@@ -7,7 +7,7 @@ import math
 import time
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -33,7 +33,7 @@ from beamviz.solver.bent.paths import (
     state_at,
     states_on_both_sides,
 )
-from beamviz.solver.bent.tangent import BentBeam
+from beamviz.solver.bent.tangent import BentBeam, in_axes_of_the_beam
 from beamviz.solver.hp import solve_hp
 from beamviz.solver.hp.mesh import Mesh
 from beamviz.solver.problem import Problem
@@ -46,45 +46,22 @@ TRUNCATION_FACTOR, ROUNDING_FACTOR = 4.0, 100.0  # of the two error estimates, s
 EPS = float(np.finfo(float).eps)
 
 
-@dataclass(frozen=True, eq=False)
-class BentEquilibrium(Equilibrium):
-    """A bent state, as functions of the reference coordinate x."""
-
-    state: State
-
-    def position(self, x: np.ndarray) -> np.ndarray:
-        """Position (len(x), 2) of the points x, measured from the clamp."""
-        return self.state.beam.position(self.state.q, np.atleast_1d(np.asarray(x, float)))
-
-    def stretch(self, x: np.ndarray) -> np.ndarray:
-        """Stretch f = |r'| (len(x),)."""
-        f, _ = self.state.beam.split(self.state.q)
-        return self.state.beam.mesh.grid.at(np.atleast_1d(np.asarray(x, float))) @ f
-
-    def angle(self, x: np.ndarray) -> np.ndarray:
-        """Angle theta [rad] of the beam's axis (len(x),)."""
-        _, kappa = self.state.beam.split(self.state.q)
-        return self.state.beam.mesh.grid.from_clamp(np.atleast_1d(np.asarray(x, float))) @ kappa
+def _curve(state: State, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Position, stretch and angle of a state."""
+    beam, grid = state.beam, state.beam.mesh.grid
+    f, kappa = beam.split(state.q)
+    return beam.position(state.q, x), grid.at(x) @ f, grid.from_clamp(x) @ kappa
 
 
-@dataclass(frozen=True, eq=False)
-class Fields:
-    """Displacements along and across the bent beam as functions of x."""
-
-    state: State
-    V: np.ndarray  # (2 n, modes)
-
-    def __call__(self, x: np.ndarray) -> np.ndarray:
-        """Displacements (len(x), 2, modes)."""
-        beam, n = self.state.beam, len(self.state.q) // 2
-        f, kappa = beam.split(self.state.q)
-        c, s = (direction[:, None] for direction in beam.directions(self.state.q))
-        df, turn = self.V[:n], f[:, None] * (beam.J @ self.V[n:])
-        rows = beam.mesh.grid.from_clamp(x)
-        dx, dy = rows @ (c * df - s * turn), rows @ (s * df + c * turn)
-        theta = (rows @ kappa)[:, None]
-        c, s = np.cos(theta), np.sin(theta)
-        return np.stack((c * dx + s * dy, c * dy - s * dx), axis=1)
+def _fields(state: State, V: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Displacements (len(x), 2, modes) along and across the bent beam, V (2 n, modes)."""
+    beam, n = state.beam, len(state.q) // 2
+    f, kappa = beam.split(state.q)
+    c, s = (direction[:, None] for direction in beam.directions(state.q))
+    df, turn = V[:n], f[:, None] * (beam.J @ V[n:])
+    rows = beam.mesh.grid.from_clamp(x)
+    moved = rows @ (c * df - s * turn), rows @ (s * df + c * turn)
+    return in_axes_of_the_beam(*moved, rows @ kappa)
 
 
 def solve_by_method(
@@ -172,7 +149,8 @@ def end_of_state(solution: Solution, over: str, stop: float) -> float | None:
 
 def bent_states(solutions: Iterable[Solution]) -> list[State]:
     """The states of the bent ones of some solutions, or those they were computed from."""
-    return [one.equilibrium.state for one in solutions if one.equilibrium.shape == "bent"]  # type: ignore[attr-defined]
+    states = (solution.equilibrium.bent_state for solution in solutions)
+    return [state for state in states if state is not None]
 
 
 def _first_state(beam: Beam, problem: Problem) -> State:
@@ -271,13 +249,13 @@ def _solution(
     return Solution(
         beam=beam,
         problem=problem,
-        equilibrium=BentEquilibrium(stable, state.iterations, None, state),
+        equilibrium=Equilibrium(stable, state.iterations, partial(_curve, state), state),
         stats=Stats(
             len(state.q), time.perf_counter() - start, "hp", len(grid.orders), max(grid.orders)
         ),
         omega_squared=modes.omega_squared,
         estimate_errors=partial(np.array, errors),
         bending_energy_fraction=(abs(across) ** 2).sum(axis=0),
-        fields=Fields(state, modes.V),
+        fields=partial(_fields, state, modes.V),
         spin_up_growth=modes.growth_rates if beam.spin_up else None,
     )

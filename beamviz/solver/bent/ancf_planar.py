@@ -6,7 +6,6 @@ the first node; the length of r' there is free.
 """
 
 import time
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -18,49 +17,21 @@ from beamviz.beam import Beam
 from beamviz.errors import NotConverged
 from beamviz.solver.bent.equilibrium import State
 from beamviz.solver.bent.modes import oscillating_or_growing, squared
+from beamviz.solver.bent.tangent import in_axes_of_the_beam
 from beamviz.solver.continuation import Root, continue_load, newton
 from beamviz.solver.fem import element_count
 from beamviz.solver.fem.ancf import PlanarBeam
 from beamviz.solver.fem.hermite import element_coordinates, gauss, interpolate
 from beamviz.solver.problem import Problem
-from beamviz.solver.solution import Equilibrium, Solution, Stats
+from beamviz.solver.solution import Equilibrium, Fields, Solution, Stats
 
 CLAMPED = (0, 1, 3)  # coordinates of the first node
 SMALLEST_SHARE = 1e-3  # of the forces that hold a sampled state, taken away in one step
 PER_ELEMENT = 4  # Gauss points for the energy of a mode
-TURN = np.array([[0.0, -1.0], [1.0, 0.0]])  # e3 x
-
-
-@dataclass(frozen=True, eq=False)
-class PlanarEquilibrium(Equilibrium):
-    """A bent state of the elements."""
-
-    nodes: NDArray
-    q: NDArray  # (N, 4) r1, r2, r1', r2' of each node
-    state: State  # by the default method, next to it
-
-    def position(self, x: NDArray) -> NDArray:
-        """Position (len(x), 2) of the points x, measured from the clamp."""
-        return components(self.nodes, self.q, x)
-
-    def slope(self, x: NDArray) -> NDArray:
-        """r' (len(x), 2)."""
-        return components(self.nodes, self.q, x, 1)
-
-    def stretch(self, x: NDArray) -> NDArray:
-        """Stretch f = |r'| (len(x),)."""
-        return np.hypot(*self.slope(x).T)
-
-    def angle(self, x: NDArray) -> NDArray:
-        """Angle theta [rad] of the beam's axis (len(x),), continuous along the beam."""
-        along = np.union1d(np.linspace(0, 1, 20 * len(self.nodes)), x)
-        angles = np.unwrap(np.arctan2(*self.slope(along).T[::-1]))
-        return np.interp(np.atleast_1d(x), along, angles)
 
 
 def components(nodes: NDArray, q: NDArray, x: NDArray, derivative: int = 0) -> NDArray:
     """Both components (len(x), 2, ...) of a field with coordinates q (N, 4, ...)."""
-    x = np.atleast_1d(np.asarray(x, float))
     parts = (q[:, c::2].reshape(2 * len(nodes), *q.shape[2:]) for c in (0, 1))
     return np.stack([interpolate(nodes, part, x, derivative) for part in parts], axis=1)
 
@@ -69,17 +40,10 @@ class PlanarProblem:
     """The elements of a beam with its loads, as sparse matrices without the clamped coordinates."""
 
     def __init__(self, beam: Beam, problem: Problem, elements: int):
-        self.beam, self.model = (
-            beam,
-            PlanarBeam.on(np.linspace(0.0, 1.0, elements + 1), beam, problem),
-        )
+        self.beam = beam
+        self.model = PlanarBeam(np.linspace(0.0, 1.0, elements + 1), beam, problem)
         self.free = np.setdiff1d(np.arange(4 * (elements + 1)), CLAMPED)
-        twist = np.einsum("eij,cd->eicjd", self.model.m, TURN).reshape(-1, 8, 8)
-        self.G = self.assembled(twist)  # e3 x r against virtual displacements
-        self.M = self.assembled(
-            np.einsum("eij,cd->eicjd", self.model.m, np.eye(2)).reshape(-1, 8, 8)
-        )
-        self.euler = beam.spin_up * twist
+        self.G, self.M = self.assembled(self.model.G), self.assembled(self.model.M)
 
     def assembled(self, parts: NDArray) -> csc_array:
         """The sum of element matrices (n, 8, 8), sum_e B_e' parts_e B_e, clamped."""
@@ -91,18 +55,12 @@ class PlanarProblem:
 
     def residual(self, q: NDArray) -> NDArray:
         """Elastic, centrifugal and Euler forces (paper, eq. 40)."""
-        arm = element_coordinates(q, 4).copy()
-        arm[:, [0, 4]] += self.beam.delta
-        euler = (self.euler @ arm[..., None])[..., 0]
-        total = self.model.residual(q, self.beam.gamma**2)
-        np.add.at(total, 4 * np.arange(len(arm))[:, None] + np.arange(8), euler)
-        return total[self.free]
+        return self.model.residual(q, self.beam.gamma**2)[self.free]
 
     def tangent(self, q: NDArray) -> csc_array:
         """The full planar tangent (paper, eqs. 42-44), with that of the Euler force."""
-        q_e = element_coordinates(q, 4)
-        stiffness = self.model.stiffness(q_e) - self.beam.gamma**2 * self.model.C
-        return self.assembled(stiffness + self.euler)
+        stiffness = self.model.stiffness(element_coordinates(q, 4))
+        return self.assembled(stiffness - self.model.field(self.beam.gamma**2))
 
     def equilibrium(self, guess: NDArray) -> tuple[NDArray, int]:
         """The state next to a guess (N, 4), and the iterations it takes: by continuation as the
@@ -153,45 +111,43 @@ def solve_planar(
     V[planar.free] = free / np.sqrt(abs((free.conj() * (planar.M @ free)).sum(axis=0)))
     omega_squared = squared(s)
     stable = exact.equilibrium.stable and bool(omega_squared.min() > 0)
-    equilibrium = PlanarEquilibrium(stable, iterations, None, nodes, q, state)
-    fields = PlanarFields(equilibrium, V.reshape(len(nodes), 4, count))
+    fields = partial(_fields, nodes, q, V.reshape(len(nodes), 4, count))
     errors = abs(omega_squared - exact.omega_squared[:count]) + exact.omega_squared_errors[:count]
     return Solution(
         beam=beam,
         problem=problem,
-        equilibrium=equilibrium,
+        equilibrium=Equilibrium(stable, iterations, partial(_curve, nodes, q), state),
         stats=Stats(len(planar.free), time.perf_counter() - start, problem.method, elements, 3),
         omega_squared=omega_squared,
         estimate_errors=partial(np.array, errors),
-        bending_energy_fraction=fields.across_fraction(beam),
+        bending_energy_fraction=_across_fraction(fields, nodes, beam),
         fields=fields,
         spin_up_growth=s.real if beam.spin_up else None,
     )
 
 
-@dataclass(frozen=True, eq=False)
-class PlanarFields:
-    """Displacements along and across the bent beam as functions of x."""
+def _curve(nodes: NDArray, q: NDArray, x: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+    """Position, stretch and angle of a state q (N, 4): r1, r2, r1', r2' of each node."""
+    along = np.union1d(np.linspace(0, 1, 20 * len(nodes)), x)
+    angles = np.unwrap(np.arctan2(*components(nodes, q, along, 1).T[::-1]))
+    stretch = np.hypot(*components(nodes, q, x, 1).T)
+    return components(nodes, q, x), stretch, np.interp(x, along, angles)
 
-    equilibrium: PlanarEquilibrium
-    V: NDArray  # (N, 4, modes)
 
-    def __call__(self, x: NDArray) -> NDArray:
-        """Displacements (len(x), 2, modes)."""
-        d = components(self.equilibrium.nodes, self.V, x)
-        theta = self.equilibrium.angle(x)[:, None]
-        c, s = np.cos(theta), np.sin(theta)
-        return np.stack((c * d[:, 0] + s * d[:, 1], c * d[:, 1] - s * d[:, 0]), axis=1)
+def _fields(nodes: NDArray, q: NDArray, V: NDArray, x: NDArray) -> NDArray:
+    """Displacements (len(x), 2, modes) along and across the bent beam; V (N, 4, modes)."""
+    moved = components(nodes, V, x)
+    return in_axes_of_the_beam(moved[:, 0], moved[:, 1], _curve(nodes, q, x)[2])
 
-    def across_fraction(self, beam: Beam) -> NDArray:
-        """Share (modes,) of the kinetic energy across the beam."""
-        points, weights = gauss(2 * PER_ELEMENT - 1)
-        nodes = self.equilibrium.nodes
-        lengths = np.diff(nodes)[:, None]
-        x = np.append((nodes[:-1, None] + lengths * points).ravel(), beam.beta)
-        mass = np.append((lengths * weights).ravel(), beam.alpha)
-        energy = np.einsum("x,xck->ck", mass, abs(self(x)) ** 2)
-        return energy[1] / energy.sum(axis=0)
+
+def _across_fraction(fields: Fields, nodes: NDArray, beam: Beam) -> NDArray:
+    """Share (modes,) of the kinetic energy across the beam."""
+    points, weights = gauss(2 * PER_ELEMENT - 1)
+    lengths = np.diff(nodes)[:, None]
+    x = np.append((nodes[:-1, None] + lengths * points).ravel(), beam.beta)
+    mass = np.append((lengths * weights).ravel(), beam.alpha)
+    energy = np.einsum("x,xck->ck", mass, abs(fields(x)) ** 2)
+    return energy[1] / energy.sum(axis=0)
 
 
 def _modes(

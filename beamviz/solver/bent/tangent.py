@@ -12,7 +12,7 @@ R = r + delta e1 and P the projection away from the axis of rotation. The Euler 
 second derivative does not depend on the coordinates: in (f, kappa) it is the tangent of eq. 44.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,6 +28,13 @@ class Tangent(NamedTuple):
 
     residual: np.ndarray  # (2 n,) derivative of the energy by (f, kappa), less the Euler force
     K: np.ndarray  # (2 n, 2 n) symmetric without a spin-up
+
+
+def in_axes_of_the_beam(dx: np.ndarray, dy: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Displacements (k, 2, modes) along and across the beam at points with an angle (k,), of those
+    in x and in y (k, modes)."""
+    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    return np.stack((c * dx + s * dy, c * dy - s * dx), axis=1)
 
 
 class BentBeam:
@@ -48,7 +55,7 @@ class BentBeam:
         self.power = 4 - 2 * problem.curvature_power
         self.softens = float(problem.chordwise)  # P keeps the component across the beam
 
-    def changed(self, mesh: Mesh | None = None, **numbers: float) -> "BentBeam":
+    def changed(self, mesh: Mesh | None = None, /, **numbers: Any) -> "BentBeam":
         """On another mesh, or with other numbers of the beam."""
         return BentBeam(mesh or self.mesh, self.beam.replace(**numbers), self.problem)
 

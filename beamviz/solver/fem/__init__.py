@@ -28,7 +28,7 @@ from beamviz.solver.fem.hermite import (
     positive_definite,
 )
 from beamviz.solver.problem import Problem
-from beamviz.solver.solution import Solution
+from beamviz.solver.solution import Solution, straight
 
 PAPER_ELEMENTS = 20
 MAX_ELEMENTS = 1000
@@ -54,12 +54,11 @@ def solve(beam: Beam, problem: Problem, start: float) -> Solution:
     """
     elements = element_count(problem)
     nodes = np.linspace(0.0, 1.0, elements + 1)
-    model = PlanarBeam.on(nodes, beam, problem)
+    model = PlanarBeam(nodes, beam, problem)
     position, iterations, Ka, Kb = ASSEMBLERS[problem.method](model)
     F, shapes = np.linalg.cholesky(_dense(model.m)).T, partial(_shapes, nodes)
     modes = modes_of_matrices(beam, problem, (Ka, Kb), (F[:, 1:], F[:, 2:]), (shapes, shapes))
-    axial = partial(interpolate, nodes, position)
-    solved = Solved(modes, len(Ka) + len(Kb), axial, iterations)
+    solved = Solved(modes, len(Ka) + len(Kb), partial(_curve, nodes, position), iterations)
     return build_solution(beam, problem, start, solved, order=3, elements=elements)
 
 
@@ -107,6 +106,11 @@ ASSEMBLERS = {"ancf": _ancf, "ancf-planar": _ancf_planar, "linear": _linear}
 def _dense(parts: NDArray) -> NDArray:
     """The sum of symmetric element matrices as a full matrix."""
     return dense(assemble_band(parts))
+
+
+def _curve(nodes: NDArray, position: NDArray, x: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+    """Position, stretch and angle of the straight state."""
+    return straight(*(interpolate(nodes, position, x, derivative) for derivative in (0, 1)))
 
 
 def _shapes(nodes: NDArray, free: NDArray) -> Shapes:

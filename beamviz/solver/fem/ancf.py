@@ -13,8 +13,6 @@ the beam, odd ones across it. The clamp holds r(0) and the direction of r'(0); t
 is free.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,45 +32,32 @@ from beamviz.solver.problem import Problem
 # The curvature and the other laws are not polynomials, and not integrated exactly.
 AXIAL_DEGREE = 8
 
-CROSS = np.array([[0.0, 1.0], [-1.0, 0.0]])  # r' x r'' = r' CROSS r''; the paper's I~ transposed
+TURN = np.array([[0.0, -1.0], [1.0, 0.0]])  # e3 x; the paper's I~: r' x r'' = r' TURN' r''
 
 
-@dataclass(frozen=True)
 class PlanarBeam:
-    """A beam on n cubic elements with p Gauss points each: all that is independent of q and of
-    the load gamma^2."""
+    """A beam on n cubic elements, between `nodes` (n + 1,) from 0 to 1, with p Gauss points each:
+    all that is independent of q and of the load gamma^2.
 
-    beam: Beam
-    law: StrainLaw
-    curvature_power: int
-    nodes: NDArray  # (n + 1,)
-    weights: NDArray  # (n, p)
-    dS: NDArray  # (n, p, 4) S' and S'' of one component
-    ddS: NDArray  # (n, p, 4)
-    B: NDArray  # (n, p, 4, 8): element coordinates -> (r1', r2', r1'', r2'')
-    m: NDArray  # (n, 4, 4) mass matrix of one component; M = m I, G = m J, C = m P
-    C: NDArray  # (n, 8, 8) centrifugal matrix, P the projection away from the axis of rotation
+    weights: (n, p). dS, ddS: S' and S'' of one component (n, p, 4). B: element coordinates ->
+    (r1', r2', r1'', r2'') (n, p, 4, 8). m: mass matrix of one component (n, 4, 4). M, G, C:
+    m times the identity, e3 x and the projection away from the axis of rotation (n, 8, 8).
+    """
 
-    @classmethod
-    def on(cls, nodes: NDArray, beam: Beam, problem: Problem) -> "PlanarBeam":
-        """The beam on elements between `nodes`, which ascend from 0 to 1."""
+    def __init__(self, nodes: NDArray, beam: Beam, problem: Problem):
+        self.nodes, self.beam = nodes, beam
+        self.law, self.curvature_power = problem.strain_law, problem.curvature_power
         points, weights = gauss(AXIAL_DEGREE)
         lengths = np.diff(nodes)[:, None]
-        _, dS, ddS = hermite(points, lengths)
-        B = np.einsum("dnpi,cb->npdcib", np.stack((dS, ddS)), np.eye(2))
-        m = mass(nodes, beam.alpha, beam.beta)
+        self.weights = weights * lengths
+        _, self.dS, self.ddS = hermite(points, lengths)
+        B = np.einsum("dnpi,cb->npdcib", np.stack((self.dS, self.ddS)), np.eye(2))
+        self.B = B.reshape(*self.dS.shape[:2], 4, 8)
+        self.m = mass(nodes, beam.alpha, beam.beta)
         P = np.diag([1.0, 1.0 if problem.chordwise else 0.0])
-        return cls(
-            beam,
-            problem.strain_law,
-            problem.curvature_power,
-            nodes,
-            weights * lengths,
-            dS,
-            ddS,
-            B.reshape(*dS.shape[:2], 4, 8),
-            m,
-            np.einsum("eij,cd->eicjd", m, P).reshape(-1, 8, 8),
+        self.M, self.G, self.C = (
+            np.einsum("eij,cd->eicjd", self.m, part).reshape(-1, 8, 8)
+            for part in (np.eye(2), TURN, P)
         )
 
     @property
@@ -95,17 +80,21 @@ class PlanarBeam:
 
     def tangent(self, q: NDArray, load: float) -> NDArray:
         """K_T = K_a - gamma^2 C (paper, eq. 42), a lower band (8, 4 (n + 1))."""
-        return assemble_band(self.stiffness(element_coordinates(q, 4)) - load * self.C)
+        return assemble_band(self.stiffness(element_coordinates(q, 4)) - self.field(load))
+
+    def field(self, load: float) -> NDArray:
+        """gamma^2 C, less the Euler force of a spin-up, of each element (n, 8, 8)."""
+        return load * self.C - self.beam.spin_up * self.G
 
     def centrifugal_force(self, q_e: NDArray, load: float) -> NDArray:
-        """gamma^2 C (q + delta t) of each element: (n, 8).
+        """gamma^2 C (q + delta t) of each element, and its Euler force: (n, 8).
 
         t is the unit translation along the beam, which cubics hold exactly, so that delta C t is
         the load of the hub radius (paper, eqs. 24-25, 33-34).
         """
         arm = q_e.copy()
         arm[:, [0, 4]] += self.beam.delta
-        return load * (self.C @ arm[..., None])[..., 0]
+        return (self.field(load) @ arm[..., None])[..., 0]
 
     def strain_state(self, q_e: NDArray) -> NDArray:
         """s = (r1', r2', r1'', r2'') at the Gauss points: (n, p, 4)."""
@@ -175,8 +164,8 @@ def bending_hessian(s: NDArray, f: NDArray, power: int) -> NDArray:
     kappa, scale, f2 = (field[..., None, None] for field in (kappa, f**-power, f**2))
     mixed = (power * scale / f2) * cross_gradient(s)[..., :, None] * a[..., None, :]  # (..., 4, 2)
     d2kappa = np.zeros((*s.shape, 4))
-    d2kappa[..., :2, 2:] = scale * CROSS
-    d2kappa[..., 2:, :2] = scale * CROSS.T
+    d2kappa[..., :2, 2:] = scale * TURN.T
+    d2kappa[..., 2:, :2] = scale * TURN
     d2kappa[..., :, :2] -= mixed
     d2kappa[..., :2, :] -= mixed.swapaxes(-1, -2)
     d2kappa[..., :2, :2] -= power * kappa / f2 * np.eye(2)

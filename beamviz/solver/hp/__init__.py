@@ -16,7 +16,7 @@ from beamviz.solver.hp.mesh import Grid
 from beamviz.solver.hp.modes import StraightModes
 from beamviz.solver.hp.refinement import solve_straight
 from beamviz.solver.problem import Problem
-from beamviz.solver.solution import Equilibrium, Solution, Stats, read_only
+from beamviz.solver.solution import Equilibrium, Solution, Stats, read_only, straight
 
 
 def solve_hp(
@@ -41,7 +41,7 @@ def solve_hp(
             Solution(
                 beam,
                 problem,
-                Equilibrium(stable, found.iterations, partial(_axial, found)),
+                Equilibrium(stable, found.iterations, partial(_curve, found)),
                 Stats(2 * len(found.f), seconds, "hp", len(orders), max(orders)),
                 found.omega_squared,
                 partial(np.add, found.truncation, found.rounding),
@@ -64,9 +64,10 @@ def _at(grid: Grid, x: bytes) -> np.ndarray:
     return read_only(grid.at(np.frombuffer(x)))
 
 
-def _axial(found: StraightModes, x: np.ndarray, derivative: int) -> np.ndarray:
-    """Position along the beam (derivative 0) or stretch (1) of the equilibrium."""
-    return (_at if derivative else _from_clamp)(found.grid, x.tobytes()) @ found.f
+def _curve(found: StraightModes, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Position, stretch and angle of the equilibrium."""
+    points = x.tobytes()
+    return straight(*(rows(found.grid, points) @ found.f for rows in (_from_clamp, _at)))
 
 
 @dataclass(frozen=True, eq=False)

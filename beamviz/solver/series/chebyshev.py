@@ -30,6 +30,7 @@ from beamviz.solver.constitutive import StrainLaw
 from beamviz.solver.continuation import Root, continue_load, newton
 from beamviz.solver.families import Family, Solved, centrifugal_softening, merge
 from beamviz.solver.problem import Problem
+from beamviz.solver.solution import straight
 
 SPURIOUS = 1e-12  # share of the largest 1/omega^2 below which one is rounding
 REAL = 1e-6  # an eigenvalue is real whose imaginary part is a smaller share
@@ -77,9 +78,9 @@ def solve_chebyshev(beam: Beam, problem: Problem, order: int) -> Solved:
     f = root.state
     stretching = _stretching(on, R, f, beam, problem)
     bending = _bending(on, R, f, beam, problem)
-    axial = partial(_axial, _polynomials(on, np.column_stack((on.from_clamp @ f, f))))
+    curve = partial(_curve, _polynomials(on, np.column_stack((on.from_clamp @ f, f))))
     return Solved(
-        merge(stretching, bending, problem.modes), 2 * len(on.points), axial, root.iterations
+        merge(stretching, bending, problem.modes), 2 * len(on.points), curve, root.iterations
     )
 
 
@@ -191,6 +192,6 @@ def _polynomials(on: Grid, values: np.ndarray) -> Piecewise:
     return Piecewise(on.ends, on.to_coefficients @ by_part)
 
 
-def _axial(fields: Piecewise, x: np.ndarray, derivative: int) -> np.ndarray:
-    """Position along the beam (derivative 0) or stretch (1) of the equilibrium."""
-    return fields(x)[:, derivative]
+def _curve(fields: Piecewise, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Position, stretch and angle of the equilibrium."""
+    return straight(*fields(x).T)
