@@ -17,6 +17,7 @@ from beamviz.presets import RPM, STEEL_BEAM
 from beamviz.scene import START
 from beamviz.solver import solve
 
+FIRST = START
 pytestmark = pytest.mark.browser
 
 STEEL = Beam.from_si(**STEEL_BEAM.values | {"length": 1.2, "rotation_speed": 600 * RPM})
@@ -81,30 +82,16 @@ JOBS = {
 }  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def served() -> Iterator[str]:
-    """An explorer with the default scene."""
-    with explorer(START) as url:
-        yield url
-
-
 @pytest.fixture
-def shown(served) -> Iterator[Page]:
+def shown(url) -> Iterator[Page]:
     """The page as it opens."""
-    with page(served, 1440, 900) as opened:
+    with page(url, 1440, 900) as opened:
         opened.wait("!!document.querySelector('#scene[data-ready] canvas')")
         opened.wait("document.querySelectorAll('#mode-rows tbody tr').length === 5")
         yield opened
 
 
 SHOWN = "[...document.querySelectorAll('#mode-rows tr.shown button.mode')].map(e => e.innerText)"
-
-
-def press(shown: Page, key: str, modifiers: int = 0, **options: str) -> None:
-    """A key, down and up; modifiers 2: with Ctrl."""
-    for kind in ("keyDown", "keyUp"):
-        options = {"code": f"Key{key.upper()}"} | options
-        shown.call("Input.dispatchKeyEvent", type=kind, key=key, modifiers=modifiers, **options)
 
 
 def click(shown: Page, element: str) -> None:
@@ -127,7 +114,7 @@ def test_a_job_takes_few_clicks(shown, job):
         if text:
             shown.evaluate("document.activeElement.select()")
             shown.call("Input.insertText", text=text)
-            press(shown, "Enter", code="Enter", text="\r")
+            shown.key("Enter")
     shown.wait(job.result)
 
 
@@ -157,11 +144,11 @@ def test_two_modes_are_mixed_by_a_click_and_a_drag(shown):
 
 def test_a_command_is_run_by_its_name(shown):
     """Ctrl+K opens the list; after it is closed the pointer works as before."""
-    press(shown, "k", 2)
+    shown.key("k", modifiers=2)
     shown.wait("!!document.activeElement.closest('[role=dialog]')")
     shown.call("Input.insertText", text="mode 3")
     shown.wait(says("Show mode 3 alone"))
-    press(shown, "Enter", code="Enter", text="\r")
+    shown.key("Enter")
     shown.wait(f"{SHOWN}.join() === 'B3'")
     click(shown, button("B2"))
     shown.wait(f"{SHOWN}.join() === 'B2'")

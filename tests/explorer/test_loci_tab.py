@@ -117,9 +117,8 @@ def desk() -> Iterator[Page]:
     """A page 1440 pixels wide with its chart drawn."""
     with explorer(FIRST) as url, page(url, 1440, 900) as shown:
         shown.wait(f"{MARKS}.length === 2", timeout=60)
-        boxes: list[list[float]] = []
-        wait_until(lambda: boxes.append(shown.box(PLOT)) or boxes[-20:] == boxes[-1:] * 20)
-        yield shown  # with the chart at its final place
+        shown.at_rest(PLOT)
+        yield shown
 
 
 def value(shown: Page) -> float:
@@ -136,12 +135,6 @@ def set_speed(shown: Page, speed: float) -> None:
 def field(shown: Page) -> float:
     """The speed in its field: what the server says."""
     return float(shown.evaluate(f"{FIELD}.value"))
-
-
-def press(shown: Page, key: str, text: str = "") -> None:
-    """Press a key."""
-    for kind in ("keyDown", "keyUp"):
-        shown.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, text=text)
 
 
 @pytest.mark.slow
@@ -173,14 +166,14 @@ def test_the_line_of_the_beam_has_a_name_and_moves_by_keys(desk):
     name = desk.evaluate(f"{LINE}.getAttribute('aria-label')")
     assert name == "speed γ: line of this beam in the Campbell diagram"
     desk.evaluate(f"{LINE}.focus()")
-    press(desk, "ArrowRight")
+    desk.key("ArrowRight")
     step = value(desk) - 3.0
     assert 0 < step < 0.2
-    press(desk, "PageUp")
+    desk.key("PageUp")
     assert value(desk) == pytest.approx(3.0 + 11 * step)
     assert desk.evaluate(f"{LINE}.getAttribute('aria-valuetext')").startswith("γ = ")
     wait_until(lambda: field(desk) == pytest.approx(3.0 + 11 * step))
-    press(desk, "Home")
+    desk.key("Home")
     wait_until(lambda: field(desk) == 0)
 
 
@@ -195,11 +188,11 @@ def test_a_crossing_is_clicked_or_reached_by_keys(desk):
     desk.wait(f"{MARKS}[0].getAttribute('aria-pressed') === 'true'")
     set_speed(desk, 3.0)
     desk.evaluate(f"{LINE}.focus()")
-    press(desk, "Tab")
+    desk.key("Tab")
     name = desk.evaluate("document.activeElement.getAttribute('aria-label')")
     assert name == "Go to crossing of S1 and B3: γ = 4.464, ω = 60.56"
     assert not desk.evaluate(f"{READOUT}.hidden")
-    press(desk, "Enter", "\r")
+    desk.key("Enter")
     wait_until(lambda: field(desk) == pytest.approx(at, rel=1e-6))
 
 
@@ -279,19 +272,14 @@ def test_on_a_phone_the_line_is_dragged_by_touch_and_a_crossing_is_tapped(url):
                 touchPoints=[{"x": x, "y": y} for x, y in points],
             )
 
-        def at_rest(element: str) -> list[float]:
-            boxes: list[list[float]] = []
-            wait_until(lambda: boxes.append(phone.box(element)) or boxes[-20:] == boxes[-1:] * 20)
-            return boxes[-1]
-
-        left, top, width, height = at_rest(PLOT)
+        left, top, width, height = phone.at_rest(PLOT)
         y = top + 0.25 * height
         touch("touchStart", (left + 0.4 * width, y))
         for step in range(1, 9):
             touch("touchMove", (left + (0.4 + 0.03 * step) * width, y))
         touch("touchEnd")
         wait_until(lambda: 8 < field(phone) == pytest.approx(value(phone)))
-        left, top, width, height = at_rest(f"{MARKS}[0]")
+        left, top, width, height = phone.at_rest(f"{MARKS}[0]")
         touch("touchStart", (left + width / 2, top + height / 2))
         touch("touchEnd")
         wait_until(lambda: field(phone) == pytest.approx(chart_of(TIP).events[EVENT].at, rel=1e-6))

@@ -151,17 +151,14 @@ NUMBERS = ("gamma", "alpha")
 @pytest.mark.browser
 def test_the_map_works_by_mouse_and_keys(desk):
     """A click sets both numbers, an arrow key one of them; the map and its ring have names."""
-    boxes: list[list[float]] = []
-    wait_until(lambda: boxes.append(desk.box(PLOT)) or boxes[-10:] == boxes[-1:] * 10)
-    left, top, width, height = boxes[-1]
+    left, top, width, height = desk.at_rest(PLOT)
     x, y = left + 62 + 0.5 * (width - 62 - 39), top + 20 + 0.75 * (height - 62)
     desk.mouse("mousePressed", x, y, 1)
     desk.mouse("mouseReleased", x, y)
     wait_until(lambda: fields(desk) == [pytest.approx(10, abs=0.1), pytest.approx(0.5, abs=0.05)])
     before = fields(desk)
     desk.evaluate(f"{RING}.focus()")
-    for kind in ("keyDown", "keyUp"):
-        desk.call("Input.dispatchKeyEvent", type=kind, key="ArrowUp", code="ArrowUp")
+    desk.key("ArrowUp")
     wait_until(lambda: fields(desk)[0] == before[0] and fields(desk)[1] > before[1])
     said = desk.evaluate(f"{RING}.getAttribute('aria-valuetext')")
     assert said.startswith("γ = 10")

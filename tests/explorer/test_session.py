@@ -13,7 +13,7 @@ from beamviz.drawing.text import rounded_to_error
 from beamviz.explorer import frames, jobs, session
 from beamviz.explorer import visitor as visitor_module
 from beamviz.explorer.app import explorer
-from beamviz.explorer.features.comparison import DOUBLE, EFFECTS
+from beamviz.explorer.features.comparison import DOUBLE, EFFECTS, number
 from beamviz.explorer.page import page
 from beamviz.scene import Scene
 from beamviz.solver import solve
@@ -115,6 +115,56 @@ def test_the_documented_stations_of_a_slider_move_exist():
         found = [getattr(module, owner) for module in modules if hasattr(module, owner)]
         assert found
         assert not name or hasattr(found[0], name)
+
+
+# Switches for the terms of the equations
+
+
+@pytest.mark.parametrize("option", ["softening", "coriolis", "stiffening"])
+def test_a_term_is_switched_and_back(guest, option):
+    """The frequencies are those of `solve` with that option; the case before is compared with."""
+    usual = option != "coriolis"
+    guest.choose(option, not usual)
+    if option == "stiffening":  # without it the beam is unstable
+        guest.says("Unstable in bending")
+    else:
+        guest.says(frequency_text(PAPER, **{option: not usual}))
+    guest.says("before, ω")
+    guest.says(number(solve(PAPER).frequencies[0]))
+    guest.choose(option, usual)
+    guest.says(frequency_text(PAPER))
+
+
+def test_the_mass_is_removed_and_restored(url):
+    """Without it alpha is 0; restored, it has its last value, or 1 if it had none. The switch shows
+    whether alpha is 0."""
+    with visitor(url) as guest:
+        guest.choose("alpha", 2.5)
+        guest.says(frequency_text(PAPER.replace(alpha=2.5)))
+        guest.choose("mass", False)
+        guest.says(frequency_text(PAPER.replace(alpha=0)))
+        guest.choose("mass", True)
+        guest.says(frequency_text(PAPER.replace(alpha=2.5)))
+    with explorer(Scene(Beam(gamma=10))) as address, visitor(address) as guest:
+        guest.choose("mass", True)
+        guest.says(frequency_text(Beam(alpha=1, gamma=10)))
+
+
+def test_a_method_without_switches_names_those_with_them(guest):
+    """The paper's elements include all terms."""
+    guest.choose("softening", False)
+    guest.choose("method", "ancf")
+    guest.says("softening = False: method ancf takes no switched-off term")
+
+
+def test_the_page_invites_to_drag_what_there_is():
+    """The mass, if the beam has one."""
+    for scene, words in (
+        (Scene(PAPER), "Drag the mass along"),
+        (Scene(), "Drag the line of the speed"),
+    ):
+        with explorer(scene) as url, visitor(url) as guest:
+            guest.wait(lambda _, words=words: words in guest.texts["scene-caption"])
 
 
 # Scenes without an equilibrium

@@ -1,17 +1,146 @@
-"""What the page says."""
+"""Numbers and messages as text: dimensionless, or in kg, mm, rpm and Hz for a real beam."""
 
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
+from charts import chart_of
+from hypothesis import given
+from hypothesis import strategies as st
 from live.visitor import PAPER
 
-from beamviz.beam import Beam, Units
+from beamviz.beam import PARAMETERS, Beam, Units
 from beamviz.drawing import text as messages
-from beamviz.drawing.text import rounded_to_error
+from beamviz.drawing.text import (
+    frequencies,
+    measure,
+    measures,
+    neat,
+    rounded,
+    rounded_to_error,
+)
 from beamviz.errors import NoEquilibrium
+from beamviz.explorer.features.loci_chart import chart_data
+from beamviz.explorer.features.loci_tab import resonance_table
 from beamviz.explorer.page import html
 from beamviz.exports.html_page import solution_table
+from beamviz.frequency_loci import loci
+from beamviz.scene import Scene
 from beamviz.solver import solve
+
+RULER = Beam.from_si(
+    length=0.3,
+    density=7850,
+    area=25e-6,
+    second_moment=25e-12 / 12,
+    youngs_modulus=210e9,
+    rotation_speed=20 * math.pi,
+    mass=0.02,
+    mass_position=0.15,
+)
+FIRST = Scene(RULER)
+sizes = st.floats(1e-3, 1e3)
+
+
+def hertz(beam: Beam) -> str:
+    """The first frequency as the table prints it."""
+    solution = solve(beam)
+    factor = frequencies(beam.units).factor
+    return rounded_to_error(factor * solution.frequencies[0], factor * solution.errors[0])
+
+
+def test_the_numbers_of_a_real_beam_are_displayed_in_si_units():
+    """600 rpm, 20 g, 150 mm from gamma, alpha and beta."""
+    shown = measures(RULER.units)
+    values = {name: shown[name].factor * number for name, number in RULER.numbers.items()}
+    assert values["gamma"] == pytest.approx(600)
+    assert values["alpha"] == pytest.approx(0.02)
+    assert values["beta"] == pytest.approx(150)
+    assert shown["gamma"].text(RULER.gamma, 5) == "600 rpm"
+    assert shown["mu"].unit == ""
+    assert measure("gamma", None).text(4.4641, 4) == "γ = 4.464"
+
+
+@given(st.sampled_from(list(PARAMETERS)), sizes, sizes, sizes, st.floats(0.1, 50))
+def test_sliders_in_units_have_round_ends_within_the_limits(name, length, time, mass, high):
+    """Round, at least as wide as requested within the limits, with a step of 1, 2 or 5."""
+    shown = measure(name, Units(length, time, mass))
+    least, most = PARAMETERS[name].limits
+    high = min(max(high, least + 0.1), most)
+    low, top_, step = shown.range(least, high, 0.01, PARAMETERS[name].limits)
+    assert shown.plain(low) == pytest.approx(least)
+    if shown.unit:
+        assert shown.plain(top_) >= high * (1 - 1e-9)
+        assert shown.plain(top_) <= min(most, 1.1 * high) * (1 + 1e-9)
+        assert step <= shown.factor * 0.01 * (1 + 1e-9)
+        assert round(step / 10.0 ** math.floor(math.log10(step * 1.0000001))) in (1, 2, 5)
+
+
+def test_round_numbers():
+    """Two digits, away from zero; the next step below."""
+    assert [rounded(v) for v in (0.0, 1.0, 431.2, -0.0234, 9.95)] == [0.0, 1.0, 440.0, -0.024, 10.0]
+    assert [neat(v) for v in (0.3, 0.5, 7.0, 1.0)] == pytest.approx([0.2, 0.5, 5.0, 1.0])
+
+
+def test_the_chart_of_a_real_beam_is_in_rpm_and_hertz():
+    """x and y are those of the dimensionless chart times their units; the axes end at round
+    numbers, and a line k per revolution is k times the speed in Hz."""
+    chart = chart_of(RULER)
+    data, plain = chart_data(chart, (1,)), chart_data(chart_of(RULER.replace(units=None)))
+    assert RULER.units
+    assert [data[axis]["label"] for axis in "xy"] == ["speed [rpm]", "frequency [Hz]"]
+    assert data["x"]["range"] == pytest.approx([0, RULER.units.rpm(chart.request.stop)])
+    end = RULER.units.hertz(chart.top)
+    assert data["y"]["range"][1] == pytest.approx(end) == pytest.approx(rounded(end))
+    assert data["lines"][0]["y"][0] == pytest.approx(RULER.units.hertz(plain["lines"][0]["y"][0]))
+    assert data["perRev"]["slope"] == pytest.approx(1 / 60)
+    assert chart_of(RULER, "mu").request.measures[1].unit == ""  # T* itself depends on mu
+
+
+def test_resonances_are_listed_in_rpm_and_hertz():
+    """Each is an intersection with its line: k times the speed is the frequency of the mode."""
+    chart = chart_of(RULER, per_rev=5)
+    assert RULER.units
+    assert chart.resonances
+    for one in chart.resonances:
+        row = resonance_table(replace(chart, resonances=(one,)), (1, 2, 3, 4, 5))
+        assert one.frequency == pytest.approx(one.per_rev * one.at)
+        assert f"{RULER.units.rpm(one.at):.5g}" in row
+        assert f"{one.per_rev * RULER.units.rpm(one.at) / 60:.4g}" in row
+        again = solve(RULER.replace(gamma=one.at)).frequencies
+        assert np.abs(again - one.frequency).min() < 1e-6 * one.frequency
+    assert chart_of(RULER, "alpha", per_rev=5).resonances == ()
+
+
+def test_sliders_of_a_real_beam_take_rpm_kg_and_millimetres(guest):
+    """A value in units gives the beam made from SI values; there is no slider for mu."""
+    assert guest.props["mu-row"]["hidden"] is True
+    guest.choose("gamma", 300.0)
+    guest.choose("alpha", 0.01)
+    guest.choose("beta", 200.0)
+    assert RULER.units
+    assert RULER.units.mass
+    same = RULER.replace(
+        gamma=300 / RULER.units.rpm(1), alpha=0.01 / RULER.units.mass, beta=200 / 300
+    )
+    guest.says(hertz(same))
+    guest.says("300 rpm")
+    guest.do("per_rev_2", True)
+    guest.choose("gamma", 450.0)
+    guest.says(hertz(same.replace(gamma=450 / RULER.units.rpm(1))))
+    (resonance,) = chart_of(same, per_rev=2).resonances_at((2,)).values()
+    guest.says(f"{RULER.units.rpm(resonance.at):.5g}")
+
+
+def test_units_do_not_change_the_loci():
+    """The dimensionless loci of a beam with units are equal."""
+    values = np.linspace(0, 5, 6)
+    one, other = loci(RULER, "gamma", values), loci(RULER.replace(units=None), "gamma", values)
+    assert np.array_equal(one.branches[0].frequency, other.branches[0].frequency)
+
+
+# Messages and tables
 
 
 def test_the_table_shows_accurate_digits():

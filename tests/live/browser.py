@@ -155,6 +155,13 @@ class Page(Target):
             " return boxes.every(box => `${box}` === `${boxes[0]}`) && boxes[0]; })()"
         )
 
+    def at_rest(self, script: str) -> list[float]:
+        """The box of an element that has been the same 20 times."""
+        boxes = [self.box(script)]
+        while boxes[-20:] != boxes[-1:] * 20:
+            boxes.append(self.box(script))
+        return boxes[-1]
+
     def middle(self, script: str) -> tuple[float, float]:
         """The middle of an element."""
         left, top, width, height = self.box(script)
