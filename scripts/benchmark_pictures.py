@@ -49,7 +49,7 @@ def write_picture(solved: SolvedScene) -> None:
 
 def render_frame(solved: SolvedScene, renderer: Renderer) -> None:
     """One frame of a film."""
-    renderer.render(renderer.draw(solved.moment(0.0)))
+    renderer.picture(solved.moment(0.0))
 
 
 FORMATS = ("gif", "webp", "mp4")

@@ -139,9 +139,8 @@ def picture(
     transparent: bool = False,
 ) -> Image.Image:
     """The picture of a solved scene."""
-    renderer = Renderer(solved, width, height)
-    drawn = renderer.draw(solved.moment(solved.time(phase)))
-    return renderer.render(drawn, transparent=transparent)
+    moment = solved.moment(solved.time(phase))
+    return Renderer(solved, width, height).picture(moment, transparent=transparent)
 
 
 def animate(

@@ -35,7 +35,7 @@ def rendered(
     with ThreadPoolExecutor(workers) as pool:
         ahead: deque = deque()
         for moment in moments:
-            ahead.append(pool.submit(renderer.render, renderer.draw(moment)))
+            ahead.append(pool.submit(renderer.picture, moment))
             if len(ahead) > workers:
                 yield ahead.popleft().result()
         yield from (frame.result() for frame in ahead)

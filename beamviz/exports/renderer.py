@@ -5,6 +5,7 @@ specular reflection, the ACES tone curve), without a browser, a display or a gra
 """
 
 import math
+import threading
 from functools import lru_cache
 from importlib.metadata import distribution
 
@@ -13,26 +14,18 @@ from PIL import Image, ImageDraw, ImageFilter, ImageFont
 
 from beamviz.drawing import camera, colours
 from beamviz.drawing.objects import Caption
-from beamviz.exports.geometry import Geometry, Triangles, geometry, linear
-from beamviz.exports.rasteriser import (
-    NEAR,
-    SMALL,
-    clipped,
-    cover,
-    draw,
-    edges,
-    samples,
-)
+from beamviz.exports.geometry import Geometry, geometry, linear
+from beamviz.exports.rasteriser import NEAR, SMALL, draw, edges, samples
 from beamviz.exports.solved_scene import DrawnScene, Moment, SolvedScene
 from beamviz.server.viser_private import VisibleNode, offline_scene
 
 Box = tuple[int, int, int]  # of a text: left, right, top [pixels]
 FINE, FAST = 8, 5  # samples of a pixel at an edge: in a picture, a film
+SHADOW_SAMPLES = 3
 SPECULAR = 0.04  # reflectance of a dielectric seen from the front
 FULL_HEIGHT = 720  # [pixels] of a picture: lines are as much thinner as it is smaller
 UP = np.array([0.0, 0.0, 1.0])
 SHADOW_CELLS = 320  # of the larger side of a shadow
-SHADOW_SAMPLES = 3
 SHADOW_BLUR = 0.014  # [lengths of the beam] standard deviation
 # Letters of a caption: [pixels], and of the width of the picture; the part of the width
 # that a line may take; height [lengths of the beam] at most, for a title between two beams.
@@ -49,119 +42,87 @@ EXPOSURE = 1 / 0.6
 
 
 class Renderer:
-    """Pictures of a solved scene of `width` by `height` pixels.
+    """Pictures of a solved scene of `width` by `height` pixels, in any thread."""
 
-    `draw` takes the scene at a moment, `render` makes the picture of it; only the former is bound
-    to one thread.
-    """
-
-    def __init__(self, solved: SolvedScene, width: int, height: int, samples: int = FINE):
-        self.width, self.height, self.samples = width, height, samples
-        self.size = width, height
+    def __init__(self, solved: SolvedScene, width: int, height: int, count: int = FINE):
+        self.width, self.height = self.size = width, height
+        self.count = count  # of the samples of a pixel at an edge
         view = solved.camera(width / height)
         self.eye = np.array(view.position)
-        self.axes = camera.axes(np.subtract(view.position, view.look_at))
+        axes = camera.axes(np.subtract(view.position, view.look_at))
         self.distance = math.dist(view.position, view.look_at)
         self.focal = height / (2 * math.tan(camera.FIELD_OF_VIEW / 2))  # [pixels]
+        # From the eye to a point, times this: x w, y w and w, see rasteriser.py.
+        to_pixels = [[self.focal, 0, 0], [0, self.focal, 0], [width / 2, height / 2, 1]]
+        self.projection = axes @ to_pixels
         dark = solved.scene.view.dark
         self.background, self.letters = colours.BACKGROUND[dark], colours.LETTERS[dark]
-        self.scene = offline_scene()
+        self.scene, self.lock = offline_scene(), threading.Lock()
         self.drawn = DrawnScene(self.scene, solved, camera.scale(self.distance, height))
 
-    def draw(self, moment: Moment) -> Geometry:
-        """The scene at a moment."""
-        self.drawn.move(moment)
-        return geometry(self.scene)
-
-    def render(self, scene: Geometry, *, transparent: bool = False) -> Image.Image:
-        """The picture of a scene in RGB, or with transparency in RGBA."""
+    def picture(self, moment: Moment, *, transparent: bool = False) -> Image.Image:
+        """The picture at a moment in RGB, or with transparency in RGBA."""
+        with self.lock:
+            self.drawn.move(moment)
+            scene = geometry(self.scene)
         picture = Image.new("RGBA", self.size, (*self.background, 0 if transparent else 255))
+        normals = np.cross(*np.diff(scene.corners, axis=1).transpose(1, 0, 2))
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
         if scene.floor is not None:  # everything is above it
-            self.add_floor(picture, scene.floor, scene)
-        self.add_objects(picture, scene)
+            self.add_floor(picture, scene.floor, scene, normals)
+        self.add_objects(picture, scene, normals)
         boxes: list[Box] = []
         for caption in self.drawn.captions:
             self.add_caption(picture, caption, scene.points[caption.point.name], boxes)
         return picture if transparent else picture.convert("RGB")
 
-    def seen(self, points: np.ndarray) -> np.ndarray:
-        """Points (..., 3) in the axes of the camera: right, down, forward."""
-        return (points - self.eye) @ self.axes
-
-    def projected(self, seen: np.ndarray) -> np.ndarray:
-        """Points (..., 3) in the axes of the camera as x, y [pixels] and the inverse distance."""
-        inverse = 1 / seen[..., 2:]
-        middle = [self.width / 2, self.height / 2]
-        return np.concatenate([self.focal * seen[..., :2] * inverse + middle, inverse], -1)
+    def projected(self, points: np.ndarray) -> np.ndarray:
+        """Points (..., 3) in homogeneous coordinates of the picture: x w, y w, w."""
+        return (points - self.eye) @ self.projection
 
     # Objects
 
-    def add_objects(self, picture: Image.Image, scene: Geometry) -> None:
+    def add_objects(self, picture: Image.Image, scene: Geometry, normals: np.ndarray) -> None:
         """Put bodies and lines over a picture, antialiased where neighbouring pixels differ."""
+        seen = ((self.eye - scene.corners[:, 0]) * normals).sum(axis=1) > 0
+        corners, rgba = scene.corners[seen], scene.colours[seen]
+        light = shades(self.eye, corners.mean(axis=1), normals[seen], rgba[:, :3], scene)
+        rgba[:, :3] = rgba[:, 3:] * light
         thin = min(1.0, self.height / FULL_HEIGHT)
-        parts = [self.bodies(scene)]
-        parts += [self.strips(ends, colour, thin * width) for ends, colour, width in scene.lines]
-        places, colours = (np.concatenate(part) for part in zip(*parts, strict=True))
-        covered = cover(places[..., :2], self.width, self.height)
+        parts = [(self.projected(corners), rgba)]
+        for ends, colour, width in scene.lines:
+            strips = line_triangles(self.projected(ends), thin * width)
+            parts.append((strips, np.tile([*toned(colour), 1.0], (len(strips), 1))))
+        corners, rgba = (np.concatenate(part) for part in zip(*parts, strict=True))
+        rgba = rgba.astype(np.float32)
         shown = np.zeros((self.height, self.width, 4), np.uint8)
-        draw(shown, places, colours, covered, 1)
+        everywhere = np.ones(shown.shape[:2], bool)
+        draw(shown, everywhere, corners, rgba, 1)
         edge = edges(shown)
-        lines = covered[0] >= len(parts[0][0])
-        edge[covered[1, lines], covered[2, lines]] = True  # they may be between pixels' centres
-        draw(shown, places, colours, covered[:, edge[*covered[1:]]], self.samples)
+        lines = samples(corners[np.count_nonzero(seen) :], everywhere, self.count)[1]
+        edge.ravel()[lines // self.count] = True  # they may be between pixels' centres
+        draw(shown, edge, corners, rgba, self.count)
         picture.alpha_composite(Image.fromarray(shown))
-
-    def bodies(self, scene: Geometry) -> tuple[np.ndarray, np.ndarray]:
-        """The triangles that are seen, in the picture (t, 3, 3), and the colours (t, 3, 4) at their
-        corners, in sRGB with opacity."""
-        seen = self.seen(scene.triangles.corners)
-        across = np.cross(seen[:, 1] - seen[:, 0], seen[:, 2] - seen[:, 0])
-        shown = ((across * seen[:, 0]).sum(axis=1) < 0) | scene.triangles.double
-        bodies = Triangles(*(values[shown] for values in scene.triangles))
-        behind = ((self.eye - bodies.corners) * bodies.normals).sum(axis=-1, keepdims=True) < 0
-        normals = bodies.normals * np.where(bodies.double[:, None, None] & behind, -1, 1)
-        light = shades(self.eye, bodies.corners, normals, bodies.albedo[:, None], scene)
-        opacity = np.broadcast_to(bodies.opacity[:, None, None], (len(light), 3, 1))
-        parts = clipped(np.concatenate([seen[shown], light, opacity], -1))
-        return self.projected(parts[..., :3]), parts[..., 3:]
-
-    def strips(
-        self, ends: np.ndarray, colour: np.ndarray, thickness: float
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Lines (n, 2, 3) as triangles (2 n, 3, 3) in the picture, `thickness` pixels wide, and
-        their colours (2 n, 3, 4)."""
-        seen = self.seen(ends)
-        seen = seen[seen[..., 2].max(axis=1) > NEAR]
-        along = seen[:, 1:] - seen[:, :1]
-        share = (NEAR - seen[..., 2:]) / np.where(along == 0, np.inf, along)[..., 2:]
-        seen = self.projected(np.where(seen[..., 2:] > NEAR, seen, seen[:, :1] + share * along))
-        along = seen[:, 1, :2] - seen[:, 0, :2]
-        along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
-        aside = np.stack([-along[:, 1], along[:, 0], 0 * along[:, 0]], 1) * thickness / 2
-        a, b = seen[:, 0], seen[:, 1]
-        quads = np.stack([a - aside, b - aside, b + aside, a + aside], 1)
-        places = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-        return places, np.broadcast_to(np.append(toned(colour), 1.0), (len(places), 3, 4))
 
     # Floor
 
-    def add_floor(self, picture: Image.Image, floor: VisibleNode, scene: Geometry) -> None:
+    def add_floor(
+        self, picture: Image.Image, floor: VisibleNode, scene: Geometry, normals: np.ndarray
+    ) -> None:
         """Put the top of a round floor over a picture, if it is seen, with the shadow on it."""
         centre = floor.position + floor.props.height / 2 * UP
-        eye = self.eye - centre
-        if eye[2] <= 0:
+        if self.eye[2] <= centre[2]:
             return
         # A place (x, y) shows the point points @ (x, y, 1), homogeneous, from the centre; the last
-        # of its coordinates is negative below the horizon.
-        pixels = np.array([[1, 0, -self.width / 2], [0, 1, -self.height / 2], [0, 0, self.focal]])
-        rays = self.axes @ pixels
-        points = np.stack([*(eye[k] * rays[2] - eye[2] * rays[k] for k in (0, 1)), rays[2]])
+        # of its coordinates is positive below the horizon.
+        points = np.linalg.inv([*self.projection[:2], self.projected(centre)]).T
         tone = shades(self.eye, centre, UP, linear(floor.props.color), scene)
         tones = np.outer([1.0, 1 - floor.props.receive_shadow], 255 * tone)
         lit, dark = map(tuple, np.rint(tones).astype(int).tolist())
         disc = Image.new("RGB", self.size, lit)
         if scene.sun is not None:
-            disc.paste(dark, mask=self.shadow(scene.triangles, scene.sun, centre, points))
+            bodies = scene.corners[scene.casts & (normals @ scene.sun > 0)]
+            disc.paste(dark, mask=self.shadow(bodies - centre, scene.sun, points))
         disc.putalpha(self.disc(points, floor.props.radius))
         picture.alpha_composite(disc)
 
@@ -173,26 +134,21 @@ class Renderer:
         conic = (points.T * [-1, -1, radius**2]) @ points
         dx, dy, constant = (a * x + (b * y + c) for a, b, c in conic.astype(np.float32))
         share = 0.5 + (x * dx + y * dy + constant) / (2 * np.sqrt(dx * dx + dy * dy))
-        below = points[2, 0] * x + (points[2, 1] * y + points[2, 2]) < 0
+        below = points[2, 0] * x + (points[2, 1] * y + points[2, 2]) > 0
         return Image.fromarray((255 * share.clip(0, 1) * below).astype(np.uint8))
 
-    def shadow(
-        self, bodies: Triangles, sun: np.ndarray, centre: np.ndarray, points: np.ndarray
-    ) -> Image.Image:
-        """The soft shadow on the level of `centre` (3,), in bytes."""
-        lit = bodies.casts & ((bodies.normals @ sun).mean(axis=1) > 0)
-        corners = bodies.corners[lit] - centre
-        fallen = (corners - corners[..., 2:] / sun[2] * sun)[..., :2]
+    def shadow(self, bodies: np.ndarray, sun: np.ndarray, points: np.ndarray) -> Image.Image:
+        """The soft shadow of triangles (t, 3, 3) on the level of the origin, in bytes."""
+        fallen = (bodies - bodies[..., 2:] / sun[2] * sun)[..., :2]
         corner = fallen.min(axis=(0, 1)) - 4 * SHADOW_BLUR
         extent = fallen.max(axis=(0, 1)) + 4 * SHADOW_BLUR - corner
         cell = float(extent.max()) / SHADOW_CELLS
         columns, rows = (extent / cell).astype(int) + 2
         placed = np.insert((fallen - corner) / cell, 2, 1.0, axis=2)
-        touched = cover(placed[..., :2], columns, rows)
-        pair, number, _ = samples(placed, touched, SHADOW_SAMPLES)
-        covered = np.zeros((SHADOW_SAMPLES, rows, columns), np.float32)
-        covered[number, *touched[1:, pair]] = 255
-        means = Image.fromarray(covered.mean(axis=0).astype(np.uint8))
+        covered = np.zeros((rows, columns, SHADOW_SAMPLES), np.float32)
+        inside = samples(placed, np.ones((rows, columns), bool), SHADOW_SAMPLES)[1]
+        covered.ravel()[inside] = 255
+        means = Image.fromarray(covered.mean(axis=2).astype(np.uint8))
         soft = means.filter(ImageFilter.GaussianBlur(SHADOW_BLUR / cell))
         matrix = np.array([[1, 0, -corner[0]], [0, 1, -corner[1]], [0, 0, cell]]) @ points
         data = (matrix / matrix[2, 2]).ravel()[:8].tolist()
@@ -206,9 +162,10 @@ class Renderer:
     ) -> None:
         """Write a text over a picture, below the ones before that it would cover, as the page does
         (captions.js)."""
-        place = self.seen(point)
-        if place[2] <= NEAR:
+        x, y, distance = self.projected(point)
+        if distance <= NEAR:
             return
+        x, y = x / distance, y / distance
         lines = caption.text.split("\n")
         widest = max(map(font(100.0).getlength, lines)) / 100
         letters = min(MAX_LETTERS, RELATIVE_LETTERS * self.width)
@@ -218,7 +175,6 @@ class Renderer:
         line = ascent + descent
         width = math.ceil(max(map(face.getlength, lines)) + 2 * CAPTION_PADDING * line)
         height = len(lines) * line
-        x, y, _ = self.projected(place)
         left = max(min(round(x - width / 2), self.width - width), 0)
         top = round(y - {"top": 0.0, "bottom": 1.0}.get(caption.anchor, 0.5) * height)
         for box in boxes:
@@ -237,6 +193,16 @@ def font(size: float) -> ImageFont.FreeTypeFont:
     """DejaVu Sans as shipped with matplotlib: the same text on every machine."""
     file = distribution("matplotlib").locate_file("matplotlib/mpl-data/fonts/ttf/DejaVuSans.ttf")
     return ImageFont.truetype(str(file), size, layout_engine=ImageFont.Layout.BASIC)
+
+
+def line_triangles(ends: np.ndarray, thickness: float) -> np.ndarray:
+    """Lines (n, 2, 3) in homogeneous coordinates as triangles (2 n, 3, 3), `thickness` pixels
+    wide."""
+    normal = np.cross(ends[:, 0], ends[:, 1]) * [1, 1, 0]
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), SMALL)
+    aside = thickness / 2 * normal[:, None] * ends[..., 2:]
+    quads = np.concatenate([ends - aside, (ends + aside)[:, ::-1]], 1)
+    return quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3)
 
 
 def shades(

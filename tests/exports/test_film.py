@@ -105,7 +105,7 @@ def test_after_the_last_frame_comes_the_first(scene):
     assert turns == pytest.approx(np.rint(turns), abs=1e-9)
     assert turns[0] == loop.periods
     renderer = Renderer(solved, 128, 72)
-    first, last = (renderer.render(renderer.draw(loop.moment(share))) for share in (0.0, 1.0))
+    first, last = (renderer.picture(loop.moment(share)) for share in (0.0, 1.0))
     assert np.abs(np.asarray(first, int) - np.asarray(last, int)).max() <= 3
     for name, change in loop.changes.items():
         assert abs(change) <= 1
