@@ -174,19 +174,16 @@ def _locate(
     """The crossing or veering of two neighbours of a family; None if it is neither."""
     family, k, low, at, high, before, after, _ = candidate
     start, stop = curves.table.at[[0, -1]].tolist()
-    values = np.array([low, at, high])
     if guess:
         inside = guess.modes[1] < sweep.modes
         if guess.gap > 1.01 * CLOSE * guess.frequency or (not inside and guess.gap > 0):
             return None
         low, high = max(before, guess.at - guess.width), min(after, guess.at + guess.width)
-        values = np.array([low, guess.at, high])
-        points = yield np.concatenate(
-            (values, _beside(guess, before, after), _near(guess, start, stop))
-        )
+        values = np.concatenate(([low], _near(guess, start, stop), [high]))
+        points = yield np.concatenate((values, _beside(guess, before, after)))
     else:
         guess = Approach(at, 0.0, math.inf, 0.0, (0, 1))
-        points = yield values
+        points = yield (values := np.array([low, at, high]))
     first = points.at.searchsorted(low)
     if not (first < len(points.at) and points.at[first] == low):
         return None
