@@ -23,9 +23,7 @@ from beamviz.solver import (
 )
 from beamviz.solver.solution import Solution
 
-# Modes solved for beyond those requested, as they may become one of the lowest, or veer with one
-# where all modes couple.
-EXTRA_MODES, EXTRA_COUPLED = 2, 4
+EXTRA_MODES = 2  # solved for beyond those requested, as they may become one of the lowest
 DESIGNED = 5  # number of beams from which the common mesh of a sweep is designed
 MAX_POINTS = 10_000
 MAX_SOLVES = 4000  # of a sweep, to interpolate and to locate crossings
@@ -90,16 +88,8 @@ class Sweep:
     modes: int
     options: dict[str, Any]
     outcomes: dict[float, Outcome] = field(default_factory=dict)
-    extra_modes: int = 0
+    extra_modes: int = EXTRA_MODES  # 0 where the method has no more
     designed: tuple[Beam, ...] = ()  # beams whose meshes determine the common one
-
-    def __post_init__(self) -> None:
-        self.extra_modes = self.most_modes - self.modes
-
-    @cached_property
-    def most_modes(self) -> int:
-        """Number of modes solved for, where the method has that many."""
-        return self.modes + (EXTRA_COUPLED if self.coupled and self.straight else EXTRA_MODES)
 
     @cached_property
     def problem(self) -> Problem:
@@ -167,12 +157,12 @@ class Sweep:
         except InvalidInput:
             if not self.extra_modes:
                 raise
-        self.extra_modes = 0  # not available by this method
+        self.extra_modes = 0
         return solve_many(beams, **options)
 
     def spectra(self, values: np.ndarray) -> Spectra:
         """The modes at values (n,), by family unless all couple; nan without a solution."""
-        outcomes, count = self.solve(values), self.most_modes
+        outcomes, count = self.solve(values), self.modes + EXTRA_MODES
         shape = len(values), 1 if self.coupled else 2, count
         spectra = Spectra(*(np.full(shape, np.nan) for _ in range(3)))
         squares, errors, bending = spectra

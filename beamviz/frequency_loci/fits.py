@@ -1,0 +1,269 @@
+"""The interpolants of the modes on a piece, which are tried one after the other.
+
+Within a family the k-th omega^2 is an analytic function of the parameter. Two that veer have branch
+points near the real axis, but their mean and the square of their difference have none: these are
+interpolated where omega^2 does not converge. Where a mode veers with both neighbours, as over beta,
+a characteristic function of the family takes fewer solves.
+
+Coupled modes have many narrow veerings: a characteristic function is interpolated, or the matrix of
+a block of modes.
+
+Solves at check points between the nodes measure the error of each interpolant.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from beamviz.frequency_loci import block, characteristic
+from beamviz.frequency_loci.axis import Axis
+from beamviz.frequency_loci.characteristic import Characteristic
+from beamviz.frequency_loci.chebyshev import EPS, interpolated, lobatto, tail_and_rates
+from beamviz.frequency_loci.pieces import Piece, of_root
+from beamviz.frequency_loci.spectra import BENDING_ERROR, MISFIT, TAIL, Spectra, positive_shift
+from beamviz.frequency_loci.sweep import Sweep
+
+FEW_NODES = 24  # order up to which a block is tried first: it is faster to evaluate
+SHARE = 0.5  # accepted interpolation error, of the tolerance and of the solver's error
+FLOOR = 1.0  # omega^2 below which the error is absolute, near the onset of instability
+OUTSIDE = 1e3  # accepted error of the mode above the requested ones, relative to theirs
+
+
+class Fit(NamedTuple):
+    """An interpolant. ratio: the largest of its errors relative to those accepted, expected when
+    the order has grown by a half some number of times."""
+
+    piece: Piece
+    ratio: Callable[[int], float]
+
+
+@dataclass
+class Interpolated:
+    """A sweep with the modes of a piece instead of solves: interpolates the roots of characteristic
+    functions again, by polynomials, which are faster."""
+
+    sweep: Sweep
+    axis: Axis
+    piece: Piece
+    modes: int
+    tolerance: float
+    coupled = False
+
+    def spectra(self, values: np.ndarray) -> Spectra:
+        """The interpolated modes; their errors are those of solver and interpolation."""
+        squares, solver_error, bending, error = self.piece.at(self.axis.t(values))
+        return Spectra(squares, solver_error + error, bending)
+
+    def mesh_spectra(self, values: np.ndarray) -> None:
+        """None."""
+
+    def points(self, values: np.ndarray) -> Any:
+        """Shapes, by solves."""
+        return self.sweep.points(values)
+
+
+@dataclass(frozen=True, eq=False)
+class Nodes:
+    """The modes at the nodes of a piece, followed by the check points."""
+
+    sweep: Sweep | Interpolated
+    low: float  # of the variable t
+    high: float
+    order: int
+    values: np.ndarray  # (n,) of the parameter
+    solved: Spectra  # (n, ...)
+
+    @cached_property
+    def rank(self) -> np.ndarray:
+        """The lowest index (families, k) of each mode by frequency among all."""
+        known = np.isfinite(self.solved.squares)
+        return np.where(known, self.solved.rank, np.inf).min(axis=0)
+
+    @cached_property
+    def needed(self) -> np.ndarray:
+        """The modes (families, k) that must be interpolated: those requested, and of uncoupled
+        ones the next."""
+        return self.rank < self.sweep.modes + (not self.sweep.coupled)
+
+    @cached_property
+    def accepted(self) -> np.ndarray:
+        """The errors (families, k) of omega^2 that are accepted."""
+        sweep, solved = self.sweep, self.solved
+        inside = solved.rank < sweep.modes
+        size = np.where(inside, abs(solved.squares), np.inf).min(axis=0)
+        own = np.where(inside & np.isfinite(solved.errors), solved.errors, np.inf).min(axis=0)
+        accepted = SHARE * (sweep.tolerance * (size + FLOOR) + np.where(np.isfinite(own), own, 0.0))
+        size = abs(solved.squares).min(axis=0)
+        outside = SHARE * OUTSIDE * sweep.tolerance * (size + FLOOR)
+        accepted = np.where(self.rank >= sweep.modes, outside, accepted)
+        return np.where(self.rank <= sweep.modes, accepted, np.inf)
+
+    @cached_property
+    def piece(self) -> Piece:
+        """The piece without an interpolant."""
+        none = np.zeros(self.needed.shape, bool)
+        nodes = self.solved.take(slice(self.order + 1))
+        return Piece(self.low, self.high, nodes, None, self.needed, none)
+
+    @cached_property
+    def estimates(self) -> tuple[np.ndarray, np.ndarray]:
+        """`estimated` for omega^2 and, of coupled modes, the bending fraction."""
+        squares, _, bending = self.solved
+        return self.estimated(np.stack((squares, bending) if self.sweep.coupled else (squares,)))
+
+    @cached_property
+    def ratios(self) -> np.ndarray:
+        """The errors (families, k) of interpolated omega^2 relative to those accepted."""
+        return np.where(self.needed, self.estimates[0][0] / self.accepted, 0.0)
+
+    def estimated(self, functions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The errors (functions, families, k) of interpolated functions (functions, n, families,
+        k), and the factors by which they fall when the order grows by a half."""
+        points, shape = lobatto(self.order), (len(functions), *functions.shape[2:])
+        flat = np.moveaxis(functions, 1, 0).reshape(functions.shape[1], -1)
+        nodes, checks = flat[: self.order + 1], flat[self.order + 1 :]
+        tail, rates = tail_and_rates(abs(points.coefficients @ nodes), self.order)
+        misfit = abs(points.checks @ nodes - checks).max(axis=0)
+        errors = np.maximum(TAIL * tail, MISFIT * misfit) + EPS * abs(nodes).max(axis=0)
+        return errors.reshape(shape), rates.reshape(shape)
+
+
+def fits(nodes: Nodes) -> list[Fit]:
+    """The interpolants tried, up to the first whose errors are accepted; none without solutions."""
+    tried: list[Fit] = []
+    if not np.isfinite(nodes.solved.squares[:, nodes.needed]).all():
+        return tried
+    ways = [by_pairs, by_characteristics]
+    if nodes.sweep.coupled:
+        ways = [by_block, by_characteristics][:: 1 if nodes.order <= FEW_NODES else -1]
+    for way in (by_squares, *ways):
+        if found := way(nodes):
+            tried.append(found)
+            if found.ratio(0) <= 1:
+                break
+    return tried
+
+
+def by_squares(nodes: Nodes) -> Fit:
+    """Polynomials for omega^2, and for the bending fraction of coupled modes."""
+    errors, rates = nodes.estimates
+    limits = np.stack((nodes.accepted, np.full_like(nodes.accepted, BENDING_ERROR)))[: len(errors)]
+
+    def ratio(power: int) -> float:
+        ratios = (errors / limits * rates**power).max(axis=0)
+        return float(np.where(nodes.needed, ratios, 0.0).max())
+
+    return Fit(replace(nodes.piece, errors=errors), ratio)
+
+
+def by_pairs(nodes: Nodes) -> Fit:
+    """Polynomials for omega^2, or for the mean and the squared difference of two neighbours."""
+    squares = nodes.solved.squares
+    functions = np.full((3, *squares.shape), np.nan)
+    functions[0] = squares
+    functions[1, ..., :-1] = (squares[..., :-1] + squares[..., 1:]) / 2
+    functions[2, ..., :-1] = (squares[..., 1:] - squares[..., :-1]) ** 2
+    errors, rates = nodes.estimated(functions)
+    least = interpolated(lobatto(nodes.order).dense, functions[2, : nodes.order + 1]).min(axis=0)
+    paired, _ = _pairs(nodes, errors, least)
+    above = np.pad(paired[:, :-1], ((0, 0), (1, 0)))  # the upper modes of pairs
+    piece = replace(nodes.piece, errors=errors, needed=nodes.needed | above, paired=paired)
+    return Fit(piece, lambda power: _pairs(nodes, errors * rates**power, least)[1])
+
+
+def _pairs(nodes: Nodes, errors: np.ndarray, least: np.ndarray) -> tuple[np.ndarray, float]:
+    """Whether modes (families, k) are interpolated in a pair with the next one, for the least
+    errors, and the largest ratio of an error to that accepted.
+
+    errors: of the functions of `by_pairs`. least: least squared differences (families, k)."""
+    needed, accepted = nodes.needed, nodes.accepted
+    alone = np.where(needed, errors[0] / accepted, 0.0)
+    paired, worst = np.zeros(needed.shape, bool), 0.0
+    if (alone <= 1).all():
+        return paired, float(alone.max())
+    together = (errors[1] + of_root(least, errors[2])) / np.fmin(
+        accepted, np.pad(accepted[:, 1:], ((0, 0), (0, 1)), constant_values=np.inf)
+    )
+    together = np.where(np.isfinite(together), together, np.inf)
+    for f, k in np.argwhere(~(alone <= 1)).tolist():  # those that do not converge alone
+        free = not paired[f, k] and not (k and paired[f, k - 1])
+        if not free:
+            continue
+        down = together[f, k - 1] if k and not (k > 1 and paired[f, k - 2]) else np.inf
+        up = together[f, k] if k + 1 < needed.shape[1] and not paired[f, k + 1] else np.inf
+        own = alone[f, k] if np.isfinite(alone[f, k]) else np.inf
+        best = min(own, down, up)
+        worst = max(worst, best)
+        if up <= min(down, own):
+            paired[f, k] = True
+        elif down <= own:
+            paired[f, k - 1] = True
+    return paired, worst
+
+
+def by_block(nodes: Nodes) -> Fit | None:
+    """A block of coupled modes; None without shapes."""
+    if not (fitted := block.fit(nodes.sweep.points(nodes.values), nodes.solved, nodes.order)):
+        return None
+    found, errors, rates = fitted
+    m = len(errors)
+    accepted, needed = nodes.accepted[0, :m], nodes.needed[0, :m]
+    ratios = errors / accepted
+    known = np.zeros(nodes.needed.shape, bool)
+    known[0, :m] = (ratios <= 1) & np.isfinite(accepted)
+    piece = replace(nodes.piece, errors=nodes.estimates[0], needed=known, block=found)
+    return Fit(piece, lambda power: float((ratios * rates**power)[needed].max()))
+
+
+def by_characteristics(nodes: Nodes) -> Fit | None:
+    """Characteristic functions of the families whose omega^2 do not converge; None without the
+    spectra of all meshes."""
+    spectra = nodes.sweep.mesh_spectra(nodes.values)
+    if spectra is None:
+        return None
+    ratios, needed = nodes.ratios.copy(), np.isfinite(nodes.accepted)
+    found: list[Characteristic | None] = [None] * len(needed)
+    rate = EPS
+    for f, own in enumerate(ratios):
+        if nodes.sweep.coupled or not (own <= 1).all():
+            modes = int(np.flatnonzero(needed[f]).max(initial=-1)) + 1
+            fitted = _characteristic(nodes, f, spectra[:, f], modes)
+            if not fitted:
+                return None
+            found[f], errors, falls = fitted
+            own[:modes] = np.where(needed[f, :modes], errors / nodes.accepted[f, :modes], 0.0)
+            rate = max(rate, falls)
+    piece = replace(
+        nodes.piece, errors=nodes.estimates[0], needed=needed, characteristics=tuple(found)
+    )
+    return Fit(piece, lambda power: float((ratios * rate**power).max()))
+
+
+def _characteristic(
+    nodes: Nodes, f: int, spectrum: np.ndarray, modes: int
+) -> tuple[Characteristic, np.ndarray, float] | None:
+    """The characteristic function of family f with the `spectrum` (n, all modes), the errors
+    (modes,) of its lowest omega^2, and the factor by which the largest falls when the order grows
+    by a half. None without these omega^2, or the shapes of coupled modes."""
+    count, kinetic = nodes.order + 1, None
+    if not np.isfinite(spectrum[:, :modes]).all():
+        return None
+    if nodes.sweep.coupled:
+        points = nodes.sweep.points(nodes.values)
+        kinetic = np.diagonal(points.kinetic, axis1=2, axis2=3)[:count]
+        if not kinetic.size:
+            return None
+    shift = positive_shift(spectrum[:, :modes])
+    found, bending, changes, falls = characteristic.fit(
+        spectrum[:count], spectrum[count:, :modes], modes, shift, kinetic
+    )
+    errors = np.maximum(TAIL * changes, MISFIT * found.misfit)
+    errors = np.where(np.isfinite(errors), errors, np.inf)
+    if nodes.sweep.coupled:
+        off = abs(bending - nodes.solved.bending[count:, f, :modes]).max(axis=0)
+        off[nodes.sweep.modes :] = 0.0
+        errors = np.maximum(errors, off / BENDING_ERROR * nodes.accepted[f, :modes])
+    return found, errors, falls
