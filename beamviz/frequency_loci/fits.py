@@ -11,22 +11,20 @@ a block of modes.
 Solves at check points between the nodes measure the error of each interpolant.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from beamviz.frequency_loci import block, characteristic
-from beamviz.frequency_loci.axis import Axis
 from beamviz.frequency_loci.characteristic import Characteristic
 from beamviz.frequency_loci.chebyshev import EPS, interpolated, lobatto, tail_and_rates
 from beamviz.frequency_loci.pieces import Piece, of_root
 from beamviz.frequency_loci.spectra import BENDING_ERROR, MISFIT, TAIL, Spectra, positive_shift
 from beamviz.frequency_loci.sweep import Sweep
 
-FEW_NODES = 24  # order up to which a block is tried first: it is faster to evaluate
 SHARE = 0.5  # accepted interpolation error, of the tolerance and of the solver's error
 FLOOR = 1.0  # omega^2 below which the error is absolute, near the onset of instability
 OUTSIDE = 1e3  # accepted error of the mode above the requested ones, relative to theirs
@@ -40,36 +38,14 @@ class Fit(NamedTuple):
     ratio: Callable[[int], float]
 
 
-@dataclass
-class Interpolated:
-    """A sweep with the modes of a piece instead of solves: interpolates the roots of characteristic
-    functions again, by polynomials, which are faster."""
-
-    sweep: Sweep
-    axis: Axis
-    piece: Piece
-    modes: int
-    tolerance: float
-    coupled = False
-
-    def spectra(self, values: np.ndarray) -> Spectra:
-        """The interpolated modes; their errors are those of solver and interpolation."""
-        squares, solver_error, bending, error = self.piece.at(self.axis.t(values))
-        return Spectra(squares, solver_error + error, bending)
-
-    def mesh_spectra(self, values: np.ndarray) -> None:
-        """None."""
-
-    def points(self, values: np.ndarray) -> Any:
-        """Shapes, by solves."""
-        return self.sweep.points(values)
+Way = Callable[["Nodes"], Fit | None]
 
 
 @dataclass(frozen=True, eq=False)
 class Nodes:
     """The modes at the nodes of a piece, followed by the check points."""
 
-    sweep: Sweep | Interpolated
+    sweep: Sweep
     low: float  # of the variable t
     high: float
     order: int
@@ -131,19 +107,15 @@ class Nodes:
         return errors.reshape(shape), rates.reshape(shape)
 
 
-def fits(nodes: Nodes) -> list[Fit]:
+def fits(nodes: Nodes, ways: Sequence[Way]) -> list[Fit]:
     """The interpolants tried, up to the first whose errors are accepted; none without solutions."""
     tried: list[Fit] = []
-    if not np.isfinite(nodes.solved.squares[:, nodes.needed]).all():
-        return tried
-    ways = [by_pairs, by_characteristics]
-    if nodes.sweep.coupled:
-        ways = [by_block, by_characteristics][:: 1 if nodes.order <= FEW_NODES else -1]
-    for way in (by_squares, *ways):
-        if found := way(nodes):
-            tried.append(found)
-            if found.ratio(0) <= 1:
-                break
+    if np.isfinite(nodes.solved.squares[:, nodes.needed]).all():
+        for way in ways:
+            if found := way(nodes):
+                tried.append(found)
+                if found.ratio(0) <= 1:
+                    break
     return tried
 
 
@@ -247,15 +219,12 @@ def _characteristic(
 ) -> tuple[Characteristic, np.ndarray, float] | None:
     """The characteristic function of family f with the `spectrum` (n, all modes), the errors
     (modes,) of its lowest omega^2, and the factor by which the largest falls when the order grows
-    by a half. None without these omega^2, or the shapes of coupled modes."""
+    by a half. None without these omega^2."""
     count, kinetic = nodes.order + 1, None
     if not np.isfinite(spectrum[:, :modes]).all():
         return None
     if nodes.sweep.coupled:
-        points = nodes.sweep.points(nodes.values)
-        kinetic = np.diagonal(points.kinetic, axis1=2, axis2=3)[:count]
-        if not kinetic.size:
-            return None
+        kinetic = nodes.sweep.kinetic_energies(nodes.values[:count])
     shift = positive_shift(spectrum[:, :modes])
     found, bending, changes, falls = characteristic.fit(
         spectrum[:count], spectrum[count:, :modes], modes, shift, kinetic

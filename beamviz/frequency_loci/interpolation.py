@@ -1,14 +1,22 @@
 """omega^2 along one parameter as interpolants on pieces of its range, refined until they converge:
 the order grows, or the piece is halved."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from beamviz.frequency_loci.axis import Axis
 from beamviz.frequency_loci.chebyshev import LEAST, lobatto, on_piece
-from beamviz.frequency_loci.fits import Interpolated, Nodes, fits
+from beamviz.frequency_loci.fits import (
+    Nodes,
+    Way,
+    by_block,
+    by_characteristics,
+    by_pairs,
+    by_squares,
+    fits,
+)
 from beamviz.frequency_loci.pieces import Piece
 from beamviz.frequency_loci.spectra import Spectra
 from beamviz.frequency_loci.sweep import Sweep
@@ -24,6 +32,8 @@ MULTIPLES, EXPECTED = (2, 3, 4, 5, 6), 0.1  # of an order, for the next; error r
 SHORTEST = 1e-8  # of the axis: length below which a piece is not halved
 ISOLATED = 1 / 64  # of the axis: the same for a piece with a value without solution
 AT_REST = 1e-7  # replaces gamma = 0 where all modes couple: omega^2 differs by its square
+POLYNOMIALS: tuple[Way, ...] = by_squares, by_pairs
+BLOCK_FIRST = ("gamma", "delta")  # where shapes vary little a block takes fewer nodes
 STALLED = (0.8, 3)  # reduction and number of halvings from which an error is not of interpolation
 
 
@@ -46,7 +56,7 @@ def interpolate(sweep: Sweep, axis: Axis) -> list[Piece]:
 def _interpolate(sweep: Sweep, axis: Axis, first: _Attempt) -> list[Piece]:
     """The pieces of an attempt, ascending; the solves of each round are batched."""
     whole = first.high - first.low
-    pending = [first]
+    pending, ways = [first], _ways(sweep)
     pieces: list[Piece] = []
     while pending:
         values = [_values_of(axis, attempt) for attempt in pending]
@@ -54,7 +64,7 @@ def _interpolate(sweep: Sweep, axis: Axis, first: _Attempt) -> list[Piece]:
         for attempt, own in zip(pending, values, strict=True):
             solved = spectra.take(slice(start, start := start + len(own)))
             low, high, order, *_ = attempt
-            piece, ratio, next_order = _fit(Nodes(sweep, low, high, order, own, solved))
+            piece, ratio, next_order = _fit(Nodes(sweep, low, high, order, own, solved), ways)
             if high - low == whole and order < ORDERS[1]:
                 next_order = max(next_order, 2 * order)
             worse = not ratio <= STALLED[0] * attempt.ratio
@@ -76,9 +86,9 @@ def _interpolate(sweep: Sweep, axis: Axis, first: _Attempt) -> list[Piece]:
 
 
 @np.errstate(all="ignore")  # modes not known at all values are nan
-def _fit(nodes: Nodes) -> tuple[Piece, float, int]:
+def _fit(nodes: Nodes, ways: Sequence[Way]) -> tuple[Piece, float, int]:
     """The piece, the ratio of its error to that accepted, and the next order."""
-    found = fits(nodes)
+    found = fits(nodes, ways)
     ratio = min((fit.ratio(0) for fit in found), default=np.inf)
     if found and found[-1].ratio(0) <= 1:
         return found[-1].piece, ratio, nodes.order
@@ -86,12 +96,22 @@ def _fit(nodes: Nodes) -> tuple[Piece, float, int]:
     return nodes.piece, ratio, min(orders, default=nodes.order)
 
 
+def _ways(sweep: Sweep) -> tuple[Way, ...]:
+    """The interpolants to try, the fastest first."""
+    if not sweep.coupled:
+        return *POLYNOMIALS, by_characteristics
+    if sweep.over in BLOCK_FIRST:
+        return by_squares, by_block, by_characteristics
+    return by_squares, by_characteristics, by_block
+
+
 def _faster(sweep: Sweep, axis: Axis, piece: Piece) -> Piece:
     """The modes of a piece of characteristic functions as polynomials, where these converge."""
-    found = Interpolated(sweep, axis, piece, sweep.modes, sweep.tolerance)
     attempt = _Attempt(piece.low, piece.high, ORDERS[2])
     values = _values_of(axis, attempt)
-    other, *_ = _fit(Nodes(found, *attempt[:3], values, found.spectra(values)))
+    squares, solver_error, bending, error = piece.at(axis.t(values))
+    spectra = Spectra(squares, solver_error + error, bending)
+    other, *_ = _fit(Nodes(sweep, *attempt[:3], values, spectra), POLYNOMIALS)
     return piece if other.errors is None else other
 
 

@@ -67,6 +67,19 @@ def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Poin
     return Points(at, squares, shapes, (fields * masses).reshape(shapes.shape), none)
 
 
+def kinetic_energies(solutions: Sequence[Solution], count: int) -> np.ndarray:
+    """Kinetic energies (n, 2, m) across the beam and total of stable gyroscopic modes, equal in
+    number, of unit norm in the product of `_gyroscopic`."""
+    squares = np.array([solution.omega_squared for solution in solutions])
+    gamma = np.array([solution.beam.gamma for solution in solutions])
+    fields, masses = _fields(solutions, count)
+    fields = _in_phase(fields, squares)
+    along, across = np.moveaxis(np.vecdot(fields * masses, fields), 2, 0)
+    mixed = np.vecdot(fields[:, :, 0] * masses[:, :, 0], fields[:, :, 1])
+    norm = 2 * np.sqrt(squares) * (along + across) - 4 * gamma[:, None] * mixed
+    return np.stack((across, along + across), axis=1) / norm[:, None]
+
+
 def mass_weighted(solutions: Sequence[Solution], squares: np.ndarray, count: int) -> np.ndarray:
     """u and w (n, m, 2, count + 1) of all modes at Gauss points and at the mass, times the roots of
     weights and masses."""

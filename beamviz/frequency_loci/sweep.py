@@ -10,7 +10,13 @@ from numpy.typing import ArrayLike
 from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, Beam, check_float
 from beamviz.errors import InvalidInput, NoEquilibrium
 from beamviz.frequency_loci.axis import Axis
-from beamviz.frequency_loci.mode_vectors import Outcome, Points, gauss_points, mode_points
+from beamviz.frequency_loci.mode_vectors import (
+    Outcome,
+    Points,
+    gauss_points,
+    kinetic_energies,
+    mode_points,
+)
 from beamviz.frequency_loci.spectra import Spectra
 from beamviz.solver import (
     DEFAULTS,
@@ -207,6 +213,11 @@ class Sweep:
         if self.exhausted:
             values = values[:0]
         return mode_points(values, self.solve(values), self.gauss_points)
+
+    def kinetic_energies(self, values: np.ndarray) -> np.ndarray:
+        """The kinetic energies (n, 2, modes) of coupled modes at values (n,) with a solution."""
+        solutions = [one for one in self.solve(values) if isinstance(one, Solution)]
+        return kinetic_energies(solutions, self.gauss_points)
 
     @cached_property
     def gauss_points(self) -> int:
