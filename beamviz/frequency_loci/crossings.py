@@ -11,8 +11,8 @@ from typing import Any, Literal, NamedTuple, TypeVar
 
 import numpy as np
 
-from beamviz.frequency_loci.chebyshev import lobatto, on_piece
 from beamviz.frequency_loci.curves import Curves, Root, polish
+from beamviz.frequency_loci.interpolation.chebyshev import lobatto, on_piece
 from beamviz.frequency_loci.mode_vectors import Points
 from beamviz.frequency_loci.sweep import Sweep
 from beamviz.frequency_loci.two_modes import FLOOR, MAX_ZOOMS, TOUCHING, Approach, closest, reduce

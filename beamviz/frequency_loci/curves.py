@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from beamviz.frequency_loci.axis import Axis
-from beamviz.frequency_loci.pieces import Piece
+from beamviz.frequency_loci.interpolation.pieces import Piece
 from beamviz.frequency_loci.spectra import frequency_rank
 from beamviz.frequency_loci.sweep import Sweep
 

@@ -9,7 +9,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.frequency_loci.chebyshev import CHECKS, EPS, interpolated, lobatto, tail_and_rates
+from beamviz.frequency_loci.interpolation.chebyshev import (
+    CHECKS,
+    EPS,
+    interpolated,
+    lobatto,
+    tail_and_rates,
+)
 from beamviz.frequency_loci.spectra import BENDING_ERROR, MISFIT, TAIL, Spectra, positive_shift
 
 

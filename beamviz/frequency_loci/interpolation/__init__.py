@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from beamviz.frequency_loci.axis import Axis
-from beamviz.frequency_loci.chebyshev import LEAST, lobatto, on_piece
-from beamviz.frequency_loci.fits import (
+from beamviz.frequency_loci.interpolation.chebyshev import LEAST, lobatto, on_piece
+from beamviz.frequency_loci.interpolation.fits import (
     Nodes,
     Way,
     by_block,
@@ -17,7 +17,7 @@ from beamviz.frequency_loci.fits import (
     by_squares,
     fits,
 )
-from beamviz.frequency_loci.pieces import Piece
+from beamviz.frequency_loci.interpolation.pieces import Piece
 from beamviz.frequency_loci.spectra import Spectra
 from beamviz.frequency_loci.sweep import Sweep
 from beamviz.solver import is_small_strain

@@ -18,10 +18,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beamviz.frequency_loci import block, characteristic
-from beamviz.frequency_loci.characteristic import Characteristic
-from beamviz.frequency_loci.chebyshev import EPS, interpolated, lobatto, tail_and_rates
-from beamviz.frequency_loci.pieces import Piece, of_root
+from beamviz.frequency_loci.interpolation import block, characteristic
+from beamviz.frequency_loci.interpolation.characteristic import Characteristic
+from beamviz.frequency_loci.interpolation.chebyshev import (
+    EPS,
+    interpolated,
+    lobatto,
+    tail_and_rates,
+)
+from beamviz.frequency_loci.interpolation.pieces import Piece, of_root
 from beamviz.frequency_loci.spectra import BENDING_ERROR, MISFIT, TAIL, Spectra, positive_shift
 from beamviz.frequency_loci.sweep import Sweep
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from beamviz.frequency_loci.block import Block
-from beamviz.frequency_loci.characteristic import Characteristic
-from beamviz.frequency_loci.chebyshev import interpolated, lobatto, on_piece
+from beamviz.frequency_loci.interpolation.block import Block
+from beamviz.frequency_loci.interpolation.characteristic import Characteristic
+from beamviz.frequency_loci.interpolation.chebyshev import interpolated, lobatto, on_piece
 from beamviz.frequency_loci.spectra import MISFIT, TAIL, Spectra
 
 
@@ -20,7 +20,7 @@ class Piece:
     low: float  # of the variable t
     high: float
     spectra: Spectra
-    errors: np.ndarray | None  # of `_functions`, (functions, families, k)
+    errors: np.ndarray | None  # (functions, families, k) of those interpolated: see fits.py
     needed: np.ndarray  # (families, k) whether the mode is interpolated
     paired: np.ndarray  # (families, k) whether together with the next one
     block: Block | None = None  # interpolated instead, if any

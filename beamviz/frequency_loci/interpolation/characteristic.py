@@ -12,7 +12,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from beamviz.frequency_loci.chebyshev import EPS, LEAST, Lobatto, lobatto, tail_and_rates
+from beamviz.frequency_loci.interpolation.chebyshev import (
+    EPS,
+    LEAST,
+    Lobatto,
+    lobatto,
+    tail_and_rates,
+)
 
 PER_MODE = 4  # order of the interpolation in lambda per mode, in addition to LEAST
 MARGIN = 0.02  # of the range of lambda, beyond the eigenvalues computed
