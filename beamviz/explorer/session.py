@@ -35,7 +35,7 @@ from beamviz.explorer.features.real_beam import RealBeamPanel
 from beamviz.explorer.features.run_up import RunUpPlayback, RunUpTab
 from beamviz.explorer.features.veering import VeeringTab
 from beamviz.explorer.jobs import SolveQueue, SolverAnswer, WorkerPool
-from beamviz.explorer.page.panel import Panel
+from beamviz.explorer.page import panel
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.scene import Scene
@@ -54,12 +54,12 @@ class SceneView:
     """
 
     def __init__(self, visitor: Visitor, comparison: Comparison, run_up: RunUpPlayback):
-        api, state = visitor.client.scene, visitor.state
-        self.camera, self.comparison, self.run_up = visitor.camera, comparison, run_up
-        self.state, self.answer = state, visitor.answer
-        self.scene, self.all_modes, self.clock = BeamView(api), AllModesView(api), Clock()
+        self.visitor, self.camera, self.state = visitor, visitor.camera, visitor.state
+        self.comparison, self.run_up, self.clock = comparison, run_up, Clock()
+        api = visitor.client.scene
+        self.scene, self.all_modes = BeamView(api), AllModesView(api)
         self.scale = DEFAULT_SCALE  # [pixels per beam length] that the beam is subdivided for
-        self.open(state)
+        self.open(visitor.state)
 
     def open(self, state: State) -> None:
         """Draw the scene that was loaded last, which is not solved yet."""
@@ -70,19 +70,19 @@ class SceneView:
         self.choose_pace = True
         self.shapes = SampledModes.at_rest(state.scene.beam, state.case.options["plane"])
 
-    def show(self, state: State, answer: SolverAnswer | None) -> None:
-        """Draw an answer. Unless it is the answer to the case of the state, camera and playback
-        rate are chosen again at the next answer."""
+    def show(self, state: State) -> None:
+        """Draw a state and the answer of the visitor. Unless it is the answer to the case of the
+        state, camera and playback rate are chosen again at the next answer."""
+        answer = self.visitor.answer
         settled = answer is not None and answer.request == state.shown_case
         if state.scene is not self.opened:
             shapes = self.shapes  # until the first answer
             self.open(state)
             self.shapes = shapes
-        before, after = self.state.view, state.view
+        before, after, self.state = self.state.view, state.view, state
         if (after.shares, after.all_modes) != (before.shares, before.all_modes):
             self.choose_pace = True
         self.is_pending = self.is_pending and not settled
-        self.state, self.answer = state, answer
         if answer and not self.is_pending:
             self.choose_shapes(answer)
         self.run_up.update_response(answer, self.shapes)
@@ -157,7 +157,7 @@ class SceneView:
     @property
     def warning(self) -> str:
         """The reason why there is no stable equilibrium, or ""."""
-        return self.answer.warning if self.answer else ""
+        return self.visitor.answer.warning if self.visitor.answer else ""
 
     @property
     def zoomed(self) -> bool:
@@ -213,8 +213,7 @@ class Session:
         self.visitor = visitor = Visitor(client, state, queue, background, wake)
         self.crowded, self.last_tick = crowded, 0.0
         self.charts_due = 0.0  # [s] when the charts follow
-        self.is_ready = False  # the page shows the scene
-        self.panel = panel = Panel(visitor)
+        panel.build(visitor)
         self.comparison, self.run_up = Comparison(visitor), RunUpPlayback(visitor)
         RealBeamPanel(visitor)
         loci = LociTab(visitor)
@@ -223,7 +222,7 @@ class Session:
         run_up = RunUpTab(visitor, self.run_up)
         timing = MethodTimingTab(visitor)
         self.lessons = Lessons(visitor)
-        panel.add_commands()
+        panel.add_commands(visitor)
         SceneFiles(visitor)
         self.downloads = Downloads(visitor)
         self.view = SceneView(visitor, self.comparison, self.run_up)
@@ -268,7 +267,8 @@ class Session:
     def outdated(self) -> bool:
         """Whether a part of the page is outdated."""
         behind = self.presenter is not None and self.presenter.outdated
-        behind = behind or self.panel.work_outdated or self.mass_drag.outdated
+        behind = behind or self.mass_drag.outdated
+        behind = behind or not self.visitor.page.shows("work", panel.work(self.visitor.jobs))
         return self.scene_outdated or behind or any(one.outdated for one in self.features)
 
     @property
@@ -279,7 +279,7 @@ class Session:
             visitor.camera.requested
             or visitor.state.view is not view.state.view
             or visitor.state.scene is not view.opened
-            or visitor.solver.answer is not view.answer
+            or visitor.solver.answer is not visitor.answer
             or self.comparison.outdated
             or self.run_up.outdated
             or view.zoomed
@@ -306,8 +306,10 @@ class Session:
                 self.presenter.update_clock()
             self.view.move(time)
             self.links.update(now)
-            self.panel.show_work()
-            self.show_scene()
+            page, answer = self.visitor.page, self.visitor.answer
+            page.html("work", panel.work(self.visitor.jobs))
+            if self.links.opened and answer and answer.request == self.visitor.state.case:
+                page.props("scene", data_ready="")  # it is hidden at first
         self.visitor.client.flush()
         self.update_features(now)
 
@@ -317,22 +319,12 @@ class Session:
         dark = view.state.view.dark
         with visitor.lock:
             state, visitor.answer = visitor.state, visitor.solver.answer
-        view.show(state, visitor.answer)
+        view.show(state)
         visitor.page.captions(view.captions)
-        if visitor.answer:
-            self.panel.show_answer(visitor.answer, view.solved, view.shown_modes)
-        self.panel.show_picture(view.largest, view.pace, view.shapes.beam.units)
+        panel.show_answer(visitor, view.solved, view.shown_modes)
+        panel.show_picture(visitor, view.largest, view.pace, view.shapes.beam.units)
         if state.view.dark != dark:
             visitor.page.theme(dark=state.view.dark)
-
-    def show_scene(self) -> None:
-        """Show the scene, hidden at first, as soon as it is the one that the page opens with."""
-        answer = self.view.answer
-        if self.is_ready or answer is None or not self.links.opened:
-            return
-        self.is_ready = answer.request == self.visitor.state.case
-        if self.is_ready:
-            self.visitor.page.props("scene", data_ready="")
 
     def take_preferences(self, preferences: Any) -> None:
         """Apply the preferences of the visitor's system: "dark" (the theme, unless the first scene

@@ -16,7 +16,7 @@ of the page.
   chosen   key of a mark; choice: another number each time that it is chosen            */
 const BeamvizChart = (() => {
   "use strict";
-  const { Figure, LEFT, TOP, clamp, fixed, make, px, valueAt, withUnit } = beamvizFigure;
+  const { Figure, LEFT, TOP, clamp, fixed, make, px, set, valueAt, withUnit } = beamvizFigure;
   const REACH = 14; // [px] from the pointer to a mark that it points at
   const FINGER = 22; // [px] the same for a finger
   const CLICK = 4; // [px] a press that moves less is a click
@@ -162,11 +162,11 @@ const BeamvizChart = (() => {
       const text = withUnit(x, fixed(value, this.step));
       this.line.style.translate = `${px(this.px(value))}px 0`;
       this.flag.textContent = text;
-      for (const [key, one] of Object.entries({
+      set(this.line, {
         role: "slider", tabindex: 0, "aria-label": `${x.label}: line of this beam in the ${name}`,
         "aria-valuemin": x.range[0], "aria-valuemax": x.range[1],
         "aria-valuenow": Number(value.toPrecision(6)), "aria-valuetext": text,
-      })) this.line.setAttribute(key, one);
+      });
     }
 
     // Pointer and keys: a click on a mark goes there, elsewhere it moves the line of the beam
@@ -235,14 +235,11 @@ const BeamvizChart = (() => {
 
     key(event) {
       const step = this.step * (event.shiftKey ? 1 : 5);
-      const move = {
+      const move = this.taken(event, {
         ArrowRight: step, ArrowUp: step, ArrowLeft: -step, ArrowDown: -step,
         PageUp: 10 * step, PageDown: -10 * step, Home: -Infinity, End: Infinity,
-      }[event.key];
-      if (!move || event.ctrlKey || event.metaKey || event.altKey) return;
-      event.preventDefault();
-      event.stopPropagation(); // viser would move its camera
-      this.choose(clamp(this.value + move, ...this.data.x.range));
+      });
+      if (move) this.choose(clamp(this.value + move, ...this.data.x.range));
     }
 
     /* Ctrl+wheel, or a pinch, zooms; a horizontal wheel moves the part that is shown. */

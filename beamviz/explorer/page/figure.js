@@ -15,11 +15,15 @@ const beamvizFigure = (() => {
   const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
   const px = (value) => value.toFixed(1);
 
+  function set(element, attributes) {
+    for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+    return element;
+  }
+
   function make(parent, tag, attributes = {}, text = "") {
-    const made = parent.appendChild(document.createElement(tag));
-    for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+    const made = set(document.createElement(tag), attributes);
     made.textContent = text;
-    return made;
+    return parent.appendChild(made);
   }
 
   function scale(range, log, start, end) {
@@ -93,6 +97,15 @@ const beamvizFigure = (() => {
       for (const [kind, method] of Object.entries(POINTER))
         this.plot.addEventListener(kind, (event) => this[method]?.(event), { passive: false });
       new ResizeObserver(() => this.render()).observe(this.plot);
+    }
+
+    /* What a key does, by a table; viser does not get it then, as it would move its camera. */
+    taken(event, table) {
+      const found = table[event.key];
+      if (!found || event.ctrlKey || event.metaKey || event.altKey) return null;
+      event.preventDefault();
+      event.stopPropagation();
+      return found;
     }
 
     hold(value) {
@@ -260,5 +273,5 @@ const beamvizFigure = (() => {
     }
   }
 
-  return { Figure, LEFT, TOP, clamp, fixed, make, neat, px, valueAt, withUnit };
+  return { Figure, LEFT, TOP, clamp, fixed, make, neat, px, set, valueAt, withUnit };
 })();

@@ -13,7 +13,7 @@
   beam     [x, y]: the beam shown; it is moved by a press on the map, by dragging and by keys      */
 const BeamvizMap = (() => {
   "use strict";
-  const { Figure, LEFT, TOP, clamp, fixed, make, neat, px, withUnit } = beamvizFigure;
+  const { Figure, LEFT, TOP, clamp, fixed, make, neat, px, set, withUnit } = beamvizFigure;
   const CLICK = 6; // [px] a touch that moves less is a tap
 
   return class MapFigure extends Figure {
@@ -93,10 +93,10 @@ const BeamvizMap = (() => {
       if (!inside) return;
       const text = this.describe(x, y);
       this.ring.style.translate = `${px(this.px(x))}px ${px(this.py(y))}px`;
-      for (const [name, value] of Object.entries({
+      set(this.ring, {
         "aria-label": "This beam in the map", "aria-valuemin": along.range[0],
         "aria-valuemax": along.range[1], "aria-valuenow": Number(x.toPrecision(6)), "aria-valuetext": text,
-      })) this.ring.setAttribute(name, value);
+      });
     }
 
     // Places
@@ -158,12 +158,11 @@ const BeamvizMap = (() => {
     }
 
     key(event) {
-      const far = event.shiftKey ? 10 : 1;
-      const move = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
-      if (!move || event.ctrlKey || event.metaKey || event.altKey) return;
-      event.preventDefault();
-      event.stopPropagation(); // viser would move its camera
-      this.setPlace(this.place.map((value, k) => value + 5 * far * move[k] * this.steps[k]));
+      const steps = event.shiftKey ? 50 : 5;
+      const move = this.taken(event, {
+        ArrowRight: [steps, 0], ArrowLeft: [-steps, 0], ArrowUp: [0, steps], ArrowDown: [0, -steps],
+      });
+      if (move) this.setPlace(this.place.map((value, k) => value + move[k] * this.steps[k]));
     }
 
     /* Show the value at the pointer. */

@@ -4,6 +4,7 @@
 const beamviz = (() => {
   const PERIOD = 33; // [ms] between two messages of the same action
   const REST = 300; // [ms] after an edit in which a control keeps the visitor's value
+  const PREFERENCES = { dark: "prefers-color-scheme: dark", still: "prefers-reduced-motion: reduce" };
   const ALL = "[data-set]", ACT = "button[data-set], [data-do]", TAB = "[role=tab]";
   const values = {}, props = {}, drawn = {}, waiting = {}, used = {};
   let bridge = null, count = 0, held = null;
@@ -40,8 +41,7 @@ const beamviz = (() => {
   }
 
   function sendPreferences() {
-    const preferences = { dark: "prefers-color-scheme: dark", still: "prefers-reduced-motion: reduce" };
-    const names = Object.keys(preferences).filter((name) => media(preferences[name]).matches);
+    const names = Object.keys(PREFERENCES).filter((name) => media(PREFERENCES[name]).matches);
     send("preferences", names.join(" "));
   }
 
@@ -316,13 +316,10 @@ const beamviz = (() => {
     document.addEventListener("pointerdown", (event) => (held = event.target.closest(ALL)), true);
     for (const kind of ["pointerup", "pointercancel"]) document.addEventListener(kind, release, true);
     window.addEventListener("keydown", onKey, true);
-    for (const query of ["prefers-color-scheme: dark", "prefers-reduced-motion: reduce"])
-      media(query).addEventListener("change", sendPreferences);
+    for (const query of Object.values(PREFERENCES)) media(query).addEventListener("change", sendPreferences);
     const box = byId("letters");
-    if (box) {
-      box.checked = letters();
-      box.addEventListener("change", () => localStorage.setItem("beamviz-letters", box.checked ? "on" : "off"));
-    }
+    box.checked = letters();
+    box.onchange = () => localStorage.setItem("beamviz-letters", box.checked ? "on" : "off");
   }
 
   start();

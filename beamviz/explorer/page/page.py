@@ -86,6 +86,10 @@ class Page:
         """Show HTML in the element with this id. Text in it must be escaped."""
         self.send_changed(content, "html", id)
 
+    def shows(self, id: str, content: str) -> bool:
+        """Whether the element with this id has this content."""
+        return self.sent.get(("html", id)) == content
+
     def value(self, key: str, value: Any) -> None:
         """Show a value in all controls with data-set="key"."""
         self.send_changed(value, "values", key)

@@ -62,87 +62,77 @@ CONTENT = {
 }
 
 
-class Panel:
-    """The page of one visitor, except the tabs. work: the HTML about running jobs."""
+def build(visitor: Visitor) -> None:
+    """Fill the page of a visitor, except the tabs, and handle its actions."""
+    page = visitor.page
+    for id, content in CONTENT.items():
+        page.html(id, content)
+    BeamControls(visitor)
+    for key in (*BOUND, *MODEL, *PICTURE, "colouring", "dark"):
+        visitor.bind(key)
+    for mode in range(MODES):
+        edit = partial(State.share, mode=mode)
+        visitor.bind(f"share-{mode}", edit, of="shares", shown=partial(share_of, mode))
+    first = visitor.state.case
+    visitor.render(
+        "case",
+        lambda case: page.html("scene-caption", invitation(case) if case is first else ""),
+    )
+    page.on("only", partial(show_alone, visitor))
+    for action, act in {
+        "undo": lambda: visitor.restore(visitor.history.undo),
+        "redo": lambda: visitor.restore(visitor.history.redo),
+        "reset": visitor.reset,
+        "reset_view": visitor.reset_view,
+        "cancel_jobs": visitor.cancel_jobs,
+        "retry_jobs": visitor.retry_jobs,
+    }.items():
+        page.on(action, partial(without_value, act))
 
-    def __init__(self, visitor: Visitor):
-        self.visitor, page, self.work = visitor, visitor.page, ""
-        for id, content in CONTENT.items():
-            page.html(id, content)
-        BeamControls(visitor)
-        for key in (*BOUND, *MODEL, *PICTURE, "colouring", "dark"):
-            visitor.bind(key)
-        for mode in range(MODES):
-            edit = partial(State.share, mode=mode)
-            visitor.bind(f"share-{mode}", edit, of="shares", shown=partial(share_of, mode))
-        first = visitor.state.case
-        visitor.render(
-            "case",
-            lambda case: page.html("scene-caption", invitation(case) if case is first else ""),
-        )
-        page.on("only", self.show_alone)
-        for action, act in {
-            "undo": lambda: visitor.restore(visitor.history.undo),
-            "redo": lambda: visitor.restore(visitor.history.redo),
-            "reset": visitor.reset,
-            "reset_view": visitor.reset_view,
-            "cancel_jobs": visitor.cancel_jobs,
-            "retry_jobs": visitor.retry_jobs,
-        }.items():
-            page.on(action, partial(without_value, act))
 
-    def show_alone(self, mode: Any) -> None:
-        """Show one mode (from 0) alone."""
-        if isinstance(mode, int) and 0 <= mode < MAX_SHARES:
-            self.visitor.change(partial(State.only, mode=mode))
+def show_alone(visitor: Visitor, mode: Any) -> None:
+    """Show one mode (from 0) alone."""
+    if isinstance(mode, int) and 0 <= mode < MAX_SHARES:
+        visitor.change(partial(State.only, mode=mode))
 
-    def add_commands(self) -> None:
-        """Add the commands of the palette (Ctrl+K)."""
-        visitor = self.visitor
-        edits = {
-            "Play or pause": partial(toggled, "playing"),
-            "Coriolis forces on or off": partial(toggled, "coriolis"),
-            "Dark or light page": partial(toggled, "dark"),
-            **{f"Show mode {k + 1} alone": partial(State.only, mode=k) for k in range(MODES)},
-            "Rotating frame": partial(State.changed, name="rotating_frame", value=True),
-            "Stationary frame": partial(State.changed, name="rotating_frame", value=False),
-        }
-        commands: dict[str, Callable[[], None]] = {
-            **{name: partial(visitor.change, edit) for name, edit in edits.items()},
-            "Reset the scene": visitor.reset,
-            "Fit the view": visitor.reset_view,
-        }
-        for name, run in commands.items():
-            visitor.client.gui.add_command(name).on_trigger(partial(without_value, run))
 
-    def show_answer(
-        self, answer: SolverAnswer, solved: SolverAnswer | None, shown: list[int]
-    ) -> None:
-        """Show an answer; if it has no solution, the faded modes of the last one `solved`."""
-        page = self.visitor.page
+def add_commands(visitor: Visitor) -> None:
+    """Add the commands of the palette (Ctrl+K)."""
+    edits = {
+        "Play or pause": partial(toggled, "playing"),
+        "Coriolis forces on or off": partial(toggled, "coriolis"),
+        "Dark or light page": partial(toggled, "dark"),
+        **{f"Show mode {k + 1} alone": partial(State.only, mode=k) for k in range(MODES)},
+        "Rotating frame": partial(State.changed, name="rotating_frame", value=True),
+        "Stationary frame": partial(State.changed, name="rotating_frame", value=False),
+    }
+    commands: dict[str, Callable[[], None]] = {
+        **{name: partial(visitor.change, edit) for name, edit in edits.items()},
+        "Reset the scene": visitor.reset,
+        "Fit the view": visitor.reset_view,
+    }
+    for name, run in commands.items():
+        visitor.client.gui.add_command(name).on_trigger(partial(without_value, run))
+
+
+def show_answer(visitor: Visitor, solved: SolverAnswer | None, shown: list[int]) -> None:
+    """Show the answer; if it has no solution, the faded modes of the last one `solved`."""
+    page, answer = visitor.page, visitor.answer
+    if answer:
         page.html("equilibrium", html.equilibrium_state(answer))
         page.html("mode-rows", mode_table(solved, shown) if solved and solved.solution else "")
         page.props("mode-rows", class_=None if answer.solution else "faded")
 
-    @property
-    def work_outdated(self) -> bool:
-        """Whether the text about running jobs is outdated."""
-        return work_text(self.visitor.jobs) != self.work
 
-    def show_work(self) -> None:
-        """Show the names of the jobs that have been running for long."""
-        self.work = work_text(self.visitor.jobs)
-        self.visitor.page.html("work", self.work)
-
-    def show_picture(self, largest: float, pace: float, units: Units | None) -> None:
-        """Show the colour scale, unless the beam is grey, and the playback rate [T*/s]."""
-        page, answer = self.visitor.page, self.visitor.answer
-        legend = html.legend(self.visitor.state.view.colouring, largest, units)
-        page.html("legend", "" if answer and answer.warning else legend)
-        page.html("pace-text", html.pace(pace, units))
+def show_picture(visitor: Visitor, largest: float, pace: float, units: Units | None) -> None:
+    """Show the colour scale, unless the beam is grey, and the playback rate [T*/s]."""
+    page, answer = visitor.page, visitor.answer
+    legend = html.legend(visitor.state.view.colouring, largest, units)
+    page.html("legend", "" if answer and answer.warning else legend)
+    page.html("pace-text", html.pace(pace, units))
 
 
-def work_text(jobs: Sequence[Job]) -> str:
+def work(jobs: Sequence[Job]) -> str:
     """The jobs that have been running for long, with a button that cancels them; or else those
     cancelled, with one that restarts them."""
     slow = [job for job in jobs if job.slow]
