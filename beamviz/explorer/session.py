@@ -25,7 +25,7 @@ from beamviz.drawing.modes import Clock, SampledModes, amplitudes
 from beamviz.drawing.objects import Caption
 from beamviz.explorer.features import MassDrag, Presentation, PresenterMode
 from beamviz.explorer.features.comparison import THIS, Comparison, ComparisonTab
-from beamviz.explorer.features.files import Downloads, SceneFiles
+from beamviz.explorer.features.files import Files
 from beamviz.explorer.features.lessons import Lessons
 from beamviz.explorer.features.links import Links
 from beamviz.explorer.features.loci_tab import LociTab
@@ -223,8 +223,7 @@ class Session:
         timing = MethodTimingTab(visitor)
         self.lessons = Lessons(visitor)
         panel.add_commands(visitor)
-        SceneFiles(visitor)
-        self.downloads = Downloads(visitor)
+        self.files = Files(visitor)
         self.view = SceneView(visitor, self.comparison, self.run_up)
         self.presentation = Presentation(visitor, self.view.clock, self.run_up)
         self.presenter = PresenterMode(self.presentation, presenter) if presenter else None
@@ -350,5 +349,5 @@ class Session:
 
     def close(self) -> None:
         """Cancel the export and close all jobs."""
-        self.downloads.close()
+        self.files.close()
         self.visitor.close()

@@ -76,8 +76,8 @@ def geometry(scene: SceneApi) -> Geometry:
             rgba[:, :3] = colour
             placed = corners @ node.rotation.T + node.position
             parts.append((placed, rgba, np.full(len(corners), props.cast_shadow)))
-    bodies = map(np.concatenate, zip(*parts, strict=True))
-    return Geometry(*bodies, lines, points, lights, ambient, sun, floor)
+    bodies, rgba, casts = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return Geometry(bodies, rgba, casts, lines, points, lights, ambient, sun, floor)
 
 
 def linear(rgb: Any) -> np.ndarray:

@@ -12,8 +12,8 @@ from PIL import Image
 
 from beamviz import exports
 from beamviz.beam import MAX_TOML_BYTES, Beam
-from beamviz.explorer import export_jobs
-from beamviz.explorer.export_jobs import ExportJob, Status
+from beamviz.explorer.features import files
+from beamviz.explorer.features.files import ExportJob
 from beamviz.exports.solved_scene import Loop
 from beamviz.scene import Scene
 
@@ -90,7 +90,7 @@ def test_a_loaded_scene_is_shown(guest):
 )
 def test_every_file_can_be_exported(guest, monkeypatch, kind, begin):
     """The button sends a complete file in the format of the command line."""
-    monkeypatch.setattr(export_jobs, "animate", small_film)
+    monkeypatch.setattr(files, "animate", small_film)
     guest.do("export", kind)
     start, part = heard(guest, "FileTransferStartDownload", "FileTransferPart", timeout=120)
     assert start["filename"].startswith("beam.")
@@ -102,7 +102,7 @@ def test_every_file_can_be_exported(guest, monkeypatch, kind, begin):
 @pytest.mark.slow
 def test_a_film_has_the_length_chosen(guest, monkeypatch):
     """Two periods have more frames than one, in the format of the button."""
-    monkeypatch.setattr(export_jobs, "animate", small_film)
+    monkeypatch.setattr(files, "animate", small_film)
     frames = []
     for length in ("1 period", "2 periods"):
         guest.choose("film_length", length)
@@ -135,14 +135,14 @@ def test_a_film_shows_its_progress_and_is_cancelled(guest):
 def test_films_wait_for_each_other_and_tables_for_none(monkeypatch):
     """The second film waits for one other, a table for none; the first one is cancelled and has no
     content; the progress increases to the last frame."""
-    monkeypatch.setattr(export_jobs, "animate", small_film)
-    said: list[tuple[ExportJob, Status]] = []
+    monkeypatch.setattr(files, "animate", small_film)
+    said: list[tuple[ExportJob, str, float]] = []
 
     def report(job: ExportJob) -> None:
-        said.append((job, job.status))
-        if job is first and job.status.done > 0.2:
+        said.append((job, job.text, job.done))
+        if job is first and job.done > 0.2:
             paused.wait(60)  # until the table is there
-        if job.status.state not in ("waiting", "working"):
+        if job.state not in ("waiting", "working"):
             done[job].set()
 
     paused = threading.Event()
@@ -154,16 +154,15 @@ def test_films_wait_for_each_other_and_tables_for_none(monkeypatch):
         job.start()
     assert done[third].wait(60)
     assert third.content.startswith(b"mode,label")
-    assert (second, Status("waiting", ahead=1)) in said
-    assert second.status.text == "waits for 1 other"
+    assert (second, "waits for 1 other", 0.0) in said
     first.cancel()
     paused.set()
     assert done[first].wait(60)
     assert done[second].wait(60)
-    assert [job.status.state for job in done] == ["cancelled", "done", "done"]
+    assert [job.state for job in done] == ["cancelled", "done", "done"]
     assert first.content == b""
     assert second.content[8:12] == b"WEBP"
-    progress = [status.done for job, status in said if job is second and status.done]
+    progress = [done for job, _, done in said if job is second and done]
     assert progress == sorted(progress)
     assert progress[-1] > 0.9
 
