@@ -91,7 +91,7 @@ const beamvizFigure = (() => {
       Object.assign(this, { host, data, lines: [] });
       this.own = null; // {value, until}: a value set here
       this.plot = make(host, "div", { class: "plot" });
-      this.plot.innerHTML = '<svg role="img"></svg>';
+      this.plot.innerHTML = '<svg></svg>';
       this.svg = this.plot.firstChild;
       this.readout = make(this.plot, "div", { class: "readout", "aria-hidden": "true", hidden: "" });
       for (const [kind, method] of Object.entries(POINTER))
@@ -166,7 +166,7 @@ const beamvizFigure = (() => {
       this.px = scale(this.range, x.log, LEFT, this.right);
       this.py = scale(this.yRange, y.log, this.bottom, TOP);
       const frame = `x="${LEFT}" y="${TOP}" width="${this.right - LEFT}" height="${this.bottom - TOP}"`;
-      this.svg.setAttribute("aria-label", name);
+      set(this.svg, { role: "img", "aria-label": name });
       this.svg.innerHTML = `<clipPath id="clip-${this.host.id}"><rect ${frame}/></clipPath>${this.axes()}`
         + `<g clip-path="url(#clip-${this.host.id})">${this.gaps()}${this.paths()}</g>`
         + this.labels() + this.rings()
