@@ -240,20 +240,20 @@ SOURCES = (
             for number in printed_numbers()
             if number.kind == "crossing"
         ],
-        ("tests/oracle/test_oracle.py::test_crossings_of_the_loci",),
+        ("tests/loci/test_paper_crossings.py::test_crossings",),
     ),
     Source(
         "A uniform beam, flapwise",
         "Wright, Smith, Thresher & Wang, J. Appl. Mech. 49 (1982), as quoted by Bir (2009, 2010);"
         " α = 0, δ = 0; no stretch (μ = 10000).",
         flapwise("uniform", 0, UNIFORM_FLAPWISE),
-        (f"{TEST}series.py::test_uniform_beam_flapwise",),
+        (f"{TEST}error_bars.py::test_random_beams",),
     ),
     Source(
         "A beam with a tip mass, flapwise",
         "The same source; α = β = 1, δ = 0, μ = 10000.",
         flapwise("tip-mass", 1, TIP_MASS_FLAPWISE),
-        (f"{TEST}series.py::test_tip_mass_flapwise",),
+        (f"{TEST}error_bars.py::test_random_beams",),
     ),
     Source(
         "At rest",
@@ -309,7 +309,7 @@ SOURCES = (
         "ω → γ √(k (2k − 1)) flapwise as bending stiffness vanishes (δ = 0), extrapolated from"
         " γ = 50, 100, 200.",
         [Claim("cable", "EI → 0", "ω/γ, k = 1 .. 4", "1.00 2.45 3.87 5.29", cable)],
-        ("tests/oracle/test_oracle.py::test_spinning_cable",),
+        (f"{TEST}error_bars.py::test_random_beams",),
     ),
     Source(
         "Limits of equilibrium",

@@ -7,8 +7,6 @@ import numpy as np
 from helpers import load_script
 from scipy.optimize import brentq
 
-from beamviz.paper.figures import FIGURES, LociFigure, last_digit
-
 validation = load_script("validation")
 
 
@@ -35,28 +33,8 @@ def bar_at_rest(alpha: float) -> float:
     return brentq(lambda z: alpha * z * np.sin(z) - np.cos(z), 1e-6, np.pi / 2 + 1e-9)
 
 
-# gamma, omega 1 ..
-UNIFORM_FLAPWISE, TIP_MASS_FLAPWISE = (
-    [(g, *row) for g, row in enumerate(zip(*map(numbers, table), strict=True))]
-    for table in (validation.UNIFORM_FLAPWISE, validation.TIP_MASS_FLAPWISE)
-)
-RIGID_CORIOLIS = [(g, float(text)) for g, text in validation.RIGID_CORIOLIS.items()]
-TIP_MASS_AT_REST = numbers(validation.TIP_MASS_AT_REST)
-
 # beam, bending 1..4 and stretching 1; the same with Coriolis, omega 1 ..
 INDEPENDENT, INDEPENDENT_CORIOLIS = (
     [(beam, numbers(text)) for beam, text in table.items()]
     for table in (validation.STRETCHED, validation.STRETCHED_CORIOLIS)
 )
-
-# strain, delta, largest gamma with an equilibrium (alpha 0), a unit of its last digit
-LIMITS = [(*key, float(text), last_digit(text)) for key, text in validation.LIMITS.items()]
-
-# parameter, beam, bending mode whose locus crosses the stretching one, curvature, place, last digit
-CROSSINGS = [
-    (figure.over, figure.beam, crossing.loci[0], curvature, float(text), last_digit(text))
-    for figure in FIGURES.values()
-    if isinstance(figure, LociFigure)
-    for crossing in figure.crossings
-    for curvature, text in (("material", crossing.material), ("spatial", crossing.spatial))
-]

@@ -6,19 +6,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.polynomial import Polynomial
 
 from beamviz.beam import Beam
 from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
 from beamviz.solver.fem.ancf import PlanarBeam
 from beamviz.solver.fem.hermite import (
-    assemble_band,
     assemble_vector,
     dense,
     element_coordinates,
     gauss,
     hermite,
-    interpolate,
     mass,
 )
 from beamviz.solver.problem import Problem
@@ -108,14 +105,6 @@ def test_residual_and_tangent_with_load(seed):
     assert dense(model.tangent(q, load)) == pytest.approx(K, abs=1e-12 * np.abs(K).max())
 
 
-def moved(q, angle, x=0.0, y=0.0):
-    """Planar coordinates after a rotation and a translation."""
-    c, s = np.cos(angle), np.sin(angle)
-    q = q.reshape(-1, 2) @ np.array([[c, s], [-s, c]])
-    q[::2] += (x, y)
-    return q.ravel()
-
-
 def test_quadrature_follows_from_the_degree():
     """5 points integrate the green axial energy exactly at bent states: 9 change nothing, 4 do."""
     model, q = planar(mu=10_000), bent(1)
@@ -176,28 +165,6 @@ def test_hub_load_of_the_paper(beta):
     assert not load[:, 1::2].any()
 
 
-@pytest.mark.parametrize("plane", ["chordwise", "flapwise"])
-def test_direction_of_the_centrifugal_field(plane):
-    """Chordwise no direction is preferred at delta 0, flapwise one is."""
-    model = planar(plane=plane)
-    straight, turned = (
-        model.residual(q, 25.0) for q in (model.unstressed, moved(model.unstressed, 0.7))
-    )
-    alike = np.allclose(moved(turned, -0.7), straight, atol=1e-9)
-    assert alike == (plane == "chordwise")
-
-
-def test_interpolation_on_uneven_elements():
-    """Cubics and their derivatives are reproduced between uneven nodes, several at once."""
-    cubics = [Polynomial([0.2, 1, -0.5, 0.3]), Polynomial([0.1, 0, 2, -1])]
-    q = np.stack([np.column_stack((c(NODES), c.deriv()(NODES))).ravel() for c in cubics], axis=1)
-    x = np.linspace(0, 1, 23)
-    for order in range(3):
-        exact = np.column_stack([(c.deriv(order) if order else c)(x) for c in cubics])
-        assert interpolate(NODES, q, x, order) == pytest.approx(exact, abs=1e-12)
-        assert interpolate(NODES, q[:, 0], x, order) == pytest.approx(exact[:, 0], abs=1e-12)
-
-
 def test_mass_matrix_of_the_paper():
     """The consistent mass is the integral of eq. 8: the textbook matrix of a cubic element."""
     l = 0.3
@@ -209,28 +176,3 @@ def test_mass_matrix_of_the_paper():
     ]
     (m,) = mass(np.array([0.4, 0.7]), 0.0, 0.5)
     assert m == pytest.approx(l / 420 * np.array(textbook), rel=1e-13)
-
-
-def point_mass(beta, alpha=3.0):
-    """The mass matrix of each element with a concentrated mass, less that without."""
-    return mass(NODES, alpha, beta) - mass(NODES, 0.0, beta)
-
-
-@pytest.mark.parametrize("beta", NODES)
-def test_mass_on_a_node(beta):
-    """On a node the mass acts on the position of that node only, and from both sides alike."""
-    m = dense(assemble_band(point_mass(beta)))
-    expected = np.zeros_like(m)
-    node = 2 * NODES.tolist().index(beta)
-    expected[node, node] = 3.0
-    assert m == pytest.approx(expected, abs=1e-14)
-    left = dense(assemble_band(point_mass(max(0.0, beta - 1e-9))))
-    assert left == pytest.approx(expected, abs=1e-8)
-
-
-def test_mass_inside_an_element():
-    """Inside an element the mass is m S'S at its place (paper, eq. 32), nothing elsewhere."""
-    m = point_mass(0.235)
-    S, _, _ = hermite(0.5, 0.23)
-    assert m[1] == pytest.approx(3 * np.outer(S, S), rel=1e-12, abs=1e-15)
-    assert not m[[0, 2, 3]].any()

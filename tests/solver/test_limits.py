@@ -213,6 +213,8 @@ def test_a_beam_buckled_beyond_resolving_says_so():
     for options in ({}, {"coriolis": True}, {"method": "foac"}):
         with pytest.raises(NotConverged, match="lower gamma"):
             solve(Beam(alpha=50, beta=0.3, gamma=200, delta=-1, mu=5000), **options)
+    with pytest.raises(NotConverged, match="both families are unstable"):
+        solve(Beam(gamma=50, mu=10), method="zoac", coriolis=True)
     buckled = Beam(alpha=100, gamma=40, delta=-2, mu=10000)
     for sweep in (
         [buckled.replace(gamma=gamma) for gamma in (0.0, 40.0)],
