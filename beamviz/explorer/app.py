@@ -61,9 +61,9 @@ def serve(
     key = secrets.token_urlsafe(KEY_BYTES) if shared else ""
     presenter_key = secrets.token_urlsafe(KEY_BYTES) if follow else ""
     access: dict[str, Any] = {"visitor_key": key, "presenter_key": presenter_key, "public": public}
+    access |= {"max_visitors": visitors}
     count = min(process_count(processes, shared=shared, follow=follow), visitors)
     gc.freeze()  # modules stay loaded: garbage collection need not examine them again
-    access |= {"max_visitors": visitors}
     signals: Signals = queue.SimpleQueue()  # its put may interrupt its get, unlike that of an Event
     with handle_signals(lambda number, _: signals.put(number)), contextlib.ExitStack() as stack:
         wait: Callable[[], None]

@@ -56,12 +56,14 @@ class FrameLoop:
         access: Access,
         visitor_count: VisitorCount,
     ):
-        self.server, self.scene, self.background, self.access = server, scene, background, access
-        self.visitor_count = visitor_count
+        self.server, self.access, self.visitor_count = server, access, visitor_count
         self.loop, self.changed = server.get_event_loop(), asyncio.Event()
         self.thread: threading.Thread | None = None
         self.queue = SolveQueue(pool, self.crowded, self.resume)
         self.opener = ThreadPoolExecutor(1, "opener")
+        self.session = partial(
+            Session, scene=scene, queue=self.queue, background=background, crowded=self.crowded
+        )
         self.presenter: int | None = None
         self.sessions: dict[int, Session] = {}
         self.woken: dict[int, None] = {}
@@ -77,18 +79,9 @@ class FrameLoop:
         lecture = bool(self.access.presenter_key)
         presents = lecture and is_presenter(self.access, handshake_request(self.server, visitor))
         presenter = self.presentation if lecture and not presents else None
-        wake = partial(self.wake, visitor)
+        opening = partial(self.session, wake=partial(self.wake, visitor), presenter=presenter)
         with contextlib.suppress(RuntimeError):  # stopped meanwhile
-            opened = self.opener.submit(
-                Session,
-                client,
-                self.scene,
-                self.queue,
-                self.background,
-                wake,
-                self.crowded,
-                presenter,
-            )
+            opened = self.opener.submit(opening, client)
             self.sessions[visitor] = await asyncio.wrap_future(opened)
             self.presenter = visitor if presents else self.presenter
             if self.stopped or visitor not in self.server.get_clients():

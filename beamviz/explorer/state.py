@@ -184,18 +184,9 @@ class State:
 
     def differences(self, other: Self) -> set[str]:
         """The names of the values that differ from those of another state and that undo changes."""
-        pairs = [(vars(self), vars(other))]
-        if self.view is not other.view:
-            pairs.append((vars(self.view), vars(other.view)))
-        if self.case is not other.case:
-            pairs.append((self.case.options, other.case.options))
-            pairs.append((self.case.numbers, other.case.numbers))
-        differing = {
-            name
-            for ours, theirs in pairs
-            for name, one in ours.items()
-            if one is not theirs[name] and one != theirs[name]
-        }
+        ours, theirs = self.values, other.values
+        pairs = ((name, ours[name], theirs[name]) for name in ours)
+        differing = {name for name, one, two in pairs if one is not two and one != two}
         return differing - {"case", "view", "run_speed", *LASTING}
 
     def keep(self) -> Self:

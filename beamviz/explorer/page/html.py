@@ -111,7 +111,9 @@ def button(label: str, **values: Any) -> str:
 
 
 def hint(name: str, text: str) -> str:
-    """A question mark that opens an explanation of `name`."""
+    """A question mark that opens an explanation of `name`; "" without one."""
+    if not text:
+        return ""
     key = "hint-" + "".join(c if c.isalnum() else "-" for c in name)
     about = attributes(popovertarget=key, aria_label=f"About {name}")
     return (
@@ -126,7 +128,7 @@ def slider(key: str, label: str, help: str = "", **values: Any) -> str:
     return (
         f'<div class="field" id="{key}-row"><span class="name">'
         f'<label for="{key}-slider" id="{key}-label">'
-        f"{escape(label)}</label>{hint(label, help) if help else ''}</span>"
+        f"{escape(label)}</label>{hint(label, help)}</span>"
         f'<input type="number"{box}><input type="range" id="{key}-slider"'
         f"{attributes(data_set=key, **values)}></div>"
     )
@@ -136,7 +138,7 @@ def checkbox(key: str, label: str, help: str = "") -> str:
     """A checkbox with its label."""
     return (
         f'<div class="row"><label class="check"><input type="checkbox"{attributes(data_set=key)}>'
-        f"{escape(label)}</label>{hint(label, help) if help else ''}</div>"
+        f"{escape(label)}</label>{hint(label, help)}</div>"
     )
 
 
@@ -155,7 +157,7 @@ def select(
     id = id or f"{key}-select"
     return (
         f'<div class="field"><span class="name"><label for="{id}">{escape(label)}</label>'
-        f"{hint(label, help) if help else ''}</span>"
+        f"{hint(label, help)}</span>"
         f'<select id="{id}" data-set="{key}">{options(choices)}</select></div>'
     )
 

@@ -56,15 +56,10 @@ def mode_table(answer: SolverAnswer, shown: Collection[int]) -> str:
 @lru_cache(256)
 def mode_button(k: int, label: str, family: str, shown: bool) -> str:
     """The button that shows mode k (0-based) alone, in the colour of its family."""
-    values = attributes(
-        data_do="only",
-        data_value=k,
-        data_key=str(k + 1) if k < 9 else None,
-        class_=f"mode {family}",
-        aria_label=f"{label}, {family}",
-        aria_pressed=shown,
-    )
-    return f'<button type="button"{values}>{escape(label)}</button>'
+    return button(
+        label, data_do="only", data_value=k, data_key=str(k + 1) if k < 9 else None,
+        class_=f"mode {family}", aria_label=f"{label}, {family}", aria_pressed=shown,
+    )  # fmt: skip
 
 
 def value_and_error(solution: Solution, k: int) -> str:
@@ -96,12 +91,8 @@ def strip(nodes: np.ndarray) -> str:
 @lru_cache(256)
 def amount(k: int, label: str) -> str:
     """The slider of a mode's contribution to the motion."""
+    key = f"share-{k}"
     values = attributes(
-        data_set=f"share-{k}",
-        id=f"share-{k}",
-        min=0,
-        max=1,
-        step=0.05,
-        aria_label=f"Amount of {label}",
+        data_set=key, id=key, min=0, max=1, step=0.05, aria_label=f"Amount of {label}"
     )
     return f'<input type="range"{values}>'

@@ -1,20 +1,41 @@
 """The page around the scene, except the tabs: status, table of modes, controls, help."""
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
+from html import escape
 from typing import Any
 
-from beamviz.beam import Units
+from beamviz.beam import NUMBERS, PARAMETERS, Units
+from beamviz.drawing.text import measures
 from beamviz.explorer.jobs import Job, SolverAnswer
 from beamviz.explorer.page import html
-from beamviz.explorer.page.controls import BeamControls
 from beamviz.explorer.page.html import button, checkbox, hint, select, slider
 from beamviz.explorer.page.modes import HEADING, mode_table
-from beamviz.explorer.state import CHOICES, Case, State
+from beamviz.explorer.state import CHOICES, TERMS, Case, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, MAX_SHARES, MODES
 
+SWITCHES = {
+    "stiffening": (
+        "stiffening",
+        "Tension by the centrifugal force, as in a taut string: it raises bending frequencies",
+    ),
+    "softening": (
+        "spin softening",
+        "The centrifugal force grows with a displacement in the plane of rotation: it lowers the"
+        " frequencies of motion in this plane",
+    ),
+    "coriolis": (
+        "Coriolis",
+        "Forces on parts that move within the rotating frame: they couple bending and stretching",
+    ),
+    "mass": ("mass", "The concentrated mass; switched on again it has its last value"),
+}
+RESET_HINT = "Back to the scene as the page, a link, a file or the lesson opened it (R)"
+DIGITS = 8  # of a number in its field
+FIRST_MASS = 1.0  # for a beam that never had one
 PACE_HINT = "Speed of rotation and vibration on the screen, relative to a suitable one"
 AMPLITUDE_HINT = "Largest displacement drawn, over the length of the beam"
 MODEL = {
@@ -171,3 +192,100 @@ def toggled(name: str, state: State) -> State:
     """With a switch toggled; a change of the equations keeps the case before for comparison."""
     state = state.keep_for_comparison() if name == "coriolis" else state
     return state.changed(name, not state.values[name])
+
+
+# The beam
+
+
+class BeamControls:
+    """The numbers of the beam, each with a slider for its usual range and a field for its full
+    range, in the units of the beam; and a switch for each term of the equations and for the mass.
+
+    ranges: of the sliders, in the units shown; alpha: the mass that is restored.
+    """
+
+    def __init__(self, visitor: Visitor):
+        self.visitor, self.page, self.alpha = visitor, visitor.page, FIRST_MASS
+        self.ranges: dict[str, tuple[float, float]] = {}
+        reset = button("Reset the scene", data_do="reset", data_key="r", title=RESET_HINT)
+        more = f"<details><summary>Advanced</summary>{number_slider('spin_up')}</details>"
+        self.page.html("beam", "".join(map(number_slider, PARAMETERS)) + more + reset)
+        switches = (checkbox(key, label, help) for key, (label, help) in SWITCHES.items())
+        self.page.html("effects", "".join(switches))
+        self.measures = measures(visitor.state.case.units)
+        visitor.render("scene", lambda _: self.choose_ranges(visitor.state))
+        for name in NUMBERS:
+            visitor.page.on(name, partial(self.edit, name))
+            visitor.render(name, partial(self.show, name))
+        for name in TERMS:
+            visitor.bind(name, partial(switch_term, name))
+        visitor.bind("mass", self.switch_mass, of="alpha", shown=bool)
+
+    def edit(self, name: str, value: Any) -> None:
+        """A number was set, in its unit."""
+        number = self.measures[name].plain(value)
+        self.visitor.change(lambda state: state.changed(name, number))
+
+    def show(self, name: str, number: Any) -> None:
+        """Show a number; a slider whose range does not contain it gets the full range."""
+        if not is_finite(number):
+            return
+        if name == "alpha" and number > 0:
+            self.alpha = number
+        measure, (low, high) = self.measures[name], self.ranges[name]
+        shown = float(f"{measure.factor * number:.{DIGITS}g}")
+        if not low <= shown <= high:
+            self.set_range(name, *(measure.factor * limit for limit in NUMBERS[name].limits))
+        self.page.value(name, shown)
+
+    def choose_ranges(self, state: State) -> None:
+        """Choose labels and ranges for a scene that was loaded, and show its numbers."""
+        units = state.case.units
+        self.measures = measures(units)
+        for name in NUMBERS:
+            number = state.case.numbers[name]
+            self.choose_range(name, number if is_finite(number) else 0.0, units)
+            self.show(name, number)
+        self.page.props("mu-row", hidden=units is not None)
+        self.page.html("units", "SI units" if units else "Real beam…")
+
+    def choose_range(self, name: str, number: float, units: Units | None) -> None:
+        """Set the label and the range of a slider: up to four times the value of a real beam, or
+        the full range if the usual one does not contain the value."""
+        measure, parameter = self.measures[name], NUMBERS[name]
+        self.page.html(f"{name}-label", escape(measure.label))
+        low, high, step = parameter.slider
+        if units and number > 0 and name in ("alpha", "gamma"):
+            low, high, step = 0.0, 4 * number, number / 100
+        if not low <= number <= high:
+            low, high = parameter.limits
+        low, high, step = measure.range(low, high, step, parameter.limits)
+        self.page.props(f"{name}-slider", step=step, data_unit=measure.unit)
+        self.page.props(f"{name}-field", aria_label=measure.label)
+        self.set_range(name, low, high)
+
+    def switch_mass(self, state: State, on: Any) -> State:
+        """Remove the mass, or restore its last value."""
+        return switch_term("alpha", state, self.alpha if on else 0.0)
+
+    def set_range(self, name: str, low: float, high: float) -> None:
+        """Set the range of a slider, in the unit shown."""
+        self.ranges[name] = low, high
+        self.page.props(f"{name}-slider", min=low, max=high)
+
+
+def is_finite(number: Any) -> bool:
+    """Whether a value from a page is a finite number."""
+    return isinstance(number, int | float) and math.isfinite(number)
+
+
+def number_slider(name: str) -> str:
+    """The slider and the field of a number of the beam."""
+    parameter = NUMBERS[name]
+    low, high, step = parameter.slider
+    return slider(name, parameter.slider_label, parameter.hint, min=low, max=high, step=step)
+
+
+def switch_term(name: str, state: State, value: Any) -> State:
+    """With a term switched, or another mass; the case before is kept for comparison."""
+    return state.keep_for_comparison().changed(name, value)
