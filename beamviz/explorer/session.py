@@ -216,23 +216,18 @@ class Session:
         panel.build(visitor)
         self.comparison, self.run_up = Comparison(visitor), RunUpPlayback(visitor)
         RealBeamPanel(visitor)
-        loci = LociTab(visitor)
-        veering = VeeringTab(visitor, loci)
-        comparison = ComparisonTab(visitor, self.comparison)
-        run_up = RunUpTab(visitor, self.run_up)
-        timing = MethodTimingTab(visitor)
-        self.lessons = Lessons(visitor)
+        loci, self.lessons = LociTab(visitor), Lessons(visitor)
+        self.features: list[Feature] = [
+            loci, VeeringTab(visitor, loci), ComparisonTab(visitor, self.comparison),
+            RunUpTab(visitor, self.run_up), MethodTimingTab(visitor), self.lessons, MapTab(visitor),
+        ]  # fmt: skip
         panel.add_commands(visitor)
         self.files = Files(visitor)
         self.view = SceneView(visitor, self.comparison, self.run_up)
         self.presentation = Presentation(visitor, self.view.clock, self.run_up)
         self.presenter = PresenterMode(self.presentation, presenter) if presenter else None
         self.mass_drag = MassDrag(visitor, self.view.scene)
-        self.features: list[Feature] = [
-            loci, MapTab(visitor), veering, comparison, run_up, timing, self.lessons
-        ]  # fmt: skip
         visitor.page.on("preferences", self.take_preferences)
-        visitor.page.theme(dark=scene.view.dark)
         client.camera.on_update(self.camera_moved)
         self.links = Links(visitor, self.lessons)
         visitor.page.ready()
@@ -315,15 +310,12 @@ class Session:
     def draw(self) -> None:
         """Draw the latest answer and state."""
         visitor, view = self.visitor, self.view
-        dark = view.state.view.dark
         with visitor.lock:
             state, visitor.answer = visitor.state, visitor.solver.answer
         view.show(state)
         visitor.page.captions(view.captions)
         panel.show_answer(visitor, view.solved, view.shown_modes)
         panel.show_picture(visitor, view.largest, view.pace, view.shapes.beam.units)
-        if state.view.dark != dark:
-            visitor.page.theme(dark=state.view.dark)
 
     def take_preferences(self, preferences: Any) -> None:
         """Apply the preferences of the visitor's system: "dark" (the theme, unless the first scene

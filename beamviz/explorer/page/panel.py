@@ -99,6 +99,7 @@ def build(visitor: Visitor) -> None:
         "case",
         lambda case: page.html("scene-caption", invitation(case) if case is first else ""),
     )
+    visitor.render("dark", lambda dark: page.theme(dark=dark))
     page.on("only", partial(show_alone, visitor))
     for action, act in {
         "undo": lambda: visitor.restore(visitor.history.undo),
