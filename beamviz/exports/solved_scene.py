@@ -12,6 +12,7 @@ from beamviz.drawing import AllModesView, BeamView, camera, stacked_heights
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion
 from beamviz.drawing.modes import SampledModes, amplitudes, playback_rate
 from beamviz.drawing.objects import Caption
+from beamviz.drawing.surroundings import add_lights
 from beamviz.drawing.text import stability_warning
 from beamviz.errors import InvalidInput
 from beamviz.scene import Camera, Scene
@@ -68,16 +69,21 @@ class SolvedScene:
         return self.scene.view.all_modes and not self.warning
 
     @property
+    def rows(self) -> np.ndarray:
+        """Amplitudes (beams, m) of every mode in each beam drawn."""
+        alone = self.scene.view.amplitude * np.eye(len(self.shapes.modes))
+        return alone if self.all_modes else self.amplitudes[None]
+
+    @property
     def heights(self) -> list[float]:
         """The height of each beam drawn, around the middle of the picture."""
-        return stacked_heights(len(self.shapes.modes)) if self.all_modes else [0.0]
+        return stacked_heights(len(self.rows))
 
     @property
     def shown(self) -> list[int]:
         """The modes (0-based) in the picture."""
-        if self.all_modes:
-            return list(range(len(self.shapes.modes)))
-        return np.flatnonzero(self.amplitudes).tolist()
+        every = range(len(self.shapes.modes))
+        return list(every) if self.all_modes else np.flatnonzero(self.amplitudes).tolist()
 
     def moment(self, time: float) -> Moment:
         """The scene at a time [T*]."""
@@ -113,27 +119,26 @@ class DrawnScene:
     """A solved scene drawn in a viser scene, at `scale` pixels per length of the beam."""
 
     def __init__(self, api: SceneApi, solved: SolvedScene, scale: float = DEFAULT_SCALE):
-        self.solved, self.view = solved, BeamView(api)
-        self.rows = AllModesView(api) if solved.all_modes else None
-        shapes, view = solved.shapes, solved.scene.view
-        self.view.show(
-            shapes, view, solved.shown, warning=solved.warning, motion=solved.motion(scale)
-        )
-        self.view.frame.visible = not self.rows
-        if self.rows:
-            self.rows.show(shapes, view, scale)
+        self.rows, shapes, view = solved.rows, solved.shapes, solved.scene.view
+        if solved.all_modes:
+            add_lights(api)
+            stacked = AllModesView(api)
+            stacked.show(shapes, view, scale)
+            self.beams = stacked.rows
+        else:
+            self.beams = [BeamView(api)]
+            motion, warning = solved.motion(scale), solved.warning
+            self.beams[0].show(shapes, view, solved.shown, warning=warning, motion=motion)
 
     @property
     def captions(self) -> list[Caption]:
         """The texts to be written over the picture."""
-        parts = [self.view, *(self.rows.rows if self.rows else [])]
-        return [caption for part in parts for caption in part.captions]
+        return [caption for beam in self.beams for caption in beam.captions]
 
     def move(self, moment: Moment) -> None:
         """Draw everything at a moment."""
-        self.view.move(moment.phases, self.solved.amplitudes, moment.angle)
-        if self.rows:
-            self.rows.move(moment.phases, self.solved.scene.view.amplitude, moment.angle)
+        for beam, sizes in zip(self.beams, self.rows, strict=True):
+            beam.move(moment.phases, sizes, moment.angle)
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from beamviz.drawing import BeamView, colours
-from beamviz.drawing.beam_mesh import NORMALS, extents, resampled
-from beamviz.drawing.modes import SampledModes, playback_rate
+from beamviz.drawing.beam_mesh import NORMALS, extents, resampled, to_hub_frame
+from beamviz.drawing.modes import SampledModes, axial_strain, playback_rate
 from beamviz.drawing.text import frequencies, measure
 from beamviz.exports.solved_scene import DrawnScene, SolvedScene
 from beamviz.frequency_loci.sweep import chart_range
@@ -50,47 +50,49 @@ def speed_data(solved: SolvedScene, drawn: DrawnScene) -> dict[str, Any]:
     shapes: list[SampledModes] = []
     for one in solutions:
         shapes.append(SampledModes.sampled(one, shapes[-1] if shapes else None))
+    known = [dict(zip(one.labels, one.omega_squared, strict=True)) for one in solutions]
+    labels = solved.solution.labels
     speed, across = measure("gamma", beam.units), frequencies(beam.units)
-    rows = drawn.rows.rows[: drawn.rows.count] if drawn.rows else [drawn.view]
-    shown = [[k] for k in range(len(rows))] if drawn.rows else [solved.shown]
     rotor = not view.rotating_frame
     steps = np.linspace(0, colours.STEPS - 1, PALETTE).astype(int)
     return {
         "speeds": [one.beam.gamma for one in solutions],
         "start": beam.gamma,
         "speed": {"factor": speed.factor, "unit": speed.unit},
-        "frequencies": {
-            label: [
-                dict(zip(one.labels, one.frequencies, strict=True)).get(label) for one in solutions
-            ]
-            for label in solved.solution.labels
-        },
+        "squares": {label: packed([at.get(label, np.nan) for at in known]) for label in labels},
         "factor": across.factor,
         "rate": view.pace * playback_rate(solved.shapes.frequencies[solved.shown], beam.gamma),
-        "turning": [row.rotor.name if rotor else row.surroundings.floor.name for row in rows],
+        "turning": [(row.rotor if rotor else row.surroundings.floor).name for row in drawn.beams],
         "direction": 1 if rotor else -1,
         "palette": colours.PALETTES[view.colouring][steps].ravel().tolist(),
         "strain": view.colouring == "axial strain",
         "captions": [one.data for one in drawn.captions],
-        "beams": [beam_data(row, solved, shapes, k) for row, k in zip(rows, shown, strict=True)],
+        "beams": [
+            beam_data(row, solved, shapes, sizes)
+            for row, sizes in zip(drawn.beams, solved.rows, strict=True)
+        ],
     }
 
 
 def beam_data(
-    row: BeamView, solved: SolvedScene, shapes: list[SampledModes], shown: list[int]
+    row: BeamView, solved: SolvedScene, shapes: list[SampledModes], sizes: np.ndarray
 ) -> dict[str, Any]:
-    """One beam with the modes `shown` (0-based, at the speed of the scene). For each speed: its
-    axis (n, 2), the strain of its pieces (n - 1,) and, at its amplitude, each mode, real and
-    imaginary part (m, 2, n, 2)."""
-    x, normal, view = row.shapes.x, NORMALS[row.shapes.plane], solved.scene.view
-    amplitude = view.amplitude if solved.all_modes else solved.amplitudes[shown]
+    """One beam with modes of amplitudes `sizes` (m,) at the speed of the scene. states: for each
+    speed its axis and strain (n, 4), and the change by real and imaginary part of each mode."""
+    normal, view = NORMALS[row.shapes.plane], solved.scene.view
+    shown = np.flatnonzero(sizes).tolist()
     labels = [solved.shapes.labels[k] for k in shown]
-    at_speeds, modes = [resampled(one, x) for one in shapes], []
-    for one in at_speeds:
-        k = np.array([one.labels.index(label) for label in labels], int)
-        fields = np.minimum(amplitude, one.limits[k])[:, None, None] * one.modes[k]
-        modes.append(np.stack([fields.real, fields.imag], 1))
+    bends = bool(shown and solved.solution.bending_energy_fraction[shown[0]] >= 0.5)
+    across = 1 if row.shapes.plane == "chordwise" else 2
     marked = len(shown) == 1 and bool(row.nodes.collars.visible)
+    straight = solved.solution.equilibrium.shape == "straight"
+    states = []
+    for one in (resampled(shape, row.shapes.x) for shape in shapes):
+        at = [one.labels.index(label) for label in labels]
+        fields = np.minimum(sizes[shown], one.limits[at])[:, None, None] * one.modes[at]
+        parts = np.stack([fields.real, fields.imag], 1).reshape(-1, len(one.x), 2)
+        still, *moved = (state(one, part) for part in (np.zeros_like(one.centreline), *parts))
+        states.append([still, *(part - still for part in moved)])
     return {
         "labels": labels,
         "names": {
@@ -100,21 +102,23 @@ def beam_data(
             "nodes": row.nodes.collars.name if marked else None,
             "rest": row.reference.equilibrium.name,
         },
-        "x": x.tolist(),
-        "axes": packed([one.centreline for one in at_speeds]),
-        "strains": packed([one.strain for one in at_speeds]),
-        "modes": packed(modes),
+        "stations": len(row.shapes.x),
+        "states": packed(states),
         "mass": row.shapes.mass,
-        "delta": solved.scene.beam.delta,
         "normal": normal.tolist(),
         "thickness": row.section[0],
-        "size": extents(row.section, normal).tolist(),
+        "section": extents(row.section, normal)[1:].tolist(),
         "ring": np.array(row.nodes.collars.batched_scales)[0].tolist(),
-        "bends": bool(shown and solved.solution.bending_energy_fraction[shown[0]] >= 0.5),
-        "largest": colours.colour_range(row.shapes, view.colouring, solved.amplitudes),
-        "straight": solved.solution.equilibrium.shape == "straight",
-        "vertices": row.reference.equilibrium.vertices.ravel().tolist(),
+        "component": across if bends else 0,
+        "largest": colours.colour_range(row.shapes, view.colouring, sizes),
+        "vertices": row.reference.equilibrium.vertices.ravel().tolist() if straight else None,
     }
+
+
+def state(shapes: SampledModes, moved: np.ndarray) -> np.ndarray:
+    """Points of the axis displaced by `moved` (n, 2) and the strain after each: (n, 4)."""
+    points, _ = to_hub_frame(shapes, shapes.centreline + moved)
+    return np.column_stack([points, np.append(axial_strain(shapes, moved), 0.0)])
 
 
 def packed(values: Any) -> str:
