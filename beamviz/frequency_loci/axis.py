@@ -74,6 +74,12 @@ class Axis:
         (start, stop), (first, last) = self.ends, self.t_ends
         return np.where(t == first, start, np.where(t == last, stop, np.clip(p, start, stop)))
 
+    def scale(self, p: np.ndarray) -> np.ndarray:
+        """A positive function by which omega^2 is divided before its interpolation: over gamma,
+        where it grows far, gamma^2 + 24 / moment, else 1."""
+        grows = self.over == "gamma" and not self.coupled
+        return p**2 + GAMMA_SHIFTS[0] / self.moment if grows else np.ones_like(p)
+
     @cached_property
     def t_ends(self) -> tuple[float, float]:
         """The variable at the ends."""

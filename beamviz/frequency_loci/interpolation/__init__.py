@@ -15,7 +15,7 @@ from beamviz.frequency_loci.interpolation.fits import (
     by_characteristics,
     by_pairs,
     by_squares,
-    fits,
+    try_ways,
 )
 from beamviz.frequency_loci.interpolation.pieces import Piece
 from beamviz.frequency_loci.spectra import Spectra
@@ -23,7 +23,7 @@ from beamviz.frequency_loci.sweep import Sweep
 from beamviz.solver import is_small_strain
 
 FIRST_ORDERS = {"gamma": 14, "alpha": 18, "delta": 8, "mu": 16}  # for a whole axis
-STRETCHED_ORDER = 20  # over gamma, up to a large strain
+STRETCHED_ORDERS = 24, 32  # over gamma, up to a large strain; the second with an inner mass
 PER_MODE = 4, 6  # over beta, per mode; the second where all modes couple
 COUPLED_ORDERS = {"gamma": 20, "alpha": 16, "delta": 20, "mu": 32}  # where all modes couple
 ORDERS = (LEAST, 32, 192)  # least; least and greatest for a whole axis before it is halved
@@ -64,7 +64,7 @@ def _interpolate(sweep: Sweep, axis: Axis, first: _Attempt) -> list[Piece]:
         for attempt, own in zip(pending, values, strict=True):
             solved = spectra.take(slice(start, start := start + len(own)))
             low, high, order, *_ = attempt
-            piece, ratio, next_order = _fit(Nodes(sweep, low, high, order, own, solved), ways)
+            piece, ratio, next_order = _fit(Nodes(sweep, axis, low, high, order, own, solved), ways)
             if high - low == whole and order < ORDERS[1]:
                 next_order = max(next_order, 2 * order)
             worse = not ratio <= STALLED[0] * attempt.ratio
@@ -88,7 +88,7 @@ def _interpolate(sweep: Sweep, axis: Axis, first: _Attempt) -> list[Piece]:
 @np.errstate(all="ignore")  # modes not known at all values are nan
 def _fit(nodes: Nodes, ways: Sequence[Way]) -> tuple[Piece, float, int]:
     """The piece, the ratio of its error to that accepted, and the next order."""
-    found = fits(nodes, ways)
+    found = try_ways(nodes, ways)
     ratio = min((fit.ratio(0) for fit in found), default=np.inf)
     if found and found[-1].ratio(0) <= 1:
         return found[-1].piece, ratio, nodes.order
@@ -111,7 +111,7 @@ def _faster(sweep: Sweep, axis: Axis, piece: Piece) -> Piece:
     values = _values_of(axis, attempt)
     squares, solver_error, bending, error = piece.at(axis.t(values))
     spectra = Spectra(squares, solver_error + error, bending)
-    other, *_ = _fit(Nodes(sweep, *attempt[:3], values, spectra), POLYNOMIALS)
+    other, *_ = _fit(Nodes(sweep, axis, *attempt[:3], values, spectra), POLYNOMIALS)
     return piece if other.errors is None else other
 
 
@@ -127,7 +127,7 @@ def _first(sweep: Sweep, axis: Axis) -> _Attempt:
     orders = COUPLED_ORDERS if axis.coupled else FIRST_ORDERS
     order = orders.get(axis.over, PER_MODE[axis.coupled] * sweep.modes + 8)
     if axis.over == "gamma" and not is_small_strain(sweep.at(axis.high)):
-        order = max(order, STRETCHED_ORDER)
+        order = max(order, STRETCHED_ORDERS[sweep.beam.alpha > 0 and sweep.beam.beta < 1])
     return _Attempt(start, stop, order)
 
 
@@ -135,7 +135,7 @@ def unresolved(axis: Axis, spectra: Spectra) -> Piece:
     """An axis as one piece without interpolation."""
     none = np.zeros(spectra.squares.shape[1:], bool)
     start, stop = axis.t_ends
-    return Piece(start, stop, spectra, None, none, none)
+    return Piece(axis, start, stop, spectra, None, none, none)
 
 
 def _values_of(axis: Axis, attempt: _Attempt) -> np.ndarray:

@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from beamviz.frequency_loci.axis import Axis
 from beamviz.frequency_loci.interpolation import block, characteristic
 from beamviz.frequency_loci.interpolation.characteristic import Characteristic
 from beamviz.frequency_loci.interpolation.chebyshev import (
@@ -51,6 +52,7 @@ class Nodes:
     """The modes at the nodes of a piece, followed by the check points."""
 
     sweep: Sweep
+    axis: Axis
     low: float  # of the variable t
     high: float
     order: int
@@ -70,35 +72,47 @@ class Nodes:
         return self.rank < self.sweep.modes + (not self.sweep.coupled)
 
     @cached_property
+    def scale(self) -> np.ndarray:
+        """`Axis.scale` (n, 1, 1) at the values."""
+        return self.axis.scale(self.values)[:, None, None]
+
+    @cached_property
     def accepted(self) -> np.ndarray:
         """The errors (families, k) of omega^2 that are accepted."""
-        sweep, solved = self.sweep, self.solved
-        inside = solved.rank < sweep.modes
-        size = np.where(inside, abs(solved.squares), np.inf).min(axis=0)
-        own = np.where(inside & np.isfinite(solved.errors), solved.errors, np.inf).min(axis=0)
-        accepted = SHARE * (sweep.tolerance * (size + FLOOR) + np.where(np.isfinite(own), own, 0.0))
-        size = abs(solved.squares).min(axis=0)
-        outside = SHARE * OUTSIDE * sweep.tolerance * (size + FLOOR)
-        accepted = np.where(self.rank >= sweep.modes, outside, accepted)
-        return np.where(self.rank <= sweep.modes, accepted, np.inf)
+        return self._accepted(np.ones((1, 1, 1)))
+
+    @cached_property
+    def accepted_scaled(self) -> np.ndarray:
+        """The same of omega^2 divided by the scale."""
+        return self._accepted(self.scale)
+
+    def _accepted(self, scale: np.ndarray) -> np.ndarray:
+        squares, errors, _ = self.solved
+        requested = self.solved.rank < self.sweep.modes
+        relative = SHARE * self.sweep.tolerance * (abs(squares) + FLOOR) / scale
+        accepted = relative + SHARE * np.where(np.isfinite(errors), errors, 0.0) / scale
+        accepted = np.where(requested, accepted, np.inf).min(axis=0)
+        above = OUTSIDE * relative.min(axis=0)
+        accepted = np.where(self.rank >= self.sweep.modes, above, accepted)
+        return np.where(self.rank <= self.sweep.modes, accepted, np.inf)
 
     @cached_property
     def piece(self) -> Piece:
         """The piece without an interpolant."""
         none = np.zeros(self.needed.shape, bool)
         nodes = self.solved.take(slice(self.order + 1))
-        return Piece(self.low, self.high, nodes, None, self.needed, none)
+        return Piece(self.axis, self.low, self.high, nodes, None, self.needed, none)
 
     @cached_property
     def estimates(self) -> tuple[np.ndarray, np.ndarray]:
-        """`estimated` for omega^2 and, of coupled modes, the bending fraction."""
-        squares, _, bending = self.solved
-        return self.estimated(np.stack((squares, bending) if self.sweep.coupled else (squares,)))
+        """`estimated` for scaled omega^2 and, of coupled modes, the bending fraction."""
+        scaled, bending = self.solved.squares / self.scale, self.solved.bending
+        return self.estimated(np.stack((scaled, bending) if self.sweep.coupled else (scaled,)))
 
     @cached_property
     def ratios(self) -> np.ndarray:
-        """The errors (families, k) of interpolated omega^2 relative to those accepted."""
-        return np.where(self.needed, self.estimates[0][0] / self.accepted, 0.0)
+        """The errors (families, k) of scaled omega^2 relative to those accepted."""
+        return np.where(self.needed, self.estimates[0][0] / self.accepted_scaled, 0.0)
 
     def estimated(self, functions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The errors (functions, families, k) of interpolated functions (functions, n, families,
@@ -112,7 +126,7 @@ class Nodes:
         return errors.reshape(shape), rates.reshape(shape)
 
 
-def fits(nodes: Nodes, ways: Sequence[Way]) -> list[Fit]:
+def try_ways(nodes: Nodes, ways: Sequence[Way]) -> list[Fit]:
     """The interpolants tried, up to the first whose errors are accepted; none without solutions."""
     tried: list[Fit] = []
     if np.isfinite(nodes.solved.squares[:, nodes.needed]).all():
@@ -125,9 +139,10 @@ def fits(nodes: Nodes, ways: Sequence[Way]) -> list[Fit]:
 
 
 def by_squares(nodes: Nodes) -> Fit:
-    """Polynomials for omega^2, and for the bending fraction of coupled modes."""
+    """Polynomials for scaled omega^2, and for the bending fraction of coupled modes."""
     errors, rates = nodes.estimates
-    limits = np.stack((nodes.accepted, np.full_like(nodes.accepted, BENDING_ERROR)))[: len(errors)]
+    accepted = nodes.accepted_scaled
+    limits = np.stack((accepted, np.full_like(accepted, BENDING_ERROR)))[: len(errors)]
 
     def ratio(power: int) -> float:
         ratios = (errors / limits * rates**power).max(axis=0)
@@ -137,8 +152,8 @@ def by_squares(nodes: Nodes) -> Fit:
 
 
 def by_pairs(nodes: Nodes) -> Fit:
-    """Polynomials for omega^2, or for the mean and the squared difference of two neighbours."""
-    squares = nodes.solved.squares
+    """Polynomials for scaled omega^2, or for mean and squared difference of two neighbours."""
+    squares = nodes.solved.squares / nodes.scale
     functions = np.full((3, *squares.shape), np.nan)
     functions[0] = squares
     functions[1, ..., :-1] = (squares[..., :-1] + squares[..., 1:]) / 2
@@ -156,7 +171,7 @@ def _pairs(nodes: Nodes, errors: np.ndarray, least: np.ndarray) -> tuple[np.ndar
     errors, and the largest ratio of an error to that accepted.
 
     errors: of the functions of `by_pairs`. least: least squared differences (families, k)."""
-    needed, accepted = nodes.needed, nodes.accepted
+    needed, accepted = nodes.needed, nodes.accepted_scaled
     alone = np.where(needed, errors[0] / accepted, 0.0)
     paired, worst = np.zeros(needed.shape, bool), 0.0
     if (alone <= 1).all():

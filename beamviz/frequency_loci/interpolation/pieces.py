@@ -3,9 +3,11 @@ or of a characteristic function, with their estimated errors."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from beamviz.frequency_loci.axis import Axis
 from beamviz.frequency_loci.interpolation.block import Block
 from beamviz.frequency_loci.interpolation.characteristic import Characteristic
 from beamviz.frequency_loci.interpolation.chebyshev import interpolated, lobatto, on_piece
@@ -17,10 +19,11 @@ class Piece:
     """A part of the axis with the modes at its nodes. `errors` is None where the interpolation did
     not converge."""
 
+    axis: Axis
     low: float  # of the variable t
     high: float
     spectra: Spectra
-    errors: np.ndarray | None  # (functions, families, k) of those interpolated: see fits.py
+    errors: np.ndarray | None  # (functions, families, k) of those interpolated
     needed: np.ndarray  # (families, k) whether the mode is interpolated
     paired: np.ndarray  # (families, k) whether together with the next one
     block: Block | None = None  # interpolated instead, if any
@@ -51,16 +54,18 @@ class Piece:
         squares, solver_error, bending, error = found
         _, solved, fractions = self.spectra
         kept = np.where(self.needed, 1.0, np.nan)
-        squares[:] = self._squares(rows)
+        scale = self._scale(t)
+        squares[:] = self._squares(rows, scale)
         solver_error[:] = np.maximum(solved[after - 1], solved[after]) * kept
-        error[:] = self.errors[0] * kept
+        error[:] = self.errors[0] * scale * kept
         if len(self.needed) == 2:
             bending[:] = fractions[0] * kept
         elif not self.characteristics:
             bending[:] = np.clip(interpolated(rows, fractions * kept), 0.0, 1.0)
         for f, k, _, square in self._pairs(rows):
             _, of_mean, of_square = self.errors[:, f, k]
-            error[:, f, k] = error[:, f, k + 1] = of_mean + of_root(square, of_square)
+            both = (of_mean + of_root(square, of_square)) * scale[:, 0, 0]
+            error[:, f, k] = error[:, f, k + 1] = both
         for f, one in enumerate(self.characteristics):
             if one:
                 squares[:, f, : one.modes], change, fractions = one.roots(rows)
@@ -73,7 +78,7 @@ class Piece:
         """omega^2 (n, families, k) alone; by default at the values `dense`."""
         points = lobatto(self.order)
         rows = points.dense if t is None else points.rows(self._local(t))
-        squares = self._squares(rows)
+        squares = self._squares(rows, self._scale(self.dense if t is None else t))
         for f, one in enumerate(self.characteristics):
             if one:
                 squares[:, f, : one.modes] = one.roots(rows)[0]
@@ -83,23 +88,34 @@ class Piece:
         """Values of the variable mapped to -1 .. 1."""
         return 2 * (t - self.low) / (self.high - self.low) - 1
 
-    def _squares(self, rows: np.ndarray) -> np.ndarray:
+    def _scale(self, t: np.ndarray) -> np.ndarray:
+        """`Axis.scale` (n, 1, 1) at values (n,) of the variable."""
+        return self.axis.scale(self.axis.p(t))[:, None, None]
+
+    @cached_property
+    def _scaled(self) -> np.ndarray:
+        """omega^2 (nodes, families, k) at the nodes, divided by the scale."""
+        nodes = on_piece(self.low, self.high, lobatto(self.order).nodes)
+        return self.spectra.squares / self._scale(nodes)
+
+    def _squares(self, rows: np.ndarray, scale: np.ndarray) -> np.ndarray:
         if self.block:
             found = np.full((len(rows), *self.needed.shape), np.nan)
             found[:, 0, : len(self.block.misfit)] = self.block.squares(rows)
             found[:, ~self.needed] = np.nan
             return found
         kept = np.where(self.needed, 1.0, np.nan)
-        found = interpolated(rows, self.spectra.squares * kept)
+        found = interpolated(rows, self._scaled * kept)
         for f, k, mean, square in self._pairs(rows):
             half = np.sqrt(np.maximum(square, 0.0)) / 2
             found[:, f, k], found[:, f, k + 1] = mean - half, mean + half
-        return found
+        return found * scale
 
     def _pairs(self, rows: np.ndarray) -> Iterator[tuple[int, int, np.ndarray, np.ndarray]]:
-        """Family and index of the lower mode of each pair, mean and squared difference (n,)."""
+        """Family and index of the lower mode of each pair, mean and squared difference (n,), by the
+        scale."""
         for f, k in np.argwhere(self.paired).tolist():
-            lower, upper = self.spectra.squares[:, f, k], self.spectra.squares[:, f, k + 1]
+            lower, upper = self._scaled[:, f, k], self._scaled[:, f, k + 1]
             yield f, k, rows @ ((lower + upper) / 2), rows @ (upper - lower) ** 2
 
 
