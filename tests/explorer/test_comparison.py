@@ -158,20 +158,6 @@ def test_both_beams_run_on_one_clock(stacked):
             assert np.allclose(comparison.overlay.mass.position, centreline[shapes.mass])
 
 
-def test_nothing_is_drawn_without_a_comparison():
-    """Overlay and second scene are hidden when the comparison ends."""
-    with run_server() as server:
-        comparison, main, clock = drawn(server.scene, stacked=False)
-        for changes in ({"stacked": True}, {"comparison": NO_COMPARISON}):
-            comparison.visitor.change(lambda state, changes=changes: replace(state, **changes))
-            comparison.draw(main, clock, [1])
-            assert comparison.overlay
-            assert comparison.scene
-            visible = comparison.overlay.root.visible, comparison.scene.frame.visible
-            assert visible == (False, "stacked" in changes)
-        assert comparison.heights == [0.0]
-
-
 def test_each_row_shows_one_mode():
     """Five rows; in row k the beam moves as mode k; titles name the modes."""
     shapes = SampledModes.sampled(solve(PAPER))
@@ -225,6 +211,7 @@ def test_a_comparison_is_drawn_until_it_ends(guest):
     overlay_is(guest, visible=True)
     guest.choose("stacked", True)
     guest.wait(lambda _: "/other/rotor/beam" in guest.nodes)
+    overlay_is(guest, visible=False)
     guest.choose("comparison", CORIOLIS)
     guest.says(frequency(PAPER, coriolis=True))
     guest.choose("comparison", "rubber")

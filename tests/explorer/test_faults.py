@@ -113,14 +113,6 @@ def test_visitors_may_vanish_during_drawing_and_solves(url, other, frame_loops, 
         guest.says(frequency_text(PAPER.replace(gamma=12)))
 
 
-def test_a_page_may_be_reloaded_repeatedly(url, other, frame_loops):
-    """Each load opens a new session with the start scene."""
-    for _ in range(5):
-        with visitor(url) as guest:
-            assert frequency_text(PAPER) in guest.text
-    alone(frame_loops)
-
-
 @pytest.mark.slow
 def test_a_thousand_visits_leak_nothing(url, other, frame_loops):
     """1000 connections, of which every 50th opens a session and vanishes: no session, thread or

@@ -9,8 +9,7 @@ from charts import case
 from live.server import wait_until
 
 from beamviz.beam import Beam
-from beamviz.errors import Cancelled, InvalidInput
-from beamviz.explorer import jobs
+from beamviz.errors import Cancelled
 from beamviz.explorer.features.loci_chart import ChartRequest
 from beamviz.explorer.features.map import MapRequest
 from beamviz.explorer.features.run_up import RunUpRequest
@@ -68,17 +67,6 @@ def test_long_work_does_not_delay_other_work(release):
         assert threads("test long") >= 9 + 2
         release.set()
         wait_until(lambda: threads("test long") == idle)
-
-
-def test_short_work_starts_no_thread():
-    """All threads exist from the beginning."""
-    done: list[int] = []
-    with WorkerPool(2, "test short") as pool:
-        before = {thread.ident for thread in threading.enumerate()}
-        for k in range(200):
-            pool.submit(lambda k=k: done.append(k))
-        wait_until(lambda: len(done) == 200)
-        assert {thread.ident for thread in threading.enumerate()} <= before
 
 
 def test_closing_a_pool_does_not_wait(release):
@@ -188,27 +176,6 @@ def test_requests_in_between_are_skipped(pool, release):
     assert not job.busy
 
 
-def test_errors_are_answers_and_unexpected_ones_are_logged_once(caplog):
-    """The visitor gets a message each time, the log one line."""
-
-    def failing(request: int) -> int:
-        if request < 0:
-            raise InvalidInput("request = -1: must be positive")
-        raise ZeroDivisionError(str(request))
-
-    jobs.log.reported.clear()
-    job: Job[int, int] = Job("number", failing, run_at_once, lambda: None)
-    job.request(-1)
-    assert job.answer
-    assert job.result is None
-    assert job.answer.message == "request = -1: must be positive"
-    assert not caplog.records
-    for k in range(5):
-        job.request(k)
-        assert job.answer.message == f"unexpected: {k}"
-    assert len(caplog.records) == 1
-
-
 @pytest.mark.parametrize(
     "compute",
     [
@@ -249,16 +216,3 @@ def test_a_closed_job_computes_nothing():
     job.request(2)
     assert not computed
     assert not waiting
-
-
-def test_a_job_adopts_the_answer_of_another_visitor():
-    """The same request is not computed again, another one is."""
-    computed: list[int] = []
-    lead: Job[int, None] = Job("number", computed.append, run_at_once, lambda: None)
-    follower: Job[int, None] = Job("number", computed.append, run_at_once, lambda: None)
-    lead.request(1)
-    follower.adopt(lead)
-    follower.request(1)
-    assert follower.answer is lead.answer
-    follower.request(2)
-    assert computed == [1, 2]

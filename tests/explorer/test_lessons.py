@@ -203,22 +203,16 @@ def test_a_challenge_is_checked_without_an_equilibrium(guest):
 
 
 def test_keys_and_commands_work(guest):
-    """Modes and Coriolis forces; lessons by their titles in the palette."""
+    """Coriolis forces, pause and theme, which a reset keeps; lessons by their titles in the
+    palette."""
     keys = {*re.findall('data-key="(.)"', guest.text), *map(str.lower, guest.commands)}
     assert set("12345prvhscd") <= keys
     guest.press("C")
     with_coriolis = frequency_text(PAPER, coriolis=True)
     guest.says(with_coriolis)
+    for key, name, value in (("P", "playing", False), ("D", "dark", True), ("R", "playing", True)):
+        guest.press(key)
+        guest.wait(lambda _, name=name, value=value: guest.values.get(name) is value)
+    assert guest.values["dark"] is True
     guest.press("Lesson: " + lesson("veering").title)
     guest.says(formatted(lesson("veering").question))
-
-
-def test_keys_pause_and_change_the_theme(guest):
-    """The controls show it."""
-    guest.press("P")
-    guest.wait(lambda _: guest.values.get("playing") is False)
-    guest.press("D")
-    guest.wait(lambda _: guest.values.get("dark") is True)
-    guest.press("R")
-    guest.wait(lambda _: guest.values.get("playing") is True)
-    assert guest.values["dark"] is True

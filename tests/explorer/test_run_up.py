@@ -69,30 +69,6 @@ def test_the_speed_increases_to_the_last_one_and_is_restored():
     assert gamma(playback) == PAPER.gamma
 
 
-def test_the_run_up_does_not_change_the_speed_of_the_beam():
-    """There is nothing to undo."""
-    playback = started()
-    playback.step(1.0)
-    assert 0 < gamma(playback) != PAPER.gamma
-    assert playback.visitor.state.case.numbers["gamma"] == PAPER.gamma
-    assert playback.visitor.answer.beam.gamma == gamma(playback)
-
-
-def test_stopping_restores_the_speed_and_setting_it_keeps_it():
-    """The button ends the run-up; a speed that the visitor sets is kept."""
-    playback = started()
-    playback.step(0.1)
-    playback.start_or_stop()
-    assert (playback.running, gamma(playback)) == (False, PAPER.gamma)
-    playback.start_or_stop()
-    assert playback.running  # the run is not computed again
-    playback.step(0.1)
-    playback.visitor.change(lambda state: state.changed("gamma", 4.0))
-    playback.step(0.1)
-    assert (playback.running, gamma(playback)) == (False, 4.0)
-    assert playback.run
-
-
 def test_the_scene_shows_the_response_until_a_mode_is_chosen():
     """From the first answer on, also after the end of the run-up."""
     playback = started()
@@ -169,7 +145,7 @@ def test_the_chart_shows_amplitudes_and_resonances():
 
 def test_a_run_up_in_the_page(guest):
     """The line of the beam moves from rest, the speed of the beam does not change; a new speed
-    keeps the result, another mass discards it."""
+    ends the run-up and keeps the result, another mass discards it."""
 
     def speed(guest: Any) -> float:
         return guest.charts.get("run-up-chart", {"cursor": {"x": -1}})["cursor"]["x"]
@@ -183,7 +159,10 @@ def test_a_run_up_in_the_page(guest):
     guest.do("run_up")
     guest.wait(lambda _: guest.texts["run-up-button"] == "Run up from rest")
     guest.wait(lambda _: speed(guest) == PAPER.gamma)
+    guest.do("run_up")
+    guest.wait(lambda _: guest.texts["run-up-button"] == "Stop")
     guest.do("gamma", 4.0)
+    guest.wait(lambda _: guest.texts["run-up-button"] == "Run up from rest")
     guest.wait(lambda _: speed(guest) == 4.0)
     assert "resonances of the run-up" in guest.texts["run-up-list"]
     guest.do("alpha", 2.0)

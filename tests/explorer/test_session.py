@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from live.visitor import BEAM, PAPER, beam_moved, frequency_text, pause, visitor
 
-from beamviz.beam import NUMBERS, Beam, Units
-from beamviz.drawing.text import rounded_to_error
+from beamviz.beam import NUMBERS, Beam
 from beamviz.explorer import frames, jobs, session
 from beamviz.explorer import visitor as visitor_module
 from beamviz.explorer.app import explorer
@@ -78,18 +77,6 @@ def test_every_part_of_the_model_can_be_chosen(guest):
     guest.says(frequency_text(PAPER, plane="flapwise", curvature="material"))
     guest.choose("strain", "hencky")
     guest.says(frequency_text(PAPER, plane="flapwise", curvature="material", strain="hencky"))
-
-
-def test_hertz_are_shown_for_a_beam_in_si_units():
-    """The table is in Hz, and the speed in revolutions per minute."""
-    units = Units(length=1.0, time=0.01)
-    beam = Beam(alpha=1, beta=0.5, gamma=10, units=units)
-    with explorer(Scene(beam)) as address, visitor(address) as guest:
-        solution = solve(beam)
-        hertz, error = units.hertz(solution.frequencies[0]), units.hertz(solution.errors[0])
-        assert rounded_to_error(hertz, error) in guest.text
-        assert f"{units.rpm(10):.4g} rpm" in guest.text
-        assert "times slower" in guest.text
 
 
 def test_moving_a_slider_starts_no_thread(guest, monkeypatch):

@@ -25,7 +25,6 @@ from beamviz.explorer.features.loci_chart import chart_data
 from beamviz.explorer.features.loci_tab import resonance_table
 from beamviz.explorer.page import html
 from beamviz.exports.html_page import solution_table
-from beamviz.frequency_loci import loci
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
@@ -131,13 +130,6 @@ def test_sliders_of_a_real_beam_take_rpm_kg_and_millimetres(guest):
     guest.says(hertz(same.replace(gamma=450 / RULER.units.rpm(1))))
     (resonance,) = chart_of(same, per_rev=2).resonances_at((2,)).values()
     guest.says(f"{RULER.units.rpm(resonance.at):.5g}")
-
-
-def test_units_do_not_change_the_loci():
-    """The dimensionless loci of a beam with units are equal."""
-    values = np.linspace(0, 5, 6)
-    one, other = loci(RULER, "gamma", values), loci(RULER.replace(units=None), "gamma", values)
-    assert np.array_equal(one.branches[0].frequency, other.branches[0].frequency)
 
 
 # Messages and tables
