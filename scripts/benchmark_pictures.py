@@ -17,7 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from beamviz.exports import FAST, PNG_LEVEL, Renderer, SolvedScene, picture  # noqa: E402
+from beamviz.exports import FAST, PNG_LEVEL, Renderer, SolvedScene  # noqa: E402
 from beamviz.scene import Scene  # noqa: E402
 
 REPEATS = 3
@@ -32,7 +32,7 @@ def main() -> None:
             run = [sys.executable, "-m", "beamviz", command, str(path), *SCENE]
             seconds = best(partial(subprocess.run, run, cwd=ROOT, check=True))
             print(f"{command} {name}: {seconds:.2f} s, {path.stat().st_size / 1e6:.2f} MB")
-    solved = SolvedScene.of(Scene.of(alpha=1, beta=0.5, gamma=10))
+    solved = SolvedScene(Scene.of(alpha=1, beta=0.5, gamma=10))
     print(f"picture of 1280x720 in a batch: {best(lambda: write_picture(solved)):.3f} s")
     with ThreadPoolExecutor(2) as pool:
         seconds = best(lambda: list(pool.map(write_picture, [solved] * 6))) / 6
@@ -44,12 +44,14 @@ def main() -> None:
 
 def write_picture(solved: SolvedScene) -> None:
     """One picture, encoded."""
-    picture(solved).save(io.BytesIO(), "PNG", compress_level=PNG_LEVEL)
+    Renderer(solved, 1280, 720).picture(solved.moment()).save(
+        io.BytesIO(), "PNG", compress_level=PNG_LEVEL
+    )
 
 
 def render_frame(solved: SolvedScene, renderer: Renderer) -> None:
     """One frame of a film."""
-    renderer.picture(solved.moment(0.0))
+    renderer.picture(solved.moment())
 
 
 FORMATS = ("gif", "webp", "mp4")

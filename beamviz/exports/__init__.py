@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image
 
 from beamviz.beam import check_float, check_int
 from beamviz.errors import InvalidInput
@@ -43,7 +42,7 @@ def export(path: str | Path, scene: Scene) -> None:
     path = Path(path)
     suffix = check_suffix(path, SUFFIXES)
     with replaced(path) as file:
-        solved = SolvedScene.of(scene)
+        solved = SolvedScene(scene)
         if suffix == ".html":
             from beamviz.exports.html_page import write_html
 
@@ -125,22 +124,9 @@ def screenshot(
     if not math.isfinite(phase):
         raise InvalidInput(f"phase = {phase}: must be finite")
     with replaced(path) as file:
-        solved = SolvedScene.of(scene, direction, zoom)
-        shown = picture(solved, *size, phase, transparent=transparent)
-        shown.save(file, "PNG", compress_level=PNG_LEVEL)
-
-
-def picture(
-    solved: SolvedScene,
-    width: int = 1280,
-    height: int = 720,
-    phase: float = 0.25,
-    *,
-    transparent: bool = False,
-) -> Image.Image:
-    """The picture of a solved scene."""
-    moment = solved.moment(solved.time(phase))
-    return Renderer(solved, width, height).picture(moment, transparent=transparent)
+        solved = SolvedScene(scene, direction, zoom)
+        picture = Renderer(solved, *size).picture(solved.moment(phase), transparent=transparent)
+        picture.save(file, "PNG", compress_level=PNG_LEVEL)
 
 
 def animate(
@@ -171,7 +157,7 @@ def animate(
     fps = check_format(suffix, size, check_float("fps", fps, *FRAME_RATES))
     periods = None if periods is None else check_int("periods", periods, 1, MAX_FRAMES)
     with replaced(path) as file:
-        solved = SolvedScene.of(scene, direction, zoom)
+        solved = SolvedScene(scene, direction, zoom)
         loop = find_loop(solved, periods)
         count = round(loop.seconds * fps)
         if count > MAX_FRAMES:

@@ -14,7 +14,7 @@ from beamviz.drawing import camera, colours
 from beamviz.drawing.objects import captions_script
 from beamviz.drawing.text import frequencies, growth, rounded_to_error
 from beamviz.errors import BeamvizError
-from beamviz.exports.solved_scene import DrawnScene, SolvedScene
+from beamviz.exports.solved_scene import SolvedScene
 from beamviz.exports.speeds import speed_data
 from beamviz.frequency_loci import loci
 from beamviz.frequency_loci.identity import identify_modes
@@ -56,11 +56,11 @@ def write_html(file: Path, solved: SolvedScene) -> None:
     with run_server() as server:
         fitted = camera.fitted(solved.shapes, view.rotating_frame, 1.0, solved.heights)
         camera.place(server.initial_camera, solved.scene.camera or fitted)
-        drawn = DrawnScene(server.scene, solved)
-        drawn.move(solved.moment(0.0))
+        beams = solved.draw(server.scene)
+        solved.move(beams, solved.moment())
         page = server.get_scene_serializer().as_html(dark_mode=view.dark)
         if not solved.warning:
-            data = json.dumps(speed_data(solved, drawn)).replace("</", "<\\/")
+            data = json.dumps(speed_data(solved, beams)).replace("</", "<\\/")
             script = files("beamviz.exports").joinpath("offline.js").read_text(encoding="utf-8")
             player = f'<script type="application/json" id="speeds">{data}</script>'
             player += f"<script>{captions_script()}{script}</script>"

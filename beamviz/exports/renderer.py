@@ -16,7 +16,7 @@ from beamviz.drawing import camera, colours
 from beamviz.drawing.objects import Caption
 from beamviz.exports.geometry import Geometry, geometry, linear
 from beamviz.exports.rasteriser import NEAR, SMALL, draw, edges, samples
-from beamviz.exports.solved_scene import DrawnScene, Moment, SolvedScene
+from beamviz.exports.solved_scene import Moment, SolvedScene
 from beamviz.server.viser_private import VisibleNode, offline_scene
 
 Box = tuple[int, int, int]  # of a text: left, right, top [pixels]
@@ -58,12 +58,13 @@ class Renderer:
         dark = solved.scene.view.dark
         self.background, self.letters = colours.BACKGROUND[dark], colours.LETTERS[dark]
         self.scene, self.lock = offline_scene(), threading.Lock()
-        self.drawn = DrawnScene(self.scene, solved, camera.scale(self.distance, height))
+        self.solved = solved
+        self.beams = solved.draw(self.scene, camera.scale(self.distance, height))
 
     def picture(self, moment: Moment, *, transparent: bool = False) -> Image.Image:
         """The picture at a moment in RGB, or with transparency in RGBA."""
         with self.lock:
-            self.drawn.move(moment)
+            self.solved.move(self.beams, moment)
             scene = geometry(self.scene)
         picture = Image.new("RGBA", self.size, (*self.background, 0 if transparent else 255))
         normals = np.cross(*np.diff(scene.corners, axis=1).transpose(1, 0, 2))
@@ -72,7 +73,7 @@ class Renderer:
             self.add_floor(picture, scene.floor, scene, normals)
         self.add_objects(picture, scene, normals)
         boxes: list[Box] = []
-        for caption in self.drawn.captions:
+        for caption in (one for beam in self.beams for one in beam.captions):
             self.add_caption(picture, caption, scene.points[caption.point.name], boxes)
         return picture if transparent else picture.convert("RGB")
 

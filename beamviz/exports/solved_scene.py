@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
 from viser import SceneApi
@@ -11,12 +11,11 @@ from beamviz.beam import check_float
 from beamviz.drawing import AllModesView, BeamView, camera, stacked_heights
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion
 from beamviz.drawing.modes import SampledModes, amplitudes, playback_rate
-from beamviz.drawing.objects import Caption
 from beamviz.drawing.surroundings import add_lights
 from beamviz.drawing.text import stability_warning
 from beamviz.errors import InvalidInput
 from beamviz.scene import Camera, Scene
-from beamviz.solver import Solution, solve
+from beamviz.solver import solve
 
 Direction = tuple[float, float, float]
 ZOOMS = (0.1, 100.0)
@@ -36,65 +35,38 @@ class Moment(NamedTuple):
     angle: float
 
 
-@dataclass(frozen=True)
 class SolvedScene:
-    """A scene with its solution. At time 0 [T*] every mode has its largest displacement; `warning`
-    describes an unstable equilibrium, "" for a stable one; direction, zoom: replace its camera."""
+    """A scene with its solution; direction, zoom: replace its camera.
 
-    scene: Scene
-    solution: Solution
-    shapes: SampledModes
-    warning: str
-    direction: Direction | None = None
-    zoom: float = 1.0
+    warning: describes an unstable equilibrium, "" for a stable one; amplitudes: (m,) of the modes;
+    all_modes: every mode is drawn in a row of its own; rows: amplitudes (beams, m) of the modes in
+    each beam drawn; heights: of these beams, around the middle of the picture; shown: the modes
+    (0-based) in the picture. Raises InvalidInput and the errors of `solve`.
+    """
 
-    @classmethod
-    def of(cls, scene: Scene, direction: Direction | None = None, zoom: float = 1.0) -> Self:
-        """Solve a scene; raises InvalidInput and the errors of `solve`."""
+    def __init__(self, scene: Scene, direction: Direction | None = None, zoom: float = 1.0):
         if direction and not any(direction):
             raise InvalidInput("from = 0,0,0: must be a direction")
-        zoom = check_float("zoom", zoom, *ZOOMS)
-        solution = solve(scene.beam, **scene.solver_options)
-        sampled = SampledModes.sampled(solution)
-        return cls(scene, solution, sampled, stability_warning(solution), direction, zoom)
+        self.scene, self.direction = scene, direction
+        self.zoom = check_float("zoom", zoom, *ZOOMS)
+        self.solution = solve(scene.beam, **scene.solver_options)
+        self.shapes = SampledModes.sampled(self.solution)
+        self.warning = stability_warning(self.solution)
+        view, count = scene.view, len(self.shapes.modes)
+        self.all_modes = view.all_modes and not self.warning
+        self.amplitudes = amplitudes(view, count)
+        self.rows = view.amplitude * np.eye(count) if self.all_modes else self.amplitudes[None]
+        self.heights = stacked_heights(len(self.rows))
+        self.shown = [k for k in range(count) if self.all_modes or self.amplitudes[k] > 0]
 
-    @property
-    def amplitudes(self) -> np.ndarray:
-        """Amplitude (m,) of every mode."""
-        return amplitudes(self.scene.view, len(self.shapes.modes))
-
-    @property
-    def all_modes(self) -> bool:
-        """Whether every mode is drawn in a row of its own."""
-        return self.scene.view.all_modes and not self.warning
-
-    @property
-    def rows(self) -> np.ndarray:
-        """Amplitudes (beams, m) of every mode in each beam drawn."""
-        alone = self.scene.view.amplitude * np.eye(len(self.shapes.modes))
-        return alone if self.all_modes else self.amplitudes[None]
-
-    @property
-    def heights(self) -> list[float]:
-        """The height of each beam drawn, around the middle of the picture."""
-        return stacked_heights(len(self.rows))
-
-    @property
-    def shown(self) -> list[int]:
-        """The modes (0-based) in the picture."""
-        every = range(len(self.shapes.modes))
-        return list(every) if self.all_modes else np.flatnonzero(self.amplitudes).tolist()
-
-    def moment(self, time: float) -> Moment:
-        """The scene at a time [T*]."""
-        phases = math.pi / 2 + time * np.nan_to_num(self.shapes.frequencies)
-        return Moment(phases, time * self.scene.beam.gamma)
-
-    def time(self, phase: float) -> float:
-        """The time [T*] at which the first mode shown is at `phase` [periods]; 0.25 is time 0."""
+    def moment(self, phase: float = 0.25) -> Moment:
+        """The scene when the first mode shown is at `phase` [periods]; at 0.25 every mode has its
+        largest displacement."""
         shown = self.shapes.frequencies[self.shown]
         vibrating = shown[np.isfinite(shown) & (shown > 0)]
-        return (phase - 0.25) * 2 * math.pi / vibrating[0] if len(vibrating) else 0.0
+        time = (phase - 0.25) * 2 * math.pi / vibrating[0] if len(vibrating) else 0.0
+        phases = math.pi / 2 + time * np.nan_to_num(self.shapes.frequencies)
+        return Moment(phases, time * self.scene.beam.gamma)
 
     def camera(self, aspect: float) -> Camera:
         """The camera of a picture with width / height = `aspect`."""
@@ -114,30 +86,21 @@ class SolvedScene:
         """The motion that the beam is subdivided for, at `scale` pixels per length of the beam."""
         return DrawnMotion.of(self.shapes, self.amplitudes, self.scene.view.colouring, scale)
 
-
-class DrawnScene:
-    """A solved scene drawn in a viser scene, at `scale` pixels per length of the beam."""
-
-    def __init__(self, api: SceneApi, solved: SolvedScene, scale: float = DEFAULT_SCALE):
-        self.rows, shapes, view = solved.rows, solved.shapes, solved.scene.view
-        if solved.all_modes:
+    def draw(self, api: SceneApi, scale: float = DEFAULT_SCALE) -> list[BeamView]:
+        """Add the beams to a viser scene, at `scale` pixels per length of the beam; `move` them."""
+        view = self.scene.view
+        if self.all_modes:
             add_lights(api)
             stacked = AllModesView(api)
-            stacked.show(shapes, view, scale)
-            self.beams = stacked.rows
-        else:
-            self.beams = [BeamView(api)]
-            motion, warning = solved.motion(scale), solved.warning
-            self.beams[0].show(shapes, view, solved.shown, warning=warning, motion=motion)
+            stacked.show(self.shapes, view, scale)
+            return stacked.rows
+        beam, motion = BeamView(api), self.motion(scale)
+        beam.show(self.shapes, view, self.shown, warning=self.warning, motion=motion)
+        return [beam]
 
-    @property
-    def captions(self) -> list[Caption]:
-        """The texts to be written over the picture."""
-        return [caption for beam in self.beams for caption in beam.captions]
-
-    def move(self, moment: Moment) -> None:
-        """Draw everything at a moment."""
-        for beam, sizes in zip(self.beams, self.rows, strict=True):
+    def move(self, beams: list[BeamView], moment: Moment) -> None:
+        """Draw the beams at a moment."""
+        for beam, sizes in zip(beams, self.rows, strict=True):
             beam.move(moment.phases, sizes, moment.angle)
 
 

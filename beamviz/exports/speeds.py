@@ -9,7 +9,7 @@ from beamviz.drawing import BeamView, colours
 from beamviz.drawing.beam_mesh import NORMALS, extents, resampled, to_hub_frame
 from beamviz.drawing.modes import SampledModes, axial_strain, playback_rate
 from beamviz.drawing.text import frequencies, measure
-from beamviz.exports.solved_scene import DrawnScene, SolvedScene
+from beamviz.exports.solved_scene import SolvedScene
 from beamviz.frequency_loci.sweep import chart_range
 from beamviz.solver import Solution, solve_many
 
@@ -43,7 +43,7 @@ def solved_speeds(solved: SolvedScene) -> list[Solution]:
     return usable or [solved.solution]
 
 
-def speed_data(solved: SolvedScene, drawn: DrawnScene) -> dict[str, Any]:
+def speed_data(solved: SolvedScene, beams: list[BeamView]) -> dict[str, Any]:
     """What offline.js needs; shapes and frequencies of a mode are matched by its label."""
     beam, view = solved.scene.beam, solved.scene.view
     solutions = solved_speeds(solved)
@@ -62,14 +62,14 @@ def speed_data(solved: SolvedScene, drawn: DrawnScene) -> dict[str, Any]:
         "squares": {label: packed([at.get(label, np.nan) for at in known]) for label in labels},
         "factor": across.factor,
         "rate": view.pace * playback_rate(solved.shapes.frequencies[solved.shown], beam.gamma),
-        "turning": [(row.rotor if rotor else row.surroundings.floor).name for row in drawn.beams],
+        "turning": [(row.rotor if rotor else row.surroundings.floor).name for row in beams],
         "direction": 1 if rotor else -1,
         "palette": colours.PALETTES[view.colouring][steps].ravel().tolist(),
         "strain": view.colouring == "axial strain",
-        "captions": [one.data for one in drawn.captions],
+        "captions": [one.data for row in beams for one in row.captions],
         "beams": [
             beam_data(row, solved, shapes, sizes)
-            for row, sizes in zip(drawn.beams, solved.rows, strict=True)
+            for row, sizes in zip(beams, solved.rows, strict=True)
         ],
     }
 

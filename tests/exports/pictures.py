@@ -7,7 +7,7 @@ import numpy as np
 from PIL import Image
 
 from beamviz.beam import Beam
-from beamviz.exports import picture
+from beamviz.exports import Renderer
 from beamviz.exports.solved_scene import SolvedScene
 from beamviz.scene import Scene
 
@@ -24,7 +24,8 @@ SCENES = {
 
 def rendered(scene: Scene, size: tuple[int, int] = SIZE, **options: bool) -> np.ndarray:
     """A picture (h, w, 3 or 4), bytes."""
-    return np.asarray(picture(SolvedScene.of(scene), *size, **options))
+    solved = SolvedScene(scene)
+    return np.asarray(Renderer(solved, *size).picture(solved.moment(), **options))
 
 
 def stored(name: str) -> np.ndarray:

@@ -19,7 +19,7 @@ from beamviz.drawing.beam_mesh import subdivide, to_hub_frame
 from beamviz.drawing.modes import displacement
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports import STATIONS, animate, export
-from beamviz.exports.solved_scene import LOOP_SECONDS, DrawnScene, SolvedScene, find_loop
+from beamviz.exports.solved_scene import LOOP_SECONDS, SolvedScene, find_loop
 from beamviz.frequency_loci.sweep import chart_range
 from beamviz.scene import Scene
 from beamviz.server.viser_private import offline_scene
@@ -51,7 +51,7 @@ def model(request, tmp_path_factory) -> tuple[Path, SolvedScene]:
     scene = Scene.of(PAPER, coriolis=request.param, shares=[0.5, 0.0, 1.0], rotating_frame=False)
     path = tmp_path_factory.mktemp("models") / "beam.glb"
     export(path, scene)
-    return path, SolvedScene.of(scene)
+    return path, SolvedScene(scene)
 
 
 def test_trimesh_reads_a_model(model):
@@ -267,8 +267,8 @@ def test_a_page_has_the_beam_at_many_speeds(tmp_path, scene):
     middle = len(speeds) // 2
     gamma = math.sqrt((speeds[middle] ** 2 + speeds[middle + 1] ** 2) / 2)
     there = solve(scene.beam.replace(gamma=gamma), **{**scene.solver_options, "modes": 8})
-    drawn = DrawnScene(offline_scene(), SolvedScene.of(scene))
-    for beam, row in zip(data["beams"], drawn.beams, strict=True):
+    drawn = SolvedScene(scene).draw(offline_scene())
+    for beam, row in zip(data["beams"], drawn, strict=True):
         of_speeds = numbers(beam["states"]).reshape(len(speeds), -1, beam["stations"], 4)
         axis = of_speeds[middle : middle + 2, 0, :, :3].mean(axis=0)  # half-way in the square
         exact, _ = to_hub_frame(row.shapes, there.equilibrium.position(row.shapes.x))
@@ -315,6 +315,6 @@ def test_a_full_disk_leaves_the_former_file(tmp_path, monkeypatch, write, writer
 def test_a_model_rotates_outside_the_rotating_frame(rotating_frame):
     """In the rotating frame nothing in the model would rotate: there is no ground."""
     scene = Scene.of(PAPER, mode=2, rotating_frame=rotating_frame)
-    angle = find_loop(SolvedScene.of(scene), ground=False).angle
+    angle = find_loop(SolvedScene(scene), ground=False).angle
     assert angle % (2 * math.pi) == pytest.approx(0)
     assert (angle == 0) is rotating_frame

@@ -99,7 +99,7 @@ scenes = st.builds(
 @settings(max_examples=12, deadline=None)
 def test_after_the_last_frame_comes_the_first(scene):
     """Every motion ends on a whole cycle, and the picture at the end is the one at the start."""
-    solved = SolvedScene.of(scene)
+    solved = SolvedScene(scene)
     loop = find_loop(solved)
     turns = loop.phases[solved.shown] / (2 * math.pi)
     assert turns == pytest.approx(np.rint(turns), abs=1e-9)
@@ -114,7 +114,7 @@ def test_after_the_last_frame_comes_the_first(scene):
 
 def test_one_mode_alone_runs_at_its_own_pace():
     """Nothing has to be changed, one period is enough; more on request."""
-    solved = SolvedScene.of(Scene.of(mode=1))
+    solved = SolvedScene(Scene.of(mode=1))
     assert find_loop(solved).note == ""
     assert find_loop(solved).periods == 1
     assert find_loop(solved, 3).seconds == pytest.approx(3 * find_loop(solved).seconds)

@@ -112,9 +112,9 @@ def test_a_warning_fits_into_a_picture_of_any_size(width):
 
 def test_a_stretching_beam_stays_in_the_picture():
     """From above, a mass at the tip that swings along the beam is seen whole at its farthest."""
-    solved = SolvedScene.of(Scene.of(alpha=1, mode=3), direction=(0.0, 0.0, 1.0))
+    solved = SolvedScene(Scene.of(alpha=1, mode=3), direction=(0.0, 0.0, 1.0))
     renderer = exports.Renderer(solved, 320, 180)
-    right = np.asarray(renderer.picture(solved.moment(0.0)))[:, -3:]
+    right = np.asarray(renderer.picture(solved.moment()))[:, -3:]
     assert np.ptp(right.astype(int), axis=2).max() < 25
     assert right.min() > 150
 
