@@ -57,8 +57,7 @@ def stable_states(beam: BentBeam) -> list[State]:
 
 def is_straight(state: State) -> bool:
     """Whether no point of the beam has turned."""
-    beam = state.beam
-    return bool(abs(beam.J @ beam.split(state.q)[1]).max() <= STRAIGHT)
+    return state.beam.largest_angle(state.q) <= STRAIGHT
 
 
 def is_resolved(state: State) -> bool:

@@ -11,6 +11,7 @@ from scipy.linalg import lapack
 
 from beamviz.errors import NotConverged
 from beamviz.solver.bent.tangent import BentBeam
+from beamviz.solver.eigen import symmetric_modes
 
 STILL = 1e-9  # share of its growth rate up to which a frequency is rounding
 
@@ -59,22 +60,14 @@ def bent_modes(bent: BentBeam, q: np.ndarray, K: np.ndarray, count: int) -> Bent
     elif info:
         raise NotConverged("the stiffness of a bent state is not positive definite")
     elif G is None:
-        found = _symmetric(L, F, count)
+        omega_squared, V = symmetric_modes(K, F.T @ F, count)
+        found = 1j * np.sqrt(omega_squared), V
     else:
         found = _gyroscopic(L, F, G, gamma, count)
     s, V = found
     V = V / np.sqrt((abs(F @ V) ** 2).sum(axis=0))
     order = np.lexsort((-s.real, np.where(s.imag <= STILL * abs(s), 0.0, s.imag)))
     return BentModes(s.imag[order], s.real[order], scale[:, None] * V[:, order], info == 0)
-
-
-def _symmetric(L: np.ndarray, F: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """s = i omega and vectors of K v = omega^2 M v, K = L L': the largest eigenvalues 1 / omega^2
-    of L^-1 M L^-T."""
-    X = lapack.dtrtrs(L, F.T, lower=1)[0]
-    nu, U = np.linalg.eigh(X @ X.T)
-    U = U[:, : -count - 1 : -1]
-    return 1j / np.sqrt(nu[: -count - 1 : -1]), lapack.dtrtrs(L, U, lower=1, trans=1)[0]
 
 
 def _gyroscopic(

@@ -231,7 +231,7 @@ def _around_limit_points(at: Callable[[float], BentBeam], q: NDArray, p: float) 
     n, w = len(q), np.sqrt(beam.w)
     unit = np.concatenate((w, w / max(1.0, np.linalg.norm(w * beam.split(q)[1])), [1.0]))
     direction, arc, z = np.append(np.zeros(n), 1.0), FIRST_ARC, np.append(q, p)
-    steps, end, most = 0, "", _largest_rotation(beam, q) + 2 * math.pi
+    steps, end, most = 0, "", beam.largest_angle(q) + 2 * math.pi
     while not end and steps < MAX_ARCS and arc > SMALLEST_STEP * FIRST_ARC:
         ahead = np.linalg.solve(_bordered(at, z, direction * unit**2)[0], np.append(np.zeros(n), 1))
         ahead /= np.linalg.norm(ahead * unit)
@@ -241,7 +241,7 @@ def _around_limit_points(at: Callable[[float], BentBeam], q: NDArray, p: float) 
             continue
         if collapses(at(float(found[-1])), found[:-1]):
             end = f"collapses ({beam.problem.strain} strain)"
-        elif _largest_rotation(beam, found[:-1]) > most:
+        elif beam.largest_angle(found[:-1]) > most:
             end = "winds around its clamp"
         elif found[-1] >= 1 and (last := newton(at(1.0), found[:-1])):
             return last
@@ -258,11 +258,6 @@ def _around_limit_points(at: Callable[[float], BentBeam], q: NDArray, p: float) 
         f"spin_up = {target:.6g}: the equilibrium was followed up to {limit * target:.6g}, and on"
         f" around a limit point in {steps} steps"
     )
-
-
-def _largest_rotation(beam: BentBeam, q: NDArray) -> float:
-    """The largest angle [rad] of the beam from where it is clamped."""
-    return float(abs(beam.J @ beam.split(q)[1]).max())
 
 
 def collapses(beam: BentBeam, q: NDArray) -> bool:

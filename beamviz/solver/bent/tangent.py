@@ -85,6 +85,10 @@ class BentBeam:
         theta = self.J @ self.split(q)[1]
         return np.cos(theta), np.sin(theta)
 
+    def largest_angle(self, q: np.ndarray) -> float:
+        """The largest angle [rad] of the beam from where it is clamped."""
+        return float(abs(self.J @ self.split(q)[1]).max())
+
     def energy(self, q: np.ndarray) -> float:
         """Potential energy of a state, without the Euler force; infinite where f <= 0."""
         f, kappa = self.split(q)
