@@ -207,14 +207,10 @@ def test_a_veering_has_an_inset():
 
 WRONG = [
     ("gamma --start 0 --stop 0", "--start 0 --stop 0: stop must be above start"),
-    ("gamma --start 5 --stop 1", "--start 5 --stop 1: stop must be above start"),
     ("gamma --start 0 --stop nan", "--stop: gamma = nan: must lie in 0 .. 200"),
     ("gamma --start -1 --stop 5", "--start: gamma = -1: must lie in 0 .. 200"),
     ("gamma --start 0 --stop fast", "--stop: gamma = 'fast': must be a number"),
     ("gamma --start 0 --stop 5 --points 1", "--points = 1: must be a whole number in 2 .. 10000"),
-    ("gamma --start 0 --stop 5 --points 2.5", "--points = 2.5: must be a whole number"),
-    ("gamma --start 0 --stop 5 --gamma 500", "gamma = 500: must lie in 0 .. 200"),
-    ("gamma --start 0 --stop 5 --modes 50", "modes = 50: must be a whole number in 1 .. 20"),
     ("gamma --start 0 --stop 90 --mu 10", "gamma / mu = "),
     ("gamma --start 0 --stop 5 --plot x.gif", "x.gif: must end in .png, .svg or .pdf"),
     ("gamma --start 0 --stop 5 --per-rev -1", "per-rev = -1: must be a whole number in 0 .. 100"),

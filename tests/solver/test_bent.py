@@ -18,30 +18,33 @@ from beamviz.solver import solve_many
 BUCKLING = 2.9960  # gamma at delta = -1, mu = 70 (green, spatial)
 
 
-def test_an_inward_beam_past_buckling():
-    """Tip and frequencies of delta = -1, gamma = 4, without and with Coriolis forces."""
-    beam = Beam(delta=-1, gamma=4)
-    solution = solve(beam, state="bent")
+@pytest.mark.parametrize(
+    ("beam", "tip", "frequencies", "with_coriolis"),
+    [
+        (
+            Beam(delta=-1, gamma=4),  # inward, past buckling
+            [-0.018520, 0.858465],
+            [4.26199, 17.98849, 46.62805, 101.63256, 171.59710],
+            [4.07352, 18.73117, 46.81213, 101.64957, 171.60617],
+        ),
+        (
+            Beam(gamma=5, spin_up=10),
+            [0.773540, -0.596033],
+            [4.2092623, 23.4846629, 58.0955989, 107.7869031, 144.0152626],
+            [4.1467134, 23.6981188, 58.2746715, 107.9283843, 144.1243758],
+        ),
+    ],
+)
+def test_known_states(beam, tip, frequencies, with_coriolis):
+    """Tip and frequencies, without and with Coriolis forces, with which a spin-up makes a mode
+    grow."""
+    solution, coupled = (solve(beam, state="stable", coriolis=on) for on in (False, True))
     assert solution.equilibrium.shape == "bent"
     assert solution.equilibrium.status == "stable"
-    assert solution.equilibrium.tip == pytest.approx([-0.018520, 0.858465], abs=6e-7)
-    expected = [4.26199, 17.98849, 46.62805, 101.63256, 171.59710]
-    assert solution.frequencies == pytest.approx(expected, abs=6e-6)
-    expected = [4.07352, 18.73117, 46.81213, 101.64957, 171.60617]
-    assert solve(beam, state="bent", coriolis=True).frequencies == pytest.approx(expected, abs=6e-6)
-
-
-def test_a_beam_that_spins_up():
-    """Tip and frequencies of gamma = 5, lambda = 10, without and with Coriolis forces."""
-    beam = Beam(gamma=5, spin_up=10)
-    solution = solve(beam, state="stable")
-    assert solution.equilibrium.tip == pytest.approx([0.773540, -0.596033], abs=6e-7)
-    expected = [4.2092623, 23.4846629, 58.0955989, 107.7869031, 144.0152626]
-    assert solution.frequencies == pytest.approx(expected, abs=4e-7)
-    solution = solve(beam, state="stable", coriolis=True)
-    expected = [4.1467134, 23.6981188, 58.2746715, 107.9283843, 144.1243758]
-    assert solution.frequencies == pytest.approx(expected, abs=4e-7)
-    assert solution.growth_rates.max() == pytest.approx(0.018, abs=5e-4)
+    assert solution.equilibrium.tip == pytest.approx(tip, abs=6e-7)
+    assert solution.frequencies == pytest.approx(frequencies, abs=6e-6)
+    assert coupled.frequencies == pytest.approx(with_coriolis, abs=6e-6)
+    assert coupled.growth_rates.max() == pytest.approx(0.018 * bool(beam.spin_up), abs=5e-4)
 
 
 def test_slowing_down_bends_the_beam_the_other_way():

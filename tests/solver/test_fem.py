@@ -18,14 +18,6 @@ every_model = pytest.mark.parametrize(
 )
 
 
-@pytest.mark.parametrize("method", ANCF)
-def test_frequencies_of_the_paper(method):
-    """20 elements give the paper's omega_2 and omega_3 of the bare beam at rest (figs. 16-19)."""
-    solution = solve(Beam(), 3, method=method)
-    assert solution.stats.elements == 20
-    assert solution.frequencies.round(4).tolist()[1:] == [22.0345, 61.6982]
-
-
 # method, beam, options, elements, label, declared order in the element length h of the error.
 # Bending 4; stretching 6; with an interior mass 1, as the shared gradient cannot jump there.
 RATES = [

@@ -117,14 +117,6 @@ def test_coriolis_vanishes_with_the_speed():
     assert coupled.labels == apart.labels
 
 
-def test_nodes_are_where_the_paper_puts_them():
-    """Vibration nodes 0.78344 of mode 2; 0.50355 and 0.86768 of mode 3 (paper, figs. 16-19)."""
-    solution = solve(Beam())
-    assert solution.nodes[0].size == 0
-    assert solution.nodes[1] == pytest.approx([0.78344], abs=5e-6)
-    assert solution.nodes[2] == pytest.approx([0.50355, 0.86768], abs=5e-6)
-
-
 def test_a_mode_seen_out_of_range_is_an_index_error():
     """Modes count from 0; the message says which there are."""
     with pytest.raises(IndexError, match=r"modes 0 \.\. 4"):
