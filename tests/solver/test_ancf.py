@@ -16,6 +16,7 @@ from beamviz.solver.fem.hermite import (
     element_coordinates,
     gauss,
     hermite,
+    mass,
 )
 from beamviz.solver.problem import Problem
 
@@ -147,3 +148,16 @@ def test_hub_load_of_the_paper(beta):
     load = model.centrifugal_force(np.zeros((4, 8)), 1.0)
     assert load[:, ::2] == pytest.approx(delta * S_x, abs=1e-14)
     assert not load[:, 1::2].any()
+
+
+def test_mass_matrix_of_the_paper():
+    """The consistent mass is the integral of eq. 8: the textbook matrix of a cubic element."""
+    l = 0.3
+    textbook = [
+        [156, 22 * l, 54, -13 * l],
+        [22 * l, 4 * l**2, 13 * l, -3 * l**2],
+        [54, 13 * l, 156, -22 * l],
+        [-13 * l, -3 * l**2, -22 * l, 4 * l**2],
+    ]
+    (m,) = mass(np.array([0.4, 0.7]), 0.0, 0.5)
+    assert m == pytest.approx(l / 420 * np.array(textbook), rel=1e-13)
