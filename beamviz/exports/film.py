@@ -5,7 +5,6 @@ import itertools
 import os
 import shutil
 import subprocess
-import tempfile
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -22,8 +21,6 @@ from beamviz.signals import defer_signals
 
 # By suffix, the unit [ms] in which a format counts the duration of a frame, 0 for any.
 FORMATS = {".gif": 10, ".webp": 1, ".mp4": 0}
-COMMON_COLOURS = 96  # of the 256 of a GIF, chosen by area
-COARSE = 3  # bits of a colour channel that do not count as another colour
 
 
 def rendered(
@@ -58,34 +55,19 @@ def write_film(
 ) -> None:
     """Write a looping film in the format of the suffix of a file; sample: frames that the palette
     of a GIF is chosen from, one for all frames so that nothing flickers."""
-    suffix = file.suffix.lower()
-    options: dict[str, Any] = {"duration": round(1000 / fps), "loop": 0}
-    if suffix == ".mp4":
+    if file.suffix.lower() == ".mp4":
         write_mp4(file, frames, fps)
         return
-    if suffix == ".gif":
-        palette = gif_palette(np.concatenate([*map(np.asarray, sample)]))
+    options: dict[str, Any] = {"quality": 85, "method": 3}
+    if file.suffix.lower() == ".gif":
+        together = Image.fromarray(np.concatenate([*map(np.asarray, sample)]))
+        palette = together.quantize(
+            method=Image.Quantize.FASTOCTREE
+        )  # keeps colours of small areas
         frames = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
-        options |= {"disposal": 1}
-    else:
-        options |= {"quality": 85, "method": 3}
+        options = {"disposal": 1}
+    options |= {"duration": round(1000 / fps), "loop": 0}
     next(frames).save(file, save_all=True, append_images=frames, **options)
-
-
-def gif_palette(picture: np.ndarray) -> Image.Image:
-    """256 colours for a picture (h, w, 3): the background exactly, some by the area they cover, the
-    others by the distinct colours, or the ground would leave none for the beam."""
-    coarse = (picture >> COARSE).astype(int) @ [1 << 16, 1 << 8, 1]
-    codes, counts = np.unique(coarse, return_counts=True)
-    distinct = (codes[:, None] >> [16, 8, 0] << COARSE).astype(np.uint8)[None]
-    commonest = picture[coarse == codes[counts.argmax()]]
-    entries: list[int] = np.median(commonest, axis=0).astype(int).tolist()
-    for pixels, count in ((picture, COMMON_COLOURS), (distinct, 255 - COMMON_COLOURS)):
-        reduced = Image.fromarray(pixels).quantize(count, dither=Image.Dither.NONE)
-        entries += (reduced.getpalette() or [])[: 3 * count]
-    palette = Image.new("P", (1, 1))
-    palette.putpalette(entries)
-    return palette
 
 
 def write_mp4(file: Path, frames: Iterator[Image.Image], fps: float) -> None:
@@ -99,23 +81,20 @@ def write_mp4(file: Path, frames: Iterator[Image.Image], fps: float) -> None:
         *("-vf", "scale=out_color_matrix=bt709", "-c:v", "libx264", "-crf", "16"),
         *("-pix_fmt", "yuv420p", *tags, "-movflags", "+faststart", "-f", "mp4", str(file)),
     ]
-    with tempfile.TemporaryFile() as errors:
-        streams: Any = {"stdin": subprocess.PIPE, "stdout": subprocess.DEVNULL, "stderr": errors}
-        with defer_signals():  # a new session: Ctrl-C is handled by this process
-            process = subprocess.Popen(command, start_new_session=True, **streams)
+    pipes: Any = dict.fromkeys(("stdin", "stderr"), subprocess.PIPE)
+    with defer_signals():  # a new session: Ctrl-C is handled by this process
+        process = subprocess.Popen(command, start_new_session=True, **pipes)
+    assert process.stdin
+    with process:
         try:
-            assert process.stdin
-            with contextlib.suppress(BrokenPipeError), process.stdin as pipe:  # reported below
+            with contextlib.suppress(BrokenPipeError):  # reported below
                 for frame in itertools.chain([first], frames):
-                    pipe.write(frame.tobytes())
-            failed = process.wait()
+                    process.stdin.write(frame.tobytes())
+            errors = process.communicate()[1].decode(errors="replace").strip()
         finally:
             process.kill()
-            process.wait()
-        if failed:
-            errors.seek(0)
-            lines = errors.read().decode(errors="replace").strip().splitlines()
-            raise OSError(lines[-1] if lines else f"{command[0]} failed")
+    if process.returncode:
+        raise OSError(errors.splitlines()[-1] if errors else f"{command[0]} failed")
 
 
 def ffmpeg() -> str:
