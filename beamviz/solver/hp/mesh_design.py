@@ -16,6 +16,7 @@ of them.
 """
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
 from operator import itemgetter
@@ -148,11 +149,16 @@ def extra_digits(beam: Beam, positions: Positions, spans: list[Span], problem: P
 
 
 def choose_mesh(
-    spans: list[Span], mu: float, modes: int, curvature_power: int, digits: float
+    spans: list[Span],
+    mu: float,
+    modes: int,
+    curvature_power: int,
+    digits: float,
+    thin_above: Sequence[float] = THIN_ABOVE,
 ) -> BreaksAndOrders:
     """Breaks and orders for the lowest `modes` modes to a number of digits: of the meshes with thin
-    elements for layers above each order of THIN_ABOVE, the one with the fewest unknowns, which may
-    exceed MAX_UNKNOWNS."""
+    elements for layers above each order of `thin_above`, the one with the fewest unknowns, which
+    may exceed MAX_UNKNOWNS. Infinite: one element for each span, unless a singularity is near."""
     power = 2 * curvature_power - 3
     waves, compression = float(half_waves(mu, modes)), 0.0
     layers = _layers(spans, power, digits)
@@ -171,7 +177,7 @@ def choose_mesh(
                 breaks.update(span.end - near for near in _graded(distance, span.length))
     waves += math.sqrt(compression) / math.pi  # half-waves of buckling over the whole beam
     candidates = []
-    for most in THIN_ABOVE:
+    for most in thin_above:
         thin = [layer.end for layer in layers if layer.order > most] if layers else []
         ends = sorted(breaks.union(thin))
         if waves > WAVES_PER_ELEMENT:
@@ -200,9 +206,10 @@ def _with_orders(
         element = ends.index(layer.x) - (layer.end < layer.x)
         need = layer.order if layer.order <= most else layer.own_order
         orders[element] = max(orders[element], need)
-    if max(orders) > SPLIT_ORDER:
+    highest = MAX_ORDER if most < math.inf else MAX_UNKNOWNS
+    if max(orders) > SPLIT_ORDER and most < math.inf:
         ends, orders = _halved(ends, orders)
-    whole = [min(max(math.ceil(order), MIN_ORDER), MAX_ORDER) for order in orders]
+    whole = [min(max(math.ceil(order), MIN_ORDER), highest) for order in orders]
     return sum(whole), tuple(ends), tuple(whole)
 
 

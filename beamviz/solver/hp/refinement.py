@@ -34,6 +34,7 @@ from beamviz.solver.hp.mesh import Mesh, make_mesh, make_meshes
 from beamviz.solver.hp.mesh_design import (
     AT_END,
     MAX_UNKNOWNS,
+    THIN_ABOVE,
     BreaksAndOrders,
     Positions,
     Span,
@@ -351,7 +352,10 @@ def _common_orders(
         greatest = max(greatest, extra)
         modes = next(m for m in count(problem.modes) if half_waves(beam.mu, m) >= waves)
         digits = extra - math.log10(problem.tolerance) + COMMON_DIGITS
-        breaks, orders = choose_mesh(spans, beam.mu, modes, problem.curvature_power, digits)
+        thin_above = THIN_ABOVE if by_breaks else (math.inf,)  # layers move with the mass
+        breaks, orders = choose_mesh(
+            spans, beam.mu, modes, problem.curvature_power, digits, thin_above
+        )
         kind = breaks if by_breaks else len(orders)
         common[kind] = tuple(map(max, zip(orders, common.get(kind, orders), strict=True)))
     return common, greatest
