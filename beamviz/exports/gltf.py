@@ -19,10 +19,9 @@ from beamviz.drawing.surroundings import HUB_HEIGHT, annulus, hub_radius
 from beamviz.exports.solved_scene import LOOP_SECONDS, Moment, SolvedScene, find_loop
 
 FLOAT, UNSIGNED = 5126, 5125
-VERTICES, INDICES = 34962, 34963
-TYPES = {(): "SCALAR", (3,): "VEC3", (4,): "VEC4"}
 KEYS = 24  # of the animation, for each cycle of its fastest motion
 Z_UP = [-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)]  # glTF has y up
+WHITE = (255, 255, 255)
 Target = tuple[str, int, float]  # name, mode (from 0), part of its cycle
 
 
@@ -34,28 +33,29 @@ class Gltf:
         self.data: dict[str, Any] = {"asset": asset}
         self.binary = bytearray()
 
-    def add(self, kind: str, entry: dict[str, Any]) -> int:
+    def add(self, kind: str, **entry: Any) -> int:
         """Add an entry to the list `kind`: nodes, meshes, materials ..."""
         entries = self.data.setdefault(kind, [])
         entries.append(entry)
         return len(entries) - 1
 
-    def array(self, values: np.ndarray, target: int | None = None) -> int:
-        """An accessor of floats (n,) or (n, 3 or 4), or of indices (n,); target: VERTICES or
-        INDICES in a mesh."""
-        integer = np.issubdtype(values.dtype, np.integer)
+    def array(self, values: Any) -> int:
+        """An accessor of floats (n,) or (n, 3 or 4), or of indices (n,)."""
+        integer = np.issubdtype(np.asarray(values).dtype, np.integer)
         values = np.ascontiguousarray(values, np.uint32 if integer else np.float32)
-        view = {"buffer": 0, "byteOffset": len(self.binary), "byteLength": values.nbytes}
+        start = len(self.binary)
         self.binary += values.tobytes()  # four bytes a number: always aligned
-        entry = {
-            "bufferView": self.add("bufferViews", view | ({"target": target} if target else {})),
-            "componentType": UNSIGNED if integer else FLOAT,
-            "count": len(values),
-            "type": TYPES[values.shape[1:]],
-            "min": np.atleast_1d(values.min(axis=0)).tolist(),
-            "max": np.atleast_1d(values.max(axis=0)).tolist(),
-        }
-        return self.add("accessors", entry)
+        return self.add(
+            "accessors",
+            bufferView=self.add(
+                "bufferViews", buffer=0, byteOffset=start, byteLength=values.nbytes
+            ),
+            componentType=UNSIGNED if integer else FLOAT,
+            count=len(values),
+            type="SCALAR" if values.ndim == 1 else f"VEC{values.shape[1]}",
+            min=np.atleast_1d(values.min(axis=0)).tolist(),
+            max=np.atleast_1d(values.max(axis=0)).tolist(),
+        )
 
     def encoded(self) -> bytes:
         """The .glb file."""
@@ -66,21 +66,20 @@ class Gltf:
         chunks = b"".join(struct.pack("<I4s", len(part), kind) + part for part, kind in parts)
         return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
-    def solid(self, name: str, body: trimesh.Trimesh, colour: colours.RGB) -> int:
-        """A mesh of one colour; without normals a viewer draws its faces flat."""
-        primitive = {
-            "attributes": {"POSITION": self.array(body.vertices, VERTICES)},
-            "indices": self.array(body.faces.ravel(), INDICES),
-            "material": self.material(name, colour),
-        }
-        return self.add("meshes", {"name": name, "primitives": [primitive]})
-
-    def material(self, name: str, colour: colours.RGB) -> int:
-        """A matt material, seen from both sides."""
+    def node(self, name: str, vertices: Any, faces: Any, colour: colours.RGB, **values: Any) -> int:
+        """A node with a mesh of one colour, seen from both sides; without normals a viewer draws
+        its faces flat. values: of the node."""
         factor = [*colours.linear(np.array(colour) / 255).tolist(), 1.0]
         matt = {"baseColorFactor": factor, "metallicFactor": 0.0, "roughnessFactor": 0.6}
-        entry = {"name": name, "pbrMetallicRoughness": matt, "doubleSided": True}
-        return self.add("materials", entry)
+        primitive = {
+            "attributes": {"POSITION": self.array(vertices)},
+            "indices": self.array(np.ravel(faces)),
+            "material": self.add(
+                "materials", name=name, pbrMetallicRoughness=matt, doubleSided=True
+            ),
+        }
+        mesh = self.add("meshes", name=name, primitives=[primitive])
+        return self.add("nodes", name=name, mesh=mesh, **values)
 
 
 def write_glb(file: Path, solved: SolvedScene) -> None:
@@ -92,17 +91,15 @@ def write_glb(file: Path, solved: SolvedScene) -> None:
         farthest = max(np.abs(loop.phases).max(initial=0.0), abs(loop.angle))
         parts = np.linspace(0.0, 1.0, KEYS * max(1, round(farthest / (2 * math.pi))) + 1)
         times, moments = loop.seconds * parts, [loop.moment(part) for part in parts]
-    shown = morph_targets(solved)
-    weights = [
-        [math.cos(moment.phases[k] - 2 * math.pi * part) for _, k, part in shown]
-        for moment in moments
-    ]
-    swing = np.maximum(np.array(weights).reshape(len(moments), len(shown)), 0.0)
+    targets = morph_targets(solved)
+    phases = np.array([moment.phases for moment in moments])[:, [k for _, k, _ in targets]]
+    swing = np.maximum(np.cos(phases - [2 * math.pi * part for _, _, part in targets]), 0.0)
     drum = trimesh.creation.cylinder(hub_radius(beam), HUB_HEIGHT, sections=96)
     hub = annulus(hub_radius(beam)) if beam.delta < 0 else drum
-    meshes = {"hub": gltf.solid("hub", hub, colours.HUB)}
-    meshes["beam"] = add_beam(gltf, solved, shown, swing[0])
-    nodes = [gltf.add("nodes", {"name": name, "mesh": mesh}) for name, mesh in meshes.items()]
+    nodes = [
+        gltf.node("hub", hub.vertices, hub.faces, colours.HUB),
+        add_beam(gltf, solved, targets, swing[0]),
+    ]
     channels = [(nodes[-1], "weights", swing.ravel())]
     if beam.alpha > 0:
         moved = [displacement(shapes, moment.phases, solved.amplitudes) for moment in moments]
@@ -113,23 +110,22 @@ def write_glb(file: Path, solved: SolvedScene) -> None:
         wxyz = [beam_mesh.segments(*line, section)[1][piece] for line in lines]
         turned = np.roll(np.array(wxyz), -1, axis=1)  # glTF has xyzw
         length, radius = mass_size(beam, solved.scene.view.thicken)
-        mass = collar().apply_transform(np.diag([length, radius, radius, 1.0]))
-        node = {"name": "mass", "mesh": gltf.solid("mass", mass, colours.MASS)}
-        node |= {"translation": path[0].tolist(), "rotation": turned[0].tolist()}
-        nodes.append(gltf.add("nodes", node))
+        ring, place = collar(), {"translation": path[0].tolist(), "rotation": turned[0].tolist()}
+        vertices = ring.vertices * [length, radius, radius]
+        nodes.append(gltf.node("mass", vertices, ring.faces, colours.MASS, **place))
         channels += [(nodes[-1], "translation", path), (nodes[-1], "rotation", turned)]
-    wheel = gltf.add("nodes", {"name": "wheel", "children": nodes})
+    wheel = gltf.add("nodes", name="wheel", children=nodes)
     if loop and loop.angle:
         rotations = Rotation.from_euler("z", [[moment.angle] for moment in moments])
         channels.append((wheel, "rotation", rotations.as_quat()))
-    root = gltf.add("nodes", {"name": "beamviz", "children": [wheel], "rotation": Z_UP})
+    root = gltf.add("nodes", name="beamviz", children=[wheel], rotation=Z_UP)
     gltf.data |= {"scene": 0, "scenes": [{"nodes": [root]}]}
     if loop:
         at = gltf.array(times)
         samplers = [{"input": at, "output": gltf.array(values)} for _, _, values in channels]
-        targets = [{"node": node, "path": path} for node, path, _ in channels]
-        entries = [{"sampler": k, "target": target} for k, target in enumerate(targets)]
-        gltf.add("animations", {"name": "vibration", "samplers": samplers, "channels": entries})
+        paths = [{"node": node, "path": path} for node, path, _ in channels]
+        entries = [{"sampler": k, "target": path} for k, path in enumerate(paths)]
+        gltf.add("animations", name="vibration", samplers=samplers, channels=entries)
     file.write_bytes(gltf.encoded())
 
 
@@ -144,36 +140,31 @@ def morph_targets(solved: SolvedScene) -> list[Target]:
 
 
 def add_beam(gltf: Gltf, solved: SolvedScene, targets: list[Target], weights: np.ndarray) -> int:
-    """The beam in equilibrium, coloured by the amplitude of each section; weights: (targets,) at
-    the start."""
+    """The node of the beam in equilibrium, coloured by the amplitude of each section; weights:
+    (targets,) at the start."""
     shapes, view = subdivide(solved.shapes, solved.motion()), solved.scene.view
     section = section_size(shapes.beam, view.thicken)
 
-    def surface(moved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def surface(moved: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
         return beam_mesh.swept(*to_hub_frame(shapes, shapes.centreline + moved), section)
 
-    still, faces = surface(np.zeros_like(shapes.centreline))
+    still, faces = surface(0.0)
     swings, morphs = np.zeros(len(shapes.x)), []
     for _, k, part in targets:
         alone = np.where(np.arange(len(shapes.modes)) == k, solved.amplitudes, 0.0)
         moved = displacement(shapes, np.full(len(shapes.modes), 2 * math.pi * part), alone)
         if part < 0.5:
             swings = np.hypot(swings, np.linalg.norm(moved, axis=1))
-        morphs.append({"POSITION": gltf.array(surface(moved)[0] - still, VERTICES)})
+        morphs.append({"POSITION": gltf.array(surface(moved)[0] - still)})
     colour = np.tile(np.array(colours.GREYED) / 255, (len(swings), 1))
     if not solved.warning:
         colour = colours.mapped(swings / max(swings.max(), 1e-9), colours.SEQUENTIAL)
-    primitive = {
-        "attributes": {
-            "POSITION": gltf.array(still, VERTICES),
-            "COLOR_0": gltf.array(np.repeat(colours.linear(colour), 4, axis=0), VERTICES),
-        },
-        "indices": gltf.array(faces.ravel(), INDICES),
-        "material": gltf.material("beam", (255, 255, 255)),
-    }
-    mesh: dict[str, Any] = {"name": "beam", "primitives": [primitive]}
+    node = gltf.node("beam", still, faces, WHITE)
+    mesh = gltf.data["meshes"][-1]
+    (primitive,) = mesh["primitives"]
+    colour_array = gltf.array(np.repeat(colours.linear(colour), 4, axis=0))
+    primitive["attributes"]["COLOR_0"] = colour_array
     if targets:
-        primitive["targets"] = morphs
-        names = [name for name, _, _ in targets]
-        mesh |= {"weights": weights.tolist(), "extras": {"targetNames": names}}
-    return gltf.add("meshes", mesh)
+        primitive["targets"], mesh["weights"] = morphs, weights.tolist()
+        mesh["extras"] = {"targetNames": [name for name, _, _ in targets]}
+    return node
