@@ -2,8 +2,6 @@
 
 import re
 import time
-from collections.abc import Callable
-from functools import partial
 
 import pytest
 from live.visitor import PAPER, Visitor, frequency_text, visitor
@@ -13,6 +11,7 @@ from beamviz.explorer import jobs
 from beamviz.explorer.app import explorer
 from beamviz.explorer.features.lessons import CONTROLS, controls, formatted
 from beamviz.lessons import LESSONS, lesson
+from beamviz.solver import solve
 
 
 def reads(guest: Visitor, words: str) -> None:
@@ -82,17 +81,10 @@ def test_a_lesson_fits_its_beam_into_the_picture(guest, monkeypatch):
     scene = lesson("buckling").scene
     with explorer(scene) as address, visitor(address) as other:
         wanted = other.camera
-    slow = partial(late, jobs.solve)
-    monkeypatch.setattr(jobs, "solve", slow)
+    monkeypatch.setattr(jobs, "solve", lambda *a, **o: (time.sleep(0.4), solve(*a, **o))[1])
     begin(guest, "buckling")
     guest.says(frequency_text(scene.beam))
     guest.wait(lambda _: guest.camera == pytest.approx(wanted, rel=1e-6))
-
-
-def late(solve_: Callable, beam: Beam, **options):
-    """A delayed solution."""
-    time.sleep(0.4)
-    return solve_(beam, **options)
 
 
 def test_a_step_of_a_lesson_keeps_the_beam(guest):

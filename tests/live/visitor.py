@@ -14,7 +14,7 @@ from live.server import CAMERA_MESSAGE, ROOT, encoded, raw_socket
 from websockets.sync.connection import Connection
 
 from beamviz.beam import Beam
-from beamviz.drawing.text import rounded_to_error
+from beamviz.drawing.text import frequencies, rounded_to_error
 from beamviz.solver import solve
 
 PAGE = ROOT / "beamviz" / "explorer" / "page" / "page.html"
@@ -185,6 +185,6 @@ def visitor(url: str, first: str = "B1", **options: Any) -> Iterator[Visitor]:
 
 
 def frequency_text(beam: Beam, mode: int = 0, **options: Any) -> str:
-    """A frequency as the table of modes prints it."""
-    solution = solve(beam, **options)
-    return rounded_to_error(solution.frequencies[mode], solution.errors[mode])
+    """A frequency as the table of modes prints it, in hertz for a beam with units."""
+    solution, factor = solve(beam, **options), frequencies(beam.units).factor
+    return rounded_to_error(factor * solution.frequencies[mode], factor * solution.errors[mode])

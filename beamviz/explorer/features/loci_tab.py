@@ -25,13 +25,7 @@ from beamviz.frequency_loci import Event
 from beamviz.scene import PER_REV
 
 AXES = {name: PARAMETERS[name].slider_label for name in ("gamma", "alpha", "beta", "delta", "mu")}
-SIGNS = {
-    "crossing": "○",
-    "veering": "●",
-    "buckling": "▽",
-    "limit point": "△",
-    "second state": "◇",
-}
+SIGNS = {"crossing": "○", "veering": "●", "buckling": "▽", "limit point": "△", "second state": "◇"}
 PER_REV_HELP = (
     "A force spread over the beam like its weight, repeating k times per revolution, excites a mode"
     " where the line k × speed intersects it. The chart with these lines is a Campbell diagram."
@@ -93,23 +87,22 @@ class LociTab(Feature):
     def show(self) -> None:
         """Request the charts, and show the last ones."""
         compared, page = self.request(), self.visitor.page
-        answer, multiples = self.charts.answer, self.visitor.state.per_rev
+        answer = self.charts.answer
         second = self.second_charts.answer if compared else None
         self.fade("loci-chart", self.charts)
         if answer is None:
             return
-        if self.drawn != (drawn := (answer, second, multiples)):
+        if self.drawn != (drawn := (answer, second, self.visitor.state.per_rev)):
             self.drawn = drawn
-            self.draw(answer, second.result if second else None, multiples)
+            self.draw(answer, second.result if second else None)
         chosen = {"chosen": self.chosen, "choice": self.choice}
         page.chart("loci-chart", {"cursor": self.cursor, **chosen})
         page.value("go_to_event", self.chosen)
 
-    def draw(
-        self, answer: Answer[ChartRequest, Chart], second: Chart | None, multiples: tuple[int, ...]
-    ) -> None:
+    def draw(self, answer: Answer[ChartRequest, Chart], second: Chart | None) -> None:
         """Show a chart, or the reason why there is none, and the loci of a second beam."""
-        page, chart, over_speed = self.visitor.page, answer.result, answer.request.over == "gamma"
+        page, multiples = self.visitor.page, self.visitor.state.per_rev
+        chart, over_speed = answer.result, answer.request.over == "gamma"
         page.props("per-rev", hidden=not over_speed)
         page.props("loci-resonances", hidden=not (chart and over_speed and multiples))
         if chart is None:

@@ -106,12 +106,6 @@ class BeamMap:
     family: np.ndarray
     status: np.ndarray
 
-    def quantity(self, mapped: str) -> Quantity:
-        """The quantity to show."""
-        if mapped == "gap":
-            return smallest_gap(self.frequency, self.family, families=False)
-        return frequency_of(int(mapped), self.frequency, self.family)
-
 
 class MapTab(Feature):
     """The choices, the map and its legend."""
@@ -120,7 +114,12 @@ class MapTab(Feature):
         super().__init__(visitor)
         self.job = visitor.job("map", MapRequest.solve)
         self.drawn: tuple[object, ...] = ()
-        visitor.page.html(TAB, skeleton())
+        tools = (
+            select("mapped", "colour", QUANTITIES)
+            + select("over", "horizontal axis", AXES, id="map-over")
+            + select("across", "vertical axis", AXES)
+        )
+        visitor.page.html(TAB, chart_tab(tools, "map-chart", "map-text"))
         for key in ("across", "mapped"):
             visitor.bind(key)
         visitor.page.on("move_beam", self.move_beam)
@@ -148,141 +147,117 @@ class MapTab(Feature):
         """Request the map while the tab is open, and show the last one."""
         if self.visitor.page.tab != TAB:
             return
-        page, state, request = self.visitor.page, self.visitor.state, self.request()
-        if request:
-            self.job.request(request)
+        page, state, shown = self.visitor.page, self.visitor.state, self.visitor.chart_answer
+        if shown:
+            with contextlib.suppress(InvalidInput):  # shown elsewhere; the last map stays
+                over = state.over, state.across
+                self.job.request(MapRequest.around(shown.request, over, self.job.latest))
         self.fade("map-chart", self.job)
         answer = None if self.job.cancelled else self.job.answer
         if answer and self.drawn != (drawn := (answer, state.mapped)):
             self.drawn = drawn
             self.draw(answer, state.mapped)
-        if answer and self.visitor.chart_answer and self.visitor.chart_answer.beam:
-            beam, (first, second, _) = self.visitor.chart_answer.beam, answer.request.measures
-            x, y = (getattr(beam, name) for name in answer.request.over)
+        if answer and shown and shown.beam:
+            first, second, _ = answer.request.measures
+            x, y = (getattr(shown.beam, name) for name in answer.request.over)
             page.chart("map-chart", {"beam": [first.factor * x, second.factor * y]})
 
     def draw(self, answer: Answer[MapRequest, BeamMap], mapped: str) -> None:
         """Show a map, or the reason why there is none."""
         page, found = self.visitor.page, answer.result
-        shown = found.quantity(mapped) if found else None
-        page.props("map-chart", hidden=shown is None or not np.isfinite(shown.values).any())
-        if found is None or shown is None:
+        if found is None:
+            page.props("map-chart", hidden=True)
             page.html("map-text", note(answer.message))
             return
-        page.html("map-text", legend(found, shown, mapped) + extremes(found, shown) + notes(found))
-        page.chart("map-chart", map_data(found, shown, mapped))
-
-    def request(self) -> MapRequest | None:
-        """The request for the map around the beam shown; None for a number out of range."""
-        state, answer = self.visitor.state, self.visitor.chart_answer
-        with contextlib.suppress(InvalidInput):  # shown elsewhere; the last map stays
-            if answer:
-                over = state.over, state.across
-                return MapRequest.around(answer.request, over, self.job.latest)
-        return None
+        shown = ShownMap(found, mapped)
+        extremes = "" if shown.is_empty else shown.extremes()
+        page.props("map-chart", hidden=shown.is_empty)
+        page.html("map-text", shown.legend() + extremes + notes(found.status))
+        page.chart("map-chart", shown.data())
 
 
 # HTML and data for the page
 
 
-def skeleton() -> str:
-    """The tab without its contents."""
-    tools = (
-        select("mapped", "colour", QUANTITIES)
-        + select("over", "horizontal axis", AXES, id="map-over")
-        + select("across", "vertical axis", AXES)
-    )
-    return chart_tab(tools, "map-chart", "map-text")
+class ShownMap:
+    """A quantity of a map; low, high: the values at the ends of the colours."""
+
+    def __init__(self, found: BeamMap, mapped: str):
+        self.found, self.measures, self.is_gap = found, found.request.measures, mapped == "gap"
+        self.label = QUANTITIES[mapped]
+        if self.is_gap:
+            self.shown = smallest_gap(found.frequency, found.family, families=False)
+        else:
+            self.shown = frequency_of(int(mapped), found.frequency, found.family)
+        known = self.shown.values[np.isfinite(self.shown.values)]
+        self.is_empty = not known.size
+        ends = np.array([0.0, 1.0]) if self.is_empty else known
+        self.low, self.high = float(ends.min()), float(ends.max())
+
+    def data(self) -> Data:
+        """The data of the map (map.js)."""
+        (along, up, across), found, shown = self.measures, self.found, self.shown
+        low, high = (across.text(end, 3) for end in (self.low, self.high))
+        x, y = along.factor * found.x, up.factor * found.y
+        return {
+            "name": f"Map: {self.label} over {along.label} and {up.label}, from {low} to {high}",
+            "x": axis_data(along, found.request.ranges[0]),
+            "y": axis_data(up, found.request.ranges[1]),
+            "columns": len(x),
+            "values": sent(across.factor * shown.values.ravel()),
+            "colours": colours.SEQUENTIAL,
+            "range": [across.factor * end for end in (self.low, self.high)],
+            "value": {"symbol": "gap" if self.is_gap else across.symbol, "unit": across.unit},
+            "borders": borders(shown, x, y),
+            "regions": [
+                {"x": x[column], "y": y[row], "text": name} for name, row, column in shown.regions
+            ],
+        }
+
+    def legend(self) -> str:
+        """The colour map with the values at its ends."""
+        across = self.measures[2]
+        low, high = (significant(across.factor * end, 3) for end in (self.low, self.high))
+        return (
+            f'<div class="scale"><span>{escape(self.label)} [{across.unit or "1/T*"}]</span><div'
+            f' class="colours" style="background:{colours.gradient(colours.SEQUENTIAL)}"></div>'
+            f'<div class="ends"><span>{low}</span><span>{high}</span></div></div>'
+            f"<p>{GAP_NOTE if self.is_gap else MODE_NOTE} {CLICK}</p>"
+        )
+
+    def extremes(self) -> str:
+        """The smallest and the largest value, each with a button that moves the beam there."""
+        (along, up, across), found, shown = self.measures, self.found, self.shown
+        rows = []
+        for name, value in (("smallest", self.low), ("largest", self.high)):
+            row, column = np.argwhere(shown.values == value)[0]
+            x, y = float(found.x[column]), float(found.y[row])
+            place = f"{along.factor * x!r} {up.factor * y!r}"
+            rows.append(
+                (
+                    button(name, data_do="move_beam", data_value=place, class_="quiet"),
+                    along.number(x, 3),
+                    up.number(y, 3),
+                    significant(across.factor * value, 3),
+                    escape(shown.names[int(shown.kinds[row, column])]),
+                )
+            )
+        heads = ("go to", along.head, up.head, across.label, "there")
+        caption = f"Among the {len(found.x)} × {len(found.y)} beams of the map"
+        return table("smallest and largest of the map", heads, rows, caption=caption)
 
 
-def colour_range(shown: Quantity) -> tuple[float, float]:
-    """The values at the ends of the colours."""
-    known = shown.values[np.isfinite(shown.values)]
-    return (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
-
-
-def map_data(found: BeamMap, shown: Quantity, mapped: str) -> Data:
-    """The data of the map (map.js)."""
-    request = found.request
-    along, up, across = request.measures
-    return {
-        "name": f"Map: {summary(found, shown, mapped)}",
-        "x": axis_data(along, request.ranges[0]),
-        "y": axis_data(up, request.ranges[1]),
-        "columns": len(found.x),
-        "values": sent(across.factor * shown.values.ravel()),
-        "colours": colours.SEQUENTIAL,
-        "range": [across.factor * end for end in colour_range(shown)],
-        "value": {"symbol": "gap" if mapped == "gap" else across.symbol, "unit": across.unit},
-        "borders": borders(found, shown),
-        "regions": [
-            {"x": along.factor * found.x[column], "y": up.factor * found.y[row], "text": name}
-            for name, row, column in shown.regions
-        ],
-    }
-
-
-def borders(found: BeamMap, shown: Quantity) -> list[list[list[float | None]]]:
-    """The lines between regions, each as its x and its y in the units of the axes."""
+def borders(shown: Quantity, x: np.ndarray, y: np.ndarray) -> list[list[list[float | None]]]:
+    """The lines between regions, each as its x and its y, for the values of both axes."""
     from contourpy import contour_generator
 
-    along, up, _ = found.request.measures
-    x, y = along.factor * found.x, up.factor * found.y
     lines = (line for z in shown.borders for line in contour_generator(x, y, z).lines(0.5))
     return [[sent(ends) for ends in np.transpose(line)] for line in lines]  # type: ignore[arg-type]
 
 
-def summary(found: BeamMap, shown: Quantity, mapped: str) -> str:
-    """A description of the map, for screen readers."""
-    along, up, across = found.request.measures
-    low, high = (across.text(end, 3) for end in colour_range(shown))
-    return f"{QUANTITIES[mapped]} over {along.label} and {up.label}, from {low} to {high}"
-
-
-def legend(found: BeamMap, shown: Quantity, mapped: str) -> str:
-    """The colour map with the values at its ends."""
-    across = found.request.measures[2]
-    ends = [significant(across.factor * end, 3) for end in colour_range(shown)]
-    unit = across.unit or "1/T*"
-    return (
-        f'<div class="scale"><span>{escape(QUANTITIES[mapped])} [{unit}]</span>'
-        f'<div class="colours" style="background:{colours.gradient(colours.SEQUENTIAL)}"></div>'
-        f'<div class="ends"><span>{ends[0]}</span><span>{ends[1]}</span></div></div>'
-        f"<p>{GAP_NOTE if mapped == 'gap' else MODE_NOTE} {CLICK}</p>"
-    )
-
-
-def extremes(found: BeamMap, shown: Quantity) -> str:
-    """The smallest and the largest value, each with a button that moves the beam there."""
-    if not np.isfinite(shown.values).any():
-        return ""
-    along, up, across = found.request.measures
-    rows = []
-    for name, flat in (
-        ("smallest", np.nanargmin(shown.values)),
-        ("largest", np.nanargmax(shown.values)),
-    ):
-        row, column = np.unravel_index(flat, shown.values.shape)
-        x, y = float(found.x[column]), float(found.y[row])
-        kind = shown.names[int(shown.kinds[row, column])]
-        place = f"{along.factor * x!r} {up.factor * y!r}"
-        rows.append(
-            (
-                button(name, data_do="move_beam", data_value=place, class_="quiet"),
-                along.number(x, 3),
-                up.number(y, 3),
-                significant(across.factor * float(shown.values[row, column]), 3),
-                escape(kind),
-            )
-        )
-    heads = ("go to", along.head, up.head, across.label, "there")
-    caption = f"Among the {len(found.x)} × {len(found.y)} beams of the map"
-    return table("smallest and largest of the map", heads, rows, caption=caption)
-
-
-def notes(found: BeamMap) -> str:
+def notes(status: np.ndarray) -> str:
     """The reasons why parts of the map are grey: they have no stable beam."""
-    shares = {code: 100 * float((found.status == code).mean()) for code in (2, 3, 4)}
+    shares = {code: 100 * float((status == code).mean()) for code in (2, 3, 4)}
     return "".join(
         note(f"Grey: {STATUSES[code]} ({max(1, round(share))} % of the map).")
         for code, share in shares.items()

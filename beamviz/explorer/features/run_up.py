@@ -44,7 +44,7 @@ class RunUpRequest(NamedTuple):
         return run_up(beam, self.per_rev, self.damping, stop, **self.case.options)
 
 
-class RunUpPlayback:
+class RunUpPlayback(Feature):
     """The run-up in the scene: `step` increases the speed shown, `update_response` computes the
     response at that speed.
 
@@ -53,12 +53,11 @@ class RunUpPlayback:
     """
 
     def __init__(self, visitor: Visitor):
-        self.visitor = visitor
+        super().__init__(visitor)
         self.job: Job[RunUpRequest, RunUp] = visitor.job("run-up", RunUpRequest.run_up)
         self.request: RunUpRequest | None = None
         self.position: float | None = None  # index of the present speed, None while not running
         self.gamma = 0.0  # of the beam at the start of the run-up
-        self.drawn: tuple[object, ...] = ()
         self.phase = 0.0  # [rad] of the force
         self.field: np.ndarray = np.zeros((0, 2))
 
@@ -87,11 +86,6 @@ class RunUpPlayback:
     def inputs(self) -> tuple[object, ...]:
         """The answer, and whether the speed increases and the response is shown."""
         return self.answer, self.running, self.visitor.state.forced_response
-
-    @property
-    def outdated(self) -> bool:
-        """Whether an input has changed since the last update of the response."""
-        return any(a is not b for a, b in zip(self.inputs, self.drawn or (0, 0, 0), strict=True))
 
     def start_or_stop(self) -> None:
         """Start from rest, or stop; nothing for a number out of range."""
@@ -155,7 +149,7 @@ class RunUpPlayback:
 
     def update_response(self, answer: SolverAnswer | None, shapes: SampledModes) -> None:
         """Compute the response to draw from the answer at the present speed."""
-        self.drawn = self.inputs
+        self.shown = self.inputs
         if self.visitor.state.forced_response and self.run and answer and answer.solution:
             amplitude = self.visitor.state.view.amplitude
             self.field = scaled_response(self.run, answer.solution, shapes, amplitude)
@@ -212,7 +206,13 @@ class RunUpTab(Feature):
     def __init__(self, visitor: Visitor, playback: RunUpPlayback):
         super().__init__(visitor)
         self.playback = playback
-        visitor.page.html("tab-run-up", skeleton())
+        low, high = (100 * end for end in DAMPING)
+        tools = (
+            select("force_per_rev", "force", FORCES)
+            + slider("damping", "damping ζ [%]", DAMPING_HELP, min=low, max=high, step=0.1)
+            + button("", id="run-up-button", class_="main", data_do="run_up")
+        )
+        visitor.page.html("tab-run-up", chart_tab(tools, "run-up-chart", "run-up-list"))
         visitor.bind(
             "force_per_rev",
             lambda state, k: replace(state, force_per_rev=int(k)) if k in tuple(FORCES) else state,
@@ -240,17 +240,6 @@ class RunUpTab(Feature):
         cursor = {"action": "gamma", "x": factor * beam.gamma} if beam else None
         page.chart("run-up-chart", {**run_data(run), "cursor": cursor})
         page.html("run-up-list", resonance_table(run) + NOTE)
-
-
-def skeleton() -> str:
-    """The tab without its contents."""
-    low, high = (100 * end for end in DAMPING)
-    tools = (
-        select("force_per_rev", "force", FORCES)
-        + slider("damping", "damping ζ [%]", DAMPING_HELP, min=low, max=high, step=0.1)
-        + button("", id="run-up-button", class_="main", data_do="run_up")
-    )
-    return chart_tab(tools, "run-up-chart", "run-up-list")
 
 
 def with_damping(state: State, percent: object) -> State:
