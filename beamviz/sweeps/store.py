@@ -28,25 +28,16 @@ from beamviz.sweeps.plan import Plan, Task, make_plan
 
 STATUSES = ("not computed", "solved", "unstable", "no equilibrium", "not converged")
 FAMILIES = ("bending", "stretching", "mixed")
+ERROR = "estimated absolute error of frequency or growth rate"
 MODES = ("mode",)  # the last dimension of most arrays
 ARRAYS: dict[str, tuple[str, tuple[str, ...], float, dict[str, Any]]] = {
     # type, dimensions beyond the axes, value where there is none, attributes
     "frequency": ("f8", MODES, np.nan, {"long_name": "frequency", "units": "1/T*"}),
-    "error": (
-        "f4",
-        MODES,
-        np.nan,
-        {"long_name": "estimated absolute error of frequency or growth rate", "units": "1/T*"},
-    ),
+    "error": ("f4", MODES, np.nan, {"long_name": ERROR, "units": "1/T*"}),
     "growth_rate": ("f8", MODES, np.nan, {"long_name": "growth rate", "units": "1/T*"}),
-    "family": ("i1", MODES, -1, {"long_name": "family", "flag_meanings": " ".join(FAMILIES)}),
+    "family": ("i1", MODES, -1, {"long_name": "family"}),
     "limit": ("f8", (), np.nan, {"long_name": "largest gamma with an equilibrium"}),
-    "status": (
-        "i1",
-        (),
-        0,
-        {"flag_meanings": " ".join(name.replace(" ", "_") for name in STATUSES)},
-    ),
+    "status": ("i1", (), 0, {}),
 }
 FLAGS = {"family": FAMILIES, "status": STATUSES}
 FORMAT = "beamviz sweep 1"
@@ -124,7 +115,9 @@ def _create(plan: Plan, path: Path) -> None:
             attributes={"long_name": label, "units": "1"},
         )
     for name, (kind, extra, empty, about) in ARRAYS.items():
-        flags = {"flag_values": list(range(len(FLAGS[name])))} if name in FLAGS else {}
+        if codes := FLAGS.get(name):
+            meanings = " ".join(code.replace(" ", "_") for code in codes)
+            about = {**about, "flag_meanings": meanings, "flag_values": list(range(len(codes)))}
         group.create_array(
             name,
             shape=plan.shape + (plan.problem.modes,) * len(extra),
@@ -132,7 +125,7 @@ def _create(plan: Plan, path: Path) -> None:
             dtype=kind,
             fill_value=empty,
             dimension_names=[*plan.axes, *extra],
-            attributes={**about, **flags},
+            attributes=about,
         )
 
 

@@ -129,7 +129,8 @@ def descend(beam: BentBeam, q: np.ndarray) -> State | None:
     tangent, last, shift = beam.tangent(q), math.inf, 1.0
     for iteration in range(1, DESCENT_STEPS + 1):
         step, size = _newton_step(beam, q, tangent)
-        energy, rounding = beam.energy(q), ENERGY_ROUNDING * beam.energy_terms(q)
+        stored, centrifugal = beam.energies(q)
+        energy, rounding = stored - centrifugal, ENERGY_ROUNDING * (stored + centrifugal)
         # A fall of the energy that is below its rounding cannot be seen by a line search.
         unseen = size < 1 and -tangent.residual @ step < rounding
         near = size < QUADRATIC and (size <= last / 2 or unseen)

@@ -91,20 +91,19 @@ class BentBeam:
 
     def energy(self, q: np.ndarray) -> float:
         """Potential energy of a state, without the Euler force; infinite where f <= 0."""
+        stored, centrifugal = self.energies(q)
+        return stored - centrifugal
+
+    def energies(self, q: np.ndarray) -> tuple[float, float]:
+        """Its terms, stored and by the centrifugal force: their sum scales its rounding error."""
         f, kappa = self.split(q)
         if not f.min() > 0:
-            return np.inf
+            return np.inf, 0.0
         c, s = self.directions(q)
         x, y = self.R @ (f * c) + self.beam.delta, self.R @ (f * s)
         stored = self.beam.mu**2 * self.law.strain(f) ** 2 + f**self.power * kappa**2
-        centrifugal = self.mass @ (x * x + self.softens * y * y)
-        return float(self.w @ stored - self.beam.gamma**2 * centrifugal) / 2
-
-    def energy_terms(self, q: np.ndarray) -> float:
-        """The sum of the magnitudes of the energy's terms: the scale of its rounding error."""
-        f, kappa = self.split(q)
-        stored = self.w @ (self.beam.mu**2 * self.law.strain(f) ** 2 + f**self.power * kappa**2) / 2
-        return float(stored + abs(stored - self.energy(q)))
+        centrifugal = self.beam.gamma**2 * (self.mass @ (x * x + self.softens * y * y))
+        return float(self.w @ stored) / 2, float(centrifugal) / 2
 
     def local_stiffness(self, q: np.ndarray) -> np.ndarray:
         """Stiffness (n + 1,) in f of deformations much shorter than the beam, the angle following:

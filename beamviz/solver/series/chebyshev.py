@@ -15,7 +15,6 @@ digits that differentiation matrices lose (El-Gendi, Computer J. 12, 1969; Green
 Anal. 28, 1991). Boundary layers get no points of their own.
 """
 
-from dataclasses import dataclass
 from functools import lru_cache, partial
 from itertools import pairwise
 from typing import NamedTuple
@@ -28,7 +27,8 @@ from beamviz.errors import NotConverged
 from beamviz.solver import constitutive
 from beamviz.solver.constitutive import StrainLaw
 from beamviz.solver.continuation import Root, continue_load, newton
-from beamviz.solver.families import Family, Solved, centrifugal_softening, merge
+from beamviz.solver.families import Family, Shapes, Solved, centrifugal_softening, merge
+from beamviz.solver.hp.mesh import interpolation_matrix
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import straight
 
@@ -44,16 +44,14 @@ class Grid(NamedTuple):
     weights: np.ndarray  # (n,) of the integral over the beam
     from_clamp: np.ndarray  # (n, n): values -> integral from the clamp to each point
     to_tip: np.ndarray  # (n, n): values -> integral from each point to the tip
-    to_coefficients: np.ndarray  # (order + 1, order + 1): values of a part -> Chebyshev series
 
 
 @lru_cache(maxsize=32)
 def grid(ends: tuple[float, ...], order: int) -> Grid:
     """Polynomials of `order` on each part of the beam."""
     xi = -np.cos(np.pi * np.arange(order + 1) / order)
-    to_coefficients = np.linalg.inv(chebyshev.chebvander(xi, order))
     Q = chebyshev.chebvander(xi, order + 1) @ chebyshev.chebint(np.eye(order + 1), lbnd=-1)
-    Q = Q @ to_coefficients  # integrals from the left end to each point
+    Q = Q @ np.linalg.inv(chebyshev.chebvander(xi, order))  # integrals from the left end
     parts, size = len(ends) - 1, order + 1
     points, weights = np.empty(parts * size), np.empty(parts * size)
     J = np.zeros((parts * size, parts * size))
@@ -61,7 +59,7 @@ def grid(ends: tuple[float, ...], order: int) -> Grid:
         here, half = slice(k * size, (k + 1) * size), (b - a) / 2
         points[here], weights[here] = a + half * (xi + 1), half * Q[-1]
         J[here, : k * size], J[here, here] = weights[: k * size], half * Q
-    for array in (arrays := (points, weights, J, weights - J, to_coefficients)):
+    for array in (arrays := (points, weights, J, weights - J)):
         array.setflags(write=False)
     return Grid(ends, *arrays)
 
@@ -78,7 +76,7 @@ def solve_chebyshev(beam: Beam, problem: Problem, order: int) -> Solved:
     f = root.state
     stretching = _stretching(on, R, f, beam, problem)
     bending = _bending(on, R, f, beam, problem)
-    curve = partial(_curve, _polynomials(on, np.column_stack((on.from_clamp @ f, f))))
+    curve = partial(_curve, on, f)
     return Solved(
         merge(stretching, bending, problem.modes), 2 * len(on.points), curve, root.iterations
     )
@@ -86,7 +84,7 @@ def solve_chebyshev(beam: Beam, problem: Problem, order: int) -> Solved:
 
 def _value_at_mass(on: Grid, beam: Beam) -> np.ndarray:
     """(n, n): values -> the value at the mass, inboard of it; 0 outboard."""
-    size = len(on.to_coefficients)
+    size = len(on.points) // (len(on.ends) - 1)
     inboard = size * on.ends.index(beam.beta) if beam.beta in on.ends else 0
     value = np.zeros((len(on.points), len(on.points)))
     if inboard:
@@ -159,39 +157,28 @@ def _lowest(A: np.ndarray, B: np.ndarray, modes: int) -> tuple[np.ndarray, np.nd
     return omega_squared[picks], y[:, kept[picks]].real
 
 
-def _unit_mass_shapes(on: Grid, beam: Beam, shapes: np.ndarray) -> "Piecewise":
+def _unit_mass_shapes(on: Grid, beam: Beam, shapes: np.ndarray) -> Shapes:
     """The polynomials through shapes (n, modes), of unit modal mass."""
     at_mass = np.argmin(abs(on.points - beam.beta))
     mass = on.weights @ shapes**2
     if on.points[at_mass] == beam.beta:
         mass = mass + beam.alpha * shapes[at_mass] ** 2
-    return _polynomials(on, shapes / np.sqrt(mass))
+    return partial(_values, on, shapes / np.sqrt(mass))
 
 
-@dataclass(frozen=True, eq=False)
-class Piecewise:
-    """k fields as a Chebyshev series on each part of the beam."""
-
-    ends: tuple[float, ...]  # of the parts
-    coefficients: np.ndarray  # (parts, order + 1, k)
-
-    def __call__(self, x: np.ndarray) -> np.ndarray:
-        """The fields at x: (len(x), k)."""
-        part = np.clip(np.searchsorted(self.ends, x) - 1, 0, len(self.coefficients) - 1)
-        values = np.empty((len(x), self.coefficients.shape[2]))
-        for k, (a, b) in enumerate(pairwise(self.ends)):
-            here = part == k
-            xi = 2 * (x[here] - a) / (b - a) - 1
-            values[here] = chebyshev.chebval(xi, self.coefficients[k]).T
-        return values
+def _values(on: Grid, values: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Polynomials through values (n, k) at the points, at x: (len(x), k)."""
+    size = len(on.points) // (len(on.ends) - 1)
+    part = np.maximum(np.searchsorted(on.ends, x) - 1, 0)
+    barycentric = np.where(np.arange(size) % 2, -1.0, 1.0)
+    barycentric[[0, -1]] /= 2  # of Chebyshev points
+    found = np.empty((len(x), values.shape[1]))
+    for k in range(len(on.ends) - 1):
+        own, here = slice(k * size, (k + 1) * size), part == k
+        found[here] = interpolation_matrix(x[here], on.points[own], barycentric) @ values[own]
+    return found
 
 
-def _polynomials(on: Grid, values: np.ndarray) -> Piecewise:
-    """The polynomials through values (n, k) at the points."""
-    by_part = values.reshape(len(on.ends) - 1, -1, values.shape[1])
-    return Piecewise(on.ends, on.to_coefficients @ by_part)
-
-
-def _curve(fields: Piecewise, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _curve(on: Grid, f: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Position, stretch and angle of the equilibrium."""
-    return straight(*fields(x).T)
+    return straight(*_values(on, np.column_stack((on.from_clamp @ f, f)), x).T)
