@@ -136,6 +136,17 @@ def stretch_caution(solution: Solution) -> str:
     )
 
 
+def mode_value(solution: Solution, k: int) -> tuple[str, float]:
+    """The frequency of mode k (0-based), or the growth of a disturbance, and its error, in display
+    units."""
+    units, error = solution.beam.units, float(solution.errors[k])
+    if math.isfinite(solution.frequencies[k]):
+        factor = frequencies(units).factor
+        error *= factor
+        return rounded_to_error(factor * solution.frequencies[k], error), error
+    return growth(float(solution.growth_rates[k]), units), error / (units.time if units else 1.0)
+
+
 def duration(time: float, units: Units | None) -> str:
     """A time [T*] with its unit: milliseconds for a beam in SI units."""
     return f"{significant(1000 * time * units.time, 3)} ms" if units else f"{time:.2g} T*"

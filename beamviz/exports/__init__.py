@@ -43,14 +43,11 @@ def export(path: str | Path, scene: Scene) -> None:
     suffix = check_suffix(path, SUFFIXES)
     with replaced(path) as file:
         solved = SolvedScene(scene)
-        if suffix == ".html":
-            from beamviz.exports.html_page import write_html
+        if suffix in (".html", ".glb"):
+            from beamviz.exports import gltf, html_page
 
-            write_html(file, solved)
-        elif suffix == ".glb":
-            from beamviz.exports.gltf import write_glb
-
-            write_glb(file, solved)
+            write = {".html": html_page.write_html, ".glb": gltf.write_glb}[suffix]
+            write(file, solved)
         elif suffix == ".csv":
             write_csv(file, solved.solution)
         else:

@@ -1,7 +1,6 @@
 """A scene as one HTML file that plays without a network, with its numbers and its loci."""
 
 import json
-import math
 import re
 from html import escape
 from importlib.resources import files
@@ -12,7 +11,7 @@ import numpy as np
 from beamviz.beam import NUMBERS
 from beamviz.drawing import camera, colours
 from beamviz.drawing.objects import captions_script
-from beamviz.drawing.text import frequencies, growth, rounded_to_error
+from beamviz.drawing.text import frequencies, mode_value
 from beamviz.errors import BeamvizError
 from beamviz.exports.solved_scene import SolvedScene
 from beamviz.exports.speeds import speed_data
@@ -31,18 +30,11 @@ TIME = "T* = √(ρ A L⁴ / E I), the time unit of the beam"
 
 def solution_table(solution: Solution, shown: list[int]) -> str:
     """The modes: number, label, kind, frequency, error; the ones shown are marked."""
-    units, across = solution.beam.units, frequencies(solution.beam.units)
     labels, mixtures = identify_modes(solution)
-    heads = ["", "mode", "kind", f'<span title="{TIME}">{across.label}</span>', "error"]
-    rows = ["<tr>" + "".join(f"<th>{head}</th>" for head in heads)]
+    across = f'<span title="{TIME}">{frequencies(solution.beam.units).label}</span>'
+    rows = ["<tr>" + "".join(f"<th>{head}</th>" for head in ("", "mode", "kind", across, "error"))]
     for k, (label, family) in enumerate(zip(labels, solution.families, strict=True)):
-        error = float(solution.errors[k])
-        if math.isfinite(solution.frequencies[k]):
-            error *= across.factor
-            value = rounded_to_error(across.factor * solution.frequencies[k], error)
-        else:
-            error /= units.time if units else 1.0
-            value = growth(float(solution.growth_rates[k]), units)
+        value, error = mode_value(solution, k)
         cells = [f"{k + 1}", f"<b>{label}</b>", mixtures[k] or family, value, f"{error:.0e}"]
         rows.append('<tr class="shown">' if k in shown else "<tr>")
         rows += [f"<td>{cell}</td>" for cell in cells]
@@ -59,20 +51,21 @@ def write_html(file: Path, solved: SolvedScene) -> None:
         beams = solved.draw(server.scene)
         solved.move(beams, solved.moment())
         page = server.get_scene_serializer().as_html(dark_mode=view.dark)
-        if not solved.warning:
-            data = json.dumps(speed_data(solved, beams)).replace("</", "<\\/")
-            script = files("beamviz.exports").joinpath("offline.js").read_text(encoding="utf-8")
-            player = f'<script type="application/json" id="speeds">{data}</script>'
-            player += f"<script>{captions_script()}{script}</script>"
+    if not solved.warning:
+        data = json.dumps(speed_data(solved, beams)).replace("</", "<\\/")
+        script = files("beamviz.exports").joinpath("offline.js").read_text(encoding="utf-8")
+        player = f'<script type="application/json" id="speeds">{data}</script>'
+        player += f"<script>{captions_script()}{script}</script>"
     head, body = page.index("</head>"), page.rindex("</body>")
-    mode = "dark" if view.dark else "light"
+    theme = f":root {{ --scene: rgb{colours.BACKGROUND[view.dark]};"
+    theme += f" --letters: rgb{colours.LETTERS[view.dark]};"
+    theme += f" color-scheme: {'dark' if view.dark else 'light'} }}"
     title = f"<title>beamviz: {escape(heading(solved.scene))}</title>"
     top = re.sub("<title>.*?</title>", title, page[:head])  # of two, browsers take the first
     file.write_text(
-        f"{top}<style>{STYLE} :root {{ --scene: rgb{colours.BACKGROUND[view.dark]} }}</style>"
-        f"{page[head:body]}"
-        f'<aside class="{mode}" aria-label="numbers">{panel(solved)}</aside>'
-        f'<div id="caption-layer" class="{mode}"></div>{player}{page[body:]}'
+        f"{top}<style>{theme}{STYLE}</style>{page[head:body]}"
+        f'<aside aria-label="numbers">{panel(solved)}</aside>'
+        f'<div id="caption-layer"></div>{player}{page[body:]}'
     )
 
 
@@ -93,8 +86,7 @@ def panel(solved: SolvedScene) -> str:
     return (
         f"<h1>{escape(heading(scene))}</h1>"
         + (f"<p>{escape(options)}</p>" if options else "")
-        + (f"<p class=wrong>{escape(solved.warning)}</p>" if solved.warning else "")
-        + ("" if solved.warning else CONTROLS)
+        + (f"<p class=wrong>{escape(solved.warning)}</p>" if solved.warning else CONTROLS)
         + solution_table(solved.solution, solved.shown)
         + chart(scene)
         + f"<details><summary>The scene as a file</summary><pre>{escape(scene.to_toml())}</pre>"
@@ -129,16 +121,14 @@ STYLE = """
         background: var(--scene); }
 #root div:has(canvas[data-engine]) { background: none !important; }
 aside { position: fixed; inset: 0 0 0 auto; width: 440px; box-sizing: border-box; overflow: auto;
-        padding: 1.2em 1.4em; font: 16px/1.45 system-ui, sans-serif; background: #fff;
-        color: #222; border-left: 1px solid #ddd; }
-aside.dark { background: #1a1a1a; color: #ddd; border-color: #333; }
+        padding: 1.2em 1.4em; font: 16px/1.45 system-ui, sans-serif; color: light-dark(#222, #ddd);
+        background: light-dark(#fff, #1a1a1a); border-left: 1px solid light-dark(#ddd, #333); }
 aside h1 { font-size: 1.05em; margin: 0 0 .6em; }
-aside figure { margin: 1em 0; } aside svg { width: 100%; height: auto; display: block; }
-aside figure { cursor: zoom-in; background: #fff; }
+aside figure { margin: 1em 0; padding: .3em; border-radius: 6px; cursor: zoom-in;
+               background: #fff; } aside svg { width: 100%; height: auto; display: block; }
 aside figure.large { position: fixed; inset: 3vh 3vw; margin: 0; padding: 2vh 2vw; z-index: 9;
                      cursor: zoom-out; box-shadow: 0 0 2em #0006; }
 aside figure.large svg { height: 100%; }
-aside.dark figure { border-radius: 6px; padding: .3em; }
 aside table { width: 100%; border-collapse: collapse; font-size: .8em; line-height: 1.6;
               font-variant-numeric: tabular-nums; text-align: right; }
 aside th { font-weight: 500; vertical-align: bottom; opacity: .65; line-height: 1.3; }
@@ -148,10 +138,10 @@ aside .controls { display: flex; gap: .6em; align-items: center;
 aside .controls input { flex: 1; } aside .controls output { min-width: 5.5em; text-align: right; }
 aside .controls button { font: inherit; min-width: 4.5em; padding: .3em .6em; cursor: pointer; }
 #caption-layer { position: fixed; inset: 0 440px 0 0; overflow: hidden; pointer-events: none; }
-#caption-layer span { position: absolute; white-space: pre-line; padding: .1em .4em; color: #1b2026;
+#caption-layer span { position: absolute; white-space: pre-line; padding: .1em .4em;
                       font: 15px/1.4 system-ui, sans-serif; border-radius: 4px;
-                      background: color-mix(in srgb, var(--scene) 78%, transparent); }
-#caption-layer.dark span { color: #e9ecef; }
+                      background: color-mix(in srgb, var(--scene) 78%, transparent);
+                      color: var(--letters); }
 aside .wrong { border-left: 4px solid #d9480f; padding-left: .6em; white-space: pre-line; }
 aside summary { cursor: pointer; opacity: .7; } aside pre { font-size: .75em; overflow: auto; }
 @media (max-width: 900px) {

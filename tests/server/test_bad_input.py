@@ -10,7 +10,7 @@ from beamviz.beam import Beam
 from beamviz.drawing.text import growth
 from beamviz.errors import InvalidInput
 from beamviz.explorer.app import explorer
-from beamviz.explorer.features.files import within_limits
+from beamviz.explorer.features.links import within_limits
 from beamviz.scene import Scene
 from beamviz.solver import solve
 

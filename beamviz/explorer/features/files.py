@@ -12,6 +12,7 @@ from typing import Any
 from beamviz.beam import MAX_TOML_BYTES
 from beamviz.drawing.text import error_summary
 from beamviz.errors import BeamvizError, Cancelled, InvalidInput, NoEquilibrium
+from beamviz.explorer.features.links import within_limits
 from beamviz.explorer.page.html import button, select
 from beamviz.explorer.visitor import Visitor
 from beamviz.exports import animate, export
@@ -20,20 +21,6 @@ from beamviz.scene import Scene
 from beamviz.server.log import RateLimitedLog
 
 log = RateLimitedLog(__name__)
-
-# Maximum resolution for a page: one solve takes at most 0.15 s, a chart takes 81 solves.
-PAGE_LIMITS = {"elements": 200, "terms": 100}
-
-
-def within_limits(scene: Scene) -> Scene:
-    """Return a scene from a file or link. Raises InvalidInput if it exceeds PAGE_LIMITS."""
-    for name, most in PAGE_LIMITS.items():
-        value = scene.options.get(name) or 0
-        if value > most:
-            raise InvalidInput(
-                f"{name} = {value}: a page solves with at most {most}; the command line takes more"
-            )
-    return scene
 
 
 class ExportJob:

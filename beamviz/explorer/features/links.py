@@ -12,7 +12,6 @@ from urllib.parse import parse_qsl, urlencode
 from beamviz.beam import check_float, check_int
 from beamviz.errors import InvalidInput
 from beamviz.explorer.features.comparison import SHORT
-from beamviz.explorer.features.files import within_limits
 from beamviz.explorer.features.lessons import STEPS, Lessons
 from beamviz.explorer.page.page import TABS
 from beamviz.explorer.state import History, State
@@ -37,6 +36,19 @@ KEYS: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "damping": ("damping", lambda ratio: check_float("damping", ratio, *DAMPING)),
     "response": ("forced_response", partial(check_bool, "response")),
 }
+# Maximum resolution for a page: one solve takes at most 0.15 s, a chart takes 81 solves.
+PAGE_LIMITS = {"elements": 200, "terms": 100}
+
+
+def within_limits(scene: Scene) -> Scene:
+    """Return a scene from a file or link. Raises InvalidInput if it exceeds PAGE_LIMITS."""
+    for name, most in PAGE_LIMITS.items():
+        value = scene.options.get(name) or 0
+        if value > most:
+            raise InvalidInput(
+                f"{name} = {value}: a page solves with at most {most}; the command line takes more"
+            )
+    return scene
 
 
 class Link(NamedTuple):

@@ -7,7 +7,7 @@ from html import escape
 
 import numpy as np
 
-from beamviz.drawing.text import frequencies, growth, rounded_to_error, significant
+from beamviz.drawing.text import frequencies, mode_value, significant
 from beamviz.explorer.jobs import SolverAnswer
 from beamviz.explorer.page.html import attributes, button, hint
 from beamviz.frequency_loci.identity import identify_modes
@@ -64,13 +64,10 @@ def mode_button(k: int, label: str, family: str, shown: bool) -> str:
 
 def value_and_error(solution: Solution, k: int) -> str:
     """The cells of a mode's frequency and its estimated error, or of its growth rate."""
-    units = solution.beam.units
-    error = float(solution.errors[k])
+    value, error = mode_value(solution, k)
     if not math.isfinite(solution.frequencies[k]):
-        return f'<td colspan="2">{escape(growth(float(solution.growth_rates[k]), units))}</td>'
-    factor = frequencies(units).factor
-    value = rounded_to_error(factor * solution.frequencies[k], factor * error)
-    digits = f"{factor * error:.0e}".replace("e-0", "e-")
+        return f'<td colspan="2">{escape(value)}</td>'
+    digits = f"{error:.0e}".replace("e-0", "e-")
     return f"<td>{value}</td><td>{digits}</td>"
 
 
