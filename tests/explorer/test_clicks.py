@@ -48,7 +48,6 @@ def typed(name: str, text: str) -> tuple[str, str]:
 
 def first_frequencies(beam: Beam, count: int = 3) -> str:
     """An expression: whether the table of modes has the frequencies of a beam, in hertz."""
-    assert beam.units
     hertz = [f"{beam.units.hertz(one):.6f}"[:-2] for one in solve(beam).frequencies[:count]]
     return " && ".join(map(says, hertz))
 

@@ -23,8 +23,8 @@ class Still:
 def frame_loop(*sessions: Still, waiting: int = 0) -> FrameLoop:
     """A frame loop without a running event loop."""
     made = FrameLoop.__new__(FrameLoop)
-    made.sessions = dict(enumerate(sessions))  # type: ignore[arg-type]
-    made.queue = SimpleNamespace(waiting=[None] * waiting)  # type: ignore[assignment]
+    made.sessions = dict(enumerate(sessions))
+    made.queue = SimpleNamespace(waiting=[None] * waiting)
     made.woken, made.drawn, made.visitor_count = {}, set(), VisitorCount()
     return made
 
@@ -78,7 +78,7 @@ def test_the_frame_rate_falls_with_waiting_solves_and_with_visitors(visitors, wa
 
 def charts(session: Session, now: float, *, busy: bool = False) -> bool:
     """Whether the charts show the answer of the scene at a time [s], not another one."""
-    session.visitor = SimpleNamespace(  # type: ignore[assignment]
+    session.visitor = SimpleNamespace(
         answer=1, chart_answer=None, solver=SimpleNamespace(busy=busy)
     )
     session.update_features(now)

@@ -58,7 +58,6 @@ def test_the_lines_are_the_branches_in_their_families(coriolis):
     """All finite frequencies are drawn; consecutive runs share a point, so that a line has no gap
     where its colour changes."""
     chart = chart_of(TIP, coriolis=coriolis)
-    assert chart.loci
     data = chart_data(chart)
     at = np.searchsorted(data["at"], np.round(chart.loci.values, 12))
     for branch, line in zip(chart.loci.branches, data["lines"], strict=True):
@@ -120,7 +119,6 @@ def test_resonances_are_listed_in_order_of_speed():
 def test_gaps_are_explained_by_their_limit():
     """biot at mu = 10 has no equilibrium beyond 8.603, where the lines end."""
     chart = chart_of(TIP.replace(mu=10), strain="biot")
-    assert chart.loci
     (limit,) = chart.loci.limits
     sentence = f"No equilibrium above γ = {limit.start:.4g} with this material law."
     assert sentence in notes(chart)
@@ -131,7 +129,6 @@ def test_gaps_are_explained_by_their_limit():
 
 def test_an_incomplete_search_has_a_warning(tip):
     """Below the list of crossings and veerings, or instead of the text that there are none."""
-    assert tip.loci
     for events in (tip.loci.events, ()):
         incomplete = replace(tip, loci=replace(tip.loci, complete=False, events=events))
         text = event_table(incomplete)

@@ -21,7 +21,7 @@ from beamviz.explorer.features.run_up import (
     with_damping,
 )
 from beamviz.explorer.state import State
-from beamviz.frequency_loci.forced_response import RunUp, response
+from beamviz.frequency_loci.forced_response import response
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
@@ -34,12 +34,6 @@ def started(beam: Beam = PAPER, **options: bool) -> RunUpPlayback:
     playback.start_or_stop()
     assert playback.running
     return playback
-
-
-def run_of(playback: RunUpPlayback) -> RunUp:
-    """Its run."""
-    assert playback.run
-    return playback.run
 
 
 def gamma(playback: RunUpPlayback) -> float:
@@ -60,7 +54,7 @@ def test_the_speed_increases_to_the_last_one_and_is_restored():
     """From rest, never back, at a given number of speeds per second; then that of the beam is
     shown."""
     playback = started()
-    speeds = run_of(playback).speeds
+    speeds = playback.run.speeds
     *gammas, restored = played(playback, 0.1)
     assert len(gammas) == math.ceil((len(speeds) - 1) / (0.1 * PER_SECOND))
     assert (np.diff(gammas) > 0).all()
@@ -84,7 +78,7 @@ def test_the_scene_shows_the_response_until_a_mode_is_chosen():
 def test_the_speed_increases_slowly_near_a_resonance():
     """In a tenth of a second by far less than elsewhere."""
     playback = started()
-    (first, _) = run_of(playback).resonances
+    (first, _) = playback.run.resonances
     gammas = [0.0, *played(playback, 0.1)[:-1]]
     steps = [(abs(b - first.at) < 0.01 * first.at, b - a) for a, b in pairwise(gammas)]
     near = [step for close, step in steps if close]
@@ -104,7 +98,7 @@ def test_the_scene_shows_the_scaled_response():
     """All points keep phase and ratio; the highest peak has twice the amplitude of the view, one of
     a quarter of it half that."""
     playback = started(coriolis=True)
-    run, amplitude = run_of(playback), playback.visitor.state.view.amplitude
+    run, amplitude = playback.run, playback.visitor.state.view.amplitude
     top = float(run.speeds[np.nanargmax(run.amplitudes)])
     for speed in (top, 1.0, 6.0):
         playback.visitor.change(lambda state, speed=speed: state.changed("gamma", speed))
@@ -134,7 +128,7 @@ def test_another_force_damping_or_beam_ends_the_run_up():
 
 def test_the_chart_shows_amplitudes_and_resonances():
     """Amplitudes over the speeds, and a button on each peak that sets its speed."""
-    run = run_of(started())
+    run = started().run
     data = run_data(run)
     assert data["at"] == pytest.approx(run.speeds.tolist(), rel=1e-5)
     assert np.array(data["lines"][0]["y"], float) == pytest.approx(run.amplitudes, rel=1e-5)

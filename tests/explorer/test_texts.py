@@ -15,8 +15,6 @@ from beamviz.drawing import text as messages
 from beamviz.drawing.text import (
     measure,
     measures,
-    neat,
-    rounded,
     rounded_to_error,
 )
 from beamviz.errors import NoEquilibrium
@@ -63,15 +61,11 @@ def test_sliders_in_units_have_round_ends_within_the_limits(name, length, time, 
     assert shown.plain(low) == pytest.approx(least)
     if shown.unit:
         assert shown.plain(top_) >= high * (1 - 1e-9)
+        ends = float(f"{top_:.2g}"), shown.factor * most
+        assert any(top_ == pytest.approx(end, rel=1e-9) for end in ends)
         assert shown.plain(top_) <= min(most, 1.1 * high) * (1 + 1e-9)
         assert step <= shown.factor * 0.01 * (1 + 1e-9)
         assert round(step / 10.0 ** math.floor(math.log10(step * 1.0000001))) in (1, 2, 5)
-
-
-def test_round_numbers():
-    """Two digits, away from zero; the next step below."""
-    assert [rounded(v) for v in (0.0, 1.0, 431.2, -0.0234, 9.95)] == [0.0, 1.0, 440.0, -0.024, 10.0]
-    assert [neat(v) for v in (0.3, 0.5, 7.0, 1.0)] == pytest.approx([0.2, 0.5, 5.0, 1.0])
 
 
 def test_the_chart_of_a_real_beam_is_in_rpm_and_hertz():
@@ -79,11 +73,10 @@ def test_the_chart_of_a_real_beam_is_in_rpm_and_hertz():
     numbers, and a line k per revolution is k times the speed in Hz."""
     chart = chart_of(RULER)
     data, plain = chart_data(chart, (1,)), chart_data(chart_of(RULER.replace(units=None)))
-    assert RULER.units
     assert [data[axis]["label"] for axis in "xy"] == ["speed [rpm]", "frequency [Hz]"]
     assert data["x"]["range"] == pytest.approx([0, RULER.units.rpm(chart.request.stop)])
     end = RULER.units.hertz(chart.top)
-    assert data["y"]["range"][1] == pytest.approx(end) == pytest.approx(rounded(end))
+    assert data["y"]["range"][1] == pytest.approx(float(f"{end:.2g}"))
     assert data["lines"][0]["y"][0] == pytest.approx(RULER.units.hertz(plain["lines"][0]["y"][0]))
     assert data["perRev"]["slope"] == pytest.approx(1 / 60)
     assert chart_of(RULER, "mu").request.measures[1].unit == ""  # T* itself depends on mu
@@ -92,7 +85,6 @@ def test_the_chart_of_a_real_beam_is_in_rpm_and_hertz():
 def test_resonances_are_listed_in_rpm_and_hertz():
     """Each is an intersection with its line: k times the speed is the frequency of the mode."""
     chart = chart_of(RULER, per_rev=5)
-    assert RULER.units
     assert chart.resonances
     for one in chart.resonances:
         row = resonance_table(replace(chart, resonances=(one,)), (1, 2, 3, 4, 5))
@@ -110,8 +102,6 @@ def test_sliders_of_a_real_beam_take_rpm_kg_and_millimetres(guest):
     guest.choose("gamma", 300.0)
     guest.choose("alpha", 0.01)
     guest.choose("beta", 200.0)
-    assert RULER.units
-    assert RULER.units.mass
     same = RULER.replace(
         gamma=300 / RULER.units.rpm(1), alpha=0.01 / RULER.units.mass, beta=200 / 300
     )
