@@ -15,6 +15,7 @@ from functools import partial
 from viser import ClientHandle, ViserServer
 
 from beamviz.explorer.features import Presentation
+from beamviz.explorer.features.lessons import draw_sketches
 from beamviz.explorer.jobs import PATIENCE, SolveQueue, WorkerPool
 from beamviz.explorer.session import Session
 from beamviz.scene import Scene
@@ -61,6 +62,7 @@ class FrameLoop:
         self.thread: threading.Thread | None = None
         self.queue = SolveQueue(pool, self.crowded, self.resume)
         self.opener = ThreadPoolExecutor(1, "opener")
+        self.opener.submit(draw_sketches)  # before the first session, which shows them
         self.session = partial(
             Session, scene=scene, queue=self.queue, background=background, crowded=self.crowded
         )

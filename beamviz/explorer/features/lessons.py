@@ -30,8 +30,7 @@ CONTROLS = {  # named in the texts of lessons: the key of each, or the id of a t
 class Lessons(Feature):
     """The lessons of one visitor; the open lesson and its step are in the state.
 
-    met: names of the lessons whose challenge has been met; cards: the pictures of the cards are
-    drawn.
+    met: names of the lessons whose challenge has been met.
     """
 
     def __init__(self, visitor: Visitor):
@@ -42,21 +41,12 @@ class Lessons(Feature):
         visitor.page.on("lesson_step", self.go)
         visitor.page.on("lesson_turn", self.turn)
         visitor.page.on("lesson_restart", lambda _: visitor.reset())
-        self.cards = False
         name = next((one.name for one in LESSONS if one.scene == visitor.state.scene), "")
         if name:
             visitor.change(lambda state: replace(state, lesson=name))
         for one in LESSONS:
             command = visitor.client.gui.add_command(f"Lesson: {one.title}")
             command.on_trigger(partial(lambda name, _: self.open(name), one.name))
-        visitor.background.submit(self.draw_cards)
-
-    def draw_cards(self) -> None:
-        """Compute the pictures of the cards, on a worker thread, since that takes some time."""
-        for name in NAMES:
-            sketch(name)
-        self.cards = True
-        self.visitor.wake()
 
     def open(self, name: Any) -> None:
         """Begin the lesson of a name, or with "" leave it; an unknown name changes nothing."""
@@ -102,7 +92,7 @@ class Lessons(Feature):
         """The lesson, its step, and in the challenge the answer to check."""
         state = self.visitor.state
         answer = self.visitor.answer if state.lesson and state.step == CHALLENGE else None
-        return answer, state.lesson, state.step, self.cards
+        return answer, state.lesson, state.step
 
     def show(self) -> None:
         """Show the cards, and the open lesson with the verdict on its challenge."""
@@ -113,8 +103,7 @@ class Lessons(Feature):
         self.page.html("lesson-text", lesson_html(lesson, state.step) if lesson else "")
         self.page.html("verdict", verdict)
         self.page.props("lesson", hidden=lesson is None)
-        if self.cards:
-            self.page.html("tab-lessons", cards_html(state.lesson, self.met))
+        self.page.html("tab-lessons", cards_html(state.lesson, self.met))
 
     def check(self, lesson: Lesson, answer: SolverAnswer, beam: Beam) -> str:
         """The verdict on a challenge with the present value of its quantity; stores its success."""
@@ -129,6 +118,12 @@ class Lessons(Feature):
 
 
 # Texts
+
+
+def draw_sketches() -> None:
+    """Compute the pictures of the cards, which are stored; this takes some time."""
+    for name in NAMES:
+        sketch(name)
 
 
 def cards_html(open_lesson: str, met: frozenset[str]) -> str:
