@@ -4,7 +4,6 @@ import asyncio
 import contextlib
 import gzip
 import html
-import math
 import socket
 import time
 from collections.abc import Awaitable, Callable
@@ -132,9 +131,7 @@ def is_field_value(value: Any) -> bool:
         return len(value) <= MAX_ITEMS and all(map(is_field_value, value))
     if isinstance(value, str):
         return len(value) <= MAX_TEXT
-    if isinstance(value, bool) or value is None:
-        return True
-    return isinstance(value, int | float) and math.isfinite(value) and abs(value) <= MAX_NUMBER
+    return value is None or (isinstance(value, int | float) and abs(value) <= MAX_NUMBER)
 
 
 class Connection(ServerConnection):

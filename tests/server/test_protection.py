@@ -17,6 +17,7 @@ from beamviz.explorer.app import explorer, serve
 from beamviz.scene import Scene
 from beamviz.server import access, connection, run_server, viser_private
 from beamviz.server.access import VisitorCount
+from beamviz.server.viser_private import TunnelFreeServer
 
 ROOT = Path(__file__).parents[2]
 VISER_ROOMS = ("drawing", "server", "exports", "explorer")  # that may import viser
@@ -26,33 +27,20 @@ SHARED = {"host": "0.0.0.0", "visitor_key": "the-key-of-this-run"}
 # The self-test
 
 
-def ignore_messages(patch: pytest.MonkeyPatch) -> None:
-    """Pass all messages on to viser."""
-    patch.setattr(connection.Connection, "recv", websockets.asyncio.server.ServerConnection.recv)
+# What the self-test reports, by the part of the protection that is replaced.
+MESSAGES = (connection.Connection, "recv", websockets.asyncio.server.ServerConnection.recv)
+TUNNEL = viser.ViserServer.request_share_url
+BROKEN = {
+    "a page of a foreign origin can connect": (connection.Access, "refused", lambda *_: None),
+    "a message that no page sends": MESSAGES,
+    "viser's public tunnel can be opened": (TunnelFreeServer, "request_share_url", TUNNEL),
+}
 
 
-def ignore_requests(patch: pytest.MonkeyPatch) -> None:
-    """Answer every request."""
-    patch.setattr(connection.Access, "refused", lambda *_: None)
-
-
-def open_tunnel(patch: pytest.MonkeyPatch) -> None:
-    """Leave viser's public tunnel as it is."""
-    tunnel = viser.ViserServer.request_share_url
-    patch.setattr(viser_private.TunnelFreeServer, "request_share_url", tunnel)
-
-
-BROKEN = [
-    (ignore_requests, "a page of a foreign origin can connect"),
-    (ignore_messages, "a message that no page sends"),
-    (open_tunnel, "viser's public tunnel can be opened"),
-]
-
-
-@pytest.mark.parametrize(("break_", "failure"), BROKEN)
-def test_a_server_without_its_protection_is_not_shared(monkeypatch, break_, failure):
+@pytest.mark.parametrize("failure", BROKEN)
+def test_a_server_without_its_protection_is_not_shared(monkeypatch, failure):
     """One line names the failure; nothing is served beyond this machine."""
-    break_(monkeypatch)
+    monkeypatch.setattr(*BROKEN[failure])
     for reach in (SHARED, {"public": "https://beams.example.org"}):
         match = f"self-test.*{failure}.*not served"
         with pytest.raises(Unavailable, match=match) as caught, explorer(Scene(PAPER), **reach):
@@ -73,16 +61,16 @@ def test_a_server_that_accepts_any_key_is_not_shared(monkeypatch):
 @pytest.mark.skipif(sys.platform != "linux", reason="one process on other systems")
 def test_several_processes_without_their_protection_are_not_shared(monkeypatch):
     """Each runs the self-test; one error for all, and no process is left."""
-    ignore_messages(monkeypatch)
+    monkeypatch.setattr(*MESSAGES)
     with pytest.raises(Unavailable, match=r"^self-test.*a message that no page sends"):
         serve(Scene(PAPER), host="0.0.0.0", port=0, processes=2)
     assert not multiprocessing.active_children()
 
 
-@pytest.mark.parametrize(("break_", "failure"), BROKEN)
-def test_on_this_machine_only_a_failure_is_logged(monkeypatch, caplog, break_, failure):
+@pytest.mark.parametrize("failure", BROKEN)
+def test_on_this_machine_only_a_failure_is_logged(monkeypatch, caplog, failure):
     """Other machines cannot reach it."""
-    break_(monkeypatch)
+    monkeypatch.setattr(*BROKEN[failure])
     with explorer(Scene(PAPER)) as url:
         assert url.startswith("http://127.0.0.1:")
     assert [record for record in caplog.records if failure in record.getMessage()]
