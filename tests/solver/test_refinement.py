@@ -80,6 +80,8 @@ HARD = {
     "the same with a hub": (Beam(gamma=200, delta=2.58, mu=109.8), {}),
     "3e-4 below its limit": (Beam(0.0, 0.1, 28.691018, -0.66, 19.0), {"strain": "hencky"}),
     "2e-4 below its limit": (Beam(4.4, 0.6, 6.3986495, -0.71, 18.0), {}),
+    # It stretches 16,000-fold at its clamp: the estimates contain what no mesh resolves.
+    "1e-4 below its limit": (Beam(0, 1, 10 * np.pi * (1 - 1e-4), 1, 20), {"strain": "biot"}),
     "buckled": (Beam(alpha=6, beta=0.25, gamma=5, delta=-1.9, mu=200), {"modes": 20}),
     "far beyond buckling": (Beam(alpha=6, beta=0.25, gamma=18, delta=-1.9, mu=200), {"modes": 20}),
 }
@@ -150,15 +152,6 @@ def test_a_beam_that_stretches_inwards_of_its_clamp_has_layers(plane):
     solution = solve(beam, strain="biot", plane=plane)
     assert solution.equilibrium.max_stretch > 5
     assert solution.stats.order <= 20
-
-
-def test_near_a_limit_the_best_attempt_is_the_answer():
-    """1e-4 below its limit a beam stretches 16,000-fold at its clamp: the error estimates contain
-    what no mesh resolves, at any tolerance."""
-    beam = Beam(0, 1, 10 * np.pi * (1 - 1e-4), 1, 20)
-    fine, rough = (solve(beam, strain="biot", tolerance=tolerance) for tolerance in (1e-6, 1e-3))
-    assert within_the_bars(rough, fine)
-    assert np.all(fine.errors < 1e-4 * fine.frequencies)
 
 
 def test_rounding_near_an_end_asks_for_no_finer_mesh():

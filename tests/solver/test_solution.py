@@ -1,15 +1,17 @@
-"""Solutions: nodes, signs of shapes, read-only arrays, text; calls and modules of a solve."""
+"""Solutions: nodes, signs of shapes, read-only arrays, text, pickling; calls of a solve."""
 
 import cProfile
 import itertools
+import pickle
 import pstats
 
 import numpy as np
 import pytest
 
 import beamviz
-from beamviz import Beam, solve
+from beamviz import Beam, solve, solve_many
 from beamviz.solver import METHODS
+from beamviz.solver.problem import CORIOLIS
 
 ROOT = beamviz.__path__[0]
 
@@ -89,3 +91,38 @@ def test_a_solve_passes_few_modules_and_calls():
     }
     assert sum(calls.values()) <= 50, calls
     assert len({file for file, _, _ in calls}) <= 9, calls
+
+
+X = np.linspace(0, 1, 11)
+BEAM = Beam(alpha=0.5, beta=0.4, gamma=3)
+CASES = [
+    (method, coriolis)
+    for method, row in METHODS.items()
+    for coriolis in (False, True)
+    if not (coriolis and CORIOLIS in row.unsupported)
+]
+
+
+@pytest.mark.parametrize(("method", "coriolis"), CASES)
+def test_a_solution_pickles(method, coriolis):
+    """Before anything lazy is computed and after, with shapes, errors and equilibrium the same."""
+    solution = solve(BEAM, method=method, coriolis=coriolis)
+    for _ in range(2):
+        copy = pickle.loads(pickle.dumps(solution))
+        assert (copy.beam, copy.problem, copy.stats) == (BEAM, solution.problem, solution.stats)
+        assert copy.labels == solution.labels
+        for original, copied in [
+            (solution.frequencies, copy.frequencies),
+            (solution.errors, copy.errors),
+            (solution.displacement(X), copy.displacement(X)),
+            (solution.equilibrium.position(X), copy.equilibrium.position(X)),
+            (solution.equilibrium.stretch(X), copy.equilibrium.stretch(X)),
+        ]:
+            assert np.array_equal(original, copied)
+
+
+def test_an_error_in_place_of_a_solution_pickles():
+    """With its limit, as `solve_many` returns it."""
+    (error,) = solve_many([Beam(gamma=60)], strain="hencky")
+    copy = pickle.loads(pickle.dumps(error))
+    assert (type(copy), str(copy), copy.limit) == (type(error), str(error), error.limit)

@@ -25,16 +25,21 @@ LINE = ["--over", "gamma=0:20:401", "--over", "alpha=0:3:13", "--over", "beta=0.
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and limits of Unix")
 
 
-def start(store: Path, *more: str, **settings) -> subprocess.Popen:
-    """`beamviz sweep` as a process."""
+def python(*module_and_arguments: str | Path, output=subprocess.DEVNULL, **settings):
+    """A module as a process."""
     return subprocess.Popen(
-        [sys.executable, "-m", "beamviz", "sweep", str(store), *LINE, *more],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
+        [sys.executable, "-m", *map(str, module_and_arguments)],
+        stdout=output,
+        stderr=output,
         text=True,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         **settings,
     )
+
+
+def start(store: Path, *more: str, **settings) -> subprocess.Popen:
+    """`beamviz sweep` as a process."""
+    return python("beamviz", "sweep", store, *LINE, *more, output=subprocess.PIPE, **settings)
 
 
 def wait_for(store: Path, count: int, process: subprocess.Popen) -> None:
@@ -158,13 +163,8 @@ def test_memory_does_not_grow(tmp_path):
     for count in (5, 80):
         store = tmp_path / f"{count}.zarr"
         axes = ("gamma=0:50:1001", "alpha=0:5:4", f"beta=0.1:1:{count}")
-        line = [sys.executable, "-m", "beamviz", "sweep", str(store), "--workers", "2"]
-        process = subprocess.Popen(
-            [*line, *(word for axis in axes for word in ("--over", axis))],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
-        )
+        over = (word for axis in axes for word in ("--over", axis))
+        process = python("beamviz", "sweep", store, "--workers", "2", *over)
         _, process.returncode, usage = os.wait4(process.pid, 0)
         assert process.returncode == 0
         peaks.append(usage.ru_maxrss)  # the largest, of it and of its workers
@@ -181,24 +181,16 @@ def test_memory_does_not_grow(tmp_path):
 def test_a_dask_cluster_loses_a_worker(undisturbed, tmp_path):
     """A scheduler and three workers, as processes; one is killed in the middle of its work."""
     store = tmp_path / "a.zarr"
-    dask = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--port", "0", "--no-dashboard"]
     address = tmp_path / "scheduler.json"
-    settings = {
-        "stdout": subprocess.DEVNULL,
-        "stderr": subprocess.DEVNULL,
-        "env": {**os.environ, "PYTHONPATH": str(ROOT)},
-    }
-    processes = [
-        subprocess.Popen([*dask, "--scheduler-file", str(address)], cwd=tmp_path, **settings)
-    ]
-    worker = [sys.executable, "-m", "distributed.cli.dask_worker", "--nthreads", "1", "--no-nanny"]
+    options = ("--no-dashboard", "--scheduler-file", address)
+    scheduler = "distributed.cli.dask_scheduler", "--port", "0"
+    worker = "distributed.cli.dask_worker", "--nthreads", "1", "--no-nanny"
+    processes = [python(*scheduler, *options, cwd=tmp_path)]
     try:
         until = time.monotonic() + 30
         while not address.exists() and time.monotonic() < until:
             time.sleep(0.1)
-        for _ in range(3):
-            line = [*worker, "--scheduler-file", str(address), "--no-dashboard"]
-            processes.append(subprocess.Popen(line, cwd=tmp_path, **settings))
+        processes += [python(*worker, *options, cwd=tmp_path) for _ in range(3)]
         with start(store, "--scheduler", json.loads(address.read_text())["address"]) as process:
             wait_for(store, 3, process)
             processes[1].kill()
