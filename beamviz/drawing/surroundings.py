@@ -27,6 +27,9 @@ ARROW_LENGTH, ARROW_WIDTH, ARROW_HEAD = 0.38, 0.009, 0.06  # [beam lengths]; hal
 ARROW_GAP = 0.05  # from its end to the text of the speed
 SPEED_GAP = 0.9  # [rad] smallest angle between the beam and this text
 ARROW_HEIGHT = HUB_HEIGHT / 2 + 0.03
+# White lights: intensity of the sky, and its colour from below; directions and intensities.
+SKY, GROUND_LIGHT = 1.6, (200, 200, 210)
+LIGHTS = {"key": ((-0.5, -1.0, 2.2), 1.8), "fill": ((1.5, -2.0, 0.6), 0.5)}
 
 
 def hub_radius(beam: Beam) -> float:
@@ -43,11 +46,11 @@ def add_lights(api: SceneApi) -> None:
     """Add lights from above, left of the viewer, with shadows on the floor."""
     api.configure_environment_map(hdri=None)
     api.configure_default_lights(enabled=False)
-    api.add_light_hemisphere("/light/sky", ground_color=(200, 200, 210), intensity=1.6)
-    api.add_light_directional(
-        "/light/key", position=(-0.5, -1.0, 2.2), intensity=1.8, cast_shadow=True
-    )
-    api.add_light_directional("/light/fill", position=(1.5, -2.0, 0.6), intensity=0.5)
+    api.add_light_hemisphere("/light/sky", ground_color=GROUND_LIGHT, intensity=SKY)
+    for name, (position, intensity) in LIGHTS.items():
+        api.add_light_directional(
+            f"/light/{name}", position=position, intensity=intensity, cast_shadow=name == "key"
+        )
 
 
 class Surroundings:

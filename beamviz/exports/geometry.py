@@ -1,4 +1,4 @@
-"""What a page would draw of a scene, as triangles, lines, points and lights."""
+"""What a page would draw of a scene, as triangles, lines and points."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -21,9 +21,8 @@ class Geometry:
 
     corners: of triangles (t, 3, 3), anticlockwise from outside; colours: (t, 4), with opacity;
     casts: whether each casts a shadow (t,); lines: ends (n, 2, 3), colour (3,) and thickness
-    [pixels]; points: of frames, by name; lights: unit vectors (3,) towards them and their colour
-    (3,); ambient: (3,); sun: the direction to the light that casts shadows; floor: the cylinder
-    whose top shows shadows and is none of the triangles.
+    [pixels]; points: of frames, by name; floor: the cylinder whose top shows shadows and is none of
+    the triangles.
     """
 
     corners: np.ndarray
@@ -31,16 +30,12 @@ class Geometry:
     casts: np.ndarray
     lines: list[tuple[np.ndarray, np.ndarray, float]]
     points: dict[str, np.ndarray]
-    lights: list[tuple[np.ndarray, np.ndarray]]
-    ambient: np.ndarray
-    sun: np.ndarray | None
     floor: VisibleNode | None
 
 
 def geometry(scene: SceneApi) -> Geometry:
     """What a page would show of a scene now."""
-    parts, lines, points, lights = [], [], {}, []
-    ambient, sun, floor = np.zeros(3), None, None
+    parts, lines, points, floor = [], [], {}, None
     for node in visible_nodes(scene):
         props, corners = node.props, None
         match node.kind:
@@ -60,14 +55,7 @@ def geometry(scene: SceneApi) -> Geometry:
                 lines.append((ends, linear(props.colors.reshape(-1, 3)[0]), props.thickness))
             case "FrameProps":
                 points[node.name] = node.position
-            case "HemisphereLightProps":  # at the origin, so the same from everywhere
-                both = linear(props.sky_color) + linear(props.ground_color)
-                ambient = ambient + props.intensity * both / 2
-            case "DirectionalLightProps":
-                towards = node.position / np.linalg.norm(node.position)
-                lights.append((towards, props.intensity * linear(props.color)))
-                sun = towards if props.cast_shadow else sun
-            case "":  # the root
+            case "" | "HemisphereLightProps" | "DirectionalLightProps":  # the root; see LIGHTS
                 pass
             case kind:
                 raise NotImplementedError(f"pictures have no {kind}")
@@ -77,7 +65,7 @@ def geometry(scene: SceneApi) -> Geometry:
             placed = corners @ node.rotation.T + node.position
             parts.append((placed, rgba, np.full(len(corners), props.cast_shadow)))
     bodies, rgba, casts = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return Geometry(bodies, rgba, casts, lines, points, lights, ambient, sun, floor)
+    return Geometry(bodies, rgba, casts, lines, points, floor)
 
 
 def linear(rgb: Any) -> np.ndarray:

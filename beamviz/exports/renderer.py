@@ -14,6 +14,7 @@ from PIL import Image, ImageDraw, ImageFilter, ImageFont
 
 from beamviz.drawing import camera, colours
 from beamviz.drawing.objects import Caption
+from beamviz.drawing.surroundings import GROUND_LIGHT, LIGHTS, SKY
 from beamviz.exports.geometry import Geometry, geometry, linear
 from beamviz.exports.rasteriser import NEAR, SMALL, draw, edges, samples
 from beamviz.exports.solved_scene import Moment, SolvedScene
@@ -25,6 +26,10 @@ SHADOW_SAMPLES = 3
 SPECULAR = 0.04  # reflectance of a dielectric seen from the front
 FULL_HEIGHT = 720  # [pixels] of a picture: lines are as much thinner as it is smaller
 UP = np.array([0.0, 0.0, 1.0])
+TOWARDS = [np.array(place) / np.linalg.norm(place) for place, _ in LIGHTS.values()]
+INTENSITIES = [intensity for _, intensity in LIGHTS.values()]
+SUN = TOWARDS[0]  # the light that casts shadows
+AMBIENT = SKY * (1 + linear(GROUND_LIGHT)) / 2  # at a point: half from above, half from below
 SHADOW_CELLS = 320  # of the larger side of a shadow
 SHADOW_BLUR = 0.014  # [lengths of the beam] standard deviation
 # Letters of a caption: [pixels], and of the width of the picture; the part of the width
@@ -87,7 +92,7 @@ class Renderer:
         """Put bodies and lines over a picture, antialiased where neighbouring pixels differ."""
         seen = ((self.eye - scene.corners[:, 0]) * normals).sum(axis=1) > 0
         corners, rgba = scene.corners[seen], scene.colours[seen]
-        light = shades(self.eye, corners.mean(axis=1), normals[seen], rgba[:, :3], scene)
+        light = shades(self.eye, corners.mean(axis=1), normals[seen], rgba[:, :3])
         rgba[:, :3] = rgba[:, 3:] * light
         thin = min(1.0, self.height / FULL_HEIGHT)
         parts = [(self.projected(corners), rgba)]
@@ -117,13 +122,12 @@ class Renderer:
         # A place (x, y) shows the point points @ (x, y, 1), homogeneous, from the centre; the last
         # of its coordinates is positive below the horizon.
         points = np.linalg.inv([*self.projection[:2], self.projected(centre)]).T
-        tone = shades(self.eye, centre, UP, linear(floor.props.color), scene)
+        tone = shades(self.eye, centre, UP, linear(floor.props.color))
         tones = np.outer([1.0, 1 - floor.props.receive_shadow], 255 * tone)
         lit, dark = map(tuple, np.rint(tones).astype(int).tolist())
         disc = Image.new("RGB", self.size, lit)
-        if scene.sun is not None:
-            bodies = scene.corners[scene.casts & (normals @ scene.sun > 0)]
-            disc.paste(dark, mask=self.shadow(bodies - centre, scene.sun, points))
+        bodies = scene.corners[scene.casts & (normals @ SUN > 0)]
+        disc.paste(dark, mask=self.shadow(bodies - centre, points))
         disc.putalpha(self.disc(points, floor.props.radius))
         picture.alpha_composite(disc)
 
@@ -138,9 +142,9 @@ class Renderer:
         below = points[2, 0] * x + (points[2, 1] * y + points[2, 2]) > 0
         return Image.fromarray((255 * share.clip(0, 1) * below).astype(np.uint8))
 
-    def shadow(self, bodies: np.ndarray, sun: np.ndarray, points: np.ndarray) -> Image.Image:
+    def shadow(self, bodies: np.ndarray, points: np.ndarray) -> Image.Image:
         """The soft shadow of triangles (t, 3, 3) on the level of the origin, in bytes."""
-        fallen = (bodies - bodies[..., 2:] / sun[2] * sun)[..., :2]
+        fallen = (bodies - bodies[..., 2:] / SUN[2] * SUN)[..., :2]
         corner = fallen.min(axis=(0, 1)) - 4 * SHADOW_BLUR
         extent = fallen.max(axis=(0, 1)) + 4 * SHADOW_BLUR - corner
         cell = float(extent.max()) / SHADOW_CELLS
@@ -207,22 +211,22 @@ def line_triangles(ends: np.ndarray, thickness: float) -> np.ndarray:
 
 
 def shades(
-    eye: np.ndarray, points: np.ndarray, normals: np.ndarray, albedo: np.ndarray, scene: Geometry
+    eye: np.ndarray, points: np.ndarray, normals: np.ndarray, albedo: np.ndarray
 ) -> np.ndarray:
     """Colours (..., 3) in sRGB of points on surfaces with unit normals and albedo (..., 3), by
     Lambert's reflection and that of a surface as rough as can be, as in three.js."""
     towards = eye - points
     towards = towards / np.linalg.norm(towards, axis=-1, keepdims=True)
     facing = np.abs((normals * towards).sum(axis=-1, keepdims=True))
-    light = albedo / math.pi * scene.ambient
-    for direction, colour in scene.lights:
+    light = albedo / math.pi * AMBIENT
+    for direction, intensity in zip(TOWARDS, INTENSITIES, strict=True):
         incident = np.maximum(normals @ direction, 0.0)[..., None]
         half = towards + direction
         half = half / np.maximum(np.linalg.norm(half, axis=-1, keepdims=True), SMALL)
         grazing = 1 - (half @ direction)[..., None].clip(0, 1)
         fresnel = SPECULAR + (1 - SPECULAR) * grazing**5
         specular = fresnel / (2 * np.maximum(incident + facing, SMALL))
-        light = light + incident * colour / math.pi * (albedo + specular)
+        light = light + incident * intensity / math.pi * (albedo + specular)
     return toned(light)
 
 
