@@ -170,18 +170,14 @@ class ServeProcess:
     @property
     def workers(self) -> list[int]:
         """The pids of its worker processes."""
-        return child_pids(self.process.pid)
+        pid = self.process.pid
+        return list(map(int, Path(f"/proc/{pid}/task/{pid}/children").read_text().split()))
 
     def end(self, number: int) -> tuple[int, str]:
         """Send a signal; exit code and stderr."""
         self.process.send_signal(number)
         _, errors = self.process.communicate(timeout=60)
         return self.process.returncode, errors
-
-
-def child_pids(parent: int) -> list[int]:
-    """The pids of the child processes of a process."""
-    return [int(pid) for pid in Path(f"/proc/{parent}/task/{parent}/children").read_text().split()]
 
 
 def handles_sigterm(pid: int) -> bool:
