@@ -160,14 +160,13 @@ def gyroscopic_modes(
         one = [part.reshape(part.shape[-2:]) for part in (Ka, Fa, Kb, Fb)]
         found = _indefinite(one[0], one[1], one[2], one[3], float(np.squeeze(gamma)), count)
         omega_squared, a, b = (part.reshape(*Ka.shape[:-2], *part.shape) for part in found)
-        condition, spectrum = np.full(omega_squared.shape, INDEFINITE_CONDITION), None
+        condition = np.full(omega_squared.shape, INDEFINITE_CONDITION)
+        modes = GyroscopicModes(omega_squared, a, b, condition, None)
     else:
-        omega_squared, a, b, condition, spectrum = _definite_gyroscopic(
-            La, Fa, Lb, Fb, gamma, count, max_condition
-        )
-    mass = (abs(Fa @ a) ** 2).sum(axis=-2) + (abs(Fb @ b) ** 2).sum(axis=-2)
+        modes = _definite_gyroscopic(La, Fa, Lb, Fb, gamma, count, max_condition)
+    mass = (abs(Fa @ modes.a) ** 2).sum(axis=-2) + (abs(Fb @ modes.b) ** 2).sum(axis=-2)
     root = np.sqrt(mass)[..., None, :]
-    return GyroscopicModes(omega_squared, a / root, b / root, condition, spectrum)
+    return modes._replace(a=modes.a / root, b=modes.b / root)
 
 
 def _definite_gyroscopic(
@@ -178,8 +177,8 @@ def _definite_gyroscopic(
     gamma: float | np.ndarray,
     count: int,
     max_condition: float,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """The fields of GyroscopicModes for K = diag(La La', Lb Lb').
+) -> GyroscopicModes:
+    """The modes for K = diag(La La', Lb Lb'), of any modal mass.
 
     With q = (a, i b) e^(i omega t) the problem is real; with the velocities omega Fb b and
     omega Fa a as further unknowns it is linear in 1/omega:
@@ -211,7 +210,7 @@ def _definite_gyroscopic(
     X = Z @ Y * np.sqrt(omega_squared)[..., None, :]
     a = np.linalg.solve(La.mT, X[..., :na, :])
     b = np.linalg.solve(Lb.mT, Y[..., :nb, :])
-    return omega_squared, a.astype(complex), 1j * b, condition, spectrum
+    return GyroscopicModes(omega_squared, a.astype(complex), 1j * b, condition, spectrum)
 
 
 def _inverse_largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -37,6 +37,11 @@ class Problem:
     state: str = "straight"
 
     @property
+    def options(self) -> dict[str, Any]:
+        """The keywords of `beamviz.solve`."""
+        return {name: getattr(self, name) for name in OPTIONS}
+
+    @property
     def model(self) -> dict[str, Any]:
         """The method and the terms of the theory by name, without the resolution."""
         return {name: getattr(self, name) for name in MODEL}

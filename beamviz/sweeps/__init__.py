@@ -128,7 +128,7 @@ def open_line(
     plan = stored_plan(path)
     place = find_place(plan.axes, [over], at)
     beam = plan.beam.replace(**{name: float(plan.axes[name][k]) for name, k in place.items()})
-    return beam, plan.axes[over].tolist(), plan.options
+    return beam, plan.axes[over].tolist(), plan.problem.options
 
 
 def run(

@@ -67,7 +67,7 @@ def solve_chunk(plan: Plan, task: Task) -> dict[str, np.ndarray]:
             errors = {k: one for k, one in line.answers.items() if isinstance(one, BeamvizError)}
             fill_answers(row, errors)
         else:
-            fill_answers(row, dict(enumerate(solve_many(line.beams, **plan.options))))
+            fill_answers(row, dict(enumerate(solve_many(line.beams, **plan.problem.options))))
     return arrays
 
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError, NoEquilibrium
-from beamviz.solver import DEFAULTS, TOLERANCES, Problem, interpolation_matrix, solve_many
+from beamviz.solver import TOLERANCES, Problem, interpolation_matrix, solve_many
 from beamviz.solver.solution import Solution
 
 NODES, CHECKS = 17, (1, 6, 9, 14)  # beams of a piece: interpolated, and intervals with a check
@@ -153,8 +153,8 @@ class Line:
 
     def solve_many(self, beams: Sequence[Beam]) -> list[Solution | BeamvizError]:
         """Their modes, twice as many as requested, to a smaller tolerance."""
-        options = {name: getattr(self.problem, name) for name in DEFAULTS}
-        options["tolerance"] = max(NODE_SHARE * self.problem.tolerance, TOLERANCES[0])
+        tolerance = max(NODE_SHARE * self.problem.tolerance, TOLERANCES[0])
+        options = self.problem.options | {"tolerance": tolerance}
         return solve_many(beams, extra_modes=self.problem.modes, **options)
 
     def find_limit(self) -> None:

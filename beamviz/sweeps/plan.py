@@ -92,15 +92,10 @@ class Plan:
         return math.prod(part.stop - part.start for part in self.region(task))
 
     @property
-    def options(self) -> dict[str, Any]:
-        """The keywords of `solve`."""
-        return {name: getattr(self.problem, name) for name in DEFAULTS}
-
-    @property
     def arguments(self) -> dict[str, Any]:
         """The arguments of this sweep besides its axes, by name, in the types of JSON."""
         fixed = {name: getattr(self.beam, name) for name in NUMBERS if name not in self.axes}
-        return {**fixed, **self.options}
+        return {**fixed, **self.problem.options}
 
 
 def make_plan(axes: Mapping[str, ArrayLike], beam: Beam, **options: Any) -> Plan:
