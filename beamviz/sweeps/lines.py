@@ -13,6 +13,7 @@ whose outcomes are stored anyway, and thousands of lines share the weights of on
 """
 
 from collections.abc import Iterable, Sequence
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,15 +52,10 @@ class Grid:
 
     def __init__(self, values: np.ndarray):
         self.values = values
-        self.stencils: dict[Piece, Stencil] = {}
+        self.stencil = cache(self._stencil)
 
-    def stencil(self, piece: Piece) -> Stencil:
-        """The stencil of a piece."""
-        if piece not in self.stencils:
-            self.stencils[piece] = self._stencil(*piece)
-        return self.stencils[piece]
-
-    def _stencil(self, first: int, last: int) -> Stencil:
+    def _stencil(self, piece: Piece) -> Stencil:
+        first, last = piece
         x = self.values[first : last + 1]
         nodes = self._nearest(x, np.arange(NODES))
         checks = np.setdiff1d(self._nearest(x, np.array(CHECKS) + 0.5), nodes)

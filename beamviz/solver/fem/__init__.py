@@ -8,7 +8,6 @@ r2' of the first node.
 
 import math
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,14 +35,9 @@ MIN_CARRIED = 0.5  # share of the force at the end of a law that the load must a
 LAW_END = 0.1  # a limit at a stretch this close to the end of a force law is attributed to it
 
 
-class Assembled(NamedTuple):
-    """A straight state and the stiffness of vibration about it, without softening, the clamp taken
-    out; N nodes."""
-
-    position: NDArray  # (2N,) r1, r1' of node after node
-    iterations: int
-    Ka: NDArray  # (2N - 1, 2N - 1) along the beam
-    Kb: NDArray  # (2N - 2, 2N - 2) across it
+# A straight state of N nodes: r1, r1' of each (2N,), the iterations, the stiffness along the beam
+# (2N - 1, 2N - 1) and across it (2N - 2, 2N - 2), both without softening, the clamp taken out.
+Assembled = tuple[NDArray, int, NDArray, NDArray]
 
 
 def solve(beam: Beam, problem: Problem, start: float) -> Solution:
@@ -80,14 +74,14 @@ def _ancf(model: PlanarBeam) -> Assembled:
     root = straight_equilibrium(model)
     q = root.state[::2]
     Ka, Kb = _dense(axial(model, q)), _dense(bending(model, q))
-    return Assembled(q, root.iterations, Ka[1:, 1:], Kb[2:, 2:])
+    return q, root.iterations, Ka[1:, 1:], Kb[2:, 2:]
 
 
 def _ancf_planar(model: PlanarBeam) -> Assembled:
     """The full planar tangent."""
     root = straight_equilibrium(model)
     K = assemble_band(model.stiffness(element_coordinates(root.state, 4)))
-    return Assembled(root.state[::2], root.iterations, dense(along(K)), dense(across(K)))
+    return root.state[::2], root.iterations, dense(along(K)), dense(across(K))
 
 
 def _linear(model: PlanarBeam) -> Assembled:
@@ -97,7 +91,7 @@ def _linear(model: PlanarBeam) -> Assembled:
     arm = rest + model.beam.delta * np.tile([1.0, 0.0], len(model.nodes))
     u = np.zeros_like(rest)
     u[1:] = np.linalg.solve(K[1:, 1:], load * (m @ arm)[1:])
-    return Assembled(rest + u, 1, K[1:, 1:], _dense(prestressed(model, u))[2:, 2:])
+    return rest + u, 1, K[1:, 1:], _dense(prestressed(model, u))[2:, 2:]
 
 
 ASSEMBLERS = {"ancf": _ancf, "ancf-planar": _ancf_planar, "linear": _linear}
