@@ -1,9 +1,6 @@
 """A real browser that shows a page of another site, which tries to use the explorer behind it."""
 
-import threading
 from collections.abc import Iterator
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from typing import Any
 
 import pytest
 from live.browser import Page, page
@@ -19,31 +16,13 @@ KEY = "the-key-of-this-run"
 SHOWN = "window.__viserMutable && document.querySelectorAll('canvas').length > 0"
 
 
-class Foreign(BaseHTTPRequestHandler):
-    """A page with nothing on it; what it does is told by the test."""
-
-    def do_GET(self) -> None:
-        body = b"<!doctype html><title>foreign</title><body></body>"
-        self.send_response(200)
-        self.send_header("Content-Type", "text/html")
-        self.end_headers()
-        self.wfile.write(body)
-
-    def log_message(self, *_: Any) -> None:
-        """Not on stderr."""
-
-
 @pytest.fixture(scope="module")
 def foreign() -> Iterator[Page]:
-    """A browser on a page of another origin, which even shares its cookies: they know no port."""
-    with ThreadingHTTPServer(("127.0.0.1", 0), Foreign) as site:
-        threading.Thread(target=site.serve_forever, daemon=True).start()
-        try:
-            with page(f"http://127.0.0.1:{site.server_port}/") as shown:
-                shown.wait("document.title === 'foreign'")
-                yield shown
-        finally:
-            site.shutdown()
+    """A browser on a page of another origin, viser's own without protection, which even shares its
+    cookies: they know no port."""
+    with plain_viser_server() as site, page(url_of(site)) as shown:
+        shown.wait(SHOWN)
+        yield shown
 
 
 def opens(shown: Page, url: str) -> bool:
@@ -88,8 +67,9 @@ def test_a_foreign_page_cannot_use_the_cookie_of_a_visitor(foreign):
         assert shown.evaluate("location.href") == found.split("?")[0]
         assert shown.evaluate("document.cookie") == ""
         assert opens(shown, found.split("?")[0])
-        shown.call("Page.navigate", url=foreign.evaluate("location.href"))
-        shown.wait("document.title === 'foreign'")
+        address = foreign.evaluate("location.href")
+        shown.call("Page.navigate", url=address)
+        shown.wait(f"location.href === '{address}' && {SHOWN}")
         assert not opens(shown, found.split("?")[0])
 
 
