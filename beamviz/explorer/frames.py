@@ -7,7 +7,6 @@ for the interpreter lock would take more time than the work itself.
 
 import asyncio
 import contextlib
-import threading
 import time
 from concurrent.futures import ThreadPoolExecutor, wait
 from functools import partial
@@ -59,7 +58,6 @@ class FrameLoop:
     ):
         self.server, self.access, self.visitor_count = server, access, visitor_count
         self.loop, self.changed = server.get_event_loop(), asyncio.Event()
-        self.thread: threading.Thread | None = None
         self.queue = SolveQueue(pool, self.crowded, self.resume)
         self.opener = ThreadPoolExecutor(1, "opener")
         self.opener.submit(draw_sketches)  # before the first session, which shows them
@@ -118,11 +116,8 @@ class FrameLoop:
 
     def resume(self) -> None:
         """Wake the frame loop, from any thread."""
-        if threading.current_thread() is self.thread:
-            self.changed.set()
-        else:
-            with contextlib.suppress(RuntimeError):  # the event loop is closed
-                self.loop.call_soon_threadsafe(self.changed.set)
+        with contextlib.suppress(RuntimeError):  # the event loop is closed
+            self.loop.call_soon_threadsafe(self.changed.set)
 
     def stop(self) -> None:
         """End all sessions."""
@@ -136,12 +131,11 @@ class FrameLoop:
 
     async def run(self) -> None:
         """Draw all moving scenes at a constant rate; in between, run solves and draw answers."""
-        self.thread, due = threading.current_thread(), time.monotonic()
+        due = time.monotonic()
         while not self.stopped:
             await self.sleep(due)
             if time.monotonic() >= due:
-                step = self.step
-                await self.draw_all(step)
+                await self.draw_all(step := self.step)
                 due = max(due + step, time.monotonic() + step / 5)
             try:
                 self.queue.run_batch(BATCH)
@@ -173,15 +167,10 @@ class FrameLoop:
     async def draw_all(self, step: float) -> None:
         """Draw the next frame of all moving scenes, except those drawn a moment ago; while solves
         are waiting, except those updated since the last round."""
-        solves_wait, had = bool(self.queue.waiting), self.drawn
-        self.drawn = set()
+        solves_wait, drawn, self.drawn = bool(self.queue.waiting), self.drawn, set()
         for k, (visitor, session) in enumerate(list(self.sessions.items())):
-            due = (
-                visitor not in had
-                if solves_wait
-                else time.monotonic() - session.last_tick > step / 2
-            )
-            if due and session.needs_tick:
+            is_recent = time.monotonic() - session.last_tick <= step / 2
+            if not (visitor in drawn if solves_wait else is_recent) and session.needs_tick:
                 self.tick(visitor, session)
             if k % BATCH == BATCH - 1:
                 await asyncio.sleep(0)

@@ -184,9 +184,12 @@ class State:
 
     def differences(self, other: Self) -> set[str]:
         """The names of the values that differ from those of another state and that undo changes."""
-        ours, theirs = self.values, other.values
-        pairs = ((name, ours[name], theirs[name]) for name in ours)
-        differing = {name for name, one, two in pairs if one is not two and one != two}
+        theirs = other.values
+        differing = {
+            name
+            for name, one in self.values.items()
+            if one is not theirs[name] and one != theirs[name]
+        }
         return differing - {"case", "view", "run_speed", *LASTING}
 
     def keep(self) -> Self:
