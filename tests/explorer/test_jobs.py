@@ -215,3 +215,16 @@ def test_a_closed_job_computes_nothing():
     job.request(2)
     assert not computed
     assert not waiting
+
+
+def test_a_job_adopts_the_answer_of_another_visitor():
+    """The same request is not computed again, another one is."""
+    computed: list[int] = []
+    lead: Job[int, None] = Job("number", computed.append, run_at_once, lambda: None)
+    follower: Job[int, None] = Job("number", computed.append, run_at_once, lambda: None)
+    lead.request(1)
+    follower.adopt(lead)
+    follower.request(1)
+    assert follower.answer is lead.answer
+    follower.request(2)
+    assert computed == [1, 2]
