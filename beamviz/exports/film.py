@@ -5,7 +5,6 @@ import itertools
 import os
 import shutil
 import subprocess
-from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -24,18 +23,14 @@ FORMATS = {".gif": 10, ".webp": 1, ".mp4": 0}
 
 
 def rendered(
-    renderer: Renderer, moments: Iterable[Moment], workers: int | None = None
+    renderer: Renderer, moments: Iterator[Moment], workers: int | None = None
 ) -> Iterator[Image.Image]:
     """The frames of a film, in RGB, rendered by some workers (threads, by default one for each
-    processor) ahead of their use."""
+    processor)."""
     workers = workers or os.cpu_count() or 1
     with ThreadPoolExecutor(workers) as pool:
-        ahead: deque = deque()
-        for moment in moments:
-            ahead.append(pool.submit(renderer.picture, moment))
-            if len(ahead) > workers:
-                yield ahead.popleft().result()
-        yield from (frame.result() for frame in ahead)
+        while together := list(itertools.islice(moments, workers)):
+            yield from pool.map(renderer.picture, together)
 
 
 def check_format(suffix: str, size: tuple[int, int], fps: float) -> float:

@@ -19,13 +19,14 @@ CYLINDER = np.array(trimesh.creation.cylinder(1.0, 1.0, sections=160).triangles)
 class Geometry:
     """All that is visible of a scene at one moment. Colours are linear light.
 
-    corners: of triangles (t, 3, 3), anticlockwise from outside; colours: (t, 4), with opacity;
+    corners: of triangles (t, 3, 3); normals: outwards (t, 3); colours: (t, 4), with opacity;
     casts: whether each casts a shadow (t,); lines: ends (n, 2, 3), colour (3,) and thickness
     [pixels]; points: of frames, by name; floor: the cylinder whose top shows shadows and is none of
     the triangles.
     """
 
     corners: np.ndarray
+    normals: np.ndarray
     colours: np.ndarray
     casts: np.ndarray
     lines: list[tuple[np.ndarray, np.ndarray, float]]
@@ -65,7 +66,9 @@ def geometry(scene: SceneApi) -> Geometry:
             placed = corners @ node.rotation.T + node.position
             parts.append((placed, rgba, np.full(len(corners), props.cast_shadow)))
     bodies, rgba, casts = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return Geometry(bodies, rgba, casts, lines, points, floor)
+    normals = np.cross(*np.diff(bodies, axis=1).transpose(1, 0, 2))
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+    return Geometry(bodies, normals, rgba, casts, lines, points, floor)
 
 
 def linear(rgb: Any) -> np.ndarray:

@@ -72,11 +72,9 @@ class Renderer:
             self.solved.move(self.beams, moment)
             scene = geometry(self.scene)
         picture = Image.new("RGBA", self.size, (*self.background, 0 if transparent else 255))
-        normals = np.cross(*np.diff(scene.corners, axis=1).transpose(1, 0, 2))
-        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
         if scene.floor is not None:  # everything is above it
-            self.add_floor(picture, scene.floor, scene, normals)
-        self.add_objects(picture, scene, normals)
+            self.add_floor(picture, scene.floor, scene)
+        self.add_objects(picture, scene)
         boxes: list[Box] = []
         for caption in (one for beam in self.beams for one in beam.captions):
             self.add_caption(picture, caption, scene.points[caption.point.name], boxes)
@@ -88,11 +86,11 @@ class Renderer:
 
     # Objects
 
-    def add_objects(self, picture: Image.Image, scene: Geometry, normals: np.ndarray) -> None:
+    def add_objects(self, picture: Image.Image, scene: Geometry) -> None:
         """Put bodies and lines over a picture, antialiased where neighbouring pixels differ."""
-        seen = ((self.eye - scene.corners[:, 0]) * normals).sum(axis=1) > 0
+        seen = ((self.eye - scene.corners[:, 0]) * scene.normals).sum(axis=1) > 0
         corners, rgba = scene.corners[seen], scene.colours[seen]
-        light = shades(self.eye, corners.mean(axis=1), normals[seen], rgba[:, :3])
+        light = shades(self.eye, corners.mean(axis=1), scene.normals[seen], rgba[:, :3])
         rgba[:, :3] = rgba[:, 3:] * light
         thin = min(1.0, self.height / FULL_HEIGHT)
         parts = [(self.projected(corners), rgba)]
@@ -112,9 +110,7 @@ class Renderer:
 
     # Floor
 
-    def add_floor(
-        self, picture: Image.Image, floor: VisibleNode, scene: Geometry, normals: np.ndarray
-    ) -> None:
+    def add_floor(self, picture: Image.Image, floor: VisibleNode, scene: Geometry) -> None:
         """Put the top of a round floor over a picture, if it is seen, with the shadow on it."""
         centre = floor.position + floor.props.height / 2 * UP
         if self.eye[2] <= centre[2]:
@@ -126,7 +122,7 @@ class Renderer:
         tones = np.outer([1.0, 1 - floor.props.receive_shadow], 255 * tone)
         lit, dark = map(tuple, np.rint(tones).astype(int).tolist())
         disc = Image.new("RGB", self.size, lit)
-        bodies = scene.corners[scene.casts & (normals @ SUN > 0)]
+        bodies = scene.corners[scene.casts & (scene.normals @ SUN > 0)]
         disc.paste(dark, mask=self.shadow(bodies - centre, points))
         disc.putalpha(self.disc(points, floor.props.radius))
         picture.alpha_composite(disc)
