@@ -57,9 +57,9 @@ def write_html(file: Path, solved: SolvedScene) -> None:
         player = f'<script type="application/json" id="speeds">{data}</script>'
         player += f"<script>{captions_script()}{script}</script>"
     head, body = page.index("</head>"), page.rindex("</body>")
-    theme = f":root {{ --scene: rgb{colours.BACKGROUND[view.dark]};"
-    theme += f" --letters: rgb{colours.LETTERS[view.dark]};"
-    theme += f" color-scheme: {'dark' if view.dark else 'light'} }}"
+    scheme, frame = ("dark", ".3em") if view.dark else ("light", "0")
+    theme = f":root {{ color-scheme: {scheme}; --scene: rgb{colours.BACKGROUND[view.dark]};"
+    theme += f" --letters: rgb{colours.LETTERS[view.dark]}; --frame: {frame} }}"
     title = f"<title>beamviz: {escape(heading(solved.scene))}</title>"
     top = re.sub("<title>.*?</title>", title, page[:head])  # of two, browsers take the first
     file.write_text(
@@ -124,7 +124,7 @@ aside { position: fixed; inset: 0 0 0 auto; width: 440px; box-sizing: border-box
         padding: 1.2em 1.4em; font: 16px/1.45 system-ui, sans-serif; color: light-dark(#222, #ddd);
         background: light-dark(#fff, #1a1a1a); border-left: 1px solid light-dark(#ddd, #333); }
 aside h1 { font-size: 1.05em; margin: 0 0 .6em; }
-aside figure { margin: 1em 0; padding: .3em; border-radius: 6px; cursor: zoom-in;
+aside figure { margin: 1em 0; padding: var(--frame); border-radius: 6px; cursor: zoom-in;
                background: #fff; } aside svg { width: 100%; height: auto; display: block; }
 aside figure.large { position: fixed; inset: 3vh 3vw; margin: 0; padding: 2vh 2vw; z-index: 9;
                      cursor: zoom-out; box-shadow: 0 0 2em #0006; }
