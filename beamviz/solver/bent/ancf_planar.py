@@ -20,7 +20,7 @@ from beamviz.solver.bent.modes import oscillating_or_growing, squared
 from beamviz.solver.bent.tangent import in_axes_of_the_beam
 from beamviz.solver.continuation import Root, continue_load, newton
 from beamviz.solver.fem import element_count
-from beamviz.solver.fem.ancf import PlanarBeam
+from beamviz.solver.fem.ancf import TURN, PlanarBeam
 from beamviz.solver.fem.hermite import element_coordinates, gauss, interpolate
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Equilibrium, Fields, Solution, Stats
@@ -43,7 +43,7 @@ class PlanarProblem:
         self.beam = beam
         self.model = PlanarBeam(np.linspace(0.0, 1.0, elements + 1), beam, problem)
         self.free = np.setdiff1d(np.arange(4 * (elements + 1)), CLAMPED)
-        self.G, self.M = self.assembled(self.model.G), self.assembled(self.model.M)
+        self.G, self.M = (self.assembled(self.model.planar(part)) for part in (TURN, np.eye(2)))
 
     def assembled(self, parts: NDArray) -> csc_array:
         """The sum of element matrices (n, 8, 8), sum_e B_e' parts_e B_e, clamped."""
@@ -102,10 +102,10 @@ def solve_planar(
     count = problem.modes
     elements = element_count(problem)
     planar = PlanarProblem(beam, problem, elements)
-    nodes, near = planar.model.nodes, exact.equilibrium
-    angle, f = near.angle(nodes), near.stretch(nodes)
+    nodes = planar.model.nodes
+    position, f, angle = exact.equilibrium.curve(nodes)
     slopes = f[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
-    q, iterations = planar.equilibrium(np.hstack((near.position(nodes), slopes)))
+    q, iterations = planar.equilibrium(np.hstack((position, slopes)))
     s, free = _modes(planar, q, problem.gyroscopic, count)
     V = np.zeros((q.size, count), free.dtype)
     V[planar.free] = free / np.sqrt(abs((free.conj() * (planar.M @ free)).sum(axis=0)))

@@ -40,8 +40,8 @@ class PlanarBeam:
     all that is independent of q and of the load gamma^2.
 
     weights: (n, p). dS, ddS: S' and S'' of one component (n, p, 4). B: element coordinates ->
-    (r1', r2', r1'', r2'') (n, p, 4, 8). m: mass matrix of one component (n, 4, 4). M, G, C:
-    m times the identity, e3 x and the projection away from the axis of rotation (n, 8, 8).
+    (r1', r2', r1'', r2'') (n, p, 4, 8). m: mass matrix of one component (n, 4, 4). C: m times
+    the projection away from the axis of rotation (n, 8, 8).
     """
 
     def __init__(self, nodes: NDArray, beam: Beam, problem: Problem):
@@ -55,10 +55,8 @@ class PlanarBeam:
         self.B = B.reshape(*self.dS.shape[:2], 4, 8)
         self.m = mass(nodes, beam.alpha, beam.beta)
         P = np.diag([1.0, 1.0 if problem.chordwise else 0.0])
-        self.M, self.G, self.C = (
-            np.einsum("eij,cd->eicjd", self.m, part).reshape(-1, 8, 8)
-            for part in (np.eye(2), TURN, P)
-        )
+        self.C = self.planar(P)
+        self.euler = beam.spin_up * self.planar(TURN) if beam.spin_up else 0.0
 
     @property
     def unstressed(self) -> NDArray:
@@ -82,9 +80,13 @@ class PlanarBeam:
         """K_T = K_a - gamma^2 C (paper, eq. 42), a lower band (8, 4 (n + 1))."""
         return assemble_band(self.stiffness(element_coordinates(q, 4)) - self.field(load))
 
+    def planar(self, part: NDArray) -> NDArray:
+        """m times a matrix of both components (2, 2), of each element (n, 8, 8)."""
+        return np.einsum("eij,cd->eicjd", self.m, part).reshape(-1, 8, 8)
+
     def field(self, load: float) -> NDArray:
         """gamma^2 C, less the Euler force of a spin-up, of each element (n, 8, 8)."""
-        return load * self.C - self.beam.spin_up * self.G
+        return load * self.C - self.euler
 
     def centrifugal_force(self, q_e: NDArray, load: float) -> NDArray:
         """gamma^2 C (q + delta t) of each element, and its Euler force: (n, 8).
