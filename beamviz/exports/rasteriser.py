@@ -45,9 +45,10 @@ def samples(
     offset = ((order + 0.5) / count).astype(np.float32)[row % count]
     start, stop = bounded((ends[0] - offset - SLACK, ends[1] - offset + SLACK), width)
     places = np.insert(drawn.cumsum(), 0, 0)
-    line, place = ranges(*(places[row // count * width + end] for end in (start, stop)))
+    first = row // count * width
+    line, place = ranges(places[first + start], places[first + stop])
     row = row[line]
-    x = (np.flatnonzero(drawn) % width)[place] + offset[line]
+    x = np.flatnonzero(drawn)[place] % width + offset[line]
     face = face[line]
     slope, rise, constant = np.take(edges.sum(axis=1), face, axis=1)
     depth = slope * x + rise * ((row + 0.5) / count) + constant
