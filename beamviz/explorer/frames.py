@@ -7,6 +7,7 @@ for the interpreter lock would take more time than the work itself.
 
 import asyncio
 import contextlib
+import threading
 import time
 from concurrent.futures import ThreadPoolExecutor, wait
 from functools import partial
@@ -58,6 +59,7 @@ class FrameLoop:
     ):
         self.server, self.access, self.visitor_count = server, access, visitor_count
         self.loop, self.changed = server.get_event_loop(), asyncio.Event()
+        self.thread: threading.Thread | None = None
         self.queue = SolveQueue(pool, self.crowded, self.resume)
         self.opener = ThreadPoolExecutor(1, "opener")
         self.opener.submit(draw_sketches)  # before the first session, which shows them
@@ -116,8 +118,11 @@ class FrameLoop:
 
     def resume(self) -> None:
         """Wake the frame loop, from any thread."""
-        with contextlib.suppress(RuntimeError):  # the event loop is closed
-            self.loop.call_soon_threadsafe(self.changed.set)
+        if threading.current_thread() is self.thread:
+            self.changed.set()
+        else:
+            with contextlib.suppress(RuntimeError):  # the event loop is closed
+                self.loop.call_soon_threadsafe(self.changed.set)
 
     def stop(self) -> None:
         """End all sessions."""
@@ -131,7 +136,7 @@ class FrameLoop:
 
     async def run(self) -> None:
         """Draw all moving scenes at a constant rate; in between, run solves and draw answers."""
-        due = time.monotonic()
+        self.thread, due = threading.current_thread(), time.monotonic()
         while not self.stopped:
             await self.sleep(due)
             if time.monotonic() >= due:

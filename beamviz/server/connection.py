@@ -16,6 +16,7 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
+from websockets.protocol import OPEN
 
 from beamviz.server.access import Access, Refusal, VisitorCount, without_key
 from beamviz.server.log import RateLimitedLog
@@ -142,6 +143,16 @@ class Connection(ServerConnection):
         self.types = types  # of the allowed messages
         self.coalesced: dict[Key, bytes] = {}
         self.credit, self.updated = float(BURST), time.monotonic()
+
+    async def send(self, message: Any, text: bool | None = None) -> None:
+        """Send a message; directly if the buffer is empty, which avoids the checks for fragments
+        and for a full buffer."""
+        is_free = self.protocol.state is OPEN and not self.transport.get_write_buffer_size()
+        if is_free and isinstance(message, bytes) and not text:
+            self.protocol.send_binary(message)
+            self.send_data()
+        else:
+            await super().send(message, text)
 
     async def recv(self, decode: bool | None = None) -> bytes:  # type: ignore[override]
         """The next valid message. Raises ConnectionClosed."""

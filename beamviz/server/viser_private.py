@@ -42,7 +42,7 @@ ATTRIBUTES = {  # by class, function or module: attributes, fields and arguments
         "server_header",
     ),
     "viser:ViserServer": ("request_share_url",),
-    "viser.infra._async_message_buffer:AsyncMessageBuffer": ("window_duration_sec",),
+    "viser.infra._async_message_buffer:AsyncMessageBuffer": ("event_loop", "window_duration_sec"),
     "viser.infra:WebsockServer": ("get_message_buffer", "queue_message"),
     "viser._assignable_props_api": ("get_type_hints",),
     "viser._gui_handles:_GuiHandleState": ("gui_api", "props", "sync_cb", "uuid", "value"),
@@ -217,9 +217,25 @@ def disconnect(server: viser.ViserServer, client_id: int) -> None:
         asyncio.run_coroutine_threadsafe(closing, server.get_event_loop())
 
 
+class OwnLoop:
+    """An event loop that calls callbacks from itself at once: without a system call, and not in a
+    later iteration, which would delay each group of messages."""
+
+    def __init__(self, loop: asyncio.AbstractEventLoop):
+        self.loop, self.create_task = loop, loop.create_task
+
+    def call_soon_threadsafe(self, callback: Callable[[], Any]) -> None:
+        """Call `callback`: immediately on the event loop, later from another thread."""
+        if asyncio._get_running_loop() is self.loop:
+            callback()
+        else:
+            self.loop.call_soon_threadsafe(callback)
+
+
 def group_messages(client: viser.ClientHandle) -> None:
     """Send the messages between two frames as one group, which costs little more than one."""
-    client.gui._websock_interface.get_message_buffer().window_duration_sec = PAUSE
+    buffer: Any = client.gui._websock_interface.get_message_buffer()
+    buffer.window_duration_sec, buffer.event_loop = PAUSE, OwnLoop(buffer.event_loop)
 
 
 # Properties, without viser's checks, copies and callbacks
