@@ -17,7 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from beamviz.exports import FAST, PNG_LEVEL, Renderer, SolvedScene  # noqa: E402
+from beamviz.exports import PNG_LEVEL, Renderer, SolvedScene  # noqa: E402
 from beamviz.scene import Scene  # noqa: E402
 
 REPEATS = 3
@@ -38,7 +38,7 @@ def main() -> None:
         seconds = best(lambda: list(pool.map(write_picture, [solved] * 6))) / 6
     print(f"the same on two threads: {seconds:.3f} s")
     for width, height in ((640, 360), (800, 450)):
-        frame = best(partial(render_frame, solved, Renderer(solved, width, height, FAST)))
+        frame = best(partial(render_frame, solved, Renderer(solved, width, height)))
         print(f"frame of {width}x{height}, one thread: {frame:.3f} s")
 
 

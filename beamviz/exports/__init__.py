@@ -11,7 +11,7 @@ import numpy as np
 from beamviz.beam import check_float, check_int
 from beamviz.errors import InvalidInput
 from beamviz.exports.film import FORMATS, check_format, rendered, write_film
-from beamviz.exports.renderer import FAST, Renderer
+from beamviz.exports.renderer import Renderer
 from beamviz.exports.solved_scene import Direction, Loop, SolvedScene, find_loop
 from beamviz.files import check_suffix, replaced
 from beamviz.scene import Scene
@@ -162,7 +162,7 @@ def animate(
                 f"the film has {count} frames: must be at most {MAX_FRAMES}; ask for fewer"
                 " periods, a lower fps or a higher pace"
             )
-        renderer = Renderer(solved, *size, FAST)
+        renderer = Renderer(solved, *size)
         frames, sample = (
             rendered(renderer, (loop.moment(k / count) for k in numbers), workers)
             for numbers in (progress(count), count * np.arange(SAMPLE) // SAMPLE)

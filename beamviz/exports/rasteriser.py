@@ -84,7 +84,7 @@ def draw(
         np.maximum.at(nearest, slot[found], depth[found])
         found = found[nearest[slot[found]] == depth[found]]
         at, colour = slot[found], np.take(colours, triangle[found], axis=0)
-        result[at] = colour + (1 - colour[:, 3:]) * result[at]
+        result[at] = colour if part is solid else colour + (1 - colour[:, 3:]) * result[at]
     touched = np.flatnonzero(nearest.reshape(-1, count).any(axis=1))
     mean = result.reshape(-1, count, 4)[touched].mean(axis=1)
     mean[:, :3] /= np.maximum(mean[:, 3:], SMALL)

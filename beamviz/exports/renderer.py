@@ -21,7 +21,7 @@ from beamviz.exports.solved_scene import Moment, SolvedScene
 from beamviz.server.viser_private import VisibleNode, offline_scene
 
 Box = tuple[int, int, int]  # of a text: left, right, top [pixels]
-FINE, FAST = 8, 5  # samples of a pixel at an edge: in a picture, a film
+SAMPLES = 5  # of a pixel at an edge
 SHADOW_SAMPLES = 3
 SPECULAR = 0.04  # reflectance of a dielectric seen from the front
 FULL_HEIGHT = 720  # [pixels] of a picture: lines are as much thinner as it is smaller
@@ -49,9 +49,8 @@ EXPOSURE = 1 / 0.6
 class Renderer:
     """Pictures of a solved scene of `width` by `height` pixels, in any thread."""
 
-    def __init__(self, solved: SolvedScene, width: int, height: int, count: int = FINE):
+    def __init__(self, solved: SolvedScene, width: int, height: int):
         self.width, self.height = self.size = width, height
-        self.count = count  # of the samples of a pixel at an edge
         view = solved.camera(width / height)
         self.eye = np.array(view.position)
         axes = camera.axes(np.subtract(view.position, view.look_at))
@@ -103,9 +102,9 @@ class Renderer:
         everywhere = np.ones(shown.shape[:2], bool)
         draw(shown, everywhere, corners, rgba, 1)
         edge = edges(shown)
-        lines = samples(corners[np.count_nonzero(seen) :], everywhere, self.count)[1]
-        edge.ravel()[lines // self.count] = True  # they may be between pixels' centres
-        draw(shown, edge, corners, rgba, self.count)
+        lines = samples(corners[np.count_nonzero(seen) :], everywhere, 3)[1]
+        edge.ravel()[lines // 3] = True  # they may be between pixels' centres
+        draw(shown, edge, corners, rgba, SAMPLES)
         picture.alpha_composite(Image.fromarray(shown))
 
     # Floor
