@@ -68,15 +68,20 @@ def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Poin
 
 
 def kinetic_energies(solutions: Sequence[Solution], count: int) -> np.ndarray:
-    """Kinetic energies (n, 2, m) across the beam and total of stable gyroscopic modes, equal in
-    number, of unit norm in the product of `_gyroscopic`."""
+    """Kinetic energies (n, 2, m) across the beam and total of gyroscopic modes, equal in number,
+    relative to the norm in the product of `_gyroscopic`.
+
+    As functions of omega^2 that are analytic also where it vanishes: the energy across of unstable
+    modes counts as negative.
+    """
     squares = np.array([solution.omega_squared for solution in solutions])
     gamma = np.array([solution.beam.gamma for solution in solutions])
     fields, masses = _fields(solutions, count)
     fields = _in_phase(fields, squares)
     along, across = np.moveaxis(np.vecdot(fields * masses, fields), 2, 0)
+    across = np.where(squares >= 0, across, -across)
     mixed = np.vecdot(fields[:, :, 0] * masses[:, :, 0], fields[:, :, 1])
-    norm = 2 * np.sqrt(squares) * (along + across) - 4 * gamma[:, None] * mixed
+    norm = along + across - 2 * gamma[:, None] * mixed / np.sqrt(abs(squares))
     return np.stack((across, along + across), axis=1) / norm[:, None]
 
 

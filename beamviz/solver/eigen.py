@@ -134,7 +134,8 @@ class GyroscopicModes(NamedTuple):
     a: np.ndarray  # (..., na, count) complex, unit modal mass
     b: np.ndarray  # (..., nb, count)
     condition: np.ndarray  # (..., count) relative rounding error of omega^2 in units of EPS
-    spectrum: np.ndarray | None  # (..., n) all omega^2, where K is positive definite
+    spectrum: np.ndarray  # (..., n) all omega^2, infinite where rounding error
+    definite: bool  # whether K is positive definite
 
 
 def gyroscopic_modes(
@@ -159,9 +160,11 @@ def gyroscopic_modes(
             raise
         one = [part.reshape(part.shape[-2:]) for part in (Ka, Fa, Kb, Fb)]
         found = _indefinite(one[0], one[1], one[2], one[3], float(np.squeeze(gamma)), count)
-        omega_squared, a, b = (part.reshape(*Ka.shape[:-2], *part.shape) for part in found)
+        omega_squared, a, b, spectrum = (
+            part.reshape(*Ka.shape[:-2], *part.shape) for part in found
+        )
         condition = np.full(omega_squared.shape, INDEFINITE_CONDITION)
-        modes = GyroscopicModes(omega_squared, a, b, condition, None)
+        modes = GyroscopicModes(omega_squared, a, b, condition, spectrum, False)
     else:
         modes = _definite_gyroscopic(La, Fa, Lb, Fb, gamma, count, max_condition)
     mass = (abs(Fa @ modes.a) ** 2).sum(axis=-2) + (abs(Fb @ modes.b) ** 2).sum(axis=-2)
@@ -210,7 +213,7 @@ def _definite_gyroscopic(
     X = Z @ Y * np.sqrt(omega_squared)[..., None, :]
     a = np.linalg.solve(La.mT, X[..., :na, :])
     b = np.linalg.solve(Lb.mT, Y[..., :nb, :])
-    return GyroscopicModes(omega_squared, a.astype(complex), 1j * b, condition, spectrum)
+    return GyroscopicModes(omega_squared, a.astype(complex), 1j * b, condition, spectrum, True)
 
 
 def _inverse_largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -226,8 +229,9 @@ def _inverse_largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]
 
 def _indefinite(
     Ka: np.ndarray, Fa: np.ndarray, Kb: np.ndarray, Fb: np.ndarray, gamma: float, count: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The lowest modes (omega^2, a, b) of one problem where either Ka or Kb is indefinite.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The lowest modes (omega^2, a, b) of one problem where either Ka or Kb is indefinite, and all
+    omega^2.
 
     Let it be Kb. In the modal coordinates of the other family, Ka = diag(l), Fa' Fa = 1 and
     C = Fa' Fb; with y = sqrt(l) a and z = b' (q = (a, b) e^(s t)) the problem is symmetric:
@@ -250,8 +254,8 @@ def _indefinite(
                 "both families are unstable; such a beam is not solved with Coriolis forces: leave"
                 " them out, or lower gamma"
             )
-        omega_squared, b, a = _indefinite(Kb, Fb, Ka, Fa, -gamma, count)
-        return omega_squared, a, b
+        omega_squared, b, a, spectrum = _indefinite(Kb, Fb, Ka, Fa, -gamma, count)
+        return omega_squared, a, b, spectrum
     kept = (l >= l[0]) & (l < HIGHEST * (1 + l[0]))
     l, A = l[kept], A[:, kept]
     na, n = len(l), len(l) + len(Kb)
@@ -260,6 +264,11 @@ def _indefinite(
     P[:na, :na], P[na:, na:] = np.diag(l), Kb + 4 * gamma**2 * C.T @ C
     P[:na, na:] = -2 * gamma * np.sqrt(l)[:, None] * C
     P[na:, :na], M[na:, na:] = P[:na, na:].T, Fb.T @ Fb
-    omega_squared, V = symmetric_modes(P, M, count, COMPRESSED)
+    nu, V, added = _largest(M, P, count, COMPRESSED)
+    spectrum = np.full(len(Ka) + len(Kb), np.inf)
+    known = nu > nu[0] / HIGHEST
+    spectrum[: known.sum()] = 1 / nu[known] - added
+    omega_squared, V = spectrum[:count], V.T / np.sqrt(nu[:count])
     s = np.sqrt(-omega_squared + 0j)
-    return omega_squared, A @ (s * V[:na] / np.sqrt(l)[:, None]), V[na:].astype(complex)
+    a = A @ (s * V[:na] / np.sqrt(l)[:, None])
+    return omega_squared.copy(), a, V[na:].astype(complex), spectrum

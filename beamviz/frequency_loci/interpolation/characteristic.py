@@ -24,7 +24,7 @@ PER_MODE = 4  # order of the interpolation in lambda per mode, in addition to LE
 MARGIN = 0.02  # of the range of lambda, beyond the eigenvalues computed
 STEPS = 12  # of Halley's method
 SMOOTH = 3  # number of coefficients of the logarithm of the unit of lambda
-WEIGHT = 12  # power of 1 / (1 + lambda), in that unit
+WEIGHT = 14  # power of 1 / (1 + lambda), in that unit
 SETTLED = 1e-8  # step below which iteration ends: the next is of its cube
 
 
@@ -67,7 +67,8 @@ class Characteristic:
         if self.energies is not None:
             energies = np.tensordot(rows, self.energies, 1)[i]
             across, whole = np.matvec(energies, local).T
-            found[2, i, place] = across / whole
+            across, along = abs(across), abs(whole - across)
+            found[2, i, place] = across / (across + along)
         return found
 
     def refined(

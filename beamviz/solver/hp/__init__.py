@@ -94,7 +94,7 @@ def family_spectrum(solution: Solution) -> tuple[np.ndarray, np.ndarray] | None:
 
 def mesh_spectrum(solution: Solution) -> np.ndarray | None:
     """omega^2 of all modes of the mesh: of each family, bending first, (2, n), or with Coriolis
-    forces of all, (1, n). None by other methods, and with Coriolis forces of an unstable beam."""
+    forces of all, (1, n). None by other methods."""
     found = solution.fields.found if isinstance(solution.fields, Shapes) else None
     if found is None or found.nu is None:
         return None

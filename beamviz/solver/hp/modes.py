@@ -181,7 +181,7 @@ def gyroscopic_modes(
         K[:, 1] -= gamma[..., None] ** 2 * matrices.G
     F = weighted_displacements(mesh, inertia, state.f)
     max_condition = problem.tolerance / (10 * ROUNDING_FACTOR * EPS)
-    omega_squared, s, kappa, condition, spectrum = eigen.gyroscopic_modes(
+    omega_squared, s, kappa, condition, spectrum, definite = eigen.gyroscopic_modes(
         K[:, 1], F[:, 1], K[:, 0], F[:, 0], gamma[..., None], count, max_condition
     )
     size = abs(omega_squared) + gamma**2
@@ -192,7 +192,7 @@ def gyroscopic_modes(
     stored = (v * (K @ v)).sum(axis=(1, 2))
     tail *= (2 * abs(omega_squared) / (abs(omega_squared) + abs(stored)))[:, None]
     fractions = ((F[:, 0] @ v[:, 0]) ** 2).sum(axis=1)
-    if spectrum is None:  # unstable: compression cancels, as in uncoupled_modes
+    if not definite:  # unstable: compression cancels, as in uncoupled_modes
         size = size + np.vecmat(abs(np.linalg.diagonal(K)), v**2).sum(axis=1)
     truncation, rounding = _errors(mesh, state, scale, tail, size[:, None], condition[:, None])
     return StraightModes(
@@ -206,7 +206,7 @@ def gyroscopic_modes(
         omega_squared,
         truncation[:, 0],
         rounding[:, 0],
-        nu=None if spectrum is None else 1 / spectrum[:, None],
+        nu=1 / spectrum[:, None],
     )
 
 

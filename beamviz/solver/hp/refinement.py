@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 from itertools import accumulate, count, groupby, pairwise
 from operator import attrgetter
+from statistics import median
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -56,6 +57,7 @@ MIN_SAVING = 1.5e5  # least saving by a coarser mesh, in unknowns^3: the cost of
 DESIGN_STEP = 8  # one in so many meshes is designed where only the position of the mass changes
 FEWER_DIGITS = 0.15  # subtracted for a shared mesh: most of its beams need fewer digits
 COMMON = -1  # key of the design for all beams between those of mesh_of
+MUCH_FINER = 2.0  # ratio of the greatest to the median number of unknowns
 COMMON_DIGITS = 0.5  # added for such a mesh, so that no beam needs another
 MORE_DIGITS = 0.7  # added for each further attempt, beyond those missed
 GREATEST_ERROR = 0.01  # relative, of omega^2 near a limit where the tolerance cannot be met
@@ -118,7 +120,7 @@ class Refinement:
             stack = BeamStack(alpha, beta, gamma, delta, mu, len(beams), False)
             stackable = is_small_strain(stack) | has_unique_equilibrium(stack, problem.strain_law)
             if problem.gyroscopic:
-                stackable &= (gamma > 0) & (delta >= 0)
+                stackable &= gamma > 0
             if not problem.rigid_tension:
                 self.alone -= set(stackable.nonzero()[0].tolist())
 
@@ -132,47 +134,63 @@ class Refinement:
             for index in list(self.waiting):
                 self._give_up(index, f"errors exceed the tolerance after {MAX_ATTEMPTS} attempts")
         stacks: list[tuple[list[int], Mesh]] = []
-        if len(self.alone) < len(self.waiting):
-            stacked = np.array([index for index in self.waiting if index not in self.alone])
-            alpha, beta, gamma, delta, mu = self.numbers[stacked].T
-            shared = len(set(beta[alpha > 0].tolist())) <= 1  # break at the mass, if any
-            load = (gamma / mu) ** 2 * (1 + abs(delta)) * (1 + alpha)
-            order = stacked[(load if shared else beta).argsort(kind="stable")]
-            pieces = -(-len(order) // (CHUNK if shared else OWN_CHUNK))
-            chunks = [chunk.tolist() for chunk in np.array_split(order, pieces)]
-            if self.mesh_of and self.attempt == 1:
-                stacks = self._on_common_mesh(chunks, shared)
-            if not stacks:
-                stacks = self._on_one_mesh(chunks) if shared else self._on_own_meshes(chunks)
-        for index in sorted(self.alone):
+        left = set(self.waiting)
+        if self.mesh_of and len(self.beams) > 1:
+            new = [index for index, digits in self.waiting.items() if not digits]
+            stacks = self._on_common_mesh(new) if new else []
+            left.difference_update(*(indices for indices, _ in stacks))
+        if stacked := sorted(left - self.alone):
+            shared = self._same_position(stacked)
+            chunks = self._chunks(stacked, shared)
+            stacks += self._on_one_mesh(chunks) if shared else self._on_own_meshes(chunks)
+        for index in sorted(left & self.alone):
             if found := self._mesh([index]):
                 stacks.append(([index], make_mesh(*found)))
         return stacks
 
-    def _on_common_mesh(
-        self, chunks: list[list[int]], shared: bool
-    ) -> list[tuple[list[int], Mesh]]:
+    def _same_position(self, indices: list[int]) -> bool:
+        """Whether masses, and so the breaks there, have the same position."""
+        alpha, beta, *_ = self.numbers[indices].T
+        return len(set(beta[alpha > 0].tolist())) <= 1
+
+    def _chunks(self, indices: list[int], shared: bool) -> list[list[int]]:
+        """Beams by ascending load, or by the position of their masses, in stacks."""
+        alpha, beta, gamma, delta, mu = self.numbers[indices].T
+        load = (gamma / mu) ** 2 * (1 + abs(delta)) * (1 + alpha)
+        order = np.array(indices)[(load if shared else beta).argsort(kind="stable")]
+        pieces = -(-len(order) // (CHUNK if shared else OWN_CHUNK))
+        return [chunk.tolist() for chunk in np.array_split(order, pieces)]
+
+    def _on_common_mesh(self, indices: list[int]) -> list[tuple[list[int], Mesh]]:
         """Meshes of the same orders for all beams between those of `mesh_of`, as fine as any of
         these needs, with a break at the mass. Empty if one needs more breaks."""
-        common, extra = _common_orders(tuple(self.mesh_of), self.problem, shared)
+        shared = self._same_position(indices)
+        common, extra, much_finer = _common_orders(tuple(self.mesh_of), self.problem, shared)
         self.designs[COMMON] = Design([], extra, None)
-        stacks: list[tuple[list[int], Mesh]] = []
+        stacked = [index for index in indices if index not in self.alone]
+        chunks = self._chunks(stacked, shared) if stacked else []
+        chunks += [[index] for index in indices if index in self.alone and not much_finer]
         if shared:
             breaks, orders = max(common.items(), key=lambda item: sum(item[1]), default=((), ()))
-            if 0 < sum(orders) <= MAX_UNKNOWNS:
-                stacks = [(chunk, make_mesh(breaks, orders)) for chunk in chunks]
-        elif common.keys() <= {1, 2} and 2 in common:
-            first, second = (max((order, *common.get(1, ()))) for order in common[2])
-            for own in map(np.array, chunks):
-                beta = self.numbers[own, 1]
-                ends = beta <= AT_END, beta >= 1 - AT_END
-                for where, order in zip(ends, (second, first), strict=True):
-                    stacks.append((own[where].tolist(), make_mesh((0.0, 1.0), (order,))))
-                inner = own[~ends[0] & ~ends[1]].tolist()
+            if not 0 < sum(orders) <= MAX_UNKNOWNS:
+                return []
+            return [(chunk, make_mesh(breaks, orders)) for chunk in chunks]
+        if not (common.keys() <= {1, 2} and 2 in common):
+            return []
+        first, second = (max((order, *common.get(1, ()))) for order in common[2])
+        stacks: list[tuple[list[int], Mesh]] = []
+        for own in map(np.array, chunks):
+            beta = self.numbers[own, 1]
+            ends = beta <= AT_END, beta >= 1 - AT_END
+            for where, order in zip(ends, (second, first), strict=True):
+                stacks.append((own[where].tolist(), make_mesh((0.0, 1.0), (order,))))
+            inner = own[~ends[0] & ~ends[1]].tolist()
+            if len(inner) == 1:
+                stacks.append((inner, make_mesh((0.0, beta.item(), 1.0), (first, second))))
+            else:
                 breaks = np.pad(self.numbers[inner, 1:2], ((0, 0), (1, 1)), constant_values=(0, 1))
                 stacks.append((inner, make_meshes(breaks, (first, second))))
-            stacks = [stack for stack in stacks if stack[0]]
-        return stacks
+        return [stack for stack in stacks if stack[0]]
 
     def _on_one_mesh(self, chunks: list[list[int]]) -> list[tuple[list[int], Mesh]]:
         """Meshes for beams by ascending load, their masses at the same position: the last beam of a
@@ -338,17 +356,18 @@ class Refinement:
 @lru_cache(maxsize=8)
 def _common_orders(
     beams: tuple[Beam, ...], problem: Problem, by_breaks: bool
-) -> tuple[dict[Any, tuple[int, ...]], float]:
+) -> tuple[dict[Any, tuple[int, ...]], float, bool]:
     """The greatest orders of the meshes of some beams by their breaks, or by the number of
-    elements, and the greatest number of extra digits. Empty where a beam has no equilibrium."""
+    elements, and the greatest number of extra digits, of those that have an equilibrium; whether
+    one mesh is much too fine for most of them."""
     waves = max(half_waves(beam.mu, problem.modes) for beam in beams)
     common: dict[Any, tuple[int, ...]] = {}
-    greatest = 0.0
+    greatest, unknowns = 0.0, []
     for beam in beams:
         try:
             spans, extra, _ = design(beam, problem)
         except (NoEquilibrium, NotConverged):
-            return {}, 0.0
+            continue
         greatest = max(greatest, extra)
         modes = next(m for m in count(problem.modes) if half_waves(beam.mu, m) >= waves)
         digits = extra - math.log10(problem.tolerance) + COMMON_DIGITS
@@ -358,7 +377,8 @@ def _common_orders(
         )
         kind = breaks if by_breaks else len(orders)
         common[kind] = tuple(map(max, zip(orders, common.get(kind, orders), strict=True)))
-    return common, greatest
+        unknowns.append(sum(orders))
+    return common, greatest, max(unknowns, default=0) > MUCH_FINER * median(unknowns or [0])
 
 
 def design(beam: Beam, problem: Problem) -> Design:
