@@ -7,6 +7,7 @@ other is followed from rest, alone, on its stable branch to its load or to the l
 
 import math
 from functools import lru_cache
+from itertools import accumulate
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ from beamviz.errors import NoEquilibrium
 from beamviz.solver.constitutive import StrainLaw, no_equilibrium
 from beamviz.solver.continuation import Root, continue_load
 from beamviz.solver.hp.mesh import Mesh, make_mesh
-from beamviz.solver.hp.mesh_design import unstretched_positions
+from beamviz.solver.hp.mesh_design import Positions, unstretched_positions
 
 SMALL_FORCE = 0.3  # force n below which the strain is small
 SMALLER_INWARD = 0.2  # reduction of SMALL_FORCE in compression: Green's law has n >= -0.19
@@ -33,6 +34,7 @@ NEWTON_STEP = 1e-7  # relative to the stretch: by quadratic convergence the next
 BOUND_SUFFICES = 0.5  # lower bound of the margin from which it is taken for the margin
 LARGEST_RATIO = 0.5  # of successive increments, in the extrapolation of the guess
 TINY = 1e-300
+COARSE_ORDER, COARSE_ERROR = 6, 1e-6  # of the equilibrium from which a mesh is designed
 LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)  # mesh on which a limit is located
 LIMIT_ORDER = 12
 NEAR_LIMIT = 1.01  # relative load up to which a limit is searched for a beam that was not solved
@@ -300,3 +302,21 @@ def limit_error(beam: Beam, law: StrainLaw) -> NoEquilibrium | None:
     stack = single(beam)
     path = AxialProblem(mesh, inertia(mesh, stack), stack, law).follow(load)
     return None if path.limit is None else no_equilibrium(beam, beam.mu * path.limit**0.5, law)
+
+
+def coarse_equilibrium(beam: Beam, law: StrainLaw) -> tuple[State, Positions]:
+    """The equilibrium of a beam of large strain on a coarse mesh, and its positions."""
+    ends = unstretched_positions(beam).ends
+    mesh = make_mesh(ends, (COARSE_ORDER,) * (len(ends) - 1))
+    stack = single(beam)
+    problem = AxialProblem(mesh, inertia(mesh, stack), stack, law)
+    load = (beam.gamma / beam.mu) ** 2
+    # Where an equilibrium certainly exists the first guess suffices, within 1 %.
+    guess = problem.first_guess(load, None, 0.0)[0] if law.hardens and beam.delta >= 0 else None
+    state = problem.solve(accept_error=COARSE_ERROR).f if guess is None else guess
+    f = state[0]
+    values = mesh.weights * np.array((f, mesh.J @ f))
+    parts = values.reshape(2, -1, COARSE_ORDER).sum(axis=2)  # integrals of f and u over each part
+    u = accumulate(parts[0].tolist(), initial=0.0)
+    means = parts[1] / (mesh.breaks[1:] - mesh.breaks[:-1])
+    return (mesh, state), Positions(ends, tuple(u), tuple(means.tolist()))

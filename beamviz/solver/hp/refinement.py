@@ -9,7 +9,7 @@ import math
 from bisect import bisect
 from collections.abc import Sequence
 from functools import lru_cache
-from itertools import accumulate, count, groupby, pairwise
+from itertools import count, groupby, pairwise
 from operator import attrgetter
 from statistics import median
 from typing import Any, NamedTuple
@@ -18,13 +18,13 @@ import numpy as np
 
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
-from beamviz.solver.constitutive import StrainLaw
 from beamviz.solver.continuation import LIMIT_MARGIN
 from beamviz.solver.hp.equilibrium import (
     AxialProblem,
     AxialState,
     BeamStack,
     State,
+    coarse_equilibrium,
     has_unique_equilibrium,
     inertia,
     is_small_strain,
@@ -37,7 +37,6 @@ from beamviz.solver.hp.mesh_design import (
     MAX_UNKNOWNS,
     THIN_ABOVE,
     BreaksAndOrders,
-    Positions,
     Span,
     choose_mesh,
     extra_digits,
@@ -56,12 +55,11 @@ MIN_COARSER = 6  # least number of beams that get a coarser mesh
 MIN_SAVING = 1.5e5  # least saving by a coarser mesh, in unknowns^3: the cost of another stack
 DESIGN_STEP = 8  # one in so many meshes is designed where only the position of the mass changes
 FEWER_DIGITS = 0.15  # subtracted for a shared mesh: most of its beams need fewer digits
-COMMON = -1  # key of the design for all beams between those of mesh_of
 MUCH_FINER = 2.0  # ratio of the greatest to the median number of unknowns
-COMMON_DIGITS = 0.5  # added for such a mesh, so that no beam needs another
+COMMON_DIGITS = 0.5  # added for a common mesh, so that no beam needs another
+COMMON = -1  # key of the design for all beams between those of mesh_of
 MORE_DIGITS = 0.7  # added for each further attempt, beyond those missed
 GREATEST_ERROR = 0.01  # relative, of omega^2 near a limit where the tolerance cannot be met
-COARSE_ORDER, COARSE_ERROR = 6, 1e-6  # of the equilibrium from which a mesh is designed
 STRETCH_SHARE = 1e-3  # accepted error of the stretch, relative to the tolerance
 
 _numbers = attrgetter(*PARAMETERS)
@@ -165,7 +163,7 @@ class Refinement:
         """Meshes of the same orders for all beams between those of `mesh_of`, as fine as any of
         these needs, with a break at the mass. Empty if one needs more breaks."""
         shared = self._same_position(indices)
-        common, extra, much_finer = _common_orders(tuple(self.mesh_of), self.problem, shared)
+        common, extra, much_finer = common_orders(tuple(self.mesh_of), self.problem, shared)
         self.designs[COMMON] = Design([], extra, None)
         stacked = [index for index in indices if index not in self.alone]
         chunks = self._chunks(stacked, shared) if stacked else []
@@ -354,7 +352,7 @@ class Refinement:
 
 
 @lru_cache(maxsize=8)
-def _common_orders(
+def common_orders(
     beams: tuple[Beam, ...], problem: Problem, by_breaks: bool
 ) -> tuple[dict[Any, tuple[int, ...]], float, bool]:
     """The greatest orders of the meshes of some beams by their breaks, or by the number of
@@ -389,21 +387,3 @@ def design(beam: Beam, problem: Problem) -> Design:
     loaded = beam if problem.stiffens else beam.replace(gamma=0.0)  # no tension, no layers
     spans = find_spans(loaded, positions, problem.strain_law)
     return Design(spans, extra_digits(beam, positions, spans, problem), start)
-
-
-def coarse_equilibrium(beam: Beam, law: StrainLaw) -> tuple[State, Positions]:
-    """The equilibrium of a beam of large strain on a coarse mesh, and its positions."""
-    ends = unstretched_positions(beam).ends
-    mesh = make_mesh(ends, (COARSE_ORDER,) * (len(ends) - 1))
-    stack = single(beam)
-    problem = AxialProblem(mesh, inertia(mesh, stack), stack, law)
-    load = (beam.gamma / beam.mu) ** 2
-    # Where an equilibrium certainly exists the first guess suffices, within 1 %.
-    guess = problem.first_guess(load, None, 0.0)[0] if law.hardens and beam.delta >= 0 else None
-    state = problem.solve(accept_error=COARSE_ERROR).f if guess is None else guess
-    f = state[0]
-    values = mesh.weights * np.array((f, mesh.J @ f))
-    parts = values.reshape(2, -1, COARSE_ORDER).sum(axis=2)  # integrals of f and u over each part
-    u = accumulate(parts[0].tolist(), initial=0.0)
-    means = parts[1] / (mesh.breaks[1:] - mesh.breaks[:-1])
-    return (mesh, state), Positions(ends, tuple(u), tuple(means.tolist()))
