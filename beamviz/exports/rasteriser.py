@@ -44,7 +44,7 @@ def samples(
     order = np.argsort(np.arange(count) * STRIDE % 1)
     offset = ((order + 0.5) / count).astype(np.float32)[row % count]
     start, stop = bounded((ends[0] - offset - SLACK, ends[1] - offset + SLACK), width)
-    places = np.insert(drawn.cumsum(), 0, 0)
+    places = np.insert(drawn.cumsum(dtype=np.int32), 0, 0)
     first = row // count * width
     line, place = ranges(places[first + start], places[first + stop])
     row = row[line]
