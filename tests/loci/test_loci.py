@@ -198,6 +198,21 @@ def test_few_solves_over_the_place_of_the_mass(alpha, gamma, modes):
     assert loci(Beam(alpha=alpha, gamma=gamma), "beta", values, modes).solves < 100
 
 
+@pytest.mark.parametrize(
+    ("beam", "over", "stop", "coriolis"),
+    [
+        (Beam(alpha=5, gamma=20), "beta", 1, False),  # a layer that wants an element of its own
+        (Beam(alpha=1, gamma=2, delta=-0.5), "beta", 1, True),  # unstable, with Coriolis forces
+        (Beam(alpha=5, beta=0.5, gamma=30, delta=-0.5), "alpha", 8, True),
+        (Beam(alpha=1, beta=0.5, delta=1), "gamma", 80, False),  # omega^2 grows 5000-fold
+    ],
+)
+def test_few_solves_of_fast_and_inward_beams(beam, over, stop, coriolis):
+    """All beams of a chart have meshes of the same orders, and rounding takes no solves."""
+    found = loci(beam, over, np.linspace(0, stop, 11), 6, coriolis=coriolis)
+    assert found.solves < 120
+
+
 def test_solutions_are_solved_for_when_asked(monkeypatch):
     """A chart takes fewer solves than values; then a solution takes one, and all are one batch."""
     solve_many, batches = sweep.solve_many, []
