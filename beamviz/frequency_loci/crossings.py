@@ -33,6 +33,7 @@ SETTLED = 1e-4  # of the width of a veering: shift below which the search ends
 FINEST = 1e-6  # of the interval between samples: the same
 ROUGH = 1e-3  # of the interval: shift below which one that no longer shrinks is rounding error
 SAME = 1e-3  # relative change of the gap below which the search ends
+ABOUT = 0.5  # relative deviation from a number of widths
 NEAR = 0.02  # of the width: error of a guess at which its neighbouring points serve
 WITHIN = 0.2  # widths: half-width of the last parabola through an interpolated gap
 ZOOM_ORDER = 12  # of mean and squared difference of two interpolated loci between three samples
@@ -92,7 +93,8 @@ def locate_events(curves: Curves, sweep: Sweep) -> list[Event]:
         [_zoom(one) for one in smooth], lambda p: Samples(p, curves.squares_at(p))
     )
     guesses = dict(zip(smooth, zooms, strict=True))
-    searches = [_locate(one, guesses.get(one), curves, sweep) for one in found]
+    solved = np.array(sorted(sweep.outcomes))
+    searches = [_locate(one, guesses.get(one), curves, sweep, solved) for one in found]
     veerings = _run_together(searches, sweep.points)
     events = {(event.branches, event.at): event for event in [*crossings, *filter(None, veerings)]}
     return sorted(events.values(), key=lambda event: event.at)
@@ -169,18 +171,24 @@ def _run_together(searches: Sequence[Search[Result]], solve_at: Any) -> list[Res
 
 
 def _locate(
-    candidate: Candidate, guess: Approach | None, curves: Curves, sweep: Sweep
+    candidate: Candidate,
+    guess: Approach | None,
+    curves: Curves,
+    sweep: Sweep,
+    solved: np.ndarray,
 ) -> Search[Event | None]:
-    """The crossing or veering of two neighbours of a family; None if it is neither."""
-    family, k, low, at, high, before, after, _ = candidate
+    """The crossing or veering of two neighbours of a family; None if it is neither.
+
+    solved: values (n,) solved before."""
+    family, k, low, at, high, *_ = candidate
     start, stop = curves.table.at[[0, -1]].tolist()
     if guess:
         inside = guess.modes[1] < sweep.modes
         if guess.gap > 1.01 * CLOSE * guess.frequency or (not inside and guess.gap > 0):
             return None
-        low, high = max(before, guess.at - guess.width), min(after, guess.at + guess.width)
+        low, high = _around(guess, 1.0, candidate, solved)
         values = np.concatenate(([low], _near(guess, start, stop), [high]))
-        points = yield np.concatenate((values, _beside(guess, before, after)))
+        points = yield np.concatenate((values, _around(guess, REACH, candidate, solved)))
     else:
         guess = Approach(at, 0.0, math.inf, 0.0, (0, 1))
         points = yield (values := np.array([low, at, high]))
@@ -199,10 +207,10 @@ def _locate(
     if approach.gap > CLOSE * approach.frequency:
         return None
     off = max(abs(approach.at - guess.at), abs(approach.width - guess.width))
-    solved = off <= NEAR * approach.width  # at the neighbouring points of the guess
-    place = guess if solved else approach
-    ends, near = _beside(place, before, after), _near(place, start, stop)
-    if not solved:
+    good = off <= NEAR * approach.width  # the neighbouring points of the guess are solved
+    place = guess if good else approach
+    ends, near = _around(place, REACH, candidate, solved), _near(place, start, stop)
+    if not good:
         points = yield np.concatenate((ends, near))
     beside = points.take(np.isin(points.at, ends))
     if len(beside.at) == 2:
@@ -217,10 +225,18 @@ def _locate(
     return Event("veering", pair, *approach[:3], coupling, index, approach.width)
 
 
-def _beside(approach: Approach, before: float, after: float) -> np.ndarray:
-    """Points (2,) on either side of a veering where the shapes hardly rotate."""
-    reach = REACH * approach.width
-    return np.array([max(before, approach.at - reach), min(after, approach.at + reach)])
+def _around(
+    approach: Approach, widths: float, candidate: Candidate, solved: np.ndarray
+) -> np.ndarray:
+    """Points (2,) some widths before and after a least gap, or nearby ones that are solved."""
+    found = []
+    for side, end in ((-1, candidate.before), (1, candidate.after)):
+        reach = min(widths * approach.width, side * (end - approach.at))
+        at = approach.at + side * reach
+        inside = solved[side * (end - solved) >= 0]
+        nearest = inside[abs(inside - at).argmin()] if len(inside) else np.inf
+        found.append(nearest if abs(nearest - at) <= ABOUT * reach else at)
+    return np.array(found)
 
 
 def _near(approach: Approach, start: float, stop: float) -> np.ndarray:
