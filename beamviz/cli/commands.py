@@ -369,4 +369,4 @@ def stability(
     and the stable states of an inward beam, straight or bent."""
     from beamviz.failure_maps import stability
 
-    print(stability(out, quick, lambda text: print(text, file=sys.stderr)))
+    print(stability(out, quick))

@@ -1,8 +1,7 @@
 """beamviz stability: maps of where methods fail, and of the stable states of an inward beam, as
 pictures, data and text."""
 
-import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -11,33 +10,19 @@ from typing import Any
 import numpy as np
 
 from beamviz.beam import PARAMETERS, Beam
-from beamviz.failure_maps.compute import (
-    FULL,
-    KINDS,
-    METHODS,
-    MODES,
-    OUTSIDE,
-    QUICK,
-    RIGHT,
-    TRULY_UNSTABLE,
-    Map,
-    compute_maps,
-)
-from beamviz.failure_maps.states import (
-    FULL_STATES,
-    QUICK_STATES,
-    STATES,
-    StateMap,
-    compute_states,
-)
+from beamviz.failure_maps import compute
+from beamviz.failure_maps.compute import CORRECT, KINDS, METHODS, MODES, OUTSIDE, PLANES, Map
+from beamviz.failure_maps.states import STATES, StateMap, compute_states
 from beamviz.files import Files, make_folder, write_files
 from beamviz.output import json_text, markdown_table
 
 PAGE = "stability.md"
-CORRECT = (RIGHT, TRULY_UNSTABLE, OUTSIDE)
+QUICK, QUICK_STATES = (14, 9), (10, 6)  # cells along the speed and across
+FULL, FULL_STATES = (32, 20), (22, 12)
+STABLE = {"state": "stable"}
 
 
-def stability(out: Path, quick: bool, progress: Callable[[str], None]) -> str:
+def stability(out: Path, quick: bool) -> str:
     """Compute every map and write pictures, stability.json and stability.md; the text of the page.
 
     Raises Unavailable, before anything is computed, for a folder that cannot be written to.
@@ -45,8 +30,8 @@ def stability(out: Path, quick: bool, progress: Callable[[str], None]) -> str:
     make_folder(out)
     size, state_size = (QUICK, QUICK_STATES) if quick else (FULL, FULL_STATES)
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
-        found = compute_maps(size, pool, progress)
-        states = compute_states(state_size, pool, progress)
+        found = [compute.compute_map(plane, size, pool) for plane in PLANES]
+        states = compute_states(state_size, pool)
     write_files(out, files(found, states))
     return page(found, states)
 
@@ -78,13 +63,13 @@ def axes_data(found: Map | StateMap) -> dict[str, Any]:
 def as_data(found: Map) -> dict[str, Any]:
     """One map, with a command for every cell that is not correct."""
     return axes_data(found) | {
-        "buckling": [rounded(gamma) for gamma in found.buckling],
+        "buckling": rounded(found.buckling),
         "methods": {
             method.name: {
                 "options": method.options,
                 "kinds": found.kinds(k),
-                "limit": [rounded(gamma) for gamma in found.limits(k)],
-                "false loss": [rounded(gamma) for gamma in found.losses[:, k]],
+                "limit": rounded(found.limits(k)),
+                "false loss": rounded(found.losses[:, k]),
                 "failing": list(failing(found, k)),
             }
             for k, method in enumerate(METHODS)
@@ -99,10 +84,10 @@ def states_as_data(found: StateMap) -> dict[str, Any]:
             method.name: {"options": method.options, "says": states.refusal}
             if states.refusal
             else {
-                "options": method.options | {"state": "stable"},
+                "options": method.options | STABLE,
                 "states": states.kinds,
-                "buckling": [rounded(gamma) for gamma in states.buckling],
-                "limit": [rounded(gamma) for gamma in states.limit],
+                "buckling": rounded(states.buckling),
+                "limit": rounded(states.limit),
             }
             for method in METHODS
             for states in (found.methods[method.name],)
@@ -114,14 +99,17 @@ def failing(found: Map, method: int) -> Iterator[dict[str, Any]]:
     """Each failing cell of a method: the verdict, its errors, and the command that shows it."""
     for value, row in zip(found.values.tolist(), found.verdicts, strict=True):
         for gamma, cell in zip(found.gammas.tolist(), row, strict=True):
-            verdict, place = cell[method], {"gamma": gamma, found.plane.over: value}
+            verdict = cell[method]
             if verdict.kind not in CORRECT:
-                yield place | {
+                discretisation, model = rounded((verdict.discretisation, verdict.model))
+                yield {
+                    "gamma": gamma,
+                    found.plane.over: value,
                     "kind": verdict.kind,
-                    "discretisation error": rounded(verdict.discretisation),
-                    "model error": rounded(verdict.model),
+                    "discretisation error": discretisation,
+                    "model error": model,
                     "says": verdict.message,
-                    "command": command(found.plane.beam.replace(**place), METHODS[method].options),
+                    "command": command(found.plane.at(gamma, value), METHODS[method].options),
                 }
 
 
@@ -132,63 +120,52 @@ def command(beam: Beam, options: dict[str, Any]) -> str:
     return " ".join(["beamviz modes", *(f"--{name} {value}" for name, value in given.items())])
 
 
-def rounded(value: float) -> float | None:
-    """Seven digits for JSON; None for nan and infinity."""
-    return float(f"{value:.7g}") if math.isfinite(value) else None
+def rounded(values: Iterable[float]) -> list[float]:
+    """Numbers to seven digits."""
+    return [float(f"{value:.7g}") for value in values]
 
 
 def page(found: list[Map], states: StateMap) -> str:
     """Shares of each kind, and for each method and kind the slowest beam that shows it."""
     parts = ["# Where methods fail", "", "Shares of the cells of each map [%].", ""]
     for one in found:
+        kinds = [one.kinds(k) for k in range(len(METHODS))]
+        rows = [
+            [method.name, *shares(here[here != OUTSIDE], KINDS)]
+            for method, here in zip(METHODS, kinds, strict=True)
+        ]
+        commands = [
+            f"# {method.name}: {kind}\n{command(one.plane.at(*place), method.options)}"
+            for method, here in zip(METHODS, kinds, strict=True)
+            for kind, place in slowest(one, here).items()
+            if kind not in CORRECT
+        ]
         parts += [f"## Speed γ and {PARAMETERS[one.plane.over].symbol} ({one.plane.held})", ""]
-        parts += [shares(one), "", "```", *examples(one), "```", ""]
+        parts += [markdown_table(["method", *KINDS], rows), "", "```", *commands, "```", ""]
     parts += [f"## Stable states: speed γ and {PARAMETERS[states.plane.over].symbol}", ""]
     parts += [f"An inward beam at constant speed, {states.plane.held}.", ""]
-    parts += [state_shares(states), "", "```", *state_examples(states), "```", ""]
+    rows = [[name, *shares(one.kinds, STATES), one.refusal] for name, one in states.methods.items()]
+    commands = []
+    for method in METHODS:
+        places = slowest(states, states.methods[method.name].kinds)
+        for kind in (kind for kind in STATES if kind in places):
+            commands += [f"# {method.name}: {STATES[kind]}"]
+            commands += [command(states.plane.at(*places[kind]), method.options | STABLE)]
+    parts += [markdown_table(["method", *STATES, "says"], rows), "", "```", *commands, "```", ""]
     return "\n".join(parts)
 
 
-def state_shares(found: StateMap) -> str:
-    """A table of the share [%] of each kind of state; the refusal of a method without bent ones."""
-    rows = []
-    for name, states in found.methods.items():
-        percent = [
-            100 * np.mean(states.kinds == kind) if states.kinds.size else 0 for kind in STATES
-        ]
-        rows.append([name, *(f"{p:.0f}" if p else "" for p in percent), states.refusal])
-    return markdown_table(["method", *STATES, "says"], rows)
+def shares(found: np.ndarray, kinds: Iterable[str]) -> list[str]:
+    """The share [%] of each kind among those found; empty where there are none."""
+    percent = (100 * np.mean(found == kind) if found.size else 0 for kind in kinds)
+    return [f"{p:.0f}" if p else "" for p in percent]
 
 
-def state_examples(found: StateMap) -> Iterator[str]:
-    """For each method and each kind of state the command of the slowest beam."""
-    for method in METHODS:
-        states = found.methods[method.name]
-        for kind in STATES if states.kinds.size else ():
-            rows, columns = np.nonzero(states.kinds == kind)
-            for k in np.argsort(columns, kind="stable")[:1]:
-                beam = found.plane.beam.replace(
-                    gamma=float(found.gammas[columns[k]]),
-                    **{found.plane.over: float(found.values[rows[k]])},
-                )
-                yield f"# {method.name}: {STATES[kind]}"
-                yield command(beam, method.options | {"state": "stable"})
-
-
-def shares(found: Map) -> str:
-    """A table of the share [%] of each kind of verdict, method by method."""
-    rows = []
-    for k, method in enumerate(METHODS):
-        kinds = found.kinds(k)
-        percent = {kind: 100 * np.mean(kinds[kinds != OUTSIDE] == kind) for kind in KINDS}
-        rows.append([method.name, *(f"{p:.0f}" if p else "" for p in percent.values())])
-    return markdown_table(["method", *KINDS], rows)
-
-
-def examples(found: Map) -> Iterator[str]:
-    """For each method and each kind of failure the command of the slowest beam."""
-    for k, method in enumerate(METHODS):
-        slowest: dict[str, dict[str, Any]] = {}
-        for row in sorted(failing(found, k), key=lambda row: row["gamma"]):
-            slowest.setdefault(row["kind"], row)
-        yield from (f"# {method.name}: {row['kind']}\n{row['command']}" for row in slowest.values())
+def slowest(found: Map | StateMap, kinds: np.ndarray) -> dict[str, tuple[float, float]]:
+    """Speed and other number of the slowest beam of each of the kinds (rows, columns) of a method,
+    in the order of speed."""
+    places: dict[str, tuple[float, float]] = {}
+    for gamma, column in zip(found.gammas, kinds.T, strict=False):  # empty without states
+        for value, kind in zip(found.values, column, strict=True):
+            places.setdefault(str(kind), (gamma, value))
+    return places

@@ -5,7 +5,8 @@ frequencies of its own model. Model error: the distance of these from the refere
 model (green strain, spatial curvature) as `auto` solves it.
 """
 
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from functools import partial
 from typing import Any, NamedTuple
@@ -22,7 +23,6 @@ EXACT = 1e-8  # relative tolerance of a model's own frequencies
 ACCURATE = 1e-3  # largest relative discretisation error of a correct method
 FAITHFUL = 1e-2  # largest relative model error of a correct method
 HELPFUL = 0.5  # more terms help if they leave less than this share of an error
-FULL, QUICK = (32, 20), (14, 9)  # cells along the speed and across
 SLOWEST, FASTEST = 0.5, 200.0  # gamma
 BISECTIONS = 20
 TRUE_LOSS = 0.95  # of the reference's buckling speed: a model that buckles later is right
@@ -47,6 +47,7 @@ KINDS = {
     NOT_CONVERGED: "did not converge",
     ROUNDING: "rounding error: more terms do not help",
 }
+CORRECT = (RIGHT, TRULY_UNSTABLE, OUTSIDE)
 
 # Models: the options of `solve` that give their exact frequencies.
 REFERENCE = "green"
@@ -154,15 +155,11 @@ def distance(one: Answer, other: Answer, labels: tuple[str, ...]) -> float:
     labels; infinite where only one has the mode, or only one is stable."""
     if not (isinstance(one, Solution) and isinstance(other, Solution)):
         return np.inf
-    largest = 0.0
-    ours, theirs = (
-        dict(zip(found.labels, found.omega_squared, strict=True)) for found in (one, other)
-    )
-    for label in labels:
-        if not (label in ours and label in theirs and ours[label] * theirs[label] > 0):
-            return np.inf
-        largest = max(largest, abs(np.sqrt(ours[label] / theirs[label]) - 1))
-    return float(largest)
+    squares = [dict(zip(found.labels, found.omega_squared, strict=True)) for found in (one, other)]
+    ours, theirs = (np.array([found.get(label, np.nan) for label in labels]) for found in squares)
+    if not np.all(ours * theirs > 0):
+        return np.inf
+    return float(abs(np.sqrt(ours / theirs) - 1).max())
 
 
 class Plane(NamedTuple):
@@ -174,6 +171,10 @@ class Plane(NamedTuple):
     stop: float
     logarithmic: bool
     held: str
+
+    def at(self, gamma: float, value: float) -> Beam:
+        """The beam at a place of the plane."""
+        return self.beam.replace(gamma=float(gamma), **{self.over: float(value)})
 
 
 PLANES = (
@@ -215,26 +216,26 @@ def middles(start: float, stop: float, count: int, logarithmic: bool) -> np.ndar
     return np.array([float(f"{value:.4g}") for value in found])
 
 
-def compute_maps(
-    size: tuple[int, int], pool: Executor, progress: Callable[[str], None]
-) -> list[Map]:
-    """Every plane, its rows computed in parallel."""
-    return [compute_map(plane, size, pool, progress) for plane in PLANES]
-
-
-def compute_map(
-    plane: Plane, size: tuple[int, int], pool: Executor, progress: Callable[[str], None]
-) -> Map:
-    """The verdicts of one plane."""
+def compute_rows(
+    plane: Plane, size: tuple[int, int], pool: Executor, row: Callable[..., Any], name: str
+) -> tuple[np.ndarray, np.ndarray, Iterator[Any]]:
+    """The middles of the cells along the speed and across, and what row(gammas, value) returns for
+    each row, transposed; the rows are computed in parallel."""
     columns, rows = size
     gammas = middles(SLOWEST, FASTEST, columns, True)
     values = middles(plane.start, plane.stop, rows, plane.logarithmic)
     done = []
-    for k, row in enumerate(pool.map(partial(compute_row, plane, gammas), values)):
-        done.append(row)
-        progress(f"gamma and {plane.over}: row {k + 1} of {rows}")
-    found, buckling, losses = zip(*done, strict=True)
-    return Map(plane, gammas, values, list(found), np.array(buckling), np.array(losses))
+    for k, one in enumerate(pool.map(partial(row, gammas), values.tolist())):
+        done.append(one)
+        print(f"{name}gamma and {plane.over}: row {k + 1} of {rows}", file=sys.stderr)
+    return gammas, values, zip(*done, strict=True)
+
+
+def compute_map(plane: Plane, size: tuple[int, int], pool: Executor) -> Map:
+    """The verdicts of one plane."""
+    gammas, values, parts = compute_rows(plane, size, pool, partial(compute_row, plane), "")
+    verdicts, buckling, losses = parts
+    return Map(plane, gammas, values, list(verdicts), np.array(buckling), np.array(losses))
 
 
 def compute_row(

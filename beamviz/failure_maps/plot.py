@@ -17,27 +17,9 @@ from matplotlib.patches import Patch
 from scipy import ndimage
 
 from beamviz.beam import PARAMETERS, Beam
-from beamviz.errors import NoEquilibrium
 from beamviz.failure_maps import compute as kinds
-from beamviz.failure_maps.compute import (
-    FASTEST,
-    METHODS,
-    SLOWEST,
-    Map,
-    Method,
-    Plane,
-    answer,
-    edges,
-)
-from beamviz.failure_maps.states import (
-    BENT,
-    NO_STATE,
-    NOT_CONVERGED,
-    SEVERAL,
-    STATES,
-    STRAIGHT,
-    StateMap,
-)
+from beamviz.failure_maps import states
+from beamviz.failure_maps.compute import FASTEST, METHODS, SLOWEST, Map, Plane, answer, edges
 from beamviz.plotting import FAINT, INK, STYLE, new_figure, picture_files
 
 COLUMNS = 4
@@ -76,11 +58,11 @@ CELL_STYLES = {
 }
 
 STATE_STYLES = {
-    STRAIGHT: CellStyle("#FFFFFF", "", FAINT, "straight"),
-    BENT: CellStyle("#A9D3F0", "", INK, "bent"),
-    SEVERAL: CellStyle("#6FBFA6", "....", INK, "more\nthan one"),
-    NO_STATE: CellStyle("#2B2B2B", "", "white", "no stable\nstate"),
-    NOT_CONVERGED: CELL_STYLES[kinds.NOT_CONVERGED],
+    states.STRAIGHT: CellStyle("#FFFFFF", "", FAINT, "straight"),
+    states.BENT: CellStyle("#A9D3F0", "", INK, "bent"),
+    states.SEVERAL: CellStyle("#6FBFA6", "....", INK, "more\nthan one"),
+    states.NO_STATE: CellStyle("#2B2B2B", "", "white", "no stable\nstate"),
+    states.NOT_CONVERGED: CELL_STYLES[kinds.NOT_CONVERGED],
 }
 
 
@@ -111,7 +93,15 @@ def pictures(found: Map) -> dict[str, bytes]:
     margins = 0.062, 0.068, 0.985, 0.885, 0.08, 0.2
     figure, panels = new_sheet(found.plane, shape, HEIGHT, margins, "Where methods fail", subtitle)
     for k, axes in enumerate(panels[: len(METHODS)]):
-        panel(axes, found, k)
+        names, limits = found.kinds(k), [found.limits(k)]
+        if np.mean(names == kinds.FALSELY_UNSTABLE) > SMALLEST_LOSS:
+            limits.append(found.losses[:, k])
+        draw_panel(axes, found, k, names, CELL_STYLES, limits, found.buckling)
+        for limit in limits:
+            if np.isfinite(limit).any():
+                label_constant(axes, limit)
+        if found.plane.over == "delta" and "hencky" in METHODS[k].name:
+            mark_ansys(axes)
     for axes in panels[-COLUMNS:]:
         axes.set_xlabel(PARAMETERS["gamma"].axis_label)
     present = set(np.unique([found.kinds(k) for k in range(len(METHODS))]))
@@ -119,37 +109,33 @@ def pictures(found: Map) -> dict[str, bytes]:
     if kinds.OUTSIDE in present:
         meanings.append((CellStyle(REFUSED, "", INK, ""), "not accepted: γ above 5 μ"))
     buckling = "where the beam buckles" if np.isfinite(found.buckling).any() else ""
-    for axes in panels[len(METHODS) :]:
-        axes.set_title("")
-        draw_legend(axes, meanings, "exact boundary of a failure", buckling)
+    draw_legend(panels[-1], meanings, "exact boundary of a failure", buckling)
     return picture_files(figure)
 
 
 @rc_context(HATCHED)
-def state_pictures(found: StateMap) -> dict[str, bytes]:
+def state_pictures(found: states.StateMap) -> dict[str, bytes]:
     """The map of stable states as PNG and SVG, by ending: a panel for each method that bends."""
-    able = [method for method in METHODS if not found.methods[method.name].refusal]
     subtitle = f"At constant speed, {found.plane.held}. Bent in the plane of rotation."
     margins = 0.07, 0.09, 0.985, 0.845, 0.08, 0.36
     figure, panels = new_sheet(
         found.plane, (2, 3), 6.0, margins, "Stable states of an inward beam", subtitle
     )
-    for axes, method in zip(panels, able, strict=False):
-        states = found.methods[method.name]
-        draw_cells(axes, found.plane, states.kinds, STATE_STYLES)
-        draw_boundary(axes, states.limit, found.values, ls="-")
-        draw_boundary(axes, states.buckling, found.values, ls=BUCKLING)
-        write_titles(axes, method)
+    maps = [found.methods[method.name] for method in METHODS]
+    able = [k for k, one in enumerate(maps) if not one.refusal]
+    for axes, k in zip(panels, able, strict=False):
+        one = maps[k]
+        draw_panel(axes, found, k, one.kinds, STATE_STYLES, [one.limit], one.buckling)
         axes.tick_params(labelbottom=True)
         axes.set_xlabel(PARAMETERS["gamma"].axis_label)
-    present = set(np.concatenate([states.kinds.ravel() for states in found.methods.values()]))
+    present = set(np.concatenate([one.kinds.ravel() for one in maps]))
     meanings = [
-        (style, STATES[kind] + ("" if kind in present else " (nowhere here)"))
+        (style, states.STATES[kind] + ("" if kind in present else " (nowhere here)"))
         for kind, style in STATE_STYLES.items()
     ]
     lines = "end of the stable states", "where the straight beam buckles"
     draw_legend(panels[-2], meanings, *lines)
-    unable = [method.name for method in METHODS if method not in able]
+    unable = [method.name for k, method in enumerate(METHODS) if k not in able]
     text = "These methods have no bent states:\n\n" + "\n".join(unable)
     panels[-1].set_axis_off()
     panels[-1].text(0.0, 0.98, text, transform=panels[-1].transAxes, va="top", size=7.2)
@@ -170,21 +156,24 @@ def draw_legend(
     axes.legend(handles=handles, loc="upper left", frameon=False, fontsize=7.2, borderaxespad=0)
 
 
-def panel(axes: Axes, found: Map, method: int) -> None:
-    """One method: its verdicts, its limit of equilibrium and the true onset of buckling."""
-    names = found.kinds(method)
-    draw_cells(axes, found.plane, names, CELL_STYLES)
-    boundaries = [found.limits(method)]
-    if np.mean(names == kinds.FALSELY_UNSTABLE) > SMALLEST_LOSS:
-        boundaries.append(found.losses[:, method])
-    for boundary in boundaries:
-        if np.isfinite(boundary).any():
-            draw_boundary(axes, boundary, found.values, ls="-")
-            label_constant(axes, boundary)
-    draw_boundary(axes, found.buckling, found.values, ls=BUCKLING)
-    write_titles(axes, METHODS[method])
-    if found.plane.over == "delta" and "hencky" in METHODS[method].name:
-        mark_ansys(axes)
+def draw_panel(
+    axes: Axes,
+    found: Map | states.StateMap,
+    method: int,
+    names: np.ndarray,
+    styles: dict[str, CellStyle],
+    limits: list[np.ndarray],
+    buckling: np.ndarray,
+) -> None:
+    """One method: its cells, and boundaries given as a speed for each row."""
+    draw_cells(axes, found.plane, names, styles)
+    for gammas, ls in [(limit, "-") for limit in limits] + [(buckling, BUCKLING)]:
+        axes.plot(gammas, found.values, color="white", lw=2.8, zorder=2)
+        axes.plot(gammas, found.values, color=INK, lw=1.2, ls=ls, zorder=3)
+    options = METHODS[method].options
+    resolution = "".join(f"{options[k]} {k}" for k in ("elements", "terms") if k in options)
+    axes.set_title(METHODS[method].name, loc="left", size=10, pad=3, weight="bold")
+    axes.set_title(resolution, loc="right", size=8.5, pad=3, color="#555555")
 
 
 def draw_cells(axes: Axes, plane: Plane, names: np.ndarray, styles: dict[str, CellStyle]) -> None:
@@ -212,14 +201,6 @@ def draw_cells(axes: Axes, plane: Plane, names: np.ndarray, styles: dict[str, Ce
             label_region(axes, x, y, here, style)
 
 
-def write_titles(axes: Axes, method: Method) -> None:
-    """The name and the resolution of a method above its panel."""
-    options = method.options
-    resolution = "".join(f"{options[k]} {k}" for k in ("elements", "terms") if k in options)
-    axes.set_title(method.name, loc="left", size=10, pad=3, weight="bold")
-    axes.set_title(resolution, loc="right", size=8.5, pad=3, color="#555555")
-
-
 def label_region(
     axes: Axes, x: np.ndarray, y: np.ndarray, here: np.ndarray, style: CellStyle
 ) -> None:
@@ -241,12 +222,6 @@ def label_region(
     axes.text(*place, style.label, ha="center", va="center", zorder=4, **text)
 
 
-def draw_boundary(axes: Axes, gammas: np.ndarray, values: np.ndarray, ls: Any) -> None:
-    """Draw a boundary given as a speed for each row."""
-    axes.plot(gammas, values, color="white", lw=2.8, zorder=2)
-    axes.plot(gammas, values, color=INK, lw=1.2, ls=ls, zorder=3)
-
-
 def label_constant(axes: Axes, gammas: np.ndarray) -> None:
     """Write the speed beside a boundary where it is the same in most rows."""
     speed = np.nanmedian(gammas)
@@ -258,8 +233,7 @@ def label_constant(axes: Axes, gammas: np.ndarray) -> None:
 
 def mark_ansys(axes: Axes) -> None:
     """Mark the paper's ANSYS runs: beyond the limit of a beam with logarithmic strain."""
-    error = answer(Beam(gamma=ANSYS[-1], delta=1), strain="hencky")
-    limit = error.limit if isinstance(error, NoEquilibrium) else np.nan
+    error: Any = answer(Beam(gamma=ANSYS[-1], delta=1), strain="hencky")
     axes.plot(ANSYS, [1, 1], ls="", marker="o", ms=4, mfc="white", mec=INK, mew=0.8, zorder=5)
-    text = f"paper: ANSYS\ndiverges;\nlimit {limit:.2f}"
+    text = f"paper: ANSYS\ndiverges;\nlimit {error.limit:.2f}"
     axes.annotate(text, (FASTEST, 1), (-2, -5), size=6.2, color="white", **ABOVE)

@@ -4,29 +4,19 @@ A beam has more than one stable state where a search from other guesses, at ever
 the other state of a neighbour in the row finds one that is resolved and no mirror image.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from functools import partial
-from typing import Any, NamedTuple, TypeGuard
+from typing import NamedTuple, TypeGuard
 
 import numpy as np
 
 from beamviz.beam import Beam
-from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
-from beamviz.failure_maps.compute import (
-    FASTEST,
-    METHODS,
-    SLOWEST,
-    Method,
-    Plane,
-    answer,
-    middles,
-    onset,
-)
-from beamviz.solver import other_stable_states, solve
+from beamviz.errors import InvalidInput, NoEquilibrium
+from beamviz.failure_maps.compute import METHODS, Answer, Method, Plane, answer, compute_rows, onset
+from beamviz.solver import other_stable_states
 from beamviz.solver.solution import Solution
 
-FULL_STATES, QUICK_STATES = (22, 12), (10, 6)  # cells along the speed and across
 TOLERANCE = 1e-3  # of the frequency, which the map does not show
 SEARCHED = 4  # columns of the map from one search for a second state to the next
 
@@ -65,23 +55,16 @@ class StateMap(NamedTuple):
     methods: dict[str, States]
 
 
-def compute_states(
-    size: tuple[int, int], pool: Executor, progress: Callable[[str], None], plane: Plane = INWARD
-) -> StateMap:
-    """The map of one plane, its rows computed in parallel."""
-    columns, rows = size
-    gammas = middles(SLOWEST, FASTEST, columns, True)
-    values = middles(plane.start, plane.stop, rows, plane.logarithmic)
+def compute_states(size: tuple[int, int], pool: Executor, plane: Plane = INWARD) -> StateMap:
+    """The map of one plane."""
     refusals = {method.name: refusal_of(plane.beam, method) for method in METHODS}
     able = [method for method in METHODS if not refusals[method.name]]
-    done = []
-    for k, row in enumerate(pool.map(partial(states_of_row, plane, able, gammas), values)):
-        done.append(row)
-        progress(f"stable states over gamma and {plane.over}: row {k + 1} of {rows}")
-    nothing = np.empty((rows, 0)), np.empty(0), np.empty(0)
-    found = {method.name: States(*nothing, refusals[method.name]) for method in METHODS}
-    for method, parts in zip(able, zip(*done, strict=True), strict=True):
-        kinds, buckling, limit = map(np.array, zip(*parts, strict=True))
+    row = partial(states_of_row, plane, able)
+    gammas, values, parts = compute_rows(plane, size, pool, row, "stable states over ")
+    nothing = np.empty((0, 0)), np.empty(0), np.empty(0)
+    found = {name: States(*nothing, refusal) for name, refusal in refusals.items()}
+    for method, rows in zip(able, parts, strict=True):
+        kinds, buckling, limit = map(np.array, zip(*rows, strict=True))
         found[method.name] = States(kinds, buckling, limit)
     return StateMap(plane, gammas, values, found)
 
@@ -89,11 +72,9 @@ def compute_states(
 def refusal_of(beam: Beam, method: Method) -> str:
     """The message of a method without bent states; empty where it has some."""
     try:
-        solve(beam, modes=1, state="stable", **method.options)
+        answer(beam, modes=1, state="stable", **method.options)
     except InvalidInput as error:
         return str(error)
-    except BeamvizError:
-        pass
     return ""
 
 
@@ -102,32 +83,22 @@ def states_of_row(
 ) -> list[tuple[list[str], float, float]]:
     """Of each method the kinds (columns,), and the speeds of buckling and of the limit."""
     beam = plane.beam.replace(**{plane.over: value})
-    beams = [beam.replace(gamma=gamma) for gamma in gammas]
     found = []
     for method in methods:
-        answers, limit = stable_states(beams, method.options)
-        several = has_others(answers)
-        kinds = [kind(one, more) for one, more in zip(answers, several, strict=True)]
-        kinds += [NO_STATE] * (len(beams) - len(kinds))
+        options = {"state": "stable", "modes": 1, "tolerance": TOLERANCE} | method.options
+        answers: list[Answer] = []
+        for gamma in gammas:
+            answers.append(answer(beam.replace(gamma=gamma), **options))
+            if isinstance(answers[-1], NoEquilibrium):
+                break  # faster beams have no stable state either
+        limit = last.limit if isinstance(last := answers[-1], NoEquilibrium) else np.nan
+        kinds = [kind(*pair) for pair in zip(answers, has_others(answers), strict=True)]
+        kinds += [NO_STATE] * (len(gammas) - len(kinds))
         found.append((kinds, onset(beam, gammas, method.options), limit))
     return found
 
 
-def stable_states(
-    beams: list[Beam], options: dict[str, Any]
-) -> tuple[list[Solution | BeamvizError], float]:
-    """The stable state of each beam, or its error, and the speed beyond which there is none: faster
-    beams need no solve."""
-    answers: list[Solution | BeamvizError] = []
-    for beam in beams:
-        given = {"state": "stable", "modes": 1, "tolerance": TOLERANCE} | options
-        answers.append(found := answer(beam, **given))
-        if isinstance(found, NoEquilibrium):
-            return answers, found.limit
-    return answers, np.nan
-
-
-def has_others(answers: Sequence[Solution | BeamvizError]) -> list[bool]:
+def has_others(answers: Sequence[Answer]) -> list[bool]:
     """Whether beams with neighbouring speeds have another stable state beside that of each: found
     by a search, or from one that a neighbour has."""
     found: list[list[Solution]] = [
@@ -145,12 +116,12 @@ def has_others(answers: Sequence[Solution | BeamvizError]) -> list[bool]:
     return [bool(others) for others in found]
 
 
-def is_bent(found: Solution | BeamvizError) -> TypeGuard[Solution]:
+def is_bent(found: Answer) -> TypeGuard[Solution]:
     """Whether an answer is a bent state."""
     return isinstance(found, Solution) and found.equilibrium.shape == "bent"
 
 
-def kind(found: Solution | BeamvizError, several: bool) -> str:
+def kind(found: Answer, several: bool) -> str:
     """The kind of a cell by its answer, and whether there is another stable state."""
     if isinstance(found, NoEquilibrium):
         return NO_STATE

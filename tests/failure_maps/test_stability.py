@@ -10,7 +10,6 @@ import pytest
 from typer.testing import CliRunner
 
 from beamviz import Beam, NotConverged, failure_maps, solve
-from beamviz.cli import main
 from beamviz.cli.commands import app
 from beamviz.errors import NoEquilibrium
 from beamviz.failure_maps import compute as kinds
@@ -70,16 +69,6 @@ def test_limit_curves(delta, hencky):
     assert np.isnan(buckling)
     lost = {name for name, loss in zip(NAMES, losses, strict=True) if np.isfinite(loss)}
     assert lost == {"linear", "foac", "zoac", "assumed-modes", "power-series"}
-
-
-@pytest.mark.parametrize("gamma", [40.0, 50.0])
-def test_speeds_at_which_ansys_diverges_in_the_paper(gamma):
-    """At delta 1 a logarithmic-strain beam has no equilibrium beyond 31.4887; the paper's has."""
-    found = by_method(gamma=gamma, delta=1)
-    assert found["auto, hencky strain"].kind == kinds.NO_EQUILIBRIUM
-    assert found["auto, hencky strain"].limit == pytest.approx(31.4887, abs=1e-3)
-    assert found["auto"].kind == kinds.RIGHT
-    assert found["ancf"].discretisation < 5e-3
 
 
 @pytest.mark.parametrize(("mu", "gamma"), [(10000.0, 2.9939), (70.0, 2.9960)])
@@ -169,9 +158,9 @@ def test_more_terms_help_if_they_halve_the_error():
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
-    """`beamviz stability --quick` on maps of a few cells."""
+    """`beamviz stability --quick` on maps of a few cells, one of them of no accepted beam."""
     folder, small = tmp_path_factory.mktemp("stability"), pytest.MonkeyPatch()
-    small.setattr(failure_maps, "QUICK", (5, 3))
+    small.setattr(failure_maps, "QUICK", (5, 5))
     small.setattr(failure_maps, "QUICK_STATES", (5, 3))
     result = CliRunner().invoke(app, ["stability", "--out", str(folder), "--quick"])
     small.undo()
@@ -247,13 +236,13 @@ def test_more_than_one_stable_state():
     ("name", "code", "shown"),
     [("zoac", 0, "unstable"), ("auto, hencky strain", 3, "no equilibrium beyond gamma")],
 )
-def test_a_failing_cell_can_be_replayed(written, capsys, name, code, shown):
+def test_a_failing_cell_can_be_replayed(written, run, name, code, shown):
     """The command of the fastest beam that fails shows the failure."""
     data = json.loads((written[0] / "stability.json").read_text())
     row = data[0]["methods"][name]["failing"][-1]
-    assert main(row["command"].split()[1:]) == code
-    said = capsys.readouterr()
-    assert shown in said.out + said.err
+    found, out, err = run(*row["command"].split()[1:])
+    assert found == code
+    assert shown in out + err
 
 
 def test_middles_lie_between_edges():
