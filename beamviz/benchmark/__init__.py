@@ -20,19 +20,7 @@ from matplotlib.figure import Figure
 from beamviz.beam import PARAMETERS
 from beamviz.benchmark import work_precision
 from beamviz.benchmark.external import PEERS
-from beamviz.benchmark.work_precision import (
-    FULL,
-    METHODS,
-    QUICK,
-    REFERENCE,
-    SCENES,
-    Row,
-    Solver,
-    dominated,
-    lapack_times,
-    pareto_front,
-    time_to_error,
-)
+from beamviz.benchmark.work_precision import METHODS, REFERENCE, SCENES, Row, Solver, time_to_error
 from beamviz.files import make_folder, write_files
 from beamviz.output import json_text
 from beamviz.plotting import INK, STYLE, new_figure, picture_files
@@ -97,9 +85,10 @@ def benchmark(folder: Path, quick: bool, peers: bool, release: str) -> str:
     """
     make_folder(folder)
     solvers = METHODS + (PEERS if peers else ())
-    rows = work_precision.measure(solvers, QUICK if quick else FULL, progress)
-    progress("bare LAPACK")
-    times = {scene: lapack_times(beam, LAPACK_REPEATS[quick]) for scene, beam in SCENES.items()}
+    rows = work_precision.measure(solvers, work_precision.QUICK if quick else work_precision.FULL)
+    print("bare LAPACK", file=sys.stderr)
+    repeats = LAPACK_REPEATS[quick]
+    times = {scene: work_precision.lapack_times(beam, repeats) for scene, beam in SCENES.items()}
     ratios = {
         "bare_lapack": {scene: found.solve / found.lapack for scene, found in times.items()},
         "eigh": {scene: found.solve / found.eigh for scene, found in times.items()},
@@ -107,11 +96,6 @@ def benchmark(folder: Path, quick: bool, peers: bool, release: str) -> str:
     about = environment(solvers, quick, release) | ratios
     write_files(folder, files(rows, about))
     return "\n".join(summary(rows, ratios))
-
-
-def progress(text: str) -> None:
-    """A line on stderr, apart from the answer of the command."""
-    print(text, file=sys.stderr)
 
 
 def environment(solvers: tuple[Solver, ...], quick: bool, release: str) -> dict[str, Any]:
@@ -172,7 +156,7 @@ def summary(rows: list[Row], ratios: dict[str, dict[str, float]]) -> Iterator[st
 
 def front_report(rows: list[Row], name: str) -> Iterator[str]:
     """Whether a solver is on the Pareto front of time and distance from the paper's model."""
-    pairs = dominated(rows, name)
+    pairs = work_precision.dominated(rows, name)
     if not pairs:
         yield f"{name} is on the Pareto front: nothing is faster and as close to the paper's model"
     for row, other in pairs:
@@ -185,7 +169,7 @@ def front_report(rows: list[Row], name: str) -> Iterator[str]:
 def _ratio(rows: list[Row], scene: str, name: str, target: float) -> str:
     """A time relative to auto's, or why there is none."""
     here = [row for row in rows if row.scene == scene]
-    ours, theirs = (time_to_error(pareto_front(here, one), target) for one in ("auto", name))
+    ours, theirs = (time_to_error(here, one, target) for one in ("auto", name))
     if ours and theirs:
         return f"{theirs / ours:.2g}" if theirs < 10 * ours else f"{theirs / ours:.0f}"
     reasons = [row.reason for row in here if row.name == name]
@@ -199,7 +183,7 @@ def draw(rows: list[Row], models: dict[str, dict[str, float | str]], caption: st
     figure.subplots_adjust(0.085, 0.1, 0.985, 0.925, wspace=0.16, hspace=0.43)
     lines = -(-len(SCENES) // COLUMNS)
     grid = figure.add_gridspec(lines + 1, COLUMNS, height_ratios=[1.0] * lines + [0.62])
-    times = [row.seconds for row in rows if row.seconds is not None]
+    times = [row.seconds for row in rows if not row.reason]
     for k, scene in enumerate(SCENES):
         axes = figure.add_subplot(grid[k // COLUMNS, k % COLUMNS])
         here = [row for row in rows if row.scene == scene]
@@ -240,15 +224,11 @@ def _lines(axes: Axes, rows: list[Row]) -> None:
     """The lines of one scene, named at their last points; auto first, which gets the best place."""
     ends = []
     for name, style in LINE_STYLES.items():
-        points = [
-            (1e3 * row.seconds, row.error)
-            for row in rows
-            if row.name == name and row.seconds is not None and row.error is not None
-        ]
-        if points:
-            x, y = np.array(points).T
-            axes.plot(x, np.minimum(y, 1.0), mfc="white" if style["lw"] < 1 else None, **style)
-            ends.append((name, *points[-1]))
+        here = [row for row in rows if row.name == name and not row.reason]
+        if here:
+            x, y = np.array([(1e3 * row.seconds, min(row.error, 1.0)) for row in here]).T
+            axes.plot(x, y, mfc="white" if style["lw"] < 1 else None, **style)
+            ends.append((name, x[-1], here[-1].error))
     if not ends:
         return
     placer = LabelPlacer(axes)

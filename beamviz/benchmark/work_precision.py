@@ -10,9 +10,11 @@ For another program it is that of its whole process.
 """
 
 import json
+import math
 import os
+import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from functools import partial
 from importlib import resources
 from importlib.metadata import PackageNotFoundError
@@ -106,17 +108,17 @@ METHODS = tuple(
 
 
 class Row(NamedTuple):
-    """One solve: its time [s], its error and its distance from the paper's model, or the reason
-    why it has none."""
+    """One solve: its time [s], its error and its distance from the paper's model, or, where these
+    are nan, the reason."""
 
     scene: str
     name: str
     theory: str
     option: str
-    resolution: float | None
-    seconds: float | None
-    error: float | None
-    from_paper: float | None = None
+    resolution: float | None = None
+    seconds: float = math.nan
+    error: float = math.nan
+    from_paper: float = math.nan
     reason: str = ""
 
 
@@ -138,14 +140,12 @@ def relative_error(omega_squared: np.ndarray, exact: np.ndarray) -> float:
     return float(max(difference and (abs(omega_squared / exact - 1) / 2).max(), FLOOR))
 
 
-def measure(
-    solvers: Iterable[Solver], effort: Effort, progress: Callable[[str], None]
-) -> list[Row]:
+def measure(solvers: Sequence[Solver], effort: Effort) -> list[Row]:
     """A row for every scene, solver and resolution."""
-    exact, all_solvers, rows = limits(), list(solvers), []
+    exact, rows = limits(), []
     for scene in SCENES:
-        for solver in all_solvers:
-            progress(f"{scene}: {solver.name}")
+        for solver in solvers:
+            print(f"{scene}: {solver.name}", file=sys.stderr)
             rows += _rows_of(scene, solver, exact[scene], effort)
     return rows
 
@@ -158,7 +158,7 @@ def _rows_of(
     The first call warms up and gives the errors, the fastest of the others the time.
     """
     exact = theories[solver.theory]
-    blank = Row(scene, solver.name, solver.theory, solver.option, None, None, None)
+    blank = Row(scene, solver.name, solver.theory, solver.option)
     if isinstance(exact, str) or solver.missing:
         return [blank._replace(reason=solver.missing or str(exact))]
     paper = np.asarray(theories[REFERENCE])
@@ -258,35 +258,20 @@ def model_errors() -> dict[str, dict[str, float | str]]:
     }
 
 
-def pareto_front(rows: list[Row], name: str) -> list[tuple[float, float]]:
-    """(error, seconds) of the rows of a solver that no other row of it beats, errors falling."""
-    points = sorted(
-        (row.seconds, row.error)
-        for row in rows
-        if row.name == name and row.seconds is not None and row.error is not None
-    )
-    kept: list[tuple[float, float]] = []
-    for seconds, error in points:
-        if not kept or error < kept[-1][0]:
-            kept.append((error, seconds))
-    return kept
-
-
 def dominated(rows: list[Row], name: str) -> list[tuple[Row, Row]]:
     """Each row of a solver with one of another solver that is faster and at least as close to the
     paper's model; none where the solver is on the Pareto front."""
-    timed = [(row, row.seconds, row.from_paper) for row in rows]
-    points = [(row, s, e) for row, s, e in timed if s is not None and e is not None]
     return [
         (row, other)
-        for row, seconds, distance in points
+        for row in rows
         if row.name == name
-        for other, faster, closer in points
+        for other in rows
         if other.name != name and other.scene == row.scene
-        if faster < seconds and closer <= distance
+        if other.seconds < row.seconds and other.from_paper <= row.from_paper
     ]
 
 
-def time_to_error(points: list[tuple[float, float]], target: float) -> float | None:
-    """The time of the first point of a front with at most this error, none interpolated."""
-    return next((seconds for error, seconds in points if error <= target), None)
+def time_to_error(rows: list[Row], name: str, target: float) -> float | None:
+    """The least time of a row of a solver with at most this error, none interpolated."""
+    times = (row.seconds for row in rows if row.name == name and row.error <= target)
+    return min(times, default=None)
