@@ -171,7 +171,7 @@ def solution_table(solution: "Solution") -> str:
         )
     (x, y), bent = state.tip, ", bent" if state.shape == "bent" else ""
     heading += [
-        described_model(solution.problem.model),
+        "Model        " + solution.problem.described,
         f"Equilibrium  {state.status}{bent}, tip at ({x:.7g}, {y:.7g}) L from the clamp,"
         f" greatest stretch {state.max_stretch:.7g}",
     ]
@@ -188,15 +188,6 @@ def described_numbers(beam: "Beam", without: str = "") -> str:
     """The numbers of a beam by name, but one."""
     numbers = beam.numbers.items()
     return ", ".join(f"{name} {value:.7g}" for name, value in numbers if name != without)
-
-
-def described_model(model: dict[str, Any]) -> str:
-    """The line of the model above a table."""
-    coriolis = "with" if model["coriolis"] else "without"
-    return (
-        f"Model        {model['strain']} strain, {model['curvature']} curvature,"
-        f" {model['plane']}, {coriolis} Coriolis"
-    )
 
 
 def mode_columns(solution: "Solution") -> list[list[str]]:
@@ -269,7 +260,7 @@ def loci_table(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
         "Beam         " + described_numbers(loci.beam, without=loci.over),
         f"Sweep        {loci.over} = {loci.values[0]:.7g} .. {loci.values[-1]:.7g},"
         f" {len(loci.values)} values",
-        described_model(loci.problem.model),
+        "Model        " + loci.problem.described,
     ]
     if units := loci.units:
         heading.append(f"SI units     L = {units.length:g} m, T* = {units.time:.7g} s")

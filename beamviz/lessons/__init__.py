@@ -118,8 +118,7 @@ LESSONS = (
         fact="S1 is mode {:.0f} at α = 1 and mode {:.0f} at α = 2; the two are equal at"
         " α = {:.3f}.",
         compute_fact=lambda: (
-            values.mode_number(TIP, "S1"),
-            values.mode_number(TIP.replace(alpha=2), "S1"),
+            *(solve(TIP.replace(alpha=alpha)).labels.index("S1") + 1 for alpha in (1, 2)),
             values.crossing("alpha", 3).at,
         ),
         task="Find the mass at which S1 and B3 are equally fast.",
@@ -172,7 +171,7 @@ LESSONS = (
         number="gamma",
         within=0.1,
         compute_answer=lambda: values.crossing("gamma", 10, coriolis=True).at,
-        gauge=lambda s: f"modes 3 and 4 are {values.gap(s):.3f} apart",
+        gauge=lambda s: f"modes 3 and 4 are {s.frequencies[3] - s.frequencies[2]:.3f} apart",
     ),
     Lesson(
         name="resonance",
@@ -253,14 +252,14 @@ LESSONS = (
         " it a bent and stable one begins: a *pitchfork bifurcation*. Bent outward, the beam is"
         " pulled, not pushed, so it stiffens again with the speed.",
         fact="At γ = 4 the tip is at x = {:.4f} L, y = {:.4f} L; ω of B1 is {:.3f}.",
-        compute_fact=lambda: (*values.tip(FOLDED), frequency(FOLDED, state="stable")),
+        compute_fact=lambda: (*values.tip(FOLDED), frequency(FOLDED, **STABLE)),
         task="Find the speed at which the tip is exactly beside the clamp, x = 0.",
         number="gamma",
         within=0.05,
         compute_answer=lambda: value_where(
-            lambda s: values.tip_of(s)[0], 0, INWARD, "gamma", 6, **STABLE
+            lambda s: s.equilibrium.tip[0], 0, INWARD, "gamma", 6, **STABLE
         ),
-        gauge=lambda s: "the tip is at x = {:.3f} L, y = {:.3f} L".format(*values.tip_of(s)),
+        gauge=lambda s: "the tip is at x = {:.3f} L, y = {:.3f} L".format(*s.equilibrium.tip),
     ),
     Lesson(
         name="lag",
@@ -281,9 +280,9 @@ LESSONS = (
         number="gamma",
         within=0.1,
         compute_answer=lambda: value_where(
-            lambda s: -values.tip_of(s)[1], 0.3, LAGGING, "gamma", 30, **STABLE
+            lambda s: -s.equilibrium.tip[1], 0.3, LAGGING, "gamma", 30, **STABLE
         ),
-        gauge=lambda s: f"the tip lags by {-values.tip_of(s)[1]:.3f} L",
+        gauge=lambda s: f"the tip lags by {-s.equilibrium.tip[1]:.3f} L",
     ),
     Lesson(
         name="stretch-jump",

@@ -28,11 +28,6 @@ def labelled(solution: Solution, label: str) -> float:
     return float(frequencies.get(label, np.nan))
 
 
-def mode_number(beam: Beam, label: str) -> int:
-    """Position of the mode `label` in ascending order of frequency, from 1."""
-    return solve(beam).labels.index(label) + 1
-
-
 def ratio_to_rest(solution: Solution) -> float:
     """Lowest frequency over that of the same beam at rest."""
     rest = frequency(solution.beam.replace(gamma=0), plane=solution.problem.plane)
@@ -41,10 +36,8 @@ def ratio_to_rest(solution: Solution) -> float:
 
 def ratio_of_planes(solution: Solution) -> float:
     """Flapwise B1 over chordwise B1 of the same beam."""
-    flapwise, chordwise = (
-        frequency(solution.beam, plane=plane) for plane in ("flapwise", "chordwise")
-    )
-    return flapwise / chordwise
+    beam = solution.beam
+    return frequency(beam, plane="flapwise") / frequency(beam, plane="chordwise")
 
 
 def ratio_to_bare(solution: Solution, label: str = "B1") -> float:
@@ -61,11 +54,6 @@ def node() -> float:
 def difference(solution: Solution) -> float:
     """|S1 - B3|."""
     return abs(labelled(solution, "S1") - labelled(solution, "B3"))
-
-
-def gap(solution: Solution) -> float:
-    """Difference of the fourth and the third frequency."""
-    return float(solution.frequencies[3] - solution.frequencies[2])
 
 
 def crossing(over: str, stop: float, **options: Any) -> Event:
@@ -102,15 +90,9 @@ def strain_at_mass(solution: Solution) -> tuple[float, float]:
     return float(inside), float(outside)
 
 
-def tip(beam: Beam) -> tuple[float, float]:
-    """Position (x, y) of the tip from the clamp in the stable state."""
-    return tip_of(solve(beam, state="stable"))
-
-
-def tip_of(solution: Solution) -> tuple[float, float]:
-    """Position (x, y) of the tip from the clamp."""
-    x, y = solution.equilibrium.tip
-    return float(x), float(y)
+def tip(beam: Beam) -> np.ndarray:
+    """Position (2,) of the tip from the clamp in the stable state."""
+    return solve(beam, state="stable").equilibrium.tip
 
 
 def value_where(

@@ -53,10 +53,8 @@ def mode(shown: Lesson) -> str:
     parts = [hub(beam.delta), line(rest, "rest"), line(points, family)]
     if family != "bending":
         normal = 0.05 * np.column_stack([-s, c])
-        parts += [
-            line(np.array([p - n, p + n]), family)
-            for p, n in zip(points[TICKS], normal[TICKS], strict=True)
-        ]
+        ticks = np.stack([points - normal, points + normal], axis=1)[TICKS]
+        parts += [line(tick, family) for tick in ticks]
     if beam.alpha > 0:
         x, y = place(points[int(np.argmin(abs(X - beam.beta)))])
         parts.append(f'<circle class="mass" cx="{x:.1f}" cy="{y:.1f}" r="5"/>')
@@ -99,14 +97,14 @@ def chart(shown: Lesson) -> str:
     return "".join(parts)
 
 
-def place(point: np.ndarray) -> tuple[float, float]:
-    """Position [px] of a point measured from the clamp in lengths of the beam."""
-    return CLAMP + LENGTH * float(point[0]), HEIGHT / 2 - LENGTH * float(point[1])
+def place(points: np.ndarray) -> np.ndarray:
+    """Positions (2, ...) [px] of points (..., 2) from the clamp in lengths of the beam."""
+    return np.stack([CLAMP + LENGTH * points[..., 0], HEIGHT / 2 - LENGTH * points[..., 1]])
 
 
 def line(points: np.ndarray, name: str) -> str:
     """A line through points (n, 2) in lengths of the beam."""
-    x, y = np.array([place(point) for point in points]).T
+    x, y = place(points)
     return path(x, y, name)
 
 

@@ -4,6 +4,7 @@ import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from beamviz.beam import NUMBERS, Units
 from beamviz.files import check_suffix, replaced
 
 if TYPE_CHECKING:
@@ -35,6 +36,14 @@ def new_figure(width: float, height: float, **options: Any) -> "Figure":
     figure = Figure(figsize=(width, height), dpi=DPI, **options)
     FigureCanvasAgg(figure)
     return figure
+
+
+def on_axis(values: Any, name: str, units: Units | None) -> tuple[Any, str]:
+    """Values of a parameter as its axis has them, and the label of the axis: speeds in rpm for a
+    beam in SI."""
+    if units and name == "gamma":
+        return units.rpm(values), "rotation speed [rpm]"
+    return values, NUMBERS[name].axis_label
 
 
 def figure_bytes(figure: "Figure", extension: str) -> bytes:

@@ -82,14 +82,20 @@ class LabelPlacer:
         corner = here + self.point * (offset - size / 2)
         return Bbox.from_bounds(*corner, *(self.point * size)).padded(PAD * self.point)
 
+    def covered(self, box: Bbox) -> int:
+        """The number of points of lines in a box."""
+        inside = (self.line_points > box.min) & (self.line_points < box.max)
+        return int(inside.all(axis=1).sum())
+
     def _cost(self, here: np.ndarray, offset: np.ndarray, size: np.ndarray) -> float:
         """The distance of a label [pt], plus penalties for what it covers."""
         box = self._box(here, offset, size)
-        inside = ((self.line_points > box.min) & (self.line_points < box.max)).all(axis=1).sum()
         forbidden = sum(box.overlaps(other) for other in self.taken)
         forbidden += box.x0 < self.frame.x0 or box.x1 > self.frame.x1
         forbidden += box.y0 < self.frame.y0 or box.y1 > self.frame.y1
-        penalty = COVERED * inside + CROSSED * self._crosses(here, box) + FORBIDDEN * forbidden
+        penalty = (
+            COVERED * self.covered(box) + CROSSED * self._crosses(here, box) + FORBIDDEN * forbidden
+        )
         return _distance(offset, size) + penalty
 
     def _crosses(self, here: np.ndarray, box: Bbox) -> bool:

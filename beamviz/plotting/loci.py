@@ -19,7 +19,7 @@ from beamviz.beam import NUMBERS
 from beamviz.frequency_loci import Branch, Event, Loci, close_up
 from beamviz.frequency_loci.forced_response import Resonance
 from beamviz.frequency_loci.limits import WORDS, Limit
-from beamviz.plotting import COLOURS, FAINT, INK, STYLE, new_figure, save_figure
+from beamviz.plotting import COLOURS, FAINT, INK, STYLE, new_figure, on_axis, save_figure
 from beamviz.plotting.labels import LabelPlacer, draw_legend, label_line_ends
 
 WIDTH, HEIGHT = 7.6, 5.2  # [in]
@@ -100,15 +100,16 @@ class Chart:
         self.loci, self.axes = loci, axes
         units, parameter = loci.units, NUMBERS[loci.over]
         self.x = self.y = lambda value: value  # from numbers to the units of the axes
-        xlabel, ylabel = parameter.axis_label, "frequency ω [1/T*]"
+        ends, xlabel = on_axis(loci.values[[0, -1]], loci.over, units)
+        ylabel = "frequency ω [1/T*]"
         self.value, self.unit = parameter.symbol + " = {:#.5g}", ""  # template of x, unit of y
         if units:
             self.y, ylabel, self.unit = units.hertz, "frequency [Hz]", " Hz"
         if units and loci.over == "gamma":
-            self.x, xlabel, self.value = units.rpm, "rotation speed [rpm]", "{:.5g} rpm"
+            self.x, self.value = units.rpm, "{:.5g} rpm"
         for branch in loci.branches:
             self.draw_branch(axes, loci, branch)
-        axes.set(xlim=self.x(loci.values[[0, -1]]), ylim=(0, 1.05 * axes.dataLim.y1))
+        axes.set(xlim=ends, ylim=(0, 1.05 * axes.dataLim.y1))
         axes.set(xlabel=xlabel, ylabel=ylabel)
         axes.locator_params(nbins=10, steps=(1, 2, 5, 10))
 
@@ -123,11 +124,9 @@ class Chart:
             return
         met = (event for event in loci.events if event.kind != "second state")
         own = [event for event in met if branch.label in event.branches]
-        sides = [
-            0.5 if event.gap and branch.label == _upper(loci, event) else -0.5 for event in own
-        ]
+        sides = [1 if branch.label == _upper(loci, event) else -1 for event in own]
         heights = [
-            event.frequency + side * event.gap for event, side in zip(own, sides, strict=True)
+            event.frequency + side * event.gap / 2 for event, side in zip(own, sides, strict=True)
         ]
         x = np.concatenate((loci.values, [event.at for event in own]))
         y = np.concatenate((branch.frequency, heights))
@@ -319,26 +318,18 @@ def _free_corner(placer: LabelPlacer) -> np.ndarray | None:
     for y, x in product(INSET_GRID[::-1], INSET_GRID):
         corner = (1 - size) * (x, y) + INSET_MARGIN[0] / 2
         box = Bbox(placer.axes.transAxes.transform([corner, corner + size]))
-        covered = ((placer.line_points > box.min) & (placer.line_points < box.max)).all(axis=1)
-        if not (covered.any() or any(box.overlaps(other) for other in placer.taken)):
+        if not (placer.covered(box) or any(box.overlaps(other) for other in placer.taken)):
             return corner
     return None
 
 
 def _head(figure: Figure, loci: Loci, resonances: Sequence[Resonance], per_rev: int) -> None:
     """The parameters held fixed, the model, and the meaning of colours and marks."""
-    beam, problem = loci.beam, loci.problem
-    held = ", ".join(
-        f"{NUMBERS[n].symbol} = {x:.5g}" for n, x in beam.numbers.items() if n != loci.over
-    )
+    numbers = loci.beam.numbers.items()
+    held = ", ".join(f"{NUMBERS[n].symbol} = {x:.5g}" for n, x in numbers if n != loci.over)
     title = f"Loci over {NUMBERS[loci.over].symbol} at {held}".replace("-", "−")
-    coriolis = "with" if problem.coriolis else "without"
-    theory = (
-        f"{problem.strain} strain, {problem.curvature} curvature, {problem.plane},"
-        f" {coriolis} Coriolis"
-    )
     figure.text(0.012, 0.965, title, va="center", weight="bold")
-    figure.text(0.012, 0.927, theory, va="center", color=MUTED, fontsize=8)
+    figure.text(0.012, 0.927, loci.problem.described, va="center", color=MUTED, fontsize=8)
     draw_legend(figure, _legend(loci, resonances, per_rev), 0.0085, 0.887)
 
 

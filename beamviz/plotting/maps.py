@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 
 from beamviz.beam import NUMBERS, Units
 from beamviz.errors import InvalidInput
-from beamviz.plotting import INK, STYLE, new_figure, save_figure
+from beamviz.plotting import INK, STYLE, new_figure, on_axis, save_figure
 from beamviz.sweeps.plan import find_place
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
 from beamviz.sweeps.store import STATUSES
@@ -66,12 +66,8 @@ def draw_map(
         raise InvalidInput(f"over {', '.join(over)}: must be two axes of the sweep")
     place = find_place(axes, over, at or {})
     part = dataset.isel(place).transpose(over[1], over[0], "mode")
-    frequency, family = part["frequency"].values, part["family"].values
-    shown = (
-        frequency_of(mode, frequency, family)
-        if mode is not None
-        else smallest_gap(frequency, family)
-    )
+    spectra = part["frequency"].values, part["family"].values
+    shown = smallest_gap(*spectra) if mode is None else frequency_of(mode, *spectra)
     what, values = shown.name, shown.values
     status = part["status"].values
     if not np.isfinite(values).any():
@@ -82,15 +78,14 @@ def draw_map(
 
         ax = pyplot.gca()
     units = units_of(dataset)
-    x, y = (convert(units, name, axes[name]) for name in over)
+    (x, xlabel), (y, ylabel) = (on_axis(axes[name], name, units) for name in over)
     values = units.hertz(values) if units else values
     draw_empty(ax, x, y, np.where(np.isfinite(values), -1, status))
     draw_values(ax, x, y, values, gap, f"{what} [{'Hz' if units else '1/T*'}]")
     name_regions(ax, x, y, shown)
     held = {**dataset.attrs, **{name: axes[name][k] for name, k in place.items()}}
     ax.set_title(title(what, over, held), loc="left", fontsize=8)
-    ax.set(xlabel=axis_label(units, over[0]), ylabel=axis_label(units, over[1]))
-    ax.set(xlim=x[[0, -1]], ylim=y[[0, -1]])
+    ax.set(xlabel=xlabel, ylabel=ylabel, xlim=x[[0, -1]], ylim=y[[0, -1]])
     return ax
 
 
@@ -150,16 +145,6 @@ def units_of(dataset: "xarray.Dataset") -> Units | None:
     return Units(length, time) if length and time else None
 
 
-def convert(units: Units | None, name: str, values: np.ndarray) -> np.ndarray:
-    """Values of a parameter as its axis has them."""
-    return units.rpm(values) if units and name == "gamma" else values
-
-
-def axis_label(units: Units | None, name: str) -> str:
-    """The label of the axis of a parameter."""
-    return "rotation speed [rpm]" if units and name == "gamma" else NUMBERS[name].axis_label
-
-
 def title(what: str, over: Sequence[str], held: Mapping[str, Any]) -> str:
     """The quantity shown, the numbers held fixed, and the model."""
     numbers = ", ".join(
@@ -167,7 +152,7 @@ def title(what: str, over: Sequence[str], held: Mapping[str, Any]) -> str:
         for name, number in NUMBERS.items()
         if name not in over and (name != "spin_up" or held[name])
     )
+    head = f"{what.capitalize()} at {numbers}".replace("-", "−")
     coriolis = "with" if held["coriolis"] else "without"
     model = f"{held['strain']} strain, {held['curvature']} curvature, {held['plane']}"
-    head = f"{what.capitalize()} at {numbers}".replace("-", "−")
     return f"{head}\n{model}, {coriolis} Coriolis"

@@ -46,6 +46,13 @@ class Problem:
         """The method and the terms of the theory by name, without the resolution."""
         return {name: getattr(self, name) for name in MODEL}
 
+    @property
+    def described(self) -> str:
+        """The terms of the theory in words."""
+        coriolis = "with" if self.coriolis else "without"
+        theory = f"{self.strain} strain, {self.curvature} curvature, {self.plane}"
+        return f"{theory}, {coriolis} Coriolis"
+
     @cached_property
     def strain_law(self) -> StrainLaw:
         """The axial strain e(f) and its derivatives."""
