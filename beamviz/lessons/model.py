@@ -23,16 +23,16 @@ class Verdict(NamedTuple):
     reason: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Lesson:
     """A question about the beam that experiments answer, and a challenge: to find the value of one
     of the five numbers, with all others as in the lesson's scene.
 
     In the texts, *single stars* mark technical terms and **double stars** controls of the page.
     fact: a sentence with placeholders for the numbers of compute_fact; number: of the challenge,
-    "alpha", "beta", "gamma", "delta" or "mu"; within: accepted distance from compute_answer; gauge:
-    describes the quantity of the challenge for a solution; free: other numbers and options that may
-    be changed.
+    "alpha", "beta", "gamma", "delta" or "mu"; within: accepted distance from the answer, which is
+    the first number of the fact where there is no compute_answer; gauge: describes the quantity of
+    the challenge for a solution; free: other numbers and options that may be changed.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Lesson:
     task: str
     number: str
     within: float
-    compute_answer: Callable[[], float]
+    compute_answer: Callable[[], float] | None = None
     gauge: Callable[[Solution], str]
     scene: Scene
     free: tuple[str, ...] = ()
@@ -64,7 +64,7 @@ class Lesson:
     @cached_property
     def answer(self) -> float:
         """The value that meets the challenge, computed once."""
-        return self.compute_answer()
+        return self.compute_answer() if self.compute_answer else self.numbers[0]
 
     def check(self, beam: Beam, options: Mapping[str, Any]) -> Verdict:
         """Whether `beam`, solved with the keywords `options` of `solve`, meets the challenge."""

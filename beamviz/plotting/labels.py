@@ -1,8 +1,6 @@
 """Placement of labels in a chart: off its lines, apart from each other, inside its frame."""
 
-import math
 from collections.abc import Sequence
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -13,7 +11,8 @@ from matplotlib.transforms import Bbox
 from scipy.optimize import isotonic_regression
 
 DISTANCES = (12, 20, 30, 42, 56, 72, 90)  # [pt] from a point to its label
-DIRECTIONS = [math.radians(angle) for angle in range(0, 360, 15)]
+ANGLES = np.radians(np.arange(0, 360, 15))
+DIRECTIONS = np.column_stack((np.cos(ANGLES), np.sin(ANGLES)))  # (24, 2)
 NEAR = 7.0  # [pt] around a point: lines that the connector to its label may cross
 PAD = 3.0  # [pt] around a label
 SAMPLES = 800  # of each line
@@ -71,8 +70,9 @@ class LabelPlacer:
         )
         here = self.axes.transData.transform((x, y))
         size = label.get_window_extent(self.renderer).size / self.point
-        offsets = [_offset(size, *ring) for ring in product(DIRECTIONS, DISTANCES)]
-        best = min(offsets, key=lambda offset: self._cost(here, offset, size))
+        reach = (size / 2 / np.maximum(abs(DIRECTIONS), 1e-9)).min(axis=1)  # to the label's edge
+        rings = DIRECTIONS[:, None] * np.add.outer(reach, DISTANCES)[..., None]
+        best = min(rings.reshape(-1, 2), key=lambda offset: self._cost(here, offset, size))
         label.set_position(tuple(best))
         label.arrow_patch.set_visible(_distance(best, size) > DISTANCES[0] + 1)
         self.taken.append(self._box(here, best, size))
@@ -116,20 +116,18 @@ def _distance(offset: np.ndarray, size: np.ndarray) -> float:
     return float(np.linalg.norm(np.maximum(abs(offset) - size / 2, 0)))
 
 
-def _offset(size: np.ndarray, angle: float, distance: float) -> np.ndarray:
-    """The middle [pt] of a label of some size whose edge is at a distance in a direction."""
-    direction = np.array([math.cos(angle), math.sin(angle)])
-    reach = min(size / 2 / np.maximum(abs(direction), 1e-9))
-    return (distance + reach) * direction
-
-
 def label_line_ends(axes: Axes, ends: Sequence[EndLabel]) -> None:
-    """Labels of lines beside their right ends, kept apart."""
+    """Labels of lines beside their right ends, in their order and moved as little as possible (in
+    the sum of squares) to be apart."""
+    if not ends:
+        return
     low, high = axes.get_ylim()
     figure: Any = axes.get_figure(root=True)
     spacing = LINE_HEIGHT / 72 * figure.dpi / axes.bbox.height * (high - low)
-    heights = spread_apart([height for height, *_ in ends], spacing)
-    for (_, text, colour, weight), height in zip(ends, heights, strict=True):
+    order = sorted(ends, key=lambda end: end[0])
+    offsets = spacing * np.arange(len(order))
+    heights = isotonic_regression(np.array([end[0] for end in order]) - offsets).x + offsets
+    for (_, text, colour, weight), height in zip(order, heights, strict=True):
         axes.annotate(
             text,
             (1, height),
@@ -156,15 +154,3 @@ def draw_legend(figure: Figure, handles: Sequence[Line2D], left: float, middle: 
         borderaxespad=0,
         borderpad=0,
     )
-
-
-def spread_apart(positions: Sequence[float], spacing: float) -> list[float]:
-    """Positions moved as little as possible (in the sum of squares) to be `spacing` apart, in their
-    order."""
-    if not positions:
-        return []
-    order = np.argsort(positions, kind="stable")
-    offsets = spacing * np.arange(len(positions))
-    moved = np.empty(len(positions))
-    moved[order] = isotonic_regression(np.asarray(positions, float)[order] - offsets).x + offsets
-    return moved.tolist()
