@@ -275,17 +275,15 @@ def to_csv(table: Table, rows: list[Row]) -> str:
     """One line for each frequency: the columns, then their relative deviations from the exact
     solution; a column without equilibrium is empty and its limit is in the last column."""
     others = [name for name in table.columns if name != EXACT]
-    deviations = [f"{name}_deviation" for name in others]
-    heading = ["delta", "gamma", "mode", *table.columns, *deviations, "largest_gamma"]
+    heading = ["delta", "gamma", "mode", *table.columns, *(f"{name}_deviation" for name in others)]
     lines = []
     for row, mode in product(rows, MODES):
-        cells = {name: f"{pair[mode]:.10g}" for name, pair in row.frequencies.items()}
-        for name in row.frequencies:
-            cells[f"{name}_deviation"] = f"{row.deviation(name, mode):.3e}"
+        found = row.frequencies
+        cells = [f"{found[name][mode]:.10g}" if name in found else "" for name in table.columns]
+        cells += [f"{row.deviation(name, mode):.3e}" if name in found else "" for name in others]
         limits = " ".join(f"{name} {limit:.6f}" for name, limit in row.limits.items())
-        numbers = [cells.get(name, "") for name in heading[3:-1]]
-        lines.append([f"{row.delta:g}", f"{row.gamma:g}", mode + 1, *numbers, limits])
-    return csv_text(heading, lines)
+        lines.append([f"{row.delta:g}", f"{row.gamma:g}", mode + 1, *cells, limits])
+    return csv_text([*heading, "largest_gamma"], lines)
 
 
 def to_markdown(table: Table, rows: list[Row]) -> str:

@@ -12,7 +12,7 @@ from helpers import contents
 from matplotlib.image import imread
 from matplotlib.text import Annotation, Text
 
-from beamviz import Beam, paper, solve
+from beamviz import Beam, solve
 from beamviz.cli import main
 from beamviz.paper import plots
 from beamviz.paper.figures import FIGURES, MODELS, LociFigure, locate
@@ -50,8 +50,8 @@ def annotations(picture):
 
 @pytest.mark.slow
 def test_all_files(tmp_path):
-    """Four tables and sixteen figures, the numbers and the index, and nothing else."""
-    assert main(["reproduce", "all", "--out", str(tmp_path)]) == 0
+    """Everything is the default: four tables and sixteen figures, the numbers and the index."""
+    assert main(["reproduce", "--out", str(tmp_path)]) == 0
     expected = {f"{name}.{ending}" for name in (*TABLES, "numbers") for ending in ("csv", "md")}
     expected |= {f"{name}.{ending}" for name in FIGURES for ending in ("csv", "png", "svg")}
     assert {file.name for file in tmp_path.iterdir()} == expected | {"index.md"}
@@ -206,11 +206,3 @@ def test_a_disk_that_is_full_leaves_no_half_files(tmp_path, run, monkeypatch):
     assert code == 1
     assert "No space left on device; choose another place" in err
     assert contents(tmp_path) == before
-
-
-def test_all_is_the_default(monkeypatch, tmp_path):
-    """`beamviz reproduce --out DIR` asks for everything."""
-    asked = []
-    monkeypatch.setattr(paper, "reproduce", lambda names, out: asked.append((names, out)))
-    assert main(["reproduce", "--out", str(tmp_path)]) == 0
-    assert asked == [(["all"], tmp_path)]
