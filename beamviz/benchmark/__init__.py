@@ -133,8 +133,7 @@ def files(rows: list[Row], about: dict[str, Any]) -> dict[str, bytes]:
         "model_errors": models,
     }
     text = json_text(data, indent=1) + "\n"
-    contents = picture_files(draw(rows, models, caption)) | {"json": text.encode()}
-    return {f"{NAME}.{ending}": content for ending, content in contents.items()}
+    return picture_files(draw(rows, models, caption), NAME) | {f"{NAME}.json": text.encode()}
 
 
 def summary(rows: list[Row], ratios: dict[str, dict[str, float]]) -> Iterator[str]:

@@ -43,11 +43,8 @@ def files(found: list[Map], states: StateMap) -> Files:
     data = json_text([*map(as_data, found), states_as_data(states)], indent=None) + "\n"
     contents = {PAGE: page(found, states).encode(), "stability.json": data.encode()}
     for one in found:
-        for ending, picture in pictures(one).items():
-            contents[f"stability-{one.plane.over}.{ending}"] = picture
-    for ending, picture in state_pictures(states).items():
-        contents[f"stability-states.{ending}"] = picture
-    return contents
+        contents |= pictures(one)
+    return contents | state_pictures(states)
 
 
 def axes_data(found: Map | StateMap) -> dict[str, Any]:

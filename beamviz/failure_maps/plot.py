@@ -84,7 +84,7 @@ def new_sheet(
 
 @rc_context(HATCHED)
 def pictures(found: Map) -> dict[str, bytes]:
-    """The sheet of one plane as PNG and SVG, by ending: a panel for each method."""
+    """The sheet of one plane as PNG and SVG, by file name: a panel for each method."""
     subtitle = (
         f"Five lowest modes in the plane of rotation, {found.plane.held}. Reference: the paper's"
         " model (green strain, spatial curvature), solved by auto."
@@ -110,12 +110,12 @@ def pictures(found: Map) -> dict[str, bytes]:
         meanings.append((CellStyle(REFUSED, "", INK, ""), "not accepted: γ above 5 μ"))
     buckling = "where the beam buckles" if np.isfinite(found.buckling).any() else ""
     draw_legend(panels[-1], meanings, "exact boundary of a failure", buckling)
-    return picture_files(figure)
+    return picture_files(figure, f"stability-{found.plane.over}")
 
 
 @rc_context(HATCHED)
 def state_pictures(found: states.StateMap) -> dict[str, bytes]:
-    """The map of stable states as PNG and SVG, by ending: a panel for each method that bends."""
+    """The map of stable states as PNG and SVG, by file name: a panel for each method that bends."""
     subtitle = f"At constant speed, {found.plane.held}. Bent in the plane of rotation."
     margins = 0.07, 0.09, 0.985, 0.845, 0.08, 0.36
     figure, panels = new_sheet(
@@ -139,7 +139,7 @@ def state_pictures(found: states.StateMap) -> dict[str, bytes]:
     text = "These methods have no bent states:\n\n" + "\n".join(unable)
     panels[-1].set_axis_off()
     panels[-1].text(0.0, 0.98, text, transform=panels[-1].transAxes, va="top", size=7.2)
-    return picture_files(figure)
+    return picture_files(figure, "stability-states")
 
 
 def draw_legend(

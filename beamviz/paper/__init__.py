@@ -55,17 +55,15 @@ def files(name: str) -> Files:
     if name in FIGURES:
         from beamviz.paper.plots import figure_files
 
-        contents = figure_files(FIGURES[name])
+        return figure_files(FIGURES[name])
+    if name in TABLES:
+        table = TABLES[name]
+        rows = tables.compute(table)
+        texts = {"csv": tables.to_csv(table, rows), "md": tables.to_markdown(table, rows)}
     else:
-        if name in TABLES:
-            table = TABLES[name]
-            rows = tables.compute(table)
-            texts = {"csv": tables.to_csv(table, rows), "md": tables.to_markdown(table, rows)}
-        else:
-            numbers = list(figures.printed_numbers())
-            texts = {"csv": figures.to_csv(numbers), "md": figures.to_markdown(numbers)}
-        contents = {extension: text.encode() for extension, text in texts.items()}
-    return {f"{name}.{extension}": content for extension, content in contents.items()}
+        numbers = list(figures.printed_numbers())
+        texts = {"csv": figures.to_csv(numbers), "md": figures.to_markdown(numbers)}
+    return {f"{name}.{extension}": text.encode() for extension, text in texts.items()}
 
 
 def index(folder: Path) -> Files:

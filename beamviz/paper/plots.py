@@ -62,7 +62,7 @@ class Curve(NamedTuple):
 
 
 def figure_files(figure: Figure) -> dict[str, bytes]:
-    """The contents of a figure's files by extension: png, svg and csv."""
+    """The contents of a figure's PNG, SVG and CSV files, by file name."""
     if isinstance(figure, LociFigure):
         by_curvature = compute_loci(figure)
         picture = draw_loci(figure, by_curvature, crossings(figure, by_curvature))
@@ -71,7 +71,7 @@ def figure_files(figure: Figure) -> dict[str, bytes]:
         curves = compute_curves(figure)
         picture = (draw_stacked if len(figure.modes) > 1 else draw_overlaid)(figure, curves)
         text = curves_csv(curves)
-    return {**picture_files(picture), "csv": text.encode()}
+    return picture_files(picture, figure.name) | {f"{figure.name}.csv": text.encode()}
 
 
 def compute_loci(figure: LociFigure) -> dict[str, Loci]:

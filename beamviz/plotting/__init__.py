@@ -63,6 +63,6 @@ def save_figure(path: Path, figure: "Figure") -> None:
         part.write_bytes(figure_bytes(figure, extension))
 
 
-def picture_files(figure: "Figure") -> dict[str, bytes]:
-    """The contents of a PNG and an SVG file of a figure, by extension."""
-    return {extension: figure_bytes(figure, extension) for extension in ("png", "svg")}
+def picture_files(figure: "Figure", name: str) -> dict[str, bytes]:
+    """The contents of a PNG and an SVG file of a figure, by file name."""
+    return {f"{name}.{ending}": figure_bytes(figure, ending) for ending in ("png", "svg")}
