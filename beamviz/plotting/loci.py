@@ -124,7 +124,7 @@ class Chart:
             return
         met = (event for event in loci.events if event.kind != "second state")
         own = [event for event in met if branch.label in event.branches]
-        sides = [1 if branch.label == _upper(loci, event) else -1 for event in own]
+        sides = [1 if event.gap and branch.label == _upper(loci, event) else -1 for event in own]
         heights = [
             event.frequency + side * event.gap / 2 for event, side in zip(own, sides, strict=True)
         ]
