@@ -1,4 +1,4 @@
-"""The command lines of the scripts: counts of at least 1, and errors in one line."""
+"""The command lines of the scripts: counts, durations, and errors in one line."""
 
 import argparse
 from typing import NoReturn
@@ -21,3 +21,11 @@ def count(text: str) -> int:
     if number < 1:
         raise argparse.ArgumentTypeError(f"{text}: must be at least 1")
     return number
+
+
+def duration(text: str) -> float:
+    """The type of an argument that is a time [s]."""
+    seconds = float(text)
+    if not 0 < seconds < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text}: must be above 0, and finite")
+    return seconds

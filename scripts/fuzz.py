@@ -13,7 +13,10 @@ import time
 import traceback
 from pathlib import Path
 
-from hypothesis import HealthCheck, Phase, given, seed, settings
+try:
+    from hypothesis import HealthCheck, Phase, given, seed, settings
+except ModuleNotFoundError:
+    sys.exit("fuzz.py: hypothesis is not installed: run scripts/test.py once, which installs it")
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]

@@ -32,7 +32,7 @@ from websockets.asyncio.client import ClientConnection, connect
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
-from _arguments import Parser, count  # noqa: E402
+from _arguments import Parser, count, duration  # noqa: E402
 from live.server import CAMERA_MESSAGE, PROTOCOL  # type: ignore[import-not-found]  # noqa: E402
 
 from beamviz.beam import Beam  # noqa: E402
@@ -235,7 +235,7 @@ def main() -> None:
     """Measure, and print the rows."""
     parser = Parser(__doc__)
     parser.add_argument("--visitors", type=count, default=60)
-    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--seconds", type=duration, default=60.0)
     parser.add_argument("--processes", type=count, default=len(os.sched_getaffinity(0)))
     parser.add_argument("--resolves", type=count, default=0, help="measure until this many answers")
     parser.add_argument("--paused", action="store_true", help="measure without animation")

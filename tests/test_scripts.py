@@ -219,6 +219,18 @@ def test_a_count_below_one_is_an_error_of_one_line(monkeypatch, capsys, name, op
         assert problem in error
 
 
+@pytest.mark.parametrize("value", ["0", "-1", "inf", "nan", "long"])
+def test_a_load_needs_time(monkeypatch, capsys, value):
+    script = load_script("load")
+    monkeypatch.setattr(sys, "argv", ["load.py", f"--seconds={value}"])
+    with pytest.raises(SystemExit) as ended:
+        script.main()
+    error = capsys.readouterr().err
+    assert (ended.value.code, error.count("\n")) == (2, 1)
+    assert error.startswith("load.py: argument --seconds: ")
+    assert value in error
+
+
 def test_every_option_that_counts_is_known():
     """Other whole numbers are seeds."""
     assert {name for name, _ in COUNTS} == {

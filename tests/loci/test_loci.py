@@ -204,7 +204,7 @@ def test_few_solves_over_the_place_of_the_mass(alpha, gamma, modes):
         (Beam(alpha=5, gamma=20), "beta", 1, False),  # a layer that wants an element of its own
         (Beam(alpha=1, gamma=2, delta=-0.5), "beta", 1, True),  # unstable, with Coriolis forces
         (Beam(alpha=5, beta=0.5, gamma=30, delta=-0.5), "alpha", 8, True),
-        (Beam(alpha=1, beta=0.5, delta=1), "gamma", 80, False),  # omega^2 grows 5000-fold
+        (Beam(alpha=1, beta=0.5, delta=1), "gamma", 150, False),  # omega^2 grows a thousandfold
     ],
 )
 def test_few_solves_of_fast_and_inward_beams(beam, over, stop, coriolis):
