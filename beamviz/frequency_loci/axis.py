@@ -76,7 +76,7 @@ class Axis:
 
     def scale(self, p: np.ndarray) -> np.ndarray:
         """A positive function by which omega^2 is divided before its interpolation: over gamma,
-        where it grows far, gamma^2 + 24 / moment, else 1."""
+        with which omega^2 grows, gamma^2 + 24 / moment; else 1."""
         grows = self.over == "gamma" and not self.coupled
         return p**2 + GAMMA_SHIFTS[0] / self.moment if grows else np.ones_like(p)
 

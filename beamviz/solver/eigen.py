@@ -134,7 +134,7 @@ class GyroscopicModes(NamedTuple):
     a: np.ndarray  # (..., na, count) complex, unit modal mass
     b: np.ndarray  # (..., nb, count)
     condition: np.ndarray  # (..., count) relative rounding error of omega^2 in units of EPS
-    spectrum: np.ndarray  # (..., n) all omega^2, infinite where rounding error
+    spectrum: np.ndarray  # (..., n) all omega^2; infinite where only rounding error is known
     definite: bool  # whether K is positive definite
 
 

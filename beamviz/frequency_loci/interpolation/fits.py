@@ -44,7 +44,7 @@ class Fit(NamedTuple):
     ratio: Callable[[int], float]
 
 
-Way = Callable[["Nodes"], Fit | None]
+Way = Callable[["Nodes"], Fit | None]  # one kind of interpolant; None where it does not apply
 
 
 @dataclass(frozen=True, eq=False)

@@ -161,7 +161,8 @@ class Refinement:
 
     def _on_common_mesh(self, indices: list[int]) -> list[tuple[list[int], Mesh]]:
         """Meshes of the same orders for all beams between those of `mesh_of`, as fine as any of
-        these needs, with a break at the mass. Empty if one needs more breaks."""
+        these needs, with a break at the mass. Empty if one needs more breaks; without the beams
+        that are solved alone if that mesh is much too fine for most."""
         shared = self._same_position(indices)
         common, extra, much_finer = common_orders(tuple(self.mesh_of), self.problem, shared)
         self.designs[COMMON] = Design([], extra, None)
