@@ -122,6 +122,11 @@ class Units:
     mass: float | None = None
     youngs_modulus: float | None = None
 
+    @property
+    def attributes(self) -> dict[str, float]:
+        """Length and time as attributes of a dataset."""
+        return {"unit_length_m": self.length, "unit_time_s": self.time}
+
     def angular_frequency(self, frequency):
         """Frequency [rad/s] of a dimensionless one (units of 1/T*)."""
         return frequency / self.time

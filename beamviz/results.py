@@ -50,8 +50,7 @@ def solution_dataset(solution: Solution) -> "xarray.Dataset":
 def loci_dataset(loci: Loci) -> "xarray.Dataset":
     """See Loci.to_xarray."""
     dims = loci.over, "branch"
-    attributes = _attributes(loci)
-    del attributes[loci.over]
+    attributes = {name: x for name, x in _attributes(loci).items() if name != loci.over}
 
     def columns(name: str) -> np.ndarray:
         return np.column_stack([getattr(branch, name) for branch in loci.branches])
@@ -75,15 +74,15 @@ def _attributes(result: Solution | Loci) -> dict[str, Any]:
     """The model, the numbers, units and version of a result; without None, as in files."""
     from beamviz import __version__
 
-    units = result.beam.units
-    sizes = {"unit_length_m": units.length, "unit_time_s": units.time} if units else {}
+    units = result.units if isinstance(result, Loci) else result.beam.units
+    sizes = units.attributes if units else {}
     return {**result.beam.numbers, **result.problem.model, **sizes, "beamviz_version": __version__}
 
 
-def records_dataframe(records: Sequence[Any]) -> Any:
+def records_dataframe(kind: type, records: Sequence[Any]) -> Any:
     """A pandas.DataFrame of events or limits, a row for each; see Loci.events_dataframe."""
     rows = [one._asdict() if hasattr(one, "_asdict") else vars(one) for one in records]
-    return optional("pandas", "xarray").DataFrame(rows)
+    return optional("pandas", "xarray").DataFrame(rows, columns=list(kind.__annotations__))
 
 
 def plot_solution(solution: Solution, axes: "Axes | None" = None) -> "Axes":

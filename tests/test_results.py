@@ -8,6 +8,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from beamviz import Beam, Unavailable, __version__, loci, solve
+from beamviz.beam import Units
 
 BEAM = Beam(alpha=1, beta=1, gamma=5)
 
@@ -43,6 +44,22 @@ def test_loci_as_a_dataset_and_tables(found):
     assert events["at"][0] == pytest.approx(4.4641, abs=1e-4)
     beyond = loci(Beam(delta=1), "gamma", [10, 30, 40], strain="hencky").limits_dataframe()
     assert beyond["start"][0] == pytest.approx(31.4887, abs=1e-4)
+    assert list(found.limits_dataframe().columns) == list(beyond.columns)
+
+
+@pytest.mark.parametrize(
+    ("over", "values", "options", "absent"),
+    [
+        ("spin_up", [-5, 0, 5], {"state": "stable"}, {"spin_up"}),
+        ("mu", [20, 50], {}, {"mu", "unit_length_m", "unit_time_s"}),  # T* depends on mu
+    ],
+)
+def test_what_varies_is_no_attribute(over, values, options, absent):
+    """The fixed numbers are attributes, and the units where they do not vary."""
+    data = loci(Beam(gamma=4, units=Units(1.0, 0.1)), over, values, 2, **options).to_xarray()
+    names = {"gamma", "mu", "unit_length_m", "unit_time_s"}
+    assert data.attrs.keys() & (names | absent) == names - absent
+    assert data[over].values.tolist() == values
 
 
 def test_drawn_onto_given_axes(found):

@@ -62,11 +62,11 @@ class Loci:
 
     def events_dataframe(self) -> Any:
         """The events as rows of a pandas.DataFrame."""
-        return import_module("beamviz.results").records_dataframe(self.events)
+        return import_module("beamviz.results").records_dataframe(Event, self.events)
 
     def limits_dataframe(self) -> Any:
         """The limits as rows of a pandas.DataFrame."""
-        return import_module("beamviz.results").records_dataframe(self.limits)
+        return import_module("beamviz.results").records_dataframe(Limit, self.limits)
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the chart onto matplotlib axes (the current ones by default), and return these."""

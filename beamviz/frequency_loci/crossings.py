@@ -10,12 +10,13 @@ from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, TypeVar
 
 import numpy as np
+from numpy.polynomial import Chebyshev
 
 from beamviz.frequency_loci.curves import Curves, Root, polish
 from beamviz.frequency_loci.interpolation.chebyshev import lobatto, on_piece
 from beamviz.frequency_loci.mode_vectors import Points
 from beamviz.frequency_loci.sweep import Sweep
-from beamviz.frequency_loci.two_modes import FLOOR, MAX_ZOOMS, TOUCHING, Approach, closest, reduce
+from beamviz.frequency_loci.two_modes import FLOOR, TOUCHING, Approach, closest, reduce
 
 # A veering is a least gap below CLOSE of the frequency with a veering index of at least MIN_INDEX,
 # and shapes that rotate into each other by ROTATED or more (a complete veering: 90 degrees) between
@@ -35,11 +36,10 @@ ROUGH = 1e-3  # of the interval: shift below which one that no longer shrinks is
 SAME = 1e-3  # relative change of the gap below which the search ends
 ABOUT = 0.5  # relative deviation from a number of widths
 NEAR = 0.02  # of the width: error of a guess at which its neighbouring points serve
-WITHIN = 0.2  # widths: half-width of the last parabola through an interpolated gap
-ZOOM_ORDER = 12  # of mean and squared difference of two interpolated loci between three samples
+GAP_ORDER = 12  # of the interpolant of a squared gap between three samples
 
 Result = TypeVar("Result")
-Search = Generator[np.ndarray, Any, Result]  # yields values at which Points or Samples are needed
+Search = Generator[np.ndarray, Any, Result]  # yields values at which Points are needed
 
 Kind = Literal["crossing", "veering", "buckling", "limit point", "second state"]
 
@@ -73,29 +73,14 @@ class Candidate(NamedTuple):
     smooth: bool  # whether the loci are interpolated there
 
 
-class Samples(NamedTuple):
-    """Interpolated loci at some values."""
-
-    at: np.ndarray  # (n,)
-    squares: np.ndarray  # (n, families, k)
-
-    def take(self, index: np.ndarray) -> "Samples":
-        """The samples with these indices."""
-        return Samples(*(array[index] for array in self))
-
-
 def locate_events(curves: Curves, sweep: Sweep) -> list[Event]:
     """All crossings and veerings of the lowest `sweep.modes` loci, by ascending value."""
     crossings = [] if sweep.coupled else _crossings(curves, sweep)
     found = _candidates(curves, sweep.modes)
-    smooth = [one for one in found if one.smooth]
-    zooms = _run_together(
-        [_zoom(one) for one in smooth], lambda p: Samples(p, curves.squares_at(p))
-    )
-    guesses = dict(zip(smooth, zooms, strict=True))
+    guesses = _interpolated_gaps(curves, [one for one in found if one.smooth])
     solved = np.array(sorted(sweep.outcomes))
     searches = [_locate(one, guesses.get(one), curves, sweep, solved) for one in found]
-    veerings = _run_together(searches, sweep.points)
+    veerings = _run_together(searches, sweep)
     events = {(event.branches, event.at): event for event in [*crossings, *filter(None, veerings)]}
     return sorted(events.values(), key=lambda event: event.at)
 
@@ -152,10 +137,10 @@ def _candidates(curves: Curves, modes: int) -> list[Candidate]:
     return found
 
 
-def _run_together(searches: Sequence[Search[Result]], solve_at: Any) -> list[Result]:
+def _run_together(searches: Sequence[Search[Result]], sweep: Sweep) -> list[Result]:
     """The results of several searches, whose solves are batched."""
     results: dict[int, Result] = {}
-    active: dict[int, Any] = dict.fromkeys(range(len(searches)))
+    active: dict[int, Points | None] = dict.fromkeys(range(len(searches)))
     while active:
         requests: dict[int, np.ndarray] = {}
         for k, reply in active.items():
@@ -165,7 +150,7 @@ def _run_together(searches: Sequence[Search[Result]], solve_at: Any) -> list[Res
                 results[k] = end.value
         if not requests:
             break
-        found = solve_at(np.unique(np.concatenate(list(requests.values()))))
+        found = sweep.points(np.unique(np.concatenate(list(requests.values()))))
         active = {k: found.take(np.isin(found.at, values)) for k, values in requests.items()}
     return [results[k] for k in range(len(searches))]
 
@@ -250,38 +235,40 @@ def _mode_indices(sweep: Sweep, value: float, family: int) -> np.ndarray:
     return sweep.spectra(np.array([value])).rank[0, family]
 
 
-def _zoom(candidate: Candidate) -> Search[Approach]:
-    """The least gap of interpolated loci, by parabolas through its square, which is
-    least^2 (1 + ((p - at) / width)^2) near the minimum."""
-    family, k, low, at, high, *_ = candidate
-    points = lobatto(ZOOM_ORDER)
-    values = on_piece(low, high, points.nodes)
-    squares = (yield values).squares
-    below = int((squares[len(values) // 2] < squares[len(values) // 2, family, k + 1]).sum())
-    lower, upper = squares[:, family, k], squares[:, family, k + 1]
-    functions = np.column_stack((lower + upper, (upper - lower) ** 2))
-    reach, finest = max(at - low, high - at), FINEST * (high - low)
-    for _ in range(MAX_ZOOMS):
-        p = np.array([max(low, at - reach), at, min(high, at + reach)])
-        rows = points.rows(2 * (p - low) / (high - low) - 1)
-        total, square = (rows @ functions).T
-        difference = np.sqrt(np.maximum(square, 0.0))
-        lower, upper = np.sqrt(np.maximum((total - difference, total + difference), FLOOR) / 2)
-        rises = np.diff((upper - lower) ** 2) / np.diff(p)
-        curvature = float(rises[1] - rises[0]) / (p[2] - p[0])
-        slope = float(rises[0]) + curvature * (at - p[0])
-        gap, frequency = float(upper[1] - lower[1]), float(upper[1] + lower[1]) / 2
-        if not curvature > 0:
-            return Approach(at, frequency, gap, reach, (k, below))
-        shift = min(max(-slope / (2 * curvature), p[0] - at), p[2] - at)
-        least = max(gap**2 - slope**2 / (4 * curvature), 0.0)
-        width, at = max(math.sqrt(least / curvature), finest), at + shift
-        if abs(shift) <= SETTLED * width / 10 and reach <= WITHIN * width:
-            break
-        reach = max(min(reach / 4, max(4 * abs(shift), WITHIN * width)), finest / 4)
-        at = min(max(at, low + finest / 8), high - finest / 8)
-    touching = math.sqrt(least) <= TOUCHING * frequency
-    return Approach(at, frequency, 0.0 if touching else math.sqrt(least), width, (k, below))
+def _interpolated_gaps(
+    curves: Curves, candidates: Sequence[Candidate]
+) -> dict[Candidate, Approach]:
+    """The least gap of each candidate by interpolated loci.
+
+    The square of a gap is analytic, least^2 (1 + ((p - at) / width)^2) near its minimum, however
+    narrow that is.
+    """
+    found: dict[Candidate, Approach] = {}
+    if not candidates:
+        return found
+    points = lobatto(GAP_ORDER)
+    values = np.array([on_piece(one.low, one.high, points.nodes) for one in candidates])
+    squares = curves.squares_at(values.ravel()).reshape(*values.shape, *curves.squares.shape[1:])
+    for candidate, own in zip(candidates, squares, strict=True):
+        family, k, low, at, high, *_ = candidate
+        lower, upper = np.sqrt(np.maximum(own[:, family, k : k + 2].T, FLOOR))
+        mean, square = (
+            Chebyshev(points.coefficients @ function, (low, high))
+            for function in ((lower + upper) / 2, (upper - lower) ** 2)
+        )
+        slope = square.deriv()
+        stationary = slope.roots()
+        stationary = stationary[stationary.imag == 0].real
+        inside = stationary[(stationary > low) & (stationary < high)]
+        at = min((at, *inside.tolist()), key=square)
+        gap, frequency = math.sqrt(max(float(square(at)), 0.0)), float(mean(at))
+        curvature = max(float(slope.deriv()(at)) / 2, float(np.finfo(float).tiny))
+        width = max(gap / math.sqrt(curvature), FINEST * (high - low))
+        middle = own[len(own) // 2]
+        below = int((middle < middle[family, k + 1]).sum())
+        gap = gap if gap > TOUCHING * frequency else 0.0
+        found[candidate] = Approach(at, frequency, gap, width, (k, below))
+    return found
 
 
 def _veering_index(beside: Points, near: np.ndarray, shapes: np.ndarray) -> tuple[float, float]:

@@ -4,35 +4,33 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import barycentric_interpolate
-from scipy.optimize import brentq
 
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.frequency_loci.axis import Axis
-from beamviz.frequency_loci.curves import Curves
+from beamviz.frequency_loci.curves import Curves, polish
 from beamviz.frequency_loci.mode_vectors import Outcome
 from beamviz.frequency_loci.sweep import Sweep
 from beamviz.solver.solution import Solution
 
-PRECISION = 1e-9  # relative, of a limit of equilibrium or stability
+PRECISION = 1e-9  # relative, of a limit of equilibrium
 FINEST = 1e-12  # of the sweep: least precision of these
 ROUGH = 1e-5  # of the sweep: precision of a limit of convergence
 OVERSHOOT = 0.1  # of the remaining interval: trial value beyond the extrapolated limit
 EXTRAPOLATED = 3  # number of values that a limit is extrapolated from
 MAX_SOLVES = 300  # for all limits of a sweep; one takes about 10, few sweeps have more than 4
-BESIDE = 1e-5  # of the sweep: half-width of the bracket of an interpolated onset of instability
 
 WORDS = {
     NoEquilibrium.kind: "no equilibrium",
     NotConverged.kind: "not converged",
     "unstable": "unstable",
 }
-ERRORS = NoEquilibrium.kind, NotConverged.kind
+STABLE = "stable"
 
-Change = tuple[float, str]  # value and new state
+Change = tuple[float, str]  # value and new kind
 
 
 class Limit(NamedTuple):
@@ -44,16 +42,15 @@ class Limit(NamedTuple):
     message: str
 
 
-def _state(outcome: Outcome) -> str:
-    """ "stable", "unstable", or the kind of the error."""
-    return outcome.equilibrium.status if isinstance(outcome, Solution) else outcome.kind
+def _kind(outcome: Outcome) -> str:
+    """The kind of an error; of any solution STABLE, until `find_instabilities`."""
+    return STABLE if isinstance(outcome, Solution) else outcome.kind
 
 
-class _ThirdState(Exception):
-    """A third state was found between two values with different states."""
-
-    def __init__(self, at: float):
-        self.at = at
+def _lowest(p: np.ndarray, squares: np.ndarray) -> np.ndarray:
+    """A function (n, 1) that vanishes with the lowest omega^2, and nearer to a straight line: that
+    may be -1e9."""
+    return np.arcsinh(np.fmin.reduce(squares, axis=(1, 2)))[:, None]
 
 
 @dataclass
@@ -70,22 +67,17 @@ class LimitSearch:
         outcomes = self.sweep.outcomes
         solved = sorted(outcomes)
         axes: list[Axis] = []
-        start, limited = solved[0], False
-        kind = _state(outcomes[start])
+        start, limited, kind = solved[0], False, _kind(outcomes[solved[0]])
         for low, high in pairwise(solved):
-            if isinstance(outcomes[low], Solution) and isinstance(outcomes[high], Solution):
+            if (after := _kind(outcomes[high])) == kind:
                 continue
-            for at, after in self._between(low, high):
-                self.changes.append((at, after))
-                at_limit = NoEquilibrium.kind in (kind, after)
-                if kind in ERRORS:
-                    start, limited = at, at_limit
-                elif after in ERRORS:
-                    axes += self._axis(start, at, (limited, at_limit))
-                kind = after
-        return axes + (
-            self._axis(start, solved[-1], (limited, False)) if kind not in ERRORS else []
-        )
+            at = self._between(low, high)
+            self.changes.append((at, after))
+            at_limit = NoEquilibrium.kind in (kind, after)
+            if kind == STABLE:
+                axes += self._axis(start, at, (limited, at_limit))
+            start, limited, kind = at, at_limit, after
+        return axes + (self._axis(start, solved[-1], (limited, False)) if kind == STABLE else [])
 
     def _axis(self, low: float, high: float, limited: tuple[bool, bool]) -> list[Axis]:
         """The axis between two changes, up to limits of equilibrium or else the last solutions."""
@@ -101,26 +93,15 @@ class LimitSearch:
 
     def find_instabilities(self, curves: Curves) -> None:
         """Add the values at which the lowest omega^2 of the loci vanishes to `changes`."""
-
-        def lowest(p: np.ndarray, squares: np.ndarray) -> np.ndarray:
-            return np.arcsinh(np.fmin.reduce(squares, axis=(1, 2)))[:, None]
-
-        samples = np.fmin.reduce(curves.table.squares, axis=(1, 2))
-        if samples.min() > abs(np.diff(samples)).max(initial=0.0):
-            return  # too large to vanish between two samples
-        beside = BESIDE * self.length
-        start, stop = curves.table.at[[0, -1]].tolist()
-        for root in curves.roots(lowest):
-            low, high = root.low, root.high
-            if root.smooth:
-                low, high = max(root.at - beside, start), min(root.at + beside, stop)
-            outcomes = self.sweep.solve(np.array([low, high]))
-            if all(isinstance(outcome, Solution) for outcome in outcomes):
-                self.changes += self._between(low, high)
+        if _lowest(*curves.table[:2])[0] < 0:
+            self.changes.append((curves.axis.low, "unstable"))
+        roots = curves.roots(_lowest)
+        polish(roots, self.sweep, _lowest)
+        self.changes += [(root.at, STABLE if root.rises else "unstable") for root in roots]
 
     def limits(self, start: float, stop: float) -> Iterator[Limit]:
         """The ranges of start .. stop without equilibrium, stability or convergence."""
-        kinds: list[Change] = [(start, _state(self.sweep.outcomes[start]))]
+        kinds: list[Change] = [(start, _kind(self.sweep.outcomes[start]))]
         for at, kind in sorted(self.changes):
             if kind != kinds[-1][1]:
                 kinds.append((at, kind))
@@ -131,47 +112,24 @@ class LimitSearch:
                 message = f"{WORDS[kind]} for {self.sweep.over} = {about}{low:.6g} .. {high:.6g}"
                 yield Limit(kind, low, high, message)
 
-    def _between(self, low: float, high: float) -> list[Change]:
-        """The changes of state between two solved values; at the midpoint once no solves remain."""
-        before, after = self.sweep.outcomes[low], self.sweep.outcomes[high]
-        if _state(before) == _state(after):
-            return []
+    def _between(self, low: float, high: float) -> float:
+        """The value between two solved ones at which equilibrium, or convergence, begins or ends;
+        the midpoint once no solves remain.
+
+        By bisection, accelerated by extrapolation of the excess of gamma over the limit of
+        equilibrium; over gamma that is the distance from the limit.
+        """
         if self.remaining <= 0:
-            return [((low + high) / 2, _state(after))]
-        try:
-            if isinstance(before, Solution) and isinstance(after, Solution):
-                at = self._onset_of_instability(low, high)
-            elif self.sweep.over == "gamma" and (excess := self._excess(high, after)):
-                at = min(max(high - excess[0][0], low), high)
-            else:
-                at = self._end_of_equilibrium(low, high)
-        except _ThirdState as third:
-            return self._between(low, third.at) + self._between(third.at, high)
-        return [(at, _state(after))]
-
-    def _onset_of_instability(self, low: float, high: float) -> float:
-        """The value at which the lowest omega^2 vanishes."""
-
-        def lowest(value: float) -> float:
-            outcome = self._outcome(value)
-            if not isinstance(outcome, Solution):
-                raise _ThirdState(value)
-            return math.asinh(outcome.omega_squared[0])  # nearer to a straight line: it may be -1e9
-
-        return brentq(lowest, low, high, xtol=FINEST * self.length, rtol=PRECISION)
-
-    def _end_of_equilibrium(self, low: float, high: float) -> float:
-        """The value at which equilibrium, or convergence, begins or ends: by bisection, accelerated
-        by extrapolation of the excess of gamma over the limit of equilibrium."""
+            return (low + high) / 2
+        after = self.sweep.outcomes[high]
+        if self.sweep.over == "gamma" and (excess := self._excess(high, after)):
+            return min(max(high - excess[0][0], low), high)
         before, after = self._outcome(low), self._outcome(high)
         numerical = isinstance(before, NotConverged) or isinstance(after, NotConverged)
         coarse = ROUGH * self.length if numerical else 0.0
         ends_at_stop = isinstance(after, NoEquilibrium)
         existence = isinstance(before, NoEquilibrium) != ends_at_stop
-
-        def state(outcome: Outcome) -> Any:  # solves may fail close to a limit
-            return isinstance(outcome, NoEquilibrium) if existence else _state(outcome)
-
+        sought = NoEquilibrium if existence else Solution  # solves may fail close to a limit
         start, stop, root = low, high, math.nan
         excesses = self._excess(low, before) + self._excess(high, after)
         while self.remaining > 0:
@@ -182,12 +140,10 @@ class LimitSearch:
             if start < root < stop:
                 value = root + OVERSHOOT * ((stop if ends_at_stop else start) - root)
             outcome = self._outcome(value)
-            if state(outcome) == state(before):
+            if isinstance(outcome, sought) == isinstance(before, sought):
                 start = value
-            elif state(outcome) == state(after):
-                stop = value
             else:
-                raise _ThirdState(value)
+                stop = value
             if excess := self._excess(value, outcome):
                 excesses += excess
                 last, root = root, _extrapolate(excesses)

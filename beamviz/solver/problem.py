@@ -13,7 +13,7 @@ STATES = ("straight", "bent", "stable")
 MODEL = ("method", "strain", "curvature", "coriolis", "plane", "stiffening", "softening")
 
 # Called before each beam or batch of beams: an exception that it raises ends the calculation.
-interruption: ContextVar[Callable[[], object]] = ContextVar("interruption", default=bool)
+interruption: ContextVar[Callable[..., Any]] = ContextVar("interruption", default=bool)
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ from beamviz.signals import defer_signals
 from beamviz.solver import DEFAULTS
 from beamviz.sweeps.chunks import solve_and_write
 from beamviz.sweeps.plan import Plan, Task, find_place, make_plan
-from beamviz.sweeps.store import ARRAYS, open_group, open_store, stored_plan
+from beamviz.sweeps.store import ARRAYS, open_store, stored_plan
 from beamviz.sweeps.store import count_statuses as count_statuses
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ def sweep(
 def open_sweep(path: str | Path) -> "xarray.Dataset":
     """The store of a sweep as a Dataset that reads it as it is used."""
     xarray = optional("xarray", "sweep")
-    open_group(Path(path))
+    stored_plan(Path(path))
     return xarray.open_dataset(path, engine="zarr", consolidated=False)[list(ARRAYS)]
 
 

@@ -237,7 +237,14 @@ class Line:
             known = known[:, :1]
         flat = values.reshape(len(values), -1)
         order = flat.argsort(axis=1)[:, : self.problem.modes]
+        # One of the lowest modes here may be beyond those asked for at the beams solved.
+        wrong = (solver_error > 2 * self.problem.tolerance * abs(values)).reshape(flat.shape)
+        inaccurate = np.take_along_axis(wrong, order, 1).any(axis=1)
         highest = np.take_along_axis(flat, order[:, -1:], 1)[:, :, None]
         determined = ~((values - error - solver_error <= highest) & ~certain).any(axis=(1, 2))
-        ends = np.fmax.reduce(values, axis=2, initial=np.nanmax(known, axis=(1, 2)).min())
-        return determined & (highest[:, :, 0] <= ends).all(axis=1), order
+        # The next mode of a family lies above those interpolated and, as at the beams solved, above
+        # its lowest one there that is not: known at some of them, at others beyond all known.
+        beyond = np.where(np.isnan(known), np.nanmax(known, axis=(1, 2), keepdims=True), known)
+        open_modes = np.where(np.isfinite(values[0]), np.inf, beyond)
+        ends = np.fmax(np.fmax.reduce(values, axis=2), open_modes.min(axis=(0, 2)))
+        return determined & ~inaccurate & (highest[:, :, 0] <= ends).all(axis=1), order

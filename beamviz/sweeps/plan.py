@@ -93,9 +93,11 @@ class Plan:
 
     @property
     def arguments(self) -> dict[str, Any]:
-        """The arguments of this sweep besides its axes, by name, in the types of JSON."""
+        """The arguments of this sweep besides its axes, by name, in the types of JSON; units unless
+        they vary, as over mu."""
         fixed = {name: getattr(self.beam, name) for name in NUMBERS if name not in self.axes}
-        return {**fixed, **self.problem.options}
+        units = self.beam.units if "mu" not in self.axes else None
+        return {**fixed, **self.problem.options, **(units.attributes if units else {})}
 
 
 def make_plan(axes: Mapping[str, ArrayLike], beam: Beam, **options: Any) -> Plan:

@@ -95,7 +95,6 @@ def written(path: Path) -> Iterator[None]:
 def _create(plan: Plan, path: Path) -> None:
     """The template of a sweep: all metadata, and the coordinates."""
     zarr = optional("zarr", "sweep")
-    units = plan.beam.units if "mu" not in plan.axes else None
     group = zarr.create_group(
         path,
         attributes={
@@ -103,7 +102,6 @@ def _create(plan: Plan, path: Path) -> None:
             "format": FORMAT,
             "beamviz_version": __version__,
             **plan.arguments,
-            **({"unit_length_m": units.length, "unit_time_s": units.time} if units else {}),
         },
     )
     modes = np.arange(1, plan.problem.modes + 1)
@@ -140,11 +138,12 @@ def check_same(plan: Plan, path: Path, unfinished: bool) -> None:
         texts |= {name: repr(value) for name, value in one.arguments.items()}
     if unfinished:
         old["beamviz_version"], new["beamviz_version"] = group.attrs["beamviz_version"], __version__
-    for name, before in old.items():
-        if before != new.get(name, ""):
+    for name in old | new:
+        before, now = (texts.get(name, "none") for texts in (old, new))
+        if before != now:
             raise InvalidInput(
-                f"{path} was made with {name} = {before}, not {new.get(name, 'an axis')}: give the"
-                " same arguments to resume it, or name another store"
+                f"{path} was made with {name} = {before}, not {now}: give the same arguments to"
+                " resume it, or name another store"
             )
 
 
@@ -160,20 +159,34 @@ def open_group(path: Path) -> Any:
     return group
 
 
+def stored_plan(path: Path) -> Plan:
+    """The sweep that a store was made for, read once."""
+    made = None
+    with contextlib.suppress(OSError):  # of no store, which is reported when it is opened
+        metadata = (path / "zarr.json").stat()
+        made = metadata.st_ino, metadata.st_mtime_ns  # others where it was deleted and made anew
+    return _read_plan(path, made)
+
+
 @lru_cache(maxsize=4)
 @defer_signals()
-def stored_plan(path: Path) -> Plan:
-    """The sweep that a store was made for."""
+def _read_plan(path: Path, made: tuple[int, int] | None) -> Plan:
+    """The sweep that a store was made for. made: identifies its metadata."""
     group = open_group(path)
-    modes = group["frequency"].metadata.dimension_names
-    axes = {name: group[name][:] for name in modes[:-1]}
     attributes = group.attrs
     fixed = {name: attributes[name] for name in NUMBERS if name in attributes}
     sizes = [attributes[name] for name in ("unit_length_m", "unit_time_s") if name in attributes]
     units = Units(*sizes) if sizes else None
-    return make_plan(
-        axes, Beam(**fixed, units=units), **{name: attributes[name] for name in DEFAULTS}
-    )
+    try:
+        arrays = {name: group[name] for name in ARRAYS}
+        axes = {name: group[name][:] for name in arrays["status"].metadata.dimension_names}
+        options = {name: attributes[name] for name in DEFAULTS}
+    except KeyError as error:
+        raise InvalidInput(
+            f"{path}: {error} is missing: damaged, or of beamviz"
+            f" {attributes.get('beamviz_version')}, and this is {__version__}; name another store"
+        ) from None
+    return make_plan(axes, Beam(**fixed, units=units), **options)
 
 
 @defer_signals()

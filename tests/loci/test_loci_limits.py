@@ -148,6 +148,13 @@ def test_loss_of_stability():
     assert first.family[-1] == "bending"
 
 
+def test_a_mode_at_the_onset_of_instability_may_have_no_frequency_at_all():
+    """The onset is solved until omega^2 is 0 to the last digit, without a warning."""
+    beam = Beam(gamma=3.59743089612066, mu=22.860510460066713)
+    found = loci(beam, "delta", [-1, 3], 9, coriolis=True, strain="hencky")
+    assert found.limits[0].stop == pytest.approx(-0.73235600579, abs=1e-9)
+
+
 def test_modes_are_followed_through_buckling_with_coriolis():
     """omega^2 passes through zero without a jump."""
     found = loci(Beam(delta=-1), "gamma", np.linspace(0, 6, 61), coriolis=True)

@@ -1,6 +1,7 @@
 """sweep() and `beamviz sweep`: the numbers of solve(), labelled, in a store that can be resumed."""
 
 import json
+import shutil
 import sys
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from helpers import contents
 
 from beamviz import Beam, InvalidInput, NoEquilibrium, Unavailable, __version__, solve_many, sweep
+from beamviz.beam import Units
 
 STATUS = ("not computed", "solved", "unstable", "no equilibrium", "not converged")
 FAMILIES = ("bending", "stretching", "mixed")
@@ -81,6 +83,24 @@ def test_numbers_are_those_of_solve(name):
             assert (found["error"].values <= 2e-6 * size + 10 * exact.errors).all()
 
 
+@pytest.mark.parametrize(
+    ("numbers", "values", "options"),
+    [
+        ({"alpha": 1}, np.linspace(20, 200, 121), {}),
+        ({"gamma": 5}, np.linspace(36.4705, 300, 100), {"plane": "flapwise", "method": "foac"}),
+    ],
+)
+def test_modes_that_are_among_the_lowest_at_some_values_only(numbers, values, options):
+    """They are neither missed (S2) nor less accurate than asked for (B5)."""
+    beam = Beam(**numbers)
+    found = sweep({"mu": values}, None, beam=beam, workers=1, **options)
+    exact = [
+        one.frequencies for one in solve_many([beam.replace(mu=mu) for mu in values], **options)
+    ]
+    np.testing.assert_allclose(found["frequency"], exact, rtol=2e-6)
+    assert (found["error"] <= 1.01e-6 * found["frequency"]).all()
+
+
 def test_the_dataset_is_labelled(tmp_path):
     """Dimensions, units, codes with their meaning, arguments and version; read by xarray alone."""
     import xarray
@@ -107,6 +127,7 @@ def test_the_dataset_is_labelled(tmp_path):
         ({"modes": 4}, "modes = 3, not 4"),
         ({"coriolis": True}, "coriolis = False, not True"),
         ({"beam": Beam(mu=80)}, "mu = 70.0, not 80.0"),
+        ({"beam": Beam(units=Units(2.0, 0.1))}, "unit_length_m = none, not 2.0"),
         ({"axes": {"gamma": [0, 5, 11]}}, r"values of gamma = 0, 5, 10, not 0, 5, 11"),
         ({"axes": {"gamma": [0, 5, 10], "alpha": [1]}}, "axes = gamma, not gamma, alpha"),
     ],
@@ -153,8 +174,8 @@ def test_wrong_arguments_make_no_store(arguments, message, tmp_path, monkeypatch
         ("a.zarr --over gamma=0:5", "--over gamma=0:5: must be"),
         ("a.zarr --over gamma=1,,2", "--over gamma=1,,2: must be"),
         ("a.zarr --over speed=0:5:3", "NAME one of alpha, beta, gamma"),
-        ("a.zarr --over gamma=5:0:3", "--start 5 --stop 0: stop must be above start"),
-        ("a.zarr --over gamma=0:5:1", "--points = 1: must be a whole number in 2 .."),
+        ("a.zarr --over gamma=5:0:3", ": start 5 stop 0: stop must be above start"),
+        ("a.zarr --over gamma=0:5:1", ": points = 1: must be a whole number in 2 .."),
         ("a.zarr --over gamma=3,2", "values of gamma: must ascend"),
         ("a.zarr --over gamma=0,1 --over gamma=2,3", "--over gamma=2,3: gamma is given twice"),
         (f"a.zarr {ALL_AXES}", "6 axes, alpha, beta, gamma, delta, mu, spin_up: must be at most 5"),
@@ -172,6 +193,42 @@ def test_wrong_command_lines(line, message, tmp_path, monkeypatch, run):
     assert message in err
     assert [path.name for path in tmp_path.iterdir()] == ["file.zarr"]
     assert (tmp_path / "file.zarr").read_text() == "kept"
+
+
+def test_numbers_of_a_file_are_no_options(tmp_path, steel, run):
+    """An option that an axis replaces is noted; all numbers of a beam in SI are in its file."""
+    axis, speeds = ["--over", "spin_up=0,1", "--state", "stable"], ["--over", "gamma=0,1"]
+    _, _, err = run("sweep", str(tmp_path / "a.zarr"), *axis, "--spin-up", "3", "--workers", "1")
+    assert err.startswith("beamviz: --spin-up 3 is not used: --over spin_up varies it\n")
+    _, _, err = run("sweep", str(tmp_path / "b.zarr"), *speeds, "--si", steel, "--workers", "1")
+    assert "is not used" not in err
+
+
+def test_a_store_is_made_anew(tmp_path):
+    """Deleted, its name is free for another sweep of the same process."""
+    for speeds in ([0, 1], [0, 1, 2]):
+        made = sweep({"gamma": speeds}, tmp_path / "a.zarr", workers=1).load()
+        assert made["status"].values.tolist() == [1] * len(speeds)
+        shutil.rmtree(tmp_path / "a.zarr")
+
+
+def test_a_store_of_another_version_is_named(tmp_path, run):
+    """One that lacks an option of this version; or an array."""
+    store = tmp_path / "a.zarr"
+    sweep({"gamma": [0, 1]}, store, workers=1)
+    metadata = json.loads((store / "zarr.json").read_text())
+    del metadata["attributes"]["softening"]
+    metadata["attributes"]["beamviz_version"] = "0.0.1"
+    (store / "zarr.json").write_text(json.dumps(metadata))
+    code, _, err = run("loci", "--sweep", str(store), "--over", "gamma")
+    assert code == 2
+    assert f"'softening' is missing: damaged, or of beamviz 0.0.1, and this is {__version__}" in err
+    damaged = tmp_path / "b.zarr"
+    sweep({"gamma": [0, 1], "mu": [50, 70]}, store.with_name("c.zarr"), workers=1)
+    shutil.copytree(store.with_name("c.zarr"), damaged)
+    shutil.rmtree(damaged / "frequency")
+    code, _, err = run("export", str(tmp_path / "a.png"), "--sweep", str(damaged))
+    assert (code, "'frequency' is missing: damaged" in err) == (2, True)
 
 
 def test_a_store_of_something_else_is_refused(tmp_path):

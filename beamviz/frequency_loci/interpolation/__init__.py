@@ -9,13 +9,13 @@ import numpy as np
 from beamviz.frequency_loci.axis import Axis
 from beamviz.frequency_loci.interpolation.chebyshev import LEAST, lobatto, on_piece
 from beamviz.frequency_loci.interpolation.fits import (
+    Fit,
     Nodes,
     Way,
     by_block,
     by_characteristics,
     by_pairs,
     by_squares,
-    try_ways,
 )
 from beamviz.frequency_loci.interpolation.pieces import Piece
 from beamviz.frequency_loci.spectra import Spectra
@@ -29,20 +29,16 @@ COUPLED_ORDERS = {"gamma": 20, "alpha": 16, "delta": 20, "mu": 32}  # where all 
 ORDERS = (LEAST, 32, 192)  # least; least and greatest for a whole axis before it is halved
 FEW = 64  # greatest order of a part of the axis; below it the convergence rate is inaccurate
 MULTIPLES, EXPECTED = (2, 3, 4, 5, 6), 0.1  # of an order, for the next; error ratio to be expected
-SHORTEST = 1e-8  # of the axis: length below which a piece is not halved
-ISOLATED = 1 / 64  # of the axis: the same for a piece with a value without solution
+SHORTEST = 1 / 64  # of the axis: length below which a piece is not halved
 AT_REST = 1e-7  # replaces gamma = 0 where all modes couple: omega^2 differs by its square
 POLYNOMIALS: tuple[Way, ...] = by_squares, by_pairs
 BLOCK_FIRST = ("gamma", "delta")  # where shapes vary little a block takes fewer nodes
-STALLED = (0.8, 3)  # reduction and number of halvings from which an error is not of interpolation
 
 
 class _Attempt(NamedTuple):
     low: float  # of the variable t
     high: float
     order: int
-    ratio: float = np.inf  # of the error to that accepted, before the piece was halved
-    stalled: int = 0  # number of halvings that did not reduce it
 
 
 def interpolate(sweep: Sweep, axis: Axis) -> list[Piece]:
@@ -63,14 +59,11 @@ def _interpolate(sweep: Sweep, axis: Axis, first: _Attempt) -> list[Piece]:
         spectra, start, following = sweep.spectra(np.concatenate(values)), 0, []
         for attempt, own in zip(pending, values, strict=True):
             solved = spectra.take(slice(start, start := start + len(own)))
-            low, high, order, *_ = attempt
-            piece, ratio, next_order = _fit(Nodes(sweep, axis, low, high, order, own, solved), ways)
+            low, high, order = attempt
+            piece, next_order = _fit(Nodes(sweep, axis, low, high, order, own, solved), ways)
             if high - low == whole and order < ORDERS[1]:
                 next_order = max(next_order, 2 * order)
-            worse = not ratio <= STALLED[0] * attempt.ratio
-            stalled = attempt.stalled + 1 if worse else 0
-            least = SHORTEST if np.isfinite(ratio) else ISOLATED
-            short = high - low <= least * whole or stalled >= STALLED[1]
+            short = high - low <= SHORTEST * whole
             if piece.characteristics and not sweep.coupled:
                 pieces.append(_faster(sweep, axis, piece))
             elif piece.errors is not None or sweep.exhausted or short:
@@ -80,20 +73,22 @@ def _interpolate(sweep: Sweep, axis: Axis, first: _Attempt) -> list[Piece]:
             else:
                 middle = (low + high) / 2
                 halves = (low, middle), (middle, high)
-                following += [_Attempt(*half, ORDERS[0], ratio, stalled) for half in halves]
+                following += [_Attempt(*half, ORDERS[0]) for half in halves]
         pending = following
     return sorted(pieces, key=lambda piece: piece.low)
 
 
 @np.errstate(all="ignore")  # modes not known at all values are nan
-def _fit(nodes: Nodes, ways: Sequence[Way]) -> tuple[Piece, float, int]:
-    """The piece, the ratio of its error to that accepted, and the next order."""
-    found = try_ways(nodes, ways)
-    ratio = min((fit.ratio(0) for fit in found), default=np.inf)
-    if found and found[-1].ratio(0) <= 1:
-        return found[-1].piece, ratio, nodes.order
-    orders = {_next_order(nodes.order, fit.ratio) for fit in found} - {nodes.order}
-    return nodes.piece, ratio, min(orders, default=nodes.order)
+def _fit(nodes: Nodes, ways: Sequence[Way]) -> tuple[Piece, int]:
+    """The piece, with errors if an interpolant was accepted, and the next order."""
+    tried: list[Fit] = []
+    if np.isfinite(nodes.solved.squares[:, nodes.needed]).all():
+        for fit in filter(None, (way(nodes) for way in ways)):
+            if fit.ratio(0) <= 1:
+                return fit.piece, nodes.order
+            tried.append(fit)
+    orders = {_next_order(nodes.order, fit.ratio) for fit in tried} - {nodes.order}
+    return nodes.piece, min(orders, default=nodes.order)
 
 
 def _ways(sweep: Sweep) -> tuple[Way, ...]:
@@ -111,7 +106,7 @@ def _faster(sweep: Sweep, axis: Axis, piece: Piece) -> Piece:
     values = _values_of(axis, attempt)
     squares, solver_error, bending, error = piece.at(axis.t(values))
     spectra = Spectra(squares, solver_error + error, bending)
-    other, *_ = _fit(Nodes(sweep, axis, *attempt[:3], values, spectra), POLYNOMIALS)
+    other, _ = _fit(Nodes(sweep, axis, *attempt, values, spectra), POLYNOMIALS)
     return piece if other.errors is None else other
 
 
@@ -140,7 +135,7 @@ def unresolved(axis: Axis, spectra: Spectra) -> Piece:
 
 def _values_of(axis: Axis, attempt: _Attempt) -> np.ndarray:
     """The nodes of a piece and its check points, as values of the parameter."""
-    low, high, order, *_ = attempt
+    low, high, order = attempt
     points = lobatto(order)
     values = axis.p(on_piece(low, high, np.concatenate((points.nodes, points.check_nodes))))
     return np.maximum(values, AT_REST) if axis.over == "gamma" and axis.coupled else values

@@ -11,7 +11,7 @@ a block of modes.
 Solves at check points between the nodes measure the error of each interpolant.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -124,18 +124,6 @@ class Nodes:
         misfit = abs(points.checks @ nodes - checks).max(axis=0)
         errors = np.maximum(TAIL * tail, MISFIT * misfit) + EPS * abs(nodes).max(axis=0)
         return errors.reshape(shape), rates.reshape(shape)
-
-
-def try_ways(nodes: Nodes, ways: Sequence[Way]) -> list[Fit]:
-    """The interpolants tried, up to the first whose errors are accepted; none without solutions."""
-    tried: list[Fit] = []
-    if np.isfinite(nodes.solved.squares[:, nodes.needed]).all():
-        for way in ways:
-            if found := way(nodes):
-                tried.append(found)
-                if found.ratio(0) <= 1:
-                    break
-    return tried
 
 
 def by_squares(nodes: Nodes) -> Fit:

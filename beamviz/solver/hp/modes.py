@@ -195,6 +195,8 @@ def gyroscopic_modes(
     if not definite:  # unstable: compression cancels, as in uncoupled_modes
         size = size + np.vecmat(abs(np.linalg.diagonal(K)), v**2).sum(axis=1)
     truncation, rounding = _errors(mesh, state, scale, tail, size[:, None], condition[:, None])
+    with np.errstate(divide="ignore"):  # omega^2 is 0 on the limit of stability
+        nu = 1 / spectrum[:, None]
     return StraightModes(
         mesh.grid,
         state.f,
@@ -206,7 +208,7 @@ def gyroscopic_modes(
         omega_squared,
         truncation[:, 0],
         rounding[:, 0],
-        nu=1 / spectrum[:, None],
+        nu=nu,
     )
 
 
