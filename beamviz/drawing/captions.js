@@ -37,9 +37,10 @@ const beamvizCaptions = (() => {
       let top = ((1 - y) / 2) * height + SIDES[one.anchor] * one.height;
       for (const other of placed) {
         const beside = left > other.left + other.width || other.left > left + one.width;
-        if (!beside && Math.abs(top - other.top) < one.height) top = other.top + one.height;
+        const level = top < other.top + other.height && other.top < top + one.height;
+        if (level && !beside) top = other.top + other.height;
       }
-      placed.push({ left, top, width: one.width });
+      placed.push({ left, top, width: one.width, height: one.height });
       one.element.style.transform = `translate(${left.toFixed(1)}px, ${top.toFixed(1)}px)`;
     }
   }
@@ -58,15 +59,18 @@ const beamvizCaptions = (() => {
       context.drawImage(canvas, 0, 0);
       context.scale(width / box.width, height / box.height);
       context.translate(-box.left, -box.top);
-      Object.assign(context, { textAlign: "center", textBaseline: "middle" });
+      context.textAlign = "center";
       for (const text of layer.children) {
         if (text.hidden) continue;
         const { left, top, right, bottom } = text.getBoundingClientRect();
-        const { font, color, backgroundColor } = getComputedStyle(text);
+        const { fontSize, fontFamily, color, backgroundColor } = getComputedStyle(text);
+        const font = `${fontSize} ${fontFamily}`; // the shorthand is empty if it cannot say all
         context.fillStyle = backgroundColor;
         context.fillRect(left, top, right - left, bottom - top);
         Object.assign(context, { font, fillStyle: color });
-        context.fillText(text.textContent, (left + right) / 2, (top + bottom) / 2);
+        const { fontBoundingBoxAscent: up, fontBoundingBoxDescent: down } = context.measureText("x");
+        const baseline = (top + bottom + up - down) / 2;
+        context.fillText(text.textContent, (left + right) / 2, baseline);
       }
       copy.toBlob(done);
     });

@@ -44,7 +44,14 @@ class Measure(NamedTuple):
     def number(self, value: float, decimals: int) -> str:
         """The number with `decimals` decimals; in units with one more significant digit."""
         shown = self.factor * value
-        return significant(shown, decimals + 1) if self.unit else f"{shown:.{decimals}f}"
+        if not self.unit:
+            return f"{shown:.{decimals}f}"
+        digits = decimals + 1
+        return (
+            f"{shown:#.{digits}g}".rstrip(".")
+            if abs(shown) < 10**decimals
+            else significant(shown, digits)
+        )
 
     @property
     def head(self) -> str:

@@ -20,9 +20,8 @@ from beamviz.exports.rasteriser import NEAR, SMALL, draw, edges, samples
 from beamviz.exports.solved_scene import Moment, SolvedScene
 from beamviz.server.viser_private import VisibleNode, offline_scene
 
-Box = tuple[int, int, int]  # of a text: left, right, top [pixels]
-SAMPLES = 5  # of a pixel at an edge
-SHADOW_SAMPLES = 3
+Box = tuple[int, int, int, int]  # of a text: left, right, top, bottom [pixels]
+SAMPLES = 8  # of a pixel at an edge
 SPECULAR = 0.04  # reflectance of a dielectric seen from the front
 FULL_HEIGHT = 720  # [pixels] of a picture: lines are as much thinner as it is smaller
 UP = np.array([0.0, 0.0, 1.0])
@@ -30,7 +29,6 @@ TOWARDS = [np.array(place) / np.linalg.norm(place) for place, _ in LIGHTS.values
 INTENSITIES = [intensity for _, intensity in LIGHTS.values()]
 SUN = TOWARDS[0]  # the light that casts shadows
 AMBIENT = SKY * (1 + linear(GROUND_LIGHT)) / 2  # at a point: half from above, half from below
-SHADOW_CELLS = 320  # of the larger side of a shadow
 SHADOW_BLUR = 0.014  # [lengths of the beam] standard deviation
 # Letters of a caption: [pixels], and of the width of the picture; the part of the width
 # that a line may take; height [lengths of the beam] at most, for a title between two beams.
@@ -92,18 +90,18 @@ class Renderer:
         light = shades(self.eye, corners.mean(axis=1), scene.normals[seen], rgba[:, :3])
         rgba[:, :3] = rgba[:, 3:] * light
         thin = min(1.0, self.height / FULL_HEIGHT)
-        parts = [(self.projected(corners), rgba)]
+        parts, near_lines = [(self.projected(corners), rgba)], [np.zeros(0, int)]
+        everywhere = np.ones((self.height, self.width), bool)
         for ends, colour, width in scene.lines:
-            strips = line_triangles(self.projected(ends), thin * width)
+            strips, wider = (line_triangles(self.projected(ends), thin * width + k) for k in (0, 1))
             parts.append((strips, np.tile([*toned(colour), 1.0], (len(strips), 1))))
+            near_lines.append(samples(wider, everywhere, 1)[1])
         corners, rgba = (np.concatenate(part) for part in zip(*parts, strict=True))
         rgba = rgba.astype(np.float32)
         shown = np.zeros((self.height, self.width, 4), np.uint8)
-        everywhere = np.ones(shown.shape[:2], bool)
         draw(shown, everywhere, corners, rgba, 1)
         edge = edges(shown)
-        lines = samples(corners[np.count_nonzero(seen) :], everywhere, 3)[1]
-        edge.ravel()[lines // 3] = True  # they may be between pixels' centres
+        edge.ravel()[np.concatenate(near_lines)] = True  # which may be between pixels' centres
         draw(shown, edge, corners, rgba, SAMPLES)
         picture.alpha_composite(Image.fromarray(shown))
 
@@ -122,7 +120,7 @@ class Renderer:
         lit, dark = map(tuple, np.rint(tones).astype(int).tolist())
         disc = Image.new("RGB", self.size, lit)
         bodies = scene.corners[scene.casts & (scene.normals @ SUN > 0)]
-        disc.paste(dark, mask=self.shadow(bodies - centre, points))
+        disc.paste(dark, mask=self.shadow(bodies, centre[2]))
         disc.putalpha(self.disc(points, floor.props.radius))
         picture.alpha_composite(disc)
 
@@ -137,23 +135,14 @@ class Renderer:
         below = points[2, 0] * x + (points[2, 1] * y + points[2, 2]) > 0
         return Image.fromarray((255 * share.clip(0, 1) * below).astype(np.uint8))
 
-    def shadow(self, bodies: np.ndarray, points: np.ndarray) -> Image.Image:
-        """The soft shadow of triangles (t, 3, 3) on the level of the origin, in bytes."""
-        fallen = (bodies - bodies[..., 2:] / SUN[2] * SUN)[..., :2]
-        corner = fallen.min(axis=(0, 1)) - 4 * SHADOW_BLUR
-        extent = fallen.max(axis=(0, 1)) + 4 * SHADOW_BLUR - corner
-        cell = float(extent.max()) / SHADOW_CELLS
-        columns, rows = (extent / cell).astype(int) + 2
-        placed = np.insert((fallen - corner) / cell, 2, 1.0, axis=2)
-        covered = np.zeros((rows, columns, SHADOW_SAMPLES), np.float32)
-        inside = samples(placed, np.ones((rows, columns), bool), SHADOW_SAMPLES)[1]
-        covered.ravel()[inside] = 255
-        means = Image.fromarray(covered.mean(axis=2).astype(np.uint8))
-        soft = means.filter(ImageFilter.GaussianBlur(SHADOW_BLUR / cell))
-        matrix = np.array([[1, 0, -corner[0]], [0, 1, -corner[1]], [0, 0, cell]]) @ points
-        data = (matrix / matrix[2, 2]).ravel()[:8].tolist()
-        method = Image.Transform.PERSPECTIVE, data, Image.Resampling.BILINEAR
-        return soft.transform(self.size, *method)
+    def shadow(self, bodies: np.ndarray, height: float) -> Image.Image:
+        """The soft shadow of triangles (t, 3, 3) on a level, in bytes."""
+        fallen = bodies - (bodies[..., 2:] - height) / SUN[2] * SUN
+        covered = np.zeros(self.size[::-1], np.uint8)
+        covered.ravel()[samples(self.projected(fallen), covered == 0, 1)[1]] = 255
+        blur = SHADOW_BLUR * self.focal / self.distance
+        slope = abs(self.eye[2] - height) / self.distance
+        return Image.fromarray(covered).filter(ImageFilter.GaussianBlur((blur, blur * slope)))
 
     # Captions
 
@@ -170,17 +159,20 @@ class Renderer:
         widest = max(map(font(100.0).getlength, lines)) / 100
         letters = min(MAX_LETTERS, RELATIVE_LETTERS * self.width)
         letters = min(letters, RELATIVE_LINE * self.width / widest)
-        face = font(max(min(letters, MAX_TITLE * self.focal / self.distance), 1.0))
+        if len(self.beams) > 1:
+            letters = min(letters, MAX_TITLE * self.focal / self.distance)
+        face = font(max(letters, 1.0))
         ascent, descent = face.getmetrics()
         line = ascent + descent
         width = math.ceil(max(map(face.getlength, lines)) + 2 * CAPTION_PADDING * line)
         height = len(lines) * line
         left = max(min(round(x - width / 2), self.width - width), 0)
         top = round(y - {"top": 0.0, "bottom": 1.0}.get(caption.anchor, 0.5) * height)
-        for box in boxes:
-            beside = left > box[1] or box[0] > left + width
-            top = box[2] + height if not beside and abs(top - box[2]) < height else top
-        boxes.append((left, left + width, top))
+        for other in boxes:
+            beside = left > other[1] or other[0] > left + width
+            level = top < other[3] and other[2] < top + height
+            top = other[3] if level and not beside else top
+        boxes.append((left, left + width, top, top + height))
         ground = Image.new("RGBA", (width, height), (*self.background, CAPTION_ALPHA))
         picture.alpha_composite(ground, (left, max(top, 0)), (0, min(max(-top, 0), height)))
         for k, words in enumerate(lines):

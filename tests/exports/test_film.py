@@ -138,17 +138,27 @@ def test_impossible_films_are_reported(tmp_path, scene, name, options, message):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_missing_or_failing_encoder_is_reported(tmp_path, monkeypatch):
-    """With the remedy, or the encoder's own message; no file is left."""
+def test_a_missing_encoder_is_reported(tmp_path, monkeypatch):
+    """With the remedy, before any work; no file is left."""
     with monkeypatch.context() as patch:
-        patch.setitem(sys.modules, "imageio_ffmpeg", None)
-        patch.setattr(film.shutil, "which", lambda name: None)
-        patch.setattr(exports, "SolvedScene", None)  # before any work
-        with pytest.raises(Unavailable, match=r"no ffmpeg found.*pip install imageio-ffmpeg"):
+        patch.setattr(film, "find_spec", lambda name: None)
+        patch.setattr(exports, "SolvedScene", None)
+        with pytest.raises(Unavailable, match=r"MP4 needs PyAV: pip install av"):
             animate(tmp_path / "a.mp4", Scene())
-    monkeypatch.setattr(film, "ffmpeg", lambda: "/bin/false")
-    with pytest.raises(Unavailable, match=r"cannot write .*a\.mp4: /bin/false failed"):
-        animate(tmp_path / "a.mp4", Scene(), **SMALL)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["a.mp4", "a.gif", "a.webp"])
+def test_a_film_too_large_for_the_disk_is_reported(tmp_path, name):
+    """As any other file: with the reason of the system, and nothing is left."""
+    resource = pytest.importorskip("resource", reason="limits of a process")
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, hard))
+    try:
+        with pytest.raises(Unavailable, match=rf"cannot write .*{name}: File too large"):
+            animate(tmp_path / name, Scene(), **SMALL)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert list(tmp_path.iterdir()) == []
 
 
