@@ -2,6 +2,8 @@
 
 import json
 import re
+import zlib
+from base64 import b64encode
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -52,9 +54,9 @@ def write_html(file: Path, solved: SolvedScene) -> None:
         solved.move(beams, solved.moment())
         page = server.get_scene_serializer().as_html(dark_mode=view.dark)
     if not solved.warning:
-        data = json.dumps(speed_data(solved, beams)).replace("</", "<\\/")
+        data = zlib.compress(json.dumps(speed_data(solved, beams)).encode())
         script = files("beamviz.exports").joinpath("offline.js").read_text(encoding="utf-8")
-        player = f'<script type="application/json" id="speeds">{data}</script>'
+        player = f'<script type="text/plain" id="speeds">{b64encode(data).decode()}</script>'
         player += f"<script>{captions_script()}{script}</script>"
     head, body = page.index("</head>"), page.rindex("</body>")
     scheme, frame = ("dark", ".3em") if view.dark else ("light", "0")
@@ -116,9 +118,9 @@ CONTROLS = (
     ' <input id="speed" type="range"> <output id="speed-shown" for="speed"></output></p>'
 )
 STYLE = """
-.mantine-Notifications-root { display: none; }
+.mantine-Notifications-root, #root button { display: none; }
 #root { position: fixed !important; inset: 0 440px 0 0; width: auto !important;
-        background: var(--scene); }
+        height: auto !important; background: var(--scene); }
 #root div:has(canvas[data-engine]) { background: none !important; }
 aside { position: fixed; inset: 0 0 0 auto; width: 440px; box-sizing: border-box; overflow: auto;
         padding: 1.2em 1.4em; font: 16px/1.45 system-ui, sans-serif; color: light-dark(#222, #ddd);
@@ -135,17 +137,18 @@ aside th { font-weight: 500; vertical-align: bottom; opacity: .65; line-height: 
 aside .shown { background: rgba(204, 60, 140, .14); }
 aside .controls { display: flex; gap: .6em; align-items: center;
                   font-variant-numeric: tabular-nums; }
-aside .controls input { flex: 1; } aside .controls output { min-width: 5.5em; text-align: right; }
+aside .controls input { flex: 1; min-width: 0; }
+aside .controls output { min-width: 5.5em; text-align: right; }
 aside .controls button { font: inherit; min-width: 4.5em; padding: .3em .6em; cursor: pointer; }
 #caption-layer { position: fixed; inset: 0 440px 0 0; overflow: hidden; pointer-events: none; }
-#caption-layer span { position: absolute; white-space: pre-line; padding: .1em .4em;
+#caption-layer span { position: absolute; white-space: nowrap; padding: .1em .4em;
                       font: 15px/1.4 system-ui, sans-serif; border-radius: 4px;
                       background: color-mix(in srgb, var(--scene) 78%, transparent);
                       color: var(--letters); }
 aside .wrong { border-left: 4px solid #d9480f; padding-left: .6em; white-space: pre-line; }
 aside summary { cursor: pointer; opacity: .7; } aside pre { font-size: .75em; overflow: auto; }
 @media (max-width: 900px) {
-  #root { inset: 0 0 45vh 0; }
+  #root, #caption-layer { inset: 0 0 45vh 0; }
   aside { inset: 55vh 0 0 0; width: auto; border: 0; border-top: 1px solid #ddd; }
 }
 """

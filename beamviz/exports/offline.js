@@ -1,26 +1,29 @@
 /* The scene of an exported page, drawn at any speed by interpolation between solved ones. Repeats
 beam_mesh.segments of the package on the data of speeds.py. */
 "use strict";
-(() => {
-  const byId = (id) => document.getElementById(id), data = JSON.parse(byId("speeds").textContent);
-  const floats = (text) =>
-    new Float32Array(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
-  const HIDDEN = [1e-6, 1e-6, 1e-6], MAX_NODES = 10, last = data.speeds.length - 1;
-  for (const beam of data.beams) beam.states = floats(beam.states);
-  for (const label in data.squares) data.squares[label] = floats(data.squares[label]);
+(async () => {
+  const byId = (id) => document.getElementById(id);
+  const packed = Uint8Array.from(atob(byId("speeds").textContent), (c) => c.charCodeAt(0));
+  const unpacked = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+  const data = await new Response(unpacked).json();
+  for (const { states } of data.beams) // from the steps between speeds, in integers
+    states.forEach((state, k) => state.forEach((step, i) => {
+      state[i] = data.resolution * step + (k ? states[k - 1][i] : 0);
+    }));
+  const HIDDEN = [1e-6, 1e-6, 1e-6], MAX_NODES = 10, MIN_STEP = 10, // a smaller one is rounding
+    last = data.speeds.length - 1;
   const [slider, shown, button] = ["speed", "speed-shown", "play"].map(byId), phases = {};
   const chart = document.querySelector("aside figure[data-step]");
   let playing = matchMedia("(prefers-reduced-motion: reduce)").matches;
   let before = 0, angle = 0; // of the hub
   let speed, k, part; // the last solved speed up to it, and the part of the way to the next one
 
-  /* At the present speed, an array of `size` numbers of which there is one for each solved speed. */
-  function at(values, size) {
-    const result = values.slice(k * size, (k + 1) * size), next = (k + 1) * size;
-    if (part) for (let i = 0; i < size; i++) result[i] += part * (values[next + i] - result[i]);
-    return result;
-  }
-  const frequency = (label) => Math.sqrt(at(data.squares[label], 1)[0]); // NaN if unknown
+  /* Numbers at the present speed, from an array of them for each solved speed; null if unknown. */
+  const at = (values) => values[k].map((x, i) => {
+    const next = part ? values[k + 1][i] : x;
+    return x === null || next === null ? NaN : x + part * (next - x);
+  });
+  const frequency = (label) => Math.sqrt(at(data.squares)[data.labels.indexOf(label)]);
 
   /* The properties of a node with several instances, from those of each. */
   const joined = (instances) => Object.fromEntries(Object.keys(instances[0]).map((name) => {
@@ -30,7 +33,7 @@ beam_mesh.segments of the package on the data of speeds.py. */
 
   /* The updates of the nodes of a beam, by name. A station has four numbers: x, y, z, strain. */
   function updates({ names, labels, states, normal, ...beam }) {
-    const size = 4 * beam.stations, state = at(states, size * (1 + 2 * labels.length));
+    const size = 4 * beam.stations, state = at(states);
     const moved = new Float32Array(size);
     labels.forEach((label, m) => {
       const s = Math.sin(phases[label]), c = Math.cos(phases[label]), first = (1 + 2 * m) * size;
@@ -68,7 +71,8 @@ beam_mesh.segments of the package on the data of speeds.py. */
       const rings = pieces.flatMap(({ batched_wxyzs }, i) => {
         const [u, v] = [i, i + 1].map((n) => state[size + 4 * n + beam.component]);
         const middle = points[i].map((x, j) => x + (u / (u - v)) * steps[i][j]);
-        return i && u * v < 0 ? [{ batched_positions: middle, batched_wxyzs, batched_scales: beam.ring }] : [];
+        const node = i && u * v < 0 && Math.abs(u - v) > MIN_STEP * data.resolution;
+        return node ? [{ batched_positions: middle, batched_wxyzs, batched_scales: beam.ring }] : [];
       });
       found[names.nodes] = joined([...rings, ...Array(MAX_NODES).fill(hidden)].slice(0, MAX_NODES));
     }
@@ -89,6 +93,8 @@ beam_mesh.segments of the package on the data of speeds.py. */
     angle += passed * speed;
     requestAnimationFrame(frame);
     if (!viewer?.camera || !viewer.nodeRefFromName[data.beams[0].names.pieces]) return;
+    const { clientWidth, clientHeight } = viewer.canvas; // the scene is fitted into a square
+    viewer.cameraControl?.zoomTo(Math.min(1, clientWidth / clientHeight));
     const turn = (data.direction * angle) / 2, wxyz = [Math.cos(turn), 0, 0, Math.sin(turn)];
     const send = (type, name, values) => viewer.messageQueue.push({ type, name, owner: "", ...values });
     for (const name of data.turning) send("SetOrientationMessage", name, { wxyz });
@@ -116,7 +122,7 @@ beam_mesh.segments of the package on the data of speeds.py. */
     beamvizCaptions.show(data.captions.flatMap((caption) => { // some hold for one speed alone
       const { text } = caption, label = text.split(" ")[0];
       const ofSpeed = text.startsWith("speed") || text.endsWith("rpm");
-      const title = data.beams.length > 1 && label in data.squares;
+      const title = data.beams.length > 1 && data.labels.includes(label);
       if (!moved) return [caption];
       if (ofSpeed) return [{ ...caption, text: text.replace(/[-.0-9]+/, number) }];
       return title ? [{ ...caption, text: label }] : [];

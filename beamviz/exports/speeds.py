@@ -1,6 +1,5 @@
 """A scene solved at many speeds, as data from which the offline page draws it at any of them."""
 
-import base64
 from typing import Any
 
 import numpy as np
@@ -11,11 +10,12 @@ from beamviz.drawing.modes import SampledModes, axial_strain, playback_rate
 from beamviz.drawing.text import frequencies, measure
 from beamviz.exports.solved_scene import SolvedScene
 from beamviz.frequency_loci.sweep import chart_range
-from beamviz.solver import Solution, solve_many
+from beamviz.solver import MAX_MODES, Solution, solve_many
 
 SPEEDS = 61  # solved over the range of the chart, besides that of the scene
 EXTRA_MODES = 3  # solved for, since the order of modes changes with the speed
 PALETTE = 256  # colours of the map
+RESOLUTION = 1e-5  # of places, in lengths of the beam, and of strains
 
 
 def solved_speeds(solved: SolvedScene) -> list[Solution]:
@@ -24,7 +24,7 @@ def solved_speeds(solved: SolvedScene) -> list[Solution]:
     beam, (low, high) = solved.scene.beam, chart_range(solved.scene.beam, "gamma")
     wanted = {solved.solution.labels[k] for k in solved.shown}
     options = {**solved.scene.solver_options, "state": solved.solution.equilibrium.shape}
-    options["modes"] += EXTRA_MODES
+    options["modes"] = min(options["modes"] + EXTRA_MODES, MAX_MODES)
     usable: list[Solution] = []
     while len(usable) < SPEEDS and low < high:  # again where a part of the range has no solution
         speeds = np.union1d(np.linspace(low, high, SPEEDS), [beam.gamma])
@@ -50,7 +50,7 @@ def speed_data(solved: SolvedScene, beams: list[BeamView]) -> dict[str, Any]:
     shapes: list[SampledModes] = []
     for one in solutions:
         shapes.append(SampledModes.sampled(one, shapes[-1] if shapes else None))
-    known = [dict(zip(one.labels, one.omega_squared, strict=True)) for one in solutions]
+    known = [dict(zip(one.labels, one.omega_squared.tolist(), strict=True)) for one in solutions]
     labels = solved.solution.labels
     speed, across = measure("gamma", beam.units), frequencies(beam.units)
     rotor = not view.rotating_frame
@@ -59,7 +59,9 @@ def speed_data(solved: SolvedScene, beams: list[BeamView]) -> dict[str, Any]:
         "speeds": [one.beam.gamma for one in solutions],
         "start": beam.gamma,
         "speed": {"factor": speed.factor, "unit": speed.unit},
-        "squares": {label: packed([at.get(label, np.nan) for at in known]) for label in labels},
+        "labels": labels,
+        "squares": [[at.get(label) for label in labels] for at in known],
+        "resolution": RESOLUTION,
         "factor": across.factor,
         "rate": view.pace * playback_rate(solved.shapes.frequencies[solved.shown], beam.gamma),
         "turning": [(row.rotor if rotor else row.surroundings.floor).name for row in beams],
@@ -77,8 +79,12 @@ def speed_data(solved: SolvedScene, beams: list[BeamView]) -> dict[str, Any]:
 def beam_data(
     row: BeamView, solved: SolvedScene, shapes: list[SampledModes], sizes: np.ndarray
 ) -> dict[str, Any]:
-    """One beam with modes of amplitudes `sizes` (m,) at the speed of the scene. states: for each
-    speed its axis and strain (n, 4), and the change by real and imaginary part of each mode."""
+    """One beam with modes of amplitudes `sizes` (m,) at the speed of the scene.
+
+    states (speeds, 4 n (1 + 2 m)): axis and strain (n, 4), and their change by the real and the
+    imaginary part of each mode; integers, as multiples of RESOLUTION, each row the difference from
+    that of the speed before.
+    """
     normal, view = NORMALS[row.shapes.plane], solved.scene.view
     shown = np.flatnonzero(sizes).tolist()
     labels = [solved.shapes.labels[k] for k in shown]
@@ -92,7 +98,7 @@ def beam_data(
         fields = np.minimum(sizes[shown], one.limits[at])[:, None, None] * one.modes[at]
         parts = np.stack([fields.real, fields.imag], 1).reshape(-1, len(one.x), 2)
         still, *moved = (state(one, part) for part in (np.zeros_like(one.centreline), *parts))
-        states.append([still, *(part - still for part in moved)])
+        states.append(np.concatenate([still, *(part - still for part in moved)]).ravel())
     return {
         "labels": labels,
         "names": {
@@ -103,7 +109,9 @@ def beam_data(
             "rest": row.reference.equilibrium.name,
         },
         "stations": len(row.shapes.x),
-        "states": packed(states),
+        "states": np.diff(
+            np.rint(np.divide(states, RESOLUTION)).astype(int), axis=0, prepend=0
+        ).tolist(),
         "mass": row.shapes.mass,
         "normal": normal.tolist(),
         "thickness": row.section[0],
@@ -119,8 +127,3 @@ def state(shapes: SampledModes, moved: np.ndarray) -> np.ndarray:
     """Points of the axis displaced by `moved` (n, 2) and the strain after each: (n, 4)."""
     points, _ = to_hub_frame(shapes, shapes.centreline + moved)
     return np.column_stack([points, np.append(axial_strain(shapes, moved), 0.0)])
-
-
-def packed(values: Any) -> str:
-    """Numbers as 32-bit floats in base64."""
-    return base64.b64encode(np.asarray(values, "<f4").tobytes()).decode()
