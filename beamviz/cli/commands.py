@@ -9,11 +9,12 @@ from typing import Annotated, Any, Literal
 import typer
 
 from beamviz import __version__
-from beamviz.beam import Beam, check_float, check_int, exact_text
+from beamviz.beam import Beam, check_float, check_int
 from beamviz.cli.options import (
     AT,
     SWEEP_STORE,
     check_store_options,
+    note_unused,
     number,
     parse_place,
     parse_triple,
@@ -117,17 +118,14 @@ def loci(
     else:
         for option in (name for name, value in (("start", start), ("stop", stop)) if value is None):
             raise InvalidInput(f"Missing option '--{option}'.")
-        values = sweep_values(over, start, stop, points)
+        values = sweep_values("--", over, start, stop, points)
     if plot:
         from beamviz.plotting import SUFFIXES
         from beamviz.plotting.loci import save_chart
 
         check_suffix(plot, SUFFIXES)
-    given = getattr(beam, over)
-    if not (sweep or beam.units) and given != getattr(Beam, over):
-        option = over.replace("_", "-")
-        note = f"--{option} {exact_text(given)} is not used: --over {over} varies it"
-        print(f"beamviz: {note}", file=sys.stderr)
+    if not sweep:
+        note_unused(beam, [over])
     found = loci(beam, over, values, modes, **options)
     crossed = resonances(found, check_int("per-rev", per_rev, 0, MAX_PER_REV))
     if plot:
@@ -163,8 +161,7 @@ def sweep(
     from beamviz.sweeps import count_statuses, dask_client, sweep
 
     axes = sweep_axes(over)
-    for name in axes.keys() & {n for n, x in beam.numbers.items() if x != getattr(Beam, n)}:
-        print(f"beamviz: --{name} is not used: --over {name} varies it", file=sys.stderr)
+    note_unused(beam, axes)
     with contextlib.ExitStack() as stack:
         client = stack.enter_context(dask_client(scheduler)) if scheduler else None
         line = stack.enter_context(ProgressLine())

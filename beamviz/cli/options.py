@@ -4,6 +4,7 @@ import functools
 import inspect
 import math
 import re
+import sys
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -224,19 +225,22 @@ takes_beam = shared_options(beam_and_model)
 takes_scene = shared_options(scene_from_options, beam_and_model)
 
 
-def sweep_values(over: str, start: object, stop: object, points: object) -> list[float]:
-    """Equally spaced values of one of the beam's numbers; InvalidInput names the wrong option."""
+def sweep_values(
+    prefix: str, over: str, start: object, stop: object, points: object
+) -> list[float]:
+    """Equally spaced values of one of the beam's numbers; InvalidInput names the wrong one, with a
+    prefix as an option has it."""
     ends = []
-    for option, value in (("--start", start), ("--stop", stop)):
+    for option, value in ((f"{prefix}start", start), (f"{prefix}stop", stop)):
         try:
             ends.append(check_float(over, value, *NUMBERS[over].limits))
         except InvalidInput as error:
             raise InvalidInput(f"{option}: {error}") from None
     first, last = ends
     if last <= first:
-        texts = exact_text(first), exact_text(last)
-        raise InvalidInput("--start {} --stop {}: stop must be above start".format(*texts))
-    steps = check_int("--points", points, 2, MAX_POINTS) - 1
+        texts = f"{prefix}start {exact_text(first)} {prefix}stop {exact_text(last)}"
+        raise InvalidInput(f"{texts}: stop must be above start")
+    steps = check_int(f"{prefix}points", points, 2, MAX_POINTS) - 1
     return [first + (last - first) * i / steps for i in range(steps)] + [last]
 
 
@@ -257,10 +261,20 @@ def sweep_axes(texts: Iterable[str]) -> dict[str, list[float]]:
         if name in axes:
             raise InvalidInput(f"--over {text}: {name} is given twice")
         try:
-            axes[name] = sweep_values(name, *floats) if ":" in values else floats
+            axes[name] = sweep_values("", name, *floats) if ":" in values else floats
         except InvalidInput as error:
             raise InvalidInput(f"--over {text}: {error}") from None
     return axes
+
+
+def note_unused(beam: Beam, axes: Iterable[str]) -> None:
+    """Note the options that have no effect because an axis varies their number; a file always has
+    all numbers."""
+    for name in axes if not beam.units else ():
+        given = getattr(beam, name)
+        if given != getattr(Beam, name):
+            option = f"--{name.replace('_', '-')} {exact_text(given)}"
+            print(f"beamviz: {option} is not used: --over {name} varies it", file=sys.stderr)
 
 
 def check_store_options(
