@@ -13,7 +13,6 @@ from beamviz.drawing import camera
 from beamviz.drawing.modes import SampledModes
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.explorer.frames import FrameLoop
-from beamviz.explorer.jobs import WorkerPool
 from beamviz.explorer.page.page import choose_theme, insert_page
 from beamviz.scene import Scene
 from beamviz.server import run_server, self_test
@@ -23,8 +22,6 @@ from beamviz.server.viser_private import check_attributes
 from beamviz.signals import handle_signals
 from beamviz.solver import solve
 
-SOLVERS = 2  # solves at once, for all visitors of a process
-CHARTS = 1  # charts, maps and other background jobs at once
 KEY_BYTES = 16
 
 Signals = queue.SimpleQueue[int]  # the signals received
@@ -121,20 +118,15 @@ def explorer(
     visitor_count and listener: see `run_server`; access: further fields of Access.
     """
     visitor_count = visitor_count or VisitorCount()
-    with (
-        run_server(
-            host, port, visitor_count=visitor_count, listener=listener, insert=insert_page, **access
-        ) as server,
-        WorkerPool(SOLVERS, "solver") as pool,
-        WorkerPool(CHARTS, "chart") as charts,
-    ):
+    own: dict[str, Any] = {"visitor_count": visitor_count, "listener": listener}
+    with run_server(host, port, insert=insert_page, **own, **access) as server:
         rules = Access(host, server.get_port(), **access)
         self_test(server, rules, visitor_count, listener)
         choose_theme(server, dark=scene.view.dark)
         rest = SampledModes.at_rest(scene.beam, scene.options["plane"])
         fitted = camera.fitted(rest, scene.view.rotating_frame, aspect=1.0)
         camera.place(server.initial_camera, scene.camera or fitted)
-        frame_loop = FrameLoop(server, scene, pool, charts, rules, visitor_count)
+        frame_loop = FrameLoop(server, scene, rules, visitor_count)
         try:
             yield rules.url
         finally:

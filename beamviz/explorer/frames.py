@@ -44,32 +44,25 @@ async def exchange_messages() -> None:
 class FrameLoop:
     """Draws for all visitors; it sleeps while nothing moves.
 
-    sessions: by client id; woken: ids of visitors whose page may be outdated, in order; drawn: ids
-    of those whose page was updated since the last round; presenter: the id of the presenter.
+    sessions: by client id; woken: ids of visitors whose page may be outdated, in order; drawn: time
+    [s] of the end of the last round of frames; presenter: the id of the presenter.
     """
 
     def __init__(
-        self,
-        server: ViserServer,
-        scene: Scene,
-        pool: WorkerPool,
-        background: WorkerPool,
-        access: Access,
-        visitor_count: VisitorCount,
+        self, server: ViserServer, scene: Scene, access: Access, visitor_count: VisitorCount
     ):
-        self.server, self.access, self.visitor_count = server, access, visitor_count
+        self.server, self.scene = server, scene
+        self.access, self.visitor_count = access, visitor_count
         self.loop, self.changed = server.get_event_loop(), asyncio.Event()
         self.thread: threading.Thread | None = None
-        self.queue = SolveQueue(pool, self.crowded, self.resume)
+        self.queue = SolveQueue(self.crowded, self.resume)
+        self.background = WorkerPool(1, "chart")  # charts, maps and other long work
         self.opener = ThreadPoolExecutor(1, "opener")
         self.opener.submit(draw_sketches)  # before the first session, which shows them
-        self.session = partial(
-            Session, scene=scene, queue=self.queue, background=background, crowded=self.crowded
-        )
         self.presenter: int | None = None
         self.sessions: dict[int, Session] = {}
         self.woken: dict[int, None] = {}
-        self.drawn: set[int] = set()
+        self.drawn = 0.0
         self.stopped = False
         self.running = asyncio.run_coroutine_threadsafe(self.run(), self.loop)
         server.on_client_connect(self.join)
@@ -81,9 +74,10 @@ class FrameLoop:
         lecture = bool(self.access.presenter_key)
         presents = lecture and is_presenter(self.access, handshake_request(self.server, visitor))
         presenter = self.presentation if lecture and not presents else None
-        opening = partial(self.session, wake=partial(self.wake, visitor), presenter=presenter)
+        threads, wake = (self.queue, self.background), partial(self.wake, visitor)
+        opening = partial(Session, client, self.scene, *threads, wake, self.crowded, presenter)
         with contextlib.suppress(RuntimeError):  # stopped meanwhile
-            opened = self.opener.submit(opening, client)
+            opened = self.opener.submit(opening)
             self.sessions[visitor] = await asyncio.wrap_future(opened)
             self.presenter = visitor if presents else self.presenter
             if self.stopped or visitor not in self.server.get_clients():
@@ -130,6 +124,7 @@ class FrameLoop:
         self.resume()
         wait([self.running], STOP_TIMEOUT)
         self.queue.close()
+        self.background.close()
         self.opener.shutdown(cancel_futures=True)
         for visitor in list(self.sessions):
             self.leave(visitor)
@@ -172,13 +167,13 @@ class FrameLoop:
     async def draw_all(self, step: float) -> None:
         """Draw the next frame of all moving scenes, except those drawn a moment ago; while solves
         are waiting, except those updated since the last round."""
-        solves_wait, drawn, self.drawn = bool(self.queue.waiting), self.drawn, set()
+        before = self.drawn if self.queue.waiting else time.monotonic() - step / 2
         for k, (visitor, session) in enumerate(list(self.sessions.items())):
-            is_recent = time.monotonic() - session.last_tick <= step / 2
-            if not (visitor in drawn if solves_wait else is_recent) and session.needs_tick:
+            if session.last_tick <= before and session.needs_tick:
                 self.tick(visitor, session)
             if k % BATCH == BATCH - 1:
                 await asyncio.sleep(0)
+        self.drawn = time.monotonic()
         await exchange_messages()
 
     def draw_next(self) -> None:
@@ -189,7 +184,6 @@ class FrameLoop:
             session = self.sessions.get(visitor)
             if session and session.outdated:
                 self.tick(visitor, session)
-                self.drawn.add(visitor)
                 drawn += 1
             if drawn == BATCH:
                 return

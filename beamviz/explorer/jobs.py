@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any, ClassVar, Generic, Self, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
@@ -23,6 +23,7 @@ from beamviz.explorer.state import Case
 from beamviz.server.log import RateLimitedLog
 from beamviz.solver import Solution, interruption, solve
 
+SOLVERS = 2  # solves at once, for all visitors of a process
 LONG = 2.0  # [s] after which work no longer counts against the number of workers
 QUICK = 0.02  # [s] processor time of a solve that may run in a batch
 PATIENCE = 1.0  # [s] after which the page shows that a job is running
@@ -53,12 +54,6 @@ class WorkerPool:
         self.closed = False
         for _ in range(workers + 1):
             self.add_thread()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     def submit(self, work: Work) -> None:
         """Run `work` as soon as a worker is free."""
@@ -114,13 +109,9 @@ class SolveQueue:
     wait here, and the frame loop runs them in batches: this takes less time than threads that
     compete with the frame loop for the interpreter lock."""
 
-    def __init__(
-        self,
-        pool: WorkerPool,
-        crowded: Callable[[], bool] = lambda: False,
-        notify: Callable[[], None] = lambda: None,
-    ):
-        self.pool, self.crowded, self.notify = pool, crowded, notify
+    def __init__(self, crowded: Callable[[], bool], notify: Callable[[], None] = lambda: None):
+        self.crowded, self.notify = crowded, notify
+        self.pool = WorkerPool(SOLVERS, "solver")
         self.waiting: deque[tuple[Work, Callable[[], bool]]] = deque()
         self.batch_pool = WorkerPool(1, "solver batch", BATCH_TIMEOUT)
 
@@ -148,22 +139,8 @@ class SolveQueue:
     def close(self) -> None:
         """Discard the waiting solves."""
         self.waiting.clear()
+        self.pool.close()
         self.batch_pool.close()
-
-
-current = threading.local()  # .run: the job of a thread, its request and the number of the run
-
-
-def check_cancelled(done: float | None = None) -> None:
-    """Store the fraction `done` of the computation of this thread. Raises Cancelled if the visitor
-    has cancelled it, or has made another request and it has taken OUTDATED seconds."""
-    job, request, number = current.run
-    if job.number != number or job.closed:
-        raise Cancelled
-    if job.latest is not request and time.monotonic() > job.started + OUTDATED:
-        raise Cancelled
-    if done is not None:
-        job.done = done
 
 
 @dataclass(frozen=True)
@@ -239,12 +216,10 @@ class Job(Generic[Q, R]):
     def cancel(self) -> None:
         """Stop computing; the answer to the latest request is that it was cancelled."""
         with self.lock:
-            request = self.latest
-            if not self.busy or request is None:
+            if not self.busy:
                 return
-            self.withdraw()
-            self.latest = request
-            self.answer = self.kind(request, error=Cancelled("The calculation was cancelled."))
+            self.number, self.busy = self.number + 1, False
+            self.answer = self.kind(self.latest, error=Cancelled("The calculation was cancelled."))
         self.ready()
 
     def withdraw(self) -> None:
@@ -272,8 +247,7 @@ class Job(Generic[Q, R]):
         request = self.latest
         if self.closed or request is None or number != self.number:
             return
-        current.run = self, request, number
-        token = interruption.set(check_cancelled)
+        token = interruption.set(partial(self.check, number, request))
         try:
             answer = self.answered(request)
         finally:
@@ -288,6 +262,14 @@ class Job(Generic[Q, R]):
             if self.busy:
                 self.start()
         self.ready()
+
+    def check(self, number: int, request: Q, done: float | None = None) -> None:
+        """Store the fraction `done` of a run. Raises Cancelled if the visitor has cancelled it, or
+        has made another request and it has taken OUTDATED seconds."""
+        late = self.latest is not request and time.monotonic() > self.started + OUTDATED
+        if self.number != number or self.closed or late:
+            raise Cancelled
+        self.done = self.done if done is None else done
 
     def answered(self, request: Q) -> Answer[Q, R]:
         """The answer to a request; an unexpected error is logged, and is an answer too."""

@@ -45,16 +45,17 @@ REST = 0.3  # [s] that a slider is at rest before the charts are updated, with m
 ZOOMED = 1.25  # ratio of scales from which on the beam is subdivided again
 
 
-class SceneView:
+class SceneView(Feature):
     """The 3D view of a visitor: the beam, or all its modes in rows, and the beam compared with, on
-    one clock. `show` draws a state and an answer, `move` advances the time.
+    one clock. `show` draws the state and the answer, `move` advances the time.
 
     shapes: the modes drawn; amplitudes (m,): of these modes; shown_modes: those (from 0) in the
     picture; solved: the last answer of this scene that has a solution.
     """
 
     def __init__(self, visitor: Visitor, comparison: Comparison, run_up: RunUpPlayback):
-        self.visitor, self.camera, self.state = visitor, visitor.camera, visitor.state
+        super().__init__(visitor)
+        self.camera, self.state = visitor.camera, visitor.state
         self.comparison, self.run_up, self.clock = comparison, run_up, Clock()
         api = visitor.client.scene
         self.scene, self.all_modes = BeamView(api), AllModesView(api)
@@ -70,10 +71,31 @@ class SceneView:
         self.choose_pace = True
         self.shapes = SampledModes.at_rest(state.scene.beam, state.case.options["plane"])
 
-    def show(self, state: State) -> None:
-        """Draw a state and the answer of the visitor. Unless it is the answer to the case of the
-        state, camera and playback rate are chosen again at the next answer."""
-        answer = self.visitor.answer
+    @property
+    def inputs(self) -> tuple[object, ...]:
+        """The view, the scene, and what is solved, compared and run up."""
+        state = self.visitor.state
+        return (
+            state.view, state.scene, self.visitor.solver.answer, state.comparison, state.kept,
+            state.stacked, self.comparison.job.answer, *self.run_up.inputs,
+        )  # fmt: skip
+
+    @property
+    def outdated(self) -> bool:
+        """Whether an input has changed, or the scale so much that the beam must be subdivided
+        again."""
+        if self.camera.requested or super().outdated:
+            return True
+        ratio = self.camera.scale / self.scale
+        return not (self.camera.change or 1 / ZOOMED < ratio < ZOOMED)
+
+    def show(self) -> None:
+        """Draw the state and the latest answer. Unless it is the answer to the case of the state,
+        camera and playback rate are chosen again at the next answer."""
+        visitor = self.visitor
+        with visitor.lock:
+            state, visitor.answer = visitor.state, visitor.solver.answer
+        answer = visitor.answer
         settled = answer is not None and answer.request == state.shown_case
         if state.scene is not self.opened:
             shapes = self.shapes  # until the first answer
@@ -150,20 +172,19 @@ class SceneView:
 
     @property
     def captions(self) -> list[Caption]:
-        """The texts that the page writes over the scene."""
+        """The texts that the page writes over the scene. The warning is not one of them, as it is
+        above the scene, nor is the speed while the beam of an earlier answer is drawn."""
         parts: list[BeamView | Comparison] = [self.scene, *self.all_modes.rows, self.comparison]
-        return [caption for part in parts for caption in part.captions]
+        captions = [caption for part in parts for caption in part.captions]
+        answer, hidden = self.visitor.answer, [self.scene.warning]
+        if answer and answer.beam != self.shapes.beam:
+            hidden.append(self.scene.surroundings.speed)
+        return [caption for caption in captions if caption not in hidden]
 
     @property
     def warning(self) -> str:
         """The reason why there is no stable equilibrium, or ""."""
         return self.visitor.answer.warning if self.visitor.answer else ""
-
-    @property
-    def zoomed(self) -> bool:
-        """Whether the scale has changed so much that the beam must be subdivided again."""
-        ratio = self.camera.scale / self.scale
-        return not (self.camera.change or 1 / ZOOMED < ratio < ZOOMED)
 
     @property
     def pace(self) -> float:
@@ -239,7 +260,7 @@ class Session:
             camera.set_viewpoint(None)
         camera.requested |= camera.outdated
         self.links.moved = True
-        if camera.requested or self.view.zoomed:
+        if self.view.outdated:
             self.visitor.wake()
 
     @property
@@ -263,21 +284,7 @@ class Session:
         behind = self.presenter is not None and self.presenter.outdated
         behind = behind or self.mass_drag.outdated
         behind = behind or not self.visitor.page.shows("work", panel.work(self.visitor.jobs))
-        return self.scene_outdated or behind or any(one.outdated for one in self.features)
-
-    @property
-    def scene_outdated(self) -> bool:
-        """Whether the scene is outdated."""
-        visitor, view = self.visitor, self.view
-        return (
-            visitor.camera.requested
-            or visitor.state.view is not view.state.view
-            or visitor.state.scene is not view.opened
-            or visitor.solver.answer is not visitor.answer
-            or self.comparison.outdated
-            or self.run_up.outdated
-            or view.zoomed
-        )
+        return behind or any(one.outdated for one in (self.view, *self.features))
 
     def tick(self, now: float) -> None:
         """Draw the frame of the time `now` [s]."""
@@ -288,7 +295,7 @@ class Session:
         with self.visitor.client.atomic():
             self.visitor.update_controls()
             change = self.visitor.camera.change
-            if self.scene_outdated:
+            if self.view.outdated:
                 self.draw()
                 self.charts_due = now + (REST if self.crowded() else 0.0)
             time = elapsed * self.view.pace if self.is_moving else 0.0
@@ -310,9 +317,7 @@ class Session:
     def draw(self) -> None:
         """Draw the latest answer and state."""
         visitor, view = self.visitor, self.view
-        with visitor.lock:
-            state, visitor.answer = visitor.state, visitor.solver.answer
-        view.show(state)
+        view.update()
         visitor.page.captions(view.captions)
         panel.show_answer(visitor, view.solved, view.shown_modes)
         panel.show_picture(visitor, view.largest, view.pace, view.shapes.beam.units)
@@ -341,5 +346,5 @@ class Session:
 
     def close(self) -> None:
         """Cancel the export and close all jobs."""
-        self.files.close()
+        self.files.job.close()
         self.visitor.close()

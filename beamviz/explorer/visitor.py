@@ -226,7 +226,9 @@ class Feature:
         self.shown = self.inputs
         self.show()
 
-    def fade(self, chart: str, job: Job) -> None:
-        """Fade a chart, by its element id, while its job has no answer to the latest request."""
+    def fade(self, job: Job, *parts: str) -> None:
+        """Mark a chart and its lists, by their element ids, while their job has no answer to the
+        latest request."""
         missing = job.slow or job.cancelled
-        self.visitor.page.props(chart, data_outdated="" if missing else None)
+        for id in parts:
+            self.visitor.page.props(id, data_outdated="" if missing else None)

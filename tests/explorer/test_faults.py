@@ -20,7 +20,6 @@ from live.server import CAMERA_MESSAGE, encoded, raw_socket, wait_until
 from live.visitor import BEAM, PAPER, Visitor, beam_moved, frequency_text, pause, visitor
 
 from beamviz.beam import Beam
-from beamviz.explorer import app as server
 from beamviz.explorer import frames as frame_loop
 from beamviz.explorer import jobs
 from beamviz.explorer.app import FrameLoop, explorer
@@ -109,8 +108,7 @@ def test_visitors_may_vanish_during_drawing_and_solves(url, other, frame_loops, 
             vanish(guest.socket.socket)
     alone(frame_loops)
     with visitor(url) as guest:
-        guest.choose("gamma", 12.0)
-        guest.says(frequency_text(PAPER.replace(gamma=12)))
+        guest.show_speed(12.0)
 
 
 @pytest.mark.slow
@@ -212,36 +210,23 @@ def test_an_unexpected_error_of_the_solver_is_shown_and_logged_once(url, other, 
             guest.wait(lambda _: "a mistake of ours" not in guest.text)
             guest.choose("gamma", BROKEN)
             guest.says("unexpected: a mistake of ours")
-        guest.choose("gamma", 12.0)
-        guest.says(frequency_text(PAPER.replace(gamma=12)))
+        guest.show_speed(12.0)
     lines = [record for record in caplog.records if "a mistake of ours" in record.getMessage()]
     assert len(lines) == 1
     assert lines[0].exc_info in (None, False)
-
-
-def test_a_slow_solve_does_not_delay_other_visitors(other, guest):
-    """While one visitor waits, another gets frames and answers."""
-    other.choose("playing", True)
-    guest.choose("gamma", SLOW)
-    frames, end = 0, time.monotonic() + 0.9
-    while time.monotonic() < end:
-        frames += beam_moved(other.receive(1.0))
-    assert frames >= 5
-    guest.says(frequency_text(PAPER.replace(gamma=SLOW)))
 
 
 def test_endless_solves_do_not_delay_other_visitors(url, other):
     """More visitors wait for one than there are workers: another gets frames and answers."""
     other.choose("playing", True)
     with contextlib.ExitStack() as guests:
-        for _ in range(server.SOLVERS + 1):
+        for _ in range(jobs.SOLVERS + 1):
             guest = guests.enter_context(visitor(url))
             guests.callback(vanish, guest.socket.socket)
             guest.choose("gamma", ENDLESS)
         guests.callback(ENOUGH.set)
         for gamma in (12.0, 13.0):
-            other.choose("gamma", gamma)
-            other.says(frequency_text(PAPER.replace(gamma=gamma)))
+            other.show_speed(gamma)
             for _ in range(5):
                 other.wait(beam_moved)
     other.choose("gamma", PAPER.gamma)
@@ -260,12 +245,10 @@ def test_endless_solves_do_not_delay_a_batch(url, other, frame_loops):
         guests.callback(ENOUGH.set)
         wait_until(frame_loops[0].crowded)
         for guest in crowd[:3]:
-            guest.choose("gamma", 11.0)
-            guest.says(frequency_text(PAPER.replace(gamma=11)))
+            guest.show_speed(11.0)
             guest.choose("gamma", ENDLESS)
         for gamma in (12.0, 13.0):
-            crowd[-1].choose("gamma", gamma)
-            crowd[-1].says(frequency_text(PAPER.replace(gamma=gamma)))
+            crowd[-1].show_speed(gamma)
             for _ in range(20):
                 crowd[-1].wait(beam_moved)
         sessions = list(frame_loops[0].sessions.values())

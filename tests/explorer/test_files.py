@@ -7,13 +7,12 @@ from typing import Any
 
 import pytest
 from live.browser import page, says
-from live.visitor import Visitor, frequency_text
+from live.visitor import Visitor, frequency_text, visitor
 from PIL import Image
 
 from beamviz import exports
 from beamviz.beam import MAX_TOML_BYTES, Beam
 from beamviz.explorer.features import files
-from beamviz.explorer.features.files import ExportJob
 from beamviz.exports.solved_scene import Loop
 from beamviz.scene import Scene
 
@@ -132,39 +131,34 @@ def test_a_film_shows_its_progress_and_is_cancelled(guest):
     assert guest.said == [{"text": "beam.gif: cancelled", "error": False}]
 
 
-def test_films_wait_for_each_other_and_tables_for_none(monkeypatch):
-    """The second film waits for one other, a table for none; the first one is cancelled and has no
-    content; the progress increases to the last frame."""
-    monkeypatch.setattr(files, "animate", small_film)
-    said: list[tuple[ExportJob, str, float]] = []
+def test_films_wait_for_each_other_and_tables_for_none(url, guest, monkeypatch):
+    """The second film waits for one other, a table for none; the first one is cancelled and sends
+    nothing; the second one is sent then."""
+    first, entered = threading.Event(), threading.Event()
 
-    def report(job: ExportJob) -> None:
-        said.append((job, job.text, job.done))
-        if job is first and job.done > 0.2:
-            paused.wait(60)  # until the table is there
-        if job.state not in ("waiting", "working"):
-            done[job].set()
+    def paused_film(path: Path, scene: Scene, **options: Any) -> Loop:
+        entered.set()
+        first.wait(60)
+        return small_film(path, scene, **options)
 
-    paused = threading.Event()
-    first, second, third = (
-        ExportJob(FIRST, suffix, report) for suffix in (".gif", ".webp", ".csv")
-    )
-    done = {job: threading.Event() for job in (first, second, third)}
-    for job in (first, second, third):
-        job.start()
-    assert done[third].wait(60)
-    assert third.content.startswith(b"mode,label")
-    assert (second, "waits for 1 other", 0.0) in said
-    first.cancel()
-    paused.set()
-    assert done[first].wait(60)
-    assert done[second].wait(60)
-    assert [job.state for job in done] == ["cancelled", "done", "done"]
-    assert first.content == b""
-    assert second.content[8:12] == b"WEBP"
-    progress = [done for job, _, done in said if job is second and done]
-    assert progress == sorted(progress)
-    assert progress[-1] > 0.9
+    monkeypatch.setattr(files, "animate", paused_film)
+    guest.do("export", ".gif")
+    assert entered.wait(60)
+    with visitor(url) as second, visitor(url) as third:
+        second.do("export", ".webp")
+        second.says("waits for 1 other")
+        third.do("export", ".csv")
+        (part,) = heard(third, "FileTransferPart")
+        assert part["content"].startswith(b"mode,label")
+        guest.do("cancel_export")
+        guest.wait(lambda _: guest.said)
+        first.set()
+        (part,) = heard(second, "FileTransferPart")
+        assert part["content"][8:12] == b"WEBP"
+        second.wait(lambda _: second.said)
+        assert second.props["export-progress"]["value"] > 0.5
+    assert guest.said == [{"text": "beam.gif: cancelled", "error": False}]
+    assert not any(files.QUEUES.values())
 
 
 @pytest.mark.parametrize(
@@ -172,8 +166,12 @@ def test_films_wait_for_each_other_and_tables_for_none(monkeypatch):
     [
         ("[beam]\nalpha = -1\n", "scene.toml: alpha = -1: must lie in 0 .. 100"),
         ('"' * (MAX_TOML_BYTES + 1), "scene.toml: larger than 64000 bytes"),
+        (
+            Scene.of(method="linear", elements=1000).to_toml(),  # which the command line takes
+            "elements = 1000: a page solves with at most 200",
+        ),
     ],
-    ids=["no beam", "too large"],
+    ids=["no beam", "too large", "too slow"],
 )
 def test_an_invalid_file_changes_nothing(guest, text, reason):
     """The visitor reads why; the scene is unchanged."""

@@ -25,32 +25,23 @@ def frame_loop(*sessions: Still, waiting: int = 0) -> FrameLoop:
     made = FrameLoop.__new__(FrameLoop)
     made.sessions = dict(enumerate(sessions))
     made.queue = SimpleNamespace(waiting=[None] * waiting)
-    made.woken, made.drawn, made.visitor_count = {}, set(), VisitorCount()
+    made.woken, made.drawn, made.visitor_count = {}, 0.0, VisitorCount()
     return made
 
 
 def test_a_round_draws_one_frame_for_each_visitor():
-    """While solves wait, a session that has just had a frame with an answer is skipped once."""
-    sessions = [Still(outdated=k < 2) for k in range(5)]
+    """While solves wait, a session that has just had a frame with an answer is skipped once; one at
+    rest has none."""
+    sessions = [Still(outdated=k < 2, needs_tick=k < 4) for k in range(5)]
     made = frame_loop(*sessions, waiting=1)
-    made.woken = dict.fromkeys([0, 1])
+    made.woken = dict.fromkeys([0, 1, 4, 5])  # one at rest, and one who has left
     made.draw_next()
+    assert not made.woken
     assert [one.pictures for one in sessions] == [1, 1, 0, 0, 0]
     asyncio.run(made.draw_all(made.step))
-    assert [one.pictures for one in sessions] == [1, 1, 1, 1, 1]
+    assert [one.pictures for one in sessions] == [1, 1, 1, 1, 0]
     asyncio.run(made.draw_all(made.step))
-    assert [one.pictures for one in sessions] == [2, 2, 2, 2, 2]
-
-
-def test_sessions_at_rest_are_not_drawn():
-    """Only moving sessions are drawn, and woken ones if they are outdated."""
-    sessions = [Still(needs_tick=False), Still(needs_tick=False)]
-    made = frame_loop(*sessions)
-    made.woken = dict.fromkeys([0, 1, 2])  # one has left
-    made.draw_next()
-    asyncio.run(made.draw_all(made.step))
-    assert [one.pictures for one in sessions] == [0, 0]
-    assert not made.woken
+    assert [one.pictures for one in sessions] == [2, 2, 2, 2, 0]
 
 
 def test_answers_are_drawn_in_batches():

@@ -3,6 +3,7 @@
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing
 
 import pytest
 from charts import case
@@ -30,18 +31,13 @@ def threads(name: str) -> int:
     return sum(thread.name == name for thread in threading.enumerate())
 
 
-def run_at_once(work: Callable[[], None]) -> None:
-    """A pool that runs work immediately, without threads."""
-    work()
-
-
 # Worker pool
 
 
 def test_work_starts_in_order_two_at_a_time(release):
     """The others wait, and start in the order of submission."""
     begun: list[int] = []
-    with WorkerPool(2, "test") as pool:
+    with closing(WorkerPool(2, "test")) as pool:
         for k in range(6):
             pool.submit(lambda k=k: (begun.append(k), release.wait(20)))
         wait_until(lambda: len(begun) == 2)
@@ -56,7 +52,7 @@ def test_work_starts_in_order_two_at_a_time(release):
 def test_long_work_does_not_delay_other_work(release):
     """Other work is done on substitute threads, which end with the long work."""
     done: list[int] = []
-    with WorkerPool(2, "test long", long=0.1) as pool:
+    with closing(WorkerPool(2, "test long", long=0.1)) as pool:
         idle = threads("test long")
         for _ in range(9):
             pool.submit(lambda: release.wait(60))
@@ -72,7 +68,7 @@ def test_long_work_does_not_delay_other_work(release):
 def test_closing_a_pool_does_not_wait(release):
     """Waiting work is discarded, running work is completed, and no thread is left."""
     done: list[int] = []
-    with WorkerPool(1, "test close") as pool:
+    with closing(WorkerPool(1, "test close")) as pool:
         pool.submit(lambda: release.wait(60))
         wait_until(lambda: bool(pool.started))
         pool.submit(lambda: done.append(1))
@@ -88,25 +84,24 @@ def test_closing_a_pool_does_not_wait(release):
 @pytest.fixture
 def pool() -> Iterator[WorkerPool]:
     """One worker."""
-    with WorkerPool(1, "test pool") as made:
+    with closing(WorkerPool(1, "test pool")) as made:
         yield made
 
 
 @pytest.fixture
-def crowd(pool) -> Iterator[SolveQueue]:
+def crowd() -> Iterator[SolveQueue]:
     """The queue with many visitors."""
-    made = SolveQueue(pool, lambda: True)
-    yield made
-    made.close()
+    with closing(SolveQueue(lambda: True)) as made:
+        yield made
 
 
-def test_solves_of_few_visitors_run_immediately(pool):
+def test_solves_of_few_visitors_run_immediately():
     """On worker threads, without a batch."""
-    queue, done = SolveQueue(pool), threading.Event()
-    queue.submit(done.set, lambda: True)
-    assert done.wait(20)
-    assert not queue.waiting
-    queue.close()
+    with closing(SolveQueue(lambda: False)) as queue:
+        done = threading.Event()
+        queue.submit(done.set, lambda: True)
+        assert done.wait(20)
+        assert not queue.waiting
 
 
 def test_solves_of_many_visitors_run_in_batches(crowd):
@@ -215,16 +210,3 @@ def test_a_closed_job_computes_nothing():
     job.request(2)
     assert not computed
     assert not waiting
-
-
-def test_a_job_adopts_the_answer_of_another_visitor():
-    """The same request is not computed again, another one is."""
-    computed: list[int] = []
-    lead: Job[int, None] = Job("number", computed.append, run_at_once, lambda: None)
-    follower: Job[int, None] = Job("number", computed.append, run_at_once, lambda: None)
-    lead.request(1)
-    follower.adopt(lead)
-    follower.request(1)
-    assert follower.answer is lead.answer
-    follower.request(2)
-    assert computed == [1, 2]

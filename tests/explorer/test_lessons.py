@@ -140,16 +140,6 @@ def test_the_scene_of_a_lesson_begins_it():
         guest.says(lesson("nodes").question)
 
 
-def test_invalid_lessons_and_steps_are_ignored(guest):
-    """An unknown name, step or direction."""
-    for value in ("Magic", 7, None, ["nodes"]):
-        guest.do("lesson", value)
-    for value in (-1, 3, "why", 1):
-        guest.do("lesson_step", value)
-        guest.do("lesson_turn", 5)
-    begin(guest, "nodes")
-
-
 # Challenges
 
 
@@ -168,6 +158,16 @@ def test_the_challenge_is_checked_continuously(guest, name, label, value):
     assert f"{answer:.5g}" in guest.text
     guest.do("lesson", "")
     guest.says(f"Challenges met: 1 of {len(LESSONS)}")
+
+
+def test_invalid_lessons_and_steps_are_ignored(guest):
+    """An unknown name, step or direction."""
+    for value in ("Magic", 7, None, ["nodes"]):
+        guest.do("lesson", value)
+    for value in (-1, 3, "why", 1):
+        guest.do("lesson_step", value)
+        guest.do("lesson_turn", 5)
+    begin(guest, "nodes")
 
 
 def test_the_change_to_undo_is_named(guest):

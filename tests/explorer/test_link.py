@@ -32,6 +32,7 @@ NODES = lesson("nodes").scene
         ("alpha=1&mode=3", Link(Scene.of(alpha=1, mode=3), {})),
         ("gamma=10.0&over=mu&dark=true", Link(Scene.of(gamma=10, over="mu", dark=True), {})),
         ("strain=hencky&shares=[0.5,%201]", Link(Scene.of(strain="hencky", shares=[0.5, 1.0]), {})),
+        ("method=linear&elements=200", Link(Scene.of(method="linear", elements=200), {})),
         ("gamma=3&compare=coriolis", Link(Scene.of(gamma=3), {"comparison": CORIOLIS})),
         (
             "stacked=true&force=2&damping=0.05&response=true",
@@ -62,6 +63,7 @@ def test_a_link_is_parsed(query, link):
         ("damping=1", "damping = 1: must lie in 0.001 .. 0.2"),
         ("length=1", "the link: missing key 'density'"),
         ("method=linear&elements=1000", "elements = 1000: a page solves with at most 200"),
+        ("method=power-series&terms=101", "terms = 101: a page solves with at most 100"),
     ],
 )
 def test_an_invalid_link_is_refused(query, words):

@@ -78,7 +78,8 @@ def test_per_rev_lines_are_in_display_units(tip):
     """omega = k gamma for the chosen k; none over another axis."""
     assert chart_data(tip, (2, 4))["perRev"] == {"slope": 1.0, "multiples": [2, 4]}
     assert chart_data(tip)["perRev"] is None
-    assert chart_data(chart_of(TIP, "alpha"), (2,))["perRev"] is None
+    over_alpha = chart_of(TIP, "alpha", per_rev=5)
+    assert (chart_data(over_alpha, (2,))["perRev"], over_alpha.resonances) == (None, ())
 
 
 def test_the_loci_compared_with_are_drawn_behind_the_chart(tip):
@@ -122,7 +123,7 @@ def test_gaps_are_explained_by_their_limit():
     (limit,) = chart.loci.limits
     sentence = f"No equilibrium above γ = {limit.start:.4g} with this material law."
     assert sentence in notes(chart)
-    assert chart_data(chart)["gaps"] == [[limit.start, limit.stop, sentence]]
+    assert chart_data(chart)["gaps"] == [[limit.start, limit.stop, "No equilibrium"]]
     ends = [chart.loci.values[np.isfinite(one.frequency)].max() for one in chart.loci.branches]
     assert limit.start - 0.5 < max(ends) <= limit.start
 

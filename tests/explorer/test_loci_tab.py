@@ -68,7 +68,7 @@ def test_choosing_a_crossing_moves_the_beam_there(guest):
     at = chart_of(TIP).events[EVENT].at
     guest.says(frequency_text(TIP.replace(gamma=at)))
     guest.do("tab", "tab-veering")
-    guest.says("smallest frequency gap 0.241 at γ 4.650")
+    guest.says("at γ 4.650 (gap 0.241)")
     guest.choose("alpha", 1.1)
     chart_shown(guest, TIP.replace(alpha=1.1))
     assert guest.charts["loci-chart"]["chosen"] == EVENT

@@ -55,6 +55,8 @@ def test_the_values_are_those_of_solve(guest, coriolis):
             exact = solve(beam, coriolis=coriolis).frequencies
             expected = np.diff(exact).min() if mapped == "gap" else exact[2]
             assert values[row, column] == pytest.approx(expected, abs=1e-4 * exact[-1])
+        quantity = "gap" if mapped == "gap" else "ω"
+        guest.wait(lambda _, head=f">{quantity} [1/T*]</th>": head in guest.texts["map-text"])
     row, column = np.unravel_index(values.argmax(), values.shape)
     assert f"{values.max():.3g}" in guest.texts["map-text"]
     assert f'data-value="&quot;{x[column]} {y[row]}&quot;"' in guest.texts["map-text"]
@@ -116,7 +118,8 @@ def test_a_slow_map_is_cancelled_and_restarted(guest):
             guest.do(action, None)
             guest.wait(lambda _: "cancelled: map" in guest.texts["work"])
             assert guest.charts["map-chart"]["columns"] == 81
-            assert guest.props["map-chart"]["data-outdated"] == ""
+            for part in ("map-chart", "map-text"):
+                assert guest.props[part]["data-outdated"] == ""
             guest.do("retry_jobs", None)
     guest.choose("method", "auto")  # takes the place of the slow one
     guest.wait(lambda _: not guest.texts["work"])

@@ -29,9 +29,13 @@ SIZED = f"""(() => {{
 }})()"""  # how many pieces there are to be seen
 RECORD = f"""window.seen = [];
   (function frame() {{ window.seen.push({SIZED}.join('+')); requestAnimationFrame(frame); }})()"""
-HIDE_TEXT = "document.head.append(Object.assign(document.createElement('style'), {textContent: " + (
-    "'#scene > :not(#root), #caption-layer { visibility: hidden !important }'}))"
+HIDE = "document.head.append(Object.assign(document.createElement('style'), {textContent: " + (
+    "'#scene > :not(#root, #caption-layer) { visibility: hidden !important }'}))"
 )
+HIDE_CAPTIONS = "document.querySelector('#caption-layer').style.visibility = 'hidden'"
+
+
+BLOCK = 16  # [pixels]: letters drawn in two ways differ at their edges
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +46,8 @@ def shown() -> Iterator[Page]:
         opened.wait(f"{NODES} && {SIZED}.length === 1")
         opened.wait("document.body.innerText.includes('Stable equilibrium')")
         opened.evaluate(RECORD)
-        opened.evaluate(HIDE_TEXT)
+        opened.evaluate(HIDE)
+        opened.evaluate(HIDE_CAPTIONS)
         yield opened
 
 
@@ -71,6 +76,13 @@ def saved(shown: Page) -> np.ndarray:
     return matplotlib.image.imread(io.BytesIO(content))[..., :3]
 
 
+def block_means(pixels: np.ndarray) -> np.ndarray:
+    """The brightness of a picture (h, w, 3), averaged over blocks."""
+    height, width = (n // BLOCK * BLOCK for n in pixels.shape[:2])
+    blocks = pixels[:height, :width].reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK, 3)
+    return blocks.mean(axis=(1, 3, 4))
+
+
 def picture(shown: Page, file: Path) -> np.ndarray:
     """Where the scene (h, w) shows the colours of the beam: strong ones from blue over green to
     yellow, neither the collars of nodes nor the mark of the hub."""
@@ -94,6 +106,18 @@ def test_a_saved_picture_equals_the_scene(shown, tmp_path):
     pixels = saved(shown)
     assert np.ptp(pixels, axis=2).max() > 0.25
     assert np.abs(pixels - seen(shown, tmp_path / "page.png")).max() < 0.05
+
+
+@pytest.mark.slow
+def test_a_saved_picture_has_its_captions(tmp_path):
+    """Of two nodes, and the speed: where they are on the screen."""
+    scene = Scene.of(Beam(gamma=5), mode=3, playing=False)
+    with explorer(scene) as url, page(url, 640, 560, is_drawn=True) as opened:
+        opened.wait("document.querySelectorAll('#caption-layer > span').length === 3")
+        opened.evaluate(HIDE)
+        opened.next_frame()
+        means = [block_means(each) for each in (saved(opened), seen(opened, tmp_path / "a.png"))]
+    assert np.abs(means[0] - means[1]).max() < 0.08
 
 
 @pytest.mark.slow

@@ -26,8 +26,8 @@ def url(frame_loops) -> Iterator[str]:
 
 
 def test_all_visitors_see_the_page_of_the_presenter(url, frame_loops, monkeypatch):
-    """Numbers, controls, answers, view, comparison, tab and clock; each case is solved once for
-    all."""
+    """Numbers, controls, answers, view, comparison, tab, lesson and clock; each case is solved once
+    for all."""
     with visitor(f"{url}/?token={PRESENTER}") as lead, visitor(url) as one, visitor(url) as other:
         solved = []
         monkeypatch.setattr(jobs, "solve", lambda *a, **o: (solved.append(a), solve(*a, **o))[1])
@@ -50,31 +50,28 @@ def test_all_visitors_see_the_page_of_the_presenter(url, frame_loops, monkeypatc
         lead.choose("playing", False)
         wait_until(lambda: not any(session.is_moving for session in sessions))
         wait_until(lambda: len({session.presentation.clock.angle for session in sessions}) == 1)
-
-
-def test_all_visitors_see_the_lesson_of_the_presenter(url):
-    """And its step; a visitor who explores keeps it."""
-    with visitor(f"{url}/?token={PRESENTER}") as lead, visitor(url) as one:
         lead.do("lesson", "nodes")
-        one.says(lesson("nodes").question)
-        lead.do("lesson_turn", 1)
-        one.says(lesson("nodes").proof)
-        one.choose("alpha", 2.0)
-        lead.do("lesson", "")
-        lead.wait(lambda _: lead.texts["lesson-text"] == "")
-        assert lesson("nodes").proof in one.text
+        lead.says(lesson("nodes").question)
+        lead.do("lesson_step", 1)
+        for guest in (one, other):
+            guest.says(lesson("nodes").proof)
 
 
 @pytest.mark.slow
 def test_a_visitor_explores_and_follows_again(url):
-    """From the scene of the presenter; no other page changes; a checkbox returns."""
+    """From the scene and the lesson of the presenter; no other page changes; a checkbox returns."""
     with visitor(f"{url}/?token={PRESENTER}") as lead, visitor(url) as one, visitor(url) as other:
+        lead.do("lesson", "nodes")
+        one.says(lesson("nodes").question)
         lead.choose("gamma", 21.0)
         one.says(frequency_text(PAPER.replace(gamma=21)))
         one.choose("alpha", 2.0)
         one.says(frequency_text(PAPER.replace(gamma=21, alpha=2)))
+        lead.do("lesson", "")
         lead.choose("gamma", 22.0)
         other.says(frequency_text(PAPER.replace(gamma=22)))
+        assert lesson("nodes").question in one.text
+        assert lesson("nodes").question not in other.text
         assert frequency_text(PAPER.replace(gamma=21, alpha=2)) in one.text
         assert frequency_text(PAPER.replace(gamma=21, alpha=2)) not in lead.text + other.text
         one.choose("following", True)
@@ -84,8 +81,7 @@ def test_a_visitor_explores_and_follows_again(url):
 def test_a_visitor_cannot_present(url):
     """Without the presenter's key."""
     with visitor(f"{url}/?token=guessed") as one, visitor(url) as other:
-        one.choose("gamma", 21.0)
-        one.says(frequency_text(PAPER.replace(gamma=21)))
+        one.show_speed(21.0)
         time.sleep(0.5)
         assert frequency_text(PAPER.replace(gamma=21)) not in other.text
         assert "following" in one.values

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 from charts import SynchronousVisitor
-from live.visitor import PAPER, frequency_text, visitor
+from live.visitor import PAPER, TIMEOUT, beam_moved, frequency_text, visitor
 
 from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
 from beamviz.explorer.app import explorer
+from beamviz.explorer.features.comparison import CORIOLIS
 from beamviz.explorer.features.run_up import (
     PEAK,
     PER_SECOND,
@@ -172,10 +173,28 @@ def test_a_run_up_in_the_page(guest):
     assert guest.values["force_per_rev"] == 2
 
 
+def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest):
+    """The force drives the first beam only; the scene says so until a mode is chosen."""
+
+    def is_moving(messages: list[dict[str, Any]]) -> bool:
+        masses = [one for one in messages if one.get("name") == "/scene/rotor/overlay/mass"]
+        return any(abs(one["position"][1]) > 1e-6 for one in masses if "position" in one)
+
+    guest.choose("comparison", CORIOLIS)
+    guest.wait(is_moving)
+    guest.do("run_up")
+    guest.wait(lambda _: "Forced response" in guest.texts["scene-caption"])
+    frames = [messages for _ in range(30) if beam_moved(messages := guest.receive(TIMEOUT))]
+    assert len(frames) > 10
+    assert not any(map(is_moving, frames))
+    guest.do("only", 1)
+    guest.wait(is_moving)
+    guest.wait(lambda _: guest.texts["scene-caption"] == "")
+
+
 def test_a_run_up_can_begin_at_an_unstable_beam():
     """The scene is grey until the first stable speed."""
     with explorer(Scene(Beam(delta=-1, gamma=10))) as url, visitor(url, first="Unstable") as guest:
         guest.do("run_up")
         guest.wait(lambda _: guest.texts["run-up-button"] == "Stop")
         guest.says("Stable equilibrium")
-        guest.wait(lambda _: "Unstable" not in str(guest.parts["captions"]))

@@ -1,9 +1,7 @@
 """Numbers and messages as text: dimensionless, or in kg, mm, rpm and Hz for a real beam."""
 
 import math
-from dataclasses import replace
 
-import numpy as np
 import pytest
 from charts import chart_of
 from hypothesis import given
@@ -19,7 +17,6 @@ from beamviz.drawing.text import (
 )
 from beamviz.errors import NoEquilibrium
 from beamviz.explorer.features.loci_chart import chart_data
-from beamviz.explorer.features.loci_tab import resonance_table
 from beamviz.explorer.page import html
 from beamviz.exports.html_page import solution_table
 from beamviz.scene import Scene
@@ -49,6 +46,10 @@ def test_the_numbers_of_a_real_beam_are_displayed_in_si_units():
     assert shown["gamma"].text(RULER.gamma, 5) == "600 rpm"
     assert shown["mu"].unit == ""
     assert measure("gamma", None).text(4.4641, 4) == "γ = 4.464"
+    column = [
+        messages.Measure("Hz", "f", "Hz").number(value, 3) for value in (4.28, 32.28, 9999.97)
+    ]
+    assert column == ["4.280", "32.28", "10000"]
 
 
 @given(st.sampled_from(list(PARAMETERS)), sizes, sizes, sizes, st.floats(0.1, 50))
@@ -82,22 +83,9 @@ def test_the_chart_of_a_real_beam_is_in_rpm_and_hertz():
     assert chart_of(RULER, "mu").request.measures[1].unit == ""  # T* itself depends on mu
 
 
-def test_resonances_are_listed_in_rpm_and_hertz():
-    """Each is an intersection with its line: k times the speed is the frequency of the mode."""
-    chart = chart_of(RULER, per_rev=5)
-    assert chart.resonances
-    for one in chart.resonances:
-        row = resonance_table(replace(chart, resonances=(one,)), (1, 2, 3, 4, 5))
-        assert one.frequency == pytest.approx(one.per_rev * one.at)
-        assert f"{RULER.units.rpm(one.at):.5g}" in row
-        assert f"{one.per_rev * RULER.units.rpm(one.at) / 60:.4g}" in row
-        again = solve(RULER.replace(gamma=one.at)).frequencies
-        assert np.abs(again - one.frequency).min() < 1e-6 * one.frequency
-    assert chart_of(RULER, "alpha", per_rev=5).resonances == ()
-
-
 def test_sliders_of_a_real_beam_take_rpm_kg_and_millimetres(guest):
-    """A value in units gives the beam made from SI values; there is no slider for mu."""
+    """A value in units gives the beam made from SI values; there is no slider for mu. A resonance
+    is listed in rpm and hertz."""
     assert guest.props["mu-row"]["hidden"] is True
     guest.choose("gamma", 300.0)
     guest.choose("alpha", 0.01)
@@ -111,7 +99,8 @@ def test_sliders_of_a_real_beam_take_rpm_kg_and_millimetres(guest):
     guest.choose("gamma", 450.0)
     guest.says(frequency_text(same.replace(gamma=450 / RULER.units.rpm(1))))
     (resonance,) = chart_of(same, per_rev=2).resonances_at((2,)).values()
-    guest.says(f"{RULER.units.rpm(resonance.at):.5g}")
+    rpm = RULER.units.rpm(resonance.at)
+    guest.says(f"<td>2 ×</td><td>{rpm:.5g}</td><td>{2 * rpm / 60:.4g}</td>")
 
 
 # Messages and tables

@@ -45,7 +45,7 @@ def test_a_crossing_becomes_a_veering_with_coriolis_forces(pairs):
         assert abs(after.bending_fraction - before.bending_fraction) > 0.8
         assert at.bending_fraction == pytest.approx(0.5, abs=0.05)
     measures = request(0).chart.measures
-    assert "smallest frequency gap 0.241 at γ 4.650" in sentence(on, *measures)
+    assert "at γ 4.650 (gap 0.241)" in sentence(on, *measures)
     assert "exchange their shapes" in sentence(on, *measures)
     assert "uncoupled (gap 0)" in sentence(off, *measures)
     assert "S1/B3 mixed 50:50" in shape_table(on, "")

@@ -71,19 +71,19 @@ def comparison_case(state: State, case: Case) -> ComparisonCase | str:
 SPACING = 0.5  # of the two scenes, in beam lengths
 
 
-class Comparison(Feature):
+class Comparison:
     """The second beam: its solution and its drawing.
 
-    case: the case compared with, or a message why there is none; shapes: the modes drawn, None if
-    nothing is; main: the solution drawn for the first beam; partner: of each mode of the first beam
-    its mode of the second, -1 where none corresponds.
+    case: the case compared with, or a message why there is none; choices: those drawn; shapes: the
+    modes drawn, None if nothing is; main: the solution drawn for the first beam; partner: of each
+    mode of the first beam its mode of the second, -1 where none corresponds.
     """
 
     def __init__(self, visitor: Visitor):
-        super().__init__(visitor)
-        self.api = visitor.client.scene
+        self.visitor, self.api = visitor, visitor.client.scene
         self.job: SolveJob = visitor.solve_job()
         self.case: ComparisonCase | str = ""
+        self.choices: tuple[object, ...] = ()
         self.clock = Clock()
         self.shapes: SampledModes | None = None
         self.main: Solution | None = None
@@ -98,12 +98,6 @@ class Comparison(Feature):
             return None
         answer = self.job.answer
         return answer if answer and answer.request == self.case.case else None
-
-    @property
-    def inputs(self) -> tuple[object, ...]:
-        """The choices and the answer."""
-        state = self.visitor.state
-        return state.comparison, state.kept, state.stacked, self.answer
 
     @property
     def heights(self) -> list[float]:
@@ -121,17 +115,22 @@ class Comparison(Feature):
             if not isinstance(self.case, str):
                 self.job.request(self.case.case)
             self.main = answer.solution if answer.shapes is main else self.main
-        restarted = self.shown[:-1] != self.inputs[:-1]
-        self.shown, second = self.inputs, self.answer
+        choices, second = (state.comparison, state.kept, state.stacked), self.answer
+        restarted = choices != self.choices
+        ends = restarted or state.view.all_modes or isinstance(self.case, str)
+        if self.shapes and second is None and not ends:
+            return  # it stays until the answer, as the first beam
         drawable = second and second.shapes and not (second.warning or state.view.all_modes)
         self.shapes = second.shapes if second and drawable else None
         for view in self.views:
             view.hide()
         if self.shapes is None or isinstance(self.case, str) or second is None:
+            self.choices = ()
             return
         if self.main and second.solution:
             self.partner = match_modes(self.main, second.solution).partner
         if restarted or len(self.clock.phases) != len(self.shapes.modes):
+            self.choices = choices
             self.clock.phases = self.transferred(clock.phases, np.pi / 2)
             self.clock.angle = clock.angle
         sizes = self.transferred(amplitudes(state.view, len(main.modes)), 0.0)
@@ -259,13 +258,13 @@ def row(this: Solution, k: int, other: Solution, j: int) -> tuple[str, ...]:
         for one, i in pair
     )
     change = 100 * (second / first - 1) if first > 0 else math.nan
-    changed = f"{change:+.2g} %" if math.isfinite(change) else "–"
+    changed = f"{change:+.2g} %".replace("-", "\u2212") if math.isfinite(change) else "–"
     return f"<b>{' → '.join(labels)}</b>", number(first), number(second), changed
 
 
 def number(frequency: float) -> str:
-    """A frequency as text; a dash for nan."""
-    return f"{frequency:.6g}" if math.isfinite(frequency) else "–"
+    """A frequency as text, with six digits; a dash for nan."""
+    return f"{frequency:#.6g}".rstrip(".") if math.isfinite(frequency) else "–"
 
 
 def mixture_note(title: str, solution: Solution) -> str:

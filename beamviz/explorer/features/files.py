@@ -1,9 +1,10 @@
 """Files: save and load a scene, and the tab Export, whose files are written in the background."""
 
 import tempfile
+import threading
 import time
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import partial
 from html import escape
 from pathlib import Path
@@ -11,104 +12,19 @@ from typing import Any
 
 from beamviz.beam import MAX_TOML_BYTES
 from beamviz.drawing.text import error_summary
-from beamviz.errors import BeamvizError, Cancelled, InvalidInput, NoEquilibrium
+from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
 from beamviz.explorer.features.links import within_limits
+from beamviz.explorer.jobs import Job, Work
 from beamviz.explorer.page.html import button, select
 from beamviz.explorer.visitor import Visitor
 from beamviz.exports import animate, export
 from beamviz.exports.film import FORMATS
 from beamviz.scene import Scene
-from beamviz.server.log import RateLimitedLog
+from beamviz.solver import interruption
 
-log = RateLimitedLog(__name__)
-
-
-class ExportJob:
-    """The export of a scene to a file with a suffix.
-
-    report: called with the job at each change of its state, from the thread of the export; options:
-    keywords of `animate`. state: "waiting", "working", "done", "failed" or "cancelled"; text: the
-    state in words; done: the fraction rendered of a film; content: the bytes of a complete file.
-    """
-
-    def __init__(
-        self, scene: Scene, suffix: str, report: Callable[["ExportJob"], None], **options: Any
-    ):
-        self.scene, self.suffix, self.report, self.options = scene, suffix, report, options
-        self.state, self.text, self.done = "waiting", "waiting", 0.0
-        self.content, self.stopped = b"", False
-
-    def start(self) -> None:
-        """Write the file after those before it: films in one thread, other files in another."""
-        pool, jobs = QUEUES[self.suffix in FORMATS]
-        jobs.append(self)
-        if ahead := len(jobs) - 1:
-            self.wait(ahead)
-        pool.submit(self.run, jobs)
-
-    def wait(self, ahead: int) -> None:
-        """Report the number of exports before it."""
-        self.show("waiting", f"waits for {ahead} other{'s' if ahead > 1 else ''}")
-
-    def cancel(self) -> None:
-        """Stop the export and discard what it has written."""
-        self.stopped = True
-
-    def show(self, state: str, text: str = "", done: float = 0.0) -> None:
-        """Set and report the state."""
-        self.state, self.text, self.done = state, text or state, done
-        self.report(self)
-
-    def run(self, jobs: list["ExportJob"]) -> None:
-        """Write the file, report the outcome, and update the others that wait."""
-        try:
-            next(self.frames(1))
-            self.show("working")
-            self.content = self.written()
-            self.show("done")
-        except Cancelled:
-            self.show("cancelled")
-        except (InvalidInput, NoEquilibrium) as error:
-            known = isinstance(error, NoEquilibrium)
-            reason = error_summary(error, self.scene.beam) if known else error
-            self.show("failed", f"Nothing to export: {reason}")
-        except BeamvizError as error:
-            self.show("failed", f"The export failed: {error}")
-        except Exception as error:  # which must not end the visitor's session
-            log.error("file", self.suffix, error)
-            unexpected = "an unexpected error, which the server has logged"
-            self.show("failed", f"The export failed: {unexpected}")
-        finally:
-            jobs.remove(self)
-            for ahead, other in enumerate(jobs[1:], 1):
-                other.wait(ahead)
-
-    def written(self) -> bytes:
-        """The content of the file."""
-        with tempfile.TemporaryDirectory(prefix="beamviz-") as folder:
-            path = Path(folder) / f"beam{self.suffix}"
-            if self.suffix in FORMATS:  # one thread, so that pages stay responsive
-                animate(path, self.scene, progress=self.frames, workers=1, **self.options)
-            else:
-                export(path, self.scene)
-            return path.read_bytes()
-
-    def frames(self, count: int) -> Iterator[int]:
-        """The numbers of the frames of a film, reporting progress. Raises Cancelled."""
-        start = time.monotonic()
-        for k in range(count):
-            if self.stopped:
-                raise Cancelled
-            if k:
-                left = (time.monotonic() - start) * (count - k) / k
-                self.show("working", f"{100 * k / count:.0f} %, {left:.0f} s left", k / count)
-            yield k
-
-
-# The threads of films and of other files, shared by all visitors, with their jobs in order.
-QUEUES: dict[bool, tuple[ThreadPoolExecutor, list[ExportJob]]] = {
-    films: (ThreadPoolExecutor(1, "export"), []) for films in (False, True)
-}
+POLL = 0.1  # [s] between checks of the files before one that waits
+# By whether they are films, the files of all visitors in order; the first is being written.
+QUEUES: dict[bool, list["File"]] = {True: [], False: []}
 KINDS = {
     ".gif": ("Film (GIF)", "A seamless loop, for slides"),
     ".webp": ("Film (WebP)", "The same, smaller"),
@@ -122,20 +38,34 @@ GIF_SIZE = {"width": 480, "height": 270}
 LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
 
 
+@dataclass(eq=False)
+class File:
+    """A scene to be written as a file with a suffix; options: keywords of `animate`."""
+
+    scene: Scene
+    suffix: str
+    options: dict[str, Any]
+
+    @property
+    def name(self) -> str:
+        """The name of the file."""
+        return f"beam{self.suffix}"
+
+
 class Files:
     """Buttons that save and load a scene; the tab Export: a button for each file format, the
     progress, and a button that cancels."""
 
     def __init__(self, visitor: Visitor):
         self.visitor, self.page = visitor, visitor.page
-        self.job: ExportJob | None = None
+        self.job: Job[File, bytes] = Job("file", self.write, start_thread, self.finish)
         self.length = next(iter(LENGTHS))
         self.page.html("tab-export", export_tab())
         self.page.value("film_length", self.length)
         visitor.page.on("save", lambda _: self.save())
         visitor.page.on("load", self.load, max_text=2 * MAX_TOML_BYTES)
         visitor.page.on("export", self.start)
-        visitor.page.on("cancel_export", lambda _: self.close())
+        visitor.page.on("cancel_export", lambda _: self.job.cancel())
         visitor.page.on("film_length", self.choose_length)
 
     def save(self) -> None:
@@ -165,16 +95,10 @@ class Files:
         self.length = length if length in tuple(LENGTHS) else self.length
         self.page.value("film_length", self.length)
 
-    def close(self) -> None:
-        """Cancel the running export."""
-        if self.job:
-            self.job.cancel()
-
     def start(self, suffix: Any) -> None:
         """Export the scene, in place of the visitor's running export."""
         if suffix not in tuple(KINDS):
             return
-        self.close()
         try:
             scene = self.visitor.to_scene()
         except InvalidInput as error:
@@ -183,23 +107,66 @@ class Files:
         options: dict[str, Any] = {"periods": LENGTHS[self.length]} if suffix in FORMATS else {}
         if suffix == ".gif":  # the largest files
             options |= GIF_SIZE
-        self.job = ExportJob(scene, suffix, self.show, **options)
-        self.job.start()
+        self.job.withdraw()
+        self.job.request(File(scene, suffix, options))
 
-    def show(self, job: ExportJob) -> None:
-        """Show the progress of an export; send the file when it is complete."""
-        if job is not self.job:
+    def write(self, file: File) -> bytes:
+        """The content of a file, written after those before it."""
+        queue = QUEUES[file.suffix in FORMATS]
+        queue.append(file)
+        try:
+            while ahead := queue.index(file):
+                self.show(file, f"waits for {ahead} other{'s' if ahead > 1 else ''}")
+                time.sleep(POLL)
+            self.show(file, "working")
+            with tempfile.TemporaryDirectory(prefix="beamviz-") as folder:
+                path = Path(folder) / file.name
+                if file.suffix in FORMATS:  # one thread, so that pages stay responsive
+                    frames = partial(self.frames, file)
+                    animate(path, file.scene, progress=frames, workers=1, **file.options)
+                else:
+                    export(path, file.scene)
+                return path.read_bytes()
+        finally:
+            queue.remove(file)
+
+    def frames(self, file: File, count: int) -> Iterator[int]:
+        """The numbers of the frames of a film, showing the progress. Raises Cancelled."""
+        start = time.monotonic()
+        for k in range(count):
+            if k:
+                left = (time.monotonic() - start) * (count - k) / k
+                self.show(file, f"{100 * k / count:.0f} %, {left:.0f} s left", k / count)
+            yield k
+
+    def show(self, file: File, progress: str, done: float = 0.0) -> None:
+        """Show the progress of a file. Raises Cancelled."""
+        interruption.get()(done)
+        self.page.html("export-state", escape(f"{file.name}: {progress}"))
+        self.page.props("export-progress", value=done or None)
+        self.page.props("export-work", hidden=False)
+
+    def finish(self) -> None:
+        """Send the file that is complete, or say why there is none."""
+        self.page.props("export-work", hidden=True)
+        if (answer := self.job.answer) is None:
             return
-        name = f"beam{job.suffix}"
-        self.page.html("export-state", escape(f"{name}: {job.text}"))
-        self.page.props("export-progress", value=job.done or None)
-        self.page.props("export-work", hidden=job.state not in ("waiting", "working"))
-        if job.state == "done" and not job.stopped:
-            self.send(name, job.content)
-        if job.state == "failed":
-            self.page.say(job.text, error=True)
-        elif job.state in ("done", "cancelled"):
-            self.page.say(f"{name}: {job.state}")
+        file, error = answer.request, answer.error
+        if answer.result is not None:
+            self.send(file.name, answer.result)
+            self.page.say(f"{file.name}: done")
+        elif isinstance(error, NoEquilibrium):
+            self.visitor.notify("Nothing to export", error_summary(error, file.scene.beam))
+        elif isinstance(error, Cancelled):
+            self.page.say(f"{file.name}: cancelled")
+        else:
+            known = isinstance(error, InvalidInput)
+            self.visitor.notify("Nothing to export" if known else "The export failed", str(error))
+
+
+def start_thread(work: Work) -> None:
+    """Run `work` in a thread of its own."""
+    threading.Thread(target=work, daemon=True).start()
 
 
 def export_tab() -> str:
@@ -210,9 +177,6 @@ def export_tab() -> str:
         for suffix, (name, text) in KINDS.items()
     )
     return (
-        '<div id="export-work" class="row" hidden><span id="export-state"></span>'
-        '<progress id="export-progress" aria-label="Progress of the export"></progress>'
-        f"{button('Cancel', data_do='cancel_export')}</div>"
         f'<div class="files"><div class="file">{button("Picture (PNG)", id="save-picture")}'
         f'<span class="soft">The scene as you see it</span></div>{files}'
         f'<div class="file">{button("Save the scene", data_do="save")}'
@@ -221,4 +185,7 @@ def export_tab() -> str:
         '<input type="file" id="scene-file" class="hidden" accept=".toml">'
         '<span class="soft">A file from Save the scene</span></div>'
         f'<div class="file">{select("film_length", "length of a film", LENGTHS.keys())}</div></div>'
+        '<div id="export-work" class="row" hidden><span id="export-state"></span>'
+        '<progress id="export-progress" aria-label="Progress of the export"></progress>'
+        f"{button('Cancel', data_do='cancel_export')}</div>"
     )

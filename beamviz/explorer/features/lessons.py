@@ -30,13 +30,15 @@ CONTROLS = {  # named in the texts of lessons: the key of each, or the id of a t
 class Lessons(Feature):
     """The lessons of one visitor; the open lesson and its step are in the state.
 
-    met: names of the lessons whose challenge has been met.
+    met: names of the lessons whose challenge has been met; named: keys of the controls that are to
+    be highlighted when the lesson is shown.
     """
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         self.page = visitor.page
         self.met: frozenset[str] = frozenset()
+        self.named: tuple[str, ...] = ()
         visitor.page.on("lesson", self.open)
         visitor.page.on("lesson_step", self.go)
         visitor.page.on("lesson_turn", self.turn)
@@ -61,11 +63,11 @@ class Lessons(Feature):
         lesson, visitor = LESSONS[NAMES.index(name)], self.visitor
         _ = lesson.numbers, lesson.answer
         scene = (scene or lesson.scene).changed(dark=visitor.state.view.dark)
-        visitor.load(scene, lesson=name, step=0)
         keys = controls(lesson.do)
         tabs = (key for key in keys if key.startswith("tab-"))
         self.page.open(next(tabs, "tab-frequencies"))
-        self.page.point(*(key for key in keys if not key.startswith("tab-")))
+        self.named = tuple(key for key in keys if not key.startswith("tab-"))
+        visitor.load(scene, lesson=name, step=0)
 
     def go(self, step: Any) -> None:
         """Go to a step (0-based) of the open lesson; an unknown one changes nothing."""
@@ -92,7 +94,7 @@ class Lessons(Feature):
         """The lesson, its step, and in the challenge the answer to check."""
         state = self.visitor.state
         answer = self.visitor.answer if state.lesson and state.step == CHALLENGE else None
-        return answer, state.lesson, state.step
+        return answer, state.lesson, state.step, self.named
 
     def show(self) -> None:
         """Show the cards, and the open lesson with the verdict on its challenge."""
@@ -104,6 +106,9 @@ class Lessons(Feature):
         self.page.html("verdict", verdict)
         self.page.props("lesson", hidden=lesson is None)
         self.page.html("tab-lessons", cards_html(state.lesson, self.met))
+        if lesson and self.named:
+            self.page.point(*self.named)
+            self.named = ()
 
     def check(self, lesson: Lesson, answer: SolverAnswer, beam: Beam) -> str:
         """The verdict on a challenge with the present value of its quantity; stores its success."""

@@ -226,8 +226,8 @@ def chart_data(chart: Chart, multiples: Sequence[int] = (), second: Chart | None
         "at": sent(along.factor * x),
         "lines": data["lines"] + loci_lines(chart.loci, x, across.factor),
         "gaps": [
-            [along.factor * one.start, along.factor * one.stop, text]
-            for one, text in chart.limits.items()
+            [along.factor * one.start, along.factor * one.stop, FAILURES[one.kind]]
+            for one in chart.loci.limits
         ],
         "marks": marks(chart, multiples),
     }

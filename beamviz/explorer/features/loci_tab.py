@@ -22,6 +22,7 @@ from beamviz.explorer.page.html import button, chart_tab, hint, note, select, ta
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import Event
+from beamviz.frequency_loci.forced_response import Resonance
 from beamviz.scene import PER_REV
 
 AXES = {name: PARAMETERS[name].slider_label for name in ("gamma", "alpha", "beta", "delta", "mu")}
@@ -89,7 +90,7 @@ class LociTab(Feature):
         compared, page = self.request(), self.visitor.page
         answer = self.charts.answer
         second = self.second_charts.answer if compared else None
-        self.fade("loci-chart", self.charts)
+        self.fade(self.charts, "loci-chart", "loci-resonances", "loci-events")
         if answer is None:
             return
         if self.drawn != (drawn := (answer, second, self.visitor.state.per_rev)):
@@ -168,14 +169,9 @@ def event_table(chart: Chart) -> str:
     if not chart.events:
         return warning or "<p>No crossing or veering in this range.</p>"
     along, across = chart.request.measures
-    heads = ("go to", f"at {along.head}", across.label, "smallest frequency gap")
+    heads = ("go to", f"at {along.head}", across.label, "smallest gap")
     rows = [
-        (
-            go_to_button(key, f"{SIGNS[event.kind]} {', '.join(event_names(chart, event))}"),
-            along.number(event.at, 4),
-            across.number(event.frequency, 3),
-            f"{across.factor * event.gap:.3g}",
-        )
+        (*cells(chart, key, SIGNS[event.kind], event), f"{across.factor * event.gap:.3g}")
         for key, event in chart.events.items()
     ]
     return (
@@ -183,9 +179,12 @@ def event_table(chart: Chart) -> str:
     )
 
 
-def go_to_button(key: str, label: str) -> str:
-    """A button that moves the beam to an event."""
-    return button(label, data_set="go_to_event", data_value=key, class_="quiet")
+def cells(chart: Chart, key: str, sign: str, one: Event | Resonance) -> tuple[str, str, str]:
+    """A button that moves the beam to an event, with its value and its frequency."""
+    along, across = chart.request.measures
+    label = f"{sign} {', '.join(event_names(chart, one))}"
+    go_to = button(label, data_set="go_to_event", data_value=key, class_="quiet")
+    return go_to, along.number(one.at, 4), across.number(one.frequency, 3)
 
 
 def resonance_table(chart: Chart, multiples: tuple[int, ...]) -> str:
@@ -196,15 +195,10 @@ def resonance_table(chart: Chart, multiples: tuple[int, ...]) -> str:
         return f"<p>No line {lines} speed intersects a mode in this range.</p>"
     along, across = chart.request.measures
     heads = ("go to", "per rev", f"at {along.head}", across.label)
-    rows = [
-        (
-            go_to_button(key, f"◆ {', '.join(event_names(chart, one))}"),
-            f"{one.per_rev} ×",
-            along.number(one.at, 4),
-            across.number(one.frequency, 3),
-        )
-        for key, one in found.items()
-    ]
+    rows = []
+    for key, one in found.items():
+        go_to, *place = cells(chart, key, "◆", one)
+        rows.append((go_to, f"{one.per_rev} ×", *place))
     return table("resonances", heads, rows, caption="Resonances")
 
 

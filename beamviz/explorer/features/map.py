@@ -14,11 +14,12 @@ from beamviz.drawing.text import Measure, frequencies, measure, significant
 from beamviz.errors import InvalidInput
 from beamviz.explorer.features.loci_chart import Data, axis_data, sent
 from beamviz.explorer.features.loci_tab import AXES
-from beamviz.explorer.jobs import Answer, check_cancelled
+from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page.html import button, chart_tab, note, select, table
 from beamviz.explorer.state import Case
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.sweep import chart_range
+from beamviz.solver import interruption
 from beamviz.sweeps.chunks import solve_in_memory
 from beamviz.sweeps.plan import make_plan
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
@@ -83,7 +84,7 @@ class MapRequest:
         plan = make_plan(self.axes(*SIZE), self.beam, **options)
         if not plan.smooth:
             plan = make_plan(self.axes(*SMALL_SIZE), self.beam, **options)
-        found = solve_in_memory(plan, check_cancelled)
+        found = solve_in_memory(plan, interruption.get())
         x, y = plan.axes.values()
         arrays = (found[name].swapaxes(0, 1) for name in ("frequency", "family", "status"))
         return BeamMap(self, x, y, *arrays)
@@ -152,7 +153,7 @@ class MapTab(Feature):
             with contextlib.suppress(InvalidInput):  # shown elsewhere; the last map stays
                 over = state.over, state.across
                 self.job.request(MapRequest.around(shown.request, over, self.job.latest))
-        self.fade("map-chart", self.job)
+        self.fade(self.job, "map-chart", "map-text")
         answer = None if self.job.cancelled else self.job.answer
         if answer and self.drawn != (drawn := (answer, state.mapped)):
             self.drawn = drawn
@@ -242,7 +243,8 @@ class ShownMap:
                     escape(shown.names[int(shown.kinds[row, column])]),
                 )
             )
-        heads = ("go to", along.head, up.head, across.label, "there")
+        mapped = f"gap [{across.unit or '1/T*'}]" if self.is_gap else across.label
+        heads = ("go to", along.head, up.head, mapped, "there")
         caption = f"Among the {len(found.x)} × {len(found.y)} beams of the map"
         return table("smallest and largest of the map", heads, rows, caption=caption)
 

@@ -55,7 +55,7 @@ def time_methods(case: Case) -> tuple[Timing, ...]:
 def time_method(reference: Solution, method: str, value: float, options: dict[str, Any]) -> Timing:
     """Time one method at the resolution `value`."""
     option = OPTION[method]
-    resolution = f"{option} {value:g}"
+    resolution = f"{option} {value:g}".replace("e-0", "e-")
     settings: dict[str, Any] = {**options, "method": method, option: value}
     try:
         runs = [solve(reference.beam, **settings) for _ in range(REPEATS)]
@@ -127,7 +127,7 @@ class MethodTimingTab(Feature):
         if answer and self.visitor.state.time_methods:
             self.job.request(answer.request.with_options(method="auto"))
             timings = self.job.answer
-        self.fade("timing-chart", self.job)
+        self.fade(self.job, "timing-chart", "timings")
         page.html("method", summary(solution) if solution else "")
         page.props("timing-chart", hidden=not (timings and timings.result))
         if timings is None:

@@ -9,6 +9,7 @@ from html import escape
 from typing import Any, NamedTuple
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, SI_REQUIRED, Beam, check_float
+from beamviz.drawing.text import significant
 from beamviz.errors import InvalidInput
 from beamviz.explorer.page.html import button, options
 from beamviz.explorer.state import State
@@ -268,6 +269,8 @@ def panel(kind: str, beam: Beam) -> str:
     """The fields of a real beam."""
     units = beam.units
     assert units
+    assert units.mass
+    vibration = "Vibration along h" if kind == "rectangle" else "Vibration"
     plane = "".join(
         button(text, data_set="plane", data_value=name)
         for name, text in (("chordwise", "in plane"), ("flapwise", "out of plane"))
@@ -280,11 +283,10 @@ def panel(kind: str, beam: Beam) -> str:
         + choice("material", MATERIAL_NAMES)
         + "".join(map(number, ("youngs_modulus", "density", "rotation_speed")))
         + "".join(map(number, ("hub_radius", "mass", PERCENT)))
-        + f'</div><div role="group" aria-label="Vibration along h"><span>Vibration along h'
-        f" </span>{plane}</div>"
+        + f'</div><div role="group" aria-label="{vibration}"><span>{vibration}</span>{plane}</div>'
         '<p id="real-error" role="alert"></p>'
         f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {1000 * units.time:.4g} ms,"
-        f" mass of the beam {units.mass:.4g} kg</p>"
+        f" mass of the beam {significant(units.mass, 4)} kg</p>"
         f'<div class="choices">{"".join(map(preset_button, PRESETS))}'
         f"{button('dimensionless', data_do='dimensionless')}</div></details>"
     )

@@ -44,7 +44,7 @@ class RunUpRequest(NamedTuple):
         return run_up(beam, self.per_rev, self.damping, stop, **self.case.options)
 
 
-class RunUpPlayback(Feature):
+class RunUpPlayback:
     """The run-up in the scene: `step` increases the speed shown, `update_response` computes the
     response at that speed.
 
@@ -53,7 +53,7 @@ class RunUpPlayback(Feature):
     """
 
     def __init__(self, visitor: Visitor):
-        super().__init__(visitor)
+        self.visitor = visitor
         self.job: Job[RunUpRequest, RunUp] = visitor.job("run-up", RunUpRequest.run_up)
         self.request: RunUpRequest | None = None
         self.position: float | None = None  # index of the present speed, None while not running
@@ -149,7 +149,6 @@ class RunUpPlayback(Feature):
 
     def update_response(self, answer: SolverAnswer | None, shapes: SampledModes) -> None:
         """Compute the response to draw from the answer at the present speed."""
-        self.shown = self.inputs
         if self.visitor.state.forced_response and self.run and answer and answer.solution:
             amplitude = self.visitor.state.view.amplitude
             self.field = scaled_response(self.run, answer.solution, shapes, amplitude)
@@ -190,6 +189,7 @@ AMPLITUDE = Measure("tip amplification", "tip")
 START = "Run up from rest"
 FORCES = {str(k): f"{k} × per revolution" for k in PER_REV}
 ABOVE, BELOW = 1.5, 1e-4  # ends of the amplitude axis, over the largest amplitude
+RESPONSE = "Forced response. Click a mode to see its free vibration again."
 DAMPING_HELP = "Damping ratio of every mode; 100 % is critical damping"
 NOTE = (
     "<p>A force distributed over the beam like its weight, with k periods per revolution. The curve"
@@ -201,11 +201,13 @@ NOTE = (
 
 
 class RunUpTab(Feature):
-    """The force, the chart of amplitudes and the resonances."""
+    """The force, the chart of amplitudes and the resonances; captioned: the caption of the scene
+    says that it shows the response."""
 
     def __init__(self, visitor: Visitor, playback: RunUpPlayback):
         super().__init__(visitor)
         self.playback = playback
+        self.captioned = False
         low, high = (100 * end for end in DAMPING)
         tools = (
             select("force_per_rev", "force", FORCES)
@@ -228,6 +230,9 @@ class RunUpTab(Feature):
     def show(self) -> None:
         """Show the run-up with the speed of the beam, or the reason why there is none."""
         playback, run, page = self.playback, self.playback.run, self.visitor.page
+        if self.captioned is not playback.driven:
+            self.captioned = playback.driven
+            page.html("scene-caption", RESPONSE if self.captioned else "")
         page.html("run-up-button", "Stop" if playback.running else START)
         page.props("run-up-chart", hidden=run is None)
         if run is None:

@@ -215,7 +215,7 @@ class VeeringTab(Feature):
         page, event, chart = self.visitor.page, self.loci_tab.event, self.loci_tab.chart
         if chart and event and not self.loci_tab.charts.busy:
             self.job.request(VeeringRequest(chart.request, event))
-        self.fade("veering-chart", self.job)
+        self.fade(self.job, "veering-chart", "veering-shapes")
         charted, answer = self.loci_tab.charts.answer, self.job.answer if event else None
         if charted and self.drawn != (charted, answer):
             self.drawn = charted, answer
@@ -312,7 +312,7 @@ def sentence(pair: LociPair, along: Measure, across: Measure) -> str:
         exchange = "each keeps its family"
     elif change > EXCHANGED:
         exchange = "they exchange their shapes"
-    return f"{case}they veer, smallest frequency gap {gap} {at}; {exchange}."
+    return f"{case}they veer {at} (gap {gap}); {exchange}."
 
 
 def shape_table(pair: LociPair, caption: str) -> str:

@@ -48,7 +48,7 @@ const beamvizFigure = (() => {
 
   const withUnit = (axis, text) => (axis.unit ? `${text} ${axis.unit}` : `${axis.symbol} = ${text}`);
   const superscript = (k) => [...String(k)].map((c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]).join("");
-  const power = (k) => Math.abs(k) < 4 ? String(Number((10 ** k).toPrecision(1))) : `10${superscript(k)}`;
+  const power = (k) => k > -3 && k < 4 ? String(Number((10 ** k).toPrecision(1))) : `10${superscript(k)}`;
 
   /* Numbers and texts of about `count` ticks. */
   function ticks([low, high], log, count) {
@@ -182,11 +182,13 @@ const beamvizFigure = (() => {
       const { x, y } = this.data, right = this.right, bottom = this.bottom;
       const short = bottom - TOP < 130; // only the symbol with its unit has room beside the axis
       const title = (short && y.label.match(/\S+ \[.*\]$/)?.[0]) || y.label;
-      let made = "";
+      let made = "", beside = right + 16;
       for (const [value, content] of ticks(this.range, x.log, (right - LEFT) / 70)) {
         const at = this.px(value), covered = Math.abs(at - this.px(this.value)) < 52;
         made += `<path class="grid" d="M${px(at)} ${TOP}V${bottom}"/>`;
-        if (!covered) made += this.text("tick", at, bottom + 17, content);
+        if (covered) continue;
+        made += this.text("tick", at, bottom + 17, content);
+        beside = Math.max(beside, at + 4.5 * content.length + 6);
       }
       for (const [value, content] of ticks(this.yRange, y.log, (bottom - TOP) / 30)) {
         const at = this.py(value);
@@ -194,7 +196,7 @@ const beamvizFigure = (() => {
         made += this.text("tick y", LEFT - 7, at + 4.5, content);
       }
       return `${made}<path class="axis" d="M${LEFT} ${bottom}H${right}"/>`
-        + (this.low ? this.text("unit", right + 16, bottom + 17, x.unit || x.symbol)
+        + (this.low ? this.text("unit", beside, bottom + 17, x.unit || x.symbol)
           : this.text("title", (LEFT + right) / 2, bottom + 37, x.label))
         + `<text class="title" transform="translate(13 ${(TOP + bottom) / 2}) rotate(-90)">${escape(title)}</text>`;
     }

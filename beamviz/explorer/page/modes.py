@@ -25,6 +25,7 @@ HEADING = (
     f"{button('All', data_set='all_modes', aria_label='All modes, one above the other')}</div>"
     '<div id="mode-rows"></div>'
 )
+NO_MODES = '<p class="soft">No modes: this beam has no solution.</p>'
 SHOWN = ' class="shown"'
 UNIT_HINT = hint("the unit", "× 1/T*, the beam's own unit of time: T* = √(ρ A L⁴ / E I).")
 
@@ -42,7 +43,7 @@ def mode_table(answer: SolverAnswer, shown: Collection[int]) -> str:
     rows = "".join(
         f'<tr data-do="only" data-value="{k}"{SHOWN if k in shown else ""}>'
         f"<td>{mode_button(k, labels[k], solution.families[k], k in shown)}</td>"
-        f"{value_and_error(solution, k)}<td>{strip(nodes[k]) if k < len(nodes) else ''}</td>"
+        f"{numbers(solution, k, strip(nodes[k]) if k < len(nodes) else '')}"
         f"<td>{amount(k, labels[k])}</td></tr>"
         for k in range(len(labels))
     )
@@ -62,13 +63,13 @@ def mode_button(k: int, label: str, family: str, shown: bool) -> str:
     )  # fmt: skip
 
 
-def value_and_error(solution: Solution, k: int) -> str:
-    """The cells of a mode's frequency and its estimated error, or of its growth rate."""
+def numbers(solution: Solution, k: int, nodes: str) -> str:
+    """The cells of a mode's frequency, its estimated error and its nodes, or of its growth rate."""
     value, error = mode_value(solution, k)
     if not math.isfinite(solution.frequencies[k]):
-        return f'<td colspan="2">{escape(value)}</td>'
+        return f'<td colspan="3">{escape(value)}</td>'
     digits = f"{error:.0e}".replace("e-0", "e-")
-    return f"<td>{value}</td><td>{digits}</td>"
+    return f"<td>{value}</td><td>{digits}</td><td>{nodes}</td>"
 
 
 def strip(nodes: np.ndarray) -> str:

@@ -69,6 +69,7 @@ const beamviz = (() => {
     }
     if (update.open) openTab(byId(update.open), false);
     for (const key of update.point ?? []) point(key);
+    if (update.point) byId("lesson").scrollIntoView({ block: "nearest" }); // it names the controls
     if (update.dark !== undefined) document.documentElement.dataset.theme = update.dark ? "dark" : "light";
     if (update.address !== undefined) {
       history.replaceState(null, "", location.pathname + (update.address && `?${update.address}`));

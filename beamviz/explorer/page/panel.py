@@ -12,7 +12,7 @@ from beamviz.drawing.text import measures
 from beamviz.explorer.jobs import Job, SolverAnswer
 from beamviz.explorer.page import html
 from beamviz.explorer.page.html import button, checkbox, hint, select, slider
-from beamviz.explorer.page.modes import HEADING, mode_table
+from beamviz.explorer.page.modes import HEADING, NO_MODES, mode_table
 from beamviz.explorer.state import CHOICES, TERMS, Case, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, MAX_SHARES, MODES
@@ -142,8 +142,8 @@ def show_answer(visitor: Visitor, solved: SolverAnswer | None, shown: list[int])
     page, answer = visitor.page, visitor.answer
     if answer:
         page.html("equilibrium", html.equilibrium_state(answer))
-        page.html("mode-rows", mode_table(solved, shown) if solved and solved.solution else "")
-        page.props("mode-rows", class_=None if answer.solution else "faded")
+        page.html("mode-rows", mode_table(solved, shown) if solved else NO_MODES)
+        page.props("mode-rows", class_="faded" if solved and not answer.solution else None)
 
 
 def show_picture(visitor: Visitor, largest: float, pace: float, units: Units | None) -> None:
