@@ -18,12 +18,9 @@ from live.server import (
     wait_for_client,
     wait_until,
 )
-from live.visitor import BEAM, PAPER, Visitor, beam_moved, final_text, visitor
+from live.visitor import BEAM, Visitor, beam_moved, final_text, visitor
 from websockets.sync.connection import Connection
 
-from beamviz.explorer import app
-from beamviz.explorer.app import explorer
-from beamviz.scene import Scene
 from beamviz.server import connection, run_server
 from beamviz.server.connection import (
     MAX_BYTES,
@@ -176,8 +173,9 @@ def test_a_visitor_cannot_change_or_remove_the_controls_of_another(url):
         line.send(update(uuid_of(slider), removed=True))
         wait_until(lambda: slider._impl.removed)
     with visitor(url) as one, visitor(url) as other:
-        assert one.controls
-        assert not set(one.controls.values()) & set(other.controls.values())
+        for mine, others in ((one.controls, other.controls), (one.commands, other.commands)):
+            assert mine.keys() == others.keys() != set()
+            assert not set(mine.values()) & set(others.values())
         for guest in (one, other):
             guest.choose("playing", False)
             final_text(guest)
@@ -212,14 +210,3 @@ def test_a_visitor_receives_nothing_of_another(url):
         assert one.received == before
         assert one.parts["bridge"] != other.parts["bridge"]
         assert (one.values["gamma"], other.values["gamma"]) == (10.0, 11.0)
-
-
-def test_no_control_is_shared(monkeypatch):
-    """The scope of the server, which any visitor could change for all, has none."""
-    made: list[viser.ViserServer] = []
-    loop = app.FrameLoop
-    monkeypatch.setattr(app, "FrameLoop", lambda *given: (made.append(given[0]), loop(*given))[1])
-    with explorer(Scene(PAPER)) as found, visitor(found) as guest:
-        assert guest.controls
-        assert not made[0].gui._gui_input_handle_from_uuid
-        assert not made[0].gui._command_handle_from_uuid

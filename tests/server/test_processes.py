@@ -22,7 +22,6 @@ from live.server import (
 from live.visitor import PAPER, frequency_text, visitor
 
 from beamviz.errors import InvalidInput
-from beamviz.server.access import VisitorCount
 from beamviz.server.processes import MIN_LIFETIME, listening_sockets, process_count
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="one process on other systems")
@@ -172,18 +171,3 @@ def test_the_number_of_processes(monkeypatch):
     assert process_count(None, shared=True, follow=False) == 1
     with pytest.raises(InvalidInput, match="Linux"):
         process_count(2, shared=True, follow=False)
-
-
-def test_each_process_counts_its_own_visitors():
-    """All read the sum."""
-    visitor_count = VisitorCount(2)
-    visitor_count.enter()
-    if (child := os.fork()) == 0:
-        visitor_count.process = 1
-        visitor_count.enter()
-        visitor_count.enter()
-        os._exit(0)
-    os.waitpid(child, 0)
-    visitor_count.leave()
-    assert visitor_count.total == 2
-    assert visitor_count.counts.tolist() == [0, 2]

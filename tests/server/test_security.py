@@ -11,7 +11,10 @@ from live.server import (
     CAMERA_MESSAGE,
     FOREIGN_ORIGIN,
     PROTOCOL,
+    ServeProcess,
+    close_code,
     encoded,
+    free_port,
     handshake_status,
     http_get,
     missing_headers,
@@ -162,6 +165,39 @@ def test_on_a_network_the_key_is_required(open_url):
         assert (status, b"viser" in body) == (403, False)
         assert handshake_status(open_url, path) == 403
     assert handshake_status(open_url, additional_headers={"Cookie": "beamviz=1; x"}) == 403
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="one process on other systems")
+def test_no_process_accepts_a_foreign_page_or_a_request_without_the_key(tmp_path):
+    """Connections go to the processes in turn; each has also tested itself at its start. A foreign
+    page and a rebound name are refused even if the browser has the key; all answers have the
+    security headers."""
+    port, evil = str(free_port()), "http://evil.example"
+    with ServeProcess(tmp_path, "--host", "0.0.0.0", "--port", port) as served:
+        assert len(served.workers) == 2
+        url, key = f"http://127.0.0.1:{port}", served.url.partition("?token=")[2]
+        cookie = {"Cookie": f"beamviz-{port}={key}"}
+        for path, headers, page, opened in (
+            ("/", cookie, 200, 101),
+            (f"/?token={key}", {}, 303, 101),
+            (OTHER_FILES[3], cookie, 404, 101),
+            ("/", {}, 403, 403),
+            (f"/?token={key}x", {}, 403, 403),
+            ("/", {"Origin": FOREIGN_ORIGIN, **cookie}, 403, 403),
+            ("/", {"Host": "evil.example", "Origin": evil, **cookie}, 403, 403),
+        ):
+            for _ in range(4):
+                status, received, _ = http_get(url, path, **headers)
+                assert (status, missing_headers(received)) == (page, set())
+            for _ in range(4):
+                assert handshake_status(url, path, additional_headers=headers) == opened
+        for message, code in (
+            ({"type": "ShareUrlRequest"}, 1008),  # a public tunnel
+            (CAMERA_MESSAGE | {"position": (1e300, 0.0, 0.0)}, 1008),
+            ({"type": "CommandTriggerMessage", "uuid": "x" * connection.MAX_BYTES}, 1009),
+        ):
+            for _ in range(4):
+                assert close_code(url, encoded(**message), additional_headers=cookie) == code
 
 
 def test_the_key_moves_from_the_address_to_a_cookie(open_url):

@@ -40,14 +40,6 @@ def test_nothing_is_computed_while_nothing_moves(monkeypatch):
         wait_until(lambda: wakes() == 0)
 
 
-def test_the_session_of_a_visitor_who_leaves_is_closed(frame_loops):
-    """And the frame loop has no reference to it."""
-    with explorer(Scene(PAPER)) as url:
-        with visitor(url):
-            assert len(frame_loops[-1].sessions) == 1
-        wait_until(lambda: not frame_loops[-1].sessions)
-
-
 def test_an_explorer_leaves_no_thread():
     """Neither that opens sessions nor its solvers."""
     before = set(threading.enumerate())
