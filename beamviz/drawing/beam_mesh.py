@@ -13,6 +13,7 @@ NORMALS = {"chordwise": np.array([0.0, 0.0, 1.0]), "flapwise": np.array([0.0, -1
 EDGES = np.array(  # (12, 2) vertices of the edges of a section swept between two points
     [(2, 1), (2, 3), (2, 6), (1, 0), (1, 5), (3, 0), (3, 7), (0, 4), (6, 5), (6, 7), (5, 4), (7, 4)]
 )
+MAX_WEDGE = math.tan(0.5)  # of a bend by 1 rad
 Section = tuple[float, float]  # thickness in the plane of motion, breadth along its normal
 
 
@@ -65,10 +66,9 @@ def segments(
     across = np.array([0.0, normal[2], -normal[1]])  # normal x (1, 0, 0)
     along, aside = points[1:, 0] - points[:-1, 0], (points[1:] - points[:-1]) @ across
     direction = np.arctan2(aside, along)
-    bend = direction[1:] - direction[:-1]
-    bend = np.abs(bend - 2 * np.pi * np.rint(bend / (2 * np.pi)))
     wedge = np.zeros(len(points))
-    wedge[1:-1] = np.tan(np.minimum(bend, 1.0) / 2)  # bounded where the beam is folded
+    wedge[1:-1] = np.abs(np.tan((direction[1:] - direction[:-1]) / 2))
+    wedge = np.minimum(wedge, MAX_WEDGE)  # bounded where the beam is folded
     sizes = np.empty((len(direction), 3))
     sizes[:] = extents(section, normal)
     sizes[:, 0] = np.hypot(along, aside) + section[0] / 2 * (wedge[:-1] + wedge[1:])

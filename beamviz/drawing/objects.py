@@ -106,6 +106,16 @@ ENDS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
 BOX, SIDES = beam_mesh.swept(ENDS, NORMALS["chordwise"], (1.0, 1.0))
 
 
+def equilibrium_body(shapes: SampledModes, section: Section) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (v, 3) and triangles (t, 3) of the beam in equilibrium."""
+    inner = (0.97 * section[0], 0.97 * section[1])  # its faces do not coincide with the beam's
+    points, normal = to_hub_frame(shapes, shapes.centreline)
+    if shapes.centreline[:, 1].any():
+        return beam_mesh.swept(points, normal, inner)
+    size = extents(inner, normal) + [points[-1, 0] - points[0, 0], 0.0, 0.0]
+    return points[0] + size * BOX, SIDES
+
+
 class ReferenceShapes:
     """The outline of the undeformed beam, and a translucent body of the equilibrium."""
 
@@ -134,13 +144,7 @@ class ReferenceShapes:
         self.outline.visible = self.equilibrium.visible = visible
         if not visible:
             return
-        inner = (0.97 * section[0], 0.97 * section[1])  # its faces do not coincide with the beam's
-        points, normal = to_hub_frame(shapes, shapes.centreline)
-        if shapes.centreline[:, 1].any():
-            vertices, faces = beam_mesh.swept(points, normal, inner)
-        else:
-            size = extents(inner, normal) + [points[-1, 0] - points[0, 0], 0.0, 0.0]
-            vertices, faces = points[0] + size * BOX, SIDES
+        vertices, faces = equilibrium_body(shapes, section)
         surface = {"vertices": vertices.astype(np.float32)}
         if len(faces) != len(self.equilibrium.faces):  # in one message, to be consistent
             surface["faces"] = faces.astype(np.uint32)

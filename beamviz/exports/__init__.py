@@ -12,7 +12,7 @@ from beamviz.beam import check_float, check_int
 from beamviz.errors import InvalidInput
 from beamviz.exports.film import FORMATS, check_format, rendered, write_film
 from beamviz.exports.renderer import Renderer
-from beamviz.exports.solved_scene import Direction, Loop, SolvedScene, find_loop
+from beamviz.exports.solved_scene import Direction, Loop, SolvedScene
 from beamviz.files import check_suffix, replaced
 from beamviz.scene import Scene
 from beamviz.solver import Solution
@@ -155,7 +155,7 @@ def animate(
     periods = None if periods is None else check_int("periods", periods, 1, MAX_FRAMES)
     with replaced(path) as file:
         solved = SolvedScene(scene, direction, zoom)
-        loop = find_loop(solved, periods)
+        loop = Loop(solved, periods)
         count = round(loop.seconds * fps)
         if count > MAX_FRAMES:
             raise InvalidInput(

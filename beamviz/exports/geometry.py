@@ -1,6 +1,5 @@
 """What a page would draw of a scene, as triangles, lines and points."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,9 +14,8 @@ from beamviz.server.viser_private import VisibleNode, visible_nodes
 CYLINDER = np.array(trimesh.creation.cylinder(1.0, 1.0, sections=160).triangles)  # looks round
 
 
-@dataclass(frozen=True)
 class Geometry:
-    """All that is visible of a scene at one moment. Colours are linear light.
+    """All that a page would show of a scene now. Colours are linear light.
 
     corners: of triangles (t, 3, 3); normals: outwards (t, 3); colours: (t, 4), with opacity;
     casts: whether each casts a shadow (t,); lines: ends (n, 2, 3), colour (3,) and thickness
@@ -25,50 +23,46 @@ class Geometry:
     the triangles.
     """
 
-    corners: np.ndarray
-    normals: np.ndarray
-    colours: np.ndarray
-    casts: np.ndarray
-    lines: list[tuple[np.ndarray, np.ndarray, float]]
-    points: dict[str, np.ndarray]
-    floor: VisibleNode | None
-
-
-def geometry(scene: SceneApi) -> Geometry:
-    """What a page would show of a scene now."""
-    parts, lines, points, floor = [], [], {}, None
-    for node in visible_nodes(scene):
-        props, corners = node.props, None
-        match node.kind:
-            case "BatchedMeshesProps":
-                corners, colour = instances(props)
-            case "MeshProps":
-                corners, colour = props.vertices[props.faces], linear(props.color)
-                if props.side == "double":
-                    corners = np.concatenate([corners, corners[:, ::-1]])
-            case "CylinderProps":
-                size = [props.radius, props.radius, props.height]
-                corners, colour = CYLINDER * size, linear(props.color)
-                if props.receive_shadow:
-                    floor, corners = node, corners[corners[..., 2].min(axis=1) < 0]
-            case "LineSegmentsProps":
-                ends = props.points @ node.rotation.T + node.position
-                lines.append((ends, linear(props.colors.reshape(-1, 3)[0]), props.thickness))
-            case "FrameProps":
-                points[node.name] = node.position
-            case "" | "HemisphereLightProps" | "DirectionalLightProps":  # the root; see LIGHTS
-                pass
-            case kind:
-                raise NotImplementedError(f"pictures have no {kind}")
-        if corners is not None:
-            rgba = np.ones((len(corners), 4)) * (1.0 if props.opacity is None else props.opacity)
-            rgba[:, :3] = colour
-            placed = corners @ node.rotation.T + node.position
-            parts.append((placed, rgba, np.full(len(corners), props.cast_shadow)))
-    bodies, rgba, casts = (np.concatenate(part) for part in zip(*parts, strict=True))
-    normals = np.cross(*np.diff(bodies, axis=1).transpose(1, 0, 2))
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
-    return Geometry(bodies, normals, rgba, casts, lines, points, floor)
+    def __init__(self, scene: SceneApi):
+        self.lines: list[tuple[np.ndarray, np.ndarray, float]] = []
+        self.points: dict[str, np.ndarray] = {}
+        self.floor: VisibleNode | None = None
+        parts = []
+        for node in visible_nodes(scene):
+            props, corners = node.props, None
+            match node.kind:
+                case "BatchedMeshesProps":
+                    corners, colour = instances(props)
+                case "MeshProps":
+                    corners, colour = props.vertices[props.faces], linear(props.color)
+                    if props.side == "double":
+                        corners = np.concatenate([corners, corners[:, ::-1]])
+                case "CylinderProps":
+                    size = [props.radius, props.radius, props.height]
+                    corners, colour = CYLINDER * size, linear(props.color)
+                    if props.receive_shadow:
+                        self.floor, corners = node, corners[corners[..., 2].min(axis=1) < 0]
+                case "LineSegmentsProps":
+                    ends = props.points @ node.rotation.T + node.position
+                    colour = linear(props.colors.reshape(-1, 3)[0])
+                    self.lines.append((ends, colour, props.thickness))
+                case "FrameProps":
+                    self.points[node.name] = node.position
+                case "" | "HemisphereLightProps" | "DirectionalLightProps":  # the root; see LIGHTS
+                    pass
+                case kind:
+                    raise NotImplementedError(f"pictures have no {kind}")
+            if corners is not None:
+                rgba = np.ones((len(corners), 4)) * (
+                    1.0 if props.opacity is None else props.opacity
+                )
+                rgba[:, :3] = colour
+                placed = corners @ node.rotation.T + node.position
+                parts.append((placed, rgba, np.full(len(corners), props.cast_shadow)))
+        joined = (np.concatenate(part) for part in zip(*parts, strict=True))
+        self.corners, self.colours, self.casts = joined
+        normals = np.cross(*np.diff(self.corners, axis=1).transpose(1, 0, 2))
+        self.normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
 
 
 def linear(rgb: Any) -> np.ndarray:

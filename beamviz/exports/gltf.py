@@ -16,7 +16,7 @@ from beamviz.drawing.beam_mesh import subdivide, to_hub_frame
 from beamviz.drawing.modes import displacement
 from beamviz.drawing.objects import collar, mass_size, section_size
 from beamviz.drawing.surroundings import HUB_HEIGHT, annulus, hub_radius
-from beamviz.exports.solved_scene import LOOP_SECONDS, Moment, SolvedScene, find_loop
+from beamviz.exports.solved_scene import LOOP_SECONDS, Loop, Moment, SolvedScene
 
 FLOAT, UNSIGNED = 5126, 5125
 KEYS = 24  # of the animation, for each cycle of its fastest motion
@@ -85,7 +85,7 @@ class Gltf:
 def write_glb(file: Path, solved: SolvedScene) -> None:
     """Hub, beam and mass, in lengths of the beam; outside the rotating frame they rotate."""
     gltf, beam, shapes = Gltf(), solved.scene.beam, solved.shapes
-    loop = None if solved.warning else find_loop(solved, ground=False, seconds=LOOP_SECONDS)
+    loop = None if solved.warning else Loop(solved, ground=False, longest=LOOP_SECONDS)
     times, moments = np.zeros(1), [Moment(np.zeros(len(shapes.modes)), 0.0)]
     if loop:
         farthest = max(np.abs(loop.phases).max(initial=0.0), abs(loop.angle))

@@ -6,14 +6,15 @@ beam_mesh.segments of the package on the data of speeds.py. */
   const packed = Uint8Array.from(atob(byId("speeds").textContent), (c) => c.charCodeAt(0));
   const unpacked = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
   const data = await new Response(unpacked).json();
-  for (const { states } of data.beams) // from the steps between speeds, in integers
-    states.forEach((state, k) => state.forEach((step, i) => {
-      state[i] = data.resolution * step + (k ? states[k - 1][i] : 0);
+  for (const rows of data.beams.flatMap(({ states, bodies }) => [states, bodies]))
+    rows.forEach((row, k) => row.forEach((step, i) => { // from the steps between speeds, in integers
+      row[i] = data.resolution * step + (k ? rows[k - 1][i] : 0);
     }));
   const HIDDEN = [1e-6, 1e-6, 1e-6], MAX_NODES = 10, MIN_STEP = 10, // a smaller one is rounding
-    last = data.speeds.length - 1;
+    MAX_WEDGE = Math.tan(0.5), last = data.speeds.length - 1;
   const [slider, shown, button] = ["speed", "speed-shown", "play"].map(byId), phases = {};
   const chart = document.querySelector("aside figure[data-step]");
+  const table = document.querySelector("aside table"), rows = table.innerHTML; // of the scene
   let playing = matchMedia("(prefers-reduced-motion: reduce)").matches;
   let before = 0, angle = 0; // of the hub
   let speed, k, part; // the last solved speed up to it, and the part of the way to the next one
@@ -24,15 +25,20 @@ beam_mesh.segments of the package on the data of speeds.py. */
     return x === null || next === null ? NaN : x + part * (next - x);
   });
   const frequency = (label) => Math.sqrt(at(data.squares)[data.labels.indexOf(label)]);
+  const send = (type, name, values) =>
+    window.__viserMutable?.messageQueue?.push({ type, name, owner: "", ...values });
 
-  /* The properties of a node with several instances, from those of each. */
-  const joined = (instances) => Object.fromEntries(Object.keys(instances[0]).map((name) => {
-    const type = name === "batched_colors" ? Uint8Array : Float32Array;
-    return [name, type.from(instances.flatMap((one) => one[name]))];
-  }));
+  /* Sets the properties of a node with several instances, from those of each. */
+  function update(name, instances) {
+    send("SceneNodeUpdateMessage", name, { updates: Object.fromEntries(
+      Object.keys(instances[0]).map((key) => {
+        const type = key === "batched_colors" ? Uint8Array : Float32Array;
+        return [key, type.from(instances.flatMap((one) => one[key]))];
+      })) });
+  }
 
-  /* The updates of the nodes of a beam, by name. A station has four numbers: x, y, z, strain. */
-  function updates({ names, labels, states, normal, ...beam }) {
+  /* Draws a beam at the present phases. A station has four numbers: x, y, z, strain. */
+  function draw({ root, labels, states, normal, ...beam }) {
     const size = 4 * beam.stations, state = at(states);
     const moved = new Float32Array(size);
     labels.forEach((label, m) => {
@@ -43,11 +49,8 @@ beam_mesh.segments of the package on the data of speeds.py. */
     for (let i = 0; i < size; i += 4) points.push([...now.slice(i, i + 3)]);
     const steps = points.slice(1).map((b, i) => b.map((x, j) => x - points[i][j]));
     const along = steps.map(([x, y, z]) => Math.atan2(normal[2] * y - normal[1] * z, x));
-    const wedge = along.map((direction, i) => { // at the start of a piece
-      const bend = i ? direction - along[i - 1] : 0;
-      const least = Math.abs(bend - 2 * Math.PI * Math.round(bend / (2 * Math.PI)));
-      return Math.tan(Math.min(least, 1) / 2);
-    });
+    const wedge = along.map((direction, i) => // at the start of a piece
+      i && Math.min(Math.abs(Math.tan((direction - along[i - 1]) / 2)), MAX_WEDGE));
     const pieces = steps.map((step, i) => {
       const half = along[i] / 2, wedges = wedge[i] + (wedge[i + 1] ?? 0);
       const middle = [0, 1, 2].map((j) => moved[4 * i + j] + moved[4 * i + 4 + j]);
@@ -61,27 +64,20 @@ beam_mesh.segments of the package on the data of speeds.py. */
         batched_colors: data.palette.slice(colour, colour + 3),
       };
     });
-    const found = { [names.pieces]: joined(pieces), [names.ends]: joined([pieces[0], pieces.at(-1)]) };
-    if (names.mass) {
-      const { batched_wxyzs } = pieces[Math.min(beam.mass, pieces.length - 1)];
-      found[names.mass] = joined([{ batched_positions: points[beam.mass], batched_wxyzs }]);
-    }
-    if (names.nodes) { // rings where the larger component of the mode changes its sign
-      const hidden = { batched_positions: [0, 0, 0], batched_wxyzs: [1, 0, 0, 0], batched_scales: HIDDEN };
-      const rings = pieces.flatMap(({ batched_wxyzs }, i) => {
-        const [u, v] = [i, i + 1].map((n) => state[size + 4 * n + beam.component]);
-        const middle = points[i].map((x, j) => x + (u / (u - v)) * steps[i][j]);
-        const node = i && u * v < 0 && Math.abs(u - v) > MIN_STEP * data.resolution;
-        return node ? [{ batched_positions: middle, batched_wxyzs, batched_scales: beam.ring }] : [];
-      });
-      found[names.nodes] = joined([...rings, ...Array(MAX_NODES).fill(hidden)].slice(0, MAX_NODES));
-    }
-    if (beam.vertices) { // of the equilibrium, straight: its second half is at the tip
-      const half = beam.vertices.length / 2, tip = state[size - 4];
-      const vertices = beam.vertices.map((x, i) => (i >= half && i % 3 === 0 ? tip : x));
-      found[names.rest] = { vertices: Float32Array.from(vertices) };
-    }
-    return found;
+    update(`${root}/rotor/beam/${pieces.length}`, pieces);
+    update(`${root}/rotor/ends`, [pieces[0], pieces.at(-1)]);
+    const { batched_wxyzs } = pieces[Math.min(beam.mass, pieces.length - 1)];
+    update(`${root}/rotor/mass`, [{ batched_positions: points[beam.mass], batched_wxyzs }]);
+    const rings = pieces.flatMap(({ batched_wxyzs }, i) => { // where the mode changes its sign
+      const [u, v] = [i, i + 1].map((n) => state[size + 4 * n + beam.component]);
+      const middle = points[i].map((x, j) => x + (u / (u - v)) * steps[i][j]);
+      const node = i && u * v < 0 && Math.abs(u - v) > MIN_STEP * data.resolution;
+      return node ? [{ batched_positions: middle, batched_wxyzs, batched_scales: beam.ring }] : [];
+    });
+    const hidden = { batched_positions: [0, 0, 0], batched_wxyzs: [1, 0, 0, 0], batched_scales: HIDDEN };
+    update(`${root}/rotor/nodes`, [...rings, ...Array(MAX_NODES).fill(hidden)].slice(0, MAX_NODES));
+    const turn = (data.turning[1] * angle) / 2, wxyz = [Math.cos(turn), 0, 0, Math.sin(turn)];
+    send("SetOrientationMessage", `${root}/${data.turning[0]}`, { wxyz });
   }
 
   function frame(now) {
@@ -92,14 +88,10 @@ beam_mesh.segments of the package on the data of speeds.py. */
       phases[label] = (phases[label] ?? Math.PI / 2) + passed * (frequency(label) || 0);
     angle += passed * speed;
     requestAnimationFrame(frame);
-    if (!viewer?.camera || !viewer.nodeRefFromName[data.beams[0].names.pieces]) return;
+    if (!viewer?.camera || !viewer.nodeRefFromName[`${data.beams[0].root}/rotor/ends`]) return;
     const { clientWidth, clientHeight } = viewer.canvas; // the scene is fitted into a square
     viewer.cameraControl?.zoomTo(Math.min(1, clientWidth / clientHeight));
-    const turn = (data.direction * angle) / 2, wxyz = [Math.cos(turn), 0, 0, Math.sin(turn)];
-    const send = (type, name, values) => viewer.messageQueue.push({ type, name, owner: "", ...values });
-    for (const name of data.turning) send("SetOrientationMessage", name, { wxyz });
-    for (const [name, updated] of data.beams.flatMap((beam) => Object.entries(updates(beam))))
-      send("SceneNodeUpdateMessage", name, { updates: updated });
+    data.beams.forEach(draw);
     viewer.requestRender();
   }
 
@@ -113,19 +105,19 @@ beam_mesh.segments of the package on the data of speeds.py. */
     shown.textContent = data.speed.unit ? `${number} ${data.speed.unit}` : `γ = ${number}`;
     const shift = chart?.dataset.step * data.speed.factor * (speed - data.start);
     chart?.querySelector("#marker").setAttribute("transform", `translate(${shift})`);
-    for (const { cells: [, label, , ...cells] } of document.querySelectorAll("aside tr:has(td)")) {
+    table.innerHTML = rows;
+    for (const { cells: [, label, , ...cells] } of moved ? table.querySelectorAll("tr:has(td)") : []) {
       const value = (data.factor * frequency(label.textContent)).toPrecision(6);
-      for (const cell of cells) cell.dataset.first ??= cell.textContent;
-      const texts = moved ? [value === "NaN" ? "–" : value, "–"] : cells.map((cell) => cell.dataset.first);
-      texts.forEach((text, i) => (cells[i].textContent = text));
+      [cells[0].textContent, cells[1].textContent] = [value === "NaN" ? "–" : value, "–"];
+    }
+    for (const { root, bodies } of data.beams) {
+      const vertices = Float32Array.from(at(bodies));
+      send("SceneNodeUpdateMessage", `${root}/rotor/equilibrium`, { updates: { vertices } });
     }
     beamvizCaptions.show(data.captions.flatMap((caption) => { // some hold for one speed alone
-      const { text } = caption, label = text.split(" ")[0];
-      const ofSpeed = text.startsWith("speed") || text.endsWith("rpm");
-      const title = data.beams.length > 1 && data.labels.includes(label);
-      if (!moved) return [caption];
-      if (ofSpeed) return [{ ...caption, text: text.replace(/[-.0-9]+/, number) }];
-      return title ? [{ ...caption, text: label }] : [];
+      const { name, text } = caption, title = name.endsWith("/title") && text.split(" ")[0];
+      const other = name.endsWith("/speed") ? text.replace(/[-.0-9]+/, number) : title;
+      return moved ? (other ? [{ ...caption, text: other }] : []) : [caption];
     }));
   }
 

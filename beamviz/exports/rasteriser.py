@@ -7,12 +7,11 @@ count x count samples on a grid.
 """
 
 import numpy as np
-from PIL import Image, ImageChops
 
 NEAR = 0.02  # distance from the camera up to which a triangle may be anywhere in the picture
 STRIDE = 0.381966  # of the offsets of samples, the golden section: neighbours differ by much
 SLACK = 1e-4  # [pixels]: no sample on the edge between two triangles is in neither
-CONTRAST = np.uint32(0xF8F8F8F8)  # bits of four bytes: of a difference that can be seen
+CONTRAST = np.uint32(0xF8F8F8F8)  # bits of four bytes whose difference can be seen
 SMALL = 1e-6  # in place of a divisor that may be 0
 
 
@@ -93,9 +92,8 @@ def draw(
 
 def edges(shown: np.ndarray) -> np.ndarray:
     """Where a picture (h, w, 4) in bytes differs visibly from a neighbouring pixel: (h, w)."""
-    picture, found = Image.fromarray(shown), np.zeros(shown.shape[:2], bool)
-    for axis, step in enumerate(((0, 1), (1, 0))):
-        change = ImageChops.difference(picture, ImageChops.offset(picture, *step))
-        differ = np.asarray(change).view(np.uint32)[..., 0] & CONTRAST > 0
+    visible, found = shown.view(np.uint32)[..., 0] & CONTRAST, np.zeros(shown.shape[:2], bool)
+    for axis in (0, 1):
+        differ = visible != np.roll(visible, 1, axis)
         found |= differ | np.roll(differ, -1, axis)
     return found

@@ -13,14 +13,12 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFilter, ImageFont
 
 from beamviz.drawing import camera, colours
-from beamviz.drawing.objects import Caption
 from beamviz.drawing.surroundings import GROUND_LIGHT, LIGHTS, SKY
-from beamviz.exports.geometry import Geometry, geometry, linear
+from beamviz.exports.geometry import Geometry, linear
 from beamviz.exports.rasteriser import NEAR, SMALL, draw, edges, samples
 from beamviz.exports.solved_scene import Moment, SolvedScene
 from beamviz.server.viser_private import VisibleNode, offline_scene
 
-Box = tuple[int, int, int, int]  # of a text: left, right, top, bottom [pixels]
 SAMPLES = 8  # of a pixel at an edge
 SPECULAR = 0.04  # reflectance of a dielectric seen from the front
 FULL_HEIGHT = 720  # [pixels] of a picture: lines are as much thinner as it is smaller
@@ -67,14 +65,12 @@ class Renderer:
         """The picture at a moment in RGB, or with transparency in RGBA."""
         with self.lock:
             self.solved.move(self.beams, moment)
-            scene = geometry(self.scene)
+            scene = Geometry(self.scene)
         picture = Image.new("RGBA", self.size, (*self.background, 0 if transparent else 255))
         if scene.floor is not None:  # everything is above it
             self.add_floor(picture, scene.floor, scene)
         self.add_objects(picture, scene)
-        boxes: list[Box] = []
-        for caption in (one for beam in self.beams for one in beam.captions):
-            self.add_caption(picture, caption, scene.points[caption.point.name], boxes)
+        picture.alpha_composite(self.captions(scene))
         return picture if transparent else picture.convert("RGB")
 
     def projected(self, points: np.ndarray) -> np.ndarray:
@@ -90,19 +86,20 @@ class Renderer:
         light = shades(self.eye, corners.mean(axis=1), scene.normals[seen], rgba[:, :3])
         rgba[:, :3] = rgba[:, 3:] * light
         thin = min(1.0, self.height / FULL_HEIGHT)
-        parts, near_lines = [(self.projected(corners), rgba)], [np.zeros(0, int)]
-        everywhere = np.ones((self.height, self.width), bool)
-        for ends, colour, width in scene.lines:
-            strips, wider = (line_triangles(self.projected(ends), thin * width + k) for k in (0, 1))
-            parts.append((strips, np.tile([*toned(colour), 1.0], (len(strips), 1))))
-            near_lines.append(samples(wider, everywhere, 1)[1])
-        corners, rgba = (np.concatenate(part) for part in zip(*parts, strict=True))
-        rgba = rgba.astype(np.float32)
+        strips, wider = (
+            [line_triangles(self.projected(e), thin * width + k) for e, _, width in scene.lines]
+            for k in (0, 1)
+        )
+        tints = [np.tile([*toned(c), 1.0], (2 * len(e), 1)) for e, c, _ in scene.lines]
+        corners = np.concatenate([self.projected(corners), *strips])
+        rgba = np.concatenate([rgba, *tints], dtype=np.float32)
         shown = np.zeros((self.height, self.width, 4), np.uint8)
-        draw(shown, everywhere, corners, rgba, 1)
-        edge = edges(shown)
-        edge.ravel()[np.concatenate(near_lines)] = True  # which may be between pixels' centres
-        draw(shown, edge, corners, rgba, SAMPLES)
+        pixels = np.ones(shown.shape[:2], bool)
+        draw(shown, pixels, corners, rgba, 1)
+        differ = edges(shown)
+        for strip in wider:  # a line may be between the centres of pixels
+            differ.ravel()[samples(strip, pixels, 1)[1]] = True
+        draw(shown, differ, corners, rgba, SAMPLES)
         picture.alpha_composite(Image.fromarray(shown))
 
     # Floor
@@ -146,38 +143,35 @@ class Renderer:
 
     # Captions
 
-    def add_caption(
-        self, picture: Image.Image, caption: Caption, point: np.ndarray, boxes: list[Box]
-    ) -> None:
-        """Write a text over a picture, below the ones before that it would cover, as the page does
+    def captions(self, scene: Geometry) -> Image.Image:
+        """The texts, each below the ones before that it would cover, as the page writes them
         (captions.js)."""
-        x, y, distance = self.projected(point)
-        if distance <= NEAR:
-            return
-        x, y = x / distance, y / distance
-        lines = caption.text.split("\n")
-        widest = max(map(font(100.0).getlength, lines)) / 100
-        letters = min(MAX_LETTERS, RELATIVE_LETTERS * self.width)
-        letters = min(letters, RELATIVE_LINE * self.width / widest)
-        if len(self.beams) > 1:
-            letters = min(letters, MAX_TITLE * self.focal / self.distance)
-        face = font(max(letters, 1.0))
-        ascent, descent = face.getmetrics()
-        line = ascent + descent
-        width = math.ceil(max(map(face.getlength, lines)) + 2 * CAPTION_PADDING * line)
-        height = len(lines) * line
-        left = max(min(round(x - width / 2), self.width - width), 0)
-        top = round(y - {"top": 0.0, "bottom": 1.0}.get(caption.anchor, 0.5) * height)
-        for other in boxes:
-            beside = left > other[1] or other[0] > left + width
-            level = top < other[3] and other[2] < top + height
-            top = other[3] if level and not beside else top
-        boxes.append((left, left + width, top, top + height))
-        ground = Image.new("RGBA", (width, height), (*self.background, CAPTION_ALPHA))
-        picture.alpha_composite(ground, (left, max(top, 0)), (0, min(max(-top, 0), height)))
-        for k, words in enumerate(lines):
-            at = (left + width / 2, top + k * line + ascent)
-            ImageDraw.Draw(picture).text(at, words, self.letters, face, anchor="ms")
+        layer = Image.new("RGBA", self.size)
+        paper, placed = ImageDraw.Draw(layer), list[tuple[int, ...]]()
+        title = MAX_TITLE * self.focal / self.distance if len(self.beams) > 1 else math.inf
+        letters = min(MAX_LETTERS, RELATIVE_LETTERS * self.width, title)
+        for caption in (one for beam in self.beams for one in beam.captions):
+            x, y, distance = self.projected(scene.points[caption.point.name])
+            if distance <= NEAR:
+                continue
+            lines = caption.text.split("\n")
+            widest = max(map(font(100.0).getlength, lines)) / 100
+            face = font(max(min(letters, RELATIVE_LINE * self.width / widest), 1.0))
+            line = sum(face.getmetrics())
+            width = math.ceil(max(map(face.getlength, lines)) + 2 * CAPTION_PADDING * line)
+            left = max(min(round(x / distance - width / 2), self.width - width), 0)
+            height, right = len(lines) * line, left + width
+            above = {"top": 0.0, "bottom": 1.0}.get(caption.anchor, 0.5) * height
+            top = round(y / distance - above)
+            for start, stop, upper, lower in placed:
+                if left <= stop and start <= right and upper < top + height and top < lower:
+                    top = lower
+            placed.append((left, right, top, top + height))
+            ground = (*self.background, CAPTION_ALPHA)
+            paper.rectangle((left, top, right - 1, top + height - 1), ground)
+            at, descent = (left + width / 2, top), face.getmetrics()[1]
+            paper.text(at, caption.text, self.letters, face, "ma", descent, "center")
+        return layer
 
 
 @lru_cache(64)

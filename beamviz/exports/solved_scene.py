@@ -1,7 +1,6 @@
 """A scene with its solution, drawn in any viser scene at any moment, and the loop of its film."""
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -104,20 +103,50 @@ class SolvedScene:
             beam.move(moment.phases, sizes, moment.angle)
 
 
-@dataclass(frozen=True)
 class Loop:
-    """A film in which every motion completes whole cycles.
+    """A film in which every motion completes whole cycles: the shortest one of whole periods of the
+    first mode shown (or of `periods` of them) in which every other motion nearly does so. Their
+    rates are changed to do so exactly.
+
+    ground: whether a ground that rotates in the rotating frame is drawn; longest: a longer film [s]
+    is played faster, unless its periods are given. Raises InvalidInput where nothing moves or an
+    unstable mode is shown.
 
     seconds: its length; periods: of the first motion; phases (m,) and angle [rad]: the advance of
     every mode and of the hub; changes: relative change of each motion's rate that closes the film,
     by name (-1: it stands still).
     """
 
-    seconds: float
-    periods: int
-    phases: np.ndarray
-    angle: float
-    changes: dict[str, float]
+    def __init__(
+        self,
+        solved: SolvedScene,
+        periods: int | None = None,
+        *,
+        ground: bool = True,
+        longest: float = FILM_SECONDS,
+    ):
+        motions = motion_rates(solved, ground=ground)
+        rates = np.array(list(motions.values()))
+        view, shapes = solved.scene.view, solved.shapes
+        rate = playback_rate(shapes.frequencies[solved.shown], solved.scene.beam.gamma)
+        if view.pace == 0:
+            raise InvalidInput("pace = 0: a film needs a pace above 0")
+        period = 2 * math.pi / rates[0]
+        most = max(1, int(LOOP_SECONDS * rate / period))
+        tried = np.array([periods]) if periods else np.arange(1, most + 1)
+        exact = tried[:, None] * rates / rates[0]  # cycles of each motion
+        cycles = np.rint(exact)
+        changes = cycles / exact - 1
+        # The first film whose rates change by at most MAX_CHANGE, else the one with least change.
+        best = int(np.maximum(np.abs(changes).max(axis=1), MAX_CHANGE).argmin())
+        self.periods = int(tried[best])
+        self.changes = dict(zip(motions, changes[best].tolist(), strict=True))
+        advance = dict(zip(motions, 2 * math.pi * cycles[best], strict=True))
+        self.phases = np.array([advance.get(label, 0.0) for label in shapes.labels])
+        symmetry = GROUND_SYMMETRY if view.rotating_frame else 1
+        self.angle = float(advance.get(ROTATION, 0.0) / symmetry)
+        shortest = math.inf if periods else max(longest, CYCLE_SECONDS * cycles[best].max())
+        self.seconds = float(min(self.periods * period / rate, shortest) / view.pace)
 
     def moment(self, part: float) -> Moment:
         """The scene when a part (0 .. 1) of the film has passed."""
@@ -132,48 +161,6 @@ class Loop:
             if abs(change) > 5e-4
         ]
         return f"so that the film closes, {', '.join(parts)}" if parts else ""
-
-
-def find_loop(
-    solved: SolvedScene,
-    periods: int | None = None,
-    *,
-    ground: bool = True,
-    seconds: float = FILM_SECONDS,
-) -> Loop:
-    """The shortest film of whole periods of the first mode shown (or of `periods` of them) in which
-    every other motion nearly completes whole cycles; their rates are changed to do so exactly.
-
-    ground: whether a ground that rotates in the rotating frame is drawn; seconds: a longer film is
-    played faster, unless its periods are given. Raises InvalidInput where nothing moves or an
-    unstable mode is shown.
-    """
-    motions = motion_rates(solved, ground=ground)
-    rates = np.array(list(motions.values()))
-    view, shapes = solved.scene.view, solved.shapes
-    rate = playback_rate(shapes.frequencies[solved.shown], solved.scene.beam.gamma)
-    if view.pace == 0:
-        raise InvalidInput("pace = 0: a film needs a pace above 0")
-    period = 2 * math.pi / rates[0]
-    most = max(1, int(LOOP_SECONDS * rate / period))
-    tried = np.array([periods]) if periods else np.arange(1, most + 1)
-    exact = tried[:, None] * rates / rates[0]  # cycles of each motion
-    cycles = np.rint(exact)
-    changes = cycles / exact - 1
-    # The first film in which no rate changes by more than MAX_CHANGE, else by as little as it can.
-    best = int(np.maximum(np.abs(changes).max(axis=1), MAX_CHANGE).argmin())
-    n = int(tried[best])
-    advance = dict(zip(motions, 2 * math.pi * cycles[best], strict=True))
-    shortest = max(seconds, CYCLE_SECONDS * float(cycles[best].max()))
-    length = n * period / rate if periods else min(n * period / rate, shortest)
-    symmetry = GROUND_SYMMETRY if view.rotating_frame else 1
-    return Loop(
-        seconds=float(length / view.pace),
-        periods=n,
-        phases=np.array([advance.get(label, 0.0) for label in shapes.labels]),
-        angle=float(advance.get(ROTATION, 0.0) / symmetry),
-        changes=dict(zip(motions, changes[best].tolist(), strict=True)),
-    )
 
 
 def motion_rates(solved: SolvedScene, *, ground: bool) -> dict[str, float]:

@@ -23,7 +23,7 @@ from beamviz import exports
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports import animate, film
 from beamviz.exports.renderer import Renderer
-from beamviz.exports.solved_scene import SolvedScene, find_loop
+from beamviz.exports.solved_scene import Loop, SolvedScene
 from beamviz.scene import Scene
 
 SMALL = {"width": 192, "height": 108, "fps": 6.25}
@@ -100,7 +100,7 @@ scenes = st.builds(
 def test_after_the_last_frame_comes_the_first(scene):
     """Every motion ends on a whole cycle, and the picture at the end is the one at the start."""
     solved = SolvedScene(scene)
-    loop = find_loop(solved)
+    loop = Loop(solved)
     turns = loop.phases[solved.shown] / (2 * math.pi)
     assert turns == pytest.approx(np.rint(turns), abs=1e-9)
     assert turns[0] == loop.periods
@@ -115,9 +115,9 @@ def test_after_the_last_frame_comes_the_first(scene):
 def test_one_mode_alone_runs_at_its_own_pace():
     """Nothing has to be changed, one period is enough; more on request."""
     solved = SolvedScene(Scene.of(mode=1))
-    assert find_loop(solved).note == ""
-    assert find_loop(solved).periods == 1
-    assert find_loop(solved, 3).seconds == pytest.approx(3 * find_loop(solved).seconds)
+    assert Loop(solved).note == ""
+    assert Loop(solved).periods == 1
+    assert Loop(solved, 3).seconds == pytest.approx(3 * Loop(solved).seconds)
 
 
 @pytest.mark.parametrize(
