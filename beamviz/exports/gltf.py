@@ -11,18 +11,17 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from beamviz import __version__
-from beamviz.drawing import beam_mesh, colours
-from beamviz.drawing.beam_mesh import subdivide, to_hub_frame
-from beamviz.drawing.modes import displacement
-from beamviz.drawing.objects import collar, mass_size, section_size
+from beamviz.drawing import BeamView, beam_mesh, colours
+from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.surroundings import HUB_HEIGHT, annulus, hub_radius
-from beamviz.exports.solved_scene import LOOP_SECONDS, Loop, Moment, SolvedScene
+from beamviz.exports.solved_scene import Loop, Moment, SolvedScene
+from beamviz.server.viser_private import offline_scene
 
 FLOAT, UNSIGNED = 5126, 5125
 KEYS = 24  # of the animation, for each cycle of its fastest motion
 Z_UP = [-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)]  # glTF has y up
 WHITE = (255, 255, 255)
-Target = tuple[str, int, float]  # name, mode (from 0), part of its cycle
+Channel = tuple[int, str, np.ndarray]  # of an animation: node, its property, and the values
 
 
 class Gltf:
@@ -84,35 +83,29 @@ class Gltf:
 
 def write_glb(file: Path, solved: SolvedScene) -> None:
     """Hub, beam and mass, in lengths of the beam; outside the rotating frame they rotate."""
-    gltf, beam, shapes = Gltf(), solved.scene.beam, solved.shapes
-    loop = None if solved.warning else Loop(solved, ground=False, longest=LOOP_SECONDS)
-    times, moments = np.zeros(1), [Moment(np.zeros(len(shapes.modes)), 0.0)]
+    gltf, beam, drawn = Gltf(), solved.scene.beam, BeamView(offline_scene())
+    drawn.show(solved.shapes, solved.scene.view, [])
+    loop = None if solved.warning else Loop(solved, film=False)
+    times, moments = np.zeros(1), [Moment(np.zeros(len(solved.shapes.modes)), 0.0)]
     if loop:
         farthest = max(np.abs(loop.phases).max(initial=0.0), abs(loop.angle))
         parts = np.linspace(0.0, 1.0, KEYS * max(1, round(farthest / (2 * math.pi))) + 1)
         times, moments = loop.seconds * parts, [loop.moment(part) for part in parts]
-    targets = morph_targets(solved)
-    phases = np.array([moment.phases for moment in moments])[:, [k for _, k, _ in targets]]
-    swing = np.maximum(np.cos(phases - [2 * math.pi * part for _, _, part in targets]), 0.0)
     drum = trimesh.creation.cylinder(hub_radius(beam), HUB_HEIGHT, sections=96)
     hub = annulus(hub_radius(beam)) if beam.delta < 0 else drum
-    nodes = [
-        gltf.node("hub", hub.vertices, hub.faces, colours.HUB),
-        add_beam(gltf, solved, targets, swing[0]),
-    ]
-    channels = [(nodes[-1], "weights", swing.ravel())]
+    nodes = [gltf.node("hub", hub.vertices, hub.faces, colours.HUB)]
+    channels = [add_beam(gltf, solved, drawn, np.array([moment.phases for moment in moments]))]
+    nodes.append(channels[0][0])
     if beam.alpha > 0:
-        moved = [displacement(shapes, moment.phases, solved.amplitudes) for moment in moments]
-        section = section_size(beam, solved.scene.view.thicken)
-        lines = [to_hub_frame(shapes, shapes.centreline + line) for line in moved]
-        path = np.array([line[shapes.mass] for line, _ in lines])
-        piece = min(shapes.mass, len(shapes.x) - 2)
-        wxyz = [beam_mesh.segments(*line, section)[1][piece] for line in lines]
-        turned = np.roll(np.array(wxyz), -1, axis=1)  # glTF has xyzw
-        length, radius = mass_size(beam, solved.scene.view.thicken)
-        ring, place = collar(), {"translation": path[0].tolist(), "rotation": turned[0].tolist()}
-        vertices = ring.vertices * [length, radius, radius]
-        nodes.append(gltf.node("mass", vertices, ring.faces, colours.MASS, **place))
+        places = []
+        for moment in moments:
+            drawn.move(moment.phases, solved.amplitudes, 0.0)
+            places.append(np.append(drawn.mass.batched_positions, drawn.mass.batched_wxyzs))
+        path, turned = np.split(np.array(places), [3], axis=1)
+        turned = np.roll(turned, -1, axis=1)  # glTF has xyzw
+        place = {"translation": path[0].tolist(), "rotation": turned[0].tolist()}
+        vertices = drawn.mass.vertices * np.array(drawn.mass.batched_scales)
+        nodes.append(gltf.node("mass", vertices, drawn.mass.faces, colours.MASS, **place))
         channels += [(nodes[-1], "translation", path), (nodes[-1], "rotation", turned)]
     wheel = gltf.add("nodes", name="wheel", children=nodes)
     if loop and loop.angle:
@@ -129,42 +122,35 @@ def write_glb(file: Path, solved: SolvedScene) -> None:
     file.write_bytes(gltf.encoded())
 
 
-def morph_targets(solved: SolvedScene) -> list[Target]:
-    """The beam at parts of the cycle of each mode shown. Programs as Blender take no weight below
-    0, so a mode has two, half a period apart; with Coriolis forces four."""
-    quarters = [(0.25, ""), (0.75, "-")]
-    if np.iscomplexobj(solved.shapes.modes):
-        quarters += [(0.0, "'"), (0.5, "'-")]
-    labels = solved.shapes.labels
-    return [(labels[k] + mark, k, part) for k in solved.shown for part, mark in quarters]
+def add_beam(gltf: Gltf, solved: SolvedScene, drawn: BeamView, phases: np.ndarray) -> Channel:
+    """Add the beam in equilibrium, coloured by the amplitude of each section; phases: (t, modes).
 
-
-def add_beam(gltf: Gltf, solved: SolvedScene, targets: list[Target], weights: np.ndarray) -> int:
-    """The node of the beam in equilibrium, coloured by the amplitude of each section; weights:
-    (targets,) at the start."""
-    shapes, view = subdivide(solved.shapes, solved.motion()), solved.scene.view
-    section = section_size(shapes.beam, view.thicken)
+    Morph targets are the beam at parts of the cycle of each mode shown. Programs as Blender take no
+    weight below 0, so a mode has two, half a period apart; with Coriolis forces four.
+    """
+    shapes, parts = drawn.shapes, [(0.25, ""), (0.75, "-")]
+    if np.iscomplexobj(shapes.modes):
+        parts += [(0.0, "'"), (0.5, "'-")]
+    fields = np.minimum(solved.amplitudes, shapes.limits)[:, None, None] * shapes.modes
+    targets = [(k, 2 * math.pi * part, mark) for k in solved.shown for part, mark in parts]
 
     def surface(moved: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
-        return beam_mesh.swept(*to_hub_frame(shapes, shapes.centreline + moved), section)
+        return beam_mesh.swept(*to_hub_frame(shapes, shapes.centreline + moved), drawn.section)
 
     still, faces = surface(0.0)
-    swings, morphs = np.zeros(len(shapes.x)), []
-    for _, k, part in targets:
-        alone = np.where(np.arange(len(shapes.modes)) == k, solved.amplitudes, 0.0)
-        moved = displacement(shapes, np.full(len(shapes.modes), 2 * math.pi * part), alone)
-        if part < 0.5:
-            swings = np.hypot(swings, np.linalg.norm(moved, axis=1))
-        morphs.append({"POSITION": gltf.array(surface(moved)[0] - still)})
+    swings = np.linalg.norm(fields, axis=(0, 2))
     colour = np.tile(np.array(colours.GREYED) / 255, (len(swings), 1))
     if not solved.warning:
         colour = colours.mapped(swings / max(swings.max(), 1e-9), colours.SEQUENTIAL)
     node = gltf.node("beam", still, faces, WHITE)
     mesh = gltf.data["meshes"][-1]
     (primitive,) = mesh["primitives"]
-    colour_array = gltf.array(np.repeat(colours.linear(colour), 4, axis=0))
-    primitive["attributes"]["COLOR_0"] = colour_array
+    linear = np.repeat(colours.linear(colour), 4, axis=0)
+    primitive["attributes"]["COLOR_0"] = gltf.array(linear)
+    weights = np.cos(phases[:, [k for k, *_ in targets]] - [at for _, at, _ in targets]).clip(0.0)
     if targets:
-        primitive["targets"], mesh["weights"] = morphs, weights.tolist()
-        mesh["extras"] = {"targetNames": [name for name, _, _ in targets]}
-    return node
+        moved = [surface((np.exp(1j * at) * fields[k]).imag)[0] for k, at, _ in targets]
+        primitive["targets"] = [{"POSITION": gltf.array(one - still)} for one in moved]
+        mesh["weights"] = weights[0].tolist()
+        mesh["extras"] = {"targetNames": [shapes.labels[k] + mark for k, _, mark in targets]}
+    return node, "weights", weights.ravel()

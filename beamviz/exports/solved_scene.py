@@ -81,10 +81,6 @@ class SolvedScene:
         axial_reach = float(drawn @ np.abs(self.shapes.modes[:, :, 0]).max(axis=1))
         return Camera((position * (1 + axial_reach) / self.zoom).tolist())
 
-    def motion(self, scale: float = DEFAULT_SCALE) -> DrawnMotion:
-        """The motion that the beam is subdivided for, at `scale` pixels per length of the beam."""
-        return DrawnMotion.of(self.shapes, self.amplitudes, self.scene.view.colouring, scale)
-
     def draw(self, api: SceneApi, scale: float = DEFAULT_SCALE) -> list[BeamView]:
         """Add the beams to a viser scene, at `scale` pixels per length of the beam; `move` them."""
         view = self.scene.view
@@ -93,7 +89,8 @@ class SolvedScene:
             stacked = AllModesView(api)
             stacked.show(self.shapes, view, scale)
             return stacked.rows
-        beam, motion = BeamView(api), self.motion(scale)
+        beam = BeamView(api)
+        motion = DrawnMotion.of(self.shapes, self.amplitudes, view.colouring, scale)
         beam.show(self.shapes, view, self.shown, warning=self.warning, motion=motion)
         return [beam]
 
@@ -108,24 +105,17 @@ class Loop:
     first mode shown (or of `periods` of them) in which every other motion nearly does so. Their
     rates are changed to do so exactly.
 
-    ground: whether a ground that rotates in the rotating frame is drawn; longest: a longer film [s]
-    is played faster, unless its periods are given. Raises InvalidInput where nothing moves or an
-    unstable mode is shown.
+    film: with the ground, which rotates in the rotating frame, and played within FILM_SECONDS;
+    else a model without ground, within LOOP_SECONDS. With `periods` it may be longer. Raises
+    InvalidInput where nothing moves or an unstable mode is shown.
 
     seconds: its length; periods: of the first motion; phases (m,) and angle [rad]: the advance of
     every mode and of the hub; changes: relative change of each motion's rate that closes the film,
     by name (-1: it stands still).
     """
 
-    def __init__(
-        self,
-        solved: SolvedScene,
-        periods: int | None = None,
-        *,
-        ground: bool = True,
-        longest: float = FILM_SECONDS,
-    ):
-        motions = motion_rates(solved, ground=ground)
+    def __init__(self, solved: SolvedScene, periods: int | None = None, *, film: bool = True):
+        motions = motion_rates(solved, ground=film)
         rates = np.array(list(motions.values()))
         view, shapes = solved.scene.view, solved.shapes
         rate = playback_rate(shapes.frequencies[solved.shown], solved.scene.beam.gamma)
@@ -145,8 +135,9 @@ class Loop:
         self.phases = np.array([advance.get(label, 0.0) for label in shapes.labels])
         symmetry = GROUND_SYMMETRY if view.rotating_frame else 1
         self.angle = float(advance.get(ROTATION, 0.0) / symmetry)
-        shortest = math.inf if periods else max(longest, CYCLE_SECONDS * cycles[best].max())
-        self.seconds = float(min(self.periods * period / rate, shortest) / view.pace)
+        within = max(FILM_SECONDS if film else LOOP_SECONDS, CYCLE_SECONDS * cycles[best].max())
+        length = min(self.periods * period / rate, math.inf if periods else within)
+        self.seconds = float(length / view.pace)
 
     def moment(self, part: float) -> Moment:
         """The scene when a part (0 .. 1) of the film has passed."""

@@ -16,11 +16,11 @@ from live.visitor import PAPER
 from scipy.spatial.transform import Rotation
 
 from beamviz import exports
-from beamviz.drawing.beam_mesh import subdivide, to_hub_frame
+from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import displacement
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports import STATIONS, animate, export
-from beamviz.exports.solved_scene import LOOP_SECONDS, Loop, SolvedScene
+from beamviz.exports.solved_scene import Loop, SolvedScene
 from beamviz.frequency_loci.sweep import chart_range
 from beamviz.scene import Scene
 from beamviz.server.viser_private import offline_scene
@@ -87,8 +87,8 @@ def test_a_model_swings_as_the_solution_does(model):
     weights = values(gltf, swing.output).reshape(len(times), len(targets))
     masses = values(gltf, samplers["mass", "translation"].output)
     tilts = Rotation.from_quat(values(gltf, samplers["mass", "rotation"].output))
-    loop = Loop(solved, ground=False, longest=LOOP_SECONDS)
-    shapes = subdivide(solved.shapes, solved.motion())
+    loop = Loop(solved, film=False)
+    shapes = solved.draw(offline_scene())[0].shapes
     assert times[-1] == pytest.approx(loop.seconds)
     assert weights[-1] == pytest.approx(weights[0], abs=1e-6)
     assert weights.min() == 0  # Blender takes no other: the beam would swing to one side only
@@ -323,6 +323,6 @@ def test_a_full_disk_leaves_the_former_file(tmp_path, monkeypatch, write, writer
 def test_a_model_rotates_outside_the_rotating_frame(rotating_frame):
     """In the rotating frame nothing in the model would rotate: there is no ground."""
     scene = Scene.of(PAPER, mode=2, rotating_frame=rotating_frame)
-    angle = Loop(SolvedScene(scene), ground=False).angle
+    angle = Loop(SolvedScene(scene), film=False).angle
     assert angle % (2 * math.pi) == pytest.approx(0)
     assert (angle == 0) is rotating_frame

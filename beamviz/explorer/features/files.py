@@ -1,20 +1,20 @@
 """Files: save and load a scene, and the tab Export, whose files are written in the background."""
 
 import tempfile
-import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from html import escape
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 from beamviz.beam import MAX_TOML_BYTES
 from beamviz.drawing.text import error_summary
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
 from beamviz.explorer.features.links import within_limits
-from beamviz.explorer.jobs import Job, Work
+from beamviz.explorer.jobs import Job
 from beamviz.explorer.page.html import button, select
 from beamviz.explorer.visitor import Visitor
 from beamviz.exports import animate, export
@@ -40,16 +40,11 @@ LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
 
 @dataclass(eq=False)
 class File:
-    """A scene to be written as a file with a suffix; options: keywords of `animate`."""
+    """A scene to be written as a file; film: keywords of `animate`, None for other files."""
 
     scene: Scene
-    suffix: str
-    options: dict[str, Any]
-
-    @property
-    def name(self) -> str:
-        """The name of the file."""
-        return f"beam{self.suffix}"
+    name: str
+    film: dict[str, Any] | None
 
 
 class Files:
@@ -58,7 +53,9 @@ class Files:
 
     def __init__(self, visitor: Visitor):
         self.visitor, self.page = visitor, visitor.page
-        self.job: Job[File, bytes] = Job("file", self.write, start_thread, self.finish)
+        self.job: Job[File, bytes] = Job(
+            "file", self.write, lambda work: Thread(target=work, daemon=True).start(), self.finish
+        )
         self.length = next(iter(LENGTHS))
         self.page.html("tab-export", export_tab())
         self.page.value("film_length", self.length)
@@ -104,15 +101,14 @@ class Files:
         except InvalidInput as error:
             self.visitor.notify("Nothing to export", str(error))
             return
-        options: dict[str, Any] = {"periods": LENGTHS[self.length]} if suffix in FORMATS else {}
-        if suffix == ".gif":  # the largest files
-            options |= GIF_SIZE
+        size = GIF_SIZE if suffix == ".gif" else {}  # the largest files
+        film = {"periods": LENGTHS[self.length], **size} if suffix in FORMATS else None
         self.job.withdraw()
-        self.job.request(File(scene, suffix, options))
+        self.job.request(File(scene, f"beam{suffix}", film))
 
     def write(self, file: File) -> bytes:
         """The content of a file, written after those before it."""
-        queue = QUEUES[file.suffix in FORMATS]
+        queue = QUEUES[file.film is not None]
         queue.append(file)
         try:
             while ahead := queue.index(file):
@@ -121,11 +117,11 @@ class Files:
             self.show(file, "working")
             with tempfile.TemporaryDirectory(prefix="beamviz-") as folder:
                 path = Path(folder) / file.name
-                if file.suffix in FORMATS:  # one thread, so that pages stay responsive
-                    frames = partial(self.frames, file)
-                    animate(path, file.scene, progress=frames, workers=1, **file.options)
-                else:
+                if file.film is None:
                     export(path, file.scene)
+                else:  # one thread, so that pages stay responsive
+                    frames = partial(self.frames, file)
+                    animate(path, file.scene, progress=frames, workers=1, **file.film)
                 return path.read_bytes()
         finally:
             queue.remove(file)
@@ -162,11 +158,6 @@ class Files:
         else:
             known = isinstance(error, InvalidInput)
             self.visitor.notify("Nothing to export" if known else "The export failed", str(error))
-
-
-def start_thread(work: Work) -> None:
-    """Run `work` in a thread of its own."""
-    threading.Thread(target=work, daemon=True).start()
 
 
 def export_tab() -> str:
