@@ -1,7 +1,6 @@
 """A scene as one HTML file that plays without a network, with its numbers and its loci."""
 
 import json
-import re
 import zlib
 from base64 import b64encode
 from html import escape
@@ -26,6 +25,7 @@ from beamviz.scene import Scene
 from beamviz.server import run_server
 from beamviz.solver import Solution
 
+TITLE, ROOT = "<title>Viser</title>", '<div id="root"></div>'  # of viser's page
 POINTS = 72  # an inch, as SVG pictures have them
 TIME = "T* = √(ρ A L⁴ / E I), the time unit of the beam"
 
@@ -58,17 +58,14 @@ def write_html(file: Path, solved: SolvedScene) -> None:
         script = files("beamviz.exports").joinpath("offline.js").read_text(encoding="utf-8")
         player = f'<script type="text/plain" id="speeds">{b64encode(data).decode()}</script>'
         player += f"<script>{captions_script()}{script}</script>"
-    head, body = page.index("</head>"), page.rindex("</body>")
-    scheme, frame = ("dark", ".3em") if view.dark else ("light", "0")
-    theme = f":root {{ color-scheme: {scheme}; --scene: rgb{colours.BACKGROUND[view.dark]};"
-    theme += f" --letters: rgb{colours.LETTERS[view.dark]}; --frame: {frame} }}"
-    title = f"<title>beamviz: {escape(heading(solved.scene))}</title>"
-    top = re.sub("<title>.*?</title>", title, page[:head])  # of two, browsers take the first
-    file.write_text(
-        f"{top}<style>{theme}{STYLE}</style>{page[head:body]}"
-        f'<aside aria-label="numbers">{panel(solved)}</aside>'
-        f'<div id="caption-layer"></div>{player}{page[body:]}'
+    theme = f":root {{ color-scheme: {'dark' if view.dark else 'light'}; --scene:"
+    theme += f" rgb{colours.BACKGROUND[view.dark]}; --letters: rgb{colours.LETTERS[view.dark]}; }}"
+    page = page.replace(TITLE, f"<title>beamviz: {escape(heading(solved.scene))}</title>")
+    elements = (
+        f'<style>{theme}{STYLE}</style>{ROOT}<aside aria-label="numbers">{panel(solved)}</aside>'
+        f'<div id="caption-layer"></div>{player}'
     )
+    file.write_text(page.replace(ROOT, elements))
 
 
 def heading(scene: Scene) -> str:
@@ -126,8 +123,9 @@ aside { position: fixed; inset: 0 0 0 auto; width: 440px; box-sizing: border-box
         padding: 1.2em 1.4em; font: 16px/1.45 system-ui, sans-serif; color: light-dark(#222, #ddd);
         background: light-dark(#fff, #1a1a1a); border-left: 1px solid light-dark(#ddd, #333); }
 aside h1 { font-size: 1.05em; margin: 0 0 .6em; }
-aside figure { margin: 1em 0; padding: var(--frame); border-radius: 6px; cursor: zoom-in;
-               background: #fff; } aside svg { width: 100%; height: auto; display: block; }
+aside figure { margin: 1em 0; padding: .3em; border-radius: 6px; cursor: zoom-in;
+               background: #fff; }
+aside svg { width: 100%; height: auto; display: block; }
 aside figure.large { position: fixed; inset: 3vh 3vw; margin: 0; padding: 2vh 2vw; z-index: 9;
                      cursor: zoom-out; box-shadow: 0 0 2em #0006; }
 aside figure.large svg { height: 100%; }

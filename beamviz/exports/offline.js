@@ -39,8 +39,7 @@ beam_mesh.segments of the package on the data of speeds.py. */
 
   /* Draws a beam at the present phases. A station has four numbers: x, y, z, strain. */
   function draw({ root, labels, states, normal, ...beam }) {
-    const size = 4 * beam.stations, state = at(states);
-    const moved = new Float32Array(size);
+    const size = 4 * beam.stations, state = at(states), moved = new Float32Array(size);
     labels.forEach((label, m) => {
       const s = Math.sin(phases[label]), c = Math.cos(phases[label]), first = (1 + 2 * m) * size;
       for (let i = 0; i < size; i++) moved[i] += s * state[first + i] + c * state[first + size + i];
@@ -51,30 +50,29 @@ beam_mesh.segments of the package on the data of speeds.py. */
     const along = steps.map(([x, y, z]) => Math.atan2(normal[2] * y - normal[1] * z, x));
     const wedge = along.map((direction, i) => // at the start of a piece
       i && Math.min(Math.abs(Math.tan((direction - along[i - 1]) / 2)), MAX_WEDGE));
+    const on = (i, share) => ({ // at a part of the way along a piece
+      batched_positions: points[i].map((x, j) => x + share * steps[i][j]),
+      batched_wxyzs: [Math.cos(along[i] / 2), ...normal.map((x) => x * Math.sin(along[i] / 2))],
+    });
     const pieces = steps.map((step, i) => {
-      const half = along[i] / 2, wedges = wedge[i] + (wedge[i + 1] ?? 0);
       const middle = [0, 1, 2].map((j) => moved[4 * i + j] + moved[4 * i + 4 + j]);
       const value = data.strain ? beam.largest + now[4 * i + 3] : Math.hypot(...middle);
       const share = Math.min(Math.max(value / (2 * beam.largest), 0), 1);
       const colour = 3 * Math.round(share * (data.palette.length / 3 - 1));
-      return {
-        batched_positions: points[i].map((x, j) => (x + points[i + 1][j]) / 2),
-        batched_wxyzs: [Math.cos(half), ...normal.map((x) => x * Math.sin(half))],
-        batched_scales: [Math.hypot(...step) + (beam.thickness / 2) * wedges, ...beam.section],
-        batched_colors: data.palette.slice(colour, colour + 3),
-      };
+      const length = Math.hypot(...step) + (beam.thickness / 2) * (wedge[i] + (wedge[i + 1] ?? 0));
+      const colours = { batched_colors: data.palette.slice(colour, colour + 3) };
+      return { ...on(i, 0.5), batched_scales: [length, ...beam.section], ...colours };
     });
     update(`${root}/rotor/beam/${pieces.length}`, pieces);
     update(`${root}/rotor/ends`, [pieces[0], pieces.at(-1)]);
-    const { batched_wxyzs } = pieces[Math.min(beam.mass, pieces.length - 1)];
-    update(`${root}/rotor/mass`, [{ batched_positions: points[beam.mass], batched_wxyzs }]);
-    const rings = pieces.flatMap(({ batched_wxyzs }, i) => { // where the mode changes its sign
+    const piece = Math.min(beam.mass, pieces.length - 1);
+    update(`${root}/rotor/mass`, [on(piece, beam.mass - piece)]);
+    const rings = pieces.flatMap((_, i) => { // where the mode changes its sign
       const [u, v] = [i, i + 1].map((n) => state[size + 4 * n + beam.component]);
-      const middle = points[i].map((x, j) => x + (u / (u - v)) * steps[i][j]);
       const node = i && u * v < 0 && Math.abs(u - v) > MIN_STEP * data.resolution;
-      return node ? [{ batched_positions: middle, batched_wxyzs, batched_scales: beam.ring }] : [];
+      return node ? [{ ...on(i, u / (u - v)), batched_scales: beam.ring }] : [];
     });
-    const hidden = { batched_positions: [0, 0, 0], batched_wxyzs: [1, 0, 0, 0], batched_scales: HIDDEN };
+    const hidden = { ...on(0, 0), batched_scales: HIDDEN };
     update(`${root}/rotor/nodes`, [...rings, ...Array(MAX_NODES).fill(hidden)].slice(0, MAX_NODES));
     const turn = (data.turning[1] * angle) / 2, wxyz = [Math.cos(turn), 0, 0, Math.sin(turn)];
     send("SetOrientationMessage", `${root}/${data.turning[0]}`, { wxyz });
@@ -86,7 +84,7 @@ beam_mesh.segments of the package on the data of speeds.py. */
     before = now;
     for (const label of data.beams.flatMap((beam) => beam.labels))
       phases[label] = (phases[label] ?? Math.PI / 2) + passed * (frequency(label) || 0);
-    angle += passed * speed;
+    angle += (passed * speed) / data.factors.speed;
     requestAnimationFrame(frame);
     if (!viewer?.camera || !viewer.nodeRefFromName[`${data.beams[0].root}/rotor/ends`]) return;
     const { clientWidth, clientHeight } = viewer.canvas; // the scene is fitted into a square
@@ -96,18 +94,17 @@ beam_mesh.segments of the package on the data of speeds.py. */
   }
 
   function choose() {
-    const wanted = slider.value / data.speed.factor, near = slider.step / data.speed.factor;
-    speed = Math.abs(wanted - data.start) < near ? data.start : wanted;
+    speed = Math.abs(slider.value - data.start) < slider.step ? data.start : Number(slider.value);
     k = Math.max(Math.min(data.speeds.findLastIndex((known) => known <= speed), last - 1), 0);
     const [low, high] = [k, k + 1].map((i) => data.speeds[i] ** 2); // all is smooth in the square
-    part = last ? Math.min(Math.max((speed ** 2 - low) / (high - low), 0), 1) : 0;
-    const moved = speed !== data.start, number = Number((data.speed.factor * speed).toPrecision(4));
-    shown.textContent = data.speed.unit ? `${number} ${data.speed.unit}` : `γ = ${number}`;
-    const shift = chart?.dataset.step * data.speed.factor * (speed - data.start);
-    chart?.querySelector("#marker").setAttribute("transform", `translate(${shift})`);
+    part = last ? (speed ** 2 - low) / (high - low) : 0;
+    const moved = speed !== data.start, number = Number(speed.toPrecision(4));
+    shown.textContent = data.unit ? `${number} ${data.unit}` : `γ = ${number}`;
+    const shift = `translate(${chart?.dataset.step * (speed - data.start)})`;
+    chart?.querySelector("#marker").setAttribute("transform", shift);
     table.innerHTML = rows;
     for (const { cells: [, label, , ...cells] } of moved ? table.querySelectorAll("tr:has(td)") : []) {
-      const value = (data.factor * frequency(label.textContent)).toPrecision(6);
+      const value = (data.factors.frequency * frequency(label.textContent)).toPrecision(6);
       [cells[0].textContent, cells[1].textContent] = [value === "NaN" ? "–" : value, "–"];
     }
     for (const { root, bodies } of data.beams) {
@@ -121,9 +118,9 @@ beam_mesh.segments of the package on the data of speeds.py. */
     }));
   }
 
-  [slider.min, slider.max] = [0, last].map((i) => data.speed.factor * data.speeds[i]);
+  [slider.min, slider.max] = [data.speeds[0], data.speeds[last]];
   slider.step = (slider.max - slider.min) / 2000 || 1;
-  slider.value = data.speed.factor * data.start;
+  slider.value = data.start;
   slider.oninput = choose;
   button.onclick = () => {
     playing = !playing;

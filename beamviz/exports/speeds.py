@@ -55,13 +55,13 @@ def speed_data(solved: SolvedScene, beams: list[BeamView]) -> dict[str, Any]:
     speed = measure("gamma", beam.units)
     places = np.linspace(0, colours.STEPS - 1, PALETTE).astype(int)
     return {
-        "speeds": [one.beam.gamma for one in solutions],
-        "start": beam.gamma,
-        "speed": {"factor": speed.factor, "unit": speed.unit},
+        "speeds": [speed.factor * one.beam.gamma for one in solutions],
+        "start": speed.factor * beam.gamma,
+        "unit": speed.unit,
+        "factors": {"speed": speed.factor, "frequency": frequencies(beam.units).factor},
         "labels": labels,
         "squares": [[at.get(label) for label in labels] for at in known],
         "resolution": RESOLUTION,
-        "factor": frequencies(beam.units).factor,
         "rate": view.pace * playback_rate(solved.shapes.frequencies[solved.shown], beam.gamma),
         "turning": ["floor", -1] if view.rotating_frame else ["rotor", 1],
         "palette": colours.PALETTES[view.colouring][places].ravel().tolist(),
