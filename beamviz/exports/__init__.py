@@ -24,6 +24,7 @@ MAX_FRAMES = 1000
 SAMPLE = 6  # frames that the palette of a GIF is chosen from
 PNG_LEVEL = 1  # of compression: half the time of the default, a third larger
 STATIONS = 201  # equally spaced along the beam; the position of the mass is added to them
+MODE_ARRAYS = ("labels", "families", "frequencies", "errors", "growth_rates")
 FIELD_COLUMNS = [
     *("mode", "label", "family", "frequency", "error", "growth_rate", "bending_fraction"),
     *("x", "position_x", "position_y", "stretch", "shape_x", "shape_y"),
@@ -61,15 +62,17 @@ def write_csv(file: Path, solution: Solution) -> None:
     from beamviz.output import csv_text, plain
 
     arrays, heading = field_arrays(solution), FIELD_COLUMNS
-    shapes = [arrays["shapes"].real]
-    if np.iscomplexobj(arrays["shapes"]):
-        heading, shapes = heading + IMAGINARY_COLUMNS, [*shapes, arrays["shapes"].imag]
     state = [arrays[key] for key in ("x", "position", "stretch")]
-    modes = ("frequencies", "errors", "growth_rates", "bending_fractions")
+    modes = [arrays[key] for key in (*MODE_ARRAYS, "bending_fractions", "shapes")]
+    if np.iscomplexobj(modes[-1]):
+        heading, modes[-1] = (
+            heading + IMAGINARY_COLUMNS,
+            np.dstack([modes[-1].real, modes[-1].imag]),
+        )
     rows = (
-        [k + 1, label, family, *plain([arrays[key][k] for key in modes]), *plain(row)]
-        for k, (label, family) in enumerate(zip(solution.labels, solution.families, strict=True))
-        for row in np.column_stack([*state, *(part[k] for part in shapes)])
+        [k, *plain(mode), *plain(row)]
+        for k, (*mode, shape) in enumerate(zip(*modes, strict=True), 1)
+        for row in np.column_stack([*state, shape])
     )
     file.write_text(csv_text(heading, rows))
 
@@ -85,11 +88,7 @@ def field_arrays(solution: Solution) -> dict[str, Any]:
         "units": np.array([beam.units.length, beam.units.time] if beam.units else []),
         "model": np.array(json.dumps(solution.problem.model)),
         "status": np.array(state.status),
-        "labels": np.array(solution.labels),
-        "families": np.array(solution.families),
-        "frequencies": solution.frequencies,
-        "errors": solution.errors,
-        "growth_rates": solution.growth_rates,
+        **{key: np.array(getattr(solution, key)) for key in MODE_ARRAYS},
         "bending_fractions": solution.bending_energy_fraction,
         "x": x,
         "position": state.position(x),

@@ -61,8 +61,7 @@ class Geometry:
                 parts.append((placed, rgba, np.full(len(corners), props.cast_shadow)))
         joined = (np.concatenate(part) for part in zip(*parts, strict=True))
         self.corners, self.colours, self.casts = joined
-        normals = np.cross(*np.diff(self.corners, axis=1).transpose(1, 0, 2))
-        self.normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+        self.normals = trimesh.unitize(trimesh.triangles.cross(self.corners))
 
 
 def linear(rgb: Any) -> np.ndarray:

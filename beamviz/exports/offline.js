@@ -39,7 +39,8 @@ beam_mesh.segments of the package on the data of speeds.py. */
 
   /* Draws a beam at the present phases. A station has four numbers: x, y, z, strain. */
   function draw({ root, labels, states, normal, ...beam }) {
-    const size = 4 * beam.stations, state = at(states), moved = new Float32Array(size);
+    const state = at(states), size = state.length / (1 + 2 * labels.length);
+    const moved = new Float32Array(size);
     labels.forEach((label, m) => {
       const s = Math.sin(phases[label]), c = Math.cos(phases[label]), first = (1 + 2 * m) * size;
       for (let i = 0; i < size; i++) moved[i] += s * state[first + i] + c * state[first + size + i];

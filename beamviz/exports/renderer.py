@@ -10,6 +10,7 @@ from functools import lru_cache
 from importlib.metadata import distribution
 
 import numpy as np
+import trimesh
 from PIL import Image, ImageDraw, ImageFilter, ImageFont
 
 from beamviz.drawing import camera, colours
@@ -23,7 +24,7 @@ SAMPLES = 8  # of a pixel at an edge
 SPECULAR = 0.04  # reflectance of a dielectric seen from the front
 FULL_HEIGHT = 720  # [pixels] of a picture: lines are as much thinner as it is smaller
 UP = np.array([0.0, 0.0, 1.0])
-TOWARDS = [np.array(place) / np.linalg.norm(place) for place, _ in LIGHTS.values()]
+TOWARDS = trimesh.unitize([place for place, _ in LIGHTS.values()])  # (lights, 3)
 INTENSITIES = [intensity for _, intensity in LIGHTS.values()]
 SUN = TOWARDS[0]  # the light that casts shadows
 AMBIENT = SKY * (1 + linear(GROUND_LIGHT)) / 2  # at a point: half from above, half from below
@@ -199,15 +200,14 @@ def shades(
     towards = eye - points
     towards = towards / np.linalg.norm(towards, axis=-1, keepdims=True)
     facing = np.abs((normals * towards).sum(axis=-1, keepdims=True))
-    light = albedo / math.pi * AMBIENT
-    for direction, intensity in zip(TOWARDS, INTENSITIES, strict=True):
-        incident = np.maximum(normals @ direction, 0.0)[..., None]
-        half = towards + direction
-        half = half / np.maximum(np.linalg.norm(half, axis=-1, keepdims=True), SMALL)
-        grazing = 1 - (half @ direction)[..., None].clip(0, 1)
-        fresnel = SPECULAR + (1 - SPECULAR) * grazing**5
-        specular = fresnel / (2 * np.maximum(incident + facing, SMALL))
-        light = light + incident * intensity / math.pi * (albedo + specular)
+    incident = np.maximum(normals @ TOWARDS.T, 0.0)  # (..., lights)
+    half = towards[..., None, :] + TOWARDS
+    half /= np.maximum(np.linalg.norm(half, axis=-1, keepdims=True), SMALL)
+    fresnel = SPECULAR + (1 - SPECULAR) * (1 - (half * TOWARDS).sum(axis=-1).clip(0, 1)) ** 5
+    specular = fresnel / (2 * np.maximum(incident + facing, SMALL))
+    power = incident * INTENSITIES / math.pi
+    light = albedo * (AMBIENT / math.pi + power.sum(axis=-1, keepdims=True))
+    light += (power * specular).sum(axis=-1, keepdims=True)
     return toned(light)
 
 

@@ -98,7 +98,6 @@ def beam_data(
     return {
         "root": row.frame.name,
         "labels": labels,
-        "stations": len(row.shapes.x),
         "states": steps(states),
         "bodies": steps(bodies),
         "mass": row.shapes.mass,

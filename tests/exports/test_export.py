@@ -282,7 +282,7 @@ def test_a_page_has_the_beam_at_many_speeds(tmp_path, scene):
     drawn = SolvedScene(scene).draw(offline_scene())
     for beam, row in zip(data["beams"], drawn, strict=True):
         states = data["resolution"] * np.cumsum(beam["states"], axis=0)
-        of_speeds = states.reshape(len(speeds), -1, beam["stations"], 4)
+        of_speeds = states.reshape(len(speeds), -1, len(row.shapes.x), 4)
         axis = of_speeds[middle : middle + 2, 0, :, :3].mean(axis=0)  # half-way in the square
         exact, _ = to_hub_frame(row.shapes, there.equilibrium.position(row.shapes.x))
         assert axis == pytest.approx(exact, abs=2e-3)
