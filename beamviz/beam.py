@@ -2,7 +2,7 @@
 
 import math
 import tomllib
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
@@ -188,6 +188,10 @@ class Beam:
         """The five numbers by name, and spin_up where it is not 0."""
         names = NUMBERS if self.spin_up else PARAMETERS
         return {name: getattr(self, name) for name in names}
+
+    def described(self, names: Iterable[str]) -> str:
+        """Some of the numbers: α = 1, β = 0.5."""
+        return ", ".join(f"{NUMBERS[name].symbol} = {getattr(self, name):g}" for name in names)
 
     @classmethod
     def from_si(

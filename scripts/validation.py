@@ -18,7 +18,7 @@ from beamviz.errors import NoEquilibrium
 from beamviz.frequency_loci import loci
 from beamviz.output import markdown_table
 from beamviz.paper.figures import NODES, PrintedNumber, decimals, printed_numbers
-from beamviz.paper.tables import described, frequencies_by_label
+from beamviz.paper.tables import frequencies_by_label
 from beamviz.plotting import OMEGAS
 from beamviz.solver import solve_many
 
@@ -285,7 +285,7 @@ SOURCES = (
             Claim("crossing", "Coriolis off", "γ and gap", "4.4641 0.0000", closest_approach),
             Claim("veering", "Coriolis on", "γ and least gap", "4.650 0.241", veering),
             *(
-                claim(f"coriolis-{k}", described(beam, NUMBERS), values, beam, coriolis=True)
+                claim(f"coriolis-{k}", beam.described(NUMBERS), values, beam, coriolis=True)
                 for k, (beam, values) in enumerate(STRETCHED_CORIOLIS.items())
             ),
         ],
@@ -299,7 +299,7 @@ SOURCES = (
         "Stretched beams",
         "Computed independently of this project, at least seven digits (green, spatial, μ = 70).",
         [
-            claim(f"stretched-{k}", described(beam, NUMBERS), values, beam, "B1 B2 B3 B4 S1")
+            claim(f"stretched-{k}", beam.described(NUMBERS), values, beam, "B1 B2 B3 B4 S1")
             for k, (beam, values) in enumerate(STRETCHED.items())
         ],
         (f"{TEST}error_bars.py::test_random_beams",),

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from beamviz.beam import NUMBERS
 from beamviz.drawing import camera, colours
 from beamviz.drawing.objects import captions_script
 from beamviz.drawing.text import frequencies, mode_value
@@ -46,7 +45,7 @@ def solution_table(solution: Solution, shown: list[int]) -> str:
 def write_html(file: Path, solved: SolvedScene) -> None:
     """viser's self-contained page with a script that moves the beam at any speed (offline.js), and
     a panel with the numbers."""
-    view, player = solved.scene.view, ""
+    view, beam, player = solved.scene.view, solved.scene.beam, ""
     with run_server() as server:
         fitted = camera.fitted(solved.shapes, view.rotating_frame, 1.0, solved.heights)
         camera.place(server.initial_camera, solved.scene.camera or fitted)
@@ -60,17 +59,12 @@ def write_html(file: Path, solved: SolvedScene) -> None:
         player += f"<script>{captions_script()}{script}</script>"
     theme = f":root {{ color-scheme: {'dark' if view.dark else 'light'}; --scene:"
     theme += f" rgb{colours.BACKGROUND[view.dark]}; --letters: rgb{colours.LETTERS[view.dark]}; }}"
-    page = page.replace(TITLE, f"<title>beamviz: {escape(heading(solved.scene))}</title>")
+    page = page.replace(TITLE, f"<title>beamviz: {beam.described(beam.numbers)}</title>")
     elements = (
         f'<style>{theme}{STYLE}</style>{ROOT}<aside aria-label="numbers">{panel(solved)}</aside>'
         f'<div id="caption-layer"></div>{player}'
     )
     file.write_text(page.replace(ROOT, elements))
-
-
-def heading(scene: Scene) -> str:
-    """The beam's numbers."""
-    return ", ".join(f"{NUMBERS[name].symbol} = {x:.6g}" for name, x in scene.beam.numbers.items())
 
 
 def panel(solved: SolvedScene) -> str:
@@ -83,7 +77,7 @@ def panel(solved: SolvedScene) -> str:
         if value != defaults[name]
     )
     return (
-        f"<h1>{escape(heading(scene))}</h1>"
+        f"<h1>{scene.beam.described(scene.beam.numbers)}</h1>"
         + (f"<p>{escape(options)}</p>" if options else "")
         + (f"<p class=wrong>{escape(solved.warning)}</p>" if solved.warning else CONTROLS)
         + solution_table(solved.solution, solved.shown)

@@ -126,12 +126,10 @@ class Renderer:
         """The share of each pixel that a disc around the origin covers, in bytes: by the distance
         from its edge, a conic in the picture."""
         x, y = (np.arange(count, dtype=np.float32) + 0.5 for count in self.size)
-        y = y[:, None]
-        conic = (points.T * [-1, -1, radius**2]) @ points
-        dx, dy, constant = (a * x + (b * y + c) for a, b, c in conic.astype(np.float32))
-        share = 0.5 + (x * dx + y * dy + constant) / (2 * np.sqrt(dx * dx + dy * dy))
-        below = points[2, 0] * x + (points[2, 1] * y + points[2, 2]) > 0
-        return Image.fromarray((255 * share.clip(0, 1) * below).astype(np.uint8))
+        u, v, w = (a * x + (b * y[:, None] + c) for a, b, c in points.astype(np.float32))
+        inside = (radius * w) ** 2 - u * u - v * v
+        share = 0.5 + inside / np.hypot(*np.gradient(inside))
+        return Image.fromarray((255 * share.clip(0, 1) * (w > 0)).astype(np.uint8))
 
     def shadow(self, bodies: np.ndarray, height: float) -> Image.Image:
         """The soft shadow of triangles (t, 3, 3) on a level, in bytes."""

@@ -13,7 +13,7 @@ import numpy as np
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.frequency_loci import Event, Loci, loci
 from beamviz.output import csv_text, markdown_table
-from beamviz.paper.tables import TOLERANCE, described, frequencies_by_label
+from beamviz.paper.tables import TOLERANCE, frequencies_by_label
 from beamviz.plotting import OMEGAS
 from beamviz.solver import solve
 
@@ -60,7 +60,7 @@ class LociFigure(NamedTuple):
     @property
     def parameters(self) -> str:
         """The parameters held fixed: α = 1, β = 0.5, δ = 0, μ = 70."""
-        return described(self.beam, tuple(name for name in PARAMETERS if name != self.over))
+        return self.beam.described(name for name in PARAMETERS if name != self.over)
 
     @property
     def caption(self) -> str:
@@ -84,7 +84,7 @@ class ShapeFigure(NamedTuple):
     def parameters(self) -> str:
         """The parameters held fixed."""
         beam = self.beam.replace(alpha=self.alphas[0])
-        return described(beam, tuple(PARAMETERS)[len(self.alphas) > 1 :])
+        return beam.described(tuple(PARAMETERS)[len(self.alphas) > 1 :])
 
     @property
     def caption(self) -> str:

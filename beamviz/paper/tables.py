@@ -11,7 +11,7 @@ from functools import partial
 from itertools import pairwise, product
 from typing import Any, NamedTuple
 
-from beamviz.beam import PARAMETERS, Beam
+from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium
 from beamviz.output import csv_text, markdown_table
 from beamviz.plotting import OMEGAS
@@ -175,14 +175,9 @@ class Table(NamedTuple):
         """Quantity and fixed parameters."""
         return (
             f"First and second chordwise bending frequencies"
-            f" ({described(self.beam, ('alpha', 'beta', 'mu'))},"
+            f" ({self.beam.described(('alpha', 'beta', 'mu'))},"
             f" δ = {', '.join(map(str, self.deltas))})"
         )
-
-
-def described(beam: Beam, names: tuple[str, ...]) -> str:
-    """Some parameters of a beam: α = 1, β = 0.5."""
-    return ", ".join(f"{PARAMETERS[name].symbol} = {getattr(beam, name):g}" for name in names)
 
 
 def frequencies_by_label(beam: Beam, modes: int, **options: Any) -> dict[str, float]:
