@@ -26,6 +26,7 @@ LIFT, TOP = 0.1, 0.2
 NEARER, FARTHER = 0.7, 1.15  # ratios of the fitted distance to the last one that move the camera
 TOLERANCE = 1e-3  # [beam lengths] largest distance of equal viewpoints
 CHANGE_TIME = 0.9  # [s] of an eased change of view
+MIN_SLOPE = 1e-3  # of a direction against the axis; of a smaller one, y is vertical in the picture
 TURN = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 CIRCLE = np.stack([np.cos(TURN), np.sin(TURN), 0 * TURN], 1)
 
@@ -78,7 +79,7 @@ def axes(direction: Sequence[float] | np.ndarray) -> np.ndarray:
     """Right, down and forward of a camera in `direction` from its target, as columns (3, 3)."""
     x, y, z = np.divide(direction, -np.linalg.norm(direction)).tolist()
     across = math.hypot(x, y)
-    right = (y / across, -x / across) if across else (1.0, 0.0)
+    right = (y / across, -x / across) if across > MIN_SLOPE else (1.0, 0.0)
     down = (-z * right[1], z * right[0], x * right[1] - y * right[0])
     return np.array([(*right, 0.0), down, (x, y, z)]).T
 

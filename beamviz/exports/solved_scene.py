@@ -18,7 +18,6 @@ from beamviz.solver import solve
 
 Direction = tuple[float, float, float]
 ZOOMS = (0.1, 100.0)
-MIN_SLOPE = 1e-3  # of a direction against the axis: straight from above, y is up in the picture
 MAX_CHANGE = 0.05  # relative change of a motion's rate that is not noticed
 # At the default pace [s]: a loop of several motions is sought up to this length, is played within
 # this time, but with no cycle shorter than this.
@@ -73,10 +72,8 @@ class SolvedScene:
         if given and not self.direction:
             offset = np.subtract(given.position, given.look_at) / self.zoom
             return Camera((given.look_at + offset).tolist(), given.look_at)
-        direction, rotating = self.direction, self.scene.view.rotating_frame
-        if direction and math.hypot(*direction[:2]) <= MIN_SLOPE * abs(direction[2]):
-            direction = direction[0], -MIN_SLOPE * abs(direction[2]), direction[2]
-        position = camera.viewpoint(self.shapes, rotating, aspect, 0.0, self.heights, direction)
+        frame = self.scene.view.rotating_frame
+        position = camera.viewpoint(self.shapes, frame, aspect, 0.0, self.heights, self.direction)
         drawn = np.minimum(self.amplitudes, self.shapes.limits)
         axial_reach = float(drawn @ np.abs(self.shapes.modes[:, :, 0]).max(axis=1))
         return Camera((position * (1 + axial_reach) / self.zoom).tolist())
