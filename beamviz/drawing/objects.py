@@ -96,9 +96,9 @@ class Caption:
         return {"name": self.point.name, "text": self.text, "anchor": self.anchor}
 
 
-def captions_script() -> str:
-    """The script that writes captions over the picture."""
-    return files("beamviz.drawing").joinpath("captions.js").read_text(encoding="utf-8")
+def captions_file(suffix: str) -> str:
+    """The script (.js) that writes captions over the picture, or their style (.css)."""
+    return files("beamviz.drawing").joinpath(f"captions{suffix}").read_text(encoding="utf-8")
 
 
 # A beam of unit size, for meshes until they get their vertices.

@@ -42,13 +42,11 @@ class Gltf:
         """An accessor of floats (n,) or (n, 3 or 4), or of indices (n,)."""
         integer = np.issubdtype(np.asarray(values).dtype, np.integer)
         values = np.ascontiguousarray(values, np.uint32 if integer else np.float32)
-        start = len(self.binary)
+        part = {"buffer": 0, "byteOffset": len(self.binary), "byteLength": values.nbytes}
         self.binary += values.tobytes()  # four bytes a number: always aligned
         return self.add(
             "accessors",
-            bufferView=self.add(
-                "bufferViews", buffer=0, byteOffset=start, byteLength=values.nbytes
-            ),
+            bufferView=self.add("bufferViews", **part),
             componentType=UNSIGNED if integer else FLOAT,
             count=len(values),
             type="SCALAR" if values.ndim == 1 else f"VEC{values.shape[1]}",

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from beamviz.drawing import camera, colours
-from beamviz.drawing.objects import captions_script
+from beamviz.drawing.objects import captions_file
 from beamviz.drawing.text import frequencies, mode_value
 from beamviz.errors import BeamvizError
 from beamviz.exports.solved_scene import SolvedScene
@@ -56,13 +56,13 @@ def write_html(file: Path, solved: SolvedScene) -> None:
         data = zlib.compress(json.dumps(speed_data(solved, beams)).encode())
         script = files("beamviz.exports").joinpath("offline.js").read_text(encoding="utf-8")
         player = f'<script type="text/plain" id="speeds">{b64encode(data).decode()}</script>'
-        player += f"<script>{captions_script()}{script}</script>"
+        player += f"<script>{captions_file('.js')}{script}</script>"
     theme = f":root {{ color-scheme: {'dark' if view.dark else 'light'}; --scene:"
     theme += f" rgb{colours.BACKGROUND[view.dark]}; --letters: rgb{colours.LETTERS[view.dark]}; }}"
     page = page.replace(TITLE, f"<title>beamviz: {beam.described(beam.numbers)}</title>")
     elements = (
-        f'<style>{theme}{STYLE}</style>{ROOT}<aside aria-label="numbers">{panel(solved)}</aside>'
-        f'<div id="caption-layer"></div>{player}'
+        f"<style>{theme}{captions_file('.css')}{STYLE}</style>{ROOT}"
+        f'<aside aria-label="numbers">{panel(solved)}</aside><div id="caption-layer"></div>{player}'
     )
     file.write_text(page.replace(ROOT, elements))
 
@@ -132,11 +132,8 @@ aside .controls { display: flex; gap: .6em; align-items: center;
 aside .controls input { flex: 1; min-width: 0; }
 aside .controls output { min-width: 5.5em; text-align: right; }
 aside .controls button { font: inherit; min-width: 4.5em; padding: .3em .6em; cursor: pointer; }
-#caption-layer { position: fixed; inset: 0 440px 0 0; overflow: hidden; pointer-events: none; }
-#caption-layer span { position: absolute; white-space: nowrap; padding: .1em .4em;
-                      font: 15px/1.4 system-ui, sans-serif; border-radius: 4px;
-                      background: color-mix(in srgb, var(--scene) 78%, transparent);
-                      color: var(--letters); }
+#caption-layer { position: fixed; inset: 0 440px 0 0; font: 15px/1.4 system-ui, sans-serif;
+                 color: var(--letters); }
 aside .wrong { border-left: 4px solid #d9480f; padding-left: .6em; white-space: pre-line; }
 aside summary { cursor: pointer; opacity: .7; } aside pre { font-size: .75em; overflow: auto; }
 @media (max-width: 900px) {

@@ -86,7 +86,6 @@ def beam_data(
     shown = np.flatnonzero(sizes).tolist()
     labels = [solved.shapes.labels[k] for k in shown]
     bends = bool(shown and solved.solution.bending_energy_fraction[shown[0]] >= 0.5)
-    across = 1 if row.shapes.plane == "chordwise" else 2
     states, bodies = [], []
     for one in (resampled(shape, row.shapes.x) for shape in shapes):
         at = [one.labels.index(label) for label in labels]
@@ -105,7 +104,7 @@ def beam_data(
         "thickness": row.section[0],
         "section": extents(row.section, normal)[1:].tolist(),
         "ring": np.array(row.nodes.collars.batched_scales)[0].tolist(),
-        "component": across if bends else 0,
+        "component": (1 if row.shapes.plane == "chordwise" else 2) if bends else 0,
         "largest": colours.colour_range(row.shapes, view.colouring, sizes),
     }
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from viser import ClientHandle, GuiEvent, ViserServer
 
-from beamviz.drawing.objects import Caption, captions_script
+from beamviz.drawing.objects import Caption, captions_file
 from beamviz.explorer.page.html import attributes
 from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import private_control, run_script
@@ -37,7 +37,7 @@ def insert_page(viser_page: str) -> str:
         for name in ("page.html", *STYLES, *SCRIPTS)
     }
     style, script = ("".join(texts[name] for name in names) for names in (STYLES, SCRIPTS))
-    script += captions_script()
+    style, script = style + captions_file(".css"), script + captions_file(".js")
     markup = texts["page.html"].format(
         tabs="".join(map(tab, TABS)), panels="".join(map(panel, TABS))
     )
