@@ -94,15 +94,16 @@ def test_the_power_series_loses_its_digits():
 
 
 def test_assumed_modes_lose_their_digits():
-    """cosh cancels: beyond 12 functions each more makes the answer worse."""
+    """cosh cancels: more than 12 functions make the answer worse, by how much depends on the
+    machine's cosh."""
     beam = Beam(gamma=10, delta=1, mu=SLENDER)
     exact = solve(beam, method="foac", tolerance=1e-9).omega_squared
     off = [
         abs(solve(beam, method="assumed-modes", terms=terms).omega_squared / exact - 1).max()
-        for terms in (12, 16, 20, 40)
+        for terms in (12, 16, 40)
     ]
     assert off[0] < 2e-4
-    assert all(after > 3 * before for before, after in pairwise(off))
+    assert all(after > 10 * before for before, after in pairwise(off))
     assert kind("assumed-modes", alpha=30.0, beta=0.5, gamma=0.6, delta=1) == kinds.ROUNDING
     assert kind("assumed-modes", mu=316, gamma=30, delta=1) == kinds.INACCURATE  # more terms help
 
