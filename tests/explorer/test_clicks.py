@@ -95,10 +95,8 @@ SHOWN = "[...document.querySelectorAll('#mode-rows tr.shown button.mode')].map(e
 
 def click(shown: Page, element: str) -> None:
     """Click in the middle of an element, which must be visible without scrolling."""
-    shown.wait(f"{SEEN}({element})")
-    x, y = shown.evaluate(
-        f"(r => [r.left + r.width / 2, r.top + r.height / 2])({element}.getBoundingClientRect())"
-    )
+    middle = "(r => [r.left + r.width / 2, r.top + r.height / 2])(e.getBoundingClientRect())"
+    x, y = shown.wait(f"(e => {SEEN}(e) && {middle})({element})")
     shown.mouse("mousePressed", x, y, 1)
     shown.mouse("mouseReleased", x, y)
 
@@ -167,8 +165,9 @@ def test_a_lost_connection_is_shown_and_restored():
             shown.wait(f"{lost} && {SEEN}(document.getElementById('offline'))")
             assert "No connection" in shown.evaluate("document.getElementById('offline').innerText")
             assert shown.evaluate(f"{says('S1')} && !!{BEAM}")
+            shown.evaluate("document.querySelector('#mode-rows tr').dataset.former = ''")
             with explorer(START, port=int(url.rstrip("/").rpartition(":")[2])):
-                shown.wait(f"!{lost} && !!{BEAM}")
+                shown.wait(f"!{lost} && !!{BEAM} && !document.querySelector('[data-former]')")
                 click(shown, button("B2"))
                 shown.wait(f"{SHOWN}.join() === 'B2'")
                 assert shown.evaluate("document.getElementById('gamma-field').value") == "7.5"
