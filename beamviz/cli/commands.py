@@ -290,7 +290,11 @@ def export(
     ],
     sweep: Annotated[Path | None, SWEEP_STORE] = None,
     over: Annotated[
-        str, typer.Option(help="With --sweep: the axes of the map.", metavar="NAME,NAME")
+        str,
+        typer.Option(
+            help="With --sweep: the axes of the map (default: those of a sweep over two).",
+            metavar="NAME,NAME",
+        ),
     ] = "",
     at: Annotated[str, AT] = "",
     gap: Annotated[
@@ -305,7 +309,8 @@ def export(
 
         mode = context.params["mode"] or (None if gap else len(scene.view.shares))
         place = parse_place(at)
-        save_map(path, open_sweep(sweep), over.split(","), mode=mode, gap=gap, at=place)
+        names = [name for name in over.split(",") if name]
+        save_map(path, open_sweep(sweep), names, mode=mode, gap=gap, at=place)
         return
     from beamviz.exports import export
 

@@ -15,7 +15,7 @@ from beamviz.errors import InvalidInput
 from beamviz.plotting import INK, STYLE, new_figure, on_axis, save_figure
 from beamviz.sweeps.plan import find_place
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
-from beamviz.sweeps.store import STATUSES
+from beamviz.sweeps.store import STATUSES, chunks_read
 
 if TYPE_CHECKING:
     import xarray
@@ -41,7 +41,7 @@ def save_map(path: Path, dataset: "xarray.Dataset", over: Sequence[str], **optio
 
 def draw_map(
     dataset: "xarray.Dataset",
-    over: Sequence[str],
+    over: Sequence[str] = (),
     *,
     mode: int | None = None,
     gap: bool = False,
@@ -50,22 +50,29 @@ def draw_map(
 ) -> Axes:
     """Draw a frequency over two parameters of a sweep, and return the axes.
 
-    dataset: of `sweep`. over: the parameters of the horizontal and the vertical axis. mode: whose
-    frequency (1 is the lowest), or gap=True: the smallest gap between neighbouring frequencies.
+    dataset: of `sweep`. over: the parameters of the horizontal and the vertical axis, by default
+    those of a sweep over two. mode: whose frequency (1 is the lowest), or gap=True: the smallest
+    gap between neighbouring frequencies.
     at: values of the other axes of the sweep, which may be left out where an axis has one value.
     ax: where to draw, by default the current axes.
 
     Parts where the family of the mode, or the modes of the gap, change are separated by lines and
     named. Beams without a number are grey, by their status. Frequencies are in Hz and speeds in rpm
-    for a sweep of a beam in SI. Raises InvalidInput.
+    for a sweep of a beam in SI. Raises InvalidInput, and Unavailable for a damaged store.
     """
     if (mode is None) != gap:
         raise InvalidInput("a map is either of one mode or, with gap, of the smallest gap")
     axes = {str(name): dataset[name].values for name in dataset["status"].dims}
+    varied = [name for name, values in axes.items() if len(values) > 1]
+    over = over or (varied if len(varied) == 2 else ())
     if len(over) != 2 or over[0] == over[1]:
-        raise InvalidInput(f"over {', '.join(over)}: must be two axes of the sweep")
+        raise InvalidInput(
+            f"over {','.join(over) or '(nothing)'}: must be two axes of the sweep, which is over"
+            f" {', '.join(axes)}, with a comma between"
+        )
     place = find_place(axes, over, at or {})
-    part = dataset.isel(place).transpose(over[1], over[0], "mode")
+    with chunks_read(dataset.encoding.get("source", "the sweep")):
+        part = dataset.isel(place).transpose(over[1], over[0], "mode").load()
     spectra = part["frequency"].values, part["family"].values
     shown = smallest_gap(*spectra) if mode is None else frequency_of(mode, *spectra)
     what, values = shown.name, shown.values

@@ -92,6 +92,18 @@ def written(path: Path) -> Iterator[None]:
         ) from None
 
 
+@contextlib.contextmanager
+def chunks_read(path: str | Path) -> Iterator[None]:
+    """Within, failures to read a chunk of a store are Unavailable, with the remedy."""
+    try:
+        yield
+    except (OSError, RuntimeError) as error:  # RuntimeError: of zarr's decoders
+        raise Unavailable(
+            f"cannot read {path}: {error}; a chunk of it is damaged: delete the store and run the"
+            " sweep again"
+        ) from None
+
+
 def _create(plan: Plan, path: Path) -> None:
     """The template of a sweep: all metadata, and the coordinates."""
     zarr = optional("zarr", "sweep")
@@ -202,8 +214,9 @@ def count_statuses(path: Path) -> dict[str, int]:
     """How many beams of a store have each status."""
     plan, status = stored_plan(path), open_group(path)["status"]
     counts = np.zeros(len(STATUSES), int)
-    for task in plan.tasks:
-        counts += np.bincount(status[plan.region(task)].ravel(), minlength=len(STATUSES))
+    with chunks_read(path):
+        for task in plan.tasks:
+            counts += np.bincount(status[plan.region(task)].ravel(), minlength=len(STATUSES))
     return {name: count for name, count in zip(STATUSES, counts.tolist(), strict=True) if count}
 
 

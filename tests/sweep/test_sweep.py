@@ -231,6 +231,23 @@ def test_a_store_of_another_version_is_named(tmp_path, run):
     assert (code, "'frequency' is missing: damaged" in err) == (2, True)
 
 
+def test_a_damaged_chunk_is_named(tmp_path, run):
+    """In one line with the remedy, by all that reads it."""
+    store, picture = tmp_path / "a.zarr", tmp_path / "a.png"
+    again = ["sweep", str(store), "--workers", "1", "--over", "gamma=0,1", "--over", "mu=50,70"]
+    commands = again, ["export", str(picture), "--sweep", str(store)]
+    assert [run(*command)[0] for command in commands] == [0, 0]
+    assert picture.stat().st_size > 10_000  # without --over, the map over both axes
+    for name in ("frequency", "status"):
+        for chunk in (store / name / "c").rglob("0"):
+            if chunk.is_file():
+                chunk.write_bytes(chunk.read_bytes()[:-4])
+    for command in commands:
+        code, _, err = run(*command)
+        assert (code, err.count("\n")) == (1, 1)
+        assert "a chunk of it is damaged: delete the store and run the sweep again" in err
+
+
 def test_a_store_of_something_else_is_refused(tmp_path):
     """Nothing in it is touched."""
     store = tmp_path / "a.zarr"
