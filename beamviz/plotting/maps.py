@@ -13,6 +13,7 @@ from matplotlib.patches import Patch
 from beamviz.beam import NUMBERS, Units
 from beamviz.errors import InvalidInput
 from beamviz.plotting import INK, STYLE, new_figure, on_axis, save_figure
+from beamviz.solver import DEFAULTS, Problem
 from beamviz.sweeps.plan import find_place
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
 from beamviz.sweeps.store import STATUSES, chunks_read
@@ -160,6 +161,4 @@ def title(what: str, over: Sequence[str], held: Mapping[str, Any]) -> str:
         if name not in over and (name != "spin_up" or held[name])
     )
     head = f"{what.capitalize()} at {numbers}".replace("-", "−")
-    coriolis = "with" if held["coriolis"] else "without"
-    model = f"{held['strain']} strain, {held['curvature']} curvature, {held['plane']}"
-    return f"{head}\n{model}, {coriolis} Coriolis"
+    return f"{head}\n{Problem(**{name: held[name] for name in DEFAULTS}).described}"

@@ -49,9 +49,13 @@ class Problem:
     @property
     def described(self) -> str:
         """The terms of the theory in words."""
-        coriolis = "with" if self.coriolis else "without"
-        theory = f"{self.strain} strain, {self.curvature} curvature, {self.plane}"
-        return f"{theory}, {coriolis} Coriolis"
+        terms = {
+            "Coriolis": self.gyroscopic, "stiffening": self.stiffens, "softening": self.softening
+        }  # fmt: skip
+        absent = [name for name, present in terms.items() if not present]
+        parts = [f"{self.strain} strain", f"{self.curvature} curvature", self.plane]
+        parts += ["with Coriolis"] * self.gyroscopic + [f"without {name}" for name in absent]
+        return ", ".join(parts)
 
     @cached_property
     def strain_law(self) -> StrainLaw:

@@ -94,6 +94,20 @@ def test_modes_as_a_table(run):
 
 
 @pytest.mark.parametrize(
+    ("options", "described"),
+    [
+        (["--coriolis"], "green strain, spatial curvature, chordwise, with Coriolis"),
+        (["--coriolis", "--plane", "flapwise"], "flapwise, without Coriolis"),  # it has none
+        (["--method", "zoac"], "chordwise, without Coriolis, without stiffening"),
+    ],
+)
+def test_the_table_tells_the_terms_that_are_solved(run, options, described):
+    """Not those asked for that a plane or a method does not have."""
+    line = next(line for line in run("modes", *options)[1].splitlines() if "Model" in line)
+    assert line.endswith(described)
+
+
+@pytest.mark.parametrize(
     ("error", "places"), [(3e-7, 7), (1e-7, 7), (0.2, 1), (5, 0), (1e-15, 9), (math.nan, 9), (0, 9)]
 )
 def test_a_frequency_shows_the_digits_its_error_leaves(error, places):
