@@ -276,18 +276,14 @@ def test_every_failure_has_its_code_and_one_line(run, monkeypatch, error, code, 
     assert strict(out)["error"].get("limit") is None
 
 
-def test_ctrl_c_is_quiet(run, monkeypatch):
-    """The shell's own code for it, and nothing to read; a shell's background jobs ignore it."""
+def test_ctrl_c_is_quiet(run, monkeypatch, interruptible):
+    """The shell's own code for it, and nothing to read."""
     failing(monkeypatch, KeyboardInterrupt())
     assert run("modes") == (130, "", "")
     monkeypatch.setattr(
         "beamviz.cli.commands.app", lambda *_, **__: signal.raise_signal(signal.SIGINT)
     )
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        assert run("modes") == (130, "", "")
-    finally:
-        signal.signal(signal.SIGINT, before)
+    assert run("modes") == (130, "", "")
 
 
 def test_the_command_line_goes_before_the_scene_file(run, tmp_path, monkeypatch):

@@ -104,7 +104,7 @@ def test_interrupted(number, undisturbed, tmp_path):
     assert contents(store) == undisturbed
 
 
-def test_an_interrupt_leaves_no_future_locked(tmp_path):
+def test_an_interrupt_leaves_no_future_locked(tmp_path, interruptible):
     """However it falls: the pool, which locks the futures to set their results, still ends."""
     interrupts = []
 
