@@ -319,6 +319,7 @@ class Session:
         visitor, view = self.visitor, self.view
         view.update()
         visitor.page.captions(view.captions)
+        visitor.page.props("playing", disabled=bool(view.warning))
         panel.show_answer(visitor, view.solved, view.shown_modes)
         panel.show_picture(visitor, view.largest, view.pace, view.shapes.beam.units)
 

@@ -162,6 +162,7 @@ def test_a_term_is_switched_and_back(guest, option):
     guest.choose(option, not usual)
     if option == "stiffening":  # without it the beam is unstable
         guest.says("Unstable in bending")
+        assert guest.props["playing"]["disabled"]  # nothing moves
     else:
         guest.says(frequency_text(PAPER, **{option: not usual}))
     guest.says("before, ω")
