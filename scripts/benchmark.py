@@ -20,6 +20,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from _arguments import Parser
 
 from beamviz.beam import Beam
 from beamviz.benchmark.work_precision import lapack_times, least_time
@@ -115,6 +116,7 @@ def bent_solves() -> None:
 
 
 if __name__ == "__main__":
+    Parser(__doc__).parse_args()
     default_solves()
     paper_elements()
     sweeps()

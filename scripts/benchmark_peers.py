@@ -18,6 +18,7 @@ from importlib.metadata import PackageNotFoundError
 from typing import Any
 
 import numpy as np
+from _arguments import Parser
 
 from beamviz import Beam, NotConverged, loci, solve
 from beamviz.benchmark.external import PEERS
@@ -71,4 +72,5 @@ def main() -> int:
 
 
 if __name__ == "__main__":
+    Parser(__doc__).parse_args()
     sys.exit(main())

@@ -17,6 +17,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
+from _arguments import Parser  # noqa: E402
+
 from beamviz.exports import PNG_LEVEL, Renderer, SolvedScene  # noqa: E402
 from beamviz.scene import Scene  # noqa: E402
 
@@ -68,4 +70,5 @@ def best(work: Callable[[], object]) -> float:
 
 
 if __name__ == "__main__":
+    Parser(__doc__).parse_args()
     main()

@@ -17,7 +17,6 @@ growth costs no digits. Scenes may be named; the results are beamviz/benchmark/l
 """
 
 import json
-import sys
 import time
 from collections.abc import Callable
 from itertools import pairwise
@@ -25,6 +24,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from _arguments import Parser
 from mpmath import fdot, mp, mpf
 
 from beamviz.beam import Beam
@@ -328,4 +328,9 @@ def main(scenes: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    parser = Parser(__doc__)
+    parser.add_argument("scenes", nargs="*", metavar="SCENE", help="; ".join(SCENES))
+    names = parser.parse_args().scenes
+    if unknown := set(names) - set(SCENES):
+        parser.error(f"{', '.join(unknown)}: must be of {'; '.join(SCENES)}")
+    main(names)

@@ -15,6 +15,7 @@ from PIL import Image
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
+from _arguments import Parser  # noqa: E402
 from live.browser import page  # type: ignore[import-not-found]  # noqa: E402
 
 from beamviz import Beam, Scene  # noqa: E402
@@ -49,4 +50,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    Parser(__doc__).parse_args()
     main()
