@@ -124,7 +124,7 @@ class Row(NamedTuple):
 
 def limits() -> Limits:
     """The exact omega^2 of every scene in every model, or why there are none."""
-    text = resources.files("beamviz.benchmark").joinpath("limits.json").read_text()
+    text = resources.files("beamviz.benchmark").joinpath("limits.json").read_text("utf-8")
     return {
         scene: {
             theory: values if isinstance(values, str) else np.array([float(v) for v in values])

@@ -74,7 +74,7 @@ def write_csv(file: Path, solution: Solution) -> None:
         for k, (*mode, shape) in enumerate(zip(*modes, strict=True), 1)
         for row in np.column_stack([*state, shape])
     )
-    file.write_text(csv_text(heading, rows))
+    file.write_text(csv_text(heading, rows), encoding="utf-8")
 
 
 def field_arrays(solution: Solution) -> dict[str, Any]:

@@ -64,7 +64,7 @@ def write_html(file: Path, solved: SolvedScene) -> None:
         f"<style>{theme}{captions_file('.css')}{STYLE}</style>{ROOT}"
         f'<aside aria-label="numbers">{panel(solved)}</aside><div id="caption-layer"></div>{player}'
     )
-    file.write_text(page.replace(ROOT, elements))
+    file.write_text(page.replace(ROOT, elements), encoding="utf-8")
 
 
 def panel(solved: SolvedScene) -> str:

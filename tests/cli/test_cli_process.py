@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import typing
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -14,11 +15,14 @@ ROOT = Path(__file__).resolve().parents[2]
 BUFFERED = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
 
 
-def process(*arguments: str, **settings: typing.Any) -> subprocess.CompletedProcess[str]:
-    """Run a command line as a process of its own."""
+def process(
+    *arguments: str, environment: Mapping[str, str] = {}, **settings: typing.Any
+) -> subprocess.CompletedProcess[str]:
+    """Run a command line as a process of its own, with further variables in its environment."""
     command = [sys.executable, "-m", "beamviz", *arguments]
     settings = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **settings}
-    return subprocess.run(command, cwd=ROOT, env=BUFFERED, text=True, check=False, **settings)
+    env = {**BUFFERED, **environment}
+    return subprocess.run(command, cwd=ROOT, env=env, text=True, check=False, **settings)
 
 
 @pytest.mark.parametrize("command", [["modes"], ["modes", "--help"]])
@@ -46,6 +50,16 @@ def test_a_full_disk_is_one_line():
         done = process("modes", stdout=full)
     assert done.returncode == 1
     assert done.stderr == "beamviz: [Errno 28] No space left on device\n"
+
+
+@pytest.mark.parametrize("name", ["beam.html", "beam.csv"])
+def test_a_file_does_not_depend_on_the_encoding_of_the_system(tmp_path, name):
+    """Greek letters are written where the locale has none."""
+    ascii_only = {"LC_ALL": "POSIX", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    done = process("export", str(tmp_path / name), environment=ascii_only)
+    assert (done.returncode, done.stderr) == (0, "")
+    text = (tmp_path / name).read_text("utf-8")
+    assert ("γ = " in text) == (name == "beam.html")
 
 
 def test_as_a_module_the_exit_code_reaches_the_shell():
