@@ -11,21 +11,23 @@ from beamviz.errors import InvalidInput, Unavailable
 Files = dict[str, bytes]  # contents by name
 
 
-def check_suffix(path: Path, suffixes: Sequence[str]) -> str:
+def check_suffix(path: str | Path, suffixes: Sequence[str]) -> str:
     """The suffix of a path in lower case, as ".png"; InvalidInput where it is not in `suffixes`."""
-    if path.suffix.lower() not in suffixes:
+    suffix = Path(path).suffix.lower()
+    if suffix not in suffixes:
         *others, last = suffixes
         choices = f"{', '.join(others)} or {last}" if others else last
         raise InvalidInput(f"{path}: must end in {choices}")
-    return path.suffix.lower()
+    return suffix
 
 
 @contextlib.contextmanager
-def replaced(path: Path) -> Iterator[Path]:
+def replaced(path: str | Path) -> Iterator[Path]:
     """A temporary file beside `path`, of the same suffix, renamed to `path` once it is complete.
 
     Raises Unavailable where it cannot be written, at once or later (a full disk).
     """
+    path = Path(path)
     if path.is_dir():
         raise Unavailable(f"cannot write {path}: it is a folder")
     part = temporary(path)

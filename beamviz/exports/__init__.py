@@ -40,7 +40,6 @@ def export(path: str | Path, scene: Scene) -> None:
 
     Raises InvalidInput, Unavailable, and the errors of `solve`; the file is complete or untouched.
     """
-    path = Path(path)
     suffix = check_suffix(path, SUFFIXES)
     with replaced(path) as file:
         solved = SolvedScene(scene)
@@ -114,7 +113,6 @@ def screenshot(
 
     Raises InvalidInput, Unavailable, and the errors of `solve`; the file is complete or untouched.
     """
-    path = Path(path)
     check_suffix(path, [".png"])
     size = check_int("width", width, *PIXELS), check_int("height", height, *PIXELS)
     if not math.isfinite(phase):
@@ -147,7 +145,6 @@ def animate(
 
     Raises InvalidInput, Unavailable, and the errors of `solve`; the file is complete or untouched.
     """
-    path = Path(path)
     suffix = check_suffix(path, tuple(FORMATS))
     size = check_int("width", width, *PIXELS), check_int("height", height, *PIXELS)
     fps = check_format(suffix, size, check_float("fps", fps, *FRAME_RATES))

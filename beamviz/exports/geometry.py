@@ -53,14 +53,12 @@ class Geometry:
                 case kind:
                     raise NotImplementedError(f"pictures have no {kind}")
             if corners is not None:
-                rgba = np.ones((len(corners), 4)) * (
-                    1.0 if props.opacity is None else props.opacity
-                )
+                opacity = 1.0 if props.opacity is None else props.opacity
+                rgba = np.full((len(corners), 4), opacity, float)
                 rgba[:, :3] = colour
                 placed = corners @ node.rotation.T + node.position
                 parts.append((placed, rgba, np.full(len(corners), props.cast_shadow)))
-        joined = (np.concatenate(part) for part in zip(*parts, strict=True))
-        self.corners, self.colours, self.casts = joined
+        self.corners, self.colours, self.casts = map(np.concatenate, zip(*parts, strict=True))
         self.normals = trimesh.unitize(trimesh.triangles.cross(self.corners))
 
 

@@ -1,5 +1,5 @@
 /* The scene of an exported page, drawn at any speed by interpolation between solved ones. Repeats
-beam_mesh.segments of the package on the data of speeds.py. */
+beam_mesh.segments of the package on the data of html_page.py. */
 "use strict";
 (async () => {
   const byId = (id) => document.getElementById(id);
@@ -28,7 +28,7 @@ beam_mesh.segments of the package on the data of speeds.py. */
   const send = (type, name, values) =>
     window.__viserMutable?.messageQueue?.push({ type, name, owner: "", ...values });
 
-  /* Sets the properties of a node with several instances, from those of each. */
+  /* Sets the properties of a node, from those of each of its instances. */
   function update(name, instances) {
     send("SceneNodeUpdateMessage", name, { updates: Object.fromEntries(
       Object.keys(instances[0]).map((key) => {
@@ -108,10 +108,8 @@ beam_mesh.segments of the package on the data of speeds.py. */
       const value = (data.factors.frequency * frequency(label.textContent)).toPrecision(6);
       [cells[0].textContent, cells[1].textContent] = [value === "NaN" ? "–" : value, "–"];
     }
-    for (const { root, bodies } of data.beams) {
-      const vertices = Float32Array.from(at(bodies));
-      send("SceneNodeUpdateMessage", `${root}/rotor/equilibrium`, { updates: { vertices } });
-    }
+    for (const { root, bodies } of data.beams)
+      update(`${root}/rotor/equilibrium`, [{ vertices: at(bodies) }]);
     beamvizCaptions.show(data.captions.flatMap((caption) => { // some hold for one speed alone
       const { name, text } = caption, title = name.endsWith("/title") && text.split(" ")[0];
       const other = name.endsWith("/speed") ? text.replace(/[-.0-9]+/, number) : title;

@@ -113,12 +113,10 @@ class Renderer:
         # A place (x, y) shows the point points @ (x, y, 1), homogeneous, from the centre; the last
         # of its coordinates is positive below the horizon.
         points = np.linalg.inv([*self.projection[:2], self.projected(centre)]).T
-        tone = shades(self.eye, centre, UP, linear(floor.props.color))
-        tones = np.outer([1.0, 1 - floor.props.receive_shadow], 255 * tone)
-        lit, dark = map(tuple, np.rint(tones).astype(int).tolist())
-        disc = Image.new("RGB", self.size, lit)
+        tone = np.rint(255 * shades(self.eye, centre, UP, linear(floor.props.color)))
+        disc = Image.new("RGB", self.size, tuple(tone.astype(int).tolist()))
         bodies = scene.corners[scene.casts & (scene.normals @ SUN > 0)]
-        disc.paste(dark, mask=self.shadow(bodies, centre[2]))
+        disc.paste("black", mask=self.shadow(bodies, centre[2], floor.props.receive_shadow))
         disc.putalpha(self.disc(points, floor.props.radius))
         picture.alpha_composite(disc)
 
@@ -131,11 +129,11 @@ class Renderer:
         share = 0.5 + inside / np.hypot(*np.gradient(inside))
         return Image.fromarray((255 * share.clip(0, 1) * (w > 0)).astype(np.uint8))
 
-    def shadow(self, bodies: np.ndarray, height: float) -> Image.Image:
-        """The soft shadow of triangles (t, 3, 3) on a level, in bytes."""
+    def shadow(self, bodies: np.ndarray, height: float, darkness: float) -> Image.Image:
+        """The soft shadow of triangles (t, 3, 3) on a level, in bytes up to 255 `darkness`."""
         fallen = bodies - (bodies[..., 2:] - height) / SUN[2] * SUN
         covered = np.zeros(self.size[::-1], np.uint8)
-        covered.ravel()[samples(self.projected(fallen), covered == 0, 1)[1]] = 255
+        covered.ravel()[samples(self.projected(fallen), covered == 0, 1)[1]] = round(255 * darkness)
         blur = SHADOW_BLUR * self.focal / self.distance
         slope = abs(self.eye[2] - height) / self.distance
         return Image.fromarray(covered).filter(ImageFilter.GaussianBlur((blur, blur * slope)))
