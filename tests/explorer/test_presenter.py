@@ -30,7 +30,9 @@ def test_all_visitors_see_the_page_of_the_presenter(url, frame_loops, monkeypatc
     for all."""
     with visitor(f"{url}/?token={PRESENTER}") as lead, visitor(url) as one, visitor(url) as other:
         solved = []
-        monkeypatch.setattr(jobs, "solve", lambda *a, **o: (solved.append(a), solve(*a, **o))[1])
+        monkeypatch.setattr(
+            jobs, "solve", lambda *a, **o: (solved.append(a[0].gamma), solve(*a, **o))[1]
+        )
         lead.choose("gamma", 21.0)
         for guest in (one, other):
             guest.says(frequency_text(PAPER.replace(gamma=21)))
@@ -38,13 +40,13 @@ def test_all_visitors_see_the_page_of_the_presenter(url, frame_loops, monkeypatc
         lead.choose("colouring", "axial strain")
         for guest in (one, other):
             guest.says("axial strain, as drawn")
-        assert len(solved) == 1
+        assert solved.count(21.0) == 1  # that of a page which opens may still come
         lead.do("comparison", DOUBLE)
         lead.do("tab", "tab-compare")
         for guest in (one, other):
             guest.says(">twice the mass, ")
             guest.wait(lambda _, guest=guest: guest.parts.get("open") == "tab-compare")
-        assert len(solved) == 2
+        assert solved.count(21.0) == 2
         sessions = list(frame_loops[-1].sessions.values())
         assert len({id(session.visitor.state.view) for session in sessions}) == 1
         lead.choose("playing", False)
