@@ -99,9 +99,9 @@ class BeamView:
         size = mass_size(beam, view.thicken) if beam.alpha > 0 else (HIDDEN, HIDDEN)
         if (size, self.greyed) != self.mass_drawn:
             self.mass_drawn = size, self.greyed
-            colour = np.array([colours.GREYED if warning else colours.MASS]) / 255
             self.mass.batched_scales = np.array([[size[0], size[1], size[1]]])
-            self.mass.batched_colors = colours.instanced(colour)
+            colour = colours.GREYED if warning else colours.MASS
+            self.mass.batched_colors = colours.instanced([colour])
         self.warning.show(warning, (beam.delta + 0.5, 0.0, 0.12))
         clamp = np.array([beam.delta if view.rotating_frame else 0.0, 0.0, 0.0])
         self.title.show(title, clamp + TITLE_PLACE)
@@ -137,7 +137,7 @@ class BeamView:
         points, normal = to_hub_frame(shapes, shapes.centreline + moved)
         pieces = beam_mesh.segments(points, normal, self.section)
         if self.greyed:
-            paint = colours.instanced(np.tile(colours.GREYED, (len(points) - 1, 1)) / 255)
+            paint = colours.instanced(np.tile(colours.GREYED, (len(points) - 1, 1)))
         else:
             paint = colours.painted(shapes, self.view.colouring, moved, largest)
         if self.count not in (0, len(paint)):  # hide the last pieces in the same frame

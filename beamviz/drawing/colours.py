@@ -1,5 +1,7 @@
 """Colour-blind-safe colours: colour maps of displacement and strain, and colours of objects."""
 
+from typing import Any
+
 import numpy as np
 
 from beamviz.drawing.modes import SampledModes, axial_strain, largest_strain
@@ -35,20 +37,21 @@ STEPS = 4096  # of a tabulated colour map: finer than one level of a byte
 
 
 def mapped(values: np.ndarray, anchors: tuple[RGB, ...]) -> np.ndarray:
-    """Colours (n, 3) in 0 .. 1 (sRGB) for values (n,) in 0 .. 1, by interpolation of `anchors`."""
+    """sRGB colours (n, 3) in 0 .. 255 for values (n,) in 0 .. 1, by interpolation of `anchors`."""
     at = np.linspace(0.0, 1.0, len(anchors))
-    return np.stack([np.interp(values, at, channel) for channel in np.transpose(anchors)], 1) / 255
+    return np.stack([np.interp(values, at, channel) for channel in np.transpose(anchors)], 1)
 
 
-def instanced(colours: np.ndarray) -> np.ndarray:
-    """sRGB colours in 0 .. 1 as bytes of linear light, as instanced meshes require (all other
+def instanced(colours: Any) -> np.ndarray:
+    """sRGB colours in 0 .. 255 as bytes of linear light, as instanced meshes require (all other
     colours of a scene are sRGB)."""
     return np.rint(255 * linear(colours)).astype(np.uint8)
 
 
-def linear(colours: np.ndarray) -> np.ndarray:
-    """sRGB colours in 0 .. 1 as linear light."""
-    return np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
+def linear(colours: Any) -> np.ndarray:
+    """sRGB colours in 0 .. 255 as linear light in 0 .. 1."""
+    share = np.asarray(colours) / 255
+    return np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
 
 
 def gradient(anchors: tuple[RGB, ...]) -> str:

@@ -163,7 +163,7 @@ class Nodes:
         self.piece = np.zeros(0, int)  # the piece of the beam of each node
         self.share = np.zeros((0, 1))  # and its relative position along the piece
         self.collars = add_instances(api, f"{root}/rotor/nodes", MAX_NODES, trimesh.creation.box())
-        self.collars.batched_colors = colours.instanced(np.tile(colour, (MAX_NODES, 1)) / 255)
+        self.collars.batched_colors = colours.instanced(np.tile(colour, (MAX_NODES, 1)))
         self.collars.visible = False
         self.drawn_for: tuple = ()  # number, section and plane that the collars were drawn for
         self.captions = [Caption(api, f"{root}/rotor/node {k}", "top") for k in range(MAX_NODES)]

@@ -70,7 +70,7 @@ class Surroundings:
         )
         head = trimesh.creation.cylinder(1.0, 1.0, sections=6)
         self.bolts = add_instances(api, f"{root}/rotor/bolts", BOLTS, head)
-        self.bolts.batched_colors = colours.instanced(np.tile(colours.MASS, (BOLTS, 1)) / 255)
+        self.bolts.batched_colors = colours.instanced(np.tile(colours.MASS, (BOLTS, 1)))
         self.floor = api.add_frame(f"{root}/floor", show_axes=False, visible=alone)
         self.disc = api.add_cylinder(
             f"{root}/floor/disc", 1.0, FLOOR_THICKNESS, radial_segments=160,

@@ -64,10 +64,8 @@ def write_csv(file: Path, solution: Solution) -> None:
     state = [arrays[key] for key in ("x", "position", "stretch")]
     modes = [arrays[key] for key in (*MODE_ARRAYS, "bending_fractions", "shapes")]
     if np.iscomplexobj(modes[-1]):
-        heading, modes[-1] = (
-            heading + IMAGINARY_COLUMNS,
-            np.dstack([modes[-1].real, modes[-1].imag]),
-        )
+        heading = heading + IMAGINARY_COLUMNS
+        modes[-1] = np.dstack([modes[-1].real, modes[-1].imag])
     rows = (
         [k, *plain(mode), *plain(row)]
         for k, (*mode, shape) in enumerate(zip(*modes, strict=True), 1)

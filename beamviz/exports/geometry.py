@@ -7,7 +7,7 @@ import trimesh
 from viser import SceneApi
 from viser.transforms import SO3
 
-from beamviz.drawing import colours
+from beamviz.drawing.colours import linear
 from beamviz.drawing.objects import HIDDEN
 from beamviz.server.viser_private import VisibleNode, visible_nodes
 
@@ -60,11 +60,6 @@ class Geometry:
                 parts.append((placed, rgba, np.full(len(corners), props.cast_shadow)))
         self.corners, self.colours, self.casts = map(np.concatenate, zip(*parts, strict=True))
         self.normals = trimesh.unitize(trimesh.triangles.cross(self.corners))
-
-
-def linear(rgb: Any) -> np.ndarray:
-    """sRGB bytes (3,) as linear light."""
-    return colours.linear(np.asarray(rgb) / 255)
 
 
 def instances(props: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -66,14 +66,13 @@ class Gltf:
     def node(self, name: str, vertices: Any, faces: Any, colour: colours.RGB, **values: Any) -> int:
         """A node with a mesh of one colour, seen from both sides; without normals a viewer draws
         its faces flat. values: of the node."""
-        factor = [*colours.linear(np.array(colour) / 255).tolist(), 1.0]
+        factor = [*colours.linear(colour).tolist(), 1.0]
         matt = {"baseColorFactor": factor, "metallicFactor": 0.0, "roughnessFactor": 0.6}
+        surface = {"name": name, "pbrMetallicRoughness": matt, "doubleSided": True}
         primitive = {
             "attributes": {"POSITION": self.array(vertices)},
             "indices": self.array(np.ravel(faces)),
-            "material": self.add(
-                "materials", name=name, pbrMetallicRoughness=matt, doubleSided=True
-            ),
+            "material": self.add("materials", **surface),
         }
         mesh = self.add("meshes", name=name, primitives=[primitive])
         return self.add("nodes", name=name, mesh=mesh, **values)
@@ -137,7 +136,7 @@ def add_beam(gltf: Gltf, solved: SolvedScene, drawn: BeamView, phases: np.ndarra
 
     still, faces = surface(0.0)
     swings = np.linalg.norm(fields, axis=(0, 2))
-    colour = np.tile(np.array(colours.GREYED) / 255, (len(swings), 1))
+    colour = np.tile(colours.GREYED, (len(swings), 1))
     if not solved.warning:
         colour = colours.mapped(swings / max(swings.max(), 1e-9), colours.SEQUENTIAL)
     node = gltf.node("beam", still, faces, WHITE)

@@ -14,8 +14,9 @@ import trimesh
 from PIL import Image, ImageDraw, ImageFilter, ImageFont
 
 from beamviz.drawing import camera, colours
+from beamviz.drawing.colours import linear
 from beamviz.drawing.surroundings import GROUND_LIGHT, LIGHTS, SKY
-from beamviz.exports.geometry import Geometry, linear
+from beamviz.exports.geometry import Geometry
 from beamviz.exports.rasteriser import NEAR, SMALL, draw, edges, samples
 from beamviz.exports.solved_scene import Moment, SolvedScene
 from beamviz.server.viser_private import VisibleNode, offline_scene
