@@ -24,9 +24,11 @@ from beamviz.drawing.objects import (
     Nodes,
     ReferenceShapes,
     add_instances,
+    add_mesh,
     collar,
     mass_size,
     section_size,
+    set_surface,
 )
 from beamviz.drawing.surroundings import Surroundings, add_lights, axis_rotation
 from beamviz.drawing.text import frequencies
@@ -84,9 +86,8 @@ class BeamView:
     ) -> None:
         """Draw a beam and the nodes of its modes `shown` (0-based), with a warning above it in
         grey. motion: that the beam is subdivided for, by default that of `view`."""
-        motion = motion or DrawnMotion.of(
-            shapes, amplitudes(view, len(shapes.modes)), view.colouring
-        )
+        sizes = amplitudes(view, len(shapes.modes))
+        motion = motion or DrawnMotion.of(shapes, sizes, view.colouring)
         shapes = subdivide(shapes, motion, self.count)
         self.shapes, self.view, self.greyed = shapes, view, bool(warning)
         beam = shapes.beam
@@ -135,26 +136,22 @@ class BeamView:
         """Draw the beam displaced by `moved` (n, 2), in colours that end at `largest`."""
         shapes = self.shapes
         points, normal = to_hub_frame(shapes, shapes.centreline + moved)
-        pieces = beam_mesh.segments(points, normal, self.section)
+        centres, wxyz, sizes = beam_mesh.segments(points, normal, self.section)
         if self.greyed:
             paint = colours.instanced(np.tile(colours.GREYED, (len(points) - 1, 1)))
         else:
             paint = colours.painted(shapes, self.view.colouring, moved, largest)
         if self.count not in (0, len(paint)):  # hide the last pieces in the same frame
-            hidden = np.full((self.count, 3), HIDDEN, np.float32)
-            set_properties(self.beam, {"batched_scales": hidden})
+            set_properties(self.beam, batched_scales=np.full((self.count, 3), HIDDEN))
         self.count = len(paint)
-        names = ("batched_positions", "batched_wxyzs", "batched_scales")
-        placed = dict(zip(names, (part.astype(np.float32) for part in pieces), strict=True))
+        placed = {"batched_positions": centres, "batched_wxyzs": wxyz, "batched_scales": sizes}
         placed["batched_colors"] = paint
-        set_properties(self.beam, placed)
+        set_properties(self.beam, **placed)
         ends = {name: values[[0, -1]] for name, values in placed.items()}  # caps: pieces are open
-        set_properties(self.ends, ends)
-        self.nodes.move(points, pieces[1])
-        at = slice(shapes.mass, shapes.mass + 1)
-        piece = min(shapes.mass, len(paint) - 1)
-        along = {"batched_wxyzs": placed["batched_wxyzs"][piece : piece + 1]}
-        set_properties(self.mass, {"batched_positions": points[at].astype(np.float32), **along})
+        set_properties(self.ends, **ends)
+        self.nodes.move(points, wxyz)
+        along = wxyz[[min(shapes.mass, len(paint) - 1)]]
+        set_properties(self.mass, batched_positions=points[[shapes.mass]], batched_wxyzs=along)
         self.surroundings.rotate(angle, self.share)
         set_orientation(self.rotor, axis_rotation((1 - self.share) * angle))
 
@@ -169,19 +166,10 @@ class OverlayBeam:
 
     def __init__(self, api: SceneApi):
         self.root = api.add_frame(OVERLAY, show_axes=False)
-        pale: Any = {"opacity": 0.3, "cast_shadow": False, "receive_shadow": False}
-        self.body = api.add_mesh_simple(
-            f"{OVERLAY}/beam", BOX, SIDES, color=colours.BEFORE, flat_shading=True, **pale
-        )
+        pale: Any = {"color": colours.BEFORE, "opacity": 0.3}
+        self.body = add_mesh(api, f"{OVERLAY}/beam", BOX, SIDES, **pale)
         ring = collar()
-        self.mass = api.add_mesh_simple(
-            f"{OVERLAY}/mass",
-            ring.vertices,
-            ring.faces,
-            color=colours.BEFORE,
-            flat_shading=True,
-            **pale,
-        )
+        self.mass = add_mesh(api, f"{OVERLAY}/mass", ring.vertices, ring.faces, **pale)
         self.nodes = Nodes(api, OVERLAY, colours.BEFORE)
         self.title = Caption(api, f"{OVERLAY}/title", "bottom")
         self.count = 0  # of the pieces drawn
@@ -222,11 +210,7 @@ class OverlayBeam:
         shapes = self.shapes
         moved = displacement(shapes, phases, amplitudes)
         points, normal = to_hub_frame(shapes, shapes.centreline + moved)
-        vertices, faces = beam_mesh.swept(points, normal, self.section)
-        surface = {"vertices": vertices.astype(np.float32)}
-        if len(faces) != len(self.body.faces):  # in one message, so that they are consistent
-            surface["faces"] = faces.astype(np.uint32)
-        set_properties(self.body, surface)
+        set_surface(self.body, *beam_mesh.swept(points, normal, self.section))
         wxyz = beam_mesh.segments(points, normal, self.section)[1]
         self.nodes.move(points, wxyz)
         set_position(self.mass, points[shapes.mass])

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import trimesh
-from viser import BatchedMeshHandle, SceneApi
+from viser import BatchedMeshHandle, MeshHandle, SceneApi
 
 from beamviz.beam import Beam
 from beamviz.drawing import beam_mesh, colours
@@ -53,9 +53,7 @@ def collar() -> trimesh.Trimesh:
 HIDDEN = 1e-6  # size of an instance that is not shown
 
 
-def add_instances(
-    api: SceneApi, name: str, count: int, mesh: trimesh.Trimesh, **options: Any
-) -> BatchedMeshHandle:
+def add_instances(api: SceneApi, name: str, count: int, mesh: trimesh.Trimesh) -> BatchedMeshHandle:
     """Add `count` instances of a mesh in one node, each with position, orientation, size, colour.
     Browsers draw such nodes one frame late: all objects that move with the beam are of this kind.
     """
@@ -69,8 +67,23 @@ def add_instances(
         batched_colors=np.zeros((count, 3), np.uint8),
         side="double",
         lod="off",
-        **{"flat_shading": True, "receive_shadow": False, **options},
+        flat_shading=True,
+        receive_shadow=False,
     )
+
+
+def add_mesh(
+    api: SceneApi, name: str, vertices: np.ndarray, faces: np.ndarray, **options: Any
+) -> MeshHandle:
+    """Add a mesh, without shadows unless `options` say otherwise."""
+    usual = {"flat_shading": True, "cast_shadow": False, "receive_shadow": False}
+    return api.add_mesh_simple(name, vertices, faces, **usual | options)
+
+
+def set_surface(node: MeshHandle, vertices: np.ndarray, faces: np.ndarray) -> None:
+    """Set vertices (v, 3) and triangles (t, 3) of a mesh, in one message so that they match."""
+    changed = {"faces": faces} if len(faces) != len(node.faces) else {}
+    set_properties(node, vertices=vertices, **changed)
 
 
 MAX_NODES = 10
@@ -128,32 +141,20 @@ class ReferenceShapes:
             thickness=1.2,
             thickness_units="screen",
         )
-        self.equilibrium = api.add_mesh_simple(
-            f"{root}/rotor/equilibrium",
-            BOX,
-            SIDES,
-            color=colours.GHOST,
-            opacity=0.1,
-            flat_shading=True,
-            cast_shadow=False,
-            receive_shadow=False,
-        )
+        name = f"{root}/rotor/equilibrium"
+        self.equilibrium = add_mesh(api, name, BOX, SIDES, color=colours.GHOST, opacity=0.1)
 
     def show(self, shapes: SampledModes, section: Section, *, visible: bool) -> None:
         """Show both, or hide them."""
         self.outline.visible = self.equilibrium.visible = visible
         if not visible:
             return
-        vertices, faces = equilibrium_body(shapes, section)
-        surface = {"vertices": vertices.astype(np.float32)}
-        if len(faces) != len(self.equilibrium.faces):  # in one message, to be consistent
-            surface["faces"] = faces.astype(np.uint32)
-        set_properties(self.equilibrium, surface)
+        set_surface(self.equilibrium, *equilibrium_body(shapes, section))
         outline = shapes.beam.delta, shapes.plane, section
         if outline != self.outlined:
             self.outlined = outline
             corners, _ = beam_mesh.swept(*to_hub_frame(shapes, ENDS), section)
-            set_properties(self.outline, {"points": corners[EDGES].astype(np.float32)})
+            set_properties(self.outline, points=corners[EDGES])
 
 
 class Nodes:
@@ -182,9 +183,9 @@ class Nodes:
         self.collars.visible = bool(marks)
         if (len(marks), section, shapes.plane) != self.drawn_for:
             self.drawn_for = len(marks), section, shapes.plane
-            scales = np.full((MAX_NODES, 3), HIDDEN, np.float32)
+            scales = np.full((MAX_NODES, 3), HIDDEN)
             scales[: len(marks)] = size
-            set_properties(self.collars, {"batched_scales": scales})
+            set_properties(self.collars, batched_scales=scales)
         still, _ = to_hub_frame(shapes, shapes.centreline)
         places = self.on_beam(still) - [0.0, 0.0, size[2] / 2 + 0.03]
         units = shapes.beam.units
@@ -206,7 +207,7 @@ class Nodes:
         count = len(self.piece)
         if not count:
             return
-        centres = np.zeros((MAX_NODES, 3), np.float32)
-        orientations = np.tile(np.array([1.0, 0.0, 0.0, 0.0], np.float32), (MAX_NODES, 1))
+        centres = np.zeros((MAX_NODES, 3))
+        orientations = np.tile([1.0, 0.0, 0.0, 0.0], (MAX_NODES, 1))
         centres[:count], orientations[:count] = self.on_beam(points), wxyz[self.piece]
-        set_properties(self.collars, {"batched_positions": centres, "batched_wxyzs": orientations})
+        set_properties(self.collars, batched_positions=centres, batched_wxyzs=orientations)

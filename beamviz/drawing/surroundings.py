@@ -9,7 +9,7 @@ from viser import SceneApi
 
 from beamviz.beam import Beam
 from beamviz.drawing import colours
-from beamviz.drawing.objects import Caption, add_instances, mass_size
+from beamviz.drawing.objects import Caption, add_instances, add_mesh, mass_size
 from beamviz.drawing.text import measure
 from beamviz.server.viser_private import set_orientation, set_position, set_properties
 
@@ -35,6 +35,11 @@ LIGHTS = {"key": ((-0.5, -1.0, 2.2), 1.8), "fill": ((1.5, -2.0, 0.6), 0.5)}
 def hub_radius(beam: Beam) -> float:
     """Radius of the hub: |delta|, but at least MIN_HUB."""
     return max(abs(beam.delta), MIN_HUB)
+
+
+def direction(angle: float | np.ndarray) -> np.ndarray:
+    """The unit vectors (..., 2) in the plane of rotation at angles (...) [rad]."""
+    return np.stack([np.cos(angle), np.sin(angle)], -1)
 
 
 def axis_rotation(angle: float) -> tuple[float, float, float, float]:
@@ -65,26 +70,20 @@ class Surroundings:
         self.post = api.add_cylinder(f"{root}/rotor/post", POST, 1.0, **hub)
         self.drum = api.add_cylinder(f"{root}/rotor/drum", 1.0, HUB_HEIGHT, **hub)
         hoop = annulus(1.0)
-        self.hoop = api.add_mesh_simple(
-            f"{root}/rotor/hoop", hoop.vertices, hoop.faces, flat_shading=True, **hub
-        )
+        name = f"{root}/rotor/hoop"
+        self.hoop = add_mesh(api, name, hoop.vertices, hoop.faces, cast_shadow=True, **hub)
         head = trimesh.creation.cylinder(1.0, 1.0, sections=6)
         self.bolts = add_instances(api, f"{root}/rotor/bolts", BOLTS, head)
         self.bolts.batched_colors = colours.instanced(np.tile(colours.MASS, (BOLTS, 1)))
         self.floor = api.add_frame(f"{root}/floor", show_axes=False, visible=alone)
-        self.disc = api.add_cylinder(
-            f"{root}/floor/disc", 1.0, FLOOR_THICKNESS, radial_segments=160,
-            cast_shadow=False, receive_shadow=0.4,
-        )  # fmt: skip
-        self.scale = api.add_line_segments(
-            f"{root}/floor/scale", scale_lines(1.0), colours.GRID, thickness=1.0,
-            thickness_units="screen",
-        )  # fmt: skip
+        round_: Any = {"radial_segments": 160, "cast_shadow": False, "receive_shadow": 0.4}
+        self.disc = api.add_cylinder(f"{root}/floor/disc", 1.0, FLOOR_THICKNESS, **round_)
+        thin: Any = {"thickness": 1.0, "thickness_units": "screen"}
+        name = f"{root}/floor/scale"
+        self.scale = api.add_line_segments(name, scale_lines(1.0), colours.GRID, **thin)
         ribbon = arrow(1.0, 0.0)
-        self.arrow = api.add_mesh_simple(
-            f"{root}/arrow", ribbon.vertices, ribbon.faces, color=colours.ROTATION, side="double",
-            cast_shadow=False, receive_shadow=False,
-        )  # fmt: skip
+        flat: Any = {"color": colours.ROTATION, "side": "double", "flat_shading": False}
+        self.arrow = add_mesh(api, f"{root}/arrow", ribbon.vertices, ribbon.faces, **flat)
         self.speed = Caption(api, f"{root}/speed")
         self.speed_angle, self.speed_gap = 0.0, 0.0  # [rad] of its point, least one from the beam
         self.speed_place = np.zeros(3)
@@ -126,28 +125,19 @@ class Surroundings:
         place = radius + HOOP / 2 if inward else radius - 2.2 * size
         angle = np.linspace(0.0, 2 * np.pi, BOLTS, endpoint=False) + np.pi / BOLTS
         top = (HOOP_HEIGHT if inward else HUB_HEIGHT) / 2
-        height = np.full(BOLTS, top + BOLT_SIZE[1] / 2)
-        positions = np.stack([centre + place * np.cos(angle), place * np.sin(angle), height], 1)
+        positions = np.full((BOLTS, 3), top + BOLT_SIZE[1] / 2)
+        positions[:, :2] = place * direction(angle) + [centre, 0.0]
         sizes = np.tile([size, size, BOLT_SIZE[1]], (BOLTS, 1))
-        set_properties(
-            self.bolts,
-            {
-                "batched_positions": positions.astype(np.float32),
-                "batched_scales": sizes.astype(np.float32),
-            },
-        )
+        set_properties(self.bolts, batched_positions=positions, batched_scales=sizes)
 
     def show_arrow(self, beam: Beam, size: float) -> None:
         """Place the arrow and the speed beside the hub, or on a large one; size: relative."""
         radius, middle = arrow_place(beam, size)
         ribbon = arrow(radius, middle, size)
-        set_properties(self.arrow, {"vertices": ribbon.vertices.astype(np.float32)})
-        angle = middle - arrow_turn(radius, size) / 2 - ARROW_GAP * size / radius
-        self.speed_angle = angle
+        set_properties(self.arrow, vertices=np.asarray(ribbon.vertices))
+        self.speed_angle = middle - arrow_turn(radius, size) / 2 - ARROW_GAP * size / radius
         self.speed_gap = SPEED_GAP if middle and beam.delta >= 0 else 0.0  # beside a small hub
-        self.speed_place = np.array(
-            [radius * math.cos(angle), radius * math.sin(angle), ARROW_HEIGHT]
-        )
+        self.speed_place = np.append(radius * direction(self.speed_angle), ARROW_HEIGHT)
 
     def rotate(self, angle: float, share: float) -> None:
         """Show the hub at `angle` [rad]; share: of the rotating frame in the view, 0 .. 1. While
@@ -169,11 +159,9 @@ def scale_lines(radius: float) -> np.ndarray:
     longer one every thirty."""
     angle = np.linspace(0.0, 2 * np.pi, TICKS, endpoint=False)
     inner = np.where(np.arange(TICKS) % 3 == 0, radius - 0.12, radius - 0.05)
-    marks = np.stack([inner, np.full(TICKS, radius - 0.01)], 1)[..., None] * np.stack(
-        [np.cos(angle), np.sin(angle)], 1
-    )[:, None]  # fmt: skip
-    turn = np.linspace(0.0, 2 * np.pi, 145)
-    circle = np.stack([np.cos(turn), np.sin(turn)], 1)
+    ends = np.stack([inner, np.full(TICKS, radius - 0.01)], 1)
+    marks = ends[..., None] * direction(angle)[:, None]
+    circle = direction(np.linspace(0.0, 2 * np.pi, 145))
     pieces = np.stack([circle[:-1], circle[1:]], 1)
     rings = [ring * pieces for ring in np.arange(0.5, radius - 0.13, 0.5)]
     flat = np.concatenate([marks, *rings])
@@ -204,8 +192,8 @@ def arrow(radius: float, middle: float, size: float = 1.0) -> trimesh.Trimesh:
     angle = np.append(np.repeat(shaft, 2), [shaft[-1], shaft[-1], middle + turn / 2])
     across = np.append(np.tile([-1.0, 1.0], len(shaft)), [-2.4, 2.4, 0.0])
     across = radius + size * ARROW_WIDTH * across
-    height = np.full(len(angle), ARROW_HEIGHT)
-    vertices = np.stack([across * np.cos(angle), across * np.sin(angle), height], 1)
+    vertices = np.full((len(angle), 3), ARROW_HEIGHT)
+    vertices[:, :2] = across[:, None] * direction(angle)
     first = 2 * np.arange(len(shaft) - 1)[:, None]
     faces = np.concatenate([first + [0, 1, 3], first + [0, 3, 2], [np.arange(3) + 2 * len(shaft)]])
     return trimesh.Trimesh(vertices, faces, process=False)

@@ -33,6 +33,7 @@ PROTOCOL = f"viser-v{viser.__version__}"  # WebSocket subprotocol of viser's pag
 SUPPORTED = "pip install 'viser>=1.1,<1.2' 'websockets>=14,<17'"
 PAUSE = 0.08  # [s] between two groups of messages, except those of frames
 INTERNAL_ERROR = 1011  # WebSocket close code
+PACKED = {np.dtype(float): np.float32, np.dtype(int): np.uint32}  # types of arrays in messages
 
 ATTRIBUTES = {  # by class, function or module: attributes, fields and arguments
     "websockets.asyncio.server:serve": (
@@ -278,11 +279,12 @@ def private_control(control: viser.GuiInputHandle) -> str:
     return str(control._impl.uuid)
 
 
-def set_properties(node: viser.SceneNodeHandle, properties: dict[str, np.ndarray]) -> None:
+def set_properties(node: viser.SceneNodeHandle, **properties: np.ndarray) -> None:
     """Set several properties of a node in one message, at a third of the cost of single ones."""
-    for name, value in properties.items():
-        setattr(node._impl.props, name, value)
-    node._impl.api._queue_scene_message(NodeUpdate(node.name, dict(properties)))
+    for name, array in properties.items():
+        properties[name] = array.astype(PACKED.get(array.dtype, array.dtype), copy=False)
+        setattr(node._impl.props, name, properties[name])
+    node._impl.api._queue_scene_message(NodeUpdate(node.name, properties))
 
 
 def set_orientation(node: viser.SceneNodeHandle, wxyz: Iterable[float]) -> None:
