@@ -8,13 +8,7 @@ import trimesh
 from viser import BatchedMeshHandle, SceneApi
 
 from beamviz.drawing import beam_mesh, camera, colours
-from beamviz.drawing.beam_mesh import (
-    DEFAULT_SCALE,
-    PIECE_COUNTS,
-    DrawnMotion,
-    subdivide,
-    to_hub_frame,
-)
+from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion, subdivide, to_hub_frame
 from beamviz.drawing.modes import SampledModes, amplitudes, displacement
 from beamviz.drawing.objects import (
     BOX,
@@ -63,7 +57,7 @@ class BeamView:
         tube.update_faces(np.abs(tube.face_normals[:, 0]) < 0.5)
         self.beams = {
             count: add_instances(api, f"{root}/rotor/beam/{count}", count, tube)
-            for count in PIECE_COUNTS  # one node each, as the page cannot change a node's count
+            for count in beam_mesh.PIECE_COUNTS  # one node each: the page cannot change a count
         }
         self.count = 0  # of the pieces drawn
         self.ends = add_instances(api, f"{root}/rotor/ends", 2, box)
@@ -115,7 +109,6 @@ class BeamView:
         return [caption for caption in texts if caption.text and self.frame.visible]
 
     def hide(self) -> None:
-        """Hide the beam."""
         self.frame.visible = False
 
     def choose_frame(self, share: float) -> None:
@@ -198,11 +191,9 @@ class OverlayBeam:
 
     @property
     def captions(self) -> list[Caption]:
-        """The texts that the page writes over the scene."""
         return [self.title] if self.root.visible else []
 
     def hide(self) -> None:
-        """Hide the beam."""
         self.root.visible = False
 
     def move(self, phases: np.ndarray, amplitudes: np.ndarray, angle: float) -> None:
@@ -247,13 +238,11 @@ class AllModesView:
             row.hide()
 
     def hide(self) -> None:
-        """Hide all rows."""
         for row in self.rows[: self.count]:
             row.hide()
         self.count = 0
 
     def choose_frame(self, share: float) -> None:
-        """Choose the frame; share: 0 stationary, 1 rotating with the hub, or in between."""
         for row in self.rows[: self.count]:
             row.choose_frame(share)
 

@@ -1,5 +1,6 @@
 """Camera positions from which the beam fills the picture."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import astuple
@@ -13,6 +14,7 @@ from beamviz.drawing.surroundings import hub_radius
 from beamviz.scene import Camera
 
 FIELD_OF_VIEW = math.radians(24)  # vertical
+TALL = math.tan(FIELD_OF_VIEW / 2)  # half the height of the picture at distance 1
 # Directions from the middle of the picture to the camera, in the rotating and the stationary frame.
 ROTATING_DIRECTIONS = {"chordwise": (-0.3, -1.0, 0.8), "flapwise": (-0.3, -1.0, 0.45)}
 FIXED_DIRECTION = (0.0, -1.0, 0.85)
@@ -29,6 +31,7 @@ CHANGE_TIME = 0.9  # [s] of an eased change of view
 MIN_SLOPE = 1e-3  # of a direction against the axis; of a smaller one, y is vertical in the picture
 TURN = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 CIRCLE = np.stack([np.cos(TURN), np.sin(TURN), 0 * TURN], 1)
+OCTANTS = np.array(list(itertools.product((-1, 1), repeat=3)))  # corners of a cube
 
 
 def span(shapes: SampledModes) -> tuple[float, float]:
@@ -49,29 +52,25 @@ def target(shapes: SampledModes, rotating_frame: bool) -> np.ndarray:
     return np.array([shapes.beam.delta + sum(span(shapes)) / 2, (y.min() + y.max()) / 2, 0.0])
 
 
-def corners(shapes: SampledModes, rotating_frame: bool) -> np.ndarray:
-    """Points (n, 3), relative to `target`, that the picture must contain."""
+def corners(
+    shapes: SampledModes, rotating_frame: bool, heights: Sequence[float] = (0.0,)
+) -> np.ndarray:
+    """Points (n, 3), relative to `target`, that a picture of beams at these heights contains."""
     beam, (left, right) = shapes.beam, span(shapes)
     radius = max(mass_size(beam)) if beam.alpha > 0 else 0.0
     if rotating_frame:
-        half, height = (right - left) / 2, max(0.75 * ROOM, radius)
         side = max(ROOM, radius) + np.ptp(shapes.centreline[:, 1]) / 2
-        return np.array(
-            [(x, y, z) for x in (-half, half) for y in (-side, side) for z in (-height, height)]
-        )
-    reach = max(hub_radius(beam), abs(beam.delta + right), abs(beam.delta + left)) + MARGIN
-    return reach * CIRCLE
-
-
-def all_corners(shapes: SampledModes, rotating_frame: bool, heights: Sequence[float]) -> np.ndarray:
-    """The `corners` (n, 3) of beams at these heights."""
-    points = corners(shapes, rotating_frame)
+        extent = [(right - left) / 2, side, max(0.75 * ROOM, radius)]
+        points = extent * OCTANTS
+    else:
+        reach = max(hub_radius(beam), abs(beam.delta + right), abs(beam.delta + left)) + MARGIN
+        points = reach * CIRCLE
     return np.concatenate([points + [0, 0, height] for height in heights])
 
 
 def scale(distance: float, height: int) -> float:
     """The scale [pixels per beam length] at a distance from the camera; height: [pixels]."""
-    pixels = height / (2 * math.tan(FIELD_OF_VIEW / 2) * max(distance, 1e-6))
+    pixels = height / (2 * TALL * max(distance, 1e-6))
     return min(max(SCALES[0], pixels), SCALES[1])
 
 
@@ -99,10 +98,9 @@ def viewpoint(
     camera looks at the origin, where the scene places `target`.
     """
     usual = ROTATING_DIRECTIONS[shapes.plane] if rotating_frame else FIXED_DIRECTION
-    tall = math.tan(FIELD_OF_VIEW / 2)
-    points = all_corners(shapes, rotating_frame, heights)
-    right, down, forward = (points @ (view := axes(direction or usual))).T
-    needed = np.maximum(np.abs(right) / (tall * aspect), np.abs(down) / (tall * (1 - lift)))
+    view = axes(direction or usual)
+    right, down, forward = (corners(shapes, rotating_frame, heights) @ view).T
+    needed = np.maximum(np.abs(right) / (TALL * aspect), np.abs(down) / (TALL * (1 - lift)))
     return -1.06 * (needed - forward).max() * view[:, 2]
 
 
@@ -115,19 +113,18 @@ def fitted(
     at the point of the axis, below the hub, from which the circle that the beam sweeps is in the
     middle of the picture: the nearer half of the circle is larger.
     """
-    tall = math.tan(FIELD_OF_VIEW / 2)
     if rotating_frame:
         position = viewpoint(shapes, rotating_frame, aspect, LIFT, heights)
-        target = np.array([0.0, 0.0, LIFT * tall * float(np.linalg.norm(position))])
+        target = np.array([0.0, 0.0, LIFT * TALL * float(np.linalg.norm(position))])
         return Camera((position + target).tolist(), target.tolist())
     view = axes(FIXED_DIRECTION)
-    right, down, forward = (all_corners(shapes, rotating_frame, heights) @ view).T
+    right, down, forward = (corners(shapes, rotating_frame, heights) @ view).T
     _, fall, slope = -view[2]  # of the axis, in the picture and along the line of sight
-    bottom, top = tall, tall * (1 - TOP)
+    bottom, top = TALL, TALL * (1 - TOP)
     below, above = (down / bottom - forward).max(), (-down / top - forward).max()
     low = (below - above) / (fall * (1 / bottom + 1 / top))  # both edges are equally near
     high = below - low * fall / bottom
-    distance = 1.06 * (low * slope + max(high, (abs(right) / (tall * aspect) - forward).max()))
+    distance = 1.06 * (low * slope + max(high, (abs(right) / (TALL * aspect) - forward).max()))
     target = np.array([0.0, 0.0, -low])
     return Camera((target - distance * view[:, 2]).tolist(), target.tolist())
 
@@ -151,13 +148,9 @@ class ViewChange:
         self.elapsed = 0.0
 
     def step(self, elapsed: float, angle: float) -> None:
-        """Advance by `elapsed` [s], to the angle [rad] of the hub."""
+        """Advance by `elapsed` [s], to the angle [rad] of the hub or one whole turns from it."""
         self.elapsed += elapsed
-        self.angle = self.continued(angle)
-
-    def continued(self, angle: float) -> float:
-        """The angle [rad], plus whole turns, nearest to that of the hub."""
-        return self.angle + math.remainder(angle - self.angle, 2 * math.pi)
+        self.angle += math.remainder(angle - self.angle, 2 * math.pi)
 
     @property
     def part(self) -> float:
@@ -173,7 +166,6 @@ class ViewChange:
 
     @property
     def camera(self) -> Camera:
-        """The present camera."""
         pairs = zip(astuple(self.start), astuple(self.end), strict=True)
         return Camera(*(np.add(a, self.part * np.subtract(b, a)).tolist() for a, b in pairs))
 
@@ -250,7 +242,6 @@ class PageCamera:
         return Camera(*np.round([self.view.position, self.view.look_at], 4).tolist())
 
     def is_at(self, camera: Camera) -> bool:
-        """Whether the camera of the page is equal."""
         now, there = (self.view.position, self.view.look_at), (camera.position, camera.look_at)
         return np.allclose(now, there, atol=TOLERANCE)
 

@@ -48,13 +48,13 @@ class SampledModes:
     def sampled(cls, solution: Solution, previous: Self | None = None) -> Self:
         """The modes of a solution, with the signs of `previous`."""
         x = stations(solution.beam.beta)
+        equilibrium = solution.equilibrium
         raw = np.moveaxis(solution.fields(x), 2, 0)
         local = normalisation(raw) * raw  # along and across the beam's axis
-        modes = rotated(local, solution.equilibrium.angle(x))
+        modes = rotated(local, equilibrium.angle(x))
         along = local[:, :, 0]
         stretching = np.abs((along[:, 1:] - along[:, :-1]) / (x[1:] - x[:-1])).max(axis=1)
-        equilibrium = solution.equilibrium
-        bends = solution.bending_energy_fraction >= 0.5
+        larger = (solution.bending_energy_fraction >= 0.5).astype(int)
         return cls(
             beam=solution.beam,
             plane=solution.problem.plane,
@@ -65,9 +65,7 @@ class SampledModes:
             strain=equilibrium.stretch((x[:-1] + x[1:]) / 2) - 1.0,
             modes=modes if previous is None else align_signs(modes, x, previous),
             limits=MAX_STRAIN / np.maximum(stretching, 1e-12),
-            nodes=node_positions(
-                x, solution.beam.beta, local[np.arange(len(modes)), :, bends.astype(int)]
-            ),
+            nodes=node_positions(x, solution.beam.beta, local[range(len(modes)), :, larger]),
         )
 
     @classmethod
