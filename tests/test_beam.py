@@ -1,7 +1,6 @@
 """The five numbers: their limits, their messages, and the way from and to SI units."""
 
 import math
-from collections.abc import Mapping
 
 import pytest
 from hypothesis import given
@@ -113,8 +112,7 @@ def test_si_and_back(numbers, length, time, density):
     )
     assert beam.numbers == pytest.approx(numbers, rel=1e-9, abs=1e-300)
     assert beam.units is not None
-    assert beam.units.length == length
-    assert beam.units.time == pytest.approx(time, rel=1e-12)
+    assert (beam.units.length, beam.units.time) == (length, pytest.approx(time, rel=1e-12))
 
 
 def test_units_of_frequency():
@@ -147,16 +145,11 @@ def test_bad_si_values_are_named(change, message):
         Beam.from_si(**{**STEEL, **change})
 
 
-def toml(values: Mapping[str, object]) -> str:
-    """Values as the lines of a TOML file."""
-    return "".join(f"{name} = {value}\n" for name, value in values.items())
-
-
 def test_toml_holds_the_keywords(tmp_path):
     """A file with the keywords of from_si is the same beam, with or without a byte-order mark."""
-    for mark in (b"", b"\xef\xbb\xbf"):
-        file = tmp_path / "beam.toml"
-        file.write_bytes(mark + toml(STEEL).encode())
+    text, file = "".join(f"{name} = {value}\n" for name, value in STEEL.items()), tmp_path / "beam"
+    for encoding in ("utf-8", "utf-8-sig"):
+        file.write_text(text, encoding)
         assert Beam.from_toml(file) == Beam.from_si(**STEEL)
 
 

@@ -44,6 +44,5 @@ def test_it_is_short_and_small():
     assert sum(bool(line.strip()) for line in lines) <= 25
     files = [file for cell in CELLS for file in pictures(cell)]
     assert sum(map(len, files)) < 300_000
-    assert all(
-        len(Image.open(io.BytesIO(file)).convert("RGB").getcolors(10**6)) > 9 for file in files
-    )
+    for file in files:
+        assert len(Image.open(io.BytesIO(file)).convert("RGB").getcolors(10**6)) > 9

@@ -64,8 +64,7 @@ def test_what_varies_is_no_attribute(over, values, options, absent):
 
 def test_drawn_onto_given_axes(found):
     """The axes are returned, with a line for each mode and the label of each branch."""
-    figure = Figure()
-    one, two = figure.subplots(1, 2)
+    one, two = Figure().subplots(1, 2)
     solution = solve(BEAM)
     assert solution.plot(one) is one
     assert found.plot(ax=two) is two

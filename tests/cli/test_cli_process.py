@@ -4,7 +4,6 @@ import os
 import subprocess
 import sys
 import typing
-from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -16,31 +15,22 @@ BUFFERED = {name: value for name, value in os.environ.items() if name != "PYTHON
 
 
 def process(
-    *arguments: str, environment: Mapping[str, str] = {}, **settings: typing.Any
+    *arguments: str, stdout: typing.Any = subprocess.PIPE, **environment: str
 ) -> subprocess.CompletedProcess[str]:
     """Run a command line as a process of its own, with further variables in its environment."""
     command = [sys.executable, "-m", "beamviz", *arguments]
-    settings = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **settings}
-    env = {**BUFFERED, **environment}
-    return subprocess.run(command, cwd=ROOT, env=env, text=True, check=False, **settings)
+    settings: typing.Any = {"cwd": ROOT, "env": {**BUFFERED, **environment}, "text": True}
+    return subprocess.run(command, stdout=stdout, stderr=subprocess.PIPE, check=False, **settings)
 
 
 @pytest.mark.parametrize("command", [["modes"], ["modes", "--help"]])
 def test_a_reader_that_leaves_early_is_no_failure_to_talk_about(command):
     """`beamviz modes | true` prints no traceback."""
-    with subprocess.Popen(
-        [sys.executable, "-m", "beamviz", *command],
-        cwd=ROOT,
-        env=BUFFERED,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as program:
-        assert program.stdout
-        assert program.stderr
-        program.stdout.close()
-        assert program.stderr.read() == ""
-    assert program.returncode == 1
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = process(*command, stdout=writer)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (1, "")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
@@ -48,23 +38,24 @@ def test_a_full_disk_is_one_line():
     """Output that could not be written is an error, and says so."""
     with open("/dev/full", "w") as full:
         done = process("modes", stdout=full)
-    assert done.returncode == 1
-    assert done.stderr == "beamviz: [Errno 28] No space left on device\n"
+    assert (done.returncode, done.stderr) == (1, "beamviz: [Errno 28] No space left on device\n")
 
 
 @pytest.mark.parametrize("name", ["beam.html", "beam.csv"])
 def test_a_file_does_not_depend_on_the_encoding_of_the_system(tmp_path, name):
     """Greek letters are written where the locale has none."""
     ascii_only = {"LC_ALL": "POSIX", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
-    done = process("export", str(tmp_path / name), environment=ascii_only)
+    done = process("export", str(tmp_path / name), **ascii_only)
     assert (done.returncode, done.stderr) == (0, "")
     text = (tmp_path / name).read_text("utf-8")
     assert ("γ = " in text) == (name == "beam.html")
 
 
 def test_as_a_module_the_exit_code_reaches_the_shell():
-    """`python -m beamviz` ends with the code of main()."""
-    assert process("--version").stdout == f"beamviz {__version__}\n"
+    """`python -m beamviz` ends with the code of main(); the version is that of the package."""
+    version = process("--version")
+    assert (version.returncode, version.stdout) == (0, f"beamviz {__version__}\n")
+    assert version.stderr == ""
     assert process("modes", "--alpha", "-1").returncode == 2
 
 
@@ -76,9 +67,8 @@ from beamviz.cli import main
 main(["modes", "--format", "json"])
 print(*sys.modules, file=sys.stderr)
 """
-    done = subprocess.run(
-        [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True
-    )
+    command = [sys.executable, "-c", script]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
     loaded = set(done.stderr.split())
     heavy = {"scipy.optimize", "scipy.sparse", "scipy.special", "scipy.integrate", "rich"}
     assert "scipy.linalg" in loaded

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -62,16 +63,10 @@ def test_a_folder_without_permission(tmp_path):
     """Every command that writes, in a process that permissions bind, root or not."""
     tmp_path.chmod(0o555)
     lines = [[word.format(tmp_path) for word in line] for line in COMMANDS.values()]
+    command = [sys.executable, "-c", RUN_ALL, json.dumps(lines)]
+    bound: Any = {"cwd": ROOT, "timeout": 120, "preexec_fn": bound_by_permissions}
     try:
-        done = subprocess.run(
-            [sys.executable, "-c", RUN_ALL, json.dumps(lines)],
-            capture_output=True,
-            text=True,
-            timeout=120,
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
-            preexec_fn=bound_by_permissions,
-            check=True,
-        )
+        done = subprocess.run(command, capture_output=True, text=True, check=True, **bound)
     finally:
         tmp_path.chmod(0o755)
     said = re.compile(SAID.format(re.escape(str(tmp_path))))
