@@ -60,8 +60,7 @@ def corners(
     radius = max(mass_size(beam)) if beam.alpha > 0 else 0.0
     if rotating_frame:
         side = max(ROOM, radius) + np.ptp(shapes.centreline[:, 1]) / 2
-        extent = [(right - left) / 2, side, max(0.75 * ROOM, radius)]
-        points = extent * OCTANTS
+        points = OCTANTS * [(right - left) / 2, side, max(0.75 * ROOM, radius)]
     else:
         reach = max(hub_radius(beam), abs(beam.delta + right), abs(beam.delta + left)) + MARGIN
         points = reach * CIRCLE
@@ -148,9 +147,13 @@ class ViewChange:
         self.elapsed = 0.0
 
     def step(self, elapsed: float, angle: float) -> None:
-        """Advance by `elapsed` [s], to the angle [rad] of the hub or one whole turns from it."""
+        """Advance by `elapsed` [s], to the angle [rad] of the hub."""
         self.elapsed += elapsed
-        self.angle += math.remainder(angle - self.angle, 2 * math.pi)
+        self.angle = self.continued(angle)
+
+    def continued(self, angle: float) -> float:
+        """The angle [rad], plus whole turns, nearest to that of the hub."""
+        return self.angle + math.remainder(angle - self.angle, 2 * math.pi)
 
     @property
     def part(self) -> float:
