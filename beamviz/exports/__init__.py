@@ -1,7 +1,6 @@
 """Files made of a scene: pictures, films, a page that plays offline, a 3D model, numbers."""
 
 import json
-import math
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
@@ -113,8 +112,7 @@ def screenshot(
     """
     check_suffix(path, [".png"])
     size = check_int("width", width, *PIXELS), check_int("height", height, *PIXELS)
-    if not math.isfinite(phase):
-        raise InvalidInput(f"phase = {phase}: must be finite")
+    phase = check_float("phase", phase)
     with replaced(path) as file:
         solved = SolvedScene(scene, direction, zoom)
         picture = Renderer(solved, *size).picture(solved.moment(phase), transparent=transparent)
