@@ -1,7 +1,7 @@
 """beamviz stability: maps of where methods fail, and of the stable states of an inward beam, as
 pictures, data and text."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -11,8 +11,7 @@ import numpy as np
 
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.failure_maps import compute
-from beamviz.failure_maps.compute import CORRECT, KINDS, METHODS, MODES, OUTSIDE, PLANES, Map
-from beamviz.failure_maps.states import STATES, StateMap, compute_states
+from beamviz.failure_maps.compute import CORRECT, KINDS, METHODS, MODES, OUTSIDE, STATES, Map
 from beamviz.files import Files, make_folder, write_files
 from beamviz.output import json_text, markdown_table
 
@@ -20,6 +19,7 @@ PAGE = "stability.md"
 QUICK, QUICK_STATES = (14, 9), (10, 6)  # cells along the speed and across
 FULL, FULL_STATES = (32, 20), (22, 12)
 STABLE = {"state": "stable"}
+FAILURES = {kind: kind for kind in KINDS if kind not in CORRECT}
 
 
 def stability(out: Path, quick: bool) -> str:
@@ -30,73 +30,65 @@ def stability(out: Path, quick: bool) -> str:
     make_folder(out)
     size, state_size = (QUICK, QUICK_STATES) if quick else (FULL, FULL_STATES)
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
-        found = [compute.compute_map(plane, size, pool) for plane in PLANES]
-        states = compute_states(state_size, pool)
+        found = [compute.compute_map(plane, size, pool) for plane in compute.PLANES]
+        states = compute.compute_states(state_size, pool)
     write_files(out, files(found, states))
     return page(found, states)
 
 
-def files(found: list[Map], states: StateMap) -> Files:
+def files(found: list[Map], states: Map) -> Files:
     """Pictures, data and text by file name."""
     from beamviz.failure_maps.plot import pictures, state_pictures
 
-    data = json_text([*map(as_data, found), states_as_data(states)], indent=None) + "\n"
-    contents = {PAGE: page(found, states).encode(), "stability.json": data.encode()}
+    data = [as_data(one, verdict_data) for one in found] + [as_data(states, state_data)]
+    for one, numbers in zip(found, data, strict=False):
+        numbers["buckling"] = rounded(one.speeds(0, "buckling"))  # of the reference
+    text = json_text(data, indent=None) + "\n"
+    contents = {PAGE: page(found, states).encode(), "stability.json": text.encode()}
     for one in found:
         contents |= pictures(one)
     return contents | state_pictures(states)
 
 
-def axes_data(found: Map | StateMap) -> dict[str, Any]:
-    """The axes of a map: the beam, the speeds and the values of the other number."""
+def as_data(found: Map, method_data: Callable[[Map, int], dict[str, Any]]) -> dict[str, Any]:
+    """The beam, the speeds and the values of the other number of a map, and its methods."""
     return {
         "over": found.plane.over,
         "beam": found.plane.beam.numbers,
         "gamma": found.gammas,
         "values": found.values,
+        "methods": {method.name: method_data(found, k) for k, method in enumerate(METHODS)},
     }
 
 
-def as_data(found: Map) -> dict[str, Any]:
-    """One map, with a command for every cell that is not correct."""
-    return axes_data(found) | {
-        "buckling": rounded(found.buckling),
-        "methods": {
-            method.name: {
-                "options": method.options,
-                "kinds": found.kinds(k),
-                "limit": rounded(found.limits(k)),
-                "false loss": rounded(found.losses[:, k]),
-                "failing": list(failing(found, k)),
-            }
-            for k, method in enumerate(METHODS)
-        },
+def verdict_data(found: Map, method: int) -> dict[str, Any]:
+    """The verdicts on a method, with a command for every cell that is not correct."""
+    return {
+        "options": METHODS[method].options,
+        "kinds": found.kinds(method),
+        "limit": rounded(found.speeds(method, "limit")),
+        "false loss": rounded(found.speeds(method, "loss")),
+        "failing": list(failing(found, method)),
     }
 
 
-def states_as_data(found: StateMap) -> dict[str, Any]:
-    """The map of stable states."""
-    return axes_data(found) | {
-        "methods": {
-            method.name: {"options": method.options, "says": states.refusal}
-            if states.refusal
-            else {
-                "options": method.options | STABLE,
-                "states": states.kinds,
-                "buckling": rounded(states.buckling),
-                "limit": rounded(states.limit),
-            }
-            for method in METHODS
-            for states in (found.methods[method.name],)
-        },
+def state_data(found: Map, method: int) -> dict[str, Any]:
+    """The stable states by a method."""
+    options = METHODS[method].options
+    if refusal := found.refusal(method):
+        return {"options": options, "says": refusal}
+    return {
+        "options": options | STABLE,
+        "states": found.kinds(method),
+        "buckling": rounded(found.speeds(method, "buckling")),
+        "limit": rounded(found.speeds(method, "limit")),
     }
 
 
 def failing(found: Map, method: int) -> Iterator[dict[str, Any]]:
     """Each failing cell of a method: the verdict, its errors, and the command that shows it."""
-    for value, row in zip(found.values.tolist(), found.verdicts, strict=True):
-        for gamma, cell in zip(found.gammas.tolist(), row, strict=True):
-            verdict = cell[method]
+    for value, row in zip(found.values.tolist(), found.rows[method], strict=True):
+        for gamma, verdict in zip(found.gammas.tolist(), row.cells, strict=True):
             if verdict.kind not in CORRECT:
                 discretisation, model = rounded((verdict.discretisation, verdict.model))
                 yield {
@@ -122,47 +114,39 @@ def rounded(values: Iterable[float]) -> list[float]:
     return [float(f"{value:.7g}") for value in values]
 
 
-def page(found: list[Map], states: StateMap) -> str:
+def page(found: list[Map], states: Map) -> str:
     """Shares of each kind, and for each method and kind the slowest beam that shows it."""
     parts = ["# Where methods fail", "", "Shares of the cells of each map [%].", ""]
     for one in found:
-        kinds = [one.kinds(k) for k in range(len(METHODS))]
-        rows = [
-            [method.name, *shares(here[here != OUTSIDE], KINDS)]
-            for method, here in zip(METHODS, kinds, strict=True)
-        ]
-        commands = [
-            f"# {method.name}: {kind}\n{command(one.plane.at(*place), method.options)}"
-            for method, here in zip(METHODS, kinds, strict=True)
-            for kind, place in slowest(one, here).items()
-            if kind not in CORRECT
-        ]
         parts += [f"## Speed γ and {PARAMETERS[one.plane.over].symbol} ({one.plane.held})", ""]
-        parts += [markdown_table(["method", *KINDS], rows), "", "```", *commands, "```", ""]
+        parts += [shares(one, KINDS), "", *commands(one, FAILURES, {}), ""]
     parts += [f"## Stable states: speed γ and {PARAMETERS[states.plane.over].symbol}", ""]
     parts += [f"An inward beam at constant speed, {states.plane.held}.", ""]
-    rows = [[name, *shares(one.kinds, STATES), one.refusal] for name, one in states.methods.items()]
-    commands = []
-    for method in METHODS:
-        places = slowest(states, states.methods[method.name].kinds)
-        for kind in (kind for kind in STATES if kind in places):
-            commands += [f"# {method.name}: {STATES[kind]}"]
-            commands += [command(states.plane.at(*places[kind]), method.options | STABLE)]
-    parts += [markdown_table(["method", *STATES, "says"], rows), "", "```", *commands, "```", ""]
+    parts += [shares(states, STATES, "says"), "", *commands(states, STATES, STABLE), ""]
     return "\n".join(parts)
 
 
-def shares(found: np.ndarray, kinds: Iterable[str]) -> list[str]:
-    """The share [%] of each kind among those found; empty where there are none."""
-    percent = (100 * np.mean(found == kind) if found.size else 0 for kind in kinds)
-    return [f"{p:.0f}" if p else "" for p in percent]
+def shares(found: Map, kinds: Iterable[str], *heads: str) -> str:
+    """A table of the share [%] of each kind; one more column with the message of a refusal."""
+    rows = []
+    for k, method in enumerate(METHODS):
+        cells = found.kinds(k)
+        accepted = cells[cells != OUTSIDE]
+        percent = [100 * np.mean(accepted == kind) if accepted.size else 0 for kind in kinds]
+        texts = [f"{p:.0f}" if p else "" for p in percent]
+        rows.append([method.name, *texts, *[found.refusal(k)] * len(heads)])
+    return markdown_table(["method", *kinds, *heads], rows)
 
 
-def slowest(found: Map | StateMap, kinds: np.ndarray) -> dict[str, tuple[float, float]]:
-    """Speed and other number of the slowest beam of each of the kinds (rows, columns) of a method,
-    in the order of speed."""
-    places: dict[str, tuple[float, float]] = {}
-    for gamma, column in zip(found.gammas, kinds.T, strict=False):  # empty without states
-        for value, kind in zip(found.values, column, strict=True):
-            places.setdefault(str(kind), (gamma, value))
-    return places
+def commands(found: Map, names: Mapping[str, str], options: dict[str, Any]) -> Iterator[str]:
+    """The command of the slowest beam of each method and each of the kinds named, as a block."""
+    yield "```"
+    for k, method in enumerate(METHODS):
+        places: dict[str, tuple[float, float]] = {}
+        for gamma, column in zip(found.gammas, found.kinds(k).T, strict=False):  # none if refused
+            for value, kind in zip(found.values, column, strict=True):
+                places.setdefault(str(kind), (gamma, value))
+        for kind in (kind for kind in names if kind in places):
+            yield f"# {method.name}: {names[kind]}"
+            yield command(found.plane.at(*places[kind]), method.options | options)
+    yield "```"

@@ -1,21 +1,25 @@
-"""Failure maps as data: does a method solve a beam correctly, over speed and one other number.
+"""Maps as data, over speed and one other number: does a method solve a beam correctly, and which
+stable states has an inward beam.
 
 Two errors are told apart. Discretisation error: the distance of a method from the exact
 frequencies of its own model. Model error: the distance of these from the reference, the paper's
 model (green strain, spatial curvature) as `auto` solves it.
+
+A beam has more than one stable state where a search from other guesses, at every fourth speed, or
+the other state of a neighbour in the row finds one that is resolved and no mirror image.
 """
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeGuard
 
 import numpy as np
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, Beam
-from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
-from beamviz.solver import solve
+from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
+from beamviz.solver import other_stable_states, solve
 from beamviz.solver.solution import Solution
 
 MODES, EXACT_MODES = 5, 10  # compared at the most; of the exact solution, where they may be higher
@@ -26,6 +30,8 @@ HELPFUL = 0.5  # more terms help if they leave less than this share of an error
 SLOWEST, FASTEST = 0.5, 200.0  # gamma
 BISECTIONS = 20
 TRUE_LOSS = 0.95  # of the reference's buckling speed: a model that buckles later is right
+STATE_TOLERANCE = 1e-3  # of the frequency, which the map of states does not show
+SEARCHED = 4  # columns of the map from one search for a second state to the next
 
 RIGHT = "right"
 INACCURATE = "inaccurate"
@@ -48,6 +54,19 @@ KINDS = {
     ROUNDING: "rounding error: more terms do not help",
 }
 CORRECT = (RIGHT, TRULY_UNSTABLE, OUTSIDE)
+
+STRAIGHT = "straight"
+BENT = "bent"
+SEVERAL = "more than one"
+NO_STATE = "no stable state"
+
+STATES = {
+    STRAIGHT: "straight, and stable",
+    BENT: "bent; the straight state is unstable",
+    SEVERAL: "more than one stable state, mirror images apart",
+    NO_STATE: "no stable state found",
+    NOT_CONVERGED: "did not converge",
+}
 
 # Models: the options of `solve` that give their exact frequencies.
 REFERENCE = "green"
@@ -182,26 +201,40 @@ PLANES = (
     Plane("alpha", Beam(beta=0.5, delta=1), 0.01, 100, True, "mass at β = 0.5, δ = 1, μ = 70"),
     Plane("mu", Beam(delta=1), 10, 10000, True, "no mass, δ = 1"),
 )
+INWARD = Plane("delta", Beam(delta=-1), -2.0, 0.0, False, "no mass, μ = 70")
+
+
+class Row(NamedTuple):
+    """One method along the speed: the verdict on each cell, and speeds, nan where there is none.
+
+    refusal: its message, instead, where it has no bent states."""
+
+    cells: Sequence[Verdict]
+    limit: float = np.nan  # beyond which there is no equilibrium, or no stable state
+    buckling: float = np.nan  # from which the reference, or its own straight state, is unstable
+    loss: float = np.nan  # from which only the method's model is unstable
+    refusal: str = ""
 
 
 class Map(NamedTuple):
-    """Verdicts over a plane, verdicts[row][column][method]."""
+    """A plane with the rows of each method."""
 
     plane: Plane
     gammas: np.ndarray  # (columns,) middles of the cells
     values: np.ndarray  # (rows,)
-    verdicts: list[list[list[Verdict]]]
-    buckling: np.ndarray  # (rows,) gamma from which the reference is unstable; nan: stable
-    losses: np.ndarray  # (rows, methods) gamma from which only the method's model is unstable
+    rows: Sequence[Sequence[Row]]  # by METHODS
 
     def kinds(self, method: int) -> np.ndarray:
         """Kinds (rows, columns) of the verdicts on a method."""
-        return np.array([[cell[method].kind for cell in row] for row in self.verdicts])
+        return np.array([[cell.kind for cell in row.cells] for row in self.rows[method]])
 
-    def limits(self, method: int) -> np.ndarray:
-        """(rows,) gamma beyond which a method's model has no equilibrium; nan: it has one."""
-        found = np.array([[cell[method].limit for cell in row] for row in self.verdicts])
-        return np.fmin.reduce(found, axis=1)
+    def speeds(self, method: int, name: str) -> np.ndarray:
+        """Speeds (rows,) of a method by their name in `Row`."""
+        return np.array([getattr(row, name) for row in self.rows[method]])
+
+    def refusal(self, method: int) -> str:
+        """The message of a method without bent states; empty where it has some."""
+        return self.rows[method][0].refusal
 
 
 def edges(start: float, stop: float, count: int, logarithmic: bool) -> np.ndarray:
@@ -216,39 +249,19 @@ def middles(start: float, stop: float, count: int, logarithmic: bool) -> np.ndar
     return np.array([float(f"{value:.4g}") for value in found])
 
 
-def compute_rows(
-    plane: Plane, size: tuple[int, int], pool: Executor, row: Callable[..., Any], name: str
-) -> tuple[np.ndarray, np.ndarray, Iterator[Any]]:
-    """The middles of the cells along the speed and across, and what row(gammas, value) returns for
-    each row, transposed; the rows are computed in parallel."""
-    columns, rows = size
-    gammas = middles(SLOWEST, FASTEST, columns, True)
-    values = middles(plane.start, plane.stop, rows, plane.logarithmic)
-    done = []
-    for k, one in enumerate(pool.map(partial(row, gammas), values.tolist())):
-        done.append(one)
-        print(f"{name}gamma and {plane.over}: row {k + 1} of {rows}", file=sys.stderr)
-    return gammas, values, zip(*done, strict=True)
-
-
-def compute_map(plane: Plane, size: tuple[int, int], pool: Executor) -> Map:
-    """The verdicts of one plane."""
-    gammas, values, parts = compute_rows(plane, size, pool, partial(compute_row, plane), "")
-    verdicts, buckling, losses = parts
-    return Map(plane, gammas, values, list(verdicts), np.array(buckling), np.array(losses))
-
-
-def compute_row(
-    plane: Plane, gammas: np.ndarray, value: float
-) -> tuple[list[list[Verdict]], float, list[float]]:
-    """One row of the verdicts, of `buckling` and of `losses`."""
+def verdict_rows(plane: Plane, gammas: np.ndarray, value: float) -> list[Row]:
+    """The verdicts of each method at one value."""
     beam = plane.beam.replace(**{plane.over: value})
     accepted = gammas[gammas <= MAX_GAMMA_OVER_MU * beam.mu]
-    row = [verdicts(beam.replace(gamma=gamma)) for gamma in accepted]
-    row += [[Verdict(OUTSIDE)] * len(METHODS)] * (len(gammas) - len(accepted))
+    columns = [verdicts(beam.replace(gamma=gamma)) for gamma in accepted]
+    columns += [[Verdict(OUTSIDE)] * len(METHODS)] * (len(gammas) - len(accepted))
     onsets = {name: onset(beam, accepted, model) for name, model in MODELS.items()}
-    buckling, losses = onsets[REFERENCE], [onsets[method.model] for method in METHODS]
-    return row, buckling, [np.nan if loss >= TRUE_LOSS * buckling else loss for loss in losses]
+    buckling, rows = onsets[REFERENCE], []
+    for method, *cells in zip(METHODS, *columns, strict=True):
+        limit = float(np.fmin.reduce([cell.limit for cell in cells]))
+        loss = onsets[method.model]
+        rows.append(Row(cells, limit, buckling, np.nan if loss >= TRUE_LOSS * buckling else loss))
+    return rows
 
 
 def onset(beam: Beam, gammas: np.ndarray, model: dict[str, Any]) -> float:
@@ -264,3 +277,79 @@ def onset(beam: Beam, gammas: np.ndarray, model: dict[str, Any]) -> float:
         middle = (low + high) / 2
         low, high = (low, middle) if unstable(middle) else (middle, high)
     return high
+
+
+def state_rows(plane: Plane, gammas: np.ndarray, value: float) -> list[Row]:
+    """The stable states by each method at one value."""
+    beam, rows = plane.beam.replace(**{plane.over: value}), []
+    for method in METHODS:
+        options = {"state": "stable", "modes": 1, "tolerance": STATE_TOLERANCE} | method.options
+        answers: list[Answer] = []
+        try:
+            for gamma in gammas:
+                answers.append(answer(beam.replace(gamma=gamma), **options))
+                if isinstance(answers[-1], NoEquilibrium):
+                    break  # faster beams have no stable state either
+        except InvalidInput as error:
+            rows.append(Row([], refusal=str(error)))
+            continue
+        limit = last.limit if isinstance(last := answers[-1], NoEquilibrium) else np.nan
+        kinds = [state_kind(*pair) for pair in zip(answers, has_others(answers), strict=True)]
+        kinds += [NO_STATE] * (len(gammas) - len(kinds))
+        rows.append(Row([*map(Verdict, kinds)], limit, onset(beam, gammas, method.options)))
+    return rows
+
+
+def has_others(answers: Sequence[Answer]) -> list[bool]:
+    """Whether beams with neighbouring speeds have another stable state beside that of each: found
+    by a search, or from one that a neighbour has."""
+    found: list[list[Solution]] = [
+        other_stable_states(one) if is_bent(one) and k % SEARCHED == 0 else []
+        for k, one in enumerate(answers)
+    ]
+    places = range(len(answers))
+    for order in (places, reversed(places)):
+        near: list[Solution] = []
+        for k in order:
+            own = answers[k]
+            if near and not found[k] and is_bent(own):
+                found[k] = other_stable_states(own, near)
+            near = found[k]
+    return [bool(others) for others in found]
+
+
+def is_bent(found: Answer) -> TypeGuard[Solution]:
+    """Whether an answer is a bent state."""
+    return isinstance(found, Solution) and found.equilibrium.shape == "bent"
+
+
+def state_kind(found: Answer, several: bool) -> str:
+    """The kind of a cell by its answer, and whether there is another stable state."""
+    if isinstance(found, NoEquilibrium):
+        return NO_STATE
+    if not isinstance(found, Solution):
+        return NOT_CONVERGED
+    return SEVERAL if several else found.equilibrium.shape
+
+
+def compute_map(
+    plane: Plane,
+    size: tuple[int, int],
+    pool: Executor,
+    solve_row: Callable[[Plane, np.ndarray, float], list[Row]] = verdict_rows,
+    name: str = "",
+) -> Map:
+    """The map of one plane, whose rows are computed in parallel."""
+    columns, rows = size
+    gammas = middles(SLOWEST, FASTEST, columns, True)
+    values = middles(plane.start, plane.stop, rows, plane.logarithmic)
+    done = []
+    for k, row in enumerate(pool.map(partial(solve_row, plane, gammas), values.tolist())):
+        done.append(row)
+        print(f"{name}gamma and {plane.over}: row {k + 1} of {rows}", file=sys.stderr)
+    return Map(plane, gammas, values, list(zip(*done, strict=True)))
+
+
+def compute_states(size: tuple[int, int], pool: Executor) -> Map:
+    """The stable states of an inward beam."""
+    return compute_map(INWARD, size, pool, state_rows, "stable states over ")

@@ -18,7 +18,6 @@ from scipy import ndimage
 
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.failure_maps import compute as kinds
-from beamviz.failure_maps import states
 from beamviz.failure_maps.compute import FASTEST, METHODS, SLOWEST, Map, Plane, answer, edges
 from beamviz.plotting import FAINT, INK, STYLE, new_figure, picture_files
 
@@ -58,11 +57,11 @@ CELL_STYLES = {
 }
 
 STATE_STYLES = {
-    states.STRAIGHT: CellStyle("#FFFFFF", "", FAINT, "straight"),
-    states.BENT: CellStyle("#A9D3F0", "", INK, "bent"),
-    states.SEVERAL: CellStyle("#6FBFA6", "....", INK, "more\nthan one"),
-    states.NO_STATE: CellStyle("#2B2B2B", "", "white", "no stable\nstate"),
-    states.NOT_CONVERGED: CELL_STYLES[kinds.NOT_CONVERGED],
+    kinds.STRAIGHT: CellStyle("#FFFFFF", "", FAINT, "straight"),
+    kinds.BENT: CellStyle("#A9D3F0", "", INK, "bent"),
+    kinds.SEVERAL: CellStyle("#6FBFA6", "....", INK, "more\nthan one"),
+    kinds.NO_STATE: CellStyle("#2B2B2B", "", "white", "no stable\nstate"),
+    kinds.NOT_CONVERGED: CELL_STYLES[kinds.NOT_CONVERGED],
 }
 
 
@@ -93,10 +92,10 @@ def pictures(found: Map) -> dict[str, bytes]:
     margins = 0.062, 0.068, 0.985, 0.885, 0.08, 0.2
     figure, panels = new_sheet(found.plane, shape, HEIGHT, margins, "Where methods fail", subtitle)
     for k, axes in enumerate(panels[: len(METHODS)]):
-        names, limits = found.kinds(k), [found.limits(k)]
-        if np.mean(names == kinds.FALSELY_UNSTABLE) > SMALLEST_LOSS:
-            limits.append(found.losses[:, k])
-        draw_panel(axes, found, k, names, CELL_STYLES, limits, found.buckling)
+        limits = [found.speeds(k, "limit")]
+        if np.mean(found.kinds(k) == kinds.FALSELY_UNSTABLE) > SMALLEST_LOSS:
+            limits.append(found.speeds(k, "loss"))
+        draw_panel(axes, found, k, CELL_STYLES, limits)
         for limit in limits:
             if np.isfinite(limit).any():
                 label_constant(axes, limit)
@@ -108,29 +107,27 @@ def pictures(found: Map) -> dict[str, bytes]:
     meanings = [(CELL_STYLES[k], kinds.KINDS[k]) for k in CELL_STYLES if k in present]
     if kinds.OUTSIDE in present:
         meanings.append((CellStyle(REFUSED, "", INK, ""), "not accepted: γ above 5 μ"))
-    buckling = "where the beam buckles" if np.isfinite(found.buckling).any() else ""
+    buckles = np.isfinite(found.speeds(0, "buckling")).any()
+    buckling = "where the beam buckles" if buckles else ""
     draw_legend(panels[-1], meanings, "exact boundary of a failure", buckling)
     return picture_files(figure, f"stability-{found.plane.over}")
 
 
 @rc_context(HATCHED)
-def state_pictures(found: states.StateMap) -> dict[str, bytes]:
+def state_pictures(found: Map) -> dict[str, bytes]:
     """The map of stable states as PNG and SVG, by file name: a panel for each method that bends."""
+    heading = "Stable states of an inward beam"
     subtitle = f"At constant speed, {found.plane.held}. Bent in the plane of rotation."
     margins = 0.07, 0.09, 0.985, 0.845, 0.08, 0.36
-    figure, panels = new_sheet(
-        found.plane, (2, 3), 6.0, margins, "Stable states of an inward beam", subtitle
-    )
-    maps = [found.methods[method.name] for method in METHODS]
-    able = [k for k, one in enumerate(maps) if not one.refusal]
+    figure, panels = new_sheet(found.plane, (2, 3), 6.0, margins, heading, subtitle)
+    able = [k for k in range(len(METHODS)) if not found.refusal(k)]
     for axes, k in zip(panels, able, strict=False):
-        one = maps[k]
-        draw_panel(axes, found, k, one.kinds, STATE_STYLES, [one.limit], one.buckling)
+        draw_panel(axes, found, k, STATE_STYLES, [found.speeds(k, "limit")])
         axes.tick_params(labelbottom=True)
         axes.set_xlabel(PARAMETERS["gamma"].axis_label)
-    present = set(np.concatenate([one.kinds.ravel() for one in maps]))
+    present = set(np.unique([found.kinds(k) for k in able]))
     meanings = [
-        (style, states.STATES[kind] + ("" if kind in present else " (nowhere here)"))
+        (style, kinds.STATES[kind] + ("" if kind in present else " (nowhere here)"))
         for kind, style in STATE_STYLES.items()
     ]
     lines = "end of the stable states", "where the straight beam buckles"
@@ -157,17 +154,12 @@ def draw_legend(
 
 
 def draw_panel(
-    axes: Axes,
-    found: Map | states.StateMap,
-    method: int,
-    names: np.ndarray,
-    styles: dict[str, CellStyle],
-    limits: list[np.ndarray],
-    buckling: np.ndarray,
+    axes: Axes, found: Map, method: int, styles: dict[str, CellStyle], limits: list[np.ndarray]
 ) -> None:
     """One method: its cells, and boundaries given as a speed for each row."""
-    draw_cells(axes, found.plane, names, styles)
-    for gammas, ls in [(limit, "-") for limit in limits] + [(buckling, BUCKLING)]:
+    draw_cells(axes, found.plane, found.kinds(method), styles)
+    buckling = found.speeds(method, "buckling")
+    for gammas, ls in [*((limit, "-") for limit in limits), (buckling, BUCKLING)]:
         axes.plot(gammas, found.values, color="white", lw=2.8, zorder=2)
         axes.plot(gammas, found.values, color=INK, lw=1.2, ls=ls, zorder=3)
     options = METHODS[method].options

@@ -9,33 +9,21 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from beamviz import Beam, NotConverged, failure_maps, solve
+from beamviz import Beam, NoEquilibrium, NotConverged, failure_maps, solve
 from beamviz.cli.commands import app
-from beamviz.errors import NoEquilibrium
 from beamviz.failure_maps import compute as kinds
-from beamviz.failure_maps import states
-from beamviz.failure_maps.compute import (
-    METHODS,
-    MODELS,
-    PLANES,
-    Verdict,
-    compute_row,
-    edges,
-    judge,
-    middles,
-    onset,
-    verdicts,
-)
+from beamviz.failure_maps.compute import METHODS, MODELS, PLANES, Verdict, judge, onset
 
 NAMES = [method.name for method in METHODS]
 SLENDER = 1000.0  # nearly rigid along itself: its errors are discretisation errors
 SPEEDS = np.geomspace(0.5, 200, 12)
+LOST, GONE = NotConverged("no"), NoEquilibrium("beyond", 3.0)
 
 
 @cache
 def by_method(**numbers):
     """The verdict on every method for a beam, by name."""
-    return dict(zip(NAMES, verdicts(Beam(**numbers)), strict=True))
+    return dict(zip(NAMES, kinds.verdicts(Beam(**numbers)), strict=True))
 
 
 def kind(name, **numbers):
@@ -60,14 +48,18 @@ def test_rigid_tension_loses_its_stability_too():
 @pytest.mark.parametrize(("delta", "hencky"), [(0.0, 45.420), (1.0, 31.4887)])
 def test_limit_curves(delta, hencky):
     """biot ends at mu pi / 2 whatever delta, hencky at a fold or where its force law ends."""
-    row, buckling, losses = compute_row(PLANES[0], np.array([120.0]), delta)
-    limits = dict(zip(NAMES, (cell.limit for cell in row[0]), strict=True))
-    assert limits["auto, biot strain"] == pytest.approx(70 * np.pi / 2, rel=1e-6)
-    assert limits["auto, hencky strain"] == pytest.approx(hencky, abs=1e-3)
-    assert np.isnan(limits["auto"])
-    assert np.isnan(buckling)
-    lost = {name for name, loss in zip(NAMES, losses, strict=True) if np.isfinite(loss)}
-    assert lost == {"linear", "foac", "zoac", "assumed-modes", "power-series"}
+    found = kinds.verdict_rows(PLANES[0], np.array([120.0]), delta)
+    rows = dict(zip(NAMES, found, strict=True))
+    assert rows["auto, biot strain"].limit == pytest.approx(70 * np.pi / 2, rel=1e-6)
+    assert rows["auto, hencky strain"].limit == pytest.approx(hencky, abs=1e-3)
+    assert np.isnan([rows["auto"].limit, rows["auto"].buckling]).all()
+    assert {name for name, row in rows.items() if np.isfinite(row.loss)} == {
+        "linear",
+        "foac",
+        "zoac",
+        "assumed-modes",
+        "power-series",
+    }
 
 
 @pytest.mark.parametrize(("mu", "gamma"), [(10000.0, 2.9939), (70.0, 2.9960)])
@@ -128,7 +120,6 @@ def test_verdicts_from_the_errors_behind_them():
     beam = Beam(gamma=20, delta=1)
     good, more = solve(beam), solve(beam, modes=10, tolerance=1e-9)
     rigid, rigid_more = solve(beam, method="foac"), solve(beam, 10, method="foac")
-    gone, lost = NoEquilibrium("beyond", 3.0), NotConverged("no")
     off = replace(good, omega_squared=good.omega_squared * 1.01)
     unstable = replace(good, equilibrium=replace(good.equilibrium, stable=False))
     for found, own, reference, expected in (
@@ -137,32 +128,32 @@ def test_verdicts_from_the_errors_behind_them():
         (rigid, rigid_more, more, kinds.OTHER_MODEL),
         (unstable, more, more, kinds.FALSELY_UNSTABLE),
         (unstable, more, unstable, kinds.TRULY_UNSTABLE),
-        (gone, more, more, kinds.NOT_CONVERGED),  # there is an equilibrium
-        (lost, more, more, kinds.NOT_CONVERGED),
-        (good, more, gone, kinds.OTHER_MODEL),  # the reference has no equilibrium
+        (GONE, more, more, kinds.NOT_CONVERGED),  # there is an equilibrium
+        (LOST, more, more, kinds.NOT_CONVERGED),
+        (good, more, GONE, kinds.OTHER_MODEL),  # the reference has no equilibrium
     ):
         assert judge(found, own, reference).kind == expected
-    assert judge(gone, gone, more) == Verdict(kinds.NO_EQUILIBRIUM, message="beyond", limit=3.0)
+    assert judge(GONE, GONE, more) == Verdict(kinds.NO_EQUILIBRIUM, message="beyond", limit=3.0)
 
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
-    """`beamviz stability --quick` on maps of a few cells, one of them of no accepted beam."""
+    """`beamviz stability --quick` on maps of a few cells, one of them of no accepted beam: the
+    folder, its data, and what is printed."""
     folder, small = tmp_path_factory.mktemp("stability"), pytest.MonkeyPatch()
     small.setattr(failure_maps, "QUICK", (5, 5))
     small.setattr(failure_maps, "QUICK_STATES", (5, 3))
     result = CliRunner().invoke(app, ["stability", "--out", str(folder), "--quick"])
     small.undo()
     assert result.exit_code == 0, result.output
-    return folder, result.stdout
+    return folder, json.loads((folder / "stability.json").read_text()), result.stdout
 
 
 @pytest.mark.slow
 def test_files_of_the_command(written):
     """A picture of each plane, the page that is printed too, and the data: as many commands as
     cells that fail, each naming its cell's numbers."""
-    folder, printed = written
-    data = json.loads((folder / "stability.json").read_text())
+    folder, data, printed = written
     assert (folder / "stability.md").read_text().strip() in printed
     for plane, found in zip(PLANES, data, strict=False):
         assert (folder / f"stability-{plane.over}.png").read_bytes().startswith(b"\x89PNG")
@@ -182,8 +173,7 @@ def test_files_of_the_command(written):
 def test_the_map_of_stable_states(written):
     """Straight below the speed of buckling and bent beyond it, up to the limit of the law; methods
     without bent states say so in their rows; each state has a command that shows it."""
-    folder, printed = written
-    found = json.loads((folder / "stability.json").read_text())[-1]
+    folder, (*_, found), printed = written
     assert (folder / "stability-states.png").read_bytes().startswith(b"\x89PNG")
     assert set(found["methods"]) == set(NAMES)
     bending = {name for name, one in found["methods"].items() if "states" in one}
@@ -198,8 +188,8 @@ def test_the_map_of_stable_states(written):
             *(one[key] for key in ("states", "buckling", "limit")), strict=True
         ):
             for gamma, state in zip(found["gamma"], row, strict=True):
-                assert (state == states.STRAIGHT) == (gamma < buckling)
-                assert (state == states.NO_STATE) == (limit is not None and gamma > limit)
+                assert (state == kinds.STRAIGHT) == (gamma < buckling)
+                assert (state == kinds.NO_STATE) == (limit is not None and gamma > limit)
     assert "--state stable" in printed
 
 
@@ -209,15 +199,12 @@ def test_more_than_one_stable_state():
     beam = Beam(4.656, 1, 5.341, -0.09663, 194.4)
     options = {"modes": 1, "state": "stable", "strain": "biot", "curvature": "material"}
     answers = [solve(beam.replace(spin_up=spin_up), **options) for spin_up in (0.05, 0.06, 0.2)]
-    several = states.has_others(answers)
+    several = kinds.has_others(answers)
     assert several == [True, True, False]
-    kinds = [states.kind(*one) for one in zip(answers, several, strict=True)]
-    assert kinds == [states.SEVERAL, states.SEVERAL, states.BENT]
-    lost, gone = NotConverged("no"), NoEquilibrium("beyond", 3.0)
-    assert [states.kind(one, False) for one in (lost, gone)] == [
-        states.NOT_CONVERGED,
-        states.NO_STATE,
-    ]
+    found = [kinds.state_kind(*one) for one in zip(answers, several, strict=True)]
+    assert found == [kinds.SEVERAL, kinds.SEVERAL, kinds.BENT]
+    assert kinds.state_kind(LOST, False) == kinds.NOT_CONVERGED
+    assert kinds.state_kind(GONE, False) == kinds.NO_STATE
 
 
 @pytest.mark.slow
@@ -227,8 +214,7 @@ def test_more_than_one_stable_state():
 )
 def test_a_failing_cell_can_be_replayed(written, run, name, code, shown):
     """The command of the fastest beam that fails shows the failure."""
-    data = json.loads((written[0] / "stability.json").read_text())
-    row = data[0]["methods"][name]["failing"][-1]
+    row = written[1][0]["methods"][name]["failing"][-1]
     found, out, err = run(*row["command"].split()[1:])
     assert found == code
     assert shown in out + err
@@ -237,6 +223,6 @@ def test_a_failing_cell_can_be_replayed(written, run, name, code, shown):
 def test_middles_lie_between_edges():
     """On either scale, rounded to four digits."""
     for logarithmic in (False, True):
-        places = edges(0.5, 200, 7, logarithmic)
-        inside = middles(0.5, 200, 7, logarithmic)
+        places = kinds.edges(0.5, 200, 7, logarithmic)
+        inside = kinds.middles(0.5, 200, 7, logarithmic)
         assert np.all((places[:-1] < inside) & (inside < places[1:]))
