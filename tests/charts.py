@@ -49,7 +49,7 @@ class SynchronousVisitor:
 
     def solve_job(self) -> SolveJob:
         """A solver job done at once."""
-        queue: Any = SimpleNamespace(submit=lambda work, is_quick: work())
+        queue: Any = SimpleNamespace(solve=lambda work, is_quick: work())
         return SolveJob(queue, lambda: None)
 
     def wake(self) -> None:

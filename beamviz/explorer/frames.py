@@ -10,14 +10,16 @@ import contextlib
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import replace
 from functools import partial
 
 from viser import ClientHandle, ViserServer
 
-from beamviz.explorer.features import Presentation
 from beamviz.explorer.features.lessons import draw_sketches
-from beamviz.explorer.jobs import PATIENCE, SolveQueue, WorkerPool
+from beamviz.explorer.jobs import PATIENCE, Workers
 from beamviz.explorer.session import Session
+from beamviz.explorer.state import State
+from beamviz.explorer.visitor import Visitor
 from beamviz.scene import Scene
 from beamviz.server.access import Access, VisitorCount
 from beamviz.server.connection import is_presenter
@@ -55,8 +57,7 @@ class FrameLoop:
         self.access, self.visitor_count = access, visitor_count
         self.loop, self.changed = server.get_event_loop(), asyncio.Event()
         self.thread: threading.Thread | None = None
-        self.queue = SolveQueue(self.crowded, self.resume)
-        self.background = WorkerPool(1, "chart")  # charts, maps and other long work
+        self.workers = Workers(self.crowded, self.resume)
         self.opener = ThreadPoolExecutor(1, "opener")
         self.opener.submit(draw_sketches)  # before the first session, which shows them
         self.presenter: int | None = None
@@ -73,21 +74,25 @@ class FrameLoop:
         visitor = client.client_id
         lecture = bool(self.access.presenter_key)
         presents = lecture and is_presenter(self.access, handshake_request(self.server, visitor))
-        presenter = self.presentation if lecture and not presents else None
-        threads, wake = (self.queue, self.background), partial(self.wake, visitor)
-        opening = partial(Session, client, self.scene, *threads, wake, self.crowded, presenter)
         with contextlib.suppress(RuntimeError):  # stopped meanwhile
-            opened = self.opener.submit(opening)
+            opened = self.opener.submit(self.session, client, follows=lecture and not presents)
             self.sessions[visitor] = await asyncio.wrap_future(opened)
             self.presenter = visitor if presents else self.presenter
             if self.stopped or visitor not in self.server.get_clients():
                 self.leave(visitor)  # who has left while the session was built
             self.wake(visitor)
 
-    def presentation(self) -> Presentation | None:
-        """The presentation that others follow, while there is a presenter."""
-        session = None if self.presenter is None else self.sessions.get(self.presenter)
-        return session.presentation if session else None
+    def session(self, client: ClientHandle, follows: bool) -> Session:
+        """A session for a new visitor, who may follow the presenter."""
+        state = replace(State.of(self.scene), following=follows)
+        wake = partial(self.wake, client.client_id)
+        visitor = Visitor(client, state, self.workers, wake)
+        return Session(visitor, self.present if follows else None)
+
+    def present(self) -> Visitor | None:
+        """The presenter, while there is one."""
+        session = self.sessions.get(self.presenter) if self.presenter is not None else None
+        return session.visitor if session else None
 
     def crowded(self) -> bool:
         """Whether the process has CROWD visitors or more."""
@@ -123,8 +128,7 @@ class FrameLoop:
         self.stopped = True
         self.resume()
         wait([self.running], STOP_TIMEOUT)
-        self.queue.close()
-        self.background.close()
+        self.workers.close()
         self.opener.shutdown(cancel_futures=True)
         for visitor in list(self.sessions):
             self.leave(visitor)
@@ -138,7 +142,7 @@ class FrameLoop:
                 await self.draw_all(step := self.step)
                 due = max(due + step, time.monotonic() + step / 5)
             try:
-                self.queue.run_batch(BATCH)
+                self.workers.run_batch(BATCH)
             except Exception as error:  # the frame loop must continue
                 log.error("solving", "a batch", error)
             self.draw_next()
@@ -147,17 +151,18 @@ class FrameLoop:
     @property
     def step(self) -> float:
         """Time [s] from one round of frames to the next."""
-        rate = FEWER_FRAMES if self.queue.waiting else FRAMES
+        rate = FEWER_FRAMES if self.workers.waiting else FRAMES
         return max(1 / rate, self.visitor_count.total / ALL_FRAMES)
 
     async def sleep(self, due: float) -> None:
         """Wait until `due` [s] while a scene moves, else until something is outdated; while a job
         runs, at most PATIENCE, as the page shows its time."""
-        if self.woken or self.queue.waiting or self.stopped:
+        if self.woken or self.workers.waiting or self.stopped:
             return
         self.changed.clear()
         sessions = self.sessions.values()
-        wait_time = PATIENCE if any(session.visitor.busy for session in sessions) else None
+        jobs = (job for session in sessions for job in session.visitor.jobs)
+        wait_time = PATIENCE if any(job.busy for job in jobs) else None
         if any(session.needs_tick for session in sessions):
             wait_time = due - time.monotonic()
         with contextlib.suppress(TimeoutError):
@@ -167,7 +172,7 @@ class FrameLoop:
     async def draw_all(self, step: float) -> None:
         """Draw the next frame of all moving scenes, except those drawn a moment ago; while solves
         are waiting, except those updated since the last round."""
-        before = self.drawn if self.queue.waiting else time.monotonic() - step / 2
+        before = self.drawn if self.workers.waiting else time.monotonic() - step / 2
         for k, (visitor, session) in enumerate(list(self.sessions.items())):
             if session.last_tick <= before and session.needs_tick:
                 self.tick(visitor, session)

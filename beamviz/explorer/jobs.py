@@ -2,7 +2,7 @@
 
 A `Job` computes one kind of result for one visitor, always for the latest request. It runs on a
 `WorkerPool`, whose threads persist and in which long work does not delay other work; solves go
-through the `SolveQueue`, which runs them in batches while visitors are many.
+through `Workers`, which runs them in batches while visitors are many.
 """
 
 import contextlib
@@ -11,6 +11,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from contextvars import copy_context
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any, ClassVar, Generic, TypeVar
@@ -104,19 +105,26 @@ class WorkerPool:
         return latest[0] + self.long - time.monotonic() if len(latest) == self.workers else 0.0
 
 
-class SolveQueue:
-    """Passes solves to worker threads while visitors are few. While they are many, quick solves
+class Workers:
+    """The worker threads of all visitors of a process.
+
+    Solves are passed to worker threads while visitors are few. While they are many, quick solves
     wait here, and the frame loop runs them in batches: this takes less time than threads that
-    compete with the frame loop for the interpreter lock."""
+    compete with the frame loop for the interpreter lock.
+
+    crowded: whether there are many visitors; notify: called when a solve waits for a batch;
+    background: for charts, maps and other long work.
+    """
 
     def __init__(self, crowded: Callable[[], bool], notify: Callable[[], None] = lambda: None):
         self.crowded, self.notify = crowded, notify
+        self.background = WorkerPool(1, "chart")
         self.pool = WorkerPool(SOLVERS, "solver")
         self.waiting: deque[tuple[Work, Callable[[], bool]]] = deque()
         self.batch_pool = WorkerPool(1, "solver batch", BATCH_TIMEOUT)
 
-    def submit(self, work: Work, is_quick: Callable[[], bool]) -> None:
-        """Run `work` soon; `notify` is called when it waits for a batch."""
+    def solve(self, work: Work, is_quick: Callable[[], bool]) -> None:
+        """Run a solve soon."""
         if self.crowded() and is_quick():
             self.waiting.append((work, is_quick))
             self.notify()
@@ -137,10 +145,10 @@ class SolveQueue:
         done.wait(BATCH_TIMEOUT)
 
     def close(self) -> None:
-        """Discard the waiting solves."""
+        """Discard the waiting work."""
         self.waiting.clear()
-        self.pool.close()
-        self.batch_pool.close()
+        for pool in (self.background, self.pool, self.batch_pool):
+            pool.close()
 
 
 @dataclass(frozen=True)
@@ -165,7 +173,7 @@ class Job(Generic[Q, R]):
     ready: called after each answer. answer: the last one, None before the first; latest: the last
     request; busy: a request is being computed; started: the time [s] when that began; done: the
     fraction computed, 0 where unknown; number: of the run whose result counts; following: answers
-    are those of another visitor's job, and nothing is computed.
+    are those of another visitor's job, and nothing is computed; kind: of the answers.
     """
 
     kind: ClassVar[type[Answer]] = Answer
@@ -199,9 +207,9 @@ class Job(Generic[Q, R]):
                 self.start()
 
     def start(self) -> None:
-        """Submit the latest request."""
+        """Submit the latest request, to run in a context of its own."""
         self.busy, self.started, self.done = True, time.monotonic(), 0.0
-        self.submit(partial(self.run, self.number))
+        self.submit(partial(copy_context().run, self.run, self.number))
 
     @property
     def slow(self) -> bool:
@@ -236,10 +244,11 @@ class Job(Generic[Q, R]):
             if self.cancelled and not self.busy:
                 self.start()
 
-    def adopt(self, other: "Job[Q, R]") -> None:
-        """Use the answer of another visitor's job."""
+    def follow(self, other: "Job[Q, R] | None") -> None:
+        """Use the answer of another visitor's job, and compute nothing until there is none."""
         with self.lock:
-            if other.answer is not None:
+            self.following = other is not None
+            if other and other.answer:
                 self.answer, self.latest = other.answer, other.answer.request
 
     def run(self, number: int) -> None:
@@ -247,11 +256,8 @@ class Job(Generic[Q, R]):
         request = self.latest
         if self.closed or request is None or number != self.number:
             return
-        token = interruption.set(partial(self.check, number, request))
-        try:
-            answer = self.answered(request)
-        finally:
-            interruption.reset(token)
+        interruption.set(partial(self.check, number, request))
+        answer = self.answered(request)
         with self.lock:
             if number != self.number:
                 return
@@ -283,12 +289,10 @@ class Job(Generic[Q, R]):
 
     def close(self) -> None:
         """Compute no further request."""
-        with self.lock:
-            self.closed = True
+        self.closed = True
 
 
 # Solutions
-
 
 Solved = tuple[Solution, SampledModes]  # a solution and its modes as the scene draws them
 
@@ -341,8 +345,8 @@ class SolveJob(Job[Case, Solved]):
     kind = SolverAnswer
     answer: SolverAnswer | None
 
-    def __init__(self, queue: SolveQueue, ready: Callable[[], None]):
-        submit = partial(queue.submit, is_quick=self.is_quick)
+    def __init__(self, workers: Workers, ready: Callable[[], None]):
+        submit = partial(workers.solve, is_quick=self.is_quick)
         super().__init__("solution", self.solved, submit, ready)
         self.shapes: SampledModes | None = None  # the last stable ones
         self.options: dict[str, Any] | None = None  # of the last case solved

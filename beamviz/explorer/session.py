@@ -5,7 +5,7 @@ A move of a slider becomes a picture at these stations:
 1. `Page.received`: the page sends the value;
 2. `Visitor.change`: the state is replaced;
 3. `Job.request`: the new case becomes the latest request of the solver job;
-4. `SolveQueue` or `WorkerPool`: it waits for a worker;
+4. `Workers.solve`: it waits for a worker thread, or for a batch;
 5. `Job.run`: the case is solved, and its shapes are sampled;
 6. `FrameLoop.wake`: the page of the visitor is marked as outdated;
 7. `Session.tick`: the frame loop draws the answer;
@@ -13,17 +13,16 @@ A move of a slider becomes a picture at these stations:
 """
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from viser import CameraHandle, ClientHandle
+from viser import CameraHandle
 
 from beamviz.drawing import AllModesView, BeamView, colours, stacked_heights
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion, interpolate
-from beamviz.drawing.modes import Clock, SampledModes, amplitudes
+from beamviz.drawing.modes import SampledModes, amplitudes
 from beamviz.drawing.objects import Caption
-from beamviz.explorer.features import MassDrag, Presentation, PresenterMode
+from beamviz.explorer.features import MassDrag, PresenterMode
 from beamviz.explorer.features.comparison import THIS, Comparison, ComparisonTab
 from beamviz.explorer.features.files import Files
 from beamviz.explorer.features.lessons import Lessons
@@ -34,9 +33,8 @@ from beamviz.explorer.features.method_timing import MethodTimingTab
 from beamviz.explorer.features.real_beam import RealBeamPanel
 from beamviz.explorer.features.run_up import RunUpPlayback, RunUpTab
 from beamviz.explorer.features.veering import VeeringTab
-from beamviz.explorer.jobs import SolveQueue, SolverAnswer, WorkerPool
+from beamviz.explorer.jobs import Solved, SolverAnswer
 from beamviz.explorer.page import panel
-from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.scene import Scene
 
@@ -50,30 +48,30 @@ class SceneView(Feature):
     one clock. `show` draws the state and the answer, `move` advances the time.
 
     shapes: the modes drawn; amplitudes (m,): of these modes; shown_modes: those (from 0) in the
-    picture; solved: the last answer of this scene that has a solution.
+    picture; solved: the last solution of this scene.
     """
 
     def __init__(self, visitor: Visitor, comparison: Comparison, run_up: RunUpPlayback):
         super().__init__(visitor)
-        self.camera, self.state = visitor.camera, visitor.state
-        self.comparison, self.run_up, self.clock = comparison, run_up, Clock()
+        self.camera, self.clock, self.state = visitor.camera, visitor.clock, visitor.state
+        self.comparison, self.run_up = comparison, run_up
         api = visitor.client.scene
         self.scene, self.all_modes = BeamView(api), AllModesView(api)
         self.scale = DEFAULT_SCALE  # [pixels per beam length] that the beam is subdivided for
-        self.open(visitor.state)
+        self.open(visitor.state.scene)
+        plane = visitor.state.case.options["plane"]
+        self.shapes = SampledModes.at_rest(visitor.state.scene.beam, plane)
 
-    def open(self, state: State) -> None:
-        """Draw the scene that was loaded last, which is not solved yet."""
-        self.opened = state.scene
-        self.solved: SolverAnswer | None = None
+    def open(self, scene: Scene) -> None:
+        """Begin with a scene that was loaded, which is not solved yet."""
+        self.opened = scene
+        self.solved: Solved | None = None
         self.is_stable = False  # a stable answer of this scene has been drawn
         self.is_pending = True  # no answer to this scene has come
         self.choose_pace = True
-        self.shapes = SampledModes.at_rest(state.scene.beam, state.case.options["plane"])
 
     @property
     def inputs(self) -> tuple[object, ...]:
-        """The view, the scene, and what is solved, compared and run up."""
         state = self.visitor.state
         return (
             state.view, state.scene, self.visitor.solver.answer, state.comparison, state.kept,
@@ -98,9 +96,7 @@ class SceneView(Feature):
         answer = visitor.answer
         settled = answer is not None and answer.request == state.shown_case
         if state.scene is not self.opened:
-            shapes = self.shapes  # until the first answer
-            self.open(state)
-            self.shapes = shapes
+            self.open(state.scene)
         before, after, self.state = self.state.view, state.view, state
         if (after.shares, after.all_modes) != (before.shares, before.all_modes):
             self.choose_pace = True
@@ -108,39 +104,40 @@ class SceneView(Feature):
         if answer and not self.is_pending:
             self.choose_shapes(answer)
         self.run_up.update_response(answer, self.shapes)
-        self.choose_modes()
-        self.clock.fit(self.frequencies, self.shapes.beam.gamma, keep=not self.choose_pace)
+        gamma = self.shapes.beam.gamma
+        self.clock.fit(self.choose_modes(), gamma, keep=not self.choose_pace)
         self.choose_pace = self.choose_pace and not settled
         self.draw(settled=settled)
 
     def choose_shapes(self, answer: SolverAnswer) -> None:
         """Use the shapes of a stable answer. For an unstable one, or an error, keep the last stable
         shapes of the scene, or else show the unloaded beam."""
-        self.solved = answer if answer.solution else self.solved
+        self.solved = answer.result or self.solved
         if answer.shapes and not answer.warning:
             self.shapes, self.is_stable = answer.shapes, True
         elif not self.is_stable:
             beam = answer.beam or self.opened.beam
             self.shapes = SampledModes.at_rest(beam, answer.request.options["plane"])
 
-    def choose_modes(self) -> None:
-        """Choose the modes in the picture and their amplitudes: none while a force drives the
-        beam."""
+    def choose_modes(self) -> np.ndarray:
+        """Choose the modes in the picture and their amplitudes, none while a force drives the beam.
+        Returns the frequencies in the picture."""
         modes = len(self.shapes.modes)
+        self.amplitudes, self.shown_modes = amplitudes(self.state.view, modes), list(range(modes))
         if self.run_up.driven:
-            self.amplitudes, self.shown_modes = np.zeros(modes), list[int]()
-        else:
-            self.amplitudes = amplitudes(self.state.view, modes)
-            every = self.state.view.all_modes
-            self.shown_modes = [k for k in range(modes) if every or self.amplitudes[k] > 0]
+            self.amplitudes, self.shown_modes = np.zeros(modes), []
+            return np.array([self.run_up.frequency(self.shapes.beam.gamma)])
+        if not self.state.view.all_modes:
+            self.shown_modes = np.flatnonzero(self.amplitudes).tolist()
+        return self.shapes.frequencies[self.shown_modes]
 
     def draw(self, *, settled: bool) -> None:
         """Draw the beam, or all its modes, and the beam compared with."""
         view, self.scale = self.state.view, self.camera.scale
         self.comparison.draw(self.shapes, self.clock, self.shown_modes, self.scale)
-        self.scene.height = self.comparison.heights[0]
-        title = THIS if len(self.comparison.heights) > 1 else ""
-        texts = {"warning": self.warning, "title": title}
+        heights = self.comparison.heights
+        self.scene.height = heights[0]
+        texts = {"warning": self.warning, "title": THIS if len(heights) > 1 else ""}
         self.scene.show(self.shapes, view, self.shown_modes, motion=self.motion, **texts)
         together = view.all_modes and len(self.shapes.modes) > 0 and not self.warning
         self.scene.frame.visible = not together
@@ -148,21 +145,20 @@ class SceneView(Feature):
             self.all_modes.show(self.shapes, view, self.scale)
         else:
             self.all_modes.hide()
-        levels = stacked_heights(self.all_modes.count) or self.comparison.heights
+        levels = stacked_heights(self.all_modes.count) or heights
         self.camera.given = self.state.camera
         if not self.scene.fixed:
             self.camera.look_at(self.shapes, view.rotating_frame, levels, settled=settled)
 
     def move(self, time: float) -> None:
         """Draw the moment of the clock, `time` [T*] after the last one."""
-        angle = self.clock.angle
-        change = self.camera.change
+        angle, change = self.clock.angle, self.camera.change
         if change:
             angle = change.angle
             self.scene.choose_frame(change.rotating_share)
             self.all_modes.choose_frame(change.rotating_share)
         if self.run_up.driven:
-            moved = self.run_up.displacement(time, self.shapes.beam.gamma)
+            moved = self.run_up.displacement(self.clock.angle)
             moved = interpolate(self.shapes.x, moved, self.scene.shapes.x)
             self.scene.displace(moved, self.largest, angle)
         else:
@@ -192,13 +188,6 @@ class SceneView(Feature):
         return self.clock.rate * self.state.view.pace
 
     @property
-    def frequencies(self) -> np.ndarray:
-        """The frequencies in the picture."""
-        if self.run_up.driven:
-            return np.array([self.run_up.frequency(self.shapes.beam.gamma)])
-        return self.shapes.frequencies[self.shown_modes]
-
-    @property
     def largest(self) -> float:
         """The value at the end of the colour map."""
         view = self.state.view
@@ -217,41 +206,28 @@ class SceneView(Feature):
 
 class Session:
     """The page of one visitor. Callbacks change the visitor's state; `tick`, called by the frame
-    loop, draws. crowded: whether there are many visitors; presenter: returns the presentation to
-    follow, for a visitor of a lecture."""
+    loop, draws. presenter: returns the presenter, for a visitor of a lecture; last_tick: time [s]
+    of the last frame; charts_due: time [s] when the charts follow."""
 
-    def __init__(
-        self,
-        client: ClientHandle,
-        scene: Scene,
-        queue: SolveQueue,
-        background: WorkerPool,
-        wake: Callable[[], None],
-        crowded: Callable[[], bool],
-        presenter: Callable[[], Presentation | None] | None = None,
-    ):
-        state = replace(State.of(scene), following=presenter is not None)
-        self.visitor = visitor = Visitor(client, state, queue, background, wake)
-        self.crowded, self.last_tick = crowded, 0.0
-        self.charts_due = 0.0  # [s] when the charts follow
+    def __init__(self, visitor: Visitor, presenter: Callable[[], Visitor | None] | None = None):
+        self.visitor, self.last_tick, self.charts_due = visitor, 0.0, 0.0
         panel.build(visitor)
         self.comparison, self.run_up = Comparison(visitor), RunUpPlayback(visitor)
         RealBeamPanel(visitor)
-        loci, self.lessons = LociTab(visitor), Lessons(visitor)
+        loci, lessons = LociTab(visitor), Lessons(visitor)
         self.features: list[Feature] = [
             loci, VeeringTab(visitor, loci), ComparisonTab(visitor, self.comparison),
-            RunUpTab(visitor, self.run_up), MethodTimingTab(visitor), self.lessons, MapTab(visitor),
+            RunUpTab(visitor, self.run_up), MethodTimingTab(visitor), lessons, MapTab(visitor),
         ]  # fmt: skip
         panel.add_commands(visitor)
         self.files = Files(visitor)
         self.view = SceneView(visitor, self.comparison, self.run_up)
-        self.presentation = Presentation(visitor, self.view.clock, self.run_up)
-        self.presenter = PresenterMode(self.presentation, presenter) if presenter else None
+        self.presenter = PresenterMode(visitor, presenter)
         self.mass_drag = MassDrag(visitor, self.view.scene)
         visitor.page.on("preferences", self.take_preferences)
-        client.camera.on_update(self.camera_moved)
-        self.links = Links(visitor, self.lessons)
-        visitor.page.ready()
+        visitor.client.camera.on_update(self.camera_moved)
+        self.links = Links(visitor, lessons)
+        visitor.page.send(True, "ready")  # all actions have handlers
 
     async def camera_moved(self, _: CameraHandle) -> None:
         """Fit the beam again if the aspect ratio of the page has changed."""
@@ -262,6 +238,19 @@ class Session:
         self.links.moved = True
         if self.view.outdated:
             self.visitor.wake()
+
+    def take_preferences(self, preferences: Any) -> None:
+        """Apply the preferences of the visitor's system: "dark" (the theme, unless the first scene
+        is dark) and "still" (reduced motion: paused, without transitions of the view)."""
+        visitor, words = self.visitor, str(preferences).split()
+        visitor.camera.eased = "still" not in words
+        with visitor.lock:
+            state = visitor.state
+            if "still" in words:
+                state = state.changed("playing", False)
+            if not self.links.start.view.dark:
+                state = state.changed("dark", "dark" in words)
+            visitor.set_state(state)
 
     @property
     def is_moving(self) -> bool:
@@ -281,37 +270,38 @@ class Session:
     @property
     def outdated(self) -> bool:
         """Whether a part of the page is outdated."""
-        behind = self.presenter is not None and self.presenter.outdated
-        behind = behind or self.mass_drag.outdated
+        behind = self.presenter.outdated or self.mass_drag.outdated
         behind = behind or not self.visitor.page.shows("work", panel.work(self.visitor.jobs))
         return behind or any(one.outdated for one in (self.view, *self.features))
 
     def tick(self, now: float) -> None:
         """Draw the frame of the time `now` [s]."""
+        visitor, view = self.visitor, self.view
         elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
-        if self.presenter:
-            self.presenter.update()
+        self.presenter.update()
         self.run_up.step(elapsed)
-        with self.visitor.client.atomic():
-            self.visitor.update_controls()
-            change = self.visitor.camera.change
-            if self.view.outdated:
+        with visitor.client.atomic():
+            visitor.update_controls()
+            change = visitor.camera.change
+            if view.outdated:
                 self.draw()
-                self.charts_due = now + (REST if self.crowded() else 0.0)
-            time = elapsed * self.view.pace if self.is_moving else 0.0
-            self.view.clock.advance(time, self.view.shapes.frequencies, self.view.shapes.beam.gamma)
+                self.charts_due = now + (REST if visitor.workers.crowded() else 0.0)
+            time = elapsed * view.pace if self.is_moving else 0.0
+            view.clock.advance(time, view.shapes.frequencies, view.shapes.beam.gamma)
             self.mass_drag.update()
-            is_under_way = self.visitor.camera.change is change  # since an earlier frame
-            self.visitor.camera.step(elapsed if is_under_way else 0.0, self.view.clock.angle)
-            if self.presenter:
-                self.presenter.update_clock()
-            self.view.move(time)
+            is_under_way = visitor.camera.change is change  # since an earlier frame
+            visitor.camera.step(elapsed if is_under_way else 0.0, view.clock.angle)
+            self.presenter.update_clock()
+            view.move(time)
             self.links.update(now)
-            page, answer = self.visitor.page, self.visitor.answer
-            page.html("work", panel.work(self.visitor.jobs))
-            if self.links.opened and answer and answer.request == self.visitor.state.case:
-                page.props("scene", data_ready="")  # it is hidden at first
-        self.visitor.client.flush()
+            visitor.page.html("work", panel.work(visitor.jobs))
+            if (
+                self.links.opened
+                and visitor.answer
+                and visitor.answer.request == visitor.state.case
+            ):
+                visitor.page.props("scene", data_ready="")  # it is hidden at first
+        visitor.client.flush()
         self.update_features(now)
 
     def draw(self) -> None:
@@ -323,23 +313,10 @@ class Session:
         panel.show_answer(visitor, view.solved, view.shown_modes)
         panel.show_picture(visitor, view.largest, view.pace, view.shapes.beam.units)
 
-    def take_preferences(self, preferences: Any) -> None:
-        """Apply the preferences of the visitor's system: "dark" (the theme, unless the first scene
-        is dark) and "still" (reduced motion: paused, without transitions of the view)."""
-        visitor, words = self.visitor, str(preferences).split()
-        visitor.camera.eased = "still" not in words
-        with visitor.lock:
-            state = visitor.state
-            if "still" in words:
-                state = state.changed("playing", False)
-            if not self.links.start.view.dark:
-                state = state.changed("dark", "dark" in words)
-            visitor.set_state(state)
-
     def update_features(self, now: float) -> None:
         """Update the tabs; with many visitors, charts wait until the slider is at rest."""
         visitor = self.visitor
-        if now >= self.charts_due and not (visitor.solver.busy and self.crowded()):
+        if now >= self.charts_due and not (visitor.solver.busy and visitor.workers.crowded()):
             visitor.chart_answer = visitor.answer
         for feature in self.features:
             if feature.outdated:
@@ -347,5 +324,5 @@ class Session:
 
     def close(self) -> None:
         """Cancel the export and close all jobs."""
-        self.files.job.close()
-        self.visitor.close()
+        for job in (self.files.job, *self.visitor.jobs):
+            job.close()

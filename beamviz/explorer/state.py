@@ -6,26 +6,30 @@ numbers of the beam, which are stored as sent and checked when the beam is solve
 
 import contextlib
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from math import inf
 from typing import Any, Self
 
 from beamviz.beam import NUMBERS, PARAMETERS, Beam, Units
 from beamviz.errors import InvalidInput
 from beamviz.lessons import lesson
-from beamviz.scene import TABLES as SCENE_KEYS
-from beamviz.scene import Camera, Scene, ViewOptions, check_per_rev
+from beamviz.scene import LINKED, Camera, Scene, ViewOptions, check_per_rev
 from beamviz.solver import CHOICES as SOLVER_CHOICES
 
 TERMS = ("stiffening", "softening", "coriolis")  # of the equations, each on or off
 CHOICES = {name: tuple(choices) for name, choices in SOLVER_CHOICES.items()}
 NO_COMPARISON, EARLIER = "nothing", "how it was before"
-SWITCHES = ("stacked", "time_methods", "following")
 LASTING = ("playing", "dark")  # view options that undo and redo leave unchanged
-MAPPED = ("gap", "1", "2", "3", "4", "5")  # quantities of a map: the smallest gap, or that mode
 STEPS = 200  # that can be undone
 PAUSE = 1.0  # [s] after which another edit of the same values is another step
 VIEW_KEYS = tuple(entry.name for entry in fields(ViewOptions))
+AXES = ("over", "across")  # of the map; no number is on both
+FIELDS: dict[str, Callable[[Any], Any]] = {  # that controls set; their choices are checked there
+    "mapped": str, "comparison": str, "force_per_rev": int,
+    "stacked": bool, "time_methods": bool, "following": bool,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -110,19 +114,10 @@ class State:
 
     def loaded(self, scene: Scene) -> Self:
         """With another scene, and without the case kept for comparison."""
-        return replace(
-            self,
-            scene=scene,
-            case=Case.of(scene),
-            view=scene.view,
-            camera=scene.camera,
-            over=scene.over,
-            per_rev=scene.per_rev,
-            comparison=NO_COMPARISON if self.comparison == EARLIER else self.comparison,
-            kept=None,
-            forced_response=False,
-            run_speed=None,
-        )
+        shown = {name: getattr(scene, name) for name in ("view", "camera", "over", "per_rev")}
+        comparison = NO_COMPARISON if self.comparison == EARLIER else self.comparison
+        state = replace(self, scene=scene, case=Case.of(scene), comparison=comparison, **shown)
+        return replace(state, kept=None, forced_response=False, run_speed=None)
 
     @property
     def home(self) -> Scene:
@@ -136,9 +131,8 @@ class State:
 
     def to_scene(self) -> Scene:
         """The scene. Raises InvalidInput for a number out of range."""
-        options = {name: self.case.options[name] for name in SCENE_KEYS["model"]}
-        beam, chart = self.case.beam(), (self.over, self.per_rev)
-        return Scene(beam, options, self.view, self.camera, *chart)
+        options = {name: self.case.options[name] for name in LINKED["model"]}
+        return Scene(self.case.beam(), options, self.view, self.camera, self.over, self.per_rev)
 
     @property
     def values(self) -> dict[str, Any]:
@@ -154,25 +148,21 @@ class State:
             if name == "all_modes" and view.all_modes:  # from outside, captions would cover beams
                 view = replace(view, rotating_frame=True)
             return replace(self, view=view, camera=camera)
-        if name in SWITCHES:
-            switch: dict[str, Any] = {name: bool(value)}
-            return replace(self, **switch)
         if name == "per_rev":
             with contextlib.suppress(InvalidInput):
                 return replace(self, per_rev=check_per_rev(value))
             return self
-        if name in ("over", "across"):
-            return self.with_axis(name, value) if value in tuple(PARAMETERS) else self
-        if name == "mapped":
-            return replace(self, mapped=value) if value in MAPPED else self
+        if name in AXES:
+            if value not in tuple(PARAMETERS):
+                return self
+            (other,) = {*AXES} - {name}
+            axes = {name: value, other: getattr(self, other)}
+            if axes[other] == value:
+                axes[other] = getattr(self, name)
+            return replace(self, over=axes["over"], across=axes["across"])
+        if name in FIELDS:
+            return replace(self, **{name: FIELDS[name](value)})
         return replace(self, case=self.case.changed(name, value), camera=camera)
-
-    def with_axis(self, name: str, value: str) -> Self:
-        """With another number along an axis of the map; the axes are exchanged if it is on both."""
-        over, across = (value, self.across) if name == "over" else (self.over, value)
-        if over == across:
-            over, across = self.across, self.over
-        return replace(self, over=over, across=across)
 
     def share(self, value: Any, mode: int) -> Self:
         """With another share of one mode (0-based)."""
@@ -203,11 +193,13 @@ class State:
 
 class History:
     """The states for undo and redo. Edits of the same values in quick succession, as by a drag, are
-    one step; loading a scene always is a step."""
+    one step; loading a scene always is a step. undo, redo: return the state to show instead."""
 
     def __init__(self) -> None:
         self.past: deque[State] = deque(maxlen=STEPS)
         self.future: deque[State] = deque(maxlen=STEPS)
+        self.undo = partial(self.move, self.past, self.future)
+        self.redo = partial(self.move, self.future, self.past)
         self.edited: set[str] = set()  # names of the values edited last
         self.time = -inf  # [s] of the last edit
 
@@ -223,16 +215,8 @@ class History:
         self.future.clear()
         self.time = time
 
-    def undo(self, state: State) -> State:
-        """The state before the last step; `state` if there is none."""
-        return self.move(self.past, self.future, state)
-
-    def redo(self, state: State) -> State:
-        """The state before the last undo; `state` if there is none."""
-        return self.move(self.future, self.past, state)
-
     def move(self, source: deque[State], target: deque[State], state: State) -> State:
-        """Return the last state of `source`, and store the present one in `target`."""
+        """The last state of `source`, `state` if there is none; stores `state` in `target`."""
         if not source:
             return state
         target.append(state)

@@ -7,20 +7,19 @@ computes its results by a `job`. State is never read out of a control.
 import operator
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from typing import Any
 
 from viser import ClientHandle
 
 from beamviz.drawing.camera import PageCamera
-from beamviz.explorer.jobs import Job, SolveJob, SolveQueue, SolverAnswer, WorkerPool
+from beamviz.drawing.modes import Clock
+from beamviz.explorer.jobs import Job, SolveJob, SolverAnswer, Workers
 from beamviz.explorer.page.page import Page
 from beamviz.explorer.state import History, State
 from beamviz.scene import Scene
 from beamviz.server.viser_private import group_messages
-
-Edit = Callable[[State, Any], State]
 
 
 class Visitor:
@@ -30,29 +29,25 @@ class Visitor:
     by each edit; shown: the state that the controls show; solver: the job that solves the case of
     the state; answer: the answer that the scene shows; chart_answer: the one that the charts show,
     which with many visitors are updated only when a slider is at rest; wake: tells the frame loop
-    that something has changed; dragging: the mass is being dragged, and the clock is stopped.
+    that something has changed; clock: of the scene; dragging: the mass is being dragged, and the
+    clock is stopped.
     """
 
     def __init__(
-        self,
-        client: ClientHandle,
-        state: State,
-        queue: SolveQueue,
-        background: WorkerPool,
-        wake: Callable[[], None],
+        self, client: ClientHandle, state: State, workers: Workers, wake: Callable[[], None]
     ):
         self.client, self.wake, self.page = client, wake, Page(client)
         group_messages(client)
         self.state = self.shown = state
         self.history = History()
-        self.queue, self.background = queue, background
+        self.workers, self.background = workers, workers.background
         self.lock, self.camera = threading.RLock(), PageCamera(client.camera)
         self.camera.set_viewpoint(state.camera)
         self.renderers: list[tuple[str, Callable[[Any], None]]] = []  # of the values by name
         self.jobs: list[Job] = []
         self.answer: SolverAnswer | None = None
         self.chart_answer: SolverAnswer | None = None
-        self.dragging = False
+        self.clock, self.dragging = Clock(), False
         self.solver = self.solve_job()
         self.solver.request(state.case)
         self.page.on("tab", self.open_tab)
@@ -75,7 +70,6 @@ class Visitor:
             self.set_state(step(before))
             if self.state.scene is not before.scene or self.state.camera != before.camera:
                 self.camera.set_viewpoint(self.state.camera)
-        self.wake()
 
     def set_state(self, state: State) -> None:
         """Set the state, without a step in the history, and solve its case."""
@@ -83,28 +77,9 @@ class Visitor:
             self.state = state
             if not state.following:
                 for job in self.jobs:
-                    job.following = False
+                    job.follow(None)
                 self.solver.request(state.shown_case)
         self.wake()
-
-    def update_controls(self) -> None:
-        """Show the state in the controls whose value has changed since the last frame."""
-        with self.lock:
-            if self.state is not self.shown:
-                before, now = self.shown.values, self.state.values
-                self.shown = self.state
-                for name, show in self.renderers:
-                    if now[name] is not before[name]:
-                        show(now[name])
-                self.page.props("undo", disabled=not self.history.past)
-                self.page.props("redo", disabled=not self.history.future)
-
-    def render(self, name: str, show: Callable[[Any], None]) -> None:
-        """Call `show` with the value of this name (see `State.values`), now and in each frame in
-        which it is another object."""
-        with self.lock:
-            self.renderers.append((name, show))
-            show(self.shown.values[name])
 
     def load(self, scene: Scene, **values: Any) -> None:
         """Show another scene, with other values of the state by field name."""
@@ -129,27 +104,29 @@ class Visitor:
         """The scene with the present viewpoint. Raises InvalidInput for a number out of range."""
         return replace(self.state.to_scene(), camera=self.camera.chosen)
 
-    # Controls
-
     def open_tab(self, tab: Any) -> None:
         """Note that the visitor has opened a tab."""
         self.page.tab = str(tab)
         self.wake()
 
+    # Controls
+
     def bind(
         self,
         key: str,
-        edit: Edit | None = None,
+        edit: Callable[[State, Any], State] | None = None,
         of: str | None = None,
         shown: Callable[[Any], Any] = lambda value: value,
+        choices: Collection[str] | None = None,
     ) -> None:
         """Bind the controls with data-set="key" to the value of the state named `of` (by default
         `key`): they show `shown(value)`, and an edit replaces the state by `edit(state, value)`, by
-        default `state.changed(key, value)`."""
+        default `state.changed(key, value)`. A value that is not one of `choices` is ignored."""
         name = of or key
 
         def edited(value: Any) -> None:
-            self.change(lambda state: edit(state, value) if edit else state.changed(key, value))
+            if choices is None or value in tuple(choices):
+                self.change(lambda state: edit(state, value) if edit else state.changed(key, value))
             show(self.state.values[name])  # which may differ from what the visitor set
 
         def show(value: Any) -> None:
@@ -157,6 +134,25 @@ class Visitor:
 
         self.page.on(key, edited)
         self.render(name, show)
+
+    def render(self, name: str, show: Callable[[Any], None]) -> None:
+        """Call `show` with the value of this name (see `State.values`), now and in each frame in
+        which it is another object."""
+        with self.lock:
+            self.renderers.append((name, show))
+            show(self.shown.values[name])
+
+    def update_controls(self) -> None:
+        """Show the state in the controls whose value has changed since the last frame."""
+        with self.lock:
+            if self.state is not self.shown:
+                before, now = self.shown.values, self.state.values
+                self.shown = self.state
+                for name, show in self.renderers:
+                    if now[name] is not before[name]:
+                        show(now[name])
+                self.page.props("undo", disabled=not self.history.past)
+                self.page.props("redo", disabled=not self.history.future)
 
     def notify(self, title: str, message: str) -> None:
         """Show an error message for some seconds."""
@@ -171,13 +167,8 @@ class Visitor:
 
     def solve_job(self) -> SolveJob:
         """A new job that solves cases, closed when the visitor leaves."""
-        self.jobs.append(job := SolveJob(self.queue, self.wake))
+        self.jobs.append(job := SolveJob(self.workers, self.wake))
         return job
-
-    @property
-    def busy(self) -> bool:
-        """Whether a job is running."""
-        return any(job.busy for job in self.jobs)
 
     def cancel_jobs(self) -> None:
         """Cancel the jobs that have been running for long."""
@@ -191,24 +182,23 @@ class Visitor:
             job.retry()
         self.wake()
 
-    def close(self) -> None:
-        """Close all jobs."""
-        for job in self.jobs:
-            job.close()
-
 
 class Feature:
-    """A part of the page that is updated when its `inputs` change. Subclasses define `inputs`, and
-    `show`, which updates the page; each frame calls `update` if `outdated`."""
+    """A part of the page that is updated when its `inputs` change, objects compared by identity.
+    Subclasses define `inputs`, and `show`, which updates the page.
+
+    drawn: what the chart of the feature was drawn from.
+    """
 
     shown: tuple[object, ...] = ()
+    drawn: tuple[object, ...] = ()
 
     def __init__(self, visitor: Visitor):
-        self.visitor = visitor
+        self.visitor, self.page = visitor, visitor.page
 
     @property
     def inputs(self) -> tuple[object, ...]:
-        """The objects that the display depends on, compared by identity."""
+        """The objects that the display depends on."""
         raise NotImplementedError
 
     def show(self) -> None:
@@ -226,9 +216,13 @@ class Feature:
         self.shown = self.inputs
         self.show()
 
+    def redraws(self, *drawn: object) -> bool:
+        """Whether the chart has to be drawn again, from other objects than the last time."""
+        before, self.drawn = self.drawn, drawn
+        return drawn != before
+
     def fade(self, job: Job, *parts: str) -> None:
         """Mark a chart and its lists, by their element ids, while their job has no answer to the
         latest request."""
-        missing = job.slow or job.cancelled
         for id in parts:
-            self.visitor.page.props(id, data_outdated="" if missing else None)
+            self.page.props(id, data_outdated="" if job.slow or job.cancelled else None)

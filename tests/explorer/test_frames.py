@@ -24,7 +24,7 @@ def frame_loop(*sessions: Still, waiting: int = 0) -> FrameLoop:
     """A frame loop without a running event loop."""
     made = FrameLoop.__new__(FrameLoop)
     made.sessions = dict(enumerate(sessions))
-    made.queue = SimpleNamespace(waiting=[None] * waiting)
+    made.workers = SimpleNamespace(waiting=[None] * waiting)
     made.woken, made.drawn, made.visitor_count = {}, 0.0, VisitorCount()
     return made
 
@@ -67,22 +67,19 @@ def test_the_frame_rate_falls_with_waiting_solves_and_with_visitors(visitors, wa
     assert 1 / made.step == pytest.approx(rate)
 
 
-def charts(session: Session, now: float, *, busy: bool = False) -> bool:
-    """Whether the charts show the answer of the scene at a time [s], not another one."""
-    session.visitor = SimpleNamespace(
-        answer=1, chart_answer=None, solver=SimpleNamespace(busy=busy)
-    )
-    session.update_features(now)
-    return session.visitor.chart_answer is session.visitor.answer
-
-
-def test_with_many_visitors_charts_wait_until_a_slider_is_at_rest():
-    """And for a running solve; with few visitors they do not wait."""
+@pytest.mark.parametrize(
+    ("crowded", "now", "busy", "follow"),
+    [(False, 1.0, True, True), (True, 0.9, False, False), (True, 1.1, True, False),
+     (True, 1.1, False, True)],
+)  # fmt: skip
+def test_with_many_visitors_charts_wait_until_a_slider_is_at_rest(crowded, now, busy, follow):
+    """At 1 s, and for a running solve; with few visitors they do not wait."""
     session = Session.__new__(Session)
-    session.features, session.charts_due, crowd = [], 1.0, []
-    session.crowded = lambda: bool(crowd)
-    assert charts(session, 1.0, busy=True)
-    crowd.append(1)
-    assert not charts(session, 0.9)
-    assert not charts(session, 1.1, busy=True)
-    assert charts(session, 1.1)
+    session.features, session.charts_due = [], 1.0
+    parts = {
+        "solver": SimpleNamespace(busy=busy),
+        "workers": SimpleNamespace(crowded=lambda: crowded),
+    }
+    session.visitor = SimpleNamespace(answer=1, chart_answer=None, **parts)
+    session.update_features(now)
+    assert (session.visitor.chart_answer == 1) == follow

@@ -14,7 +14,7 @@ from beamviz.errors import Cancelled
 from beamviz.explorer.features.loci_chart import ChartRequest
 from beamviz.explorer.features.map import MapRequest
 from beamviz.explorer.features.run_up import RunUpRequest
-from beamviz.explorer.jobs import Job, SolveQueue, WorkerPool
+from beamviz.explorer.jobs import Job, WorkerPool, Workers
 from beamviz.explorer.state import Case
 
 
@@ -89,17 +89,17 @@ def pool() -> Iterator[WorkerPool]:
 
 
 @pytest.fixture
-def crowd() -> Iterator[SolveQueue]:
+def crowd() -> Iterator[Workers]:
     """The queue with many visitors."""
-    with closing(SolveQueue(lambda: True)) as made:
+    with closing(Workers(lambda: True)) as made:
         yield made
 
 
 def test_solves_of_few_visitors_run_immediately():
     """On worker threads, without a batch."""
-    with closing(SolveQueue(lambda: False)) as queue:
+    with closing(Workers(lambda: False)) as queue:
         done = threading.Event()
-        queue.submit(done.set, lambda: True)
+        queue.solve(done.set, lambda: True)
         assert done.wait(20)
         assert not queue.waiting
 
@@ -108,7 +108,7 @@ def test_solves_of_many_visitors_run_in_batches(crowd):
     """In order, and completed when `run_batch` returns."""
     done: list[int] = []
     for k in range(5):
-        crowd.submit(lambda k=k: done.append(k), lambda: True)
+        crowd.solve(lambda k=k: done.append(k), lambda: True)
     assert not done
     crowd.run_batch(2)
     assert done == [0, 1]
@@ -120,11 +120,11 @@ def test_solves_of_many_visitors_run_in_batches(crowd):
 def test_slow_solves_of_many_visitors_go_to_the_workers(crowd):
     """At submission, or if the method is changed while they wait."""
     quick, done = [True], threading.Event()
-    crowd.submit(done.set, lambda: quick[0])
+    crowd.solve(done.set, lambda: quick[0])
     quick[0] = False
     crowd.run_batch(1)
     assert done.wait(20)
-    crowd.submit(done.clear, lambda: quick[0])
+    crowd.solve(done.clear, lambda: quick[0])
     wait_until(lambda: not done.is_set())
     assert not crowd.waiting
 
@@ -133,9 +133,9 @@ def test_an_unexpectedly_slow_solve_does_not_delay_the_others(crowd, release):
     """It continues in the background, and those after it are done in order."""
     begun, done = threading.Event(), []
     for k in (1, 2):
-        crowd.submit(lambda k=k: done.append(k), lambda: True)
-        crowd.submit(lambda: (begun.set(), release.wait(60), done.append(-1)), lambda: True)
-    crowd.submit(lambda: done.append(3), lambda: True)
+        crowd.solve(lambda k=k: done.append(k), lambda: True)
+        crowd.solve(lambda: (begun.set(), release.wait(60), done.append(-1)), lambda: True)
+    crowd.solve(lambda: done.append(3), lambda: True)
     crowd.run_batch(9)
     assert begun.is_set()
     wait_until(lambda: done == [1, 2, 3])

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 from live.server import wait_until
-from live.visitor import PAPER, frequency_text, visitor
+from live.visitor import PAPER, Visitor, frequency_text, visitor
 
 from beamviz.explorer import app as server
 from beamviz.explorer import jobs
@@ -25,6 +25,11 @@ def url(frame_loops) -> Iterator[str]:
         yield found
 
 
+def shows(guest: Visitor, **numbers: float) -> None:
+    """Wait until a page shows the first frequency of PAPER with other numbers."""
+    guest.says(frequency_text(PAPER.replace(**numbers)))
+
+
 def test_all_visitors_see_the_page_of_the_presenter(url, frame_loops, monkeypatch):
     """Numbers, controls, answers, view, comparison, tab, lesson and clock; each case is solved once
     for all."""
@@ -35,7 +40,7 @@ def test_all_visitors_see_the_page_of_the_presenter(url, frame_loops, monkeypatc
         )
         lead.choose("gamma", 21.0)
         for guest in (one, other):
-            guest.says(frequency_text(PAPER.replace(gamma=21)))
+            shows(guest, gamma=21)
             guest.wait(lambda _, guest=guest: guest.values.get("gamma") == 21.0)
         lead.choose("colouring", "axial strain")
         for guest in (one, other):
@@ -51,7 +56,7 @@ def test_all_visitors_see_the_page_of_the_presenter(url, frame_loops, monkeypatc
         assert len({id(session.visitor.state.view) for session in sessions}) == 1
         lead.choose("playing", False)
         wait_until(lambda: not any(session.is_moving for session in sessions))
-        wait_until(lambda: len({session.presentation.clock.angle for session in sessions}) == 1)
+        wait_until(lambda: len({session.visitor.clock.angle for session in sessions}) == 1)
         lead.do("lesson", "nodes")
         lead.says(lesson("nodes").question)
         lead.do("lesson_step", 1)
@@ -66,18 +71,19 @@ def test_a_visitor_explores_and_follows_again(url):
         lead.do("lesson", "nodes")
         one.says(lesson("nodes").question)
         lead.choose("gamma", 21.0)
-        one.says(frequency_text(PAPER.replace(gamma=21)))
+        shows(one, gamma=21)
         one.choose("alpha", 2.0)
-        one.says(frequency_text(PAPER.replace(gamma=21, alpha=2)))
+        shows(one, gamma=21, alpha=2)
         lead.do("lesson", "")
         lead.choose("gamma", 22.0)
-        other.says(frequency_text(PAPER.replace(gamma=22)))
+        shows(other, gamma=22)
         assert lesson("nodes").question in one.text
         assert lesson("nodes").question not in other.text
-        assert frequency_text(PAPER.replace(gamma=21, alpha=2)) in one.text
-        assert frequency_text(PAPER.replace(gamma=21, alpha=2)) not in lead.text + other.text
+        own = frequency_text(PAPER.replace(gamma=21, alpha=2))
+        assert own in one.text
+        assert own not in lead.text + other.text
         one.choose("following", True)
-        one.says(frequency_text(PAPER.replace(gamma=22)))
+        shows(one, gamma=22)
 
 
 def test_a_visitor_cannot_present(url):
@@ -95,13 +101,13 @@ def test_a_presenter_may_leave_and_return(url, frame_loops):
         with visitor(f"{url}/?token={PRESENTER}") as lead:
             assert "following" not in lead.values
             lead.choose("gamma", 21.0)
-            one.says(frequency_text(PAPER.replace(gamma=21)))
+            shows(one, gamma=21)
             lead.choose("playing", False)
         wait_until(lambda: len(frame_loops[-1].sessions) == 1)
         assert frequency_text(PAPER.replace(gamma=21)) in one.text
         with visitor(f"{url}/?token={PRESENTER}") as lead:
             lead.choose("gamma", 5.0)
-            one.says(frequency_text(PAPER.replace(gamma=5)))
+            shows(one, gamma=5)
 
 
 def test_the_presenters_link_is_printed_too(capsys, monkeypatch):

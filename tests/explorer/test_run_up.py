@@ -13,14 +13,9 @@ from live.visitor import PAPER, TIMEOUT, beam_moved, frequency_text, visitor
 from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
 from beamviz.explorer.app import explorer
+from beamviz.explorer.features import run_up
 from beamviz.explorer.features.comparison import CORIOLIS
-from beamviz.explorer.features.run_up import (
-    PEAK,
-    PER_SECOND,
-    RunUpPlayback,
-    run_data,
-    with_damping,
-)
+from beamviz.explorer.features.run_up import RunUpPlayback, with_damping
 from beamviz.explorer.state import State
 from beamviz.frequency_loci.forced_response import response
 from beamviz.scene import Scene
@@ -57,7 +52,7 @@ def test_the_speed_increases_to_the_last_one_and_is_restored():
     playback = started()
     speeds = playback.run.speeds
     *gammas, restored = played(playback, 0.1)
-    assert len(gammas) == math.ceil((len(speeds) - 1) / (0.1 * PER_SECOND))
+    assert len(gammas) == math.ceil((len(speeds) - 1) / (0.1 * run_up.PER_SECOND))
     assert (np.diff(gammas) > 0).all()
     assert (gammas[-1], restored) == (speeds[-1], PAPER.gamma)
     playback.step(0.1)
@@ -109,10 +104,10 @@ def test_the_scene_shows_the_scaled_response():
         size = np.abs(playback.field).max() / np.abs(field).max()
         assert np.allclose(playback.field, size * field, atol=1e-12)
         share = min(np.abs(field).max() / np.nanmax(run.amplitudes), 1)
-        assert np.abs(playback.field).max() == pytest.approx(PEAK * amplitude * math.sqrt(share))
-        playback.phase = 0.0
-        quarter = math.pi / 2 / (2 * speed)
-        assert np.allclose(playback.displacement(quarter, speed), -playback.field.imag, atol=1e-9)
+        peak = run_up.PEAK * amplitude * math.sqrt(share)
+        assert np.abs(playback.field).max() == pytest.approx(peak)
+        quarter = math.pi / 2 / 2  # of the hub, in a quarter of a period of the force
+        assert np.allclose(playback.displacement(quarter), -playback.field.imag, atol=1e-9)
 
 
 def test_another_force_damping_or_beam_ends_the_run_up():
@@ -130,7 +125,7 @@ def test_another_force_damping_or_beam_ends_the_run_up():
 def test_the_chart_shows_amplitudes_and_resonances():
     """Amplitudes over the speeds, and a button on each peak that sets its speed."""
     run = started().run
-    data = run_data(run)
+    data = run_up.run_data(run)
     assert data["at"] == pytest.approx(run.speeds.tolist(), rel=1e-5)
     assert np.array(data["lines"][0]["y"], float) == pytest.approx(run.amplitudes, rel=1e-5)
     assert [mark["value"] for mark in data["marks"]] == [one.at for one in run.resonances]
@@ -142,27 +137,27 @@ def test_a_run_up_in_the_page(guest):
     """The line of the beam moves from rest, the speed of the beam does not change; a new speed
     ends the run-up and keeps the result, another mass discards it."""
 
-    def speed(guest: Any) -> float:
+    def speed() -> float:
         return guest.charts.get("run-up-chart", {"cursor": {"x": -1}})["cursor"]["x"]
+
+    def button_is(text: str) -> bool:
+        return guest.texts["run-up-button"] == text
 
     guest.do("force_per_rev", "2")
     guest.do("run_up")
     guest.wait(lambda _: "resonances of the run-up" in guest.texts["run-up-list"])
-    guest.wait(lambda _: 0 < speed(guest) < 1)
-    guest.wait(lambda _: 1 < speed(guest) < 5)
+    guest.wait(lambda _: 0 < speed() < 1)
+    guest.wait(lambda _: 1 < speed() < 5)
     assert guest.values["gamma"] == PAPER.gamma
     guest.do("run_up")
-    guest.wait(lambda _: guest.texts["run-up-button"] == "Run up from rest")
-    guest.wait(lambda _: speed(guest) == PAPER.gamma)
+    guest.wait(lambda _: button_is("Run up from rest") and speed() == PAPER.gamma)
     guest.do("run_up")
-    guest.wait(lambda _: guest.texts["run-up-button"] == "Stop")
+    guest.wait(lambda _: button_is("Stop"))
     guest.do("gamma", 4.0)
     speeds: list[float] = []
-    guest.wait(
-        lambda _: speeds.append(speed(guest)) or guest.texts["run-up-button"] == "Run up from rest"
-    )
+    guest.wait(lambda _: speeds.append(speed()) or button_is("Run up from rest"))
     assert max(speeds) <= PAPER.gamma  # the run-up would go on to 16
-    guest.wait(lambda _: speed(guest) == 4.0)
+    guest.wait(lambda _: speed() == 4.0)
     assert "resonances of the run-up" in guest.texts["run-up-list"]
     guest.do("alpha", 2.0)
     guest.wait(lambda _: "resonances of the run-up" not in guest.texts["run-up-list"])

@@ -11,12 +11,9 @@ from viser.transforms import SO3
 
 from beamviz.drawing import BeamView
 from beamviz.drawing.beam_mesh import to_hub_frame
-from beamviz.drawing.modes import Clock
-from beamviz.explorer.features.run_up import RunUpPlayback
-from beamviz.explorer.jobs import Job
 from beamviz.explorer.page.html import checkbox
 from beamviz.explorer.state import State
-from beamviz.explorer.visitor import Visitor
+from beamviz.explorer.visitor import Feature, Visitor
 
 # Presenter mode
 
@@ -24,76 +21,50 @@ FOLLOW_LABEL = "follow the presenter"
 FOLLOW_HINT = "Any control switches this off: you explore by yourself. Tick it to follow again"
 
 
-class Presentation(NamedTuple):
-    """The parts of a presenter's session that others follow: the visitor with state, jobs and open
-    tab, and the clock of the scene with its run-up."""
-
-    visitor: Visitor
-    clock: Clock
-    run_up: RunUpPlayback
-
-
-class PresenterMode:
+class PresenterMode(Feature):
     """Shows a visitor the presenter's page while they follow; nothing is computed for it then.
 
-    presenter: returns the presentation to follow, None while there is no presenter; tab: the tab
-    that the presenter had open last.
+    presenter: returns the presenter, None while there is none; itself None without a lecture; tab:
+    the tab that the presenter had open last.
     """
 
-    def __init__(self, own: Presentation, presenter: Callable[[], Presentation | None]):
-        self.own, self.presenter, self.tab = own, presenter, own.visitor.page.tab
-        own.visitor.page.html("presenter", checkbox("following", FOLLOW_LABEL, FOLLOW_HINT))
-        own.visitor.bind("following")
+    def __init__(self, visitor: Visitor, presenter: Callable[[], Visitor | None] | None):
+        super().__init__(visitor)
+        self.presenter, self.tab = presenter, self.page.tab
+        if presenter:
+            self.page.html("presenter", checkbox("following", FOLLOW_LABEL, FOLLOW_HINT))
+            visitor.bind("following")
 
     @property
-    def followed(self) -> Presentation | None:
-        """The presentation followed now."""
-        return self.presenter() if self.own.visitor.state.following else None
+    def followed(self) -> Visitor | None:
+        """The presenter, while they are followed."""
+        return self.presenter() if self.presenter and self.visitor.state.following else None
 
     @property
-    def outdated(self) -> bool:
-        """Whether the presenter's page has changed."""
+    def inputs(self) -> tuple[object, ...]:
         other = self.followed
-        return other is not None and (
-            other.visitor.page.tab != self.tab
-            or self.followed_state(other) != self.own.visitor.state
-            or any(theirs.answer is not mine.answer for theirs, mine in self.answered_jobs(other))
-        )
+        return (other.page.tab, other.state, *(job.answer for job in other.jobs)) if other else ()
 
-    def followed_state(self, other: Presentation) -> State:
-        """The state of the presenter, with the visitor's own viewpoint."""
-        return replace(other.visitor.state, camera=self.own.visitor.state.camera, following=True)
-
-    def answered_jobs(self, other: Presentation) -> list[tuple[Job, Job]]:
-        """The presenter's jobs that have an answer, each with one's own."""
-        pairs = zip(other.visitor.jobs, self.own.visitor.jobs, strict=True)
-        return [(theirs, mine) for theirs, mine in pairs if theirs.answer]
-
-    def update(self) -> None:
-        """Copy the state, the answers and the open tab of the presenter."""
-        own, other = self.own, self.followed
-        for job in own.visitor.jobs:
-            job.following = other is not None
+    def show(self) -> None:
+        """Copy the answers, the state without the viewpoint, and the open tab of the presenter."""
+        own, other = self.visitor, self.followed
+        for k, job in enumerate(own.jobs):
+            job.follow(other.jobs[k] if other else None)
         if other is None:
             return
-        with own.visitor.lock:
-            for theirs, mine in self.answered_jobs(other):
-                mine.adopt(theirs)
-            own.run_up.request = other.run_up.request
-            if (state := self.followed_state(other)) != own.visitor.state:
-                own.visitor.set_state(state)
-        if other.visitor.page.tab != self.tab:
-            self.tab = other.visitor.page.tab
-            own.visitor.page.open(self.tab)
+        with own.lock:
+            state = replace(other.state, camera=own.state.camera, following=True)
+            if state != own.state:
+                own.set_state(state)
+        if other.page.tab != self.tab:
+            self.tab = other.page.tab
+            self.page.open(self.tab)
 
     def update_clock(self) -> None:
-        """Copy the clock of the presenter, and the phase of the force."""
-        clock = self.own.clock
-        if other := self.followed:
-            theirs = other.clock
-            if len(clock.phases) == len(theirs.phases):
-                clock.phases, clock.angle, clock.rate = theirs.phases, theirs.angle, theirs.rate
-            self.own.run_up.phase = other.run_up.phase
+        """Copy the clock of the presenter."""
+        if (other := self.followed) and len(self.visitor.clock.phases) == len(other.clock.phases):
+            clock, theirs = self.visitor.clock, other.clock
+            clock.phases, clock.angle, clock.rate = theirs.phases, theirs.angle, theirs.rate
 
 
 # Dragging the mass

@@ -4,7 +4,6 @@ Modes of both beams are matched by the correlation of their shapes, not by their
 """
 
 import math
-from dataclasses import replace
 from html import escape
 from typing import NamedTuple
 
@@ -16,8 +15,8 @@ from beamviz.drawing.camera import ViewChange
 from beamviz.drawing.modes import Clock, SampledModes, amplitudes
 from beamviz.drawing.objects import Caption
 from beamviz.drawing.text import frequencies
-from beamviz.explorer.jobs import SolveJob, SolverAnswer
-from beamviz.explorer.page.html import button, table
+from beamviz.explorer.jobs import SolverAnswer
+from beamviz.explorer.page.html import button, group, table
 from beamviz.explorer.state import EARLIER, NO_COMPARISON, TERMS, Case, State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.identity import identify_modes, match_modes
@@ -40,30 +39,27 @@ SHORT = {ANCF: "ancf", CORIOLIS: "coriolis", DOUBLE: "mass", EFFECTS: "effects"}
 
 def comparison_case(state: State, case: Case) -> ComparisonCase | str:
     """The case that `case` is compared with, or a message why there is none ("" without one)."""
-    choice, alpha = state.comparison, case.numbers["alpha"]
-    if choice == NO_COMPARISON:
-        return ""
+    choice, options, alpha = state.comparison, case.options, case.numbers["alpha"]
     if choice == EARLIER:
         missing = "No beam is kept yet: press the button below, then change the beam."
         return ComparisonCase("before", state.kept) if state.kept else missing
+    if choice == ANCF and options["method"] == "ancf":
+        return ComparisonCase("auto", case.with_options(method="auto"))
     if choice == ANCF:
-        title, method = "20 ANCF elements", "ancf"
-        if case.options["method"] == method:
-            title = method = "auto"
-        return ComparisonCase(title, case.with_options(method=method))
+        return ComparisonCase("20 ANCF elements", case.with_options(method="ancf"))
+    if choice == CORIOLIS and options["plane"] == "flapwise":
+        return "Coriolis forces act in the plane of rotation only: switch the plane to chordwise."
     if choice == CORIOLIS:
-        if case.options["plane"] == "flapwise":
-            return (
-                "Coriolis forces act in the plane of rotation only: switch the plane to chordwise."
-            )
-        on = not case.options["coriolis"]
+        on = not options["coriolis"]
         return ComparisonCase(f"Coriolis {'on' if on else 'off'}", case.with_options(coriolis=on))
     if choice == DOUBLE:
         missing = "There is no mass to double: give the beam one first."
         return ComparisonCase(DOUBLE, case.changed("alpha", 2 * alpha)) if alpha else missing
-    if all(case.options[term] for term in TERMS):
+    if choice == EFFECTS and all(options[term] for term in TERMS):
         return "All effects are on already."
-    return ComparisonCase("all effects", case.with_options(**dict.fromkeys(TERMS, True)))
+    if choice == EFFECTS:
+        return ComparisonCase("all effects", case.with_options(**dict.fromkeys(TERMS, True)))
+    return ""
 
 
 # The second beam in the scene
@@ -76,20 +72,21 @@ class Comparison:
 
     case: the case compared with, or a message why there is none; choices: those drawn; shapes: the
     modes drawn, None if nothing is; main: the solution drawn for the first beam; partner: of each
-    mode of the first beam its mode of the second, -1 where none corresponds.
+    mode of the first beam its mode of the second, -1 where none corresponds; views: the objects
+    that draw the second beam, by whether it is stacked, made when they are first needed; view: the
+    one that is shown.
     """
 
     def __init__(self, visitor: Visitor):
-        self.visitor, self.api = visitor, visitor.client.scene
-        self.job: SolveJob = visitor.solve_job()
+        self.visitor, self.job = visitor, visitor.solve_job()
         self.case: ComparisonCase | str = ""
         self.choices: tuple[object, ...] = ()
         self.clock = Clock()
         self.shapes: SampledModes | None = None
         self.main: Solution | None = None
         self.partner = np.zeros(0, int)
-        self.overlay: OverlayBeam | None = None
-        self.scene: BeamView | None = None
+        self.views: dict[bool, BeamView | OverlayBeam] = {}
+        self.view: BeamView | OverlayBeam | None = None
 
     @property
     def answer(self) -> SolverAnswer | None:
@@ -122,7 +119,7 @@ class Comparison:
             return  # it stays until the answer, as the first beam
         drawable = second and second.shapes and not (second.warning or state.view.all_modes)
         self.shapes = second.shapes if second and drawable else None
-        for view in self.views:
+        for view in self.views.values():
             view.hide()
         if self.shapes is None or isinstance(self.case, str) or second is None:
             self.choices = ()
@@ -136,38 +133,32 @@ class Comparison:
         sizes = self.transferred(amplitudes(state.view, len(main.modes)), 0.0)
         motion = DrawnMotion.of(self.shapes, sizes, state.view.colouring, scale)
         partners = [int(self.partner[k]) for k in shown if k < len(self.partner)]
-        drawing, title = (self.shapes, state.view, [k for k in partners if k >= 0]), self.case.title
-        if state.stacked:
-            if self.scene is None:
-                self.scene = BeamView(self.api, "/other", alone=False)
-            self.scene.height = self.heights[1]
-            self.scene.show(*drawing, title=title, motion=motion)
-        else:
-            self.overlay = self.overlay or OverlayBeam(self.api)
-            self.overlay.show(*drawing, title, motion)
+        if state.stacked not in self.views:
+            api = self.visitor.client.scene
+            made = BeamView(api, "/other", alone=False) if state.stacked else OverlayBeam(api)
+            self.views[state.stacked] = made
+        self.view = view = self.views[state.stacked]
+        if isinstance(view, BeamView):
+            view.height = self.heights[1]
+        matched, title = [k for k in partners if k >= 0], self.case.title
+        view.show(self.shapes, state.view, matched, title=title, motion=motion)
 
     @property
     def captions(self) -> list[Caption]:
         """The texts that the page writes over the scene."""
-        return [caption for view in self.views for caption in view.captions]
-
-    @property
-    def views(self) -> list[BeamView | OverlayBeam]:
-        """The objects that can draw the second beam."""
-        return [view for view in (self.overlay, self.scene) if view]
+        return [caption for view in self.views.values() for caption in view.captions]
 
     def move(self, time: float, amplitudes: np.ndarray, change: ViewChange | None = None) -> None:
         """Advance by `time` [T*]; amplitudes: (m,) of the first beam; change: of the view."""
-        shapes = self.shapes
-        if shapes is None:
+        shapes, view = self.shapes, self.view
+        if shapes is None or view is None:
             return
         self.clock.advance(time, shapes.frequencies, shapes.beam.gamma)
-        angle, scene = self.clock.angle, self.scene if self.visitor.state.stacked else None
-        if change and scene:
+        angle = self.clock.angle
+        if change and isinstance(view, BeamView):
             angle = change.continued(angle)
-            scene.choose_frame(change.rotating_share)
-        if moving := scene or self.overlay:
-            moving.move(self.clock.phases, self.transferred(amplitudes, 0.0), angle)
+            view.choose_frame(change.rotating_share)
+        view.move(self.clock.phases, self.transferred(amplitudes, 0.0), angle)
 
     def transferred(self, values: np.ndarray, default: float) -> np.ndarray:
         """Values (m,) of the modes of the first beam, for the modes (m',) of the second."""
@@ -186,18 +177,17 @@ INVITATION = (
     " the scene, the beam before the drag is shown as an overlay."
 )
 LABELS = {NO_COMPARISON: "nothing", EARLIER: "the beam before", ANCF: "20 ANCF elements (paper)"}
-TAB = (
-    '<div class="row" role="group" aria-label="Compare with"><span class="soft">Compare with</span>'
-    + "".join(
-        button(LABELS.get(name, name), data_set="comparison", data_value=name) for name in CHOICES
-    )
-    + '</div><div class="row" role="group" aria-label="How it is drawn">'
-    '<span class="soft">Drawn</span>'
-    + button("overlaid", data_set="stacked", data_value=False)
-    + button("one above the other", data_set="stacked", data_value=True)
-    + '<span class="space"></span>'
-    + button("Keep this beam, then change it", data_do="keep")
-    + '</div><div id="comparison"></div>'
+TAB = group(
+    "Compare with",
+    '<span class="soft">Compare with</span>',
+    *(button(LABELS.get(name, name), data_set="comparison", data_value=name) for name in CHOICES),
+) + group(
+    "How it is drawn",
+    '<span class="soft">Drawn</span>',
+    button("overlaid", data_set="stacked", data_value=False),
+    button("one above the other", data_set="stacked", data_value=True),
+    '<span class="space"></span>',
+    button("Keep this beam, then change it", data_do="keep"),
 )
 
 
@@ -206,18 +196,14 @@ class ComparisonTab(Feature):
 
     def __init__(self, visitor: Visitor, comparison: Comparison):
         super().__init__(visitor)
-        self.comparison, self.page = comparison, visitor.page
-        self.page.html("tab-compare", TAB)
-        visitor.bind(
-            "comparison",
-            lambda state, one: replace(state, comparison=one) if one in CHOICES else state,
-        )
+        self.comparison = comparison
+        self.page.html("tab-compare", f'{TAB}<div id="comparison"></div>')
+        visitor.bind("comparison", choices=CHOICES)
         visitor.bind("stacked")
-        visitor.page.on("keep", lambda _: visitor.change(State.keep))
+        self.page.on("keep", lambda _: visitor.change(State.keep))
 
     @property
     def inputs(self) -> tuple[object, ...]:
-        """Both answers and the choices."""
         comparison, state = self.comparison, self.visitor.state
         return self.visitor.answer, state.comparison, state.kept, comparison.answer, comparison.case
 
@@ -226,10 +212,10 @@ class ComparisonTab(Feature):
         case, answer, second = self.comparison.case, self.visitor.answer, self.comparison.answer
         if isinstance(case, str):
             self.page.html("comparison", f"<p>{escape(case or INVITATION)}</p>")
-        elif second and second.solution is None:
+        elif second and second.error:
             self.page.html("comparison", f"<p>{escape(f'{case.title}: {second.message}')}</p>")
         elif second and second.solution and answer and answer.solution:
-            pair = [(THIS, answer.solution), (case.title, second.solution)]
+            pair = (THIS, answer.solution), (case.title, second.solution)
             earlier = self.visitor.state.comparison == EARLIER
             self.page.html("comparison", comparison_table(*(pair[::-1] if earlier else pair)))
 
@@ -242,11 +228,8 @@ def comparison_table(first: tuple[str, Solution], second: tuple[str, Solution]) 
     heads = ("mode", f"{title}, {unit}", f"{other_title}, {unit}", "change")
     rows = [row(this, k, other, int(j)) for k, j in enumerate(partner)]
     rows += [row(this, -1, other, j) for j in range(len(other.labels)) if j not in partner]
-    return (
-        table("comparison", heads, rows)
-        + mixture_note(title, this)
-        + mixture_note(other_title, other)
-    )
+    notes = mixture_note(title, this) + mixture_note(other_title, other)
+    return table("comparison", heads, rows) + notes
 
 
 def row(this: Solution, k: int, other: Solution, j: int) -> tuple[str, ...]:

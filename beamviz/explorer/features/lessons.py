@@ -8,9 +8,9 @@ from typing import Any
 
 from beamviz.beam import NUMBERS, Beam
 from beamviz.explorer.jobs import SolverAnswer
-from beamviz.explorer.page.html import attributes, button
+from beamviz.explorer.page.html import attributes, button, group
 from beamviz.explorer.visitor import Feature, Visitor
-from beamviz.lessons import LESSONS, NAMES
+from beamviz.lessons import LESSONS, NAMES, lesson
 from beamviz.lessons.model import Lesson
 from beamviz.lessons.sketches import sketch
 from beamviz.scene import Scene
@@ -36,17 +36,15 @@ class Lessons(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.page = visitor.page
         self.met: frozenset[str] = frozenset()
         self.named: tuple[str, ...] = ()
-        visitor.page.on("lesson", self.open)
-        visitor.page.on("lesson_step", self.go)
-        visitor.page.on("lesson_turn", self.turn)
-        visitor.page.on("lesson_restart", lambda _: visitor.reset())
-        name = next((one.name for one in LESSONS if one.scene == visitor.state.scene), "")
-        if name:
-            visitor.change(lambda state: replace(state, lesson=name))
+        self.page.on("lesson", self.open)
+        self.page.on("lesson_step", self.go)
+        self.page.on("lesson_turn", self.turn)
+        self.page.on("lesson_restart", lambda _: visitor.reset())
         for one in LESSONS:
+            if one.scene == visitor.state.scene:
+                visitor.change(partial(replace, lesson=one.name))
             command = visitor.client.gui.add_command(f"Lesson: {one.title}")
             command.on_trigger(partial(lambda name, _: self.open(name), one.name))
 
@@ -55,24 +53,24 @@ class Lessons(Feature):
         if name in NAMES:
             self.visitor.background.submit(partial(self.begin, name))
         elif name == "":
-            self.visitor.change(lambda state: replace(state, lesson="", step=0))
+            self.visitor.change(partial(replace, lesson="", step=0))
 
     def begin(self, name: str, scene: Scene | None = None) -> None:
         """Show a lesson with its own scene or another one; called on a worker thread, as its
         numbers are computed first."""
-        lesson, visitor = LESSONS[NAMES.index(name)], self.visitor
-        _ = lesson.numbers, lesson.answer
-        scene = (scene or lesson.scene).changed(dark=visitor.state.view.dark)
-        keys = controls(lesson.do)
-        tabs = (key for key in keys if key.startswith("tab-"))
-        self.page.open(next(tabs, "tab-frequencies"))
-        self.named = tuple(key for key in keys if not key.startswith("tab-"))
-        visitor.load(scene, lesson=name, step=0)
+        begun = lesson(name)
+        _ = begun.numbers, begun.answer
+        scene = (scene or begun.scene).changed(dark=self.visitor.state.view.dark)
+        keys = controls(begun.do)
+        tabs = [key for key in keys if key.startswith("tab-")]
+        self.page.open([*tabs, "tab-frequencies"][0])
+        self.named = tuple(key for key in keys if key not in tabs)
+        self.visitor.load(scene, lesson=name, step=0)
 
     def go(self, step: Any) -> None:
         """Go to a step (0-based) of the open lesson; an unknown one changes nothing."""
         if step in range(len(STEPS)) and self.visitor.state.lesson:
-            self.visitor.change(lambda state: replace(state, step=int(step)))
+            self.visitor.change(partial(replace, step=int(step)))
 
     def turn(self, by: Any) -> None:
         """Go to the next (1) or previous (-1) step, from the last or first step to the next or
@@ -90,24 +88,21 @@ class Lessons(Feature):
             self.open("")
 
     @property
-    def inputs(self) -> tuple[object, ...]:
-        """The lesson, its step, and in the challenge the answer to check."""
+    def inputs(self) -> tuple[SolverAnswer | None, str, int, tuple[str, ...]]:
         state = self.visitor.state
         answer = self.visitor.answer if state.lesson and state.step == CHALLENGE else None
         return answer, state.lesson, state.step, self.named
 
     def show(self) -> None:
         """Show the cards, and the open lesson with the verdict on its challenge."""
-        state, answer, verdict = self.visitor.state, self.visitor.answer, ""
-        lesson = LESSONS[NAMES.index(state.lesson)] if state.lesson else None
-        if lesson and state.step == CHALLENGE and answer and answer.beam:
-            verdict = self.check(lesson, answer, answer.beam)
-        self.page.html("lesson-text", lesson_html(lesson, state.step) if lesson else "")
+        answer, name, step, named = self.inputs
+        verdict = self.check(lesson(name), answer, answer.beam) if answer and answer.beam else ""
+        self.page.html("lesson-text", lesson_html(lesson(name), step) if name else "")
         self.page.html("verdict", verdict)
-        self.page.props("lesson", hidden=lesson is None)
-        self.page.html("tab-lessons", cards_html(state.lesson, self.met))
-        if lesson and self.named:
-            self.page.point(*self.named)
+        self.page.props("lesson", hidden=not name)
+        self.page.html("tab-lessons", cards_html(name, self.met))
+        if name and named:
+            self.page.point(*named)
             self.named = ()
 
     def check(self, lesson: Lesson, answer: SolverAnswer, beam: Beam) -> str:
@@ -159,6 +154,8 @@ def lesson_html(lesson: Lesson, step: int) -> str:
         )
         for k, name in enumerate(STEPS)
     )  # fmt: skip
+    forward = button("Next ›", data_do="lesson_turn", data_value=1, data_key="n", class_="main")
+    leave = {"data_do": "lesson", "data_value": "", "aria_label": "Leave the lesson"}
     body = (
         f'<p class="question">{formatted(lesson.question)}</p>'
         + f'<p><span class="soft">Do:</span> {formatted(lesson.do)}</p>'
@@ -171,13 +168,9 @@ def lesson_html(lesson: Lesson, step: int) -> str:
     number = NAMES.index(lesson.name) + 1
     return (
         f'<div class="title"><h3>{number}. {escape(lesson.title)}</h3>'
-        + button("Restart", data_do="lesson_restart", class_="quiet")
-        + button(
-            "✕", data_do="lesson", data_value="", class_="quiet", aria_label="Leave the lesson"
-        )
-        + f'</div><div class="row" role="group" aria-label="Steps of the lesson">{steps}'
-        + button("Next ›", data_do="lesson_turn", data_value=1, data_key="n", class_="main")
-        + f"</div>{body}"
+        f"{button('Restart', data_do='lesson_restart', class_='quiet')}"
+        f"{button('✕', class_='quiet', **leave)}</div>"
+        f"{group('Steps of the lesson', steps, forward)}{body}"
     )
 
 

@@ -138,7 +138,7 @@ class Links:
         except InvalidInput:  # a number is out of range
             return
         pairs = urlencode(self.reserved)
-        self.visitor.page.address("&".join(filter(None, (pairs, query))))
+        self.visitor.page.send("&".join(filter(None, (pairs, query))), "address")
 
     def query(self, state: State) -> str:
         """The query of a link to a state; "" for that at the start, or of a presenter."""

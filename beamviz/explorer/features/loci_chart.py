@@ -1,6 +1,7 @@
 """The Campbell diagram: the request for its loci, and its data for the page (chart.js)."""
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -11,6 +12,7 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.drawing.text import Measure, frequencies, measure
+from beamviz.explorer.jobs import SolverAnswer
 from beamviz.explorer.state import Case
 from beamviz.frequency_loci import Branch, Event, Loci, loci
 from beamviz.frequency_loci.forced_response import Resonance, resonances
@@ -26,6 +28,7 @@ FAILURES = {
     "not-converged": "The calculation did not converge",
 }
 Data = dict[str, Any]  # as chart.js takes it
+Axes = tuple[Measure, Measure]
 
 
 @dataclass(frozen=True)
@@ -78,12 +81,12 @@ class Chart:
     def events(self) -> dict[str, Event]:
         """Crossings and veerings by key: the labels of their branches and a count, as 'B3 S1 1'.
         Keys remain valid when the beam or the model changes."""
-        return numbered((*sorted(one.branches), one) for one in self.loci.events)
+        return numbered((" ".join(sorted(one.branches)), one) for one in self.loci.events)
 
     def resonances_at(self, multiples: Sequence[int]) -> dict[str, Resonance]:
         """Resonances with these multiples of the speed by key: multiple, branch and a count."""
         shown = (one for one in self.resonances if one.per_rev in multiples)
-        return numbered((one.per_rev, one.branch, one) for one in shown)
+        return numbered((f"{one.per_rev} {one.branch}", one) for one in shown)
 
     @cached_property
     def top(self) -> float:
@@ -94,19 +97,12 @@ class Chart:
         power = 10.0 ** math.floor(math.log10(largest))
         return power * next(step for step in ROUND if step * power >= largest) / factor
 
-    @property
-    def limits(self) -> dict[Limit, str]:
-        """The parts of the axis without loci, each with the reason as a sentence."""
-        return {one: limit_text(self.request, one) for one in self.loci.limits}
 
-
-def numbered(named: Iterable[tuple[Any, Any, Any]]) -> dict[str, Any]:
-    """Records (two names, record) by these names and a count from 1."""
-    counts: dict[str, int] = {}
-    found = {}
-    for first, second, record in named:
-        name = f"{first} {second}"
-        counts[name] = counts.get(name, 0) + 1
+def numbered(named: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+    """Records with names by their names and a count from 1."""
+    counts, found = Counter[str](), {}
+    for name, record in named:
+        counts[name] += 1
         found[f"{name} {counts[name]}"] = record
     return found
 
@@ -131,33 +127,29 @@ def sent(values: np.ndarray) -> list[float | None]:
     return [float(f"{x:.{DIGITS}g}") if math.isfinite(x) else None for x in values.tolist()]
 
 
-def axis_data(
-    measure: Measure, ends: tuple[float, float], *, log: bool = False, label: str = ""
-) -> Data:
+def axis_data(measure: Measure, ends: tuple[float, float], *, log: bool = False) -> Data:
     """An axis of a chart."""
-    low, high = (measure.factor * end for end in ends)
-    return {
-        "label": label or measure.label,
-        "symbol": measure.symbol,
-        "unit": measure.unit,
-        "range": [low, high],
-        "log": log,
-    }
+    names = {"label": measure.label, "symbol": measure.symbol, "unit": measure.unit}
+    return {**names, "range": [measure.factor * end for end in ends], "log": log}
 
 
 def frequency_axis(measure: Measure, ends: tuple[float, float]) -> Data:
     """An axis of frequencies."""
     label = "frequency [Hz]" if measure.unit else f"frequency {measure.label}"
-    return axis_data(measure, ends, label=label)
+    return axis_data(measure._replace(label=label), ends)
 
 
-def mark(
-    key: str, kind: str, axes: tuple[Measure, Measure], x: float, y: float, text: str, **action: Any
-) -> Data:
-    """A mark of a chart at a point; action, value: what a click on it sends."""
-    along, across = axes
-    place = {"x": along.factor * x, "y": across.factor * y}
-    return {"key": key, "kind": kind, "text": text, **place, **action}
+def cursor(answer: SolverAnswer | None, over: str, along: Measure) -> Data | None:
+    """The line at the beam of an answer, which sets the number along the axis."""
+    if answer is None or answer.beam is None:
+        return None
+    return {"action": over, "x": along.factor * getattr(answer.beam, over)}
+
+
+def mark(key: str, kind: str, axes: Axes, at: tuple[float, float], text: str, **to: Any) -> Data:
+    """A mark of a chart at a point; action=, value=: what a click on it sends."""
+    x, y = (measure.factor * place for measure, place in zip(axes, at, strict=True))
+    return {"key": key, "kind": kind, "text": text, "x": x, "y": y, **to}
 
 
 def loci_lines(
@@ -172,16 +164,11 @@ def loci_lines(
         y = np.interp(x, found.values, branch.frequency)
         family = [branch.family[k] if math.isfinite(y[i]) else None for i, k in enumerate(before)]
         cuts = [k for k in range(1, len(x)) if family[k] != family[k - 1]]
-        runs = [
-            [
-                start,
-                min(stop, last),
-                family[start],
-                name_of(found, branch, float(x[(start + stop) // 2])),
-            ]
-            for start, stop in pairwise([0, *cuts, len(x)])
-            if family[start]
-        ]
+        runs = []
+        for start, stop in pairwise([0, *cuts, len(x)]):
+            if own := family[start]:
+                name = name_of(found, branch, float(x[(start + stop) // 2]))
+                runs.append([start, min(stop, last), own, name])
         if runs:
             label = name_of(found, branch, float(x[runs[-1][1]]))
             lines.append({"label": label, "y": sent(factor * y), "runs": runs})
@@ -199,9 +186,9 @@ def axes_data(request: ChartRequest, message: str, second: Chart | None) -> Data
     along, across = request.measures
     lines = []
     if second:
-        own = {"at": sent(along.factor * second.loci.values), "second": True}
-        found = loci_lines(second.loci, second.loci.values, across.factor)
-        lines = [{**line, **own} for line in found]
+        x = second.loci.values
+        own = {"second": True, "at": sent(along.factor * x)}
+        lines = [line | own for line in loci_lines(second.loci, x, across.factor)]
     return {
         "name": f"Frequencies over {along.label}",
         "message": message,
@@ -236,20 +223,15 @@ def chart_data(chart: Chart, multiples: Sequence[int] = (), second: Chart | None
 def marks(chart: Chart, multiples: Sequence[int]) -> list[Data]:
     """Crossings, veerings and resonances as buttons."""
     axes = along, across = chart.request.measures
-    named: list[tuple[str, str, str, Event | Resonance]] = [
-        (key, event.kind, f"{event.kind} of {' and '.join(event_names(chart, event))}", event)
-        for key, event in chart.events.items()
-    ]
-    named += [
-        (key, "resonance", f"resonance of {name} with {one.per_rev} per revolution", one)
-        for key, one in chart.resonances_at(multiples).items()
-        for name in event_names(chart, one)
-    ]
+    places: dict[str, Event | Resonance] = {**chart.events, **chart.resonances_at(multiples)}
     found = []
-    for key, kind, name, one in named:
+    for key, one in places.items():
+        kind = one.kind if isinstance(one, Event) else "resonance"
+        force = f" with {one.per_rev} per revolution" if isinstance(one, Resonance) else ""
+        name = f"{kind} of {' and '.join(event_names(chart, one))}{force}"
         text = f"{name}: {along.text(one.at, 4)}, {across.text(one.frequency, 4)}"
         action = {"action": "go_to_event", "value": key}
-        found.append(mark(key, kind, axes, one.at, one.frequency, text, **action))
+        found.append(mark(key, kind, axes, (one.at, one.frequency), text, **action))
     return found
 
 

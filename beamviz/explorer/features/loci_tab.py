@@ -8,15 +8,9 @@ from typing import Any
 
 from beamviz.beam import PARAMETERS
 from beamviz.errors import InvalidInput
+from beamviz.explorer.features import loci_chart
 from beamviz.explorer.features.comparison import comparison_case
-from beamviz.explorer.features.loci_chart import (
-    Chart,
-    ChartRequest,
-    Data,
-    axes_data,
-    chart_data,
-    event_names,
-)
+from beamviz.explorer.features.loci_chart import Chart, ChartRequest, Data
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page.html import button, chart_tab, hint, note, select, table
 from beamviz.explorer.state import State
@@ -42,23 +36,20 @@ class LociTab(Feature):
         self.charts = visitor.job("chart", ChartRequest.chart)
         self.second_charts = visitor.job("chart compared with", ChartRequest.chart)
         self.chosen, self.choice = "", 0
-        self.drawn: tuple[Any, ...] = ()  # answers and multiples
-        visitor.page.html("tab-frequencies", skeleton())
+        self.page.html("tab-frequencies", skeleton())
         visitor.bind("over")
         for k in PER_REV:
             edit, shown = partial(with_line, k=k), lambda multiples, k=k: k in multiples
             visitor.bind(f"per_rev_{k}", edit, of="per_rev", shown=shown)
-        visitor.page.on("go_to_event", self.go_to)
+        self.page.on("go_to_event", self.go_to)
 
     def go_to(self, key: Any) -> None:
         """Move the beam to a crossing, a veering or a resonance."""
-        chart = self.chart
-        if chart is None or not isinstance(key, str):
-            return
-        events = chart.events | chart.resonances_at(self.visitor.state.per_rev)
-        if event := events.get(key):
-            self.chosen, self.choice = str(key), self.choice + 1
-            self.visitor.change(lambda state: state.changed(chart.request.over, event.at))
+        if chart := self.chart:
+            events = chart.events | chart.resonances_at(self.visitor.state.per_rev)
+            if event := events.get(key):
+                self.chosen, self.choice = key, self.choice + 1
+                self.visitor.change(lambda state: state.changed(chart.request.over, event.at))
 
     @property
     def event(self) -> Event | None:
@@ -77,7 +68,6 @@ class LociTab(Feature):
 
     @property
     def inputs(self) -> tuple[object, ...]:
-        """The answer shown, the choices and the charts."""
         state = self.visitor.state
         return (
             self.visitor.chart_answer, state.over, state.per_rev, state.comparison, state.kept,
@@ -87,54 +77,51 @@ class LociTab(Feature):
 
     def show(self) -> None:
         """Request the charts, and show the last ones."""
-        compared, page = self.request(), self.visitor.page
-        answer = self.charts.answer
-        second = self.second_charts.answer if compared else None
+        second = self.second_charts.answer if self.request() else None
         self.fade(self.charts, "loci-chart", "loci-resonances", "loci-events")
-        if answer is None:
+        if (answer := self.charts.answer) is None:
             return
-        if self.drawn != (drawn := (answer, second, self.visitor.state.per_rev)):
-            self.drawn = drawn
+        if self.redraws(answer, second, self.visitor.state.per_rev):
             self.draw(answer, second.result if second else None)
         chosen = {"chosen": self.chosen, "choice": self.choice}
-        page.chart("loci-chart", {"cursor": self.cursor, **chosen})
-        page.value("go_to_event", self.chosen)
+        self.page.chart("loci-chart", {"cursor": self.cursor, **chosen})
+        self.page.value("go_to_event", self.chosen)
 
     def draw(self, answer: Answer[ChartRequest, Chart], second: Chart | None) -> None:
         """Show a chart, or the reason why there is none, and the loci of a second beam."""
-        page, multiples = self.visitor.page, self.visitor.state.per_rev
+        page, multiples = self.page, self.visitor.state.per_rev
         chart, over_speed = answer.result, answer.request.over == "gamma"
         page.props("per-rev", hidden=not over_speed)
         page.props("loci-resonances", hidden=not (chart and over_speed and multiples))
         if chart is None:
-            page.chart("loci-chart", axes_data(answer.request, answer.message, second))
+            page.chart("loci-chart", loci_chart.axes_data(answer.request, answer.message, second))
             page.html("loci-events", note(answer.message))
             return
-        page.chart("loci-chart", chart_data(chart, multiples, second))
+        page.chart("loci-chart", loci_chart.chart_data(chart, multiples, second))
         page.html("loci-events", event_table(chart) + notes(chart))
         page.html("loci-resonances", resonance_table(chart, multiples))
 
     @property
     def cursor(self) -> Data | None:
-        """The line at the beam shown, which sets the number along the axis."""
-        charted, answer = self.charts.answer, self.visitor.chart_answer
-        if charted is None or answer is None or answer.beam is None:
+        """The line at the beam shown."""
+        if self.charts.answer is None:
             return None
-        over, along = charted.request.over, charted.request.measures[0]
-        return {"action": over, "x": along.factor * getattr(answer.beam, over)}
+        request = self.charts.answer.request
+        return loci_chart.cursor(self.visitor.chart_answer, request.over, request.measures[0])
 
     def request(self) -> bool:
         """Request the chart around the answer shown, and that of the beam compared with. Returns
         whether there is such a beam."""
         state, answer = self.visitor.state, self.visitor.chart_answer
-        other = comparison_case(state, answer.request) if answer else ""
-        if answer is not None:
-            with contextlib.suppress(InvalidInput):  # shown elsewhere; the last chart stays
-                highest = max(state.per_rev, default=0)
-                request = ChartRequest.around(answer.request, state.over, highest)
-                self.charts.request(request)
-                if not isinstance(other, str):
-                    self.second_charts.request(request.same_axis(other.case))
+        if answer is None:
+            return False
+        other = comparison_case(state, answer.request)
+        with contextlib.suppress(InvalidInput):  # shown elsewhere; the last chart stays
+            highest = max(state.per_rev, default=0)
+            request = ChartRequest.around(answer.request, state.over, highest)
+            self.charts.request(request)
+            if not isinstance(other, str):
+                self.second_charts.request(request.same_axis(other.case))
         return not isinstance(other, str)
 
 
@@ -149,12 +136,10 @@ def with_line(state: State, on: Any, k: int) -> State:
 
 def skeleton() -> str:
     """The tab without its contents."""
-    toggles = "".join(
-        button(
-            f"{k} ×", data_set=f"per_rev_{k}", aria_label=f"{k} × per revolution", class_="toggle"
-        )
-        for k in PER_REV
-    )
+    toggles = ""
+    for k in PER_REV:
+        names = {"data_set": f"per_rev_{k}", "aria_label": f"{k} × per revolution"}
+        toggles += button(f"{k} ×", class_="toggle", **names)
     tools = (
         select("over", "horizontal axis", AXES)
         + '<div id="per-rev" class="row" role="group" aria-label="per-rev lines">'
@@ -182,7 +167,7 @@ def event_table(chart: Chart) -> str:
 def cells(chart: Chart, key: str, sign: str, one: Event | Resonance) -> tuple[str, str, str]:
     """A button that moves the beam to an event, with its value and its frequency."""
     along, across = chart.request.measures
-    label = f"{sign} {', '.join(event_names(chart, one))}"
+    label = f"{sign} {', '.join(loci_chart.event_names(chart, one))}"
     go_to = button(label, data_set="go_to_event", data_value=key, class_="quiet")
     return go_to, along.number(one.at, 4), across.number(one.frequency, 3)
 
@@ -204,4 +189,4 @@ def resonance_table(chart: Chart, multiples: tuple[int, ...]) -> str:
 
 def notes(chart: Chart) -> str:
     """The reasons why loci end."""
-    return "".join(map(note, chart.limits.values()))
+    return "".join(note(loci_chart.limit_text(chart.request, one)) for one in chart.loci.limits)

@@ -15,13 +15,13 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer.features.loci_chart import Data, axis_data, sent
 from beamviz.explorer.features.loci_tab import AXES
 from beamviz.explorer.jobs import Answer
-from beamviz.explorer.page.html import button, chart_tab, note, select, table
+from beamviz.explorer.page.html import button, chart_tab, colour_scale, note, select, table
 from beamviz.explorer.state import Case
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.sweep import chart_range
 from beamviz.solver import interruption
 from beamviz.sweeps.chunks import solve_in_memory
-from beamviz.sweeps.plan import make_plan
+from beamviz.sweeps.plan import Plan, make_plan
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
 from beamviz.sweeps.store import STATUSES
 
@@ -59,13 +59,11 @@ class MapRequest:
         """The map around a case, with the axes of the last one if they fit. Raises InvalidInput for
         a number out of range."""
         beam = case.beam()
-        first, second = (chart_range(beam, name) for name in over)
+        ends = {name: chart_range(beam, name) for name in over}
         if last and last.over == over and last.beam.units == beam.units:
-            first, second = (
-                old if old[0] <= getattr(beam, name) <= old[1] <= ROOM * new[1] else new
-                for name, old, new in zip(over, last.ranges, (first, second), strict=True)
-            )
-        ends = dict(zip(over, (first, second), strict=True))
+            for name, old in zip(over, last.ranges, strict=True):
+                if old[0] <= getattr(beam, name) <= old[1] <= ROOM * ends[name][1]:
+                    ends[name] = old
         if "gamma" in ends and "mu" in ends:
             low, high = ends["mu"]
             ends["mu"] = max(low, ends["gamma"][1] / MAX_GAMMA_OVER_MU), high
@@ -80,19 +78,17 @@ class MapRequest:
 
     def solve(self) -> "BeamMap":
         """Solve the beams. Raises the errors of `solve_many`."""
-        options = {**self.options, "tolerance": TOLERANCE}
-        plan = make_plan(self.axes(*SIZE), self.beam, **options)
-        if not plan.smooth:
-            plan = make_plan(self.axes(*SMALL_SIZE), self.beam, **options)
+        plan = self.plan(*SIZE)
+        plan = plan if plan.smooth else self.plan(*SMALL_SIZE)
         found = solve_in_memory(plan, interruption.get())
-        x, y = plan.axes.values()
         arrays = (found[name].swapaxes(0, 1) for name in ("frequency", "family", "status"))
-        return BeamMap(self, x, y, *arrays)
+        return BeamMap(self, *plan.axes.values(), *arrays)
 
-    def axes(self, *counts: int) -> dict[str, np.ndarray]:
-        """Equally spaced values along both axes."""
+    def plan(self, *counts: int) -> Plan:
+        """The sweep over equally spaced values along both axes."""
         axes = zip(self.over, self.ranges, counts, strict=True)
-        return {name: np.linspace(*ends, count) for name, ends, count in axes}
+        values = {name: np.linspace(*ends, count) for name, ends, count in axes}
+        return make_plan(values, self.beam, **{**self.options, "tolerance": TOLERANCE})
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,67 +110,56 @@ class MapTab(Feature):
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         self.job = visitor.job("map", MapRequest.solve)
-        self.drawn: tuple[object, ...] = ()
         tools = (
             select("mapped", "colour", QUANTITIES)
             + select("over", "horizontal axis", AXES, id="map-over")
             + select("across", "vertical axis", AXES)
         )
-        visitor.page.html(TAB, chart_tab(tools, "map-chart", "map-text"))
-        for key in ("across", "mapped"):
-            visitor.bind(key)
-        visitor.page.on("move_beam", self.move_beam)
+        self.page.html(TAB, chart_tab(tools, "map-chart", "map-text"))
+        visitor.bind("across")
+        visitor.bind("mapped", choices=QUANTITIES)
+        self.page.on("move_beam", self.move_beam)
 
     def move_beam(self, place: Any) -> None:
         """Give the beam the two numbers of a point "x y" of the map, in the units of its axes."""
-        answer = self.job.answer
-        with contextlib.suppress(ValueError):
-            numbers = [float(part) for part in str(place).split()]
-            if answer and len(numbers) == 2:
-                (along, up), (first, second, _) = answer.request.over, answer.request.measures
-                x, y = first.plain(numbers[0]), second.plain(numbers[1])
+        if answer := self.job.answer:
+            (along, up), (first, second, _) = answer.request.over, answer.request.measures
+            with contextlib.suppress(ValueError):
+                numbers = map(float, str(place).split())
+                x, y = (one.plain(x) for one, x in zip((first, second), numbers, strict=True))
                 self.visitor.change(lambda state: state.changed(along, x).changed(up, y))
 
     @property
     def inputs(self) -> tuple[object, ...]:
-        """The open tab, the beam, the choices, and the map."""
-        visitor, state = self.visitor, self.visitor.state
-        return (
-            visitor.page.tab, visitor.chart_answer, state.over, state.across, state.mapped,
-            self.job.answer, self.job.slow,
-        )  # fmt: skip
+        state, job = self.visitor.state, self.job
+        choices = state.over, state.across, state.mapped
+        return self.page.tab, self.visitor.chart_answer, *choices, job.answer, job.slow
 
     def show(self) -> None:
         """Request the map while the tab is open, and show the last one."""
-        if self.visitor.page.tab != TAB:
+        if self.page.tab != TAB:
             return
-        page, state, shown = self.visitor.page, self.visitor.state, self.visitor.chart_answer
+        state, shown = self.visitor.state, self.visitor.chart_answer
         if shown:
             with contextlib.suppress(InvalidInput):  # shown elsewhere; the last map stays
                 over = state.over, state.across
                 self.job.request(MapRequest.around(shown.request, over, self.job.latest))
         self.fade(self.job, "map-chart", "map-text")
         answer = None if self.job.cancelled else self.job.answer
-        if answer and self.drawn != (drawn := (answer, state.mapped)):
-            self.drawn = drawn
+        if answer and self.redraws(answer, state.mapped):
             self.draw(answer, state.mapped)
         if answer and shown and shown.beam:
             first, second, _ = answer.request.measures
             x, y = (getattr(shown.beam, name) for name in answer.request.over)
-            page.chart("map-chart", {"beam": [first.factor * x, second.factor * y]})
+            self.page.chart("map-chart", {"beam": [first.factor * x, second.factor * y]})
 
     def draw(self, answer: Answer[MapRequest, BeamMap], mapped: str) -> None:
         """Show a map, or the reason why there is none."""
-        page, found = self.visitor.page, answer.result
-        if found is None:
-            page.props("map-chart", hidden=True)
-            page.html("map-text", note(answer.message))
-            return
-        shown = ShownMap(found, mapped)
-        extremes = "" if shown.is_empty else shown.extremes()
-        page.props("map-chart", hidden=shown.is_empty)
-        page.html("map-text", shown.legend() + extremes + notes(found.status))
-        page.chart("map-chart", shown.data())
+        shown = ShownMap(answer.result, mapped) if answer.result else None
+        self.page.props("map-chart", hidden=shown is None or shown.is_empty)
+        self.page.html("map-text", shown.text() if shown else note(answer.message))
+        if shown:
+            self.page.chart("map-chart", shown.data())
 
 
 # HTML and data for the page
@@ -184,8 +169,8 @@ class ShownMap:
     """A quantity of a map; low, high: the values at the ends of the colours."""
 
     def __init__(self, found: BeamMap, mapped: str):
-        self.found, self.measures, self.is_gap = found, found.request.measures, mapped == "gap"
-        self.label = QUANTITIES[mapped]
+        self.found, self.measures, self.label = found, found.request.measures, QUANTITIES[mapped]
+        self.is_gap = mapped == "gap"
         if self.is_gap:
             self.shown = smallest_gap(found.frequency, found.family, families=False)
         else:
@@ -215,15 +200,22 @@ class ShownMap:
             ],
         }
 
-    def legend(self) -> str:
-        """The colour map with the values at its ends."""
+    def text(self) -> str:
+        """The colours, the extremes, and the reasons why parts of the map are grey: they have no
+        stable beam."""
         across = self.measures[2]
-        low, high = (significant(across.factor * end, 3) for end in (self.low, self.high))
+        ends = (significant(across.factor * end, 3) for end in (self.low, self.high))
+        title = f"{self.label} [{across.unit or '1/T*'}]"
+        shares = {code: 100 * float((self.found.status == code).mean()) for code in (2, 3, 4)}
         return (
-            f'<div class="scale"><span>{escape(self.label)} [{across.unit or "1/T*"}]</span><div'
-            f' class="colours" style="background:{colours.gradient(colours.SEQUENTIAL)}"></div>'
-            f'<div class="ends"><span>{low}</span><span>{high}</span></div></div>'
+            f'<div class="scale">{colour_scale(title, colours.SEQUENTIAL, *ends)}</div>'
             f"<p>{GAP_NOTE if self.is_gap else MODE_NOTE} {CLICK}</p>"
+            + ("" if self.is_empty else self.extremes())
+            + "".join(
+                note(f"Grey: {STATUSES[code]} ({max(1, round(share))} % of the map).")
+                for code, share in shares.items()
+                if share
+            )
         )
 
     def extremes(self) -> str:
@@ -234,15 +226,9 @@ class ShownMap:
             row, column = np.argwhere(shown.values == value)[0]
             x, y = float(found.x[column]), float(found.y[row])
             place = f"{along.factor * x!r} {up.factor * y!r}"
-            rows.append(
-                (
-                    button(name, data_do="move_beam", data_value=place, class_="quiet"),
-                    along.number(x, 3),
-                    up.number(y, 3),
-                    significant(across.factor * value, 3),
-                    escape(shown.names[int(shown.kinds[row, column])]),
-                )
-            )
+            go_to = button(name, data_do="move_beam", data_value=place, class_="quiet")
+            numbers = along.number(x, 3), up.number(y, 3), significant(across.factor * value, 3)
+            rows.append((go_to, *numbers, escape(shown.names[int(shown.kinds[row, column])])))
         mapped = f"gap [{across.unit or '1/T*'}]" if self.is_gap else across.label
         heads = ("go to", along.head, up.head, mapped, "there")
         caption = f"Among the {len(found.x)} × {len(found.y)} beams of the map"
@@ -255,13 +241,3 @@ def borders(shown: Quantity, x: np.ndarray, y: np.ndarray) -> list[list[list[flo
 
     lines = (line for z in shown.borders for line in contour_generator(x, y, z).lines(0.5))
     return [[sent(ends) for ends in np.transpose(line)] for line in lines]  # type: ignore[arg-type]
-
-
-def notes(status: np.ndarray) -> str:
-    """The reasons why parts of the map are grey: they have no stable beam."""
-    shares = {code: 100 * float((status == code).mean()) for code in (2, 3, 4)}
-    return "".join(
-        note(f"Grey: {STATUSES[code]} ({max(1, round(share))} % of the map).")
-        for code, share in shares.items()
-        if share
-    )

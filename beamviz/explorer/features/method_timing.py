@@ -36,8 +36,8 @@ class Timing(NamedTuple):
 
     method: str
     resolution: str
-    seconds: float
-    error: float
+    seconds: float = math.nan
+    error: float = math.nan
     reason: str = ""
 
 
@@ -60,11 +60,10 @@ def time_method(reference: Solution, method: str, value: float, options: dict[st
     try:
         runs = [solve(reference.beam, **settings) for _ in range(REPEATS)]
     except BeamvizError as failure:
-        return Timing(method, resolution, math.nan, math.nan, str(failure))
+        return Timing(method, resolution, reason=str(failure))
     status, expected = runs[0].equilibrium.status, reference.equilibrium.status
     if status != expected:
-        reason = f"predicts an {status} beam; it is {expected}"
-        return Timing(method, resolution, math.nan, math.nan, reason)
+        return Timing(method, resolution, reason=f"predicts an {status} beam; it is {expected}")
     seconds = min(run.stats.seconds for run in runs)
     return Timing(method, resolution, seconds, frequency_error(runs[0], reference))
 
@@ -106,20 +105,19 @@ class MethodTimingTab(Feature):
         self.job = visitor.job("method timing", time_methods)
         help = "Every method at several resolutions, while this tab is open; again for another beam"
         tools = checkbox("time_methods", "time all methods", help) + '<div id="method"></div>'
-        visitor.page.html(TAB, chart_tab(tools, "timing-chart", "timings"))
+        self.page.html(TAB, chart_tab(tools, "timing-chart", "timings"))
         visitor.bind("time_methods")
 
     @property
     def inputs(self) -> tuple[object, ...]:
-        """The open tab, the answer shown, the switch, and the timings."""
         visitor, job = self.visitor, self.job
-        open_tab, switch = visitor.page.tab, visitor.state.time_methods
+        open_tab, switch = self.page.tab, visitor.state.time_methods
         return open_tab, visitor.chart_answer, switch, job.answer, job.slow
 
     def show(self) -> None:
         """Describe the method in use; request the timings and draw the last ones. They are only
         measured while the tab is open: another one needs the processor, and would falsify them."""
-        page, answer, timings = self.visitor.page, self.visitor.chart_answer, None
+        page, answer, timings = self.page, self.visitor.chart_answer, None
         if page.tab != TAB:
             self.job.withdraw()
             return
@@ -130,16 +128,13 @@ class MethodTimingTab(Feature):
         self.fade(self.job, "timing-chart", "timings")
         page.html("method", summary(solution) if solution else "")
         page.props("timing-chart", hidden=not (timings and timings.result))
-        if timings is None:
-            page.html("timings", INVITATION)
-        elif timings.result is None:
-            error, reason = timings.error, timings.message
-            if answer and isinstance(error, NoEquilibrium):
-                reason = error_summary(error, answer.beam)
-            page.html("timings", note(reason))
-        else:
+        if timings and timings.result:
             page.html("timings", timing_table(timings.result) + NOTE)
             page.chart("timing-chart", timing_data(timings.result, solution))
+        elif timings and answer and isinstance(timings.error, NoEquilibrium):
+            page.html("timings", note(error_summary(timings.error, answer.beam)))
+        else:
+            page.html("timings", note(timings.message) if timings else INVITATION)
 
 
 def summary(solution: Solution) -> str:
@@ -177,23 +172,23 @@ def timing_data(timings: Sequence[Timing], solution: Solution | None) -> Data:
     good = [timing for timing in timings if math.isfinite(timing.error)]
     times = [math.log10(1000 * timing.seconds) for timing in good]
     span = 10.0 ** math.floor(min(times)), 10.0 ** math.ceil(max(times))
-    lines = []
-    for name, style in STYLES.items():
-        own = [timing for timing in good if timing.method == name]
-        if own:
-            at, y = np.array([(1000 * one.seconds, min(one.error, MAX_ERROR)) for one in own]).T
-            runs = [[0, len(own) - 1, style, name]]
-            lines.append({"label": name, "at": sent(at), "y": sent(y), "runs": runs, "dots": True})
     axes = Measure("time of a solve [ms]", "time", "ms"), Measure("relative error", "error")
-    marks = []
-    for one in good:
-        name, y = f"{one.method}, {one.resolution}", min(one.error, MAX_ERROR)
-        text = f"{name}: {milliseconds(one.seconds)}, relative error {one.error:.0e}"
-        marks.append(mark(name, "point", axes, 1000 * one.seconds, y, text))
+    lines, marks = [], []
+    for name, style in STYLES.items():
+        own = [one for one in good if one.method == name]
+        places = [(1000 * one.seconds, min(one.error, MAX_ERROR)) for one in own]
+        for one, place in zip(own, places, strict=True):
+            key = f"{name}, {one.resolution}"
+            text = f"{key}: {milliseconds(one.seconds)}, relative error {one.error:.0e}"
+            marks.append(mark(key, "point", axes, place, text))
+        if own:
+            at, y = map(sent, np.transpose(places))
+            runs = [[0, len(own) - 1, style, name]]
+            lines.append({"label": name, "at": at, "y": y, "runs": runs, "dots": True})
     if solution:
         x = float(np.clip(1000 * solution.stats.seconds, *span))
-        y, text = float(np.clip(relative_error(solution), *ERRORS)), f"this scene: {cost(solution)}"
-        marks.append(mark("this scene", "here", axes, x, y, text))
+        place = x, float(np.clip(relative_error(solution), *ERRORS))
+        marks.append(mark("this scene", "here", axes, place, f"this scene: {cost(solution)}"))
     return {
         "name": "Time against error of every method",
         "x": axis_data(axes[0], span, log=True),

@@ -66,9 +66,7 @@ SECTIONS = {
         lambda area, moment: (area / math.sqrt(12 * moment / area), math.sqrt(12 * moment / area)),
     ),
     "tube": Section(("diameter", "wall"), tube, tube_sizes),
-    "own": Section(
-        ("area", "second_moment"), lambda area, moment: (area, moment), lambda *sizes: sizes
-    ),
+    "own": Section(("area", "second_moment"), lambda *own: own, lambda *own: own),
 }
 FIELDS = {
     "length": Field("length L [mm]", 1e-3),
@@ -96,11 +94,9 @@ MATERIAL_NAMES = {**{name: name for name in MATERIALS}, "own": "own E and ρ"}
 def entries(beam: Beam) -> dict[str, float]:
     """The values of the fields in SI: keywords of `Beam.from_si`, and the dimensions of all
     sections with the area and second moment of the beam; {} for a beam without units."""
-    si = beam.si
-    if not si:
+    if not (si := beam.si):
         return {}
-    values = {name: si[name] for name in FIELDS if name != PERCENT}
-    values[PERCENT] = beam.beta
+    values = {name: si.get(name, beam.beta) for name in FIELDS}  # PERCENT is not in SI
     for section in SECTIONS.values():
         with contextlib.suppress(ValueError):  # no tube has this area and second moment
             sizes = section.of(si["area"], si["second_moment"])
@@ -121,8 +117,8 @@ def edited(beam: Beam, name: str, value: Any) -> Beam:
         raise InvalidInput(f"{field.name} = {value:g}: the wall is at most half the diameter")
     for section in SECTIONS.values():
         if name in section.sizes:
-            area, moment = section.area_and_moment(*(values[one] for one in section.sizes))
-            values |= {"area": area, "second_moment": moment}
+            sizes = (values[one] for one in section.sizes)
+            values["area"], values["second_moment"] = section.area_and_moment(*sizes)
     return built(values)
 
 
@@ -132,8 +128,8 @@ def built(values: dict[str, float]) -> Beam:
     low, high = PARAMETERS["mu"].limits
     if not low <= slenderness <= high:
         raise InvalidInput(f"L √(A / I) = {slenderness:.4g}: must lie in {low:g} .. {high:g}")
-    required = {name: values[name] for name in SI_REQUIRED}
-    units = Beam.from_si(**required).units
+    si = {name: values[name] for name in SI_REQUIRED}
+    units = Beam.from_si(**si).units
     assert units
     assert units.mass
     max_gamma = min(PARAMETERS["gamma"].limits[1], MAX_GAMMA_OVER_MU * slenderness)
@@ -142,31 +138,27 @@ def built(values: dict[str, float]) -> Beam:
         ("rotation_speed", 1 / units.time, (0.0, max_gamma)),
         ("mass", units.mass, PARAMETERS["alpha"].limits),
     ):
-        field = FIELDS[name]
-        shown_limits = (limit * unit / field.factor for limit in limits)
-        check_float(field.name, values[name] / field.factor, *shown_limits)
-    position = values[PERCENT] * values["length"]
-    optional = {name: values[name] for name in OPTIONAL}
-    return Beam.from_si(**required, **optional, mass_position=position)
+        label, factor = FIELDS[name]
+        check_float(label, values[name] / factor, *(limit * unit / factor for limit in limits))
+        si[name] = values[name]
+    return Beam.from_si(**si, mass_position=values[PERCENT] * values["length"])
 
 
 def with_section(beam: Beam, kind: str) -> Beam:
     """The beam with another kind of section, of the same area and second moment if there is one,
     else of the same thickness."""
-    values = entries(beam)
-    section = SECTIONS[kind]
+    values, section = entries(beam), SECTIONS[kind]
     if not values or set(section.sizes) <= values.keys():
         return beam
-    thickness = values["thickness"]
-    area, moment = section.area_and_moment(thickness, thickness / 10)
-    return built(values | {"area": area, "second_moment": moment})
+    sizes = values["thickness"], values["thickness"] / 10
+    values["area"], values["second_moment"] = section.area_and_moment(*sizes)
+    return built(values)
 
 
 def material(beam: Beam) -> str:
     """The name of the material with the modulus and density of a beam, else "own"."""
-    si = beam.si
     for name, values in MATERIALS.items():
-        if si and all(math.isclose(si[key], value, rel_tol=1e-6) for key, value in values.items()):
+        if all(math.isclose(beam.si[key], value, rel_tol=1e-6) for key, value in values.items()):
             return name
     return "own"
 
@@ -180,11 +172,11 @@ class RealBeamPanel:
     def __init__(self, visitor: Visitor):
         self.visitor, self.page = visitor, visitor.page
         for name in ALL_FIELDS:
-            visitor.page.on(f"real.{name}", partial(self.edit, name))
-        visitor.page.on("real.preset", self.choose)
-        visitor.page.on("real.material", self.choose_material)
-        visitor.page.on("real.section", self.choose_section)
-        visitor.page.on("dimensionless", lambda _: self.load(lambda beam: beam.replace(units=None)))
+            self.page.on(f"real.{name}", partial(self.edit, name))
+        self.page.on("real.preset", self.choose)
+        self.page.on("real.material", self.choose_material)
+        self.page.on("real.section", self.choose_section)
+        self.page.on("dimensionless", lambda _: self.load(lambda beam: beam.replace(units=None)))
         for name in ("case", "section"):
             visitor.render(name, lambda _: self.show(visitor.state))
 
@@ -194,9 +186,8 @@ class RealBeamPanel:
 
     def choose(self, name: Any) -> None:
         """Show a preset; an unknown one changes nothing."""
-        if name in PRESETS:
-            real = PRESETS[name]
-            self.visitor.change(lambda state: replace(state, section=real.section))
+        if real := PRESETS.get(name):
+            self.visitor.change(partial(replace, section=real.section))
             self.load(lambda _: real.beam)
 
     def choose_material(self, name: Any) -> None:
@@ -207,7 +198,7 @@ class RealBeamPanel:
     def choose_section(self, kind: Any) -> None:
         """Set the kind of section."""
         if kind in SECTIONS:
-            self.visitor.change(lambda state: replace(state, section=kind))
+            self.visitor.change(partial(replace, section=kind))
             self.load(lambda beam: with_section(beam, kind))
 
     def load(self, edit: Callable[[Beam], Beam]) -> None:
@@ -216,29 +207,26 @@ class RealBeamPanel:
             scene = self.visitor.to_scene()
         except InvalidInput:  # a number is out of range
             scene = Scene()
+        message = ""
         try:
             beam = edit(scene.beam)
+            if beam != scene.beam:
+                self.visitor.load(replace(scene, beam=beam, camera=None))
         except InvalidInput as error:
-            self.page.html("real-error", escape(str(error)))
-            return
-        self.page.html("real-error", "")
-        if beam != scene.beam:
-            self.visitor.load(replace(scene, beam=beam, camera=None))
+            message = str(error)
+        self.page.html("real-error", escape(message))
 
     def show(self, state: State) -> None:
         """Show the values of the beam, unless a number is out of range."""
-        if state.case.units is None:
-            self.page.html("real-beam", INVITATION)
-            return
         try:
             beam = state.case.beam()
         except InvalidInput:
             return
-        values = entries(beam)
-        self.page.html("real-beam", panel(state.section, beam) if values else INVITATION)
-        self.page.value("real.material", material(beam))
+        self.page.html("real-beam", panel(state.section, beam) if beam.si else INVITATION)
         self.page.value("real.section", state.section)
-        for name, value in values.items():
+        if beam.si:
+            self.page.value("real.material", material(beam))
+        for name, value in entries(beam).items():
             self.page.value(f"real.{name}", float(f"{value / ALL_FIELDS[name].factor:.{DIGITS}g}"))
 
 
@@ -271,19 +259,15 @@ def panel(kind: str, beam: Beam) -> str:
     assert units
     assert units.mass
     vibration = "Vibration along h" if kind == "rectangle" else "Vibration"
-    plane = "".join(
-        button(text, data_set="plane", data_value=name)
-        for name, text in (("chordwise", "in plane"), ("flapwise", "out of plane"))
-    )
+    plane = button("in plane", data_set="plane", data_value="chordwise")
+    plane += button("out of plane", data_set="plane", data_value="flapwise")
+    others = ("youngs_modulus", "density", "rotation_speed", "hub_radius", "mass", PERCENT)
     return (
         '<details class="real" open><summary>Real beam</summary><div class="fields">'
-        + number("length")
-        + choice("section", SECTION_NAMES)
-        + "".join(map(number, SECTIONS[kind].sizes))
-        + choice("material", MATERIAL_NAMES)
-        + "".join(map(number, ("youngs_modulus", "density", "rotation_speed")))
-        + "".join(map(number, ("hub_radius", "mass", PERCENT)))
-        + f'</div><div role="group" aria-label="{vibration}"><span>{vibration}</span>{plane}</div>'
+        f"{number('length')}{choice('section', SECTION_NAMES)}"
+        f"{''.join(map(number, SECTIONS[kind].sizes))}{choice('material', MATERIAL_NAMES)}"
+        f"{''.join(map(number, others))}</div>"
+        f'<div role="group" aria-label="{vibration}"><span>{vibration}</span>{plane}</div>'
         '<p id="real-error" role="alert"></p>'
         f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {1000 * units.time:.4g} ms,"
         f" mass of the beam {significant(units.mass, 4)} kg</p>"

@@ -1,6 +1,7 @@
 """The tab Run-up: the speed rises from rest under a force that repeats k times per revolution, and
 the scene shows the steady forced response at each speed."""
 
+import contextlib
 import math
 from dataclasses import replace
 from typing import NamedTuple, Self
@@ -10,7 +11,7 @@ import numpy as np
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.errors import InvalidInput
-from beamviz.explorer.features.loci_chart import Data, axis_data, mark, sent
+from beamviz.explorer.features.loci_chart import Data, axis_data, cursor, mark, sent
 from beamviz.explorer.jobs import Answer, Job, SolverAnswer
 from beamviz.explorer.page.html import button, chart_tab, note, select, slider, table
 from beamviz.explorer.state import Case, State
@@ -48,8 +49,8 @@ class RunUpPlayback:
     """The run-up in the scene: `step` increases the speed shown, `update_response` computes the
     response at that speed.
 
-    run: None if it is not computed for the present beam and force; running: the speed increases;
-    driven: the scene shows the response; field: complex displacement (n, 2) [beam lengths] drawn.
+    running: the speed increases; driven: the scene shows the response; field: complex displacement
+    (n, 2) [beam lengths] drawn.
     """
 
     def __init__(self, visitor: Visitor):
@@ -58,7 +59,6 @@ class RunUpPlayback:
         self.request: RunUpRequest | None = None
         self.position: float | None = None  # index of the present speed, None while not running
         self.gamma = 0.0  # of the beam at the start of the run-up
-        self.phase = 0.0  # [rad] of the force
         self.field: np.ndarray = np.zeros((0, 2))
 
     @property
@@ -69,7 +69,7 @@ class RunUpPlayback:
 
     @property
     def run(self) -> RunUp | None:
-        """The run-up."""
+        """The run-up; None if it is not computed for the present beam and force."""
         return self.answer.result if self.answer else None
 
     @property
@@ -89,23 +89,13 @@ class RunUpPlayback:
 
     def start_or_stop(self) -> None:
         """Start from rest, or stop; nothing for a number out of range."""
-        state = self.visitor.state
         if self.running:
             self.stop()
             return
-        try:
-            state.case.beam()
-        except InvalidInput:
-            return
-        self.compute()
-        self.gamma, self.position = state.case.numbers["gamma"], 0.0
-        self.visitor.change(
-            lambda state: replace(
-                state.changed("all_modes", False),
-                per_rev=tuple(sorted({*state.per_rev, state.force_per_rev})),
-                forced_response=True,
-            )
-        )
+        with contextlib.suppress(InvalidInput):
+            self.gamma, self.position = self.visitor.state.case.beam().gamma, 0.0
+            self.compute()
+            self.visitor.change(with_response)
 
     def compute(self) -> None:
         """Request the run-up of the state."""
@@ -128,39 +118,33 @@ class RunUpPlayback:
             elif RunUpRequest.of(state) != self.request:
                 self.request = self.position = None
                 self.visitor.set_state(replace(state, run_speed=None, forced_response=False))
-            elif self.running and state.case.numbers["gamma"] != self.gamma:
-                self.stop()
-            elif self.running:
-                self.advance(elapsed)
+            elif self.run and self.position is not None:
+                unstable = np.flatnonzero(~np.isfinite(self.run.amplitudes))
+                last = max(float(unstable[0] if unstable.size else len(self.run.speeds)) - 1, 0.0)
+                if state.case.numbers["gamma"] != self.gamma or self.position >= last:
+                    self.stop()
+                else:
+                    self.show_speed(self.run, min(self.position + PER_SECOND * elapsed, last))
 
-    def advance(self, elapsed: float) -> None:
-        """Show the next speed; after the last stable one stop."""
-        assert self.run
-        assert self.position is not None
-        unstable = np.flatnonzero(~np.isfinite(self.run.amplitudes))
-        last = max(float(unstable[0] if unstable.size else len(self.run.speeds)) - 1, 0.0)
-        if self.position >= last:
-            self.stop()
-            return
-        self.position = min(self.position + PER_SECOND * elapsed, last)
-        indices = np.arange(len(self.run.speeds))
-        speed = float(np.interp(self.position, indices, self.run.speeds))
+    def show_speed(self, run: RunUp, position: float) -> None:
+        """Show the beam at a position between the speeds of the run-up."""
+        self.position = position
+        speed = float(np.interp(position, np.arange(len(run.speeds)), run.speeds))
         self.visitor.set_state(replace(self.visitor.state, run_speed=speed))
 
     def update_response(self, answer: SolverAnswer | None, shapes: SampledModes) -> None:
         """Compute the response to draw from the answer at the present speed."""
-        if self.visitor.state.forced_response and self.run and answer and answer.solution:
-            amplitude = self.visitor.state.view.amplitude
-            self.field = scaled_response(self.run, answer.solution, shapes, amplitude)
+        state, run = self.visitor.state, self.run
+        if state.forced_response and run and answer and answer.solution:
+            self.field = scaled_response(run, answer.solution, shapes, state.view.amplitude)
 
     def frequency(self, gamma: float) -> float:
         """Frequency [1/T*] of the force at a speed."""
         return (self.run.per_rev if self.run else 0) * gamma
 
-    def displacement(self, time: float, gamma: float) -> np.ndarray:
-        """Displacement (n, 2) `time` [T*] later."""
-        self.phase = (self.phase + time * self.frequency(gamma)) % (2 * np.pi)
-        return (self.field * np.exp(1j * self.phase)).real
+    def displacement(self, angle: float) -> np.ndarray:
+        """Displacement (n, 2) at an angle [rad] of the hub, which determines the force."""
+        return (self.field * np.exp(1j * self.frequency(angle))).real
 
     def colour_range(self, shapes: SampledModes, colouring: str, amplitude: float) -> float:
         """Value at the end of the colour map."""
@@ -168,6 +152,12 @@ class RunUpPlayback:
             return max(PEAK * amplitude, 1e-9)
         strain = np.abs(np.diff(self.field[:, 0]) / np.diff(shapes.x))
         return max(float((np.abs(shapes.strain) + strain).max()), 1e-9)
+
+
+def with_response(state: State) -> State:
+    """With the response to the force in the scene, and its line in the chart."""
+    per_rev = tuple(sorted({*state.per_rev, state.force_per_rev}))
+    return replace(state.changed("all_modes", False), per_rev=per_rev, forced_response=True)
 
 
 def scaled_response(
@@ -206,45 +196,37 @@ class RunUpTab(Feature):
 
     def __init__(self, visitor: Visitor, playback: RunUpPlayback):
         super().__init__(visitor)
-        self.playback = playback
-        self.captioned = False
+        self.playback, self.captioned = playback, False
         low, high = (100 * end for end in DAMPING)
         tools = (
             select("force_per_rev", "force", FORCES)
             + slider("damping", "damping ζ [%]", DAMPING_HELP, min=low, max=high, step=0.1)
             + button("", id="run-up-button", class_="main", data_do="run_up")
         )
-        visitor.page.html("tab-run-up", chart_tab(tools, "run-up-chart", "run-up-list"))
-        visitor.bind(
-            "force_per_rev",
-            lambda state, k: replace(state, force_per_rev=int(k)) if k in tuple(FORCES) else state,
-        )
+        self.page.html("tab-run-up", chart_tab(tools, "run-up-chart", "run-up-list"))
+        visitor.bind("force_per_rev", choices=FORCES)
         visitor.bind("damping", with_damping, shown=lambda ratio: round(100 * ratio, 6))
-        visitor.page.on("run_up", lambda _: playback.start_or_stop())
+        self.page.on("run_up", lambda _: playback.start_or_stop())
 
     @property
     def inputs(self) -> tuple[object, ...]:
-        """The run-up, and the answer shown."""
         return *self.playback.inputs, self.visitor.answer
 
     def show(self) -> None:
         """Show the run-up with the speed of the beam, or the reason why there is none."""
-        playback, run, page = self.playback, self.playback.run, self.visitor.page
+        playback, run, page = self.playback, self.playback.run, self.page
         if self.captioned is not playback.driven:
             self.captioned = playback.driven
             page.html("scene-caption", RESPONSE if self.captioned else "")
         page.html("run-up-button", "Stop" if playback.running else START)
         page.props("run-up-chart", hidden=run is None)
-        if run is None:
-            page.html(
-                "run-up-list", note(playback.answer.message if playback.answer else "") or NOTE
-            )
-            return
-        answer, factor = self.visitor.answer, measure("gamma", run.beam.units).factor
-        beam = answer.beam if answer else None
-        cursor = {"action": "gamma", "x": factor * beam.gamma} if beam else None
-        page.chart("run-up-chart", {**run_data(run), "cursor": cursor})
-        page.html("run-up-list", resonance_table(run) + NOTE)
+        if run:
+            line = cursor(self.visitor.answer, "gamma", measure("gamma", run.beam.units))
+            page.chart("run-up-chart", {**run_data(run), "cursor": line})
+            page.html("run-up-list", resonance_table(run) + NOTE)
+        else:
+            reason = note(playback.answer.message) if playback.answer else ""
+            page.html("run-up-list", reason or NOTE)
 
 
 def with_damping(state: State, percent: object) -> State:
@@ -259,20 +241,13 @@ def run_data(run: RunUp) -> Data:
     known = run.amplitudes[np.isfinite(run.amplitudes)]
     low, high = (float(known.min()), float(known.max())) if known.size else (1.0, 1.0)
     runs = [[0, len(run.speeds) - 1, "bending", ""]]
-    marks = [
-        mark(
-            f"{one.branch} {one.at:.4g}",
-            "resonance",
-            axes,
-            one.at,
-            run.peak(one),
-            f"resonance of {one.branch}: {along.text(one.at, 4)},"
-            f" {run.peak(one):.3g} times the deflection at rest",
-            action="gamma",
-            value=along.factor * one.at,
-        )
-        for one in run.resonances
-    ]
+    marks = []
+    for one in run.resonances:
+        times = f"{run.peak(one):.3g} times the deflection at rest"
+        text = f"resonance of {one.branch}: {along.text(one.at, 4)}, {times}"
+        place = (one.at, run.peak(one))
+        action = {"action": "gamma", "value": along.factor * one.at}
+        marks.append(mark(f"{one.branch} {one.at:.4g}", "resonance", axes, place, text, **action))
     return {
         "name": "Response of the tip over the speed",
         "x": axis_data(along, (0.0, float(run.speeds[-1]))),
@@ -289,18 +264,10 @@ def resonance_table(run: RunUp) -> str:
         return "<p>No resonance in this range.</p>"
     along, across = measure("gamma", run.beam.units), frequencies(run.beam.units)
     heads = ("go to", f"at {along.head}", across.label, "tip moves")
-    rows = [
-        (
-            button(
-                f"◆ {one.branch}",
-                data_set="gamma",
-                data_value=along.factor * one.at,
-                class_="quiet",
-            ),
-            along.number(one.at, 4),
-            across.number(one.frequency, 3),
-            f"{run.peak(one):.3g} ×",
-        )
-        for one in run.resonances
-    ]
+    rows = []
+    for one in run.resonances:
+        speed = {"data_set": "gamma", "data_value": along.factor * one.at}
+        go_to = button(f"◆ {one.branch}", class_="quiet", **speed)
+        place = along.number(one.at, 4), across.number(one.frequency, 3)
+        rows.append((go_to, *place, f"{run.peak(one):.3g} ×"))
     return table("resonances of the run-up", heads, rows)

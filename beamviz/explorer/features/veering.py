@@ -10,20 +10,11 @@ import numpy as np
 
 from beamviz.beam import PARAMETERS
 from beamviz.drawing.text import Measure
-from beamviz.explorer.features.loci_chart import (
-    Chart,
-    ChartRequest,
-    Data,
-    axis_data,
-    event_names,
-    frequency_axis,
-    loci_lines,
-    mark,
-    sent,
-)
+from beamviz.explorer.features import loci_chart
+from beamviz.explorer.features.loci_chart import Chart, ChartRequest, Data, axis_data, mark, sent
 from beamviz.explorer.features.loci_tab import LociTab
 from beamviz.explorer.jobs import Answer
-from beamviz.explorer.page.html import button, note
+from beamviz.explorer.page.html import button, group, note, table
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, loci
 from beamviz.frequency_loci.identity import identify_modes
@@ -194,37 +185,30 @@ class VeeringTab(Feature):
 
     def __init__(self, visitor: Visitor, loci_tab: LociTab):
         super().__init__(visitor)
-        self.loci_tab = loci_tab
-        self.job = visitor.job("veering", VeeringRequest.pairs)
-        self.drawn: tuple[object, object] = (None, None)  # answers: the chart, the event
-        visitor.page.html("tab-veering", SKELETON)
+        self.loci_tab, self.job = loci_tab, visitor.job("veering", VeeringRequest.pairs)
+        self.page.html("tab-veering", SKELETON)
 
     @property
     def inputs(self) -> tuple[object, ...]:
-        """The open tab, the beam, the chosen event, and the answers."""
-        tab, visitor = self.loci_tab, self.visitor
-        return (
-            visitor.page.tab, visitor.chart_answer, tab.chosen, tab.charts.answer, self.job.answer,
-            self.job.slow,
-        )  # fmt: skip
+        tab, job, answer = self.loci_tab, self.job, self.visitor.chart_answer
+        return self.page.tab, answer, tab.chosen, tab.charts.answer, job.answer, job.slow
 
     def show(self) -> None:
         """Request the loci around the event while the tab is open, and show the last ones."""
-        if self.visitor.page.tab != "tab-veering":
+        if self.page.tab != "tab-veering":
             return
-        page, event, chart = self.visitor.page, self.loci_tab.event, self.loci_tab.chart
-        if chart and event and not self.loci_tab.charts.busy:
+        charts, event, chart = self.loci_tab.charts, self.loci_tab.event, self.loci_tab.chart
+        if chart and event and not charts.busy:
             self.job.request(VeeringRequest(chart.request, event))
         self.fade(self.job, "veering-chart", "veering-shapes")
-        charted, answer = self.loci_tab.charts.answer, self.job.answer if event else None
-        if charted and self.drawn != (charted, answer):
-            self.drawn = charted, answer
+        answer = self.job.answer if event else None
+        if charts.answer and self.redraws(charts.answer, answer):
             self.draw(chart, answer)
-        page.chart("veering-chart", {"cursor": self.loci_tab.cursor})
+        self.page.chart("veering-chart", {"cursor": self.loci_tab.cursor})
 
     def draw(self, chart: Chart | None, answer: Answer[VeeringRequest, Pairs] | None) -> None:
         """Show the last event, or the reason why there is none, and buttons for all events."""
-        page, pairs = self.visitor.page, answer.result if answer else None
+        page, pairs = self.page, answer.result if answer else None
         buttons = choices(chart) if chart and chart.events else ""
         page.props("veering-chart", hidden=not pairs)
         if answer and pairs:
@@ -239,16 +223,11 @@ class VeeringTab(Feature):
 
 def choices(chart: Chart) -> str:
     """Buttons for all crossings and veerings."""
-    along = chart.request.measures[0]
-    buttons = (
-        button(
-            f"{' and '.join(event_names(chart, event))}, {along.text(event.at, 4)}",
-            data_set="go_to_event",
-            data_value=key,
-        )
-        for key, event in chart.events.items()
-    )
-    return f'<div class="row" role="group" aria-label="go to">{"".join(buttons)}</div>'
+    along, buttons = chart.request.measures[0], ""
+    for key, event in chart.events.items():
+        label = f"{' and '.join(loci_chart.event_names(chart, event))}, {along.text(event.at, 4)}"
+        buttons += button(label, data_set="go_to_event", data_value=key)
+    return group("go to", buttons)
 
 
 def pairs_data(pairs: Pairs, request: ChartRequest) -> Data:
@@ -256,42 +235,32 @@ def pairs_data(pairs: Pairs, request: ChartRequest) -> Data:
     line, and the crossings."""
     along, across = request.measures
     values = pairs[0].found.values
-    lines = []
+    lines, gap, marks = [], [], []
     for pair in pairs:
         style = "thick" if pair.coriolis else "dashed"
-        for line in loci_lines(pair.found, values, across.factor, pair.branches):
+        for line in loci_chart.loci_lines(pair.found, values, across.factor, pair.branches):
             runs = [
                 [first, last, f"{own} {style}", name] for first, last, own, name in line["runs"]
             ]
             lines.append({**line, "runs": runs, "label": line["label"] if pair.coriolis else ""})
+        if pair.kind == "veering":
+            k = int(np.searchsorted(values, pair.at))
+            y = across.factor * np.array([one.frequency[k] for one in pair.branches])
+            ends = {"at": sent(np.full(2, along.factor * pair.at)), "y": sent(y)}
+            gap = [{"label": "", **ends, "runs": [[0, 1, "measure", ""]]}]
+        elif pair.event and pair.kind == "crossing":
+            place, text = (pair.at, pair.event.frequency), f"crossing: {along.text(pair.at, 5)}"
+            marks.append(mark("crossing", "crossing", request.measures, place, text))
     frequency = np.array([branch.frequency for pair in pairs for branch in pair.branches])
     low, high = np.nanmin(frequency), np.nanmax(frequency)
     margin = 0.06 * (high - low)
-    for pair in [pair for pair in pairs if pair.kind == "veering"][-1:]:
-        k = int(np.searchsorted(values, pair.at))
-        gap = {
-            "at": sent(np.full(2, along.factor * pair.at)),
-            "y": sent(across.factor * np.array([one.frequency[k] for one in pair.branches])),
-        }
-        lines.append({"label": "", **gap, "runs": [[0, 1, "measure", ""]]})
-    crossings = [pair.event for pair in pairs if pair.event and pair.kind == "crossing"]
     return {
         "name": "Veering, magnified",
         "x": axis_data(along, (values[0], values[-1])),
-        "y": frequency_axis(across, (low - margin, high + margin)),
+        "y": loci_chart.frequency_axis(across, (low - margin, high + margin)),
         "at": sent(along.factor * values),
-        "lines": lines,
-        "marks": [
-            mark(
-                "crossing",
-                "crossing",
-                (along, across),
-                one.at,
-                one.frequency,
-                f"crossing: {along.text(one.at, 5)}",
-            )
-            for one in crossings
-        ],
+        "lines": lines + gap,
+        "marks": marks,
     }
 
 
@@ -318,16 +287,9 @@ def sentence(pair: LociPair, along: Measure, across: Measure) -> str:
 def shape_table(pair: LociPair, caption: str) -> str:
     """The shapes of both branches, the upper one first, before, at and after the event."""
     order = sorted((0, 1), key=lambda k: -float(np.nan_to_num(pair.branches[k].frequency[0])))
-    rows = "".join(
-        "<tr>" + "".join(f"<td>{drawing(shape)}</td>" for shape in pair.shapes[k]) + "</tr>"
-        for k in order
-    )
-    case = "on" if pair.coriolis else "off"
-    heads = "".join(f'<th scope="col">{head}</th>' for head in ("before", "at", "after"))
-    return (
-        f'<table class="shapes" aria-label="shapes, Coriolis {case}"><caption>{caption}</caption>'
-        f"<tr>{heads}</tr>{rows}</table>"
-    )
+    rows = [map(drawing, pair.shapes[k]) for k in order]
+    name = f"shapes, Coriolis {'on' if pair.coriolis else 'off'}"
+    return table(name, ("before", "at", "after"), rows, caption, class_="shapes")
 
 
 def drawing(shape: ModeShape) -> str:

@@ -32,17 +32,17 @@ log = RateLimitedLog(__name__)
 
 def insert_page(viser_page: str) -> str:
     """viser's page with our elements around its scene, our style and our scripts."""
-    texts = {
-        name: files("beamviz.explorer.page").joinpath(name).read_text(encoding="utf-8")
-        for name in ("page.html", *STYLES, *SCRIPTS)
-    }
-    style, script = ("".join(texts[name] for name in names) for names in (STYLES, SCRIPTS))
-    style, script = style + captions_file(".css"), script + captions_file(".js")
-    markup = texts["page.html"].format(
-        tabs="".join(map(tab, TABS)), panels="".join(map(panel, TABS))
-    )
+    style = "".join(map(own_file, STYLES)) + captions_file(".css")
+    script = "".join(map(own_file, SCRIPTS)) + captions_file(".js")
+    tabs, panels = ("".join(map(part, TABS)) for part in (tab, panel))
+    markup = own_file("page.html").format(tabs=tabs, panels=panels)
     elements = f"<style>{style}</style>{markup}<script>{script}</script>"
     return viser_page.replace(ROOT, elements).replace("<title>Viser<", "<title>beamviz<")
+
+
+def own_file(name: str) -> str:
+    """The text of a file beside this module."""
+    return files("beamviz.explorer.page").joinpath(name).read_text(encoding="utf-8")
 
 
 def tab(name: str) -> str:
@@ -109,10 +109,6 @@ class Page:
         """Write texts over the scene, each at the point of its node (captions.js)."""
         self.send_changed([one.data for one in captions], "captions")
 
-    def ready(self) -> None:
-        """Request the preferences and the address of the page: all actions have handlers."""
-        self.send(True, "ready")
-
     def open(self, tab: str) -> None:
         """Open a tab, by its element id."""
         self.tab = tab
@@ -121,10 +117,6 @@ class Page:
     def point(self, *keys: str) -> None:
         """Highlight controls, by their keys or ids, and open the sections that contain them."""
         self.send(keys, "point")
-
-    def address(self, query: str) -> None:
-        """Set the query in the address of the page."""
-        self.send(query, "address")
 
     def theme(self, *, dark: bool) -> None:
         """Choose dark or light colours for the page and for viser's scene."""
@@ -144,7 +136,7 @@ class Page:
             self.send(content, *path)
 
     def send(self, content: Any, *path: str) -> None:
-        """Queue a part of the page, by its keys in the argument of `beamviz.apply`."""
+        """Queue a part of the page, by its keys in the argument of `beamviz.apply` (page.js)."""
         with self.lock:
             queued = bool(self.waiting)
             self.waiting[path] = content

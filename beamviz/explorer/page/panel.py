@@ -8,11 +8,10 @@ from html import escape
 from typing import Any
 
 from beamviz.beam import NUMBERS, PARAMETERS, Units
-from beamviz.drawing.text import measures
-from beamviz.explorer.jobs import Job, SolverAnswer
+from beamviz.drawing.text import Measure, measures
+from beamviz.explorer.jobs import Job, Solved
 from beamviz.explorer.page import html
 from beamviz.explorer.page.html import button, checkbox, hint, select, slider
-from beamviz.explorer.page.modes import HEADING, NO_MODES, mode_table
 from beamviz.explorer.state import CHOICES, TERMS, Case, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, MAX_SHARES, MODES
@@ -65,7 +64,7 @@ CONTENT = {
         f"{html.options(CHOICES['method'])}</select>"
         '<button type="button" class="quiet" id="units" data-point="real-beam">units</button>'
     ),
-    "modes": HEADING,
+    "modes": html.HEADING,
     "motion": (
         slider("pace", "playback speed", PACE_HINT, min=0, max=MAX_PACE, step=0.05)
         + '<div id="pace-text" class="soft"></div>'
@@ -95,27 +94,21 @@ def build(visitor: Visitor) -> None:
         edit = partial(State.share, mode=mode)
         visitor.bind(f"share-{mode}", edit, of="shares", shown=partial(share_of, mode))
     first = visitor.state.case
-    visitor.render(
-        "case",
-        lambda case: page.html("scene-caption", invitation(case) if case is first else ""),
-    )
+    visitor.render("case", lambda case: page.html("scene-caption", invitation(case, first)))
     visitor.render("dark", lambda dark: page.theme(dark=dark))
     page.on("only", partial(show_alone, visitor))
-    for action, act in {
-        "undo": lambda: visitor.restore(visitor.history.undo),
-        "redo": lambda: visitor.restore(visitor.history.redo),
-        "reset": visitor.reset,
-        "reset_view": visitor.reset_view,
-        "cancel_jobs": visitor.cancel_jobs,
-        "retry_jobs": visitor.retry_jobs,
-    }.items():
-        page.on(action, partial(without_value, act))
+    page.on("undo", lambda _: visitor.restore(visitor.history.undo))
+    page.on("redo", lambda _: visitor.restore(visitor.history.redo))
+    page.on("reset", lambda _: visitor.reset())
+    page.on("reset_view", lambda _: visitor.reset_view())
+    page.on("cancel_jobs", lambda _: visitor.cancel_jobs())
+    page.on("retry_jobs", lambda _: visitor.retry_jobs())
 
 
 def show_alone(visitor: Visitor, mode: Any) -> None:
     """Show one mode (from 0) alone."""
-    if isinstance(mode, int) and 0 <= mode < MAX_SHARES:
-        visitor.change(partial(State.only, mode=mode))
+    if mode in range(MAX_SHARES):
+        visitor.change(partial(State.only, mode=int(mode)))
 
 
 def add_commands(visitor: Visitor) -> None:
@@ -134,15 +127,20 @@ def add_commands(visitor: Visitor) -> None:
         "Fit the view": visitor.reset_view,
     }
     for name, run in commands.items():
-        visitor.client.gui.add_command(name).on_trigger(partial(without_value, run))
+        visitor.client.gui.add_command(name).on_trigger(partial(without_event, run))
 
 
-def show_answer(visitor: Visitor, solved: SolverAnswer | None, shown: list[int]) -> None:
-    """Show the answer; if it has no solution, the faded modes of the last one `solved`."""
+def without_event(run: Callable[[], None], _: object) -> None:
+    """Call `run`, as the handler of an event of viser."""
+    run()
+
+
+def show_answer(visitor: Visitor, solved: Solved | None, shown: list[int]) -> None:
+    """Show the answer; if it has no solution, the faded modes of the last one."""
     page, answer = visitor.page, visitor.answer
     if answer:
         page.html("equilibrium", html.equilibrium_state(answer))
-        page.html("mode-rows", mode_table(solved, shown) if solved else NO_MODES)
+        page.html("mode-rows", html.mode_table(*solved, shown) if solved else html.NO_MODES)
         page.props("mode-rows", class_="faded" if solved and not answer.solution else None)
 
 
@@ -158,35 +156,24 @@ def work(jobs: Sequence[Job]) -> str:
     """The jobs that have been running for long, with a button that cancels them; or else those
     cancelled, with one that restarts them."""
     slow = [job for job in jobs if job.slow]
+    names = ", ".join(job.name for job in slow or [job for job in jobs if job.cancelled])
     if slow:
-        names, seconds = names_of(slow), int(time.monotonic() - min(job.started for job in slow))
+        seconds = int(time.monotonic() - min(job.started for job in slow))
         percent = f" {100 * slow[0].done:.0f} %" if slow[0].done else ""
         state = f'computing: {names} <span aria-hidden="true">…{percent} {seconds} s</span>'
         return state + button("Cancel", data_do="cancel_jobs")
-    if cancelled := [job for job in jobs if job.cancelled]:
-        return f"cancelled: {names_of(cancelled)}" + button("Compute again", data_do="retry_jobs")
-    return ""
+    return f"cancelled: {names}" + button("Compute again", data_do="retry_jobs") if names else ""
 
 
-def names_of(jobs: Sequence[Job]) -> str:
-    """The names of jobs, with commas."""
-    return ", ".join(job.name for job in jobs)
-
-
-def invitation(case: Case) -> str:
-    """What can be dragged; without a mass, the speed."""
+def invitation(case: Case, first: Case) -> str:
+    """What can be dragged, the mass if there is one, and the speed; "" after the first edit."""
     mass = "the mass along the beam, or " if case.numbers["alpha"] else ""
-    return f"Drag {mass}the line of the speed in the chart below."
+    return f"Drag {mass}the line of the speed in the chart below." if case is first else ""
 
 
 def share_of(mode: int, shares: Sequence[float]) -> float:
     """The contribution of one mode (0-based) to the motion."""
     return shares[mode] if mode < len(shares) else 0.0
-
-
-def without_value(run: Callable[[], None], _: object) -> None:
-    """Call `run`, as the handler of an action of the page or of an event of viser."""
-    run()
 
 
 def toggled(name: str, state: State) -> State:
@@ -219,7 +206,7 @@ class BeamControls:
             visitor.page.on(name, partial(self.edit, name))
             visitor.render(name, partial(self.show, name))
         for name in TERMS:
-            visitor.bind(name, partial(switch_term, name))
+            visitor.bind(name, partial(switched, name))
         visitor.bind("mass", self.switch_mass, of="alpha", shown=bool)
 
     def edit(self, name: str, value: Any) -> None:
@@ -236,43 +223,43 @@ class BeamControls:
         measure, (low, high) = self.measures[name], self.ranges[name]
         shown = float(f"{measure.factor * number:.{DIGITS}g}")
         if not low <= shown <= high:
-            self.set_range(name, *(measure.factor * limit for limit in NUMBERS[name].limits))
+            low, high = (measure.factor * limit for limit in NUMBERS[name].limits)
+            self.page.props(f"{name}-slider", min=low, max=high)
         self.page.value(name, shown)
 
     def choose_ranges(self, state: State) -> None:
         """Choose labels and ranges for a scene that was loaded, and show its numbers."""
         units = state.case.units
         self.measures = measures(units)
-        for name in NUMBERS:
-            number = state.case.numbers[name]
-            self.choose_range(name, number if is_finite(number) else 0.0, units)
+        for name, number in state.case.numbers.items():
+            measure, known = self.measures[name], number if is_finite(number) else 0.0
+            low, high, step = slider_range(name, known, measure, units)
+            self.ranges[name] = low, high
+            values = {"min": low, "max": high, "step": step, "data_unit": measure.unit}
+            self.page.props(f"{name}-slider", **values)
+            self.page.props(f"{name}-field", aria_label=measure.label)
+            self.page.html(f"{name}-label", escape(measure.label))
             self.show(name, number)
         self.page.props("mu-row", hidden=units is not None)
         self.page.html("units", "SI units" if units else "Real beam…")
 
-    def choose_range(self, name: str, number: float, units: Units | None) -> None:
-        """Set the label and the range of a slider: up to four times the value of a real beam, or
-        the full range if the usual one does not contain the value."""
-        measure, parameter = self.measures[name], NUMBERS[name]
-        self.page.html(f"{name}-label", escape(measure.label))
-        low, high, step = parameter.slider
-        if units and number > 0 and name in ("alpha", "gamma"):
-            low, high, step = 0.0, 4 * number, number / 100
-        if not low <= number <= high:
-            low, high = parameter.limits
-        low, high, step = measure.range(low, high, step, parameter.limits)
-        self.page.props(f"{name}-slider", step=step, data_unit=measure.unit)
-        self.page.props(f"{name}-field", aria_label=measure.label)
-        self.set_range(name, low, high)
-
     def switch_mass(self, state: State, on: Any) -> State:
         """Remove the mass, or restore its last value."""
-        return switch_term("alpha", state, self.alpha if on else 0.0)
+        return switched("alpha", state, self.alpha if on else 0.0)
 
-    def set_range(self, name: str, low: float, high: float) -> None:
-        """Set the range of a slider, in the unit shown."""
-        self.ranges[name] = low, high
-        self.page.props(f"{name}-slider", min=low, max=high)
+
+def slider_range(
+    name: str, number: float, measure: Measure, units: Units | None
+) -> tuple[float, float, float]:
+    """The range of a slider and its step as displayed: up to four times the value of a real beam,
+    or the full range if the usual one does not contain the value."""
+    parameter = NUMBERS[name]
+    low, high, step = parameter.slider
+    if units and number > 0 and name in ("alpha", "gamma"):
+        low, high, step = 0.0, 4 * number, number / 100
+    if not low <= number <= high:
+        low, high = parameter.limits
+    return measure.range(low, high, step, parameter.limits)
 
 
 def is_finite(number: Any) -> bool:
@@ -287,6 +274,6 @@ def number_slider(name: str) -> str:
     return slider(name, parameter.slider_label, parameter.hint, min=low, max=high, step=step)
 
 
-def switch_term(name: str, state: State, value: Any) -> State:
+def switched(name: str, state: State, value: Any) -> State:
     """With a term switched, or another mass; the case before is kept for comparison."""
     return state.keep_for_comparison().changed(name, value)
