@@ -4,10 +4,11 @@ from collections.abc import Iterator
 from importlib.resources import files
 
 import pytest
-from live.browser import Page, page, says, tab
+from live.browser import READY, Page, by_id, page, says, tab
 from live.server import wait_until
 
 from beamviz.beam import Beam
+from beamviz.explorer.page.page import TABS
 from beamviz.scene import Scene
 
 pytestmark = pytest.mark.browser
@@ -16,7 +17,7 @@ FIRST = Scene(Beam(alpha=1, beta=0.5, gamma=5))
 AXE = files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8") + ";1"
 SIZES = [(1920, 1080), (1440, 900), (1024, 768), (820, 1180), (390, 844)]
 PHONE, DESK = SIZES[-1], SIZES[1]
-TABS = ["frequencies", "map", "veering", "compare", "run-up", "methods", "lessons", "export"]
+LETTERS, PLAY = by_id("letters"), by_id("play")
 RUN_AXE = """axe.run({resultTypes: ['violations']}).then(found =>
   found.violations.filter(v => ['serious', 'critical'].includes(v.impact)).map(v =>
     `${v.id}: ${v.nodes.map(n => n.html.slice(0, 99) + ' ' + n.failureSummary).join(' | ')}`))"""
@@ -30,7 +31,12 @@ RINGLESS = f"""{SEEN}.concat(document.getElementById('scene-file')).filter(e => 
     return ![e, e.firstElementChild, ...(e.labels ?? [])].some(one => one
       && getComputedStyle(one).outlineStyle !== 'none'
       && parseFloat(getComputedStyle(one).outlineWidth) >= 2) }}).map(e => e.outerHTML)"""
-SCENE = "document.getElementById('scene').getBoundingClientRect()"
+SCENE = f"{by_id('scene')}.getBoundingClientRect()"
+OPEN_ALL = "document.querySelectorAll('#controls details').forEach(e => e.open = true)"
+LESSON_IN_VIEW = f"""(() => {{ const lesson = {by_id("lesson")}.getBoundingClientRect();
+    return lesson.top > {SCENE}.bottom - 2 && lesson.top < innerHeight - 100; }})()"""
+on_desk_and_phone = pytest.mark.parametrize("size", [DESK, PHONE], ids="{0[0]}x{0[1]}".format)
+in_both_themes = pytest.mark.parametrize("scheme", ["light", "dark"])
 
 
 @pytest.fixture(scope="module")
@@ -44,17 +50,18 @@ def shown(url) -> Iterator[Page]:
 
 def ready(shown: Page) -> None:
     """Wait until the page has its beam and its table."""
-    shown.wait("!!document.querySelector('#scene[data-ready] canvas')")
+    shown.wait(READY)
     shown.wait(says("B1"))
 
 
 def prefer(shown: Page, scheme: str, motion: str = "no-preference") -> None:
-    """Preferences of the system."""
-    features = {"prefers-color-scheme": scheme, "prefers-reduced-motion": motion}
-    shown.call(
-        "Emulation.setEmulatedMedia",
-        features=[{"name": name, "value": value} for name, value in features.items()],
-    )
+    """Set preferences of the system, and wait for the theme."""
+    features = [
+        {"name": "prefers-color-scheme", "value": scheme},
+        {"name": "prefers-reduced-motion", "value": motion},
+    ]
+    shown.call("Emulation.setEmulatedMedia", features=features)
+    shown.wait(f"document.documentElement.dataset.theme === '{scheme}'")
 
 
 @pytest.mark.parametrize("size", [*SIZES, (1366, 768), (1280, 720)], ids=str)
@@ -62,7 +69,8 @@ def test_the_scene_has_half_of_the_page(shown, size):
     """At every size, with nothing cut off at the sides; on wide pages the complete chart is beside
     it, on narrow ones the panels scroll below it."""
     shown.resize(*size)
-    shown.evaluate("document.getElementById('to-frequencies').click(); scrollTo(0, 0)")
+    shown.open_tab("frequencies")
+    shown.evaluate("scrollTo(0, 0)")
     left, top, width, height = shown.evaluate(f"(r => [r.x, r.y, r.width, r.height])({SCENE})")
     assert min(height, size[1] - top) * width >= 0.5 * size[0] * size[1]
     assert shown.evaluate("document.documentElement.scrollWidth") <= size[0]
@@ -80,22 +88,23 @@ def test_the_scene_has_half_of_the_page(shown, size):
     assert shown.evaluate(f"{SCENE}.bottom <= {last}.top && {last}.top < innerHeight")
 
 
-@pytest.mark.parametrize("size", [DESK, PHONE], ids=lambda size: f"{size[0]}x{size[1]}")
+@on_desk_and_phone
 def test_letters_and_targets_are_large_enough(shown, size):
     """14 px at least; targets of 24 px, of 44 px on a touch screen; also in tables of results."""
     shown.resize(*size)
-    shown.evaluate("beamviz.send('comparison', 'twice the mass'); beamviz.send('per_rev_2', true)")
+    shown.send("comparison", "twice the mass")
+    shown.send("per_rev_2", True)
     for tables in ("comparison", "loci-resonances"):
         shown.wait(f"!!document.querySelector('#{tables} table')")
+    least = 44 if size == PHONE else 24
     for name in TABS:
-        shown.evaluate(f"document.getElementById('to-{name}').click()")
+        shown.open_tab(name)
         small = shown.evaluate(
             f"{SEEN}.filter(e => [...e.childNodes].some(n => n.nodeType === 3 && n.data.trim())"
             " && parseFloat(getComputedStyle(e).fontSize) < 13.99)"
             ".map(e => e.outerHTML.slice(0, 90))"
         )
         assert small == []
-        least = 44 if size == PHONE else 24
         targets = shown.evaluate(
             f"{SEEN}.filter(e => e.matches('button, select, input, summary')"
             " && !e.closest('table .hint, label, .mark')).map(e => [e.getBoundingClientRect(), e])"
@@ -105,21 +114,20 @@ def test_letters_and_targets_are_large_enough(shown, size):
         assert targets == []
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("size", [DESK, PHONE], ids=lambda size: f"{size[0]}x{size[1]}")
+@in_both_themes
+@on_desk_and_phone
 def test_axe_finds_nothing_serious_and_the_focus_is_seen(shown, size, scheme):
     """On the start page, in every tab, and in the help."""
     shown.resize(*size)
     prefer(shown, scheme)
-    shown.wait(f"document.documentElement.dataset.theme === '{scheme}'")
-    shown.evaluate("document.querySelectorAll('#controls details').forEach(e => e.open = true)")
+    shown.evaluate(OPEN_ALL)
     for name in TABS:
-        shown.evaluate(f"document.getElementById('to-{name}').click()")
+        shown.open_tab(name)
         assert shown.evaluate(RUN_AXE) == [], name
         assert shown.evaluate(RINGLESS) == [], name
-    shown.evaluate("document.getElementById('help').showModal()")
+    shown.evaluate(f"{by_id('help')}.showModal()")
     found = shown.evaluate(RUN_AXE)
-    shown.evaluate("document.getElementById('help').close()")
+    shown.evaluate(f"{by_id('help')}.close()")
     assert found == []
 
 
@@ -127,8 +135,7 @@ def test_axe_finds_nothing_serious_and_the_focus_is_seen(shown, size, scheme):
 def test_every_control_is_reached_and_seen_by_keyboard(shown):
     """Tab goes through all of them, each with a focus ring; an arrow key moves a slider."""
     shown.resize(*DESK)
-    shown.evaluate("document.querySelectorAll('#controls details').forEach(e => e.open = true)")
-    shown.evaluate("document.activeElement.blur(); document.body.focus()")
+    shown.evaluate(f"{OPEN_ALL}; document.activeElement.blur(); document.body.focus()")
     count = shown.evaluate(
         f"{SEEN}.filter(e => e.matches('button:not([role=tab], :disabled), select, input,"
         " summary')).forEach(e => e.dataset.unseen = '')"
@@ -143,10 +150,10 @@ def test_every_control_is_reached_and_seen_by_keyboard(shown):
         )
     left = "[...document.querySelectorAll('[data-unseen]')].map(e => e.outerHTML.slice(0, 120))"
     assert shown.evaluate(left) == []
-    shown.evaluate("document.getElementById('gamma-slider').focus()")
+    shown.evaluate(f"{by_id('gamma-slider')}.focus()")
     shown.key("ArrowRight")
-    shown.wait("document.getElementById('gamma-slider').getAttribute('aria-valuetext') === '5.1'")
-    shown.wait("document.getElementById('gamma-field').value === '5.1'")
+    shown.wait(f"{by_id('gamma-slider')}.getAttribute('aria-valuetext') === '5.1'")
+    shown.wait(f"{by_id('gamma-field')}.value === '5.1'")
 
 
 def test_arrow_keys_change_the_tab(shown):
@@ -154,9 +161,7 @@ def test_arrow_keys_change_the_tab(shown):
     shown.resize(*DESK)
     shown.click(tab("Frequencies"))
     shown.key("ArrowLeft")
-    shown.wait(
-        "document.activeElement.id === 'to-export' && !document.getElementById('tab-export').hidden"
-    )
+    shown.wait(f"document.activeElement.id === 'to-export' && !{by_id('tab-export')}.hidden")
     shown.key("ArrowRight")
     shown.wait("document.activeElement.id === 'to-frequencies'")
     stops = "[...document.querySelectorAll('#dock [role=tab]')].filter(e => e.tabIndex === 0)"
@@ -175,25 +180,23 @@ def test_every_slider_has_a_name_and_a_spoken_value(shown):
 def test_letters_do_not_move_the_camera_and_can_be_switched_off(shown):
     """W and A do nothing; P pauses, but not when single-letter keys are off."""
     camera = "Object.values(window.__viserMutable.camera.position).map(x => x.toFixed(6)).join()"
-    playing = "document.getElementById('play').ariaPressed"
     shown.evaluate("document.activeElement.blur()")
     before = shown.evaluate(camera)
     for letter in "waqe":
-        shown.call(
-            "Input.dispatchKeyEvent", type="keyDown", key=letter, code=f"Key{letter.upper()}"
-        )
-        shown.next_frame(5)
-        shown.call("Input.dispatchKeyEvent", type="keyUp", key=letter, code=f"Key{letter.upper()}")
+        for kind in ("keyDown", "keyUp"):
+            code = f"Key{letter.upper()}"
+            shown.call("Input.dispatchKeyEvent", type=kind, key=letter, code=code)
+            shown.next_frame(5)
     assert shown.evaluate(camera) == before
     shown.key("p")
-    shown.wait(f"{playing} === 'false'")
-    shown.evaluate("document.getElementById('letters').click()")
+    shown.wait(f"{PLAY}.ariaPressed === 'false'")
+    shown.evaluate(f"{LETTERS}.click()")
     shown.key("p")
     shown.next_frame(5)
-    assert shown.evaluate(playing) == "false"
-    shown.evaluate("document.getElementById('letters').click()")
+    assert shown.evaluate(f"{PLAY}.ariaPressed") == "false"
+    shown.evaluate(f"{LETTERS}.click()")
     shown.key("p")
-    shown.wait(f"{playing} === 'true'")
+    shown.wait(f"{PLAY}.ariaPressed === 'true'")
 
 
 def test_viser_shows_no_controls_of_its_own(shown):
@@ -207,44 +210,29 @@ def test_the_page_works_at_twice_the_size(shown):
     """Zoom 200 % at 1440x900, that is 720x450: nothing is cut off at the sides."""
     shown.resize(720, 450)
     assert shown.evaluate("document.documentElement.scrollWidth") <= 720
-    shown.evaluate("document.getElementById('mu-slider').scrollIntoView()")
-    wait_until(
-        lambda: shown.evaluate(
-            "document.getElementById('mu-slider').getBoundingClientRect().bottom < innerHeight"
-        )
-    )
+    shown.evaluate(f"{by_id('mu-slider')}.scrollIntoView()")
+    shown.wait(f"{by_id('mu-slider')}.getBoundingClientRect().bottom < innerHeight")
     shown.resize(*DESK)
 
 
-LESSON_IN_VIEW = """() => {
-    const [lesson, scene] = ["lesson", "scene"].map(
-        (id) => document.getElementById(id).getBoundingClientRect());
-    return lesson.top > scene.bottom - 2 && lesson.top < innerHeight - 100; }"""
-
-
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("size", [DESK, PHONE], ids=lambda size: f"{size[0]}x{size[1]}")
+@in_both_themes
+@on_desk_and_phone
 def test_axe_finds_nothing_serious_in_a_lesson(shown, size, scheme):
     """Two of them, at their first step, also if the theme of the system changes in a lesson; their
     text is in view, below the scene, though the controls that it names are further down."""
     shown.resize(*size)
     shown.wait("!document.querySelector('.pulse')")
     prefer(shown, scheme)
-    shown.wait(f"document.documentElement.dataset.theme === '{scheme}'")
     for name in ("veering", "nodes"):
-        shown.evaluate(f"beamviz.send('lesson', '{name}')")
-        shown.wait(f"location.search.includes('lesson={name}')")
-        shown.wait(f"({LESSON_IN_VIEW})()")
+        shown.send("lesson", name)
+        shown.wait(f"location.search.includes('lesson={name}') && {LESSON_IN_VIEW}")
         assert shown.evaluate(RUN_AXE) == []
 
 
-# The last one: it opens the page anew
-
-
 def test_a_page_starts_paused_with_reduced_motion(url, shown):
-    """With the media feature prefers-reduced-motion."""
+    """The last test, as it opens the page anew."""
     prefer(shown, "dark", "reduce")
     shown.call("Page.navigate", url=url)
     ready(shown)
-    shown.wait("document.getElementById('play').ariaPressed === 'false'")
+    shown.wait(f"{PLAY}.ariaPressed === 'false'")
     shown.wait("document.documentElement.dataset.theme === 'dark'")

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from live.browser import Page, button, page, says, tab
+from live.browser import READY, Page, button, by_id, page, says, tab
 from live.server import wait_until
 from PIL import Image
 
@@ -85,7 +85,7 @@ JOBS = {
 def shown(url) -> Iterator[Page]:
     """The page as it opens."""
     with page(url, 1440, 900) as opened:
-        opened.wait("!!document.querySelector('#scene[data-ready] canvas')")
+        opened.wait(READY)
         opened.wait("document.querySelectorAll('#mode-rows tbody tr').length === 5")
         yield opened
 
@@ -96,9 +96,7 @@ SHOWN = "[...document.querySelectorAll('#mode-rows tr.shown button.mode')].map(e
 def click(shown: Page, element: str) -> None:
     """Click in the middle of an element, which must be visible without scrolling."""
     middle = "(r => [r.left + r.width / 2, r.top + r.height / 2])(e.getBoundingClientRect())"
-    x, y = shown.wait(f"(e => {SEEN}(e) && {middle})({element})")
-    shown.mouse("mousePressed", x, y, 1)
-    shown.mouse("mouseReleased", x, y)
+    shown.click_at(*shown.wait(f"(e => {SEEN}(e) && {middle})({element})"))
 
 
 @pytest.mark.parametrize("job", JOBS.values(), ids=list(JOBS))
@@ -135,7 +133,7 @@ def test_two_modes_are_mixed_by_a_click_and_a_drag(shown):
     """One alone by its row, then the amount of another."""
     click(shown, button("B2"))
     shown.wait(f"{SHOWN}.join() === 'B2'")
-    shown.drag("document.getElementById('share-2')", 0.1, 0.7)
+    shown.drag(by_id("share-2"), 0.1, 0.7)
     shown.wait(f"{SHOWN}.join() === 'B2,B3'")
 
 
@@ -154,20 +152,21 @@ def test_a_command_is_run_by_its_name(shown):
 @pytest.mark.slow
 def test_a_lost_connection_is_shown_and_restored():
     """The scene stays visible; a server that starts again shows the visitor's choices."""
-    lost = "document.getElementById('offline').open"
+    offline = by_id("offline")
+    lost = f"{offline}.open"
     with contextlib.ExitStack() as first:
         url = first.enter_context(explorer(START))
         with page(url, 1440, 900) as shown:
             shown.wait(f"{says('S1')} && !{lost}")
-            shown.evaluate("beamviz.send('gamma', 7.5)")
+            shown.send("gamma", 7.5)
             shown.wait("location.search.includes('gamma=7.5')")
             first.close()
-            shown.wait(f"{lost} && {SEEN}(document.getElementById('offline'))")
-            assert "No connection" in shown.evaluate("document.getElementById('offline').innerText")
+            shown.wait(f"{lost} && {SEEN}({offline})")
+            assert "No connection" in shown.evaluate(f"{offline}.innerText")
             assert shown.evaluate(f"{says('S1')} && !!{BEAM}")
             shown.evaluate("document.querySelector('#mode-rows tr').dataset.former = ''")
             with explorer(START, port=int(url.rstrip("/").rpartition(":")[2])):
                 shown.wait(f"!{lost} && !!{BEAM} && !document.querySelector('[data-former]')")
                 click(shown, button("B2"))
                 shown.wait(f"{SHOWN}.join() === 'B2'")
-                assert shown.evaluate("document.getElementById('gamma-field').value") == "7.5"
+                assert shown.evaluate(f"{by_id('gamma-field')}.value") == "7.5"

@@ -1,18 +1,16 @@
 """The tabs Frequencies and Veering in a running explorer, and the chart on the real page."""
 
-import math
 import threading
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
 from charts import TIP, chart_of
-from live.browser import Page, page
+from live.browser import Page, by_id, page
 from live.server import wait_until
 from live.visitor import Visitor, frequency_text, pause, visitor
 
 from beamviz.beam import Beam
-from beamviz.explorer.app import explorer
 from beamviz.explorer.features import loci_chart as charts
 from beamviz.explorer.features.veering import INVITATION, VeeringRequest
 from beamviz.scene import Scene
@@ -23,14 +21,13 @@ EVENT = "B3 S1 1"  # the name of the crossing, and of the veering with Coriolis 
 
 def chart_shown(guest: Visitor, beam: Beam, **options: Any) -> None:
     """Wait for the chart of a beam: where S1 crosses B3, or veers from it."""
-    expected = chart_of(beam, **options).events[EVENT].at
+    expected = pytest.approx(chart_of(beam, **options).events[EVENT].at, rel=1e-6)
 
-    def shown() -> bool:
+    def places(_: object) -> list[float]:
         marks = guest.charts.get("loci-chart", {}).get("marks", [])
-        found = {mark["key"]: mark["x"] for mark in marks}
-        return math.isclose(found.get(EVENT, 0.0), expected, rel_tol=1e-6)
+        return [mark["x"] for mark in marks if mark["key"] == EVENT]
 
-    guest.wait(lambda _: shown())
+    guest.wait(lambda latest: places(latest) == [expected])
 
 
 def line_at(guest: Visitor, x: float) -> bool:
@@ -103,20 +100,20 @@ def test_no_event_is_missing_while_it_is_computed(url, monkeypatch):
 
 # The chart on the page
 
-CHART = "document.querySelector('#loci-chart')"
-PLOT = "document.querySelector('#loci-chart .plot')"
-LINE = "document.querySelector('#loci-chart [role=slider]')"
+PLOT, LINE, READOUT, RESET = (
+    f"document.querySelector('#loci-chart {part}')"
+    for part in (".plot", "[role=slider]", ".readout", ".zoom button:last-child")
+)
 MARKS = "document.querySelectorAll('#loci-chart button.mark')"
-FIELD = "document.querySelector('#gamma-field')"
-READOUT = "document.querySelector('#loci-chart .readout')"
+FIELD = by_id("gamma-field")
 RANGE = "[...document.querySelectorAll('#loci-chart .tick:not(.y)')].map(e => +e.textContent)"
 
 
 @pytest.fixture(scope="module")
-def desk() -> Iterator[Page]:
+def desk(url) -> Iterator[Page]:
     """A page 1440 pixels wide with its chart drawn."""
-    with explorer(FIRST) as url, page(url, 1440, 900) as shown:
-        shown.wait(f"{MARKS}.length === 2", timeout=60)
+    with page(url, 1440, 900) as shown:
+        shown.wait(f"{MARKS}.length === 2")
         shown.at_rest(PLOT)
         yield shown
 
@@ -128,7 +125,7 @@ def value(shown: Page) -> float:
 
 def set_speed(shown: Page, speed: float) -> None:
     """Set the speed, and wait for the line."""
-    shown.evaluate(f"beamviz.send('gamma', {speed})")
+    shown.send("gamma", speed)
     wait_until(lambda: abs(value(shown) - speed) < 1e-9)
 
 
@@ -207,11 +204,10 @@ def test_values_are_read_at_the_pointer(desk):
     speed = float(lines[0].removeprefix("γ = "))
     found = dict(line.split("\u2002") for line in lines[1:-1])
     assert list(found) == ["B4", "B3", "S1", "B2", "B1"]
-    assert float(found["B3"]) == pytest.approx(
-        float(frequency_text(TIP.replace(gamma=speed), 3)), rel=2e-3
-    )
+    expected = float(frequency_text(TIP.replace(gamma=speed), 3))
+    assert float(found["B3"]) == pytest.approx(expected, rel=2e-3)
     gap = float(lines[-1].split("\u2002")[1])
-    assert lines[-1].startswith("gap B3–S1") or lines[-1].startswith("gap S1–B3")
+    assert lines[-1].startswith(("gap B3–S1", "gap S1–B3"))
     assert gap == pytest.approx(float(found["B3"]) - float(found["S1"]), abs=0.02)
     desk.mouse("mouseMoved", left + 0.6 * width, top - 60)
     desk.wait(f"{READOUT}.hidden")
@@ -247,7 +243,7 @@ def test_a_resonance_is_zoomed_in_on_each_time_that_it_is_chosen(desk):
         x, y = desk.middle(mark)
         assert 0.3 < (x - left) / width < 0.7
         assert 0.2 < (y - top) / height < 0.8
-        desk.click("document.querySelector('#loci-chart .zoom button:last-child')")
+        desk.click(RESET)
         desk.wait(f"Math.max(...{RANGE}) === 20")
     desk.click("document.querySelector('[data-set=per_rev_2]')")
     desk.wait(f"{MARKS}.length === 2")
@@ -262,11 +258,8 @@ def test_on_a_phone_the_line_is_dragged_by_touch_and_a_crossing_is_tapped(url):
         phone.wait(f"{MARKS}.length === 2", timeout=120)
 
         def touch(kind: str, *points: tuple[float, float]) -> None:
-            phone.call(
-                "Input.dispatchTouchEvent",
-                type=kind,
-                touchPoints=[{"x": x, "y": y} for x, y in points],
-            )
+            places = [{"x": x, "y": y} for x, y in points]
+            phone.call("Input.dispatchTouchEvent", type=kind, touchPoints=places)
 
         left, top, width, height = phone.at_rest(PLOT)
         y = top + 0.25 * height

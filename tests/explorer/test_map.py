@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from live.browser import Page, page
+from live.browser import READY, Page, by_id, page
 from live.server import wait_until
 from live.visitor import Visitor, frequency_text, pause
 
@@ -128,26 +128,26 @@ def test_a_slow_map_is_cancelled_and_restarted(guest):
 
 # On the page
 
-PLOT = "document.querySelector('#map-chart .plot')"
-RING = "document.querySelector('#map-chart [role=slider]')"
+PLOT, RING, SVG, CANVAS = (
+    f"document.querySelector('#map-chart {part}')"
+    for part in (".plot", "[role=slider]", "svg", "canvas")
+)
 
 
 @pytest.fixture(scope="module")
 def desk(url) -> Iterator[Page]:
     """A page with its map drawn."""
     with page(url, 1440, 900) as shown:
-        shown.wait("!!document.querySelector('#scene[data-ready] canvas')")
-        shown.evaluate("document.querySelector('#to-map').click()")
-        shown.wait("!!document.querySelector('#map-chart svg .region')", timeout=60)
+        shown.wait(READY)
+        shown.open_tab("map")
+        shown.wait(f"!!{SVG}?.querySelector('.region')")
         yield shown
 
 
 def fields(shown: Page) -> list[float]:
     """Speed and mass as the server says."""
-    return [float(shown.evaluate(f"document.querySelector('#{n}-field').value")) for n in NUMBERS]
-
-
-NUMBERS = ("gamma", "alpha")
+    values = (f"{by_id(f'{name}-field')}.value" for name in ("gamma", "alpha"))
+    return [float(shown.evaluate(value)) for value in values]
 
 
 @pytest.mark.slow
@@ -156,16 +156,14 @@ def test_the_map_works_by_mouse_and_keys(desk):
     """A click sets both numbers, an arrow key one of them; the map and its ring have names."""
     left, top, width, height = desk.at_rest(PLOT)
     x, y = left + 62 + 0.5 * (width - 62 - 39), top + 20 + 0.75 * (height - 62)
-    desk.mouse("mousePressed", x, y, 1)
-    desk.mouse("mouseReleased", x, y)
+    desk.click_at(x, y)
     wait_until(lambda: fields(desk) == [pytest.approx(10, abs=0.1), pytest.approx(0.5, abs=0.05)])
     before = fields(desk)
     desk.evaluate(f"{RING}.focus()")
     desk.key("ArrowUp")
     wait_until(lambda: fields(desk)[0] == before[0] and fields(desk)[1] > before[1])
-    said = desk.evaluate(f"{RING}.getAttribute('aria-valuetext')")
-    assert said.startswith("γ = 10")
-    name = desk.evaluate("document.querySelector('#map-chart svg').getAttribute('aria-label')")
+    assert desk.evaluate(f"{RING}.getAttribute('aria-valuetext')").startswith("γ = 10")
+    name = desk.evaluate(f"{SVG}.getAttribute('aria-label')")
     assert name.startswith("Map: smallest frequency gap over speed γ and mass α, from ")
 
 
@@ -173,13 +171,9 @@ def test_the_map_works_by_mouse_and_keys(desk):
 @pytest.mark.browser
 def test_colours_on_the_page(desk):
     """The canvas has the first colour at the smallest value, the last at the largest."""
-    pixel = (
-        "(k => [...document.querySelector('#map-chart canvas').getContext('2d').getImageData("
-        "k % 81, 40 - Math.floor(k / 81), 1, 1).data])"
-    )
-    ends = desk.evaluate(
-        f"(values => [Math.min(...values), Math.max(...values)].map(v => {pixel}("
-        "values.indexOf(v))))(beamviz.drawn['map-chart'].values)"
-    )
+    ends = desk.evaluate(f"""(values => [Math.min(...values), Math.max(...values)].map(value => {{
+      const k = values.indexOf(value), canvas = {CANVAS}.getContext('2d');
+      return [...canvas.getImageData(k % 81, 40 - Math.floor(k / 81), 1, 1).data];
+    }}))(beamviz.drawn['map-chart'].values)""")
     assert ends == [[62, 84, 150, 255], [253, 231, 37, 255]]
     assert desk.problems == []

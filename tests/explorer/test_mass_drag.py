@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from live.browser import Page, field, page
+from live.browser import NODES, Page, field, page, says
 from live.visitor import PAPER, Visitor
 
 from beamviz.beam import Beam
@@ -24,6 +24,7 @@ from beamviz.server import run_server
 from beamviz.solver import solve
 
 OVERLAY = "/scene/rotor/overlay"
+BENT = Beam(alpha=0.2, beta=0.6, gamma=4, delta=-1)
 unit = st.floats(-1, 1)
 points = st.tuples(unit, unit, unit).map(np.array)
 
@@ -56,10 +57,7 @@ def test_no_point_without_a_line_of_sight():
 @pytest.mark.parametrize("rotating_frame", [True, False])
 @pytest.mark.parametrize(
     ("beam", "state"),
-    [
-        (PAPER.replace(delta=0.5, gamma=40), "straight"),
-        (Beam(alpha=0.2, beta=0.6, gamma=4, delta=-1), "stable"),
-    ],
+    [(PAPER.replace(delta=0.5, gamma=40), "straight"), (BENT, "stable")],
     ids=["straight", "bent"],
 )
 def test_a_point_of_the_beam_gives_its_coordinate(beam, state, rotating_frame):
@@ -70,36 +68,25 @@ def test_a_point_of_the_beam_gives_its_coordinate(beam, state, rotating_frame):
         view = BeamView(server.scene)
         view.show(shapes, ViewOptions(rotating_frame=rotating_frame), [0])
         view.move(np.zeros(5), np.zeros(5), angle=0.7)
-        camera = SimpleNamespace(position=np.array([0.3, -3.0, 2.0]))
-        guest: Any = SimpleNamespace(
-            client=SimpleNamespace(camera=camera), state=SimpleNamespace(case=None)
-        )
+        client = SimpleNamespace(camera=SimpleNamespace(position=np.array([0.3, -3.0, 2.0])))
+        guest: Any = SimpleNamespace(client=client, state=SimpleNamespace(case=None))
         drag, turn = MassDrag(guest, view), 0.0 if rotating_frame else 0.7
         points, _ = to_hub_frame(shapes, shapes.centreline)
         c, s = math.cos(turn), math.sin(turn)
         turned = points @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
         for k in (60, 250, 500):
-            x = drag.nearest_coordinate(
-                drag.line_of_sight(np.array(view.frame.position) + turned[k])
-            )
-            assert x == pytest.approx(shapes.x[k], abs=1e-3)
+            sight = drag.line_of_sight(np.array(view.frame.position) + turned[k])
+            assert drag.nearest_coordinate(sight) == pytest.approx(shapes.x[k], abs=1e-3)
 
 
 def drag(guest: Visitor, phase: str, x: float) -> None:
     """A step of a drag of the mass, over a place of the picture."""
-    guest.send(
-        type="SceneNodeDragMessage",
-        phase=phase,
-        name="/scene/rotor/mass",
-        instance_index=0,
-        start_position=(0.0, 0.0, 0.0),
-        start_screen_pos=(0.5, 0.5),
-        end_position=(x, 0.0, 0.0),
-        end_screen_pos=(0.5, 0.5),
-        button="left",
-        modifier=None,
-        owner=guest.nodes["/scene/rotor/mass"]["owner"],
-    )
+    node, middle = "/scene/rotor/mass", (0.5, 0.5)
+    what = {"name": node, "owner": guest.nodes[node]["owner"], "instance_index": 0}
+    start = {"start_position": (0.0, 0.0, 0.0), "start_screen_pos": middle}
+    end = {"end_position": (x, 0.0, 0.0), "end_screen_pos": middle}
+    how = {"phase": phase, "button": "left", "modifier": None}
+    guest.send(type="SceneNodeDragMessage", **what, **start, **end, **how)
 
 
 def test_dragging_the_mass_sets_beta_and_shows_an_overlay(guest):
@@ -118,35 +105,27 @@ def test_dragging_the_mass_sets_beta_and_shows_an_overlay(guest):
 
 # By a mouse, on the page
 
-NODES = "window.__viserMutable && window.__viserMutable.nodeRefFromName"
 # What viser's own page complains about when a body of the scene is dragged.
 KNOWN = "Unable to preventDefault inside passive event listener invocation."
 
 
-def on_screen(shown: Page, x: float, y: float) -> tuple[float, float]:
+def on_screen(shown: Page, x: float, y: float) -> list[float]:
     """Where a point of the plane of rotation, in the frame of the hub, is on the page."""
-    return tuple(
-        shown.evaluate(
-            f"""(() => {{
-              const {{ camera, canvas }} = window.__viserMutable;
-              const wheel = {NODES}['/scene/rotor'];
-              const place = wheel.position.clone().set({x}, {y}, 0);
-              const at = wheel.localToWorld(place).project(camera);
-              const r = canvas.getBoundingClientRect();
-              return [r.left + r.width * (1 + at.x) / 2, r.top + r.height * (1 - at.y) / 2];
-            }})()"""
-        )
-    )
+    return shown.evaluate(f"""(() => {{
+      const {{ camera, canvas }} = window.__viserMutable, wheel = {NODES}['/scene/rotor'];
+      const place = wheel.position.clone().set({x}, {y}, 0);
+      const at = wheel.localToWorld(place).project(camera), r = canvas.getBoundingClientRect();
+      return [r.left + r.width * (1 + at.x) / 2, r.top + r.height * (1 - at.y) / 2];
+    }})()""")
 
 
-def move(shown: Page, start: tuple[float, float], end: tuple[float, float]) -> None:
+def move(shown: Page, start: list[float], end: list[float]) -> None:
     """Drag from one point of the page to another."""
     shown.mouse("mouseMoved", *start)
     shown.next_frame()
     shown.mouse("mousePressed", *start, 1)
-    for share in np.linspace(0.1, 1, 10):
-        x, y = (a + share * (b - a) for a, b in zip(start, end, strict=True))
-        shown.mouse("mouseMoved", x, y, 1)
+    for place in np.linspace(start, end, 11)[1:].tolist():
+        shown.mouse("mouseMoved", *place, 1)
         shown.next_frame()
     shown.mouse("mouseReleased", *end)
 
@@ -154,10 +133,7 @@ def move(shown: Page, start: tuple[float, float], end: tuple[float, float]) -> N
 @pytest.mark.browser
 @pytest.mark.parametrize(
     ("beam", "state", "end"),
-    [
-        (Beam(alpha=1, beta=0.5, gamma=3), "straight", 0.95),
-        (Beam(alpha=0.2, beta=0.6, gamma=4, delta=-1), "stable", 0.8),
-    ],
+    [(Beam(alpha=1, beta=0.5, gamma=3), "straight", 0.95), (BENT, "stable", 0.8)],
     ids=["straight", "bent"],
 )
 def test_the_mass_is_dragged_by_a_mouse(beam, state, end):
@@ -166,7 +142,7 @@ def test_the_mass_is_dragged_by_a_mouse(beam, state, end):
     view = ViewOptions(playing=False, shares=(1.0,), amplitude=0.0)
     scene = Scene(beam, {"state": state}, view=view)
 
-    def place(x: float) -> tuple[float, float]:
+    def place(x: float) -> list[float]:
         solution = solve(beam.replace(beta=x), state=state)
         along, across = solution.equilibrium.position([x])[0]
         return on_screen(shown, beam.delta + along, across)
@@ -178,10 +154,9 @@ def test_the_mass_is_dragged_by_a_mouse(beam, state, end):
         return f"{there} && new Promise(done => setTimeout(() => done({there}), 1000))"
 
     with explorer(scene) as url, page(url, 1280, 860) as shown:
-        shown.wait(f"!!({NODES} && {NODES}['/scene/rotor/mass'])")
-        shown.wait("document.body?.innerText.includes('Stable equilibrium')")
+        shown.wait(f"!!{NODES}?.['/scene/rotor/mass'] && {says('Stable equilibrium')}")
         for _ in range(4):  # a busy machine may see the pointer go by, or let go on the way
-            shown.evaluate(f"beamviz.send('beta', {beam.beta})")
+            shown.send("beta", beam.beta)
             shown.wait(stays(beam.beta))
             move(shown, place(beam.beta), place(end))
             with contextlib.suppress(TimeoutError):

@@ -8,28 +8,18 @@ from typing import Any
 import numpy as np
 import pytest
 from charts import case
-from live.visitor import Visitor, final_text, pause, visitor
+from live.visitor import PAPER, Visitor, final_text, pause, visitor
 
 from beamviz.beam import Beam
 from beamviz.explorer.features import method_timing
-from beamviz.explorer.features.method_timing import (
-    OPTION,
-    RESOLUTIONS,
-    cost,
-    frequency_error,
-    time_methods,
-    timing_data,
-    timing_table,
-)
+from beamviz.explorer.features.method_timing import OPTION, RESOLUTIONS, cost, frequency_error
 from beamviz.solver import METHODS, Solution, solve
-
-PAPER = Beam(alpha=1, beta=0.5, gamma=10)
 
 
 @pytest.fixture(scope="module")
 def timings():
     """Every method on the beam of the README."""
-    return time_methods(case(PAPER))
+    return method_timing.time_methods(case(PAPER))
 
 
 def test_every_method_is_timed_at_each_of_its_resolutions(timings):
@@ -53,11 +43,11 @@ def test_a_method_that_fails_has_a_reason(timings):
     """Without stiffening the beam is unstable."""
     reason = "predicts an unstable beam; it is stable"
     assert {timing.reason for timing in timings if timing.method == "zoac"} == {reason}
-    assert reason in timing_table(timings)
+    assert reason in method_timing.timing_table(timings)
 
 
 @pytest.mark.parametrize(
-    ("beam", "coriolis", "elements", "error"),
+    ("beam", "coriolis", "count", "error"),
     [
         (Beam(alpha=1, gamma=4.5), False, 40, 1e-4),
         (Beam(gamma=4, delta=-1), False, 40, 1e-2),  # buckled: growth rates
@@ -65,9 +55,9 @@ def test_a_method_that_fails_has_a_reason(timings):
         (Beam(alpha=1, gamma=4.65), True, 10, 1e-3),  # and here S1 and B3: 0.06 %, not 89 %
     ],
 )
-def test_modes_are_matched_by_shape(beam, coriolis, elements, error):
+def test_modes_are_matched_by_shape(beam, coriolis, count, error):
     """The error of some elements is small although labels differ."""
-    elements = solve(beam, method="ancf", elements=elements, coriolis=coriolis)
+    elements = solve(beam, method="ancf", elements=count, coriolis=coriolis)
     assert 1e-9 < frequency_error(elements, solve(beam, coriolis=coriolis)) < error
 
 
@@ -81,9 +71,10 @@ def test_modes_in_another_order_are_matched():
 
 
 def test_the_chart_has_a_line_for_each_method_and_a_ring_for_the_scene(timings):
-    """Time [ms] and error; the table has a button for each method, with its best result."""
+    """Time [ms] and error; the ring names elements, order, unknowns, time, error; the table has a
+    button for each method, with its best result."""
     solution = solve(PAPER)
-    data = timing_data(timings, solution)
+    data = method_timing.timing_data(timings, solution)
     assert [line["label"] for line in data["lines"]] == [m for m in METHODS if m != "zoac"]
     times = [1000 * t.seconds for t in timings if not t.reason]
     errors = [min(t.error, 1.0) for t in timings if not t.reason]
@@ -92,16 +83,11 @@ def test_the_chart_has_a_line_for_each_method_and_a_ring_for_the_scene(timings):
     assert data["x"]["range"][0] <= min(times) < max(times) <= data["x"]["range"][1]
     *_, ring = data["marks"]
     assert ring["text"] == f"this scene: {cost(solution)}"
-    rows = timing_table(timings)
+    assert cost(solution).startswith("2 elements, order 11, 44 unknowns, ")
+    error = max(solution.errors / solution.frequencies)
+    assert cost(solution).endswith(f"relative error {error:.0e}")
+    rows = method_timing.timing_table(timings)
     assert all(f'data-set="method" data-value="&quot;{name}&quot;"' in rows for name in METHODS)
-
-
-def test_the_cost_of_a_solution_is_described():
-    """Elements, order, unknowns, time and error."""
-    solution = solve(PAPER)
-    text = cost(solution)
-    assert text.startswith("2 elements, order 11, 44 unknowns, ")
-    assert text.endswith(f"relative error {max(solution.errors / solution.frequencies):.0e}")
 
 
 def test_methods_are_timed_when_that_is_switched_on(guest, monkeypatch):
@@ -111,7 +97,7 @@ def test_methods_are_timed_when_that_is_switched_on(guest, monkeypatch):
     assert "Further right" not in guest.text
     guest.do("time_methods", True)
     guest.says("Further right: slower")
-    monkeypatch.setattr("beamviz.explorer.features.method_timing.solve", None)
+    monkeypatch.setattr(method_timing, "solve", None)
     guest.choose("method", "foac")
     guest.says("foac</b>: ")
     pause(guest)

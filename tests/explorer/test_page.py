@@ -1,12 +1,18 @@
-"""The real page in a browser without a window."""
+"""The real page in a browser without a window; and, where the scene is drawn, pictures of it. Each
+of these frames is drawn by the processor, so that window is small."""
 
+import base64
+import io
 from collections.abc import Iterator
+from pathlib import Path
 
+import matplotlib.image
 import numpy as np
 import pytest
-from live.browser import Page, control, field, page, says
+from live.browser import NODES, Page, control, field, page, says
 from live.server import wait_until
 from live.visitor import frequency_text
+from scipy import ndimage
 
 from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
@@ -15,20 +21,24 @@ from beamviz.scene import Scene, ViewOptions
 pytestmark = pytest.mark.browser
 
 START = Beam()  # no mass, no rotation: mode 2 has its node at 0.7834
-NODES = "window.__viserMutable && window.__viserMutable.nodeRefFromName"
 
 
 def bodies(name: str, what: str, size: int) -> str:
     """Numbers (size * n) of the bodies of a node that are seen, as they are on the graphics card:
     those that are not seen have no size."""
     return f"""(() => {{
-      let mesh;
-      {NODES}['{name}'].traverse(node => {{
-        if (node.{what} && Math.hypot(...node.matricesTexture._data.slice(4, 7)) > 1e-5)
-          mesh = node;
+      const mesh = {shown_bodies(name)}.at(-1);
+      return mesh && Array.from(mesh.{what}._data.slice(0, {size} * mesh.instancesCount)); }})()"""
+
+
+def shown_bodies(name: str) -> str:
+    """The sets of bodies of a node that are seen."""
+    return f"""(() => {{
+      const found = [];
+      {NODES}?.['{name}']?.traverse(node => {{
+        if (Math.hypot(...node.matricesTexture?._data.slice(4, 7) ?? []) > 1e-5) found.push(node);
       }});
-      return mesh && Array.from(mesh.{what}._data.slice(0, {size} * mesh.instancesCount));
-    }})()"""
+      return found; }})()"""
 
 
 PIECES = bodies("/scene/rotor/beam", "matricesTexture", 16)
@@ -41,8 +51,7 @@ def shown() -> Iterator[Page]:
     """One page that the tests of this file use in turn; it starts paused at full swing."""
     scene = Scene.of(START, playing=False)
     with explorer(scene) as url, page(url, 1280, 900) as opened:
-        opened.wait(f"{NODES} && {NODES}['/scene/rotor/beam'] && {PIECES}")
-        opened.wait(says(frequency_text(START)))
+        opened.wait(f"{PIECES} && {says(frequency_text(START))}")
         yield opened
 
 
@@ -70,18 +79,16 @@ def test_dragging_a_slider_changes_beam_and_table(shown):
     """Below 70 the beam is thicker as 1 / mu; a mass changes its shape."""
     size = thickness(shown)
     shown.drag(control("slenderness μ"), 0.33, 0.1)
-    wait_until(
-        lambda: (
-            (beam := solved_beam(shown))
-            and 10 <= beam.mu < 50
-            and thickness(shown) / size == pytest.approx(70 / beam.mu, rel=1e-3)
-        )
-    )
+
+    def is_thicker() -> bool:
+        beam = solved_beam(shown)
+        expected = pytest.approx(70 / beam.mu, rel=1e-3) if beam else None
+        return beam and 10 <= beam.mu < 50 and thickness(shown) / size == expected
+
+    wait_until(is_thicker)
     before = pieces(shown)
     shown.drag(control("mass α"), 0.02, 0.6)
-    wait_until(
-        lambda: (beam := solved_beam(shown)) and beam.alpha > 1 and not same(pieces(shown), before)
-    )
+    wait_until(lambda: (solved_beam(shown) or START).alpha > 1 and not same(pieces(shown), before))
 
 
 def solved_beam(shown: Page) -> Beam | None:
@@ -126,8 +133,8 @@ def colours(shown: Page) -> int:
 def test_a_beam_is_coloured_by_its_motion_and_grey_without_an_equilibrium(shown):
     """biot beyond its limit: the page names the limit, and all pieces are grey."""
     assert colours(shown) > 20
-    for key, value in {"strain": "'biot'", "alpha": 0, "mu": 10, "gamma": 20}.items():
-        shown.evaluate(f"beamviz.send('{key}', {value})")
+    for key, value in {"strain": "biot", "alpha": 0, "mu": 10, "gamma": 20}.items():
+        shown.send(key, value)
     shown.wait(says("No equilibrium above γ = 15.71"))
     wait_until(lambda: colours(shown) == 1)
     assert shown.problems == []
@@ -158,3 +165,111 @@ def test_captions_are_legible_and_keep_apart():
                     beside = one["right"] <= other["left"] or other["right"] <= one["left"]
                     assert beside or abs(one["top"] - other["top"]) >= one["height"] - 1
         assert not shown.problems
+
+
+# Pictures of the scene
+
+SIZED = f"{shown_bodies('/scene/rotor/beam')}.map(node => node.instancesCount)"
+RECORD = f"""window.seen = [];
+  (function frame() {{ window.seen.push({SIZED}.join('+')); requestAnimationFrame(frame); }})()"""
+HIDE = "document.head.append(Object.assign(document.createElement('style'), {textContent: " + (
+    "'#scene > :not(#root, #caption-layer) { visibility: hidden !important }'}))"
+)
+HIDE_CAPTIONS = "document.querySelector('#caption-layer').style.visibility = 'hidden'"
+BLOCK = 16  # [pixels]: letters drawn in two ways differ at their edges
+
+
+@pytest.fixture(scope="module")
+def drawn() -> Iterator[Page]:
+    """A page with its scene drawn, paused at full swing."""
+    scene = Scene(Beam(mu=40)).changed(playing=False, nodes=False)
+    with explorer(scene) as url, page(url, 640, 560, is_drawn=True) as opened:
+        opened.wait(f"{SIZED}.length === 1 && {says('Stable equilibrium')}")
+        for script in (RECORD, HIDE, HIDE_CAPTIONS):
+            opened.evaluate(script)
+        yield opened
+
+
+def press(shown: Page, key: str, expected: int) -> None:
+    """Press a key, and wait until the beam is in so many pieces."""
+    shown.key(key)
+    shown.wait(f"{SIZED}.join() === '{expected}'")
+    shown.next_frame()
+
+
+def seen(shown: Page, file: Path) -> np.ndarray:
+    """The scene (h, w, 3) on the screen."""
+    shown.picture(file)
+    box = "(r => [r.x, r.y, r.width, r.height])(document.querySelector('#root canvas')"
+    left, top, width, height = map(round, shown.evaluate(f"{box}.getBoundingClientRect())"))
+    return matplotlib.image.imread(file)[top : top + height, left : left + width, :3]
+
+
+def saved(shown: Page) -> np.ndarray:
+    """The scene (h, w, 3) in the file that the page saves."""
+    url = shown.evaluate("""new Promise(done => beamvizCaptions.picture(png => {
+      const reader = new FileReader();
+      reader.onload = () => done(reader.result);
+      reader.readAsDataURL(png); }))""")
+    content = base64.b64decode(url.partition(",")[2])
+    return matplotlib.image.imread(io.BytesIO(content))[..., :3]
+
+
+def block_means(pixels: np.ndarray) -> np.ndarray:
+    """The brightness of a picture (h, w, 3), averaged over blocks."""
+    height, width = (n // BLOCK * BLOCK for n in pixels.shape[:2])
+    blocks = pixels[:height, :width].reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK, 3)
+    return blocks.mean(axis=(1, 3, 4))
+
+
+def picture(shown: Page, file: Path) -> np.ndarray:
+    """Where the scene (h, w) shows the colours of the beam: strong ones from blue over green to
+    yellow, neither the collars of nodes nor the mark of the hub."""
+    scene = seen(shown, file)
+    red, green, blue = np.moveaxis(scene, 2, 0)
+    strong = np.maximum(np.maximum(red, green), blue) - np.minimum(np.minimum(red, green), blue)
+    return (strong > 0.25) & (green > 0.15) & (np.maximum(green, blue) > red)
+
+
+def is_whole(beam: np.ndarray) -> bool:
+    """Whether the beam is one connected patch of the picture that reaches far across it."""
+    patches, _ = ndimage.label(beam, np.ones((3, 3)))
+    sizes = np.bincount(patches.ravel(), minlength=2)[1:]
+    across = np.flatnonzero((patches == 1 + sizes.argmax()).any(axis=0))
+    return sizes.max() > 0.97 * beam.sum() > 0 and np.ptp(across) > 0.4 * beam.shape[1]
+
+
+@pytest.mark.slow
+def test_a_saved_picture_equals_the_scene(drawn, tmp_path):
+    """The present moment and viewpoint, on the background of the page."""
+    pixels = saved(drawn)
+    assert np.ptp(pixels, axis=2).max() > 0.25
+    assert np.abs(pixels - seen(drawn, tmp_path / "page.png")).max() < 0.05
+
+
+@pytest.mark.slow
+def test_a_saved_picture_has_its_captions(tmp_path):
+    """Of two nodes, and the speed: where they are on the screen."""
+    scene = Scene.of(Beam(gamma=5), mode=3, playing=False)
+    with explorer(scene) as url, page(url, 640, 560, is_drawn=True) as opened:
+        opened.wait("document.querySelectorAll('#caption-layer > span').length === 3")
+        opened.evaluate(HIDE)
+        opened.next_frame()
+        means = [block_means(each) for each in (saved(opened), seen(opened, tmp_path / "a.png"))]
+    assert np.abs(means[0] - means[1]).max() < 0.08
+
+
+@pytest.mark.slow
+def test_the_beam_stays_whole_while_its_pieces_change(drawn, tmp_path):
+    """From few to many and back, paused and in motion: each frame has one set of pieces, and the
+    beam is connected; pictures of two modes differ."""
+    pictures = []
+    for key, expected in (("1", 64), ("3", 256), ("1", 64), ("5", 256)):
+        press(drawn, key, expected)
+        pictures.append(picture(drawn, tmp_path / "page.png"))
+        assert is_whole(pictures[-1])
+    assert (pictures[0] != pictures[1]).mean() > 0.005
+    for key, expected in (("p", 256), ("1", 64), ("3", 256)):
+        press(drawn, key, expected)
+    assert set(drawn.evaluate("window.seen")) <= {"16", "32", "64", "128", "256"}
+    assert drawn.problems == []

@@ -12,14 +12,8 @@ from live.visitor import frequency_text
 from beamviz.beam import Beam
 from beamviz.drawing.text import significant
 from beamviz.errors import InvalidInput
-from beamviz.explorer.features.real_beam import (
-    ALL_FIELDS,
-    FIELDS,
-    PERCENT,
-    SECTIONS,
-    edited,
-    entries,
-)
+from beamviz.explorer.features import real_beam
+from beamviz.explorer.features.real_beam import ALL_FIELDS, FIELDS, PERCENT, edited, entries
 from beamviz.presets import ARM, BLADE, REAL_BEAMS, RPM, RULER, STEEL_BEAM
 from beamviz.solver import solve
 
@@ -151,9 +145,7 @@ def test_errors_name_the_field_and_its_unit(name, value, words):
     assert not re.search(r"alpha|beta|gamma|delta|\bmu\b|_", str(told.value))
 
 
-@given(
-    st.sampled_from(sorted(ALL_FIELDS)), st.floats(0.5, 2), st.sampled_from(REAL_BEAMS)
-)  # fmt: skip
+@given(st.sampled_from(sorted(ALL_FIELDS)), st.floats(0.5, 2), st.sampled_from(REAL_BEAMS))
 def test_an_edit_changes_one_field(name, factor, real):
     """All others keep their values, except those of other kinds of section."""
     beam = real.beam
@@ -163,7 +155,8 @@ def test_an_edit_changes_one_field(name, factor, real):
     with contextlib.suppress(InvalidInput):
         after = entries(edited(beam, name, value))
         assert after[name] == pytest.approx(before[name] * factor)
-        kept = next((one.sizes for one in SECTIONS.values() if name in one.sizes), ())
+        sections = real_beam.SECTIONS.values()
+        kept = next((one.sizes for one in sections if name in one.sizes), ())
         for other in {*FIELDS, *kept} - {name}:
             assert after[other] == pytest.approx(before[other], rel=1e-9, abs=1e-12)
 

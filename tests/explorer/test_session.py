@@ -23,11 +23,17 @@ from beamviz.solver import solve
 
 
 def test_a_visitor_gets_the_table_and_the_scene(guest):
-    """The first answer has all five modes of the start beam."""
+    """The first answer has all five modes of the start beam; each slider has an explanation, of a
+    sentence or more without symbols."""
     for mode in range(5):
         assert frequency_text(PAPER, mode) in guest.text
     assert "Stable equilibrium" in guest.text
     assert BEAM in guest.nodes
+    hints = re.findall("<span popover [^>]*>(.*?)</span>", guest.texts["beam"])
+    assert len(hints) == len(NUMBERS)
+    for hint in hints:
+        assert len(hint) > 60
+        assert not set(hint) & set("αβγδμ")
 
 
 def test_a_field_extends_the_range_of_its_slider(guest):
@@ -62,33 +68,21 @@ def test_a_change_of_view_is_eased_unless_motion_is_reduced(guest, still):
         assert still or (xs[0] < -0.45 and np.diff(xs).max() < 0.2)
 
 
-def test_each_slider_has_an_explanation(guest):
-    """Of a sentence or more, without symbols."""
-    hints = re.findall("<span popover [^>]*>(.*?)</span>", guest.texts["beam"])
-    assert len(hints) == len(NUMBERS)
-    for hint in hints:
-        assert len(hint) > 60
-        assert not set(hint) & set("αβγδμ")
-
-
 def test_every_part_of_the_model_can_be_chosen(guest):
     """The answers for plane, strain law and curvature are those of solve."""
-    guest.choose("plane", "flapwise")
-    guest.says(frequency_text(PAPER, plane="flapwise"))
-    guest.choose("curvature", "material")
-    guest.says(frequency_text(PAPER, plane="flapwise", curvature="material"))
-    guest.choose("strain", "hencky")
-    guest.says(frequency_text(PAPER, plane="flapwise", curvature="material", strain="hencky"))
+    chosen: dict[str, str] = {}
+    for name, value in (("plane", "flapwise"), ("curvature", "material"), ("strain", "hencky")):
+        guest.choose(name, value)
+        chosen[name] = value
+        guest.says(frequency_text(PAPER, **chosen))
 
 
 def test_moving_a_slider_starts_no_thread(guest, monkeypatch):
     """100 moves, each drawn."""
-    started: list[str] = []
+    started: list[threading.Thread] = []
     start = threading.Thread.start
     pause(guest)
-    monkeypatch.setattr(
-        threading.Thread, "start", lambda self: (started.append(self.name), start(self))
-    )
+    monkeypatch.setattr(threading.Thread, "start", lambda one: (started.append(one), start(one)))
     for k in range(100):
         guest.choose("gamma", 11.0 + 0.1 * k)
         guest.wait(beam_moved)
@@ -193,14 +187,13 @@ def test_a_method_without_switches_names_those_with_them(guest):
     guest.says("softening = False: method ancf takes no switched-off term")
 
 
-def test_the_page_invites_to_drag_what_there_is():
+@pytest.mark.parametrize(
+    ("beam", "words"), [(PAPER, "Drag the mass along"), (Beam(), "Drag the line of the speed")]
+)
+def test_the_page_invites_to_drag_what_there_is(beam, words):
     """The mass, if the beam has one."""
-    for scene, words in (
-        (Scene(PAPER), "Drag the mass along"),
-        (Scene(), "Drag the line of the speed"),
-    ):
-        with explorer(scene) as url, visitor(url) as guest:
-            guest.wait(lambda _, words=words: words in guest.texts["scene-caption"])
+    with explorer(Scene(beam)) as url, visitor(url) as guest:
+        guest.wait(lambda _: words in guest.texts["scene-caption"])
 
 
 # Scenes without an equilibrium

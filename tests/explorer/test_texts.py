@@ -10,28 +10,17 @@ from live.visitor import PAPER, frequency_text
 
 from beamviz.beam import PARAMETERS, Beam, Units
 from beamviz.drawing import text as messages
-from beamviz.drawing.text import (
-    measure,
-    measures,
-    rounded_to_error,
-)
+from beamviz.drawing.text import measure, measures, rounded_to_error
 from beamviz.errors import NoEquilibrium
 from beamviz.explorer.features.loci_chart import chart_data
 from beamviz.explorer.page import html
 from beamviz.exports.html_page import solution_table
+from beamviz.presets import MATERIALS
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
-RULER = Beam.from_si(
-    length=0.3,
-    density=7850,
-    area=25e-6,
-    second_moment=25e-12 / 12,
-    youngs_modulus=210e9,
-    rotation_speed=20 * math.pi,
-    mass=0.02,
-    mass_position=0.15,
-)
+STEEL = {"length": 0.3, "area": 25e-6, "second_moment": 25e-12 / 12, **MATERIALS["steel"]}
+RULER = Beam.from_si(**STEEL, rotation_speed=20 * math.pi, mass=0.02, mass_position=0.15)
 FIRST = Scene(RULER)
 sizes = st.floats(1e-3, 1e3)
 
@@ -46,9 +35,8 @@ def test_the_numbers_of_a_real_beam_are_displayed_in_si_units():
     assert shown["gamma"].text(RULER.gamma, 5) == "600 rpm"
     assert shown["mu"].unit == ""
     assert measure("gamma", None).text(4.4641, 4) == "γ = 4.464"
-    column = [
-        messages.Measure("Hz", "f", "Hz").number(value, 3) for value in (4.28, 32.28, 9999.97)
-    ]
+    hertz = messages.Measure("Hz", "f", "Hz")
+    column = [hertz.number(value, 3) for value in (4.28, 32.28, 9999.97)]
     assert column == ["4.280", "32.28", "10000"]
 
 
@@ -90,9 +78,8 @@ def test_sliders_of_a_real_beam_take_rpm_kg_and_millimetres(guest):
     guest.choose("gamma", 300.0)
     guest.choose("alpha", 0.01)
     guest.choose("beta", 200.0)
-    same = RULER.replace(
-        gamma=300 / RULER.units.rpm(1), alpha=0.01 / RULER.units.mass, beta=200 / 300
-    )
+    gamma, alpha = 300 / RULER.units.rpm(1), 0.01 / RULER.units.mass
+    same = RULER.replace(gamma=gamma, alpha=alpha, beta=200 / 300)
     guest.says(frequency_text(same))
     guest.says("300 rpm")
     guest.do("per_rev_2", True)
@@ -154,9 +141,8 @@ def test_warnings_of_a_real_beam_are_in_its_units():
     assert f"above {units.rpm(15.7):.0f} rpm" in told
     buckled = solve(Beam(gamma=5, delta=-1, units=units))
     rate = buckled.growth_rates.max()
-    assert f"tenfold in {1000 * 0.01 * math.log(10) / rate:.3g} ms" in messages.stability_warning(
-        buckled
-    )
+    tenfold = f"tenfold in {1000 * 0.01 * math.log(10) / rate:.3g} ms"
+    assert tenfold in messages.stability_warning(buckled)
     text = solution_table(buckled, [])
     assert messages.growth(rate, units) in text
     assert f"{buckled.errors[0] / 0.01:.0e}" in text

@@ -20,12 +20,10 @@ from websockets.sync.connection import Connection
 
 NO_BROWSER = "no Chrome, Chromium or Edge found (set BEAMVIZ_BROWSER to one)"
 PROFILE = "BEAMVIZ_TEST_BROWSER"  # environment variable: profile folder of the running browser
-KEY_CODES = {
-    "Tab": 9,
-    "Enter": 13,
-    "ArrowLeft": 37,
-    "ArrowRight": 39,
-}  # of keys the browser acts on
+KEY_CODES = {"Tab": 9, "Enter": 13, "ArrowLeft": 37, "ArrowRight": 39}  # that it acts on
+LEFT: dict[str, Any] = {"button": "left", "clickCount": 1}
+NODES = "window.__viserMutable?.nodeRefFromName"  # of the scene, by name
+READY = "!!document.querySelector('#scene[data-ready] canvas')"
 # Without a graphics card a frame of the scene takes a second of a processor.
 DRAW_NOTHING = """for (const name of ["clear", "blitFramebuffer", "drawArrays", "drawElements",
   "drawArraysInstanced", "drawElementsInstanced"])
@@ -93,21 +91,24 @@ class Page(Target):
 
     def mouse(self, kind: str, x: float, y: float, buttons: int = 0) -> None:
         """A mouse event at a point of the page."""
-        self.call(
-            "Input.dispatchMouseEvent",
-            type=kind,
-            x=x,
-            y=y,
-            button="left",
-            buttons=buttons,
-            clickCount=1,
-        )
+        self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, buttons=buttons, **LEFT)
 
     def click(self, script: str) -> None:
         """Click in the middle of an element, given as an expression."""
-        x, y = self.middle(script)
+        self.click_at(*self.middle(script))
+
+    def click_at(self, x: float, y: float) -> None:
+        """Click at a point of the page."""
         self.mouse("mousePressed", x, y, 1)
         self.mouse("mouseReleased", x, y)
+
+    def send(self, action: str, value: Any = None) -> None:
+        """Send an action of the page."""
+        self.evaluate(f"beamviz.send({json.dumps(action)}, {json.dumps(value)})")
+
+    def open_tab(self, name: str) -> None:
+        """Open a tab."""
+        self.evaluate(f"{by_id(f'to-{name}')}.click()")
 
     def drag(self, script: str, start: float, end: float, steps: int = 6) -> None:
         """Drag along an element from one fraction of its width to another."""
@@ -123,16 +124,10 @@ class Page(Target):
     def key(self, name: str, modifiers: int = 0) -> None:
         """A key, down and up; modifiers = 2: with Ctrl."""
         code = f"{'Digit' if name.isdigit() else 'Key'}{name.upper()}" if len(name) == 1 else name
+        text, number = "\r" if name == "Enter" else "", KEY_CODES.get(name, 0)
+        key = {"key": name, "code": code, "text": text, "windowsVirtualKeyCode": number}
         for kind in ("keyDown", "keyUp"):
-            self.call(
-                "Input.dispatchKeyEvent",
-                type=kind,
-                key=name,
-                code=code,
-                modifiers=modifiers,
-                text="\r" if name == "Enter" else "",
-                windowsVirtualKeyCode=KEY_CODES.get(name, 0),
-            )
+            self.call("Input.dispatchKeyEvent", type=kind, modifiers=modifiers, **key)
 
     def resize(self, width: int, height: int) -> None:
         """Another size of the window; a touch screen where it is narrow."""
@@ -184,11 +179,15 @@ def says(words: str) -> str:
     return f"document.body?.innerText.includes({words!r})"
 
 
+def by_id(id: str) -> str:
+    """The element with this id."""
+    return f"document.getElementById('{id}')"
+
+
 def element(selector: str, text: str) -> str:
     """The first element of a kind that has exactly this text."""
-    return (
-        f"[...document.querySelectorAll('{selector}')].find(e => e.innerText.trim() === '{text}')"
-    )
+    every = f"[...document.querySelectorAll('{selector}')]"
+    return f"{every}.find(e => e.innerText.trim() === '{text}')"
 
 
 def control(label: str) -> str:
