@@ -1,30 +1,22 @@
 """The log has one line for each kind of error, whatever a visitor does."""
 
 import logging
+from unittest import mock
 
-import pytest
-
-from beamviz.server import log as log_module
 from beamviz.server.log import INTERVAL, MAX_KINDS, RateLimitedLog
 
 
-@pytest.fixture
-def clock(monkeypatch) -> list[float]:
-    """The time [s], to be set."""
-    now = [1000.0]
-    monkeypatch.setattr(log_module.time, "monotonic", lambda: now[0])
-    return now
-
-
-def test_repeated_errors_are_one_line_and_a_count(clock, caplog):
+def test_repeated_errors_are_one_line_and_a_count(monkeypatch, caplog):
     """Other visitors and other errors have lines of their own; after a while there is another line.
     A text with line breaks is one line."""
+    clock = mock.Mock(return_value=1000.0)
+    monkeypatch.setattr("beamviz.server.log.time.monotonic", clock)
     log = RateLimitedLog("a test")
     for _ in range(5000):
         log.warn("visitor 1", "ValueError", "ignored: rubber")
     log.warn("visitor 1", "TypeError", "ignored: two\nlines\r\nof it")
     log.warn("visitor 2", "ValueError", "ignored: rubber")
-    clock[0] += INTERVAL
+    clock.return_value += INTERVAL
     log.warn("visitor 1", "ValueError", "ignored: gum")
     assert [record.getMessage() for record in caplog.records] == [
         "visitor 1: ignored: rubber",
@@ -45,11 +37,10 @@ def test_the_memory_of_the_log_is_limited():
 
 def test_an_internal_error_is_one_line_with_its_traceback_at_level_debug(caplog):
     """At other levels only the line."""
-    log, error = RateLimitedLog("a test"), ZeroDivisionError("division by zero")
-    with caplog.at_level(logging.INFO, "a test"):
-        log.error("chart", "a beam", error)
-    (record,) = caplog.records
-    assert record.getMessage() == "chart: failed for a beam: ZeroDivisionError('division by zero')"
-    with caplog.at_level(logging.DEBUG, "a test"):
-        log.error("chart", "a beam", error)
-    assert caplog.records[-1].exc_info
+    log = RateLimitedLog("a test")
+    for level in (logging.INFO, logging.DEBUG):
+        with caplog.at_level(level, "a test"):
+            log.error("chart", "a beam", ZeroDivisionError("by zero"))
+    line, traceback = caplog.records
+    assert line.getMessage() == "chart: failed for a beam: ZeroDivisionError('by zero')"
+    assert traceback.exc_info

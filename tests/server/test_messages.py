@@ -18,37 +18,27 @@ from live.server import (
     wait_for_client,
     wait_until,
 )
-from live.visitor import BEAM, Visitor, beam_moved, final_text, visitor
+from live.visitor import BEAM, Visitor, beam_moved, final_text, pause, visitor
 from websockets.sync.connection import Connection
 
 from beamviz.server import connection, run_server
-from beamviz.server.connection import (
-    MAX_BYTES,
-    MESSAGES,
-    POLICY_VIOLATION,
-    InvalidMessage,
-    validate,
-)
+from beamviz.server.connection import MAX_BYTES, MESSAGES, POLICY_VIOLATION
 from beamviz.server.viser_private import message_types
 
 TOO_BIG = 1009
 
 
 @contextlib.contextmanager
-def plain_session() -> Iterator[tuple[viser.ViserServer, viser.GuiSliderHandle, Connection]]:
-    """viser's own server with a slider, and a visitor's socket."""
+def plain_session() -> Iterator[tuple[viser.ViserServer, viser.GuiSliderHandle, str, Connection]]:
+    """viser's own server with a slider and its name in messages, and a visitor's socket."""
     with plain_viser_server() as server, raw_socket(url_of(server)) as line:
-        yield server, server.gui.add_slider("x", 0.0, 1.0, 0.1, 0.5), line
+        slider = server.gui.add_slider("x", 0.0, 1.0, 0.1, 0.5)
+        yield server, slider, slider._impl.uuid, line
 
 
 def update(uuid: str, **updates: Any) -> bytes:
     """A message that sets properties of a control."""
     return encoded(type="GuiUpdateMessage", uuid=uuid, updates=updates)
-
-
-def uuid_of(slider: viser.GuiSliderHandle) -> str:
-    """The name of a control in messages."""
-    return slider._impl.uuid
 
 
 # Messages that viser's page does not send
@@ -58,7 +48,7 @@ def test_no_visitor_can_open_a_public_tunnel(url):
     """viser opens one for a single message, with its button hidden or not."""
     with mock.patch("viser._viser.ViserTunnel") as tunnel:
         tunnel.return_value.get_status.return_value = "connected"
-        with plain_session() as (server, _, line):
+        with plain_session() as (server, _, _, line):
             server.gui.configure_theme(show_share_button=False)
             line.send(encoded(type="ShareUrlRequest"))
             connected = tunnel.return_value.on_connect
@@ -73,8 +63,8 @@ def test_no_visitor_can_open_a_public_tunnel(url):
 
 def test_a_visitor_cannot_set_attributes_of_controls(url):
     """viser sets any attribute of a control that a message names."""
-    with plain_session() as (_, slider, line):
-        line.send(update(uuid_of(slider), removed=True, update_cb=[]))
+    with plain_session() as (_, slider, uuid, line):
+        line.send(update(uuid, removed=True, update_cb=[]))
         wait_until(lambda: slider._impl.removed)
     for updates in ({"update_cb": []}, {"value": 1, "removed": True}, {}):
         assert close_code(url, update("x", **updates)) == POLICY_VIOLATION
@@ -83,7 +73,7 @@ def test_a_visitor_cannot_set_attributes_of_controls(url):
 def test_a_visitor_cannot_send_messages_to_others(url):
     """viser forwards "form" messages to all, and stores them for later visitors."""
     message = encoded(type="GuiFormDirtyMessage", uuid="x" * 100)
-    with plain_session() as (server, _, line):
+    with plain_session() as (server, _, _, line):
         buffer = server._websock_server._broadcast_buffer.message_from_id
         before = len(buffer)
         line.send(message)
@@ -95,8 +85,8 @@ def test_a_visitor_cannot_fill_the_memory_with_a_file(url):
     """viser accepts files for any control, without a limit."""
     start = {"source_component_uuid": "", "transfer_uuid": "t", "filename": "f", "mime_type": "x"}
     start |= {"type": "FileTransferStartUpload", "part_count": 1000, "size_bytes": 10**12}
-    with plain_session() as (server, slider, line):
-        line.send(encoded(**start | {"source_component_uuid": uuid_of(slider)}))
+    with plain_session() as (server, _, uuid, line):
+        line.send(encoded(**start | {"source_component_uuid": uuid}))
         wait_until(lambda: server.gui._current_file_upload_states)
     assert close_code(url, encoded(**start)) == POLICY_VIOLATION
 
@@ -104,7 +94,7 @@ def test_a_visitor_cannot_fill_the_memory_with_a_file(url):
 def test_messages_have_a_maximum_size(url):
     """viser reads up to 50 MB; messages of the page are far below our limit."""
     huge = update("x", value="x" * MAX_BYTES)
-    with plain_session() as (server, _, line):
+    with plain_session() as (server, _, _, line):
         line.send(encoded(**CAMERA_MESSAGE))
         wait_for_client(server)
         line.send(huge)
@@ -145,8 +135,8 @@ def test_messages_have_a_maximum_size(url):
 )
 def test_an_invalid_message_is_rejected(message):
     """Before viser sees it."""
-    with pytest.raises(InvalidMessage):
-        validate(message, message_types(*MESSAGES))
+    with pytest.raises(connection.InvalidMessage):
+        connection.validate(message, message_types(*MESSAGES))
 
 
 def test_an_invalid_message_closes_its_connection_and_no_other(url, caplog):
@@ -155,9 +145,8 @@ def test_an_invalid_message_closes_its_connection_and_no_other(url, caplog):
     with visitor(url) as other, caplog.at_level(logging.WARNING):
         for _ in range(3):
             assert close_code(url, b"\xc1") == POLICY_VIOLATION
-        lines = [record.getMessage() for record in caplog.records if "closed" in record.message]
-        assert len(lines) == 1
-        assert "127.0.0.1: closed for an invalid message" in lines[0]
+        (line,) = [record.message for record in caplog.records if "closed" in record.message]
+        assert "127.0.0.1: closed for an invalid message" in line
         other.choose("gamma", 11.0)
         other.wait(beam_moved)
 
@@ -167,18 +156,17 @@ def test_an_invalid_message_closes_its_connection_and_no_other(url, caplog):
 
 def test_a_visitor_cannot_change_or_remove_the_controls_of_another(url):
     """viser shares controls: one visitor can change or remove them for all. Here none is."""
-    with plain_session() as (_, slider, line):
-        line.send(update(uuid_of(slider), value=1.0))
+    with plain_session() as (_, slider, uuid, line):
+        line.send(update(uuid, value=1.0))
         wait_until(lambda: slider.value == 1.0)
-        line.send(update(uuid_of(slider), removed=True))
+        line.send(update(uuid, removed=True))
         wait_until(lambda: slider._impl.removed)
     with visitor(url) as one, visitor(url) as other:
         for mine, others in ((one.controls, other.controls), (one.commands, other.commands)):
             assert mine.keys() == others.keys() != set()
             assert not set(mine.values()) & set(others.values())
         for guest in (one, other):
-            guest.choose("playing", False)
-            final_text(guest)
+            pause(guest, quiet=0.5)
         before = other.text
         for uuid in other.controls.values():
             one.send(type="GuiUpdateMessage", uuid=uuid, updates={"value": "1"})
@@ -196,14 +184,13 @@ def test_a_visitor_cannot_change_or_remove_the_controls_of_another(url):
 
 def test_a_visitor_receives_nothing_of_another(url):
     """viser sends the edits of one visitor to all; here neither controls nor texts nor scenes."""
-    with plain_session() as (server, slider, one), raw_socket(url_of(server)) as other:
-        other.send(update(uuid_of(slider), value=1.0))
+    with plain_session() as (server, _, uuid, one), raw_socket(url_of(server)) as other:
+        other.send(update(uuid, value=1.0))
         eavesdropper = Visitor(one)
-        eavesdropper.wait(lambda _: uuid_of(slider) in eavesdropper.updated)
+        eavesdropper.wait(lambda _: uuid in eavesdropper.updated)
     with visitor(url) as one, visitor(url) as other:
         for guest in (one, other):
-            guest.choose("playing", False)
-            final_text(guest)
+            pause(guest, quiet=0.5)
         before = one.received
         other.show_speed(11.0)
         final_text(one)

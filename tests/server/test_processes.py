@@ -99,8 +99,7 @@ def test_a_worker_that_dies_is_replaced(hall):
         assert disconnected == 1
         with visitor(hall.url) as again:
             again.show_speed(32.0)
-    errors = hall.process.stderr
-    wait_until(lambda: errors and "died (exit code -9)" in errors.readline())
+    wait_until(lambda: "died (exit code -9)" in hall.process.stderr.readline())
 
 
 def test_workers_end_with_the_main_process(hall):

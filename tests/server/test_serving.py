@@ -6,12 +6,13 @@ import signal
 import socket
 import threading
 import time
+from unittest import mock
 
 import pytest
-import websockets.exceptions
 from helpers import slow
 from live.server import ServeProcess, free_port, wait_until
 from live.visitor import PAPER, pause, visitor
+from websockets.exceptions import ConnectionClosed
 
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.explorer import app
@@ -22,16 +23,13 @@ from beamviz.scene import Scene
 
 def test_nothing_is_computed_while_nothing_moves(monkeypatch):
     """With a paused visitor, and without any, the frame loop does not wake."""
-    woken: list[float] = []
-    sleep = app.FrameLoop.sleep
-    monkeypatch.setattr(
-        app.FrameLoop, "sleep", lambda loop, due: (woken.append(due), sleep(loop, due))[1]
-    )
+    sleep = mock.Mock(wraps=app.FrameLoop.sleep)
+    monkeypatch.setattr(app.FrameLoop, "sleep", lambda loop, due: sleep(loop, due))
 
     def wakes() -> int:
-        before = len(woken)
+        sleep.reset_mock()
         time.sleep(1.2 * PATIENCE)  # a loop that is awake sleeps less
-        return len(woken) - before
+        return sleep.call_count
 
     with explorer(Scene(PAPER)) as url:
         with visitor(url) as guest:
@@ -83,10 +81,7 @@ def test_a_signal_ends_the_server_cleanly(tmp_path, number):
     """With a visitor connected: exit code 0, nothing on stderr, the port free."""
     port = free_port()
     with ServeProcess(tmp_path, "--port", str(port), processes=1) as served:
-        with (
-            contextlib.suppress(websockets.exceptions.ConnectionClosed),
-            visitor(served.url) as guest,
-        ):
+        with contextlib.suppress(ConnectionClosed), visitor(served.url) as guest:
             served.process.send_signal(number)
             while True:
                 guest.receive(10)
