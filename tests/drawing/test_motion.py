@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drawing.shapes import BEAMS, PAPER, sampled, single_mode
+from drawing.shapes import BEAMS, BENT, PAPER, sampled, single_mode
 from hypothesis import given, settings
 
 from beamviz.beam import Beam
@@ -121,6 +121,20 @@ def test_stretching_modes_never_fold_the_beam():
     for k in range(8):
         along = (shapes.centreline + single_mode(shapes, k, 0.75, 0.4))[:, 0]
         assert (np.diff(along) > 0).all()
+
+
+def test_a_bent_beam_is_drawn_along_its_bent_axis():
+    """The axis ends at the tip. A mode of a slender beam moves each point across the axis there,
+    not along it."""
+    assert sampled(BENT, state="bent").centreline[-1] == pytest.approx(
+        [-0.018520, 0.858465], abs=1e-5
+    )
+    slender = sampled(BENT.replace(mu=1e4), state="bent")
+    step = np.diff(slender.centreline, axis=0)
+    strain = (np.diff(slender.modes[1], axis=0) * step).sum(axis=1) / (step**2).sum(axis=1)
+    assert abs(strain).max() < 1e-3  # the length of the axis does not change
+    assert abs(slender.modes[1]).max() == pytest.approx(1, rel=0.3)
+    assert not sampled(BENT).centreline[:, 1].any()  # the straight state
 
 
 @pytest.mark.parametrize("coriolis", [False, True])

@@ -6,26 +6,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from drawing.shapes import PAPER, projected
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from live.visitor import PAPER
 from strategies import beams
 
 from beamviz.beam import Beam
-from beamviz.drawing import BeamView, OverlayBeam, camera, colours
-from beamviz.drawing.beam_mesh import (
-    DEFAULT_SCALE,
-    DEVIATION,
-    PIECE_COUNTS,
-    STEP,
-    DrawnMotion,
-    required_density,
-    subdivide,
-    to_hub_frame,
-)
+from beamviz.drawing import BeamView, OverlayBeam, beam_mesh, camera, colours
+from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion, subdivide, to_hub_frame
 from beamviz.drawing.modes import SampledModes, displacement
 from beamviz.drawing.objects import HIDDEN
-from beamviz.scene import COLOURINGS, ViewOptions
+from beamviz.scene import COLOURINGS, Camera, ViewOptions
 from beamviz.server import run_server
 from beamviz.solver import solve
 
@@ -54,7 +45,8 @@ class Drawn:
     @property
     def need(self) -> float:
         """Pieces it takes."""
-        return float(required_density(self.shapes, self.seen) @ np.diff(self.shapes.x))
+        density = beam_mesh.required_density(self.shapes, self.seen)
+        return float(density @ np.diff(self.shapes.x))
 
     def exact(self, x: np.ndarray) -> SampledModes:
         """The solver's own shapes at x, with the signs and sizes of the picture."""
@@ -69,38 +61,40 @@ class Drawn:
         return replace(self.shapes, x=x, centreline=centreline, modes=modes)
 
     def projected(self, shapes: SampledModes, phase: float) -> np.ndarray:
-        """The line (n, 2) of the beam on the screen [pixels], each mode at a phase of its own."""
+        """The line (n, 2) of the beam on the screen [pixels]."""
+        points, _ = to_hub_frame(shapes, shapes.centreline + self.moved(shapes, phase))
+        view = Camera(tuple(self.eye))
+        return HEIGHT / 2 * projected(points - camera.target(self.shapes, True), view)
+
+    def moved(self, shapes: SampledModes, phase: float) -> np.ndarray:
+        """The displacement (n, 2), each mode at a phase of its own."""
         phases = phase * (1 + np.arange(len(shapes.modes)) % 3)
-        line = shapes.centreline + displacement(shapes, phases, self.sizes)
-        points, _ = to_hub_frame(shapes, line)
-        axes = camera.axes(self.eye)
-        away = (points - camera.target(self.shapes, True) - self.eye) @ axes
-        return away[:, :2] / away[:, 2:] * HEIGHT / (2 * math.tan(camera.FIELD_OF_VIEW / 2))
+        return displacement(shapes, phases, self.sizes)
 
     def deviation(self) -> float:
-        """How far [pixels] the exact curve gets from the pieces on the screen."""
+        """How far the exact curve gets from the pieces on the screen, relative to the bound."""
         x = self.pieces.x
         inner = x[:-1, None] + np.linspace(0, 1, FINER + 1)[1:-1] * np.diff(x)[:, None]
-        curve, worst = self.exact(inner.ravel()), 0.0
+        curve, distances = self.exact(inner.ravel()), []
         for phase in PHASES:
             ends = self.projected(self.pieces, phase)
             seen = self.projected(curve, phase).reshape(*inner.shape, 2) - ends[:-1, None]
             step = np.diff(ends, axis=0)[:, None]
             cross = seen[..., 0] * step[..., 1] - seen[..., 1] * step[..., 0]
-            worst = max(worst, float((np.abs(cross) / np.linalg.norm(step, axis=2)).max()))
-        return worst
+            distances.append(np.abs(cross) / np.linalg.norm(step, axis=2))
+        return float(np.max(distances)) / beam_mesh.DEVIATION
 
     def steps(self) -> float:
-        """The largest difference in the colour map between neighbours on one side of the mass."""
-        pieces, worst = self.pieces, 0.0
-        for phase in PHASES:
-            phases = phase * (1 + np.arange(len(pieces.modes)) % 3)
-            moved = displacement(pieces, phases, self.sizes)
-            places = colours.scaled(pieces, self.seen.colouring, moved, self.seen.largest)
-            steps = np.abs(np.diff(places))
-            steps[pieces.mass - 1 : pieces.mass] = 0.0  # the stretch jumps at the mass
-            worst = max(worst, float(steps.max()))
-        return worst
+        """The largest difference in the colour map between neighbours on one side of the mass,
+        relative to the bound."""
+        pieces = self.pieces
+        places = [
+            colours.scaled(pieces, self.seen.colouring, moved, self.seen.largest)
+            for moved in (self.moved(pieces, phase) for phase in PHASES)
+        ]
+        steps = np.abs(np.diff(places))
+        steps[:, pieces.mass - 1 : pieces.mass] = 0.0  # the stretch jumps at the mass
+        return float(steps.max()) / beam_mesh.STEP
 
 
 @pytest.mark.parametrize("coriolis", [False, True])
@@ -110,9 +104,9 @@ def test_pieces_deviate_little_from_the_curve(coriolis, beam, shares, amplitude,
     """On the screen by at most a fifth of a pixel; neighbours differ by at most a fortieth of the
     colour map."""
     drawn = Drawn(beam, shares, amplitude, colouring, coriolis=coriolis)
-    if drawn.need <= PIECE_COUNTS[-1]:
-        assert drawn.deviation() <= 1.3 * DEVIATION  # parts swing nearer to the eye
-        assert drawn.steps() <= 1.1 * STEP
+    if drawn.need <= beam_mesh.PIECE_COUNTS[-1]:
+        assert drawn.deviation() <= 1.3  # parts swing nearer to the eye
+        assert drawn.steps() <= 1.1
 
 
 def test_half_as_many_pieces_are_not_enough(monkeypatch):
@@ -127,12 +121,12 @@ def test_half_as_many_pieces_are_not_enough(monkeypatch):
         drawn = Drawn(beam, one, random.uniform(0.05, 0.4), COLOURINGS[k % 2])
         drawn.projected = flat.__get__(drawn)  # type: ignore[method-assign]
         count = len(drawn.pieces.strain)
-        if count > PIECE_COUNTS[0]:
+        if count > beam_mesh.PIECE_COUNTS[0]:
             with monkeypatch.context() as patch:
-                patch.setattr("beamviz.drawing.beam_mesh.PIECE_COUNTS", (count // 2,))
+                patch.setattr(beam_mesh, "PIECE_COUNTS", (count // 2,))
                 drawn.pieces = subdivide(drawn.shapes, drawn.seen)
             assert len(drawn.pieces.strain) == count // 2
-            halved.append(max(drawn.deviation() / DEVIATION, drawn.steps() / STEP))
+            halved.append(max(drawn.deviation(), drawn.steps()))
     assert len(halved) > 30
     assert min(halved) > 0.85
     assert np.mean(np.array(halved) > 1) > 0.9

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from drawing.shapes import BEAMS, PAPER, sampled, single_mode
+from drawing.shapes import BEAMS, BENT, PAPER, projected, sampled, single_mode
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -19,7 +19,7 @@ from beamviz.drawing.camera import CHANGE_TIME, PageCamera
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.objects import HIDDEN, mass_size, section_size
 from beamviz.drawing.surroundings import MIN_HUB, floor_radius, hub_radius
-from beamviz.scene import ViewOptions
+from beamviz.scene import Camera, ViewOptions
 from beamviz.server import run_server
 
 
@@ -61,13 +61,9 @@ def test_an_inward_beam_points_from_the_rim_to_the_axis():
 def test_the_beam_is_inside_the_picture_and_fills_it(beam, rotating_frame, aspect, lift):
     """Every corner is inside; the nearest fit touches an edge to within 10 %."""
     shapes = SampledModes.at_rest(beam, "chordwise")
-    position = camera.viewpoint(shapes, rotating_frame, aspect, lift)
-    seen = (camera.corners(shapes, rotating_frame) - position) @ camera.axes(position)
-    tall = math.tan(camera.FIELD_OF_VIEW / 2)
-    wide = np.abs(seen[:, 0] / seen[:, 2]).max() / (tall * aspect)
-    high = np.abs(seen[:, 1] / seen[:, 2]).max() / (tall * (1 - lift))
-    assert (seen[:, 2] > 0).all()
-    assert 0.9 < max(wide, high) <= 1
+    view = Camera(tuple(camera.viewpoint(shapes, rotating_frame, aspect, lift)))
+    seen = np.abs(projected(camera.corners(shapes, rotating_frame), view))
+    assert 0.9 < (seen / [aspect, 1 - lift]).max() <= 1
 
 
 @pytest.mark.parametrize("delta", [-0.5, 0.0, 2.0])
@@ -76,14 +72,21 @@ def test_all_that_the_beam_sweeps_is_in_the_picture(delta):
     is in the middle."""
     reach = max(abs(delta), abs(delta + 1))
     view = camera.fitted(SampledModes.at_rest(Beam(delta=delta), "chordwise"), False, 1.6)
-    position, turn = np.array(view.position), np.linspace(0, 2 * np.pi, 100)
-    circle = reach * np.stack([np.cos(turn), np.sin(turn), 0 * turn], 1)
-    seen = (circle - position) @ camera.axes(position - view.look_at)
-    tall = math.tan(camera.FIELD_OF_VIEW / 2)
-    assert (np.abs(seen[:, 0]) < 1.6 * tall * seen[:, 2]).all()
-    height = seen[:, 1] / (tall * seen[:, 2])  # -1 at the top of the picture, 1 at the bottom
-    assert (np.abs(height) < 1).all()
-    assert abs(height.min() + height.max()) < 0.2
+    turn = np.linspace(0, 2 * np.pi, 100)
+    across, down = projected(reach * np.stack([np.cos(turn), np.sin(turn), 0 * turn], 1), view).T
+    assert np.abs(across).max() < 1.6
+    assert np.abs(down).max() < 1
+    assert abs(down.min() + down.max()) < 0.2
+
+
+@pytest.mark.parametrize("aspect", [0.6, 1.0, 1.8])
+def test_all_of_a_bent_beam_is_in_the_picture(aspect):
+    """Every point of the axis is inside the camera's field of view."""
+    shapes = sampled(BENT, state="bent")
+    points, _ = to_hub_frame(shapes, shapes.centreline)
+    view = camera.fitted(shapes, True, aspect)
+    seen = np.abs(projected(points - camera.target(shapes, True), view))
+    assert (seen < [aspect, 1]).all()
 
 
 def test_rings_at_nodes_fit_the_section(scene):

@@ -8,6 +8,7 @@ import trimesh
 from drawing.shapes import BEAMS
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from viser.transforms import SO3
 
 from beamviz.beam import Beam
 from beamviz.drawing.beam_mesh import segments, swept, to_hub_frame
@@ -42,8 +43,8 @@ def test_pieces_follow_the_line_and_meet_outside_a_bend(plane):
     angle = np.linspace(0, 1.5, 31)
     points, normal = line(np.sin(angle), 1 - np.cos(angle), plane)
     centres, wxyz, sizes = segments(points, normal, (0.1, 0.2))
-    along = np.stack([rotated(q, [1, 0, 0]) for q in wxyz])
-    across = np.stack([rotated(q, np.cross(normal, [1, 0, 0])) for q in wxyz])
+    rotation = SO3(wxyz).as_matrix()
+    along, across = rotation @ [1, 0, 0], rotation @ np.cross(normal, [1, 0, 0])
     step = np.diff(points, axis=0)
     assert np.allclose(along, step / np.linalg.norm(step, axis=1, keepdims=True))
     outside = centres - 0.05 * across
@@ -52,12 +53,6 @@ def test_pieces_follow_the_line_and_meet_outside_a_bend(plane):
     breadth = np.abs(normal).argmax()
     assert np.allclose(sizes[:, breadth], 0.2)
     assert np.allclose(np.delete(sizes, [0, breadth], axis=1), 0.1)
-
-
-def rotated(wxyz: np.ndarray, vector: Any) -> np.ndarray:
-    """A vector rotated by a unit quaternion."""
-    w, v = wxyz[0], wxyz[1:]
-    return vector + 2 * np.cross(v, np.cross(v, vector) + w * np.asarray(vector))
 
 
 @given(BEAMS)
