@@ -72,29 +72,24 @@ ANY_OPTIONS = st.dictionaries(
 )
 
 
-def check_message(error: BeamvizError, *names: str) -> None:
-    """An error message is one line that names one of the inputs."""
-    text = str(error)
-    assert "\n" not in text, text
-    assert len(text) > 10, text
-    assert not names or any(name in text for name in names), text
-
-
 def answer(function: Callable, *arguments: Any, names: Iterable[str] = (), **options: Any) -> Any:
-    """What a function returns; None for an error of the package, which names one of the inputs
-    `names` if it is about input."""
+    """What a function returns; None for an error of the package, whose message is one line that
+    names one of the inputs `names` if it is about input."""
     try:
         return function(*arguments, **options)
     except BeamvizError as error:
-        check_message(error, *(names if isinstance(error, InvalidInput) else ()))
+        text, named = str(error), list(names) if isinstance(error, InvalidInput) else []
+        assert "\n" not in text, text
+        assert len(text) > 10, text
+        assert not named or any(name in text for name in named), text
         return None
 
 
 def make_beam(values: dict[str, Any]) -> None:
     """Any five values: a beam within its limits, or an error that names one of them."""
     if beam := answer(Beam, names=values, **values):
-        for name, (low, high) in ((name, one.limits) for name, one in PARAMETERS.items()):
-            assert low <= beam.numbers[name] <= high
+        for name, parameter in PARAMETERS.items():
+            assert parameter.limits[0] <= beam.numbers[name] <= parameter.limits[1]
 
 
 def solve_beam(beam: Beam, options: dict[str, Any]) -> None:
@@ -104,13 +99,9 @@ def solve_beam(beam: Beam, options: dict[str, Any]) -> None:
         return
     assert np.all(solution.errors >= 0)
     assert np.all((solution.frequencies >= 0) | np.isnan(solution.frequencies))
-    if solution.problem.method == "auto":
-        compare_with_finest(solution, beam, options)
-
-
-def compare_with_finest(solution: Any, beam: Beam, options: dict[str, Any]) -> None:
-    """The two solutions agree within the sum of their error bars."""
-    finest = answer(solve, beam, **{**options, "method": "auto", "tolerance": 1e-10})
+    if solution.problem.method != "auto":
+        return
+    finest = answer(solve, beam, **{**options, "tolerance": 1e-10})
     if finest is None:
         return  # this beam cannot be solved so accurately
     stable = np.isfinite(solution.frequencies) & np.isfinite(finest.frequencies)
@@ -176,18 +167,9 @@ def processor_time_limit(seconds: float) -> Iterator[None]:
         signal.signal(signal.SIGVTALRM, before)
 
 
-SWEPT = (
-    st.integers(2, 6),
-    st.integers(1, 5),
-    st.fixed_dictionaries(
-        {},
-        optional={
-            "coriolis": st.booleans(),
-            "plane": st.sampled_from(CHOICES["plane"]),
-            "strain": st.sampled_from(list(CHOICES["strain"])),
-        },
-    ),
-)
+SWEEP_OPTIONS = {name: st.sampled_from(list(CHOICES[name])) for name in ("plane", "strain")}
+SWEEP_OPTIONS |= {"coriolis": st.booleans()}
+SWEPT = st.integers(2, 6), st.integers(1, 5), st.fixed_dictionaries({}, optional=SWEEP_OPTIONS)
 ANY_RANGE = st.one_of(st.lists(ANY_VALUE, max_size=4), ANY_VALUE)
 
 
@@ -228,14 +210,11 @@ WORDS = st.one_of(
     st.sampled_from(COMMAND_WORDS.split()),
     st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=6),
 )
+LOCI = ["loci", "--over", "gamma", "--start", "0", "--stop", "9", "--points", "4"]
 LINES = st.one_of(
     st.lists(WORDS, max_size=8),
     st.lists(WORDS, max_size=6).map(lambda words: ["modes", *words]),
-    st.lists(WORDS, max_size=4).map(
-        lambda words: (
-            ["loci", "--over", "gamma", "--start", "0", "--stop", "9", "--points", "4"] + words
-        )
-    ),
+    st.lists(WORDS, max_size=4).map(lambda words: LOCI + words),
 )
 
 
@@ -252,16 +231,14 @@ def run_command(line: list[str]) -> None:
         assert re.fullmatch(r"(beamviz: [^\n]*\n)+", errors), errors
 
 
+NAMES = st.sampled_from(list(PARAMETERS))
 CASES: dict[str, tuple[Callable[..., None], tuple[st.SearchStrategy, ...]]] = {
-    "Beam": (
-        make_beam,
-        (st.dictionaries(st.sampled_from(list(PARAMETERS)), ANY_VALUE, min_size=1),),
-    ),
+    "Beam": (make_beam, (st.dictionaries(NAMES, ANY_VALUE, min_size=1),)),
     "solve": (solve_beam, (beams(), OPTIONS)),
     "solve, odd keywords": (solve_any_options, (beams(), ANY_OPTIONS)),
     "loci": (sweep, (ranges(wide=False), *SWEPT)),
     "loci, wild": (sweep, (ranges(wide=True), *SWEPT)),
-    "loci, odd ranges": (sweep_any_values, (beams(), st.sampled_from(list(PARAMETERS)), ANY_RANGE)),
+    "loci, odd ranges": (sweep_any_values, (beams(), NAMES, ANY_RANGE)),
     "TOML": (read_toml, (TOML,)),
     "command line": (run_command, (LINES,)),
 }

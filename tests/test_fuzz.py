@@ -31,10 +31,8 @@ def test_every_input_has_an_outcome(name):
     """Those that once failed and a few more; scripts/fuzz.py draws many of the same kind."""
     check, strategies = CASES[name]
     quiet = [HealthCheck.too_slow, HealthCheck.data_too_large]
-    drawn = settings(
-        max_examples=EXAMPLES.get(name, 80), database=None, suppress_health_check=quiet
-    )
     checked = given(*strategies)(check)
     for inputs in FAILED.get(name, ()):
         checked = example(*inputs)(checked)
-    drawn(checked)()
+    count = EXAMPLES.get(name, 80)
+    settings(max_examples=count, database=None, suppress_health_check=quiet)(checked)()

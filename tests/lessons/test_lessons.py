@@ -27,9 +27,6 @@ def proof(name: str) -> tuple[tuple[float, ...], float]:
     return NAMED[name].numbers, NAMED[name].answer
 
 
-# The numbers, against an independent solution
-
-
 @cache
 def omega(beam: Beam, k: int = 0, family: str = "bending", **options) -> float:
     """Frequency k of a family by the oracle."""
@@ -40,9 +37,8 @@ def omega(beam: Beam, k: int = 0, family: str = "bending", **options) -> float:
 def test_stiffening():
     """B1 at gamma 10 and at rest; twice the latter at the answer."""
     numbers, answer = proof("stiffening")
-    up, rest, there = (
-        omega(BARE.replace(gamma=gamma), plane="flapwise") for gamma in (10, 0, answer)
-    )
+    beams = [BARE.replace(gamma=gamma) for gamma in (10, 0, answer)]
+    up, rest, there = (omega(beam, plane="flapwise") for beam in beams)
     assert (*numbers, there) == pytest.approx((up, rest, 2 * rest), rel=1e-6)
 
 
@@ -87,10 +83,8 @@ def test_crossing():
     """gamma 4.4641 (green, spatial): bending and stretching agree there."""
     (at, frequency, gap), answer = proof("crossing")
     assert at == answer == pytest.approx(4.4641, abs=5e-5)
-    both = [
-        omega(TIP.replace(gamma=at), k, kind) for k, kind in ((2, "bending"), (0, "stretching"))
-    ]
-    assert both == pytest.approx([frequency, frequency], rel=1e-6)
+    both = omega(TIP.replace(gamma=at), 2), omega(TIP.replace(gamma=at), 0, "stretching")
+    assert both == pytest.approx((frequency, frequency), rel=1e-6)
     assert gap == 0
 
 
@@ -99,10 +93,8 @@ def test_veering():
     (gap, at), answer = proof("veering")
     assert at == answer
     assert (gap, at) == pytest.approx((0.241, 4.650), abs=1e-3)
-    low, least, high = (
-        np.diff(truth(TIP.replace(gamma=at + step), coriolis=True).frequencies)[2]
-        for step in (-0.02, 0, 0.02)
-    )
+    beams = [TIP.replace(gamma=at + step) for step in (-0.02, 0, 0.02)]
+    low, least, high = (np.diff(truth(beam, coriolis=True).frequencies)[2] for beam in beams)
     assert least == pytest.approx(gap, rel=1e-4)
     assert least < min(low, high)
 
@@ -201,14 +193,14 @@ def test_only_the_answer_meets_the_challenge(one: Lesson):
 @EACH
 def test_anything_else_has_to_be_as_in_the_lesson(one: Lesson):
     """Another hub, another slenderness, another law: named, with the value to go back to."""
-    beam = one.scene.beam.replace(**{one.number: one.answer})
-    verdict = one.check(beam.replace(mu=71), one.scene.options)
-    assert verdict == (False, "Put the slenderness μ back to 70 first.")
-    verdict = one.check(beam, {**one.scene.options, "strain": "biot"})
-    assert verdict == (False, f"Put strain back to {one.scene.options['strain']} first.")
-    if one.scene.options["coriolis"]:
-        verdict = one.check(beam, {"coriolis": False})
-        assert verdict == (False, "Put Coriolis back to on first.")
+    beam, options = one.scene.beam.replace(**{one.number: one.answer}), one.scene.options
+    back = {
+        f"strain back to {options['strain']}": one.check(beam, {**options, "strain": "biot"}),
+        "the slenderness μ back to 70": one.check(beam.replace(mu=71), options),
+    }
+    if options["coriolis"]:
+        back["Coriolis back to on"] = one.check(beam, {"coriolis": False})
+    assert back == {words: (False, f"Put {words} first.") for words in back}
 
 
 def test_what_is_free_may_differ():
@@ -216,20 +208,16 @@ def test_what_is_free_may_differ():
     nodes, planes = NAMED["nodes"], NAMED["two-planes"]
     beam = nodes.scene.beam.replace(beta=0.785)
     assert nodes.check(beam.replace(alpha=3), {}).met
-    assert nodes.check(beam.replace(alpha=MIN_MASS / 2), {}) == (
-        False,
-        "Make the mass α at least 0.5: a lighter one has little effect.",
-    )
+    lighter = "Make the mass α at least 0.5: a lighter one has little effect."
+    assert nodes.check(beam.replace(alpha=MIN_MASS / 2), {}) == (False, lighter)
     assert planes.check(Beam(gamma=8), {"plane": "flapwise"}).met
 
 
 @EACH
 def test_the_gauge_measures_the_beam_as_it_is(one: Lesson):
     """It says something else at the answer than at the start, in finite numbers."""
-    start = one.gauge(solve(one.scene.beam, **one.scene.options))
-    value = one.answer - 0.5 * one.within
-    beam = one.scene.beam.replace(**{one.number: value})
-    there = one.gauge(solve(beam, **one.scene.options))
+    near = one.scene.beam.replace(**{one.number: one.answer - 0.5 * one.within})
+    start, there = (one.gauge(solve(beam, **one.scene.options)) for beam in (one.scene.beam, near))
     assert start != there
     assert "nan" not in start + there
 
@@ -241,9 +229,6 @@ def test_a_lesson_shows_its_mode_and_says_its_numbers(one: Lesson):
     assert not set("{}") & set(one.proof)
     assert "nan" not in one.proof
     assert one.meaning.count("*") in (2, 4)
-
-
-# The command line
 
 
 def test_lessons_are_listed(run):
