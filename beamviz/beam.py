@@ -350,7 +350,6 @@ def check_int(name: str, value: object, low: int, high: int) -> int:
 
 
 def range_text(low: float, high: float) -> str:
-    """A range in words."""
     if math.isfinite(high):
         return f"lie in {low:g} .. {high:g}"
     return "be 0 or more" if low == 0 else "be finite"

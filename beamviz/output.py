@@ -77,7 +77,6 @@ def csv_text(heading: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
 
 
 def markdown_table(heading: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A heading and rows of cells as a table in markdown."""
     lines = (heading, ["---"] * len(heading), *rows)
     return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
 
@@ -112,7 +111,6 @@ def significant_column(values: Iterable[float], errors: Iterable[float]) -> list
 
 
 def plural(count: int, noun: str) -> str:
-    """1 element, 2 elements."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 

@@ -20,8 +20,12 @@ class RealBeam:
 
     @property
     def beam(self) -> Beam:
-        """The beam."""
         return Beam.from_si(**self.values)
+
+
+def rectangle(breadth: float, thickness: float) -> dict[str, float]:
+    """Area and second moment of a rectangular section, from its sides [m]."""
+    return {"area": breadth * thickness, "second_moment": breadth * thickness**3 / 12}
 
 
 MATERIALS = {  # usual values
@@ -35,13 +39,7 @@ STEEL_BEAM = RealBeam(
     "A bar of rectangular section, 1000 x 30 x 5 mm, without a mass, on a shaft at 300 rpm. Steel"
     " as usually taken: E = 210 GPa (the value of EN 1993-1-1), 7850 kg/m³.",
     "chordwise",
-    {
-        **MATERIALS["steel"],
-        "length": 1.0,
-        "area": 30e-3 * 5e-3,
-        "second_moment": 30e-3 * 5e-3**3 / 12,
-        "rotation_speed": 300 * RPM,
-    },
+    {**MATERIALS["steel"], **rectangle(30e-3, 5e-3), "length": 1.0, "rotation_speed": 300 * RPM},
     "rectangle",
 )
 RULER = RealBeam(
@@ -51,9 +49,8 @@ RULER = RealBeam(
     "chordwise",
     {
         **MATERIALS["steel"],
+        **rectangle(25e-3, 1e-3),
         "length": 0.3,
-        "area": 25e-3 * 1e-3,
-        "second_moment": 25e-3 * 1e-9 / 12,
         "rotation_speed": 300 * RPM,
         "mass": 0.01,
         "mass_position": 0.3,

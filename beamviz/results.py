@@ -150,7 +150,6 @@ def loci_html(loci: Loci) -> str:
 
 
 def html_table(caption: str, heading: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """A table in HTML."""
 
     def row(tag: str, cells: Iterable[str]) -> str:
         return "<tr>" + "".join(f"<{tag}>{html.escape(c)}</{tag}>" for c in cells) + "</tr>"

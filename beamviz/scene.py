@@ -126,7 +126,6 @@ def check_option(name: str, default: Any, value: Any) -> Any:
 
 
 def check_bool(name: str, value: Any) -> bool:
-    """`value`. Raises InvalidInput unless it is true or false."""
     if not isinstance(value, bool):
         raise InvalidInput(f"{name} = {value!r}: must be true or false")
     return value
@@ -325,7 +324,6 @@ def change_view(view: ViewOptions, mode: Any = None, **values: Any) -> ViewOptio
 
 
 def change_camera(camera: Camera | None, values: dict[str, Any]) -> Camera | None:
-    """`camera` with other values of some keys."""
     if not values:
         return camera
     if camera is None and "position" not in values:

@@ -109,6 +109,5 @@ def set_handlers(handler: Handler) -> dict[signal.Signals, Any]:
 
 
 def restore_handlers(before: dict[signal.Signals, Any]) -> None:
-    """Restore the earlier handlers."""
     for number, handler in before.items():
         signal.signal(number, handler)

@@ -16,6 +16,7 @@ from beamviz.cli.options import (
     check_store_options,
     note_unused,
     number,
+    option,
     parse_place,
     parse_triple,
     sweep_axes,
@@ -26,9 +27,11 @@ from beamviz.cli.options import (
 from beamviz.errors import InvalidInput
 from beamviz.files import check_suffix
 
-DIRECTION = typer.Option(
+Format = Annotated[Literal["table", "json", "csv"], option("Output format.")]
+Folder = Annotated[Path, option("Folder to write to.", metavar="DIR")]
+DIRECTION = option(
+    "Look from this direction, 0,0,1 being above and 0,-1,0 beside the beam.",
     "--from",
-    help="Look from this direction, 0,0,1 being above and 0,-1,0 beside the beam.",
     parser=parse_triple,
     metavar="X,Y,Z",
 )
@@ -53,7 +56,7 @@ def show_version(wanted: bool) -> None:
 def beamviz(
     version: Annotated[
         bool,
-        typer.Option("--version", callback=show_version, is_eager=True, help="Show the version."),
+        option("Show the version.", "--version", callback=show_version, is_eager=True),
     ] = False,
 ) -> None:
     """A rotating beam with a concentrated mass: equilibrium, modes, and a live 3D explorer."""
@@ -65,9 +68,7 @@ def modes(
     beam: Beam,
     options: dict[str, Any],
     modes: Annotated[int, number("Number of modes.")] = 5,
-    format: Annotated[
-        Literal["table", "json", "csv"], typer.Option(help="Output format.")
-    ] = "table",
+    format: Format = "table",
 ) -> None:
     """Equilibrium and modes of a beam."""
     from beamviz.output import SOLUTION_FORMATS
@@ -84,18 +85,15 @@ def loci(
     context: typer.Context,
     over: Annotated[
         Literal["gamma", "alpha", "beta", "delta", "mu", "spin_up"],
-        typer.Option(help="The parameter to vary."),
+        option("The parameter to vary."),
     ],
     start: Annotated[float | None, number("First value of the parameter.")] = None,
     stop: Annotated[float | None, number("Last value of the parameter.")] = None,
     points: Annotated[int, number("Number of values.")] = 201,
     modes: Annotated[int, number("Number of modes at each value.")] = 5,
-    format: Annotated[
-        Literal["table", "json", "csv"], typer.Option(help="Output format.")
-    ] = "table",
+    format: Format = "table",
     plot: Annotated[
-        Path | None,
-        typer.Option(help="Chart to write besides the output.", metavar="FILE.png|svg|pdf"),
+        Path | None, option("Chart to write besides the output.", metavar="FILE.png|svg|pdf")
     ] = None,
     per_rev: Annotated[int, number("Resonances with 1 .. N times the rotation speed.")] = 0,
     sweep: Annotated[Path | None, SWEEP_STORE] = None,
@@ -143,8 +141,8 @@ def sweep(
     ],
     over: Annotated[
         list[str],
-        typer.Option(
-            help="An axis of the sweep; repeat the option for more, up to five.",
+        option(
+            "An axis of the sweep; repeat the option for more, up to five.",
             metavar="NAME=START:STOP:POINTS|NAME=VALUE,VALUE,...",
         ),
     ],
@@ -153,11 +151,11 @@ def sweep(
         int | None, number("Processes on this machine (default: one for each core).")
     ] = None,
     scheduler: Annotated[
-        str, typer.Option(help="Dask scheduler whose workers are used.", metavar="ADDRESS")
+        str, option("Dask scheduler whose workers are used.", metavar="ADDRESS")
     ] = "",
 ) -> None:
     """Every combination of parameters, in parallel; interrupted, the same command resumes."""
-    from beamviz.cli.progress import ProgressLine
+    from beamviz.cli import ProgressLine
     from beamviz.sweeps import count_statuses, dask_client, sweep
 
     axes = sweep_axes(over)
@@ -178,22 +176,18 @@ def serve(
         Path | None, typer.Argument(help="The same as --scene.", metavar="SCENE.toml")
     ] = None,
     host: Annotated[
-        str,
-        typer.Option(
-            help="Address to listen on; 0.0.0.0 admits other machines that have the link."
-        ),
+        str, option("Address to listen on; 0.0.0.0 admits other machines that have the link.")
     ] = "127.0.0.1",
     port: Annotated[int, number("Port to listen on.")] = 8080,
-    open: Annotated[bool, typer.Option(help="Open the page in the default browser.")] = False,
+    open: Annotated[bool, option("Open the page in the default browser.")] = False,
     visitors: Annotated[int, number("Largest number of simultaneous visitors.")] = 60,
     public_url: Annotated[
-        str, typer.Option(help="Its address behind a reverse proxy.", metavar="https://NAME")
+        str, option("Its address behind a reverse proxy.", metavar="https://NAME")
     ] = "",
     follow: Annotated[
         bool,
-        typer.Option(
-            "--follow",
-            help="Lecture: every page follows that of a presenter, who has a second link.",
+        option(
+            "Lecture: every page follows that of a presenter, who has a second link.", "--follow"
         ),
     ] = False,
     processes: Annotated[
@@ -208,18 +202,11 @@ def serve(
     beam with a mass in rotation, two modes superimposed."""
     from beamviz.explorer.app import serve
 
-    serve(
-        scene,
-        host=host,
-        port=check_int("port", port, *PORTS),
-        open_browser=open,
-        public=public_url,
-        visitors=check_int("visitors", visitors, 1, MAX_VISITORS),
-        follow=follow,
-        processes=None
-        if processes is None
-        else check_int("processes", processes, 1, MAX_PROCESSES),
-    )
+    port = check_int("port", port, *PORTS)
+    visitors = check_int("visitors", visitors, 1, MAX_VISITORS)
+    if processes is not None:
+        processes = check_int("processes", processes, 1, MAX_PROCESSES)
+    serve(scene, host, port, open, public_url, visitors, follow, processes)
 
 
 @app.command()
@@ -232,9 +219,7 @@ def screenshot(
     width: Annotated[int, number("Width in pixels.")] = 1280,
     height: Annotated[int, number("Height in pixels.")] = 720,
     phase: Annotated[float, number("Phase of the vibration in cycles, 0 .. 1.")] = 0.25,
-    transparent: Annotated[
-        bool, typer.Option("--transparent", help="Transparent background.")
-    ] = False,
+    transparent: Annotated[bool, option("Transparent background.", "--transparent")] = False,
 ) -> None:
     """The 3D scene as a picture, without a display."""
     options = locals() | {"phase": check_float("phase", phase, 0, 1)}
@@ -291,14 +276,14 @@ def export(
     sweep: Annotated[Path | None, SWEEP_STORE] = None,
     over: Annotated[
         str,
-        typer.Option(
-            help="With --sweep: the axes of the map (default: those of a sweep over two).",
+        option(
+            "With --sweep: the axes of the map (default: those of a sweep over two).",
             metavar="NAME,NAME",
         ),
     ] = "",
     at: Annotated[str, AT] = "",
     gap: Annotated[
-        bool, typer.Option("--gap", help="With --sweep: the smallest gap between frequencies.")
+        bool, option("With --sweep: the smallest gap between frequencies.", "--gap")
     ] = False,
 ) -> None:
     """The scene, its numbers, or a map of a sweep as a file."""
@@ -319,7 +304,7 @@ def export(
 
 @app.command()
 def lessons(
-    format: Annotated[Literal["table", "json"], typer.Option(help="Output format.")] = "table",
+    format: Annotated[Literal["table", "json"], option("Output format.")] = "table",
 ) -> None:
     """Lists the lessons of the explorer."""
     from beamviz.lessons import LESSONS
@@ -330,7 +315,7 @@ def lessons(
 
 @app.command()
 def reproduce(
-    out: Annotated[Path, typer.Option(help="Folder to write to.", metavar="DIR")],
+    out: Folder,
     names: Annotated[
         list[str] | None,
         typer.Argument(
@@ -348,12 +333,12 @@ def reproduce(
 
 @app.command()
 def benchmark(
-    out: Annotated[Path, typer.Option(help="Folder to write to.", metavar="DIR")],
+    out: Folder,
     quick: Annotated[
-        bool, typer.Option("--quick", help="Fewer resolutions and repeats: half a minute.")
+        bool, option("Fewer resolutions and repeats: half a minute.", "--quick")
     ] = False,
     peers: Annotated[
-        bool, typer.Option("--peers", help="Exudyn, OpenSees and CalculiX too, where installed.")
+        bool, option("Exudyn, OpenSees and CalculiX too, where installed.", "--peers")
     ] = False,
 ) -> None:
     """Speed against accuracy of every method: a chart, and the numbers as JSON."""
@@ -364,8 +349,8 @@ def benchmark(
 
 @app.command()
 def stability(
-    out: Annotated[Path, typer.Option(help="Folder to write to.", metavar="DIR")],
-    quick: Annotated[bool, typer.Option("--quick", help="Coarser maps, in a few seconds.")] = False,
+    out: Folder,
+    quick: Annotated[bool, option("Coarser maps, in a few seconds.", "--quick")] = False,
 ) -> None:
     """Where each method fails: maps over speed and hub radius, mass, slenderness, with commands;
     and the stable states of an inward beam, straight or bent."""

@@ -20,6 +20,18 @@ if TYPE_CHECKING:
 
 MAX_POINTS = 10_000  # of a sweep
 ASCII = str.maketrans({"ρ": "rho", "Ω": "Omega", "√": "sqrt", "²": "^2"})
+FILE_HELP = "TOML file with the beam in SI units, in place of these numbers."
+TERMS_HELP = "Terms of assumed-modes (default 10), power-series (80) and chebyshev (32)."
+SCENE_HELP = "A scene saved by the explorer; other options override it."
+METHOD_HELP = (
+    "auto: as accurate as --tolerance asks; ancf: the paper's cubic elements; ancf-planar: the same"
+    " with the full planar tangent; linear: prestressed linear elements; foac, zoac: first-order"
+    " and no coupling of stretch and bending; assumed-modes, power-series: classical solutions of"
+    " foac; chebyshev: collocation."
+)
+STATE_HELP = (
+    "Equilibrium to vibrate about; stable: the straight one if it is stable, else the bent."
+)
 
 
 def parse_number(text: str | float) -> float | str:
@@ -32,9 +44,15 @@ def parse_number(text: str | float) -> float | str:
     return text
 
 
-def number(help: str, **settings: Any) -> Any:
-    """An option that takes a number; the function that uses it checks the range."""
-    return typer.Option(help=help, parser=parse_number, metavar="NUMBER", **settings)
+def option(help: str, *names: str, panel: str | None = None, **settings: Any) -> Any:
+    """An option, by default named like its argument; panel: its group in the help."""
+    return typer.Option(*names, help=help, rich_help_panel=panel, **settings)
+
+
+# An option that takes a number (the function that uses it checks the range), and two groups.
+number = functools.partial(option, parser=parse_number, metavar="NUMBER")
+model = functools.partial(option, panel="Model")
+scene_option = functools.partial(option, panel="Scene")
 
 
 def parse_triple(text: str) -> tuple[float, float, float]:
@@ -51,12 +69,7 @@ def parameter(name: str) -> Any:
     one = NUMBERS[name]
     formula, (low, high) = one.formula.translate(ASCII), one.limits
     limits = f"{low:g} .. {high:g} (default {getattr(Beam, name):g})"
-    return number(f"{one.label.capitalize()} {formula}, {limits}.", rich_help_panel="Beam")
-
-
-def model(help: str) -> Any:
-    """An option of the model."""
-    return typer.Option(help=help, rich_help_panel="Model")
+    return number(f"{one.label.capitalize()} {formula}, {limits}.", panel="Beam")
 
 
 def beam_and_model(
@@ -66,14 +79,7 @@ def beam_and_model(
     delta: Annotated[float | None, parameter("delta")] = None,
     mu: Annotated[float | None, parameter("mu")] = None,
     spin_up: Annotated[float | None, parameter("spin_up")] = None,
-    si: Annotated[
-        Path | None,
-        typer.Option(
-            help="TOML file with the beam in SI units, in place of these numbers.",
-            metavar="FILE.toml",
-            rich_help_panel="Beam",
-        ),
-    ] = None,
+    si: Annotated[Path | None, option(FILE_HELP, metavar="FILE.toml", panel="Beam")] = None,
     method: Annotated[
         Literal[
             "auto",
@@ -86,12 +92,7 @@ def beam_and_model(
             "power-series",
             "chebyshev",
         ],
-        model(
-            "auto: as accurate as --tolerance asks; ancf: the paper's cubic elements;"
-            " ancf-planar: the same with the full planar tangent; linear: prestressed linear"
-            " elements; foac, zoac: first-order and no coupling of stretch and bending;"
-            " assumed-modes, power-series: classical solutions of foac; chebyshev: collocation."
-        ),
+        model(METHOD_HELP),
     ] = "auto",
     strain: Annotated[
         Literal["green", "biot", "hencky"], model("Axial strain; the paper's is green.")
@@ -105,25 +106,13 @@ def beam_and_model(
     plane: Annotated[
         Literal["chordwise", "flapwise"], model("Vibration in the plane of rotation, or out of it.")
     ] = "chordwise",
-    state: Annotated[
-        Literal["straight", "bent", "stable"],
-        model(
-            "Equilibrium to vibrate about; stable: the straight one if it is stable, else the bent."
-        ),
-    ] = "straight",
+    state: Annotated[Literal["straight", "bent", "stable"], model(STATE_HELP)] = "straight",
     elements: Annotated[
-        int | None,
-        number("Elements of ancf, ancf-planar and linear (default 20).", rich_help_panel="Model"),
+        int | None, number("Elements of ancf, ancf-planar and linear (default 20).", panel="Model")
     ] = None,
-    terms: Annotated[
-        int | None,
-        number(
-            "Terms of assumed-modes (default 10), power-series (80) and chebyshev (32).",
-            rich_help_panel="Model",
-        ),
-    ] = None,
+    terms: Annotated[int | None, number(TERMS_HELP, panel="Model")] = None,
     tolerance: Annotated[
-        float, number("Relative error asked of each frequency.", rich_help_panel="Model")
+        float, number("Relative error asked of each frequency.", panel="Model")
     ] = 1e-6,
 ) -> tuple[Beam, dict[str, Any]]:
     """The beam, and the keywords of `solve` that describe its model."""
@@ -139,19 +128,9 @@ def beam_and_model(
     return Beam.from_toml(si), options
 
 
-def scene_option(help: str, *names: str, **settings: Any) -> Any:
-    """An option of the scene."""
-    return typer.Option(*names, help=help, rich_help_panel="Scene", **settings)
-
-
 def scene_from_options(
     context: typer.Context,
-    scene: Annotated[
-        Path | None,
-        scene_option(
-            "A scene saved by the explorer; other options override it.", metavar="FILE.toml"
-        ),
-    ] = None,
+    scene: Annotated[Path | None, scene_option(SCENE_HELP, metavar="FILE.toml")] = None,
     lesson: Annotated[
         str | None, scene_option("The scene of a lesson, in place of a file.", metavar="NAME")
     ] = None,
@@ -303,7 +282,5 @@ def parse_place(text: str) -> dict[str, float]:
     return place
 
 
-SWEEP_STORE = typer.Option(
-    help="Sweep store to read the beams and the model from.", metavar="STORE.zarr"
-)
-AT = typer.Option(help="With --sweep: values of its other axes.", metavar="NAME=VALUE,...")
+SWEEP_STORE = option("Sweep store to read the beams and the model from.", metavar="STORE.zarr")
+AT = option("With --sweep: values of its other axes.", metavar="NAME=VALUE,...")

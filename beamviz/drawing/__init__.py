@@ -150,7 +150,6 @@ class BeamView:
 
     @property
     def beam(self) -> BatchedMeshHandle:
-        """The node of the pieces drawn."""
         return self.beams[self.count]
 
 
@@ -197,7 +196,6 @@ class OverlayBeam:
         self.root.visible = False
 
     def move(self, phases: np.ndarray, amplitudes: np.ndarray, angle: float) -> None:
-        """Draw the beam at phases (m,) [rad] with amplitudes (m,)."""
         shapes = self.shapes
         moved = displacement(shapes, phases, amplitudes)
         points, normal = to_hub_frame(shapes, shapes.centreline + moved)

@@ -129,7 +129,6 @@ def fitted(
 
 
 def place(view: CameraHandle | InitialCameraConfig, camera: Camera) -> None:
-    """Set a camera of viser."""
     view.position, view.look_at = camera.position, camera.look_at
     view.fov = FIELD_OF_VIEW
 
@@ -163,7 +162,6 @@ class ViewChange:
 
     @property
     def rotating_share(self) -> float:
-        """The share of the rotating frame: 0 stationary, 1 rotating."""
         start, end = self.shares
         return start + self.part * (end - start)
 
@@ -230,7 +228,6 @@ class PageCamera:
             self.change = ViewChange(start, end, (share, share), 0.0)
 
     def step(self, elapsed: float, angle: float) -> None:
-        """Advance a change of view by `elapsed` [s], to the angle [rad] of the hub."""
         if self.change and self.change.part == 1:
             self.change = None
         if self.change:
@@ -250,7 +247,6 @@ class PageCamera:
 
     @property
     def scale(self) -> float:
-        """The scale [pixels per beam length] in the middle of the picture."""
         return scale(math.dist(self.view.position, self.view.look_at), self.view.image_height)
 
     @property

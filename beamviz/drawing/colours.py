@@ -55,7 +55,6 @@ def linear(colours: Any) -> np.ndarray:
 
 
 def gradient(anchors: tuple[RGB, ...]) -> str:
-    """The map as a CSS gradient from left to right."""
     return f"linear-gradient(90deg, {', '.join(f'rgb{colour}' for colour in anchors)})"
 
 

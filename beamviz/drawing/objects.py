@@ -105,7 +105,6 @@ class Caption:
 
     @property
     def data(self) -> dict[str, str]:
-        """What the page needs of it (captions.js)."""
         return {"name": self.point.name, "text": self.text, "anchor": self.anchor}
 
 
@@ -145,7 +144,6 @@ class ReferenceShapes:
         self.equilibrium = add_mesh(api, name, BOX, SIDES, color=colours.GHOST, opacity=0.1)
 
     def show(self, shapes: SampledModes, section: Section, *, visible: bool) -> None:
-        """Show both, or hide them."""
         self.outline.visible = self.equilibrium.visible = visible
         if not visible:
             return

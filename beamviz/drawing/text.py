@@ -75,14 +75,12 @@ def measure(name: str, units: Units | None) -> Measure:
 
 
 def frequencies(units: Units | None) -> Measure:
-    """The display of frequencies."""
     if units is None:
         return Measure("ω [1/T*]", "ω")
     return Measure("Hz", "f", "Hz", units.hertz(1.0))
 
 
 def measures(units: Units | None) -> dict[str, Measure]:
-    """The display of all numbers of the beam."""
     return {name: measure(name, units) for name in NUMBERS}
 
 

@@ -58,7 +58,6 @@ class Lesson:
 
     @property
     def proof(self) -> str:
-        """The fact with its numbers."""
         return self.fact.format(*self.numbers)
 
     @cached_property

@@ -30,7 +30,6 @@ LOCI = {  # lessons with a chart: start and stop of the axis, first and last mod
 
 @cache
 def sketch(name: str) -> str:
-    """The picture of the lesson of that name."""
     shown = lesson(name)
     try:
         drawn = chart(shown) if name in LOCI else mode(shown)

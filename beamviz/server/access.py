@@ -157,7 +157,6 @@ def split_host(host: str) -> tuple[str, int | None]:
 
 
 def is_address(name: str) -> bool:
-    """Whether a host is a numerical address."""
     with contextlib.suppress(ValueError):
         return bool(ipaddress.ip_address(name))
     return False
@@ -199,13 +198,10 @@ class VisitorCount:
 
     @property
     def total(self) -> int:
-        """Visitors of all processes."""
         return sum(self.counts)
 
     def enter(self) -> None:
-        """Count a visitor of this process."""
         self.counts[self.process] += 1
 
     def leave(self) -> None:
-        """Subtract a visitor of this process."""
         self.counts[self.process] -= 1

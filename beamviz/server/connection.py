@@ -169,7 +169,6 @@ class Connection(ServerConnection):
         return self.coalesced.pop(next(iter(self.coalesced)))
 
     async def receive_valid(self) -> tuple[Key, Any]:
-        """The next message and its key; raises InvalidMessage."""
         raw = await super().recv()
         return validate(raw, self.types), raw
 
@@ -291,7 +290,6 @@ def changed_page(body: bytes, insert: Insert, zipped: bool) -> bytes:
 
 
 def is_presenter(access: Access, request: Request | None) -> bool:
-    """Whether a request has the presenter's key."""
     return request is not None and access.presents(lower_case(request), request.path)
 
 
@@ -318,6 +316,5 @@ def reply(status: int, reason: str, body: bytes, headers: dict[str, str]) -> Res
 
 
 def peer(connection: ServerConnection) -> str:
-    """The address of the client."""
     address = connection.remote_address
     return str(address[0]) if address else "a visitor who has left"

@@ -58,7 +58,6 @@ class Pipe(socket.socket):
         """Do nothing: the main process listens."""
 
     def getsockname(self) -> Any:
-        """The address of the server."""
         return self.address
 
     def accept(self) -> tuple[socket.socket, Any]:
@@ -137,7 +136,6 @@ class ProcessPool:
             self.start(number)
 
     def start(self, number: int) -> Worker:
-        """A new worker, not ready yet."""
         self.visitor_count.counts[number] = 0
         inherited = [*self.listeners, *(worker.sender for worker in self.workers)]
         address = self.listeners[0].getsockname()

@@ -110,7 +110,6 @@ class TunnelFreeServer(viser.ViserServer):
 
 
 def opens_tunnel(server: viser.ViserServer) -> bool:
-    """Whether a visitor's request for a tunnel would open one."""
     return type(server).request_share_url is viser.ViserServer.request_share_url
 
 
@@ -264,7 +263,6 @@ class PageScript(getattr(messages, "RunJavascriptMessage", object)):  # type: ig
         return "page script"
 
     def as_serializable_dict(self, binary_buffers: list[memoryview]) -> dict[str, Any]:
-        """The message."""
         return {"source": self.source(), "type": "RunJavascriptMessage"}
 
 
@@ -288,12 +286,10 @@ def set_properties(node: viser.SceneNodeHandle, **properties: np.ndarray) -> Non
 
 
 def set_orientation(node: viser.SceneNodeHandle, wxyz: Iterable[float]) -> None:
-    """Set the quaternion of a node if it has changed."""
     set_pose(node, node._impl.wxyz, wxyz, messages.SetOrientationMessage)
 
 
 def set_position(node: viser.SceneNodeHandle, position: Iterable[float]) -> None:
-    """Set the position of a node if it has changed."""
     set_pose(node, node._impl.position, position, messages.SetPositionMessage)
 
 
