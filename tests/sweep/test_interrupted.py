@@ -16,7 +16,7 @@ import pytest
 from helpers import contents
 
 from beamviz import Beam, solve
-from beamviz.cli import RESUME_NOTE
+from beamviz.cli.progress import INTERRUPTED
 from beamviz.sweeps import open_sweep, sweep
 
 ROOT = Path(__file__).parents[2]
@@ -97,7 +97,7 @@ def test_interrupted(number, undisturbed, tmp_path):
             out, err = process.communicate(timeout=10)
         assert (process.returncode, out) == (128 + number, "")
         *progress, last = err.splitlines()
-        assert last == f"beamviz: {RESUME_NOTE}"
+        assert last == f"beamviz: {INTERRUPTED}"
         assert all("a second" in line for line in progress), err
     with start(store) as process:
         process.communicate(timeout=120)
