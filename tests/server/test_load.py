@@ -10,15 +10,16 @@ from helpers import load_script
 from beamviz.explorer.app import explorer
 from beamviz.scene import Scene
 
-VISITORS, SECONDS = 8, 4.0
+VISITORS, SECONDS, TIMEOUT = 8, 4.0, 180.0
 SCRIPT = load_script("load")
 
 
 def measured(drag: Any, count: int) -> tuple[list[Any], dict[str, float]]:
-    """Visitors who drag for a while, and the rows of the script."""
+    """Visitors who drag for a while and until one is answered, and the rows of the script."""
     visitors = [SCRIPT.Visitor(speeds=drag.speeds) for _ in range(count)]
     with explorer(Scene(drag.beam, {"state": drag.state})) as url:
-        rows = asyncio.run(SCRIPT.measure(url, drag, visitors, SECONDS, os.getpid()))
+        measuring = SCRIPT.measure(url, drag, visitors, SECONDS, os.getpid(), resolves=1)
+        rows = asyncio.run(asyncio.wait_for(measuring, TIMEOUT))
     return visitors, {key: value for key, value, _ in rows}
 
 
